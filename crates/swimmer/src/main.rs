@@ -1,0 +1,2 @@
+//! The `swim` command.
+fn main() {}
