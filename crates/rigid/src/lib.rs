@@ -1,2 +1,20 @@
-//! See ARCHITECTURE.md.
+//! Rigid bodies, the links between them, and their motion in a Stokes fluid.
+//!
+//! The crate turns finite-element matrices and surface points, given as arrays, into a system
+//! whose unknowns are the flow and the bodies' velocities. It knows no mesh: any code that can
+//! assemble a scalar stiffness and a divergence can use it.
 #![forbid(unsafe_code)]
+
+mod articulation;
+mod constraints;
+mod error;
+mod fluid;
+mod motion;
+mod null_space;
+
+pub use articulation::{Arms, Articulation, BodyKind, Link, Linkage, State};
+pub use constraints::{Constraints, VelocityLayout};
+pub use error::RigidError;
+pub use fluid::{FluidMatrices, NodeRole, RigidFluid, SurfaceBody};
+pub use motion::{StateVelocity, Twist};
+pub use null_space::{NullSpace, Reduction};

@@ -1,0 +1,22 @@
+//! The formulation P-tilde: linked velocities are eliminated.
+
+use crate::{Constrained, Drive, Formulation, Reduction, RigidError, RigidFluid};
+
+/// The operator P-tilde of Berti et al. (2021), equations (19)-(22): body velocities `U = S v + W`.
+///
+/// `S` is a null-space basis of the links' constraints, `W` a particular solution, so that the border has
+/// one column an independent motion (6 for a swimmer with clamped arms) and the system stays symmetric.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Eliminated;
+
+impl Formulation for Eliminated {
+    fn name(&self) -> &'static str {
+        "p-tilde"
+    }
+
+    fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
+        let Reduction { all, .. } = Reduction::of(drive.set, drive.constraints)?;
+        let loads = all.basis.tr_mul(&drive.generalised_loads()?);
+        Constrained::eliminated(fluid, all.basis, all.offset, drive.surface_rows(), &loads)
+    }
+}

@@ -1,0 +1,88 @@
+//! What can go wrong with bodies, links and their constraints.
+
+/// A set of bodies and links that cannot move as asked, with the names and the remedy.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RigidError {
+    /// A link that names a body that does not exist.
+    #[error("link '{link}' names body {body}, but there are only {bodies} bodies")]
+    NoSuchBody {
+        /// Name of the link.
+        link: String,
+        /// Index asked for.
+        body: usize,
+        /// Number of bodies.
+        bodies: usize,
+    },
+    /// A link from a body to itself or between two bodies at one place.
+    #[error(
+        "link '{link}' has no direction: its ends are {distance:.3e} apart; link two bodies at different places"
+    )]
+    NoDirection {
+        /// Name of the link.
+        link: String,
+        /// Distance of the two ends.
+        distance: f64,
+    },
+    /// A point that no link holds has no resistance, so its velocity is undetermined.
+    #[error(
+        "point {body} is not linked to any body, so nothing determines its velocity; link it or remove it"
+    )]
+    LoosePoint {
+        /// Index of the point.
+        body: usize,
+    },
+    /// Links that close a loop but ask for velocities that do not close.
+    #[error(
+        "the links contradict each other: link '{link}' misses the velocity that the others imply by {mismatch:.3e}; \
+         in a loop the rates must add up to zero around it"
+    )]
+    IncompatibleLinks {
+        /// Name of the link whose constraint fails.
+        link: String,
+        /// Velocity by which it fails.
+        mismatch: f64,
+    },
+    /// A length that is zero, negative or not finite.
+    #[error("link '{link}' has length {length}; lengths must be positive")]
+    BadLength {
+        /// Name of the link.
+        link: String,
+        /// The length.
+        length: f64,
+    },
+    /// A loop of links whose lengths do not meet.
+    #[error(
+        "the loop closed by link '{link}' does not meet: its ends are {gap:.3e} away from the link's length and direction"
+    )]
+    OpenLoop {
+        /// Name of the link.
+        link: String,
+        /// Distance by which the loop stays open.
+        gap: f64,
+    },
+    /// Independent bodies were asked for, but there is a link.
+    #[error(
+        "link '{link}' cannot be imposed on independent bodies; choose a formulation with constraints, such as p-tilde"
+    )]
+    LinkWithoutConstraint {
+        /// Name of the link.
+        link: String,
+    },
+    /// An array whose length does not fit.
+    #[error("{what}: expected {expected} entries, found {found}")]
+    Length {
+        /// What the array holds.
+        what: &'static str,
+        /// Wanted length.
+        expected: usize,
+        /// Length found.
+        found: usize,
+    },
+    /// A number that is not finite.
+    #[error("{what} is not finite")]
+    NotFinite {
+        /// What the number is.
+        what: &'static str,
+    },
+}

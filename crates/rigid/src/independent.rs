@@ -1,0 +1,29 @@
+//! The formulation P: bodies without links, every velocity an unknown.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
+
+/// The operator P of Berti et al. (2021), equation (13): `u = P (u_I, U, omega)`; bodies move independently.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Independent;
+
+impl Formulation for Independent {
+    fn name(&self) -> &'static str {
+        "p"
+    }
+
+    fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
+        if let Some(link) = drive.set.links().first() {
+            return Err(RigidError::LinkWithoutConstraint { link: link.name.clone() });
+        }
+        let velocities = drive.constraints.layout.len();
+        Constrained::eliminated(
+            fluid,
+            DMatrix::identity(velocities, velocities),
+            DVector::zeros(velocities),
+            drive.surface_rows(),
+            &drive.generalised_loads()?,
+        )
+    }
+}

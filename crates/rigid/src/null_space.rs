@@ -1,0 +1,161 @@
+//! Elimination of velocity constraints: all solutions of `C q = w` as `q = S v + W`.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::{Articulation, BodyKind, Constraints, RigidError};
+
+/// All velocities that satisfy the constraints: `q = basis v + offset`.
+#[derive(Clone, Debug)]
+pub struct NullSpace {
+    /// Null-space basis of the constraints, full column rank. Its columns are single velocities
+    /// (of roots, frames and free spins) that the others follow, as in the operator P-tilde of Berti et al. (2021).
+    pub basis: DMatrix<f64>,
+    /// A particular solution of the constraints.
+    pub offset: DVector<f64>,
+}
+
+/// Entries this small against the largest are rounding: constraint entries are 1 or arm lengths.
+const RANK_TOLERANCE: f64 = 1e-10;
+
+/// How much less a column that should stay free is liked as a pivot.
+const MASTER_WEIGHT: f64 = 1e-3;
+
+impl NullSpace {
+    /// Eliminates the constraints by Gauss-Jordan steps with complete pivoting.
+    ///
+    /// `masters[j]` marks velocities that should stay unknowns (roots and frames); the others become functions
+    /// of them. Redundant constraints are dropped if they agree with the rest.
+    /// Cost: `O(rows^2 columns)` of a small dense matrix.
+    ///
+    /// # Errors
+    /// [`RigidError::IncompatibleLinks`] names a link that contradicts the others.
+    pub fn of(constraints: &Constraints, masters: &[bool]) -> Result<Self, RigidError> {
+        let (rows, columns) = constraints.matrix.shape();
+        let mut matrix = constraints.matrix.clone();
+        let mut right = constraints.rates.clone();
+        let mut labels: Vec<usize> = (0..rows).collect();
+        let scale = matrix.amax();
+        let rate_scale = right.amax();
+        let weight = |column: usize| if masters[column] { MASTER_WEIGHT } else { 1.0 };
+        let mut pivots = Vec::new();
+        for step in 0..rows.min(columns) {
+            let candidates = (step..rows).flat_map(|i| (0..columns).map(move |j| (i, j)));
+            let Some((row, column)) = candidates
+                .filter(|&(i, j)| matrix[(i, j)].abs() > RANK_TOLERANCE * scale)
+                .reduce(|a, b| {
+                    if matrix[b].abs() * weight(b.1) > matrix[a].abs() * weight(a.1) {
+                        b
+                    } else {
+                        a
+                    }
+                })
+            else {
+                break;
+            };
+            matrix.swap_rows(step, row);
+            right.swap_rows(step, row);
+            labels.swap(step, row);
+            let pivot = matrix[(step, column)];
+            matrix.row_mut(step).scale_mut(1.0 / pivot);
+            right[step] /= pivot;
+            for other in (0..rows).filter(|&i| i != step) {
+                let factor = matrix[(other, column)];
+                if factor != 0.0 {
+                    for j in 0..columns {
+                        matrix[(other, j)] -= factor * matrix[(step, j)];
+                    }
+                    right[other] -= factor * right[step];
+                }
+            }
+            pivots.push(column);
+        }
+        for row in pivots.len()..rows {
+            // A row whose left side vanished must have a right side that vanished with it.
+            if right[row].abs() > 1e-9 * rate_scale {
+                return Err(RigidError::IncompatibleLinks {
+                    link: constraints.labels[labels[row]].clone(),
+                    mismatch: right[row].abs(),
+                });
+            }
+        }
+        let free: Vec<usize> = (0..columns).filter(|j| !pivots.contains(j)).collect();
+        let mut basis = DMatrix::zeros(columns, free.len());
+        let mut offset = DVector::zeros(columns);
+        for (k, &column) in free.iter().enumerate() {
+            basis[(column, k)] = 1.0;
+            for (row, &pivot) in pivots.iter().enumerate() {
+                basis[(pivot, k)] = -matrix[(row, column)];
+            }
+        }
+        for (row, &pivot) in pivots.iter().enumerate() {
+            offset[pivot] = right[row];
+        }
+        Ok(Self { basis, offset })
+    }
+
+    /// Drops motions that move no surface, such as the spin of a collinear free frame about its own axis.
+    ///
+    /// `surface_rows` lists the generalised velocities of bodies with surfaces. Such motions meet no resistance,
+    /// so the flow does not determine them; they are set to zero.
+    fn drop_unresisted(&mut self, surface_rows: &[usize]) {
+        let moved = self.basis.select_rows(surface_rows);
+        let decomposition = moved.svd(false, true);
+        let Some(v_t) = decomposition.v_t else { return };
+        let largest = decomposition.singular_values.amax();
+        let kept: Vec<usize> = (0..decomposition.singular_values.len())
+            .filter(|&k| decomposition.singular_values[k] > RANK_TOLERANCE * largest)
+            .collect();
+        if kept.len() < self.basis.ncols() {
+            self.basis = &self.basis * v_t.select_rows(&kept).transpose();
+        }
+    }
+}
+
+/// The motions that links leave to the bodies with surfaces: `U = S v + W`, and all other velocities with them.
+#[derive(Clone, Debug)]
+pub struct Reduction {
+    /// Velocities `(U, omega)` of the rigid bodies for each unknown: 6 rows a body, full column rank.
+    pub surface_basis: DMatrix<f64>,
+    /// Velocities of the rigid bodies that the rates impose.
+    pub surface_offset: DVector<f64>,
+    /// The same for all generalised velocities.
+    pub all: NullSpace,
+}
+
+impl Reduction {
+    /// Eliminates the links' constraints from the velocities of an articulated set.
+    ///
+    /// # Errors
+    /// Links that contradict each other.
+    pub fn of(set: &Articulation, constraints: &Constraints) -> Result<Self, RigidError> {
+        let layout = &constraints.layout;
+        let mut masters = vec![false; layout.len()];
+        for (number, linkage) in set.linkages().iter().enumerate() {
+            masters[layout.body(linkage.root)..layout.body(linkage.root) + 3].fill(true);
+            if let Some(frame) = layout.frame(number) {
+                masters[frame..frame + 3].fill(true);
+            }
+        }
+        let surface_rows: Vec<usize> = (0..set.kinds().len())
+            .filter(|&body| set.kinds()[body] == BodyKind::Rigid)
+            .flat_map(|body| layout.body(body)..layout.body(body) + 6)
+            .collect();
+        let mut all = NullSpace::of(constraints, &masters)?;
+        all.drop_unresisted(&surface_rows);
+        Ok(Self {
+            surface_basis: all.basis.select_rows(&surface_rows),
+            surface_offset: all.offset.select_rows(&surface_rows),
+            all,
+        })
+    }
+
+    /// Number of unknowns `v`.
+    pub fn unknowns(&self) -> usize {
+        self.surface_basis.ncols()
+    }
+
+    /// All generalised velocities for the unknowns `v`.
+    pub fn velocities(&self, v: &DVector<f64>) -> DVector<f64> {
+        &self.all.basis * v + &self.all.offset
+    }
+}
