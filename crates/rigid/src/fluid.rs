@@ -86,21 +86,45 @@ impl RigidFluid {
     /// # Errors
     /// Arrays or matrices whose sizes do not fit, or a role that names a body that does not exist.
     pub fn new(matrices: &FluidMatrices, bodies: &[SurfaceBody]) -> Result<Self, RigidError> {
-        let FluidMatrices { stiffness, divergence, pressure_mass, interpolation, vertex_stiffness, points, roles } = *matrices;
+        let FluidMatrices {
+            stiffness,
+            divergence,
+            pressure_mass,
+            interpolation,
+            vertex_stiffness,
+            points,
+            roles,
+        } = *matrices;
         let nodes = points.len();
         let vertices = vertex_stiffness.rows();
         check_length("roles of the nodes", roles.len(), nodes)?;
         check_length("rows of the stiffness", stiffness.rows(), nodes)?;
         check_length("columns of the divergence", divergence.cols(), nodes)?;
-        check_length("rows of the pressure mass", pressure_mass.rows(), divergence.rows())?;
+        check_length(
+            "rows of the pressure mass",
+            pressure_mass.rows(),
+            divergence.rows(),
+        )?;
         check_length("rows of the interpolation", interpolation.rows(), nodes)?;
-        check_length("columns of the interpolation", interpolation.cols(), vertices)?;
+        check_length(
+            "columns of the interpolation",
+            interpolation.cols(),
+            vertices,
+        )?;
         let count = bodies.len();
-        if let Some(NodeRole::Body(body)) = roles.iter().find(|r| matches!(r, NodeRole::Body(b) if *b as usize >= count)) {
-            return Err(RigidError::Length { what: "rigid bodies", expected: *body as usize + 1, found: count });
+        if let Some(NodeRole::Body(body)) = roles
+            .iter()
+            .find(|r| matches!(r, NodeRole::Body(b) if *b as usize >= count))
+        {
+            return Err(RigidError::Length {
+                what: "rigid bodies",
+                expected: *body as usize + 1,
+                found: count,
+            });
         }
-        let free_nodes: Vec<u32> =
-            (0..nodes as u32).filter(|&node| roles[node as usize] == NodeRole::Free).collect();
+        let free_nodes: Vec<u32> = (0..nodes as u32)
+            .filter(|&node| roles[node as usize] == NodeRole::Free)
+            .collect();
         let free_vertices = free_nodes.partition_point(|&node| (node as usize) < vertices);
         let mut free_number = vec![NOT_FREE; nodes];
         for (number, &node) in free_nodes.iter().enumerate() {
@@ -112,7 +136,12 @@ impl RigidFluid {
                 _ => Vector3::zeros(),
             })
             .collect();
-        let sorted = Sorted { roles, arms: &arms, free_number: &free_number, bodies: count };
+        let sorted = Sorted {
+            roles,
+            arms: &arms,
+            free_number: &free_number,
+            bodies: count,
+        };
         let mut corner = sorted.corner(stiffness);
         for (number, body) in bodies.iter().enumerate() {
             for axis in 3..6 {
@@ -124,7 +153,11 @@ impl RigidFluid {
             divergence: sorted.free_columns(divergence, free_nodes.len()),
             pressure_mass: pressure_mass.clone(),
             interpolation: sorted.free_block(interpolation, &free_nodes, free_vertices),
-            vertex_stiffness: sorted.free_block(vertex_stiffness, &free_nodes[..free_vertices], free_vertices),
+            vertex_stiffness: sorted.free_block(
+                vertex_stiffness,
+                &free_nodes[..free_vertices],
+                free_vertices,
+            ),
             border: sorted.border(stiffness, &free_nodes),
             corner,
             rigid_divergence: sorted.rigid_divergence(divergence),
@@ -203,94 +236,136 @@ struct RigidSum {
 impl Sorted<'_> {
     /// The rows and columns of free nodes; columns at and past `columns` do not occur.
     fn free_block(&self, matrix: &Csr, rows: &[u32], columns: usize) -> Csr {
-        from_rows(columns, rows.len(), |row, indices: &mut Vec<u32>, values: &mut Vec<f64>| {
-            if let Some(view) = matrix.outer_view(rows[row] as usize) {
-                for (column, &value) in view.iter() {
-                    let number = self.free_number[column as usize];
-                    if number != NOT_FREE {
-                        indices.push(number);
-                        values.push(value);
+        from_rows(
+            columns,
+            rows.len(),
+            |row, indices: &mut Vec<u32>, values: &mut Vec<f64>| {
+                if let Some(view) = matrix.outer_view(rows[row] as usize) {
+                    for (column, &value) in view.iter() {
+                        let number = self.free_number[column as usize];
+                        if number != NOT_FREE {
+                            indices.push(number);
+                            values.push(value);
+                        }
                     }
                 }
-            }
-        })
+            },
+        )
     }
 
     fn free_columns(&self, matrix: &Csr3, columns: usize) -> Csr3 {
-        from_rows(columns, matrix.rows(), |row, indices: &mut Vec<u32>, values: &mut Vec<[f64; 3]>| {
-            if let Some(view) = matrix.outer_view(row) {
-                for (column, &value) in view.iter() {
-                    let number = self.free_number[column as usize];
-                    if number != NOT_FREE {
-                        indices.push(number);
-                        values.push(value);
+        from_rows(
+            columns,
+            matrix.rows(),
+            |row, indices: &mut Vec<u32>, values: &mut Vec<[f64; 3]>| {
+                if let Some(view) = matrix.outer_view(row) {
+                    for (column, &value) in view.iter() {
+                        let number = self.free_number[column as usize];
+                        if number != NOT_FREE {
+                            indices.push(number);
+                            values.push(value);
+                        }
                     }
                 }
-            }
-        })
+            },
+        )
     }
 
     /// `A_{IB} P`: three rows for each of `rows`, six columns a body.
     fn border(&self, matrix: &Csr, rows: &[u32]) -> Csr {
-        from_rows(6 * self.bodies, 3 * rows.len(), |row, indices: &mut Vec<u32>, values: &mut Vec<f64>| {
-            let Some(view) = matrix.outer_view(rows[row / 3] as usize) else { return };
-            let mut sums: Vec<RigidSum> = Vec::new();
-            for (column, &value) in view.iter() {
-                let NodeRole::Body(body) = self.roles[column as usize] else { continue };
-                let body = body as usize;
-                let place = sums.binary_search_by_key(&body, |s| s.body).unwrap_or_else(|place| {
-                    sums.insert(place, RigidSum { body, weight: 0.0, moment: Vector3::zeros() });
-                    place
-                });
-                sums[place].weight += value;
-                sums[place].moment += value * self.arms[column as usize];
-            }
-            let axis = row % 3;
-            for sum in sums {
-                // (omega x g)_axis = omega_{a+1} g_{a+2} - omega_{a+2} g_{a+1}
-                let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-                let mut entries =
-                    [(axis, sum.weight), (3 + next, sum.moment[last]), (3 + last, -sum.moment[next])];
-                entries.sort_by_key(|e| e.0);
-                for (column, value) in entries {
-                    indices.push((6 * sum.body + column) as u32);
-                    values.push(value);
+        from_rows(
+            6 * self.bodies,
+            3 * rows.len(),
+            |row, indices: &mut Vec<u32>, values: &mut Vec<f64>| {
+                let Some(view) = matrix.outer_view(rows[row / 3] as usize) else {
+                    return;
+                };
+                let mut sums: Vec<RigidSum> = Vec::new();
+                for (column, &value) in view.iter() {
+                    let NodeRole::Body(body) = self.roles[column as usize] else {
+                        continue;
+                    };
+                    let body = body as usize;
+                    let place =
+                        sums.binary_search_by_key(&body, |s| s.body)
+                            .unwrap_or_else(|place| {
+                                sums.insert(
+                                    place,
+                                    RigidSum {
+                                        body,
+                                        weight: 0.0,
+                                        moment: Vector3::zeros(),
+                                    },
+                                );
+                                place
+                            });
+                    sums[place].weight += value;
+                    sums[place].moment += value * self.arms[column as usize];
                 }
-            }
-        })
+                let axis = row % 3;
+                for sum in sums {
+                    // (omega x g)_axis = omega_{a+1} g_{a+2} - omega_{a+2} g_{a+1}
+                    let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+                    let mut entries = [
+                        (axis, sum.weight),
+                        (3 + next, sum.moment[last]),
+                        (3 + last, -sum.moment[next]),
+                    ];
+                    entries.sort_by_key(|e| e.0);
+                    for (column, value) in entries {
+                        indices.push((6 * sum.body + column) as u32);
+                        values.push(value);
+                    }
+                }
+            },
+        )
     }
 
     /// `B_B P`: row `q` holds `(sum b, sum r x b)` for each body.
     fn rigid_divergence(&self, divergence: &Csr3) -> Csr {
-        from_rows(6 * self.bodies, divergence.rows(), |row, indices: &mut Vec<u32>, values: &mut Vec<f64>| {
-            let Some(view) = divergence.outer_view(row) else { return };
-            let mut sums: Vec<(usize, Vector3<f64>, Vector3<f64>)> = Vec::new();
-            for (column, &value) in view.iter() {
-                let NodeRole::Body(body) = self.roles[column as usize] else { continue };
-                let body = body as usize;
-                let place = sums.binary_search_by_key(&body, |s| s.0).unwrap_or_else(|place| {
-                    sums.insert(place, (body, Vector3::zeros(), Vector3::zeros()));
-                    place
-                });
-                let b = Vector3::from(value);
-                sums[place].1 += b;
-                sums[place].2 += self.arms[column as usize].cross(&b);
-            }
-            for (body, force, torque) in sums {
-                indices.extend((0..6).map(|k| (6 * body + k) as u32));
-                values.extend(force.iter().chain(torque.iter()));
-            }
-        })
+        from_rows(
+            6 * self.bodies,
+            divergence.rows(),
+            |row, indices: &mut Vec<u32>, values: &mut Vec<f64>| {
+                let Some(view) = divergence.outer_view(row) else {
+                    return;
+                };
+                let mut sums: Vec<(usize, Vector3<f64>, Vector3<f64>)> = Vec::new();
+                for (column, &value) in view.iter() {
+                    let NodeRole::Body(body) = self.roles[column as usize] else {
+                        continue;
+                    };
+                    let body = body as usize;
+                    let place = sums
+                        .binary_search_by_key(&body, |s| s.0)
+                        .unwrap_or_else(|place| {
+                            sums.insert(place, (body, Vector3::zeros(), Vector3::zeros()));
+                            place
+                        });
+                    let b = Vector3::from(value);
+                    sums[place].1 += b;
+                    sums[place].2 += self.arms[column as usize].cross(&b);
+                }
+                for (body, force, torque) in sums {
+                    indices.extend((0..6).map(|k| (6 * body + k) as u32));
+                    values.extend(force.iter().chain(torque.iter()));
+                }
+            },
+        )
     }
 
     /// `P^T K_{BB} P`, dense.
     fn corner(&self, stiffness: &Csr) -> DMatrix<f64> {
         let mut corner = DMatrix::zeros(6 * self.bodies, 6 * self.bodies);
         for (row, role) in self.roles.iter().enumerate() {
-            let (&NodeRole::Body(own), Some(view)) = (role, stiffness.outer_view(row)) else { continue };
+            let (&NodeRole::Body(own), Some(view)) = (role, stiffness.outer_view(row)) else {
+                continue;
+            };
             let own_arm = self.arms[row].cross_matrix();
             for (column, &value) in view.iter() {
-                let NodeRole::Body(other) = self.roles[column as usize] else { continue };
+                let NodeRole::Body(other) = self.roles[column as usize] else {
+                    continue;
+                };
                 let other_arm = self.arms[column as usize].cross_matrix();
                 let (i, j) = (6 * own as usize, 6 * other as usize);
                 let mut add = |r: usize, c: usize, block: Matrix3<f64>| {
