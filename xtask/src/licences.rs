@@ -1,0 +1,112 @@
+//! Licence gate: no GPL or AGPL in the default dependency graph.
+
+use std::collections::BTreeSet;
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+
+/// Licences, exceptions included, that the default graph may use. `LicenseRef` and unknown ones are refused.
+const ALLOWED: &[&str] = &[
+    "0BSD",
+    "Apache-2.0",
+    "Apache-2.0 WITH LLVM-exception",
+    "BSD-1-Clause",
+    "BSD-2-Clause",
+    "BSD-3-Clause",
+    "BSL-1.0",
+    "CC0-1.0",
+    "ISC",
+    "MIT",
+    "MIT-0",
+    "MPL-2.0",
+    "Unicode-3.0",
+    "Unlicense",
+    "Zlib",
+];
+
+/// Lists the packages of the default graph and fails on a licence that is not allowed.
+pub fn run() -> Result<()> {
+    eprintln!("== licences of the default dependency graph");
+    let output = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args([
+            "tree",
+            "--workspace",
+            "--edges",
+            "normal,build",
+            "--prefix",
+            "none",
+            "--format",
+            "{p}|{l}",
+            "--locked",
+        ])
+        .output()
+        .context("could not start cargo tree")?;
+    if !output.status.success() {
+        bail!(
+            "cargo tree failed: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    }
+    let listing = String::from_utf8(output.stdout).context("cargo tree printed no UTF-8")?;
+    let packages: BTreeSet<&str> = listing
+        .lines()
+        .map(|l| l.trim_end_matches(" (*)"))
+        .filter(|l| !l.is_empty())
+        .collect();
+    let refused: Vec<&&str> = packages
+        .iter()
+        .filter(|line| {
+            !line
+                .split_once('|')
+                .is_some_and(|(_, licence)| allowed(licence))
+        })
+        .collect();
+    for package in &refused {
+        eprintln!("refused: {package}");
+    }
+    if !refused.is_empty() {
+        bail!(
+            "{} of {} packages have a licence that is not allowed",
+            refused.len(),
+            packages.len()
+        );
+    }
+    eprintln!("{} packages, every licence allowed", packages.len());
+    Ok(())
+}
+
+/// Whether an SPDX expression can be met with allowed licences alone: some alternative of `OR` whose every
+/// part of `AND` is allowed. Old expressions write `OR` as `/`.
+fn allowed(expression: &str) -> bool {
+    let expression = expression.replace(['(', ')'], " ").replace('/', " OR ");
+    // `A AND B OR C` binds AND first; nested alternatives such as `(A OR B) AND C` are read as
+    // `A OR B AND C`, which is stricter or equal once every alternative must be allowed after AND.
+    let has_and = expression.contains(" AND ");
+    let mut alternatives = expression.split(" OR ").map(|alternative| {
+        alternative
+            .split(" AND ")
+            .all(|licence| ALLOWED.contains(&licence.trim()))
+    });
+    if has_and {
+        alternatives.all(|a| a)
+    } else {
+        alternatives.any(|a| a)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::allowed;
+
+    #[test]
+    fn expressions_are_read_as_spdx() {
+        assert!(allowed("MIT OR Apache-2.0"));
+        assert!(allowed("MIT/Apache-2.0"));
+        assert!(allowed("GPL-3.0 OR MIT"));
+        assert!(allowed("(MIT OR Apache-2.0) AND Unicode-3.0"));
+        assert!(!allowed("GPL-2.0"));
+        assert!(!allowed("AGPL-3.0-only"));
+        assert!(!allowed("(MIT OR Apache-2.0) AND GPL-3.0"));
+        assert!(!allowed(""));
+    }
+}
