@@ -10,6 +10,7 @@ mod constraints;
 mod error;
 mod fluid;
 mod motion;
+mod node_blocks;
 mod null_space;
 
 pub use articulation::{Arms, Articulation, BodyKind, Link, Linkage, State};
