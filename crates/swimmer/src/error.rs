@@ -1,0 +1,148 @@
+//! What can go wrong between a scene file and its results.
+
+use std::path::PathBuf;
+
+use crate::model::ModelError;
+
+/// A scene that cannot be used or a simulation that failed, with the place and the remedy.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SwimError {
+    /// A file that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A file or folder that cannot be written.
+    #[error("cannot write {}: {source}; choose another place with --out", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// Text that is not TOML.
+    #[error("{place}: not valid TOML: {message}")]
+    Syntax {
+        /// File and line.
+        place: String,
+        /// The parser's reason.
+        message: String,
+    },
+    /// A key that no scene has.
+    #[error("{place}: unknown key '{key}'; {remedy}")]
+    UnknownKey {
+        /// File and line, or the `--set` it came from.
+        place: String,
+        /// The key.
+        key: String,
+        /// The nearest key, or where the list of keys is.
+        remedy: String,
+    },
+    /// A value that makes no sense for its key.
+    #[error("{place}: {key} {problem}")]
+    BadValue {
+        /// File and line, or the `--set` it came from.
+        place: String,
+        /// The key.
+        key: String,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// Bodies that touch or overlap.
+    #[error(
+        "{place}: bodies '{first}' and '{second}' touch or overlap {when}: gap {gap:.6}; {remedy}"
+    )]
+    Touching {
+        /// File and line of what to change.
+        place: String,
+        /// One body.
+        first: String,
+        /// The other.
+        second: String,
+        /// When: at the start, or in which phase at which lengths.
+        when: String,
+        /// Distance of the surfaces, not positive.
+        gap: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A body that is outside the domain or touches its wall.
+    #[error(
+        "{place}: body '{body}' is outside the domain or touches its wall: clearance {clearance:.6}; \
+         move it inside, make it smaller or the domain larger"
+    )]
+    OutsideDomain {
+        /// File and line of the body.
+        place: String,
+        /// The body.
+        body: String,
+        /// Distance from its surface to the wall, not positive.
+        clearance: f64,
+    },
+    /// Bodies that came too close to each other or to a wall while they moved.
+    #[error(
+        "phase {phase} ({what} at {percent:.1} %): {problem}; shorten the stroke or give the bodies more room"
+    )]
+    Collision {
+        /// Number of the phase, from one, over all cycles.
+        phase: usize,
+        /// What the phase moves.
+        what: String,
+        /// How far into the phase.
+        percent: f64,
+        /// Who touches what, with the gap.
+        problem: String,
+    },
+    /// A gait that cannot be integrated to the tolerance.
+    #[error(
+        "phase {phase} ({what}): the displacement still changes by {change:.3e} between the last two integration orders, \
+         asked {tolerance:.3e}, on a step of 1/{parts} of the phase; loosen model.tolerance or refine fem.surface_size"
+    )]
+    NotIntegrated {
+        /// Number of the phase, from one, over all cycles.
+        phase: usize,
+        /// What the phase moves.
+        what: String,
+        /// Last change.
+        change: f64,
+        /// What was asked.
+        tolerance: f64,
+        /// One over the smallest step tried, in phases.
+        parts: usize,
+    },
+    /// A model that cannot be used for the scene, or that failed.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A command that does not fit the scene.
+    #[error("{place}: {problem}")]
+    NotApplicable {
+        /// The scene file.
+        place: String,
+        /// What is missing or too much, and what to do.
+        problem: String,
+    },
+    /// A picture that could not be drawn.
+    #[error("cannot draw the trajectory: {0}")]
+    Picture(String),
+}
+
+impl SwimError {
+    /// The exit code of the `swim` command: 2 for bad input, 3 for a method that failed.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Model(error) if !error.is_bad_input() => 3,
+            Self::Collision { .. } | Self::NotIntegrated { .. } | Self::Picture(_) => 3,
+            _ => 2,
+        }
+    }
+}
+
+impl From<rigid::RigidError> for SwimError {
+    fn from(error: rigid::RigidError) -> Self {
+        Self::Model(error.into())
+    }
+}

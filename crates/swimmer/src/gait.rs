@@ -1,0 +1,148 @@
+//! Gaits as paths: the lengths of all links along the legs of a stroke.
+
+use crate::scene::Gait;
+
+/// One phase of one cycle: all lengths are linear in the parameter `s` from 0 to 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Leg {
+    /// Number of the leg from zero, over all cycles.
+    pub number: usize,
+    /// Number of the phase within its cycle, from zero.
+    pub phase: usize,
+    /// The link that changes its length, if any.
+    pub link: Option<usize>,
+    /// Lengths of the links at `s` = 0.
+    pub from: Vec<f64>,
+    /// Lengths of the links at `s` = 1.
+    pub to: Vec<f64>,
+    /// Time at `s` = 0.
+    pub start: f64,
+    /// Duration.
+    pub duration: f64,
+}
+
+impl Leg {
+    /// Lengths of the links at `s`.
+    pub fn lengths(&self, s: f64) -> Vec<f64> {
+        // Written so that a length that is held stays the same to the last bit.
+        self.from
+            .iter()
+            .zip(&self.to)
+            .map(|(a, b)| a + s * (b - a))
+            .collect()
+    }
+
+    /// Rates of change of the lengths in time.
+    pub fn rates(&self) -> Vec<f64> {
+        self.from
+            .iter()
+            .zip(&self.to)
+            .map(|(a, b)| (b - a) / self.duration)
+            .collect()
+    }
+
+    /// Time at `s`.
+    pub fn time(&self, s: f64) -> f64 {
+        self.start + s * self.duration
+    }
+}
+
+/// The legs of a gait one after the other, all cycles through, from the given lengths.
+///
+/// ```
+/// use swimmer::{Gait, Phase, legs};
+/// let close = Phase { change: Some((0, 6.0)), duration: 2.0 };
+/// let open = Phase { change: Some((0, 10.0)), duration: 2.0 };
+/// let gait = Gait { cycles: 3, phases: vec![close, open] };
+/// let all: Vec<_> = legs(&gait, &[10.0]).collect();
+/// assert_eq!(all.len(), 6);
+/// assert_eq!(all[1].lengths(0.5), [8.0]);
+/// assert_eq!(all[5].rates(), [2.0]);
+/// ```
+pub fn legs(gait: &Gait, initial_lengths: &[f64]) -> impl Iterator<Item = Leg> + use<> {
+    let phases = gait.phases.clone();
+    let total = phases.len().saturating_mul(gait.cycles as usize);
+    let mut lengths = initial_lengths.to_vec();
+    let mut time = 0.0;
+    (0..total).map(move |number| {
+        let phase = number % phases.len();
+        let from = lengths.clone();
+        if let Some((link, length)) = phases[phase].change {
+            lengths[link] = length;
+        }
+        let start = time;
+        time += phases[phase].duration;
+        Leg {
+            number,
+            phase,
+            link: phases[phase].change.map(|(link, _)| link),
+            from,
+            to: lengths.clone(),
+            start,
+            duration: phases[phase].duration,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Phase;
+
+    #[test]
+    fn legs_join_and_cycles_repeat() {
+        let phase = |link, length, duration| Phase {
+            change: Some((link, length)),
+            duration,
+        };
+        let gait = Gait {
+            cycles: 2,
+            phases: vec![
+                phase(0, 6.0, 1.0),
+                phase(1, 7.0, 0.5),
+                phase(0, 10.0, 1.0),
+                phase(1, 9.0, 0.5),
+            ],
+        };
+        // The first cycle starts from a length that the gait never comes back to.
+        let all: Vec<Leg> = legs(&gait, &[10.0, 8.0]).collect();
+        for pair in all.windows(2) {
+            assert_eq!(pair[0].to, pair[1].from);
+            assert_eq!(pair[0].start + pair[0].duration, pair[1].start);
+        }
+        assert_eq!(all[1].rates(), [0.0, -2.0]);
+        assert_eq!(all[5].rates(), [0.0, -4.0]);
+        assert_eq!(all[7].time(1.0), gait.duration());
+    }
+
+    #[test]
+    fn a_held_length_does_not_change_by_rounding() {
+        let hold = Phase {
+            change: None,
+            duration: 1.0,
+        };
+        let gait = Gait {
+            cycles: 1,
+            phases: vec![hold],
+        };
+        let leg = legs(&gait, &[0.1]).next().unwrap();
+        for k in 0..=100 {
+            assert_eq!(leg.lengths(f64::from(k) / 100.0), [0.1]);
+        }
+    }
+
+    #[test]
+    fn a_gait_without_phases_has_no_legs() {
+        assert_eq!(
+            legs(
+                &Gait {
+                    cycles: 5,
+                    phases: vec![]
+                },
+                &[]
+            )
+            .count(),
+            0
+        );
+    }
+}

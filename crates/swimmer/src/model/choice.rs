@@ -1,0 +1,50 @@
+//! Which model computes a scene, and why.
+
+use crate::model::{Hydrodynamics, ModelError};
+use crate::scene::{DomainKind, ModelKind, Scene};
+
+/// The model taken for a scene, with the reasons.
+pub struct Choice {
+    /// The model.
+    pub model: Box<dyn Hydrodynamics>,
+    /// What was found out about the scene and what follows from it, one sentence each.
+    pub reasons: Vec<String>,
+}
+
+/// Takes the model that the scene names, or for `auto` the least one that exists for the scene.
+///
+/// # Errors
+/// [`ModelError::NotBuilt`] for models, domains and options that do not exist yet, naming what to use instead.
+pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
+    let not_built = |key: &str, value: &str, instead: &str| {
+        Err(ModelError::NotBuilt {
+            what: format!("{}: {key} = \"{value}\"", scene.place(key)),
+            instead: instead.to_owned(),
+        })
+    };
+    for (number, body) in scene.bodies.iter().enumerate() {
+        for (name, value) in [("mass", body.mass), ("inertia", body.inertia)] {
+            if value > 0.0 {
+                let key = format!("bodies[{number}].{name}");
+                return not_built(
+                    &key,
+                    &value.to_string(),
+                    "remove it: bodies without inertia are exact for slow, small swimmers",
+                );
+            }
+        }
+    }
+    match scene.model.kind {
+        ModelKind::Auto | ModelKind::Fem => {}
+        kind => return not_built("model.kind", kind.word(), "use model.kind = \"fem\""),
+    }
+    match scene.domain.kind() {
+        DomainKind::Ball | DomainKind::Mesh => {}
+        kind => {
+            let instead = "use domain.kind = \"ball\"; a swimmer without external force in a ball of ten times \
+                           its length moves as in unbounded fluid to about a thousandth";
+            return not_built("domain.kind", kind.word(), instead);
+        }
+    }
+    not_built("model.kind", "fem", "wait for it")
+}

@@ -1,0 +1,38 @@
+//! What can keep a model from an answer.
+
+/// A model that cannot be used for a scene, or that failed on it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// Something the scene asks for that does not exist yet.
+    #[error("{what} is not built yet; {instead}")]
+    NotBuilt {
+        /// What was asked for: a key and its value.
+        what: String,
+        /// What to use instead.
+        instead: String,
+    },
+    /// Bodies and links that cannot be placed or moved.
+    #[error(transparent)]
+    Rigid(#[from] rigid::RigidError),
+    /// A mesh that cannot be made, moved, read or written.
+    #[error(transparent)]
+    Mesh(#[from] mesh::MeshError),
+    /// An answer with a number that is not finite.
+    #[error(
+        "the model '{model}' answered with {what} that is not finite; check the scene's sizes and units"
+    )]
+    NotFinite {
+        /// Name of the model.
+        model: &'static str,
+        /// Which number.
+        what: String,
+    },
+}
+
+impl ModelError {
+    /// Whether the scene, not the method, is at fault.
+    pub fn is_bad_input(&self) -> bool {
+        matches!(self, Self::NotBuilt { .. })
+    }
+}

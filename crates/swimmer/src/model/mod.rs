@@ -1,0 +1,216 @@
+//! The seam between a scene and whatever computes its flow.
+//!
+//! A model answers one question: with the bodies placed so and the links changing at these rates, how does
+//! everything move and which forces act? Gaits, integration and output know models by [`Hydrodynamics`] alone.
+
+mod choice;
+mod error;
+
+use mesh::TetMesh;
+use nalgebra::Vector3;
+use rigid::{State, StateVelocity};
+use serde::Serialize;
+
+pub use choice::{Choice, choose};
+pub use error::ModelError;
+
+/// A question to the fluid: where the bodies are and how the links' lengths change, in the scene's units.
+#[derive(Clone, Copy, Debug)]
+pub struct Placement<'a> {
+    /// Frames of the linkages and attitudes of the bodies, as [`rigid::Articulation::place`] takes them.
+    pub state: &'a State,
+    /// Length of each link.
+    pub lengths: &'a [f64],
+    /// Rate of change of each length.
+    pub rates: &'a [f64],
+}
+
+/// A model of the fluid around the bodies of one scene.
+///
+/// A model is made for one scene and knows its bodies, loads, domain and fluid. It may keep what helps with
+/// the next instant (meshes, factors, earlier solutions), but an answer may depend on the history only
+/// within the accuracy it claims.
+pub trait Hydrodynamics {
+    /// The model's name: a value of the key `model.kind`.
+    fn name(&self) -> &'static str;
+
+    /// Velocities and forces at one instant, in the scene's units.
+    ///
+    /// # Errors
+    /// Whatever kept the model from an answer it can stand by: no mesh, no convergence, a number that is not finite.
+    fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError>;
+
+    /// What one instant would cost, found without solving.
+    ///
+    /// # Errors
+    /// As [`Hydrodynamics::instant`], up to the solve.
+    fn cost(&mut self, placement: &Placement<'_>) -> Result<Cost, ModelError>;
+
+    /// The mesh of a placement in the scene's units, for models that have one.
+    ///
+    /// # Errors
+    /// As [`Hydrodynamics::instant`], up to the mesh.
+    fn mesh(&mut self, _placement: &Placement<'_>) -> Result<Option<TetMesh>, ModelError> {
+        Ok(None)
+    }
+
+    /// The flow of the last answered instant on its mesh, for models that have one.
+    fn flow(&self) -> Option<Flow> {
+        None
+    }
+}
+
+/// The answer to a [`Placement`], in the scene's units.
+#[derive(Clone, Debug)]
+pub struct Instant {
+    /// One entry a body of the scene, in its order; points have no force and no torque.
+    pub bodies: Vec<BodyInstant>,
+    /// How the placement's state changes.
+    pub motion: StateVelocity,
+    /// Size of the system solved.
+    pub dofs: Dofs,
+    /// How it was solved.
+    pub solver: SolverInfo,
+    /// Where the time went.
+    pub seconds: Seconds,
+    /// Error bars of the velocities.
+    pub error_estimate: ErrorEstimate,
+    /// Whether the mesh was made anew for this instant, instead of kept or moved.
+    pub remeshed: bool,
+}
+
+/// Motion and load of one body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyInstant {
+    /// Velocity of its centre.
+    pub velocity: Vector3<f64>,
+    /// Angular velocity.
+    pub angular_velocity: Vector3<f64>,
+    /// Force that the body exerts on the fluid.
+    pub force: Vector3<f64>,
+    /// Torque that the body exerts on the fluid, about its centre.
+    pub torque: Vector3<f64>,
+}
+
+/// Numbers of unknowns; all zero for models without a mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Dofs {
+    /// Free velocity components.
+    pub velocity: usize,
+    /// Pressures.
+    pub pressure: usize,
+    /// Everything: velocities, pressures, bodies, multipliers.
+    pub total: usize,
+}
+
+/// How an instant was solved.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SolverInfo {
+    /// Constraint formulation, a value of `fem.formulation`.
+    pub formulation: String,
+    /// Solver, a value of `fem.solver`.
+    pub solver: String,
+    /// Iterations taken.
+    pub iterations: usize,
+    /// `|b - A x| / |b|`, computed anew from the answer.
+    pub true_relative_residual: f64,
+}
+
+/// Wall-clock seconds of the parts of one instant, or of many added up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Seconds {
+    /// Making or moving the mesh.
+    pub mesh: f64,
+    /// Assembling matrices.
+    pub assembly: f64,
+    /// Setting up the solver.
+    pub setup: f64,
+    /// Solving.
+    pub solve: f64,
+    /// All of it.
+    pub total: f64,
+}
+
+impl std::ops::AddAssign for Seconds {
+    fn add_assign(&mut self, other: Self) {
+        self.mesh += other.mesh;
+        self.assembly += other.assembly;
+        self.setup += other.setup;
+        self.solve += other.solve;
+        self.total += other.total;
+    }
+}
+
+/// Error bars by source, in the units of what they belong to; a source that nobody estimated is absent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct ErrorEstimate {
+    /// Discretisation of the flow.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<f64>,
+    /// A finite container that stands for unbounded fluid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub container: Option<f64>,
+    /// What the model leaves out of Stokes flow.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<f64>,
+    /// The algebraic solve.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub algebraic: Option<f64>,
+    /// Integration along the gait.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub integration: Option<f64>,
+}
+
+impl ErrorEstimate {
+    /// The sources in the order of the fields, with their names.
+    pub fn sources(&self) -> [(&'static str, Option<f64>); 5] {
+        [
+            ("mesh", self.mesh),
+            ("container", self.container),
+            ("model", self.model),
+            ("algebraic", self.algebraic),
+            ("integration", self.integration),
+        ]
+    }
+
+    /// The sum of the estimated sources.
+    pub fn total(&self) -> f64 {
+        self.sources().iter().filter_map(|(_, e)| *e).sum()
+    }
+
+    /// Adds `weight` times another estimate, source by source.
+    pub fn accumulate(&mut self, weight: f64, other: &Self) {
+        let add = |sum: &mut Option<f64>, term: Option<f64>| {
+            if let Some(term) = term {
+                *sum = Some(sum.unwrap_or(0.0) + weight * term);
+            }
+        };
+        add(&mut self.mesh, other.mesh);
+        add(&mut self.container, other.container);
+        add(&mut self.model, other.model);
+        add(&mut self.algebraic, other.algebraic);
+        add(&mut self.integration, other.integration);
+    }
+}
+
+/// A flow on the nodes of its mesh, in the scene's units.
+#[derive(Clone, Debug)]
+pub struct Flow {
+    /// The mesh.
+    pub mesh: TetMesh,
+    /// Velocity at every node of the mesh.
+    pub velocity: Vec<Vector3<f64>>,
+    /// Pressure at every vertex of the mesh.
+    pub pressure: Vec<f64>,
+}
+
+/// What an instant would cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cost {
+    /// Size of the system.
+    pub dofs: Dofs,
+    /// Estimated seconds of the solve with assembly and set-up, mesh apart.
+    pub seconds: f64,
+    /// Estimated peak memory.
+    pub mib: f64,
+}

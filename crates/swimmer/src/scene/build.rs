@@ -1,0 +1,575 @@
+//! From the keys of a document to a scene that makes sense, and back.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use nalgebra::Vector3;
+use rigid::{Articulation, Link};
+
+use super::contact::{closest_approach, closest_contact};
+use super::file::{
+    BodyFile, DomainFile, FemFile, FluidFile, GaitFile, LinkFile, ModelFile, PhaseFile, SceneFile,
+};
+use super::{
+    ArmsKind, Body, Document, Domain, DomainKind, FemOptions, FormulationKind, Gait, GeometryKind,
+    ModelKind, ModelOptions, Phase, Scene, Shape, ShapeKind, SolverKind,
+};
+use crate::gait::legs;
+use crate::model::ModelError;
+use crate::{Leg, SwimError};
+
+/// Makes errors that say where.
+struct Checks<'a>(&'a Document);
+
+impl Checks<'_> {
+    fn bad(&self, key: &str, problem: impl Into<String>) -> SwimError {
+        SwimError::BadValue {
+            place: self.0.place(key),
+            key: key.to_owned(),
+            problem: problem.into(),
+        }
+    }
+
+    fn required<T>(&self, key: &str, value: Option<T>, why: &str) -> Result<T, SwimError> {
+        value.ok_or_else(|| self.bad(key, format!("is missing{why}")))
+    }
+
+    fn below_one(&self, key: &str, value: f64, least: f64) -> Result<f64, SwimError> {
+        match (least..1.0).contains(&value) {
+            true => Ok(value),
+            false => Err(self.bad(
+                key,
+                format!("must be below 1 and at least {least:e}, not {value}"),
+            )),
+        }
+    }
+}
+
+/// The word of a key, whose kind the document has checked, or its default.
+fn word<T>(word: Option<&str>, of: fn(&str) -> Option<T>, default: T) -> T {
+    word.and_then(of).unwrap_or(default)
+}
+
+pub(super) fn scene(document: Document) -> Result<Scene, SwimError> {
+    let checks = Checks(&document);
+    let file: SceneFile =
+        document
+            .values()
+            .clone()
+            .try_into()
+            .map_err(|error: toml::de::Error| SwimError::Syntax {
+                place: document.path().display().to_string(),
+                message: error.message().to_owned(),
+            })?;
+    let domain = domain(&checks, &file.domain)?;
+    let bodies = bodies(&checks, &file.bodies, &domain)?;
+    let links = links(&checks, &file.links, &bodies)?;
+    let gait = gait(&checks, &file.gait, &links)?;
+    let articulation = articulation(&checks, &bodies, links, &file.gait)?;
+    let model = ModelOptions {
+        kind: word(file.model.kind.as_deref(), ModelKind::of, ModelKind::Auto),
+        // A thousandth is what pictures and comparisons with published strokes need.
+        tolerance: checks.below_one(
+            "model.tolerance",
+            file.model.tolerance.unwrap_or(1e-3),
+            1e-12,
+        )?,
+    };
+    let fem = FemOptions {
+        formulation: word(
+            file.fem.formulation.as_deref(),
+            FormulationKind::of,
+            FormulationKind::PTilde,
+        ),
+        solver: word(
+            file.fem.solver.as_deref(),
+            SolverKind::of,
+            SolverKind::Block,
+        ),
+        // Below 1e-14 rounding of the residual itself is in the way.
+        rtol: checks.below_one("fem.rtol", file.fem.rtol.unwrap_or(1e-8), 1e-14)?,
+        surface_size: file.fem.surface_size,
+        geometry: word(
+            file.fem.geometry.as_deref(),
+            GeometryKind::of,
+            GeometryKind::Curved,
+        ),
+    };
+    let name = document
+        .path()
+        .file_stem()
+        .map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
+    let viscosity = file.fluid.viscosity.unwrap_or(1.0);
+    let scene = Scene {
+        name,
+        viscosity,
+        domain,
+        bodies,
+        articulation,
+        gait,
+        model,
+        fem,
+        document,
+    };
+    check_start(&scene)?;
+    check_stroke(&scene)?;
+    Ok(scene)
+}
+
+fn domain(checks: &Checks, file: &DomainFile) -> Result<Domain, SwimError> {
+    let is_given =
+        file.radius.is_some() || file.size.is_some() || file.file.is_some() || file.walls.is_some();
+    if file.kind.is_none() && is_given {
+        return Err(checks.bad(
+            "domain.kind",
+            "is missing: say which domain is meant, such as kind = \"ball\"",
+        ));
+    }
+    let radius = |kind: &str| {
+        checks.required(
+            "domain.radius",
+            file.radius,
+            &format!(": a {kind} needs a radius"),
+        )
+    };
+    Ok(
+        match word(file.kind.as_deref(), DomainKind::of, DomainKind::Unbounded) {
+            DomainKind::Unbounded => Domain::Unbounded,
+            DomainKind::Ball => Domain::Ball {
+                radius: radius("ball")?,
+            },
+            DomainKind::Cylinder => Domain::Cylinder {
+                radius: radius("cylinder")?,
+            },
+            DomainKind::Wall => Domain::Wall,
+            DomainKind::Box => Domain::Box {
+                size: checks
+                    .required("domain.size", file.size, ": a box needs [x, y, z] lengths")?
+                    .into(),
+            },
+            DomainKind::Mesh => {
+                let name = checks.required(
+                    "domain.file",
+                    file.file.as_ref(),
+                    ": a mesh needs a Gmsh file",
+                )?;
+                let path = checks.0.path().parent().unwrap_or(Path::new("")).join(name);
+                let metadata = std::fs::metadata(&path).map_err(|error| {
+                    checks.bad(
+                        "domain.file",
+                        format!("cannot be read: {}: {error}", path.display()),
+                    )
+                })?;
+                if !metadata.is_file() || metadata.len() == 0 {
+                    let what = if metadata.is_file() {
+                        "empty"
+                    } else {
+                        "not a file"
+                    };
+                    let problem = format!(
+                        "names {}, which is {what}; give a Gmsh mesh",
+                        path.display()
+                    );
+                    return Err(checks.bad("domain.file", problem));
+                }
+                let walls = checks.required(
+                    "domain.walls",
+                    file.walls.clone(),
+                    ": name the mesh's walls",
+                )?;
+                if walls.is_empty() {
+                    return Err(checks.bad(
+                        "domain.walls",
+                        "is empty: fluid without a wall at rest has no unique flow",
+                    ));
+                }
+                Domain::Mesh { file: path, walls }
+            }
+        },
+    )
+}
+
+fn bodies(checks: &Checks, files: &[BodyFile], domain: &Domain) -> Result<Vec<Body>, SwimError> {
+    let key = |number: usize, key: &str| format!("bodies[{number}].{key}");
+    let mut first_of = BTreeMap::new();
+    let mut bodies = Vec::with_capacity(files.len());
+    for (number, file) in files.iter().enumerate() {
+        let name = checks.required(&key(number, "name"), file.name.clone(), ": name every body")?;
+        if let Some(first) = first_of.insert(name.clone(), number) {
+            let problem =
+                format!("\"{name}\" is the name of bodies[{first}] too; names must differ");
+            return Err(checks.bad(&key(number, "name"), problem));
+        }
+        let shape = match word(file.shape.as_deref(), ShapeKind::of, ShapeKind::Sphere) {
+            ShapeKind::Sphere => {
+                let radius = checks.required(
+                    &key(number, "radius"),
+                    file.radius,
+                    ": a sphere needs a radius",
+                )?;
+                Shape::Sphere { radius }
+            }
+            ShapeKind::Point if file.radius.is_some() => {
+                return Err(checks.bad(
+                    &key(number, "radius"),
+                    "makes no sense for a point; remove it",
+                ));
+            }
+            ShapeKind::Point if file.torque.is_some() => {
+                return Err(checks.bad(
+                    &key(number, "torque"),
+                    "cannot act on a point, which has no attitude; remove it",
+                ));
+            }
+            ShapeKind::Point => Shape::Point,
+            ShapeKind::Spheroid => {
+                let shape = key(number, "shape");
+                return Err(not_built(
+                    format!("{}: {shape} = \"spheroid\"", checks.0.place(&shape)),
+                    "use shape = \"sphere\"",
+                ));
+            }
+        };
+        if matches!((domain, shape), (Domain::Mesh { .. }, Shape::Sphere { .. }))
+            && file.surface.is_none()
+        {
+            let problem = "is missing: name the part of the mesh's boundary that is this body";
+            return Err(checks.bad(&key(number, "surface"), problem));
+        }
+        let position = checks.required(
+            &key(number, "position"),
+            file.position,
+            ": place every body",
+        )?;
+        bodies.push(Body {
+            name,
+            shape,
+            position: position.into(),
+            surface: file.surface.clone(),
+            force: file.force.unwrap_or_default().into(),
+            torque: file.torque.unwrap_or_default().into(),
+            mass: file.mass.unwrap_or(0.0),
+            inertia: file.inertia.unwrap_or(0.0),
+        });
+    }
+    if bodies.iter().all(|body| body.shape == Shape::Point) {
+        return Err(checks.bad(
+            "bodies",
+            "is empty: a scene needs at least one [[bodies]] with a surface",
+        ));
+    }
+    Ok(bodies)
+}
+
+fn links(checks: &Checks, files: &[LinkFile], bodies: &[Body]) -> Result<Vec<Link>, SwimError> {
+    let mut links: Vec<Link> = Vec::with_capacity(files.len());
+    for (number, file) in files.iter().enumerate() {
+        let key = |key: &str| format!("links[{number}].{key}");
+        let name = checks.required(&key("name"), file.name.clone(), ": name every link")?;
+        if let Some(first) = links.iter().position(|link| link.name == name) {
+            let problem =
+                format!("\"{name}\" is the name of links[{first}] too; names must differ");
+            return Err(checks.bad(&key("name"), problem));
+        }
+        let end = |which: &str, name: &Option<String>| {
+            let name =
+                checks.required(&key(which), name.as_deref(), ": a link joins two bodies")?;
+            find(
+                checks,
+                &key(which),
+                name,
+                "body",
+                bodies.iter().map(|body| &body.name[..]),
+            )
+        };
+        let (body, to) = (end("body", &file.body)?, end("to", &file.to)?);
+        if body == to {
+            let problem = format!(
+                "links body '{}' to itself; link it to another",
+                bodies[to].name
+            );
+            return Err(checks.bad(&key("to"), problem));
+        }
+        if links
+            .iter()
+            .any(|link| (link.body, link.to) == (body, to) || (link.body, link.to) == (to, body))
+        {
+            let problem = format!(
+                "links '{}' and '{}' a second time; remove one",
+                bodies[body].name, bodies[to].name
+            );
+            return Err(checks.bad(&format!("links[{number}]"), problem));
+        }
+        links.push(Link { name, body, to });
+    }
+    Ok(links)
+}
+
+/// The number of a named thing.
+fn find<'n>(
+    checks: &Checks,
+    key: &str,
+    name: &str,
+    what: &str,
+    names: impl Iterator<Item = &'n str> + Clone,
+) -> Result<usize, SwimError> {
+    names
+        .clone()
+        .position(|known| known == name)
+        .ok_or_else(|| {
+            let remedy = match (
+                super::keys::nearest(name, names.clone()),
+                names.collect::<Vec<_>>(),
+            ) {
+                (Some(near), _) => format!("did you mean \"{near}\"?"),
+                (None, known) if known.is_empty() => format!("the scene has no {what}"),
+                (None, known) => format!("there are {}", known.join(", ")),
+            };
+            checks.bad(key, format!("names no {what}: \"{name}\"; {remedy}"))
+        })
+}
+
+fn gait(checks: &Checks, file: &GaitFile, links: &[Link]) -> Result<Gait, SwimError> {
+    if file.phases.as_ref().is_some_and(Vec::is_empty) {
+        return Err(checks.bad(
+            "gait.phases",
+            "is empty; give at least one [[gait.phases]] or remove the key",
+        ));
+    }
+    let files = file.phases.as_deref().unwrap_or_default();
+    let phases = files.iter().enumerate().map(|(number, file)| {
+        let key = |key: &str| format!("gait.phases[{number}].{key}");
+        let change = match (&file.link, file.length) {
+            (None, None) => None,
+            (None, Some(_)) => {
+                return Err(checks.bad(&key("link"), "is missing: say which link gets this length"));
+            }
+            (Some(_), None) => {
+                return Err(checks.bad(&key("length"), "is missing: the link's length at the end"));
+            }
+            (Some(name), Some(length)) => {
+                let link = find(
+                    checks,
+                    &key("link"),
+                    name,
+                    "link",
+                    links.iter().map(|link| &link.name[..]),
+                )?;
+                Some((link, length))
+            }
+        };
+        Ok(Phase {
+            change,
+            duration: file.duration.unwrap_or(1.0),
+        })
+    });
+    Ok(Gait {
+        cycles: file.cycles.unwrap_or(1),
+        phases: phases.collect::<Result<_, _>>()?,
+    })
+}
+
+fn articulation(
+    checks: &Checks,
+    bodies: &[Body],
+    links: Vec<Link>,
+    gait: &GaitFile,
+) -> Result<Articulation, SwimError> {
+    for (number, link) in links.iter().enumerate() {
+        if bodies[link.body].position == bodies[link.to].position {
+            let problem = format!(
+                "has no direction: '{}' and '{}' are at the same place; move one",
+                bodies[link.body].name, bodies[link.to].name
+            );
+            return Err(checks.bad(&format!("links[{number}]"), problem));
+        }
+    }
+    for (number, body) in bodies.iter().enumerate() {
+        if body.shape == Shape::Point
+            && !links
+                .iter()
+                .any(|link| link.body == number || link.to == number)
+        {
+            let problem = "is a point that no link holds, so nothing determines its velocity; link it or remove it";
+            return Err(checks.bad(&format!("bodies[{number}]"), problem));
+        }
+    }
+    let kinds: Vec<_> = bodies.iter().map(Body::kind).collect();
+    let positions: Vec<_> = bodies.iter().map(|body| body.position).collect();
+    let arms = word(gait.arms.as_deref(), ArmsKind::of, ArmsKind::Clamped);
+    Articulation::new(&kinds, links, arms.into(), &positions)
+        .map_err(|error| checks.bad("links", error.to_string()))
+}
+
+fn check_start(scene: &Scene) -> Result<(), SwimError> {
+    let poses = scene
+        .articulation
+        .place(&scene.initial_state(), scene.articulation.initial_lengths())?;
+    let Some(contact) = closest_contact(&scene.bodies, &scene.domain, &poses) else {
+        return Ok(());
+    };
+    let size = scene.bodies[contact.body].bounding_radius();
+    if !contact.touches(size) {
+        return Ok(());
+    }
+    let name = |body: usize| scene.bodies[body].name.clone();
+    Err(match contact.other {
+        Some(other) => SwimError::Touching {
+            place: scene.place(&format!("bodies[{other}].position")),
+            first: name(contact.body),
+            second: name(other),
+            when: "at the start".to_owned(),
+            gap: contact.gap,
+            remedy: "move them apart or make them smaller",
+        },
+        None => SwimError::OutsideDomain {
+            place: scene.place(&format!("bodies[{}].position", contact.body)),
+            body: name(contact.body),
+            clearance: contact.gap,
+        },
+    })
+}
+
+/// Refuses a gait along which bodies of one linkage touch: that depends on the lengths alone.
+fn check_stroke(scene: &Scene) -> Result<(), SwimError> {
+    // From the second cycle on, all cycles run through the same lengths.
+    let gait = Gait {
+        cycles: scene.gait.cycles.min(2),
+        phases: scene.gait.phases.clone(),
+    };
+    legs(&gait, scene.articulation.initial_lengths()).try_for_each(|leg| check_leg(scene, &leg))
+}
+
+fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SwimError> {
+    let set = &scene.articulation;
+    let length_key = format!("gait.phases[{}].length", leg.phase);
+    let state = scene.initial_state();
+    let place = |lengths: &[f64]| {
+        set.place(&state, lengths)
+            .map_err(|error| Checks(&scene.document).bad(&length_key, format!("fails: {error}")))
+    };
+    let (from, to) = (place(&leg.from)?, place(&leg.to)?);
+    for linkage in set.linkages() {
+        let solid = linkage
+            .bodies
+            .iter()
+            .copied()
+            .filter(|&body| scene.bodies[body].bounding_radius() > 0.0);
+        let solid: Vec<usize> = solid.collect();
+        for (k, &one) in solid.iter().enumerate() {
+            for &other in &solid[..k] {
+                let apart = |poses: &[nalgebra::Isometry3<f64>]| -> Vector3<f64> {
+                    poses[one].translation.vector - poses[other].translation.vector
+                };
+                let (s, distance) = closest_approach(&apart(&from), &apart(&to));
+                let radii =
+                    scene.bodies[one].bounding_radius() + scene.bodies[other].bounding_radius();
+                let contact = super::Contact {
+                    body: other,
+                    other: Some(one),
+                    gap: distance - radii,
+                };
+                if contact.touches(radii) {
+                    return Err(SwimError::Touching {
+                        place: scene.place(&length_key),
+                        first: scene.bodies[other].name.clone(),
+                        second: scene.bodies[one].name.clone(),
+                        when: format!("in phase {} at {:.0} % of it", leg.phase + 1, 100.0 * s),
+                        gap: contact.gap,
+                        remedy: "let the link keep more of its length",
+                    });
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn not_built(what: String, instead: &str) -> SwimError {
+    ModelError::NotBuilt {
+        what,
+        instead: instead.to_owned(),
+    }
+    .into()
+}
+
+pub(super) fn to_toml(scene: &Scene) -> String {
+    let links = scene.articulation.links();
+    let name = |body: usize| scene.bodies[body].name.clone();
+    let (radius, size, file, walls) = match &scene.domain {
+        Domain::Unbounded | Domain::Wall => (None, None, None, None),
+        Domain::Ball { radius } | Domain::Cylinder { radius } => (Some(*radius), None, None, None),
+        Domain::Box { size } => (None, Some((*size).into()), None, None),
+        Domain::Mesh { file, walls } => (
+            None,
+            None,
+            Some(file.display().to_string()),
+            Some(walls.clone()),
+        ),
+    };
+    let arms = match scene.articulation.arms() {
+        rigid::Arms::Clamped => ArmsKind::Clamped,
+        rigid::Arms::Free => ArmsKind::Free,
+        rigid::Arms::Lab => ArmsKind::Lab,
+    };
+    let text = |word: &str| Some(word.to_owned());
+    let body = |body: &Body| BodyFile {
+        name: Some(body.name.clone()),
+        shape: text(match body.shape {
+            Shape::Sphere { .. } => ShapeKind::Sphere.word(),
+            Shape::Point => ShapeKind::Point.word(),
+        }),
+        radius: Some(body.bounding_radius()).filter(|&radius| radius > 0.0),
+        position: Some(body.position.into()),
+        surface: body.surface.clone(),
+        force: Some(body.force.into()),
+        torque: Some(body.torque.into()).filter(|_| body.shape != Shape::Point),
+        mass: Some(body.mass),
+        inertia: Some(body.inertia),
+    };
+    let phase = |phase: &Phase| PhaseFile {
+        link: phase.change.map(|(link, _)| links[link].name.clone()),
+        length: phase.change.map(|(_, length)| length),
+        duration: Some(phase.duration),
+    };
+    let file = SceneFile {
+        fluid: FluidFile {
+            viscosity: Some(scene.viscosity),
+        },
+        domain: DomainFile {
+            kind: text(scene.domain.kind().word()),
+            radius,
+            size,
+            file,
+            walls,
+        },
+        bodies: scene.bodies.iter().map(body).collect(),
+        links: links
+            .iter()
+            .map(|link| LinkFile {
+                name: Some(link.name.clone()),
+                body: Some(name(link.body)),
+                to: Some(name(link.to)),
+            })
+            .collect(),
+        gait: GaitFile {
+            arms: text(arms.word()),
+            cycles: Some(scene.gait.cycles),
+            phases: Some(scene.gait.phases.iter().map(phase).collect())
+                .filter(|list: &Vec<_>| !list.is_empty()),
+        },
+        model: ModelFile {
+            kind: text(scene.model.kind.word()),
+            tolerance: Some(scene.model.tolerance),
+        },
+        fem: FemFile {
+            formulation: text(scene.fem.formulation.word()),
+            solver: text(scene.fem.solver.word()),
+            rtol: Some(scene.fem.rtol),
+            surface_size: scene.fem.surface_size,
+            geometry: text(scene.fem.geometry.word()),
+        },
+    };
+    // Every field is a number, a text or a list of them: nothing that TOML cannot hold.
+    toml::to_string(&file).unwrap_or_default()
+}

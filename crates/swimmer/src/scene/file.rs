@@ -1,0 +1,80 @@
+//! The keys of a scene file as serde sees them: everything optional, nothing judged.
+
+use serde::{Deserialize, Serialize};
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub(super) struct SceneFile {
+    pub fluid: FluidFile,
+    pub domain: DomainFile,
+    pub bodies: Vec<BodyFile>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub links: Vec<LinkFile>,
+    pub gait: GaitFile,
+    pub model: ModelFile,
+    pub fem: FemFile,
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct FluidFile {
+    pub viscosity: Option<f64>,
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct DomainFile {
+    pub kind: Option<String>,
+    pub radius: Option<f64>,
+    pub size: Option<[f64; 3]>,
+    pub file: Option<String>,
+    pub walls: Option<Vec<String>>,
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct BodyFile {
+    pub name: Option<String>,
+    pub shape: Option<String>,
+    pub radius: Option<f64>,
+    pub position: Option<[f64; 3]>,
+    pub surface: Option<String>,
+    pub force: Option<[f64; 3]>,
+    pub torque: Option<[f64; 3]>,
+    pub mass: Option<f64>,
+    pub inertia: Option<f64>,
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct LinkFile {
+    pub name: Option<String>,
+    pub body: Option<String>,
+    pub to: Option<String>,
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct GaitFile {
+    pub arms: Option<String>,
+    pub cycles: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phases: Option<Vec<PhaseFile>>,
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct PhaseFile {
+    pub link: Option<String>,
+    pub length: Option<f64>,
+    pub duration: Option<f64>,
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct ModelFile {
+    pub kind: Option<String>,
+    pub tolerance: Option<f64>,
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct FemFile {
+    pub formulation: Option<String>,
+    pub solver: Option<String>,
+    pub rtol: Option<f64>,
+    pub surface_size: Option<f64>,
+    pub geometry: Option<String>,
+}

@@ -1,0 +1,276 @@
+//! Scenes: what is simulated, read from a TOML file and checked before any work starts.
+
+mod build;
+mod contact;
+mod document;
+mod file;
+pub mod keys;
+mod words;
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Vector3;
+use rigid::{Articulation, BodyKind, State};
+
+pub use contact::{Contact, closest_contact};
+pub use document::Document;
+pub use words::{
+    ArmsKind, DomainKind, FormulationKind, GeometryKind, ModelKind, ShapeKind, SolverKind,
+};
+
+use crate::SwimError;
+
+/// A scene that passed all checks: fluid, domain, bodies, links, gait and how to compute them.
+///
+/// Lengths, times, forces and viscosity are in the scene's own units.
+///
+/// ```
+/// let scene = swimmer::Scene::parse(
+///     r#"
+///     domain = { kind = "ball", radius = 10 }
+///     [[bodies]]
+///     name = "ball"
+///     radius = 1
+///     position = [0, 0, 0]
+///     force = [1, 0, 0]
+///     "#,
+/// )?;
+/// assert_eq!(scene.bodies[0].name, "ball");
+/// assert_eq!(scene.viscosity, 1.0);
+/// # Ok::<(), swimmer::SwimError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Name: the file's name without its ending.
+    pub name: String,
+    /// Dynamic viscosity.
+    pub viscosity: f64,
+    /// Where the fluid is.
+    pub domain: Domain,
+    /// The bodies.
+    pub bodies: Vec<Body>,
+    /// Bodies and links as one articulated set, in the order of the file.
+    pub articulation: Articulation,
+    /// How the links' lengths change.
+    pub gait: Gait,
+    /// How the flow is modelled.
+    pub model: ModelOptions,
+    /// Options of the finite-element model.
+    pub fem: FemOptions,
+    document: Document,
+}
+
+/// Where the fluid is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Domain {
+    /// Everywhere.
+    Unbounded,
+    /// In a ball about the origin, with no slip on its surface.
+    Ball {
+        /// Radius.
+        radius: f64,
+    },
+    /// In a box about the origin, with no slip on its faces.
+    Box {
+        /// Edge lengths.
+        size: Vector3<f64>,
+    },
+    /// In an infinite circular cylinder about the x axis.
+    Cylinder {
+        /// Radius.
+        radius: f64,
+    },
+    /// Above the wall z = 0.
+    Wall,
+    /// In the volume of a mesh.
+    Mesh {
+        /// The Gmsh file, found from the scene's folder.
+        file: PathBuf,
+        /// Names of the parts of its boundary where the fluid does not slip.
+        walls: Vec<String>,
+    },
+}
+
+/// A body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Its name.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
+    /// Its centre at the start.
+    pub position: Vector3<f64>,
+    /// Name of its part of the mesh's boundary, when the domain is a mesh.
+    pub surface: Option<String>,
+    /// External force.
+    pub force: Vector3<f64>,
+    /// External torque about the centre.
+    pub torque: Vector3<f64>,
+    /// Mass; zero when inertia is left out.
+    pub mass: f64,
+    /// Moment of inertia about the centre; zero when inertia is left out.
+    pub inertia: f64,
+}
+
+/// Shape of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A sphere.
+    Sphere {
+        /// Radius.
+        radius: f64,
+    },
+    /// A massless point without surface.
+    Point,
+}
+
+/// How the links' lengths change in time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gait {
+    /// How often the phases are repeated.
+    pub cycles: u32,
+    /// The phases of one cycle; none when the scene has no gait.
+    pub phases: Vec<Phase>,
+}
+
+/// One phase of a gait: at most one link changes its length, at a constant rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Phase {
+    /// The link and its length at the end; none when all lengths are held.
+    pub change: Option<(usize, f64)>,
+    /// Duration.
+    pub duration: f64,
+}
+
+/// How the flow is modelled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelOptions {
+    /// The model.
+    pub kind: ModelKind,
+    /// Relative error asked of the net displacement of a cycle.
+    pub tolerance: f64,
+}
+
+/// Options of the finite-element model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FemOptions {
+    /// How the links are imposed.
+    pub formulation: FormulationKind,
+    /// How the systems are solved.
+    pub solver: SolverKind,
+    /// True relative residual at which a solve stops.
+    pub rtol: f64,
+    /// Element size on the bodies' surfaces; chosen by the model when absent.
+    pub surface_size: Option<f64>,
+    /// Shape of the elements at the bodies.
+    pub geometry: GeometryKind,
+}
+
+impl Scene {
+    /// Reads and checks a scene file, with overrides written `key=value` (as for `--set`).
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with file, line, key and what to do.
+    pub fn read(path: &Path, overrides: &[String]) -> Result<Self, SwimError> {
+        let mut document = Document::read(path)?;
+        overrides
+            .iter()
+            .try_for_each(|assignment| document.set(assignment))?;
+        Self::from_document(document)
+    }
+
+    /// Checks the text of a scene; files that it names are sought in the current folder.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn parse(text: &str) -> Result<Self, SwimError> {
+        Self::from_document(Document::parse(text, Path::new("scene.toml"))?)
+    }
+
+    /// Builds a scene from the keys and values of a document.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn from_document(document: Document) -> Result<Self, SwimError> {
+        build::scene(document)
+    }
+
+    /// The scene as TOML with every key written out, overrides and defaults included.
+    pub fn to_toml(&self) -> String {
+        build::to_toml(self)
+    }
+
+    /// File and line of a key such as `bodies[1].radius`, for messages.
+    pub fn place(&self, key: &str) -> String {
+        self.document.place(key)
+    }
+
+    /// The state in which the scene starts.
+    pub fn initial_state(&self) -> State {
+        self.articulation.initial_state()
+    }
+
+    /// Whether something outside acts on the bodies.
+    pub fn has_loads(&self) -> bool {
+        self.bodies
+            .iter()
+            .any(|body| body.force != Vector3::zeros() || body.torque != Vector3::zeros())
+    }
+
+    /// Whether the bodies' motion depends on their shape alone: one linkage, nothing around it, nothing pulling.
+    pub fn is_free(&self) -> bool {
+        self.domain == Domain::Unbounded
+            && !self.has_loads()
+            && self.articulation.linkages().len() == 1
+    }
+}
+
+impl Body {
+    /// Radius of the smallest ball about the centre that holds the body; zero for points.
+    pub fn bounding_radius(&self) -> f64 {
+        match self.shape {
+            Shape::Sphere { radius } => radius,
+            Shape::Point => 0.0,
+        }
+    }
+
+    /// What the body is to the links.
+    pub fn kind(&self) -> BodyKind {
+        match self.shape {
+            Shape::Sphere { .. } => BodyKind::Rigid,
+            Shape::Point => BodyKind::Point,
+        }
+    }
+}
+
+impl Domain {
+    /// The kind, as the scene file names it.
+    pub fn kind(&self) -> DomainKind {
+        match self {
+            Self::Unbounded => DomainKind::Unbounded,
+            Self::Ball { .. } => DomainKind::Ball,
+            Self::Box { .. } => DomainKind::Box,
+            Self::Cylinder { .. } => DomainKind::Cylinder,
+            Self::Wall => DomainKind::Wall,
+            Self::Mesh { .. } => DomainKind::Mesh,
+        }
+    }
+
+    /// Distance from a point inside to the nearest wall, negative outside; infinite where no wall is known.
+    pub fn distance_to_wall(&self, point: &Vector3<f64>) -> f64 {
+        match self {
+            Self::Unbounded | Self::Mesh { .. } => f64::INFINITY,
+            Self::Ball { radius } => radius - point.norm(),
+            Self::Box { size } => (size / 2.0 - point.abs()).min(),
+            Self::Cylinder { radius } => radius - point.yz().norm(),
+            Self::Wall => point.z,
+        }
+    }
+}
+
+impl Gait {
+    /// Duration of all cycles.
+    pub fn duration(&self) -> f64 {
+        f64::from(self.cycles) * self.phases.iter().map(|phase| phase.duration).sum::<f64>()
+    }
+}
