@@ -1,0 +1,130 @@
+//! Numeric phase: one parallel kernel for every form.
+//!
+//! Rows are gathered, not scattered: the row of a node collects the contributions of the cells around it in ascending
+//! order, so tasks own disjoint rows, need no locks, and the result does not depend on how many threads there are.
+//! What a cell has in common for all its rows is prepared once: a few numbers on an affine cell, the whole element
+//! matrix on a curved one.
+
+use mesh::TetMesh;
+use rayon::prelude::*;
+
+use crate::geometry::{Affine, CellNodes};
+use crate::pattern::{ROWS_PER_TASK, split_rows};
+use crate::{FemError, TaylorHood};
+
+/// A bilinear form with `R` rows and `C` columns a cell.
+pub(crate) trait Form<const R: usize, const C: usize>: Sync {
+    /// What a pair of unknowns contributes.
+    type Entry: Entry;
+    /// What all rows of an affine cell share.
+    type Shared: Copy + Send + Sync;
+
+    /// The shared part of an affine cell.
+    fn share(&self, cell: usize, affine: &Affine) -> Self::Shared;
+
+    /// Row `local` of the element matrix of an affine cell.
+    fn affine_row(shared: &Self::Shared, local: usize) -> [Self::Entry; C];
+
+    /// The element matrix of a curved cell.
+    fn curved(&self, cell: usize, nodes: &CellNodes) -> Result<[[Self::Entry; C]; R], FemError>;
+}
+
+/// A matrix entry that contributions can be added to.
+pub(crate) trait Entry: Copy + Default + Send + Sync {
+    /// `self <- self + contribution`.
+    fn add(&mut self, contribution: Self);
+}
+
+impl Entry for f64 {
+    fn add(&mut self, contribution: Self) {
+        *self += contribution;
+    }
+}
+
+impl Entry for [f64; 3] {
+    fn add(&mut self, contribution: Self) {
+        for c in 0..3 {
+            self[c] += contribution[c];
+        }
+    }
+}
+
+/// A prepared cell.
+enum Prepared<S> {
+    Affine(S),
+    /// Index into the element matrices of the curved cells.
+    Curved(usize),
+}
+
+impl TaylorHood {
+    /// The values of `form` in the rows that `row_starts` describes.
+    pub(crate) fn assemble<const R: usize, const C: usize, F: Form<R, C>>(
+        &self,
+        mesh: &TetMesh,
+        row_starts: &[usize],
+        form: &F,
+    ) -> Result<Vec<F::Entry>, FemError> {
+        self.check(mesh)?;
+        let (prepared, curved) = prepare(mesh, form)?;
+        let mut values = vec![F::Entry::default(); row_starts[row_starts.len() - 1]];
+        split_rows(&mut values, row_starts)
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(task, values)| {
+                let first = task * ROWS_PER_TASK;
+                let last = (first + ROWS_PER_TASK).min(row_starts.len() - 1);
+                for row in first..last {
+                    let start = row_starts[row] - row_starts[first];
+                    let values = &mut values[start..];
+                    for visit in self.pattern.first_visit[row]..self.pattern.first_visit[row + 1] {
+                        let places = &self.pattern.places[visit];
+                        let visit = self.pattern.visits[visit];
+                        let contributions = match &prepared[visit.cell()] {
+                            Prepared::Affine(shared) => F::affine_row(shared, visit.local()),
+                            Prepared::Curved(index) => curved[*index][visit.local()],
+                        };
+                        for (&place, contribution) in places.iter().zip(contributions) {
+                            values[place as usize].add(contribution);
+                        }
+                    }
+                }
+            });
+        Ok(values)
+    }
+}
+
+/// Shared parts of the affine cells and element matrices of the curved ones.
+type PreparedCells<const R: usize, const C: usize, F> = (
+    Vec<Prepared<<F as Form<R, C>>::Shared>>,
+    Vec<[[<F as Form<R, C>>::Entry; C]; R]>,
+);
+
+fn prepare<const R: usize, const C: usize, F: Form<R, C>>(
+    mesh: &TetMesh,
+    form: &F,
+) -> Result<PreparedCells<R, C, F>, FemError> {
+    let mut prepared = (0..mesh.cells().len())
+        .into_par_iter()
+        .with_min_len(ROWS_PER_TASK)
+        .map(|cell| {
+            if mesh.is_affine(cell) {
+                let affine = Affine::new(cell, &mesh.cell_points(cell))?;
+                Ok(Prepared::Affine(form.share(cell, &affine)))
+            } else {
+                Ok(Prepared::Curved(0))
+            }
+        })
+        .collect::<Result<Vec<_>, FemError>>()?;
+    let mut curved_cells = Vec::new();
+    for (cell, prepared) in prepared.iter_mut().enumerate() {
+        if let Prepared::Curved(index) = prepared {
+            *index = curved_cells.len();
+            curved_cells.push(cell);
+        }
+    }
+    let curved = curved_cells
+        .into_par_iter()
+        .map(|cell| form.curved(cell, &mesh.cell_points(cell)))
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok((prepared, curved))
+}

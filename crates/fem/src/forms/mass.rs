@@ -1,0 +1,98 @@
+//! `int psi_p psi_q` on linear and `int N_i N_j` on quadratic elements.
+
+use linalg::Csr;
+use mesh::TetMesh;
+
+use crate::assemble::Form;
+use crate::geometry::{Affine, CellNodes, MapAt};
+use crate::quadrature::{degree_5, degree_6};
+use crate::reference::{QUADRATIC_MASS, linear_mass};
+use crate::{FemError, TaylorHood};
+
+impl TaylorHood {
+    /// The pressure mass matrix, `int psi_p psi_q`.
+    ///
+    /// Shape: `n_vertices` x `n_vertices`, symmetric positive definite; its entries add up to the volume. Exact on
+    /// affine and on curved cells (degree 5).
+    /// # Errors
+    /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
+    pub fn pressure_mass(&self, mesh: &TetMesh) -> Result<Csr, FemError> {
+        self.vertex_matrix(mesh, &LinearMass)
+    }
+
+    /// The scalar mass matrix of quadratic elements, `int N_i N_j`.
+    ///
+    /// Shape: `n_points` x `n_points`, symmetric positive definite. Exact on affine cells; on curved cells the
+    /// integrand has degree 7 and the 24-point rule degree 6, which is of higher order than the element's own error.
+    /// # Errors
+    /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
+    pub fn velocity_mass(&self, mesh: &TetMesh) -> Result<Csr, FemError> {
+        let values = self.assemble(mesh, &self.pattern.row_starts, &QuadraticMass)?;
+        let (starts, columns) = (
+            self.pattern.row_starts.clone(),
+            self.pattern.columns.clone(),
+        );
+        Ok(Csr::new(
+            (self.n_points(), self.n_points()),
+            starts,
+            columns,
+            values,
+        ))
+    }
+}
+
+struct LinearMass;
+
+impl Form<4, 4> for LinearMass {
+    type Entry = f64;
+    type Shared = f64;
+
+    fn share(&self, _: usize, affine: &Affine) -> f64 {
+        affine.volume
+    }
+
+    fn affine_row(volume: &f64, local: usize) -> [f64; 4] {
+        std::array::from_fn(|j| volume * linear_mass(local, j))
+    }
+
+    fn curved(&self, cell: usize, nodes: &CellNodes) -> Result<[[f64; 4]; 4], FemError> {
+        let mut m = [[0.0; 4]; 4];
+        for point in degree_5() {
+            let measure = MapAt::new(cell, nodes, point)?.measure;
+            for i in 0..4 {
+                for j in 0..4 {
+                    m[i][j] += measure * (point.barycentric[i] * point.barycentric[j]);
+                }
+            }
+        }
+        Ok(m)
+    }
+}
+
+struct QuadraticMass;
+
+impl Form<10, 10> for QuadraticMass {
+    type Entry = f64;
+    type Shared = f64;
+
+    fn share(&self, _: usize, affine: &Affine) -> f64 {
+        affine.volume
+    }
+
+    fn affine_row(volume: &f64, local: usize) -> [f64; 10] {
+        QUADRATIC_MASS[local].map(|entry| volume * entry)
+    }
+
+    fn curved(&self, cell: usize, nodes: &CellNodes) -> Result<[[f64; 10]; 10], FemError> {
+        let mut m = [[0.0; 10]; 10];
+        for point in degree_6() {
+            let measure = MapAt::new(cell, nodes, point)?.measure;
+            for i in 0..10 {
+                for j in 0..10 {
+                    m[i][j] += measure * (point.shape[i] * point.shape[j]);
+                }
+            }
+        }
+        Ok(m)
+    }
+}

@@ -1,0 +1,7 @@
+//! One bilinear form a file.
+
+mod divergence;
+mod mass;
+mod stiffness;
+mod vertex_stiffness;
+mod viscous;

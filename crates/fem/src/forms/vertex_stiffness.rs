@@ -1,0 +1,108 @@
+//! `int c grad psi_p . grad psi_q` on linear elements.
+
+use linalg::Csr;
+use mesh::{TET_EDGES, TetMesh};
+
+use crate::assemble::Form;
+use crate::geometry::{Affine, CellNodes, MapAt};
+use crate::quadrature::degree_5;
+use crate::validate::check_array;
+use crate::{FemError, TaylorHood};
+
+impl TaylorHood {
+    /// The scalar stiffness matrix of linear elements, `int grad psi_p . grad psi_q`, on the same, possibly curved,
+    /// geometry.
+    ///
+    /// Shape: `n_vertices` x `n_vertices`, symmetric. It equals `I^T K I` with `K` of [`TaylorHood::stiffness`] and
+    /// `I` of [`TaylorHood::vertex_interpolation`], without their product: `psi_q` is a quadratic function too.
+    /// # Errors
+    /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
+    pub fn vertex_stiffness(&self, mesh: &TetMesh) -> Result<Csr, FemError> {
+        self.vertex_matrix(
+            mesh,
+            &VertexStiffness {
+                coefficient: |_| 1.0,
+            },
+        )
+    }
+
+    /// The stiffness matrix of linear elements with one coefficient a cell, `int c grad psi_p . grad psi_q`, for the
+    /// motion of meshes.
+    ///
+    /// Shapes: `coefficient` one a cell; result `n_vertices` x `n_vertices`, symmetric.
+    /// # Errors
+    /// A coefficient of the wrong length or not finite; [`FemError::OtherMesh`], [`FemError::InvertedCell`].
+    pub fn weighted_vertex_stiffness(
+        &self,
+        mesh: &TetMesh,
+        coefficient: &[f64],
+    ) -> Result<Csr, FemError> {
+        check_array("the coefficient", coefficient, mesh.cells().len())?;
+        self.vertex_matrix(
+            mesh,
+            &VertexStiffness {
+                coefficient: |cell| coefficient[cell],
+            },
+        )
+    }
+
+    /// A matrix of linear elements.
+    pub(crate) fn vertex_matrix<F: Form<4, 4, Entry = f64>>(
+        &self,
+        mesh: &TetMesh,
+        form: &F,
+    ) -> Result<Csr, FemError> {
+        let values = self.assemble(mesh, &self.vertex_row_starts, form)?;
+        let (starts, columns) = (self.vertex_row_starts.clone(), self.vertex_columns.clone());
+        Ok(Csr::new(
+            (self.n_vertices(), self.n_vertices()),
+            starts,
+            columns,
+            values,
+        ))
+    }
+}
+
+struct VertexStiffness<C> {
+    coefficient: C,
+}
+
+impl<C: Fn(usize) -> f64 + Sync> Form<4, 4> for VertexStiffness<C> {
+    type Entry = f64;
+    type Shared = [f64; 6];
+
+    fn share(&self, cell: usize, affine: &Affine) -> [f64; 6] {
+        let coefficient = (self.coefficient)(cell);
+        affine.edge_weights().map(|weight| coefficient * weight)
+    }
+
+    fn affine_row(weights: &[f64; 6], local: usize) -> [f64; 4] {
+        let mut row = [0.0; 4];
+        for (weight, [i, j]) in weights.iter().zip(TET_EDGES) {
+            // Rows add up to zero, so the diagonal is minus the sum of the others.
+            if i == local {
+                row[j] += weight;
+                row[i] -= weight;
+            } else if j == local {
+                row[i] += weight;
+                row[j] -= weight;
+            }
+        }
+        row
+    }
+
+    fn curved(&self, cell: usize, nodes: &CellNodes) -> Result<[[f64; 4]; 4], FemError> {
+        let mut k = [[0.0; 4]; 4];
+        for point in degree_5() {
+            let map = MapAt::new(cell, nodes, point)?;
+            let gradients = map.vertex_gradients();
+            let weight = map.measure * (self.coefficient)(cell);
+            for i in 0..4 {
+                for j in 0..4 {
+                    k[i][j] += weight * gradients[i].dot(&gradients[j]);
+                }
+            }
+        }
+        Ok(k)
+    }
+}

@@ -1,0 +1,153 @@
+//! Integrals over the fluid: dissipation, mean pressure, errors against a given flow.
+
+use mesh::{TetMesh, Vec3};
+use nalgebra::Matrix3;
+
+use crate::FemError;
+use crate::geometry::{CellNodes, MapAt};
+use crate::load::velocity_gradient;
+use crate::quadrature::{CellPoint, degree_2, degree_5, degree_6};
+use crate::sum::sum_over;
+use crate::validate::check_array;
+
+/// Rate of dissipation `2 int D(u):D(u)` at viscosity 1, `D` the symmetric gradient.
+///
+/// Shapes: `velocity` `3 n_points`. Quadrature is that of the stiffness matrix, so it equals
+/// `u^T (viscous block) u` to rounding.
+/// # Errors
+/// A velocity of the wrong length or not finite; [`FemError::InvertedCell`].
+pub fn dissipation(mesh: &TetMesh, velocity: &[f64]) -> Result<f64, FemError> {
+    check_array("the velocity", velocity, 3 * mesh.n_points())?;
+    let [dissipation] = sum_over(mesh.cells().len(), |cell| {
+        let nodes = mesh.cell_points(cell);
+        let rule = if mesh.is_affine(cell) {
+            degree_2()
+        } else {
+            degree_5()
+        };
+        let mut sum = 0.0;
+        for point in rule {
+            let map = MapAt::new(cell, &nodes, point)?;
+            let gradient = velocity_gradient(&mesh.cells()[cell], velocity, &map.gradients(point));
+            // 2 D:D = (G + G^T):(G + G^T) / 2.
+            sum += 0.5 * map.measure * (gradient + gradient.transpose()).norm_squared();
+        }
+        Ok([sum])
+    })?;
+    Ok(dissipation)
+}
+
+/// Mean of the pressure over the fluid, `int p / |Omega|`.
+///
+/// Shapes: `pressure` `n_vertices`. Exact for quadratic cells.
+/// # Errors
+/// A pressure of the wrong length or not finite; [`FemError::InvertedCell`].
+pub fn mean_pressure(mesh: &TetMesh, pressure: &[f64]) -> Result<f64, FemError> {
+    pressure_mean_error(mesh, pressure, &|_| 0.0)
+}
+
+/// Errors of a velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityError {
+    /// `(int |u_h - u|^2)^(1/2)`.
+    pub l2: f64,
+    /// `(int |grad u_h - grad u|^2)^(1/2)`.
+    pub h1_seminorm: f64,
+}
+
+/// Errors of `velocity` against the flow `exact`, which gives `u` and its gradient `(c, k) -> d u_c / d x_k`.
+///
+/// Shapes: `velocity` `3 n_points`. 24-point rule of degree 6 on every cell.
+/// # Errors
+/// A velocity of the wrong length or not finite; `exact` not finite; [`FemError::InvertedCell`].
+pub fn velocity_error(
+    mesh: &TetMesh,
+    velocity: &[f64],
+    exact: impl Fn(Vec3) -> (Vec3, Matrix3<f64>) + Sync,
+) -> Result<VelocityError, FemError> {
+    check_array("the velocity", velocity, 3 * mesh.n_points())?;
+    let sums = sum_over(mesh.cells().len(), |cell| {
+        let positions = mesh.cell_points(cell);
+        let nodes = &mesh.cells()[cell];
+        let mut sums = [0.0; 2];
+        for point in degree_6() {
+            let map = MapAt::new(cell, &positions, point)?;
+            let (u, gradient) = exact(position(&positions, point));
+            let mut difference = -u;
+            for (&node, value) in nodes.iter().zip(point.shape) {
+                difference += value * Vec3::from_column_slice(&velocity[3 * node as usize..][..3]);
+            }
+            let gradient = velocity_gradient(nodes, velocity, &map.gradients(point)) - gradient;
+            sums[0] += map.measure * difference.norm_squared();
+            sums[1] += map.measure * gradient.norm_squared();
+        }
+        Ok(sums)
+    })?;
+    check_array("the velocity error", &sums, 2)?;
+    Ok(VelocityError {
+        l2: sums[0].sqrt(),
+        h1_seminorm: sums[1].sqrt(),
+    })
+}
+
+/// L2 error of `pressure` against `exact` with the best constant subtracted, `min_c (int (p_h - p - c)^2)^(1/2)`:
+/// the pressure of an enclosed flow is known up to a constant.
+///
+/// Shapes: `pressure` `n_vertices`. 24-point rule of degree 6.
+/// # Errors
+/// A pressure of the wrong length or not finite; `exact` not finite;
+/// [`FemError::InvertedCell`].
+pub fn pressure_error(
+    mesh: &TetMesh,
+    pressure: &[f64],
+    exact: impl Fn(Vec3) -> f64 + Sync,
+) -> Result<f64, FemError> {
+    let mean = pressure_mean_error(mesh, pressure, &exact)?;
+    let [squares, _, _] = pressure_moments(mesh, pressure, &|x| exact(x) + mean)?;
+    Ok(squares.sqrt())
+}
+
+/// Mean of `p_h - p`.
+fn pressure_mean_error(
+    mesh: &TetMesh,
+    pressure: &[f64],
+    exact: &(impl Fn(Vec3) -> f64 + Sync),
+) -> Result<f64, FemError> {
+    check_array("the pressure", pressure, mesh.n_vertices())?;
+    let [_, integral, volume] = pressure_moments(mesh, pressure, exact)?;
+    let mean = [integral / volume];
+    check_array("the mean of the pressure", &mean, 1)?;
+    Ok(mean[0])
+}
+
+/// Integrals of `(p_h - p)^2`, of `p_h - p` and of 1.
+fn pressure_moments(
+    mesh: &TetMesh,
+    pressure: &[f64],
+    exact: &(impl Fn(Vec3) -> f64 + Sync),
+) -> Result<[f64; 3], FemError> {
+    sum_over(mesh.cells().len(), |cell| {
+        let positions = mesh.cell_points(cell);
+        let nodes = &mesh.cells()[cell];
+        let mut moments = [0.0; 3];
+        for point in degree_6() {
+            let measure = MapAt::new(cell, &positions, point)?.measure;
+            let p: f64 = (0..4)
+                .map(|q| point.barycentric[q] * pressure[nodes[q] as usize])
+                .sum();
+            let difference = p - exact(position(&positions, point));
+            moments[0] += measure * difference * difference;
+            moments[1] += measure * difference;
+            moments[2] += measure;
+        }
+        Ok(moments)
+    })
+}
+
+fn position(nodes: &CellNodes, point: &CellPoint) -> Vec3 {
+    nodes
+        .iter()
+        .zip(point.shape)
+        .map(|(x, value)| x * value)
+        .sum()
+}

@@ -1,0 +1,235 @@
+//! Symmetric quadrature rules with positive weights and inner points on the reference tetrahedron and triangle.
+//!
+//! Symmetric, so that a mirrored mesh gives mirrored matrices; positive, so that mass and stiffness matrices stay
+//! definite on every valid cell. Weights add up to the reference measure, 1/6 and 1/2.
+
+use std::sync::LazyLock;
+
+use mesh::Vec3;
+
+use crate::reference::{shape_functions, shape_gradients};
+
+/// A quadrature point of the reference tetrahedron with the shape functions there.
+pub(crate) struct CellPoint {
+    /// Barycentric coordinates, which are the linear shape functions.
+    pub barycentric: [f64; 4],
+    /// Weight.
+    pub weight: f64,
+    /// Quadratic shape functions.
+    pub shape: [f64; 10],
+    /// Their derivatives by the reference coordinates.
+    pub gradients: [Vec3; 10],
+}
+
+impl CellPoint {
+    /// The shape functions at `barycentric`, to be weighted by `weight`.
+    pub fn new(barycentric: [f64; 4], weight: f64) -> Self {
+        Self {
+            barycentric,
+            weight,
+            shape: shape_functions(barycentric),
+            gradients: shape_gradients(barycentric),
+        }
+    }
+}
+
+/// A quadrature point of the reference triangle.
+#[derive(Clone, Copy)]
+pub(crate) struct FacetPoint {
+    /// Barycentric coordinates.
+    pub barycentric: [f64; 3],
+    /// Weight.
+    pub weight: f64,
+}
+
+/// 4 points, exact for degree 2: enough for products of first derivatives on affine cells.
+pub(crate) fn degree_2() -> &'static [CellPoint] {
+    static RULE: LazyLock<Vec<CellPoint>> = LazyLock::new(|| {
+        // a = (5 - sqrt 5) / 20; Hammer and Stroud, 1956.
+        tetrahedron(&[(0.25, orbit_31((5.0 - 5f64.sqrt()) / 20.0))])
+    });
+    &RULE
+}
+
+/// 14 points, exact for degree 5 (Walkington, 2000).
+pub(crate) fn degree_5() -> &'static [CellPoint] {
+    static RULE: LazyLock<Vec<CellPoint>> = LazyLock::new(|| {
+        tetrahedron(&[
+            (0.112_687_925_718_015_85, orbit_31(0.310_885_919_263_300_6)),
+            (0.073_493_043_116_361_95, orbit_31(0.092_735_250_310_891_23)),
+            (
+                0.042_546_020_777_081_466,
+                orbit_22(0.045_503_704_125_649_65),
+            ),
+        ])
+    });
+    &RULE
+}
+
+/// 24 points, exact for degree 6 (Keast, 1986).
+pub(crate) fn degree_6() -> &'static [CellPoint] {
+    static RULE: LazyLock<Vec<CellPoint>> = LazyLock::new(|| {
+        tetrahedron(&[
+            (0.039_922_750_258_167_49, orbit_31(0.214_602_871_259_151_68)),
+            (
+                0.010_077_211_055_320_643,
+                orbit_31(0.040_673_958_534_611_35),
+            ),
+            (0.055_357_181_543_654_72, orbit_31(0.322_337_890_142_275_5)),
+            (
+                27.0 / 560.0,
+                orbit_211(0.063_661_001_875_017_53, 0.603_005_664_791_649_1),
+            ),
+        ])
+    });
+    &RULE
+}
+
+/// 12 points on the triangle, exact for degree 6 (Dunavant, 1985).
+pub(crate) fn facet_degree_6() -> &'static [FacetPoint] {
+    static RULE: LazyLock<Vec<FacetPoint>> = LazyLock::new(|| {
+        let mut points = Vec::with_capacity(12);
+        let mut add = |weight: f64, barycentric: [f64; 3]| {
+            points.push(FacetPoint {
+                barycentric,
+                weight: 0.5 * weight,
+            });
+        };
+        for (weight, a) in [
+            (0.116_786_275_726_379_37, 0.249_286_745_170_910_42),
+            (0.050_844_906_370_206_82, 0.063_089_014_491_502_23),
+        ] {
+            let b = 1.0 - 2.0 * a;
+            for l in [[b, a, a], [a, b, a], [a, a, b]] {
+                add(weight, l);
+            }
+        }
+        let (a, b) = (0.310_352_451_033_784_4, 0.053_145_049_844_816_95);
+        let c = 1.0 - a - b;
+        for l in [
+            [a, b, c],
+            [b, c, a],
+            [c, a, b],
+            [b, a, c],
+            [a, c, b],
+            [c, b, a],
+        ] {
+            add(0.082_851_075_618_373_57, l);
+        }
+        points
+    });
+    &RULE
+}
+
+/// Points of a rule from its orbits under the symmetry group, weights given for a tetrahedron of measure one.
+fn tetrahedron(orbits: &[(f64, Vec<[f64; 4]>)]) -> Vec<CellPoint> {
+    orbits
+        .iter()
+        .flat_map(|(weight, orbit)| orbit.iter().map(move |&l| CellPoint::new(l, weight / 6.0)))
+        .collect()
+}
+
+/// The four points `(b, a, a, a)`.
+fn orbit_31(a: f64) -> Vec<[f64; 4]> {
+    (0..4)
+        .map(|i| {
+            let mut l = [a; 4];
+            l[i] = 1.0 - 3.0 * a;
+            l
+        })
+        .collect()
+}
+
+/// The six points `(a, a, b, b)`.
+fn orbit_22(a: f64) -> Vec<[f64; 4]> {
+    pairs()
+        .filter(|&(i, j)| i < j)
+        .map(|(i, j)| {
+            let mut l = [0.5 - a; 4];
+            (l[i], l[j]) = (a, a);
+            l
+        })
+        .collect()
+}
+
+/// The twelve points `(a, a, b, c)`.
+fn orbit_211(a: f64, b: f64) -> Vec<[f64; 4]> {
+    pairs()
+        .map(|(i, j)| {
+            let mut l = [a; 4];
+            (l[i], l[j]) = (b, 1.0 - 2.0 * a - b);
+            l
+        })
+        .collect()
+}
+
+fn pairs() -> impl Iterator<Item = (usize, usize)> {
+    (0..4).flat_map(|i| (0..4).filter(move |&j| j != i).map(move |j| (i, j)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn factorial(n: i32) -> f64 {
+        (1..=n).map(f64::from).product()
+    }
+
+    /// Largest error over the monomials `x^i y^j z^k` of total degree up to `degree`, relative to the integral.
+    fn worst(rule: &[CellPoint], degree: i32) -> f64 {
+        let mut worst = 0f64;
+        for i in 0..=degree {
+            for j in 0..=degree - i {
+                for k in 0..=degree - i - j {
+                    let sum: f64 = rule
+                        .iter()
+                        .map(|q| {
+                            let [_, x, y, z] = q.barycentric;
+                            q.weight * x.powi(i) * y.powi(j) * z.powi(k)
+                        })
+                        .sum();
+                    let exact =
+                        factorial(i) * factorial(j) * factorial(k) / factorial(i + j + k + 3);
+                    worst = worst.max((sum / exact - 1.0).abs());
+                }
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn tetrahedron_rules_are_exact_up_to_their_degree_and_no_further() {
+        for (rule, degree) in [(degree_2(), 2), (degree_5(), 5), (degree_6(), 6)] {
+            assert!(
+                worst(rule, degree) < 2e-14,
+                "degree {degree}: {:e}",
+                worst(rule, degree)
+            );
+            assert!(
+                worst(rule, degree + 1) > 1e-6,
+                "degree {degree} is more than it says"
+            );
+            assert!(
+                rule.iter()
+                    .all(|q| q.weight > 0.0 && q.barycentric.iter().all(|&l| l > 0.0))
+            );
+        }
+    }
+
+    #[test]
+    fn facet_rule_is_exact_up_to_degree_6() {
+        for i in 0..=6 {
+            for j in 0..=6 - i {
+                let sum: f64 = facet_degree_6()
+                    .iter()
+                    .map(|q| q.weight * q.barycentric[1].powi(i) * q.barycentric[2].powi(j))
+                    .sum();
+                let exact = factorial(i) * factorial(j) / factorial(i + j + 2);
+                assert!(
+                    (sum / exact - 1.0).abs() < 2e-14,
+                    "x^{i} y^{j}: {sum} {exact}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! A cube of random affine tets and a shell between two concentric spheres.
+
+use std::collections::BTreeMap;
+
+use mesh::{LinearTets, Sphere, TetMesh, Vec3};
+use nalgebra::Matrix3;
+
+use super::noise;
+
+pub const BODY: u16 = 0;
+pub const CONTAINER: u16 = 1;
+
+/// The image of the unit cube, `n`^3 boxes of six tets, under a random affine map, inner vertices jittered.
+pub fn random_cube(n: u32, seed: u64) -> TetMesh {
+    let mut cube = LinearTets::cube(n);
+    let map = Matrix3::from_fn(|r, c| {
+        let unit = if r == c { 1.0 } else { 0.0 };
+        unit + 0.3 * noise(seed, 3 * r + c)
+    });
+    for (index, x) in cube.points.iter_mut().enumerate() {
+        // A vertex 0.15 sides off leaves the flattest tet of a Kuhn box, height 1/sqrt 2, the right way round.
+        if x.iter().all(|&c| c > 0.0 && c < 1.0) {
+            *x += Vec3::from_fn(|c, _| 0.15 / f64::from(n) * noise(seed, 9 + 3 * index + c));
+        }
+        *x = map * *x;
+    }
+    TetMesh::straight(cube).unwrap()
+}
+
+/// The shell between spheres of radius 1 and `outer` about the origin: icosphere prisms, `n` to an edge of the
+/// icosahedron and `n` layers in geometric progression, each split into three tets. Tags "sphere" and "outer".
+fn shell(n: usize, outer: f64) -> LinearTets {
+    let (directions, triangles) = icosphere(n);
+    let n_directions = directions.len() as u32;
+    let mut points = Vec::new();
+    for layer in 0..=n {
+        let radius = outer.powf(layer as f64 / n as f64);
+        points.extend(directions.iter().map(|d| radius * d));
+    }
+    let (mut tets, mut faces) = (Vec::new(), Vec::new());
+    for triangle in triangles {
+        let mut s = triangle;
+        s.sort_unstable();
+        for layer in 0..n as u32 {
+            let [a, b, c] = s.map(|v| v + layer * n_directions);
+            let [ta, tb, tc] = s.map(|v| v + (layer + 1) * n_directions);
+            // Every quadrilateral is cut from the bottom of its lower to the top of its higher direction.
+            tets.extend([[a, b, c, tc], [a, b, tb, tc], [a, ta, tb, tc]]);
+        }
+        faces.push((triangle, BODY));
+        faces.push((triangle.map(|v| v + n as u32 * n_directions), CONTAINER));
+    }
+    LinearTets {
+        points,
+        tets,
+        faces,
+        tags: vec!["sphere".into(), "outer".into()],
+    }
+}
+
+/// [`shell`] with midside nodes on the spheres.
+pub fn curved_shell(n: usize, outer: f64) -> TetMesh {
+    let sphere = |radius| Sphere {
+        centre: Vec3::zeros(),
+        radius,
+    };
+    let (body, container) = (sphere(1.0), sphere(outer));
+    TetMesh::curved(shell(n, outer), &[("sphere", &body), ("outer", &container)]).unwrap()
+}
+
+/// [`shell`] with midside nodes halfway.
+pub fn straight_shell(n: usize, outer: f64) -> TetMesh {
+    TetMesh::straight(shell(n, outer)).unwrap()
+}
+
+/// Unit vectors and triangles of the icosahedron with edges cut into `n`.
+fn icosphere(n: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let golden = 0.5 * (1.0 + 5f64.sqrt());
+    let mut corners = Vec::new();
+    for (a, b) in [
+        (1.0, golden),
+        (1.0, -golden),
+        (-1.0, golden),
+        (-1.0, -golden),
+    ] {
+        corners.extend([
+            Vec3::new(0.0, a, b),
+            Vec3::new(a, b, 0.0),
+            Vec3::new(b, 0.0, a),
+        ]);
+    }
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    let mut numbers = BTreeMap::new();
+    for i in 0..12 {
+        for j in i + 1..12 {
+            for k in j + 1..12 {
+                // Corners of a face are two apart, the edge length for this size.
+                let near = |a: usize, b: usize| (corners[a] - corners[b]).norm() < 2.1;
+                if !(near(i, j) && near(j, k) && near(i, k)) {
+                    continue;
+                }
+                let face = [i, j, k];
+                let mut at = |a: usize, b: usize| {
+                    let weights = [n - a - b, a, b];
+                    let mut key = [0usize; 12];
+                    for (corner, weight) in face.into_iter().zip(weights) {
+                        key[corner] = weight;
+                    }
+                    *numbers.entry(key).or_insert_with(|| {
+                        let sum: Vec3 = key
+                            .iter()
+                            .zip(&corners)
+                            .map(|(&weight, x)| weight as f64 * x)
+                            .sum();
+                        points.push(sum.normalize());
+                        points.len() as u32 - 1
+                    })
+                };
+                for a in 0..n {
+                    for b in 0..n - a {
+                        triangles.push([at(a, b), at(a + 1, b), at(a, b + 1)]);
+                        if a + b + 2 <= n {
+                            triangles.push([at(a + 1, b), at(a + 1, b + 1), at(a, b + 1)]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    (points, triangles)
+}
