@@ -14,3 +14,77 @@ pub struct LinearTets {
     /// Names of the boundary parts.
     pub tags: Vec<String>,
 }
+
+impl LinearTets {
+    /// The unit cube cut into `n`^3 cubes of six tets each (Kuhn 1960), its sides tagged `x0 x1 y0 y1 z0 z1`.
+    ///
+    /// `(n + 1)^3` vertices, `6 n^3` tets, `12 n^2` faces; the mesh for exactness tests. `n = 0` counts as 1.
+    ///
+    /// ```
+    /// let cube = mesh::LinearTets::cube(2);
+    /// assert_eq!((cube.points.len(), cube.tets.len(), cube.faces.len()), (27, 48, 48));
+    /// ```
+    pub fn cube(n: u32) -> Self {
+        let n = n.max(1);
+        let vertex = |[i, j, k]: [u32; 3]| (i * (n + 1) + j) * (n + 1) + k;
+        let grid = |end: u32| {
+            (0..end).flat_map(move |i| (0..end).flat_map(move |j| (0..end).map(move |k| [i, j, k])))
+        };
+        // From corner (0,0,0) to (1,1,1) along the axes in any order; odd orders are mirrored.
+        const PATHS: [([usize; 3], bool); 6] = [
+            ([0, 1, 2], false),
+            ([1, 2, 0], false),
+            ([2, 0, 1], false),
+            ([0, 2, 1], true),
+            ([1, 0, 2], true),
+            ([2, 1, 0], true),
+        ];
+        let mut tets = Vec::new();
+        for corner in grid(n) {
+            for (path, mirrored) in PATHS {
+                let mut at = corner;
+                let [a, b, c, d] =
+                    [None, Some(path[0]), Some(path[1]), Some(path[2])].map(|axis| {
+                        if let Some(axis) = axis {
+                            at[axis] += 1;
+                        }
+                        vertex(at)
+                    });
+                tets.push(if mirrored { [a, c, b, d] } else { [a, b, c, d] });
+            }
+        }
+        let mut faces = Vec::new();
+        for axis in 0..3 {
+            for side in [0, 1] {
+                for [_, j, k] in grid(n).filter(|at| at[0] == 0) {
+                    let corner = |u: u32, v: u32| {
+                        let mut at = [0; 3];
+                        at[axis] = side * n;
+                        at[(axis + 1) % 3] = j + u;
+                        at[(axis + 2) % 3] = k + v;
+                        vertex(at)
+                    };
+                    // Each square is cut along the diagonal from its lowest to its highest corner, as the tets are.
+                    let tag = 2 * axis as u16 + side as u16;
+                    for [a, b, c] in [
+                        [corner(0, 0), corner(1, 0), corner(1, 1)],
+                        [corner(0, 0), corner(1, 1), corner(0, 1)],
+                    ] {
+                        faces.push((if side == 1 { [a, b, c] } else { [a, c, b] }, tag));
+                    }
+                }
+            }
+        }
+        let h = 1.0 / f64::from(n);
+        Self {
+            points: grid(n + 1)
+                .map(|at| Vec3::from(at.map(f64::from)) * h)
+                .collect(),
+            tets,
+            faces,
+            tags: ["x0", "x1", "y0", "y1", "z0", "z1"]
+                .map(String::from)
+                .into(),
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Edges and faces of a set of tets: who shares what.
+
+use crate::{MeshError, TET_EDGES, Vec3};
+
+/// The local vertices of face `i`, opposite vertex `i`; the normal of a positively oriented tet points outwards.
+pub(crate) const TET_FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+
+/// All edges of a mesh, stored by their lower vertex: edge `e` joins `lower` to `upper[e]`.
+pub(crate) struct EdgeIndex {
+    /// Edges of lower vertex `v` are `start[v]..start[v + 1]`.
+    start: Vec<usize>,
+    /// Upper vertices, ascending within each lower vertex.
+    upper: Vec<u32>,
+}
+
+impl EdgeIndex {
+    /// Numbers the edges of `tets` by (lower vertex, upper vertex). O(n log valence).
+    pub(crate) fn new(n_vertices: usize, tets: &[[u32; 4]]) -> Self {
+        let pairs = || {
+            tets.iter()
+                .flat_map(|tet| TET_EDGES.map(|[a, b]| (tet[a].min(tet[b]), tet[a].max(tet[b]))))
+        };
+        let (start, mut upper) = bucket(n_vertices, pairs);
+        let mut compact = vec![0; n_vertices + 1];
+        let mut len = 0;
+        for v in 0..n_vertices {
+            let range = start[v]..start[v + 1];
+            upper[range.clone()].sort_unstable();
+            for i in range {
+                if len == compact[v] || upper[len - 1] != upper[i] {
+                    upper[len] = upper[i];
+                    len += 1;
+                }
+            }
+            compact[v + 1] = len;
+        }
+        upper.truncate(len);
+        Self {
+            start: compact,
+            upper,
+        }
+    }
+
+    /// Number of edges.
+    pub(crate) fn len(&self) -> usize {
+        self.upper.len()
+    }
+
+    /// The number of edge `ab`, in either order, if a tet has it.
+    pub(crate) fn find(&self, a: u32, b: u32) -> Option<usize> {
+        let low = a.min(b) as usize;
+        let range = self.start[low]..self.start[low + 1];
+        let at = self.upper[range.clone()].binary_search(&a.max(b)).ok()?;
+        Some(range.start + at)
+    }
+
+    /// The edges in order of their numbers, lower vertex first.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        (0..self.start.len() - 1).flat_map(|v| {
+            self.upper[self.start[v]..self.start[v + 1]]
+                .iter()
+                .map(move |&w| [v as u32, w])
+        })
+    }
+}
+
+/// Sorts `(key, value)` pairs into buckets of equal key: offsets of the buckets and their values in order of arrival.
+fn bucket<T: Copy + Default, I: Iterator<Item = (u32, T)>>(
+    n_keys: usize,
+    pairs: impl Fn() -> I,
+) -> (Vec<usize>, Vec<T>) {
+    let mut start = vec![0; n_keys + 1];
+    for (key, _) in pairs() {
+        start[key as usize + 1] += 1;
+    }
+    for k in 0..n_keys {
+        start[k + 1] += start[k];
+    }
+    let mut next = start.clone();
+    let mut values = vec![T::default(); start[n_keys]];
+    for (key, value) in pairs() {
+        values[next[key as usize]] = value;
+        next[key as usize] += 1;
+    }
+    (start, values)
+}
+
+/// A face of a tet that no other tet shares.
+#[derive(Clone, Copy)]
+pub(crate) struct BoundaryFace {
+    /// Vertices, normal out of the fluid.
+    pub(crate) vertices: [u32; 3],
+    pub(crate) cell: u32,
+    pub(crate) tag: u16,
+}
+
+/// Upper two vertices of a face, and the tet (or `FACE +` tagged face) it belongs to.
+type FaceEntry = ([u32; 2], u32, u8);
+
+/// Marks a [`FaceEntry`] of a tagged face; below are the local faces of a tet.
+const TAGGED: u8 = 4;
+
+/// Matches the boundary of `tets` (positively oriented) with the tagged `faces`, one to one.
+///
+/// # Errors
+/// A tagged face that is no boundary face, a boundary face with no tag or with two, three tets on one face.
+pub(crate) fn match_boundary(
+    points: &[Vec3],
+    tets: &[[u32; 4]],
+    faces: &[([u32; 3], u16)],
+    tags: &[String],
+) -> Result<Vec<BoundaryFace>, MeshError> {
+    let key = |[a, b, c]: [u32; 3], owner: u32, side: u8| -> (u32, FaceEntry) {
+        let mut v = [a, b, c];
+        v.sort_unstable();
+        (v[0], ([v[1], v[2]], owner, side))
+    };
+    let entries = || {
+        let of_tets = tets.iter().enumerate().flat_map(move |(cell, tet)| {
+            [0, 1, 2, 3].map(|f| key(TET_FACES[f].map(|i| tet[i]), cell as u32, f as u8))
+        });
+        let tagged = faces.iter().enumerate();
+        of_tets.chain(tagged.map(move |(i, (face, _))| key(*face, i as u32, TAGGED)))
+    };
+    let (start, mut entries) = bucket(points.len(), entries);
+    let mut boundary = Vec::with_capacity(faces.len());
+    for low in 0..points.len() {
+        let around = &mut entries[start[low]..start[low + 1]];
+        // Tets come before tagged faces, so the first of a group tells whether it is a tet's.
+        around.sort_unstable_by_key(|&(upper, owner, side)| (upper, side == TAGGED, owner));
+        for group in around.chunk_by(|a, b| a.0 == b.0) {
+            let n_tets = group.iter().filter(|entry| entry.2 != TAGGED).count();
+            let (of_tets, tagged) = group.split_at(n_tets);
+            let [b, c] = group[0].0;
+            let corners = [low, b as usize, c as usize].map(|v| points[v]);
+            let at = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let tag_name = |entry: &FaceEntry| tags[faces[entry.1 as usize].1 as usize].clone();
+            match (of_tets, tagged) {
+                ([_, _, _, ..], _) => {
+                    return Err(MeshError::CrowdedFace {
+                        cells: n_tets,
+                        at: at.into(),
+                    });
+                }
+                ([_, _], []) => {}
+                ([_], []) => return Err(MeshError::UntaggedFace { at: at.into() }),
+                ([(_, cell, side)], [face]) => boundary.push(BoundaryFace {
+                    vertices: TET_FACES[*side as usize].map(|i| tets[*cell as usize][i]),
+                    cell: *cell,
+                    tag: faces[face.1 as usize].1,
+                }),
+                ([_], [first, second, ..]) => {
+                    return Err(MeshError::FaceTaggedTwice {
+                        first: tag_name(first),
+                        second: tag_name(second),
+                        at: at.into(),
+                    });
+                }
+                (_, [first, ..]) => {
+                    return Err(MeshError::NotOnBoundary {
+                        tag: tag_name(first),
+                        cells: n_tets,
+                        at: at.into(),
+                    });
+                }
+                ([], []) => {}
+            }
+        }
+    }
+    Ok(boundary)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faces_of_the_reference_tet_point_outwards() {
+        let x = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+        for (opposite, face) in TET_FACES.iter().enumerate() {
+            let [a, b, c] = face.map(|i| x[i]);
+            assert!((b - a).cross(&(c - a)).dot(&(x[opposite] - a)) < 0.0);
+        }
+    }
+
+    #[test]
+    fn edges_are_numbered_by_lower_then_upper_vertex() {
+        let edges = EdgeIndex::new(5, &[[3, 1, 0, 2], [4, 1, 3, 2]]);
+        let all: Vec<_> = edges.iter().collect();
+        let expected = [
+            [0, 1],
+            [0, 2],
+            [0, 3],
+            [1, 2],
+            [1, 3],
+            [1, 4],
+            [2, 3],
+            [2, 4],
+            [3, 4],
+        ];
+        assert_eq!(all, expected);
+        assert_eq!(edges.find(3, 1), Some(4));
+        assert_eq!(edges.find(0, 4), None);
+        assert_eq!(edges.len(), 9);
+    }
+}
