@@ -1,0 +1,30 @@
+//! Smoothed aggregation for a scalar matrix with a border, one step a file.
+//!
+//! strength -> aggregate -> tentative -> smooth, after Vanek, Mandel, Brezina (Computing 56, 1996); the split
+//! follows PyAMG. The near-null space is the constant; border unknowns pass through un-aggregated.
+
+mod aggregate;
+mod smooth;
+mod strength;
+mod tentative;
+
+use crate::{Bordered, Transfer};
+
+/// Prolongation to the next coarser level, or `None` when aggregation no longer coarsens.
+///
+/// `upper` bounds the spectrum of `D^-1 K`, `threshold` is that of the strength of connection.
+pub(crate) fn prolongation(
+    fine: &Bordered,
+    diagonal: &[f64],
+    upper: f64,
+    threshold: f64,
+) -> Option<Transfer> {
+    let strong = strength::symmetric(fine.stiffness(), diagonal, threshold);
+    let aggregates = aggregate::standard(&strong);
+    let tentative = tentative::constant(&aggregates);
+    // less than a fifth fewer unknowns a level: cheaper to factorise here than to go on
+    if tentative.cols() == 0 || 5 * tentative.cols() > 4 * fine.nodes() {
+        return None;
+    }
+    Some(smooth::jacobi(fine, diagonal, upper, &tentative))
+}

@@ -1,0 +1,31 @@
+//! One damped Jacobi step on the tentative prolongation, border columns included.
+
+use crate::csr::Rows;
+use crate::product::build_rows;
+use crate::{Bordered, Csr, Transfer};
+
+/// `P = (I - w D^-1 K) T` and `Q = -w D^-1 C` with `w = 4 / (3 upper)`, the minimiser of the energy bound.
+///
+/// The border columns are the same Jacobi step applied to the tentative prolongation `[T 0; 0 I]` of the bordered operator:
+/// a body that moves drags the nodes around it along.
+pub(super) fn jacobi(fine: &Bordered, diagonal: &[f64], upper: f64, tentative: &Csr) -> Transfer {
+    let omega = 4.0 / (3.0 * upper);
+    let (k, t) = (Rows::of(fine.stiffness()), Rows::of(tentative));
+    let nodes = build_rows(fine.nodes(), tentative.cols(), |i, row| {
+        for (aggregate, value) in t.row(i) {
+            row.add(aggregate, value);
+        }
+        for (j, kij) in k.row(i) {
+            for (aggregate, value) in t.row(j) {
+                row.add(aggregate, -omega / diagonal[i] * kij * value);
+            }
+        }
+    });
+    let c = Rows::of(fine.border());
+    let border = build_rows(3 * fine.nodes(), fine.border_len(), |i, row| {
+        for (col, value) in c.row(i) {
+            row.add(col, -omega / diagonal[i / 3] * value);
+        }
+    });
+    Transfer::from_parts(nodes, border)
+}

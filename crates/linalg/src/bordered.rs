@@ -1,0 +1,208 @@
+//! A scalar matrix for three components with a border of a few dense columns.
+
+use nalgebra::DMatrix;
+
+use crate::csr::{Rows, check_finite, check_shape, empty, into_rows, positive_diagonal, transpose};
+use crate::node_kernel::{NodeRows, long_row};
+use crate::row_blocks::RowBlocks;
+use crate::{Csr, LinalgError, LinearOperator};
+
+/// The operator `[K (x) I3, C; C_l^T, M]` on `[3 interleaved components a node | border]`.
+///
+/// `K` is scalar, n x n, symmetric with positive diagonal; `C` is 3n x m with three rows a node, most
+/// of them empty; `M` is m x m. `C_l = C` unless given. With m = 0 it is a plain scalar matrix
+/// applied to three right-hand sides at once.
+///
+/// Cost of [`apply`](LinearOperator::apply): one pass over `K`, allocates nothing, bitwise the same on any number of threads.
+///
+/// ```
+/// use linalg::{Bordered, Csr, LinearOperator};
+/// // K = [2 -1; -1 2], three components at once
+/// let k = Csr::new((2, 2), vec![0, 2, 4], vec![0, 1, 0, 1], vec![2.0, -1.0, -1.0, 2.0]);
+/// let a = Bordered::scalar(k)?;
+/// let mut y = [0.0; 6];
+/// a.apply(&[1.0, 2.0, 3.0, 0.0, 0.0, 1.0], &mut y);
+/// assert_eq!(y, [2.0, 4.0, 5.0, -1.0, -2.0, -1.0]);
+/// # Ok::<(), linalg::LinalgError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Bordered {
+    k: Csr,
+    border: Csr,
+    border_left: Option<Csr>,
+    /// `C_l^T`, so that border rows are gathered, never scattered.
+    border_rows: Csr,
+    corner: DMatrix<f64>,
+    blocks: RowBlocks,
+    border_blocks: RowBlocks,
+}
+
+impl Bordered {
+    /// Checks shapes, finiteness and a positive diagonal; symmetry of `k` is the caller's promise.
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::NotPositive`].
+    pub fn new(
+        k: Csr,
+        border: Csr,
+        border_left: Option<Csr>,
+        corner: DMatrix<f64>,
+    ) -> Result<Self, LinalgError> {
+        let (n, m) = (k.rows(), corner.nrows());
+        check_shape("stiffness matrix K", k.shape(), (n, n))?;
+        check_shape("border corner M", corner.shape(), (m, m))?;
+        check_shape("border C", border.shape(), (3 * n, m))?;
+        check_finite("stiffness matrix K", k.data())?;
+        check_finite("border C", border.data())?;
+        check_finite("border corner M", corner.iter())?;
+        if let Some(left) = &border_left {
+            check_shape("left border C_l", left.shape(), (3 * n, m))?;
+            check_finite("left border C_l", left.data())?;
+        }
+        positive_diagonal("stiffness matrix K", &k)?;
+        Ok(Self::from_parts(
+            into_rows(k),
+            into_rows(border),
+            border_left.map(into_rows),
+            corner,
+        ))
+    }
+
+    /// The operator `K (x) I3` without border: three right-hand sides of one scalar matrix.
+    ///
+    /// # Errors
+    /// As [`Bordered::new`].
+    pub fn scalar(k: Csr) -> Result<Self, LinalgError> {
+        let border = empty(3 * k.rows(), 0);
+        Self::new(k, border, None, DMatrix::zeros(0, 0))
+    }
+
+    /// From parts known to be sound.
+    pub(crate) fn from_parts(
+        k: Csr,
+        border: Csr,
+        border_left: Option<Csr>,
+        corner: DMatrix<f64>,
+    ) -> Self {
+        let border_rows = transpose(border_left.as_ref().unwrap_or(&border));
+        Bordered {
+            blocks: RowBlocks::new(Rows::of(&k).indptr),
+            border_blocks: RowBlocks::new(Rows::of(&border_rows).indptr),
+            k,
+            border,
+            border_left,
+            border_rows,
+            corner,
+        }
+    }
+
+    /// Number of nodes n: the operator has 3n + m rows.
+    pub fn nodes(&self) -> usize {
+        self.k.rows()
+    }
+
+    /// Number of border unknowns m.
+    pub fn border_len(&self) -> usize {
+        self.corner.nrows()
+    }
+
+    /// The scalar matrix `K`.
+    pub fn stiffness(&self) -> &Csr {
+        &self.k
+    }
+
+    /// The border columns `C`, 3n x m.
+    pub fn border(&self) -> &Csr {
+        &self.border
+    }
+
+    /// The left border `C_l`, 3n x m, where it differs from `C`.
+    pub fn border_left(&self) -> Option<&Csr> {
+        self.border_left.as_ref()
+    }
+
+    /// The border rows `C_l^T`, m x 3n.
+    pub(crate) fn border_rows(&self) -> &Csr {
+        &self.border_rows
+    }
+
+    /// The corner `M`, m x m.
+    pub fn corner(&self) -> &DMatrix<f64> {
+        &self.corner
+    }
+
+    /// Node rows in blocks of equal work.
+    pub(crate) fn node_blocks(&self) -> &RowBlocks {
+        &self.blocks
+    }
+
+    /// Border rows in blocks of equal work.
+    pub(crate) fn border_blocks(&self) -> &RowBlocks {
+        &self.border_blocks
+    }
+
+    /// The node rows of the operator with whatever `extra(i, a_i)` adds, into `y`.
+    pub(crate) fn apply_nodes(
+        &self,
+        u: &[f64],
+        v: &[f64],
+        y: &mut [f64],
+        extra: impl Fn(usize, &mut [f64; 3]) + Sync,
+    ) {
+        let rows = NodeRows {
+            k: Rows::of(&self.k),
+            c: Rows::of(&self.border),
+            blocks: &self.blocks,
+        };
+        rows.for_each(nodes(u), v, nodes_mut(y), |i, mut a, yi| {
+            extra(i, &mut a);
+            *yi = a;
+        });
+    }
+
+    /// The border rows of the operator with whatever `extra(c)` adds, into `y`.
+    pub(crate) fn apply_border(
+        &self,
+        u: &[f64],
+        v: &[f64],
+        y: &mut [f64],
+        extra: impl Fn(usize) -> f64 + Sync,
+    ) {
+        let rows = Rows::of(&self.border_rows);
+        self.border_blocks.for_each(y, &|c, yc| {
+            let corner: f64 = v
+                .iter()
+                .enumerate()
+                .map(|(d, v)| self.corner[(c, d)] * v)
+                .sum();
+            *yc = long_row(rows, c, u) + corner + extra(c);
+        });
+    }
+}
+
+impl LinearOperator for Bordered {
+    fn rows(&self) -> usize {
+        3 * self.nodes() + self.border_len()
+    }
+
+    fn cols(&self) -> usize {
+        self.rows()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let (u, v) = x.split_at(3 * self.nodes());
+        let (yu, yv) = y.split_at_mut(3 * self.nodes());
+        self.apply_nodes(u, v, yu, |_, _| ());
+        self.apply_border(u, v, yv, |_| 0.0);
+    }
+}
+
+/// A flat vector as one triple a node.
+pub(crate) fn nodes(u: &[f64]) -> &[[f64; 3]] {
+    u.as_chunks().0
+}
+
+/// A flat vector as one triple a node.
+pub(crate) fn nodes_mut(u: &mut [f64]) -> &mut [[f64; 3]] {
+    u.as_chunks_mut().0
+}

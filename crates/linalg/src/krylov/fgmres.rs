@@ -1,0 +1,204 @@
+//! Flexible GMRES with restarts.
+
+use super::basis::{Orthonormal, RoundedBasis, normalise};
+use super::report::{KrylovParams, SolveReport, check_start};
+use crate::vector::{norm, subtract_from};
+use crate::{LinalgError, LinearOperator, Preconditioner};
+
+const METHOD: &str = "FGMRES";
+
+/// A cycle that leaves more than this part of the true residual has stagnated.
+const STAGNATION: f64 = 0.99;
+
+/// Solves `A x = b` by right-preconditioned flexible GMRES, starting from `x`.
+///
+/// Stops when the *true* `||b - A x|| / ||b||` is at most `rel_tol`: it is recomputed when the recurrence says so, and the
+/// iteration goes on if it is not. A zero `b` gives a zero `x`. Memory: `8 (restart + 1) + 4 restart` bytes an unknown at most,
+/// taken as iterations need it. Reference: Saad, SIAM J. Sci. Comput. 14 (1993).
+///
+/// # Errors
+/// [`LinalgError::NotConverged`], [`LinalgError::Stagnated`] (both with the best iterate left in `x`), [`LinalgError::Breakdown`] for NaN,
+/// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::Parameter`].
+///
+/// ```
+/// use linalg::{Bordered, Csr, Identity, KrylovParams, fgmres};
+/// let k = Csr::new((2, 2), vec![0, 2, 4], vec![0, 1, 0, 1], vec![2.0, -1.0, -1.0, 2.0]);
+/// let a = Bordered::scalar(k)?;
+/// let mut x = [0.0; 6];
+/// let report = fgmres(&a, &mut Identity(6), &[1.0, 2.0, 3.0, 1.0, 2.0, 3.0], &mut x, &KrylovParams::default())?;
+/// assert!(report.true_rel_residual <= 1e-8); // the right-hand side is an eigenvector of eigenvalue 1
+/// assert!((x[5] - 3.0).abs() < 1e-7);
+/// # Ok::<(), linalg::LinalgError>(())
+/// ```
+pub fn fgmres(
+    operator: &dyn LinearOperator,
+    preconditioner: &mut dyn Preconditioner,
+    b: &[f64],
+    x: &mut [f64],
+    params: &KrylovParams,
+) -> Result<SolveReport, LinalgError> {
+    let Some(b_norm) = check_start(operator, preconditioner, b, x, params)? else {
+        x.fill(0.0);
+        return Ok(SolveReport {
+            iterations: 0,
+            true_rel_residual: 0.0,
+            history: vec![0.0],
+        });
+    };
+    let n = b.len();
+    let restart = params.restart.min(params.max_iterations).max(1);
+    let mut v = Orthonormal::new();
+    let mut z = RoundedBasis::new();
+    let mut work = vec![0.0; n];
+    let mut hessenberg = Hessenberg::new(restart);
+    let mut iterations = 0;
+    let mut history = Vec::with_capacity(params.max_iterations.min(1000) + 1);
+    let mut previous = f64::INFINITY;
+    let mut target = params.rel_tol;
+    loop {
+        let r = v.slot(0, n);
+        operator.apply(x, r);
+        subtract_from(b, r);
+        let r_norm = norm(r);
+        let true_rel_residual = r_norm / b_norm;
+        if history.is_empty() {
+            history.push(true_rel_residual);
+        }
+        if true_rel_residual.is_nan() {
+            return Err(broken(iterations, "the operator returned NaN"));
+        }
+        if true_rel_residual <= params.rel_tol {
+            return Ok(SolveReport {
+                iterations,
+                true_rel_residual,
+                history,
+            });
+        }
+        if iterations >= params.max_iterations {
+            return Err(LinalgError::NotConverged {
+                method: METHOD,
+                iterations,
+                true_rel_residual,
+                target: params.rel_tol,
+            });
+        }
+        if true_rel_residual > STAGNATION * previous {
+            return Err(LinalgError::Stagnated {
+                method: METHOD,
+                iterations,
+                true_rel_residual,
+                target: params.rel_tol,
+            });
+        }
+        if previous.is_finite() {
+            // after a restart or a false convergence: leave room for the recurrence to differ from the truth
+            target = 0.5 * params.rel_tol;
+        }
+        previous = true_rel_residual;
+        normalise(r, r_norm);
+        hessenberg.start(r_norm);
+        let mut steps = 0;
+        while steps < restart && iterations < params.max_iterations {
+            preconditioner.apply(v.vector(steps), &mut work);
+            z.store(steps, &mut work);
+            operator.apply(&work, v.slot(steps + 1, n));
+            let size = v.orthogonalise(steps + 1, hessenberg.column(steps));
+            if !size.is_finite() {
+                return Err(broken(
+                    iterations,
+                    "the operator or the preconditioner returned NaN",
+                ));
+            }
+            iterations += 1;
+            let residual = hessenberg.rotate(steps, size) / b_norm;
+            steps += 1;
+            history.push(residual);
+            // an invariant subspace holds the solution, or the operator is singular: the true residual tells
+            if residual <= target || size <= f64::EPSILON * hessenberg.column_norm(steps - 1) {
+                break;
+            }
+            normalise(v.slot(steps, n), size);
+        }
+        tracing::debug!(iterations, residual = history.last(), "{METHOD} cycle");
+        z.add_combination(hessenberg.solve(steps), x);
+    }
+}
+
+fn broken(iteration: usize, cause: &'static str) -> LinalgError {
+    LinalgError::Breakdown {
+        method: METHOD,
+        iteration,
+        cause,
+    }
+}
+
+/// The least-squares problem `min ||beta e1 - H y||`, kept triangular by Givens rotations.
+struct Hessenberg {
+    columns: Vec<Vec<f64>>,
+    rotations: Vec<(f64, f64)>,
+    rhs: Vec<f64>,
+    y: Vec<f64>,
+}
+
+impl Hessenberg {
+    fn new(restart: usize) -> Self {
+        Hessenberg {
+            columns: (0..restart).map(|j| vec![0.0; j + 2]).collect(),
+            rotations: vec![(1.0, 0.0); restart],
+            rhs: vec![0.0; restart + 1],
+            y: vec![0.0; restart],
+        }
+    }
+
+    fn start(&mut self, beta: f64) {
+        self.rhs.fill(0.0);
+        self.rhs[0] = beta;
+    }
+
+    /// Column `j`, whose first `j + 1` entries are for the caller to fill.
+    fn column(&mut self, j: usize) -> &mut [f64] {
+        &mut self.columns[j]
+    }
+
+    /// Norm of column `j`, which rotations leave as it was.
+    fn column_norm(&self, j: usize) -> f64 {
+        self.columns[j].iter().map(|h| h * h).sum::<f64>().sqrt()
+    }
+
+    /// Ends column `j` with `below` under the diagonal; returns the residual norm.
+    fn rotate(&mut self, j: usize, below: f64) -> f64 {
+        let column = &mut self.columns[j];
+        for (i, &(c, s)) in self.rotations[..j].iter().enumerate() {
+            let (a, b) = (column[i], column[i + 1]);
+            column[i] = c * a + s * b;
+            column[i + 1] = c * b - s * a;
+        }
+        let diagonal = column[j];
+        let r = diagonal.hypot(below);
+        let (c, s) = if r > 0.0 {
+            (diagonal / r, below / r)
+        } else {
+            (1.0, 0.0)
+        };
+        column[j] = r;
+        column[j + 1] = 0.0;
+        self.rotations[j] = (c, s);
+        self.rhs[j + 1] = -s * self.rhs[j];
+        self.rhs[j] *= c;
+        self.rhs[j + 1].abs()
+    }
+
+    /// The coefficients of the first `steps` vectors; a singular last pivot gets none.
+    fn solve(&mut self, steps: usize) -> &[f64] {
+        for i in (0..steps).rev() {
+            let known: f64 = (i + 1..steps).map(|j| self.columns[j][i] * self.y[j]).sum();
+            let pivot = self.columns[i][i];
+            self.y[i] = if pivot.abs() > f64::EPSILON * self.column_norm(i) {
+                (self.rhs[i] - known) / pivot
+            } else {
+                0.0
+            };
+        }
+        &self.y[..steps]
+    }
+}

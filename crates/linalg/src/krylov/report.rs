@@ -1,0 +1,84 @@
+//! What goes into a Krylov method and what comes out.
+
+use crate::csr::check_finite;
+use crate::vector::norm;
+use crate::{LinalgError, LinearOperator, Preconditioner};
+
+/// When to stop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KrylovParams {
+    /// Bound on `||b - A x|| / ||b||`. Always relative to `b`: a good initial guess then saves iterations.
+    pub rel_tol: f64,
+    /// Bound on iterations, each one product and one preconditioner.
+    pub max_iterations: usize,
+    /// Basis vectors kept before a restart ([`fgmres`](crate::fgmres) only): 12 bytes an unknown each.
+    pub restart: usize,
+}
+
+impl Default for KrylovParams {
+    fn default() -> Self {
+        KrylovParams {
+            // errors of 1e-8 in velocity stay below those of any affordable mesh
+            rel_tol: 1e-8,
+            // about ten times what the block preconditioner needs: more means that something is wrong
+            max_iterations: 300,
+            restart: 60,
+        }
+    }
+}
+
+/// How a solve went.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolveReport {
+    /// Products with the preconditioned operator.
+    pub iterations: usize,
+    /// `||b - A x|| / ||b||`, recomputed from the returned `x`; zero for `b = 0`.
+    pub true_rel_residual: f64,
+    /// Relative residual before the first and after each iteration, as the recurrence sees it.
+    pub history: Vec<f64>,
+}
+
+/// Refuses what no method can start from; `Some(||b||)` unless `b` is zero.
+pub(super) fn check_start(
+    operator: &dyn LinearOperator,
+    preconditioner: &dyn Preconditioner,
+    b: &[f64],
+    x: &[f64],
+    params: &KrylovParams,
+) -> Result<Option<f64>, LinalgError> {
+    let n = operator.rows();
+    let size = |what, found: usize| crate::csr::check_shape(what, (found, 1), (n, 1));
+    size("operator (columns)", operator.cols())?;
+    size("preconditioner", preconditioner.size())?;
+    size("right-hand side", b.len())?;
+    size("solution vector", x.len())?;
+    check_finite("right-hand side", b)?;
+    check_finite("initial guess", x)?;
+    if !(params.rel_tol > 0.0 && params.rel_tol < 1.0) {
+        return Err(LinalgError::Parameter {
+            name: "rel_tol",
+            value: params.rel_tol,
+            range: "between 0 and 1",
+        });
+    }
+    if params.restart == 0 {
+        return Err(LinalgError::Parameter {
+            name: "restart",
+            value: 0.0,
+            range: "at least 1",
+        });
+    }
+    let b_norm = norm(b);
+    if b.iter().all(|v| *v == 0.0) {
+        return Ok(None);
+    }
+    // squares of the entries overflow or underflow
+    if !(b_norm.is_finite() && b_norm > 0.0) {
+        return Err(LinalgError::Parameter {
+            name: "norm of the right-hand side",
+            value: b_norm,
+            range: "a normal number; scale the problem",
+        });
+    }
+    Ok(Some(b_norm))
+}

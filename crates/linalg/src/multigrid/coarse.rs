@@ -1,0 +1,163 @@
+//! The exact solver on the coarsest level.
+
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+use super::vectors::Vectors;
+use crate::csr::Rows;
+use crate::direct::{Definiteness, SparseFactor, nested_dissection};
+use crate::node_kernel::long_row;
+use crate::{Bordered, Csr, LinalgError};
+
+/// `[K (x) I3, C; C_l^T, M]` solved by one factor of `K` and a dense, pivoted Schur complement of the border.
+///
+/// `S = M - C_l^T W`, `W = (K (x) I3)^-1 C`; `v = S^-1 (b_v - C_l^T t)`, `u = t - W v`, `t = (K (x) I3)^-1 b_u`. Only `K` need be
+/// definite: pivoting admits borders with constraints and nonsymmetric ones.
+pub(super) struct CoarseSolver {
+    factor: SparseFactor,
+    border_rows: Csr,
+    /// `W`, column by column, each interleaved by node.
+    lifted: Vec<f64>,
+    schur: LU<f64, Dyn, Dyn>,
+    /// Whether the whole operator is symmetric positive definite.
+    pub definite: bool,
+    pub vectors: Vectors,
+    components: Vec<f64>,
+    interleaved: Vec<f64>,
+    border: DVector<f64>,
+}
+
+impl CoarseSolver {
+    /// Factorises `operator` times `unit`.
+    pub fn new(operator: &Bordered, unit: f64) -> Result<Self, LinalgError> {
+        let (n, m) = (operator.nodes(), operator.border_len());
+        let k = operator.stiffness().map(|v| v * unit);
+        let order = nested_dissection(&adjacency(&k), &vec![1; n])?;
+        let mut factor = SparseFactor::new(
+            "coarsest stiffness matrix",
+            &k,
+            &order,
+            Definiteness::Positive,
+            3,
+        )?;
+        let border_rows = operator.border_rows().map(|v| v * unit);
+        let mut lifted = vec![0.0; 3 * n * m];
+        let border = Rows::of(operator.border());
+        for i in 0..3 * n {
+            for (c, v) in border.row(i) {
+                lifted[3 * n * c + i] = v * unit;
+            }
+        }
+        let mut components = vec![0.0; 3 * n];
+        for column in lifted.chunks_exact_mut((3 * n).max(1)) {
+            separate(column, &mut components);
+            factor.solve_in_place(&mut components);
+            interleave(&components, column);
+        }
+        let mut schur = operator.corner() * unit;
+        for d in 0..m {
+            let column = &lifted[3 * n * d..3 * n * (d + 1)];
+            for c in 0..m {
+                schur[(c, d)] -= long_row(Rows::of(&border_rows), c, column);
+            }
+        }
+        let definite = operator.border_left().is_none() && schur.clone().cholesky().is_some();
+        let schur = invertible(schur)?;
+        Ok(CoarseSolver {
+            factor,
+            border_rows,
+            lifted,
+            schur,
+            definite,
+            vectors: Vectors::new(n, m),
+            components,
+            interleaved: vec![0.0; 3 * n],
+            border: DVector::zeros(m),
+        })
+    }
+
+    /// Solves for the right-hand side in `vectors`.
+    pub fn solve(&mut self) {
+        let size = self.interleaved.len();
+        let vectors = &mut self.vectors;
+        for (t, b) in self.interleaved.iter_mut().zip(vectors.b.as_flattened()) {
+            *t = f64::from(*b);
+        }
+        separate(&self.interleaved, &mut self.components);
+        self.factor.solve_in_place(&mut self.components);
+        interleave(&self.components, &mut self.interleaved);
+        for (c, v) in self.border.iter_mut().enumerate() {
+            let known = long_row(Rows::of(&self.border_rows), c, &self.interleaved);
+            *v = f64::from(vectors.border_b[c]) - known;
+        }
+        // the factor was found invertible when it was made
+        self.schur.solve_mut(&mut self.border);
+        for (c, v) in self.border.iter().enumerate() {
+            vectors.border_x[c] = *v as f32;
+            let column = &self.lifted[size * c..size * (c + 1)];
+            for (t, w) in self.interleaved.iter_mut().zip(column) {
+                *t -= w * v;
+            }
+        }
+        for (x, t) in vectors
+            .x
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(&self.interleaved)
+        {
+            *x = *t as f32;
+        }
+    }
+}
+
+/// The pivoted factors of the border's Schur complement, refused when it is singular to working precision.
+pub(crate) fn invertible(schur: DMatrix<f64>) -> Result<LU<f64, Dyn, Dyn>, LinalgError> {
+    let m = schur.nrows();
+    let lu = schur.lu();
+    let pivots = lu.u().diagonal().abs();
+    let (smallest, largest) = (pivots.min(), pivots.max());
+    // below m * epsilon relative to the largest, a pivot is rounding error
+    if m > 0
+        && (smallest.is_nan() || largest.is_nan() || smallest <= m as f64 * f64::EPSILON * largest)
+    {
+        return Err(LinalgError::Factorisation {
+            what: "Schur complement of the border",
+            detail: format!(
+                "pivots from {smallest:e} to {largest:e}; are two border unknowns the same motion, or constraints redundant?"
+            ),
+        });
+    }
+    Ok(lu)
+}
+
+/// Neighbours of each row, without the diagonal.
+fn adjacency(k: &Csr) -> Vec<Vec<u32>> {
+    let rows = Rows::of(k);
+    (0..k.rows())
+        .map(|i| {
+            rows.row(i)
+                .map(|(j, _)| j as u32)
+                .filter(|&j| j as usize != i)
+                .collect()
+        })
+        .collect()
+}
+
+/// From one triple a node to three columns.
+fn separate(interleaved: &[f64], components: &mut [f64]) {
+    let n = components.len() / 3;
+    for (i, triple) in interleaved.as_chunks::<3>().0.iter().enumerate() {
+        for d in 0..3 {
+            components[n * d + i] = triple[d];
+        }
+    }
+}
+
+/// From three columns to one triple a node.
+fn interleave(components: &[f64], interleaved: &mut [f64]) {
+    let n = components.len() / 3;
+    for (i, triple) in interleaved.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+        for d in 0..3 {
+            triple[d] = components[n * d + i];
+        }
+    }
+}

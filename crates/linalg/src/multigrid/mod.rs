@@ -1,0 +1,280 @@
+//! V-cycle for a bordered operator: P2 -> P1 -> smoothed aggregation, border unknowns kept on every level.
+
+mod coarse;
+mod level;
+mod vectors;
+
+use std::fmt;
+
+use coarse::CoarseSolver;
+use level::Level;
+use rayon::prelude::*;
+use vectors::Vectors;
+
+use crate::csr::positive_diagonal;
+use crate::vector::{CHUNK, max_abs, power_of_two_below};
+use crate::{
+    Bordered, Csr, LinalgError, Preconditioner, PreconditionerKind, Transfer, amg, chebyshev, csr,
+};
+
+/// Choices of the hierarchy.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MultigridParams {
+    /// The smoother works on eigenvalues of `D^-1 K` from `upper / smoothing_range` to `upper`.
+    pub smoothing_range: f64,
+    /// Neighbours with `a_ij^2 > strength^2 a_ii a_jj` may be aggregated.
+    pub strength: f64,
+    /// A level with at most so many nodes is solved exactly.
+    pub coarsest_nodes: usize,
+}
+
+impl Default for MultigridParams {
+    fn default() -> Self {
+        MultigridParams {
+            smoothing_range: 6.0,
+            strength: 0.0,
+            coarsest_nodes: 500,
+        }
+    }
+}
+
+impl MultigridParams {
+    fn check(&self) -> Result<(), LinalgError> {
+        let parameter = |name, value, range| Err(LinalgError::Parameter { name, value, range });
+        if !(self.smoothing_range > 1.0 && self.smoothing_range.is_finite()) {
+            return parameter(
+                "smoothing_range",
+                self.smoothing_range,
+                "above 1 and finite",
+            );
+        }
+        if !(0.0..1.0).contains(&self.strength) {
+            return parameter("strength", self.strength, "in [0, 1)");
+        }
+        Ok(())
+    }
+}
+
+/// Size of one level.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LevelSize {
+    /// Nodes n.
+    pub nodes: usize,
+    /// Entries of the scalar matrix K.
+    pub entries: usize,
+    /// Entries of the border C.
+    pub border_entries: usize,
+}
+
+/// One V-cycle as an approximate inverse of a [`Bordered`] operator.
+///
+/// Two Jacobi-Chebyshev steps before and after each coarse correction act on the nodes; the border unknowns are carried
+/// un-aggregated through all levels and solved exactly, with the coarsest nodes, at the bottom. The cycle runs
+/// in f32 on values scaled by powers of two; right-hand sides may have any size. It is symmetric (to f32
+/// precision) and positive definite where the operator is.
+///
+/// Cost of `apply`: four passes over each level's K. `{}` prints the table of levels.
+pub struct Multigrid {
+    levels: Vec<Level>,
+    coarse: CoarseSolver,
+    sizes: Vec<LevelSize>,
+    /// Power of two by which the operator was divided.
+    unit: f64,
+}
+
+impl Multigrid {
+    /// Smoothed aggregation from the given operator on.
+    ///
+    /// # Errors
+    /// [`LinalgError::NotPositive`], [`LinalgError::Parameter`], [`LinalgError::Factorisation`] for a singular matrix or border.
+    pub fn new(operator: &Bordered, params: &MultigridParams) -> Result<Self, LinalgError> {
+        params.check()?;
+        let mut builder = Builder::new(operator, params)?;
+        builder.aggregate(operator.clone())
+    }
+
+    /// A given transfer first (P2 -> P1), then smoothed aggregation.
+    ///
+    /// `coarse_stiffness` is the scalar matrix of the coarse space where it is known (on straight-sided meshes the
+    /// P1 stiffness matrix is the Galerkin product); without it the product is formed.
+    ///
+    /// # Errors
+    /// Those of [`Multigrid::new`], and [`LinalgError::Shape`].
+    pub fn with_transfer(
+        operator: &Bordered,
+        transfer: &Transfer,
+        coarse_stiffness: Option<Csr>,
+        params: &MultigridParams,
+    ) -> Result<Self, LinalgError> {
+        params.check()?;
+        transfer.check_against(operator)?;
+        if let Some(k) = &coarse_stiffness {
+            let nc = transfer.nodes().cols();
+            csr::check_shape("coarse stiffness matrix", k.shape(), (nc, nc))?;
+            csr::check_finite("coarse stiffness matrix", k.data())?;
+        }
+        let mut builder = Builder::new(operator, params)?;
+        let diagonal = positive_diagonal("stiffness matrix", operator.stiffness())?;
+        let upper = chebyshev::upper_bound(operator.stiffness(), &diagonal)?;
+        builder.push(operator, transfer, &diagonal, upper);
+        builder.aggregate(transfer.galerkin(operator, coarse_stiffness.map(csr::into_rows)))
+    }
+
+    /// Sizes from the finest level down.
+    pub fn level_sizes(&self) -> &[LevelSize] {
+        &self.sizes
+    }
+
+    /// Entries of all levels' K over those of the finest.
+    pub fn operator_complexity(&self) -> f64 {
+        let all: usize = self.sizes.iter().map(|s| s.entries).sum();
+        all as f64 / self.sizes[0].entries.max(1) as f64
+    }
+}
+
+/// Levels made so far.
+struct Builder<'a> {
+    params: &'a MultigridParams,
+    unit: f64,
+    levels: Vec<Level>,
+    sizes: Vec<LevelSize>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(operator: &Bordered, params: &'a MultigridParams) -> Result<Self, LinalgError> {
+        let diagonal = positive_diagonal("stiffness matrix", operator.stiffness())?;
+        Ok(Builder {
+            params,
+            unit: power_of_two_below(max_abs(&diagonal)),
+            levels: Vec::new(),
+            sizes: Vec::new(),
+        })
+    }
+
+    fn record(&mut self, operator: &Bordered) {
+        self.sizes.push(LevelSize {
+            nodes: operator.nodes(),
+            entries: operator.stiffness().nnz(),
+            border_entries: operator.border().nnz(),
+        });
+    }
+
+    fn push(&mut self, operator: &Bordered, transfer: &Transfer, diagonal: &[f64], upper: f64) {
+        self.record(operator);
+        self.levels.push(Level::new(
+            operator,
+            transfer,
+            diagonal,
+            self.unit.recip(),
+            upper,
+            self.params.smoothing_range,
+        ));
+    }
+
+    /// Aggregates down to the coarsest level.
+    fn aggregate(&mut self, mut operator: Bordered) -> Result<Multigrid, LinalgError> {
+        while operator.nodes() > self.params.coarsest_nodes {
+            let diagonal = positive_diagonal("coarse stiffness matrix", operator.stiffness())?;
+            let upper = chebyshev::upper_bound(operator.stiffness(), &diagonal)?;
+            let Some(transfer) =
+                amg::prolongation(&operator, &diagonal, upper, self.params.strength)
+            else {
+                break;
+            };
+            self.push(&operator, &transfer, &diagonal, upper);
+            operator = transfer.galerkin(&operator, None);
+        }
+        self.record(&operator);
+        Ok(Multigrid {
+            coarse: CoarseSolver::new(&operator, self.unit.recip())?,
+            levels: std::mem::take(&mut self.levels),
+            sizes: std::mem::take(&mut self.sizes),
+            unit: self.unit,
+        })
+    }
+}
+
+/// One V-cycle from zero on the first of `levels`; each level's solution is left in its vectors.
+fn cycle(levels: &mut [Level], coarse: &mut CoarseSolver) {
+    let Some((fine, rest)) = levels.split_first_mut() else {
+        return coarse.solve();
+    };
+    fine.smooth_from_zero();
+    fine.restrict(top(rest, coarse));
+    cycle(rest, coarse);
+    fine.prolong(top(rest, coarse));
+    fine.smooth();
+}
+
+fn top<'a>(levels: &'a mut [Level], coarse: &'a mut CoarseSolver) -> &'a mut Vectors {
+    match levels.first_mut() {
+        Some(level) => &mut level.vectors,
+        None => &mut coarse.vectors,
+    }
+}
+
+impl Preconditioner for Multigrid {
+    fn size(&self) -> usize {
+        3 * self.sizes[0].nodes + self.coarse.vectors.border_b.len()
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        let scale = power_of_two_below(max_abs(r));
+        let (down, up) = (scale.recip(), scale / self.unit);
+        let nodes = 3 * self.sizes[0].nodes;
+        let vectors = top(&mut self.levels, &mut self.coarse);
+        vectors
+            .b
+            .as_flattened_mut()
+            .par_chunks_mut(CHUNK)
+            .zip(r[..nodes].par_chunks(CHUNK))
+            .for_each(|(b, r)| {
+                for (b, r) in b.iter_mut().zip(r) {
+                    *b = (r * down) as f32;
+                }
+            });
+        for (b, r) in vectors.border_b.iter_mut().zip(&r[nodes..]) {
+            *b = (r * down) as f32;
+        }
+        cycle(&mut self.levels, &mut self.coarse);
+        let vectors = top(&mut self.levels, &mut self.coarse);
+        z[..nodes]
+            .par_chunks_mut(CHUNK)
+            .zip(vectors.x.as_flattened().par_chunks(CHUNK))
+            .for_each(|(z, x)| {
+                for (z, x) in z.iter_mut().zip(x) {
+                    *z = f64::from(*x) * up;
+                }
+            });
+        for (z, x) in z[nodes..].iter_mut().zip(&vectors.border_x) {
+            *z = f64::from(*x) * up;
+        }
+    }
+
+    fn kind(&self) -> PreconditionerKind {
+        if self.coarse.definite {
+            PreconditionerKind::PositiveDefinite
+        } else {
+            PreconditionerKind::Linear
+        }
+    }
+}
+
+impl fmt::Display for Multigrid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "level     nodes    entries  per row     border")?;
+        for (l, size) in self.sizes.iter().enumerate() {
+            let per_row = size.entries as f64 / size.nodes.max(1) as f64;
+            let LevelSize {
+                nodes,
+                entries,
+                border_entries,
+            } = size;
+            writeln!(
+                f,
+                "{l:5} {nodes:9} {entries:10} {per_row:8.1} {border_entries:10}"
+            )?;
+        }
+        write!(f, "operator complexity {:.3}", self.operator_complexity())
+    }
+}

@@ -1,0 +1,63 @@
+//! What a Krylov method needs to know of a matrix and of a preconditioner.
+
+/// A linear map `y <- A x` between flat vectors.
+pub trait LinearOperator: Sync {
+    /// Length of `y`.
+    fn rows(&self) -> usize;
+
+    /// Length of `x`.
+    fn cols(&self) -> usize;
+
+    /// Overwrites `y` with `A x`; allocates nothing.
+    ///
+    /// # Panics
+    /// When `x` or `y` has another length than `cols` or `rows`; the solvers check before.
+    fn apply(&self, x: &[f64], y: &mut [f64]);
+}
+
+/// An approximate inverse `z <- N r`; it owns its work space, hence `&mut self`.
+pub trait Preconditioner {
+    /// Length of `r` and of `z`.
+    fn size(&self) -> usize;
+
+    /// Overwrites `z` with the approximate solution of `A z = r`; allocates nothing.
+    ///
+    /// # Panics
+    /// When `r` or `z` has another length than `size`; the solvers check before.
+    fn apply(&mut self, r: &[f64], z: &mut [f64]);
+
+    /// What solvers may assume of the map `r -> z`.
+    fn kind(&self) -> PreconditionerKind;
+}
+
+/// What a solver may assume of a preconditioner; each kind includes those before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PreconditionerKind {
+    /// Linear, symmetric and positive definite (to its own precision): any method.
+    PositiveDefinite,
+    /// A fixed linear map: any GMRES.
+    Linear,
+    /// Changes from call to call: flexible methods only.
+    Variable,
+}
+
+/// No preconditioning: `z = r`.
+#[derive(Debug, Clone, Copy)]
+pub struct Identity(
+    /// Length of the vectors.
+    pub usize,
+);
+
+impl Preconditioner for Identity {
+    fn size(&self) -> usize {
+        self.0
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        z.copy_from_slice(r);
+    }
+
+    fn kind(&self) -> PreconditionerKind {
+        PreconditionerKind::PositiveDefinite
+    }
+}

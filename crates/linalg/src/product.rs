@@ -1,0 +1,114 @@
+//! Sparse products, built row by row in parallel.
+
+use rayon::prelude::*;
+
+use crate::csr::{Csr, Rows};
+
+/// Rows built by one task; large enough that its three arrays are worth allocating.
+const ROWS_PER_TASK: usize = 1024;
+
+/// One row under construction: a dense scratch row with the list of touched columns.
+pub(crate) struct RowAccumulator {
+    values: Vec<f64>,
+    touched_by: Vec<u32>,
+    row: u32,
+    columns: Vec<u32>,
+}
+
+impl RowAccumulator {
+    fn new(cols: usize) -> Self {
+        RowAccumulator {
+            values: vec![0.0; cols],
+            touched_by: vec![0; cols],
+            row: 0,
+            columns: Vec::new(),
+        }
+    }
+
+    /// Adds `value` to column `j` of the row.
+    #[inline]
+    pub fn add(&mut self, j: usize, value: f64) {
+        if self.touched_by[j] == self.row {
+            self.values[j] += value;
+        } else {
+            self.touched_by[j] = self.row;
+            self.values[j] = value;
+            self.columns.push(j as u32);
+        }
+    }
+}
+
+/// The matrix whose row `i` is what `fill(i, row)` adds up. Cost: that of `fill` plus sorting each row.
+pub(crate) fn build_rows(
+    rows: usize,
+    cols: usize,
+    fill: impl Fn(usize, &mut RowAccumulator) + Sync,
+) -> Csr {
+    let pieces: Vec<(Vec<usize>, Vec<u32>, Vec<f64>)> = (0..rows.div_ceil(ROWS_PER_TASK))
+        .into_par_iter()
+        .map_init(
+            || RowAccumulator::new(cols),
+            |row, task| {
+                let range = task * ROWS_PER_TASK..rows.min((task + 1) * ROWS_PER_TASK);
+                let mut piece = (Vec::with_capacity(range.len()), Vec::new(), Vec::new());
+                for i in range {
+                    row.row = i as u32 + 1;
+                    row.columns.clear();
+                    fill(i, row);
+                    row.columns.sort_unstable();
+                    piece.0.push(row.columns.len());
+                    piece.1.extend_from_slice(&row.columns);
+                    piece
+                        .2
+                        .extend(row.columns.iter().map(|&j| row.values[j as usize]));
+                }
+                piece
+            },
+        )
+        .collect();
+    let mut indptr = Vec::with_capacity(rows + 1);
+    indptr.push(0);
+    let mut entries = 0;
+    for (lengths, ..) in &pieces {
+        for length in lengths {
+            entries += length;
+            indptr.push(entries);
+        }
+    }
+    let mut columns = Vec::with_capacity(entries);
+    let mut values = Vec::with_capacity(entries);
+    for (_, c, v) in pieces {
+        columns.extend_from_slice(&c);
+        values.extend_from_slice(&v);
+    }
+    Csr::new((rows, cols), indptr, columns, values)
+}
+
+/// `A B`.
+pub(crate) fn multiply(a: &Csr, b: &Csr) -> Csr {
+    let (left, right) = (Rows::of(a), Rows::of(b));
+    build_rows(a.rows(), b.cols(), |i, row| {
+        for (k, aik) in left.row(i) {
+            for (j, bkj) in right.row(k) {
+                row.add(j, aik * bkj);
+            }
+        }
+    })
+}
+
+/// `(A (x) I3) X + Y` for `X` and `Y` with three interleaved rows a node.
+pub(crate) fn kron3_multiply_add(a: &Csr, x: &Csr, y: &Csr) -> Csr {
+    let (a_rows, x_rows, y_rows) = (Rows::of(a), Rows::of(x), Rows::of(y));
+    build_rows(3 * a.rows(), x.cols(), |i, row| {
+        for (c, v) in y_rows.row(i) {
+            row.add(c, v);
+        }
+        // borders are empty at most nodes: the row pointer tells without touching entries
+        let (node, d) = (i / 3, i % 3);
+        for (k, aik) in a_rows.row(node) {
+            for (c, v) in x_rows.row(3 * k + d) {
+                row.add(c, aik * v);
+            }
+        }
+    })
+}

@@ -1,0 +1,190 @@
+//! The bordered saddle-point system of rigid bodies in Stokes flow.
+
+use std::ops::Range;
+
+use crate::bordered::{nodes, nodes_mut};
+use crate::csr::{Rows, check_finite, check_shape, into_rows, positive_diagonal, transpose};
+use crate::node_kernel::long_row;
+use crate::row_blocks::RowBlocks;
+use crate::{Bordered, Csr, Csr3, LinalgError, LinearOperator};
+
+/// The system on `[velocity, 3 interleaved components a node | border: m | pressure: np]`:
+///
+/// ```text
+/// [ K (x) I3   C    B^T  ]
+/// [ C_l^T      M    E_l^T]      C_l = C and E_l = E unless given
+/// [ B          E     0   ]
+/// ```
+///
+/// `B` (np x n, entries 3-vectors) and `E` (np x m) hold `-int q div v`; the pressure mass matrix must
+/// carry `1 / viscosity` so that it approximates the Schur complement. `B` is stored with its
+/// transpose (56 bytes an entry pair), so that both products gather.
+///
+/// Cost of [`apply`](LinearOperator::apply): one pass over `K`, `B` and `B^T`; allocates nothing,
+/// bitwise the same on any number of threads.
+#[derive(Debug, Clone)]
+pub struct SaddleSystem {
+    a: Bordered,
+    b: Csr3,
+    bt: Csr3,
+    e: Csr,
+    /// `E_l^T`, m x np.
+    et: Csr,
+    e_left: Option<Csr>,
+    pressure_mass: Csr,
+    pressure_blocks: RowBlocks,
+}
+
+impl SaddleSystem {
+    /// Checks shapes, finiteness and a positive mass diagonal.
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::NotPositive`].
+    pub fn new(
+        a: Bordered,
+        b: Csr3,
+        e: Csr,
+        e_left: Option<Csr>,
+        pressure_mass: Csr,
+    ) -> Result<Self, LinalgError> {
+        let (n, m, np) = (a.nodes(), a.border_len(), pressure_mass.rows());
+        check_shape("pressure mass matrix", pressure_mass.shape(), (np, np))?;
+        check_shape("divergence B", b.shape(), (np, n))?;
+        check_shape("border divergence E", e.shape(), (np, m))?;
+        check_finite("pressure mass matrix", pressure_mass.data())?;
+        check_finite("divergence B", b.data().as_flattened())?;
+        check_finite("border divergence E", e.data())?;
+        if let Some(left) = &e_left {
+            check_shape("left border divergence E_l", left.shape(), (np, m))?;
+            check_finite("left border divergence E_l", left.data())?;
+        }
+        positive_diagonal("pressure mass matrix", &pressure_mass)?;
+        let (b, e) = (into_rows(b), into_rows(e));
+        let e_left = e_left.map(into_rows);
+        Ok(SaddleSystem {
+            bt: transpose(&b),
+            et: transpose(e_left.as_ref().unwrap_or(&e)),
+            pressure_blocks: RowBlocks::new(Rows::of(&b).indptr),
+            pressure_mass: into_rows(pressure_mass),
+            a,
+            b,
+            e,
+            e_left,
+        })
+    }
+
+    /// The velocity and border block `[K (x) I3, C; C_l^T, M]`.
+    pub fn velocity_block(&self) -> &Bordered {
+        &self.a
+    }
+
+    /// The divergence `B`, np x n.
+    pub fn divergence(&self) -> &Csr3 {
+        &self.b
+    }
+
+    /// The divergence of the border motions `E`, np x m.
+    pub fn border_divergence(&self) -> &Csr {
+        &self.e
+    }
+
+    /// The left border divergence `E_l`, np x m, where it differs from `E`.
+    pub fn border_divergence_left(&self) -> Option<&Csr> {
+        self.e_left.as_ref()
+    }
+
+    /// `E_l^T`, m x np.
+    pub(crate) fn border_gradient(&self) -> &Csr {
+        &self.et
+    }
+
+    /// The pressure mass matrix over the viscosity, np x np.
+    pub fn pressure_mass(&self) -> &Csr {
+        &self.pressure_mass
+    }
+
+    /// Whether every formulation block equals its mirror: `C_l = C`, `E_l = E`.
+    pub fn is_symmetric(&self) -> bool {
+        self.a.border_left().is_none() && self.e_left.is_none()
+    }
+
+    /// Positions of the velocity unknowns, `0..3n`.
+    pub fn velocity_range(&self) -> Range<usize> {
+        0..3 * self.a.nodes()
+    }
+
+    /// Positions of the border unknowns, `3n..3n+m`.
+    pub fn border_range(&self) -> Range<usize> {
+        self.velocity_range().end..self.a.rows()
+    }
+
+    /// Positions of the pressure unknowns, `3n+m..3n+m+np`.
+    pub fn pressure_range(&self) -> Range<usize> {
+        self.a.rows()..self.rows()
+    }
+
+    /// `y <- y - [B^T; E_l^T] p` on velocity and border rows.
+    pub(crate) fn subtract_gradient(&self, p: &[f64], y: &mut [f64]) {
+        let (yu, yv) = y.split_at_mut(3 * self.a.nodes());
+        let (bt, et) = (Rows::of(&self.bt), Rows::of(&self.et));
+        self.a.node_blocks().for_each(nodes_mut(yu), &|i, yi| {
+            let mut g = [0.0; 3];
+            add_gradient(bt, i, p, &mut g);
+            for d in 0..3 {
+                yi[d] -= g[d];
+            }
+        });
+        self.a
+            .border_blocks()
+            .for_each(yv, &|c, yc| *yc -= long_row(et, c, p));
+    }
+
+    /// `y <- B u + E v` on pressure rows.
+    pub(crate) fn apply_divergence(&self, u: &[f64], v: &[f64], y: &mut [f64]) {
+        let (u, b, e) = (nodes(u), Rows::of(&self.b), Rows::of(&self.e));
+        self.pressure_blocks.for_each(y, &|q, yq| {
+            let mut sum = 0.0;
+            for (j, w) in b.row(q) {
+                let uj = u[j];
+                sum += w[0] * uj[0] + w[1] * uj[1] + w[2] * uj[2];
+            }
+            for (c, w) in e.row(q) {
+                sum += w * v[c];
+            }
+            *yq = sum;
+        });
+    }
+}
+
+/// Adds `(B^T p)_i` to `a`.
+#[inline(always)]
+fn add_gradient(bt: Rows<'_, [f64; 3]>, i: usize, p: &[f64], a: &mut [f64; 3]) {
+    for (q, w) in bt.row(i) {
+        let pq = p[q];
+        a[0] += w[0] * pq;
+        a[1] += w[1] * pq;
+        a[2] += w[2] * pq;
+    }
+}
+
+impl LinearOperator for SaddleSystem {
+    fn rows(&self) -> usize {
+        self.a.rows() + self.pressure_mass.rows()
+    }
+
+    fn cols(&self) -> usize {
+        self.rows()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let (velocity, border) = (self.velocity_range().end, self.border_range().end);
+        let (u, v, p) = (&x[..velocity], &x[velocity..border], &x[border..]);
+        let (ya, yp) = y.split_at_mut(border);
+        let (yu, yv) = ya.split_at_mut(velocity);
+        let (bt, et) = (Rows::of(&self.bt), Rows::of(&self.et));
+        self.a
+            .apply_nodes(u, v, yu, |i, a| add_gradient(bt, i, p, a));
+        self.a.apply_border(u, v, yv, |c| long_row(et, c, p));
+        self.apply_divergence(u, v, yp);
+    }
+}

@@ -1,0 +1,101 @@
+//! Prolongation of a bordered operator and the Galerkin products with it.
+
+use nalgebra::DMatrix;
+
+use crate::csr::{Rows, check_finite, check_shape, into_rows, transpose};
+use crate::product::{build_rows, kron3_multiply_add, multiply};
+use crate::{Bordered, Csr, LinalgError};
+
+/// The prolongation `u_fine = (P (x) I3) u_coarse + Q v`, `v_fine = v_coarse` of nodes and border.
+///
+/// From P1 to P2 on a mesh with rigid bodies `P` interpolates (1 at vertices, 1/2 at both ends of an
+/// edge) and `Q` holds half the rigid motion at free midside nodes whose edge has one end on a body.
+#[derive(Debug, Clone)]
+pub struct Transfer {
+    nodes: Csr,
+    border: Csr,
+}
+
+impl Transfer {
+    /// From `nodes` P (n x n_coarse) and `border` Q (3n x m).
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`].
+    pub fn new(nodes: Csr, border: Csr) -> Result<Self, LinalgError> {
+        let expected = (3 * nodes.rows(), border.cols());
+        check_shape("border Q of the transfer", border.shape(), expected)?;
+        check_finite("transfer P", nodes.data())?;
+        check_finite("border Q of the transfer", border.data())?;
+        Ok(Transfer {
+            nodes: into_rows(nodes),
+            border: into_rows(border),
+        })
+    }
+
+    /// From parts known to be sound.
+    pub(crate) fn from_parts(nodes: Csr, border: Csr) -> Self {
+        Transfer { nodes, border }
+    }
+
+    /// The scalar prolongation `P`, n x n_coarse.
+    pub fn nodes(&self) -> &Csr {
+        &self.nodes
+    }
+
+    /// The border columns `Q`, 3n x m.
+    pub fn border(&self) -> &Csr {
+        &self.border
+    }
+
+    pub(crate) fn check_against(&self, fine: &Bordered) -> Result<(), LinalgError> {
+        let (n, m) = (fine.nodes(), fine.border_len());
+        let expected = (n, self.nodes.cols());
+        check_shape("transfer P", self.nodes.shape(), expected)?;
+        let expected = (3 * n, m);
+        check_shape("border Q of the transfer", self.border.shape(), expected)
+    }
+
+    /// The Galerkin operator `[P Q; 0 I]^T [K C; C_l^T M] [P Q; 0 I]`, K and P three times over:
+    ///
+    /// `K_c = P^T K P`, `C_c = P^T (C + K Q)`, `M_c = M + Q^T (C + K Q) + C_l^T Q`.
+    ///
+    /// `k_coarse` replaces the first product where it is known, as on straight-sided meshes.
+    pub(crate) fn galerkin(&self, fine: &Bordered, k_coarse: Option<Csr>) -> Bordered {
+        let k = fine.stiffness();
+        let restrict = transpose(&self.nodes);
+        let k_coarse = k_coarse.unwrap_or_else(|| multiply(&restrict, &multiply(k, &self.nodes)));
+        let kq_plus_c = kron3_multiply_add(k, &self.border, fine.border());
+        let left = fine
+            .border_left()
+            .map(|c| restrict3(&restrict, &kron3_multiply_add(k, &self.border, c)));
+        let mut corner = fine.corner().clone();
+        add_transposed_product(&self.border, &kq_plus_c, &mut corner);
+        let c_left = fine.border_left().unwrap_or(fine.border());
+        add_transposed_product(c_left, &self.border, &mut corner);
+        Bordered::from_parts(k_coarse, restrict3(&restrict, &kq_plus_c), left, corner)
+    }
+}
+
+/// `(R (x) I3) X` for `X` with three interleaved rows a node.
+fn restrict3(restrict: &Csr, x: &Csr) -> Csr {
+    let (r, x_rows) = (Rows::of(restrict), Rows::of(x));
+    build_rows(3 * restrict.rows(), x.cols(), |i, row| {
+        for (node, w) in r.row(i / 3) {
+            for (c, v) in x_rows.row(3 * node + i % 3) {
+                row.add(c, w * v);
+            }
+        }
+    })
+}
+
+/// `M <- M + X^T Y`, row by row in order.
+fn add_transposed_product(x: &Csr, y: &Csr, m: &mut DMatrix<f64>) {
+    let (x_rows, y_rows) = (Rows::of(x), Rows::of(y));
+    for i in 0..x.rows() {
+        for (c, xv) in x_rows.row(i) {
+            for (d, yv) in y_rows.row(i) {
+                m[(c, d)] += xv * yv;
+            }
+        }
+    }
+}

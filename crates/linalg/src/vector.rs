@@ -1,0 +1,120 @@
+//! Dot products and updates whose results do not depend on the number of threads.
+
+use rayon::prelude::*;
+
+/// Entries summed serially before partial sums are combined: 32 kB of f64, half of a first-level cache.
+pub(crate) const CHUNK: usize = 4096;
+
+/// `x . y`, summed by a tree that depends on the length alone.
+pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
+    tree(x.len(), 0, &|lo, hi| {
+        x[lo..hi].iter().zip(&y[lo..hi]).map(|(a, b)| a * b).sum()
+    })
+}
+
+/// Euclidean norm.
+pub(crate) fn norm(x: &[f64]) -> f64 {
+    dot(x, x).sqrt()
+}
+
+/// Largest magnitude; a NaN is passed over.
+pub(crate) fn max_abs(x: &[f64]) -> f64 {
+    x.par_chunks(CHUNK)
+        .map(|c| c.iter().fold(0.0_f64, |m, v| m.max(v.abs())))
+        .reduce(|| 0.0, f64::max)
+}
+
+/// `y <- y + alpha x`.
+pub(crate) fn axpy(alpha: f64, x: &[f64], y: &mut [f64]) {
+    y.par_chunks_mut(CHUNK)
+        .zip(x.par_chunks(CHUNK))
+        .for_each(|(y, x)| {
+            for (y, x) in y.iter_mut().zip(x) {
+                *y += alpha * x;
+            }
+        });
+}
+
+/// `y <- x + beta y`.
+pub(crate) fn xpby(x: &[f64], beta: f64, y: &mut [f64]) {
+    y.par_chunks_mut(CHUNK)
+        .zip(x.par_chunks(CHUNK))
+        .for_each(|(y, x)| {
+            for (y, x) in y.iter_mut().zip(x) {
+                *y = x + beta * *y;
+            }
+        });
+}
+
+/// `y <- alpha y`.
+pub(crate) fn scale(alpha: f64, y: &mut [f64]) {
+    y.par_chunks_mut(CHUNK)
+        .for_each(|y| y.iter_mut().for_each(|y| *y *= alpha));
+}
+
+/// `r <- b - r`.
+pub(crate) fn subtract_from(b: &[f64], r: &mut [f64]) {
+    r.par_chunks_mut(CHUNK)
+        .zip(b.par_chunks(CHUNK))
+        .for_each(|(r, b)| {
+            for (r, b) in r.iter_mut().zip(b) {
+                *r = b - *r;
+            }
+        });
+}
+
+/// The largest power of two not above `|x|`: scaling by it rounds nothing. One for zero, NaN and infinity.
+pub(crate) fn power_of_two_below(x: f64) -> f64 {
+    let exponent_bits = x.abs().to_bits() & (0x7ff << 52);
+    match exponent_bits >> 52 {
+        // the last few exponents are kept away from, so that the reciprocal is normal too
+        0 | 0x7fd.. => 1.0,
+        _ => f64::from_bits(exponent_bits),
+    }
+}
+
+/// Sums of `part(lo, hi)` over chunks of `[start, start + len)` by halving at chunk boundaries.
+fn tree(len: usize, start: usize, part: &(impl Fn(usize, usize) -> f64 + Sync)) -> f64 {
+    if len <= CHUNK {
+        return part(start, start + len);
+    }
+    let half = len.div_ceil(CHUNK) / 2 * CHUNK;
+    let (a, b) = rayon::join(
+        || tree(half, start, part),
+        || tree(len - half, start + half, part),
+    );
+    a + b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dot_is_bitwise_the_same_on_one_and_two_threads() {
+        let x: Vec<f64> = (0..100_003).map(|i| (i as f64 * 0.37).sin()).collect();
+        let on = |threads| {
+            rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .expect("a pool")
+                .install(|| dot(&x, &x).to_bits())
+        };
+        assert_eq!(on(1), on(2));
+    }
+
+    #[test]
+    fn power_of_two_scaling_is_exact_and_safe() {
+        for (x, p) in [
+            (1.0, 1.0),
+            (-3.9, 2.0),
+            (0.3, 0.25),
+            (1e-300, 2f64.powi(-997)),
+        ] {
+            assert_eq!(power_of_two_below(x), p);
+        }
+        for x in [0.0, f64::NAN, f64::INFINITY, 5e-324, f64::MAX] {
+            assert_eq!(power_of_two_below(x), 1.0, "{x}");
+        }
+    }
+}
