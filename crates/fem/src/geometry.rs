@@ -101,3 +101,63 @@ fn inverted(cell: usize, nodes: &CellNodes, jacobian: f64) -> FemError {
         jacobian,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quadrature::{degree_2, degree_5};
+
+    /// The reference tet with its midside nodes halfway.
+    fn reference() -> CellNodes {
+        let x = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+        let m = TET_EDGES.map(|[i, j]| 0.5 * (x[i] + x[j]));
+        [x[0], x[1], x[2], x[3], m[0], m[1], m[2], m[3], m[4], m[5]]
+    }
+
+    #[test]
+    fn affine_and_pointwise_maps_agree() {
+        let nodes =
+            reference().map(|x| Vec3::new(x.x + 0.3 * x.y, 2.0 * x.y - x.z, 0.1 * x.x + x.z));
+        let affine = Affine::new(0, &nodes).unwrap();
+        for point in degree_2() {
+            let (closed, at) = (affine.map_at(point), MapAt::new(0, &nodes, point).unwrap());
+            assert!((closed.inverse_transpose - at.inverse_transpose).amax() < 1e-14);
+            assert!((closed.measure - at.measure).abs() < 1e-15);
+        }
+        let sum: f64 = degree_5()
+            .iter()
+            .map(|q| MapAt::new(0, &nodes, q).unwrap().measure)
+            .sum();
+        assert!((sum - affine.volume).abs() < 1e-15);
+    }
+
+    #[test]
+    fn inverted_flat_and_infinite_cells_are_errors_with_their_place() {
+        let mirrored = reference().map(|x| Vec3::new(-x.x, x.y, x.z));
+        let flat = reference().map(|x| Vec3::new(x.x, x.y, 0.0));
+        let nan = reference().map(|x| Vec3::new(f64::NAN, x.y, x.z));
+        let huge = reference().map(|x| 1e200 * x);
+        for nodes in [mirrored, flat, nan, huge] {
+            for result in [
+                Affine::new(7, &nodes).map(|_| ()),
+                MapAt::new(7, &nodes, &degree_5()[0]).map(|_| ()),
+            ] {
+                assert!(matches!(
+                    result,
+                    Err(FemError::InvertedCell { cell: 7, .. })
+                ));
+            }
+        }
+    }
+
+    #[test]
+    fn a_cell_folded_by_one_midside_node_is_an_error() {
+        let mut nodes = reference();
+        nodes[4] = Vec3::new(1.2, 0.0, 0.0);
+        assert!(
+            degree_5()
+                .iter()
+                .any(|point| MapAt::new(0, &nodes, point).is_err())
+        );
+    }
+}

@@ -10,21 +10,21 @@ use super::noise;
 pub const BODY: u16 = 0;
 pub const CONTAINER: u16 = 1;
 
-/// The image of the unit cube, `n`^3 boxes of six tets, under a random affine map, inner vertices jittered.
-pub fn random_cube(n: u32, seed: u64) -> TetMesh {
-    let mut cube = LinearTets::cube(n);
-    let map = Matrix3::from_fn(|r, c| {
-        let unit = if r == c { 1.0 } else { 0.0 };
-        unit + 0.3 * noise(seed, 3 * r + c)
-    });
-    for (index, x) in cube.points.iter_mut().enumerate() {
-        // A vertex 0.15 sides off leaves the flattest tet of a Kuhn box, height 1/sqrt 2, the right way round.
-        if x.iter().all(|&c| c > 0.0 && c < 1.0) {
-            *x += Vec3::from_fn(|c, _| 0.15 / f64::from(n) * noise(seed, 9 + 3 * index + c));
+/// A random affine image of [`straight_shell`] to radius 3, inner vertices jittered: affine cells of all shapes, each
+/// with a vertex inside, without which a Dirichlet problem leaves pressures undetermined.
+pub fn random_affine(n: usize, seed: u64) -> TetMesh {
+    let mut tets = shell(n, 3.0);
+    // Diagonally dominant, so never singular.
+    let map = Matrix3::identity() + 0.3 * Matrix3::from_fn(|r, c| noise(seed, 3 * r + c));
+    for (index, x) in tets.points.iter_mut().enumerate() {
+        if x.norm() > 1.01 && x.norm() < 2.99 {
+            // A tenth of an edge in each direction.
+            let step = 0.06 * x.norm() / n as f64;
+            *x += Vec3::from_fn(|c, _| step * noise(seed, 9 + 3 * index + c));
         }
         *x = map * *x;
     }
-    TetMesh::straight(cube).unwrap()
+    TetMesh::straight(tets).unwrap()
 }
 
 /// The shell between spheres of radius 1 and `outer` about the origin: icosphere prisms, `n` to an edge of the
@@ -71,6 +71,25 @@ pub fn curved_shell(n: usize, outer: f64) -> TetMesh {
 /// [`shell`] with midside nodes halfway.
 pub fn straight_shell(n: usize, outer: f64) -> TetMesh {
     TetMesh::straight(shell(n, outer)).unwrap()
+}
+
+/// The ball as a fan of tets around its centre, on an icosphere of `n` to an edge.
+pub fn fan(n: usize) -> TetMesh {
+    let (mut points, triangles) = icosphere(n);
+    let centre = points.len() as u32;
+    points.push(Vec3::zeros());
+    let tets = triangles
+        .iter()
+        .map(|&[a, b, c]| [centre, a, b, c])
+        .collect();
+    let faces = triangles.into_iter().map(|face| (face, 0)).collect();
+    TetMesh::straight(LinearTets {
+        points,
+        tets,
+        faces,
+        tags: vec!["surface".into()],
+    })
+    .unwrap()
 }
 
 /// Unit vectors and triangles of the icosahedron with edges cut into `n`.

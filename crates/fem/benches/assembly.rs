@@ -1,0 +1,44 @@
+//! Cells a second of the symbolic phase and of the matrices of a saddle system, on affine and on curved meshes.
+
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
+use fem::TaylorHood;
+use mesh::{LinearTets, TetMesh};
+
+fn matrices(group: &mut BenchmarkGroup<WallTime>, mesh: &TetMesh) {
+    let space = TaylorHood::new(mesh).expect("a mesh of moderate size");
+    group
+        .throughput(Throughput::Elements(mesh.n_cells() as u64))
+        .sample_size(10);
+    group.bench_function("patterns", |b| b.iter(|| TaylorHood::new(mesh)));
+    group.bench_function("stiffness", |b| b.iter(|| space.stiffness(mesh)));
+    group.bench_function("divergence", |b| b.iter(|| space.divergence(mesh)));
+    group.bench_function("vertex_stiffness", |b| {
+        b.iter(|| space.vertex_stiffness(mesh))
+    });
+    group.bench_function("pressure_mass", |b| b.iter(|| space.pressure_mass(mesh)));
+}
+
+fn assembly(c: &mut Criterion) {
+    for n in [12, 24] {
+        let affine = TetMesh::straight(LinearTets::cube(n)).expect("the unit cube");
+        matrices(
+            &mut c.benchmark_group(format!("affine_{}", affine.n_cells())),
+            &affine,
+        );
+        // A shear that bends every cell a little: x + 0.1 y^2.
+        let bent = affine
+            .points()
+            .iter()
+            .map(|x| x + mesh::Vec3::x() * (0.1 * x.y * x.y))
+            .collect();
+        let curved = affine.with_points(bent).expect("a shear inverts no cell");
+        matrices(
+            &mut c.benchmark_group(format!("curved_{}", curved.n_cells())),
+            &curved,
+        );
+    }
+}
+
+criterion_group!(benches, assembly);
+criterion_main!(benches);

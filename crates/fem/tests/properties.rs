@@ -1,0 +1,265 @@
+//! What holds for every mesh and every field: symmetry, null spaces, adjointness, identities between the matrices.
+
+mod support;
+
+use fem::{TaylorHood, dissipation, momentum_residual, surface_measures};
+use linalg::Csr;
+use mesh::{TetMesh, Vec3};
+use proptest::prelude::*;
+use support::meshes::{BODY, curved_shell, random_affine};
+use support::{dot, noise, noise_vector, stokes};
+
+/// A shell whose every cell is curved: all nodes are moved by up to a fiftieth.
+fn bent_shell(seed: u64) -> TetMesh {
+    let mesh = curved_shell(2, 3.0);
+    let points = mesh.points().iter().enumerate();
+    let moved = points.map(|(i, x)| x + Vec3::from_fn(|c, _| 0.02 * noise(seed, 3 * i + c)));
+    mesh.with_points(moved.collect()).unwrap()
+}
+
+/// Affine, mixed and curved meshes.
+fn meshes() -> impl Strategy<Value = TetMesh> {
+    prop_oneof![
+        any::<u64>().prop_map(|seed| random_affine(2, seed)),
+        Just(curved_shell(2, 3.0)),
+        any::<u64>().prop_map(bent_shell),
+    ]
+}
+
+fn product(matrix: &Csr, x: &[f64]) -> Vec<f64> {
+    let row = |row: sprs::CsVecViewI<f64, u32>| row.iter().map(|(j, a)| a * x[j]).sum();
+    matrix.outer_iterator().map(row).collect()
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |a, b| b.abs().max(a))
+}
+
+/// Largest entry of `a - b`, which have one sparsity, relative to the largest of `a`.
+fn difference(a: &Csr, b: &Csr) -> f64 {
+    assert_eq!(
+        (a.indptr().raw_storage(), a.indices()),
+        (b.indptr().raw_storage(), b.indices())
+    );
+    let gap: Vec<f64> = a.data().iter().zip(b.data()).map(|(a, b)| a - b).collect();
+    largest(&gap) / largest(a.data())
+}
+
+fn is_symmetric(a: &Csr) -> bool {
+    difference(a, &a.transpose_view().to_csr()) < 1e-14
+}
+
+fn on_boundary(mesh: &TetMesh) -> Vec<bool> {
+    let mut boundary = vec![false; mesh.n_points()];
+    for node in mesh.facets().iter().flat_map(|facet| facet.nodes) {
+        boundary[node as usize] = true;
+    }
+    boundary
+}
+
+/// Rounding of a sum of a row's entries (at most a few hundred, each from at most a few dozen cells).
+const ROUNDING: f64 = 1e-12;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    #[test]
+    fn stiffness_is_symmetric_and_kills_constants(mesh in meshes()) {
+        let space = TaylorHood::new(&mesh).unwrap();
+        for k in [space.stiffness(&mesh).unwrap(), space.vertex_stiffness(&mesh).unwrap()] {
+            prop_assert!(is_symmetric(&k));
+            prop_assert!(largest(&product(&k, &vec![1.0; k.cols()])) < ROUNDING * largest(k.data()));
+        }
+    }
+
+    #[test]
+    fn vertex_stiffness_is_the_galerkin_product(mesh in meshes()) {
+        let space = TaylorHood::new(&mesh).unwrap();
+        let interpolation = space.vertex_interpolation(&mesh).unwrap();
+        let k = space.stiffness(&mesh).unwrap();
+        let vertex = space.vertex_stiffness(&mesh).unwrap();
+        for seed in 0..3 {
+            let x = noise_vector(seed, mesh.n_vertices());
+            let long = product(&interpolation.transpose_view().to_csr(), &product(&k, &product(&interpolation, &x)));
+            let short = product(&vertex, &x);
+            let gap: Vec<f64> = long.iter().zip(&short).map(|(a, b)| a - b).collect();
+            prop_assert!(largest(&gap) < ROUNDING * largest(k.data()));
+        }
+    }
+
+    #[test]
+    fn weights_enter_the_vertex_stiffness_linearly(mesh in meshes(), seed: u64) {
+        let space = TaylorHood::new(&mesh).unwrap();
+        let (c, d) = (noise_vector(seed, mesh.n_cells()), noise_vector(!seed, mesh.n_cells()));
+        let weighted = |c: &[f64]| space.weighted_vertex_stiffness(&mesh, c).unwrap();
+        let one = vec![1.0; mesh.n_cells()];
+        prop_assert_eq!(weighted(&one), space.vertex_stiffness(&mesh).unwrap());
+        let sum: Vec<f64> = c.iter().zip(&d).map(|(c, d)| c + 2.0 * d).collect();
+        let (kc, kd) = (weighted(&c), weighted(&d));
+        let mut expected = kc.clone();
+        for (value, extra) in expected.data_mut().iter_mut().zip(kd.data()) {
+            *value += 2.0 * extra;
+        }
+        prop_assert!(difference(&expected, &weighted(&sum)) < ROUNDING);
+    }
+
+    #[test]
+    fn divergence_of_constants_and_inner_column_sums_vanish(mesh in meshes()) {
+        let space = TaylorHood::new(&mesh).unwrap();
+        let b = space.divergence(&mesh).unwrap();
+        let scale = b.data().iter().map(|b| largest(b)).fold(0.0, f64::max);
+        let constant: Vec<f64> = (0..3 * mesh.n_points()).map(|i| [1.0, -2.0, 0.5][i % 3]).collect();
+        prop_assert!(largest(&stokes::apply(&b, &constant)) < ROUNDING * scale);
+
+        let mut sums = vec![[0.0; 3]; mesh.n_points()];
+        for (value, (_, j)) in b.iter() {
+            for c in 0..3 {
+                sums[j as usize][c] += value[c];
+            }
+        }
+        for (sum, boundary) in sums.iter().zip(on_boundary(&mesh)) {
+            prop_assert!(boundary || largest(sum) < ROUNDING * scale);
+        }
+        // On the position, div x = 3: -B x is three times the integral of each pressure function.
+        let position: Vec<f64> = mesh.points().iter().flat_map(|&x| <[f64; 3]>::from(x)).collect();
+        let mass = space.pressure_mass(&mesh).unwrap();
+        let integrals = product(&mass, &vec![1.0; mesh.n_vertices()]);
+        for (b, integral) in stokes::apply(&b, &position).iter().zip(&integrals) {
+            prop_assert!((b + 3.0 * integral).abs() < ROUNDING);
+        }
+    }
+
+    #[test]
+    fn masses_are_symmetric_positive_and_add_up_to_the_volume(mesh in meshes(), seed: u64) {
+        let space = TaylorHood::new(&mesh).unwrap();
+        // The rule for quadratic masses is one degree short on curved cells, of which this integrand
+        // (the Jacobian, degree 3) is not aware.
+        for m in [space.pressure_mass(&mesh).unwrap(), space.velocity_mass(&mesh).unwrap()] {
+            prop_assert!(is_symmetric(&m));
+            let sum: f64 = m.data().iter().sum();
+            prop_assert!((sum - mesh.volume()).abs() < ROUNDING * mesh.volume());
+            let x = noise_vector(seed, m.rows());
+            prop_assert!(dot(&x, &product(&m, &x)) > 0.0);
+        }
+    }
+
+    #[test]
+    fn viscous_matrix_is_symmetric_kills_rigid_motions_and_dissipates(mesh in meshes(), seed: u64) {
+        let space = TaylorHood::new(&mesh).unwrap();
+        let viscous = space.viscous_block(&mesh).unwrap();
+        prop_assert!(is_symmetric(&viscous));
+        let motion = |x: &Vec3| <[f64; 3]>::from(Vec3::new(1.0, -2.0, 0.5) + Vec3::new(0.3, 0.7, -1.0).cross(x));
+        let rigid: Vec<f64> = mesh.points().iter().flat_map(motion).collect();
+        prop_assert!(largest(&product(&viscous, &rigid)) < ROUNDING * largest(viscous.data()) * largest(&rigid));
+        let u = noise_vector(seed, viscous.rows());
+        let power = dot(&u, &product(&viscous, &u));
+        prop_assert!((dissipation(&mesh, &u).unwrap() / power - 1.0).abs() < ROUNDING);
+    }
+
+    /// `2 int D:D = int grad:grad + int div div + 2 |B_h| omega . Omega` for fields that are rigid on the body and
+    /// vanish on the container, whatever they do between and however curved the cells are.
+    #[test]
+    fn grad_grad_identity(seed: u64, bent: bool) {
+        let mesh = if bent { bent_shell(seed) } else { curved_shell(2, 3.0) };
+        let space = TaylorHood::new(&mesh).unwrap();
+        let (k, viscous) = (space.stiffness(&mesh).unwrap(), space.viscous_block(&mesh).unwrap());
+        let vector = |at: usize| Vec3::from_fn(|i, _| noise(seed, at + i));
+        let field = |seed: u64, translation: Vec3, rotation: Vec3| {
+            let mut u = noise_vector(seed, 3 * mesh.n_points());
+            for (i, boundary) in on_boundary(&mesh).into_iter().enumerate() {
+                if boundary {
+                    u[3 * i..3 * i + 3].fill(0.0);
+                }
+            }
+            for node in mesh.nodes_on(BODY) {
+                let rigid = translation + rotation.cross(&mesh.points()[node as usize]);
+                u[3 * node as usize..][..3].copy_from_slice(rigid.as_slice());
+            }
+            u
+        };
+        let (omega_u, omega_v) = (vector(3), vector(9));
+        let (u, v) = (field(seed, vector(0), omega_u), field(!seed, vector(6), omega_v));
+
+        let component = |u: &[f64], c: usize| u.iter().skip(c).step_by(3).copied().collect::<Vec<f64>>();
+        let grad_grad: f64 = (0..3).map(|c| dot(&component(&v, c), &product(&k, &component(&u, c)))).sum();
+        let twice_dd = dot(&v, &product(&viscous, &u));
+        // Block (i, j) of the viscous matrix is k_ij 1 + grad N_j (x) grad N_i, that of div div grad N_i (x) grad N_j:
+        // its transpose less the stiffness.
+        let transposed: f64 = viscous
+            .iter()
+            .map(|(value, (row, column))| {
+                let (i, c, j, d) = (row as usize / 3, row as usize % 3, column as usize / 3, column as usize % 3);
+                v[3 * i + d] * value * u[3 * j + c]
+            })
+            .sum();
+        let div_div = transposed - grad_grad;
+        let volume = surface_measures(&mesh, BODY).unwrap().volume;
+        let turning = 2.0 * volume * omega_u.dot(&omega_v);
+        let scale = (dot(&u, &product(&viscous, &u)) * dot(&v, &product(&viscous, &v))).sqrt();
+        let gap = twice_dd - (grad_grad + div_div + turning);
+        prop_assert!(gap.abs() < 1e-12 * scale, "{} of {}", gap, scale);
+        // The turning term is far above the tolerance: the identity does not hold without it.
+        prop_assert!(turning.abs() > 1e-8 * scale || omega_u.dot(&omega_v).abs() < 1e-6);
+    }
+
+    #[test]
+    fn residual_is_the_product_of_the_matrices(mesh in meshes(), seed: u64) {
+        let space = TaylorHood::new(&mesh).unwrap();
+        let (k, b) = (space.stiffness(&mesh).unwrap(), space.divergence(&mesh).unwrap());
+        let (u, p) = (noise_vector(seed, 3 * mesh.n_points()), noise_vector(!seed, mesh.n_vertices()));
+        let v = noise_vector(seed / 2, 3 * mesh.n_points());
+        let residual = momentum_residual(&k, &b, &u, &p).unwrap();
+        // v.(K u + B^T p) = u.(K v) + p.(B v).
+        let adjoint = momentum_residual(&k, &b, &v, &vec![0.0; p.len()]).unwrap();
+        let expected = dot(&u, &adjoint) + dot(&p, &stokes::apply(&b, &v));
+        prop_assert!((dot(&v, &residual) - expected).abs() < ROUNDING * largest(k.data()) * u.len() as f64);
+    }
+
+    #[test]
+    fn matrices_scale_and_turn_with_the_mesh(mesh in meshes(), scale in 1e-6..1e6f64, angle in -3.0..3.0f64) {
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vec3::z_axis(), angle);
+        let moved = mesh.points().iter().map(|x| turn * x * scale).collect();
+        let moved = mesh.with_points(moved).unwrap();
+        let space = TaylorHood::new(&mesh).unwrap();
+        let mut k = space.stiffness(&mesh).unwrap();
+        k.data_mut().iter_mut().for_each(|value| *value *= scale);
+        prop_assert!(difference(&k, &space.stiffness(&moved).unwrap()) < ROUNDING);
+        let (b, turned) = (space.divergence(&mesh).unwrap(), space.divergence(&moved).unwrap());
+        let entry = |b: &[f64; 3]| Vec3::from(*b);
+        let size = b.data().iter().map(|b| entry(b).norm()).fold(0.0, f64::max);
+        for (b, turned) in b.data().iter().zip(turned.data()) {
+            prop_assert!((turn * entry(b) - entry(turned) / scale.powi(2)).norm() < ROUNDING * size);
+        }
+    }
+}
+
+#[test]
+fn div_div_part_of_the_viscous_matrix_is_the_square_of_the_divergence() {
+    // u = x has divergence 3, so with the transposed blocks u.V'u - u.Ku = 9 |Omega|.
+    let mesh = curved_shell(2, 3.0);
+    let space = TaylorHood::new(&mesh).unwrap();
+    let (k, viscous) = (
+        space.stiffness(&mesh).unwrap(),
+        space.viscous_block(&mesh).unwrap(),
+    );
+    let u: Vec<f64> = mesh
+        .points()
+        .iter()
+        .flat_map(|&x| <[f64; 3]>::from(x))
+        .collect();
+    let transposed: f64 = viscous
+        .iter()
+        .map(|(value, (row, column))| {
+            let (row, column) = (row as usize, column as usize);
+            u[row - row % 3 + column % 3] * value * u[column - column % 3 + row % 3]
+        })
+        .sum();
+    let residual = momentum_residual(
+        &k,
+        &space.divergence(&mesh).unwrap(),
+        &u,
+        &vec![0.0; mesh.n_vertices()],
+    );
+    let div_div = transposed - dot(&u, &residual.unwrap());
+    assert!((div_div / (9.0 * mesh.volume()) - 1.0).abs() < 1e-12);
+}

@@ -1,0 +1,61 @@
+//! One thread or several: the same bits.
+
+mod support;
+
+use fem::{TaylorHood, consistent_load, dissipation, momentum_residual, stress_load};
+use mesh::Vec3;
+use support::meshes::{BODY, curved_shell};
+use support::noise_vector;
+
+/// Bits of everything this crate computes in parallel, on `threads` threads.
+fn everything(threads: usize) -> Vec<u64> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .unwrap();
+    pool.install(|| {
+        // Enough cells for several tasks of every loop.
+        let mesh = curved_shell(5, 3.0);
+        let space = TaylorHood::new(&mesh).unwrap();
+        let (k, b) = (
+            space.stiffness(&mesh).unwrap(),
+            space.divergence(&mesh).unwrap(),
+        );
+        let (u, p) = (
+            noise_vector(1, 3 * mesh.n_points()),
+            noise_vector(2, mesh.n_vertices()),
+        );
+        let residual = momentum_residual(&k, &b, &u, &p).unwrap();
+        let mut numbers = vec![dissipation(&mesh, &u).unwrap()];
+        for load in [
+            consistent_load(&mesh, BODY, &residual, Vec3::x(), Vec3::y()).unwrap(),
+            stress_load(&mesh, BODY, &u, &p, Vec3::x()).unwrap(),
+        ] {
+            numbers.extend(load.force.iter().chain(&load.torque));
+        }
+        numbers.extend(residual);
+        numbers.extend(b.data().as_flattened());
+        for matrix in [
+            k,
+            space.vertex_stiffness(&mesh).unwrap(),
+            space.pressure_mass(&mesh).unwrap(),
+            space.velocity_mass(&mesh).unwrap(),
+            space.viscous_block(&mesh).unwrap(),
+        ] {
+            numbers.extend(matrix.data());
+            numbers.extend(matrix.indices().iter().map(|&column| f64::from(column)));
+        }
+        numbers.into_iter().map(f64::to_bits).collect()
+    })
+}
+
+#[test]
+fn results_are_the_same_bitwise_for_any_number_of_threads() {
+    let one = everything(1);
+    for threads in [2, 3] {
+        assert!(
+            one == everything(threads),
+            "{threads} threads differ from one"
+        );
+    }
+}
