@@ -99,16 +99,16 @@ pub enum SwimError {
     },
     /// A gait that cannot be integrated to the tolerance.
     #[error(
-        "phase {phase} ({what}): the displacement still changes by {change:.3e} between the last two integration orders, \
-         asked {tolerance:.3e}, on a step of 1/{parts} of the phase; loosen model.tolerance or refine fem.surface_size"
+        "phase {phase} ({what}): the integration still errs by {error:.3e} where {tolerance:.3e} was asked, \
+         on a step of 1/{parts} of the phase; loosen model.tolerance or refine fem.surface_size"
     )]
     NotIntegrated {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
         /// What the phase moves.
         what: String,
-        /// Last change.
-        change: f64,
+        /// Estimated error of the displacement.
+        error: f64,
         /// What was asked.
         tolerance: f64,
         /// One over the smallest step tried, in phases.

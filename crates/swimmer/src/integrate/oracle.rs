@@ -1,0 +1,107 @@
+//! What the integrator asks: the velocity at a point of a leg, with every answer checked.
+
+use nalgebra::UnitQuaternion;
+use rigid::{State, StateVelocity};
+
+use super::Solved;
+use crate::SwimError;
+use crate::gait::Leg;
+use crate::model::{Hydrodynamics, Instant, ModelError, Placement, Seconds};
+use crate::scene::{Scene, closest_contact};
+
+type Observer<'a> = &'a mut dyn FnMut(&Solved, &dyn Hydrodynamics) -> Result<(), SwimError>;
+
+/// The model's answers along one leg.
+pub(super) struct Oracle<'a> {
+    pub scene: &'a Scene,
+    pub leg: &'a Leg,
+    pub seconds: Seconds,
+    pub solves: usize,
+    model: &'a mut dyn Hydrodynamics,
+    observe: Observer<'a>,
+}
+
+impl<'a> Oracle<'a> {
+    pub fn new(scene: &'a Scene, model: &'a mut dyn Hydrodynamics, leg: &'a Leg, observe: Observer<'a>) -> Self {
+        Self { scene, leg, seconds: Seconds::default(), solves: 0, model, observe }
+    }
+
+    /// Asks the model, after a look whether the bodies have room.
+    pub fn solve(&mut self, s: f64, state: &State) -> Result<Solved, SwimError> {
+        let lengths = self.leg.lengths(s);
+        self.check_room(s, state, &lengths)?;
+        let placement = Placement { state, lengths: &lengths, rates: &self.leg.rates() };
+        let instant = self.model.instant(&placement)?;
+        check_finite(self.model.name(), &instant)?;
+        self.seconds += instant.seconds;
+        let solved = Solved { number: self.solves, s, state: state.clone(), instant };
+        self.solves += 1;
+        (self.observe)(&solved, &*self.model)?;
+        Ok(solved)
+    }
+
+    /// The same answer seen from another state of a scene whose motion depends on its shape alone.
+    pub fn turned(&self, solved: &Solved, state: &State) -> Solved {
+        let turn = state.frames[0].rotation * solved.state.frames[0].rotation.inverse();
+        let mut turned = Solved { state: state.clone(), ..solved.clone() };
+        turn_motion(&turn, &mut turned.instant.motion);
+        for body in &mut turned.instant.bodies {
+            for vector in [&mut body.velocity, &mut body.angular_velocity, &mut body.force, &mut body.torque] {
+                *vector = turn * *vector;
+            }
+        }
+        turned
+    }
+
+    /// Name of what the leg moves, for messages.
+    pub fn what(&self) -> String {
+        match self.leg.link {
+            Some(link) => self.scene.articulation.links()[link].name.clone(),
+            None => "all lengths held".to_owned(),
+        }
+    }
+
+    fn check_room(&self, s: f64, state: &State, lengths: &[f64]) -> Result<(), SwimError> {
+        let poses = self.scene.articulation.place(state, lengths)?;
+        let bodies = &self.scene.bodies;
+        let Some(contact) = closest_contact(bodies, &self.scene.domain, &poses) else { return Ok(()) };
+        if !contact.touches(bodies[contact.body].bounding_radius()) {
+            return Ok(());
+        }
+        let name = &bodies[contact.body].name;
+        Err(SwimError::Collision {
+            phase: self.leg.number + 1,
+            what: self.what(),
+            percent: 100.0 * s,
+            problem: match contact.other {
+                Some(other) => format!("bodies '{name}' and '{}' touch (gap {:.4})", bodies[other].name, contact.gap),
+                None => format!("body '{name}' touches the wall (clearance {:.4})", contact.gap),
+            },
+        })
+    }
+}
+
+fn turn_motion(turn: &UnitQuaternion<f64>, motion: &mut StateVelocity) {
+    for frame in &mut motion.frames {
+        frame.linear = turn * frame.linear;
+        frame.angular = turn * frame.angular;
+    }
+    for spin in &mut motion.spins {
+        *spin = turn * *spin;
+    }
+}
+
+/// A number that is not finite never leaves a model.
+fn check_finite(model: &'static str, instant: &Instant) -> Result<(), ModelError> {
+    let finite = |v: &nalgebra::Vector3<f64>| v.iter().all(|c| c.is_finite());
+    let bad = |what: &str| Err(ModelError::NotFinite { model, what: what.to_owned() });
+    if !instant.motion.frames.iter().all(|f| finite(&f.linear) && finite(&f.angular))
+        || !instant.motion.spins.iter().all(finite)
+    {
+        return bad("a velocity");
+    }
+    if !instant.bodies.iter().all(|b| [b.velocity, b.angular_velocity, b.force, b.torque].iter().all(finite)) {
+        return bad("a force or velocity of a body");
+    }
+    Ok(())
+}
