@@ -85,4 +85,7 @@ pub enum RigidError {
         /// What the number is.
         what: &'static str,
     },
+    /// The assembled matrices do not fit together.
+    #[error(transparent)]
+    Linalg(#[from] linalg::LinalgError),
 }

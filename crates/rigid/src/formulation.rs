@@ -125,18 +125,20 @@ impl Constrained {
         let a = Bordered::new(
             std::mem::replace(&mut fluid.stiffness, Csr::zero((0, 0))),
             &fluid.border * &columns,
+            None,
             surface_basis.tr_mul(&(&fluid.corner * &surface_basis)),
         )?;
         let system = SaddleSystem::new(
             a,
             std::mem::replace(&mut fluid.divergence, linalg::Csr3::zero((0, 0))),
             &fluid.rigid_divergence * &columns,
+            None,
             std::mem::replace(&mut fluid.pressure_mass, Csr::zero((0, 0))),
         )?;
-        let transfer = Transfer {
-            nodes: std::mem::replace(&mut fluid.interpolation, Csr::zero((0, 0))),
-            border: &fluid.interpolation_border * &columns,
-        };
+        let transfer = Transfer::new(
+            std::mem::replace(&mut fluid.interpolation, Csr::zero((0, 0))),
+            &fluid.interpolation_border * &columns,
+        )?;
         let vertex_stiffness = std::mem::replace(&mut fluid.vertex_stiffness, Csr::zero((0, 0)));
         Ok(Self { system, right, transfer, vertex_stiffness, velocities: (basis, offset), surface_rows, surfaces: fluid })
     }
