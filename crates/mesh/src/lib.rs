@@ -3,6 +3,7 @@
 
 mod build;
 mod error;
+mod io;
 mod linear_tets;
 mod order;
 mod quadratic_tets;
@@ -12,6 +13,7 @@ mod tet_mesh;
 mod topology;
 
 pub use error::{MeshError, Place};
+pub use io::MshFile;
 pub use linear_tets::LinearTets;
 pub use quadratic_tets::QuadraticTets;
 pub use quality::{Quality, dihedral_angles, mean_ratio, scaled_jacobian_bound};
