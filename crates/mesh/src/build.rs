@@ -255,10 +255,12 @@ fn renumber(linear: &mut LinearTets, order: &[u32]) -> Result<Vec<[u32; 4]>, Mes
     }
 }
 
-/// That each tag has its own name and a face.
+/// That each tag has a face and a name of its own that files can hold.
 fn check_tags(tags: &[String], facets: &[Facet]) -> Result<(), MeshError> {
     for (i, name) in tags.iter().enumerate() {
-        let problem = if tags[..i].contains(name) {
+        let problem = if name.is_empty() || name.contains(char::is_control) {
+            "must have a name of printable characters"
+        } else if tags[..i].contains(name) {
             "is named twice; give every part its own name"
         } else if !facets.iter().any(|facet| facet.tag as usize == i) {
             "has no faces; remove it or tag its faces"

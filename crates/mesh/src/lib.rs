@@ -13,7 +13,7 @@ mod tet_mesh;
 mod topology;
 
 pub use error::{MeshError, Place};
-pub use io::MshFile;
+pub use io::{MshFile, Pvd, Vtu, VtuEncoding};
 pub use linear_tets::LinearTets;
 pub use quadratic_tets::QuadraticTets;
 pub use quality::{Quality, dihedral_angles, mean_ratio, scaled_jacobian_bound};

@@ -1,4 +1,4 @@
-//! Reader of Gmsh MSH files: versions 4.1 and 2, text and binary, first and second order.
+//! Gmsh MSH files: reader of versions 4.1 and 2, text and binary, first and second order; writer of 4.1 text.
 //!
 //! Our own, because the one crate for it (mshio 0.4) reads 4.1 only, skips the names of groups and says of an
 //! error neither line nor offset.
@@ -7,8 +7,11 @@ mod gather;
 mod scan;
 mod version2;
 mod version4;
+mod write;
 
 use std::path::Path;
+
+pub(super) use self::write::write_msh;
 
 use self::gather::Gather;
 use self::scan::{Encoding, Scanner};

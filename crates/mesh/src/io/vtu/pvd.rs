@@ -1,0 +1,61 @@
+//! PVD files: which VTU file belongs to which time.
+
+use std::path::Path;
+
+use super::super::atomic::write_atomically;
+use super::xml::escape;
+use crate::MeshError;
+
+/// A time series for ParaView: times and the names of their files, relative to the PVD file.
+///
+/// Write it again after each step: the file on disk is whole at any time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Pvd {
+    frames: Vec<(f64, String)>,
+}
+
+impl Pvd {
+    /// A series without frames.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a frame.
+    pub fn push(&mut self, time: f64, file: impl Into<String>) {
+        self.frames.push((time, file.into()));
+    }
+
+    /// The frames so far.
+    pub fn frames(&self) -> &[(f64, String)] {
+        &self.frames
+    }
+
+    /// Writes the file: whole, or not at all.
+    ///
+    /// # Errors
+    /// [`MeshError::BadValue`] for a time that is NaN or infinite, [`MeshError::Io`].
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), MeshError> {
+        if let Some(index) = self.frames.iter().position(|frame| !frame.0.is_finite()) {
+            return Err(MeshError::BadValue {
+                what: "list of times".into(),
+                index,
+                value: self.frames[index].0,
+            });
+        }
+        write_atomically(path.as_ref(), |out| {
+            writeln!(out, "<?xml version=\"1.0\"?>")?;
+            writeln!(
+                out,
+                "<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>"
+            )?;
+            for (time, file) in &self.frames {
+                let file = escape(file);
+                writeln!(
+                    out,
+                    "<DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>"
+                )?;
+            }
+            writeln!(out, "</Collection>\n</VTKFile>")
+        })
+    }
+}
