@@ -24,6 +24,7 @@ pub use block_triangular::BlockTriangular;
 pub use bordered::Bordered;
 pub use chebyshev::MassInverse;
 pub use csr::{Csr, Csr3};
+pub use direct::{DirectParams, SaddleLdlt};
 pub use error::LinalgError;
 pub use krylov::{KrylovParams, SolveReport, cg, fgmres};
 pub use multigrid::{LevelSize, Multigrid, MultigridParams};

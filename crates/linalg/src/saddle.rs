@@ -83,6 +83,11 @@ impl SaddleSystem {
         &self.b
     }
 
+    /// The gradient `B^T`, n x np.
+    pub(crate) fn gradient(&self) -> &Csr3 {
+        &self.bt
+    }
+
     /// The divergence of the border motions `E`, np x m.
     pub fn border_divergence(&self) -> &Csr {
         &self.e

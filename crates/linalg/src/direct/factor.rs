@@ -62,7 +62,7 @@ impl SparseFactor {
             Default::default(),
         )
         .map_err(|e| failed(e.to_string()))?;
-        let parallel = Par::Seq;
+        let parallel = Par::rayon(0);
         let mut values = vec![0.0; symbolic.len_val()];
         let sparse = SparseColMatRef::new(pattern, matrix.data());
         match definiteness {

@@ -1,10 +1,10 @@
 //! The exact solver on the coarsest level.
 
-use nalgebra::{DMatrix, DVector, Dyn, LU};
+use nalgebra::DVector;
 
 use super::vectors::Vectors;
 use crate::csr::Rows;
-use crate::direct::{Definiteness, SparseFactor, nested_dissection};
+use crate::direct::{Definiteness, SchurFactor, SparseFactor, nested_dissection};
 use crate::node_kernel::long_row;
 use crate::{Bordered, Csr, LinalgError};
 
@@ -17,7 +17,7 @@ pub(super) struct CoarseSolver {
     border_rows: Csr,
     /// `W`, column by column, each interleaved by node.
     lifted: Vec<f64>,
-    schur: LU<f64, Dyn, Dyn>,
+    schur: SchurFactor,
     /// Whether the whole operator is symmetric positive definite.
     pub definite: bool,
     pub vectors: Vectors,
@@ -61,7 +61,7 @@ impl CoarseSolver {
             }
         }
         let definite = operator.border_left().is_none() && schur.clone().cholesky().is_some();
-        let schur = invertible(schur)?;
+        let schur = SchurFactor::new(schur)?;
         Ok(CoarseSolver {
             factor,
             border_rows,
@@ -89,8 +89,7 @@ impl CoarseSolver {
             let known = long_row(Rows::of(&self.border_rows), c, &self.interleaved);
             *v = f64::from(vectors.border_b[c]) - known;
         }
-        // the factor was found invertible when it was made
-        self.schur.solve_mut(&mut self.border);
+        self.schur.solve(&mut self.border);
         for (c, v) in self.border.iter().enumerate() {
             vectors.border_x[c] = *v as f32;
             let column = &self.lifted[size * c..size * (c + 1)];
@@ -107,26 +106,6 @@ impl CoarseSolver {
             *x = *t as f32;
         }
     }
-}
-
-/// The pivoted factors of the border's Schur complement, refused when it is singular to working precision.
-pub(crate) fn invertible(schur: DMatrix<f64>) -> Result<LU<f64, Dyn, Dyn>, LinalgError> {
-    let m = schur.nrows();
-    let lu = schur.lu();
-    let pivots = lu.u().diagonal().abs();
-    let (smallest, largest) = (pivots.min(), pivots.max());
-    // below m * epsilon relative to the largest, a pivot is rounding error
-    if m > 0
-        && (smallest.is_nan() || largest.is_nan() || smallest <= m as f64 * f64::EPSILON * largest)
-    {
-        return Err(LinalgError::Factorisation {
-            what: "Schur complement of the border",
-            detail: format!(
-                "pivots from {smallest:e} to {largest:e}; are two border unknowns the same motion, or constraints redundant?"
-            ),
-        });
-    }
-    Ok(lu)
 }
 
 /// Neighbours of each row, without the diagonal.

@@ -1,0 +1,65 @@
+//! The dense Schur complement of the border.
+
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+use crate::LinalgError;
+
+/// The pivoted factors of the border's Schur complement.
+///
+/// Pivoting admits borders with constraints (zeros on the diagonal) and nonsymmetric ones.
+pub(crate) struct SchurFactor(LU<f64, Dyn, Dyn>);
+
+impl SchurFactor {
+    /// Factorises, and refuses a matrix that is singular to working precision.
+    pub fn new(schur: DMatrix<f64>) -> Result<Self, LinalgError> {
+        let m = schur.nrows();
+        let lu = schur.lu();
+        let pivots = lu.u().diagonal().abs();
+        let (smallest, largest) = (pivots.min(), pivots.max());
+        // below m epsilon relative to the largest, a pivot is rounding error
+        let sound = smallest > m as f64 * f64::EPSILON * largest && largest.is_finite();
+        if m > 0 && !sound {
+            return Err(LinalgError::Factorisation {
+                what: "Schur complement of the border",
+                detail: format!(
+                    "pivots from {smallest:e} to {largest:e}; are two border unknowns the same motion, or constraints redundant?"
+                ),
+            });
+        }
+        Ok(SchurFactor(lu))
+    }
+
+    /// Overwrites `v` with the solution.
+    pub fn solve(&self, v: &mut DVector<f64>) {
+        // nalgebra underflows on systems of size zero; others were found invertible when factorised
+        if !v.is_empty() {
+            self.0.solve_mut(v);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn indefinite_is_accepted_singular_is_refused() {
+        let constrained = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 1.0, 0.0]);
+        let mut v = DVector::from_column_slice(&[3.0, 4.0]);
+        SchurFactor::new(constrained)
+            .expect("regular")
+            .solve(&mut v);
+        assert_eq!(v.as_slice(), [4.0, 3.0]);
+        let singular = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 4.0]);
+        for refused in [singular, DMatrix::from_element(1, 1, f64::NAN)] {
+            let error = SchurFactor::new(refused).map(|_| ());
+            assert!(matches!(error, Err(LinalgError::Factorisation { .. })));
+        }
+    }
+
+    #[test]
+    fn bug_a_system_without_border_made_the_coarse_solve_panic() {
+        let factor = SchurFactor::new(DMatrix::zeros(0, 0)).expect("nothing to refuse");
+        factor.solve(&mut DVector::zeros(0));
+    }
+}
