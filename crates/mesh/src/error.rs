@@ -260,7 +260,9 @@ pub enum MeshError {
     },
 
     /// Bodies that touch or overlap, or that are too close to be meshed apart.
-    #[error("bodies '{first}' and '{second}' are {distance:.3e} apart, which must be more than {least:.1e}; move them apart")]
+    #[error(
+        "bodies '{first}' and '{second}' are {distance:.3e} apart, which must be more than {least:.1e}; move them apart"
+    )]
     BodiesTouch {
         /// Name of one.
         first: String,
@@ -273,7 +275,9 @@ pub enum MeshError {
     },
 
     /// A body that is not inside the container.
-    #[error("body '{body}' is {distance:.3e} from the container's wall (negative: outside), which must be more than {least:.1e}; move it inwards or enlarge the container")]
+    #[error(
+        "body '{body}' is {distance:.3e} from the container's wall (negative: outside), which must be more than {least:.1e}; move it inwards or enlarge the container"
+    )]
     BodyAtWall {
         /// Name of the body.
         body: String,
@@ -284,7 +288,9 @@ pub enum MeshError {
     },
 
     /// Sizes that ask for more vertices than allowed.
-    #[error("the sizes ask for more than {limit} vertices; enlarge the sizes or the growth, or raise the limit")]
+    #[error(
+        "the sizes ask for more than {limit} vertices; enlarge the sizes or the growth, or raise the limit"
+    )]
     TooManyVertices {
         /// The limit.
         limit: usize,

@@ -1,0 +1,317 @@
+//! All vertices of a mesh in the making, and whose they are.
+
+use super::climb::Bulges;
+use super::packing::{is_near, pack};
+use super::size::SizeField;
+use super::surface_mesh::{SurfaceMesh, triangulate, triangulate_box};
+use super::{Body, Container, GenerateParams, geodesic};
+use crate::delaunay::insertion_order;
+use crate::{MeshError, Surface, Vec3};
+use std::collections::{HashSet, VecDeque};
+
+/// Height of a regular tet over its edge.
+const TET_HEIGHT: f64 = 0.816_496_580_927_726;
+
+/// Owner of a vertex of the fluid.
+const FLUID: u32 = u32::MAX;
+
+pub(super) struct Layout<'a> {
+    pub points: Vec<Vec3>,
+    /// Whether a vertex may move.
+    pub free: Vec<bool>,
+    /// The body that has this vertex on its surface or at its centre; `bodies.len()` for the container.
+    pub owner: Vec<u32>,
+    /// Triangles of each body, then of the container, by vertex.
+    pub triangles: Vec<Vec<[u32; 3]>>,
+    /// Vertices that are centres of bodies, not of the fluid.
+    pub centres: std::ops::Range<u32>,
+    surfaces: Vec<&'a dyn Surface>,
+    container: &'a dyn Surface,
+}
+
+/// Checks the numbers and names of the input.
+///
+/// # Errors
+/// A length, coefficient or name that makes no sense.
+pub(super) fn check(
+    bodies: &[Body<'_>],
+    container: &Container,
+    params: &GenerateParams,
+) -> Result<(), MeshError> {
+    let demand = |ok: bool, what: &str, value: f64, need: &'static str| {
+        if ok {
+            Ok(())
+        } else {
+            Err(MeshError::BadParameter {
+                what: what.into(),
+                value,
+                need,
+            })
+        }
+    };
+    let length = |what: &str, value: f64| {
+        demand(
+            value > 0.0 && value.is_finite(),
+            what,
+            value,
+            "it must be positive and finite",
+        )
+    };
+    demand(
+        params.growth > 0.0 && params.growth <= 0.6,
+        "growth",
+        params.growth,
+        "it must be above 0 and at most 0.6",
+    )?;
+    length("gap coefficient", params.gap)?;
+    length("least gap", params.min_gap)?;
+    demand(
+        params.max_size > 0.0,
+        "largest size",
+        params.max_size,
+        "it must be positive",
+    )?;
+    demand(
+        (0.0..60.0).contains(&params.target_dihedral),
+        "target dihedral angle",
+        params.target_dihedral,
+        "it must be at least 0 and below 60 degrees",
+    )?;
+    let finite = |what: &str, x: Vec3| {
+        x.iter()
+            .try_for_each(|&c| demand(c.is_finite(), what, c, "it must be finite"))
+    };
+    match container {
+        Container::Ball(ball) => {
+            finite("centre of the container", ball.centre)?;
+            length("radius of the container", ball.radius)?;
+        }
+        Container::Box(sides) => {
+            finite("corner of the container", sides.min)?;
+            finite("corner of the container", sides.max)?;
+            for side in (sides.max - sides.min).iter() {
+                length("side of the container", *side)?;
+            }
+        }
+    }
+    let mut names = HashSet::from([Container::TAG]);
+    for body in bodies {
+        if !names.insert(body.name) {
+            return Err(MeshError::BadTag {
+                name: body.name.into(),
+                problem: "is used twice; give every body its own name",
+            });
+        }
+        let (centre, radius) = body.surface.bounding_ball();
+        finite(&format!("position of '{}'", body.name), centre)?;
+        length(&format!("radius of '{}'", body.name), radius)?;
+        length(&format!("size of '{}'", body.name), body.size)?;
+        length(
+            &format!("radius of curvature of '{}'", body.name),
+            body.surface.smallest_curvature_radius(),
+        )?;
+    }
+    Ok(())
+}
+
+impl<'a> Layout<'a> {
+    /// Places all vertices: surfaces first, then centres of bodies, then the fluid.
+    ///
+    /// # Errors
+    /// Too many vertices.
+    pub fn new(
+        bodies: &[Body<'a>],
+        container: &'a Container,
+        field: &SizeField<'_>,
+        params: &GenerateParams,
+    ) -> Result<Self, MeshError> {
+        let limit = params.max_vertices;
+        let mut meshes: Vec<SurfaceMesh> = Vec::new();
+        let grid = offset_grid(bodies, container);
+        for (i, body) in bodies.iter().enumerate() {
+            let like = |other: &Body<'_>| is_copy(body, other);
+            if let Some(first) = bodies[..i].iter().position(like) {
+                let (from, to) = (bodies[first].surface.centre(), body.surface.centre());
+                meshes.push(meshes[first].translated(from, to, grid));
+                continue;
+            }
+            // One triangulation serves all copies: the size on it is the smallest that any of them asks for.
+            let here = body.surface.centre();
+            let shifts: Vec<Vec3> = bodies[i..]
+                .iter()
+                .filter(|other| like(other))
+                .map(|other| other.surface.centre() - here)
+                .collect();
+            let size = |x: Vec3| {
+                shifts
+                    .iter()
+                    .fold(f64::INFINITY, |h, s| h.min(field.at(x + s)))
+            };
+            let mesh = triangulate(body.surface, &size, 2 * limit)?;
+            meshes.push(mesh.translated(here, here, grid));
+        }
+        let size = |x: Vec3| field.at(x);
+        let wall = container.surface();
+        meshes.push(match container {
+            Container::Ball(_) => triangulate(wall, &size, 2 * limit)?,
+            Container::Box(b) => triangulate_box(wall, [b.min, b.max], &size, 2 * limit)?,
+        });
+
+        let mut layout = Layout {
+            points: Vec::new(),
+            free: Vec::new(),
+            owner: Vec::new(),
+            triangles: Vec::new(),
+            centres: 0..0,
+            surfaces: bodies.iter().map(|b| b.surface).collect(),
+            container: wall,
+        };
+        let mut seeds = Vec::new();
+        for (k, mesh) in meshes.iter().enumerate() {
+            let inwards = if k == bodies.len() { -1.0 } else { 1.0 };
+            seeds.extend(apexes(mesh, inwards, field));
+            let first = layout.points.len() as u32;
+            layout.triangles.push(
+                mesh.triangles
+                    .iter()
+                    .map(|t| t.map(|v| v + first))
+                    .collect(),
+            );
+            layout.add(&mesh.points, k as u32, false);
+        }
+        let packed = pack(field, &layout.surfaces, wall, &layout.points, &seeds, limit)?;
+        let first_centre = layout.points.len() as u32;
+        for (k, body) in bodies.iter().enumerate() {
+            layout.add(&[body.surface.centre()], k as u32, false);
+        }
+        layout.centres = first_centre..layout.points.len() as u32;
+        // Along a curve through space: neighbours in the mesh are neighbours in memory.
+        let ordered: Vec<Vec3> = insertion_order(&packed)
+            .into_iter()
+            .map(|i| packed[i as usize])
+            .collect();
+        layout.add(&ordered, FLUID, true);
+        Ok(layout)
+    }
+
+    fn add(&mut self, points: &[Vec3], owner: u32, free: bool) {
+        self.points.extend_from_slice(points);
+        self.owner.resize(self.points.len(), owner);
+        self.free.resize(self.points.len(), free);
+    }
+
+    /// How far the midside nodes of surface edges lie from the midpoints.
+    pub fn bulges(&self) -> Bulges {
+        let surfaces = self.surfaces.iter().chain([&self.container]);
+        let mut bulges = Bulges::new();
+        for (triangles, surface) in self.triangles.iter().zip(surfaces) {
+            for &[a, b, c] in triangles {
+                for [i, j] in [[a, b], [b, c], [c, a]] {
+                    // Each edge belongs to two triangles, which turn about it in opposite senses.
+                    if i < j {
+                        let middle = 0.5 * (self.points[i as usize] + self.points[j as usize]);
+                        bulges.insert([i, j], surface.closest_point(middle) - middle);
+                    }
+                }
+            }
+        }
+        bulges
+    }
+
+    /// Keeps the tets of the fluid: those that do not have all vertices on (or in) one body, which is convex.
+    pub fn fluid(&self, mut tets: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
+        let n_bodies = self.surfaces.len() as u32;
+        tets.retain(|tet| {
+            let owner = tet.map(|v| self.owner[v as usize]);
+            owner[0] >= n_bodies || owner.iter().any(|&o| o != owner[0])
+        });
+        tets
+    }
+
+    /// Moves free vertices to their targets, except where they would come too close to a surface.
+    pub fn move_free(&mut self, target: &[Vec3], field: &SizeField<'_>) {
+        for (i, &to) in target.iter().enumerate() {
+            if self.free[i] {
+                let clear = 0.4 * field.at(to);
+                let near = -self.container.signed_distance(to) < clear
+                    || self.surfaces.iter().any(|s| is_near(*s, to, clear));
+                if !near {
+                    self.points[i] = to;
+                }
+            }
+        }
+    }
+}
+
+/// Whether two bodies differ by a translation only, judged by the distances of points around them.
+fn is_copy(a: &Body<'_>, b: &Body<'_>) -> bool {
+    let ((_, r_a), (_, r_b)) = (a.surface.bounding_ball(), b.surface.bounding_ball());
+    // Rounding of positions that are large compared with the radius.
+    let reach = a
+        .surface
+        .centre()
+        .norm()
+        .max(b.surface.centre().norm())
+        .max(r_a);
+    let rounding = 64.0 * f64::EPSILON * reach;
+    let same = |x: f64, y: f64| (x - y).abs() <= rounding;
+    a.size == b.size
+        && same(r_a, r_b)
+        && geodesic::geodesic_sphere(0.5).points.iter().all(|d| {
+            let arm = 1.5 * r_a * d;
+            same(
+                a.surface.signed_distance(a.surface.centre() + arm),
+                b.surface.signed_distance(b.surface.centre() + arm),
+            )
+        })
+}
+
+/// Spacing of the grid on which surface points lie relative to their centre: the last bit of the largest coordinate.
+///
+/// Then adding a centre that lies on the grid is exact, and copies differ by the same bits everywhere.
+fn offset_grid(bodies: &[Body<'_>], container: &Container) -> f64 {
+    let reach = |surface: &dyn Surface| {
+        let (centre, radius) = surface.bounding_ball();
+        centre.amax() + radius
+    };
+    let all = bodies.iter().map(|b| reach(b.surface));
+    let largest = all.fold(reach(container.surface()), f64::max);
+    2f64.powi(largest.log2().ceil() as i32) * f64::EPSILON
+}
+
+impl SurfaceMesh {
+    /// The same triangulation about another centre, with offsets from it rounded to `grid`.
+    fn translated(&self, from: Vec3, to: Vec3, grid: f64) -> Self {
+        let points = self
+            .points
+            .iter()
+            .map(|p| to + (p - from).map(|c| (c / grid).round() * grid))
+            .collect();
+        SurfaceMesh {
+            points,
+            triangles: self.triangles.clone(),
+        }
+    }
+}
+
+/// Apexes of nearly regular tets on the triangles, neighbour after neighbour, so that a packing takes every other one.
+fn apexes(mesh: &SurfaceMesh, side: f64, field: &SizeField<'_>) -> Vec<Vec3> {
+    let neighbours = mesh.neighbours();
+    let mut seen = vec![false; mesh.triangles.len()];
+    let mut queue = VecDeque::from([0usize]);
+    let mut apexes = Vec::with_capacity(seen.len());
+    seen[0] = true;
+    while let Some(t) = queue.pop_front() {
+        let [a, b, c] = mesh.triangles[t].map(|v| mesh.points[v as usize]);
+        let normal = (b - a).cross(&(c - a)).normalize();
+        let centroid = (a + b + c) / 3.0;
+        apexes.push(centroid + (side * TET_HEIGHT * field.at(centroid)) * normal);
+        for &n in &neighbours[t] {
+            if !seen[n as usize] {
+                seen[n as usize] = true;
+                queue.push_back(n as usize);
+            }
+        }
+    }
+    apexes
+}

@@ -1,0 +1,171 @@
+//! Generation of tet meshes around bodies in a container: designed points, Delaunay, smoothing, hill climbing.
+
+mod climb;
+mod container;
+mod geodesic;
+mod layout;
+mod odt;
+mod packing;
+mod size;
+mod surface_mesh;
+mod verify;
+
+pub use container::Container;
+
+use crate::delaunay::delaunay;
+use crate::{LinearTets, MeshError, Surface, Vec3};
+use layout::Layout;
+use size::SizeField;
+use std::time::Instant;
+
+/// A body to be meshed around.
+#[derive(Clone, Copy)]
+pub struct Body<'a> {
+    /// Name, which becomes the tag of its facets.
+    pub name: &'a str,
+    /// Its surface, convex.
+    pub surface: &'a dyn Surface,
+    /// Wanted edge length on it; at most the smallest radius of curvature is used.
+    pub size: f64,
+}
+
+/// How edge lengths spread from the bodies into the fluid, and how hard to try.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct GenerateParams {
+    /// Growth of the edge length with the distance to the nearest body, above 0 and at most 0.6.
+    ///
+    /// The number of vertices around a body falls like its inverse cube far away, the quality slowly with it.
+    pub growth: f64,
+    /// In gaps, edges are at most this times the sum of the distances to the two surfaces.
+    ///
+    /// 1 puts one layer of cells into a gap: with quadratic velocities enough down to gaps of a quarter radius (drag within the
+    /// error of the surface size there).
+    pub gap: f64,
+    /// Longest edge anywhere.
+    pub max_size: f64,
+    /// Bodies must be this times the (smaller) radius away from each other and from the wall.
+    ///
+    /// The edges in a gap are as long as it is wide, and the number of triangles around it grows like one over its width.
+    pub min_gap: f64,
+    /// Smoothing sweeps.
+    pub sweeps: usize,
+    /// Dihedral angles below this (or above 180 minus it), degrees, are improved by moving single vertices.
+    pub target_dihedral: f64,
+    /// Give up when more vertices than this would be needed.
+    pub max_vertices: usize,
+}
+
+impl Default for GenerateParams {
+    fn default() -> Self {
+        GenerateParams {
+            growth: 0.3,
+            gap: 1.0,
+            max_size: f64::INFINITY,
+            min_gap: 1e-3,
+            sweeps: 10,
+            target_dihedral: 22.0,
+            max_vertices: 4_000_000,
+        }
+    }
+}
+
+/// A generated mesh and how it came about.
+#[derive(Clone, Debug)]
+pub struct Generated {
+    /// Tets and tagged faces: tag `i` is body `i`, the last tag is [`Container::TAG`].
+    pub mesh: LinearTets,
+    /// Seconds for each stage.
+    pub seconds: Stages,
+}
+
+/// Seconds spent by [`generate`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stages {
+    /// Surface triangulations and packing of vertices.
+    pub points: f64,
+    /// Smoothing, with a Delaunay tetrahedralisation a sweep.
+    pub smoothing: f64,
+    /// Hill climbing.
+    pub climbing: f64,
+    /// Checks and boundary faces.
+    pub checking: f64,
+}
+
+/// Meshes the fluid between `bodies` and `container`.
+///
+/// Edges have the length [`Body::size`] on a body, grow by [`GenerateParams::growth`] a unit of distance, and are shorter in
+/// gaps. Bodies of the same shape and size get the same surface triangulation, translated. Surface vertices lie on the
+/// true surfaces. Deterministic: the same mesh for any number of threads.
+///
+/// Method: geodesic points on spheres, or points spread by splitting, flipping and smoothing where sizes vary; a lattice-like
+/// packing between; Delaunay tetrahedralisation with exact predicates; sweeps of optimal-Delaunay smoothing; hill climbing on
+/// the worst angles. A surface triangle is a face of the Delaunay tets because its body, which holds no vertex but its
+/// centre, is (nearly) an empty ball behind it; that every one is there is checked at the end.
+///
+/// # Errors
+/// Names used twice, numbers that make no sense, bodies that touch or leave the container, too many vertices, and a surface that
+/// the tets do not follow (size too large for its shape).
+pub fn generate(
+    bodies: &[Body<'_>],
+    container: &Container,
+    params: &GenerateParams,
+) -> Result<Generated, MeshError> {
+    layout::check(bodies, container, params)?;
+    let mut seconds = Stages::default();
+    let mut clock = Instant::now();
+    let mut lap = |stage: &mut f64| {
+        *stage += clock.elapsed().as_secs_f64();
+        clock = Instant::now();
+    };
+
+    let field = SizeField::new(bodies, container, params)?;
+    let mut layout = Layout::new(bodies, container, &field, params)?;
+    lap(&mut seconds.points);
+
+    for _ in 0..params.sweeps {
+        let tets = layout.fluid(delaunay(&layout.points)?);
+        let target = odt::smoothed(&layout.points, &tets, &field);
+        layout.move_free(&target, &field);
+    }
+    lap(&mut seconds.smoothing);
+
+    let (points, tets) = improve(&mut layout, &field, params)?;
+    lap(&mut seconds.climbing);
+
+    layout.points = points;
+    let mesh = verify::assemble(&layout, bodies, tets)?;
+    lap(&mut seconds.checking);
+    Ok(Generated { mesh, seconds })
+}
+
+/// Rounds of Delaunay and hill climbing; more rounds rarely improve the worst angle (measured on three spheres).
+const ROUNDS: usize = 4;
+
+/// Alternates Delaunay with hill climbing and keeps the best.
+fn improve(
+    layout: &mut Layout,
+    field: &SizeField<'_>,
+    params: &GenerateParams,
+) -> Result<(Vec<Vec3>, Vec<[u32; 4]>), MeshError> {
+    let edges = layout.bulges();
+    let mut best = (f64::NEG_INFINITY, Vec::new(), Vec::new());
+    for _ in 0..ROUNDS {
+        let tets = layout.fluid(delaunay(&layout.points)?);
+        let score = climb::climb(
+            &mut layout.points,
+            &tets,
+            &layout.free,
+            &edges,
+            field,
+            params.target_dihedral,
+        );
+        if score > best.0 {
+            best = (score, layout.points.clone(), tets);
+        }
+        if score >= 1.0 - params.target_dihedral.to_radians().cos() {
+            break;
+        }
+    }
+    Ok((best.1, best.2))
+}

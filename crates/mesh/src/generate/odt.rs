@@ -1,0 +1,60 @@
+//! Smoothing towards an optimal Delaunay triangulation (Chen & Xu 2004; Alliez, Cohen-Steiner, Yvinec & Desbrun 2005).
+
+use super::size::SizeField;
+use crate::Vec3;
+use rayon::prelude::*;
+
+/// Tets a task; fixed, so that the work is divided alike for any number of threads.
+const CHUNK: usize = 2048;
+
+/// A circumcentre counts as at most this part of the wanted edge length away from the centroid: beyond it the tet is a
+/// sliver or a boundary tet, whose circumcentre says nothing about where vertices should go.
+const CLAMP: f64 = 0.5;
+
+/// New places for the vertices: each goes to the weighted mean of the circumcentres of its tets.
+///
+/// `x_i = sum_T w_T c_T / sum_T w_T` over the tets around vertex i, with `w_T = |T| / h(T)^4`: the stationary points of the
+/// interpolation error of `|x|^2` with a density that spaces vertices by `h`. Vertices without tets stay.
+pub(super) fn smoothed(points: &[Vec3], tets: &[[u32; 4]], field: &SizeField<'_>) -> Vec<Vec3> {
+    let targets: Vec<(Vec3, f64)> = tets
+        .par_iter()
+        .with_min_len(CHUNK)
+        .map(|tet| {
+            let x = tet.map(|v| points[v as usize]);
+            let centroid = (x[0] + x[1] + x[2] + x[3]) * 0.25;
+            let h = field.at(centroid);
+            let (centre, volume) = circumcentre(x);
+            let arm = centre - centroid;
+            let length = arm.norm();
+            let arm = if length <= CLAMP * h {
+                arm
+            } else if length.is_finite() {
+                arm * (CLAMP * h / length)
+            } else {
+                Vec3::zeros()
+            };
+            (centroid + arm, volume * h.powi(-4))
+        })
+        .collect();
+    let mut sums = vec![(Vec3::zeros(), 0.0); points.len()];
+    for (tet, &(target, weight)) in tets.iter().zip(&targets) {
+        for &v in tet {
+            let sum = &mut sums[v as usize];
+            sum.0 += weight * target;
+            sum.1 += weight;
+        }
+    }
+    sums.iter()
+        .zip(points)
+        .map(|(&(sum, weight), p)| if weight > 0.0 { sum / weight } else { *p })
+        .collect()
+}
+
+/// Circumcentre and volume of a tet.
+pub(super) fn circumcentre(x: [Vec3; 4]) -> (Vec3, f64) {
+    let [u, v, w] = [x[1] - x[0], x[2] - x[0], x[3] - x[0]];
+    let (vw, wu, uv) = (v.cross(&w), w.cross(&u), u.cross(&v));
+    let det = u.dot(&vw);
+    let arm = (u.norm_squared() * vw + v.norm_squared() * wu + w.norm_squared() * uv) / (2.0 * det);
+    (x[0] + arm, det / 6.0)
+}

@@ -1,0 +1,198 @@
+//! Vertices of the fluid: a packing that grows from the surfaces inwards.
+
+use super::size::SizeField;
+use crate::{MeshError, Surface, Vec3};
+use std::collections::{HashMap, VecDeque};
+use std::hash::{BuildHasherDefault, Hasher};
+
+/// Two vertices are never closer than this part of the wanted edge length.
+///
+/// The nearest neighbours of a body-centred lattice with mean edge 1 are at 0.95; a front that meets another one leaves
+/// vertices in between if they may be a fifth closer. Measured on three spheres: best mean quality for 0.74 to 0.8.
+const SPACING: f64 = 0.76;
+
+/// No vertex is closer to a surface than this part of the wanted edge length (0.816 is the height of a regular tet).
+const CLEARANCE: f64 = 0.6;
+
+/// Nearest neighbours of a body-centred cubic lattice, in units of half its period: eight along the diagonals, then six.
+const LATTICE: [[f64; 3]; 14] = [
+    [1.0, 1.0, 1.0],
+    [-1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, 1.0, 1.0],
+    [1.0, -1.0, -1.0],
+    [2.0, 0.0, 0.0],
+    [-2.0, 0.0, 0.0],
+    [0.0, 2.0, 0.0],
+    [0.0, -2.0, 0.0],
+    [0.0, 0.0, 2.0],
+    [0.0, 0.0, -2.0],
+];
+
+/// Half the period over the mean edge length: the Delaunay tets of the lattice have four edges `sqrt(3)` and two edges 2
+/// in units of half the period.
+const HALF_PERIOD: f64 = 6.0 / (4.0 * 1.732_050_807_568_877_2 + 4.0);
+
+/// Packs vertices into the fluid with the spacing of `field`.
+///
+/// `surface_points` are there already; `seeds` (apexes of tets on the surface triangles) are tried first, then the lattice
+/// neighbours of every vertex taken, in the order of taking. Deterministic; cost: some microseconds a vertex.
+///
+/// # Errors
+/// More than `limit` vertices would be needed.
+pub(super) fn pack(
+    field: &SizeField<'_>,
+    surfaces: &[&dyn Surface],
+    container: &dyn Surface,
+    surface_points: &[Vec3],
+    seeds: &[Vec3],
+    limit: usize,
+) -> Result<Vec<Vec3>, MeshError> {
+    let mut packing = Packing {
+        field,
+        surfaces,
+        container,
+        taken: Vec::new(),
+        grid: Grid::default(),
+    };
+    for p in surface_points {
+        packing.grid.insert(*p, field.at(*p));
+    }
+    let mut front: VecDeque<Vec3> = VecDeque::new();
+    let mut next_seed = seeds.iter();
+    loop {
+        while let Some(seed) = next_seed.next() {
+            if packing.offer(*seed) {
+                front.push_back(*seed);
+            }
+        }
+        let Some(p) = front.pop_front() else {
+            return Ok(packing.taken);
+        };
+        let step = HALF_PERIOD * field.at(p);
+        for direction in LATTICE {
+            let candidate = p + step * Vec3::from(direction);
+            if packing.offer(candidate) {
+                front.push_back(candidate);
+            }
+        }
+        if surface_points.len() + packing.taken.len() > limit {
+            return Err(MeshError::TooManyVertices { limit });
+        }
+    }
+}
+
+struct Packing<'a> {
+    field: &'a SizeField<'a>,
+    surfaces: &'a [&'a dyn Surface],
+    container: &'a dyn Surface,
+    taken: Vec<Vec3>,
+    grid: Grid,
+}
+
+impl Packing<'_> {
+    /// Takes the point if it is in the fluid and not too close to anything.
+    fn offer(&mut self, p: Vec3) -> bool {
+        let h = self.field.at(p);
+        let clear = CLEARANCE * h;
+        if -self.container.signed_distance(p) < clear
+            || self.grid.any_within(p, SPACING * h, h)
+            || self.surfaces.iter().any(|s| is_near(*s, p, clear))
+        {
+            return false;
+        }
+        self.grid.insert(p, h);
+        self.taken.push(p);
+        true
+    }
+}
+
+/// Whether `p` is inside the shape or within `clear` of it.
+pub(super) fn is_near(surface: &dyn Surface, p: Vec3, clear: f64) -> bool {
+    let (centre, radius) = surface.bounding_ball();
+    (p - centre).norm() < radius + clear && surface.signed_distance(p) < clear
+}
+
+/// Points sorted into cubic cells; the cells of a point have about the size wanted there.
+///
+/// Every point is stored for its own binary order of magnitude of size and the two next to it, so that a search looks at one
+/// order only: sizes within one spacing differ by less than a factor of two, as long as they grow by less than a unit a unit.
+#[derive(Default)]
+struct Grid {
+    heads: HashMap<(i32, [i32; 3]), u32, BuildHasherDefault<CellHasher>>,
+    /// Points, each with the next one in the same cell.
+    entries: Vec<(Vec3, u32)>,
+}
+
+impl Grid {
+    const NONE: u32 = u32::MAX;
+
+    fn cell(p: Vec3, order: i32) -> [i32; 3] {
+        let width = 2f64.powi(order);
+        [p.x, p.y, p.z].map(|c| (c / width).floor() as i32)
+    }
+
+    fn insert(&mut self, p: Vec3, h: f64) {
+        let order = h.log2().ceil() as i32;
+        for order in order - 1..=order + 1 {
+            let head = self
+                .heads
+                .entry((order, Self::cell(p, order)))
+                .or_insert(Self::NONE);
+            self.entries.push((p, *head));
+            *head = self.entries.len() as u32 - 1;
+        }
+    }
+
+    /// Whether a point lies closer to `p` than `reach`, which is at most the size `h`.
+    fn any_within(&self, p: Vec3, reach: f64, h: f64) -> bool {
+        // Cells are at least `h` wide: those that the ball of radius `reach` meets are at most eight.
+        let order = h.log2().ceil() as i32;
+        let low = Self::cell(p - Vec3::repeat(reach), order);
+        let high = Self::cell(p + Vec3::repeat(reach), order);
+        for i in low[0]..=high[0] {
+            for j in low[1]..=high[1] {
+                for k in low[2]..=high[2] {
+                    let head = self.heads.get(&(order, [i, j, k]));
+                    let mut entry = head.copied().unwrap_or(Self::NONE);
+                    while entry != Self::NONE {
+                        let (q, next) = self.entries[entry as usize];
+                        if (p - q).norm_squared() < reach * reach {
+                            return true;
+                        }
+                        entry = next;
+                    }
+                }
+            }
+        }
+        false
+    }
+}
+
+/// A multiplicative hash of cell numbers (Fibonacci hashing, Knuth volume 3): they need no defence against attacks.
+#[derive(Default)]
+struct CellHasher(u64);
+
+impl Hasher for CellHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.write_u32(u32::from(byte));
+        }
+    }
+
+    fn write_i32(&mut self, i: i32) {
+        self.write_u32(i.cast_unsigned());
+    }
+
+    fn write_u32(&mut self, i: u32) {
+        self.0 = (self.0.rotate_left(23) ^ u64::from(i)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+
+    fn finish(&self) -> u64 {
+        // The map takes its bucket from the low bits, the product is random in the high ones.
+        self.0 ^ (self.0 >> 32)
+    }
+}

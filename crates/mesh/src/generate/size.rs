@@ -1,0 +1,292 @@
+//! How long edges are to be, everywhere in the fluid.
+
+use super::surface_mesh::sphere_radius;
+use super::{Body, Container, GenerateParams};
+use crate::{MeshError, Surface, Vec3};
+
+/// A close pair of surfaces: sizes are bounded in and around the gap between them.
+struct Gap<'a> {
+    surfaces: [&'a dyn Surface; 2],
+    /// `-1` for a wall: the fluid is inside of it.
+    signs: [f64; 2],
+    width: f64,
+    /// Where the gap is narrowest.
+    middle: Vec3,
+    /// The gap is at least `width + bend s^2` wide at the distance `s` from its middle.
+    bend: f64,
+}
+
+/// The wanted edge length `h(x)`, as long as all of these allow:
+///
+/// * `size + growth d` around each body, `d` the distance to it;
+/// * `gap (d1 + d2)` between each pair of close surfaces, lowered until it grows no faster than `growth`;
+/// * the largest size, and a part of the container's size.
+///
+/// It is Lipschitz continuous with constant `growth`.
+pub(super) struct SizeField<'a> {
+    bodies: &'a [Body<'a>],
+    sizes: Vec<f64>,
+    gaps: Vec<Gap<'a>>,
+    growth: f64,
+    gap: f64,
+    max: f64,
+}
+
+impl<'a> SizeField<'a> {
+    /// Checks the arrangement and finds its gaps.
+    ///
+    /// # Errors
+    /// Bodies closer to each other or to the wall than [`GenerateParams::min_gap`] of the smaller radius.
+    pub fn new(
+        bodies: &'a [Body<'a>],
+        container: &'a Container,
+        params: &GenerateParams,
+    ) -> Result<Self, MeshError> {
+        // Triangles longer than the radius of curvature cannot follow a surface (quadratic edges turn by 60 degrees).
+        let sizes: Vec<f64> = bodies
+            .iter()
+            .map(|b| b.size.min(b.surface.smallest_curvature_radius()))
+            .collect();
+        let mut field = SizeField {
+            bodies,
+            sizes,
+            gaps: Vec::new(),
+            growth: params.growth,
+            gap: params.gap,
+            max: params.max_size.min(container.largest_size()),
+        };
+        for (i, body) in bodies.iter().enumerate() {
+            let (_, radius) = body.surface.bounding_ball();
+            let least = params.min_gap * radius;
+            let gap = Gap::to_wall(body.surface, container);
+            if gap.width.is_nan() || gap.width <= least {
+                return Err(MeshError::BodyAtWall {
+                    body: body.name.into(),
+                    distance: gap.width,
+                    least,
+                });
+            }
+            field.keep(gap, field.sizes[i]);
+            for (j, other) in bodies[..i].iter().enumerate() {
+                let (_, other_radius) = other.surface.bounding_ball();
+                let least = params.min_gap * radius.min(other_radius);
+                let gap = Gap::between(other.surface, body.surface);
+                if gap.width.is_nan() || gap.width <= least {
+                    return Err(MeshError::BodiesTouch {
+                        first: other.name.into(),
+                        second: body.name.into(),
+                        distance: gap.width,
+                        least,
+                    });
+                }
+                field.keep(gap, field.sizes[i].max(field.sizes[j]));
+            }
+        }
+        Ok(field)
+    }
+
+    /// Keeps a gap that can bind: where it is widest allowed, the sizes grown from the surfaces are larger.
+    fn keep(&mut self, gap: Gap<'a>, size: f64) {
+        if self.gap * gap.width < size + self.growth * gap.width {
+            self.gaps.push(gap);
+        }
+    }
+
+    /// The wanted edge length at `x`.
+    pub fn at(&self, x: Vec3) -> f64 {
+        let mut h = self.max;
+        for (body, size) in self.bodies.iter().zip(&self.sizes) {
+            // A lower bound of the distance saves evaluating shapes far away.
+            let (centre, radius) = body.surface.bounding_ball();
+            if size + self.growth * ((x - centre).norm() - radius) < h {
+                h = h.min(size + self.growth * body.surface.signed_distance(x).max(0.0));
+            }
+        }
+        for gap in &self.gaps {
+            h = h.min(gap.size(x, self.gap, self.growth));
+        }
+        h
+    }
+}
+
+impl<'a> Gap<'a> {
+    fn between(a: &'a dyn Surface, b: &'a dyn Surface) -> Self {
+        let ((centre_a, r_a), (centre_b, r_b)) = (a.bounding_ball(), b.bounding_ball());
+        let (width, middle, bend) = if let (Some(r_a), Some(r_b)) =
+            (sphere_radius(a), sphere_radius(b))
+        {
+            let arm = centre_b - centre_a;
+            let distance = arm.norm();
+            let width = distance - r_a - r_b;
+            let middle = centre_a + arm * ((r_a + 0.5 * width) / distance.max(f64::MIN_POSITIVE));
+            (width, middle, 0.5 * (1.0 / r_a + 1.0 / r_b))
+        } else {
+            let spread = (centre_b - centre_a).norm() - r_a - r_b;
+            if spread > r_a + r_b {
+                // So far apart that the bounding balls tell enough.
+                (spread, 0.5 * (centre_a + centre_b), 0.0)
+            } else {
+                let (p, q) = closest_points(a, b);
+                (a.signed_distance(q), 0.5 * (p + q), 0.0)
+            }
+        };
+        Gap {
+            surfaces: [a, b],
+            signs: [1.0, 1.0],
+            width,
+            middle,
+            bend,
+        }
+    }
+
+    fn to_wall(body: &'a dyn Surface, container: &'a Container) -> Self {
+        let wall = container.surface();
+        let (centre, reach) = body.bounding_ball();
+        let depth = -wall.signed_distance(centre);
+        let (width, middle, bend) = if let Some(radius) = sphere_radius(body) {
+            let out = wall.closest_point(centre) - centre;
+            let width = depth - radius;
+            let middle =
+                centre + out * ((radius + 0.5 * width) / out.norm().max(f64::MIN_POSITIVE));
+            let bend = match container {
+                // Spheres of radii r < R, centres e apart: the gap opens like e s^2 / (2 r R) at least.
+                Container::Ball(ball) => {
+                    (ball.radius - depth).max(0.0) / (2.0 * radius * ball.radius)
+                }
+                // Beside another face of the box it need not open.
+                Container::Box(_) => 0.0,
+            };
+            (width, middle, bend)
+        } else if depth > 3.0 * reach {
+            // So far away that the bounding ball tells enough.
+            (depth - reach, centre, 0.0)
+        } else {
+            let foot = deepest_point(body, wall);
+            (-wall.signed_distance(foot), foot, 0.0)
+        };
+        Gap {
+            surfaces: [body, wall],
+            signs: [1.0, -1.0],
+            width,
+            middle,
+            bend,
+        }
+    }
+
+    /// The longest edge that this gap allows at `x`: the larger of two lower bounds of the slope-limited `gap (d1 + d2)`.
+    fn size(&self, x: Vec3, gap: f64, growth: f64) -> f64 {
+        // (1) d1 + d2 grows by at most 2 a unit of length, hence half the growth of the size for each.
+        let sum: f64 = (0..2)
+            .map(|k| (self.signs[k] * self.surfaces[k].signed_distance(x)).max(0.0))
+            .sum();
+        let slope = (0.5 * growth).min(gap);
+        let along_distance = gap * self.width + slope * (sum - self.width).max(0.0);
+        // (2) the parabola gap (width + bend s^2), continued by its tangent where it becomes steeper than the growth.
+        let s = ((x - self.middle).norm() - 0.5 * self.width).max(0.0);
+        let curve = gap * self.bend;
+        let opening = if 2.0 * curve * s < growth {
+            curve * s * s
+        } else {
+            growth * s - growth * growth / (4.0 * curve)
+        };
+        along_distance.max(gap * self.width + opening)
+    }
+}
+
+/// Closest points of two convex shapes that do not overlap, by alternating projections (Cheney & Goldstein 1959).
+fn closest_points(a: &dyn Surface, b: &dyn Surface) -> (Vec3, Vec3) {
+    let mut q = b.closest_point(a.centre());
+    let mut p = a.closest_point(q);
+    // Linear convergence; sizes need a few digits only.
+    for _ in 0..200 {
+        if b.signed_distance(p) <= 0.0 {
+            return (p, p);
+        }
+        q = b.closest_point(p);
+        p = a.closest_point(q);
+    }
+    (p, q)
+}
+
+/// The point of `body` closest to the wall `part`, by walking its surface towards it.
+fn deepest_point(body: &dyn Surface, part: &dyn Surface) -> Vec3 {
+    let mut p = body.closest_point(part.closest_point(body.centre()));
+    for _ in 0..200 {
+        if part.signed_distance(p) >= 0.0 {
+            return p;
+        }
+        p = body.closest_point(part.closest_point(p));
+    }
+    p
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Container;
+    use super::*;
+    use crate::Sphere;
+
+    fn spheres(x: &[f64]) -> Vec<Sphere> {
+        x.iter()
+            .map(|&x| Sphere {
+                centre: Vec3::new(x, 0.0, 0.0),
+                radius: 1.0,
+            })
+            .collect()
+    }
+
+    fn bodies(spheres: &[Sphere]) -> Vec<Body<'_>> {
+        spheres
+            .iter()
+            .map(|s| Body {
+                name: "b",
+                surface: s,
+                size: 0.3,
+            })
+            .collect()
+    }
+
+    #[test]
+    fn sizes_are_lipschitz_and_resolve_gaps() {
+        let shapes = spheres(&[-1.05, 1.05]);
+        let bodies = bodies(&shapes);
+        let params = GenerateParams::default();
+        let container = Container::Ball(Sphere {
+            centre: Vec3::zeros(),
+            radius: 10.0,
+        });
+        let field = SizeField::new(&bodies, &container, &params).expect("valid");
+        assert!((field.at(Vec3::zeros()) - params.gap * 0.1).abs() < 1e-12);
+        let mut before = None;
+        // A path along the first sphere's surface into the gap and out again.
+        for k in 0..2000 {
+            let t = f64::from(k) * 1e-3 * std::f64::consts::PI - 1.0;
+            let x = shapes[0].centre + Vec3::new(t.cos(), t.sin(), 0.0);
+            let h = field.at(x);
+            let sum: f64 = shapes.iter().map(|s| s.signed_distance(x).max(0.0)).sum();
+            // The parabola bounds the gap from below up to fourth order in s <= 1.
+            assert!(h <= 1.2 * params.gap * sum, "{x} {h} {sum}");
+            if let Some((y, g)) = before {
+                let step: Vec3 = x - y;
+                let rise: f64 = h - g;
+                assert!(rise.abs() <= (params.growth + 1e-9) * step.norm());
+            }
+            before = Some((x, h));
+        }
+    }
+
+    #[test]
+    fn a_concentric_shell_has_one_size() {
+        let shapes = spheres(&[0.0]);
+        let bodies = bodies(&shapes);
+        let params = GenerateParams::default();
+        let container = Container::Ball(Sphere {
+            centre: Vec3::zeros(),
+            radius: 1.1,
+        });
+        let field = SizeField::new(&bodies, &container, &params).expect("valid");
+        for x in [Vec3::x(), -Vec3::y(), Vec3::new(0.6, 0.6, 0.6)] {
+            assert!((field.at(x * (1.05 / x.norm())) - 0.1 * params.gap).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! The finished mesh, checked face by face.
+
+use super::layout::Layout;
+use super::{Body, Container};
+use crate::{LinearTets, MeshError, Vec3};
+
+/// Numbers the vertices of the fluid, finds the boundary faces, and checks that they are the designed ones.
+///
+/// # Errors
+/// A body whose triangles are not the boundary of the tets there, or a container whose faces are not a closed surface.
+pub(super) fn assemble(
+    layout: &Layout<'_>,
+    bodies: &[Body<'_>],
+    tets: Vec<[u32; 4]>,
+) -> Result<LinearTets, MeshError> {
+    let boundary = boundary_faces(&tets);
+    let n_bodies = bodies.len();
+    let mut faces: Vec<Vec<[u32; 3]>> = vec![Vec::new(); n_bodies + 1];
+    let lost = |face: [u32; 3], part: usize| {
+        let sum: Vec3 = face.iter().map(|&v| layout.points[v as usize]).sum();
+        MeshError::SurfaceLost {
+            body: bodies.get(part).map_or(Container::TAG, |b| b.name).into(),
+            at: (sum / 3.0).into(),
+        }
+    };
+    for face in boundary {
+        let owner = face.map(|v| layout.owner[v as usize]);
+        match faces.get_mut(owner[0] as usize) {
+            Some(list) if owner[1] == owner[0] && owner[2] == owner[0] => list.push(face),
+            _ => {
+                let part = owner.iter().copied().min().unwrap_or(0) as usize;
+                return Err(lost(face, part));
+            }
+        }
+    }
+    for part in 0..n_bodies {
+        // Faces of the fluid look into the body, designed triangles out of it.
+        let found = sorted(faces[part].iter().map(|&[a, b, c]| [a, c, b]));
+        let designed = sorted(layout.triangles[part].iter().copied());
+        if let Some(at) = first_difference(&found, &designed) {
+            return Err(lost(at, part));
+        }
+    }
+    // On the flat faces of a box, squares may be cut along either diagonal: a closed surface has 2 V - 4 triangles.
+    let designed = &layout.triangles[n_bodies];
+    if faces[n_bodies].len() != designed.len() {
+        return Err(lost(designed[0], n_bodies));
+    }
+
+    let shift = layout.centres.end - layout.centres.start;
+    let number = |v: u32| {
+        if v < layout.centres.start {
+            v
+        } else {
+            v - shift
+        }
+    };
+    let mut points = layout.points.clone();
+    points.drain(layout.centres.start as usize..layout.centres.end as usize);
+    Ok(LinearTets {
+        points,
+        tets: tets.iter().map(|t| t.map(number)).collect(),
+        faces: faces
+            .iter()
+            .enumerate()
+            .flat_map(|(part, list)| list.iter().map(move |f| (f.map(number), part as u16)))
+            .collect(),
+        tags: bodies
+            .iter()
+            .map(|b| b.name.to_owned())
+            .chain([Container::TAG.to_owned()])
+            .collect(),
+    })
+}
+
+/// Faces of one tet only, normal out of the tet, in the order of the tets.
+fn boundary_faces(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
+    let mut all: Vec<([u32; 3], [u32; 3])> = Vec::with_capacity(4 * tets.len());
+    for &[a, b, c, d] in tets {
+        for face in [[b, c, d], [a, d, c], [a, b, d], [a, c, b]] {
+            let mut key = face;
+            key.sort_unstable();
+            all.push((key, face));
+        }
+    }
+    all.sort_unstable();
+    let single = |i: usize| {
+        (i == 0 || all[i - 1].0 != all[i].0) && (i + 1 == all.len() || all[i + 1].0 != all[i].0)
+    };
+    (0..all.len())
+        .filter(|&i| single(i))
+        .map(|i| all[i].1)
+        .collect()
+}
+
+/// Triangles turned to begin with their smallest vertex, sorted.
+fn sorted(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
+    let mut list: Vec<[u32; 3]> = triangles
+        .map(|[a, b, c]| match a.min(b).min(c) {
+            m if m == a => [a, b, c],
+            m if m == b => [b, c, a],
+            _ => [c, a, b],
+        })
+        .collect();
+    list.sort_unstable();
+    list
+}
+
+/// A triangle that only one of two sorted lists has.
+fn first_difference(a: &[[u32; 3]], b: &[[u32; 3]]) -> Option<[u32; 3]> {
+    let mut pairs = a.iter().zip(b);
+    match pairs.find(|(x, y)| x != y) {
+        Some((x, y)) => Some(*x.min(y)),
+        None => a.get(b.len()).or(b.get(a.len())).copied(),
+    }
+}
