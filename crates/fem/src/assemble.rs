@@ -83,8 +83,8 @@ impl TaylorHood {
                             Prepared::Affine(shared) => F::affine_row(shared, visit.local()),
                             Prepared::Curved(index) => curved[*index][visit.local()],
                         };
-                        for (&place, contribution) in places.iter().zip(contributions) {
-                            values[place as usize].add(contribution);
+                        for j in 0..C {
+                            values[places[j] as usize].add(contributions[j]);
                         }
                     }
                 }

@@ -124,10 +124,10 @@ fn fingerprint(mesh: &TetMesh) -> u64 {
         .cells()
         .par_chunks(CELLS_PER_HASH)
         .map(|cells| {
-            cells
-                .as_flattened()
-                .iter()
-                .fold(0, |hash, &node| mix(hash, node.into()))
+            let (pairs, _) = cells.as_flattened().as_chunks();
+            pairs.iter().fold(0, |hash, &[a, b]| {
+                mix(hash, u64::from(a) << 32 | u64::from(b))
+            })
         })
         .collect();
     parts.into_iter().fold(0, mix)

@@ -54,7 +54,7 @@ pub fn surface_measures(mesh: &TetMesh, tag: u16) -> Result<SurfaceMeasures, Fem
         });
     }
     let gap = Vec3::new(nx, ny, nz).norm() / area;
-    if !(gap <= CLOSED) || signed_volume == 0.0 {
+    if gap.is_nan() || gap > CLOSED || signed_volume == 0.0 {
         return Err(FemError::OpenSurface { tag, gap });
     }
     let centroid = origin + Vec3::new(cx, cy, cz) / signed_volume;
