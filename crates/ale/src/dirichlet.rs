@@ -18,9 +18,15 @@ pub(crate) struct DirichletSolver<'a> {
 
 impl<'a> DirichletSolver<'a> {
     pub fn new(stiffness: &'a Csr, prescribed: &[bool]) -> Result<Self, LinalgError> {
-        let free: Vec<usize> = (0..stiffness.rows()).filter(|&vertex| !prescribed[vertex]).collect();
+        let free: Vec<usize> = (0..stiffness.rows())
+            .filter(|&vertex| !prescribed[vertex])
+            .collect();
         if free.is_empty() {
-            return Ok(Self { stiffness, free, system: None });
+            return Ok(Self {
+                stiffness,
+                free,
+                system: None,
+            });
         }
         let mut number = vec![u32::MAX; stiffness.rows()];
         for (index, &vertex) in free.iter().enumerate() {
@@ -28,7 +34,9 @@ impl<'a> DirichletSolver<'a> {
         }
         let (mut pointers, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
         for &vertex in &free {
-            let Some(row) = stiffness.outer_view(vertex) else { continue };
+            let Some(row) = stiffness.outer_view(vertex) else {
+                continue;
+            };
             for (column, &value) in row.iter() {
                 if number[column as usize] != u32::MAX {
                     columns.push(number[column as usize]);
@@ -37,23 +45,39 @@ impl<'a> DirichletSolver<'a> {
             }
             pointers.push(columns.len());
         }
-        let operator = Bordered::scalar(Csr::new((free.len(), free.len()), pointers, columns, values))?;
+        let operator = Bordered::scalar(Csr::new(
+            (free.len(), free.len()),
+            pointers,
+            columns,
+            values,
+        ))?;
         let multigrid = Multigrid::new(&operator, &MultigridParams::default())?;
-        Ok(Self { stiffness, free, system: Some((operator, multigrid)) })
+        Ok(Self {
+            stiffness,
+            free,
+            system: Some((operator, multigrid)),
+        })
     }
 
     /// Extends each of `conditions`, values at all vertices of which the prescribed ones count.
     pub fn extend(&mut self, conditions: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, LinalgError> {
         let mut fields = conditions.to_vec();
-        let Some((operator, multigrid)) = &mut self.system else { return Ok(fields) };
-        let parameters = KrylovParams { rel_tol: TOLERANCE, ..KrylovParams::default() };
+        let Some((operator, multigrid)) = &mut self.system else {
+            return Ok(fields);
+        };
+        let parameters = KrylovParams {
+            rel_tol: TOLERANCE,
+            ..KrylovParams::default()
+        };
         for group in fields.chunks_mut(3) {
             for field in group.iter_mut() {
                 self.free.iter().for_each(|&vertex| field[vertex] = 0.0);
             }
             let mut right = vec![0.0; 3 * self.free.len()];
             for (entry, &vertex) in right.chunks_exact_mut(3).zip(&self.free) {
-                let Some(row) = self.stiffness.outer_view(vertex) else { continue };
+                let Some(row) = self.stiffness.outer_view(vertex) else {
+                    continue;
+                };
                 for (column, &value) in row.iter() {
                     for (component, field) in group.iter().enumerate() {
                         entry[component] -= value * field[column as usize];

@@ -47,10 +47,16 @@ impl ReferenceMap {
     ///
     /// # Errors
     /// A tag that the mesh does not have, or a solve that fails.
-    pub fn new(mesh: TetMesh, bodies: &[MovingBody], stiffening: Stiffening) -> Result<Self, AleError> {
+    pub fn new(
+        mesh: TetMesh,
+        bodies: &[MovingBody],
+        stiffening: Stiffening,
+    ) -> Result<Self, AleError> {
         let vertices = mesh.n_vertices();
-        let on_body: Vec<Vec<u32>> =
-            bodies.iter().map(|body| Ok(mesh.nodes_on(mesh.tag(&body.tag)?))).collect::<Result<_, AleError>>()?;
+        let on_body: Vec<Vec<u32>> = bodies
+            .iter()
+            .map(|body| Ok(mesh.nodes_on(mesh.tag(&body.tag)?)))
+            .collect::<Result<_, AleError>>()?;
         let mut prescribed = vec![false; vertices];
         for facet in mesh.facets() {
             for &vertex in &facet.nodes[..3] {
@@ -60,7 +66,12 @@ impl ReferenceMap {
         // One scalar boundary condition an extension: 1 on the body, then the components of its arms.
         let mut conditions = Vec::new();
         for (body, nodes) in bodies.iter().zip(&on_body) {
-            let on_vertices = || nodes.iter().map(|&node| node as usize).filter(|&node| node < vertices);
+            let on_vertices = || {
+                nodes
+                    .iter()
+                    .map(|&node| node as usize)
+                    .filter(|&node| node < vertices)
+            };
             let mut add = |value: &dyn Fn(usize) -> f64| {
                 let mut condition = vec![0.0; vertices];
                 on_vertices().for_each(|vertex| condition[vertex] = value(vertex));
@@ -71,16 +82,22 @@ impl ReferenceMap {
                 (0..3).for_each(|axis| add(&|vertex| (mesh.points()[vertex] - body.centre)[axis]));
             }
         }
-        let stiffness =
-            TaylorHood::new(&mesh)?.weighted_vertex_stiffness(&mesh, &stiffening.coefficients(&mesh))?;
-        let mut fields = DirichletSolver::new(&stiffness, &prescribed)?.extend(&conditions)?.into_iter();
+        let stiffness = TaylorHood::new(&mesh)?
+            .weighted_vertex_stiffness(&mesh, &stiffening.coefficients(&mesh))?;
+        let mut fields = DirichletSolver::new(&stiffness, &prescribed)?
+            .extend(&conditions)?
+            .into_iter();
         let extensions = bodies
             .iter()
             .zip(&on_body)
             .map(|(body, nodes)| {
                 let mut next = || fields.next().unwrap_or_default();
                 let translation = next();
-                let arm = if body.turns { (0..3).map(|_| next()).collect() } else { Vec::new() };
+                let arm = if body.turns {
+                    (0..3).map(|_| next()).collect()
+                } else {
+                    Vec::new()
+                };
                 Extension::at_all_nodes(&mesh, translation, arm, nodes, body.centre)
             })
             .collect();
@@ -98,14 +115,18 @@ impl ReferenceMap {
     /// [`AleError::Invalid`] if an element is inverted, curved elements included: then remesh.
     pub fn moved(&self, motions: &[Isometry3<f64>]) -> Result<TetMesh, AleError> {
         if motions.len() != self.extensions.len() {
-            return Err(AleError::Motions { expected: self.extensions.len(), found: motions.len() });
+            return Err(AleError::Motions {
+                expected: self.extensions.len(),
+                found: motions.len(),
+            });
         }
         let mut points = self.mesh.points().to_vec();
         for (motion, extension) in motions.iter().zip(&self.extensions) {
             for (point, &share) in points.iter_mut().zip(&extension.translation) {
                 *point += share * motion.translation.vector;
             }
-            let turn = motion.rotation.to_rotation_matrix().into_inner() - nalgebra::Matrix3::identity();
+            let turn =
+                motion.rotation.to_rotation_matrix().into_inner() - nalgebra::Matrix3::identity();
             for (point, arm) in points.iter_mut().zip(&extension.arm) {
                 *point += turn * arm;
             }
@@ -116,10 +137,21 @@ impl ReferenceMap {
 
 impl Extension {
     /// From the values at the vertices: `translation`, and the three components of `arm` if the body turns.
-    fn at_all_nodes(mesh: &TetMesh, mut translation: Vec<f64>, arm: Vec<Vec<f64>>, on_body: &[u32], centre: Vec3) -> Self {
+    fn at_all_nodes(
+        mesh: &TetMesh,
+        mut translation: Vec<f64>,
+        arm: Vec<Vec<f64>>,
+        on_body: &[u32],
+        centre: Vec3,
+    ) -> Self {
         let turns = !arm.is_empty();
         let mut arm: Vec<Vec3> = match &arm[..] {
-            [x, y, z] => x.iter().zip(y).zip(z).map(|((&x, &y), &z)| Vec3::new(x, y, z)).collect(),
+            [x, y, z] => x
+                .iter()
+                .zip(y)
+                .zip(z)
+                .map(|((&x, &y), &z)| Vec3::new(x, y, z))
+                .collect(),
             _ => Vec::new(),
         };
         translation.resize(mesh.n_points(), 0.0);

@@ -19,9 +19,15 @@ pub enum Stiffening {
 impl Stiffening {
     /// The coefficient of each cell. Cost: one pass over the cells.
     pub fn coefficients(self, mesh: &TetMesh) -> Vec<f64> {
-        let volumes: Vec<f64> = (0..mesh.n_cells()).into_par_iter().map(|cell| mesh.cell_volume(cell)).collect();
+        let volumes: Vec<f64> = (0..mesh.n_cells())
+            .into_par_iter()
+            .map(|cell| mesh.cell_volume(cell))
+            .collect();
         let largest = volumes.par_iter().copied().reduce(|| 0.0, f64::max);
-        let smallest = volumes.par_iter().copied().reduce(|| f64::INFINITY, f64::min);
+        let smallest = volumes
+            .par_iter()
+            .copied()
+            .reduce(|| f64::INFINITY, f64::min);
         volumes
             .into_iter()
             .map(|volume| match self {

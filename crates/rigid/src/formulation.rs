@@ -32,7 +32,11 @@ impl Drive<'_> {
     /// # Errors
     /// A list of loads of the wrong length.
     pub fn generalised_loads(&self) -> Result<DVector<f64>, RigidError> {
-        check_length("loads on the bodies", self.loads.len(), self.set.kinds().len())?;
+        check_length(
+            "loads on the bodies",
+            self.loads.len(),
+            self.set.kinds().len(),
+        )?;
         let layout = &self.constraints.layout;
         let mut loads = DVector::zeros(layout.len());
         for (body, load) in self.loads.iter().enumerate() {
@@ -117,7 +121,11 @@ impl Constrained {
     ) -> Result<Self, RigidError> {
         let surface_basis = basis.select_rows(&surface_rows);
         let surface_offset = offset.select_rows(&surface_rows);
-        check_length("velocities of rigid surfaces", surface_rows.len(), fluid.corner.nrows())?;
+        check_length(
+            "velocities of rigid surfaces",
+            surface_rows.len(),
+            fluid.corner.nrows(),
+        )?;
         let mut right: Vec<f64> = negated_product(&fluid.border, &surface_offset);
         right.extend((loads - surface_basis.tr_mul(&(&fluid.corner * &surface_offset))).iter());
         right.extend(negated_product(&fluid.rigid_divergence, &surface_offset));
@@ -140,7 +148,15 @@ impl Constrained {
             &fluid.interpolation_border * &columns,
         )?;
         let vertex_stiffness = std::mem::replace(&mut fluid.vertex_stiffness, Csr::zero((0, 0)));
-        Ok(Self { system, right, transfer, vertex_stiffness, velocities: (basis, offset), surface_rows, surfaces: fluid })
+        Ok(Self {
+            system,
+            right,
+            transfer,
+            vertex_stiffness,
+            velocities: (basis, offset),
+            surface_rows,
+            surfaces: fluid,
+        })
     }
 
     /// Velocities, forces and pressure from a solution of the system.
@@ -166,7 +182,10 @@ impl Constrained {
 }
 
 fn negated_product(matrix: &Csr, x: &DVector<f64>) -> Vec<f64> {
-    matrix.outer_iterator().map(|row| -row.iter().map(|(j, &a)| a * x[j as usize]).sum::<f64>()).collect()
+    matrix
+        .outer_iterator()
+        .map(|row| -row.iter().map(|(j, &a)| a * x[j as usize]).sum::<f64>())
+        .collect()
 }
 
 /// The nonzeros of a small dense matrix.

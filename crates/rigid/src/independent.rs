@@ -15,7 +15,9 @@ impl Formulation for Independent {
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
         if let Some(link) = drive.set.links().first() {
-            return Err(RigidError::LinkWithoutConstraint { link: link.name.clone() });
+            return Err(RigidError::LinkWithoutConstraint {
+                link: link.name.clone(),
+            });
         }
         let velocities = drive.constraints.layout.len();
         Constrained::eliminated(

@@ -1,0 +1,161 @@
+//! One instant on one mesh: assembly, constraints, solve.
+
+use std::time::Instant;
+
+use fem::TaylorHood;
+use linalg::{BlockTriangular, KrylovParams, Multigrid, MultigridParams, SaddleLdlt, SaddleSystem, fgmres};
+use mesh::TetMesh;
+use nalgebra::Vector3;
+use rigid::{
+    Constrained, Drive, Eliminated, Flow, FluidMatrices, Formulation, NodeRole, RigidFluid, SurfaceBody,
+};
+
+use crate::model::{Dofs, ModelError, Seconds, SolverInfo};
+use crate::scene::{FemOptions, FormulationKind, SolverKind};
+
+/// Which parts of a mesh's boundary are what.
+pub struct Boundary<'a> {
+    /// Tags of the rigid bodies.
+    pub bodies: Vec<&'a str>,
+    /// Centre of each body.
+    pub centres: Vec<Vector3<f64>>,
+    /// Tags of no-slip walls.
+    pub walls: Vec<&'a str>,
+}
+
+/// A solved instant, in units of the flow.
+pub struct SolvedFlow {
+    /// Velocities, forces, pressure.
+    pub flow: Flow,
+    /// Numbers of unknowns.
+    pub dofs: Dofs,
+    /// How it was solved.
+    pub solver: SolverInfo,
+    /// Assembly, set-up and solve.
+    pub seconds: Seconds,
+}
+
+/// Solves the flow around rigid bodies that move as `drive` says.
+///
+/// # Errors
+/// Whatever keeps the system from being built or solved.
+pub fn solve(
+    space: &TaylorHood,
+    mesh: &TetMesh,
+    boundary: &Boundary,
+    drive: &Drive,
+    options: &FemOptions,
+) -> Result<SolvedFlow, ModelError> {
+    let clock = Instant::now();
+    let system = assemble(space, mesh, boundary, drive, options.formulation)?;
+    let assembly = clock.elapsed().as_secs_f64();
+    let (solution, mut solver, mut seconds) = solve_system(&system, options)?;
+    solver.formulation = options.formulation.word().to_owned();
+    seconds.assembly = assembly;
+    let mut flow = system.flow(&solution, drive.set)?;
+    let mean = fem::mean_pressure(mesh, &flow.pressure)?;
+    flow.pressure.iter_mut().for_each(|p| *p -= mean);
+    seconds.total = clock.elapsed().as_secs_f64();
+    let dofs = Dofs {
+        velocity: system.system.velocity_range().len(),
+        pressure: system.system.pressure_range().len(),
+        total: solution.len(),
+    };
+    Ok(SolvedFlow { flow, dofs, solver, seconds })
+}
+
+/// Assembles the system of one instant.
+///
+/// # Errors
+/// Tags that the mesh does not have, degenerate cells, constraints that contradict each other.
+pub fn assemble(
+    space: &TaylorHood,
+    mesh: &TetMesh,
+    boundary: &Boundary,
+    drive: &Drive,
+    formulation: FormulationKind,
+) -> Result<Constrained, ModelError> {
+    let mut roles = vec![NodeRole::Free; mesh.n_points()];
+    for tag in &boundary.walls {
+        mesh.nodes_on(mesh.tag(tag)?).iter().for_each(|&node| roles[node as usize] = NodeRole::Fixed);
+    }
+    let mut bodies = Vec::with_capacity(boundary.bodies.len());
+    for (number, (name, &centre)) in boundary.bodies.iter().zip(&boundary.centres).enumerate() {
+        let tag = mesh.tag(name)?;
+        mesh.nodes_on(tag).iter().for_each(|&node| roles[node as usize] = NodeRole::Body(number as u32));
+        bodies.push(SurfaceBody { centre, volume: fem::surface_measures(mesh, tag)?.volume });
+    }
+    let fluid = RigidFluid::new(
+        &FluidMatrices {
+            stiffness: &space.stiffness(mesh)?,
+            divergence: &space.divergence(mesh)?,
+            pressure_mass: &space.pressure_mass(mesh)?,
+            interpolation: &space.vertex_interpolation(mesh)?,
+            vertex_stiffness: &space.vertex_stiffness(mesh)?,
+            points: mesh.points(),
+            roles: &roles,
+        },
+        &bodies,
+    )?;
+    let formulation: &dyn Formulation = match formulation {
+        FormulationKind::PTilde => &Eliminated,
+        other => {
+            return Err(ModelError::NotBuilt {
+                what: format!("fem.formulation = \"{}\"", other.word()),
+                instead: "use fem.formulation = \"p-tilde\"".into(),
+            });
+        }
+    };
+    Ok(formulation.constrain(fluid, drive)?)
+}
+
+/// Solves an assembled system with the solver asked for.
+fn solve_system(system: &Constrained, options: &FemOptions) -> Result<(Vec<f64>, SolverInfo, Seconds), ModelError> {
+    let mut seconds = Seconds::default();
+    let mut solution = vec![0.0; system.right.len()];
+    let clock = Instant::now();
+    let report = match options.solver {
+        SolverKind::Block => {
+            let mut preconditioner = block_preconditioner(&system.system, system)?;
+            seconds.setup = clock.elapsed().as_secs_f64();
+            let parameters = KrylovParams { rel_tol: options.rtol, ..KrylovParams::default() };
+            fgmres(&system.system, &mut preconditioner, &system.right, &mut solution, &parameters)?
+        }
+        SolverKind::Direct => {
+            let mut factor = SaddleLdlt::factor(&system.system, &Default::default())?;
+            seconds.setup = clock.elapsed().as_secs_f64();
+            factor.solve(&system.right, &mut solution)?
+        }
+        SolverKind::Schwarz => {
+            return Err(ModelError::NotBuilt {
+                what: "fem.solver = \"schwarz\"".into(),
+                instead: "use fem.solver = \"block\"".into(),
+            });
+        }
+    };
+    seconds.solve = clock.elapsed().as_secs_f64() - seconds.setup;
+    let info = SolverInfo {
+        formulation: String::new(),
+        solver: options.solver.word().to_owned(),
+        iterations: report.iterations,
+        true_relative_residual: report.true_rel_residual,
+    };
+    Ok((solution, info, seconds))
+}
+
+/// The block-triangular preconditioner with multigrid for velocities and bodies.
+///
+/// # Errors
+/// A matrix that multigrid cannot treat.
+pub fn block_preconditioner<'a>(
+    saddle: &'a SaddleSystem,
+    system: &Constrained,
+) -> Result<BlockTriangular<'a>, ModelError> {
+    let multigrid = Multigrid::with_transfer(
+        saddle.velocity_block(),
+        &system.transfer,
+        Some(system.vertex_stiffness.clone()),
+        &MultigridParams::default(),
+    )?;
+    Ok(BlockTriangular::new(saddle, multigrid)?)
+}
