@@ -6,7 +6,7 @@ use rigid::{State, StateVelocity};
 use super::Solved;
 use crate::SwimError;
 use crate::gait::Leg;
-use crate::model::{Hydrodynamics, Instant, ModelError, Placement, Seconds};
+use crate::model::{Hydrodynamics, Placement, Seconds};
 use crate::scene::{Scene, closest_contact};
 
 type Observer<'a> = &'a mut dyn FnMut(&Solved, &dyn Hydrodynamics) -> Result<(), SwimError>;
@@ -32,7 +32,7 @@ impl<'a> Oracle<'a> {
         self.check_room(s, state, &lengths)?;
         let placement = Placement { state, lengths: &lengths, rates: &self.leg.rates() };
         let instant = self.model.instant(&placement)?;
-        check_finite(self.model.name(), &instant)?;
+        instant.check_finite(self.model.name())?;
         self.seconds += instant.seconds;
         let solved = Solved { number: self.solves, s, state: state.clone(), instant };
         self.solves += 1;
@@ -89,19 +89,4 @@ fn turn_motion(turn: &UnitQuaternion<f64>, motion: &mut StateVelocity) {
     for spin in &mut motion.spins {
         *spin = turn * *spin;
     }
-}
-
-/// A number that is not finite never leaves a model.
-fn check_finite(model: &'static str, instant: &Instant) -> Result<(), ModelError> {
-    let finite = |v: &nalgebra::Vector3<f64>| v.iter().all(|c| c.is_finite());
-    let bad = |what: &str| Err(ModelError::NotFinite { model, what: what.to_owned() });
-    if !instant.motion.frames.iter().all(|f| finite(&f.linear) && finite(&f.angular))
-        || !instant.motion.spins.iter().all(finite)
-    {
-        return bad("a velocity");
-    }
-    if !instant.bodies.iter().all(|b| [b.velocity, b.angular_velocity, b.force, b.torque].iter().all(finite)) {
-        return bad("a force or velocity of a body");
-    }
-    Ok(())
 }

@@ -1,6 +1,6 @@
 //! Which model computes a scene, and why.
 
-use crate::model::{Hydrodynamics, ModelError};
+use crate::model::{FemModel, Hydrodynamics, ModelError};
 use crate::scene::{DomainKind, ModelKind, Scene};
 
 /// The model taken for a scene, with the reasons.
@@ -46,5 +46,5 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
             return not_built("domain.kind", kind.word(), instead);
         }
     }
-    not_built("model.kind", "fem", "wait for it")
+    Ok(Choice { model: Box::new(FemModel::new(scene)?), reasons: Vec::new() })
 }

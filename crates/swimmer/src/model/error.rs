@@ -18,6 +18,18 @@ pub enum ModelError {
     /// A mesh that cannot be made, moved, read or written.
     #[error(transparent)]
     Mesh(#[from] mesh::MeshError),
+    /// A mesh that cannot follow the bodies.
+    #[error(transparent)]
+    Ale(#[from] ale::AleError),
+    /// Assembly that failed.
+    #[error(transparent)]
+    Fem(#[from] fem::FemError),
+    /// A solve that failed.
+    #[error(transparent)]
+    Linalg(#[from] linalg::LinalgError),
+    /// Work with a mesh before there is one.
+    #[error("the finite-element model has no mesh yet; ask for an instant first")]
+    NoMesh,
     /// An answer with a number that is not finite.
     #[error(
         "the model '{model}' answered with {what} that is not finite; check the scene's sizes and units"
@@ -26,13 +38,31 @@ pub enum ModelError {
         /// Name of the model.
         model: &'static str,
         /// Which number.
-        what: String,
+        what: &'static str,
     },
 }
 
 impl ModelError {
     /// Whether the scene, not the method, is at fault.
     pub fn is_bad_input(&self) -> bool {
-        matches!(self, Self::NotBuilt { .. })
+        use mesh::MeshError as Mesh;
+        match self {
+            Self::NotBuilt { .. } => true,
+            // What only a mesh file can be wrong in.
+            Self::Mesh(error) => matches!(
+                error,
+                Mesh::Io { .. }
+                    | Mesh::Malformed { .. }
+                    | Mesh::UnknownFormat { .. }
+                    | Mesh::Empty
+                    | Mesh::UnknownTag { .. }
+                    | Mesh::BadTag { .. }
+                    | Mesh::UntaggedFace { .. }
+                    | Mesh::NotOnBoundary { .. }
+                    | Mesh::FaceTaggedTwice { .. }
+                    | Mesh::OffSurface { .. }
+            ),
+            _ => false,
+        }
     }
 }

@@ -5,6 +5,7 @@
 
 mod choice;
 mod error;
+mod fem;
 
 use mesh::TetMesh;
 use nalgebra::Vector3;
@@ -13,6 +14,7 @@ use serde::Serialize;
 
 pub use choice::{Choice, choose};
 pub use error::ModelError;
+pub use fem::FemModel;
 
 /// A question to the fluid: where the bodies are and how the links' lengths change, in the scene's units.
 #[derive(Clone, Copy, Debug)]
@@ -77,6 +79,27 @@ pub struct Instant {
     pub error_estimate: ErrorEstimate,
     /// Whether the mesh was made anew for this instant, instead of kept or moved.
     pub remeshed: bool,
+}
+
+impl Instant {
+    /// Refuses an answer with a number that is not finite, so that none ever leaves a model.
+    ///
+    /// # Errors
+    /// [`ModelError::NotFinite`].
+    pub fn check_finite(&self, model: &'static str) -> Result<(), ModelError> {
+        let finite = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite());
+        let motion = &self.motion;
+        let moves = motion.frames.iter().all(|f| finite(&f.linear) && finite(&f.angular))
+            && motion.spins.iter().all(finite);
+        let loads = self.bodies.iter().all(|b| {
+            [b.velocity, b.angular_velocity, b.force, b.torque].iter().all(finite)
+        });
+        match (moves, loads) {
+            (true, true) => Ok(()),
+            (false, _) => Err(ModelError::NotFinite { model, what: "a velocity" }),
+            (_, false) => Err(ModelError::NotFinite { model, what: "a body's velocity or force" }),
+        }
+    }
 }
 
 /// Motion and load of one body.

@@ -5,6 +5,7 @@ mod contact;
 mod document;
 mod file;
 pub mod keys;
+mod symmetry;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ use rigid::{Articulation, BodyKind, State};
 
 pub use contact::{Contact, closest_contact};
 pub use document::Document;
+pub use symmetry::Arrangement;
 pub use words::{
     ArmsKind, DomainKind, FormulationKind, GeometryKind, ModelKind, ShapeKind, SolverKind,
 };

@@ -1,0 +1,66 @@
+//! `swim check`: what would happen, without doing it.
+
+use std::fmt::Write;
+
+use swimmer::model::{Choice, Placement, choose};
+use swimmer::scene::closest_contact;
+use swimmer::{Scene, SwimError, legs};
+
+use super::{SceneArguments, duration};
+
+/// Solves that a phase usually takes: rungs of one, two and three points.
+const SOLVES_A_PHASE: usize = 6;
+
+pub fn check(arguments: &SceneArguments) -> Result<String, SwimError> {
+    let scene = arguments.read()?;
+    let mut text = describe(&scene)?;
+    let Choice { mut model, reasons } = choose(&scene)?;
+    let mut line = |content: String| {
+        text.push_str(&content);
+        text.push('\n');
+    };
+    line(format!("model: {}", model.name()));
+    reasons.iter().for_each(|reason| line(format!("  {reason}")));
+    let lengths = scene.articulation.initial_lengths();
+    let rates = vec![0.0; lengths.len()];
+    let cost = model.cost(&Placement { state: &scene.initial_state(), lengths, rates: &rates })?;
+    let solves = SOLVES_A_PHASE * scene.gait.phases.len() * scene.gait.cycles as usize;
+    line(format!(
+        "cost: {} unknowns, about {} and {:.0} MiB a solve, about {solves} solves for the gait ({})",
+        cost.dofs.total,
+        duration(cost.seconds),
+        cost.mib,
+        duration(cost.seconds * solves as f64),
+    ));
+    Ok(text)
+}
+
+fn describe(scene: &Scene) -> Result<String, SwimError> {
+    let set = &scene.articulation;
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = writeln!(
+        text,
+        "{}: {} bodies, {} links, {} domain, viscosity {}",
+        scene.name,
+        scene.bodies.len(),
+        set.links().len(),
+        scene.domain.kind().word(),
+        scene.viscosity,
+    );
+    let mut gap = f64::INFINITY;
+    for leg in legs(&scene.gait, set.initial_lengths()).take(scene.gait.phases.len()) {
+        let poses = set.place(&scene.initial_state(), &leg.to)?;
+        gap = gap.min(closest_contact(&scene.bodies, &scene.domain, &poses).map_or(gap, |contact| contact.gap));
+    }
+    let _ = writeln!(
+        text,
+        "gait: {} phases, {} cycles, duration {}{}",
+        scene.gait.phases.len(),
+        scene.gait.cycles,
+        scene.gait.duration(),
+        if gap.is_finite() { format!(", smallest gap at the end of a phase {gap:.4}") } else { String::new() },
+    );
+    let _ = writeln!(text, "symmetry: {}", scene.arrangement().describe());
+    Ok(text)
+}

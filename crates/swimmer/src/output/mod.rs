@@ -1,0 +1,13 @@
+//! What a simulation leaves behind: `summary.json`, `trajectory.csv`, `trajectory.svg`, ParaView files.
+
+mod folder;
+mod paraview;
+mod picture;
+mod report;
+mod trajectory;
+
+pub use folder::Folder;
+pub use paraview::FlowSeries;
+pub use picture::trajectory_svg;
+pub use report::{instant_json, peak_rss_mib, summary_json};
+pub use trajectory::trajectory_csv;

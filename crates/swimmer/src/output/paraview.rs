@@ -1,0 +1,72 @@
+//! ParaView files: the flow at every solved instant, and the collection that puts them in time.
+
+use mesh::{Pvd, Vtu};
+
+use crate::model::{Flow, ModelError};
+use crate::{Folder, Leg, LegResult, SwimError};
+
+/// The flows of a simulation as `trajectory.pvd`, a collection of `.vtu` files.
+///
+/// Flows are written when they are solved; those of instants that the integration then discards are removed at the
+/// end of their leg, so the collection holds the trajectory alone.
+#[derive(Debug)]
+pub struct FlowSeries {
+    folder: Folder,
+    pending: Vec<usize>,
+    kept: Pvd,
+}
+
+impl FlowSeries {
+    /// An empty collection in a folder.
+    pub fn new(folder: &Folder) -> Self {
+        Self { folder: folder.clone(), pending: Vec::new(), kept: Pvd::new() }
+    }
+
+    /// Writes the flow of a solve: velocity at all nodes, pressure at vertices (midside nodes get the mean of their edge).
+    ///
+    /// # Errors
+    /// [`SwimError::Write`], or what the mesh says of fields that do not fit it.
+    pub fn add(&mut self, solve: usize, flow: &Flow) -> Result<(), SwimError> {
+        let velocity: Vec<f64> = flow.velocity.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
+        let write = || {
+            Vtu::cells(&flow.mesh)
+                .point_field("velocity", 3, &velocity)?
+                .vertex_field("pressure", &flow.pressure)?
+                .write(self.folder.path().join(file_name(solve)))
+        };
+        write().map_err(from_mesh)?;
+        self.pending.push(solve);
+        Ok(())
+    }
+
+    /// Keeps the flows that a finished leg is made of, removes the others and writes the collection.
+    ///
+    /// `first` is the number of the leg's first solve.
+    ///
+    /// # Errors
+    /// [`SwimError::Write`].
+    pub fn finish_leg(&mut self, leg: &Leg, result: &LegResult, first: usize) -> Result<(), SwimError> {
+        for solve in std::mem::take(&mut self.pending) {
+            match result.solved.iter().find(|solved| first + solved.number == solve) {
+                Some(solved) => self.kept.push(leg.time(solved.s), file_name(solve)),
+                None => self.folder.remove(&file_name(solve))?,
+            }
+        }
+        if self.kept.frames().is_empty() {
+            return Ok(());
+        }
+        self.kept.write(self.folder.path().join("trajectory.pvd")).map_err(from_mesh)
+    }
+}
+
+/// A file that cannot be written is the folder's fault, not the model's.
+fn from_mesh(error: mesh::MeshError) -> SwimError {
+    match error {
+        mesh::MeshError::Io { path, source } => SwimError::Write { path, source },
+        error => ModelError::from(error).into(),
+    }
+}
+
+fn file_name(solve: usize) -> String {
+    format!("flow_{solve:05}.vtu")
+}

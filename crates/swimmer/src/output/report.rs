@@ -1,0 +1,117 @@
+//! The JSON that other programs read: `summary.json` and the answer of `swim solve --json`.
+
+use nalgebra::Vector3;
+use serde_json::{Map, Value, json};
+
+use crate::model::{ErrorEstimate, Instant, Seconds};
+use crate::scene::Scene;
+use crate::simulate::Outcome;
+
+/// The summary of a run.
+///
+/// Keys: `displacement` (by body), `rotation` (rotation vector of the first linkage's frame), `phases` (each with `link`,
+/// `displacement`, `solves`, `error_estimate`), `solves`, `error_estimate`, `seconds`, and besides `model`, `reasons`,
+/// `cycles`, `duration`, `work` (of the bodies on the fluid), `tolerance`, `tolerance_met`, `peak_rss_mib`.
+/// `seconds.total` is wall-clock time and includes what is not solving.
+pub fn summary_json(scene: &Scene, model: &str, reasons: &[String], outcome: &Outcome, wall_seconds: f64) -> Value {
+    let by_body = |displacement: &[Vector3<f64>]| -> Value {
+        let entry = |(body, d): (&crate::scene::Body, &Vector3<f64>)| (body.name.clone(), vector(d));
+        Value::Object(scene.bodies.iter().zip(displacement).map(entry).collect())
+    };
+    let links = scene.articulation.links();
+    let phases: Vec<Value> = outcome
+        .legs
+        .iter()
+        .map(|leg| {
+            json!({
+                "link": leg.link.map(|link| links[link].name.clone()),
+                "displacement": by_body(&leg.displacement),
+                "solves": leg.solves,
+                "error_estimate": estimate(&leg.error_estimate),
+            })
+        })
+        .collect();
+    json!({
+        "displacement": by_body(&outcome.displacement),
+        "rotation": vector(&outcome.rotation),
+        "phases": phases,
+        "solves": outcome.solves,
+        "error_estimate": estimate(&outcome.error_estimate),
+        "seconds": seconds(&Seconds { total: wall_seconds, ..outcome.seconds }),
+        "model": model,
+        "reasons": reasons,
+        "cycles": scene.gait.cycles,
+        "duration": scene.gait.duration(),
+        "work": outcome.work,
+        "tolerance": scene.model.tolerance,
+        "tolerance_met": outcome.tolerance_met,
+        "peak_rss_mib": peak_rss_mib(),
+    })
+}
+
+/// One instant, as `swim solve --json` prints it.
+pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
+    let bodies: Vec<Value> = scene
+        .bodies
+        .iter()
+        .zip(&instant.bodies)
+        .map(|(body, motion)| {
+            json!({
+                "name": body.name,
+                "velocity": vector(&motion.velocity),
+                "angular_velocity": vector(&motion.angular_velocity),
+                "force": vector(&motion.force),
+                "torque": vector(&motion.torque),
+            })
+        })
+        .collect();
+    json!({
+        "model": model,
+        "bodies": bodies,
+        "dofs": {
+            "velocity": instant.dofs.velocity,
+            "pressure": instant.dofs.pressure,
+            "total": instant.dofs.total,
+        },
+        "solver": {
+            "formulation": instant.solver.formulation,
+            "solver": instant.solver.solver,
+            "iterations": instant.solver.iterations,
+            "true_relative_residual": instant.solver.true_relative_residual,
+        },
+        "seconds": seconds(&instant.seconds),
+        "peak_rss_mib": peak_rss_mib(),
+        "error_estimate": estimate(&instant.error_estimate),
+    })
+}
+
+fn vector(v: &Vector3<f64>) -> Value {
+    json!([v.x, v.y, v.z])
+}
+
+fn seconds(s: &Seconds) -> Value {
+    json!({"mesh": s.mesh, "assembly": s.assembly, "setup": s.setup, "solve": s.solve, "total": s.total})
+}
+
+/// The estimated sources, their sum, and which sources nobody estimated.
+fn estimate(estimate: &ErrorEstimate) -> Value {
+    let mut map = Map::new();
+    let mut missing = Vec::new();
+    for (name, value) in estimate.sources() {
+        match value {
+            Some(value) => drop(map.insert(name.to_owned(), json!(value))),
+            None => missing.push(name),
+        }
+    }
+    map.insert("total".to_owned(), json!(estimate.total()));
+    map.insert("not_estimated".to_owned(), json!(missing));
+    Value::Object(map)
+}
+
+/// Largest resident size of this process so far in MiB; `None` where the system does not tell (only Linux does).
+pub fn peak_rss_mib() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib / 1024.0)
+}

@@ -1,0 +1,60 @@
+//! `trajectory.csv`: one row an end of a phase and one a solved instant, in time.
+
+use nalgebra::Vector3;
+
+use crate::scene::Scene;
+use crate::simulate::Sample;
+
+/// Suffixes of the columns of a body: position, rotation vector, velocity, angular velocity, force and torque on the fluid.
+const COLUMNS: [&str; 18] = [
+    "x", "y", "z", "rx", "ry", "rz", "vx", "vy", "vz", "wx", "wy", "wz", "fx", "fy", "fz", "tx", "ty", "tz",
+];
+
+/// The trajectory as comma-separated values with a header.
+///
+/// Columns: `time`, `cycle` and `phase` (from one), the length of each link, and 18 of each body, such as `left.x`.
+/// Velocities and forces are empty at the ends of phases, where rates jump and nothing is solved. Numbers are
+/// written so that reading them gives back every bit.
+pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
+    let mut header = vec!["time".to_owned(), "cycle".to_owned(), "phase".to_owned()];
+    header.extend(scene.articulation.links().iter().map(|link| format!("{}.length", link.name)));
+    for body in &scene.bodies {
+        header.extend(COLUMNS.iter().map(|column| format!("{}.{column}", body.name)));
+    }
+    let mut text = header.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(",");
+    text.push('\n');
+    let phases = scene.gait.phases.len().max(1);
+    for sample in samples {
+        let mut row = vec![
+            sample.time.to_string(),
+            (sample.leg / phases + 1).to_string(),
+            (sample.leg % phases + 1).to_string(),
+        ];
+        let numbers = |v: &Vector3<f64>| v.iter().map(f64::to_string).collect::<Vec<_>>();
+        row.extend(sample.lengths.iter().map(f64::to_string));
+        for (body, pose) in sample.poses.iter().enumerate() {
+            row.extend(numbers(&pose.translation.vector));
+            row.extend(numbers(&pose.rotation.scaled_axis()));
+            match &sample.bodies {
+                Some(bodies) => {
+                    let b = &bodies[body];
+                    for vector in [b.velocity, b.angular_velocity, b.force, b.torque] {
+                        row.extend(numbers(&vector));
+                    }
+                }
+                None => row.extend(vec![String::new(); 12]),
+            }
+        }
+        text.push_str(&row.join(","));
+        text.push('\n');
+    }
+    text
+}
+
+/// A name as a field: quoted where it holds a separator or a quote (RFC 4180).
+fn quoted(name: &str) -> String {
+    match name.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", name.replace('"', "\"\"")),
+        false => name.to_owned(),
+    }
+}

@@ -1,0 +1,196 @@
+//! A whole gait from start to end.
+
+use nalgebra::{Isometry3, Vector3};
+use rigid::State;
+
+use crate::gait::{Leg, legs};
+use crate::integrate::{Integrator, LegResult, Method, Solved};
+use crate::model::{BodyInstant, ErrorEstimate, Hydrodynamics, Seconds};
+use crate::scene::Scene;
+use crate::SwimError;
+
+/// What may be done while a simulation goes on: write files, show progress.
+pub trait Observer {
+    /// Sees every solve, with the model that made it; `number` counts over the whole simulation.
+    ///
+    /// # Errors
+    /// Any error ends the simulation.
+    fn solved(&mut self, leg: &Leg, solved: &Solved, model: &dyn Hydrodynamics) -> Result<(), SwimError> {
+        let _ = (leg, solved, model);
+        Ok(())
+    }
+
+    /// Sees every leg when it is done, and everything up to it.
+    ///
+    /// # Errors
+    /// Any error ends the simulation.
+    fn leg_done(&mut self, leg: &Leg, result: &LegResult, so_far: &Outcome) -> Result<(), SwimError> {
+        let _ = (leg, result, so_far);
+        Ok(())
+    }
+}
+
+/// An observer that does nothing.
+impl Observer for () {}
+
+/// What a gait did to the bodies, in the scene's units.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Displacement of every body, points included.
+    pub displacement: Vec<Vector3<f64>>,
+    /// Rotation vector of the first linkage's frame.
+    pub rotation: Vector3<f64>,
+    /// What each leg did.
+    pub legs: Vec<LegOutcome>,
+    /// Number of solves.
+    pub solves: usize,
+    /// Error bars of the displacements.
+    pub error_estimate: ErrorEstimate,
+    /// Whether every leg met its share of the tolerance.
+    pub tolerance_met: bool,
+    /// Work of the bodies on the fluid.
+    pub work: f64,
+    /// Seconds of all solves.
+    pub seconds: Seconds,
+    /// The trajectory at the ends of legs and at the points solved, in time.
+    pub samples: Vec<Sample>,
+    /// The trajectory between them, for curves: times and positions of all bodies.
+    pub curve: Vec<(f64, Vec<Vector3<f64>>)>,
+}
+
+/// What one leg did.
+#[derive(Clone, Debug)]
+pub struct LegOutcome {
+    /// The link that changed its length, if any.
+    pub link: Option<usize>,
+    /// Displacement of every body.
+    pub displacement: Vec<Vector3<f64>>,
+    /// Number of solves.
+    pub solves: usize,
+    /// Error bars of the displacements.
+    pub error_estimate: ErrorEstimate,
+}
+
+/// One point of the trajectory.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// Time.
+    pub time: f64,
+    /// Number of the leg from zero, over all cycles.
+    pub leg: usize,
+    /// Lengths of the links.
+    pub lengths: Vec<f64>,
+    /// Pose of every body.
+    pub poses: Vec<Isometry3<f64>>,
+    /// Velocities and forces where the model was asked; none at the ends of legs.
+    pub bodies: Option<Vec<BodyInstant>>,
+}
+
+/// Points of the curve within each piece of a leg: enough for a picture to look smooth.
+const CURVE_POINTS: usize = 12;
+
+/// Moves the bodies of a scene through all cycles of its gait.
+///
+/// # Errors
+/// A scene without gait; what the model, the integration and the observer fail with.
+pub fn simulate(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+    method: Method,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, SwimError> {
+    if scene.gait.phases.is_empty() {
+        return Err(SwimError::NotApplicable {
+            place: scene.place("gait"),
+            problem: "the scene has no [[gait.phases]] to run; add phases, or use `swim solve` for one instant".to_owned(),
+        });
+    }
+    let set = &scene.articulation;
+    let start = scene.initial_state();
+    let initial_lengths = set.initial_lengths();
+    let places = |state: &State, lengths: &[f64]| -> Result<Vec<Vector3<f64>>, SwimError> {
+        Ok(set.place(state, lengths)?.iter().map(|pose| pose.translation.vector).collect())
+    };
+    let origin = places(&start, initial_lengths)?;
+    let mut outcome = Outcome {
+        displacement: vec![Vector3::zeros(); origin.len()],
+        rotation: Vector3::zeros(),
+        legs: Vec::new(),
+        solves: 0,
+        error_estimate: ErrorEstimate::default(),
+        tolerance_met: true,
+        work: 0.0,
+        seconds: Seconds::default(),
+        samples: vec![Sample {
+            time: 0.0,
+            leg: 0,
+            lengths: initial_lengths.to_vec(),
+            poses: set.place(&start, initial_lengths)?,
+            bodies: None,
+        }],
+        curve: vec![(0.0, origin.clone())],
+    };
+    let mut integrator = Integrator::new(scene, model, method);
+    let mut state = start.clone();
+    let mut before = origin.clone();
+    for leg in legs(&scene.gait, initial_lengths) {
+        let first = outcome.solves;
+        let result = integrator.leg(&leg, &state, &mut |solved, model| {
+            observer.solved(&leg, &Solved { number: first + solved.number, ..solved.clone() }, model)
+        })?;
+        for solved in &result.solved {
+            let lengths = leg.lengths(solved.s);
+            outcome.samples.push(Sample {
+                time: leg.time(solved.s),
+                leg: leg.number,
+                poses: set.place(&result.state(set, solved.s)?, &lengths)?,
+                lengths,
+                bodies: Some(solved.instant.bodies.clone()),
+            });
+        }
+        let parts = CURVE_POINTS * result.pieces.len();
+        for k in 1..=parts {
+            let s = k as f64 / parts as f64;
+            outcome.curve.push((leg.time(s), places(&result.state(set, s)?, &leg.lengths(s))?));
+        }
+        state = result.end.clone();
+        let after = places(&state, &leg.to)?;
+        outcome.samples.push(Sample {
+            time: leg.time(1.0),
+            leg: leg.number,
+            lengths: leg.to.clone(),
+            poses: set.place(&state, &leg.to)?,
+            bodies: None,
+        });
+        outcome.legs.push(LegOutcome {
+            link: leg.link,
+            displacement: after.iter().zip(&before).map(|(a, b)| a - b).collect(),
+            solves: result.solves,
+            error_estimate: result.error_estimate,
+        });
+        outcome.displacement = after.iter().zip(&origin).map(|(a, b)| a - b).collect();
+        outcome.rotation = (state.frames[0].rotation * start.frames[0].rotation.inverse()).scaled_axis();
+        outcome.solves += result.solves;
+        outcome.error_estimate.accumulate(1.0, &result.error_estimate);
+        outcome.tolerance_met &= result.tolerance_met;
+        outcome.work += result.work;
+        outcome.seconds += result.seconds;
+        before = after;
+        observer.leg_done(&leg, &result, &outcome)?;
+    }
+    Ok(outcome)
+}
+
+/// Asks the model for the instant at the start of the gait's first phase, or at rest if the scene has no gait.
+///
+/// # Errors
+/// What the model fails with.
+pub fn solve_start(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<crate::model::Instant, SwimError> {
+    let lengths = scene.articulation.initial_lengths();
+    let rates = legs(&scene.gait, lengths).next().map_or(vec![0.0; lengths.len()], |leg| leg.rates());
+    let state = scene.initial_state();
+    let placement = crate::model::Placement { state: &state, lengths, rates: &rates };
+    let instant = model.instant(&placement)?;
+    instant.check_finite(model.name())?;
+    Ok(instant)
+}
