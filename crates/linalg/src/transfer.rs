@@ -99,3 +99,63 @@ fn add_transposed_product(x: &Csr, y: &Csr, m: &mut DMatrix<f64>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn sparse(matrix: &DMatrix<f64>) -> Csr {
+        build_rows(matrix.nrows(), matrix.ncols(), |i, row| {
+            for j in (0..matrix.ncols()).filter(|&j| matrix[(i, j)] != 0.0) {
+                row.add(j, matrix[(i, j)]);
+            }
+        })
+    }
+
+    fn dense(matrix: &Csr) -> DMatrix<f64> {
+        let rows = Rows::of(matrix);
+        let mut all = DMatrix::zeros(matrix.rows(), matrix.cols());
+        for i in 0..matrix.rows() {
+            rows.row(i).for_each(|(j, v)| all[(i, j)] = v);
+        }
+        all
+    }
+
+    proptest! {
+        /// Every block of the Galerkin operator against `T^T A T` with dense matrices.
+        #[test]
+        fn galerkin_matches_dense(
+            n in 1..9usize, nc in 1..5usize, m in 0..5usize,
+            pool in proptest::collection::vec(prop_oneof![Just(0.0), -1.0..1.0], 499),
+            nonsymmetric in any::<bool>(),
+        ) {
+            let mut next = pool.iter().copied().cycle();
+            let mut random = |r, c| DMatrix::from_fn(r, c, |_, _| next.next().unwrap_or(0.0));
+            let k = random(n, n);
+            let k = &k + k.transpose() + DMatrix::identity(n, n) * (2.0 * n as f64 + 1.0);
+            let (c, left, corner) = (random(3 * n, m), random(3 * n, m), random(m, m));
+            let (p, q) = (random(n, nc), random(3 * n, m));
+            let left = if nonsymmetric { left } else { c.clone() };
+            let fine = Bordered::new(
+                sparse(&k), sparse(&c), nonsymmetric.then(|| sparse(&left)), corner.clone(),
+            ).expect("sound");
+            let transfer = Transfer::new(sparse(&p), sparse(&q)).expect("sound");
+            let coarse = transfer.galerkin(&fine, None);
+
+            let three = DMatrix::identity(3, 3);
+            let (k3, p3) = (k.kronecker(&three), p.kronecker(&three));
+            let stiffness = p.transpose() * &k * &p;
+            let border = p3.transpose() * (&c + &k3 * &q);
+            let border_left = p3.transpose() * (&left + &k3 * &q);
+            let corner = corner + q.transpose() * (&c + &k3 * &q) + left.transpose() * &q;
+            let close = |a: &DMatrix<f64>, b: &DMatrix<f64>| a.is_empty() || (a - b).amax() < 1e-11;
+            prop_assert!(close(&dense(coarse.stiffness()), &stiffness));
+            prop_assert!(close(&dense(coarse.border()), &border));
+            prop_assert!(close(coarse.corner(), &corner));
+            let found = dense(coarse.border_left().unwrap_or(coarse.border()));
+            prop_assert!(close(&found, &border_left));
+        }
+    }
+}

@@ -12,6 +12,10 @@ use faer::{Conj, MatMut, Par, Side, Spec};
 use crate::csr::Rows;
 use crate::{Csr, LinalgError};
 
+/// Parts faer's dense kernels are cut into. The cut decides the rounding, so it is fixed, whatever the number of threads:
+/// `Par::rayon(0)` (one part a thread) gave other digits on one thread than on two.
+const PARALLEL_DEGREE: usize = 4;
+
 /// Which factorisation a matrix admits without pivoting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Definiteness {
@@ -62,7 +66,7 @@ impl SparseFactor {
             Default::default(),
         )
         .map_err(|e| failed(e.to_string()))?;
-        let parallel = Par::rayon(0);
+        let parallel = Par::rayon(PARALLEL_DEGREE);
         let mut values = vec![0.0; symbolic.len_val()];
         let sparse = SparseColMatRef::new(pattern, matrix.data());
         match definiteness {

@@ -1,0 +1,59 @@
+//! The kernels of an iteration, each with the unknowns or bytes it handles.
+
+// the support module serves the tests; the benches need one of its systems
+#[allow(dead_code)]
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use linalg::{BlockTriangular, LinearOperator, Multigrid, MultigridParams, Preconditioner};
+
+/// Bytes of a pass over a matrix with `entries` values of `value` bytes, its columns, and vectors.
+fn bytes(entries: usize, value: usize, vector_entries: usize) -> Throughput {
+    Throughput::Bytes((entries * (value + 4) + 8 * vector_entries) as u64)
+}
+
+fn kernels(c: &mut Criterion) {
+    for k in [3, 5] {
+        let stokes = support::one_body(k);
+        let (system, a) = (&stokes.system, stokes.system.velocity_block());
+        let x: Vec<f64> = (0..system.cols()).map(|i| (i as f64).sin()).collect();
+        let mut y = vec![0.0; x.len()];
+        let mut group = c.benchmark_group(format!("{} unknowns", x.len()));
+
+        group.throughput(bytes(a.stiffness().nnz(), 8, 2 * a.rows()));
+        let size = a.rows();
+        group.bench_function("three components times K", |b| {
+            b.iter(|| a.apply(&x[..size], &mut y[..size]));
+        });
+
+        let entries = a.stiffness().nnz() * 12 + 2 * system.divergence().nnz() * 28;
+        group.throughput(Throughput::Bytes((entries + 16 * x.len()) as u64));
+        group.bench_function("saddle-point operator", |b| {
+            b.iter(|| system.apply(&x, &mut y))
+        });
+
+        let params = MultigridParams::default();
+        let mut cycle =
+            Multigrid::with_transfer(a, &stokes.transfer, None, &params).expect("set-up");
+        group.throughput(Throughput::Elements(size as u64));
+        group.bench_function("V-cycle", |b| {
+            b.iter(|| cycle.apply(&x[..size], &mut y[..size]));
+        });
+
+        let mut block = BlockTriangular::with_transfer(system, &stokes.transfer).expect("set-up");
+        group.throughput(Throughput::Elements(x.len() as u64));
+        group.bench_function("block preconditioner", |b| {
+            b.iter(|| block.apply(&x, &mut y))
+        });
+
+        group.sample_size(10);
+        group.bench_function("multigrid set-up", |b| {
+            b.iter(|| Multigrid::with_transfer(a, &stokes.transfer, None, &params));
+        });
+        group.finish();
+    }
+}
+
+criterion_group!(benches, kernels);
+criterion_main!(benches);
