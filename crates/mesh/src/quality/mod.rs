@@ -25,7 +25,7 @@ pub struct Quality {
     pub max_dihedral: f64,
     /// Smallest [`mean_ratio`].
     pub min_quality: f64,
-    /// Mean of [`mean_ratio`].
+    /// Mean of [`mean_ratio`]; NaN if there are no cells.
     pub mean_quality: f64,
     /// Smallest [`scaled_jacobian_bound`]; 1 if all cells are straight.
     pub min_jacobian: f64,
