@@ -19,11 +19,14 @@ pub fn check(arguments: &SceneArguments) -> Result<String, SwimError> {
         text.push_str(&content);
         text.push('\n');
     };
-    line(format!("model: {}", model.name()));
-    reasons.iter().for_each(|reason| line(format!("  {reason}")));
+    line(format!("model: {}: {}", model.name(), reasons.join("; ")));
     let lengths = scene.articulation.initial_lengths();
     let rates = vec![0.0; lengths.len()];
-    let cost = model.cost(&Placement { state: &scene.initial_state(), lengths, rates: &rates })?;
+    let cost = model.cost(&Placement {
+        state: &scene.initial_state(),
+        lengths,
+        rates: &rates,
+    })?;
     let solves = SOLVES_A_PHASE * scene.gait.phases.len() * scene.gait.cycles as usize;
     line(format!(
         "cost: {} unknowns, about {} and {:.0} MiB a solve, about {solves} solves for the gait ({})",
@@ -51,7 +54,10 @@ fn describe(scene: &Scene) -> Result<String, SwimError> {
     let mut gap = f64::INFINITY;
     for leg in legs(&scene.gait, set.initial_lengths()).take(scene.gait.phases.len()) {
         let poses = set.place(&scene.initial_state(), &leg.to)?;
-        gap = gap.min(closest_contact(&scene.bodies, &scene.domain, &poses).map_or(gap, |contact| contact.gap));
+        gap = gap.min(
+            closest_contact(&scene.bodies, &scene.domain, &poses)
+                .map_or(gap, |contact| contact.gap),
+        );
     }
     let _ = writeln!(
         text,
@@ -59,8 +65,11 @@ fn describe(scene: &Scene) -> Result<String, SwimError> {
         scene.gait.phases.len(),
         scene.gait.cycles,
         scene.gait.duration(),
-        if gap.is_finite() { format!(", smallest gap at the end of a phase {gap:.4}") } else { String::new() },
+        if gap.is_finite() {
+            format!(", smallest gap at the end of a phase {gap:.4}")
+        } else {
+            String::new()
+        },
     );
-    let _ = writeln!(text, "symmetry: {}", scene.arrangement().describe());
     Ok(text)
 }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use mesh::MeshError;
-use swimmer::model::{ModelError, Placement, choose};
 use swimmer::SwimError;
+use swimmer::model::{ModelError, Placement, choose};
 
 use super::SceneArguments;
 
@@ -13,17 +13,26 @@ pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, SwimError>
     let mut model = choose(&scene)?.model;
     let lengths = scene.articulation.initial_lengths();
     let rates = vec![0.0; lengths.len()];
-    let Some(mesh) = model.mesh(&Placement { state: &scene.initial_state(), lengths, rates: &rates })? else {
+    let Some(mesh) = model.mesh(&Placement {
+        state: &scene.initial_state(),
+        lengths,
+        rates: &rates,
+    })?
+    else {
         return Err(SwimError::NotApplicable {
             place: scene.place("model.kind"),
-            problem: format!("the model '{}' needs no mesh; use model.kind = \"fem\"", model.name()),
+            problem: format!(
+                "the model '{}' needs no mesh; use model.kind = \"fem\"",
+                model.name()
+            ),
         });
     };
     mesh.write(out).map_err(|error| match error {
         MeshError::Io { path, source } => SwimError::Write { path, source },
         MeshError::UnknownFormat { .. } => SwimError::NotApplicable {
             place: format!("--out {}", out.display()),
-            problem: "cannot tell the format; end the name in .vtu (ParaView) or .msh (Gmsh)".to_owned(),
+            problem: "cannot tell the format; end the name in .vtu (ParaView) or .msh (Gmsh)"
+                .to_owned(),
         },
         error => ModelError::from(error).into(),
     })?;

@@ -20,17 +20,34 @@ impl Progress {
             let bar = ProgressBar::new(legs as u64);
             let template = "{bar:30} phase {pos}/{len} done, {msg}, {elapsed} elapsed, {eta} to go";
             // The template is a constant: if it were wrong, the default bar would do.
-            bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_style(
+                ProgressStyle::with_template(template)
+                    .unwrap_or_else(|_| ProgressStyle::default_bar()),
+            );
             bar.enable_steady_tick(std::time::Duration::from_millis(200));
             bar
         });
-        let links = scene.articulation.links().iter().map(|link| link.name.clone()).collect();
-        Self { bar, legs, links, started: Instant::now() }
+        let links = scene
+            .articulation
+            .links()
+            .iter()
+            .map(|link| link.name.clone())
+            .collect();
+        Self {
+            bar,
+            legs,
+            links,
+            started: Instant::now(),
+        }
     }
 
     pub fn solved(&self, leg: &Leg, number: usize, iterations: usize) {
         if let Some(bar) = &self.bar {
-            bar.set_message(format!("{}: solve {} ({iterations} iterations)", self.what(leg), number + 1));
+            bar.set_message(format!(
+                "{}: solve {} ({iterations} iterations)",
+                self.what(leg),
+                number + 1
+            ));
         }
     }
 

@@ -7,12 +7,18 @@ use std::time::Instant;
 
 use swimmer::model::{Choice, Hydrodynamics, choose};
 use swimmer::output::{FlowSeries, summary_json, trajectory_csv, trajectory_svg};
-use swimmer::{Folder, Leg, LegResult, Method, Observer, Outcome, Scene, Solved, SwimError, simulate};
+use swimmer::{
+    Folder, Leg, LegResult, Method, Observer, Outcome, Scene, Solved, SwimError, simulate,
+};
 
 use super::progress::Progress;
 use super::{SceneArguments, duration};
 
-pub fn run(arguments: &SceneArguments, out: Option<PathBuf>, resume: bool) -> Result<String, SwimError> {
+pub fn run(
+    arguments: &SceneArguments,
+    out: Option<PathBuf>,
+    resume: bool,
+) -> Result<String, SwimError> {
     let started = Instant::now();
     let scene = arguments.read()?;
     let out = out.unwrap_or_else(|| PathBuf::from("out").join(&scene.name));
@@ -31,14 +37,27 @@ pub fn run(arguments: &SceneArguments, out: Option<PathBuf>, resume: bool) -> Re
     }
     let Choice { mut model, reasons } = choose(&scene)?;
     let folder = Folder::create(&out)?;
-    let mut files = Files { scene: &scene, flows: FlowSeries::new(&folder), folder, progress: Progress::new(&scene) };
+    let mut files = Files {
+        scene: &scene,
+        flows: FlowSeries::new(&folder),
+        folder,
+        progress: Progress::new(&scene),
+    };
     let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut files);
     files.progress.finish();
     let outcome = outcome?;
     let seconds = started.elapsed().as_secs_f64();
     let summary = summary_json(&scene, model.name(), &reasons, &outcome, seconds);
-    files.folder.write("summary.json", |file| writeln!(file, "{summary:#}"))?;
-    Ok(describe(&scene, model.as_ref(), &outcome, seconds, &files.folder))
+    files
+        .folder
+        .write("summary.json", |file| writeln!(file, "{summary:#}"))?;
+    Ok(describe(
+        &scene,
+        model.as_ref(),
+        &outcome,
+        seconds,
+        &files.folder,
+    ))
 }
 
 /// Writes the files of a run as it goes on, so that a run that ends early leaves everything up to there.
@@ -50,20 +69,34 @@ struct Files<'a> {
 }
 
 impl Observer for Files<'_> {
-    fn solved(&mut self, leg: &Leg, solved: &Solved, model: &dyn Hydrodynamics) -> Result<(), SwimError> {
-        self.progress.solved(leg, solved.number, solved.instant.solver.iterations);
+    fn solved(
+        &mut self,
+        leg: &Leg,
+        solved: &Solved,
+        model: &dyn Hydrodynamics,
+    ) -> Result<(), SwimError> {
+        self.progress
+            .solved(leg, solved.number, solved.instant.solver.iterations);
         match model.flow() {
             Some(flow) => self.flows.add(solved.number, &flow),
             None => Ok(()),
         }
     }
 
-    fn leg_done(&mut self, leg: &Leg, result: &LegResult, so_far: &Outcome) -> Result<(), SwimError> {
-        self.flows.finish_leg(leg, result, so_far.solves - result.solves)?;
+    fn leg_done(
+        &mut self,
+        leg: &Leg,
+        result: &LegResult,
+        so_far: &Outcome,
+    ) -> Result<(), SwimError> {
+        self.flows
+            .finish_leg(leg, result, so_far.solves - result.solves)?;
         let csv = trajectory_csv(self.scene, &so_far.samples);
-        self.folder.write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
+        self.folder
+            .write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
         let svg = trajectory_svg(self.scene, so_far)?;
-        self.folder.write("trajectory.svg", |file| file.write_all(svg.as_bytes()))?;
+        self.folder
+            .write("trajectory.svg", |file| file.write_all(svg.as_bytes()))?;
         self.progress.leg_done(leg, result);
         Ok(())
     }
@@ -72,42 +105,84 @@ impl Observer for Files<'_> {
 /// More rows than this are left out of the table; `summary.json` has them all.
 const MOST_ROWS: usize = 24;
 
-fn describe(scene: &Scene, model: &dyn Hydrodynamics, outcome: &Outcome, seconds: f64, folder: &Folder) -> String {
+fn describe(
+    scene: &Scene,
+    model: &dyn Hydrodynamics,
+    outcome: &Outcome,
+    seconds: f64,
+    folder: &Folder,
+) -> String {
     let mut text = String::new();
     let mut line = |content: String| {
         text.push_str(content.trim_end());
         text.push('\n');
     };
     let links = scene.articulation.links();
-    let what: Vec<String> =
-        outcome.legs.iter().map(|leg| leg.link.map_or("held".to_owned(), |l| links[l].name.clone())).collect();
-    let first = what.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(12);
+    let what: Vec<String> = outcome
+        .legs
+        .iter()
+        .map(|leg| {
+            leg.link
+                .map_or("held".to_owned(), |l| links[l].name.clone())
+        })
+        .collect();
+    let first = what
+        .iter()
+        .map(|name| name.chars().count())
+        .max()
+        .unwrap_or(0)
+        .max(12);
     let row = |name: &str, displacement: &[nalgebra::Vector3<f64>]| {
         let mut row = format!("{name:<first$}");
         for d in displacement {
+            // Rounded first, and plus zero, so that no "-0.00000" is printed.
+            let d = d.map(|x| (1e5 * x).round() / 1e5 + 0.0);
             let _ = write!(row, "  {:>9.5} {:>9.5} {:>9.5}", d.x, d.y, d.z);
         }
         row
     };
-    line(format!("{} by {}: displacements (x, y, z) in the scene's unit of length", scene.name, model.name()));
-    let names = scene.bodies.iter().fold(format!("{:<first$}", "phase"), |h, b| format!("{h}  {:<29}", b.name));
+    line(format!(
+        "{} by {}: displacements (x, y, z) in the scene's unit of length",
+        scene.name,
+        model.name()
+    ));
+    let names = scene
+        .bodies
+        .iter()
+        .fold(format!("{:<first$}", "phase"), |h, b| {
+            format!("{h}  {:<29}", b.name)
+        });
     line(names);
     for (leg, name) in outcome.legs.iter().zip(&what).take(MOST_ROWS) {
         line(row(name, &leg.displacement));
     }
     if outcome.legs.len() > MOST_ROWS {
-        line(format!("... {} more phases in summary.json", outcome.legs.len() - MOST_ROWS));
+        line(format!(
+            "... {} more phases in summary.json",
+            outcome.legs.len() - MOST_ROWS
+        ));
     }
     line(row("net", &outcome.displacement));
-    let r = outcome.rotation;
-    line(format!("rotation ({:.5}, {:.5}, {:.5}), work on the fluid {:.6}", r.x, r.y, r.z, outcome.work));
+    let r = outcome.rotation.map(|x| (1e5 * x).round() / 1e5 + 0.0);
+    line(format!(
+        "rotation ({:.5}, {:.5}, {:.5}), work on the fluid {:.6}",
+        r.x, r.y, r.z, outcome.work
+    ));
     let sources: Vec<String> = outcome
         .error_estimate
         .sources()
         .iter()
-        .map(|(name, error)| error.map_or(format!("{name} not estimated"), |error| format!("{name} {error:.1e}")))
+        .map(|(name, error)| {
+            error.map_or(format!("{name} not estimated"), |error| {
+                format!("{name} {error:.1e}")
+            })
+        })
         .collect();
-    line(format!("error {:.1e} of what was estimated: {}", outcome.error_estimate.total(), sources.join(", ")));
+    line(format!(
+        "error {:.1e} of what was estimated: {}",
+        outcome.error_estimate.total(),
+        sources.join(", ")
+    ));
     if !outcome.tolerance_met {
         line(format!(
             "warning: the integration did not reach model.tolerance = {:e}; the model's answers are not smooth enough \
@@ -115,7 +190,14 @@ fn describe(scene: &Scene, model: &dyn Hydrodynamics, outcome: &Outcome, seconds
             scene.model.tolerance
         ));
     }
-    line(format!("{} solves in {}", outcome.solves, duration(seconds)));
-    line(format!("see {}", folder.path().join("trajectory.svg").display()));
+    line(format!(
+        "{} solves in {}",
+        outcome.solves,
+        duration(seconds)
+    ));
+    line(format!(
+        "see {}",
+        folder.path().join("trajectory.svg").display()
+    ));
     text
 }

@@ -13,7 +13,10 @@ pub fn solve(arguments: &SceneArguments, json: bool) -> Result<String, SwimError
     let mut model = choose(&scene)?.model;
     let instant = solve_start(&scene, model.as_mut())?;
     if json {
-        return Ok(format!("{}\n", instant_json(&scene, model.name(), &instant)));
+        return Ok(format!(
+            "{}\n",
+            instant_json(&scene, model.name(), &instant)
+        ));
     }
     let mut text = format!("{} by {} at the start\n", scene.name, model.name());
     for (body, motion) in scene.bodies.iter().zip(&instant.bodies) {
@@ -25,7 +28,11 @@ pub fn solve(arguments: &SceneArguments, json: bool) -> Result<String, SwimError
             ("force on the fluid", motion.force),
             ("torque on the fluid", motion.torque),
         ] {
-            let _ = writeln!(text, "  {what:<19} {:>14.8} {:>14.8} {:>14.8}", v.x, v.y, v.z);
+            let _ = writeln!(
+                text,
+                "  {what:<19} {:>14.8} {:>14.8} {:>14.8}",
+                v.x, v.y, v.z
+            );
         }
     }
     let solver = &instant.solver;

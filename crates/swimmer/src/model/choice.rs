@@ -18,7 +18,7 @@ pub struct Choice {
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     let not_built = |key: &str, value: &str, instead: &str| {
         Err(ModelError::NotBuilt {
-            what: format!("{}: {key} = \"{value}\"", scene.place(key)),
+            what: format!("{}: {key} = {value}", scene.place(key)),
             instead: instead.to_owned(),
         })
     };
@@ -36,15 +36,31 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     }
     match scene.model.kind {
         ModelKind::Auto | ModelKind::Fem => {}
-        kind => return not_built("model.kind", kind.word(), "use model.kind = \"fem\""),
+        kind => {
+            return not_built(
+                "model.kind",
+                &format!("\"{}\"", kind.word()),
+                "use model.kind = \"fem\"",
+            );
+        }
     }
     match scene.domain.kind() {
         DomainKind::Ball | DomainKind::Mesh => {}
         kind => {
             let instead = "use domain.kind = \"ball\"; a swimmer without external force in a ball of ten times \
                            its length moves as in unbounded fluid to about a thousandth";
-            return not_built("domain.kind", kind.word(), instead);
+            return not_built("domain.kind", &format!("\"{}\"", kind.word()), instead);
         }
     }
-    Ok(Choice { model: Box::new(FemModel::new(scene)?), reasons: Vec::new() })
+    let reason = match scene.model.kind {
+        ModelKind::Auto => {
+            "finite elements in space: the lesser models of the ladder are not built yet"
+        }
+        _ => "asked for by model.kind",
+    };
+    let reasons = vec![reason.to_owned(), scene.arrangement().describe().to_owned()];
+    Ok(Choice {
+        model: Box::new(FemModel::new(scene)?),
+        reasons,
+    })
 }

@@ -18,8 +18,13 @@ impl Folder {
     /// # Errors
     /// [`SwimError::Write`] when that fails.
     pub fn create(path: &Path) -> Result<Self, SwimError> {
-        let folder = Self { path: path.to_owned() };
-        std::fs::create_dir_all(path).map_err(|source| SwimError::Write { path: path.to_owned(), source })?;
+        let folder = Self {
+            path: path.to_owned(),
+        };
+        std::fs::create_dir_all(path).map_err(|source| SwimError::Write {
+            path: path.to_owned(),
+            source,
+        })?;
         folder.write("writable", |file| file.write_all(b"?\n"))?;
         folder.remove("writable")?;
         Ok(folder)
@@ -39,7 +44,10 @@ impl Folder {
         name: &str,
         content: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
     ) -> Result<PathBuf, SwimError> {
-        let (path, partial) = (self.path.join(name), self.path.join(format!(".{name}.partial")));
+        let (path, partial) = (
+            self.path.join(name),
+            self.path.join(format!(".{name}.partial")),
+        );
         let attempt = || {
             let mut file = BufWriter::new(File::create(&partial)?);
             content(&mut file)?;
@@ -90,6 +98,9 @@ mod tests {
         let temporary = tempfile::tempdir().unwrap();
         let path = temporary.path().join("file");
         std::fs::write(&path, "").unwrap();
-        assert!(matches!(Folder::create(&path), Err(SwimError::Write { .. })));
+        assert!(matches!(
+            Folder::create(&path),
+            Err(SwimError::Write { .. })
+        ));
     }
 }

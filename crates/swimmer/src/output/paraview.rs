@@ -19,7 +19,11 @@ pub struct FlowSeries {
 impl FlowSeries {
     /// An empty collection in a folder.
     pub fn new(folder: &Folder) -> Self {
-        Self { folder: folder.clone(), pending: Vec::new(), kept: Pvd::new() }
+        Self {
+            folder: folder.clone(),
+            pending: Vec::new(),
+            kept: Pvd::new(),
+        }
     }
 
     /// Writes the flow of a solve: velocity at all nodes, pressure at vertices (midside nodes get the mean of their edge).
@@ -45,9 +49,18 @@ impl FlowSeries {
     ///
     /// # Errors
     /// [`SwimError::Write`].
-    pub fn finish_leg(&mut self, leg: &Leg, result: &LegResult, first: usize) -> Result<(), SwimError> {
+    pub fn finish_leg(
+        &mut self,
+        leg: &Leg,
+        result: &LegResult,
+        first: usize,
+    ) -> Result<(), SwimError> {
         for solve in std::mem::take(&mut self.pending) {
-            match result.solved.iter().find(|solved| first + solved.number == solve) {
+            match result
+                .solved
+                .iter()
+                .find(|solved| first + solved.number == solve)
+            {
                 Some(solved) => self.kept.push(leg.time(solved.s), file_name(solve)),
                 None => self.folder.remove(&file_name(solve))?,
             }
@@ -55,7 +68,9 @@ impl FlowSeries {
         if self.kept.frames().is_empty() {
             return Ok(());
         }
-        self.kept.write(self.folder.path().join("trajectory.pvd")).map_err(from_mesh)
+        self.kept
+            .write(self.folder.path().join("trajectory.pvd"))
+            .map_err(from_mesh)
     }
 }
 

@@ -19,8 +19,14 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(40, 40, 40),
 ];
 
+/// Size of the picture in pixels.
 const SIZE: (u32, u32) = (960, 760);
+
+/// The drawing library rounds to whole units: that many units a pixel keep curves smooth.
+const FINE: u32 = 4;
+
 const INK: RGBColor = RGBColor(40, 40, 40);
+const GREY: RGBColor = RGBColor(110, 110, 110);
 const FAINT: RGBColor = RGBColor(225, 225, 225);
 const BAND: RGBColor = RGBColor(246, 246, 246);
 
@@ -36,16 +42,27 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// [`SwimError::Picture`] with the drawing library's reason.
 pub fn trajectory_svg(scene: &Scene, outcome: &Outcome) -> Result<String, SwimError> {
     let mut svg = String::new();
+    let fine_size = (FINE * SIZE.0, FINE * SIZE.1);
     {
-        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        let root = SVGBackend::with_string(&mut svg, fine_size).into_drawing_area();
         draw(&root, scene, outcome).map_err(|error| SwimError::Picture(error.to_string()))?;
     }
-    Ok(svg)
+    let size = |(width, height): (u32, u32)| format!("width=\"{width}\" height=\"{height}\"");
+    Ok(svg.replacen(&size(fine_size), &size(SIZE), 1))
+}
+
+/// Pixels of the picture in units of the drawing.
+const fn px(pixels: u32) -> u32 {
+    FINE * pixels
+}
+
+fn font(pixels: u32, colour: &'static RGBColor) -> TextStyle<'static> {
+    ("sans-serif", px(pixels)).into_font().color(colour)
 }
 
 fn draw(root: &Area, scene: &Scene, outcome: &Outcome) -> Result<(), Box<dyn std::error::Error>> {
     root.fill(&WHITE)?;
-    let (above, below) = root.split_vertically(460);
+    let (above, below) = root.split_vertically(px(460));
     let axis = swimmer_axis(outcome);
     draw_curves(&above, scene, outcome, &axis)?;
     draw_snapshots(&below, scene, outcome, &axis)?;
@@ -56,8 +73,16 @@ fn draw(root: &Area, scene: &Scene, outcome: &Outcome) -> Result<(), Box<dyn std
 /// The direction along which bodies are spread, or along which a single body moves.
 fn swimmer_axis(outcome: &Outcome) -> Vector3<f64> {
     let start = outcome.curve.first().map_or(&[][..], |(_, x)| x);
-    let spread = start.iter().skip(1).map(|x| x - start[0]).max_by(|a, b| a.norm().total_cmp(&b.norm()));
-    let collinear = |e: &Vector3<f64>| start.iter().all(|x| (x - start[0]).cross(e).norm() <= 1e-9 * e.norm().powi(2));
+    let spread = start
+        .iter()
+        .skip(1)
+        .map(|x| x - start[0])
+        .max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    let collinear = |e: &Vector3<f64>| {
+        start
+            .iter()
+            .all(|x| (x - start[0]).cross(e).norm() <= 1e-9 * e.norm().powi(2))
+    };
     let net = outcome.displacement.iter().sum::<Vector3<f64>>();
     let direction = match spread {
         Some(e) if collinear(&e) => e,
@@ -65,11 +90,17 @@ fn swimmer_axis(outcome: &Outcome) -> Vector3<f64> {
     };
     // Pointing the way of its largest component, so that x is to the right.
     let towards = direction[direction.iamax()].signum();
-    direction.try_normalize(0.0).map_or(Vector3::x(), |e| towards * e)
+    direction
+        .try_normalize(0.0)
+        .map_or(Vector3::x(), |e| towards * e)
 }
 
 fn axis_name(axis: &Vector3<f64>) -> String {
-    for (name, unit) in [("x", Vector3::x()), ("y", Vector3::y()), ("z", Vector3::z())] {
+    for (name, unit) in [
+        ("x", Vector3::x()),
+        ("y", Vector3::y()),
+        ("z", Vector3::z()),
+    ] {
         if (axis - unit).norm() < 1e-9 {
             return format!("along {name}");
         }
@@ -86,60 +117,90 @@ fn draw_curves(
     let origin = &outcome.curve[0].1;
     let value = |body: usize, x: &Vector3<f64>| (x - origin[body]).dot(axis);
     let end = scene.gait.duration();
-    let all = outcome.curve.iter().flat_map(|(_, x)| x.iter().enumerate().map(|(b, x)| value(b, x)));
-    let (low, high) = all.fold((0.0_f64, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+    let all = outcome
+        .curve
+        .iter()
+        .flat_map(|(_, x)| x.iter().enumerate().map(|(b, x)| value(b, x)));
+    let (low, high) = all.fold((0.0_f64, 0.0_f64), |(low, high), v| {
+        (low.min(v), high.max(v))
+    });
     // A motion of nothing still needs an axis of some height.
     let room = 0.08 * (high - low).max(1e-9);
     let (low, high) = (low - room, high + 1.6 * room);
-    let title = format!("{}: displacement of the bodies {}", scene.name, axis_name(axis));
+    let title = format!(
+        "{}: displacement of the bodies {}",
+        scene.name,
+        axis_name(axis)
+    );
     let mut chart = ChartBuilder::on(area)
-        .margin(14)
-        .caption(title, ("sans-serif", 20).into_font().color(&INK))
-        .x_label_area_size(46)
-        .y_label_area_size(70)
+        .margin(px(14))
+        .caption(title, font(20, &INK))
+        .x_label_area_size(px(46))
+        .y_label_area_size(px(70))
         .build_cartesian_2d(0.0..end, low..high)?;
     let mut phase_start = 0.0;
     let phases = &scene.gait.phases;
     for leg in 0..outcome.legs.len() {
         let phase_end = phase_start + phases[leg % phases.len()].duration;
         if leg % 2 == 1 {
-            chart.draw_series([Rectangle::new([(phase_start, low), (phase_end, high)], BAND.filled())])?;
+            chart.draw_series([Rectangle::new(
+                [(phase_start, low), (phase_end, high)],
+                BAND.filled(),
+            )])?;
         }
         if outcome.legs.len() <= MOST_LABELS {
             let label = phase_label(scene, leg % phases.len());
-            let style = ("sans-serif", 13).into_font().color(&RGBColor(110, 110, 110));
-            let at = (phase_start + 0.02 * (phase_end - phase_start), high - 0.25 * room);
-            chart.draw_series([Text::new(label, at, style)])?;
+            let at = (
+                phase_start + 0.02 * (phase_end - phase_start),
+                high - 0.25 * room,
+            );
+            chart.draw_series([Text::new(label, at, font(13, &GREY))])?;
         }
         phase_start = phase_end;
     }
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .bold_line_style(FAINT)
-        .axis_style(INK)
-        .label_style(("sans-serif", 14).into_font().color(&INK))
+        .bold_line_style(FAINT.stroke_width(px(1)))
+        .axis_style(INK.stroke_width(px(1)))
+        .set_all_tick_mark_size(px(5))
+        .label_style(font(14, &INK))
         .x_desc("time (the scene's unit)")
         .y_desc("displacement (the scene's unit of length)")
         .draw()?;
     for (number, body) in scene.bodies.iter().enumerate() {
         let colour = COLOURS[number % COLOURS.len()];
-        let curve = outcome.curve.iter().map(|(time, x)| (*time, value(number, &x[number])));
+        let curve = outcome
+            .curve
+            .iter()
+            .map(|(time, x)| (*time, value(number, &x[number])));
         let net = outcome.displacement[number].dot(axis);
         chart
-            .draw_series(LineSeries::new(curve, colour.stroke_width(2)))?
+            .draw_series(LineSeries::new(curve, colour.stroke_width(px(2))))?
             .label(format!("{}: net {net:+.5}", body.name))
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(3)));
-        let solved = outcome.samples.iter().filter(|sample| sample.bodies.is_some());
-        let points = solved.map(|sample| (sample.time, value(number, &sample.poses[number].translation.vector)));
-        chart.draw_series(points.map(|at| Circle::new(at, 3, colour.filled())))?;
+            .legend(move |(x, y)| {
+                PathElement::new([(x, y), (x + px(18) as i32, y)], colour.stroke_width(px(3)))
+            });
+        let solved = outcome
+            .samples
+            .iter()
+            .filter(|sample| sample.bodies.is_some());
+        let points = solved.map(|sample| {
+            (
+                sample.time,
+                value(number, &sample.poses[number].translation.vector),
+            )
+        });
+        chart.draw_series(points.map(|at| Circle::new(at, px(3), colour.filled())))?;
     }
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::LowerRight)
         .background_style(WHITE.mix(0.85))
         .border_style(FAINT)
-        .label_font(("sans-serif", 14).into_font().color(&INK))
+        .legend_area_size(px(26))
+        .margin(px(8))
+        .label_font(font(14, &INK))
         .draw()?;
     Ok(())
 }
@@ -158,13 +219,28 @@ fn draw_snapshots(
     axis: &Vector3<f64>,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let phases = scene.gait.phases.len();
-    let ends: Vec<&Sample> = outcome.samples.iter().filter(|sample| sample.bodies.is_none()).collect();
-    let Some((&last, first)) = ends.split_last() else { return Ok(()) };
+    let ends: Vec<&Sample> = outcome
+        .samples
+        .iter()
+        .filter(|sample| sample.bodies.is_none())
+        .collect();
+    let Some((&last, first)) = ends.split_last() else {
+        return Ok(());
+    };
     let mut rows: Vec<(String, &Sample)> = first
         .iter()
         .take(phases.min(MOST_SNAPSHOTS - 1))
         .enumerate()
-        .map(|(k, sample)| (if k == 0 { "start".to_owned() } else { format!("after phase {k}") }, *sample))
+        .map(|(k, sample)| {
+            (
+                if k == 0 {
+                    "start".to_owned()
+                } else {
+                    format!("after phase {k}")
+                },
+                *sample,
+            )
+        })
         .collect();
     rows.push(("end".to_owned(), last));
     let across = side_axis(outcome, axis);
@@ -179,31 +255,45 @@ fn draw_snapshots(
         }
     }
     let (width, height) = area.dim_in_pixel();
-    let (label_width, top) = (130.0, 34.0);
-    let row_height = (f64::from(height) - top - 10.0) / rows.len() as f64;
-    let scale = ((f64::from(width) - label_width - 40.0) / (right - left)).min(0.92 * row_height / (high - low));
-    let font = |size: i32| ("sans-serif", size).into_font().color(&INK);
-    area.draw(&Text::new("the swimmer at the ends of phases, to scale", (14, 8), font(16)))?;
+    let (label_width, top) = (f64::from(px(130)), f64::from(px(34)));
+    let row_height = (f64::from(height) - top - f64::from(px(10))) / rows.len() as f64;
+    let scale = ((f64::from(width) - label_width - f64::from(px(40))) / (right - left))
+        .min(0.92 * row_height / (high - low));
+    area.draw(&Text::new(
+        "the swimmer at the ends of phases, to scale",
+        (px(14) as i32, px(8) as i32),
+        font(16, &INK),
+    ))?;
     let middle = label_width + 0.5 * (f64::from(width) - label_width);
     for (number, (label, sample)) in rows.iter().enumerate() {
         let base = top + (number as f64 + 0.5) * row_height;
         let pixel = |x: &Vector3<f64>| {
             let (x, y) = flat(x);
             let across = middle + scale * (x - 0.5 * (left + right));
-            (across.round() as i32, (base - scale * (y - 0.5 * (low + high))).round() as i32)
+            (
+                across.round() as i32,
+                (base - scale * (y - 0.5 * (low + high))).round() as i32,
+            )
         };
-        area.draw(&Text::new(label.clone(), (14, base as i32 - 7), font(14)))?;
+        area.draw(&Text::new(
+            label.clone(),
+            (px(14) as i32, base as i32 - px(7) as i32),
+            font(14, &INK),
+        ))?;
         let at = |body: usize| pixel(&sample.poses[body].translation.vector);
         for link in scene.articulation.links() {
-            area.draw(&PathElement::new([at(link.body), at(link.to)], RGBColor(130, 130, 130).stroke_width(2)))?;
+            area.draw(&PathElement::new(
+                [at(link.body), at(link.to)],
+                GREY.stroke_width(px(2)),
+            ))?;
         }
         for (body, shape) in scene.bodies.iter().map(|body| body.shape).enumerate() {
             let colour = COLOURS[body % COLOURS.len()];
             let radius = match shape {
-                Shape::Sphere { radius } => (scale * radius).round().max(2.0) as i32,
-                Shape::Point => 2,
+                Shape::Sphere { radius } => (scale * radius).round().max(f64::from(px(2))) as i32,
+                Shape::Point => px(2) as i32,
             };
-            area.draw(&Circle::new(at(body), radius, colour.mix(0.85).filled()))?;
+            area.draw(&Circle::new(at(body), radius, colour.filled()))?;
         }
     }
     Ok(())
@@ -212,9 +302,21 @@ fn draw_snapshots(
 /// A direction across the axis in the plane of the bodies.
 fn side_axis(outcome: &Outcome, axis: &Vector3<f64>) -> Vector3<f64> {
     let start = &outcome.curve[0].1;
-    let off = start.iter().map(|x| (x - start[0]) - axis * (x - start[0]).dot(axis));
-    let widest = off.max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_else(Vector3::zeros);
-    let any = if axis.y.abs() < 0.9 { Vector3::y() } else { Vector3::z() };
-    let across = if widest.norm() > 1e-9 { widest } else { any - axis * any.dot(axis) };
+    let off = start
+        .iter()
+        .map(|x| (x - start[0]) - axis * (x - start[0]).dot(axis));
+    let widest = off
+        .max_by(|a, b| a.norm().total_cmp(&b.norm()))
+        .unwrap_or_else(Vector3::zeros);
+    let any = if axis.y.abs() < 0.9 {
+        Vector3::y()
+    } else {
+        Vector3::z()
+    };
+    let across = if widest.norm() > 1e-9 {
+        widest
+    } else {
+        any - axis * any.dot(axis)
+    };
     across.normalize()
 }

@@ -13,9 +13,16 @@ use crate::simulate::Outcome;
 /// `displacement`, `solves`, `error_estimate`), `solves`, `error_estimate`, `seconds`, and besides `model`, `reasons`,
 /// `cycles`, `duration`, `work` (of the bodies on the fluid), `tolerance`, `tolerance_met`, `peak_rss_mib`.
 /// `seconds.total` is wall-clock time and includes what is not solving.
-pub fn summary_json(scene: &Scene, model: &str, reasons: &[String], outcome: &Outcome, wall_seconds: f64) -> Value {
+pub fn summary_json(
+    scene: &Scene,
+    model: &str,
+    reasons: &[String],
+    outcome: &Outcome,
+    wall_seconds: f64,
+) -> Value {
     let by_body = |displacement: &[Vector3<f64>]| -> Value {
-        let entry = |(body, d): (&crate::scene::Body, &Vector3<f64>)| (body.name.clone(), vector(d));
+        let entry =
+            |(body, d): (&crate::scene::Body, &Vector3<f64>)| (body.name.clone(), vector(d));
         Value::Object(scene.bodies.iter().zip(displacement).map(entry).collect())
     };
     let links = scene.articulation.links();
@@ -111,7 +118,9 @@ fn estimate(estimate: &ErrorEstimate) -> Value {
 /// Largest resident size of this process so far in MiB; `None` where the system does not tell (only Linux does).
 pub fn peak_rss_mib() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kib: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib / 1024.0)
 }

@@ -7,7 +7,8 @@ use crate::simulate::Sample;
 
 /// Suffixes of the columns of a body: position, rotation vector, velocity, angular velocity, force and torque on the fluid.
 const COLUMNS: [&str; 18] = [
-    "x", "y", "z", "rx", "ry", "rz", "vx", "vy", "vz", "wx", "wy", "wz", "fx", "fy", "fz", "tx", "ty", "tz",
+    "x", "y", "z", "rx", "ry", "rz", "vx", "vy", "vz", "wx", "wy", "wz", "fx", "fy", "fz", "tx",
+    "ty", "tz",
 ];
 
 /// The trajectory as comma-separated values with a header.
@@ -17,11 +18,25 @@ const COLUMNS: [&str; 18] = [
 /// written so that reading them gives back every bit.
 pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     let mut header = vec!["time".to_owned(), "cycle".to_owned(), "phase".to_owned()];
-    header.extend(scene.articulation.links().iter().map(|link| format!("{}.length", link.name)));
+    header.extend(
+        scene
+            .articulation
+            .links()
+            .iter()
+            .map(|link| format!("{}.length", link.name)),
+    );
     for body in &scene.bodies {
-        header.extend(COLUMNS.iter().map(|column| format!("{}.{column}", body.name)));
+        header.extend(
+            COLUMNS
+                .iter()
+                .map(|column| format!("{}.{column}", body.name)),
+        );
     }
-    let mut text = header.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(",");
+    let mut text = header
+        .iter()
+        .map(|name| quoted(name))
+        .collect::<Vec<_>>()
+        .join(",");
     text.push('\n');
     let phases = scene.gait.phases.len().max(1);
     for sample in samples {
