@@ -138,6 +138,17 @@ fn nodes_that_are_wrong() {
 }
 
 #[test]
+fn parametric_nodes_of_version_2_are_named_as_the_cause() {
+    // Found with files of Gmsh saved so: they have no $Nodes, and the message blamed the order of sections.
+    let text = text(false).replace("Nodes\n", "ParametricNodes\n");
+    refused(
+        &text,
+        line_of(&text, "$ParametricNodes"),
+        "Mesh.SaveParametric = 0",
+    );
+}
+
+#[test]
 fn elements_that_are_wrong() {
     let good = text(false);
     let tets = line_of(&good, " 4 2 10 1 ");

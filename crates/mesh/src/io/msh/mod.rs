@@ -68,6 +68,11 @@ impl MshFile {
                 ("PartitionedEntities", Some(Version::Four)) => {
                     return scanner.error("the mesh is partitioned; save it unpartitioned");
                 }
+                ("ParametricNodes", Some(Version::Two)) => {
+                    return scanner.error(
+                        "$ParametricNodes cannot be read; save with Mesh.SaveParametric = 0",
+                    );
+                }
                 ("Nodes", Some(Version::Two)) => version2::nodes(scanner, &mut gather)?,
                 ("Nodes", Some(Version::Four)) => version4::nodes(scanner, &mut gather)?,
                 ("Elements", Some(Version::Two)) => version2::elements(scanner, &mut gather)?,
