@@ -45,7 +45,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         }
     }
     match scene.domain.kind() {
-        DomainKind::Ball | DomainKind::Mesh => {}
+        DomainKind::Ball | DomainKind::Box | DomainKind::Mesh => {}
         kind => {
             let instead = "use domain.kind = \"ball\"; a swimmer without external force in a ball of ten times \
                            its length moves as in unbounded fluid to about a thousandth";

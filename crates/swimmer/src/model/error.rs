@@ -27,6 +27,23 @@ pub enum ModelError {
     /// A solve that failed.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),
+    /// A part of a mesh's boundary that is neither body nor wall.
+    #[error(
+        "{file}: the boundary part '{tag}' is no body's surface and not in domain.walls; \
+         list it in domain.walls, or give it to a body by its key surface"
+    )]
+    OpenBoundary {
+        /// The mesh file.
+        file: String,
+        /// Name of the part.
+        tag: String,
+    },
+    /// Bodies that moved farther than the mesh of a file can be deformed.
+    #[error(
+        "the mesh of the file cannot follow the bodies so far without spoiling its cells; \
+         use domain.kind = \"ball\" or \"box\", whose meshes are made anew when needed, or a file for another shape"
+    )]
+    MeshFileExhausted,
     /// Work with a mesh before there is one.
     #[error("the finite-element model has no mesh yet; ask for an instant first")]
     NoMesh,

@@ -89,15 +89,26 @@ impl Instant {
     pub fn check_finite(&self, model: &'static str) -> Result<(), ModelError> {
         let finite = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite());
         let motion = &self.motion;
-        let moves = motion.frames.iter().all(|f| finite(&f.linear) && finite(&f.angular))
+        let moves = motion
+            .frames
+            .iter()
+            .all(|f| finite(&f.linear) && finite(&f.angular))
             && motion.spins.iter().all(finite);
         let loads = self.bodies.iter().all(|b| {
-            [b.velocity, b.angular_velocity, b.force, b.torque].iter().all(finite)
+            [b.velocity, b.angular_velocity, b.force, b.torque]
+                .iter()
+                .all(finite)
         });
         match (moves, loads) {
             (true, true) => Ok(()),
-            (false, _) => Err(ModelError::NotFinite { model, what: "a velocity" }),
-            (_, false) => Err(ModelError::NotFinite { model, what: "a body's velocity or force" }),
+            (false, _) => Err(ModelError::NotFinite {
+                model,
+                what: "a velocity",
+            }),
+            (_, false) => Err(ModelError::NotFinite {
+                model,
+                what: "a body's velocity or force",
+            }),
         }
     }
 }

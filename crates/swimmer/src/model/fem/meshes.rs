@@ -1,8 +1,12 @@
 //! The mesh of each shape: moved from a reference where that stays good, made anew where not.
 
+use std::path::Path;
+
 use ale::{MovingBody, ReferenceMap, Stiffening};
 use fem::TaylorHood;
-use mesh::{Body, Container, GenerateParams, LinearTets, NamedSurface, Sphere, Surface, TetMesh};
+use mesh::{
+    Body, BoxSurface, Container, GenerateParams, MshFile, NamedSurface, Sphere, Surface, TetMesh,
+};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::scale::Scale;
@@ -17,21 +21,33 @@ const LEAST_JACOBIAN: f64 = 0.2;
 const LEAST_QUALITY: f64 = 0.1;
 
 /// Element size on a body's surface, over its radius, when the scene asks for none.
-pub const DEFAULT_SURFACE_SIZE: f64 = 0.25;
+pub const DEFAULT_SURFACE_SIZE: f64 = 0.4;
 
 /// A body with a surface, in units of the flow.
 #[derive(Clone, Copy, Debug)]
 struct Surfaced {
     /// Index of the body in the scene.
     body: usize,
+    position: Vector3<f64>,
     radius: f64,
     size: f64,
+}
+
+impl Surfaced {
+    fn sphere(&self, centre: Vector3<f64>) -> Sphere {
+        Sphere {
+            centre,
+            radius: self.radius,
+        }
+    }
 }
 
 /// Where meshes come from.
 enum Source {
     /// Generated in a container.
     Generated(Container),
+    /// Read from a file, with the tags of its walls.
+    File { mesh: TetMesh, walls: Vec<String> },
 }
 
 /// The mesh in use, and what is kept with its connectivity.
@@ -45,7 +61,8 @@ struct Current {
 pub struct Meshes {
     source: Source,
     surfaced: Vec<Surfaced>,
-    names: Vec<String>,
+    /// Tag of each body of the scene in the mesh.
+    tags: Vec<String>,
     geometry: GeometryKind,
     current: Option<Current>,
 }
@@ -64,35 +81,67 @@ impl Meshes {
     /// # Errors
     /// A domain that cannot be meshed yet.
     pub fn new(scene: &Scene, scale: &Scale) -> Result<Self, ModelError> {
-        let source = match &scene.domain {
-            Domain::Ball { radius } => Source::Generated(Container::Ball(Sphere {
-                centre: Vector3::zeros(),
-                radius: scale.length(*radius),
-            })),
-            other => {
-                return Err(ModelError::NotBuilt {
-                    what: format!("finite elements in domain.kind = \"{}\"", other.kind().word()),
-                    instead: "use domain.kind = \"ball\"".into(),
-                });
-            }
-        };
-        let surfaced = scene
+        let surfaced: Vec<Surfaced> = scene
             .bodies
             .iter()
             .enumerate()
             .filter_map(|(body, b)| match b.shape {
                 Shape::Sphere { radius } => Some(Surfaced {
                     body,
+                    position: scale.point(b.position),
                     radius: scale.length(radius),
-                    size: scale.length(scene.fem.surface_size.unwrap_or(DEFAULT_SURFACE_SIZE * radius)),
+                    size: scale.length(
+                        scene
+                            .fem
+                            .surface_size
+                            .unwrap_or(DEFAULT_SURFACE_SIZE * radius),
+                    ),
                 }),
                 Shape::Point => None,
             })
             .collect();
+        let tags: Vec<String> = scene
+            .bodies
+            .iter()
+            .map(|b| b.surface.clone().unwrap_or_else(|| b.name.clone()))
+            .collect();
+        let source = match &scene.domain {
+            Domain::Ball { radius } => Source::Generated(Container::Ball(Sphere {
+                centre: Vector3::zeros(),
+                radius: scale.length(*radius),
+            })),
+            Domain::Box { size } => {
+                let half = scale.point(size / 2.0);
+                Source::Generated(Container::Box(BoxSurface {
+                    min: -half,
+                    max: half,
+                }))
+            }
+            Domain::Mesh { file, walls } => {
+                let spheres: Vec<(&str, Sphere)> = surfaced
+                    .iter()
+                    .map(|s| (tags[s.body].as_str(), s.sphere(s.position)))
+                    .collect();
+                let mesh = read_mesh(file, &spheres, walls, scene.fem.geometry, scale)?;
+                Source::File {
+                    mesh,
+                    walls: walls.clone(),
+                }
+            }
+            other => {
+                return Err(ModelError::NotBuilt {
+                    what: format!(
+                        "finite elements in domain.kind = \"{}\"",
+                        other.kind().word()
+                    ),
+                    instead: "use domain.kind = \"ball\", \"box\" or \"mesh\"".into(),
+                });
+            }
+        };
         Ok(Self {
             source,
             surfaced,
-            names: scene.bodies.iter().map(|b| b.name.clone()).collect(),
+            tags,
             geometry: scene.fem.geometry,
             current: None,
         })
@@ -100,7 +149,7 @@ impl Meshes {
 
     /// Names of the bodies with surfaces: their tags in the mesh.
     pub fn tags(&self) -> impl Iterator<Item = &str> {
-        self.surfaced.iter().map(|s| self.names[s.body].as_str())
+        self.surfaced.iter().map(|s| self.tags[s.body].as_str())
     }
 
     /// Indices in the scene of the bodies with surfaces.
@@ -112,6 +161,7 @@ impl Meshes {
     pub fn wall_tags(&self) -> Vec<&str> {
         match &self.source {
             Source::Generated(_) => vec![Container::TAG],
+            Source::File { walls, .. } => walls.iter().map(String::as_str).collect(),
         }
     }
 
@@ -124,16 +174,27 @@ impl Meshes {
     /// where moving it would spoil it.
     ///
     /// # Errors
-    /// Bodies that cannot be meshed around.
+    /// Bodies that cannot be meshed around, or that have moved farther than a mesh from a file can follow.
     pub fn at(&mut self, poses: &[Isometry3<f64>]) -> Result<ShapeMesh, ModelError> {
+        if let (None, Source::File { mesh, .. }) = (&self.current, &self.source) {
+            let centres = self.surfaced.iter().map(|s| s.position).collect();
+            self.current = Some(self.reference(mesh.clone(), centres)?);
+        }
         if let Some(mesh) = self.moved(poses)? {
-            return Ok(ShapeMesh { mesh, remeshed: false });
+            return Ok(ShapeMesh {
+                mesh,
+                remeshed: false,
+            });
+        }
+        if let Source::File { .. } = &self.source {
+            return Err(ModelError::MeshFileExhausted);
         }
         self.remesh(poses)?;
-        match &self.current {
-            Some(current) => Ok(ShapeMesh { mesh: current.map.reference().clone(), remeshed: true }),
-            None => Err(ModelError::NoMesh),
-        }
+        let current = self.current.as_ref().ok_or(ModelError::NoMesh)?;
+        Ok(ShapeMesh {
+            mesh: current.map.reference().clone(),
+            remeshed: true,
+        })
     }
 
     /// Makes the mesh with the bodies at `poses` the reference that later shapes are moved from.
@@ -141,23 +202,40 @@ impl Meshes {
     /// # Errors
     /// Bodies that cannot be meshed around.
     pub fn remesh(&mut self, poses: &[Isometry3<f64>]) -> Result<(), ModelError> {
-        let centres: Vec<Vector3<f64>> =
-            self.surfaced.iter().map(|s| poses[s.body].translation.vector).collect();
+        let centres: Vec<Vector3<f64>> = self
+            .surfaced
+            .iter()
+            .map(|s| poses[s.body].translation.vector)
+            .collect();
         let mesh = self.generate(&centres)?;
+        self.current = Some(self.reference(mesh, centres)?);
+        Ok(())
+    }
+
+    fn reference(&self, mesh: TetMesh, centres: Vec<Vector3<f64>>) -> Result<Current, ModelError> {
         let space = TaylorHood::new(&mesh)?;
         let moving: Vec<MovingBody> = self
             .tags()
             .zip(&centres)
-            .map(|(tag, &centre)| MovingBody { tag: tag.to_owned(), centre, turns: false })
+            .map(|(tag, &centre)| MovingBody {
+                tag: tag.to_owned(),
+                centre,
+                turns: false,
+            })
             .collect();
         let map = ReferenceMap::new(mesh, &moving, Stiffening::KanchiMasud)?;
-        self.current = Some(Current { map, space, centres });
-        Ok(())
+        Ok(Current {
+            map,
+            space,
+            centres,
+        })
     }
 
     /// The reference mesh moved to `poses`; none if there is no reference or the moved mesh would be poor.
     fn moved(&self, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, ModelError> {
-        let Some(current) = &self.current else { return Ok(None) };
+        let Some(current) = &self.current else {
+            return Ok(None);
+        };
         // Only spheres so far: turning one changes nothing, so its surface mesh is only translated.
         let motions: Vec<Isometry3<f64>> = self
             .surfaced
@@ -174,19 +252,32 @@ impl Meshes {
             Err(other) => return Err(other.into()),
         };
         let quality = mesh.quality();
-        Ok((quality.min_jacobian >= LEAST_JACOBIAN && quality.min_quality >= LEAST_QUALITY).then_some(mesh))
+        Ok(
+            (quality.min_jacobian >= LEAST_JACOBIAN && quality.min_quality >= LEAST_QUALITY)
+                .then_some(mesh),
+        )
     }
 
     fn generate(&self, centres: &[Vector3<f64>]) -> Result<TetMesh, ModelError> {
-        let Source::Generated(container) = &self.source;
-        let spheres: Vec<Sphere> =
-            self.surfaced.iter().zip(centres).map(|(s, &centre)| Sphere { centre, radius: s.radius }).collect();
+        let Source::Generated(container) = &self.source else {
+            return Err(ModelError::MeshFileExhausted);
+        };
+        let spheres: Vec<Sphere> = self
+            .surfaced
+            .iter()
+            .zip(centres)
+            .map(|(s, &centre)| s.sphere(centre))
+            .collect();
         let bodies: Vec<Body> = self
             .surfaced
             .iter()
             .zip(self.tags())
             .zip(&spheres)
-            .map(|((s, name), surface)| Body { name, surface, size: s.size })
+            .map(|((s, name), surface)| Body {
+                name,
+                surface,
+                size: s.size,
+            })
             .collect();
         let tets = mesh::generate(&bodies, container, &GenerateParams::default())?.mesh;
         let surfaces: Vec<NamedSurface> = bodies
@@ -194,13 +285,42 @@ impl Meshes {
             .map(|b| (b.name, b.surface))
             .chain([(Container::TAG, container.surface())])
             .collect();
-        self.quadratic(tets, &surfaces)
-    }
-
-    fn quadratic(&self, tets: LinearTets, surfaces: &[(&str, &dyn Surface)]) -> Result<TetMesh, ModelError> {
         Ok(match self.geometry {
-            GeometryKind::Curved => TetMesh::curved(tets, surfaces)?,
+            GeometryKind::Curved => TetMesh::curved(tets, &surfaces)?,
             GeometryKind::Straight => TetMesh::straight(tets)?,
         })
     }
+}
+
+/// The mesh of a file in units of the flow, its bodies' surfaces put on the spheres of the scene.
+fn read_mesh(
+    file: &Path,
+    spheres: &[(&str, Sphere)],
+    walls: &[String],
+    geometry: GeometryKind,
+    scale: &Scale,
+) -> Result<TetMesh, ModelError> {
+    let mut read = MshFile::read(file)?;
+    let points = match &mut read {
+        MshFile::Linear(tets) => &mut tets.points,
+        MshFile::Quadratic(tets) => &mut tets.points,
+    };
+    points.iter_mut().for_each(|x| *x = scale.point(*x));
+    let known = |tag: &String| walls.contains(tag) || spheres.iter().any(|(name, _)| name == tag);
+    if let Some(tag) = read.tags().iter().find(|tag| !known(tag)) {
+        return Err(ModelError::OpenBoundary {
+            file: file.display().to_string(),
+            tag: tag.clone(),
+        });
+    }
+    let surfaces: Vec<NamedSurface> = spheres
+        .iter()
+        .map(|(name, s)| (*name, s as &dyn Surface))
+        .collect();
+    // Also for straight sides: it is the check that the file's surfaces are where the scene says.
+    let curved = read.clone().into_mesh(&surfaces)?;
+    Ok(match geometry {
+        GeometryKind::Curved => curved,
+        GeometryKind::Straight => read.into_mesh(&[])?,
+    })
 }

@@ -43,7 +43,11 @@ impl FemModel {
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let scale = Scale::of(scene);
         let kinds: Vec<_> = scene.bodies.iter().map(|b| b.kind()).collect();
-        let positions: Vec<_> = scene.bodies.iter().map(|b| scale.point(b.position)).collect();
+        let positions: Vec<_> = scene
+            .bodies
+            .iter()
+            .map(|b| scale.point(b.position))
+            .collect();
         let set = Articulation::new(
             &kinds,
             scene.articulation.links().to_vec(),
@@ -53,7 +57,11 @@ impl FemModel {
         Ok(Self {
             scale,
             set,
-            loads: scene.bodies.iter().map(|b| scale.load(b.force, b.torque)).collect(),
+            loads: scene
+                .bodies
+                .iter()
+                .map(|b| scale.load(b.force, b.torque))
+                .collect(),
             meshes: Meshes::new(scene, &scale)?,
             options: scene.fem,
             last: None,
@@ -61,11 +69,24 @@ impl FemModel {
     }
 
     /// The placement's mesh in units of the flow, with the poses of all bodies.
-    fn shape_mesh(&mut self, placement: &Placement) -> Result<(ShapeMesh, Vec<Vector3<f64>>), ModelError> {
-        let lengths: Vec<f64> = placement.lengths.iter().map(|&l| self.scale.length(l)).collect();
-        let poses = self.set.place(&self.scale.state(placement.state), &lengths)?;
+    fn shape_mesh(
+        &mut self,
+        placement: &Placement,
+    ) -> Result<(ShapeMesh, Vec<Vector3<f64>>), ModelError> {
+        let lengths: Vec<f64> = placement
+            .lengths
+            .iter()
+            .map(|&l| self.scale.length(l))
+            .collect();
+        let poses = self
+            .set
+            .place(&self.scale.state(placement.state), &lengths)?;
         let shape = self.meshes.at(&poses)?;
-        let centres = self.meshes.surfaced_bodies().map(|body| poses[body].translation.vector).collect();
+        let centres = self
+            .meshes
+            .surfaced_bodies()
+            .map(|body| poses[body].translation.vector)
+            .collect();
         Ok((shape, centres))
     }
 
@@ -79,7 +100,8 @@ impl FemModel {
             entry.angular_velocity = flow.state.spins[body];
         }
         for (number, body) in self.meshes.surfaced_bodies().enumerate() {
-            let part = |first: usize| Vector3::from_fn(|axis, _| flow.forces[6 * number + first + axis]);
+            let part =
+                |first: usize| Vector3::from_fn(|axis, _| flow.forces[6 * number + first + axis]);
             bodies[body].force = self.scale.force_back(part(0));
             bodies[body].torque = self.scale.torque_back(part(3));
         }
@@ -107,10 +129,24 @@ impl Hydrodynamics for FemModel {
         let clock = Clock::now();
         let (ShapeMesh { mesh, remeshed }, centres) = self.shape_mesh(placement)?;
         let mesh_seconds = clock.elapsed().as_secs_f64();
-        let lengths: Vec<f64> = placement.lengths.iter().map(|&l| self.scale.length(l)).collect();
-        let rates: Vec<f64> = placement.rates.iter().map(|&r| self.scale.length(r)).collect();
-        let constraints = self.set.constraints(&self.scale.state(placement.state), &lengths, &rates)?;
-        let drive = Drive { set: &self.set, constraints: &constraints, loads: &self.loads };
+        let lengths: Vec<f64> = placement
+            .lengths
+            .iter()
+            .map(|&l| self.scale.length(l))
+            .collect();
+        let rates: Vec<f64> = placement
+            .rates
+            .iter()
+            .map(|&r| self.scale.length(r))
+            .collect();
+        let constraints =
+            self.set
+                .constraints(&self.scale.state(placement.state), &lengths, &rates)?;
+        let drive = Drive {
+            set: &self.set,
+            constraints: &constraints,
+            loads: &self.loads,
+        };
         let boundary = Boundary {
             bodies: self.meshes.tags().collect(),
             centres,
@@ -133,7 +169,11 @@ impl Hydrodynamics for FemModel {
             nodes.len()
         };
         let velocity = 3 * (mesh.n_points() - on_boundary);
-        let dofs = Dofs { velocity, pressure: mesh.n_vertices(), total: velocity + mesh.n_vertices() + 6 };
+        let dofs = Dofs {
+            velocity,
+            pressure: mesh.n_vertices(),
+            total: velocity + mesh.n_vertices() + 6,
+        };
         Ok(Cost {
             dofs,
             seconds: SECONDS_PER_DOF * dofs.total as f64,
@@ -143,17 +183,33 @@ impl Hydrodynamics for FemModel {
 
     fn mesh(&mut self, placement: &Placement<'_>) -> Result<Option<TetMesh>, ModelError> {
         let (ShapeMesh { mesh, .. }, _) = self.shape_mesh(placement)?;
-        let points = mesh.points().iter().map(|&x| self.scale.point_back(x)).collect();
+        let points = mesh
+            .points()
+            .iter()
+            .map(|&x| self.scale.point_back(x))
+            .collect();
         Ok(Some(mesh.with_points(points)?))
     }
 
     fn flow(&self) -> Option<Flow> {
         let (mesh, flow) = self.last.as_ref()?;
-        let points = mesh.points().iter().map(|&x| self.scale.point_back(x)).collect();
+        let points = mesh
+            .points()
+            .iter()
+            .map(|&x| self.scale.point_back(x))
+            .collect();
         Some(Flow {
             mesh: mesh.with_points(points).ok()?,
-            velocity: flow.velocity.iter().map(|&u| self.scale.velocity_back(u)).collect(),
-            pressure: flow.pressure.iter().map(|&p| self.scale.pressure_back(p)).collect(),
+            velocity: flow
+                .velocity
+                .iter()
+                .map(|&u| self.scale.velocity_back(u))
+                .collect(),
+            pressure: flow
+                .pressure
+                .iter()
+                .map(|&p| self.scale.pressure_back(p))
+                .collect(),
         })
     }
 }

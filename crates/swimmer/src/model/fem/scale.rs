@@ -24,7 +24,10 @@ impl Scale {
             .map(crate::scene::Body::bounding_radius)
             .filter(|&radius| radius > 0.0)
             .fold(f64::INFINITY, f64::min);
-        Self { length: if smallest.is_finite() { smallest } else { 1.0 }, viscosity: scene.viscosity }
+        Self {
+            length: if smallest.is_finite() { smallest } else { 1.0 },
+            viscosity: scene.viscosity,
+        }
     }
 
     /// A length of the scene in units of the flow.
@@ -49,7 +52,10 @@ impl Scale {
                 .frames
                 .iter()
                 .map(|frame| {
-                    Isometry3::from_parts(Translation3::from(self.point(frame.translation.vector)), frame.rotation)
+                    Isometry3::from_parts(
+                        Translation3::from(self.point(frame.translation.vector)),
+                        frame.rotation,
+                    )
                 })
                 .collect(),
             attitudes: state.attitudes.clone(),
@@ -58,7 +64,10 @@ impl Scale {
 
     /// An external load of the scene in units of the flow.
     pub fn load(&self, force: Vector3<f64>, torque: Vector3<f64>) -> Load {
-        Load { force: force / self.force_unit(), torque: torque / (self.force_unit() * self.length) }
+        Load {
+            force: force / self.force_unit(),
+            torque: torque / (self.force_unit() * self.length),
+        }
     }
 
     /// Velocity of the scene for a velocity of the flow.
@@ -88,7 +97,10 @@ impl Scale {
                 .state
                 .frames
                 .iter()
-                .map(|twist| Twist { linear: self.velocity_back(twist.linear), angular: twist.angular })
+                .map(|twist| Twist {
+                    linear: self.velocity_back(twist.linear),
+                    angular: twist.angular,
+                })
                 .collect(),
             spins: flow.state.spins.clone(),
         }

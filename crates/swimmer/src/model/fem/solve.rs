@@ -3,11 +3,14 @@
 use std::time::Instant;
 
 use fem::TaylorHood;
-use linalg::{BlockTriangular, KrylovParams, Multigrid, MultigridParams, SaddleLdlt, SaddleSystem, fgmres};
+use linalg::{
+    BlockTriangular, KrylovParams, Multigrid, MultigridParams, SaddleLdlt, SaddleSystem, fgmres,
+};
 use mesh::TetMesh;
 use nalgebra::Vector3;
 use rigid::{
-    Constrained, Drive, Eliminated, Flow, FluidMatrices, Formulation, NodeRole, RigidFluid, SurfaceBody,
+    Constrained, Drive, Eliminated, Flow, FluidMatrices, Formulation, NodeRole, RigidFluid,
+    SurfaceBody,
 };
 
 use crate::model::{Dofs, ModelError, Seconds, SolverInfo};
@@ -61,7 +64,12 @@ pub fn solve(
         pressure: system.system.pressure_range().len(),
         total: solution.len(),
     };
-    Ok(SolvedFlow { flow, dofs, solver, seconds })
+    Ok(SolvedFlow {
+        flow,
+        dofs,
+        solver,
+        seconds,
+    })
 }
 
 /// Assembles the system of one instant.
@@ -77,13 +85,20 @@ pub fn assemble(
 ) -> Result<Constrained, ModelError> {
     let mut roles = vec![NodeRole::Free; mesh.n_points()];
     for tag in &boundary.walls {
-        mesh.nodes_on(mesh.tag(tag)?).iter().for_each(|&node| roles[node as usize] = NodeRole::Fixed);
+        mesh.nodes_on(mesh.tag(tag)?)
+            .iter()
+            .for_each(|&node| roles[node as usize] = NodeRole::Fixed);
     }
     let mut bodies = Vec::with_capacity(boundary.bodies.len());
     for (number, (name, &centre)) in boundary.bodies.iter().zip(&boundary.centres).enumerate() {
         let tag = mesh.tag(name)?;
-        mesh.nodes_on(tag).iter().for_each(|&node| roles[node as usize] = NodeRole::Body(number as u32));
-        bodies.push(SurfaceBody { centre, volume: fem::surface_measures(mesh, tag)?.volume });
+        mesh.nodes_on(tag)
+            .iter()
+            .for_each(|&node| roles[node as usize] = NodeRole::Body(number as u32));
+        bodies.push(SurfaceBody {
+            centre,
+            volume: fem::surface_measures(mesh, tag)?.volume,
+        });
     }
     let fluid = RigidFluid::new(
         &FluidMatrices {
@@ -110,7 +125,10 @@ pub fn assemble(
 }
 
 /// Solves an assembled system with the solver asked for.
-fn solve_system(system: &Constrained, options: &FemOptions) -> Result<(Vec<f64>, SolverInfo, Seconds), ModelError> {
+fn solve_system(
+    system: &Constrained,
+    options: &FemOptions,
+) -> Result<(Vec<f64>, SolverInfo, Seconds), ModelError> {
     let mut seconds = Seconds::default();
     let mut solution = vec![0.0; system.right.len()];
     let clock = Instant::now();
@@ -118,8 +136,17 @@ fn solve_system(system: &Constrained, options: &FemOptions) -> Result<(Vec<f64>,
         SolverKind::Block => {
             let mut preconditioner = block_preconditioner(&system.system, system)?;
             seconds.setup = clock.elapsed().as_secs_f64();
-            let parameters = KrylovParams { rel_tol: options.rtol, ..KrylovParams::default() };
-            fgmres(&system.system, &mut preconditioner, &system.right, &mut solution, &parameters)?
+            let parameters = KrylovParams {
+                rel_tol: options.rtol,
+                ..KrylovParams::default()
+            };
+            fgmres(
+                &system.system,
+                &mut preconditioner,
+                &system.right,
+                &mut solution,
+                &parameters,
+            )?
         }
         SolverKind::Direct => {
             let mut factor = SaddleLdlt::factor(&system.system, &Default::default())?;
