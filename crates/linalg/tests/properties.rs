@@ -2,8 +2,8 @@
 
 use faer::linalg::solvers::Solve;
 use linalg::{
-    Bordered, Csr, Csr3, DirectParams, KrylovParams, LinearOperator, Multigrid, MultigridParams,
-    Preconditioner, SaddleLdlt, SaddleSystem, cg, fgmres,
+    BlockTriangular, Bordered, Csr, Csr3, DirectParams, KrylovParams, LinearOperator, Multigrid,
+    MultigridParams, Preconditioner, SaddleLdlt, SaddleSystem, cg, fgmres,
 };
 use nalgebra::DMatrix;
 use proptest::collection::vec;
@@ -177,6 +177,33 @@ fn distance(x: &[f64], y: &[f64]) -> f64 {
         .map(|(a, b)| (a - b).powi(2))
         .sum::<f64>()
         .sqrt()
+}
+
+/// No nodes, no border, no pressures, or none of all three: nothing to solve is no reason to panic.
+#[test]
+fn empty_blocks_are_solved() {
+    let recipe = |n, m, np| Recipe {
+        n,
+        m,
+        np,
+        pool: vec![0.3, -0.2, 0.0, 0.7],
+        nonsymmetric: false,
+    };
+    for (n, m, np) in [(0, 0, 0), (0, 2, 0), (2, 0, 0), (2, 2, 0), (2, 0, 1)] {
+        let (system, matrix) = recipe(n, m, np).system();
+        let b = noise(system.rows())
+            .iter()
+            .map(|v| v + 2.0)
+            .collect::<Vec<_>>();
+        let mut x = vec![0.0; b.len()];
+        let mut direct = SaddleLdlt::factor(&system, &DirectParams::default()).expect("regular");
+        direct.solve(&b, &mut x).expect("refinement");
+        assert!(distance(&multiply(&matrix, &x), &b) <= 1e-11);
+        let velocity = Multigrid::new(system.velocity_block(), &MultigridParams::default());
+        let mut pre = BlockTriangular::new(&system, velocity.expect("regular")).expect("set-up");
+        x.fill(0.0);
+        fgmres(&system, &mut pre, &b, &mut x, &KrylovParams::default()).expect("convergence");
+    }
 }
 
 proptest! {

@@ -124,7 +124,7 @@ impl SparseFactor {
 
     /// Stored entries of the factor.
     pub fn entries(&self) -> usize {
-        self.values.len()
+        self.symbolic.len_val()
     }
 
     /// Overwrites the columns of `rhs` (n each, one after another) with the solutions, in groups of `columns`.

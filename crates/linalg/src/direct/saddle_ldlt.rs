@@ -192,7 +192,7 @@ impl<'a> SaddleLdlt<'a> {
             r[border.start + c] - border_row(self.system, c, &t)
         });
         self.schur.solve(&mut v);
-        for (column, v) in self.lifted.chunks_exact(t.len()).zip(v.iter()) {
+        for (column, v) in self.lifted.chunks_exact(t.len().max(1)).zip(v.iter()) {
             axpy(-v, column, &mut t);
         }
         let (u, p) = t.split_at_mut(velocity.len());
