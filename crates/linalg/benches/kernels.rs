@@ -1,7 +1,7 @@
 //! The kernels of an iteration, each with the unknowns or bytes it handles.
 
 // the support module serves the tests; the benches need one of its systems
-#[allow(dead_code)]
+#[allow(dead_code, unused_imports)]
 #[path = "../tests/support/mod.rs"]
 mod support;
 

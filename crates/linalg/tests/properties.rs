@@ -207,7 +207,7 @@ fn empty_blocks_are_solved() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn apply_is_the_documented_matrix(recipe in recipe()) {
@@ -284,7 +284,10 @@ proptest! {
         match solved {
             Ok(report) => {
                 let residual = distance(&multiply(&matrix, &x), &b) / dot(&b, &b).sqrt();
-                prop_assert!((residual - report.true_rel_residual).abs() < 1e-13);
+                // each of the two products rounds to n epsilon ||A|| ||x||; x is large where A is nearly singular
+                let rounding = 2.0 * b.len() as f64 * f64::EPSILON * matrix.norm() * dot(&x, &x).sqrt();
+                let difference = (residual - report.true_rel_residual).abs();
+                prop_assert!(difference <= rounding / dot(&b, &b).sqrt(), "{difference:e} {residual:e}");
                 prop_assert!(report.true_rel_residual <= 1e-12);
             }
             Err(error) => prop_assert!(!regular, "{error}"),
