@@ -19,12 +19,12 @@ const GROUP: usize = 6;
 /// Choices of the direct solver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DirectParams {
-    /// The pressure block becomes `-shift diag(M_p)`. Refinement gains about `1 / shift` a step (the Schur complement is
-    /// `M_p` up to a factor of six), but pivots of that size cost digits; refinement failed above 1e-6.
+    /// The pressure block becomes `-shift diag(M_p)`. The Schur complement is `M_p` up to a factor of six, so a refinement step
+    /// gains about `1 / shift`, until rounding, which small pivots amplify, takes over.
     pub shift: f64,
     /// Bound on the true `||b - A x|| / ||b||`.
     pub rel_tol: f64,
-    /// Refinement steps allowed; two to five are usual.
+    /// Refinement steps allowed; the default shift needs one.
     pub max_refinements: usize,
 }
 
