@@ -3,11 +3,11 @@
 use nalgebra::{Isometry3, Vector3};
 use rigid::State;
 
+use crate::SwimError;
 use crate::gait::{Leg, legs};
 use crate::integrate::{Integrator, LegResult, Method, Solved};
 use crate::model::{BodyInstant, ErrorEstimate, Hydrodynamics, Seconds};
 use crate::scene::Scene;
-use crate::SwimError;
 
 /// What may be done while a simulation goes on: write files, show progress.
 pub trait Observer {
@@ -15,7 +15,12 @@ pub trait Observer {
     ///
     /// # Errors
     /// Any error ends the simulation.
-    fn solved(&mut self, leg: &Leg, solved: &Solved, model: &dyn Hydrodynamics) -> Result<(), SwimError> {
+    fn solved(
+        &mut self,
+        leg: &Leg,
+        solved: &Solved,
+        model: &dyn Hydrodynamics,
+    ) -> Result<(), SwimError> {
         let _ = (leg, solved, model);
         Ok(())
     }
@@ -24,7 +29,12 @@ pub trait Observer {
     ///
     /// # Errors
     /// Any error ends the simulation.
-    fn leg_done(&mut self, leg: &Leg, result: &LegResult, so_far: &Outcome) -> Result<(), SwimError> {
+    fn leg_done(
+        &mut self,
+        leg: &Leg,
+        result: &LegResult,
+        so_far: &Outcome,
+    ) -> Result<(), SwimError> {
         let _ = (leg, result, so_far);
         Ok(())
     }
@@ -99,17 +109,16 @@ pub fn simulate(
     method: Method,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, SwimError> {
-    if scene.gait.phases.is_empty() {
-        return Err(SwimError::NotApplicable {
-            place: scene.place("gait"),
-            problem: "the scene has no [[gait.phases]] to run; add phases, or use `swim solve` for one instant".to_owned(),
-        });
-    }
+    scene.require_gait()?;
     let set = &scene.articulation;
     let start = scene.initial_state();
     let initial_lengths = set.initial_lengths();
     let places = |state: &State, lengths: &[f64]| -> Result<Vec<Vector3<f64>>, SwimError> {
-        Ok(set.place(state, lengths)?.iter().map(|pose| pose.translation.vector).collect())
+        Ok(set
+            .place(state, lengths)?
+            .iter()
+            .map(|pose| pose.translation.vector)
+            .collect())
     };
     let origin = places(&start, initial_lengths)?;
     let mut outcome = Outcome {
@@ -136,7 +145,14 @@ pub fn simulate(
     for leg in legs(&scene.gait, initial_lengths) {
         let first = outcome.solves;
         let result = integrator.leg(&leg, &state, &mut |solved, model| {
-            observer.solved(&leg, &Solved { number: first + solved.number, ..solved.clone() }, model)
+            observer.solved(
+                &leg,
+                &Solved {
+                    number: first + solved.number,
+                    ..solved.clone()
+                },
+                model,
+            )
         })?;
         for solved in &result.solved {
             let lengths = leg.lengths(solved.s);
@@ -151,7 +167,10 @@ pub fn simulate(
         let parts = CURVE_POINTS * result.pieces.len();
         for k in 1..=parts {
             let s = k as f64 / parts as f64;
-            outcome.curve.push((leg.time(s), places(&result.state(set, s)?, &leg.lengths(s))?));
+            outcome.curve.push((
+                leg.time(s),
+                places(&result.state(set, s)?, &leg.lengths(s))?,
+            ));
         }
         state = result.end.clone();
         let after = places(&state, &leg.to)?;
@@ -169,9 +188,12 @@ pub fn simulate(
             error_estimate: result.error_estimate,
         });
         outcome.displacement = after.iter().zip(&origin).map(|(a, b)| a - b).collect();
-        outcome.rotation = (state.frames[0].rotation * start.frames[0].rotation.inverse()).scaled_axis();
+        outcome.rotation =
+            (state.frames[0].rotation * start.frames[0].rotation.inverse()).scaled_axis();
         outcome.solves += result.solves;
-        outcome.error_estimate.accumulate(1.0, &result.error_estimate);
+        outcome
+            .error_estimate
+            .accumulate(1.0, &result.error_estimate);
         outcome.tolerance_met &= result.tolerance_met;
         outcome.work += result.work;
         outcome.seconds += result.seconds;
@@ -185,11 +207,20 @@ pub fn simulate(
 ///
 /// # Errors
 /// What the model fails with.
-pub fn solve_start(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<crate::model::Instant, SwimError> {
+pub fn solve_start(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+) -> Result<crate::model::Instant, SwimError> {
     let lengths = scene.articulation.initial_lengths();
-    let rates = legs(&scene.gait, lengths).next().map_or(vec![0.0; lengths.len()], |leg| leg.rates());
+    let rates = legs(&scene.gait, lengths)
+        .next()
+        .map_or(vec![0.0; lengths.len()], |leg| leg.rates());
     let state = scene.initial_state();
-    let placement = crate::model::Placement { state: &state, lengths, rates: &rates };
+    let placement = crate::model::Placement {
+        state: &state,
+        lengths,
+        rates: &rates,
+    };
     let instant = model.instant(&placement)?;
     instant.check_finite(model.name())?;
     Ok(instant)

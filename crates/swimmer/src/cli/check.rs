@@ -27,14 +27,19 @@ pub fn check(arguments: &SceneArguments) -> Result<String, SwimError> {
         lengths,
         rates: &rates,
     })?;
-    let solves = SOLVES_A_PHASE * scene.gait.phases.len() * scene.gait.cycles as usize;
     line(format!(
-        "cost: {} unknowns, about {} and {:.0} MiB a solve, about {solves} solves for the gait ({})",
+        "cost: {} unknowns, about {} and {:.0} MiB a solve",
         cost.dofs.total,
         duration(cost.seconds),
         cost.mib,
-        duration(cost.seconds * solves as f64),
     ));
+    let solves = SOLVES_A_PHASE * scene.gait.phases.len() * scene.gait.cycles as usize;
+    if solves > 0 {
+        let seconds = duration(cost.seconds * solves as f64);
+        line(format!(
+            "about {solves} solves for the gait, {seconds} and the meshes"
+        ));
+    }
     Ok(text)
 }
 
@@ -51,6 +56,10 @@ fn describe(scene: &Scene) -> Result<String, SwimError> {
         scene.domain.kind().word(),
         scene.viscosity,
     );
+    if scene.gait.phases.is_empty() {
+        text.push_str("no gait: one instant can be solved\n");
+        return Ok(text);
+    }
     let mut gap = f64::INFINITY;
     for leg in legs(&scene.gait, set.initial_lengths()).take(scene.gait.phases.len()) {
         let poses = set.place(&scene.initial_state(), &leg.to)?;

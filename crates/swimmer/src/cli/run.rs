@@ -28,13 +28,7 @@ pub fn run(
             problem: "there is no checkpoint to resume from: runs do not write any yet; run without --resume".to_owned(),
         });
     }
-    if scene.gait.phases.is_empty() {
-        return Err(SwimError::NotApplicable {
-            place: scene.place("gait"),
-            problem: "the scene has no [[gait.phases]] to run; add phases, or use `swim solve` for one instant"
-                .to_owned(),
-        });
-    }
+    scene.require_gait()?;
     let Choice { mut model, reasons } = choose(&scene)?;
     let folder = Folder::create(&out)?;
     let mut files = Files {

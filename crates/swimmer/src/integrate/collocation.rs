@@ -8,14 +8,14 @@
 //! and the positions at once, and the change from rung to rung measures both.
 
 use nalgebra::Vector3;
-use rigid::{Articulation, State, StateVelocity, Twist};
+use rigid::{State, StateVelocity};
 
 use super::gauss::Gauss;
 use super::oracle::Oracle;
+use super::piece::{PathPiece, combination};
+use super::result::{LegResult, Rung, Solved};
 use super::rotation::coordinate_rate;
-use super::{LegResult, Solved};
 use crate::SwimError;
-use crate::model::ErrorEstimate;
 
 /// Share of the tolerance for the error of a leg's displacement, relative to that displacement.
 ///
@@ -36,78 +36,16 @@ const NOISE: f64 = 1e-3;
 /// No rung is trusted to gain more than this: an accident of one change must not look like convergence.
 const LEAST_GAIN: f64 = 0.1;
 
-/// The path over a part of a leg: rates of the coordinates at Gauss points and the state they are centred on.
-#[derive(Clone, Debug)]
-pub struct PathPiece {
-    /// Where it begins, as the leg's `s`.
-    pub from: f64,
-    /// Where it ends.
-    pub to: f64,
-    centre: State,
-    half: StateVelocity,
-    nodes: Vec<f64>,
-    rates: Vec<StateVelocity>,
-}
-
-impl PathPiece {
-    fn new(set: &Articulation, start: &State, span: (f64, f64), rates: Vec<StateVelocity>) -> Result<Self, SwimError> {
-        let gauss = Gauss::new(rates.len());
-        let half = combination(rates.iter().zip(gauss.weights.iter().map(|w| 0.5 * w)), start);
-        let centre = set.advance(start, &half)?;
-        Ok(Self { from: span.0, to: span.1, centre, half, nodes: gauss.nodes, rates })
-    }
-
-    /// Coordinates about the centre at `t` in [0, 1].
-    fn coordinates(&self, t: f64) -> StateVelocity {
-        let integrals = Gauss::new(self.nodes.len()).integrals(&self.nodes, t);
-        &combination(self.rates.iter().zip(integrals), &self.centre) + &(&self.half * -1.0)
-    }
-
-    /// The state at the leg's `s`.
-    pub(super) fn state(&self, set: &Articulation, s: f64) -> Result<State, SwimError> {
-        let t = if self.to > self.from { (s - self.from) / (self.to - self.from) } else { 1.0 };
-        Ok(set.advance(&self.centre, &self.coordinates(t))?)
-    }
-
-    /// The whole step in coordinates about the centre.
-    fn step(&self) -> StateVelocity {
-        &self.half * 2.0
-    }
-}
-
-fn combination<'a>(terms: impl Iterator<Item = (&'a StateVelocity, f64)>, state: &State) -> StateVelocity {
-    let zero = StateVelocity {
-        frames: vec![Twist::default(); state.frames.len()],
-        spins: vec![Vector3::zeros(); state.attitudes.len()],
-    };
-    terms.fold(zero, |sum, (rate, weight)| &sum + &(rate * weight))
-}
-
-/// One rung: a path and the answers that made it.
-struct Rung {
-    piece: PathPiece,
-    solved: Vec<Solved>,
-}
-
 /// Integrates a leg, halving steps where the ladder of orders does not converge.
 pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimError> {
-    let mut result = LegResult {
-        end: start.clone(),
-        solved: Vec::new(),
-        pieces: Vec::new(),
-        solves: 0,
-        error_estimate: ErrorEstimate::default(),
-        tolerance_met: true,
-        work: 0.0,
-        seconds: oracle.seconds,
-    };
+    let mut result = LegResult::at(start);
     let mut todo = vec![(0.0, 1.0)];
     while let Some(span) = todo.pop() {
         let middle = 0.5 * (span.0 + span.1);
         let may_halve = span.1 - span.0 > 1.0 / MOST_PARTS as f64;
         match step(oracle, &result.end, span) {
             Ok(Step::Done { rung, error, met }) => {
-                add(oracle, &mut result, rung, Some(error))?;
+                result.append(oracle, rung, Some(error))?;
                 result.tolerance_met &= met;
             }
             Ok(Step::Diverging { .. }) | Err(SwimError::Collision { .. }) if may_halve => {
@@ -125,47 +63,7 @@ pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimE
             Err(error) => return Err(error),
         }
     }
-    (result.solves, result.seconds) = (oracle.solves, oracle.seconds);
-    Ok(result)
-}
-
-/// Explicit Euler: every step keeps the velocity of its start.
-pub(super) fn euler(oracle: &mut Oracle, start: &State, steps: usize) -> Result<LegResult, SwimError> {
-    let mut result = LegResult {
-        end: start.clone(),
-        solved: Vec::new(),
-        pieces: Vec::new(),
-        solves: 0,
-        error_estimate: ErrorEstimate::default(),
-        tolerance_met: true,
-        work: 0.0,
-        seconds: oracle.seconds,
-    };
-    for k in 0..steps {
-        let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
-        let solved = oracle.solve(span.0, &result.end)?;
-        let rate = &solved.instant.motion * (oracle.leg.duration * (span.1 - span.0));
-        let piece = PathPiece::new(&oracle.scene.articulation, &result.end, span, vec![rate])?;
-        add(oracle, &mut result, Rung { piece, solved: vec![solved] }, None)?;
-    }
-    (result.solves, result.seconds) = (oracle.solves, oracle.seconds);
-    Ok(result)
-}
-
-/// Appends an accepted rung: its path, its answers and what they add up to.
-fn add(oracle: &Oracle, result: &mut LegResult, rung: Rung, error: Option<f64>) -> Result<(), SwimError> {
-    let Rung { piece, solved } = rung;
-    let duration = oracle.leg.duration * (piece.to - piece.from);
-    for (solved, weight) in solved.iter().zip(Gauss::new(solved.len()).weights) {
-        result.error_estimate.accumulate(weight * duration, &solved.instant.error_estimate);
-        let power = |b: &crate::model::BodyInstant| b.force.dot(&b.velocity) + b.torque.dot(&b.angular_velocity);
-        result.work += weight * duration * solved.instant.bodies.iter().map(power).sum::<f64>();
-    }
-    result.error_estimate.accumulate(1.0, &ErrorEstimate { integration: error, ..ErrorEstimate::default() });
-    result.end = piece.state(&oracle.scene.articulation, piece.to)?;
-    result.solved.extend(solved);
-    result.pieces.push(piece);
-    Ok(())
+    Ok(result.closed(oracle))
 }
 
 enum Step {
@@ -177,39 +75,69 @@ enum Step {
 fn step(oracle: &mut Oracle, start: &State, span: (f64, f64)) -> Result<Step, SwimError> {
     let set = &oracle.scene.articulation;
     let width = span.1 - span.0;
-    let guess = PathPiece::new(set, start, span, vec![resting_centroids(oracle, start, span)?])?;
+    let guess = PathPiece::new(
+        set,
+        start,
+        span,
+        vec![resting_centroids(oracle, start, span)?],
+    )?;
     let mut before = climb(oracle, start, &guess, 1)?;
     let mut last_change = None;
     let mut gain = LEAST_GAIN;
     for points in 2..=MOST_POINTS {
         let rung = climb(oracle, start, &before.piece, points)?;
         let (step, step_before) = (rung.piece.step(), before.piece.step());
-        let change = size(oracle, start, &(&step + &(&step_before * -1.0)));
-        let moved = oracle.leg.from.iter().zip(&oracle.leg.to).fold(0.0_f64, |m, (a, b)| m.max((b - a).abs()));
-        let scale = size(oracle, start, &step).max(width * moved);
+        let change = size(oracle, &(&step + &(&step_before * -1.0)));
+        let moved = oracle
+            .leg
+            .from
+            .iter()
+            .zip(&oracle.leg.to)
+            .fold(0.0_f64, |m, (a, b)| m.max((b - a).abs()));
+        let scale = size(oracle, &step).max(width * moved);
         let tolerance = oracle.scene.model.tolerance * LEG_SHARE * scale;
         // A change is the error of the rung before; this rung's error is smaller by what a rung gains.
         if let Some(last) = last_change {
             gain = gain.max(change / last);
         }
-        let error = if last_change.is_some() { change * gain.min(1.0) } else { change };
+        let error = if last_change.is_some() {
+            change * gain.min(1.0)
+        } else {
+            change
+        };
         if error <= tolerance {
-            return Ok(Step::Done { rung, error, met: true });
+            return Ok(Step::Done {
+                rung,
+                error,
+                met: true,
+            });
         }
         let stalled = last_change.is_some_and(|last| change > 0.5 * last);
         if stalled && change <= NOISE * scale {
-            return Ok(Step::Done { rung, error: change, met: false });
+            return Ok(Step::Done {
+                rung,
+                error: change,
+                met: false,
+            });
         }
         if stalled || points == MOST_POINTS {
             return Ok(Step::Diverging { error, tolerance });
         }
         (before, last_change) = (rung, Some(change));
     }
-    Ok(Step::Diverging { error: f64::INFINITY, tolerance: 0.0 })
+    Ok(Step::Diverging {
+        error: f64::INFINITY,
+        tolerance: 0.0,
+    })
 }
 
 /// One rung: asks at the Gauss points of the path found so far.
-fn climb(oracle: &mut Oracle, start: &State, path: &PathPiece, points: usize) -> Result<Rung, SwimError> {
+fn climb(
+    oracle: &mut Oracle,
+    start: &State,
+    path: &PathPiece,
+    points: usize,
+) -> Result<Rung, SwimError> {
     let set = &oracle.scene.articulation;
     let span = (path.from, path.to);
     let duration = oracle.leg.duration * (span.1 - span.0);
@@ -221,7 +149,9 @@ fn climb(oracle: &mut Oracle, start: &State, path: &PathPiece, points: usize) ->
         solved.push(oracle.solve(s, &piece.state(set, s)?)?);
     }
     let rates = |piece: &PathPiece, solved: &[Solved]| -> Vec<StateVelocity> {
-        let rate = |(s, &t): (&Solved, &f64)| &coordinate_rate(&piece.coordinates(t), &s.instant.motion) * duration;
+        let rate = |(s, &t): (&Solved, &f64)| {
+            &coordinate_rate(&piece.coordinates(t), &s.instant.motion) * duration
+        };
         solved.iter().zip(&gauss.nodes).map(rate).collect()
     };
     piece = PathPiece::new(set, start, span, rates(&piece, &solved))?;
@@ -232,9 +162,9 @@ fn climb(oracle: &mut Oracle, start: &State, path: &PathPiece, points: usize) ->
                 *solved = oracle.turned(solved, &piece.state(set, span.0 + t * (span.1 - span.0))?);
             }
             let next = PathPiece::new(set, start, span, rates(&piece, &solved))?;
-            let change = size(oracle, start, &(&next.step() + &(&piece.step() * -1.0)));
+            let change = size(oracle, &(&next.step() + &(&piece.step() * -1.0)));
             piece = next;
-            if change <= f64::EPSILON * size(oracle, start, &piece.step()) {
+            if change <= f64::EPSILON * size(oracle, &piece.step()) {
                 break;
             }
         }
@@ -246,23 +176,40 @@ fn climb(oracle: &mut Oracle, start: &State, path: &PathPiece, points: usize) ->
 const FREE_SWEEPS: usize = 40;
 
 /// A first guess of the motion over a span: the mean position of every linkage's bodies stays.
-fn resting_centroids(oracle: &Oracle, start: &State, span: (f64, f64)) -> Result<StateVelocity, SwimError> {
+fn resting_centroids(
+    oracle: &Oracle,
+    start: &State,
+    span: (f64, f64),
+) -> Result<StateVelocity, SwimError> {
     let set = &oracle.scene.articulation;
     let before = set.place(start, &oracle.leg.lengths(span.0))?;
     let after = set.place(start, &oracle.leg.lengths(span.1))?;
     let mut guess = combination(std::iter::empty(), start);
     for (frame, linkage) in guess.frames.iter_mut().zip(set.linkages()) {
-        let shift = |&body: &usize| before[body].translation.vector - after[body].translation.vector;
-        frame.linear = linkage.bodies.iter().map(shift).sum::<Vector3<f64>>() / linkage.bodies.len() as f64;
+        let shift =
+            |&body: &usize| before[body].translation.vector - after[body].translation.vector;
+        frame.linear =
+            linkage.bodies.iter().map(shift).sum::<Vector3<f64>>() / linkage.bodies.len() as f64;
     }
     Ok(guess)
 }
 
 /// Size of a step as the largest displacement of a body's centre or, by spinning, of its surface.
-fn size(oracle: &Oracle, state: &State, step: &StateVelocity) -> f64 {
-    let set = &oracle.scene.articulation;
-    let reach = oracle.leg.from.iter().chain(&oracle.leg.to).fold(0.0_f64, |m, l| m.max(*l));
-    let spins = step.spins.iter().zip(&oracle.scene.bodies).map(|(spin, body)| spin.norm() * body.bounding_radius());
-    debug_assert_eq!(state.frames.len(), set.linkages().len());
-    step.frames.iter().map(|f| f.linear.norm() + f.angular.norm() * reach).chain(spins).fold(0.0, f64::max)
+fn size(oracle: &Oracle, step: &StateVelocity) -> f64 {
+    let reach = oracle
+        .leg
+        .from
+        .iter()
+        .chain(&oracle.leg.to)
+        .fold(0.0_f64, |m, l| m.max(*l));
+    let spins = step
+        .spins
+        .iter()
+        .zip(&oracle.scene.bodies)
+        .map(|(spin, body)| spin.norm() * body.bounding_radius());
+    step.frames
+        .iter()
+        .map(|f| f.linear.norm() + f.angular.norm() * reach)
+        .chain(spins)
+        .fold(0.0, f64::max)
 }

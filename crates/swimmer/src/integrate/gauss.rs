@@ -35,10 +35,16 @@ impl Gauss {
     pub fn integrals(&self, nodes: &[f64], s: f64) -> Vec<f64> {
         let basis = |i: usize, x: f64| -> f64 {
             let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
-            others.map(|(_, node)| (x - node) / (nodes[i] - node)).product()
+            others
+                .map(|(_, node)| (x - node) / (nodes[i] - node))
+                .product()
         };
         let integral = |i: usize| -> f64 {
-            self.nodes.iter().zip(&self.weights).map(|(c, w)| s * w * basis(i, s * c)).sum()
+            self.nodes
+                .iter()
+                .zip(&self.weights)
+                .map(|(c, w)| s * w * basis(i, s * c))
+                .sum()
         };
         (0..nodes.len()).map(integral).collect()
     }
@@ -49,7 +55,10 @@ fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut previous, mut value) = (1.0, x);
     for k in 2..=n {
         let k = k as f64;
-        (previous, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * previous) / k);
+        (previous, value) = (
+            value,
+            ((2.0 * k - 1.0) * x * value - (k - 1.0) * previous) / k,
+        );
     }
     (value, n as f64 * (x * value - previous) / (x * x - 1.0))
 }
@@ -63,7 +72,14 @@ mod tests {
     fn rules_are_exact_to_their_degree_and_not_beyond() {
         for n in 1..=10 {
             let gauss = Gauss::new(n);
-            let moment = |k: i32| -> f64 { gauss.nodes.iter().zip(&gauss.weights).map(|(x, w)| w * x.powi(k)).sum() };
+            let moment = |k: i32| -> f64 {
+                gauss
+                    .nodes
+                    .iter()
+                    .zip(&gauss.weights)
+                    .map(|(x, w)| w * x.powi(k))
+                    .sum()
+            };
             for degree in 0..2 * n as i32 {
                 assert_abs_diff_eq!(moment(degree), 1.0 / f64::from(degree + 1), epsilon = 1e-14);
             }
@@ -77,7 +93,11 @@ mod tests {
         let nodes = gauss.nodes.clone();
         for s in [0.0, 0.3, 1.0] {
             let integrals = gauss.integrals(&nodes, s);
-            let cubic: f64 = nodes.iter().zip(&integrals).map(|(x, l)| l * x.powi(3)).sum();
+            let cubic: f64 = nodes
+                .iter()
+                .zip(&integrals)
+                .map(|(x, l)| l * x.powi(3))
+                .sum();
             assert_abs_diff_eq!(cubic, s.powi(4) / 4.0, epsilon = 1e-15);
         }
     }

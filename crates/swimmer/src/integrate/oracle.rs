@@ -22,19 +22,40 @@ pub(super) struct Oracle<'a> {
 }
 
 impl<'a> Oracle<'a> {
-    pub fn new(scene: &'a Scene, model: &'a mut dyn Hydrodynamics, leg: &'a Leg, observe: Observer<'a>) -> Self {
-        Self { scene, leg, seconds: Seconds::default(), solves: 0, model, observe }
+    pub fn new(
+        scene: &'a Scene,
+        model: &'a mut dyn Hydrodynamics,
+        leg: &'a Leg,
+        observe: Observer<'a>,
+    ) -> Self {
+        Self {
+            scene,
+            leg,
+            seconds: Seconds::default(),
+            solves: 0,
+            model,
+            observe,
+        }
     }
 
     /// Asks the model, after a look whether the bodies have room.
     pub fn solve(&mut self, s: f64, state: &State) -> Result<Solved, SwimError> {
         let lengths = self.leg.lengths(s);
         self.check_room(s, state, &lengths)?;
-        let placement = Placement { state, lengths: &lengths, rates: &self.leg.rates() };
+        let placement = Placement {
+            state,
+            lengths: &lengths,
+            rates: &self.leg.rates(),
+        };
         let instant = self.model.instant(&placement)?;
         instant.check_finite(self.model.name())?;
         self.seconds += instant.seconds;
-        let solved = Solved { number: self.solves, s, state: state.clone(), instant };
+        let solved = Solved {
+            number: self.solves,
+            s,
+            state: state.clone(),
+            instant,
+        };
         self.solves += 1;
         (self.observe)(&solved, &*self.model)?;
         Ok(solved)
@@ -43,10 +64,18 @@ impl<'a> Oracle<'a> {
     /// The same answer seen from another state of a scene whose motion depends on its shape alone.
     pub fn turned(&self, solved: &Solved, state: &State) -> Solved {
         let turn = state.frames[0].rotation * solved.state.frames[0].rotation.inverse();
-        let mut turned = Solved { state: state.clone(), ..solved.clone() };
+        let mut turned = Solved {
+            state: state.clone(),
+            ..solved.clone()
+        };
         turn_motion(&turn, &mut turned.instant.motion);
         for body in &mut turned.instant.bodies {
-            for vector in [&mut body.velocity, &mut body.angular_velocity, &mut body.force, &mut body.torque] {
+            for vector in [
+                &mut body.velocity,
+                &mut body.angular_velocity,
+                &mut body.force,
+                &mut body.torque,
+            ] {
                 *vector = turn * *vector;
             }
         }
@@ -64,7 +93,9 @@ impl<'a> Oracle<'a> {
     fn check_room(&self, s: f64, state: &State, lengths: &[f64]) -> Result<(), SwimError> {
         let poses = self.scene.articulation.place(state, lengths)?;
         let bodies = &self.scene.bodies;
-        let Some(contact) = closest_contact(bodies, &self.scene.domain, &poses) else { return Ok(()) };
+        let Some(contact) = closest_contact(bodies, &self.scene.domain, &poses) else {
+            return Ok(());
+        };
         if !contact.touches(bodies[contact.body].bounding_radius()) {
             return Ok(());
         }
@@ -74,8 +105,14 @@ impl<'a> Oracle<'a> {
             what: self.what(),
             percent: 100.0 * s,
             problem: match contact.other {
-                Some(other) => format!("bodies '{name}' and '{}' touch (gap {:.4})", bodies[other].name, contact.gap),
-                None => format!("body '{name}' touches the wall (clearance {:.4})", contact.gap),
+                Some(other) => format!(
+                    "bodies '{name}' and '{}' touch (gap {:.4})",
+                    bodies[other].name, contact.gap
+                ),
+                None => format!(
+                    "body '{name}' touches the wall (clearance {:.4})",
+                    contact.gap
+                ),
             },
         })
     }

@@ -27,8 +27,18 @@ pub(super) fn coordinate_rate(sigma: &StateVelocity, velocity: &StateVelocity) -
         angular: inverse_differential(&s.angular, &v.angular),
     };
     StateVelocity {
-        frames: sigma.frames.iter().zip(&velocity.frames).map(frame).collect(),
-        spins: sigma.spins.iter().zip(&velocity.spins).map(|(s, w)| inverse_differential(s, w)).collect(),
+        frames: sigma
+            .frames
+            .iter()
+            .zip(&velocity.frames)
+            .map(frame)
+            .collect(),
+        spins: sigma
+            .spins
+            .iter()
+            .zip(&velocity.spins)
+            .map(|(s, w)| inverse_differential(s, w))
+            .collect(),
     }
 }
 
@@ -44,12 +54,19 @@ mod tests {
             let sigma = scale * Vector3::new(0.6, -0.3, 0.74);
             let omega = Vector3::new(-0.2, 0.5, 0.4);
             let after = |t: f64| {
-                (UnitQuaternion::from_scaled_axis(t * omega) * UnitQuaternion::from_scaled_axis(sigma)).scaled_axis()
+                (UnitQuaternion::from_scaled_axis(t * omega)
+                    * UnitQuaternion::from_scaled_axis(sigma))
+                .scaled_axis()
             };
             // Central difference, fourth order: error about h^4 = 1e-12.
             let h = 1e-3;
-            let difference = (8.0 * (after(h) - after(-h)) - (after(2.0 * h) - after(-2.0 * h))) / (12.0 * h);
-            assert_abs_diff_eq!(inverse_differential(&sigma, &omega), difference, epsilon = 1e-11);
+            let difference =
+                (8.0 * (after(h) - after(-h)) - (after(2.0 * h) - after(-2.0 * h))) / (12.0 * h);
+            assert_abs_diff_eq!(
+                inverse_differential(&sigma, &omega),
+                difference,
+                epsilon = 1e-11
+            );
         }
     }
 }

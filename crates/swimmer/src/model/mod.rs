@@ -176,22 +176,17 @@ impl std::ops::AddAssign for Seconds {
 }
 
 /// Error bars by source, in the units of what they belong to; a source that nobody estimated is absent.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErrorEstimate {
     /// Discretisation of the flow.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<f64>,
     /// A finite container that stands for unbounded fluid.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub container: Option<f64>,
     /// What the model leaves out of Stokes flow.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub model: Option<f64>,
     /// The algebraic solve.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub algebraic: Option<f64>,
     /// Integration along the gait.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub integration: Option<f64>,
 }
 

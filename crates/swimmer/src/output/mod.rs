@@ -4,6 +4,7 @@ mod folder;
 mod paraview;
 mod picture;
 mod report;
+mod snapshots;
 mod trajectory;
 
 pub use folder::Folder;

@@ -5,11 +5,11 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use crate::SwimError;
-use crate::scene::{Scene, Shape};
-use crate::simulate::{Outcome, Sample};
+use crate::scene::Scene;
+use crate::simulate::Outcome;
 
 /// The palette of Okabe & Ito (2008), whose colours colour-blind readers can tell apart.
-const COLOURS: [RGBColor; 7] = [
+pub(super) const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -25,16 +25,15 @@ const SIZE: (u32, u32) = (960, 760);
 /// The drawing library rounds to whole units: that many units a pixel keep curves smooth.
 const FINE: u32 = 4;
 
-const INK: RGBColor = RGBColor(40, 40, 40);
-const GREY: RGBColor = RGBColor(110, 110, 110);
+pub(super) const INK: RGBColor = RGBColor(40, 40, 40);
+pub(super) const GREY: RGBColor = RGBColor(110, 110, 110);
 const FAINT: RGBColor = RGBColor(225, 225, 225);
 const BAND: RGBColor = RGBColor(246, 246, 246);
 
-/// More phases than this are not labelled, more snapshots not drawn: they would run into each other.
+/// More phases than this are not labelled: the labels would run into each other.
 const MOST_LABELS: usize = 12;
-const MOST_SNAPSHOTS: usize = 5;
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// Draws the trajectory as an SVG text.
 ///
@@ -52,11 +51,11 @@ pub fn trajectory_svg(scene: &Scene, outcome: &Outcome) -> Result<String, SwimEr
 }
 
 /// Pixels of the picture in units of the drawing.
-const fn px(pixels: u32) -> u32 {
+pub(super) const fn px(pixels: u32) -> u32 {
     FINE * pixels
 }
 
-fn font(pixels: u32, colour: &'static RGBColor) -> TextStyle<'static> {
+pub(super) fn font(pixels: u32, colour: &'static RGBColor) -> TextStyle<'static> {
     ("sans-serif", px(pixels)).into_font().color(colour)
 }
 
@@ -65,7 +64,7 @@ fn draw(root: &Area, scene: &Scene, outcome: &Outcome) -> Result<(), Box<dyn std
     let (above, below) = root.split_vertically(px(460));
     let axis = swimmer_axis(outcome);
     draw_curves(&above, scene, outcome, &axis)?;
-    draw_snapshots(&below, scene, outcome, &axis)?;
+    super::snapshots::draw(&below, scene, outcome, &axis)?;
     root.present()?;
     Ok(())
 }
@@ -210,113 +209,4 @@ fn phase_label(scene: &Scene, phase: usize) -> String {
         Some((link, length)) => format!("{} to {length}", scene.articulation.links()[link].name),
         None => "lengths held".to_owned(),
     }
-}
-
-fn draw_snapshots(
-    area: &Area,
-    scene: &Scene,
-    outcome: &Outcome,
-    axis: &Vector3<f64>,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let phases = scene.gait.phases.len();
-    let ends: Vec<&Sample> = outcome
-        .samples
-        .iter()
-        .filter(|sample| sample.bodies.is_none())
-        .collect();
-    let Some((&last, first)) = ends.split_last() else {
-        return Ok(());
-    };
-    let mut rows: Vec<(String, &Sample)> = first
-        .iter()
-        .take(phases.min(MOST_SNAPSHOTS - 1))
-        .enumerate()
-        .map(|(k, sample)| {
-            (
-                if k == 0 {
-                    "start".to_owned()
-                } else {
-                    format!("after phase {k}")
-                },
-                *sample,
-            )
-        })
-        .collect();
-    rows.push(("end".to_owned(), last));
-    let across = side_axis(outcome, axis);
-    let flat = |x: &Vector3<f64>| (x.dot(axis), x.dot(&across));
-    // The room that the bodies need, with their radii, over all rows.
-    let (mut left, mut right, mut low, mut high) = (f64::MAX, f64::MIN, f64::MAX, f64::MIN);
-    for (_, sample) in &rows {
-        for (body, pose) in scene.bodies.iter().zip(&sample.poses) {
-            let ((x, y), r) = (flat(&pose.translation.vector), body.bounding_radius());
-            (left, right) = (left.min(x - r), right.max(x + r));
-            (low, high) = (low.min(y - r), high.max(y + r));
-        }
-    }
-    let (width, height) = area.dim_in_pixel();
-    let (label_width, top) = (f64::from(px(130)), f64::from(px(34)));
-    let row_height = (f64::from(height) - top - f64::from(px(10))) / rows.len() as f64;
-    let scale = ((f64::from(width) - label_width - f64::from(px(40))) / (right - left))
-        .min(0.92 * row_height / (high - low));
-    area.draw(&Text::new(
-        "the swimmer at the ends of phases, to scale",
-        (px(14) as i32, px(8) as i32),
-        font(16, &INK),
-    ))?;
-    let middle = label_width + 0.5 * (f64::from(width) - label_width);
-    for (number, (label, sample)) in rows.iter().enumerate() {
-        let base = top + (number as f64 + 0.5) * row_height;
-        let pixel = |x: &Vector3<f64>| {
-            let (x, y) = flat(x);
-            let across = middle + scale * (x - 0.5 * (left + right));
-            (
-                across.round() as i32,
-                (base - scale * (y - 0.5 * (low + high))).round() as i32,
-            )
-        };
-        area.draw(&Text::new(
-            label.clone(),
-            (px(14) as i32, base as i32 - px(7) as i32),
-            font(14, &INK),
-        ))?;
-        let at = |body: usize| pixel(&sample.poses[body].translation.vector);
-        for link in scene.articulation.links() {
-            area.draw(&PathElement::new(
-                [at(link.body), at(link.to)],
-                GREY.stroke_width(px(2)),
-            ))?;
-        }
-        for (body, shape) in scene.bodies.iter().map(|body| body.shape).enumerate() {
-            let colour = COLOURS[body % COLOURS.len()];
-            let radius = match shape {
-                Shape::Sphere { radius } => (scale * radius).round().max(f64::from(px(2))) as i32,
-                Shape::Point => px(2) as i32,
-            };
-            area.draw(&Circle::new(at(body), radius, colour.filled()))?;
-        }
-    }
-    Ok(())
-}
-
-/// A direction across the axis in the plane of the bodies.
-fn side_axis(outcome: &Outcome, axis: &Vector3<f64>) -> Vector3<f64> {
-    let start = &outcome.curve[0].1;
-    let off = start
-        .iter()
-        .map(|x| (x - start[0]) - axis * (x - start[0]).dot(axis));
-    let widest = off
-        .max_by(|a, b| a.norm().total_cmp(&b.norm()))
-        .unwrap_or_else(Vector3::zeros);
-    let any = if axis.y.abs() < 0.9 {
-        Vector3::y()
-    } else {
-        Vector3::z()
-    };
-    let across = if widest.norm() > 1e-9 {
-        widest
-    } else {
-        any - axis * any.dot(axis)
-    };
-    across.normalize()
 }

@@ -44,7 +44,7 @@ pub fn summary_json(
         "phases": phases,
         "solves": outcome.solves,
         "error_estimate": estimate(&outcome.error_estimate),
-        "seconds": seconds(&Seconds { total: wall_seconds, ..outcome.seconds }),
+        "seconds": (Seconds { total: wall_seconds, ..outcome.seconds }),
         "model": model,
         "reasons": reasons,
         "cycles": scene.gait.cycles,
@@ -75,18 +75,9 @@ pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
     json!({
         "model": model,
         "bodies": bodies,
-        "dofs": {
-            "velocity": instant.dofs.velocity,
-            "pressure": instant.dofs.pressure,
-            "total": instant.dofs.total,
-        },
-        "solver": {
-            "formulation": instant.solver.formulation,
-            "solver": instant.solver.solver,
-            "iterations": instant.solver.iterations,
-            "true_relative_residual": instant.solver.true_relative_residual,
-        },
-        "seconds": seconds(&instant.seconds),
+        "dofs": instant.dofs,
+        "solver": instant.solver,
+        "seconds": instant.seconds,
         "peak_rss_mib": peak_rss_mib(),
         "error_estimate": estimate(&instant.error_estimate),
     })
@@ -94,10 +85,6 @@ pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
 
 fn vector(v: &Vector3<f64>) -> Value {
     json!([v.x, v.y, v.z])
-}
-
-fn seconds(s: &Seconds) -> Value {
-    json!({"mesh": s.mesh, "assembly": s.assembly, "setup": s.setup, "solve": s.solve, "total": s.total})
 }
 
 /// The estimated sources, their sum, and which sources nobody estimated.

@@ -1,28 +1,24 @@
-//! From the keys of a document to a scene that makes sense, and back.
+//! From the keys of a document to a scene that makes sense.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nalgebra::Vector3;
 use rigid::{Articulation, Link};
 
-use super::contact::{closest_approach, closest_contact};
-use super::file::{
-    BodyFile, DomainFile, FemFile, FluidFile, GaitFile, LinkFile, ModelFile, PhaseFile, SceneFile,
-};
+use super::file::{BodyFile, DomainFile, GaitFile, LinkFile, SceneFile};
+use super::room;
 use super::{
     ArmsKind, Body, Document, Domain, DomainKind, FemOptions, FormulationKind, Gait, GeometryKind,
     ModelKind, ModelOptions, Phase, Scene, Shape, ShapeKind, SolverKind,
 };
-use crate::gait::legs;
+use crate::SwimError;
 use crate::model::ModelError;
-use crate::{Leg, SwimError};
 
 /// Makes errors that say where.
-struct Checks<'a>(&'a Document);
+pub(super) struct Checks<'a>(pub &'a Document);
 
 impl Checks<'_> {
-    fn bad(&self, key: &str, problem: impl Into<String>) -> SwimError {
+    pub fn bad(&self, key: &str, problem: impl Into<String>) -> SwimError {
         SwimError::BadValue {
             place: self.0.place(key),
             key: key.to_owned(),
@@ -111,8 +107,8 @@ pub(super) fn scene(document: Document) -> Result<Scene, SwimError> {
         fem,
         document,
     };
-    check_start(&scene)?;
-    check_stroke(&scene)?;
+    room::check_start(&scene)?;
+    room::check_stroke(&scene)?;
     Ok(scene)
 }
 
@@ -401,175 +397,10 @@ fn articulation(
         .map_err(|error| checks.bad("links", error.to_string()))
 }
 
-fn check_start(scene: &Scene) -> Result<(), SwimError> {
-    let poses = scene
-        .articulation
-        .place(&scene.initial_state(), scene.articulation.initial_lengths())?;
-    let Some(contact) = closest_contact(&scene.bodies, &scene.domain, &poses) else {
-        return Ok(());
-    };
-    let size = scene.bodies[contact.body].bounding_radius();
-    if !contact.touches(size) {
-        return Ok(());
-    }
-    let name = |body: usize| scene.bodies[body].name.clone();
-    Err(match contact.other {
-        Some(other) => SwimError::Touching {
-            place: scene.place(&format!("bodies[{other}].position")),
-            first: name(contact.body),
-            second: name(other),
-            when: "at the start".to_owned(),
-            gap: contact.gap,
-            remedy: "move them apart or make them smaller",
-        },
-        None => SwimError::OutsideDomain {
-            place: scene.place(&format!("bodies[{}].position", contact.body)),
-            body: name(contact.body),
-            clearance: contact.gap,
-        },
-    })
-}
-
-/// Refuses a gait along which bodies of one linkage touch: that depends on the lengths alone.
-fn check_stroke(scene: &Scene) -> Result<(), SwimError> {
-    // From the second cycle on, all cycles run through the same lengths.
-    let gait = Gait {
-        cycles: scene.gait.cycles.min(2),
-        phases: scene.gait.phases.clone(),
-    };
-    legs(&gait, scene.articulation.initial_lengths()).try_for_each(|leg| check_leg(scene, &leg))
-}
-
-fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SwimError> {
-    let set = &scene.articulation;
-    let length_key = format!("gait.phases[{}].length", leg.phase);
-    let state = scene.initial_state();
-    let place = |lengths: &[f64]| {
-        set.place(&state, lengths)
-            .map_err(|error| Checks(&scene.document).bad(&length_key, format!("fails: {error}")))
-    };
-    let (from, to) = (place(&leg.from)?, place(&leg.to)?);
-    for linkage in set.linkages() {
-        let solid = linkage
-            .bodies
-            .iter()
-            .copied()
-            .filter(|&body| scene.bodies[body].bounding_radius() > 0.0);
-        let solid: Vec<usize> = solid.collect();
-        for (k, &one) in solid.iter().enumerate() {
-            for &other in &solid[..k] {
-                let apart = |poses: &[nalgebra::Isometry3<f64>]| -> Vector3<f64> {
-                    poses[one].translation.vector - poses[other].translation.vector
-                };
-                let (s, distance) = closest_approach(&apart(&from), &apart(&to));
-                let radii =
-                    scene.bodies[one].bounding_radius() + scene.bodies[other].bounding_radius();
-                let contact = super::Contact {
-                    body: other,
-                    other: Some(one),
-                    gap: distance - radii,
-                };
-                if contact.touches(radii) {
-                    return Err(SwimError::Touching {
-                        place: scene.place(&length_key),
-                        first: scene.bodies[other].name.clone(),
-                        second: scene.bodies[one].name.clone(),
-                        when: format!("in phase {} at {:.0} % of it", leg.phase + 1, 100.0 * s),
-                        gap: contact.gap,
-                        remedy: "let the link keep more of its length",
-                    });
-                }
-            }
-        }
-    }
-    Ok(())
-}
-
-pub(super) fn not_built(what: String, instead: &str) -> SwimError {
+fn not_built(what: String, instead: &str) -> SwimError {
     ModelError::NotBuilt {
         what,
         instead: instead.to_owned(),
     }
     .into()
-}
-
-pub(super) fn to_toml(scene: &Scene) -> String {
-    let links = scene.articulation.links();
-    let name = |body: usize| scene.bodies[body].name.clone();
-    let (radius, size, file, walls) = match &scene.domain {
-        Domain::Unbounded | Domain::Wall => (None, None, None, None),
-        Domain::Ball { radius } | Domain::Cylinder { radius } => (Some(*radius), None, None, None),
-        Domain::Box { size } => (None, Some((*size).into()), None, None),
-        Domain::Mesh { file, walls } => (
-            None,
-            None,
-            Some(file.display().to_string()),
-            Some(walls.clone()),
-        ),
-    };
-    let arms = match scene.articulation.arms() {
-        rigid::Arms::Clamped => ArmsKind::Clamped,
-        rigid::Arms::Free => ArmsKind::Free,
-        rigid::Arms::Lab => ArmsKind::Lab,
-    };
-    let text = |word: &str| Some(word.to_owned());
-    let body = |body: &Body| BodyFile {
-        name: Some(body.name.clone()),
-        shape: text(match body.shape {
-            Shape::Sphere { .. } => ShapeKind::Sphere.word(),
-            Shape::Point => ShapeKind::Point.word(),
-        }),
-        radius: Some(body.bounding_radius()).filter(|&radius| radius > 0.0),
-        position: Some(body.position.into()),
-        surface: body.surface.clone(),
-        force: Some(body.force.into()),
-        torque: Some(body.torque.into()).filter(|_| body.shape != Shape::Point),
-        mass: Some(body.mass),
-        inertia: Some(body.inertia),
-    };
-    let phase = |phase: &Phase| PhaseFile {
-        link: phase.change.map(|(link, _)| links[link].name.clone()),
-        length: phase.change.map(|(_, length)| length),
-        duration: Some(phase.duration),
-    };
-    let file = SceneFile {
-        fluid: FluidFile {
-            viscosity: Some(scene.viscosity),
-        },
-        domain: DomainFile {
-            kind: text(scene.domain.kind().word()),
-            radius,
-            size,
-            file,
-            walls,
-        },
-        bodies: scene.bodies.iter().map(body).collect(),
-        links: links
-            .iter()
-            .map(|link| LinkFile {
-                name: Some(link.name.clone()),
-                body: Some(name(link.body)),
-                to: Some(name(link.to)),
-            })
-            .collect(),
-        gait: GaitFile {
-            arms: text(arms.word()),
-            cycles: Some(scene.gait.cycles),
-            phases: Some(scene.gait.phases.iter().map(phase).collect())
-                .filter(|list: &Vec<_>| !list.is_empty()),
-        },
-        model: ModelFile {
-            kind: text(scene.model.kind.word()),
-            tolerance: Some(scene.model.tolerance),
-        },
-        fem: FemFile {
-            formulation: text(scene.fem.formulation.word()),
-            solver: text(scene.fem.solver.word()),
-            rtol: Some(scene.fem.rtol),
-            surface_size: scene.fem.surface_size,
-            geometry: text(scene.fem.geometry.word()),
-        },
-    };
-    // Every field is a number, a text or a list of them: nothing that TOML cannot hold.
-    toml::to_string(&file).unwrap_or_default()
 }

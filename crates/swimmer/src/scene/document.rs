@@ -198,7 +198,12 @@ impl Document {
             _ if keys::is_group(&format!("{schema}[]")) => Err(bad(format!(
                 "must be a list of tables, written as [[{schema}]]"
             ))),
-            _ => Err(bad(format!("must be a table, written as [{schema}]"))),
+            _ => {
+                let header = schema
+                    .strip_suffix("[]")
+                    .map_or(format!("[{schema}]"), |list| format!("[[{list}]]"));
+                Err(bad(format!("must be a table, written as {header}")))
+            }
         }
     }
 

@@ -5,8 +5,10 @@ mod contact;
 mod document;
 mod file;
 pub mod keys;
+mod room;
 mod symmetry;
 mod words;
+mod write;
 
 use std::path::{Path, PathBuf};
 
@@ -199,12 +201,27 @@ impl Scene {
 
     /// The scene as TOML with every key written out, overrides and defaults included.
     pub fn to_toml(&self) -> String {
-        build::to_toml(self)
+        write::to_toml(self)
     }
 
     /// File and line of a key such as `bodies[1].radius`, for messages.
     pub fn place(&self, key: &str) -> String {
         self.document.place(key)
+    }
+
+    /// Refuses a scene without a gait to run.
+    ///
+    /// # Errors
+    /// [`SwimError::NotApplicable`].
+    pub fn require_gait(&self) -> Result<(), SwimError> {
+        if !self.gait.phases.is_empty() {
+            return Ok(());
+        }
+        Err(SwimError::NotApplicable {
+            place: self.place("gait"),
+            problem: "the scene has no [[gait.phases]] to run; add phases, or use `swim solve` for one instant"
+                .to_owned(),
+        })
     }
 
     /// The state in which the scene starts.

@@ -21,14 +21,27 @@ impl Scene {
     /// How the bodies lie at the start; links keep it so, unless walls or loads turn the bodies away.
     pub fn arrangement(&self) -> Arrangement {
         let origin = self.bodies[0].position;
-        let arms: Vec<Vector3<f64>> = self.bodies.iter().map(|body| body.position - origin).collect();
-        let longest = arms.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default();
+        let arms: Vec<Vector3<f64>> = self
+            .bodies
+            .iter()
+            .map(|body| body.position - origin)
+            .collect();
+        let longest = arms
+            .iter()
+            .copied()
+            .max_by(|a, b| a.norm().total_cmp(&b.norm()))
+            .unwrap_or_default();
         // Positions are typed with a few digits: farther off than this is meant to be off.
         let off = 1e-9 * longest.norm();
-        let axis = longest.try_normalize(0.0).unwrap_or_else(|| self.lone_axis());
+        let axis = longest
+            .try_normalize(0.0)
+            .unwrap_or_else(|| self.lone_axis());
         let is_along = |v: &Vector3<f64>| v.cross(&axis).norm() <= 1e-9 * v.norm();
         if arms.iter().all(|arm| arm.cross(&axis).norm() <= off) {
-            let loads_along = self.bodies.iter().all(|body| is_along(&body.force) && is_along(&body.torque));
+            let loads_along = self
+                .bodies
+                .iter()
+                .all(|body| is_along(&body.force) && is_along(&body.torque));
             let is_axis = match self.domain {
                 Domain::Unbounded => true,
                 Domain::Ball { .. } => origin.cross(&axis).norm() <= off.max(1e-9 * origin.norm()),
@@ -36,10 +49,17 @@ impl Scene {
                 Domain::Wall => axis.xy().norm() <= 1e-9,
                 Domain::Box { .. } | Domain::Mesh { .. } => false,
             };
-            return if is_axis && loads_along { Arrangement::Axisymmetric } else { Arrangement::Collinear };
+            return if is_axis && loads_along {
+                Arrangement::Axisymmetric
+            } else {
+                Arrangement::Collinear
+            };
         }
         let normals = arms.iter().map(|arm| axis.cross(arm));
-        let normal = normals.max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default().normalize();
+        let normal = normals
+            .max_by(|a, b| a.norm().total_cmp(&b.norm()))
+            .unwrap_or_default()
+            .normalize();
         match arms.iter().all(|arm| arm.dot(&normal).abs() <= off) {
             true => Arrangement::Planar,
             false => Arrangement::Spatial,
@@ -50,7 +70,10 @@ impl Scene {
     fn lone_axis(&self) -> Vector3<f64> {
         let body = &self.bodies[0];
         let candidates = [body.force, body.torque, body.position];
-        candidates.iter().find_map(|v| v.try_normalize(0.0)).unwrap_or_else(Vector3::x)
+        candidates
+            .iter()
+            .find_map(|v| v.try_normalize(0.0))
+            .unwrap_or_else(Vector3::x)
     }
 }
 
@@ -58,8 +81,12 @@ impl Arrangement {
     /// In words.
     pub fn describe(self) -> &'static str {
         match self {
-            Self::Axisymmetric => "bodies on one line that is an axis of the domain: the flow is axisymmetric",
-            Self::Collinear => "bodies on one line, in surroundings that are not symmetric about it",
+            Self::Axisymmetric => {
+                "bodies on one line that is an axis of the domain: the flow is axisymmetric"
+            }
+            Self::Collinear => {
+                "bodies on one line, in surroundings that are not symmetric about it"
+            }
             Self::Planar => "bodies in one plane: one mirror plane",
             Self::Spatial => "bodies in space: no symmetry found",
         }

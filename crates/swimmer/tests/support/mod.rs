@@ -24,7 +24,10 @@ pub struct Double {
 
 impl Double {
     pub fn new(scene: &Scene, tensor: Tensor) -> Self {
-        Self { scene: scene.clone(), tensor }
+        Self {
+            scene: scene.clone(),
+            tensor,
+        }
     }
 
     fn mobility(&self, centres: &[Vector3<f64>], radii: &[f64]) -> DMatrix<f64> {
@@ -41,10 +44,15 @@ impl Double {
                     block += image(&centres[i], &centres[j]);
                 }
                 block /= 8.0 * pi * self.scene.viscosity;
-                mobility.fixed_view_mut::<3, 3>(6 * i, 6 * j).copy_from(&block);
+                mobility
+                    .fixed_view_mut::<3, 3>(6 * i, 6 * j)
+                    .copy_from(&block);
             }
-            let rotation = Matrix3::identity() / (8.0 * pi * self.scene.viscosity * radii[i].powi(3));
-            mobility.fixed_view_mut::<3, 3>(6 * i + 3, 6 * i + 3).copy_from(&rotation);
+            let rotation =
+                Matrix3::identity() / (8.0 * pi * self.scene.viscosity * radii[i].powi(3));
+            mobility
+                .fixed_view_mut::<3, 3>(6 * i + 3, 6 * i + 3)
+                .copy_from(&rotation);
         }
         mobility
     }
@@ -88,24 +96,42 @@ impl Hydrodynamics for Double {
         let constraints = set.constraints(placement.state, placement.lengths, placement.rates)?;
         let reduction = Reduction::of(set, &constraints)?;
         let layout = set.velocity_layout();
-        let rigid: Vec<usize> = (0..poses.len()).filter(|&b| set.kinds()[b] == BodyKind::Rigid).collect();
+        let rigid: Vec<usize> = (0..poses.len())
+            .filter(|&b| set.kinds()[b] == BodyKind::Rigid)
+            .collect();
         let centres: Vec<_> = rigid.iter().map(|&b| poses[b].translation.vector).collect();
-        let radii: Vec<_> = rigid.iter().map(|&b| self.scene.bodies[b].bounding_radius()).collect();
-        let resistance = self.mobility(&centres, &radii).cholesky().expect("spheres apart").inverse();
+        let radii: Vec<_> = rigid
+            .iter()
+            .map(|&b| self.scene.bodies[b].bounding_radius())
+            .collect();
+        let resistance = self
+            .mobility(&centres, &radii)
+            .cholesky()
+            .expect("spheres apart")
+            .inverse();
         let (s, w) = (&reduction.surface_basis, &reduction.surface_offset);
         let mut loads = DVector::zeros(layout.len());
         for (b, body) in self.scene.bodies.iter().enumerate() {
-            loads.fixed_rows_mut::<3>(layout.body(b)).copy_from(&body.force);
+            loads
+                .fixed_rows_mut::<3>(layout.body(b))
+                .copy_from(&body.force);
             if rigid.contains(&b) {
-                loads.fixed_rows_mut::<3>(layout.body(b) + 3).copy_from(&body.torque);
+                loads
+                    .fixed_rows_mut::<3>(layout.body(b) + 3)
+                    .copy_from(&body.torque);
             }
         }
         let right = reduction.all.basis.transpose() * loads - s.transpose() * &resistance * w;
         let matrix = s.transpose() * &resistance * s;
-        let v = if matrix.nrows() > 0 { matrix.cholesky().expect("resistance").solve(&right) } else { right };
+        let v = if matrix.nrows() > 0 {
+            matrix.cholesky().expect("resistance").solve(&right)
+        } else {
+            right
+        };
         let q = reduction.velocities(&v);
         let forces = &resistance * (s * &v + w);
-        let at = |q: &DVector<f64>, first: usize| Vector3::new(q[first], q[first + 1], q[first + 2]);
+        let at =
+            |q: &DVector<f64>, first: usize| Vector3::new(q[first], q[first + 1], q[first + 2]);
         let mut bodies = vec![BodyInstant::default(); poses.len()];
         for (b, body) in bodies.iter_mut().enumerate() {
             body.velocity = at(&q, layout.body(b));
@@ -199,7 +225,10 @@ impl Run {
     }
 
     pub fn integration_error(&self) -> f64 {
-        self.legs.iter().filter_map(|leg| leg.error_estimate.integration).sum()
+        self.legs
+            .iter()
+            .filter_map(|leg| leg.error_estimate.integration)
+            .sum()
     }
 }
 
@@ -207,12 +236,21 @@ pub fn run(scene: &Scene, tensor: Tensor, method: Method) -> Result<Run, SwimErr
     let mut double = Double::new(scene, tensor);
     let mut integrator = Integrator::new(scene, &mut double, method);
     let mut state = scene.initial_state();
-    let mut run = Run { legs: Vec::new(), moves: Vec::new() };
+    let mut run = Run {
+        legs: Vec::new(),
+        moves: Vec::new(),
+    };
     for leg in legs(&scene.gait, scene.articulation.initial_lengths()) {
         let result = integrator.leg(&leg, &state, &mut |_, _| Ok(()))?;
         let before = scene.articulation.place(&state, &leg.from)?;
         let after = scene.articulation.place(&result.end, &leg.to)?;
-        run.moves.push(before.iter().zip(&after).map(|(a, b)| b.translation.vector - a.translation.vector).collect());
+        run.moves.push(
+            before
+                .iter()
+                .zip(&after)
+                .map(|(a, b)| b.translation.vector - a.translation.vector)
+                .collect(),
+        );
         state = result.end.clone();
         run.legs.push(result);
     }

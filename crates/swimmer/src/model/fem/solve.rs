@@ -9,8 +9,8 @@ use linalg::{
 use mesh::TetMesh;
 use nalgebra::Vector3;
 use rigid::{
-    Constrained, Drive, Eliminated, Flow, FluidMatrices, Formulation, NodeRole, RigidFluid,
-    SurfaceBody,
+    Constrained, DirectRows, Drive, Eliminated, Flow, FluidMatrices, Formulation, Lagrange,
+    NodeRole, RigidFluid, SurfaceBody,
 };
 
 use crate::model::{Dofs, ModelError, Seconds, SolverInfo};
@@ -114,12 +114,8 @@ pub fn assemble(
     )?;
     let formulation: &dyn Formulation = match formulation {
         FormulationKind::PTilde => &Eliminated,
-        other => {
-            return Err(ModelError::NotBuilt {
-                what: format!("fem.formulation = \"{}\"", other.word()),
-                instead: "use fem.formulation = \"p-tilde\"".into(),
-            });
-        }
+        FormulationKind::Lagrange => &Lagrange,
+        FormulationKind::DirectRow => &DirectRows,
     };
     Ok(formulation.constrain(fluid, drive)?)
 }

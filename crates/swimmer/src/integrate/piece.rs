@@ -1,0 +1,77 @@
+//! The path over a part of a leg as a polynomial in coordinates about its middle.
+
+use nalgebra::Vector3;
+use rigid::{Articulation, State, StateVelocity, Twist};
+
+use super::gauss::Gauss;
+use crate::SwimError;
+
+/// The path over a part of a leg: rates of the coordinates at Gauss points and the state they are centred on.
+#[derive(Clone, Debug)]
+pub struct PathPiece {
+    /// Where it begins, as the leg's `s`.
+    pub from: f64,
+    /// Where it ends.
+    pub to: f64,
+    centre: State,
+    half: StateVelocity,
+    nodes: Vec<f64>,
+    rates: Vec<StateVelocity>,
+}
+
+impl PathPiece {
+    pub(super) fn new(
+        set: &Articulation,
+        start: &State,
+        span: (f64, f64),
+        rates: Vec<StateVelocity>,
+    ) -> Result<Self, SwimError> {
+        let gauss = Gauss::new(rates.len());
+        let half = combination(
+            rates.iter().zip(gauss.weights.iter().map(|w| 0.5 * w)),
+            start,
+        );
+        let centre = set.advance(start, &half)?;
+        Ok(Self {
+            from: span.0,
+            to: span.1,
+            centre,
+            half,
+            nodes: gauss.nodes,
+            rates,
+        })
+    }
+
+    /// Coordinates about the centre at `t` in [0, 1].
+    pub(super) fn coordinates(&self, t: f64) -> StateVelocity {
+        let integrals = Gauss::new(self.nodes.len()).integrals(&self.nodes, t);
+        &combination(self.rates.iter().zip(integrals), &self.centre) + &(&self.half * -1.0)
+    }
+
+    /// The state at the leg's `s`.
+    pub(super) fn state(&self, set: &Articulation, s: f64) -> Result<State, SwimError> {
+        let t = if self.to > self.from {
+            (s - self.from) / (self.to - self.from)
+        } else {
+            1.0
+        };
+        Ok(set.advance(&self.centre, &self.coordinates(t))?)
+    }
+
+    /// The whole step in coordinates about the centre.
+    pub(super) fn step(&self) -> StateVelocity {
+        &self.half * 2.0
+    }
+}
+
+/// A sum of velocities with weights; nothing for no terms.
+pub(super) fn combination<'a>(
+    terms: impl Iterator<Item = (&'a StateVelocity, f64)>,
+    state: &State,
+) -> StateVelocity {
+    let zero = StateVelocity {
+        frames: vec![Twist::default(); state.frames.len()],
+        spins: vec![Vector3::zeros(); state.attitudes.len()],
+    };
+    terms.fold(zero, |sum, (rate, weight)| &sum + &(rate * weight))
+}

@@ -1,0 +1,112 @@
+//! What became of a leg, put together from its parts.
+
+use rigid::{Articulation, State};
+
+use super::gauss::Gauss;
+use super::oracle::Oracle;
+use super::piece::PathPiece;
+use crate::SwimError;
+use crate::model::{BodyInstant, ErrorEstimate, Instant, Seconds};
+
+/// One rung of the ladder, or one step: a path and the answers at Gauss points that made it.
+pub(super) struct Rung {
+    pub piece: PathPiece,
+    pub solved: Vec<Solved>,
+}
+
+/// The model's answer at a point of a leg.
+#[derive(Clone, Debug)]
+pub struct Solved {
+    /// Number of the solve from zero, over the whole simulation.
+    pub number: usize,
+    /// Where on the leg.
+    pub s: f64,
+    /// The state it was asked for.
+    pub state: State,
+    /// The answer.
+    pub instant: Instant,
+}
+
+/// What became of a leg.
+#[derive(Clone, Debug)]
+pub struct LegResult {
+    /// The state at the end.
+    pub end: State,
+    /// The solves whose answers the result is made of, in the order of `s`.
+    pub solved: Vec<Solved>,
+    /// The path as polynomials, in order.
+    pub pieces: Vec<PathPiece>,
+    /// All solves made, the discarded ones included.
+    pub solves: usize,
+    /// Error bars of the displacement.
+    pub error_estimate: ErrorEstimate,
+    /// Whether the integration met its share of the tolerance.
+    pub tolerance_met: bool,
+    /// Work of the bodies on the fluid.
+    pub work: f64,
+    /// Seconds of all solves.
+    pub seconds: Seconds,
+}
+
+impl LegResult {
+    /// The state at a point of the leg.
+    ///
+    /// # Errors
+    /// None for results of an integrator; the set's own checks otherwise.
+    pub fn state(&self, set: &Articulation, s: f64) -> Result<State, SwimError> {
+        let within = |piece: &&PathPiece| s <= piece.to;
+        match self.pieces.iter().find(within).or(self.pieces.last()) {
+            Some(piece) => piece.state(set, s),
+            None => Ok(self.end.clone()),
+        }
+    }
+
+    pub(super) fn at(start: &State) -> Self {
+        Self {
+            end: start.clone(),
+            solved: Vec::new(),
+            pieces: Vec::new(),
+            solves: 0,
+            error_estimate: ErrorEstimate::default(),
+            tolerance_met: true,
+            work: 0.0,
+            seconds: Seconds::default(),
+        }
+    }
+
+    /// Appends an accepted rung: its path, its answers and what they add up to.
+    pub(super) fn append(
+        &mut self,
+        oracle: &Oracle,
+        rung: Rung,
+        error: Option<f64>,
+    ) -> Result<(), SwimError> {
+        let Rung { piece, solved } = rung;
+        let duration = oracle.leg.duration * (piece.to - piece.from);
+        let power = |b: &BodyInstant| b.force.dot(&b.velocity) + b.torque.dot(&b.angular_velocity);
+        for (solved, weight) in solved.iter().zip(Gauss::new(solved.len()).weights) {
+            let instant = &solved.instant;
+            self.error_estimate
+                .accumulate(weight * duration, &instant.error_estimate);
+            self.work += weight * duration * instant.bodies.iter().map(power).sum::<f64>();
+        }
+        let integration = ErrorEstimate {
+            integration: error,
+            ..ErrorEstimate::default()
+        };
+        self.error_estimate.accumulate(1.0, &integration);
+        self.end = piece.state(&oracle.scene.articulation, piece.to)?;
+        self.solved.extend(solved);
+        self.pieces.push(piece);
+        Ok(())
+    }
+
+    /// Enters what the oracle counted.
+    pub(super) fn closed(self, oracle: &Oracle) -> Self {
+        Self {
+            solves: oracle.solves,
+            seconds: oracle.seconds,
+            ..self
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Whether the bodies have room: at the start and along the whole stroke.
+
+use nalgebra::Vector3;
+
+use super::build::Checks;
+use super::contact::{Contact, closest_approach, closest_contact};
+use super::{Gait, Scene};
+use crate::gait::legs;
+use crate::{Leg, SwimError};
+
+/// Refuses bodies that touch each other or the wall at the start.
+pub(super) fn check_start(scene: &Scene) -> Result<(), SwimError> {
+    let poses = scene
+        .articulation
+        .place(&scene.initial_state(), scene.articulation.initial_lengths())?;
+    let Some(contact) = closest_contact(&scene.bodies, &scene.domain, &poses) else {
+        return Ok(());
+    };
+    let size = scene.bodies[contact.body].bounding_radius();
+    if !contact.touches(size) {
+        return Ok(());
+    }
+    let name = |body: usize| scene.bodies[body].name.clone();
+    Err(match contact.other {
+        Some(other) => SwimError::Touching {
+            place: scene.place(&format!("bodies[{other}].position")),
+            first: name(contact.body),
+            second: name(other),
+            when: "at the start".to_owned(),
+            gap: contact.gap,
+            remedy: "move them apart or make them smaller",
+        },
+        None => SwimError::OutsideDomain {
+            place: scene.place(&format!("bodies[{}].position", contact.body)),
+            body: name(contact.body),
+            clearance: contact.gap,
+        },
+    })
+}
+
+/// Refuses a gait along which bodies of one linkage touch: that depends on the lengths alone.
+pub(super) fn check_stroke(scene: &Scene) -> Result<(), SwimError> {
+    // From the second cycle on, all cycles run through the same lengths.
+    let gait = Gait {
+        cycles: scene.gait.cycles.min(2),
+        phases: scene.gait.phases.clone(),
+    };
+    legs(&gait, scene.articulation.initial_lengths()).try_for_each(|leg| check_leg(scene, &leg))
+}
+
+fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SwimError> {
+    let set = &scene.articulation;
+    let length_key = format!("gait.phases[{}].length", leg.phase);
+    let state = scene.initial_state();
+    let place = |lengths: &[f64]| {
+        set.place(&state, lengths)
+            .map_err(|error| Checks(&scene.document).bad(&length_key, format!("fails: {error}")))
+    };
+    let (from, to) = (place(&leg.from)?, place(&leg.to)?);
+    for linkage in set.linkages() {
+        let solid = linkage
+            .bodies
+            .iter()
+            .copied()
+            .filter(|&body| scene.bodies[body].bounding_radius() > 0.0);
+        let solid: Vec<usize> = solid.collect();
+        for (k, &one) in solid.iter().enumerate() {
+            for &other in &solid[..k] {
+                let apart = |poses: &[nalgebra::Isometry3<f64>]| -> Vector3<f64> {
+                    poses[one].translation.vector - poses[other].translation.vector
+                };
+                let (s, distance) = closest_approach(&apart(&from), &apart(&to));
+                let radii =
+                    scene.bodies[one].bounding_radius() + scene.bodies[other].bounding_radius();
+                let contact = Contact {
+                    body: other,
+                    other: Some(one),
+                    gap: distance - radii,
+                };
+                if contact.touches(radii) {
+                    return Err(SwimError::Touching {
+                        place: scene.place(&length_key),
+                        first: scene.bodies[other].name.clone(),
+                        second: scene.bodies[one].name.clone(),
+                        when: format!("in phase {} at {:.0} % of it", leg.phase + 1, 100.0 * s),
+                        gap: contact.gap,
+                        remedy: "let the link keep more of its length",
+                    });
+                }
+            }
+        }
+    }
+    Ok(())
+}
