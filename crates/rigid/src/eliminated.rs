@@ -1,5 +1,6 @@
 //! The formulation P-tilde: linked velocities are eliminated.
 
+use crate::formulation::Border;
 use crate::{Constrained, Drive, Formulation, Reduction, RigidError, RigidFluid};
 
 /// The operator P-tilde of Berti et al. (2021), equations (19)-(22): body velocities `U = S v + W`.
@@ -16,7 +17,17 @@ impl Formulation for Eliminated {
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
         let Reduction { all, .. } = Reduction::of(drive.set, drive.constraints)?;
-        let loads = all.basis.tr_mul(&drive.generalised_loads()?);
-        Constrained::eliminated(fluid, all.basis, all.offset, drive.surface_rows(), &loads)
+        let border = Border {
+            columns: all.basis,
+            rows: None,
+            offset: all.offset,
+            constraints: None,
+        };
+        Constrained::build(
+            fluid,
+            border,
+            drive.surface_rows(),
+            &drive.generalised_loads()?,
+        )
     }
 }

@@ -71,6 +71,19 @@ pub trait Formulation: Sync {
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError>;
 }
 
+/// What a formulation puts around the flow's equations.
+pub(crate) struct Border {
+    /// Generalised velocities for each border unknown; zero columns for multipliers.
+    pub columns: DMatrix<f64>,
+    /// The velocities that test each border row, where they differ from `columns`; zero columns for rows that
+    /// are constraints.
+    pub rows: Option<DMatrix<f64>>,
+    /// The velocities that the links impose, `W`: they satisfy every constraint.
+    pub offset: DVector<f64>,
+    /// Entries of constraint rows and multiplier columns, added to the corner.
+    pub constraints: Option<DMatrix<f64>>,
+}
+
 /// The system of one instant, with the multigrid transfer it needs and the way back to velocities and forces.
 #[derive(Clone, Debug)]
 pub struct Constrained {
@@ -82,8 +95,9 @@ pub struct Constrained {
     pub transfer: Transfer,
     /// Stiffness of the free vertices: the coarse operator of `transfer`.
     pub vertex_stiffness: Csr,
-    /// Generalised velocities from the border unknowns: `q = basis v + offset`.
-    velocities: (DMatrix<f64>, DVector<f64>),
+    /// Generalised velocities from the border unknowns: `q = columns v + offset`.
+    columns: DMatrix<f64>,
+    offset: DVector<f64>,
     surface_rows: Vec<usize>,
     /// What forces are computed from: the unreduced border.
     surfaces: RigidFluid,
@@ -107,53 +121,69 @@ pub struct Flow {
 }
 
 impl Constrained {
-    /// Joins the fluid block and a border whose columns are combinations of rigid motions:
-    /// body velocities `U = S v + W` with `S` = `basis` and `W` = `offset` on `surface_rows`.
+    /// Joins the fluid block and a border.
     ///
-    /// The right-hand side is `-C W` for the flow, `S^T (F - M W)` for the bodies (`loads` = `S^T F`) and `-E W` for
-    /// incompressibility.
-    pub(crate) fn eliminated(
+    /// The right-hand side is `-C W` for the flow, `L^T (F - M W)` for the border (`F` = `loads`, zero where a row is a
+    /// constraint, because `W` satisfies the constraints) and `-E W` for incompressibility. It is the same for all
+    /// formulations, and so is what a relative residual means.
+    pub(crate) fn build(
         mut fluid: RigidFluid,
-        basis: DMatrix<f64>,
-        offset: DVector<f64>,
+        border: Border,
         surface_rows: Vec<usize>,
         loads: &DVector<f64>,
     ) -> Result<Self, RigidError> {
-        let surface_basis = basis.select_rows(&surface_rows);
-        let surface_offset = offset.select_rows(&surface_rows);
         check_length(
             "velocities of rigid surfaces",
             surface_rows.len(),
             fluid.corner.nrows(),
         )?;
+        let Border {
+            columns,
+            rows,
+            offset,
+            constraints,
+        } = border;
+        let surface_columns = columns.select_rows(&surface_rows);
+        let surface_offset = offset.select_rows(&surface_rows);
+        let tests = rows.as_ref().unwrap_or(&columns);
+        let surface_tests = tests.select_rows(&surface_rows);
         let mut right: Vec<f64> = negated_product(&fluid.border, &surface_offset);
-        right.extend((loads - surface_basis.tr_mul(&(&fluid.corner * &surface_offset))).iter());
+        right.extend(
+            (tests.tr_mul(loads) - surface_tests.tr_mul(&(&fluid.corner * &surface_offset))).iter(),
+        );
         right.extend(negated_product(&fluid.rigid_divergence, &surface_offset));
-        let columns = to_csr(&surface_basis);
+        let mut corner = surface_tests.tr_mul(&(&fluid.corner * &surface_columns));
+        if let Some(constraints) = &constraints {
+            corner += constraints;
+        }
+        let trial = to_csr(&surface_columns);
+        let test = rows.is_some().then(|| to_csr(&surface_tests));
+        let take = |matrix: &mut Csr| std::mem::replace(matrix, Csr::zero((0, 0)));
         let a = Bordered::new(
-            std::mem::replace(&mut fluid.stiffness, Csr::zero((0, 0))),
-            &fluid.border * &columns,
-            None,
-            surface_basis.tr_mul(&(&fluid.corner * &surface_basis)),
+            take(&mut fluid.stiffness),
+            &fluid.border * &trial,
+            test.as_ref().map(|test| &fluid.border * test),
+            corner,
         )?;
         let system = SaddleSystem::new(
             a,
             std::mem::replace(&mut fluid.divergence, linalg::Csr3::zero((0, 0))),
-            &fluid.rigid_divergence * &columns,
-            None,
-            std::mem::replace(&mut fluid.pressure_mass, Csr::zero((0, 0))),
+            &fluid.rigid_divergence * &trial,
+            test.as_ref().map(|test| &fluid.rigid_divergence * test),
+            take(&mut fluid.pressure_mass),
         )?;
         let transfer = Transfer::new(
-            std::mem::replace(&mut fluid.interpolation, Csr::zero((0, 0))),
-            &fluid.interpolation_border * &columns,
+            take(&mut fluid.interpolation),
+            &fluid.interpolation_border * &trial,
         )?;
-        let vertex_stiffness = std::mem::replace(&mut fluid.vertex_stiffness, Csr::zero((0, 0)));
+        let vertex_stiffness = take(&mut fluid.vertex_stiffness);
         Ok(Self {
             system,
             right,
             transfer,
             vertex_stiffness,
-            velocities: (basis, offset),
+            columns,
+            offset,
             surface_rows,
             surfaces: fluid,
         })
@@ -165,10 +195,9 @@ impl Constrained {
     /// A solution of the wrong length.
     pub fn flow(&self, solution: &[f64], set: &Articulation) -> Result<Flow, RigidError> {
         check_length("entries of the solution", solution.len(), self.right.len())?;
-        let (basis, offset) = &self.velocities;
         let (free, rest) = solution.split_at(3 * self.surfaces.free_nodes.len());
-        let (border, pressure) = rest.split_at(basis.ncols());
-        let generalised = basis * DVector::from_column_slice(border) + offset;
+        let (border, pressure) = rest.split_at(self.columns.ncols());
+        let generalised = &self.columns * DVector::from_column_slice(border) + &self.offset;
         let bodies = generalised.select_rows(&self.surface_rows);
         Ok(Flow {
             velocity: self.surfaces.all_velocities(free, &bodies),

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::formulation::Border;
 use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
 
 /// The operator P of Berti et al. (2021), equation (13): `u = P (u_I, U, omega)`; bodies move independently.
@@ -20,10 +21,15 @@ impl Formulation for Independent {
             });
         }
         let velocities = drive.constraints.layout.len();
-        Constrained::eliminated(
+        let border = Border {
+            columns: DMatrix::identity(velocities, velocities),
+            rows: None,
+            offset: DVector::zeros(velocities),
+            constraints: None,
+        };
+        Constrained::build(
             fluid,
-            DMatrix::identity(velocities, velocities),
-            DVector::zeros(velocities),
+            border,
             drive.surface_rows(),
             &drive.generalised_loads()?,
         )

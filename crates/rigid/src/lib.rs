@@ -28,21 +28,25 @@
 
 mod articulation;
 mod constraints;
+mod direct_rows;
 mod eliminated;
 mod error;
 mod fluid;
 mod formulation;
 mod independent;
+mod lagrange;
 mod motion;
 mod node_blocks;
 mod null_space;
 
 pub use articulation::{Arms, Articulation, BodyKind, Link, Linkage, State};
 pub use constraints::{Constraints, VelocityLayout};
+pub use direct_rows::DirectRows;
 pub use eliminated::Eliminated;
 pub use error::RigidError;
 pub use fluid::{FluidMatrices, NodeRole, RigidFluid, SurfaceBody};
 pub use formulation::{Constrained, Drive, Flow, Formulation, Load};
 pub use independent::Independent;
+pub use lagrange::Lagrange;
 pub use motion::{StateVelocity, Twist};
 pub use null_space::{NullSpace, Reduction};

@@ -12,6 +12,13 @@ pub struct NullSpace {
     pub basis: DMatrix<f64>,
     /// A particular solution of the constraints.
     pub offset: DVector<f64>,
+    /// A largest set of constraint rows that do not follow from each other; the others are redundant.
+    pub independent: Vec<usize>,
+    /// Rows `g` with `g q = 0` that hold still what no constraint and no fluid resists, such as the spin of a
+    /// collinear free frame about its own axis.
+    pub gauge: DMatrix<f64>,
+    /// The velocities that are unknowns before any are dropped.
+    free: Vec<usize>,
 }
 
 /// Entries this small against the largest are rounding: constraint entries are 1 or arm lengths.
@@ -90,7 +97,30 @@ impl NullSpace {
         for (row, &pivot) in pivots.iter().enumerate() {
             offset[pivot] = right[row];
         }
-        Ok(Self { basis, offset })
+        labels.truncate(pivots.len());
+        labels.sort_unstable();
+        Ok(Self {
+            basis,
+            offset,
+            independent: labels,
+            gauge: DMatrix::zeros(0, columns),
+            free,
+        })
+    }
+
+    /// The constraint rows that do not follow from each other, and the gauge rows below them: together with the
+    /// balances of the free motions they are as many as there are velocities.
+    pub(crate) fn held_rows(&self, constraints: &Constraints) -> DMatrix<f64> {
+        let independent = constraints.matrix.select_rows(&self.independent);
+        let mut rows = DMatrix::zeros(
+            independent.nrows() + self.gauge.nrows(),
+            independent.ncols(),
+        );
+        rows.rows_mut(0, independent.nrows())
+            .copy_from(&independent);
+        rows.rows_mut(independent.nrows(), self.gauge.nrows())
+            .copy_from(&self.gauge);
+        rows
     }
 
     /// Drops motions that move no surface, such as the spin of a collinear free frame about its own axis.
@@ -106,9 +136,31 @@ impl NullSpace {
             .filter(|&k| decomposition.singular_values[k] > RANK_TOLERANCE * largest)
             .collect();
         if kept.len() < self.basis.ncols() {
-            self.basis = &self.basis * v_t.select_rows(&kept).transpose();
+            let kept = v_t.select_rows(&kept).transpose();
+            // The unknowns `v` are the free velocities themselves; hold still their combinations that were dropped.
+            let dropped = orthonormal_columns(
+                DMatrix::identity(kept.nrows(), kept.nrows()) - &kept * kept.transpose(),
+            );
+            self.gauge = DMatrix::zeros(dropped.ncols(), self.basis.nrows());
+            for (k, &velocity) in self.free.iter().enumerate() {
+                self.gauge.set_column(velocity, &dropped.row(k).transpose());
+            }
+            self.basis = &self.basis * kept;
         }
     }
+}
+
+/// An orthonormal basis of the range of an orthogonal projector.
+fn orthonormal_columns(projector: DMatrix<f64>) -> DMatrix<f64> {
+    let decomposition = projector.svd(true, false);
+    // Singular values of a projector are 0 or 1.
+    let range: Vec<usize> = (0..decomposition.singular_values.len())
+        .filter(|&k| decomposition.singular_values[k] > 0.5)
+        .collect();
+    decomposition
+        .u
+        .map(|u| u.select_columns(&range))
+        .unwrap_or_else(|| DMatrix::zeros(0, 0))
 }
 
 /// The motions that links leave to the bodies with surfaces: `U = S v + W`, and all other velocities with them.

@@ -1,0 +1,45 @@
+//! The direct-row formulation: force rows of linked bodies are replaced by their constraints.
+
+use nalgebra::DMatrix;
+
+use crate::formulation::Border;
+use crate::{Constrained, Drive, Formulation, Reduction, RigidError, RigidFluid};
+
+/// Row substitution of Berti et al. (2021), equation (23): every velocity stays an unknown, and rows of the force balance
+/// are replaced by `C q = w`.
+///
+/// The rows that stay are the balances of what the links leave free, `S^T (force rows) = S^T F`: the *total* force and
+/// torque of each linkage. (Equation (23) as printed keeps the force row of the reference body alone, which would leave
+/// the swimmer pulled by the forces on the others.) The system is not symmetric.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DirectRows;
+
+impl Formulation for DirectRows {
+    fn name(&self) -> &'static str {
+        "direct-row"
+    }
+
+    fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
+        let Reduction { all, .. } = Reduction::of(drive.set, drive.constraints)?;
+        let held = all.held_rows(drive.constraints);
+        let (velocities, balances) = all.basis.shape();
+        let mut rows = DMatrix::zeros(velocities, velocities);
+        rows.columns_mut(0, balances).copy_from(&all.basis);
+        let mut constraints = DMatrix::zeros(velocities, velocities);
+        constraints
+            .rows_mut(balances, held.nrows())
+            .copy_from(&held);
+        let border = Border {
+            columns: DMatrix::identity(velocities, velocities),
+            rows: Some(rows),
+            offset: all.offset,
+            constraints: Some(constraints),
+        };
+        Constrained::build(
+            fluid,
+            border,
+            drive.surface_rows(),
+            &drive.generalised_loads()?,
+        )
+    }
+}

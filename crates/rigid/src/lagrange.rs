@@ -1,0 +1,46 @@
+//! The Lagrange formulation: every velocity an unknown, links held by multipliers.
+
+use nalgebra::DMatrix;
+
+use crate::formulation::Border;
+use crate::{Constrained, Drive, Formulation, Reduction, RigidError, RigidFluid};
+
+/// Lagrange multipliers of Berti et al. (2021), equations (16)-(18): `M q + ... + C^T alpha = F`, `C q = w`.
+///
+/// The border holds all velocities, then one multiplier for each constraint that does not follow from the others
+/// (redundant ones would make the system singular). `-C^T alpha` are the loads that links put on bodies. The system is
+/// symmetric with an indefinite border: multigrid solves it exactly on the coarsest level, where it is dense.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lagrange;
+
+impl Formulation for Lagrange {
+    fn name(&self) -> &'static str {
+        "lagrange"
+    }
+
+    fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
+        let Reduction { all, .. } = Reduction::of(drive.set, drive.constraints)?;
+        let rows = all.held_rows(drive.constraints);
+        let (velocities, multipliers) = (rows.ncols(), rows.nrows());
+        let size = velocities + multipliers;
+        let mut constraints = DMatrix::zeros(size, size);
+        constraints
+            .view_mut((velocities, 0), rows.shape())
+            .copy_from(&rows);
+        constraints
+            .view_mut((0, velocities), (velocities, multipliers))
+            .copy_from(&rows.transpose());
+        let border = Border {
+            columns: DMatrix::identity(velocities, size),
+            rows: None,
+            offset: all.offset,
+            constraints: Some(constraints),
+        };
+        Constrained::build(
+            fluid,
+            border,
+            drive.surface_rows(),
+            &drive.generalised_loads()?,
+        )
+    }
+}
