@@ -1,0 +1,64 @@
+//! D: spheres on a diameter of a ball, their axial resistance matrices.
+
+use anyhow::Result;
+use nalgebra::DMatrix;
+
+use super::flow::{Sphere, axial_resistance};
+use super::reference::{COLLINEAR, Collinear};
+use super::table::{Basis, Row};
+use super::{Effort, expected};
+
+/// The worst entry of each matrix, judged by its largest.
+pub fn rows(effort: Effort) -> Result<Vec<Row>> {
+    let size = match effort {
+        Effort::Quick => 0.4,
+        Effort::Full => 0.25,
+    };
+    COLLINEAR.iter().map(|case| row(case, size)).collect()
+}
+
+fn row(case: &Collinear, size: f64) -> Result<Row> {
+    let spheres: Vec<Sphere> = case
+        .positions
+        .iter()
+        .zip(case.radii)
+        .map(|(&position, &radius)| Sphere {
+            position,
+            radius,
+            ..Sphere::default()
+        })
+        .collect();
+    let exact = symmetric(case.resistance, spheres.len());
+    let (computed, cost) = axial_resistance(case.container, size, &spheres)?;
+    let (i, j) = (&computed - &exact).icamax_full();
+    Ok(Row::scaled(
+        "D",
+        format!("{}: R{}{}, h {size}", case.name, i + 1, j + 1),
+        [exact[(i, j)], computed[(i, j)]],
+        exact.amax(),
+        (tolerance(case, size), Basis::Interpolation),
+        cost,
+    ))
+}
+
+/// That of the worst sphere, seen at the centre of a ball that touches the wall where it is nearest: errors of a resistance
+/// matrix are a scalar product, so entries off the diagonal err by no more than those on it (Cauchy & Schwarz).
+fn tolerance(case: &Collinear, size: f64) -> f64 {
+    let spheres = case.positions.iter().zip(case.radii);
+    spheres
+        .map(|(position, radius)| {
+            let to_wall = case.container - position.abs();
+            expected::drag(size / radius, radius / to_wall)
+        })
+        .fold(0.0, f64::max)
+}
+
+fn symmetric(upper: &[f64], n: usize) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(n, n);
+    let places = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
+    for ((i, j), &value) in places.zip(upper) {
+        matrix[(i, j)] = value;
+        matrix[(j, i)] = value;
+    }
+    matrix
+}

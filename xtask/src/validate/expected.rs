@@ -1,0 +1,94 @@
+//! What error theory expects of quadratic elements on the flow around a sphere: where tolerances come from.
+//!
+//! The consistent force errs by the energy of the velocity's error, $F_h - F = a(e, e)$ up to pressure terms: the functional
+//! is its own dual. The interpolation error of a quadratic element with edges `h` has
+//! $|\nabla e|^2 = \kappa^2 h^4 |\nabla^3 u|^2$, and the flow around a sphere at the centre of a ball is known.
+
+use std::f64::consts::PI;
+
+use mesh::GenerateParams;
+use nalgebra::{Matrix4, Vector4};
+
+use super::reference::{concentric_drag, concentric_torque};
+
+/// $\kappa^2$ of a regular tetrahedron with edges of length 1: mean over the tetrahedron and over isotropic tensors of
+/// third derivatives, by Gauss quadrature of the interpolation error of cubics.
+const INTERPOLATION: f64 = 4.93e-4;
+
+/// Real tets are not regular (mean quality 0.88, worst 0.4), and the pressure errs too: double what is ideal.
+const ALLOWANCE: f64 = 2.0;
+
+/// Tolerance for the drag of a unit sphere, with elements of `size` on it, at the centre of a ball of radius `1 / lambda`:
+/// relative, twice what interpolation on regular tets gives.
+pub fn drag(size: f64, lambda: f64) -> f64 {
+    let wall = 1.0 / lambda;
+    // u = A (e/r + x r/r^3) + B (e/r^3 - 3 x r/r^5) + C e + D (2 r^2 e - x r): unit velocity on r = 1, none on the wall.
+    let rows = [1.0, wall].map(|r: f64| {
+        let radial = [2.0 / r, -2.0 / r.powi(3), 1.0, r * r];
+        let tangential = [1.0 / r, 1.0 / r.powi(3), 1.0, 2.0 * r * r];
+        [radial, tangential]
+    });
+    let matrix = Matrix4::from_fn(|i, j| rows[i / 2][i % 2][j]);
+    let Some(c) = matrix.lu().solve(&Vector4::new(1.0, 1.0, 0.0, 0.0)) else {
+        return f64::NAN;
+    };
+    // The mean over the sphere of radius r of |grad^3 u|^2; the quadratic part has none.
+    let third = |r: f64| {
+        720.0 * c[0] * c[0] * r.powi(-8) - 8400.0 * c[0] * c[1] * r.powi(-10)
+            + 37800.0 * c[1] * c[1] * r.powi(-12)
+    };
+    ALLOWANCE * energy(size, wall, third) / (6.0 * PI * concentric_drag(lambda))
+}
+
+/// As [`drag`], for the torque of a sphere that turns: $u = A\, \omega \times r / r^3 + B\, \omega \times r$.
+pub fn torque(size: f64, lambda: f64) -> f64 {
+    let a = concentric_torque(lambda);
+    let third = |r: f64| 1680.0 * a * a * r.powi(-10);
+    ALLOWANCE * energy(size, 1.0 / lambda, third) / (8.0 * PI * a)
+}
+
+/// $\int \kappa^2 h^4 |\nabla^3 u|^2$ over `1 < r < wall`, with elements that grow as the generator lets them.
+fn energy(size: f64, wall: f64, third: impl Fn(f64) -> f64) -> f64 {
+    let growth = GenerateParams::default().growth;
+    // In the logarithm of r the integrand is smooth: the midpoint rule errs by (ln wall / 400)^2, below a thousandth.
+    const POINTS: usize = 400;
+    let step = wall.ln() / POINTS as f64;
+    let shell = |k: usize| {
+        let r = ((k as f64 + 0.5) * step).exp();
+        let h = size + growth * (r - 1.0);
+        h.powi(4) * third(r) * 4.0 * PI * r.powi(3) * step
+    };
+    INTERPOLATION * (0..POINTS).map(shell).sum::<f64>()
+}
+
+/// Error left by a method of second order or better, from the change between a mesh and one of half the size: a third.
+pub fn from_halving(coarse: f64, fine: f64) -> f64 {
+    (coarse - fine).abs() / 3.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coefficients_are_those_of_happel_and_brenner() {
+        // Unbounded, no growth: |grad^3 u|^2 integrates to 4 pi (720 A^2/5 - 8400 A B/7 + 37800 B^2/9) r^-.. with A = 3/4, B = 1/4.
+        let [a, b] = [0.75, 0.25];
+        let exact = 4.0 * PI * (720.0 * a * a / 5.0 - 8400.0 * a * b / 7.0 + 37800.0 * b * b / 9.0);
+        let third = |r: f64| {
+            720.0 * a * a * r.powi(-8) - 8400.0 * a * b * r.powi(-10)
+                + 37800.0 * b * b * r.powi(-12)
+        };
+        // Elements far larger on the sphere than their growth: h = size everywhere that matters.
+        let size = 1e3;
+        let computed = energy(size, 50.0, third) / size.powi(4);
+        assert!((computed / (INTERPOLATION * exact) - 1.0).abs() < 2e-3);
+    }
+
+    #[test]
+    fn tolerances_fall_with_the_fourth_power_until_growth_matters() {
+        assert!(drag(0.6, 0.5) / drag(0.3, 0.5) > 8.0);
+        assert!(drag(0.4, 0.1) < 6e-3 && drag(0.4, 0.1) > 2e-3);
+        assert!(torque(0.4, 0.1) < 1e-2);
+    }
+}

@@ -1,0 +1,68 @@
+//! Scenes of spheres on the x axis in a ball, and what one solve of them gives.
+
+use anyhow::{Context, Result};
+use nalgebra::{DMatrix, Vector3};
+use swimmer::model::{Instant, choose};
+use swimmer::{Scene, solve_start};
+
+use super::table::Cost;
+
+/// A sphere on the x axis with the loads on it.
+#[derive(Clone, Copy, Default)]
+pub struct Sphere {
+    pub position: f64,
+    pub radius: f64,
+    pub force: Vector3<f64>,
+    pub torque: Vector3<f64>,
+}
+
+/// The scene of `spheres`, named `s0`, `s1`, ..., in a ball about the origin; `more` is further TOML.
+pub fn scene(container: f64, size: f64, spheres: &[Sphere], more: &str) -> Result<Scene> {
+    let bodies: String = spheres
+        .iter()
+        .enumerate()
+        .map(|(number, s)| {
+            let (force, torque) = (s.force.as_slice(), s.torque.as_slice());
+            format!(
+                "[[bodies]]\nname = \"s{number}\"\nradius = {:?}\nposition = [{:?}, 0, 0]\nforce = {force:?}\ntorque = {torque:?}\n",
+                s.radius, s.position
+            )
+        })
+        .collect();
+    let text = format!(
+        "domain = {{ kind = \"ball\", radius = {container:?} }}\nmodel.kind = \"fem\"\nfem.surface_size = {size:?}\n{bodies}{more}"
+    );
+    Scene::parse(&text).context("a scene of the validation is wrong")
+}
+
+/// Solves the first instant of a scene.
+pub fn solve(scene: &Scene) -> Result<(Instant, Cost)> {
+    let mut model = choose(scene)?.model;
+    let instant = solve_start(scene, model.as_mut())?;
+    let cost = Cost::of(&instant);
+    Ok((instant, cost))
+}
+
+/// Axial resistance matrix of spheres on the x axis: the inverse of the mobility, found by pulling one after the other.
+pub fn axial_resistance(
+    container: f64,
+    size: f64,
+    spheres: &[Sphere],
+) -> Result<(DMatrix<f64>, Cost)> {
+    let n = spheres.len();
+    let mut mobility = DMatrix::zeros(n, n);
+    let mut cost = Cost::default();
+    for pulled in 0..n {
+        let mut loaded = spheres.to_vec();
+        loaded[pulled].force = Vector3::x();
+        let (instant, one) = solve(&scene(container, size, &loaded, "")?)?;
+        for (row, body) in instant.bodies.iter().enumerate() {
+            mobility[(row, pulled)] = body.velocity.x;
+        }
+        cost.add(&one);
+    }
+    let resistance = mobility
+        .try_inverse()
+        .context("the mobility matrix is singular")?;
+    Ok((resistance, cost))
+}

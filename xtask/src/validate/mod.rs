@@ -1,0 +1,93 @@
+//! Comparison with exact values: every row has a tolerance that comes from somewhere.
+
+mod collinear;
+mod expected;
+mod file;
+mod flow;
+mod pair;
+mod reference;
+mod similar;
+mod sphere;
+mod swimmer;
+mod table;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+
+use table::Row;
+
+/// How much to compute.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Effort {
+    /// Under two minutes on two cores.
+    Quick,
+    /// Finer meshes, closer spheres, more strokes.
+    Full,
+}
+
+/// Computes all rows, prints them, writes `validation.md` and `validation.csv` into a folder and fails if a row does.
+pub fn run(effort: Effort, out: &Path) -> Result<()> {
+    let clock = Instant::now();
+    let mut rows: Vec<Row> = Vec::new();
+    let parts: [(&str, &dyn Fn() -> Result<Vec<Row>>); 7] = [
+        ("sphere in a concentric ball", &|| sphere::rows(effort)),
+        ("orders of convergence", &sphere::orders),
+        ("two spheres", &|| pair::rows(effort)),
+        ("collinear spheres in a ball", &|| collinear::rows(effort)),
+        ("three-sphere swimmer, instants", &|| {
+            swimmer::instants(effort)
+        }),
+        ("three-sphere swimmer, mesh file", &file::rows),
+        ("three-sphere swimmer, strokes", &|| {
+            swimmer::strokes(effort)
+        }),
+    ];
+    for (name, part) in parts {
+        let part_clock = Instant::now();
+        let more = part().with_context(|| format!("validation of: {name}"))?;
+        let passed = more.iter().filter(|row| row.passes()).count();
+        eprintln!(
+            "{name}: {passed} of {} rows pass, {:.1} s",
+            more.len(),
+            part_clock.elapsed().as_secs_f64()
+        );
+        rows.extend(more);
+    }
+    let failed = rows.iter().filter(|row| !row.passes()).count();
+    let mut notes = vec![pair::NOTE.to_owned()];
+    notes.extend(file::note());
+    notes.push(
+        format!(
+            "{} of {} rows pass, {:.0} s on {} threads; s is of the solves alone where a row needs one, of all of them where it needs several.",
+            rows.len() - failed,
+            rows.len(),
+            clock.elapsed().as_secs_f64(),
+            rayon::current_num_threads(),
+        ),
+    );
+    let text = table::markdown(&rows, &notes);
+    println!("{text}");
+    write(out, "validation.md", &format!("# Validation\n\n{text}"))?;
+    write(out, "validation.csv", &table::csv(&rows))?;
+    if failed > 0 {
+        bail!(
+            "{failed} of {} rows are outside their tolerance",
+            rows.len()
+        );
+    }
+    Ok(())
+}
+
+fn write(folder: &Path, name: &str, text: &str) -> Result<()> {
+    let path: PathBuf = folder.join(name);
+    std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&path, text))
+        .with_context(|| {
+            format!(
+                "could not write {}; choose another folder with --out",
+                path.display()
+            )
+        })
+}

@@ -1,0 +1,245 @@
+//! Exact values, copied with their sources; none comes from a finite-element code.
+//!
+//! Viscosity 1. Forces are those that bodies exert on the fluid. "Spectral" values are from multipole expansions, carried
+//! to convergence in two truncation orders (changes below 1e-12) and checked by a second, independent method each
+//! (bispherical coordinates or fundamental solutions, agreement to 1e-12).
+
+/// Drag of a unit sphere at the centre of a ball of radius `1 / lambda`, over $6 \pi$.
+///
+/// $K = (1 - \lambda^5) / (1 - \tfrac94 \lambda + \tfrac52 \lambda^3 - \tfrac94 \lambda^5 + \lambda^6)$ (Haberman & Sayre
+/// 1958; Happel & Brenner 1983, 4-22).
+pub fn concentric_drag(lambda: f64) -> f64 {
+    let l = |power| lambda.powi(power);
+    (1.0 - l(5)) / (1.0 - 2.25 * l(1) + 2.5 * l(3) - 2.25 * l(5) + l(6))
+}
+
+/// Torque on a unit sphere that turns at the centre of a ball of radius `1 / lambda`, over $8 \pi$: $1 / (1 - \lambda^3)$.
+pub fn concentric_torque(lambda: f64) -> f64 {
+    1.0 / (1.0 - lambda.powi(3))
+}
+
+/// Spheres on a diameter of a ball with no slip, and their exact axial resistance matrix.
+pub struct Collinear {
+    pub name: &'static str,
+    pub container: f64,
+    pub positions: &'static [f64],
+    pub radii: &'static [f64],
+    /// Upper triangle by rows: force on the fluid of sphere `i` for unit velocity of sphere `j`.
+    pub resistance: &'static [f64],
+}
+
+/// Spectral.
+pub const COLLINEAR: [Collinear; 6] = [
+    Collinear {
+        name: "1 eccentric, z=4 b=10",
+        container: 10.0,
+        positions: &[4.0],
+        radii: &[1.0],
+        resistance: &[25.59443285590934],
+    },
+    Collinear {
+        name: "1 eccentric, z=2 b=5",
+        container: 5.0,
+        positions: &[2.0],
+        radii: &[1.0],
+        resistance: &[37.96695415767978],
+    },
+    Collinear {
+        name: "2, b=8",
+        container: 8.0,
+        positions: &[-3.0, 2.0],
+        radii: &[1.0, 1.0],
+        resistance: &[28.053090742016554, -2.5710663381106063, 27.052609255108717],
+    },
+    Collinear {
+        name: "3 L=10, b=40",
+        container: 40.0,
+        positions: &[-10.0, 0.0, 10.0],
+        radii: &[1.0, 1.0, 1.0],
+        resistance: &[
+            20.267463367404837,
+            -1.9809051103556108,
+            -0.36714152869806327,
+            20.381729640056037,
+            -1.9809051103556188,
+            20.267463367404837,
+        ],
+    },
+    Collinear {
+        name: "3 6,10, b=25",
+        container: 25.0,
+        positions: &[-6.0, 0.0, 10.0],
+        radii: &[1.0, 1.0, 1.0],
+        resistance: &[
+            21.54914308019031,
+            -3.7152230485764695,
+            -0.25636053674461917,
+            21.52396669750794,
+            -1.4440802655643519,
+            21.22086203552462,
+        ],
+    },
+    Collinear {
+        name: "3 unequal, b=12",
+        container: 12.0,
+        positions: &[-5.0, 1.0, 6.0],
+        radii: &[1.0, 1.5, 0.7],
+        resistance: &[
+            24.878061711608638,
+            -3.983214481689879,
+            0.004052731170952731,
+            40.92828880750805,
+            -3.713430263928663,
+            16.49840851801843,
+        ],
+    },
+];
+
+/// Force over $6 \pi U$ on each of two unit spheres in unbounded fluid that move against each other along their line
+/// of centres at speed `U`, by the distance of their centres (Stimson & Jeffery 1926, Maude 1961; spectral).
+pub const OPPOSITE: [(f64, f64); 5] = [
+    (6.0, 1.330153663951659),
+    (4.0, 1.5966819994959558),
+    (3.0, 2.0386546439229005),
+    (2.5, 2.772418679559134),
+    (2.1, 7.413297606556761),
+];
+
+/// The three-sphere swimmer at one instant, its centre sphere at the centre of a ball of radius 40.
+pub struct Instantaneous {
+    pub left_arm: f64,
+    pub right_arm: f64,
+    pub left_rate: f64,
+    pub right_rate: f64,
+    pub centre_velocity: f64,
+    /// Forces on the fluid of the left, centre and right sphere.
+    pub forces: [f64; 3],
+}
+
+/// Spectral, radius 1, ball of radius 40.
+pub const INSTANTANEOUS: [Instantaneous; 6] = [
+    Instantaneous {
+        left_arm: 10.0,
+        right_arm: 10.0,
+        left_rate: -1.0,
+        right_rate: 0.0,
+        centre_velocity: -0.3428979021151601,
+        forces: [14.122932964125914, -7.611261032148927, -6.5116719319769825],
+    },
+    Instantaneous {
+        left_arm: 8.0,
+        right_arm: 10.0,
+        left_rate: -1.0,
+        right_rate: 0.0,
+        centre_velocity: -0.33804651789074397,
+        forces: [14.620217407602777, -8.130806745333922, -6.489410662268859],
+    },
+    Instantaneous {
+        left_arm: 6.0,
+        right_arm: 10.0,
+        left_rate: 0.0,
+        right_rate: -1.0,
+        centre_velocity: 0.3634674179357112,
+        forces: [6.4367886755854355, 7.358977854148839, -13.795766529734276],
+    },
+    Instantaneous {
+        left_arm: 6.0,
+        right_arm: 8.0,
+        left_rate: 0.0,
+        right_rate: -1.0,
+        centre_velocity: 0.358597994193361,
+        forces: [6.458385173596508, 7.86264482544764, -14.321029999044146],
+    },
+    Instantaneous {
+        left_arm: 6.0,
+        right_arm: 6.0,
+        left_rate: 1.0,
+        right_rate: 0.0,
+        centre_velocity: 0.3511556949452645,
+        forces: [-15.298791107588272, 8.83264317277649, 6.4661479348117865],
+    },
+    Instantaneous {
+        left_arm: 10.0,
+        right_arm: 6.0,
+        left_rate: 0.0,
+        right_rate: 1.0,
+        centre_velocity: -0.3307339235651207,
+        forces: [-6.436788675585434, -9.121051839831152, 15.557840515416586],
+    },
+];
+
+/// Displacement of the centre sphere over the stroke 10 -> 6 of either arm, closing left, closing right, opening left,
+/// opening right, in a ball with no slip; it starts at the ball's centre (Najafi & Golestanian 2004; spectral).
+pub struct Stroke {
+    pub container: f64,
+    pub steps: [f64; 4],
+    pub net: f64,
+}
+
+/// Spectral, integrated to 1e-12.
+pub const STROKES: [Stroke; 3] = [
+    Stroke {
+        container: 40.0,
+        steps: [
+            -1.3514957251156743,
+            1.4319139911681296,
+            1.431724700935812,
+            -1.3517249510239002,
+        ],
+        net: 0.1604180159643671,
+    },
+    Stroke {
+        container: 25.0,
+        steps: [
+            -1.3503610879624253,
+            1.4311851768098243,
+            1.4303415382500426,
+            -1.3514330472345466,
+        ],
+        net: 0.15973257986289502,
+    },
+    Stroke {
+        container: 80.0,
+        steps: [
+            -1.352450464277675,
+            1.4324404989928332,
+            1.4324177099533573,
+            -1.352477568169486,
+        ],
+        net: 0.15993017649902952,
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_forms_agree_with_the_table() {
+        // Tabulated from an expansion in Lamb's solutions.
+        let table = [
+            (0.1, 1.2861963385482686, 1.001001001001001),
+            (0.2, 1.7558453237410072, 1.0080645161290323),
+            (0.5, 7.294117647058823, 1.1428571428571428),
+        ];
+        for (lambda, drag, torque) in table {
+            assert!((concentric_drag(lambda) / drag - 1.0).abs() < 1e-14);
+            assert!((concentric_torque(lambda) / torque - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn copies_are_consistent() {
+        for case in &COLLINEAR {
+            let n = case.positions.len();
+            assert_eq!(case.radii.len(), n);
+            assert_eq!(case.resistance.len(), n * (n + 1) / 2);
+        }
+        for instant in &INSTANTANEOUS {
+            assert!(instant.forces.iter().sum::<f64>().abs() < 1e-12);
+        }
+        for stroke in &STROKES {
+            assert!((stroke.steps.iter().sum::<f64>() - stroke.net).abs() < 1e-12);
+        }
+    }
+}

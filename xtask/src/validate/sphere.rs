@@ -1,0 +1,102 @@
+//! A: one sphere at the centre of a ball, and the orders of convergence.
+
+use std::f64::consts::PI;
+
+use anyhow::Result;
+use nalgebra::Vector3;
+
+use super::flow::{Sphere, scene, solve};
+use super::reference::{concentric_drag, concentric_torque};
+use super::similar::{self, Geometry};
+use super::table::{Basis, Cost, Row};
+use super::{Effort, expected};
+
+/// Drag and torque in balls of 10, 5 and 2 radii.
+pub fn rows(effort: Effort) -> Result<Vec<Row>> {
+    let sizes: &[f64] = match effort {
+        Effort::Quick => &[0.4],
+        Effort::Full => &[0.4, 0.2],
+    };
+    let mut rows = Vec::new();
+    for lambda in [0.1, 0.2, 0.5] {
+        for &size in sizes {
+            let sphere = Sphere {
+                radius: 1.0,
+                force: Vector3::x(),
+                torque: Vector3::z(),
+                ..Sphere::default()
+            };
+            let (instant, cost) = solve(&scene(1.0 / lambda, size, &[sphere], "")?)?;
+            let body = &instant.bodies[0];
+            let drag = 1.0 / (6.0 * PI * body.velocity.x);
+            let torque = 1.0 / (8.0 * PI * body.angular_velocity.z);
+            let bound = |bound: fn(f64, f64) -> f64| (bound(size, lambda), Basis::Interpolation);
+            rows.push(Row::relative(
+                "A",
+                format!("drag / 6 pi, lambda {lambda}, h {size}"),
+                [concentric_drag(lambda), drag],
+                bound(expected::drag),
+                cost,
+            ));
+            rows.push(Row::relative(
+                "A",
+                format!("torque / 8 pi, lambda {lambda}, h {size}"),
+                [concentric_torque(lambda), torque],
+                bound(expected::torque),
+                cost,
+            ));
+        }
+    }
+    Ok(rows)
+}
+
+/// Ball of the orders: wide enough that both surfaces do not see each other, narrow enough for fine meshes.
+const ORDER_LAMBDA: f64 = 0.25;
+
+/// Observed orders of drag and torque over three similar meshes, curved and straight-sided.
+pub fn orders() -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for (geometry, theory, allowed) in
+        [(Geometry::Curved, 4.0, 0.7), (Geometry::Straight, 2.0, 0.5)]
+    {
+        let mut cost = Cost::default();
+        let mut points = Vec::new();
+        for parts in similar::FAMILY {
+            let (loads, one) = similar::sphere(ORDER_LAMBDA, parts, geometry)?;
+            let errors = [
+                loads.drag / (6.0 * PI * concentric_drag(ORDER_LAMBDA)) - 1.0,
+                loads.torque / (8.0 * PI * concentric_torque(ORDER_LAMBDA)) - 1.0,
+            ];
+            points.push((f64::from(parts), errors));
+            cost.add(&one);
+        }
+        for (which, name) in ["drag", "torque"].into_iter().enumerate() {
+            let observed = slope(
+                points
+                    .iter()
+                    .map(|(parts, e)| (parts.ln(), e[which].abs().ln())),
+            );
+            rows.push(Row::scaled(
+                "order",
+                format!("{name}, {}, lambda {ORDER_LAMBDA}", geometry.word()),
+                [theory, -observed],
+                1.0,
+                (allowed, Basis::Order),
+                cost,
+            ));
+        }
+    }
+    Ok(rows)
+}
+
+/// Slope of the straight line through points, by least squares.
+fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
+    let n = points.clone().count() as f64;
+    let (x, y) = points
+        .clone()
+        .fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
+    let (above, below) = points.fold((0.0, 0.0), |(a, b), (px, py)| {
+        (a + (px - x) * (py - y), b + (px - x) * (px - x))
+    });
+    above / below
+}

@@ -1,0 +1,153 @@
+//! E: the three-sphere swimmer, at single instants and through whole strokes.
+
+use std::path::Path;
+
+use anyhow::Result;
+use swimmer::model::{Hydrodynamics, Instant, choose};
+use swimmer::{Leg, Method, Observer, Scene, Solved, SwimError, simulate};
+
+use super::flow::{Sphere, scene, solve};
+use super::reference::{INSTANTANEOUS, Instantaneous, STROKES, Stroke};
+use super::table::{Basis, Cost, Row};
+use super::{Effort, expected};
+
+/// Radius of the ball of the single instants.
+const CONTAINER: f64 = 40.0;
+
+/// The project's bars: swimming speeds at about 300 thousand unknowns; steps of a stroke, whose rates are speeds, and the
+/// net displacement with default settings.
+pub const SPEED: f64 = 1e-4;
+const STEP: f64 = 1e-3;
+const NET: f64 = 1e-2;
+
+/// Element sizes on the spheres: of the default settings, and of about 300 thousand unknowns.
+const DEFAULT_SIZE: f64 = 0.4;
+const FINE_SIZE: f64 = 0.2;
+
+/// Single instants: velocity of the centre, and the worst of the three forces judged by the largest.
+pub fn instants(effort: Effort) -> Result<Vec<Row>> {
+    let fine = match effort {
+        Effort::Quick => &INSTANTANEOUS[..1],
+        Effort::Full => &INSTANTANEOUS[..],
+    };
+    let coarse = INSTANTANEOUS.iter().map(|case| (case, DEFAULT_SIZE, STEP));
+    let mut rows = Vec::new();
+    for (case, size, speed) in coarse.chain(fine.iter().map(|case| (case, FINE_SIZE, SPEED))) {
+        let (instant, cost) = solve(&at(case, size)?)?;
+        let name = format!(
+            "arms {} {}, {} {}, h {size}",
+            case.left_arm,
+            case.right_arm,
+            if case.left_rate == 0.0 {
+                "right"
+            } else {
+                "left"
+            },
+            if case.left_rate + case.right_rate < 0.0 {
+                "closes"
+            } else {
+                "opens"
+            },
+        );
+        let to_wall = CONTAINER - case.left_arm.max(case.right_arm);
+        let tolerances = [
+            (speed, Basis::Required),
+            (expected::drag(size, 1.0 / to_wall), Basis::Interpolation),
+        ];
+        rows.extend(compare(&name, case, &instant, tolerances, cost));
+    }
+    Ok(rows)
+}
+
+/// Rows of an instant, with the tolerances of the velocity and the forces.
+pub fn compare(
+    name: &str,
+    case: &Instantaneous,
+    instant: &Instant,
+    [velocity, force]: [(f64, Basis); 2],
+    cost: Cost,
+) -> [Row; 2] {
+    let largest = case.forces.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
+    let pairs = case
+        .forces
+        .iter()
+        .zip(&instant.bodies)
+        .map(|(&exact, body)| [exact, body.force.x]);
+    let worst = pairs.max_by(|a, b| (a[1] - a[0]).abs().total_cmp(&(b[1] - b[0]).abs()));
+    let speeds = [case.centre_velocity, instant.bodies[1].velocity.x];
+    let forces = worst.unwrap_or([f64::NAN; 2]);
+    [
+        Row::relative("E", format!("{name}: U centre"), speeds, velocity, cost),
+        Row::scaled("E", format!("{name}: force"), forces, largest, force, cost),
+    ]
+}
+
+/// The scene of an instant: its first phase changes one arm by one radius in one unit of time.
+fn at(case: &Instantaneous, size: f64) -> Result<Scene> {
+    let spheres = [-case.left_arm, 0.0, case.right_arm].map(|position| Sphere {
+        position,
+        radius: 1.0,
+        ..Sphere::default()
+    });
+    let (link, length) = match case.left_rate {
+        0.0 => ("right", case.right_arm + case.right_rate),
+        rate => ("left", case.left_arm + rate),
+    };
+    let more = format!(
+        "[[links]]\nname = \"left\"\nbody = \"s0\"\nto = \"s1\"\n[[links]]\nname = \"right\"\nbody = \"s2\"\nto = \"s1\"\n\
+         [[gait.phases]]\nlink = \"{link}\"\nlength = {length:?}\n"
+    );
+    scene(CONTAINER, size, &spheres, &more)
+}
+
+/// What the solves of a stroke cost.
+struct Costs(Cost);
+
+impl Observer for Costs {
+    fn solved(&mut self, _: &Leg, solved: &Solved, _: &dyn Hydrodynamics) -> Result<(), SwimError> {
+        self.0.add(&Cost::of(&solved.instant));
+        Ok(())
+    }
+}
+
+/// Whole strokes: each step and the net displacement of the centre sphere.
+pub fn strokes(effort: Effort) -> Result<Vec<Row>> {
+    let cases = match effort {
+        Effort::Quick => &STROKES[..1],
+        Effort::Full => &STROKES[..],
+    };
+    let mut rows = Vec::new();
+    for case in cases {
+        rows.extend(stroke(case)?);
+    }
+    Ok(rows)
+}
+
+fn stroke(case: &Stroke) -> Result<Vec<Row>> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/three-sphere.toml");
+    let scene = Scene::read(&file, &[format!("domain.radius={:?}", case.container)])?;
+    let mut model = choose(&scene)?.model;
+    let mut costs = Costs(Cost::default());
+    let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut costs)?;
+    let name = |what: &str| format!("stroke 10-6, b {}: {what}", case.container);
+    let mut rows: Vec<Row> = outcome
+        .legs
+        .iter()
+        .zip(case.steps)
+        .enumerate()
+        .map(|(number, (leg, exact))| {
+            let pair = [exact, leg.displacement[1].x];
+            let what = format!("step {}", number + 1);
+            Row::relative("E", name(&what), pair, (STEP, Basis::Required), costs.0)
+        })
+        .collect();
+    let pair = [case.net, outcome.displacement[1].x];
+    rows.push(Row::relative(
+        "E",
+        name("net"),
+        pair,
+        (NET, Basis::Required),
+        costs.0,
+    ));
+    Ok(rows)
+}
