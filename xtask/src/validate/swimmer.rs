@@ -14,13 +14,13 @@ use super::{Effort, expected};
 /// Radius of the ball of the single instants.
 const CONTAINER: f64 = 40.0;
 
-/// The project's bars: swimming speeds at about 300 thousand unknowns; steps of a stroke, whose rates are speeds, and the
-/// net displacement with default settings.
+/// The project's bars: swimming speeds on fine meshes; with default settings steps of a stroke, whose rates are speeds, and the
+/// net displacement.
 pub const SPEED: f64 = 1e-4;
 const STEP: f64 = 1e-3;
 const NET: f64 = 1e-2;
 
-/// Element sizes on the spheres: of the default settings, and of about 300 thousand unknowns.
+/// Element sizes on the spheres: of the default settings, and of 184 thousand unknowns.
 const DEFAULT_SIZE: f64 = 0.4;
 const FINE_SIZE: f64 = 0.2;
 
