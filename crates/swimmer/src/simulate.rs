@@ -56,7 +56,8 @@ pub struct Outcome {
     pub solves: usize,
     /// Error bars of the displacements.
     pub error_estimate: ErrorEstimate,
-    /// Whether every leg met its share of the tolerance.
+    /// Whether every leg met its share of the tolerance, and the error of the integration is below the tolerance
+    /// times the [`Outcome::net`] displacement.
     pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
     pub work: f64,
@@ -66,6 +67,14 @@ pub struct Outcome {
     pub samples: Vec<Sample>,
     /// The trajectory between them, for curves: times and positions of all bodies.
     pub curve: Vec<(f64, Vec<Vector3<f64>>)>,
+}
+
+impl Outcome {
+    /// The net displacement: that of the mean of the bodies' centres, so that turning alone is none.
+    pub fn net(&self) -> f64 {
+        self.displacement.iter().sum::<Vector3<f64>>().norm()
+            / self.displacement.len().max(1) as f64
+    }
 }
 
 /// What one leg did.
@@ -200,6 +209,8 @@ pub fn simulate(
         before = after;
         observer.leg_done(&leg, &result, &outcome)?;
     }
+    let bar = outcome.error_estimate.integration.unwrap_or(0.0);
+    outcome.tolerance_met &= bar <= scene.model.tolerance * outcome.net();
     Ok(outcome)
 }
 

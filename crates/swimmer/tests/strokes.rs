@@ -248,6 +248,36 @@ fn the_planar_swimmer_moves_and_turns_in_its_plane() {
     }
 }
 
+#[test]
+fn a_tolerance_that_is_missed_is_told() {
+    // The planar swimmer gains so little that a leg's usual share is not enough.
+    let still = (UnitQuaternion::identity(), Vector3::zeros());
+    let outcome = |text: &str| {
+        let scene = scene(text);
+        let mut double = support::Double::new(&scene, Tensor::Rpy);
+        swimmer::simulate(&scene, &mut double, Method::Collocation, &mut ()).unwrap()
+    };
+    let at = |tolerance: f64| {
+        let text = planar(&still.0, &still.1, "clamped");
+        outcome(&text.replace("tolerance = 1e-9", &format!("tolerance = {tolerance}")))
+    };
+    let (loose, tight) = (at(0.03), at(1e-7));
+    let error = (loose.displacement[0] - tight.displacement[0]).norm();
+    assert!(error <= loose.error_estimate.integration.unwrap());
+    assert!(
+        !loose.tolerance_met,
+        "{:?} of {}",
+        loose.error_estimate,
+        loose.net()
+    );
+    let swimmer = outcome(&three_spheres("model.tolerance = 1e-3", FREE));
+    let exact: f64 = RPY.iter().sum();
+    assert!(swimmer.tolerance_met && (swimmer.net() - exact).abs() < 1e-3 * exact);
+    // Rungs of one, two and three points a leg, of which the last stays; and the ends of legs.
+    assert_eq!((swimmer.legs.len(), swimmer.solves), (4, 24));
+    assert_eq!(swimmer.samples.len(), 1 + 4 * (3 + 1));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 

@@ -27,7 +27,7 @@ enum Command {
     Run {
         #[command(flatten)]
         scene: SceneArguments,
-        /// Folder for the results [default: out/<scene name>]
+        /// Folder for the results [default: out/ and the scene's name]
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
         /// Go on from the checkpoint of an interrupted run

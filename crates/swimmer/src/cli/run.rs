@@ -178,10 +178,12 @@ fn describe(
         sources.join(", ")
     ));
     if !outcome.tolerance_met {
+        let bar = outcome.error_estimate.integration.unwrap_or(0.0);
         line(format!(
-            "warning: the integration did not reach model.tolerance = {:e}; the model's answers are not smooth enough \
-             along the path: refine fem.surface_size or loosen the tolerance",
-            scene.model.tolerance
+            "warning: the integration errs by up to {bar:.1e} in a net displacement of {:.1e}, more than \
+             model.tolerance = {:e} allows: lower it, or refine fem.surface_size if that does not help",
+            outcome.net(),
+            scene.model.tolerance,
         ));
     }
     line(format!(
