@@ -14,6 +14,7 @@ use crate::{Bordered, Csr, LinalgError};
 pub struct Transfer {
     nodes: Csr,
     border: Csr,
+    border_left: Option<Csr>,
 }
 
 impl Transfer {
@@ -26,15 +27,24 @@ impl Transfer {
         check_shape("border Q of the transfer", border.shape(), expected)?;
         check_finite("transfer P", nodes.data())?;
         check_finite("border Q of the transfer", border.data())?;
-        Ok(Transfer {
-            nodes: into_rows(nodes),
-            border: into_rows(border),
-        })
+        Ok(Transfer::from_parts(into_rows(nodes), into_rows(border), None))
+    }
+
+    /// With other border columns `Q_l` (3n x m) for the restriction, `r_v + Q_l^T r`: where border rows are not tested with the
+    /// motions of their columns, as rows that are constraints are not, their residuals must not be mixed with the nodes'.
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`].
+    pub fn with_left_border(mut self, border_left: Csr) -> Result<Self, LinalgError> {
+        check_shape("left border Q_l of the transfer", border_left.shape(), self.border.shape())?;
+        check_finite("left border Q_l of the transfer", border_left.data())?;
+        self.border_left = Some(into_rows(border_left));
+        Ok(self)
     }
 
     /// From parts known to be sound.
-    pub(crate) fn from_parts(nodes: Csr, border: Csr) -> Self {
-        Transfer { nodes, border }
+    pub(crate) fn from_parts(nodes: Csr, border: Csr, border_left: Option<Csr>) -> Self {
+        Transfer { nodes, border, border_left }
     }
 
     /// The scalar prolongation `P`, n x n_coarse.
@@ -47,6 +57,11 @@ impl Transfer {
         &self.border
     }
 
+    /// The border columns of the restriction `Q_l`, 3n x m: `Q` unless given.
+    pub fn border_left(&self) -> &Csr {
+        self.border_left.as_ref().unwrap_or(&self.border)
+    }
+
     pub(crate) fn check_against(&self, fine: &Bordered) -> Result<(), LinalgError> {
         let (n, m) = (fine.nodes(), fine.border_len());
         let expected = (n, self.nodes.cols());
@@ -55,9 +70,9 @@ impl Transfer {
         check_shape("border Q of the transfer", self.border.shape(), expected)
     }
 
-    /// The Galerkin operator `[P Q; 0 I]^T [K C; C_l^T M] [P Q; 0 I]`, K and P three times over:
+    /// The Galerkin operator `[P Q_l; 0 I]^T [K C; C_l^T M] [P Q; 0 I]`, K and P three times over:
     ///
-    /// `K_c = P^T K P`, `C_c = P^T (C + K Q)`, `M_c = M + Q^T (C + K Q) + C_l^T Q`.
+    /// `K_c = P^T K P`, `C_c = P^T (C + K Q)`, `C_lc = P^T (C_l + K Q_l)`, `M_c = M + Q_l^T (C + K Q) + C_l^T Q`.
     ///
     /// `k_coarse` replaces the first product where it is known, as on straight-sided meshes.
     pub(crate) fn galerkin(&self, fine: &Bordered, k_coarse: Option<Csr>) -> Bordered {
@@ -65,12 +80,11 @@ impl Transfer {
         let restrict = transpose(&self.nodes);
         let k_coarse = k_coarse.unwrap_or_else(|| multiply(&restrict, &multiply(k, &self.nodes)));
         let kq_plus_c = kron3_multiply_add(k, &self.border, fine.border());
-        let left = fine
-            .border_left()
-            .map(|c| restrict3(&restrict, &kron3_multiply_add(k, &self.border, c)));
+        let (q_left, c_left) = (self.border_left(), fine.border_left().unwrap_or(fine.border()));
+        let left = (fine.border_left().is_some() || self.border_left.is_some())
+            .then(|| restrict3(&restrict, &kron3_multiply_add(k, q_left, c_left)));
         let mut corner = fine.corner().clone();
-        add_transposed_product(&self.border, &kq_plus_c, &mut corner);
-        let c_left = fine.border_left().unwrap_or(fine.border());
+        add_transposed_product(q_left, &kq_plus_c, &mut corner);
         add_transposed_product(c_left, &self.border, &mut corner);
         Bordered::from_parts(k_coarse, restrict3(&restrict, &kq_plus_c), left, corner)
     }
@@ -141,15 +155,19 @@ mod tests {
             let fine = Bordered::new(
                 sparse(&k), sparse(&c), nonsymmetric.then(|| sparse(&left)), corner.clone(),
             ).expect("sound");
-            let transfer = Transfer::new(sparse(&p), sparse(&q)).expect("sound");
+            let q_left = if nonsymmetric { random(3 * n, m) } else { q.clone() };
+            let mut transfer = Transfer::new(sparse(&p), sparse(&q)).expect("sound");
+            if nonsymmetric {
+                transfer = transfer.with_left_border(sparse(&q_left)).expect("sound");
+            }
             let coarse = transfer.galerkin(&fine, None);
 
             let three = DMatrix::identity(3, 3);
             let (k3, p3) = (k.kronecker(&three), p.kronecker(&three));
             let stiffness = p.transpose() * &k * &p;
             let border = p3.transpose() * (&c + &k3 * &q);
-            let border_left = p3.transpose() * (&left + &k3 * &q);
-            let corner = corner + q.transpose() * (&c + &k3 * &q) + left.transpose() * &q;
+            let border_left = p3.transpose() * (&left + &k3 * &q_left);
+            let corner = corner + q_left.transpose() * (&c + &k3 * &q) + left.transpose() * &q;
             let close = |a: &DMatrix<f64>, b: &DMatrix<f64>| a.is_empty() || (a - b).amax() < 1e-11;
             prop_assert!(close(&dense(coarse.stiffness()), &stiffness));
             prop_assert!(close(&dense(coarse.border()), &border));

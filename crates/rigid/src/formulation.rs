@@ -172,10 +172,13 @@ impl Constrained {
             test.as_ref().map(|test| &fluid.rigid_divergence * test),
             take(&mut fluid.pressure_mass),
         )?;
-        let transfer = Transfer::new(
+        let mut transfer = Transfer::new(
             take(&mut fluid.interpolation),
             &fluid.interpolation_border * &trial,
         )?;
+        if let Some(test) = &test {
+            transfer = transfer.with_left_border(&fluid.interpolation_border * test)?;
+        }
         let vertex_stiffness = take(&mut fluid.vertex_stiffness);
         Ok(Self {
             system,

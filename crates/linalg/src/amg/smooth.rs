@@ -4,7 +4,7 @@ use crate::csr::Rows;
 use crate::product::build_rows;
 use crate::{Bordered, Csr, Transfer};
 
-/// `P = (I - w D^-1 K) T` and `Q = -w D^-1 C` with `w = 4 / (3 upper)`, the minimiser of the energy bound.
+/// `P = (I - w D^-1 K) T` and `Q = -w D^-1 C` (and `Q_l` from `C_l`) with `w = 4 / (3 upper)`, the minimiser of the energy bound.
 ///
 /// The border columns are the same Jacobi step applied to the tentative prolongation `[T 0; 0 I]` of the bordered operator:
 /// a body that moves drags the nodes around it along.
@@ -21,11 +21,13 @@ pub(super) fn jacobi(fine: &Bordered, diagonal: &[f64], upper: f64, tentative: &
             }
         }
     });
-    let c = Rows::of(fine.border());
-    let border = build_rows(3 * fine.nodes(), fine.border_len(), |i, row| {
-        for (col, value) in c.row(i) {
-            row.add(col, -omega / diagonal[i / 3] * value);
-        }
-    });
-    Transfer::from_parts(nodes, border)
+    let smoothed_border = |border: &Csr| {
+        let c = Rows::of(border);
+        build_rows(3 * fine.nodes(), fine.border_len(), |i, row| {
+            for (col, value) in c.row(i) {
+                row.add(col, -omega / diagonal[i / 3] * value);
+            }
+        })
+    };
+    Transfer::from_parts(nodes, smoothed_border(fine.border()), fine.border_left().map(smoothed_border))
 }

@@ -52,7 +52,7 @@ impl Level {
             coarse_blocks: RowBlocks::new(Rows::of(&p_transposed).indptr),
             p_transposed,
             q: to_f32(transfer.border(), 1.0),
-            q_transposed: to_f32(&transpose(transfer.border()), 1.0),
+            q_transposed: to_f32(&transpose(transfer.border_left()), 1.0),
             blocks: operator.node_blocks().clone(),
             border_blocks: operator.border_blocks().clone(),
             vectors: Vectors::new(n, m),
@@ -103,7 +103,7 @@ impl Level {
         });
     }
 
-    /// The residual of `x` with zero border, restricted: `b_c = P^T r`, `border b_c = r_v + Q^T r`. One pass.
+    /// The residual of `x` with zero border, restricted: `b_c = P^T r`, `border b_c = r_v + Q_l^T r`. One pass.
     pub fn restrict(&mut self, coarse: &mut Vectors) {
         let Vectors { b, x, border_b, .. } = &self.vectors;
         let rows = NodeRows {
