@@ -216,7 +216,7 @@ pub const KEYS: &[Key] = &[
     key(
         "fem.surface_size",
         Kind::Positive,
-        "chosen from the tolerance",
+        "0.4 of the radius",
         "element size on the bodies' surfaces",
     ),
     key(
