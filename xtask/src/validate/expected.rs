@@ -66,6 +66,23 @@ pub fn from_halving(coarse: f64, fine: f64) -> f64 {
     (coarse - fine).abs() / 3.0
 }
 
+/// Error of the force on two unit spheres that approach each other, relative to the drag of one, `6 pi U`, from the elements
+/// in their gap that are kept below `size` by the gap: what a mesh with half the surface size does not refine.
+///
+/// In a gap of width `H = gap + rho^2` the flow is $u_x = \tfrac{3 U x}{2 H} (1 - 4 z^2 / H^2)$, `u_y` alike, and
+/// $u_z = -\tfrac{3 U}{H} (z - \tfrac{4 z^3}{3 H^2})$: $|\nabla^3 u|^2 = (24^2 + 6 \cdot 12^2) U^2 / H^6$ to leading order; elements are
+/// a fixed part of `H`. The power is `2 U` times the force.
+pub fn gap(gap: f64, size: f64) -> f64 {
+    let part = GenerateParams::default().gap;
+    let widest = size / part;
+    if widest <= gap {
+        return 0.0;
+    }
+    // Integral of (part H)^4 1440 / H^6 over H pi dH.
+    let energy = INTERPOLATION * part.powi(4) * 1440.0 * PI * (widest / gap).ln();
+    ALLOWANCE * energy / (2.0 * 6.0 * PI)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -90,5 +107,7 @@ mod tests {
         assert!(drag(0.6, 0.5) / drag(0.3, 0.5) > 8.0);
         assert!(drag(0.4, 0.1) < 6e-3 && drag(0.4, 0.1) > 2e-3);
         assert!(torque(0.4, 0.1) < 1e-2);
+        assert_eq!(gap(1.0, 0.4), 0.0);
+        assert!(gap(0.1, 0.4) > gap(0.5, 0.4));
     }
 }

@@ -28,8 +28,9 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
         .map(|&(distance, exact)| {
             let (coarse, _) = force(distance, 2.0 * size)?;
             let (fine, cost) = force(distance, size)?;
-            let left =
-                expected::from_halving(coarse, fine) / exact + (distance / CONTAINER).powi(3);
+            let refined = expected::from_halving(coarse, fine);
+            let unrefined = expected::gap(distance - 2.0, 2.0 * size);
+            let left = (refined + unrefined) / exact + (distance / CONTAINER).powi(3);
             Ok(Row::relative(
                 "B",
                 format!("opposite, s {distance}, h {size}"),

@@ -82,7 +82,8 @@ impl Basis {
                  matrix entries are judged by the largest entry"
             }
             Self::Halving => {
-                "a third of the change from the mesh of twice the surface size: what is left at second order or better"
+                "a third of the change from the mesh of twice the surface size: what is left at second order or better; besides, as (a) \
+                 for the lubrication flow in the gap, where elements are as small as the gap asks in both meshes"
             }
             Self::Order => {
                 "theory: 4 curved, at least 3.3 before the asymptotic range; 2 straight, by geometry (absolute difference)"

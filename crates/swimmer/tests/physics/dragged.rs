@@ -1,0 +1,80 @@
+//! A sphere dragged and turned at the centre of a ball, against the exact answer.
+
+use std::f64::consts::PI;
+
+use crate::scenes::{parse, solve_with_flow};
+
+/// Ball radius four: K = (1 - l^5) / (1 - 9/4 l + 5/2 l^3 - 9/4 l^5 + l^6), torque factor 1 / (1 - l^3) (Happel & Brenner 1983).
+const LAMBDA: f64 = 0.25;
+
+struct Loads {
+    drag: f64,
+    torque: f64,
+    /// Radius of the ball of the volume inside the discrete sphere.
+    radius: f64,
+}
+
+fn loads(size: f64, geometry: &str) -> Loads {
+    let text = format!(
+        "domain = {{ kind = \"ball\", radius = 4 }}\nmodel.kind = \"fem\"\nfem.surface_size = {size}\nfem.geometry = \"{geometry}\"\n\
+         [[bodies]]\nname = \"s\"\nradius = 1\nposition = [0, 0, 0]\nforce = [1, 0, 0]\ntorque = [0, 0, 1]\n"
+    );
+    let (instant, flow) = solve_with_flow(&parse(&text));
+    let volume = fem::surface_measures(&flow.mesh, flow.mesh.tag("s").unwrap())
+        .unwrap()
+        .volume;
+    Loads {
+        drag: 1.0 / instant.bodies[0].velocity.x,
+        torque: 1.0 / instant.bodies[0].angular_velocity.z,
+        radius: (volume / (4.0 / 3.0 * PI)).cbrt(),
+    }
+}
+
+fn exact() -> [f64; 2] {
+    let l = |k| LAMBDA.powi(k);
+    let k = (1.0 - l(5)) / (1.0 - 2.25 * l(1) + 2.5 * l(3) - 2.25 * l(5) + l(6));
+    [6.0 * PI * k, 8.0 * PI / (1.0 - l(3))]
+}
+
+#[test]
+fn curved_surfaces_give_drag_and_torque_to_better_than_second_order() {
+    let [coarse, fine] = [0.6, 0.3].map(|size| loads(size, "curved"));
+    let [drag, torque] = exact();
+    for (exact, coarse, fine) in [
+        (drag, coarse.drag, fine.drag),
+        (torque, coarse.torque, fine.torque),
+    ] {
+        let error = fine / exact - 1.0;
+        // Better than second order: less is left than a third of the change. The error is an energy: not negative.
+        let tolerance = (coarse - fine).abs() / exact / 3.0;
+        assert!(error > 0.0 && error < tolerance, "{error:e} {tolerance:e}");
+        assert!(tolerance < 1e-2);
+    }
+}
+
+#[test]
+fn straight_surfaces_give_the_loads_of_the_smaller_ball_that_they_enclose() {
+    let straight = loads(0.3, "straight");
+    let curved = loads(0.3, "curved");
+    let [drag, torque] = exact();
+    let deficit = 1.0 - straight.radius;
+    // Facets of edge h are h^2 / 8 below the sphere in the mean.
+    assert!(
+        (0.5..1.5).contains(&(deficit / (0.3_f64.powi(2) / 8.0))),
+        "{deficit}"
+    );
+    // Drag falls with the radius, torque with its cube; vertices stick out of the ball of equal volume, so by less.
+    for (exact, straight, curved, power) in [
+        (drag, straight.drag, curved.drag, 1.0),
+        (torque, straight.torque, curved.torque, 3.0),
+    ] {
+        let error = straight / exact - 1.0;
+        assert!(
+            error < 0.0 && error > -2.0 * power * deficit,
+            "{error:e} {deficit:e}"
+        );
+        // Curving the same elements removes most of it.
+        assert!((curved / exact - 1.0).abs() < 0.5 * error.abs());
+    }
+    assert!((curved.radius - 1.0).abs() < 0.01 * deficit);
+}

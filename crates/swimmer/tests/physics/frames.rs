@@ -1,0 +1,102 @@
+//! Space has no preferred place, direction or hand: the same mesh moved, turned or mirrored gives the same answer so.
+
+use mesh::{QuadraticTets, TetMesh};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use swimmer::Scene;
+
+use crate::scenes::{
+    BODIES, COARSE, bent, force_error, largest_differences, mesh, parse, solve, velocity_error,
+};
+
+/// The bent swimmer in `mesh` (from a file in `folder`) under `x -> linear x + shift`.
+fn mapped(
+    folder: &std::path::Path,
+    original: &TetMesh,
+    linear: &Matrix3<f64>,
+    shift: Vector3<f64>,
+) -> Scene {
+    let place = |x: &Vector3<f64>| linear * x + shift;
+    // A mirrored cell is inverted; loose cells are turned round as they become a mesh.
+    let loose = QuadraticTets {
+        points: original.points().iter().map(place).collect(),
+        tets: original.cells().to_vec(),
+        faces: original.facets().iter().map(|f| (f.nodes, f.tag)).collect(),
+        tags: original.tags().to_vec(),
+    };
+    let file = folder.join("mapped.msh");
+    TetMesh::quadratic(loose, &[])
+        .unwrap()
+        .write(&file)
+        .unwrap();
+    let wall = original.tags().last().unwrap();
+    let mut name = "";
+    let bodies: String = BODIES
+        .lines()
+        .map(|line| match line.split_once(" = ") {
+            Some(("position", x)) => {
+                let c: Vec<f64> = x
+                    .trim_matches(['[', ']'])
+                    .split(',')
+                    .map(|c| c.trim().parse().unwrap())
+                    .collect();
+                let x = place(&Vector3::from_column_slice(&c));
+                format!("position = {:?}\nsurface = {name}\n", x.as_slice())
+            }
+            key => {
+                if let Some(("name", value)) = key {
+                    name = value;
+                }
+                format!("{line}\n")
+            }
+        })
+        .collect();
+    parse(
+        &format!(
+            "domain = {{ kind = \"mesh\", file = {:?}, walls = [{wall:?}] }}\n{COARSE}{bodies}\
+         [[gait.phases]]\nlink = \"left-arm\"\nlength = 3.25\n",
+            file.display().to_string()
+        )
+        .replace("fem.surface_size = 0.7\n", ""),
+    )
+}
+
+fn check(linear: Matrix3<f64>, shift: Vector3<f64>) {
+    let scene = bent(COARSE);
+    let original = mesh(&scene);
+    let folder = tempfile::tempdir().unwrap();
+    let reference = solve(&scene);
+    let answer = solve(&mapped(folder.path(), &original, &linear, shift));
+    assert_eq!(reference.dofs, answer.dofs);
+    // Angular velocities and torques are axial: a mirror turns them once more.
+    let axial = linear * linear.determinant();
+    let [velocities, forces] = largest_differences(&reference, &answer, |[u, w, f, t]| {
+        [linear * u, axial * w, linear * f, axial * t]
+    });
+    let both = |error: fn(&swimmer::model::Instant) -> f64| error(&reference) + error(&answer);
+    assert!(velocities <= both(velocity_error), "{velocities:e}");
+    assert!(forces <= both(force_error), "{forces:e}");
+}
+
+#[test]
+fn a_mesh_from_a_file_is_the_mesh() {
+    check(Matrix3::identity(), Vector3::zeros());
+}
+
+#[test]
+fn a_turned_scene_moves_the_same_way() {
+    let turn = Rotation3::from_scaled_axis(Vector3::new(0.3, -1.1, 0.7));
+    check(turn.into_inner(), Vector3::zeros());
+}
+
+#[test]
+fn a_shifted_scene_moves_the_same_way() {
+    check(Matrix3::identity(), Vector3::new(7.0, -3.0, 11.0));
+}
+
+#[test]
+fn a_mirrored_scene_moves_in_the_mirror() {
+    check(
+        Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, 1.0)),
+        Vector3::zeros(),
+    );
+}

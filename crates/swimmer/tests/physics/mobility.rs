@@ -1,0 +1,61 @@
+//! The mobility of bodies: symmetric and positive definite, as reciprocity and dissipation demand.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::scenes::{COARSE, parse, solve};
+
+/// Two unequal spheres off the axis of their ball; load number `k` of six a body.
+fn loaded(k: usize) -> String {
+    let bodies = [("small", 1.0, "[-2, 0.5, 1]"), ("large", 1.5, "[2, 0, -1]")];
+    let bodies: String = bodies
+        .iter()
+        .enumerate()
+        .map(|(number, (name, radius, position))| {
+            let mut load = [0.0; 6];
+            if k / 6 == number {
+                load[k % 6] = 1.0;
+            }
+            let (force, torque) = load.split_at(3);
+            format!(
+                "[[bodies]]\nname = \"{name}\"\nradius = {radius}\nposition = {position}\nforce = {force:?}\ntorque = {torque:?}\n"
+            )
+        })
+        .collect();
+    format!("domain = {{ kind = \"ball\", radius = 8 }}\n{COARSE}{bodies}")
+}
+
+#[test]
+fn mobility_is_symmetric_and_positive_definite() {
+    let mut mobility = DMatrix::zeros(12, 12);
+    let mut tolerance = 0.0_f64;
+    for k in 0..12 {
+        let instant = solve(&parse(&loaded(k)));
+        let columns = instant
+            .bodies
+            .iter()
+            .flat_map(|b| [b.velocity, b.angular_velocity]);
+        let column: Vec<f64> = columns.flat_map(|v| [v.x, v.y, v.z]).collect();
+        mobility.set_column(k, &DVector::from_vec(column));
+        // The system is symmetric and its right-hand sides are unit vectors: M_ij - M_ji = x_i . r_j - x_j . r_i, with
+        // |x| <= sqrt(dofs) / 4 pi (no velocity exceeds 1 / 6 pi, no pressure 3/2 of it).
+        let largest = (instant.dofs.total as f64).sqrt() / (4.0 * std::f64::consts::PI);
+        tolerance = tolerance.max(2.0 * instant.solver.true_relative_residual * largest);
+    }
+    let asymmetry = (&mobility - mobility.transpose()).amax();
+    assert!(asymmetry <= tolerance, "{asymmetry:e} {tolerance:e}");
+    // The off-diagonal is not just zero.
+    assert!(mobility[(0, 6)].abs() > 1e-3);
+
+    let eigenvalues = mobility.clone().symmetric_eigenvalues();
+    // No mode moves less than a torque turns the larger sphere, 1 / (8 pi 1.5^3), less what walls and neighbours take.
+    assert!(
+        eigenvalues.min() > 0.5 / (8.0 * std::f64::consts::PI * 1.5_f64.powi(3)),
+        "{eigenvalues}"
+    );
+    let resistance = mobility.try_inverse().unwrap();
+    assert!(
+        (&resistance - resistance.transpose()).amax()
+            <= tolerance * resistance.amax().powi(2) * 12.0
+    );
+    assert!(resistance.symmetric_eigenvalues().min() > 0.0);
+}
