@@ -6,7 +6,7 @@ use crate::{
 };
 
 /// Chebyshev steps on the pressure mass matrix: two or three need the same iterations, one needs three more (methods note 1.2).
-const MASS_STEPS: usize = 3;
+pub(crate) const MASS_STEPS: usize = 3;
 
 /// `[A B^T; 0 -M_p]^-1`, with a V-cycle for the velocity and border block `A` and Chebyshev steps for the pressure mass matrix.
 ///

@@ -195,6 +195,18 @@ impl LinearOperator for Bordered {
         self.apply_nodes(u, v, yu, |_, _| ());
         self.apply_border(u, v, yv, |_| 0.0);
     }
+
+    /// No left border is given and the corner equals its mirror to rounding; `K` is symmetric by contract.
+    fn is_symmetric(&self) -> bool {
+        let (m, corner) = (self.border_len(), &self.corner);
+        let mirrored = |c: usize, d: usize| {
+            // products that make up a corner are summed over surface points: some thousand roundings
+            let rounding = 1e3 * f64::EPSILON * corner[(c, c)].abs().max(corner[(d, d)].abs());
+            let (upper, lower) = (corner[(c, d)], corner[(d, c)]);
+            (upper - lower).abs() <= rounding.max(1e3 * f64::EPSILON * upper.abs())
+        };
+        self.border_left.is_none() && (0..m).all(|c| (0..c).all(|d| mirrored(c, d)))
+    }
 }
 
 /// A flat vector as one triple a node.

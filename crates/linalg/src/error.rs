@@ -96,6 +96,14 @@ pub enum LinalgError {
         /// What it got.
         found: PreconditionerKind,
     },
+    /// The method may not be used on this operator.
+    #[error(
+        "{method} needs a symmetric operator, this one has other rows than columns; use fgmres"
+    )]
+    NotSymmetric {
+        /// The method.
+        method: &'static str,
+    },
     /// A matrix to be factorised is singular or not definite to working precision.
     #[error("{what} cannot be factorised: {detail}")]
     Factorisation {

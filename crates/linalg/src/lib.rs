@@ -13,6 +13,7 @@
 //! |---|---|
 //! | describe the system | [`Bordered`], [`SaddleSystem`] |
 //! | solve a large one | [`fgmres`] with [`BlockTriangular`], whose velocity block is a [`Multigrid`] cycle |
+//! | solve a symmetric one in little memory | [`minres`] with [`BlockDiagonal`] |
 //! | solve a small one, or check | [`SaddleLdlt`] |
 //! | solve three scalar problems with one matrix | [`cg`] with [`Bordered::scalar`] and [`Multigrid::new`] |
 //!
@@ -48,6 +49,7 @@
 #![deny(unsafe_code)]
 
 mod amg;
+mod block_diagonal;
 mod block_triangular;
 mod bordered;
 mod chebyshev;
@@ -66,14 +68,15 @@ mod scalar;
 mod transfer;
 mod vector;
 
+pub use block_diagonal::BlockDiagonal;
 pub use block_triangular::BlockTriangular;
 pub use bordered::Bordered;
 pub use chebyshev::MassInverse;
 pub use csr::{Csr, Csr3};
 pub use direct::{DirectParams, SaddleLdlt};
 pub use error::LinalgError;
-pub use krylov::{KrylovParams, SolveReport, cg, fgmres};
-pub use multigrid::{LevelSize, Multigrid, MultigridParams};
+pub use krylov::{KrylovParams, SolveReport, cg, fgmres, minres};
+pub use multigrid::{BorderInverse, LevelSize, Multigrid, MultigridParams};
 pub use operator::{Identity, LinearOperator, Preconditioner, PreconditionerKind};
 pub use saddle::SaddleSystem;
 pub use transfer::Transfer;

@@ -13,6 +13,11 @@ pub trait LinearOperator: Sync {
     /// # Panics
     /// When `x` or `y` has another length than `cols` or `rows`; the solvers check before.
     fn apply(&self, x: &[f64], y: &mut [f64]);
+
+    /// Whether `A = A^T` is known to hold: [`cg`](crate::cg) and [`minres`](crate::minres) refuse other operators.
+    fn is_symmetric(&self) -> bool {
+        false
+    }
 }
 
 /// An approximate inverse `z <- N r`; it owns its work space, hence `&mut self`.

@@ -108,11 +108,6 @@ impl SaddleSystem {
         &self.pressure_mass
     }
 
-    /// Whether every formulation block equals its mirror: `C_l = C`, `E_l = E`.
-    pub fn is_symmetric(&self) -> bool {
-        self.a.border_left().is_none() && self.e_left.is_none()
-    }
-
     /// Positions of the velocity unknowns, `0..3n`.
     pub fn velocity_range(&self) -> Range<usize> {
         0..3 * self.a.nodes()
@@ -191,5 +186,10 @@ impl LinearOperator for SaddleSystem {
             .apply_nodes(u, v, yu, |i, a| add_gradient(bt, i, p, a));
         self.a.apply_border(u, v, yv, |c| long_row(et, c, p));
         self.apply_divergence(u, v, yp);
+    }
+
+    /// No left borders are given and the corner equals its mirror.
+    fn is_symmetric(&self) -> bool {
+        self.a.is_symmetric() && self.e_left.is_none()
     }
 }

@@ -1,45 +1,19 @@
 //! Rigid bodies in Stokes flow on structured meshes: every solver against every other.
 
+// other tests use the rest
+#[allow(dead_code, unused_imports)]
 mod support;
 
 use faer::linalg::solvers::Solve;
 use linalg::{
-    BlockTriangular, Bordered, Csr, DirectParams, KrylovParams, LinalgError, LinearOperator,
-    Multigrid, MultigridParams, Preconditioner, PreconditionerKind, SaddleLdlt, SaddleSystem, cg,
-    fgmres,
+    BlockTriangular, Bordered, DirectParams, KrylovParams, LinalgError, LinearOperator, Multigrid,
+    MultigridParams, Preconditioner, PreconditionerKind, SaddleLdlt, SaddleSystem, cg, fgmres,
 };
 use nalgebra::DMatrix;
-use support::{Stokes, cube, one_body, three_spheres, two_bodies};
-
-/// Forces and torques on the bodies, nothing else.
-fn body_forces(system: &SaddleSystem) -> Vec<f64> {
-    let mut b = vec![0.0; system.rows()];
-    for (c, v) in b[system.border_range()].iter_mut().enumerate() {
-        *v = 1.0 + (c as f64 * 0.7).sin();
-    }
-    b
-}
-
-/// Deterministic numbers in [-1, 1].
-fn noise(n: usize) -> Vec<f64> {
-    (0..n).map(|i| (i as f64 * 12.9898).sin()).collect()
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(a, b)| a * b).sum()
-}
-
-fn relative_difference(x: &[f64], y: &[f64]) -> f64 {
-    let difference: Vec<f64> = x.iter().zip(y).map(|(a, b)| a - b).collect();
-    (dot(&difference, &difference) / dot(y, y)).sqrt()
-}
-
-fn tolerance(rel_tol: f64) -> KrylovParams {
-    KrylovParams {
-        rel_tol,
-        ..KrylovParams::default()
-    }
-}
+use support::{
+    Stokes, body_forces, cube, dot, held_pair, noise, one_body, relative_difference, three_spheres,
+    tolerance, transfer_for, true_residual, two_bodies, with_border,
+};
 
 fn block_solve(stokes: &Stokes, b: &[f64], params: &KrylovParams) -> (Vec<f64>, usize) {
     let mut pre = BlockTriangular::with_transfer(&stokes.system, &stokes.transfer).expect("set-up");
@@ -47,12 +21,6 @@ fn block_solve(stokes: &Stokes, b: &[f64], params: &KrylovParams) -> (Vec<f64>, 
     let report = fgmres(&stokes.system, &mut pre, b, &mut x, params).expect("convergence");
     assert!(true_residual(&stokes.system, b, &x) <= params.rel_tol);
     (x, report.iterations)
-}
-
-fn true_residual(system: &SaddleSystem, b: &[f64], x: &[f64]) -> f64 {
-    let mut ax = vec![0.0; b.len()];
-    system.apply(x, &mut ax);
-    relative_difference(&ax, b)
 }
 
 /// The operator as a dense matrix, column by column.
@@ -251,42 +219,11 @@ fn results_are_bitwise_the_same_on_one_and_two_threads() {
     assert!(one.1 == two.1, "direct solver");
 }
 
-/// The system with `extra` border columns appended by `corner` alone, and other left borders.
-fn with_border(
-    stokes: &Stokes,
-    corner: DMatrix<f64>,
-    left_scale: Option<f64>,
-) -> Result<SaddleSystem, LinalgError> {
-    let (s, m) = (&stokes.system, corner.nrows());
-    let widen = |matrix: &Csr| {
-        let (indptr, columns, values) = matrix.clone().into_raw_storage();
-        Csr::new((matrix.rows(), m), indptr, columns, values)
-    };
-    let a = s.velocity_block();
-    let scaled = |matrix: Csr| left_scale.map(|f| matrix.map(|v| v * f));
-    let (c, e) = (widen(a.border()), widen(s.border_divergence()));
-    let a = Bordered::new(a.stiffness().clone(), c.clone(), scaled(c), corner)?;
-    let mass = s.pressure_mass().clone();
-    SaddleSystem::new(a, s.divergence().clone(), e.clone(), scaled(e), mass)
-}
-
 /// Bordered systems beyond the symmetric definite: constraints as multipliers, and other left columns.
 #[test]
 fn indefinite_and_nonsymmetric_borders_are_solved() {
-    let stokes = Stokes::new(5, &[cube([1, 2, 2], 1), cube([3, 2, 2], 1)], 5.0);
+    let (stokes, constrained) = held_pair();
     let plain = stokes.system.velocity_block().corner();
-    let constrained = {
-        // multipliers hold the bodies' distance and their relative y velocity
-        let mut corner = DMatrix::zeros(14, 14);
-        corner.view_mut((0, 0), (12, 12)).copy_from(plain);
-        for (row, d) in [(12, 0), (13, 1)] {
-            for (body, sign) in [(0, 1.0), (6, -1.0)] {
-                corner[(row, body + d)] = sign;
-                corner[(body + d, row)] = sign;
-            }
-        }
-        with_border(&stokes, corner, None).expect("a sound system")
-    };
     let nonsymmetric = with_border(&stokes, plain * 1.1, Some(1.1)).expect("a sound system");
     assert!(constrained.is_symmetric() && !nonsymmetric.is_symmetric());
     for system in [constrained, nonsymmetric] {
@@ -298,14 +235,8 @@ fn indefinite_and_nonsymmetric_borders_are_solved() {
         let difference = relative_difference(&x, &exact);
         assert!(difference < 1e-9, "direct {difference:e}");
 
-        let border = linalg::Transfer::new(stokes.transfer.nodes().clone(), {
-            let q = stokes.transfer.border();
-            let (indptr, columns, values) = q.clone().into_raw_storage();
-            let m = system.border_range().len();
-            Csr::new((q.rows(), m), indptr, columns, values)
-        });
-        let mut pre =
-            BlockTriangular::with_transfer(&system, &border.expect("a transfer")).expect("set-up");
+        let transfer = transfer_for(&stokes, system.border_range().len());
+        let mut pre = BlockTriangular::with_transfer(&system, &transfer).expect("set-up");
         assert_eq!(pre.velocity().kind(), PreconditionerKind::Linear);
         x.fill(0.0);
         let report = fgmres(&system, &mut pre, &b, &mut x, &tolerance(1e-11)).expect("convergence");

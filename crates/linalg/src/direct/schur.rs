@@ -1,8 +1,9 @@
 //! The dense Schur complement of the border.
 
-use nalgebra::{DMatrix, DVector, Dyn, LU};
+use nalgebra::{DMatrix, DVector, Dyn, LU, SymmetricEigen};
 
 use crate::LinalgError;
+use crate::csr::check_finite;
 
 /// The pivoted factors of the border's Schur complement.
 ///
@@ -27,6 +28,20 @@ impl SchurFactor {
             });
         }
         Ok(SchurFactor(lu))
+    }
+
+    /// Factors of `|S| = Q diag(|s|) Q^T` for a symmetric `S = Q diag(s) Q^T`.
+    pub fn absolute(schur: DMatrix<f64>) -> Result<Self, LinalgError> {
+        check_finite("Schur complement of the border", &schur)?;
+        // nalgebra panics on matrices of size zero
+        if schur.is_empty() {
+            return Self::new(schur);
+        }
+        let SymmetricEigen {
+            eigenvalues,
+            eigenvectors: q,
+        } = schur.symmetric_eigen();
+        Self::new(&q * DMatrix::from_diagonal(&eigenvalues.abs()) * q.transpose())
     }
 
     /// Overwrites `v` with the solution.
@@ -55,6 +70,19 @@ mod tests {
             let error = SchurFactor::new(refused).map(|_| ());
             assert!(matches!(error, Err(LinalgError::Factorisation { .. })));
         }
+    }
+
+    #[test]
+    fn absolute_value_of_a_matrix() {
+        // eigenvalues 1 and -1: the absolute value is the identity
+        let constrained = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 1.0, 0.0]);
+        let factor = SchurFactor::absolute(constrained).expect("regular");
+        let mut v = DVector::from_column_slice(&[3.0, 4.0]);
+        factor.solve(&mut v);
+        assert!((v - DVector::from_column_slice(&[3.0, 4.0])).amax() < 1e-14);
+        assert!(SchurFactor::absolute(DMatrix::zeros(1, 1)).is_err());
+        assert!(SchurFactor::absolute(DMatrix::from_element(1, 1, f64::NAN)).is_err());
+        assert!(SchurFactor::absolute(DMatrix::zeros(0, 0)).is_ok());
     }
 
     #[test]

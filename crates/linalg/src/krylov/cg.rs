@@ -1,8 +1,9 @@
 //! Preconditioned conjugate gradients.
 
-use super::report::{KrylovParams, SolveReport, check_start};
-use crate::vector::{axpy, dot, norm, subtract_from, xpby};
-use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
+use super::progress::Progress;
+use super::report::{KrylovParams, SolveReport, check_start, check_symmetric};
+use crate::vector::{axpy, dot, norm, xpby};
+use crate::{LinalgError, LinearOperator, Preconditioner};
 
 const METHOD: &str = "CG";
 
@@ -13,7 +14,7 @@ const METHOD: &str = "CG";
 /// is the flexible (Polak-Ribiere) one, which forgives the rounding of an f32 preconditioner (Notay 2000).
 ///
 /// # Errors
-/// [`LinalgError::UnsuitablePreconditioner`] unless it is positive definite; [`LinalgError::Breakdown`] when `A` shows not to be;
+/// [`LinalgError::NotSymmetric`]; [`LinalgError::UnsuitablePreconditioner`] unless it is positive definite; [`LinalgError::Breakdown`] when `A` shows not to be;
 /// otherwise those of [`fgmres`](crate::fgmres).
 pub fn cg(
     operator: &dyn LinearOperator,
@@ -22,66 +23,21 @@ pub fn cg(
     x: &mut [f64],
     params: &KrylovParams,
 ) -> Result<SolveReport, LinalgError> {
-    let needed = PreconditionerKind::PositiveDefinite;
-    if preconditioner.kind() > needed {
-        return Err(LinalgError::UnsuitablePreconditioner {
-            method: METHOD,
-            needed,
-            found: preconditioner.kind(),
-        });
-    }
+    check_symmetric(METHOD, operator, preconditioner)?;
     let Some(b_norm) = check_start(operator, preconditioner, b, x, params)? else {
-        x.fill(0.0);
-        return Ok(SolveReport {
-            iterations: 0,
-            true_rel_residual: 0.0,
-            history: vec![0.0],
-        });
+        return Ok(SolveReport::zero(x));
     };
     let n = b.len();
+    let mut progress = Progress::new(METHOD, params, b_norm);
     let [mut r, mut z, mut p, mut q] = [(); 4].map(|()| vec![0.0; n]);
-    let mut iterations = 0;
-    let mut history = Vec::new();
-    let mut previous = f64::INFINITY;
     loop {
-        operator.apply(x, &mut r);
-        subtract_from(b, &mut r);
-        let true_rel_residual = norm(&r) / b_norm;
-        if history.is_empty() {
-            history.push(true_rel_residual);
+        if let Some(report) = progress.look(operator, b, x, &mut r)? {
+            return Ok(report);
         }
-        if true_rel_residual.is_nan() {
-            return Err(broken(iterations, "the operator returned NaN"));
-        }
-        if true_rel_residual <= params.rel_tol {
-            return Ok(SolveReport {
-                iterations,
-                true_rel_residual,
-                history,
-            });
-        }
-        if iterations >= params.max_iterations {
-            return Err(LinalgError::NotConverged {
-                method: METHOD,
-                iterations,
-                true_rel_residual,
-                target: params.rel_tol,
-            });
-        }
-        // the recurrence said converged, the truth is no better than the last time it did
-        if true_rel_residual >= previous {
-            return Err(LinalgError::Stagnated {
-                method: METHOD,
-                iterations,
-                true_rel_residual,
-                target: params.rel_tol,
-            });
-        }
-        previous = true_rel_residual;
         preconditioner.apply(&r, &mut z);
         p.copy_from_slice(&z);
         let mut rz = dot(&r, &z);
-        while iterations < params.max_iterations {
+        while progress.may_iterate() {
             operator.apply(&p, &mut q);
             let curvature = dot(&p, &q);
             if !(curvature > 0.0 && rz > 0.0) {
@@ -90,15 +46,12 @@ pub fn cg(
                 } else {
                     "the operator or the preconditioner is not positive definite"
                 };
-                return Err(broken(iterations, cause));
+                return Err(progress.broken(cause));
             }
             let alpha = rz / curvature;
             axpy(alpha, &p, x);
             axpy(-alpha, &q, &mut r);
-            iterations += 1;
-            let residual = norm(&r) / b_norm;
-            history.push(residual);
-            if residual <= params.rel_tol {
+            if progress.step(norm(&r)) {
                 break;
             }
             // r . z_old is what an exactly symmetric preconditioner would make zero
@@ -108,13 +61,5 @@ pub fn cg(
             xpby(&z, (next - stale) / rz, &mut p);
             rz = next;
         }
-    }
-}
-
-fn broken(iteration: usize, cause: &'static str) -> LinalgError {
-    LinalgError::Breakdown {
-        method: METHOD,
-        iteration,
-        cause,
     }
 }

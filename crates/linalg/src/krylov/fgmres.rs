@@ -1,14 +1,12 @@
 //! Flexible GMRES with restarts.
 
 use super::basis::{Orthonormal, RoundedBasis, normalise};
+use super::progress::Progress;
 use super::report::{KrylovParams, SolveReport, check_start};
-use crate::vector::{norm, subtract_from};
+use crate::vector::norm;
 use crate::{LinalgError, LinearOperator, Preconditioner};
 
 const METHOD: &str = "FGMRES";
-
-/// A cycle that leaves more than this part of the true residual has stagnated.
-const STAGNATION: f64 = 0.99;
 
 /// Solves `A x = b` by right-preconditioned flexible GMRES, starting from `x`.
 ///
@@ -38,97 +36,43 @@ pub fn fgmres(
     params: &KrylovParams,
 ) -> Result<SolveReport, LinalgError> {
     let Some(b_norm) = check_start(operator, preconditioner, b, x, params)? else {
-        x.fill(0.0);
-        return Ok(SolveReport {
-            iterations: 0,
-            true_rel_residual: 0.0,
-            history: vec![0.0],
-        });
+        return Ok(SolveReport::zero(x));
     };
     let n = b.len();
     let restart = params.restart.min(params.max_iterations).max(1);
+    let mut progress = Progress::new(METHOD, params, b_norm);
     let mut v = Orthonormal::new();
     let mut z = RoundedBasis::new();
     let mut work = vec![0.0; n];
     let mut hessenberg = Hessenberg::new(restart);
-    let mut iterations = 0;
-    let mut history = Vec::with_capacity(params.max_iterations.min(1000) + 1);
-    let mut previous = f64::INFINITY;
-    let mut target = params.rel_tol;
     loop {
         let r = v.slot(0, n);
-        operator.apply(x, r);
-        subtract_from(b, r);
+        if let Some(report) = progress.look(operator, b, x, r)? {
+            return Ok(report);
+        }
         let r_norm = norm(r);
-        let true_rel_residual = r_norm / b_norm;
-        if history.is_empty() {
-            history.push(true_rel_residual);
-        }
-        if true_rel_residual.is_nan() {
-            return Err(broken(iterations, "the operator returned NaN"));
-        }
-        if true_rel_residual <= params.rel_tol {
-            return Ok(SolveReport {
-                iterations,
-                true_rel_residual,
-                history,
-            });
-        }
-        if iterations >= params.max_iterations {
-            return Err(LinalgError::NotConverged {
-                method: METHOD,
-                iterations,
-                true_rel_residual,
-                target: params.rel_tol,
-            });
-        }
-        if true_rel_residual > STAGNATION * previous {
-            return Err(LinalgError::Stagnated {
-                method: METHOD,
-                iterations,
-                true_rel_residual,
-                target: params.rel_tol,
-            });
-        }
-        if previous.is_finite() {
-            // after a restart or a false convergence: leave room for the recurrence to differ from the truth
-            target = 0.5 * params.rel_tol;
-        }
-        previous = true_rel_residual;
         normalise(r, r_norm);
         hessenberg.start(r_norm);
         let mut steps = 0;
-        while steps < restart && iterations < params.max_iterations {
+        while steps < restart && progress.may_iterate() {
             preconditioner.apply(v.vector(steps), &mut work);
             z.store(steps, &mut work);
             operator.apply(&work, v.slot(steps + 1, n));
             let size = v.orthogonalise(steps + 1, hessenberg.column(steps));
             if !size.is_finite() {
-                return Err(broken(
-                    iterations,
-                    "the operator or the preconditioner returned NaN",
-                ));
+                return Err(progress.broken("the operator or the preconditioner returned NaN"));
             }
-            iterations += 1;
-            let residual = hessenberg.rotate(steps, size) / b_norm;
+            let residual = hessenberg.rotate(steps, size);
             steps += 1;
-            history.push(residual);
+            let small = progress.step(residual);
             // an invariant subspace holds the solution, or the operator is singular: the true residual tells
-            if residual <= target || size <= f64::EPSILON * hessenberg.column_norm(steps - 1) {
+            if small || size <= f64::EPSILON * hessenberg.column_norm(steps - 1) {
                 break;
             }
             normalise(v.slot(steps, n), size);
         }
-        tracing::debug!(iterations, residual = history.last(), "{METHOD} cycle");
+        tracing::debug!(iterations = progress.iterations, "{METHOD} cycle");
         z.add_combination(hessenberg.solve(steps), x);
-    }
-}
-
-fn broken(iteration: usize, cause: &'static str) -> LinalgError {
-    LinalgError::Breakdown {
-        method: METHOD,
-        iteration,
-        cause,
     }
 }
 

@@ -3,8 +3,11 @@
 mod basis;
 mod cg;
 mod fgmres;
+mod minres;
+mod progress;
 mod report;
 
 pub use cg::cg;
 pub use fgmres::fgmres;
+pub use minres::minres;
 pub use report::{KrylovParams, SolveReport};

@@ -2,7 +2,7 @@
 
 use crate::csr::check_finite;
 use crate::vector::norm;
-use crate::{LinalgError, LinearOperator, Preconditioner};
+use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 
 /// When to stop.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +36,38 @@ pub struct SolveReport {
     pub true_rel_residual: f64,
     /// Relative residual before the first and after each iteration, as the recurrence sees it.
     pub history: Vec<f64>,
+}
+
+impl SolveReport {
+    /// `b = 0`: overwrites `x` with the solution.
+    pub(super) fn zero(x: &mut [f64]) -> Self {
+        x.fill(0.0);
+        SolveReport {
+            iterations: 0,
+            true_rel_residual: 0.0,
+            history: vec![0.0],
+        }
+    }
+}
+
+/// Refuses an operator that is not symmetric, or a preconditioner that is not symmetric positive definite.
+pub(super) fn check_symmetric(
+    method: &'static str,
+    operator: &dyn LinearOperator,
+    preconditioner: &dyn Preconditioner,
+) -> Result<(), LinalgError> {
+    if !operator.is_symmetric() {
+        return Err(LinalgError::NotSymmetric { method });
+    }
+    let (needed, found) = (PreconditionerKind::PositiveDefinite, preconditioner.kind());
+    if found > needed {
+        return Err(LinalgError::UnsuitablePreconditioner {
+            method,
+            needed,
+            found,
+        });
+    }
+    Ok(())
 }
 
 /// Refuses what no method can start from; `Some(||b||)` unless `b` is zero.

@@ -2,11 +2,11 @@
 
 use nalgebra::DVector;
 
-use super::vectors::Vectors;
+use super::{BorderInverse, vectors::Vectors};
 use crate::csr::Rows;
 use crate::direct::{Definiteness, SchurFactor, SparseFactor, nested_dissection};
 use crate::node_kernel::long_row;
-use crate::{Bordered, Csr, LinalgError};
+use crate::{Bordered, Csr, LinalgError, LinearOperator};
 
 /// `[K (x) I3, C; C_l^T, M]` solved by one factor of `K` and a dense, pivoted Schur complement of the border.
 ///
@@ -18,7 +18,7 @@ pub(super) struct CoarseSolver {
     /// `W`, column by column, each interleaved by node.
     lifted: Vec<f64>,
     schur: SchurFactor,
-    /// Whether the whole operator is symmetric positive definite.
+    /// Whether what `solve` applies is symmetric positive definite.
     pub definite: bool,
     pub vectors: Vectors,
     components: Vec<f64>,
@@ -28,7 +28,11 @@ pub(super) struct CoarseSolver {
 
 impl CoarseSolver {
     /// Factorises `operator` times `unit`.
-    pub fn new(operator: &Bordered, unit: f64) -> Result<Self, LinalgError> {
+    pub fn new(
+        operator: &Bordered,
+        unit: f64,
+        inverse: BorderInverse,
+    ) -> Result<Self, LinalgError> {
         let (n, m) = (operator.nodes(), operator.border_len());
         let k = operator.stiffness().map(|v| v * unit);
         let order = nested_dissection(&adjacency(&k), &vec![1; n])?;
@@ -60,8 +64,14 @@ impl CoarseSolver {
                 schur[(c, d)] -= long_row(Rows::of(&border_rows), c, column);
             }
         }
-        let definite = operator.border_left().is_none() && schur.clone().cholesky().is_some();
-        let schur = SchurFactor::new(schur)?;
+        let symmetric = operator.is_symmetric();
+        let absolute = symmetric && inverse == BorderInverse::Absolute;
+        let definite = absolute || symmetric && schur.clone().cholesky().is_some();
+        let schur = if absolute {
+            SchurFactor::absolute(schur)?
+        } else {
+            SchurFactor::new(schur)?
+        };
         Ok(CoarseSolver {
             factor,
             border_rows,

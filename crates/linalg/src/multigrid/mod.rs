@@ -26,6 +26,19 @@ pub struct MultigridParams {
     pub strength: f64,
     /// A level with at most so many nodes is solved exactly.
     pub coarsest_nodes: usize,
+    /// What the coarsest level does with an indefinite border, as multipliers make it.
+    pub border: BorderInverse,
+}
+
+/// How the coarsest level inverts the Schur complement `S = Q diag(s) Q^T` of the border.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BorderInverse {
+    /// `S^-1`: the best preconditioner, indefinite where `S` is.
+    Exact,
+    /// `|S|^-1 = Q diag(1 / |s|) Q^T` for a symmetric `S`: the cycle is then positive definite, as [`minres`](crate::minres) needs, and
+    /// preconditioned eigenvalues lie near 1 and -1 (Vecharynski, Knyazev, SIAM J. Sci. Comput. 35, 2013). The same as `Exact` for
+    /// a definite `S`.
+    Absolute,
 }
 
 impl Default for MultigridParams {
@@ -37,6 +50,7 @@ impl Default for MultigridParams {
             strength: 0.02,
             // a factor of such a matrix costs less than a sweep over the finest
             coarsest_nodes: 500,
+            border: BorderInverse::Exact,
         }
     }
 }
@@ -189,7 +203,7 @@ impl<'a> Builder<'a> {
         }
         self.record(&operator);
         Ok(Multigrid {
-            coarse: CoarseSolver::new(&operator, self.unit.recip())?,
+            coarse: CoarseSolver::new(&operator, self.unit.recip(), self.params.border)?,
             levels: std::mem::take(&mut self.levels),
             sizes: std::mem::take(&mut self.sizes),
             unit: self.unit,

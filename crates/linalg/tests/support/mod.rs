@@ -1,15 +1,19 @@
 //! Taylor-Hood elements on a Kuhn-split cube with cubic rigid bodies cut out: a Stokes system without a mesh crate.
 
+mod borders;
 mod domain;
 mod elements;
 mod gmsh;
+mod vectors;
 
 use linalg::{Csr, SaddleSystem, Transfer};
 use nalgebra::Vector3;
 
+pub use borders::{chained, held_pair, transfer_for, with_border};
 use domain::{Domain, Owner};
 use elements::{EDGES, kuhn_tets};
 pub use gmsh::three_spheres;
+pub use vectors::{body_forces, dot, noise, relative_difference, tolerance, true_residual};
 
 /// A body: the cells `low .. high` of the lattice in each direction.
 #[derive(Clone, Copy)]

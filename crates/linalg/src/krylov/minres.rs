@@ -1,0 +1,125 @@
+//! Preconditioned minimal residuals.
+
+use super::progress::Progress;
+use super::report::{KrylovParams, SolveReport, check_start, check_symmetric};
+use crate::vector::{axpy, dot, norm, scale};
+use crate::{LinalgError, LinearOperator, Preconditioner};
+
+const METHOD: &str = "MINRES";
+
+/// Solves `A x = b` for a symmetric, possibly indefinite `A`, starting from `x`.
+///
+/// Three-term recurrences: seven vectors whatever the number of iterations, where [`fgmres`](crate::fgmres) keeps two an iteration.
+/// The preconditioner must be symmetric positive definite, as [`BlockDiagonal`](crate::BlockDiagonal) is. The method minimises the residual in the
+/// norm of the preconditioner; the residual itself is carried by a recurrence, `r_k = s^2 r_{k-1} + c phi_k v_{k+1}`, and
+/// the iteration stops on the *true* `||b - A x|| / ||b||`, recomputed, as [`fgmres`](crate::fgmres) does.
+/// Reference: Paige, Saunders, SIAM J. Numer. Anal. 12 (1975); Elman, Silvester, Wathen, Finite Elements and Fast Iterative Solvers, algorithm 4.1.
+///
+/// # Errors
+/// [`LinalgError::NotSymmetric`], [`LinalgError::UnsuitablePreconditioner`] unless it is positive definite, [`LinalgError::Breakdown`] when it
+/// shows not to be; otherwise those of [`fgmres`](crate::fgmres).
+///
+/// ```
+/// use linalg::{Bordered, Csr, Identity, KrylovParams, minres};
+/// // x = 0 held by a multiplier l: [I3 C; C^T 0] with C = e_x is indefinite
+/// let (k, c) = (Csr::eye(1), Csr::new((3, 1), vec![0, 1, 1, 1], vec![0], vec![1.0]));
+/// let a = Bordered::new(k, c, None, nalgebra::DMatrix::zeros(1, 1))?;
+/// let mut x = [0.0; 4];
+/// let report = minres(&a, &mut Identity(4), &[5.0, 6.0, 7.0, 0.0], &mut x, &KrylovParams::default())?;
+/// assert!(report.iterations <= 3); // as many as there are distinct eigenvalues
+/// assert!((x[0] - 0.0).abs() < 1e-7 && (x[1] - 6.0).abs() < 1e-7 && (x[3] - 5.0).abs() < 1e-7);
+/// # Ok::<(), linalg::LinalgError>(())
+/// ```
+pub fn minres(
+    operator: &dyn LinearOperator,
+    preconditioner: &mut dyn Preconditioner,
+    b: &[f64],
+    x: &mut [f64],
+    params: &KrylovParams,
+) -> Result<SolveReport, LinalgError> {
+    check_symmetric(METHOD, operator, preconditioner)?;
+    let Some(b_norm) = check_start(operator, preconditioner, b, x, params)? else {
+        return Ok(SolveReport::zero(x));
+    };
+    let n = b.len();
+    let mut progress = Progress::new(METHOD, params, b_norm);
+    let [mut r, mut v, mut z, mut v_old, mut w, mut w_old, mut q] = [(); 7].map(|()| vec![0.0; n]);
+    loop {
+        if let Some(report) = progress.look(operator, b, x, &mut r)? {
+            return Ok(report);
+        }
+        v.copy_from_slice(&r);
+        // Lanczos: A Z = V T with V^T Z = I, Z = N V, T tridiagonal with `alpha` between two `beta`
+        let mut beta = lanczos_norm(preconditioner, &v, &mut z, &progress)?;
+        scale(beta.recip(), &mut v);
+        scale(beta.recip(), &mut z);
+        for vector in [&mut v_old, &mut w, &mut w_old] {
+            vector.fill(0.0);
+        }
+        let mut phi = beta;
+        // the last two Givens rotations (c, s) that make T triangular
+        let (mut rotation, mut rotation_old) = ((1.0, 0.0), (1.0, 0.0));
+        while progress.may_iterate() {
+            operator.apply(&z, &mut q);
+            let alpha = dot(&q, &z);
+            axpy(-alpha, &v, &mut q);
+            // in the first step v_old is zero
+            axpy(-beta, &v_old, &mut q);
+
+            // column of T: (beta, alpha, beta_next); both rotations, then a new one
+            let above = rotation_old.1 * beta;
+            let middle = rotation_old.0 * beta;
+            let (c, s) = rotation;
+            let (upper, diagonal) = (c * middle + s * alpha, c * alpha - s * middle);
+            std::mem::swap(&mut v_old, &mut v);
+            std::mem::swap(&mut v, &mut q);
+            // w_next = (z - upper w - above w_old) / pivot, before z is overwritten
+            scale(-above, &mut w_old);
+            axpy(-upper, &w, &mut w_old);
+            axpy(1.0, &z, &mut w_old);
+            beta = lanczos_norm(preconditioner, &v, &mut z, &progress)?;
+            let pivot = diagonal.hypot(beta);
+            // the operator is singular on the Krylov space: x cannot be improved
+            if pivot <= f64::EPSILON * alpha.abs().max(upper.abs()) {
+                progress.step(norm(&r));
+                break;
+            }
+            let (c, s) = (diagonal / pivot, beta / pivot);
+            scale(pivot.recip(), &mut w_old);
+            std::mem::swap(&mut w, &mut w_old);
+            axpy(c * phi, &w, x);
+            phi *= -s;
+            (rotation_old, rotation) = (rotation, (c, s));
+            // an invariant subspace: it holds the solution
+            if beta <= f64::EPSILON * pivot {
+                progress.step(0.0);
+                break;
+            }
+            scale(beta.recip(), &mut v);
+            scale(beta.recip(), &mut z);
+            scale(s * s, &mut r);
+            axpy(c * phi, &v, &mut r);
+            if progress.step(norm(&r)) {
+                break;
+            }
+        }
+    }
+}
+
+/// `z <- N v`, and `sqrt(v . z)`.
+fn lanczos_norm(
+    preconditioner: &mut dyn Preconditioner,
+    v: &[f64],
+    z: &mut [f64],
+    progress: &Progress,
+) -> Result<f64, LinalgError> {
+    preconditioner.apply(v, z);
+    let square = dot(v, z);
+    if square.is_nan() {
+        return Err(progress.broken("the operator or the preconditioner returned NaN"));
+    }
+    if square < 0.0 {
+        return Err(progress.broken("the preconditioner is not positive definite"));
+    }
+    Ok(square.sqrt())
+}
