@@ -305,7 +305,7 @@ pub enum MeshError {
 
     /// A surface triangulation that the tets do not contain.
     #[error(
-        "the mesh near ({:.4}, {:.4}, {:.4}) does not follow the surface of '{body}'; use a smaller size on it",
+        "the mesh near ({:.4}, {:.4}, {:.4}) does not follow the surface of '{body}'; use a smaller size on it, or a less slender shape",
         at[0], at[1], at[2]
     )]
     SurfaceLost {

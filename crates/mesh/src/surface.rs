@@ -25,6 +25,13 @@ pub trait Surface: Sync {
 
     /// Smallest radius of curvature, which bounds the element size that can follow the surface.
     fn smallest_curvature_radius(&self) -> f64;
+
+    /// Distance to the nearest place of the surface where it is curved most; elements may grow with it.
+    ///
+    /// Zero, the default, stands for a surface that is curved alike everywhere.
+    fn distance_to_sharpest(&self, _point: Vec3) -> f64 {
+        0.0
+    }
 }
 
 /// The sphere `|x - centre| = radius`.
@@ -174,6 +181,17 @@ impl Surface for Spheroid {
             self.axial.min(self.equatorial),
         );
         short * short / long
+    }
+
+    fn distance_to_sharpest(&self, point: Vec3) -> f64 {
+        let (z, r, _) = self.cylindrical(point);
+        if self.axial > self.equatorial {
+            (z.abs() - self.axial).hypot(r)
+        } else if self.axial < self.equatorial {
+            z.hypot(r - self.equatorial)
+        } else {
+            0.0
+        }
     }
 }
 

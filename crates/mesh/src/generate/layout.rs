@@ -4,10 +4,12 @@ use super::climb::Bulges;
 use super::packing::{is_near, pack};
 use super::size::SizeField;
 use super::surface_mesh::{SurfaceMesh, triangulate, triangulate_box};
-use super::{Body, Container, GenerateParams, geodesic};
+use super::verify::boundary_faces;
+use super::{Body, Container, GenerateParams};
 use crate::delaunay::insertion_order;
 use crate::{MeshError, Surface, Vec3};
 use std::collections::{HashSet, VecDeque};
+use std::ops::Range;
 
 /// Height of a regular tet over its edge.
 const TET_HEIGHT: f64 = 0.816_496_580_927_726;
@@ -21,10 +23,12 @@ pub(super) struct Layout<'a> {
     pub free: Vec<bool>,
     /// The body that has this vertex on its surface or at its centre; `bodies.len()` for the container.
     pub owner: Vec<u32>,
-    /// Triangles of each body, then of the container, by vertex.
+    /// Vertices of each body, then of the container.
+    pub vertices: Vec<Range<u32>>,
+    /// Their designed triangles.
     pub triangles: Vec<Vec<[u32; 3]>>,
     /// Vertices that are centres of bodies, not of the fluid.
-    pub centres: std::ops::Range<u32>,
+    pub centres: Range<u32>,
     surfaces: Vec<&'a dyn Surface>,
     container: &'a dyn Surface,
 }
@@ -122,45 +126,38 @@ impl<'a> Layout<'a> {
     pub fn new(
         bodies: &[Body<'a>],
         container: &'a Container,
+        copies: &[usize],
         field: &SizeField<'_>,
         params: &GenerateParams,
     ) -> Result<Self, MeshError> {
         let limit = params.max_vertices;
         let mut meshes: Vec<SurfaceMesh> = Vec::new();
-        let grid = offset_grid(bodies, container);
+        let grid = offset_grid(bodies);
+        let size = |x: Vec3| field.at(x);
         for (i, body) in bodies.iter().enumerate() {
-            let like = |other: &Body<'_>| is_copy(body, other);
-            if let Some(first) = bodies[..i].iter().position(like) {
+            let first = copies[i];
+            if first < i {
                 let (from, to) = (bodies[first].surface.centre(), body.surface.centre());
                 meshes.push(meshes[first].translated(from, to, grid));
                 continue;
             }
-            // One triangulation serves all copies: the size on it is the smallest that any of them asks for.
-            let here = body.surface.centre();
-            let shifts: Vec<Vec3> = bodies[i..]
-                .iter()
-                .filter(|other| like(other))
-                .map(|other| other.surface.centre() - here)
-                .collect();
-            let size = |x: Vec3| {
-                shifts
-                    .iter()
-                    .fold(f64::INFINITY, |h, s| h.min(field.at(x + s)))
-            };
-            let mesh = triangulate(body.surface, &size, 2 * limit)?;
-            meshes.push(mesh.translated(here, here, grid));
+            let mesh = triangulate(body.name, body.surface, &size, limit)?;
+            let centre = body.surface.centre();
+            meshes.push(mesh.translated(centre, centre, grid));
         }
-        let size = |x: Vec3| field.at(x);
         let wall = container.surface();
         meshes.push(match container {
-            Container::Ball(_) => triangulate(wall, &size, 2 * limit)?,
-            Container::Box(b) => triangulate_box(wall, [b.min, b.max], &size, 2 * limit)?,
+            Container::Ball(_) => triangulate(Container::TAG, wall, &size, limit)?,
+            Container::Box(b) => {
+                triangulate_box(Container::TAG, wall, [b.min, b.max], &size, limit)?
+            }
         });
 
         let mut layout = Layout {
             points: Vec::new(),
             free: Vec::new(),
             owner: Vec::new(),
+            vertices: Vec::new(),
             triangles: Vec::new(),
             centres: 0..0,
             surfaces: bodies.iter().map(|b| b.surface).collect(),
@@ -178,6 +175,7 @@ impl<'a> Layout<'a> {
                     .collect(),
             );
             layout.add(&mesh.points, k as u32, false);
+            layout.vertices.push(first..layout.points.len() as u32);
         }
         let packed = pack(field, &layout.surfaces, wall, &layout.points, &seeds, limit)?;
         let first_centre = layout.points.len() as u32;
@@ -200,18 +198,17 @@ impl<'a> Layout<'a> {
         self.free.resize(self.points.len(), free);
     }
 
-    /// How far the midside nodes of surface edges lie from the midpoints.
-    pub fn bulges(&self) -> Bulges {
-        let surfaces = self.surfaces.iter().chain([&self.container]);
+    /// How far the midside nodes of boundary edges lie from the midpoints.
+    pub fn bulges(&self, tets: &[[u32; 4]]) -> Bulges {
         let mut bulges = Bulges::new();
-        for (triangles, surface) in self.triangles.iter().zip(surfaces) {
-            for &[a, b, c] in triangles {
-                for [i, j] in [[a, b], [b, c], [c, a]] {
-                    // Each edge belongs to two triangles, which turn about it in opposite senses.
-                    if i < j {
-                        let middle = 0.5 * (self.points[i as usize] + self.points[j as usize]);
-                        bulges.insert([i, j], surface.closest_point(middle) - middle);
-                    }
+        for [a, b, c] in boundary_faces(tets) {
+            let owner = self.owner[a as usize] as usize;
+            let surface = self.surfaces.get(owner).unwrap_or(&self.container);
+            for [i, j] in [[a, b], [b, c], [c, a]] {
+                // Each edge belongs to two faces, which turn about it in opposite senses.
+                if i < j {
+                    let middle = 0.5 * (self.points[i as usize] + self.points[j as usize]);
+                    bulges.insert([i, j], surface.closest_point(middle) - middle);
                 }
             }
         }
@@ -243,39 +240,15 @@ impl<'a> Layout<'a> {
     }
 }
 
-/// Whether two bodies differ by a translation only, judged by the distances of points around them.
-fn is_copy(a: &Body<'_>, b: &Body<'_>) -> bool {
-    let ((_, r_a), (_, r_b)) = (a.surface.bounding_ball(), b.surface.bounding_ball());
-    // Rounding of positions that are large compared with the radius.
-    let reach = a
-        .surface
-        .centre()
-        .norm()
-        .max(b.surface.centre().norm())
-        .max(r_a);
-    let rounding = 64.0 * f64::EPSILON * reach;
-    let same = |x: f64, y: f64| (x - y).abs() <= rounding;
-    a.size == b.size
-        && same(r_a, r_b)
-        && geodesic::geodesic_sphere(0.5).points.iter().all(|d| {
-            let arm = 1.5 * r_a * d;
-            same(
-                a.surface.signed_distance(a.surface.centre() + arm),
-                b.surface.signed_distance(b.surface.centre() + arm),
-            )
-        })
-}
-
-/// Spacing of the grid on which surface points lie relative to their centre: the last bit of the largest coordinate.
+/// Spacing of the grid on which surface points lie relative to their centre: the last bit of the largest coordinate of a body.
 ///
 /// Then adding a centre that lies on the grid is exact, and copies differ by the same bits everywhere.
-fn offset_grid(bodies: &[Body<'_>], container: &Container) -> f64 {
-    let reach = |surface: &dyn Surface| {
-        let (centre, radius) = surface.bounding_ball();
+fn offset_grid(bodies: &[Body<'_>]) -> f64 {
+    let reach = bodies.iter().map(|b| {
+        let (centre, radius) = b.surface.bounding_ball();
         centre.amax() + radius
-    };
-    let all = bodies.iter().map(|b| reach(b.surface));
-    let largest = all.fold(reach(container.surface()), f64::max);
+    });
+    let largest = reach.fold(f64::MIN_POSITIVE, f64::max);
     2f64.powi(largest.log2().ceil() as i32) * f64::EPSILON
 }
 

@@ -2,10 +2,12 @@
 
 mod climb;
 mod container;
+mod copies;
 mod geodesic;
 mod layout;
 mod odt;
 mod packing;
+mod refine;
 mod size;
 mod surface_mesh;
 mod verify;
@@ -25,7 +27,7 @@ pub struct Body<'a> {
     pub name: &'a str,
     /// Its surface, convex.
     pub surface: &'a dyn Surface,
-    /// Wanted edge length on it; at most the smallest radius of curvature is used.
+    /// Wanted edge length on it; at most 0.7 of the smallest radius of curvature is used where that is.
     pub size: f64,
 }
 
@@ -35,12 +37,13 @@ pub struct Body<'a> {
 pub struct GenerateParams {
     /// Growth of the edge length with the distance to the nearest body, above 0 and at most 0.6.
     ///
-    /// The number of vertices around a body falls like its inverse cube far away, the quality slowly with it.
+    /// Three spheres of size 0.3 in a ball of radius 40, vertices and mean quality: 0.2: 12147, 0.892; 0.25: 7775, 0.888;
+    /// 0.3: 5256, 0.880; 0.35: 3804, 0.871; 0.4: 2819, 0.851; 0.5: 1900, 0.817.
     pub growth: f64,
     /// In gaps, edges are at most this times the sum of the distances to the two surfaces.
     ///
-    /// 1 puts one layer of cells into a gap: with quadratic velocities enough down to gaps of a quarter radius (drag within the
-    /// error of the surface size there).
+    /// 0.6 puts one layer of vertices into the middle of a gap, with regular tets on both sides of it (each `0.816 h` high). From
+    /// 0.83 on tets reach from surface to surface: their velocity is that of the bodies, their angles cannot be improved.
     pub gap: f64,
     /// Longest edge anywhere.
     pub max_size: f64,
@@ -48,7 +51,7 @@ pub struct GenerateParams {
     ///
     /// The edges in a gap are as long as it is wide, and the number of triangles around it grows like one over its width.
     pub min_gap: f64,
-    /// Smoothing sweeps.
+    /// Smoothing sweeps; the mean quality of that mesh is 0.865, 0.878, 0.880, 0.886 after 4, 8, 10, 20.
     pub sweeps: usize,
     /// Dihedral angles below this (or above 180 minus it), degrees, are improved by moving single vertices.
     pub target_dihedral: f64,
@@ -60,7 +63,7 @@ impl Default for GenerateParams {
     fn default() -> Self {
         GenerateParams {
             growth: 0.3,
-            gap: 1.0,
+            gap: 0.6,
             max_size: f64::INFINITY,
             min_gap: 1e-3,
             sweeps: 10,
@@ -95,13 +98,15 @@ pub struct Stages {
 /// Meshes the fluid between `bodies` and `container`.
 ///
 /// Edges have the length [`Body::size`] on a body, grow by [`GenerateParams::growth`] a unit of distance, and are shorter in
-/// gaps. Bodies of the same shape and size get the same surface triangulation, translated. Surface vertices lie on the
+/// gaps. Bodies of the same shape and size get the same surface vertices, translated, and spheres the same triangles; on other
+/// shapes four vertices that lie nearly on a circle may be joined across either diagonal. Surface vertices lie on the
 /// true surfaces. Deterministic: the same mesh for any number of threads.
 ///
 /// Method: geodesic points on spheres, or points spread by splitting, flipping and smoothing where sizes vary; a lattice-like
 /// packing between; Delaunay tetrahedralisation with exact predicates; sweeps of optimal-Delaunay smoothing; hill climbing on
 /// the worst angles. A surface triangle is a face of the Delaunay tets because its body, which holds no vertex but its
-/// centre, is (nearly) an empty ball behind it; that every one is there is checked at the end.
+/// centre, is (nearly) an empty ball behind it; that the faces of the tets are closed surfaces through all vertices of the bodies
+/// is checked at the end, and for spheres that they are the designed ones.
 ///
 /// # Errors
 /// Names used twice, numbers that make no sense, bodies that touch or leave the container, too many vertices, and a surface that
@@ -119,8 +124,9 @@ pub fn generate(
         clock = Instant::now();
     };
 
-    let field = SizeField::new(bodies, container, params)?;
-    let mut layout = Layout::new(bodies, container, &field, params)?;
+    let copies = copies::first_copies(bodies);
+    let field = SizeField::new(bodies, container, &copies, params)?;
+    let mut layout = Layout::new(bodies, container, &copies, &field, params)?;
     lap(&mut seconds.points);
 
     for _ in 0..params.sweeps {
@@ -139,7 +145,7 @@ pub fn generate(
     Ok(Generated { mesh, seconds })
 }
 
-/// Rounds of Delaunay and hill climbing; more rounds rarely improve the worst angle (measured on three spheres).
+/// Rounds of Delaunay and hill climbing at most: one or two reach the target on most scenes, and later ones lower the mean quality.
 const ROUNDS: usize = 4;
 
 /// Alternates Delaunay with hill climbing and keeps the best.
@@ -148,10 +154,10 @@ fn improve(
     field: &SizeField<'_>,
     params: &GenerateParams,
 ) -> Result<(Vec<Vec3>, Vec<[u32; 4]>), MeshError> {
-    let edges = layout.bulges();
     let mut best = (f64::NEG_INFINITY, Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
         let tets = layout.fluid(delaunay(&layout.points)?);
+        let edges = layout.bulges(&tets);
         let score = climb::climb(
             &mut layout.points,
             &tets,

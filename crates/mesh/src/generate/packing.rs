@@ -7,8 +7,9 @@ use std::hash::{BuildHasherDefault, Hasher};
 
 /// Two vertices are never closer than this part of the wanted edge length.
 ///
-/// The nearest neighbours of a body-centred lattice with mean edge 1 are at 0.95; a front that meets another one leaves
-/// vertices in between if they may be a fifth closer. Measured on three spheres: best mean quality for 0.74 to 0.8.
+/// The nearest neighbours of a body-centred lattice with mean edge 1 are at 0.93; a front that meets another one leaves
+/// vertices in between if they may be a fifth closer. Three spheres of size 0.3 in a ball of radius 40, vertices and mean quality:
+/// 0.66: 7312, 0.883; 0.73: 5947, 0.883; 0.76: 5256, 0.880; 0.82: 4191, 0.872; 0.86: 3700, 0.865.
 const SPACING: f64 = 0.76;
 
 /// No vertex is closer to a surface than this part of the wanted edge length (0.816 is the height of a regular tet).
@@ -61,17 +62,12 @@ pub(super) fn pack(
     for p in surface_points {
         packing.grid.insert(*p, field.at(*p));
     }
-    let mut front: VecDeque<Vec3> = VecDeque::new();
-    let mut next_seed = seeds.iter();
-    loop {
-        while let Some(seed) = next_seed.next() {
-            if packing.offer(*seed) {
-                front.push_back(*seed);
-            }
-        }
-        let Some(p) = front.pop_front() else {
-            return Ok(packing.taken);
-        };
+    let mut front: VecDeque<Vec3> = seeds
+        .iter()
+        .copied()
+        .filter(|s| packing.offer(*s))
+        .collect();
+    while let Some(p) = front.pop_front() {
         let step = HALF_PERIOD * field.at(p);
         for direction in LATTICE {
             let candidate = p + step * Vec3::from(direction);
@@ -83,6 +79,7 @@ pub(super) fn pack(
             return Err(MeshError::TooManyVertices { limit });
         }
     }
+    Ok(packing.taken)
 }
 
 struct Packing<'a> {

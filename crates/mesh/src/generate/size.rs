@@ -4,7 +4,12 @@ use super::surface_mesh::sphere_radius;
 use super::{Body, Container, GenerateParams};
 use crate::{MeshError, Surface, Vec3};
 
+/// Edges longer than this part of the radius of curvature cannot follow a surface: when the longest, `sqrt(2)` of the wanted
+/// length, still turns by less than 60 degrees, no triangle faces away from its neighbours.
+pub(super) const OF_CURVATURE: f64 = 0.7;
+
 /// A close pair of surfaces: sizes are bounded in and around the gap between them.
+#[derive(Clone)]
 struct Gap<'a> {
     surfaces: [&'a dyn Surface; 2],
     /// `-1` for a wall: the fluid is inside of it.
@@ -14,18 +19,22 @@ struct Gap<'a> {
     middle: Vec3,
     /// The gap is at least `width + bend s^2` wide at the distance `s` from its middle.
     bend: f64,
+    /// Translation of the gap: copies of a body are all as fine as the one beside the gap.
+    shift: Vec3,
 }
 
 /// The wanted edge length `h(x)`, as long as all of these allow:
 ///
 /// * `size + growth d` around each body, `d` the distance to it;
+/// * `0.7 rho + growth s` around the places where it is curved most, `rho` the radius of curvature and `s` the distance there;
 /// * `gap (d1 + d2)` between each pair of close surfaces, lowered until it grows no faster than `growth`;
 /// * the largest size, and a part of the container's size.
 ///
 /// It is Lipschitz continuous with constant `growth`.
 pub(super) struct SizeField<'a> {
     bodies: &'a [Body<'a>],
-    sizes: Vec<f64>,
+    /// Wanted edge length where each body is curved most.
+    sharp: Vec<f64>,
     gaps: Vec<Gap<'a>>,
     growth: f64,
     gap: f64,
@@ -40,16 +49,15 @@ impl<'a> SizeField<'a> {
     pub fn new(
         bodies: &'a [Body<'a>],
         container: &'a Container,
+        copies: &[usize],
         params: &GenerateParams,
     ) -> Result<Self, MeshError> {
-        // Triangles longer than the radius of curvature cannot follow a surface (quadratic edges turn by 60 degrees).
-        let sizes: Vec<f64> = bodies
-            .iter()
-            .map(|b| b.size.min(b.surface.smallest_curvature_radius()))
-            .collect();
         let mut field = SizeField {
             bodies,
-            sizes,
+            sharp: bodies
+                .iter()
+                .map(|b| OF_CURVATURE * b.surface.smallest_curvature_radius())
+                .collect(),
             gaps: Vec::new(),
             growth: params.growth,
             gap: params.gap,
@@ -66,7 +74,7 @@ impl<'a> SizeField<'a> {
                     least,
                 });
             }
-            field.keep(gap, field.sizes[i]);
+            field.keep(gap, &[i], copies);
             for (j, other) in bodies[..i].iter().enumerate() {
                 let (_, other_radius) = other.surface.bounding_ball();
                 let least = params.min_gap * radius.min(other_radius);
@@ -79,31 +87,53 @@ impl<'a> SizeField<'a> {
                         least,
                     });
                 }
-                field.keep(gap, field.sizes[i].max(field.sizes[j]));
+                field.keep(gap, &[i, j], copies);
             }
         }
         Ok(field)
     }
 
-    /// Keeps a gap that can bind: where it is widest allowed, the sizes grown from the surfaces are larger.
-    fn keep(&mut self, gap: Gap<'a>, size: f64) {
-        if self.gap * gap.width < size + self.growth * gap.width {
-            self.gaps.push(gap);
+    /// Keeps a gap between `members` (one if it is to the wall), and beside all copies of them, if it can bind.
+    fn keep(&mut self, gap: Gap<'a>, members: &[usize], copies: &[usize]) {
+        let size = members
+            .iter()
+            .fold(0.0, |m: f64, &i| m.max(self.bodies[i].size));
+        // In wide gaps the sizes grown from the surfaces are smaller.
+        if self.gap * gap.width >= size + self.growth * gap.width {
+            return;
+        }
+        for &i in members {
+            for k in 0..self.bodies.len() {
+                if copies[k] == copies[i] {
+                    let shift = self.bodies[k].surface.centre() - self.bodies[i].surface.centre();
+                    let shifted = Gap {
+                        shift,
+                        ..gap.clone()
+                    };
+                    if !self.gaps.iter().any(|g| g.is_like(&shifted)) {
+                        self.gaps.push(shifted);
+                    }
+                }
+            }
         }
     }
 
     /// The wanted edge length at `x`.
     pub fn at(&self, x: Vec3) -> f64 {
         let mut h = self.max;
-        for (body, size) in self.bodies.iter().zip(&self.sizes) {
-            // A lower bound of the distance saves evaluating shapes far away.
+        for (body, sharp) in self.bodies.iter().zip(&self.sharp) {
+            // A lower bound of the distances saves evaluating shapes far away.
             let (centre, radius) = body.surface.bounding_ball();
-            if size + self.growth * ((x - centre).norm() - radius) < h {
-                h = h.min(size + self.growth * body.surface.signed_distance(x).max(0.0));
+            let away = ((x - centre).norm() - radius).max(0.0);
+            if body.size.min(*sharp) + self.growth * away < h {
+                let distance = body.surface.signed_distance(x).max(0.0);
+                h = h.min(body.size + self.growth * distance);
+                let to_sharpest = body.surface.distance_to_sharpest(x).max(distance);
+                h = h.min(sharp + self.growth * to_sharpest);
             }
         }
         for gap in &self.gaps {
-            h = h.min(gap.size(x, self.gap, self.growth));
+            h = h.min(gap.size(x, h, self.gap, self.growth));
         }
         h
     }
@@ -136,6 +166,7 @@ impl<'a> Gap<'a> {
             width,
             middle,
             bend,
+            shift: Vec3::zeros(),
         }
     }
 
@@ -170,18 +201,23 @@ impl<'a> Gap<'a> {
             width,
             middle,
             bend,
+            shift: Vec3::zeros(),
         }
     }
 
-    /// The longest edge that this gap allows at `x`: the larger of two lower bounds of the slope-limited `gap (d1 + d2)`.
-    fn size(&self, x: Vec3, gap: f64, growth: f64) -> f64 {
-        // (1) d1 + d2 grows by at most 2 a unit of length, hence half the growth of the size for each.
-        let sum: f64 = (0..2)
-            .map(|k| (self.signs[k] * self.surfaces[k].signed_distance(x)).max(0.0))
-            .sum();
-        let slope = (0.5 * growth).min(gap);
-        let along_distance = gap * self.width + slope * (sum - self.width).max(0.0);
-        // (2) the parabola gap (width + bend s^2), continued by its tangent where it becomes steeper than the growth.
+    /// Whether two gaps ask for the same sizes, up to rounding.
+    fn is_like(&self, other: &Self) -> bool {
+        let apart = (self.middle + self.shift - other.middle - other.shift).norm();
+        apart.max((self.width - other.width).abs()) <= 1e-9 * self.width
+            && (self.bend - other.bend).abs() <= 1e-9 * self.bend
+    }
+
+    /// The longest edge that this gap allows at `x`, if below `h`, otherwise something not below it.
+    ///
+    /// It is the larger of two lower bounds of the slope-limited `gap (d1 + d2)`.
+    fn size(&self, x: Vec3, h: f64, gap: f64, growth: f64) -> f64 {
+        let x = x - self.shift;
+        // (1) the parabola gap (width + bend s^2), continued by its tangent where it becomes steeper than the growth.
         let s = ((x - self.middle).norm() - 0.5 * self.width).max(0.0);
         let curve = gap * self.bend;
         let opening = if 2.0 * curve * s < growth {
@@ -189,7 +225,16 @@ impl<'a> Gap<'a> {
         } else {
             growth * s - growth * growth / (4.0 * curve)
         };
-        along_distance.max(gap * self.width + opening)
+        let narrow = gap * self.width;
+        if narrow + opening >= h {
+            return h;
+        }
+        // (2) d1 + d2 grows by at most 2 a unit of length, hence half the growth of the size for each.
+        let sum: f64 = (0..2)
+            .map(|k| (self.signs[k] * self.surfaces[k].signed_distance(x)).max(0.0))
+            .sum();
+        let slope = (0.5 * growth).min(gap);
+        narrow + opening.max(slope * (sum - self.width).max(0.0))
     }
 }
 
@@ -222,7 +267,7 @@ fn deepest_point(body: &dyn Surface, part: &dyn Surface) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Container;
+    use super::super::copies::first_copies;
     use super::*;
     use crate::Sphere;
 
@@ -255,7 +300,8 @@ mod tests {
             centre: Vec3::zeros(),
             radius: 10.0,
         });
-        let field = SizeField::new(&bodies, &container, &params).expect("valid");
+        let field =
+            SizeField::new(&bodies, &container, &first_copies(&bodies), &params).expect("valid");
         assert!((field.at(Vec3::zeros()) - params.gap * 0.1).abs() < 1e-12);
         let mut before = None;
         // A path along the first sphere's surface into the gap and out again.
@@ -275,6 +321,24 @@ mod tests {
         }
     }
 
+    /// Copies have the surface mesh of the body beside the gap: the fluid around them was once sized as if they had not.
+    #[test]
+    fn sizes_around_copies_follow_the_gap_of_another_copy() {
+        let shapes = spheres(&[0.0, 2.1, 12.0]);
+        let bodies = bodies(&shapes);
+        let params = GenerateParams::default();
+        let container = Container::Ball(Sphere {
+            centre: Vec3::zeros(),
+            radius: 40.0,
+        });
+        let copies = first_copies(&bodies);
+        assert_eq!(copies, [0, 0, 0]);
+        let field = SizeField::new(&bodies, &container, &copies, &params).expect("valid");
+        for x in [1.0, 1.1, -1.0, 3.1, 11.0, 13.0] {
+            assert!((field.at(Vec3::new(x, 0.0, 0.0)) - 0.1 * params.gap).abs() < 1e-9);
+        }
+    }
+
     #[test]
     fn a_concentric_shell_has_one_size() {
         let shapes = spheres(&[0.0]);
@@ -284,7 +348,8 @@ mod tests {
             centre: Vec3::zeros(),
             radius: 1.1,
         });
-        let field = SizeField::new(&bodies, &container, &params).expect("valid");
+        let field =
+            SizeField::new(&bodies, &container, &first_copies(&bodies), &params).expect("valid");
         for x in [Vec3::x(), -Vec3::y(), Vec3::new(0.6, 0.6, 0.6)] {
             assert!((field.at(x * (1.05 / x.norm())) - 0.1 * params.gap).abs() < 1e-9);
         }

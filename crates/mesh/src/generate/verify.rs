@@ -1,13 +1,15 @@
 //! The finished mesh, checked face by face.
 
 use super::layout::Layout;
+use super::surface_mesh::sphere_radius;
 use super::{Body, Container};
 use crate::{LinearTets, MeshError, Vec3};
+use std::ops::Range;
 
-/// Numbers the vertices of the fluid, finds the boundary faces, and checks that they are the designed ones.
+/// Numbers the vertices of the fluid, finds the boundary faces, and checks that they are what was designed.
 ///
 /// # Errors
-/// A body whose triangles are not the boundary of the tets there, or a container whose faces are not a closed surface.
+/// A body or container whose faces are not a closed surface through its vertices, a sphere whose faces are not the designed ones.
 pub(super) fn assemble(
     layout: &Layout<'_>,
     bodies: &[Body<'_>],
@@ -33,18 +35,22 @@ pub(super) fn assemble(
             }
         }
     }
-    for part in 0..n_bodies {
-        // Faces of the fluid look into the body, designed triangles out of it.
-        let found = sorted(faces[part].iter().map(|&[a, b, c]| [a, c, b]));
-        let designed = sorted(layout.triangles[part].iter().copied());
-        if let Some(at) = first_difference(&found, &designed) {
-            return Err(lost(at, part));
+    for (part, list) in faces.iter().enumerate() {
+        let vertices = &layout.vertices[part];
+        if !is_sphere_like(list, vertices.clone()) {
+            return Err(lost([vertices.start; 3], part));
         }
-    }
-    // On the flat faces of a box, squares may be cut along either diagonal: a closed surface has 2 V - 4 triangles.
-    let designed = &layout.triangles[n_bodies];
-    if faces[n_bodies].len() != designed.len() {
-        return Err(lost(designed[0], n_bodies));
+        // On spheres the faces are the designed ones; faces of the fluid look into the body, designed ones out of it.
+        if bodies
+            .get(part)
+            .is_some_and(|b| sphere_radius(b.surface).is_some())
+        {
+            let found = sorted(list.iter().map(|&[a, b, c]| [a, c, b]));
+            let designed = sorted(layout.triangles[part].iter().copied());
+            if let Some(at) = first_difference(&found, &designed) {
+                return Err(lost(at, part));
+            }
+        }
     }
 
     let shift = layout.centres.end - layout.centres.start;
@@ -73,8 +79,28 @@ pub(super) fn assemble(
     })
 }
 
+/// Whether triangles form a closed surface with the topology of a sphere through all the `vertices`.
+fn is_sphere_like(triangles: &[[u32; 3]], vertices: Range<u32>) -> bool {
+    let mut edges: Vec<[u32; 2]> = triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+        .collect();
+    edges.sort_unstable();
+    // Each directed edge once, with its reverse: every edge joins two triangles that are turned alike.
+    let once = edges.windows(2).all(|pair| pair[0] != pair[1]);
+    let paired = edges
+        .iter()
+        .all(|&[a, b]| edges.binary_search(&[b, a]).is_ok());
+    // Every vertex, and V - E + F = 2 with 2 E = 3 F.
+    let mut starts: Vec<u32> = edges.iter().map(|e| e[0]).collect();
+    starts.dedup();
+    once && paired
+        && starts.into_iter().eq(vertices.clone())
+        && 2 * vertices.len() == triangles.len() + 4
+}
+
 /// Faces of one tet only, normal out of the tet, in the order of the tets.
-fn boundary_faces(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
+pub(super) fn boundary_faces(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
     let mut all: Vec<([u32; 3], [u32; 3])> = Vec::with_capacity(4 * tets.len());
     for &[a, b, c, d] in tets {
         for face in [[b, c, d], [a, d, c], [a, b, d], [a, c, b]] {

@@ -1,0 +1,38 @@
+//! Which bodies are copies of each other.
+
+use super::Body;
+use super::geodesic::geodesic_sphere;
+
+/// For each body the first one that it is a translated copy of, itself if there is none before it.
+pub(super) fn first_copies(bodies: &[Body<'_>]) -> Vec<usize> {
+    let mut firsts: Vec<usize> = Vec::with_capacity(bodies.len());
+    for (i, body) in bodies.iter().enumerate() {
+        // Only bodies that are no copies themselves need to be compared with.
+        let first = (0..i).find(|&j| firsts[j] == j && is_copy(body, &bodies[j]));
+        firsts.push(first.unwrap_or(i));
+    }
+    firsts
+}
+
+/// Whether two bodies differ by a translation only, judged by the distances of points around them.
+fn is_copy(a: &Body<'_>, b: &Body<'_>) -> bool {
+    let ((_, r_a), (_, r_b)) = (a.surface.bounding_ball(), b.surface.bounding_ball());
+    // Rounding of positions that are large compared with the radius.
+    let reach = a
+        .surface
+        .centre()
+        .norm()
+        .max(b.surface.centre().norm())
+        .max(r_a);
+    let rounding = 64.0 * f64::EPSILON * reach;
+    let same = |x: f64, y: f64| (x - y).abs() <= rounding;
+    a.size == b.size
+        && same(r_a, r_b)
+        && geodesic_sphere(0.5).points.iter().all(|d| {
+            let arm = 1.5 * r_a * d;
+            same(
+                a.surface.signed_distance(a.surface.centre() + arm),
+                b.surface.signed_distance(b.surface.centre() + arm),
+            )
+        })
+}
