@@ -111,6 +111,17 @@ pub struct Stages {
 /// # Errors
 /// Names used twice, numbers that make no sense, bodies that touch or leave the container, too many vertices, and a surface that
 /// the tets do not follow (size too large for its shape).
+///
+/// ```
+/// use mesh::{Body, Container, GenerateParams, Sphere, Vec3, generate};
+/// let sphere = Sphere { centre: Vec3::zeros(), radius: 1.0 };
+/// let container = Container::Ball(Sphere { centre: Vec3::zeros(), radius: 10.0 });
+/// let body = Body { name: "sphere", surface: &sphere, size: 0.6 };
+/// let mesh = generate(&[body], &container, &GenerateParams::default())?.mesh;
+/// assert_eq!(mesh.tags, ["sphere", "outer"]);
+/// assert_eq!(mesh.faces.iter().filter(|f| f.1 == 0).count(), 80); // an icosahedron, each face cut in four
+/// # Ok::<(), mesh::MeshError>(())
+/// ```
 pub fn generate(
     bodies: &[Body<'_>],
     container: &Container,
