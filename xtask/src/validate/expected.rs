@@ -6,7 +6,6 @@
 
 use std::f64::consts::PI;
 
-use mesh::GenerateParams;
 use nalgebra::{Matrix4, Vector4};
 
 use super::reference::{concentric_drag, concentric_torque};
@@ -49,7 +48,7 @@ pub fn torque(size: f64, lambda: f64) -> f64 {
 
 /// $\int \kappa^2 h^4 |\nabla^3 u|^2$ over `1 < r < wall`, with elements that grow as the generator lets them.
 fn energy(size: f64, wall: f64, third: impl Fn(f64) -> f64) -> f64 {
-    let growth = GenerateParams::default().growth;
+    let growth = swimmer::model::fem::growth(size);
     // In the logarithm of r the integrand is smooth: the midpoint rule errs by (ln wall / 400)^2, below a thousandth.
     const POINTS: usize = 400;
     let step = wall.ln() / POINTS as f64;
@@ -88,8 +87,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coefficients_are_those_of_happel_and_brenner() {
-        // Unbounded, no growth: |grad^3 u|^2 integrates to 4 pi (720 A^2/5 - 8400 A B/7 + 37800 B^2/9) r^-.. with A = 3/4, B = 1/4.
+    fn the_energy_is_the_integral_over_the_fluid() {
+        // Unbounded fluid, A = 3/4, B = 1/4: the integrals of r^-6, r^-8, r^-10 from 1 on.
         let [a, b] = [0.75, 0.25];
         let exact = 4.0 * PI * (720.0 * a * a / 5.0 - 8400.0 * a * b / 7.0 + 37800.0 * b * b / 9.0);
         let third = |r: f64| {

@@ -5,7 +5,7 @@
 
 mod choice;
 mod error;
-mod fem;
+pub mod fem;
 
 use mesh::TetMesh;
 use nalgebra::Vector3;

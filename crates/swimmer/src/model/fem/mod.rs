@@ -10,6 +10,7 @@ use mesh::TetMesh;
 use nalgebra::Vector3;
 use rigid::{Articulation, Drive, Load};
 
+pub use self::meshes::growth;
 use self::meshes::{Meshes, ShapeMesh};
 use self::scale::Scale;
 use self::solve::{Boundary, SolvedFlow};
