@@ -36,21 +36,20 @@ fn row(case: &Collinear, size: f64) -> Result<Row> {
         format!("{}: R{}{}, h {size}", case.name, i + 1, j + 1),
         [exact[(i, j)], computed[(i, j)]],
         exact.amax(),
-        (tolerance(case, size), Basis::Interpolation),
+        (tolerance(case, size)?, Basis::Interpolation),
         cost,
     ))
 }
 
 /// That of the worst sphere, seen at the centre of a ball that touches the wall where it is nearest: errors of a resistance
 /// matrix are a scalar product, so entries off the diagonal err by no more than those on it (Cauchy & Schwarz).
-fn tolerance(case: &Collinear, size: f64) -> f64 {
-    let spheres = case.positions.iter().zip(case.radii);
-    spheres
-        .map(|(position, radius)| {
-            let to_wall = case.container - position.abs();
-            expected::drag(size / radius, radius / to_wall)
-        })
-        .fold(0.0, f64::max)
+fn tolerance(case: &Collinear, size: f64) -> Result<f64> {
+    let mut worst = 0.0_f64;
+    for (position, radius) in case.positions.iter().zip(case.radii) {
+        let to_wall = case.container - position.abs();
+        worst = worst.max(expected::sphere(size / radius, radius / to_wall)?.drag);
+    }
+    Ok(worst)
 }
 
 fn symmetric(upper: &[f64], n: usize) -> DMatrix<f64> {

@@ -27,11 +27,14 @@ pub enum Effort {
     Full,
 }
 
+/// A name for messages, and what computes the rows.
+type Part<'a> = (&'a str, &'a dyn Fn() -> Result<Vec<Row>>);
+
 /// Computes all rows, prints them, writes `validation.md` and `validation.csv` into a folder and fails if a row does.
 pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
-    let parts: [(&str, &dyn Fn() -> Result<Vec<Row>>); 7] = [
+    let parts: [Part; 7] = [
         ("sphere in a concentric ball", &|| sphere::rows(effort)),
         ("orders of convergence", &sphere::orders),
         ("two spheres", &|| pair::rows(effort)),
@@ -60,7 +63,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
     notes.extend(file::note());
     notes.push(
         format!(
-            "{} of {} rows pass, {:.0} s on {} threads; s is of the solves alone where a row needs one, of all of them where it needs several.",
+            "{} of {} rows pass, {:.0} s on {} threads; the seconds of a row are of all its solves, meshes included, and rows of one case share them.",
             rows.len() - failed,
             rows.len(),
             clock.elapsed().as_secs_f64(),

@@ -30,19 +30,19 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
             let body = &instant.bodies[0];
             let drag = 1.0 / (6.0 * PI * body.velocity.x);
             let torque = 1.0 / (8.0 * PI * body.angular_velocity.z);
-            let bound = |bound: fn(f64, f64) -> f64| (bound(size, lambda), Basis::Interpolation);
+            let expected = expected::sphere(size, lambda)?;
             rows.push(Row::relative(
                 "A",
                 format!("drag / 6 pi, lambda {lambda}, h {size}"),
                 [concentric_drag(lambda), drag],
-                bound(expected::drag),
+                (expected.drag, Basis::Interpolation),
                 cost,
             ));
             rows.push(Row::relative(
                 "A",
                 format!("torque / 8 pi, lambda {lambda}, h {size}"),
                 [concentric_torque(lambda), torque],
-                bound(expected::torque),
+                (expected.torque, Basis::Interpolation),
                 cost,
             ));
         }

@@ -14,6 +14,9 @@ use super::{Effort, expected};
 /// Radius of the ball of the single instants.
 const CONTAINER: f64 = 40.0;
 
+/// Radius over distance to the wall for the outer sphere of the longest arm, ten.
+const NEAREST: f64 = 1.0 / (CONTAINER - 10.0);
+
 /// The project's bars: swimming speeds on fine meshes; with default settings steps of a stroke, whose rates are speeds, and the
 /// net displacement.
 pub const SPEED: f64 = 1e-4;
@@ -49,10 +52,9 @@ pub fn instants(effort: Effort) -> Result<Vec<Row>> {
                 "opens"
             },
         );
-        let to_wall = CONTAINER - case.left_arm.max(case.right_arm);
         let tolerances = [
             (speed, Basis::Required),
-            (expected::drag(size, 1.0 / to_wall), Basis::Interpolation),
+            (expected::sphere(size, NEAREST)?.drag, Basis::Interpolation),
         ];
         rows.extend(compare(&name, case, &instant, tolerances, cost));
     }

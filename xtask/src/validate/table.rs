@@ -78,21 +78,22 @@ impl Basis {
     fn note(self) -> &'static str {
         match self {
             Self::Interpolation => {
-                "twice the energy of the interpolation error of the flow around one sphere, on regular tets of the mesh's sizes; \
-                 matrix entries are judged by the largest entry"
+                "twice the energy of the interpolation error of the exact flow around one sphere, on a mesh of the same sizes around it \
+                 alone; matrix entries are judged by the largest entry"
             }
             Self::Halving => {
-                "a third of the change from the mesh of twice the surface size: what is left at second order or better; besides, as (a) \
-                 for the lubrication flow in the gap, where elements are as small as the gap asks in both meshes"
+                "a third of the change from the mesh of twice the surface size: what is left at second order or better; besides, as (a), \
+                 for the lubrication flow in a gap, whose elements do not depend on that size"
             }
             Self::Order => {
                 "theory: 4 curved, at least 3.3 before the asymptotic range; 2 straight, by geometry (absolute difference)"
             }
             Self::Required => {
-                "required of the default settings: swimming speeds 1e-4, steps 1e-3, net displacement 1e-2"
+                "required: with default settings 1e-3 for a step of the stroke and hence for speeds, 1e-2 for the net displacement; \
+                 at surface size 0.2 and on the mesh file 1e-4 for speeds, on the mesh file 1e-3 for forces"
             }
             Self::Flat => {
-                "the volume that flat facets cut off, order h^2; twice the deficit of the mesh's spheres"
+                "twice the deficit of radius of the ball that has the volume inside the flat facets"
             }
         }
     }
