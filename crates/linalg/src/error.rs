@@ -112,4 +112,12 @@ pub enum LinalgError {
         /// What the factorisation reported.
         detail: String,
     },
+    /// A subdomain of a domain decomposition cannot be solved on its own.
+    #[error("subdomain {subdomain}: {cause}")]
+    Subdomain {
+        /// Which subdomain.
+        subdomain: usize,
+        /// What is wrong with its restricted system.
+        cause: Box<LinalgError>,
+    },
 }

@@ -15,6 +15,7 @@
 //! | solve a large one | [`fgmres`] with [`BlockTriangular`], whose velocity block is a [`Multigrid`] cycle |
 //! | solve a symmetric one in little memory | [`minres`] with [`BlockDiagonal`] |
 //! | solve a small one, or check | [`SaddleLdlt`] |
+//! | solve a large one without a mesh hierarchy | [`fgmres`] with [`Schwarz`] |
 //! | solve three scalar problems with one matrix | [`cg`] with [`Bordered::scalar`] and [`Multigrid::new`] |
 //!
 //! Not for general sparse matrices (faer, sprs) or distributed memory (PETSc). Every solver reports the true residual
@@ -65,6 +66,7 @@ mod product;
 mod row_blocks;
 mod saddle;
 mod scalar;
+mod schwarz;
 mod transfer;
 mod vector;
 
@@ -73,10 +75,11 @@ pub use block_triangular::BlockTriangular;
 pub use bordered::Bordered;
 pub use chebyshev::MassInverse;
 pub use csr::{Csr, Csr3};
-pub use direct::{DirectParams, SaddleLdlt};
+pub use direct::{DirectParams, Precision, SaddleLdlt};
 pub use error::LinalgError;
 pub use krylov::{KrylovParams, SolveReport, cg, fgmres, minres};
 pub use multigrid::{BorderInverse, LevelSize, Multigrid, MultigridParams};
 pub use operator::{Identity, LinearOperator, Preconditioner, PreconditionerKind};
 pub use saddle::SaddleSystem;
+pub use schwarz::{BorderPlacement, Schwarz, SchwarzParams};
 pub use transfer::Transfer;

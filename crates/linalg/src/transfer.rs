@@ -27,7 +27,11 @@ impl Transfer {
         check_shape("border Q of the transfer", border.shape(), expected)?;
         check_finite("transfer P", nodes.data())?;
         check_finite("border Q of the transfer", border.data())?;
-        Ok(Transfer::from_parts(into_rows(nodes), into_rows(border), None))
+        Ok(Transfer::from_parts(
+            into_rows(nodes),
+            into_rows(border),
+            None,
+        ))
     }
 
     /// With other border columns `Q_l` (3n x m) for the restriction, `r_v + Q_l^T r`: where border rows are not tested with the
@@ -36,7 +40,11 @@ impl Transfer {
     /// # Errors
     /// [`LinalgError::Shape`], [`LinalgError::NotFinite`].
     pub fn with_left_border(mut self, border_left: Csr) -> Result<Self, LinalgError> {
-        check_shape("left border Q_l of the transfer", border_left.shape(), self.border.shape())?;
+        check_shape(
+            "left border Q_l of the transfer",
+            border_left.shape(),
+            self.border.shape(),
+        )?;
         check_finite("left border Q_l of the transfer", border_left.data())?;
         self.border_left = Some(into_rows(border_left));
         Ok(self)
@@ -44,7 +52,11 @@ impl Transfer {
 
     /// From parts known to be sound.
     pub(crate) fn from_parts(nodes: Csr, border: Csr, border_left: Option<Csr>) -> Self {
-        Transfer { nodes, border, border_left }
+        Transfer {
+            nodes,
+            border,
+            border_left,
+        }
     }
 
     /// The scalar prolongation `P`, n x n_coarse.
@@ -80,7 +92,10 @@ impl Transfer {
         let restrict = transpose(&self.nodes);
         let k_coarse = k_coarse.unwrap_or_else(|| multiply(&restrict, &multiply(k, &self.nodes)));
         let kq_plus_c = kron3_multiply_add(k, &self.border, fine.border());
-        let (q_left, c_left) = (self.border_left(), fine.border_left().unwrap_or(fine.border()));
+        let (q_left, c_left) = (
+            self.border_left(),
+            fine.border_left().unwrap_or(fine.border()),
+        );
         let left = (fine.border_left().is_some() || self.border_left.is_some())
             .then(|| restrict3(&restrict, &kron3_multiply_add(k, q_left, c_left)));
         let mut corner = fine.corner().clone();

@@ -29,5 +29,9 @@ pub(super) fn jacobi(fine: &Bordered, diagonal: &[f64], upper: f64, tentative: &
             }
         })
     };
-    Transfer::from_parts(nodes, smoothed_border(fine.border()), fine.border_left().map(smoothed_border))
+    Transfer::from_parts(
+        nodes,
+        smoothed_border(fine.border()),
+        fine.border_left().map(smoothed_border),
+    )
 }

@@ -1,5 +1,7 @@
 //! Sparse symmetric factorisations by faer on a nested-dissection ordering.
 
+use std::num::NonZeroUsize;
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::{ldlt::factor::LdltRegularization, llt::factor::LltRegularization};
 use faer::perm::PermRef;
@@ -7,14 +9,16 @@ use faer::sparse::linalg::cholesky::{
     LdltRef, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::traits::RealField;
 use faer::{Conj, MatMut, Par, Side, Spec};
 
 use crate::csr::Rows;
+use crate::vector::{max_abs, power_of_two_below};
 use crate::{Csr, LinalgError};
 
 /// Parts faer's dense kernels are cut into. The cut decides the rounding, so it is fixed, whatever the number of threads:
 /// `Par::rayon(0)` (one part a thread) gave other digits on one thread than on two.
-const PARALLEL_DEGREE: usize = 4;
+const PARALLEL: Par = Par::Rayon(NonZeroUsize::new(4).unwrap());
 
 /// Which factorisation a matrix admits without pivoting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,13 +29,27 @@ pub(crate) enum Definiteness {
     Quasi,
 }
 
+/// In which precision factors are computed and kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// 8 bytes an entry.
+    Double,
+    /// 4 bytes an entry and about half the time; the factors are a preconditioner then.
+    Single,
+}
+
+enum Values {
+    Double(Vec<f64>),
+    Single(Vec<f32>),
+}
+
 /// The factors of a symmetric sparse matrix.
 pub(crate) struct SparseFactor {
     symbolic: SymbolicCholesky<usize>,
-    values: Vec<f64>,
+    values: Values,
     definiteness: Definiteness,
-    parallel: Par,
     scratch: MemBuffer,
+    rounded: Vec<f32>,
     /// Right-hand sides `scratch` is large enough for.
     columns: usize,
 }
@@ -46,6 +64,7 @@ impl SparseFactor {
         matrix: &Csr,
         order: &[usize],
         definiteness: Definiteness,
+        precision: Precision,
         columns: usize,
     ) -> Result<Self, LinalgError> {
         let failed = |detail: String| LinalgError::Factorisation { what, detail };
@@ -66,58 +85,28 @@ impl SparseFactor {
             Default::default(),
         )
         .map_err(|e| failed(e.to_string()))?;
-        let parallel = Par::rayon(PARALLEL_DEGREE);
-        let mut values = vec![0.0; symbolic.len_val()];
-        let sparse = SparseColMatRef::new(pattern, matrix.data());
-        match definiteness {
-            Definiteness::Positive => {
-                let need = symbolic.factorize_numeric_llt_scratch::<f64>(parallel, Spec::default());
-                let mut memory =
-                    MemBuffer::try_new(need).map_err(|_| failed("out of memory".into()))?;
-                symbolic
-                    .factorize_numeric_llt(
-                        &mut values,
-                        sparse,
-                        Side::Lower,
-                        LltRegularization::default(),
-                        parallel,
-                        MemStack::new(&mut memory),
-                        Spec::default(),
-                    )
-                    .map_err(|e| failed(format!("{e:?}")))?;
+        let (values, need) = match precision {
+            Precision::Double => {
+                let sparse = SparseColMatRef::new(pattern, matrix.data());
+                let values = factorise(&symbolic, sparse, definiteness).map_err(failed)?;
+                let need = symbolic.solve_in_place_scratch::<f64>(columns, PARALLEL);
+                (Values::Double(values), need)
             }
-            Definiteness::Quasi => {
-                let need =
-                    symbolic.factorize_numeric_ldlt_scratch::<f64>(parallel, Spec::default());
-                let mut memory =
-                    MemBuffer::try_new(need).map_err(|_| failed("out of memory".into()))?;
-                symbolic
-                    .factorize_numeric_ldlt(
-                        &mut values,
-                        sparse,
-                        Side::Lower,
-                        LdltRegularization::default(),
-                        parallel,
-                        MemStack::new(&mut memory),
-                        Spec::default(),
-                    )
-                    .map_err(|e| failed(format!("{e:?}")))?;
+            Precision::Single => {
+                let entries: Vec<f32> = matrix.data().iter().map(|&v| v as f32).collect();
+                let sparse = SparseColMatRef::new(pattern, &entries);
+                let values = factorise(&symbolic, sparse, definiteness).map_err(failed)?;
+                let need = symbolic.solve_in_place_scratch::<f32>(columns, PARALLEL);
+                (Values::Single(values), need)
             }
-        }
-        // faer reports an exactly zero pivot only; a tiny one ends in NaN or infinity
-        if values.iter().any(|v| !v.is_finite()) {
-            return Err(failed(
-                "a pivot vanished, the factors are not finite".into(),
-            ));
-        }
-        let need = symbolic.solve_in_place_scratch::<f64>(columns, parallel);
+        };
         let scratch = MemBuffer::try_new(need).map_err(|_| failed("out of memory".into()))?;
         Ok(SparseFactor {
             symbolic,
             values,
             definiteness,
-            parallel,
             scratch,
+            rounded: Vec::new(),
             columns,
         })
     }
@@ -127,21 +116,102 @@ impl SparseFactor {
         self.symbolic.len_val()
     }
 
+    /// Bytes of the factor.
+    pub fn bytes(&self) -> usize {
+        match &self.values {
+            Values::Double(values) => size_of_val(values.as_slice()),
+            Values::Single(values) => size_of_val(values.as_slice()),
+        }
+    }
+
     /// Overwrites the columns of `rhs` (n each, one after another) with the solutions, in groups of `columns`.
     pub fn solve_in_place(&mut self, rhs: &mut [f64]) {
         let n = self.symbolic.nrows();
         if n == 0 {
             return;
         }
+        let (symbolic, definiteness) = (&self.symbolic, self.definiteness);
         for group in rhs.chunks_mut(n * self.columns) {
-            let group = MatMut::from_column_major_slice_mut(group, n, group.len() / n);
             let stack = MemStack::new(&mut self.scratch);
-            match self.definiteness {
-                Definiteness::Positive => LltRef::new(&self.symbolic, &self.values)
-                    .solve_in_place_with_conj(Conj::No, group, self.parallel, stack),
-                Definiteness::Quasi => LdltRef::new(&self.symbolic, &self.values)
-                    .solve_in_place_with_conj(Conj::No, group, self.parallel, stack),
+            match &self.values {
+                Values::Double(values) => solve(symbolic, values, definiteness, group, stack),
+                Values::Single(values) => {
+                    // right-hand sides of any size fit, a power of two rounds nothing
+                    let scale = power_of_two_below(max_abs(group));
+                    self.rounded.clear();
+                    self.rounded
+                        .extend(group.iter().map(|v| (v / scale) as f32));
+                    solve(symbolic, values, definiteness, &mut self.rounded, stack);
+                    for (v, r) in group.iter_mut().zip(&self.rounded) {
+                        *v = f64::from(*r) * scale;
+                    }
+                }
             }
+        }
+    }
+}
+
+/// The numeric phase.
+fn factorise<T: RealField>(
+    symbolic: &SymbolicCholesky<usize>,
+    matrix: SparseColMatRef<'_, usize, T>,
+    definiteness: Definiteness,
+) -> Result<Vec<T>, String> {
+    let mut values = vec![T::zero_impl(); symbolic.len_val()];
+    let memory = |need| MemBuffer::try_new(need).map_err(|_| "out of memory".to_string());
+    match definiteness {
+        Definiteness::Positive => {
+            let need = symbolic.factorize_numeric_llt_scratch::<T>(PARALLEL, Spec::default());
+            symbolic
+                .factorize_numeric_llt(
+                    &mut values,
+                    matrix,
+                    Side::Lower,
+                    LltRegularization::default(),
+                    PARALLEL,
+                    MemStack::new(&mut memory(need)?),
+                    Spec::default(),
+                )
+                .map_err(|e| format!("{e:?}"))?;
+        }
+        Definiteness::Quasi => {
+            let need = symbolic.factorize_numeric_ldlt_scratch::<T>(PARALLEL, Spec::default());
+            symbolic
+                .factorize_numeric_ldlt(
+                    &mut values,
+                    matrix,
+                    Side::Lower,
+                    LdltRegularization::default(),
+                    PARALLEL,
+                    MemStack::new(&mut memory(need)?),
+                    Spec::default(),
+                )
+                .map_err(|e| format!("{e:?}"))?;
+        }
+    }
+    // faer reports an exactly zero pivot only; a tiny one ends in NaN or infinity
+    if values.iter().any(|v| !T::is_finite_impl(v)) {
+        return Err("a pivot vanished, the factors are not finite".into());
+    }
+    Ok(values)
+}
+
+fn solve<T: RealField>(
+    symbolic: &SymbolicCholesky<usize>,
+    values: &[T],
+    definiteness: Definiteness,
+    rhs: &mut [T],
+    stack: &mut MemStack,
+) {
+    let n = symbolic.nrows();
+    let columns = rhs.len() / n;
+    let rhs = MatMut::from_column_major_slice_mut(rhs, n, columns);
+    match definiteness {
+        Definiteness::Positive => {
+            LltRef::new(symbolic, values).solve_in_place_with_conj(Conj::No, rhs, PARALLEL, stack)
+        }
+        Definiteness::Quasi => {
+            LdltRef::new(symbolic, values).solve_in_place_with_conj(Conj::No, rhs, PARALLEL, stack)
         }
     }
 }

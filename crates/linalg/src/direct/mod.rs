@@ -1,11 +1,14 @@
 //! Sparse direct solvers.
 
 mod factor;
-mod order;
+mod graph;
+mod saddle_factor;
 mod saddle_ldlt;
 mod schur;
 
+pub use factor::Precision;
 pub(crate) use factor::{Definiteness, SparseFactor};
-pub(crate) use order::nested_dissection;
+pub(crate) use graph::Graph;
+pub(crate) use saddle_factor::{SaddleFactor, adjacency, weights};
 pub use saddle_ldlt::{DirectParams, SaddleLdlt};
 pub(crate) use schur::SchurFactor;

@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::{BorderInverse, vectors::Vectors};
 use crate::csr::Rows;
-use crate::direct::{Definiteness, SchurFactor, SparseFactor, nested_dissection};
+use crate::direct::{Definiteness, Graph, Precision, SchurFactor, SparseFactor};
 use crate::node_kernel::long_row;
 use crate::{Bordered, Csr, LinalgError, LinearOperator};
 
@@ -35,12 +35,13 @@ impl CoarseSolver {
     ) -> Result<Self, LinalgError> {
         let (n, m) = (operator.nodes(), operator.border_len());
         let k = operator.stiffness().map(|v| v * unit);
-        let order = nested_dissection(&adjacency(&k), &vec![1; n])?;
+        let order = Graph::new(&adjacency(&k), &vec![1; n])?.nested_dissection()?;
         let mut factor = SparseFactor::new(
             "coarsest stiffness matrix",
             &k,
             &order,
             Definiteness::Positive,
+            Precision::Double,
             3,
         )?;
         let border_rows = operator.border_rows().map(|v| v * unit);

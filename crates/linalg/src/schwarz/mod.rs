@@ -1,0 +1,186 @@
+//! Restricted additive Schwarz with factorised subdomains.
+
+mod partition;
+mod subdomain;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::csr::Rows;
+use crate::direct::SchurFactor;
+use crate::node_kernel::long_row;
+use crate::vector::axpy;
+use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind, SaddleSystem};
+use subdomain::Subdomain;
+
+/// How the domain is cut and what becomes of the border.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SchwarzParams {
+    /// Number of subdomains.
+    pub subdomains: usize,
+    /// Layers of neighbours in the graph of nodes and pressures by which subdomains are extended.
+    pub overlap: usize,
+    /// Where border unknowns are solved for.
+    pub border: BorderPlacement,
+}
+
+/// Where the border unknowns, bodies' velocities and multipliers, are solved for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum BorderPlacement {
+    /// Eliminated from the subdomains together, by the Schur complement `M - C_l^T N C` of the preconditioner `N`: they act as a coarse space.
+    Eliminated,
+    /// Each in the subdomain given, as a matrix partitioned without knowledge of bodies has it. A multiplier
+    /// apart from its bodies makes its subdomain singular, which is an error.
+    Assigned(Vec<usize>),
+}
+
+impl Default for SchwarzParams {
+    fn default() -> Self {
+        SchwarzParams {
+            subdomains: 8,
+            overlap: 1,
+            border: BorderPlacement::Eliminated,
+        }
+    }
+}
+
+/// `sum_i R_i0^T A_i^-1 R_i`: the system is solved on overlapping subdomains, each keeps the unknowns it owns.
+///
+/// `R_i` restricts to subdomain i with its overlap, `R_i0` to what METIS gave it: *restricted* additive Schwarz (Cai, Sarkis, SIAM J.
+/// Sci. Comput. 21, 1999), which is PETSc's default too. `A_i` are factorised by `L D L^T` in f32 on the quasi-definite shifted system. Linear,
+/// not symmetric: use [`fgmres`](crate::fgmres).
+///
+/// Iterations grow with the number of subdomains: there to be compared with [`BlockTriangular`](crate::BlockTriangular), and for
+/// systems without a mesh hierarchy.
+pub struct Schwarz<'a> {
+    system: &'a SaddleSystem,
+    subdomains: Vec<Subdomain>,
+    /// Present where the border is eliminated.
+    border: Option<EliminatedBorder>,
+}
+
+impl<'a> Schwarz<'a> {
+    /// Cuts, restricts and factorises, subdomains in parallel.
+    ///
+    /// # Errors
+    /// [`LinalgError::Subdomain`] naming the one that is singular, [`LinalgError::Parameter`], [`LinalgError::Shape`], [`LinalgError::Factorisation`] of the border.
+    pub fn new(system: &'a SaddleSystem, params: &SchwarzParams) -> Result<Self, LinalgError> {
+        let cut = partition::cut(system, params)?;
+        let subdomains: Result<Vec<_>, _> = cut
+            .par_iter()
+            .enumerate()
+            .map(|(subdomain, members)| {
+                Subdomain::new(system, members).map_err(|cause| LinalgError::Subdomain {
+                    subdomain,
+                    cause: Box::new(cause),
+                })
+            })
+            .collect::<Vec<_>>()
+            .into_iter()
+            .collect();
+        let mut subdomains = subdomains?;
+        let border = match params.border {
+            BorderPlacement::Eliminated => Some(EliminatedBorder::new(system, &mut subdomains)?),
+            BorderPlacement::Assigned(_) => None,
+        };
+        Ok(Schwarz {
+            system,
+            subdomains,
+            border,
+        })
+    }
+
+    /// Unknowns of each subdomain, the overlap included.
+    pub fn subdomain_sizes(&self) -> Vec<usize> {
+        self.subdomains.iter().map(Subdomain::unknowns).collect()
+    }
+
+    /// Bytes of all factors.
+    pub fn bytes(&self) -> usize {
+        self.subdomains.iter().map(Subdomain::bytes).sum()
+    }
+}
+
+impl Preconditioner for Schwarz<'_> {
+    fn size(&self) -> usize {
+        self.system.rows()
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        solve_all(&mut self.subdomains, r, z);
+        if let Some(border) = &mut self.border {
+            border.correct(self.system, r, z);
+        }
+    }
+
+    fn kind(&self) -> PreconditionerKind {
+        PreconditionerKind::Linear
+    }
+}
+
+/// `z <- sum_i R_i0^T A_i^-1 R_i r`; unknowns in no subdomain are left alone.
+fn solve_all(subdomains: &mut [Subdomain], r: &[f64], z: &mut [f64]) {
+    subdomains.par_iter_mut().for_each(|s| s.solve(r));
+    subdomains.iter().for_each(|s| s.write_owned(z));
+}
+
+/// The Schur complement of the border in the preconditioner of the rest.
+struct EliminatedBorder {
+    /// `N [C; E]`, one after another, zero in the border.
+    lifted: Vec<f64>,
+    schur: SchurFactor,
+    values: DVector<f64>,
+}
+
+impl EliminatedBorder {
+    fn new(system: &SaddleSystem, subdomains: &mut [Subdomain]) -> Result<Self, LinalgError> {
+        let (size, border) = (system.rows(), system.border_range());
+        let m = border.len();
+        let mut lifted = vec![0.0; size * m];
+        let [mut unit, mut column] = [(); 2].map(|()| vec![0.0; size]);
+        let mut schur = DMatrix::zeros(m, m);
+        for (d, z) in lifted.chunks_exact_mut(size.max(1)).enumerate() {
+            unit[border.start + d] = 1.0;
+            system.apply(&unit, &mut column);
+            unit[border.start + d] = 0.0;
+            column[border.clone()].fill(0.0);
+            // multipliers touch the border only
+            if column.iter().any(|v| *v != 0.0) {
+                solve_all(subdomains, &column, z);
+            }
+            for c in 0..m {
+                schur[(c, d)] = system.velocity_block().corner()[(c, d)] - row(system, c, z);
+            }
+        }
+        Ok(EliminatedBorder {
+            lifted,
+            schur: SchurFactor::new(schur)?,
+            values: DVector::zeros(m),
+        })
+    }
+
+    /// From `z = N r` without border to the solution with it.
+    fn correct(&mut self, system: &SaddleSystem, r: &[f64], z: &mut [f64]) {
+        let border = system.border_range();
+        for (c, v) in self.values.iter_mut().enumerate() {
+            *v = r[border.start + c] - row(system, c, z);
+        }
+        self.schur.solve(&mut self.values);
+        z[border.clone()].fill(0.0);
+        for (column, v) in self
+            .lifted
+            .chunks_exact(z.len().max(1))
+            .zip(self.values.iter())
+        {
+            axpy(-v, column, z);
+        }
+        z[border].copy_from_slice(self.values.as_slice());
+    }
+}
+
+/// `(C_l^T u + E_l^T p)_c`.
+fn row(system: &SaddleSystem, c: usize, x: &[f64]) -> f64 {
+    let (u, p) = (&x[system.velocity_range()], &x[system.pressure_range()]);
+    long_row(Rows::of(system.velocity_block().border_rows()), c, u)
+        + long_row(Rows::of(system.border_gradient()), c, p)
+}

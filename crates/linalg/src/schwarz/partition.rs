@@ -1,0 +1,76 @@
+//! Overlapping subdomains of the graph of velocity nodes and pressures.
+
+use super::subdomain::Members;
+use super::{BorderPlacement, SchwarzParams};
+use crate::csr::check_shape;
+use crate::direct::{Graph, adjacency, weights};
+use crate::{LinalgError, SaddleSystem};
+
+/// Parts of about equal size by METIS, each extended by layers of neighbours.
+///
+/// A subdomain then takes in all velocities of its pressures: their rows of the divergence are complete, so that local problems
+/// are Stokes problems with velocities held at the rim, never with more pressures than velocities can satisfy.
+///
+/// # Errors
+/// [`LinalgError::Parameter`] for no subdomains, or a border assigned to one that does not exist; [`LinalgError::Shape`]; those of METIS.
+pub(super) fn cut(
+    system: &SaddleSystem,
+    params: &SchwarzParams,
+) -> Result<Vec<Members>, LinalgError> {
+    let parts = params.subdomains;
+    if parts == 0 {
+        let (name, range) = ("subdomains", "at least 1");
+        let value = 0.0;
+        return Err(LinalgError::Parameter { name, value, range });
+    }
+    if let BorderPlacement::Assigned(to) = &params.border {
+        let m = system.border_range().len();
+        check_shape("assignment of the border", (to.len(), 1), (m, 1))?;
+        if let Some(&outside) = to.iter().find(|&&s| s >= parts) {
+            return Err(LinalgError::Parameter {
+                name: "subdomain of a border unknown",
+                value: outside as f64,
+                range: "below the number of subdomains",
+            });
+        }
+    }
+    let neighbours = adjacency(system);
+    let part = Graph::new(&neighbours, &weights(system))?.partition(parts)?;
+    let nodes = system.velocity_block().nodes();
+    let members = |subdomain: usize| {
+        let mut inside: Vec<bool> = part.iter().map(|&p| p == subdomain).collect();
+        let mut rim: Vec<u32> = (0..part.len() as u32)
+            .filter(|&v| inside[v as usize])
+            .collect();
+        for layer in 0..=params.overlap {
+            // the last half layer: velocities of the pressures
+            let from_all = layer < params.overlap;
+            let mut next = Vec::new();
+            for &v in rim.iter().filter(|&&v| from_all || v as usize >= nodes) {
+                for &w in &neighbours[v as usize] {
+                    if !std::mem::replace(&mut inside[w as usize], true) {
+                        next.push(w);
+                    }
+                }
+            }
+            rim = next;
+        }
+        let all = || (0..part.len() as u32).filter(|&v| inside[v as usize]);
+        let border = match &params.border {
+            BorderPlacement::Eliminated => Vec::new(),
+            BorderPlacement::Assigned(to) => (0..to.len() as u32)
+                .filter(|&c| to[c as usize] == subdomain)
+                .collect(),
+        };
+        Members {
+            nodes: all().filter(|&v| (v as usize) < nodes).collect(),
+            pressures: all()
+                .filter(|&v| v as usize >= nodes)
+                .map(|v| v - nodes as u32)
+                .collect(),
+            owned: all().map(|v| part[v as usize] == subdomain).collect(),
+            border,
+        }
+    };
+    Ok((0..parts).map(members).collect())
+}
