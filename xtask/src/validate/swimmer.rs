@@ -23,7 +23,7 @@ pub const SPEED: f64 = 1e-4;
 const STEP: f64 = 1e-3;
 const NET: f64 = 1e-2;
 
-/// Element sizes on the spheres: of the default settings, and of 184 thousand unknowns.
+/// Element sizes on the spheres: of the default settings, and of about 300 thousand unknowns.
 const DEFAULT_SIZE: f64 = 0.4;
 const FINE_SIZE: f64 = 0.2;
 
