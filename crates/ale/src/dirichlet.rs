@@ -38,8 +38,8 @@ impl<'a> DirichletSolver<'a> {
                 continue;
             };
             for (column, &value) in row.iter() {
-                if number[column as usize] != u32::MAX {
-                    columns.push(number[column as usize]);
+                if number[column] != u32::MAX {
+                    columns.push(number[column]);
                     values.push(value);
                 }
             }
@@ -80,7 +80,7 @@ impl<'a> DirichletSolver<'a> {
                 };
                 for (column, &value) in row.iter() {
                     for (component, field) in group.iter().enumerate() {
-                        entry[component] -= value * field[column as usize];
+                        entry[component] -= value * field[column];
                     }
                 }
             }

@@ -210,7 +210,7 @@ impl RigidFluid {
 fn add_transposed(matrix: &Csr, x: &[f64], y: &mut DVector<f64>) {
     for (row, &value) in matrix.outer_iterator().zip(x) {
         for (column, &entry) in row.iter() {
-            y[column as usize] += entry * value;
+            y[column] += entry * value;
         }
     }
 }

@@ -216,7 +216,7 @@ impl Constrained {
 fn negated_product(matrix: &Csr, x: &DVector<f64>) -> Vec<f64> {
     matrix
         .outer_iterator()
-        .map(|row| -row.iter().map(|(j, &a)| a * x[j as usize]).sum::<f64>())
+        .map(|row| -row.iter().map(|(j, &a)| a * x[j]).sum::<f64>())
         .collect()
 }
 

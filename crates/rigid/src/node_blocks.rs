@@ -33,7 +33,7 @@ impl NodeBlocks<'_> {
             |row, indices: &mut Vec<u32>, values: &mut Vec<f64>| {
                 if let Some(view) = matrix.outer_view(rows[row] as usize) {
                     for (column, &value) in view.iter() {
-                        let number = self.free_number[column as usize];
+                        let number = self.free_number[column];
                         if number != NOT_FREE {
                             indices.push(number);
                             values.push(value);
@@ -51,7 +51,7 @@ impl NodeBlocks<'_> {
             |row, indices: &mut Vec<u32>, values: &mut Vec<[f64; 3]>| {
                 if let Some(view) = matrix.outer_view(row) {
                     for (column, &value) in view.iter() {
-                        let number = self.free_number[column as usize];
+                        let number = self.free_number[column];
                         if number != NOT_FREE {
                             indices.push(number);
                             values.push(value);
@@ -73,7 +73,7 @@ impl NodeBlocks<'_> {
                 };
                 let mut sums: Vec<RigidSum> = Vec::new();
                 for (column, &value) in view.iter() {
-                    let NodeRole::Body(body) = self.roles[column as usize] else {
+                    let NodeRole::Body(body) = self.roles[column] else {
                         continue;
                     };
                     let body = body as usize;
@@ -91,7 +91,7 @@ impl NodeBlocks<'_> {
                                 place
                             });
                     sums[place].weight += value;
-                    sums[place].moment += value * self.arms[column as usize];
+                    sums[place].moment += value * self.arms[column];
                 }
                 let axis = row % 3;
                 for sum in sums {
@@ -123,7 +123,7 @@ impl NodeBlocks<'_> {
                 };
                 let mut sums: Vec<(usize, Vector3<f64>, Vector3<f64>)> = Vec::new();
                 for (column, &value) in view.iter() {
-                    let NodeRole::Body(body) = self.roles[column as usize] else {
+                    let NodeRole::Body(body) = self.roles[column] else {
                         continue;
                     };
                     let body = body as usize;
@@ -135,7 +135,7 @@ impl NodeBlocks<'_> {
                         });
                     let b = Vector3::from(value);
                     sums[place].1 += b;
-                    sums[place].2 += self.arms[column as usize].cross(&b);
+                    sums[place].2 += self.arms[column].cross(&b);
                 }
                 for (body, force, torque) in sums {
                     indices.extend((0..6).map(|k| (6 * body + k) as u32));
@@ -154,10 +154,10 @@ impl NodeBlocks<'_> {
             };
             let own_arm = self.arms[row].cross_matrix();
             for (column, &value) in view.iter() {
-                let NodeRole::Body(other) = self.roles[column as usize] else {
+                let NodeRole::Body(other) = self.roles[column] else {
                     continue;
                 };
-                let other_arm = self.arms[column as usize].cross_matrix();
+                let other_arm = self.arms[column].cross_matrix();
                 let (i, j) = (6 * own as usize, 6 * other as usize);
                 let mut add = |r: usize, c: usize, block: Matrix3<f64>| {
                     let mut view = corner.fixed_view_mut::<3, 3>(r, c);

@@ -205,7 +205,7 @@ fn to_dense(matrix: &linalg::Csr) -> DMatrix<f64> {
     let mut dense = DMatrix::zeros(matrix.rows(), matrix.cols());
     for (i, row) in matrix.outer_iterator().enumerate() {
         for (j, &v) in row.iter() {
-            dense[(i, j as usize)] += v;
+            dense[(i, j)] += v;
         }
     }
     dense
