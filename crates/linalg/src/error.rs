@@ -112,6 +112,14 @@ pub enum LinalgError {
         /// What the factorisation reported.
         detail: String,
     },
+    /// Momentum and divergence are of so different sizes that no residual norm sees both.
+    #[error(
+        "the largest entry of the divergence is {ratio:e} of that of the stiffness: a small residual would not bound the divergence; use units in which viscosity and element size are about one"
+    )]
+    Unbalanced {
+        /// Largest entry of the divergence over largest diagonal entry of the stiffness matrix.
+        ratio: f64,
+    },
     /// A subdomain of a domain decomposition cannot be solved on its own.
     #[error("subdomain {subdomain}: {cause}")]
     Subdomain {

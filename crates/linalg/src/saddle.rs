@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use crate::bordered::{nodes, nodes_mut};
-use crate::csr::{Rows, check_finite, check_shape, into_rows, positive_diagonal, transpose};
+use crate::csr::{
+    Rows, check_finite, check_shape, diagonal, into_rows, positive_diagonal, transpose,
+};
 use crate::node_kernel::long_row;
 use crate::row_blocks::RowBlocks;
 use crate::{Bordered, Csr, Csr3, LinalgError, LinearOperator};
@@ -36,10 +38,10 @@ pub struct SaddleSystem {
 }
 
 impl SaddleSystem {
-    /// Checks shapes, finiteness and a positive mass diagonal.
+    /// Checks shapes, finiteness, a positive mass diagonal, and that a residual norm sees the divergence.
     ///
     /// # Errors
-    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::NotPositive`].
+    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::NotPositive`], [`LinalgError::Unbalanced`].
     pub fn new(
         a: Bordered,
         b: Csr3,
@@ -59,6 +61,7 @@ impl SaddleSystem {
             check_finite("left border divergence E_l", left.data())?;
         }
         positive_diagonal("pressure mass matrix", &pressure_mass)?;
+        check_balance(&a, &b, &e)?;
         let (b, e) = (into_rows(b), into_rows(e));
         let e_left = e_left.map(into_rows);
         Ok(SaddleSystem {
@@ -154,6 +157,20 @@ impl SaddleSystem {
             *yq = sum;
         });
     }
+}
+
+/// Below this ratio a residual of 1e-8 leaves more than 1e-4 of the divergence unseen: velocities are of size `b / K`, fluxes `B b / K`.
+const SMALLEST_RATIO: f64 = 1e-4;
+
+/// Refuses a divergence that is small beside the stiffness. A large one needs no check: iterations then stagnate.
+fn check_balance(a: &Bordered, b: &Csr3, e: &Csr) -> Result<(), LinalgError> {
+    let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let divergence = largest(b.data().as_flattened()).max(largest(e.data()));
+    let ratio = divergence / largest(&diagonal(a.stiffness()));
+    if divergence > 0.0 && ratio < SMALLEST_RATIO {
+        return Err(LinalgError::Unbalanced { ratio });
+    }
+    Ok(())
 }
 
 /// Adds `(B^T p)_i` to `a`.

@@ -50,20 +50,19 @@ pub fn minres(
         }
         v.copy_from_slice(&r);
         // Lanczos: A Z = V T with V^T Z = I, Z = N V, T tridiagonal with `alpha` between two `beta`
-        let mut beta = lanczos_norm(preconditioner, &v, &mut z, &progress)?;
-        scale(beta.recip(), &mut v);
-        scale(beta.recip(), &mut z);
+        let mut phi = lanczos_norm(preconditioner, &v, &mut z, &progress)?;
+        scale(phi.recip(), &mut v);
+        scale(phi.recip(), &mut z);
+        let mut beta = 0.0;
         for vector in [&mut v_old, &mut w, &mut w_old] {
             vector.fill(0.0);
         }
-        let mut phi = beta;
         // the last two Givens rotations (c, s) that make T triangular
         let (mut rotation, mut rotation_old) = ((1.0, 0.0), (1.0, 0.0));
         while progress.may_iterate() {
             operator.apply(&z, &mut q);
             let alpha = dot(&q, &z);
             axpy(-alpha, &v, &mut q);
-            // in the first step v_old is zero
             axpy(-beta, &v_old, &mut q);
 
             // column of T: (beta, alpha, beta_next); both rotations, then a new one

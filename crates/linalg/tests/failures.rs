@@ -1,0 +1,543 @@
+//! Solvers against hardships: each cell is a right answer or an error that names the cause, never a wrong answer marked converged.
+
+// other tests use the rest
+#[allow(dead_code, unused_imports)]
+mod support;
+
+use linalg::{
+    BlockDiagonal, BlockTriangular, Bordered, Csr, Csr3, DirectParams, Identity, KrylovParams,
+    LinalgError, LinearOperator, Preconditioner, PreconditionerKind, SaddleLdlt, SaddleSystem,
+    Schwarz, SchwarzParams, SolveReport, Transfer, cg, fgmres, minres,
+};
+use nalgebra::DMatrix;
+use support::{
+    Stokes, body_forces, cube, held_pair, noise, relative_difference, tolerance, transfer_for,
+    true_residual, with_border,
+};
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Solver {
+    Block,
+    Minres,
+    Schwarz,
+    DirectSingle,
+    DirectDouble,
+}
+
+const ALL: [Solver; 5] = [
+    Solver::Block,
+    Solver::Minres,
+    Solver::Schwarz,
+    Solver::DirectSingle,
+    Solver::DirectDouble,
+];
+
+impl Solver {
+    fn solve(
+        self,
+        system: &SaddleSystem,
+        transfer: &Transfer,
+        b: &[f64],
+        params: &KrylovParams,
+    ) -> Result<(Vec<f64>, SolveReport), LinalgError> {
+        let mut x = vec![0.0; b.len()];
+        let report = match self {
+            Solver::Block => {
+                let mut pre = BlockTriangular::with_transfer(system, transfer)?;
+                fgmres(system, &mut pre, b, &mut x, params)
+            }
+            Solver::Minres => {
+                let mut pre = BlockDiagonal::with_transfer(system, transfer)?;
+                minres(system, &mut pre, b, &mut x, params)
+            }
+            Solver::Schwarz => {
+                let cut = SchwarzParams {
+                    subdomains: 2,
+                    ..SchwarzParams::default()
+                };
+                let mut pre = Schwarz::new(system, &cut)?;
+                fgmres(system, &mut pre, b, &mut x, params)
+            }
+            Solver::DirectSingle => {
+                SaddleLdlt::factor(system, &DirectParams::default())?.solve(b, &mut x)
+            }
+            Solver::DirectDouble => {
+                SaddleLdlt::factor(system, &DirectParams::double())?.solve(b, &mut x)
+            }
+        }?;
+        // nobody's word is taken for it
+        assert!(x.iter().all(|v| v.is_finite()), "{self:?}");
+        assert!(
+            b.iter().all(|v| *v == 0.0) || true_residual(system, b, &x) <= params.rel_tol,
+            "{self:?} marked a wrong answer converged"
+        );
+        Ok((x, report))
+    }
+}
+
+fn small() -> Stokes {
+    Stokes::new(5, &[cube([2; 3], 1)], 5.0)
+}
+
+#[test]
+fn zero_right_hand_sides_have_the_zero_solution() {
+    let stokes = small();
+    let b = vec![0.0; stokes.system.rows()];
+    for solver in ALL {
+        let solved = solver.solve(&stokes.system, &stokes.transfer, &b, &tolerance(1e-8));
+        let (x, report) = solved.expect("zero");
+        assert!(report.iterations == 0 && x.iter().all(|v| *v == 0.0));
+    }
+}
+
+/// The parts of a system, to be spoilt one at a time.
+#[derive(Clone)]
+struct Parts {
+    k: Csr,
+    c: Csr,
+    corner: DMatrix<f64>,
+    b: Csr3,
+    e: Csr,
+    mass: Csr,
+}
+
+impl Parts {
+    fn of(system: &SaddleSystem) -> Self {
+        let a = system.velocity_block();
+        Parts {
+            k: a.stiffness().clone(),
+            c: a.border().clone(),
+            corner: a.corner().clone(),
+            b: system.divergence().clone(),
+            e: system.border_divergence().clone(),
+            mass: system.pressure_mass().clone(),
+        }
+    }
+
+    fn system(self) -> Result<SaddleSystem, LinalgError> {
+        let a = Bordered::new(self.k, self.c, None, self.corner)?;
+        SaddleSystem::new(a, self.b, self.e, None, self.mass)
+    }
+}
+
+#[test]
+fn nan_and_infinity_are_found_in_every_block() {
+    let sound = Parts::of(&small().system);
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let spoils: [fn(&mut Parts, f64); 6] = [
+            |p, v| p.k.data_mut()[3] = v,
+            |p, v| p.c.data_mut()[3] = v,
+            |p, v| p.corner[(2, 1)] = v,
+            |p, v| p.b.data_mut()[3][1] = v,
+            |p, v| p.e.data_mut()[3] = v,
+            |p, v| p.mass.data_mut()[3] = v,
+        ];
+        for spoil in spoils {
+            let mut parts = sound.clone();
+            spoil(&mut parts, bad);
+            let error = parts.system().map(|_| ());
+            assert!(
+                matches!(error, Err(LinalgError::NotFinite { .. })),
+                "{error:?}"
+            );
+        }
+    }
+    let stokes = small();
+    let mut b = body_forces(&stokes.system);
+    b[17] = f64::NAN;
+    for solver in ALL {
+        let error = solver.solve(&stokes.system, &stokes.transfer, &b, &tolerance(1e-8));
+        let error = error.map(|_| ());
+        assert!(
+            matches!(error, Err(LinalgError::NotFinite { index: 17, .. })),
+            "{error:?}"
+        );
+    }
+}
+
+/// Two multipliers for one constraint, and a border unknown that touches nothing.
+#[test]
+fn rank_deficient_borders_are_named() {
+    let stokes = small();
+    let plain = stokes.system.velocity_block().corner();
+    let mut redundant = plain.clone().resize(8, 8, 0.0);
+    for row in [6, 7] {
+        redundant[(row, 0)] = 1.0;
+        redundant[(0, row)] = 1.0;
+    }
+    for corner in [redundant, plain.clone().resize(7, 7, 0.0)] {
+        let m = corner.nrows();
+        let system = with_border(&stokes, corner, None).expect("shapes are sound");
+        let b = body_forces(&system);
+        for solver in ALL {
+            let error = solver.solve(&system, &transfer_for(&stokes, m), &b, &tolerance(1e-8));
+            let error = error.map(|_| ()).expect_err("singular");
+            assert!(error.to_string().contains("border"), "{solver:?} {error}");
+        }
+    }
+}
+
+/// Right-hand sides from 1e-140 to 1e140, and systems times powers of two that f32 cannot hold.
+#[test]
+fn sizes_do_not_matter() {
+    let stokes = small();
+    let b = body_forces(&stokes.system);
+    let params = tolerance(1e-8);
+    for solver in ALL {
+        let solve = |system: &SaddleSystem, b: &[f64]| {
+            let (x, _) = solver
+                .solve(system, &stokes.transfer, b, &params)
+                .expect("solved");
+            x[..system.pressure_range().start].to_vec()
+        };
+        let unit = solve(&stokes.system, &b);
+        for size in [1e-140, 1e140] {
+            let large: Vec<f64> = b.iter().map(|v| v * size).collect();
+            let scaled: Vec<f64> = unit.iter().map(|v| v * size).collect();
+            // two solves to 1e-8, which the condition of the resistance, about ten, amplifies
+            assert!(relative_difference(&solve(&stokes.system, &large), &scaled) < 1e-6);
+        }
+        for exponent in [-300, 300] {
+            let s = 2f64.powi(exponent);
+            let mut parts = Parts::of(&stokes.system);
+            for matrix in [&mut parts.k, &mut parts.c, &mut parts.e, &mut parts.mass] {
+                matrix.data_mut().iter_mut().for_each(|v| *v *= s);
+            }
+            parts.corner *= s;
+            parts
+                .b
+                .data_mut()
+                .as_flattened_mut()
+                .iter_mut()
+                .for_each(|v| *v *= s);
+            let system = parts.system().expect("a sound system");
+            let scaled: Vec<f64> = unit.iter().map(|v| v / s).collect();
+            assert!(
+                relative_difference(&solve(&system, &b), &scaled) < 1e-6,
+                "{solver:?}"
+            );
+        }
+    }
+    // squares underflow: no norm to be relative to
+    let tiny: Vec<f64> = b.iter().map(|v| v * 1e-200).collect();
+    for solver in ALL {
+        let error = solver.solve(&stokes.system, &stokes.transfer, &tiny, &params);
+        assert!(matches!(error, Err(LinalgError::Parameter { .. })));
+    }
+}
+
+/// Units in which momentum dwarfs the divergence: a small residual would say nothing of the flow, so the system is refused.
+#[test]
+fn bug_a_huge_viscosity_hid_the_divergence_from_the_residual() {
+    let mut parts = Parts::of(&small().system);
+    for matrix in [&mut parts.k, &mut parts.c] {
+        matrix.data_mut().iter_mut().for_each(|v| *v *= 1e9);
+    }
+    parts.corner *= 1e9;
+    parts.mass.data_mut().iter_mut().for_each(|v| *v *= 1e-9);
+    let error = parts.system().map(|_| ());
+    assert!(
+        matches!(error, Err(LinalgError::Unbalanced { .. })),
+        "{error:?}"
+    );
+}
+
+/// A tiny viscosity asks for a divergence below rounding: right, or stagnated.
+#[test]
+fn a_tiny_viscosity_is_solved_or_stagnates() {
+    let unit = small();
+    let tiny = Stokes::with_viscosity(5, &[cube([2; 3], 1)], 5.0, 1e-9);
+    let b = body_forces(&unit.system);
+    for solver in ALL {
+        let params = tolerance(1e-8);
+        let (exact, _) = solver
+            .solve(&unit.system, &unit.transfer, &b, &params)
+            .expect("solved");
+        match solver.solve(&tiny.system, &tiny.transfer, &b, &params) {
+            Ok((x, _)) => {
+                let border = unit.system.border_range();
+                let scaled: Vec<f64> = x[border.clone()].iter().map(|v| v * 1e-9).collect();
+                assert!(
+                    relative_difference(&scaled, &exact[border]) < 1e-6,
+                    "{solver:?}"
+                );
+            }
+            Err(LinalgError::Stagnated { .. } | LinalgError::NotConverged { .. }) => {}
+            Err(error) => panic!("{solver:?} {error}"),
+        }
+    }
+}
+
+/// Net flux out of an enclosed domain: no solution exists.
+#[test]
+fn incompatible_right_hand_sides_are_errors() {
+    let stokes = small();
+    let mut b = body_forces(&stokes.system);
+    b[stokes.system.pressure_range()].fill(1.0);
+    for solver in ALL {
+        let error = solver.solve(&stokes.system, &stokes.transfer, &b, &tolerance(1e-8));
+        let stuck = matches!(
+            error,
+            Err(LinalgError::Stagnated { .. } | LinalgError::NotConverged { .. })
+        );
+        assert!(stuck, "{solver:?} {:?}", error.map(|_| ()));
+    }
+}
+
+#[test]
+fn iteration_limits_are_errors_with_the_residual() {
+    let (stokes, held) = held_pair();
+    let transfer = transfer_for(&stokes, held.border_range().len());
+    let b = body_forces(&held);
+    let params = KrylovParams {
+        max_iterations: 2,
+        ..tolerance(1e-10)
+    };
+    for solver in [Solver::Block, Solver::Minres, Solver::Schwarz] {
+        let error = solver.solve(&held, &transfer, &b, &params).map(|_| ());
+        let Err(LinalgError::NotConverged {
+            iterations: 2,
+            true_rel_residual,
+            ..
+        }) = error
+        else {
+            panic!("{solver:?} {error:?}");
+        };
+        assert!(true_rel_residual > 1e-10 && true_rel_residual.is_finite());
+    }
+}
+
+/// Without a shift the pressure pivots are what elimination leaves of zeros.
+#[test]
+fn factors_without_a_shift_are_refused_or_refined() {
+    let system = small().system;
+    let b = body_forces(&system);
+    let factor = |shift| {
+        let params = DirectParams {
+            shift,
+            ..DirectParams::double()
+        };
+        let mut x = vec![0.0; b.len()];
+        let report = SaddleLdlt::factor(&system, &params)?.solve(&b, &mut x)?;
+        assert!(true_residual(&system, &b, &x) <= 1e-12);
+        Ok(report)
+    };
+    for shift in [0.0, -1e-8, f64::NAN, 1.0] {
+        let refused = factor(shift);
+        assert!(matches!(
+            refused,
+            Err(LinalgError::Parameter { name: "shift", .. })
+        ));
+    }
+    let unshifted = factor(1e-300);
+    assert!(
+        matches!(
+            unshifted,
+            Ok(_)
+                | Err(LinalgError::Factorisation { .. }
+                    | LinalgError::Stagnated { .. }
+                    | LinalgError::NotConverged { .. }
+                    | LinalgError::Breakdown { .. })
+        ),
+        "{unshifted:?}"
+    );
+}
+
+/// Stiffness matrices that are not what they must be.
+#[test]
+fn indefinite_or_one_way_stiffness_is_named() {
+    let stokes = small();
+    let b = body_forces(&stokes.system);
+    let system = |change: &dyn Fn(usize, usize, f64) -> f64| {
+        let mut parts = Parts::of(&stokes.system);
+        let mut k = sprs::TriMatI::<f64, u32>::new(parts.k.shape());
+        for (v, (i, j)) in parts.k.iter() {
+            let value = change(i as usize, j as usize, *v);
+            if value != 0.0 {
+                k.add_triplet(i as usize, j as usize, value);
+            }
+        }
+        parts.k = k.to_csr();
+        parts.system()
+    };
+    // positive diagonal, negative eigenvalue
+    let indefinite = system(&|i, j, v| if i == j { v } else { 3.0 * v }).expect("sound to look at");
+    // an entry whose mirror is missing
+    let one_way = system(&|i, j, v| if i == 0 && j != 0 { 0.0 } else { v });
+    let one_way = one_way.expect("sound to look at");
+    for solver in ALL {
+        let solve = |system| solver.solve(system, &stokes.transfer, &b, &tolerance(1e-8));
+        let preconditioned = matches!(solver, Solver::Block | Solver::Minres);
+        // what orders a graph sees the missing entry; what only multiplies gets a right answer, which solve has checked, or stalls
+        match solve(&one_way) {
+            Ok(_) => assert!(preconditioned, "{solver:?}"),
+            Err(LinalgError::Factorisation { .. }) => {}
+            Err(LinalgError::Stagnated { .. } | LinalgError::NotConverged { .. }) => {
+                assert!(preconditioned, "{solver:?}");
+            }
+            Err(error) => panic!("{solver:?} {error}"),
+        }
+        // an LDLT may get through, and is then refined: solve has checked the residual
+        if let Err(error) = solve(&indefinite) {
+            println!("{solver:?}: {error}");
+        }
+        if preconditioned {
+            assert!(matches!(
+                solve(&indefinite),
+                Err(LinalgError::Factorisation { .. })
+            ));
+        }
+    }
+    let zero = system(&|i, j, v| if i == 5 && j == 5 { 0.0 } else { v }).map(|_| ());
+    assert!(matches!(zero, Err(LinalgError::NotPositive { row: 5, .. })));
+}
+
+#[test]
+fn bug_minres_took_a_large_right_hand_side_for_a_singular_operator() {
+    let mut x = [0.0; 2];
+    let identity = Claims {
+        matrix: DMatrix::identity(2, 2),
+        symmetric: true,
+    };
+    let b = [3e40, 4e40];
+    minres(&identity, &mut Identity(2), &b, &mut x, &tolerance(1e-8)).expect("one step");
+    assert!(relative_difference(&x, &b) < 1e-14);
+}
+
+/// A dense operator that says of itself what a test wants.
+struct Claims {
+    matrix: DMatrix<f64>,
+    symmetric: bool,
+}
+
+impl LinearOperator for Claims {
+    fn rows(&self) -> usize {
+        self.matrix.nrows()
+    }
+
+    fn cols(&self) -> usize {
+        self.matrix.ncols()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let product = &self.matrix * nalgebra::DVector::from_column_slice(x);
+        y.copy_from_slice(product.as_slice());
+    }
+
+    fn is_symmetric(&self) -> bool {
+        self.symmetric
+    }
+}
+
+/// `z = factor r`, said to be positive definite.
+struct Multiple(usize, f64);
+
+impl Preconditioner for Multiple {
+    fn size(&self) -> usize {
+        self.0
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        for (z, r) in z.iter_mut().zip(r) {
+            *z = self.1 * r;
+        }
+    }
+
+    fn kind(&self) -> PreconditionerKind {
+        PreconditionerKind::PositiveDefinite
+    }
+}
+
+type Method = fn(
+    &dyn LinearOperator,
+    &mut dyn Preconditioner,
+    &[f64],
+    &mut [f64],
+    &KrylovParams,
+) -> Result<SolveReport, LinalgError>;
+
+#[test]
+fn symmetric_methods_refuse_other_operators() {
+    let rotation = DMatrix::from_row_slice(2, 2, &[0.0, -1.0, 1.0, 0.0]);
+    let honest = Claims {
+        matrix: rotation.clone(),
+        symmetric: false,
+    };
+    for method in [cg as Method, minres] {
+        let error = method(
+            &honest,
+            &mut Identity(2),
+            &[1.0, 2.0],
+            &mut [0.0; 2],
+            &tolerance(1e-8),
+        );
+        assert!(matches!(error, Err(LinalgError::NotSymmetric { .. })));
+    }
+    let mut x = [0.0; 2];
+    fgmres(
+        &honest,
+        &mut Identity(2),
+        &[1.0, 2.0],
+        &mut x,
+        &tolerance(1e-8),
+    )
+    .expect("two steps");
+    assert!(relative_difference(&x, &[2.0, -1.0]) < 1e-8);
+}
+
+/// Claims that are not true end in an error or in the right answer: residuals are computed, not believed.
+#[test]
+fn false_claims_do_no_harm() {
+    let n = 30;
+    let numbers = noise(n * n);
+    let wild = DMatrix::from_fn(n, n, |i, j| {
+        numbers[n * i + j] + if i == j { 4.0 } else { 0.0 }
+    });
+    let b = noise(n);
+    for matrix in [
+        wild.clone(),
+        -wild,
+        DMatrix::zeros(n, n),
+        DMatrix::from_element(n, n, 1.0),
+    ] {
+        let liar = Claims {
+            matrix,
+            symmetric: true,
+        };
+        for method in [cg as Method, minres, fgmres] {
+            for factor in [1.0, -1.0, 0.0, f64::NAN, 1e200, 1e-200] {
+                let mut x = vec![0.0; n];
+                let solved = method(
+                    &liar,
+                    &mut Multiple(n, factor),
+                    &b,
+                    &mut x,
+                    &tolerance(1e-8),
+                );
+                assert!(solved.is_err() || true_residual(&liar, &b, &x) <= 1e-8);
+                let is_nan = factor.is_nan();
+                assert!(!is_nan || matches!(solved, Err(LinalgError::Breakdown { .. })));
+            }
+        }
+    }
+}
+
+/// NaN that appears on the way.
+#[test]
+fn operators_that_return_nan_are_named() {
+    let operator = Claims {
+        matrix: DMatrix::from_diagonal_element(3, 3, f64::NAN),
+        symmetric: true,
+    };
+    for method in [cg as Method, minres, fgmres] {
+        let mut x = [1.0; 3];
+        let error = method(
+            &operator,
+            &mut Identity(3),
+            &[1.0; 3],
+            &mut x,
+            &tolerance(1e-8),
+        );
+        assert!(matches!(error, Err(LinalgError::Breakdown { .. })));
+    }
+}
