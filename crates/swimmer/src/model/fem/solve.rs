@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use fem::TaylorHood;
 use linalg::{
-    BlockTriangular, KrylovParams, Multigrid, MultigridParams, SaddleLdlt, SaddleSystem, fgmres,
+    BlockTriangular, KrylovParams, Multigrid, MultigridParams, SaddleLdlt, SaddleSystem, Schwarz,
+    SchwarzParams, fgmres,
 };
 use mesh::TetMesh;
 use nalgebra::Vector3;
@@ -127,15 +128,15 @@ fn solve_system(
 ) -> Result<(Vec<f64>, SolverInfo, Seconds), ModelError> {
     let mut seconds = Seconds::default();
     let mut solution = vec![0.0; system.right.len()];
+    let parameters = KrylovParams {
+        rel_tol: options.rtol,
+        ..KrylovParams::default()
+    };
     let clock = Instant::now();
     let report = match options.solver {
         SolverKind::Block => {
             let mut preconditioner = block_preconditioner(&system.system, system)?;
             seconds.setup = clock.elapsed().as_secs_f64();
-            let parameters = KrylovParams {
-                rel_tol: options.rtol,
-                ..KrylovParams::default()
-            };
             fgmres(
                 &system.system,
                 &mut preconditioner,
@@ -150,10 +151,15 @@ fn solve_system(
             factor.solve(&system.right, &mut solution)?
         }
         SolverKind::Schwarz => {
-            return Err(ModelError::NotBuilt {
-                what: "fem.solver = \"schwarz\"".into(),
-                instead: "use fem.solver = \"block\"".into(),
-            });
+            let mut preconditioner = Schwarz::new(&system.system, &SchwarzParams::default())?;
+            seconds.setup = clock.elapsed().as_secs_f64();
+            fgmres(
+                &system.system,
+                &mut preconditioner,
+                &system.right,
+                &mut solution,
+                &parameters,
+            )?
         }
     };
     seconds.solve = clock.elapsed().as_secs_f64() - seconds.setup;
