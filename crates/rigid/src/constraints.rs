@@ -85,6 +85,15 @@ impl Articulation {
         }
     }
 
+    /// The generalised velocities `(U, omega)` of bodies with surfaces: six a body, in the bodies' order.
+    pub fn surface_velocities(&self) -> Vec<usize> {
+        let layout = self.velocity_layout();
+        (0..self.kinds().len())
+            .filter(|&body| self.kinds()[body] == BodyKind::Rigid)
+            .flat_map(|body| layout.body(body)..layout.body(body) + 6)
+            .collect()
+    }
+
     /// The constraints in a state, when the lengths of the links change at `rates` (one a link).
     ///
     /// # Errors

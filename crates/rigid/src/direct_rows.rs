@@ -38,7 +38,7 @@ impl Formulation for DirectRows {
         Constrained::build(
             fluid,
             border,
-            drive.surface_rows(),
+            drive.set.surface_velocities(),
             &drive.generalised_loads()?,
         )
     }

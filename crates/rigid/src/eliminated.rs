@@ -26,7 +26,7 @@ impl Formulation for Eliminated {
         Constrained::build(
             fluid,
             border,
-            drive.surface_rows(),
+            drive.set.surface_velocities(),
             &drive.generalised_loads()?,
         )
     }

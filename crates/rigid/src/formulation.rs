@@ -48,15 +48,6 @@ impl Drive<'_> {
         }
         Ok(loads)
     }
-
-    /// Rows of the generalised velocities that belong to bodies with surfaces: six a body.
-    pub fn surface_rows(&self) -> Vec<usize> {
-        let layout = &self.constraints.layout;
-        (0..self.set.kinds().len())
-            .filter(|&body| self.set.kinds()[body] == BodyKind::Rigid)
-            .flat_map(|body| layout.body(body)..layout.body(body) + 6)
-            .collect()
-    }
 }
 
 /// A way to impose the links' constraints on the flow around rigid bodies.

@@ -30,7 +30,7 @@ impl Formulation for Independent {
         Constrained::build(
             fluid,
             border,
-            drive.surface_rows(),
+            drive.set.surface_velocities(),
             &drive.generalised_loads()?,
         )
     }

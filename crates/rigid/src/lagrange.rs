@@ -39,7 +39,7 @@ impl Formulation for Lagrange {
         Constrained::build(
             fluid,
             border,
-            drive.surface_rows(),
+            drive.set.surface_velocities(),
             &drive.generalised_loads()?,
         )
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::{Articulation, BodyKind, Constraints, RigidError};
+use crate::{Articulation, Constraints, RigidError};
 
 /// All velocities that satisfy the constraints: `q = basis v + offset`.
 #[derive(Clone, Debug)]
@@ -188,10 +188,7 @@ impl Reduction {
                 masters[frame..frame + 3].fill(true);
             }
         }
-        let surface_rows: Vec<usize> = (0..set.kinds().len())
-            .filter(|&body| set.kinds()[body] == BodyKind::Rigid)
-            .flat_map(|body| layout.body(body)..layout.body(body) + 6)
-            .collect();
+        let surface_rows = set.surface_velocities();
         let mut all = NullSpace::of(constraints, &masters)?;
         all.drop_unresisted(&surface_rows);
         Ok(Self {
