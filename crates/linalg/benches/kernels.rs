@@ -6,7 +6,10 @@
 mod support;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use linalg::{BlockTriangular, LinearOperator, Multigrid, MultigridParams, Preconditioner};
+use linalg::{
+    BlockDiagonal, BlockTriangular, DirectParams, KrylovParams, LinearOperator, MassInverse,
+    Multigrid, MultigridParams, Preconditioner, SaddleLdlt, Schwarz, SchwarzParams, fgmres, minres,
+};
 
 /// Bytes of a pass over a matrix with `entries` values of `value` bytes, its columns, and vectors.
 fn bytes(entries: usize, value: usize, vector_entries: usize) -> Throughput {
@@ -47,7 +50,42 @@ fn kernels(c: &mut Criterion) {
             b.iter(|| block.apply(&x, &mut y))
         });
 
+        let mut diagonal = BlockDiagonal::with_transfer(system, &stokes.transfer).expect("set-up");
+        group.bench_function("block-diagonal preconditioner", |b| {
+            b.iter(|| diagonal.apply(&x, &mut y))
+        });
+
+        let mut schwarz = Schwarz::new(system, &SchwarzParams::default()).expect("set-up");
+        group.bench_function("additive Schwarz, 8 subdomains", |b| {
+            b.iter(|| schwarz.apply(&x, &mut y))
+        });
+
+        let np = system.pressure_range().len();
+        let mut mass = MassInverse::new(system.pressure_mass(), 3).expect("a mass matrix");
+        group.throughput(Throughput::Elements(np as u64));
+        group.bench_function("mass matrix, three Chebyshev steps", |b| {
+            b.iter(|| mass.apply(&x[..np], &mut y[..np]))
+        });
+
+        group.throughput(Throughput::Elements(x.len() as u64));
         group.sample_size(10);
+        let forces = support::body_forces(system);
+        let krylov = KrylovParams::default();
+        group.bench_function("FGMRES to 1e-8", |b| {
+            b.iter(|| {
+                y.fill(0.0);
+                fgmres(system, &mut block, &forces, &mut y, &krylov)
+            })
+        });
+        group.bench_function("MINRES to 1e-8", |b| {
+            b.iter(|| {
+                y.fill(0.0);
+                minres(system, &mut diagonal, &forces, &mut y, &krylov)
+            })
+        });
+        group.bench_function("direct set-up", |b| {
+            b.iter(|| SaddleLdlt::factor(system, &DirectParams::default()).map(|f| f.entries()));
+        });
         group.bench_function("multigrid set-up", |b| {
             b.iter(|| Multigrid::with_transfer(a, &stokes.transfer, None, &params));
         });

@@ -4,15 +4,13 @@
 #[allow(dead_code, unused_imports)]
 mod support;
 
-use std::time::Instant;
-
 use linalg::{
     BorderPlacement, DirectParams, LinalgError, SaddleLdlt, SaddleSystem, Schwarz, SchwarzParams,
     fgmres, minres,
 };
 use support::{
-    body_forces, chained, held_pair, one_body, relative_difference, three_spheres, tolerance,
-    true_residual, two_bodies, with_border,
+    body_forces, held_pair, one_body, relative_difference, tolerance, true_residual, two_bodies,
+    with_border,
 };
 
 fn solve(system: &SaddleSystem, b: &[f64], params: &SchwarzParams, tol: f64) -> (Vec<f64>, usize) {
@@ -65,28 +63,6 @@ fn overlap_saves_and_subdomains_cost_iterations() {
     let (thin, thick, many) = (count(4, 0), count(4, 2), count(16, 2));
     println!("4 subdomains: {thin} without overlap, {thick} with two layers; 16: {many}");
     assert!(thick < thin && many >= thick);
-}
-
-/// PETSc's additive Schwarz (restricted, overlap 1, LU) needs 75 iterations on this mesh without and 265 with multipliers.
-#[test]
-#[ignore = "slow: a minute a system, 3 GB"]
-fn three_spheres_in_eight_subdomains() {
-    let Some(stokes) = three_spheres() else {
-        return println!("the mesh is not at hand: skipped");
-    };
-    let plain = &stokes.system;
-    let held = with_border(&stokes, chained(plain.velocity_block().corner()), None);
-    for (system, petsc) in [(plain, 75), (&held.expect("a sound system"), 265)] {
-        let b = body_forces(system);
-        let start = Instant::now();
-        let pre = Schwarz::new(system, &SchwarzParams::default()).expect("set-up");
-        let (setup, bytes) = (start.elapsed(), pre.bytes());
-        drop(pre);
-        let (_, iterations) = solve(system, &b, &SchwarzParams::default(), 1e-6);
-        let all = start.elapsed() - setup;
-        println!("{iterations} iterations, set-up {setup:.1?}, in all {all:.1?}, {bytes} bytes");
-        assert!(iterations < petsc / 2);
-    }
 }
 
 /// Naive placement: a multiplier in a subdomain without its bodies has a row of zeros there.

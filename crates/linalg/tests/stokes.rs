@@ -342,21 +342,3 @@ fn starts_restarts_and_refusals() {
         "{error}"
     );
 }
-
-/// The fixed point of comparison with MUMPS: 142 s and 10.5 GB on one rank, 83 s and 13.2 GB on two.
-#[test]
-#[ignore = "slow: a minute of processor time and 3 GB"]
-fn direct_on_three_spheres() {
-    let Some(stokes) = three_spheres() else {
-        return println!("the mesh is not at hand: skipped");
-    };
-    let b = body_forces(&stokes.system);
-    let mut x = vec![0.0; b.len()];
-    let start = std::time::Instant::now();
-    let mut direct = SaddleLdlt::factor(&stokes.system, &DirectParams::default()).expect("factors");
-    let setup = start.elapsed();
-    let report = direct.solve(&b, &mut x).expect("refinement");
-    let (bytes, all) = (direct.bytes(), start.elapsed());
-    println!("set-up {setup:.1?}, in all {all:.1?}, {bytes} bytes, {report:?}");
-    assert!(true_residual(&stokes.system, &b, &x) <= 1e-12 && bytes < 2_625_000_000);
-}

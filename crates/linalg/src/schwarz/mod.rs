@@ -18,7 +18,8 @@ use subdomain::Subdomain;
 pub struct SchwarzParams {
     /// Number of subdomains.
     pub subdomains: usize,
-    /// Layers of neighbours in the graph of nodes and pressures by which subdomains are extended.
+    /// Layers of neighbours in the graph of nodes and pressures by which subdomains are extended; the velocities of all their pressures
+    /// come on top.
     pub overlap: usize,
     /// Where border unknowns are solved for.
     pub border: BorderPlacement,
@@ -38,6 +39,7 @@ impl Default for SchwarzParams {
     fn default() -> Self {
         SchwarzParams {
             subdomains: 8,
+            // iterations to 1e-6 and bytes of factors on 283 000 unknowns for 0, 1, 2: 32, 20, 16 and 1.3, 2.1, 3.3 GB
             overlap: 1,
             border: BorderPlacement::Eliminated,
         }

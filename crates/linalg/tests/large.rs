@@ -1,0 +1,73 @@
+//! The three-sphere mesh of 283 000 unknowns against what PETSc does on it; run one at a time with `--ignored --nocapture`.
+
+// other tests use the rest
+#[allow(dead_code, unused_imports)]
+mod support;
+
+use std::time::Instant;
+
+use linalg::{
+    BlockTriangular, DirectParams, Multigrid, MultigridParams, SaddleLdlt, Schwarz, SchwarzParams,
+    fgmres,
+};
+use support::{body_forces, chained, three_spheres, tolerance, true_residual, with_border};
+
+/// PETSc's additive Schwarz (restricted, overlap 1, LU) needs 75 iterations on this mesh without and 265 with multipliers.
+#[test]
+#[ignore = "slow: a minute of processor time a system, 3 GB"]
+fn schwarz_on_three_spheres() {
+    let Some(stokes) = three_spheres() else {
+        return println!("the mesh is not at hand: skipped");
+    };
+    let plain = &stokes.system;
+    let held = with_border(&stokes, chained(plain.velocity_block().corner()), None);
+    for (system, petsc) in [(plain, 75), (&held.expect("a sound system"), 265)] {
+        let b = body_forces(system);
+        let start = Instant::now();
+        let mut pre = Schwarz::new(system, &SchwarzParams::default()).expect("set-up");
+        let (setup, bytes) = (start.elapsed(), pre.bytes());
+        let mut x = vec![0.0; b.len()];
+        let report = fgmres(system, &mut pre, &b, &mut x, &tolerance(1e-6)).expect("convergence");
+        let (all, iterations) = (start.elapsed(), report.iterations);
+        println!("{iterations} iterations, set-up {setup:.1?}, in all {all:.1?}, {bytes} bytes");
+        assert!(true_residual(system, &b, &x) <= 1e-6 && iterations < petsc / 2);
+    }
+}
+
+/// The fixed point of comparison with MUMPS: 142 s and 10.5 GB on one rank, 83 s and 13.2 GB on two.
+#[test]
+#[ignore = "slow: a minute of processor time and 3 GB"]
+fn direct_on_three_spheres() {
+    let Some(stokes) = three_spheres() else {
+        return println!("the mesh is not at hand: skipped");
+    };
+    let b = body_forces(&stokes.system);
+    let mut x = vec![0.0; b.len()];
+    let start = Instant::now();
+    let mut direct = SaddleLdlt::factor(&stokes.system, &DirectParams::default()).expect("factors");
+    let setup = start.elapsed();
+    let report = direct.solve(&b, &mut x).expect("refinement");
+    let (bytes, all) = (direct.bytes(), start.elapsed());
+    println!("set-up {setup:.1?}, in all {all:.1?}, {bytes} bytes, {report:?}");
+    assert!(true_residual(&stokes.system, &b, &x) <= 1e-12 && bytes < 2_625_000_000);
+}
+
+/// Half-way to direct: the scalar stiffness matrix in factors serves all three components, pressures are iterated.
+#[test]
+#[ignore = "slow: ten seconds"]
+fn factorised_velocities_on_three_spheres() {
+    let Some(stokes) = three_spheres() else {
+        return println!("the mesh is not at hand: skipped");
+    };
+    let system = &stokes.system;
+    let b = body_forces(system);
+    let start = Instant::now();
+    let velocity = Multigrid::new(system.velocity_block(), &MultigridParams::direct());
+    let mut pre = BlockTriangular::new(system, velocity.expect("factors")).expect("set-up");
+    let setup = start.elapsed();
+    let mut x = vec![0.0; b.len()];
+    let report = fgmres(system, &mut pre, &b, &mut x, &tolerance(1e-12)).expect("convergence");
+    let (all, iterations) = (start.elapsed(), report.iterations);
+    println!("set-up {setup:.1?}, in all {all:.1?}, {iterations} iterations");
+    assert!(true_residual(system, &b, &x) <= 1e-12 && iterations <= 40);
+}
