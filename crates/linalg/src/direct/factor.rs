@@ -156,7 +156,7 @@ impl SparseFactor {
 }
 
 /// Runs `work` on a thread of the pool. faer forks once a supernode; from outside the pool each fork would be handed over and waited
-/// for: a third of the time of a solve.
+/// for: a million hand-overs and a quarter of the time on 283 000 unknowns.
 fn in_pool<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     rayon::scope(|_| work())
 }

@@ -55,8 +55,8 @@ const CYCLE: usize = 10;
 /// f32, are removed by refinement on the true system, accelerated by [`fgmres`]. In enclosed flow the undetermined constant is
 /// taken out of each correction.
 ///
-/// Cost: `N^1.4` memory, `N^1.8` time for N unknowns; 283 000 take a minute of processor time and 2.3 GB for 574 million entries. A tenth of
-/// the memory and half the time go where pressures may be iterated: [`BlockTriangular`](crate::BlockTriangular) with a
+/// Cost: `N^1.4` memory, `N^1.8` time for N unknowns; 283 000 take a minute of processor time and 2.3 GB for 574 million entries. A quarter of
+/// that memory and a third of the time go where pressures may be iterated: [`BlockTriangular`](crate::BlockTriangular) with a
 /// [`Multigrid`](crate::Multigrid) of [`MultigridParams::direct`](crate::MultigridParams::direct), 25 iterations to 1e-12.
 pub struct SaddleLdlt<'a> {
     system: &'a SaddleSystem,
