@@ -87,6 +87,26 @@ impl MapAt {
         point.gradients.map(|g| self.inverse_transpose * g)
     }
 
+    /// The physical gradient of a function with this gradient by the reference coordinates.
+    pub fn physical(&self, reference: &Vec3) -> Vec3 {
+        self.inverse_transpose * reference
+    }
+
+    /// `(c, k) -> d u_c / d x_k` of a field with the derivatives `(c, k) -> d u_c / d xi_k`.
+    pub fn gradient(&self, slope: &Matrix3<f64>) -> Matrix3<f64> {
+        slope * self.inverse_transpose.transpose()
+    }
+
+    /// The divergence of a field with the derivatives `(c, k) -> d u_c / d xi_k`.
+    pub fn divergence(&self, slope: &Matrix3<f64>) -> f64 {
+        slope.dot(&self.inverse_transpose)
+    }
+
+    /// What takes reference gradients to what `matrix` makes of the physical ones.
+    pub fn pulled_back(&self, matrix: &Matrix3<f64>) -> Matrix3<f64> {
+        matrix * self.inverse_transpose
+    }
+
     /// Physical gradients of the four barycentric coordinates.
     pub fn vertex_gradients(&self) -> [Vec3; 4] {
         vertex_gradients().map(|g| self.inverse_transpose * g)

@@ -1,4 +1,4 @@
-//! Taylor-Hood finite elements on curved tetrahedra: assembly, functionals, norms.
+//! Taylor-Hood finite elements on curved tetrahedra: assembly, functionals, norms, error estimates.
 //!
 //! Velocity is quadratic, with one unknown (three interleaved components) a point of a 10-node mesh; pressure is
 //! linear, with one unknown a vertex. Matrices cover all nodes, boundary nodes included; who holds which node fixed is
@@ -29,6 +29,7 @@
 
 mod assemble;
 mod error;
+mod estimate;
 mod forms;
 mod geometry;
 mod load;
@@ -42,6 +43,7 @@ mod surface;
 mod validate;
 
 pub use error::FemError;
+pub use estimate::{Surplus, SurplusSpace};
 pub use load::{Load, consistent_load, momentum_residual, stress_load};
 pub use norms::{VelocityError, dissipation, mean_pressure, pressure_error, velocity_error};
 pub use space::TaylorHood;

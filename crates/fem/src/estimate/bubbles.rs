@@ -1,0 +1,213 @@
+//! The cubic bubbles of a mesh: which cell has which, and their gradients on the reference tetrahedron.
+
+use std::sync::LazyLock;
+
+use mesh::{TET_EDGES, TetMesh, Vec3};
+use rayon::prelude::*;
+
+use crate::FemError;
+use crate::quadrature::{CellPoint, degree_5};
+
+/// Bubbles of a cell: one an edge, in the order of [`TET_EDGES`], then one a face, opposite vertex 0 to 3.
+pub(super) const PER_CELL: usize = 10;
+
+/// Most cells that four faces each can be numbered for in 32 bits.
+const MAX_CELLS: usize = 1 << 29;
+
+/// The cubic functions that quadratic elements lack: `l_a l_b (l_a - l_b)` on each edge and `l_a l_b l_c` on each face.
+///
+/// An edge's bubble is odd; it points from the lower to the higher vertex, so that cells agree on it.
+/// Edges are numbered as the midside nodes of the mesh, faces after them.
+pub(super) struct Bubbles {
+    /// The face bubbles of each cell.
+    faces: Vec<[u32; 4]>,
+    /// Whether a bubble lives on the boundary, where velocities are given and there is nothing to estimate.
+    fixed: Vec<bool>,
+    n_vertices: u32,
+    n_edges: usize,
+}
+
+impl Bubbles {
+    /// Numbers the bubbles of `mesh`. Cost: a sort of its faces.
+    pub fn new(mesh: &TetMesh) -> Result<Self, FemError> {
+        let cells = mesh.cells();
+        if cells.len() > MAX_CELLS {
+            return Err(FemError::TooLarge {
+                what: "the number of cells",
+                found: cells.len(),
+                limit: MAX_CELLS,
+            });
+        }
+        let mut sides: Vec<([u32; 3], u32)> = cells
+            .par_iter()
+            .enumerate()
+            .flat_map_iter(|(cell, nodes)| {
+                (0..4).map(move |opposite| {
+                    let mut key = corners(opposite).map(|v| nodes[v]);
+                    key.sort_unstable();
+                    (key, 4 * cell as u32 + opposite as u32)
+                })
+            })
+            .collect();
+        sides.par_sort_unstable();
+
+        let n_edges = mesh.n_points() - mesh.n_vertices();
+        let mut faces = vec![[0; 4]; cells.len()];
+        let mut fixed = vec![false; n_edges];
+        for shared in sides.chunk_by(|a, b| a.0 == b.0) {
+            let number = fixed.len() as u32;
+            fixed.push(shared.len() == 1);
+            for &(_, side) in shared {
+                faces[side as usize / 4][side as usize % 4] = number;
+            }
+        }
+        let n_vertices = mesh.n_vertices();
+        for facet in mesh.facets() {
+            for &node in &facet.nodes[3..] {
+                fixed[node as usize - n_vertices] = true;
+            }
+        }
+        Ok(Self {
+            faces,
+            fixed,
+            n_vertices: n_vertices as u32,
+            n_edges,
+        })
+    }
+
+    /// Number of bubbles, those on the boundary included.
+    pub fn len(&self) -> usize {
+        self.fixed.len()
+    }
+
+    /// Number of cells.
+    pub fn n_cells(&self) -> usize {
+        self.faces.len()
+    }
+
+    /// Whether `mesh` has as many cells, nodes and vertices as the one whose bubbles these are.
+    pub fn fits(&self, mesh: &TetMesh) -> bool {
+        mesh.n_cells() == self.n_cells()
+            && mesh.n_vertices() == self.n_vertices as usize
+            && mesh.n_points() == self.n_vertices as usize + self.n_edges
+    }
+
+    /// Whether a bubble lives on the boundary.
+    pub fn is_fixed(&self, bubble: usize) -> bool {
+        self.fixed[bubble]
+    }
+
+    /// The bubbles of a cell with the given nodes.
+    pub fn of_cell(&self, cell: usize, nodes: &[u32; 10]) -> [usize; PER_CELL] {
+        std::array::from_fn(|k| {
+            let number = match k {
+                0..6 => nodes[4 + k] - self.n_vertices,
+                _ => self.faces[cell][k - 6],
+            };
+            number as usize
+        })
+    }
+}
+
+/// The signs of a cell's bubbles: `-1` for an edge whose local order is not that of its vertices' numbers.
+pub(super) fn signs(nodes: &[u32; 10]) -> [f64; PER_CELL] {
+    std::array::from_fn(|k| match TET_EDGES.get(k) {
+        Some(&[a, b]) if nodes[a] > nodes[b] => -1.0,
+        _ => 1.0,
+    })
+}
+
+/// The vertices of the face opposite a vertex.
+fn corners(opposite: usize) -> [usize; 3] {
+    std::array::from_fn(|k| (opposite + 1 + k) % 4)
+}
+
+/// A quadrature point with the derivatives of the bubbles by the reference coordinates.
+pub(super) struct BubblePoint {
+    pub at: &'static CellPoint,
+    pub gradients: [Vec3; PER_CELL],
+}
+
+/// Points of [`rule`].
+pub(super) const POINTS: usize = 14;
+
+/// The 14-point rule of degree 5: exact for the residuals (degree 3) and energies (degree 4) of affine cells.
+pub(super) fn rule() -> &'static [BubblePoint] {
+    static RULE: LazyLock<Vec<BubblePoint>> = LazyLock::new(|| {
+        degree_5()
+            .iter()
+            .map(|at| BubblePoint {
+                at,
+                gradients: gradients(at.barycentric),
+            })
+            .collect()
+    });
+    &RULE
+}
+
+fn gradients(l: [f64; 4]) -> [Vec3; PER_CELL] {
+    std::array::from_fn(|k| {
+        let mut d = [0.0; 4];
+        if let Some(&[a, b]) = TET_EDGES.get(k) {
+            // l_a^2 l_b - l_a l_b^2
+            d[a] = 2.0 * l[a] * l[b] - l[b] * l[b];
+            d[b] = l[a] * l[a] - 2.0 * l[a] * l[b];
+        } else {
+            let [a, b, c] = corners(k - TET_EDGES.len());
+            (d[a], d[b], d[c]) = (l[b] * l[c], l[a] * l[c], l[a] * l[b]);
+        }
+        // By xi_k = l_(k+1), with l_0 = 1 - sum xi.
+        Vec3::new(d[1] - d[0], d[2] - d[0], d[3] - d[0])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::LinearTets;
+
+    #[test]
+    fn gradients_are_the_derivatives() {
+        let value = |l: [f64; 4], k: usize| match TET_EDGES.get(k) {
+            Some(&[a, b]) => l[a] * l[b] * (l[a] - l[b]),
+            None => corners(k - 6).iter().map(|&v| l[v]).product(),
+        };
+        let l = [0.15, 0.37, 0.28, 0.2];
+        // Central differences of cubics err by the square of the step.
+        let step = 1e-4;
+        let gradients = gradients(l);
+        for k in 0..PER_CELL {
+            for axis in 0..3 {
+                let at = |sign: f64| {
+                    let mut m = l;
+                    m[axis + 1] += sign * step;
+                    m[0] -= sign * step;
+                    value(m, k)
+                };
+                let difference = (at(1.0) - at(-1.0)) / (2.0 * step);
+                assert!((difference - gradients[k][axis]).abs() < 1e-7);
+            }
+        }
+    }
+
+    #[test]
+    fn bubbles_are_as_many_as_edges_and_faces_and_cells_share_them() {
+        let mesh = TetMesh::straight(LinearTets::cube(2)).unwrap();
+        let bubbles = Bubbles::new(&mesh).unwrap();
+        let (cells, facets) = (mesh.cells().len(), mesh.facets().len());
+        let edges = mesh.n_points() - mesh.n_vertices();
+        assert_eq!(bubbles.len(), edges + (4 * cells + facets) / 2);
+        let mut seen = vec![0; bubbles.len()];
+        for (cell, nodes) in mesh.cells().iter().enumerate() {
+            for bubble in bubbles.of_cell(cell, nodes) {
+                seen[bubble] += 1;
+            }
+        }
+        for bubble in edges..bubbles.len() {
+            assert_eq!(seen[bubble], if bubbles.is_fixed(bubble) { 1 } else { 2 });
+        }
+        // A boundary of triangles that closes has three edges to two triangles.
+        let fixed_edges = (0..edges).filter(|&e| bubbles.is_fixed(e)).count();
+        assert_eq!(2 * fixed_edges, 3 * facets);
+    }
+}

@@ -1,0 +1,6 @@
+//! Estimates of the discretisation error from the cubic part of the residual.
+
+mod bubbles;
+mod surplus;
+
+pub use surplus::{Surplus, SurplusSpace};
