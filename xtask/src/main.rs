@@ -1,8 +1,12 @@
-//! Project tasks: `cargo xtask ci`, `cargo xtask validate`.
+//! Project tasks: `cargo xtask ci`, `cargo xtask validate`, `cargo xtask table1`.
 #![forbid(unsafe_code)]
 
+mod chart;
 mod ci;
 mod licences;
+mod machine;
+mod stability;
+mod table1;
 mod validate;
 
 use std::path::PathBuf;
@@ -32,7 +36,37 @@ enum Task {
         #[arg(long, default_value = "validation")]
         out: PathBuf,
     },
+    /// The stability map: formulations x solvers x hardships, each right or refused with a reason.
+    Stability {
+        /// The part that the tests run.
+        #[arg(long)]
+        quick: bool,
+        /// Folder for `stability.md` and `stability.csv` [default: docs, or stability for --quick].
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// The paper's Table 1 measured again: formulations x solvers x sizes, about an hour at full size.
+    Table1 {
+        /// One small mesh: a minute on two cores.
+        #[arg(long)]
+        quick: bool,
+        /// Only the smallest so many of the three sizes.
+        #[arg(long, default_value_t = 3)]
+        sizes: usize,
+        /// Rounds of which the block solver's median is taken.
+        #[arg(long, default_value_t = 3)]
+        repeats: usize,
+        /// Folder for `table1.md`, `table1.csv` and `table1.svg` [default: docs, or table1 for --quick].
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// One cell of the table, in a process of its own.
+    #[command(hide = true)]
+    Table1Cell { overrides: Vec<String> },
 }
+
+/// A folder under the project's own documents.
+const DOCS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs");
 
 fn main() -> Result<()> {
     match Arguments::parse().task {
@@ -46,5 +80,24 @@ fn main() -> Result<()> {
             };
             validate::run(effort, &out)
         }
+        Task::Stability { quick, out } => {
+            let usual = if quick { "stability" } else { DOCS };
+            stability::run(quick, &out.unwrap_or_else(|| usual.into()))
+        }
+        Task::Table1 {
+            quick,
+            sizes,
+            repeats,
+            out,
+        } => {
+            let usual = if quick { "table1" } else { DOCS };
+            table1::run(&table1::Options {
+                quick,
+                sizes,
+                repeats,
+                out: &out.unwrap_or_else(|| usual.into()),
+            })
+        }
+        Task::Table1Cell { overrides } => table1::print(&overrides),
     }
 }

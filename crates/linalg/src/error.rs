@@ -120,6 +120,16 @@ pub enum LinalgError {
         /// Largest entry of the divergence over largest diagonal entry of the stiffness matrix.
         ratio: f64,
     },
+    /// Pressures that velocities do not see.
+    #[error(
+        "the inf-sup constant is {constant:.1e}, below {least:.1e}: the pressure space is too rich for the velocity space; use quadratic velocities with linear pressures"
+    )]
+    NotInfSupStable {
+        /// The constant measured.
+        constant: f64,
+        /// The least that was asked.
+        least: f64,
+    },
     /// A subdomain of a domain decomposition cannot be solved on its own.
     #[error("subdomain {subdomain}: {cause}")]
     Subdomain {

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::formulation::Border;
+use crate::link_loads::LinkLoads;
 use crate::{Constrained, Drive, Formulation, Reduction, RigidError, RigidFluid};
 
 /// Row substitution of Berti et al. (2021), equation (23): every velocity stays an unknown, and rows of the force balance
@@ -29,11 +30,14 @@ impl Formulation for DirectRows {
         constraints
             .rows_mut(balances, held.nrows())
             .copy_from(&held);
+        let link_loads = LinkLoads::new(&all, drive)?;
         let border = Border {
             columns: DMatrix::identity(velocities, velocities),
             rows: Some(rows),
             offset: all.offset,
             constraints: Some(constraints),
+            link_loads: Some(link_loads),
+            first_multiplier: None,
         };
         Constrained::build(
             fluid,

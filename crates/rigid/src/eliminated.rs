@@ -1,6 +1,7 @@
 //! The formulation P-tilde: linked velocities are eliminated.
 
 use crate::formulation::Border;
+use crate::link_loads::LinkLoads;
 use crate::{Constrained, Drive, Formulation, Reduction, RigidError, RigidFluid};
 
 /// The operator P-tilde of Berti et al. (2021), equations (19)-(22): body velocities `U = S v + W`.
@@ -17,11 +18,14 @@ impl Formulation for Eliminated {
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
         let Reduction { all, .. } = Reduction::of(drive.set, drive.constraints)?;
+        let link_loads = LinkLoads::new(&all, drive)?;
         let border = Border {
             columns: all.basis,
             rows: None,
             offset: all.offset,
             constraints: None,
+            link_loads: Some(link_loads),
+            first_multiplier: None,
         };
         Constrained::build(
             fluid,

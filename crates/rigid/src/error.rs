@@ -69,6 +69,33 @@ pub enum RigidError {
         /// Name of the link.
         link: String,
     },
+    /// A fluid that nothing holds.
+    #[error(
+        "no node is held: without a wall, velocities are determined only up to a rigid motion of everything; give some boundary no slip"
+    )]
+    NoWall,
+    /// A body that no node of the mesh belongs to.
+    #[error(
+        "body {body} has no node on its surface, so nothing resists its motion; give it the tag of a surface"
+    )]
+    NoSurface {
+        /// Index among the bodies with surfaces.
+        body: usize,
+    },
+    /// A system of another formulation where that of independent bodies is needed.
+    #[error(
+        "only the formulation of independent bodies can be condensed on them; build the system with Independent and without links"
+    )]
+    NotIndependent,
+    /// A mobility matrix that is not positive definite.
+    #[error(
+        "the mobility of the bodies is not positive definite (asymmetry {asymmetry:.1e}): the solves were not accurate \
+         enough; ask for a smaller tolerance"
+    )]
+    NotPositiveDefinite {
+        /// Largest difference to its transpose over its largest entry.
+        asymmetry: f64,
+    },
     /// An array whose length does not fit.
     #[error("{what}: expected {expected} entries, found {found}")]
     Length {

@@ -168,6 +168,23 @@ impl RigidFluid {
         })
     }
 
+    /// Refuses a fluid in which some velocity is not determined.
+    ///
+    /// A Krylov method would answer all the same: the right-hand side of a force-free swimmer is compatible.
+    ///
+    /// # Errors
+    /// [`RigidError::NoWall`], [`RigidError::NoSurface`].
+    pub(crate) fn check_determined(&self) -> Result<(), RigidError> {
+        if !self.roles.contains(&NodeRole::Fixed) {
+            return Err(RigidError::NoWall);
+        }
+        let is_bare = |body: &usize| !self.roles.contains(&NodeRole::Body(*body as u32));
+        match (0..self.bodies()).find(is_bare) {
+            Some(body) => Err(RigidError::NoSurface { body }),
+            None => Ok(()),
+        }
+    }
+
     /// Number of rigid bodies with a surface.
     pub fn bodies(&self) -> usize {
         self.corner.nrows() / 6

@@ -4,7 +4,10 @@ use linalg::{Bordered, Csr, SaddleSystem, Transfer};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::articulation::check_length;
-use crate::{Articulation, BodyKind, Constraints, RigidError, RigidFluid, StateVelocity};
+use crate::link_loads::LinkLoads;
+use crate::{
+    Articulation, BodyKind, Constraints, Reduction, RigidError, RigidFluid, StateVelocity,
+};
 
 /// What drives an articulated set at one instant.
 #[derive(Clone, Debug)]
@@ -48,6 +51,21 @@ impl Drive<'_> {
         }
         Ok(loads)
     }
+
+    /// The loads of the links that balance the forces `(F, T)` of the rigid bodies on the fluid, as [`Flow::link_loads`]:
+    /// for models of the fluid that know resistances only.
+    ///
+    /// # Errors
+    /// Links that contradict each other, lists of the wrong length.
+    pub fn link_loads(&self, forces: &DVector<f64>) -> Result<DVector<f64>, RigidError> {
+        check_length(
+            "forces and torques of the rigid bodies",
+            forces.len(),
+            self.set.surface_velocities().len(),
+        )?;
+        let all = Reduction::of(self.set, self.constraints)?.all;
+        LinkLoads::new(&all, self)?.balancing(forces)
+    }
 }
 
 /// A way to impose the links' constraints on the flow around rigid bodies.
@@ -73,6 +91,10 @@ pub(crate) struct Border {
     pub offset: DVector<f64>,
     /// Entries of constraint rows and multiplier columns, added to the corner.
     pub constraints: Option<DMatrix<f64>>,
+    /// What the loads of the links are found from; none without links.
+    pub link_loads: Option<LinkLoads>,
+    /// The first border unknown that is a multiplier.
+    pub first_multiplier: Option<usize>,
 }
 
 /// The system of one instant, with the multigrid transfer it needs and the way back to velocities and forces.
@@ -90,6 +112,8 @@ pub struct Constrained {
     columns: DMatrix<f64>,
     offset: DVector<f64>,
     surface_rows: Vec<usize>,
+    link_loads: Option<LinkLoads>,
+    first_multiplier: Option<usize>,
     /// What forces are computed from: the unreduced border.
     surfaces: RigidFluid,
 }
@@ -107,8 +131,22 @@ pub struct Flow {
     pub bodies: DVector<f64>,
     /// `(F, T)` that each rigid body exerts on the fluid.
     pub forces: DVector<f64>,
+    /// The loads that links put on bodies, one a row of [`Constraints::matrix`]: bodies get `C^T link_loads` besides the
+    /// external loads. Redundant rows carry zero. Rows 3l, 3l+1, 3l+2 are the force of link l on its `body`, its opposite
+    /// acts on `to`; after the links come the torques of clamps.
+    pub link_loads: DVector<f64>,
     /// Rate of change of the articulated set's state.
     pub state: StateVelocity,
+}
+
+impl Flow {
+    /// The force of a link on the body that its key `body` names; the opposite acts on the body `to`.
+    ///
+    /// Every formulation gives it: the multipliers of Berti et al. (2021), equations (16)-(18), up to sign, or what balances the
+    /// bodies afterwards where velocities were eliminated.
+    pub fn link_force(&self, link: usize) -> Vector3<f64> {
+        Vector3::from_fn(|axis, _| self.link_loads[3 * link + axis])
+    }
 }
 
 impl Constrained {
@@ -128,11 +166,14 @@ impl Constrained {
             surface_rows.len(),
             fluid.corner.nrows(),
         )?;
+        fluid.check_determined()?;
         let Border {
             columns,
             rows,
             offset,
             constraints,
+            link_loads,
+            first_multiplier,
         } = border;
         let surface_columns = columns.select_rows(&surface_rows);
         let surface_offset = offset.select_rows(&surface_rows);
@@ -179,8 +220,21 @@ impl Constrained {
             columns,
             offset,
             surface_rows,
+            link_loads,
+            first_multiplier,
             surfaces: fluid,
         })
+    }
+
+    /// The number of velocities when every one is an unknown of its own and nothing else is in the border.
+    pub(crate) fn independent_velocities(&self) -> Result<usize, RigidError> {
+        let velocities = self.columns.nrows();
+        let is_independent = self.link_loads.is_none()
+            && velocities == self.columns.ncols()
+            && velocities == 6 * self.surfaces.bodies();
+        is_independent
+            .then_some(velocities)
+            .ok_or(RigidError::NotIndependent)
     }
 
     /// Velocities, forces and pressure from a solution of the system.
@@ -193,9 +247,16 @@ impl Constrained {
         let (border, pressure) = rest.split_at(self.columns.ncols());
         let generalised = &self.columns * DVector::from_column_slice(border) + &self.offset;
         let bodies = generalised.select_rows(&self.surface_rows);
+        let forces = self.surfaces.forces(free, &bodies, pressure);
+        let link_loads = match (&self.link_loads, self.first_multiplier) {
+            (None, _) => DVector::zeros(0),
+            (Some(loads), Some(first)) => loads.of_multipliers(&border[first..]),
+            (Some(loads), None) => loads.balancing(&forces)?,
+        };
         Ok(Flow {
             velocity: self.surfaces.all_velocities(free, &bodies),
-            forces: self.surfaces.forces(free, &bodies, pressure),
+            forces,
+            link_loads,
             pressure: pressure.to_vec(),
             state: set.state_velocity(generalised.as_slice())?,
             generalised,

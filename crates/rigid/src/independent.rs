@@ -26,6 +26,8 @@ impl Formulation for Independent {
             rows: None,
             offset: DVector::zeros(velocities),
             constraints: None,
+            link_loads: None,
+            first_multiplier: None,
         };
         Constrained::build(
             fluid,

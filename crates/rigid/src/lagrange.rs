@@ -3,12 +3,14 @@
 use nalgebra::DMatrix;
 
 use crate::formulation::Border;
+use crate::link_loads::LinkLoads;
 use crate::{Constrained, Drive, Formulation, Reduction, RigidError, RigidFluid};
 
 /// Lagrange multipliers of Berti et al. (2021), equations (16)-(18): `M q + ... + C^T alpha = F`, `C q = w`.
 ///
 /// The border holds all velocities, then one multiplier for each constraint that does not follow from the others
-/// (redundant ones would make the system singular). `-C^T alpha` are the loads that links put on bodies. The system is
+/// (redundant ones would make the system singular). `-C^T alpha` are the loads that links put on bodies
+/// ([`Flow::link_loads`](crate::Flow::link_loads)). The system is
 /// symmetric with an indefinite border: multigrid solves it exactly on the coarsest level, where it is dense.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lagrange;
@@ -30,11 +32,14 @@ impl Formulation for Lagrange {
         constraints
             .view_mut((0, velocities), (velocities, multipliers))
             .copy_from(&rows.transpose());
+        let link_loads = LinkLoads::new(&all, drive)?;
         let border = Border {
             columns: DMatrix::identity(velocities, size),
             rows: None,
             offset: all.offset,
             constraints: Some(constraints),
+            link_loads: Some(link_loads),
+            first_multiplier: Some(velocities),
         };
         Constrained::build(
             fluid,

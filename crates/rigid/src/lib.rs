@@ -35,9 +35,11 @@ mod fluid;
 mod formulation;
 mod independent;
 mod lagrange;
+mod link_loads;
 mod motion;
 mod node_blocks;
 mod null_space;
+mod resistance;
 
 pub use articulation::{Arms, Articulation, BodyKind, Link, Linkage, State};
 pub use constraints::{Constraints, VelocityLayout};
@@ -50,3 +52,4 @@ pub use independent::Independent;
 pub use lagrange::Lagrange;
 pub use motion::{StateVelocity, Twist};
 pub use null_space::{NullSpace, Reduction};
+pub use resistance::GrandResistance;

@@ -13,7 +13,7 @@
 //! #         let set = &self.0.articulation;
 //! #         let reduction = rigid::Reduction::of(set, &set.constraints(p.state, p.lengths, p.rates)?)?;
 //! #         let q = reduction.velocities(&nalgebra::DVector::zeros(reduction.unknowns()));
-//! #         Ok(Instant { bodies: vec![Default::default(); 2], motion: set.state_velocity(q.as_slice())?, dofs: Default::default(),
+//! #         Ok(Instant { bodies: vec![Default::default(); 2], link_forces: Vec::new(), motion: set.state_velocity(q.as_slice())?, dofs: Default::default(),
 //! #             solver: Default::default(), seconds: Default::default(), error_estimate: Default::default(), remeshed: false })
 //! #     }
 //! #     fn cost(&mut self, _: &Placement) -> Result<Cost, ModelError> { Ok(Cost::default()) }
@@ -49,4 +49,6 @@ pub use gait::{Leg, legs};
 pub use integrate::{Integrator, LegResult, Method, PathPiece, Solved};
 pub use output::Folder;
 pub use scene::{Gait, Phase, Scene};
-pub use simulate::{LegOutcome, Observer, Outcome, Sample, simulate, solve_start};
+pub use simulate::{
+    LegOutcome, Observer, Outcome, Sample, simulate, solve_start, start_resistance,
+};

@@ -1,12 +1,12 @@
 //! A whole gait from start to end.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{DMatrix, Isometry3, Vector3};
 use rigid::State;
 
 use crate::SwimError;
 use crate::gait::{Leg, legs};
 use crate::integrate::{Integrator, LegResult, Method, Solved};
-use crate::model::{BodyInstant, ErrorEstimate, Hydrodynamics, Seconds};
+use crate::model::{BodyInstant, ErrorEstimate, Hydrodynamics, ModelError, Placement, Seconds};
 use crate::scene::Scene;
 
 /// What may be done while a simulation goes on: write files, show progress.
@@ -222,17 +222,35 @@ pub fn solve_start(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
 ) -> Result<crate::model::Instant, SwimError> {
+    let instant = at_start(scene, |placement| model.instant(placement))?;
+    instant.check_finite(model.name())?;
+    Ok(instant)
+}
+
+/// Asks the model for the grand resistance of the bodies where the scene starts.
+///
+/// # Errors
+/// What the model fails with.
+pub fn start_resistance(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+) -> Result<DMatrix<f64>, SwimError> {
+    Ok(at_start(scene, |placement| model.resistance(placement))?)
+}
+
+/// Asks something about the placement at the start.
+fn at_start<T>(
+    scene: &Scene,
+    ask: impl FnOnce(&Placement<'_>) -> Result<T, ModelError>,
+) -> Result<T, ModelError> {
     let lengths = scene.articulation.initial_lengths();
     let rates = legs(&scene.gait, lengths)
         .next()
         .map_or(vec![0.0; lengths.len()], |leg| leg.rates());
     let state = scene.initial_state();
-    let placement = crate::model::Placement {
+    ask(&Placement {
         state: &state,
         lengths,
         rates: &rates,
-    };
-    let instant = model.instant(&placement)?;
-    instant.check_finite(model.name())?;
-    Ok(instant)
+    })
 }

@@ -5,7 +5,7 @@ mod expected;
 mod file;
 mod flow;
 mod pair;
-mod reference;
+pub mod reference;
 mod similar;
 mod sphere;
 mod swimmer;

@@ -41,6 +41,9 @@ enum Command {
         /// Print one JSON object
         #[arg(long)]
         json: bool,
+        /// Add the grand resistance matrix of the bodies, links apart: six more solves a body
+        #[arg(long)]
+        resistance: bool,
     },
     /// Validate the scene; name the model that would be used and its cost
     Check {
@@ -76,7 +79,11 @@ impl SceneArguments {
 pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Run { scene, out, resume } => run::run(&scene, out, resume),
-        Command::Solve { scene, json } => solve::solve(&scene, json),
+        Command::Solve {
+            scene,
+            json,
+            resistance,
+        } => solve::solve(&scene, json, resistance),
         Command::Check { scene } => check::check(&scene),
         Command::Mesh { scene, out } => mesh::mesh(&scene, &out),
     };

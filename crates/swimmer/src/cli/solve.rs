@@ -3,20 +3,28 @@
 use std::fmt::Write;
 
 use swimmer::model::choose;
-use swimmer::output::{instant_json, peak_rss_mib};
-use swimmer::{SwimError, solve_start};
+use swimmer::output::{instant_json, matrix_json, peak_rss_mib};
+use swimmer::{SwimError, solve_start, start_resistance};
 
 use super::{SceneArguments, duration};
 
-pub fn solve(arguments: &SceneArguments, json: bool) -> Result<String, SwimError> {
+pub fn solve(
+    arguments: &SceneArguments,
+    json: bool,
+    resistance: bool,
+) -> Result<String, SwimError> {
     let scene = arguments.read()?;
     let mut model = choose(&scene)?.model;
     let instant = solve_start(&scene, model.as_mut())?;
+    let resistance = resistance
+        .then(|| start_resistance(&scene, model.as_mut()))
+        .transpose()?;
     if json {
-        return Ok(format!(
-            "{}\n",
-            instant_json(&scene, model.name(), &instant)
-        ));
+        let mut answer = instant_json(&scene, model.name(), &instant);
+        if let Some(resistance) = &resistance {
+            answer["resistance"] = matrix_json(resistance);
+        }
+        return Ok(format!("{answer}\n"));
     }
     let mut text = format!("{} by {} at the start\n", scene.name, model.name());
     for (body, motion) in scene.bodies.iter().zip(&instant.bodies) {
@@ -35,6 +43,13 @@ pub fn solve(arguments: &SceneArguments, json: bool) -> Result<String, SwimError
             );
         }
     }
+    for (link, force) in scene.articulation.links().iter().zip(&instant.link_forces) {
+        let _ = writeln!(
+            text,
+            "force of {} on {} {:>14.8} {:>14.8} {:>14.8}",
+            link.name, scene.bodies[link.body].name, force.x, force.y, force.z
+        );
+    }
     let solver = &instant.solver;
     let _ = writeln!(
         text,
@@ -47,5 +62,12 @@ pub fn solve(arguments: &SceneArguments, json: bool) -> Result<String, SwimError
         duration(instant.seconds.total),
         peak_rss_mib().map_or(String::new(), |mib| format!(", {mib:.0} MiB")),
     );
+    if let Some(resistance) = resistance {
+        text.push_str("grand resistance, (F, T) of each body by rows for (U, omega) by columns\n");
+        for row in resistance.row_iter() {
+            let cells: Vec<String> = row.iter().map(|entry| format!("{entry:>13.6e}")).collect();
+            let _ = writeln!(text, "{}", cells.join(" "));
+        }
+    }
     Ok(text)
 }

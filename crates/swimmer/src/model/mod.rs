@@ -8,7 +8,7 @@ mod error;
 pub mod fem;
 
 use mesh::TetMesh;
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 use rigid::{State, StateVelocity};
 use serde::Serialize;
 
@@ -42,6 +42,18 @@ pub trait Hydrodynamics {
     /// Whatever kept the model from an answer it can stand by: no mesh, no convergence, a number that is not finite.
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError>;
 
+    /// The grand resistance of the bodies with surfaces at one placement, links apart: $F = R\, U$ with six entries a body,
+    /// `(U, omega)` and `(F, T)`, in the scene's units. Its inverse is the mobility.
+    ///
+    /// # Errors
+    /// As [`Hydrodynamics::instant`]; [`ModelError::NotBuilt`] for models that do not offer it.
+    fn resistance(&mut self, _placement: &Placement<'_>) -> Result<DMatrix<f64>, ModelError> {
+        Err(ModelError::NotBuilt {
+            what: format!("the grand resistance by the model '{}'", self.name()),
+            instead: "use model.kind = \"fem\"".to_owned(),
+        })
+    }
+
     /// What one instant would cost, found without solving.
     ///
     /// # Errors
@@ -67,6 +79,8 @@ pub trait Hydrodynamics {
 pub struct Instant {
     /// One entry a body of the scene, in its order; points have no force and no torque.
     pub bodies: Vec<BodyInstant>,
+    /// One entry a link of the scene: the force of the arm on the body that its key `body` names; the opposite acts on `to`.
+    pub link_forces: Vec<Vector3<f64>>,
     /// How the placement's state changes.
     pub motion: StateVelocity,
     /// Size of the system solved.
@@ -98,7 +112,7 @@ impl Instant {
             [b.velocity, b.angular_velocity, b.force, b.torque]
                 .iter()
                 .all(finite)
-        });
+        }) && self.link_forces.iter().all(finite);
         match (moves, loads) {
             (true, true) => Ok(()),
             (false, _) => Err(ModelError::NotFinite {

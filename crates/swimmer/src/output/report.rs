@@ -1,6 +1,6 @@
 //! The JSON that other programs read: `summary.json` and the answer of `swim solve --json`.
 
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 use serde_json::{Map, Value, json};
 
 use crate::model::{ErrorEstimate, Instant, Seconds};
@@ -57,6 +57,8 @@ pub fn summary_json(
 }
 
 /// One instant, as `swim solve --json` prints it.
+///
+/// `links` holds the force of each arm on the body that its key `body` names; the opposite acts on `to`.
 pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
     let bodies: Vec<Value> = scene
         .bodies
@@ -72,15 +74,29 @@ pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
             })
         })
         .collect();
+    let links: Vec<Value> = scene
+        .articulation
+        .links()
+        .iter()
+        .zip(&instant.link_forces)
+        .map(|(link, force)| json!({ "name": link.name, "force": vector(force) }))
+        .collect();
     json!({
         "model": model,
         "bodies": bodies,
+        "links": links,
         "dofs": instant.dofs,
         "solver": instant.solver,
         "seconds": instant.seconds,
         "peak_rss_mib": peak_rss_mib(),
         "error_estimate": estimate(&instant.error_estimate),
     })
+}
+
+/// A matrix as a list of its rows.
+pub fn matrix_json(matrix: &DMatrix<f64>) -> Value {
+    let row = |row: usize| -> Value { matrix.row(row).iter().copied().collect() };
+    (0..matrix.nrows()).map(row).collect()
 }
 
 fn vector(v: &Vector3<f64>) -> Value {

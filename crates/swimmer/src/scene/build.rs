@@ -82,6 +82,8 @@ pub(super) fn scene(document: Document) -> Result<Scene, SwimError> {
             SolverKind::of,
             SolverKind::Block,
         ),
+        subdomains: file.fem.subdomains.unwrap_or(8),
+        overlap: file.fem.overlap.unwrap_or(1),
         // Below 1e-14 rounding of the residual itself is in the way.
         rtol: checks.below_one("fem.rtol", file.fem.rtol.unwrap_or(1e-8), 1e-14)?,
         surface_size: file.fem.surface_size,

@@ -74,6 +74,8 @@ pub(super) struct ModelFile {
 pub(super) struct FemFile {
     pub formulation: Option<String>,
     pub solver: Option<String>,
+    pub subdomains: Option<u32>,
+    pub overlap: Option<u32>,
     pub rtol: Option<f64>,
     pub surface_size: Option<f64>,
     pub geometry: Option<String>,

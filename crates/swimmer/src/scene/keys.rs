@@ -205,7 +205,19 @@ pub const KEYS: &[Key] = &[
         "fem.solver",
         Kind::Word(SolverKind::WORDS),
         "block",
-        "solver of the linear systems",
+        "solver of the linear systems; minres needs the least memory and a symmetric formulation, schwarz is there to compare with",
+    ),
+    key(
+        "fem.subdomains",
+        Kind::Count,
+        "8",
+        "number of subdomains of solver = \"schwarz\"",
+    ),
+    key(
+        "fem.overlap",
+        Kind::Count,
+        "1",
+        "layers of overlap of solver = \"schwarz\"",
     ),
     key(
         "fem.rtol",

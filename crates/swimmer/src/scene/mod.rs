@@ -162,6 +162,10 @@ pub struct FemOptions {
     pub formulation: FormulationKind,
     /// How the systems are solved.
     pub solver: SolverKind,
+    /// Number of subdomains of additive Schwarz.
+    pub subdomains: u32,
+    /// Layers of overlap of additive Schwarz.
+    pub overlap: u32,
     /// True relative residual at which a solve stops.
     pub rtol: f64,
     /// Element size on the bodies' surfaces; chosen by the model when absent.

@@ -104,6 +104,8 @@ words! {
         Direct = "direct",
         /// Krylov method with additive Schwarz.
         Schwarz = "schwarz",
+        /// Minimal residuals with the block-diagonal preconditioner, for symmetric formulations.
+        Minres = "minres",
     }
 }
 

@@ -77,6 +77,8 @@ pub(super) fn to_toml(scene: &Scene) -> String {
         fem: FemFile {
             formulation: text(scene.fem.formulation.word()),
             solver: text(scene.fem.solver.word()),
+            subdomains: Some(scene.fem.subdomains),
+            overlap: Some(scene.fem.overlap),
             rtol: Some(scene.fem.rtol),
             surface_size: scene.fem.surface_size,
             geometry: text(scene.fem.geometry.word()),

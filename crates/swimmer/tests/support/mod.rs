@@ -143,6 +143,7 @@ impl Hydrodynamics for Double {
         }
         Ok(Instant {
             bodies,
+            link_forces: Vec::new(),
             motion: set.state_velocity(q.as_slice())?,
             dofs: Default::default(),
             solver: Default::default(),

@@ -7,8 +7,8 @@ mod solve;
 use std::time::Instant as Clock;
 
 use mesh::TetMesh;
-use nalgebra::Vector3;
-use rigid::{Articulation, Drive, Load};
+use nalgebra::{DMatrix, Vector3};
+use rigid::{Articulation, Constrained, Constraints, Drive, Formulation, Load};
 
 pub use self::meshes::growth;
 use self::meshes::{Meshes, ShapeMesh};
@@ -91,6 +91,43 @@ impl FemModel {
         Ok((shape, centres))
     }
 
+    /// The system of one placement in units of the flow, for solvers of one's own.
+    ///
+    /// # Errors
+    /// As [`Hydrodynamics::instant`], up to the solve.
+    pub fn system(
+        &mut self,
+        placement: &Placement<'_>,
+        formulation: &dyn Formulation,
+    ) -> Result<Constrained, ModelError> {
+        let (ShapeMesh { mesh, .. }, centres) = self.shape_mesh(placement)?;
+        let constraints = self.constraints(placement)?;
+        let drive = Drive {
+            set: &self.set,
+            constraints: &constraints,
+            loads: &self.loads,
+        };
+        let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
+        solve::assemble(space, &mesh, &self.boundary(centres), &drive, formulation)
+    }
+
+    /// The links' constraints of a placement in units of the flow.
+    fn constraints(&self, placement: &Placement) -> Result<Constraints, ModelError> {
+        let scaled =
+            |list: &[f64]| -> Vec<f64> { list.iter().map(|&l| self.scale.length(l)).collect() };
+        let state = self.scale.state(placement.state);
+        let (lengths, rates) = (scaled(placement.lengths), scaled(placement.rates));
+        Ok(self.set.constraints(&state, &lengths, &rates)?)
+    }
+
+    fn boundary(&self, centres: Vec<Vector3<f64>>) -> Boundary<'_> {
+        Boundary {
+            bodies: self.meshes.tags().collect(),
+            centres,
+            walls: self.meshes.wall_tags(),
+        }
+    }
+
     fn in_scene_units(&self, solved: SolvedFlow, remeshed: bool) -> Instant {
         let flow = &solved.flow;
         let mut bodies = vec![BodyInstant::default(); self.set.kinds().len()];
@@ -106,8 +143,12 @@ impl FemModel {
             bodies[body].force = self.scale.force_back(part(0));
             bodies[body].torque = self.scale.torque_back(part(3));
         }
+        let link_forces = (0..self.set.links().len())
+            .map(|link| self.scale.force_back(flow.link_force(link)))
+            .collect();
         Instant {
             bodies,
+            link_forces,
             motion: self.scale.motion_back(flow),
             dofs: solved.dofs,
             error_estimate: ErrorEstimate {
@@ -130,35 +171,27 @@ impl Hydrodynamics for FemModel {
         let clock = Clock::now();
         let (ShapeMesh { mesh, remeshed }, centres) = self.shape_mesh(placement)?;
         let mesh_seconds = clock.elapsed().as_secs_f64();
-        let lengths: Vec<f64> = placement
-            .lengths
-            .iter()
-            .map(|&l| self.scale.length(l))
-            .collect();
-        let rates: Vec<f64> = placement
-            .rates
-            .iter()
-            .map(|&r| self.scale.length(r))
-            .collect();
-        let constraints =
-            self.set
-                .constraints(&self.scale.state(placement.state), &lengths, &rates)?;
+        let constraints = self.constraints(placement)?;
         let drive = Drive {
             set: &self.set,
             constraints: &constraints,
             loads: &self.loads,
         };
-        let boundary = Boundary {
-            bodies: self.meshes.tags().collect(),
-            centres,
-            walls: self.meshes.wall_tags(),
-        };
+        let boundary = self.boundary(centres);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let mut solved = solve::solve(space, &mesh, &boundary, &drive, &self.options)?;
         solved.seconds.mesh = mesh_seconds;
         solved.seconds.total = clock.elapsed().as_secs_f64();
         self.last = Some((mesh, solved.flow.clone()));
         Ok(self.in_scene_units(solved, remeshed))
+    }
+
+    fn resistance(&mut self, placement: &Placement<'_>) -> Result<DMatrix<f64>, ModelError> {
+        let (ShapeMesh { mesh, .. }, centres) = self.shape_mesh(placement)?;
+        let boundary = self.boundary(centres);
+        let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
+        let grand = solve::resistance(space, &mesh, &boundary, self.options.rtol)?;
+        Ok(self.scale.resistance_back(grand.resistance))
     }
 
     fn cost(&mut self, placement: &Placement<'_>) -> Result<Cost, ModelError> {

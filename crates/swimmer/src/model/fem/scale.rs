@@ -1,6 +1,6 @@
 //! The units in which the flow is computed: lengths by the smallest radius, viscosity 1, time as in the scene.
 
-use nalgebra::{Isometry3, Translation3, Vector3};
+use nalgebra::{DMatrix, Isometry3, Translation3, Vector3};
 use rigid::{Flow, Load, State, StateVelocity, Twist};
 
 use crate::scene::Scene;
@@ -83,6 +83,15 @@ impl Scale {
     /// Torque of the scene for a torque of the flow.
     pub fn torque_back(&self, torque: Vector3<f64>) -> Vector3<f64> {
         torque * (self.force_unit() * self.length)
+    }
+
+    /// Grand resistance of the scene for that of the flow: $\mu L$ for translations, a factor $L$ more for each rotation.
+    pub fn resistance_back(&self, resistance: DMatrix<f64>) -> DMatrix<f64> {
+        let unit = |entry: usize| if entry % 6 < 3 { 1.0 } else { self.length };
+        let (rows, columns) = resistance.shape();
+        DMatrix::from_fn(rows, columns, |i, j| {
+            resistance[(i, j)] * self.viscosity * self.length * unit(i) * unit(j)
+        })
     }
 
     /// Pressure of the scene for a pressure of the flow.

@@ -1,0 +1,122 @@
+//! The inf-sup constant of a pair of velocity and pressure spaces, measured.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::csr::Rows;
+use crate::direct::{Definiteness, Precision, SparseFactor};
+use crate::{LinalgError, SaddleSystem};
+
+/// More pressures than this make the dense eigenproblem slow: 2000 take about half a minute.
+const MOST_PRESSURES: usize = 2000;
+
+/// Schur eigenvalues this small against the largest are zero: the hydrostatic pressure between no-slip walls.
+const ZERO: f64 = 1e-10;
+
+/// How well pressures are seen by velocities: $\beta^2 \le q^T B K^{-1} B^T q / (q^T M_p q) \le \gamma^2$.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InfSup {
+    /// $\beta$, the hydrostatic pressure left out: 0.4 to 0.5 for P2-P1 on sound meshes, near zero for unstable pairs.
+    pub constant: f64,
+    /// $\gamma$, at most 1 for gradients against the whole gradient.
+    pub largest: f64,
+    /// Number of pressures that no velocity sees, the hydrostatic one included.
+    pub unseen: usize,
+}
+
+impl InfSup {
+    /// Measures the constant of a system's velocity and pressure spaces, bodies held still.
+    ///
+    /// Brezzi (1974); Elman, Silvester & Wathen (2014), section 3.3. Dense: `O(np^3)` and `np` solves with `K`; for small meshes of the
+    /// kind that is to be used.
+    ///
+    /// # Errors
+    /// [`LinalgError::Parameter`] for more than 2000 pressures, [`LinalgError::Factorisation`] of `K` or of the mass matrix.
+    pub fn of(system: &SaddleSystem) -> Result<Self, LinalgError> {
+        let (b, mass) = (system.divergence(), system.pressure_mass());
+        let (pressures, nodes) = b.shape();
+        if pressures > MOST_PRESSURES {
+            return Err(LinalgError::Parameter {
+                name: "number of pressures",
+                value: pressures as f64,
+                range: "at most 2000 for the dense eigenproblem of the inf-sup constant",
+            });
+        }
+        let stiffness = system.velocity_block().stiffness();
+        let order: Vec<usize> = (0..nodes).collect();
+        let mut factor = SparseFactor::new(
+            "the stiffness",
+            stiffness,
+            &order,
+            Definiteness::Positive,
+            Precision::Double,
+            pressures.max(1),
+        )?;
+        let mut schur = DMatrix::zeros(pressures, pressures);
+        let rows = Rows::of(b);
+        for axis in 0..3 {
+            let mut columns = vec![0.0; nodes * pressures];
+            for q in 0..pressures {
+                for (j, entry) in rows.row(q) {
+                    columns[q * nodes + j] = entry[axis];
+                }
+            }
+            factor.solve_in_place(&mut columns);
+            for (q, column) in columns.chunks_exact(nodes).enumerate() {
+                for p in 0..pressures {
+                    schur[(p, q)] += rows
+                        .row(p)
+                        .map(|(j, entry)| entry[axis] * column[j])
+                        .sum::<f64>();
+                }
+            }
+        }
+        let mut dense_mass = DMatrix::zeros(pressures, pressures);
+        for (p, row) in mass.outer_iterator().enumerate() {
+            for (q, &value) in row.iter() {
+                dense_mass[(p, q)] = value;
+            }
+        }
+        let failed = |detail: &str| LinalgError::Factorisation {
+            what: "the pressure mass matrix",
+            detail: detail.to_owned(),
+        };
+        let l = dense_mass
+            .cholesky()
+            .ok_or_else(|| failed("not positive definite"))?
+            .unpack();
+        let solve = |matrix: &DMatrix<f64>| l.solve_lower_triangular(matrix);
+        let scaled = solve(&schur)
+            .and_then(|half| solve(&half.transpose()))
+            .ok_or_else(|| failed("singular"))?;
+        let scaled = (&scaled + scaled.transpose()) / 2.0;
+        let mut eigenvalues: DVector<f64> = scaled.symmetric_eigenvalues();
+        eigenvalues.as_mut_slice().sort_unstable_by(f64::total_cmp);
+        let largest = eigenvalues.iter().copied().fold(0.0, f64::max);
+        let unseen = eigenvalues.iter().filter(|&&e| e <= ZERO * largest).count();
+        // One pressure is hydrostatic where every wall is closed; a second one that is unseen is spurious.
+        let smallest = eigenvalues
+            .get(unseen.min(1))
+            .copied()
+            .unwrap_or(largest)
+            .max(0.0);
+        Ok(InfSup {
+            constant: smallest.sqrt(),
+            largest: largest.sqrt(),
+            unseen,
+        })
+    }
+
+    /// Refuses a pair whose constant is below `least`; 0.1 separates P2-P1 (0.4) from equal orders (below 0.03).
+    ///
+    /// # Errors
+    /// [`LinalgError::NotInfSupStable`].
+    pub fn require(&self, least: f64) -> Result<(), LinalgError> {
+        if self.constant >= least {
+            return Ok(());
+        }
+        Err(LinalgError::NotInfSupStable {
+            constant: self.constant,
+            least,
+        })
+    }
+}

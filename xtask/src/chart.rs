@@ -1,0 +1,183 @@
+//! Log-log charts as SVG: cost against size, error against cost.
+
+use anyhow::{Result, anyhow};
+use plotters::coord::combinators::IntoLogRange;
+use plotters::prelude::*;
+
+/// The palette of Okabe & Ito (2008), whose colours colour-blind readers can tell apart.
+const COLOURS: [RGBColor; 8] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(120, 94, 240),
+    RGBColor(40, 40, 40),
+];
+
+const INK: RGBColor = RGBColor(40, 40, 40);
+const FAINT: RGBColor = RGBColor(225, 225, 225);
+const SIZE: (u32, u32) = (960, 620);
+
+/// How the points of a series are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// Points joined by a line.
+    Curve,
+    /// Points alone.
+    Points,
+    /// A thin line without points: slopes and bounds.
+    Guide,
+}
+
+/// Points with a name.
+#[derive(Clone, Debug)]
+pub struct Series {
+    pub name: String,
+    pub points: Vec<(f64, f64)>,
+    pub style: Style,
+}
+
+/// A chart with two logarithmic axes.
+#[derive(Clone, Debug)]
+pub struct LogLog {
+    pub title: String,
+    pub x: String,
+    pub y: String,
+    pub series: Vec<Series>,
+}
+
+impl LogLog {
+    /// The chart as SVG text; points that are not positive and finite are left out.
+    pub fn svg(&self) -> Result<String> {
+        let mut svg = String::new();
+        self.draw(&mut svg)
+            .map_err(|error| anyhow!("could not draw '{}': {error}", self.title))?;
+        Ok(svg)
+    }
+
+    fn draw(&self, svg: &mut String) -> std::result::Result<(), Box<dyn std::error::Error>> {
+        let shown = |&(x, y): &(f64, f64)| x > 0.0 && y > 0.0 && x.is_finite() && y.is_finite();
+        let all: Vec<(f64, f64)> = self
+            .series
+            .iter()
+            .flat_map(|series| series.points.iter().copied())
+            .filter(shown)
+            .collect();
+        if all.is_empty() {
+            return Err("there is no point to show".into());
+        }
+        let x_range = range(all.iter().map(|point| point.0));
+        let y_range = range(all.iter().map(|point| point.1));
+        let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+        root.fill(&WHITE)?;
+        let font = |size: u32| ("sans-serif", size).into_font().color(&INK);
+        let mut chart = ChartBuilder::on(&root)
+            .caption(&self.title, font(20))
+            .margin(14)
+            .x_label_area_size(46)
+            .y_label_area_size(70)
+            .build_cartesian_2d(
+                (x_range.0..x_range.1).log_scale(),
+                (y_range.0..y_range.1).log_scale(),
+            )?;
+        chart
+            .configure_mesh()
+            .x_desc(&self.x)
+            .y_desc(&self.y)
+            .label_style(font(14))
+            .axis_desc_style(font(15))
+            .x_label_formatter(&|x| power(*x))
+            .y_label_formatter(&|y| power(*y))
+            .bold_line_style(FAINT)
+            .light_line_style(WHITE)
+            .draw()?;
+        for (number, series) in self.series.iter().enumerate() {
+            let colour = COLOURS[number % COLOURS.len()];
+            let points: Vec<(f64, f64)> = series.points.iter().copied().filter(shown).collect();
+            let width = if series.style == Style::Guide { 1 } else { 2 };
+            if series.style != Style::Points {
+                chart.draw_series(LineSeries::new(
+                    points.iter().copied(),
+                    colour.stroke_width(width),
+                ))?;
+            }
+            let marks = if series.style == Style::Guide { 0 } else { 4 };
+            chart
+                .draw_series(
+                    points
+                        .iter()
+                        .map(|&point| Circle::new(point, marks, colour.filled())),
+                )?
+                .label(&series.name)
+                .legend(move |(x, y)| {
+                    PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(width + 1))
+                });
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperLeft)
+            .background_style(WHITE.mix(0.85))
+            .border_style(FAINT)
+            .label_font(font(13))
+            .draw()?;
+        root.present()?;
+        Ok(())
+    }
+}
+
+/// Whole decades around the values, so that axes begin and end with a label.
+fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), v| {
+        (low.min(v), high.max(v))
+    });
+    (
+        10.0_f64.powf(low.log10().floor()),
+        10.0_f64.powf(
+            (high.log10() * 1.000_001)
+                .ceil()
+                .max(low.log10().floor() + 1.0),
+        ),
+    )
+}
+
+fn power(value: f64) -> String {
+    match value {
+        v if (0.01..10_000.0).contains(&v) => format!("{v}"),
+        v => format!("{v:.0e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chart_shows_its_series_and_leaves_out_what_has_no_logarithm() {
+        let chart = LogLog {
+            title: "t".into(),
+            x: "dofs".into(),
+            y: "s".into(),
+            series: vec![Series {
+                name: "ours".into(),
+                points: vec![(1e3, 0.1), (1e4, 1.0), (1e5, f64::NAN), (0.0, 1.0)],
+                style: Style::Curve,
+            }],
+        };
+        let svg = chart.svg().unwrap();
+        assert_eq!(svg.matches("<circle").count(), 2);
+        assert!(svg.contains("ours"));
+    }
+
+    #[test]
+    fn a_chart_without_points_is_an_error() {
+        let chart = LogLog {
+            title: "empty".into(),
+            x: String::new(),
+            y: String::new(),
+            series: Vec::new(),
+        };
+        assert!(chart.svg().unwrap_err().to_string().contains("empty"));
+    }
+}

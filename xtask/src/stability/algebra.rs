@@ -1,0 +1,291 @@
+//! Ways to fail that a scene cannot ask for, tried on the systems of a scene.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Result, ensure};
+use linalg::{
+    BorderPlacement, Bordered, Csr, Csr3, Identity, InfSup, KrylovParams, LinearOperator,
+    Preconditioner, SaddleSystem, Schwarz, SchwarzParams, cg, fgmres, minres,
+};
+use nalgebra::DMatrix;
+use rigid::{Constrained, DirectRows, Eliminated, Formulation, Lagrange};
+use swimmer::Scene;
+use swimmer::model::{FemModel, Placement};
+
+use super::ilu::Ilu0;
+use super::setup::Setup;
+
+/// Something tried and what it came to.
+#[derive(Clone, Debug)]
+pub struct Row {
+    pub name: String,
+    pub outcome: String,
+    pub as_expected: bool,
+}
+
+/// Below this a pair of spaces is refused: P2-P1 has 0.4 to 0.5, equal orders below 0.03.
+const LEAST_INF_SUP: f64 = 0.1;
+
+/// Tries everything.
+pub fn rows() -> Result<Vec<Row>> {
+    let eliminated = system(&Eliminated)?;
+    let lagrange = system(&Lagrange)?;
+    let direct_rows = system(&DirectRows)?;
+    let mut rows = vec![quadratic(&eliminated)?, equal_order(&eliminated)?];
+    rows.push(separated_multipliers(&lagrange));
+    for (name, system) in [
+        ("p-tilde", &eliminated),
+        ("lagrange", &lagrange),
+        ("direct-row", &direct_rows),
+    ] {
+        rows.push(incomplete_factors(name, system, false)?);
+        rows.push(incomplete_factors(name, system, true)?);
+    }
+    rows.push(refusal(
+        "conjugate gradients on the saddle-point system",
+        solved(&eliminated, |a, b, x, params| {
+            cg(a, &mut Identity(b.len()), b, x, params).map(drop)
+        }),
+        "definite",
+    ));
+    rows.push(refusal(
+        "MINRES on direct rows",
+        solved(&direct_rows, |a, b, x, params| {
+            minres(a, &mut Identity(b.len()), b, x, params).map(drop)
+        }),
+        "symmetric",
+    ));
+    rows.push(refusal(
+        "MINRES with additive Schwarz, which is not symmetric",
+        Schwarz::new(&eliminated.system, &cut(2, BorderPlacement::Eliminated)).and_then(
+            |mut schwarz| {
+                solved(&eliminated, |a, b, x, params| {
+                    minres(a, &mut schwarz, b, x, params).map(drop)
+                })
+            },
+        ),
+        "PositiveDefinite",
+    ));
+    rows.push(refusal(
+        "viscosity 1e-9 in the matrices instead of in the units",
+        scaled(&eliminated.system, 1e-9).map(drop),
+        "units",
+    ));
+    rows.push(refusal(
+        "a NaN in the stiffness",
+        scaled(&eliminated.system, f64::NAN).map(drop),
+        "NaN",
+    ));
+    rows.push(no_preconditioner(&eliminated));
+    Ok(rows)
+}
+
+/// The system of the bent chain on a mesh small enough for dense eigenproblems.
+fn system(formulation: &dyn Formulation) -> Result<Constrained> {
+    let setup = Setup {
+        size: 1.5,
+        ..Setup::bent_chain()
+    };
+    let scene = Scene::parse(&setup.toml(formulation.name(), "block"))?;
+    let mut model = FemModel::new(&scene)?;
+    let state = scene.initial_state();
+    let placement = Placement {
+        state: &state,
+        lengths: scene.articulation.initial_lengths(),
+        rates: &[-0.5, 0.0],
+    };
+    Ok(model.system(&placement, formulation)?)
+}
+
+fn quadratic(system: &Constrained) -> Result<Row> {
+    let measured = InfSup::of(&system.system)?;
+    Ok(Row {
+        name: "inf-sup constant of P2-P1".into(),
+        outcome: format!("{:.3}", measured.constant),
+        as_expected: measured.require(LEAST_INF_SUP).is_ok(),
+    })
+}
+
+fn equal_order(system: &Constrained) -> Result<Row> {
+    let nodes = system.transfer.nodes();
+    let linear = SaddleSystem::new(
+        Bordered::scalar(system.vertex_stiffness.clone())?,
+        vector_product(system.system.divergence(), nodes),
+        Csr::zero((system.system.pressure_range().len(), 0)),
+        None,
+        system.system.pressure_mass().clone(),
+    )?;
+    Ok(refusal(
+        "P1 velocities with P1 pressures",
+        InfSup::of(&linear)?.require(LEAST_INF_SUP),
+        "inf-sup constant",
+    ))
+}
+
+/// `B I` for a matrix of 3-vectors.
+fn vector_product(b: &Csr3, interpolation: &Csr) -> Csr3 {
+    let (mut pointers, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
+    for row in b.outer_iterator() {
+        let mut sums: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
+        for (j, entry) in row.iter() {
+            let Some(weights) = interpolation.outer_view(j) else {
+                continue;
+            };
+            for (vertex, &weight) in weights.iter() {
+                let sum = sums.entry(vertex as u32).or_default();
+                (0..3).for_each(|axis| sum[axis] += weight * entry[axis]);
+            }
+        }
+        for (vertex, sum) in sums {
+            indices.push(vertex);
+            values.push(sum);
+        }
+        pointers.push(indices.len());
+    }
+    Csr3::new((b.rows(), interpolation.cols()), pointers, indices, values)
+}
+
+/// The paper's "gasm + LU fails on Lagrange multipliers": multipliers in a subdomain without the bodies they hold.
+fn separated_multipliers(lagrange: &Constrained) -> Row {
+    let m = lagrange.system.border_range().len();
+    // Bodies first, multipliers behind them: the second half holds all multipliers.
+    let velocities = 6 * 3 + 3;
+    let placement = (0..m).map(|c| usize::from(c >= velocities)).collect();
+    refusal(
+        "Schwarz on Lagrange, multipliers cut off from their bodies (the paper's failure of gasm+LU)",
+        Schwarz::new(
+            &lagrange.system,
+            &cut(2, BorderPlacement::Assigned(placement)),
+        )
+        .map(drop),
+        "border unknown",
+    )
+}
+
+fn cut(subdomains: usize, border: BorderPlacement) -> SchwarzParams {
+    SchwarzParams {
+        subdomains,
+        border,
+        ..SchwarzParams::default()
+    }
+}
+
+/// FGMRES with incomplete factors of the whole matrix, in the natural order or with the zero diagonals first.
+fn incomplete_factors(name: &str, system: &Constrained, zeros_first: bool) -> Result<Row> {
+    let unknowns = system.right.len();
+    let mut order: Vec<usize> = (0..unknowns).collect();
+    if zeros_first {
+        order.reverse();
+    }
+    let name = format!(
+        "ILU(0) without pivoting on {name}, {}",
+        if zeros_first {
+            "pressures and multipliers first"
+        } else {
+            "velocities first"
+        }
+    );
+    let mut factors = match Ilu0::new(&system.system, &order) {
+        Ok(factors) => factors,
+        Err(zero) => {
+            return Ok(Row {
+                name,
+                outcome: format!("*no*: {zero}"),
+                as_expected: true,
+            });
+        }
+    };
+    let outcome = solve_and_check(system, &mut factors)?;
+    Ok(Row {
+        name,
+        as_expected: true,
+        outcome,
+    })
+}
+
+fn no_preconditioner(system: &Constrained) -> Row {
+    let outcome = solve_and_check(system, &mut Identity(system.right.len()));
+    Row {
+        name: "FGMRES without preconditioner".into(),
+        as_expected: matches!(&outcome, Ok(text) if text.starts_with("*no*")),
+        outcome: outcome.unwrap_or_else(|error| format!("{error:#}")),
+    }
+}
+
+/// Solves and recomputes the residual: a claim of convergence that does not hold is an error here.
+fn solve_and_check(
+    system: &Constrained,
+    preconditioner: &mut dyn Preconditioner,
+) -> Result<String> {
+    let b = &system.right;
+    let mut x = vec![0.0; b.len()];
+    let params = KrylovParams::default();
+    match fgmres(&system.system, preconditioner, b, &mut x, &params) {
+        Err(error) => Ok(format!("*no*: {error}")),
+        Ok(report) => {
+            let mut product = vec![0.0; b.len()];
+            system.system.apply(&x, &mut product);
+            let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|e| e * e).sum::<f64>().sqrt();
+            let residual = norm(&mut b.iter().zip(&product).map(|(b, p)| b - p))
+                / norm(&mut b.iter().copied());
+            // The report's own residual differs from this one by rounding.
+            ensure!(
+                residual <= 1.001 * params.rel_tol,
+                "claimed convergence, but the residual is {residual:e}"
+            );
+            Ok(format!("right after {} iterations", report.iterations))
+        }
+    }
+}
+
+fn solved(
+    system: &Constrained,
+    method: impl FnOnce(
+        &SaddleSystem,
+        &[f64],
+        &mut [f64],
+        &KrylovParams,
+    ) -> std::result::Result<(), linalg::LinalgError>,
+) -> std::result::Result<(), linalg::LinalgError> {
+    let mut x = vec![0.0; system.right.len()];
+    method(
+        &system.system,
+        &system.right,
+        &mut x,
+        &KrylovParams::default(),
+    )
+}
+
+/// The same system with another viscosity in its stiffness, as somebody would build it who keeps the units of the problem.
+fn scaled(
+    system: &SaddleSystem,
+    viscosity: f64,
+) -> std::result::Result<SaddleSystem, linalg::LinalgError> {
+    let a = system.velocity_block();
+    let times = |matrix: &Csr| matrix.map(|value| value * viscosity);
+    let corner: DMatrix<f64> = a.corner() * viscosity;
+    SaddleSystem::new(
+        Bordered::new(times(a.stiffness()), times(a.border()), None, corner)?,
+        system.divergence().clone(),
+        system.border_divergence().clone(),
+        None,
+        system.pressure_mass().map(|value| value / viscosity),
+    )
+}
+
+/// A row for something that must fail with a message that holds `part`.
+fn refusal(name: &str, result: std::result::Result<(), linalg::LinalgError>, part: &str) -> Row {
+    let (outcome, as_expected) = match result {
+        Ok(()) => ("**accepted**".to_owned(), false),
+        Err(error) => {
+            let message = error.to_string();
+            let named = message.contains(part);
+            (format!("*no*: {message}"), named)
+        }
+    };
+    Row {
+        name: name.to_owned(),
+        outcome,
+        as_expected,
+    }
+}

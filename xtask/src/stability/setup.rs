@@ -1,0 +1,107 @@
+//! Scenes of the stability map, written as a user would write them.
+
+use std::fmt::Write;
+
+/// Spheres and points with links in a ball, and what moves or pulls them.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The `domain` table.
+    pub domain: String,
+    pub viscosity: f64,
+    /// Radius (none for a point) and position of each body.
+    pub bodies: Vec<(Option<f64>, [f64; 3])>,
+    /// Pairs (`body`, `to`).
+    pub links: Vec<(usize, usize)>,
+    pub arms: &'static str,
+    /// Links that change their length in the first phase and by what; one a phase is what a scene can say.
+    pub change: Option<(usize, f64)>,
+    /// Body that is pulled, with the force.
+    pub pull: Option<(usize, [f64; 3])>,
+    /// Element size on every sphere, over the smallest radius.
+    pub size: f64,
+    /// More TOML.
+    pub more: String,
+}
+
+impl Setup {
+    /// Three unequal spheres on a bent chain, off the centre of a ball, one arm closing.
+    pub fn bent_chain() -> Self {
+        Self {
+            domain: "{ kind = \"ball\", radius = 12 }".to_owned(),
+            viscosity: 1.0,
+            bodies: vec![
+                (Some(1.0), [-4.0, 0.0, 0.0]),
+                (Some(1.3), [0.5, 0.0, 0.0]),
+                (Some(0.8), [1.0, 4.0, 0.5]),
+            ],
+            links: vec![(0, 1), (2, 1)],
+            arms: "free",
+            change: Some((0, -0.5)),
+            pull: None,
+            size: 0.8,
+            more: String::new(),
+        }
+    }
+
+    /// The same in other units of length; rates stay one change a unit of time.
+    pub fn scaled(mut self, length: f64) -> Self {
+        self.domain = self.domain.replace("12", &format!("{:e}", 12.0 * length));
+        for (radius, position) in &mut self.bodies {
+            *radius = radius.map(|r| r * length);
+            position.iter_mut().for_each(|x| *x *= length);
+        }
+        self.change = self.change.map(|(link, by)| (link, by * length));
+        self
+    }
+
+    /// The scene file.
+    pub fn toml(&self, formulation: &str, solver: &str) -> String {
+        let smallest = self
+            .bodies
+            .iter()
+            .filter_map(|(radius, _)| *radius)
+            .fold(f64::INFINITY, f64::min);
+        let mut text = format!(
+            "fluid.viscosity = {:e}\ndomain = {}\ngait.arms = \"{}\"\nmodel.kind = \"fem\"\n\
+             fem = {{ surface_size = {:e}, formulation = \"{formulation}\", solver = \"{solver}\", rtol = 1e-10 }}\n{}\n",
+            self.viscosity,
+            self.domain,
+            self.arms,
+            self.size * smallest,
+            self.more
+        );
+        // Writing to a String cannot fail.
+        for (number, (radius, [x, y, z])) in self.bodies.iter().enumerate() {
+            let _ = writeln!(text, "[[bodies]]\nname = \"b{number}\"");
+            let _ = match radius {
+                Some(radius) => writeln!(text, "radius = {radius:e}"),
+                None => writeln!(text, "shape = \"point\""),
+            };
+            let _ = writeln!(text, "position = [{x:e}, {y:e}, {z:e}]");
+            if let Some((body, [fx, fy, fz])) = self.pull
+                && body == number
+            {
+                let _ = writeln!(text, "force = [{fx:e}, {fy:e}, {fz:e}]");
+            }
+        }
+        for (number, (body, to)) in self.links.iter().enumerate() {
+            let _ = writeln!(
+                text,
+                "[[links]]\nname = \"l{number}\"\nbody = \"b{body}\"\nto = \"b{to}\""
+            );
+        }
+        if let Some((link, by)) = self.change {
+            let (body, to) = self.links[link];
+            let length: f64 = (0..3)
+                .map(|axis| (self.bodies[body].1[axis] - self.bodies[to].1[axis]).powi(2))
+                .sum::<f64>()
+                .sqrt();
+            let _ = writeln!(
+                text,
+                "[[gait.phases]]\nlink = \"l{link}\"\nlength = {:e}\nduration = 1",
+                length + by
+            );
+        }
+        text
+    }
+}

@@ -1,0 +1,110 @@
+//! One cell of the table: one solve in a process of its own, so that its peak memory is its own.
+
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
+use swimmer::model::choose;
+use swimmer::output::instant_json;
+use swimmer::{Scene, solve_start};
+
+use super::Task;
+use crate::validate::reference::INSTANTANEOUS;
+
+/// What one solve measured.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    pub dofs: usize,
+    pub iterations: usize,
+    pub residual: f64,
+    pub assembly: f64,
+    pub setup: f64,
+    pub solve: f64,
+    pub mesh: f64,
+    /// Peak resident size in MiB, the making of the mesh included.
+    pub memory: f64,
+    /// Relative error of the centre's velocity.
+    pub velocity_error: f64,
+    /// Largest error of the three axial forces over the largest force.
+    pub force_error: f64,
+}
+
+impl Measured {
+    /// Seconds from the mesh in memory to the answer.
+    pub fn total(&self) -> f64 {
+        self.assembly + self.setup + self.solve
+    }
+}
+
+/// What became of a cell.
+#[derive(Clone, Debug)]
+pub enum Outcome {
+    Solved(Measured),
+    /// The message of the failure.
+    Failed(String),
+}
+
+/// Runs a cell in a new process of this program.
+pub fn run(task: &Task) -> Result<Outcome> {
+    let program = std::env::current_exe().context("could not find this program's own file")?;
+    let output = Command::new(program)
+        .arg("table1-cell")
+        .args(task.overrides())
+        .output()
+        .context("could not start a process for a cell of the table")?;
+    if !output.status.success() {
+        let text = String::from_utf8_lossy(&output.stderr);
+        let last = text.lines().last().unwrap_or("").trim();
+        return Ok(Outcome::Failed(if last.is_empty() {
+            output.status.to_string()
+        } else {
+            last.to_owned()
+        }));
+    }
+    let text = String::from_utf8_lossy(&output.stdout);
+    let json: Value = serde_json::from_str(&text).context("a cell printed no JSON")?;
+    Ok(Outcome::Solved(read(&json)?))
+}
+
+/// The process of a cell: solves the first instant of the default scene at unit rate and prints it as JSON.
+pub fn print(overrides: &[String]) -> Result<()> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/three-sphere.toml");
+    let mut all = overrides.to_vec();
+    // The first phase moves by four: at unit speed when it takes four.
+    all.push("gait.phases.0.duration=4".to_owned());
+    let scene = Scene::read(&file, &all)?;
+    let mut model = choose(&scene)?.model;
+    let instant = solve_start(&scene, model.as_mut())?;
+    println!("{}", instant_json(&scene, model.name(), &instant));
+    Ok(())
+}
+
+fn read(json: &Value) -> Result<Measured> {
+    let number = |path: &str| -> Result<f64> {
+        match json.pointer(path).and_then(Value::as_f64) {
+            Some(number) => Ok(number),
+            None => bail!("a cell's JSON has no number at {path}"),
+        }
+    };
+    let exact = &INSTANTANEOUS[0];
+    let largest = exact.forces.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
+    let mut force_error = 0.0_f64;
+    for (body, force) in exact.forces.iter().enumerate() {
+        let computed = number(&format!("/bodies/{body}/force/0"))?;
+        force_error = force_error.max((computed - force).abs() / largest);
+    }
+    let velocity = number("/bodies/1/velocity/0")?;
+    Ok(Measured {
+        dofs: number("/dofs/total")? as usize,
+        iterations: number("/solver/iterations")? as usize,
+        residual: number("/solver/true_relative_residual")?,
+        assembly: number("/seconds/assembly")?,
+        setup: number("/seconds/setup")?,
+        solve: number("/seconds/solve")?,
+        mesh: number("/seconds/mesh")?,
+        memory: number("/peak_rss_mib").unwrap_or(f64::NAN),
+        velocity_error: (velocity / exact.centre_velocity - 1.0).abs(),
+        force_error,
+    })
+}
