@@ -2,10 +2,7 @@
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use fem::TaylorHood;
-use linalg::{
-    BlockTriangular, Csr, Csr3, KrylovParams, LinearOperator, Multigrid, MultigridParams,
-    Preconditioner, fgmres,
-};
+use linalg::{Csr, Csr3, KrylovParams, LinearOperator, Preconditioner, fgmres};
 use mesh::{Body, Container, GenerateParams, NamedSurface, Sphere, Surface, TetMesh, generate};
 use nalgebra::Vector3;
 use rigid::{
@@ -135,17 +132,6 @@ impl Scene {
     }
 }
 
-fn preconditioner(system: &Constrained) -> BlockTriangular<'_> {
-    let multigrid = Multigrid::with_transfer(
-        system.system.velocity_block(),
-        &system.transfer,
-        Some(system.vertex_stiffness.clone()),
-        &MultigridParams::default(),
-    )
-    .expect("an elliptic block");
-    BlockTriangular::new(&system.system, multigrid).expect("matching sizes")
-}
-
 fn formulations(criterion: &mut Criterion) {
     for size in [0.5, 0.25] {
         let scene = Scene::new(size);
@@ -171,7 +157,7 @@ fn formulations(criterion: &mut Criterion) {
             group.bench_function(format!("{name}/product"), |b| {
                 b.iter(|| system.system.apply(&system.right, y))
             });
-            let mut block = preconditioner(&system);
+            let mut block = system.preconditioner().expect("an elliptic block");
             group.bench_function(format!("{name}/preconditioner"), |b| {
                 b.iter(|| block.apply(&system.right, y))
             });
@@ -180,7 +166,7 @@ fn formulations(criterion: &mut Criterion) {
                     let mut solution = vec![0.0; system.right.len()];
                     fgmres(
                         &system.system,
-                        &mut preconditioner(&system),
+                        &mut system.preconditioner().expect("an elliptic block"),
                         &system.right,
                         &mut solution,
                         &KrylovParams::default(),

@@ -1,6 +1,6 @@
 //! What a formulation is: a way to turn the fluid block and the constraints into one system, and back.
 
-use linalg::{Bordered, Csr, SaddleSystem, Transfer};
+use linalg::{BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, SaddleSystem, Transfer};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::articulation::check_length;
@@ -224,6 +224,20 @@ impl Constrained {
             first_multiplier,
             surfaces: fluid,
         })
+    }
+
+    /// The preconditioner that suits every formulation: block triangular, with body-aware multigrid for velocities and border.
+    ///
+    /// # Errors
+    /// A matrix that multigrid cannot treat.
+    pub fn preconditioner(&self) -> Result<BlockTriangular<'_>, RigidError> {
+        let multigrid = Multigrid::with_transfer(
+            self.system.velocity_block(),
+            &self.transfer,
+            Some(self.vertex_stiffness.clone()),
+            &MultigridParams::default(),
+        )?;
+        Ok(BlockTriangular::new(&self.system, multigrid)?)
     }
 
     /// The number of velocities when every one is an unknown of its own and nothing else is in the border.

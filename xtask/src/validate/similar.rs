@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use fem::TaylorHood;
-use linalg::{BlockTriangular, KrylovParams, Multigrid, MultigridParams, fgmres};
+use linalg::{KrylovParams, fgmres};
 use mesh::{Body, Container, GenerateParams, Surface, TetMesh, generate};
 use nalgebra::Vector3;
 use rigid::{
@@ -94,13 +94,7 @@ pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<(Loads, Cos
         },
     )?;
     let system = &constrained.system;
-    let multigrid = Multigrid::with_transfer(
-        system.velocity_block(),
-        &constrained.transfer,
-        Some(constrained.vertex_stiffness.clone()),
-        &MultigridParams::default(),
-    )?;
-    let mut preconditioner = BlockTriangular::new(system, multigrid)?;
+    let mut preconditioner = constrained.preconditioner()?;
     let mut solution = vec![0.0; constrained.right.len()];
     let report = fgmres(
         system,

@@ -3,10 +3,7 @@
 use std::time::Instant;
 
 use fem::TaylorHood;
-use linalg::{
-    BlockDiagonal, BlockTriangular, KrylovParams, Multigrid, MultigridParams, SaddleLdlt,
-    SaddleSystem, Schwarz, SchwarzParams, fgmres, minres,
-};
+use linalg::{BlockDiagonal, KrylovParams, SaddleLdlt, Schwarz, SchwarzParams, fgmres, minres};
 use mesh::TetMesh;
 use nalgebra::Vector3;
 use rigid::{
@@ -150,7 +147,7 @@ pub fn resistance(
         loads: &vec![Load::default(); bodies],
     };
     let system = assemble(space, mesh, boundary, &drive, &Independent)?;
-    let mut preconditioner = block_preconditioner(&system.system, &system)?;
+    let mut preconditioner = system.preconditioner()?;
     let parameters = KrylovParams {
         rel_tol: rtol,
         ..KrylovParams::default()
@@ -176,7 +173,7 @@ fn solve_system(
     let clock = Instant::now();
     let report = match options.solver {
         SolverKind::Block => {
-            let mut preconditioner = block_preconditioner(&system.system, system)?;
+            let mut preconditioner = system.preconditioner()?;
             seconds.setup = clock.elapsed().as_secs_f64();
             fgmres(
                 &system.system,
@@ -232,21 +229,4 @@ fn solve_system(
         true_relative_residual: report.true_rel_residual,
     };
     Ok((solution, info, seconds))
-}
-
-/// The block-triangular preconditioner with multigrid for velocities and bodies.
-///
-/// # Errors
-/// A matrix that multigrid cannot treat.
-pub fn block_preconditioner<'a>(
-    saddle: &'a SaddleSystem,
-    system: &Constrained,
-) -> Result<BlockTriangular<'a>, ModelError> {
-    let multigrid = Multigrid::with_transfer(
-        saddle.velocity_block(),
-        &system.transfer,
-        Some(system.vertex_stiffness.clone()),
-        &MultigridParams::default(),
-    )?;
-    Ok(BlockTriangular::new(saddle, multigrid)?)
 }
