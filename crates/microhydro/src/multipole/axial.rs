@@ -1,0 +1,185 @@
+//! Flows of multipoles seen from a centre on the axis: closed forms for each azimuthal number.
+//!
+//! Derived from the translation of solid harmonics, with $R_{km} = r^k P_k^m e^{im\varphi}/(k+m)!$ and $I_{lm} = (l-m)! P_l^m e^{im\varphi}/r^{l+1}$:
+//! $I_{lm}(r + d) = \sum_k (-1)^{k-m} (l+k)!/d^{l+k+1} R_{km}(r)$ and $R_{km}(r + d) = \sum_l d^{k-l}/(k-l)! R_{lm}(r)$ for $d$ along the axis, and from
+//! $r' \cdot u$ and $r' \cdot \nabla\times u$, which give Lamb's coefficients about the new centre. Every coefficient costs a few operations;
+//! none is the small difference of large numbers.
+
+use super::lamb::{Lamb, c, e};
+use super::modes::Family;
+
+/// $(k^2 - m^2)/(2k - 1)$: the part of $z R_{k-1}$ that is a harmonic of degree `k`.
+fn raise(k: usize, m: usize) -> f64 {
+    ((k * k) as f64 - (m * m) as f64) / (2.0 * k as f64 - 1.0)
+}
+
+/// Multipoles of a sphere, seen inside another that lies in the direction of the axis.
+pub(crate) struct Outgoing {
+    m: usize,
+    source: f64,
+    target: f64,
+    distance: f64,
+    /// $\sqrt{(2l+1)/(2k+1)}\, (-1)^{k-m} a_i^l a_j^k/d^{l+k} (l+k)!/\sqrt{(l-m)!(l+m)!(k-m)!(k+m)!}$, `l` slowest, from `m` on.
+    table: Vec<f64>,
+    width: usize,
+}
+
+impl Outgoing {
+    /// Translation from a sphere of radius `source` over `distance` to one of radius `target`, for `l` and `k` up to these tops.
+    pub fn new(
+        m: usize,
+        (source, top_l): (f64, usize),
+        (target, top_k): (f64, usize),
+        distance: f64,
+    ) -> Self {
+        let (rows, width) = ((top_l + 1).saturating_sub(m), (top_k + 1).saturating_sub(m));
+        let (s, t) = (source / distance, target / distance);
+        let step = |l: usize, k: usize, ratio: f64| {
+            // from degree l to l + 1 beside k
+            (l + k + 1) as f64 * ratio / (((l + 1) * (l + 1) - m * m) as f64).sqrt()
+        };
+        let mut table = vec![0.0; rows * width];
+        let mut first = (s * t).powi(m as i32);
+        for row in 0..rows {
+            let l = row + m;
+            let mut value = first;
+            for column in 0..width {
+                let k = column + m;
+                let sign = if column % 2 == 0 { 1.0 } else { -1.0 };
+                table[row * width + column] =
+                    sign * value * ((2 * l + 1) as f64 / (2 * k + 1) as f64).sqrt();
+                value *= step(k, l, t);
+            }
+            first *= step(l, m, s);
+        }
+        Self {
+            m,
+            source,
+            target,
+            distance,
+            table,
+            width,
+        }
+    }
+
+    /// Coefficients of degree `k` about the target of the flow that is the harmonic of `family` and `l` on the source.
+    pub fn lamb(&self, family: Family, l: usize, k: usize) -> Lamb {
+        let m = self.m;
+        let s = self.table[(l - m) * self.width + k - m];
+        let (a, b, d) = (self.source, self.target, self.distance);
+        let (lf, kf, mf) = (l as f64, k as f64, m as f64);
+        match family {
+            Family::Source => Lamb {
+                phi: a * a / (b * d) * s,
+                ..Lamb::default()
+            },
+            Family::Rotlet => Lamb {
+                phi: -a / b * mf / kf * s,
+                chi: a / d * lf / (kf + 1.0) * s,
+                p: 0.0,
+            },
+            Family::Stokeslet => {
+                // u = K a^l (alpha r^2 grad p - beta r p) + G a^{l+2} grad(Y/r^{l+1}), p = Y/r^{l+1}
+                let strength = lf * (4.0 * lf * lf - 1.0) / (lf + 1.0);
+                let potential = 1.0 - (2.0 * lf + 1.0) * (2.0 - lf) / (2.0 * (lf + 1.0));
+                let alpha = (2.0 - lf) / (2.0 * lf * (2.0 * lf - 1.0));
+                let beta = -(lf + 1.0) / (lf * (2.0 * lf - 1.0));
+                let gamma = (lf + 1.0) / (2.0 * (2.0 * lf - 1.0));
+                let (up, sum) = (raise(k, m), lf + kf);
+                let phi = (gamma - (2.0 * gamma + beta) * up / sum
+                    + alpha * (sum + 1.0 - 2.0 * up)
+                    + beta)
+                    / kf;
+                Lamb {
+                    phi: (strength * phi * d / b + potential * a * a / (b * d)) * s,
+                    chi: -strength * mf / (lf * kf * (kf + 1.0)) * s,
+                    p: strength * b / d * s,
+                }
+            }
+        }
+    }
+}
+
+/// Multipoles of a container's wall, seen inside a sphere whose centre lies in the direction of the axis from the container's.
+pub(crate) struct Interior {
+    m: usize,
+    container: f64,
+    target: f64,
+    offset: f64,
+    /// $\sqrt{(2k+1)/(2l+1)}\, a^l c^{k-l}/b^k /(k-l)! \sqrt{(k-m)!(k+m)!/((l-m)!(l+m)!)}$, `l` slowest, from `m` on; zero for `l > k`.
+    table: Vec<f64>,
+    width: usize,
+}
+
+impl Interior {
+    /// From a container of radius `container` to a sphere of radius `target` at distance `offset` from its centre.
+    pub fn new(
+        m: usize,
+        (container, top_k): (f64, usize),
+        (target, top_l): (f64, usize),
+        offset: f64,
+    ) -> Self {
+        let (rows, width) = ((top_l + 1).saturating_sub(m), (top_k + 1).saturating_sub(m));
+        let mut table = vec![0.0; rows * width];
+        for l in m..m + rows {
+            let mut value = (target / container).powi(l as i32);
+            for k in l..m + width {
+                table[(l - m) * width + k - m] =
+                    value * ((2 * k + 1) as f64 / (2 * l + 1) as f64).sqrt();
+                let next = (((k + 1) * (k + 1) - m * m) as f64).sqrt();
+                value *= offset / container * next / (k + 1 - l) as f64;
+            }
+        }
+        Self {
+            m,
+            container,
+            target,
+            offset,
+            table,
+            width,
+        }
+    }
+
+    /// Coefficients of degree `l` about the sphere of the flow that is the harmonic of `family` and `k` on the container.
+    pub fn lamb(&self, family: Family, k: usize, l: usize) -> Lamb {
+        let m = self.m;
+        let (a, b, z) = (self.target, self.container, self.offset);
+        let (lf, kf, mf) = (l as f64, k as f64, m as f64);
+        let s = self.table[(l - m) * self.width + k - m];
+        match family {
+            Family::Stokeslet => Lamb {
+                phi: b / a * s,
+                ..Lamb::default()
+            },
+            Family::Rotlet => Lamb {
+                phi: -z / a * mf / lf * s,
+                chi: -(kf + 1.0) / (lf + 1.0) * s,
+                p: 0.0,
+            },
+            Family::Source => {
+                // u = Q (c_k r^2 grad p - e_k r p) / b^{k+1} - g b^{1-k} grad(r^k Y), p = r^k Y
+                let strength = (2.0 * kf + 1.0) / e(k);
+                let potential = strength * c(k) - 1.0;
+                // the scalar coefficient of degree l - 1, which is there also for l = k + 1
+                let below = if l == k + 1 {
+                    (a / b).powi(k as i32) * a / ((l * l - m * m) as f64).sqrt()
+                        * ((2.0 * kf + 1.0) / (2.0 * lf + 1.0)).sqrt()
+                } else if l <= k {
+                    s * z / (kf - lf + 1.0)
+                } else {
+                    0.0
+                };
+                let gamma = kf / (2.0 * (2.0 * kf + 3.0));
+                let up = raise(l, m);
+                let phi = (z * z * s * (gamma - c(k) * (kf - lf + 2.0 * up) + e(k))
+                    + z * below * up * (2.0 * gamma + e(k)))
+                    / lf;
+                Lamb {
+                    phi: strength * phi / (a * b) - potential * b / a * s,
+                    chi: -strength * z / b * mf / ((kf + 1.0) * lf * (lf + 1.0)) * s,
+                    p: strength * a / b * s,
+                }
+            }
+        }
+    }
+}

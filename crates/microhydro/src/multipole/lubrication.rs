@@ -1,0 +1,157 @@
+//! Narrow gaps in space: the exact resistance of each close pair added to an expansion of bounded order.
+//!
+//! After Durlofsky, Brady & Bossis (1987): $R = R_L + \sum_{pairs} (R^2 - R^2_L)$, where $R_L$ is the expansion of order $L$ of all spheres,
+//! $R^2$ the exact resistance of the pair alone and $R^2_L$ what the same expansion gives for it. The pair is collinear, so $R^2$ is
+//! computed to any gap of use by a high order instead of the asymptotic series of Jeffrey & Onishi (1984). A sphere close to
+//! the container or the wall is treated in the same way.
+
+use super::order::{self, Orders};
+use super::{at_orders, frame};
+use crate::{HydroError, Medium, Resistance, Spheres};
+
+/// Highest order in space: gaps of 0.03 to 1e-4 and of 0.2 to 1e-8, at seconds for a few spheres.
+pub const MOST_IN_SPACE: usize = 28;
+
+/// The same for the container.
+pub(super) const MOST_ON_CONTAINER: usize = 2 * MOST_IN_SPACE;
+
+/// Most unknowns of an axisymmetric problem: one second.
+const MOST_COLLINEAR: usize = 3000;
+
+/// Part of a pair's correction that may be wrong because other spheres change the flow in the gap: three spheres around gaps of 0.02
+/// and 0.005 showed half of it.
+const CHANGED_BY_OTHERS: f64 = 0.01;
+
+/// The resistance with orders cut at what can be afforded, and completed by exact pairs where they were cut; whether they were.
+pub(super) fn completed(
+    spheres: &Spheres,
+    medium: &Medium,
+    closeness: &(Vec<f64>, f64),
+    orders: &Orders,
+    tolerance: f64,
+) -> Result<(Resistance, bool), HydroError> {
+    if frame::Frame::of(spheres, medium).collinear {
+        check_collinear(spheres, medium, orders, tolerance)?;
+        let result = at_orders(spheres, medium, closeness, orders, tolerance)?;
+        return Ok((result, false));
+    }
+    let cut = Orders {
+        spheres: orders
+            .spheres
+            .iter()
+            .map(|&l| l.min(MOST_IN_SPACE))
+            .collect(),
+        container: orders.container.min(MOST_ON_CONTAINER),
+    };
+    let mut result = at_orders(spheres, medium, closeness, &cut, tolerance)?;
+    if cut == *orders {
+        return Ok((result, false));
+    }
+    for second in 0..spheres.len() {
+        for first in 0..second {
+            complete(
+                &mut result,
+                spheres,
+                &[first, second],
+                &Medium::Unbounded,
+                &cut,
+                tolerance,
+            )?;
+        }
+        if *medium != Medium::Unbounded {
+            complete(&mut result, spheres, &[second], medium, &cut, tolerance)?;
+        }
+    }
+    Ok((result, true))
+}
+
+/// Adds what the cut orders miss of a few spheres alone, if they miss anything.
+fn complete(
+    result: &mut Resistance,
+    spheres: &Spheres,
+    group: &[usize],
+    medium: &Medium,
+    cut: &Orders,
+    tolerance: f64,
+) -> Result<(), HydroError> {
+    let alone = Spheres::new(
+        group.iter().map(|&k| spheres.centres()[k]).collect(),
+        group.iter().map(|&k| spheres.radii()[k]).collect(),
+    )?;
+    let closeness = order::closeness(&alone, medium);
+    let needed = order::for_tolerance(&closeness, tolerance);
+    let used = Orders {
+        spheres: group.iter().map(|&k| cut.spheres[k]).collect(),
+        container: cut.container,
+    };
+    let suffices = needed.container <= used.container
+        && needed
+            .spheres
+            .iter()
+            .zip(&used.spheres)
+            .all(|(n, u)| n <= u);
+    if suffices {
+        return Ok(());
+    }
+    // cheap, so that its own error does not count
+    let needed = order::for_tolerance(&closeness, 0.01 * tolerance);
+    check_collinear(&alone, medium, &needed, tolerance)?;
+    let exact = at_orders(&alone, medium, &closeness, &needed, tolerance)?;
+    let missed = at_orders(&alone, medium, &closeness, &used, tolerance)?;
+    let rows: Vec<usize> = group.iter().flat_map(|&k| 6 * k..6 * k + 6).collect();
+    let correction = exact.matrix() - missed.matrix();
+    let uncertain = &correction * (CHANGED_BY_OTHERS / result.tail());
+    result.add(
+        &rows,
+        &correction,
+        &(exact.matrix() - missed.coarser() - uncertain),
+    );
+    Ok(())
+}
+
+fn check_collinear(
+    spheres: &Spheres,
+    medium: &Medium,
+    orders: &Orders,
+    tolerance: f64,
+) -> Result<(), HydroError> {
+    let unknowns: usize = 3 * (orders.spheres.iter().sum::<usize>() + orders.container);
+    if unknowns <= MOST_COLLINEAR {
+        return Ok(());
+    }
+    let (what, gap) = narrowest(spheres, medium);
+    let bodies = spheres.len() + usize::from(matches!(medium, Medium::Ball { .. }));
+    Err(HydroError::TooClose {
+        what,
+        gap,
+        tolerance,
+        needed: orders
+            .spheres
+            .iter()
+            .copied()
+            .fold(orders.container, usize::max),
+        most: MOST_COLLINEAR / 3 / bodies,
+    })
+}
+
+/// The narrowest gap over the smaller radius, and between what.
+fn narrowest(spheres: &Spheres, medium: &Medium) -> (String, f64) {
+    let mut found = (String::from("the spheres"), f64::INFINITY);
+    for second in 0..spheres.len() {
+        for first in 0..second {
+            let gap = spheres.gap(first, second);
+            if gap < found.1 {
+                found = (format!("spheres {first} and {second}"), gap);
+            }
+        }
+        let radius = spheres.radii()[second];
+        let clearance = (medium.distance(&spheres.centres()[second]) - radius) / radius;
+        if clearance < found.1 {
+            found = (
+                format!("sphere {second} and the {}", medium.boundary()),
+                clearance,
+            );
+        }
+    }
+    found
+}

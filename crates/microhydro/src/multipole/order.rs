@@ -1,0 +1,135 @@
+//! How many multipoles a gap needs.
+//!
+//! The flow that a neighbour reflects has its nearest singularity at the inner focus of the pair's bispherical coordinates, at
+//! $a e^{\xi}$ from the centre: the coefficients of degree $l$ fall as $e^{-\xi l}$, and the Galerkin error of the resistance as $e^{-2 \xi L}$.
+
+use crate::{Medium, Spheres};
+
+/// Orders of the expansions on each sphere, and on the container if there is one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Orders {
+    /// One a sphere.
+    pub spheres: Vec<usize>,
+    /// That of the container's wall; zero without one.
+    pub container: usize,
+}
+
+impl Orders {
+    /// The same order everywhere, at least 4.
+    pub fn all(spheres: usize, order: usize) -> Self {
+        Self {
+            spheres: vec![order.max(LEAST); spheres],
+            container: order.max(LEAST),
+        }
+    }
+}
+
+/// Two less must still hold a rigid motion and the first multipole beyond.
+pub(crate) const LEAST: usize = 4;
+
+/// Smallest bispherical coordinate of each sphere with its neighbours and the boundary, then that of the container.
+pub(crate) fn closeness(spheres: &Spheres, medium: &Medium) -> (Vec<f64>, f64) {
+    let n = spheres.len();
+    let mut xi = vec![f64::INFINITY; n];
+    let mut container = f64::INFINITY;
+    for j in 0..n {
+        let (x, a) = (spheres.centres()[j], spheres.radii()[j]);
+        for i in 0..j {
+            let pair = outside((x - spheres.centres()[i]).norm(), spheres.radii()[i], a);
+            xi[i] = xi[i].min(pair.0);
+            xi[j] = xi[j].min(pair.1);
+        }
+        match medium {
+            Medium::Unbounded => {}
+            Medium::Ball { centre, radius } => {
+                let pair = inside((x - centre).norm(), a, *radius);
+                xi[j] = xi[j].min(pair.0);
+                container = container.min(pair.1);
+            }
+            Medium::Wall { .. } => xi[j] = xi[j].min(acosh_1p((medium.distance(&x) - a) / a)),
+        }
+    }
+    (xi, container)
+}
+
+/// The order for a bispherical coordinate at which $e^{-2 \xi L}$ is the tolerance, times $\xi^2$ in narrow gaps, where the
+/// resistance grows as the inverse of that.
+fn terms(xi: f64, tolerance: f64) -> usize {
+    let terms = -(tolerance * xi.min(1.0).powi(2)).ln() / (2.0 * xi);
+    // beyond any use; a cast of what is larger would be the largest integer
+    LEAST.max(terms.min(1e6).ceil() as usize + 1)
+}
+
+/// Orders that two spheres at a distance need of each other.
+pub(crate) fn of_pair(distance: f64, a: f64, b: f64, tolerance: f64) -> (usize, usize) {
+    let (first, second) = outside(distance, a, b);
+    (terms(first, tolerance), terms(second, tolerance))
+}
+
+/// Orders at which the resistance errs by about `tolerance`.
+pub(crate) fn for_tolerance(closeness: &(Vec<f64>, f64), tolerance: f64) -> Orders {
+    let order = |xi: f64| terms(xi, tolerance);
+    Orders {
+        spheres: closeness.0.iter().map(|&xi| order(xi)).collect(),
+        container: if closeness.1.is_finite() || closeness.0.is_empty() {
+            order(closeness.1)
+        } else {
+            LEAST
+        },
+    }
+}
+
+/// What a change from order `n - 2` to `n` says about the error of order `n`: the error is at most the change times this.
+///
+/// A geometric series with ratio $e^{-4\xi}$, and $(n/(n-2))^2$ for the powers of the order that stand beside the exponential.
+/// Three times that: many spheres reflect more than a pair does.
+pub(crate) fn tail(closeness: &(Vec<f64>, f64), orders: &Orders) -> f64 {
+    let ratio = (-4.0 * narrowest(closeness)).exp();
+    let least = orders.spheres.iter().copied().chain(Some(orders.container));
+    let least = least.filter(|&n| n > 0).min().unwrap_or(LEAST) as f64;
+    3.0 * (least / (least - 2.0)).powi(2) * ratio / (1.0 - ratio)
+}
+
+/// The smallest bispherical coordinate.
+pub(crate) fn narrowest(closeness: &(Vec<f64>, f64)) -> f64 {
+    closeness.0.iter().fold(closeness.1, |m, &xi| m.min(xi))
+}
+
+/// Bispherical coordinates of two spheres that exclude each other: $\xi$ of each.
+fn outside(distance: f64, a: f64, b: f64) -> (f64, f64) {
+    // cosh(xi) - 1 as a product, exact in narrow gaps
+    let gap = distance - a - b;
+    let excess = |own: f64, other: f64| gap * (gap + 2.0 * other) / (2.0 * own * distance);
+    (acosh_1p(excess(a, b)), acosh_1p(excess(b, a)))
+}
+
+/// $\xi$ of a sphere of radius `a` at `offset` from the centre of a container of radius `b`, and of the container;
+/// infinite for a concentric sphere, which one degree describes.
+fn inside(offset: f64, a: f64, b: f64) -> (f64, f64) {
+    let gap = b - a - offset;
+    (
+        acosh_1p(gap * (b + a + offset) / (2.0 * a * offset)),
+        acosh_1p(gap * (b + a - offset) / (2.0 * b * offset)),
+    )
+}
+
+/// $\mathrm{acosh}(1 + x)$ without loss for small `x`.
+fn acosh_1p(x: f64) -> f64 {
+    (x + (x * (x + 2.0)).sqrt()).ln_1p()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_of_equal_spheres_are_those_of_the_text_books() {
+        let (a, b) = outside(3.0, 1.0, 1.0);
+        assert!((a - 1.5_f64.acosh()).abs() < 1e-14 && a == b);
+        // a huge sphere is a wall
+        let (near, _) = outside(1e9 + 2.0, 1.0, 1e9);
+        assert!((near - 2.0_f64.acosh()).abs() < 1e-6);
+        let (within, _) = inside(1e9 - 2.0, 1.0, 1e9);
+        assert!((within - 2.0_f64.acosh()).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,108 @@
+//! The coupling of spheres by their images in a wall, anywhere above it: a dense matrix for each pair.
+
+use faer::Mat;
+use nalgebra::{DMatrix, Vector3};
+
+use super::axial::Outgoing;
+use super::lamb::{Lamb, place};
+use super::link::{Body, Half, onto_axis};
+use super::modes::Family;
+use super::reflection::image;
+use super::rotation::Rotation;
+
+/// The coupling from the image of one sphere to another sphere (or the same) above the wall z = 0.
+///
+/// The mirrored multipoles are turned onto the axis from the image's centre, seen from the other centre, turned back, and reflected
+/// after Lorentz there. Cost: `O(L^5)` for order `L`.
+pub(crate) fn coupling(
+    (from, below): (&Body, &Vector3<f64>),
+    (to, centre): (&Body, &Vector3<f64>),
+) -> Mat<f64> {
+    let mirrored = Vector3::new(below.x, below.y, -below.z);
+    let offset = centre - mirrored;
+    let seen = to.modes.order + 2;
+    let rotation = Rotation::new(&onto_axis(&offset), from.modes.order.max(seen));
+    let axial: Vec<Outgoing> = (0..=from.modes.order.min(seen))
+        .map(|m| {
+            Outgoing::new(
+                m,
+                (from.radius, from.modes.order),
+                (to.radius, seen),
+                offset.norm(),
+            )
+        })
+        .collect();
+    let mut matrix = Mat::zeros(to.modes.len(), from.modes.len());
+    for (family, l) in from.modes.shells() {
+        for (index, column) in from.modes.shell(family, l).enumerate() {
+            let m = index.abs_diff(l);
+            let factor = family.parity(l, m) / from.weight(family, l);
+            let turned = rotation.degree(l).column(index) * factor;
+            let regular = Regular::of(&axial, family, l, turned.as_slice(), seen);
+            let regular = regular.turned_back(&rotation);
+            add_reflected(&regular, to, centre.z, matrix.col_as_slice_mut(column));
+        }
+    }
+    matrix
+}
+
+/// Lamb's coefficients of all degrees and azimuthal numbers about a centre.
+struct Regular {
+    /// `phi`, `chi`, `p` for each degree from 0, `m` = -k ..= k.
+    degrees: Vec<DMatrix<f64>>,
+}
+
+impl Regular {
+    fn of(axial: &[Outgoing], family: Family, l: usize, modes: &[f64], top: usize) -> Self {
+        let mut degrees: Vec<DMatrix<f64>> =
+            (0..=top).map(|k| DMatrix::zeros(2 * k + 1, 3)).collect();
+        for half in Half::all(l.min(top)) {
+            let (row, sign) = half.row(family, l);
+            let value = sign * modes[row];
+            for k in half.m.max(1)..=top {
+                let lamb = axial[half.m].lamb(family, l, k).scaled(value);
+                let (plain, _) = half.row(Family::Stokeslet, k);
+                let (other, sign) = half.row(Family::Rotlet, k);
+                degrees[k][(plain, 0)] += lamb.phi;
+                degrees[k][(other, 1)] += sign * lamb.chi;
+                degrees[k][(plain, 2)] += lamb.p;
+            }
+        }
+        Self { degrees }
+    }
+
+    fn turned_back(mut self, rotation: &Rotation) -> Self {
+        for (k, degree) in self.degrees.iter_mut().enumerate().skip(1) {
+            *degree = rotation.degree(k).tr_mul(degree);
+        }
+        self
+    }
+
+    fn lamb(&self, half: Half, k: usize) -> Lamb {
+        if k < half.m {
+            return Lamb::default();
+        }
+        let (plain, _) = half.row(Family::Stokeslet, k);
+        let (other, sign) = half.row(Family::Rotlet, k);
+        let degree = &self.degrees[k];
+        Lamb {
+            phi: degree[(plain, 0)],
+            chi: sign * degree[(other, 1)],
+            p: degree[(plain, 2)],
+        }
+    }
+}
+
+/// Adds the modes of the image field on a sphere.
+fn add_reflected(regular: &Regular, to: &Body, height: f64, modes: &mut [f64]) {
+    let top = to.modes.order;
+    for half in Half::all(top) {
+        let coefficients: Vec<Lamb> = (0..=top + 2).map(|k| regular.lamb(half, k)).collect();
+        let reflected = image(&coefficients, half.m as i32, height / to.radius, top);
+        for (family, k) in to.modes.sector(half.m) {
+            let (row, sign) = half.row(family, k);
+            modes[to.modes.shell(family, k).start + row] +=
+                sign * reflected[k].trace(k)[place(family)] * to.weight(family, k);
+        }
+    }
+}

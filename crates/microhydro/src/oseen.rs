@@ -1,0 +1,46 @@
+//! Point forces: each sphere has its own drag and feels the others as points.
+
+use nalgebra::DMatrix;
+
+use crate::{HydroError, Medium, Spheres, point, wall};
+
+/// Mobility of spheres that act on each other as point forces and torques (Oseen's tensor and rotlets), six rows a sphere, viscosity 1.
+///
+/// Beside a wall with the image of Blake (1971). Errs by $(a/d)^3$ of the radius over the distance, and may be indefinite for spheres
+/// closer than a few radii. Cost: microseconds a pair.
+///
+/// # Errors
+/// Spheres outside the medium; a container, which this model does not treat.
+///
+/// ```
+/// use microhydro::{Medium, Spheres, oseen};
+/// use nalgebra::Vector3;
+/// let pair = Spheres::new(vec![Vector3::zeros(), Vector3::new(4.0, 0.0, 0.0)], vec![1.0; 2])?;
+/// let m = oseen::mobility(&pair, &Medium::Unbounded)?;
+/// // along the line of centres: 1/(6 pi a) and 1/(4 pi d)
+/// assert!((m[(0, 6)] / m[(0, 0)] - 6.0 / 16.0).abs() < 1e-15);
+/// # Ok::<(), microhydro::HydroError>(())
+/// ```
+pub fn mobility(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, HydroError> {
+    spheres.check_inside(medium)?;
+    let mut matrix = point::mobility(spheres, |_, _| 0.0);
+    match medium {
+        Medium::Unbounded => Ok(matrix),
+        Medium::Wall { point, normal } => {
+            let x = spheres.centres();
+            for i in 0..x.len() {
+                for j in 0..x.len() {
+                    let image = wall::image(&x[i], &x[j], point, normal);
+                    let mut block = matrix.fixed_view_mut::<6, 6>(6 * i, 6 * j);
+                    block += image;
+                }
+            }
+            Ok(matrix)
+        }
+        Medium::Ball { .. } => Err(HydroError::NotBuilt {
+            model: "oseen",
+            medium: "ball",
+            instead: "rpy or multipole",
+        }),
+    }
+}

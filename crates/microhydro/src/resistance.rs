@@ -1,0 +1,72 @@
+//! The answer: how forces follow from motions.
+
+use nalgebra::{DMatrix, DVector};
+
+/// The grand resistance matrix of spheres, symmetric positive definite, with what a coarser expansion gives.
+///
+/// Six rows and columns a sphere: force and torque about its centre that it exerts on the fluid, for its velocity and angular
+/// velocity; viscosity 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resistance {
+    matrix: DMatrix<f64>,
+    coarser: DMatrix<f64>,
+    tail: f64,
+}
+
+impl Resistance {
+    pub(crate) fn new(matrix: DMatrix<f64>, coarser: DMatrix<f64>, tail: f64) -> Self {
+        Self {
+            matrix,
+            coarser,
+            tail,
+        }
+    }
+
+    /// The matrix.
+    pub fn matrix(&self) -> &DMatrix<f64> {
+        &self.matrix
+    }
+
+    /// The matrix from expansions of order two less: what is computed from both tells the error, see [`Resistance::tail`].
+    pub fn coarser(&self) -> &DMatrix<f64> {
+        &self.coarser
+    }
+
+    /// The error of anything computed from [`Resistance::matrix`] is estimated as its change from [`Resistance::coarser`] times this.
+    pub fn tail(&self) -> f64 {
+        self.tail
+    }
+
+    /// Estimated error of each entry.
+    pub fn error(&self) -> DMatrix<f64> {
+        (&self.matrix - &self.coarser).abs() * self.tail
+    }
+
+    /// Largest estimated error of an entry $R_{ij}$ relative to $\sqrt{R_{ii} R_{jj}}$.
+    pub fn relative_error(&self) -> f64 {
+        let error = self.error();
+        let size = |i: usize| self.matrix[(i, i)].sqrt();
+        (0..error.nrows())
+            .flat_map(|i| (0..error.ncols()).map(move |j| (i, j)))
+            .map(|(i, j)| error[(i, j)] / (size(i) * size(j)))
+            .fold(0.0, f64::max)
+    }
+
+    /// Adds to some rows and columns of the matrix and of the coarser one.
+    pub(crate) fn add(&mut self, rows: &[usize], matrix: &DMatrix<f64>, coarser: &DMatrix<f64>) {
+        for (i, &row) in rows.iter().enumerate() {
+            for (j, &column) in rows.iter().enumerate() {
+                self.matrix[(row, column)] += matrix[(i, j)];
+                self.coarser[(row, column)] += coarser[(i, j)];
+            }
+        }
+    }
+
+    /// Forces and torques on the fluid for velocities and angular velocities.
+    ///
+    /// # Panics
+    /// When `velocities` has not six entries a sphere.
+    pub fn forces(&self, velocities: &DVector<f64>) -> DVector<f64> {
+        &self.matrix * velocities
+    }
+}
