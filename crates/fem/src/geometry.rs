@@ -42,12 +42,21 @@ impl Affine {
         TET_EDGES.map(|[a, b]| g[a].dot(&g[b]) / self.volume)
     }
 
-    /// The geometry map at `point`, the same everywhere but for the weight.
-    pub fn map_at(&self, point: &CellPoint) -> MapAt {
+    /// The geometry map, the same everywhere; its measure is the Jacobian determinant.
+    pub fn map(&self) -> MapAt {
         let [_, g1, g2, g3] = self.scaled_gradients;
         MapAt {
             inverse_transpose: Matrix3::from_columns(&[g1, g2, g3]) / self.volume,
-            measure: 6.0 * self.volume * point.weight,
+            measure: 6.0 * self.volume,
+        }
+    }
+
+    /// The geometry map at `point`, the same everywhere but for the weight.
+    pub fn map_at(&self, point: &CellPoint) -> MapAt {
+        let map = self.map();
+        MapAt {
+            measure: map.measure * point.weight,
+            ..map
         }
     }
 }
@@ -100,6 +109,16 @@ impl MapAt {
     /// The divergence of a field with the derivatives `(c, k) -> d u_c / d xi_k`.
     pub fn divergence(&self, slope: &Matrix3<f64>) -> f64 {
         slope.dot(&self.inverse_transpose)
+    }
+
+    /// The matrix of the product of physical gradients, `J^-1 J^-T`.
+    pub fn metric(&self) -> Matrix3<f64> {
+        self.inverse_transpose.tr_mul(&self.inverse_transpose)
+    }
+
+    /// What gives a vector times a physical gradient from the reference gradient.
+    pub fn pulled_back_vector(&self, vector: &Vec3) -> Vec3 {
+        self.inverse_transpose.tr_mul(vector)
     }
 
     /// What takes reference gradients to what `matrix` makes of the physical ones.

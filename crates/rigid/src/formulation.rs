@@ -110,12 +110,22 @@ pub struct Constrained {
     pub vertex_stiffness: Csr,
     /// Generalised velocities from the border unknowns: `q = columns v + offset`.
     columns: DMatrix<f64>,
+    /// The velocities that test the border rows; none if those of `columns`.
+    tests: Option<DMatrix<f64>>,
     offset: DVector<f64>,
     surface_rows: Vec<usize>,
     link_loads: Option<LinkLoads>,
     first_multiplier: Option<usize>,
     /// What forces are computed from: the unreduced border.
     surfaces: RigidFluid,
+}
+
+/// A solution split by what its unknowns are.
+struct Parts<'s> {
+    /// Velocities of the free nodes.
+    free: &'s [f64],
+    border: DVector<f64>,
+    pressure: &'s [f64],
 }
 
 /// Velocities, forces and pressure of one instant.
@@ -218,11 +228,59 @@ impl Constrained {
             transfer,
             vertex_stiffness,
             columns,
+            tests: rows,
             offset,
             surface_rows,
             link_loads,
             first_multiplier,
             surfaces: fluid,
+        })
+    }
+
+    /// The right-hand side for generalised loads alone, with all links held at their lengths.
+    ///
+    /// Its solution is the flow that answers for a velocity: in a symmetric system the error of the velocity conjugate to
+    /// `loads` is the solution times the residual.
+    ///
+    /// # Errors
+    /// Loads of the wrong length.
+    pub fn right_of_loads(&self, loads: &DVector<f64>) -> Result<Vec<f64>, RigidError> {
+        let tests = self.tests.as_ref().unwrap_or(&self.columns);
+        check_length("generalised loads", loads.len(), tests.nrows())?;
+        let mut right = vec![0.0; self.right.len()];
+        right[self.system.border_range()].copy_from_slice(tests.tr_mul(loads).as_slice());
+        Ok(right)
+    }
+
+    /// Velocity at every node and pressure of a solution for [`Constrained::right_of_loads`].
+    ///
+    /// # Errors
+    /// A solution of the wrong length.
+    pub fn flow_of_loads(
+        &self,
+        solution: &[f64],
+    ) -> Result<(Vec<Vector3<f64>>, Vec<f64>), RigidError> {
+        let Parts {
+            free,
+            border,
+            pressure,
+        } = self.parts(solution)?;
+        let bodies = (&self.columns * border).select_rows(&self.surface_rows);
+        Ok((
+            self.surfaces.all_velocities(free, &bodies),
+            pressure.to_vec(),
+        ))
+    }
+
+    /// A solution split by what its unknowns are.
+    fn parts<'s>(&self, solution: &'s [f64]) -> Result<Parts<'s>, RigidError> {
+        check_length("entries of the solution", solution.len(), self.right.len())?;
+        let (free, rest) = solution.split_at(3 * self.surfaces.free_nodes.len());
+        let (border, pressure) = rest.split_at(self.columns.ncols());
+        Ok(Parts {
+            free,
+            border: DVector::from_column_slice(border),
+            pressure,
         })
     }
 
@@ -256,15 +314,17 @@ impl Constrained {
     /// # Errors
     /// A solution of the wrong length.
     pub fn flow(&self, solution: &[f64], set: &Articulation) -> Result<Flow, RigidError> {
-        check_length("entries of the solution", solution.len(), self.right.len())?;
-        let (free, rest) = solution.split_at(3 * self.surfaces.free_nodes.len());
-        let (border, pressure) = rest.split_at(self.columns.ncols());
-        let generalised = &self.columns * DVector::from_column_slice(border) + &self.offset;
+        let Parts {
+            free,
+            border,
+            pressure,
+        } = self.parts(solution)?;
+        let generalised = &self.columns * &border + &self.offset;
         let bodies = generalised.select_rows(&self.surface_rows);
         let forces = self.surfaces.forces(free, &bodies, pressure);
         let link_loads = match (&self.link_loads, self.first_multiplier) {
             (None, _) => DVector::zeros(0),
-            (Some(loads), Some(first)) => loads.of_multipliers(&border[first..]),
+            (Some(loads), Some(first)) => loads.of_multipliers(&border.as_slice()[first..]),
             (Some(loads), None) => loads.balancing(&forces)?,
         };
         Ok(Flow {

@@ -3,6 +3,7 @@
 use std::sync::LazyLock;
 
 use mesh::{TET_EDGES, TetMesh, Vec3};
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::FemError;
@@ -143,6 +144,34 @@ pub(super) fn rule() -> &'static [BubblePoint] {
             .collect()
     });
     &RULE
+}
+
+/// Integrals over the reference tetrahedron that affine cells need.
+pub(super) struct Integrals {
+    /// $\int l_m \hat\nabla\phi_k$.
+    pub moments: [[Vec3; 4]; PER_CELL],
+    /// $\int \hat\nabla\phi_k \otimes \hat\nabla\phi_k$.
+    pub squares: [Matrix3<f64>; PER_CELL],
+}
+
+/// The integrals, computed once.
+pub(super) fn integrals() -> &'static Integrals {
+    static INTEGRALS: LazyLock<Integrals> = LazyLock::new(|| {
+        let mut sums = Integrals {
+            moments: [[Vec3::zeros(); 4]; PER_CELL],
+            squares: [Matrix3::zeros(); PER_CELL],
+        };
+        for BubblePoint { at, gradients } in rule() {
+            for (k, g) in gradients.iter().enumerate() {
+                sums.squares[k] += at.weight * g * g.transpose();
+                for m in 0..4 {
+                    sums.moments[k][m] += at.weight * at.barycentric[m] * g;
+                }
+            }
+        }
+        sums
+    });
+    &INTEGRALS
 }
 
 fn gradients(l: [f64; 4]) -> [Vec3; PER_CELL] {
