@@ -31,6 +31,16 @@ pub struct Hardship {
     pub quick: bool,
 }
 
+impl Hardship {
+    /// Larger elements, for the part that the tests run.
+    pub fn coarsen(&mut self, size: f64) {
+        self.setup.size = size;
+        if let Truth::Similar(setup, _) = &mut self.truth {
+            setup.size = size;
+        }
+    }
+}
+
 /// Micrometres for metres, nearly: by a power of two everything is rounded alike and the mesh is the same. By 1e-6 the mesh is
 /// another one, and velocities differ by the error of so coarse a mesh.
 const MICRO: f64 = 1.0 / 1_048_576.0;
@@ -117,9 +127,9 @@ pub fn all() -> Vec<Hardship> {
         ..plain.clone()
     };
     vec![
-        hardship("bent chain of three", plain.clone(), true),
+        hardship("bent chain of three", plain.clone(), false),
         similar("viscosity 1e-9", viscosity(1e-9), 1.0, true),
-        similar("viscosity 1e9", viscosity(1e9), 1.0, true),
+        similar("viscosity 1e9", viscosity(1e9), 1.0, false),
         similar(
             "lengths times 2^-20",
             plain.clone().scaled(MICRO),
@@ -224,7 +234,7 @@ pub fn all() -> Vec<Hardship> {
             },
             false,
         ),
-        hardship("gap of 0.5 radii", pair(0.5), true),
+        hardship("gap of 0.5 radii", pair(0.5), false),
         hardship("gap of 0.1 radii", pair(0.1), false),
         refused("spheres in contact", pair(-0.05), "overlap"),
         hardship(

@@ -51,16 +51,16 @@ pub fn run(task: &Task) -> Result<Outcome> {
     let output = Command::new(program)
         .arg("table1-cell")
         .args(task.overrides())
+        // A backtrace would bury the message.
+        .env_remove("RUST_BACKTRACE")
         .output()
         .context("could not start a process for a cell of the table")?;
     if !output.status.success() {
         let text = String::from_utf8_lossy(&output.stderr);
-        let last = text.lines().last().unwrap_or("").trim();
-        return Ok(Outcome::Failed(if last.is_empty() {
-            output.status.to_string()
-        } else {
-            last.to_owned()
-        }));
+        let message = text.lines().find_map(|line| line.strip_prefix("Error: "));
+        return Ok(Outcome::Failed(
+            message.map_or_else(|| output.status.to_string(), str::to_owned),
+        ));
     }
     let text = String::from_utf8_lossy(&output.stdout);
     let json: Value = serde_json::from_str(&text).context("a cell printed no JSON")?;
