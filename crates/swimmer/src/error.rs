@@ -117,6 +117,24 @@ pub enum SwimError {
     /// A model that cannot be used for the scene, or that failed.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// A checkpoint that cannot be gone on from.
+    #[error("{} {problem}; run without --resume to start anew", path.display())]
+    Checkpoint {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// Somebody asked the run to end.
+    #[error(
+        "interrupted after {phases} of {all} phases; the same command with --resume goes on from there"
+    )]
+    Interrupted {
+        /// Phases that are done.
+        phases: usize,
+        /// All phases.
+        all: usize,
+    },
     /// A command that does not fit the scene.
     #[error("{place}: {problem}")]
     NotApplicable {
@@ -131,11 +149,13 @@ pub enum SwimError {
 }
 
 impl SwimError {
-    /// The exit code of the `swim` command: 2 for bad input, 3 for a method that failed.
+    /// The exit code of the `swim` command: 2 for bad input, 3 for a method that failed, 130 when interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Model(error) if !error.is_bad_input() => 3,
             Self::Collision { .. } | Self::NotIntegrated { .. } | Self::Picture(_) => 3,
+            // What shells answer for a program that Ctrl-C ended.
+            Self::Interrupted { .. } => 130,
             _ => 2,
         }
     }

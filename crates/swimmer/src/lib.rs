@@ -36,6 +36,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod checkpoint;
 mod error;
 mod gait;
 mod integrate;
@@ -44,11 +45,12 @@ pub mod output;
 pub mod scene;
 mod simulate;
 
+pub use checkpoint::Checkpoint;
 pub use error::SwimError;
 pub use gait::{Leg, legs};
 pub use integrate::{Integrator, LegResult, Method, PathPiece, Solved};
 pub use output::Folder;
 pub use scene::{Gait, Phase, Scene};
 pub use simulate::{
-    LegOutcome, Observer, Outcome, Sample, simulate, solve_start, start_resistance,
+    Interim, LegOutcome, Observer, Outcome, Sample, go_on, simulate, solve_start, start_resistance,
 };

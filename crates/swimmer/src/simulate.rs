@@ -1,7 +1,8 @@
 //! A whole gait from start to end.
 
 use nalgebra::{DMatrix, Isometry3, Vector3};
-use rigid::State;
+use rigid::{Articulation, State};
+use serde::{Deserialize, Serialize};
 
 use crate::SwimError;
 use crate::gait::{Leg, legs};
@@ -25,7 +26,7 @@ pub trait Observer {
         Ok(())
     }
 
-    /// Sees every leg when it is done, and everything up to it.
+    /// Sees every leg when it is done, everything up to it, and the model in whose hands the next leg is.
     ///
     /// # Errors
     /// Any error ends the simulation.
@@ -34,8 +35,9 @@ pub trait Observer {
         leg: &Leg,
         result: &LegResult,
         so_far: &Outcome,
+        model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        let _ = (leg, result, so_far);
+        let _ = (leg, result, so_far, model);
         Ok(())
     }
 }
@@ -43,8 +45,17 @@ pub trait Observer {
 /// An observer that does nothing.
 impl Observer for () {}
 
-/// What a gait did to the bodies, in the scene's units.
+/// A run between two legs.
 #[derive(Clone, Debug)]
+pub struct Interim {
+    /// Where the bodies are.
+    pub state: State,
+    /// What the legs so far did.
+    pub outcome: Outcome,
+}
+
+/// What a gait did to the bodies, in the scene's units.
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Outcome {
     /// Displacement of every body, points included.
     pub displacement: Vec<Vector3<f64>>,
@@ -78,7 +89,7 @@ impl Outcome {
 }
 
 /// What one leg did.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct LegOutcome {
     /// The link that changed its length, if any.
     pub link: Option<usize>,
@@ -91,7 +102,7 @@ pub struct LegOutcome {
 }
 
 /// One point of the trajectory.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Sample {
     /// Time.
     pub time: f64,
@@ -108,6 +119,38 @@ pub struct Sample {
 /// Points of the curve within each piece of a leg: enough for a picture to look smooth.
 const CURVE_POINTS: usize = 12;
 
+impl Interim {
+    /// The start of a scene, nothing done.
+    ///
+    /// # Errors
+    /// Lengths that do not close a loop.
+    pub fn start(scene: &Scene) -> Result<Self, SwimError> {
+        let set = &scene.articulation;
+        let state = scene.initial_state();
+        let lengths = set.initial_lengths();
+        let origin = places(set, &state, lengths)?;
+        let outcome = Outcome {
+            displacement: vec![Vector3::zeros(); origin.len()],
+            rotation: Vector3::zeros(),
+            legs: Vec::new(),
+            solves: 0,
+            error_estimate: ErrorEstimate::default(),
+            tolerance_met: true,
+            work: 0.0,
+            seconds: Seconds::default(),
+            samples: vec![Sample {
+                time: 0.0,
+                leg: 0,
+                lengths: lengths.to_vec(),
+                poses: set.place(&state, lengths)?,
+                bodies: None,
+            }],
+            curve: vec![(0.0, origin)],
+        };
+        Ok(Self { state, outcome })
+    }
+}
+
 /// Moves the bodies of a scene through all cycles of its gait.
 ///
 /// # Errors
@@ -118,40 +161,43 @@ pub fn simulate(
     method: Method,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, SwimError> {
+    go_on(scene, model, method, observer, Interim::start(scene)?)
+}
+
+fn places(
+    set: &Articulation,
+    state: &State,
+    lengths: &[f64],
+) -> Result<Vec<Vector3<f64>>, SwimError> {
+    Ok(set
+        .place(state, lengths)?
+        .iter()
+        .map(|pose| pose.translation.vector)
+        .collect())
+}
+
+/// Moves the bodies through the legs that an earlier run left, to the same end bit for bit if the model has its history back.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn go_on(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+    method: Method,
+    observer: &mut dyn Observer,
+    Interim {
+        mut state,
+        mut outcome,
+    }: Interim,
+) -> Result<Outcome, SwimError> {
     scene.require_gait()?;
     let set = &scene.articulation;
     let start = scene.initial_state();
     let initial_lengths = set.initial_lengths();
-    let places = |state: &State, lengths: &[f64]| -> Result<Vec<Vector3<f64>>, SwimError> {
-        Ok(set
-            .place(state, lengths)?
-            .iter()
-            .map(|pose| pose.translation.vector)
-            .collect())
-    };
-    let origin = places(&start, initial_lengths)?;
-    let mut outcome = Outcome {
-        displacement: vec![Vector3::zeros(); origin.len()],
-        rotation: Vector3::zeros(),
-        legs: Vec::new(),
-        solves: 0,
-        error_estimate: ErrorEstimate::default(),
-        tolerance_met: true,
-        work: 0.0,
-        seconds: Seconds::default(),
-        samples: vec![Sample {
-            time: 0.0,
-            leg: 0,
-            lengths: initial_lengths.to_vec(),
-            poses: set.place(&start, initial_lengths)?,
-            bodies: None,
-        }],
-        curve: vec![(0.0, origin.clone())],
-    };
+    let origin = places(set, &start, initial_lengths)?;
     let mut integrator = Integrator::new(scene, model, method);
-    let mut state = start.clone();
-    let mut before = origin.clone();
-    for leg in legs(&scene.gait, initial_lengths) {
+    for leg in legs(&scene.gait, initial_lengths).skip(outcome.legs.len()) {
+        let before = places(set, &state, &leg.from)?;
         let first = outcome.solves;
         let result = integrator.leg(&leg, &state, &mut |solved, model| {
             observer.solved(
@@ -178,11 +224,11 @@ pub fn simulate(
             let s = k as f64 / parts as f64;
             outcome.curve.push((
                 leg.time(s),
-                places(&result.state(set, s)?, &leg.lengths(s))?,
+                places(set, &result.state(set, s)?, &leg.lengths(s))?,
             ));
         }
         state = result.end.clone();
-        let after = places(&state, &leg.to)?;
+        let after = places(set, &state, &leg.to)?;
         outcome.samples.push(Sample {
             time: leg.time(1.0),
             leg: leg.number,
@@ -206,8 +252,7 @@ pub fn simulate(
         outcome.tolerance_met &= result.tolerance_met;
         outcome.work += result.work;
         outcome.seconds += result.seconds;
-        before = after;
-        observer.leg_done(&leg, &result, &outcome)?;
+        observer.leg_done(&leg, &result, &outcome, integrator.model())?;
     }
     let bar = outcome.error_estimate.integration.unwrap_or(0.0);
     outcome.tolerance_met &= bar <= scene.model.tolerance * outcome.net();

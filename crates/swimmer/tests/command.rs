@@ -25,10 +25,7 @@ fn bad_input_is_one_line_and_exit_code_2() {
         (&["check", "no-such.toml"][..], "cannot read no-such.toml"),
         (&["check", &file], "unknown key"),
         (&["run", SPHERE], "no [[gait.phases]] to run"),
-        (
-            &["run", SWIMMER, "--resume"],
-            "no checkpoint to resume from",
-        ),
+        (&["run", SWIMMER, "--resume"], "checkpoint.json"),
         (
             &["run", SWIMMER, "--out", "Cargo.toml/out"],
             "cannot write Cargo.toml/out",

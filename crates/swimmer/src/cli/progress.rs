@@ -51,6 +51,14 @@ impl Progress {
         }
     }
 
+    /// Counts the phases that an earlier run has done.
+    pub fn resumed(&self, done: usize) {
+        match &self.bar {
+            Some(bar) => bar.set_position(done as u64),
+            None => super::say(&format!("going on after {done} of {} phases", self.legs)),
+        }
+    }
+
     pub fn leg_done(&self, leg: &Leg, result: &LegResult) {
         match &self.bar {
             Some(bar) => bar.inc(1),

@@ -3,12 +3,16 @@
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use signal_hook::consts::{SIGINT, SIGTERM};
 use swimmer::model::{Choice, Hydrodynamics, choose};
 use swimmer::output::{FlowSeries, summary_json, trajectory_csv, trajectory_svg};
 use swimmer::{
-    Folder, Leg, LegResult, Method, Observer, Outcome, Scene, Solved, SwimError, simulate,
+    Checkpoint, Folder, Interim, Leg, LegResult, Method, Observer, Outcome, Scene, Solved,
+    SwimError, go_on,
 };
 
 use super::progress::Progress;
@@ -22,22 +26,36 @@ pub fn run(
     let started = Instant::now();
     let scene = arguments.read()?;
     let out = out.unwrap_or_else(|| PathBuf::from("out").join(&scene.name));
-    if resume {
-        return Err(SwimError::NotApplicable {
-            place: out.display().to_string(),
-            problem: "there is no checkpoint to resume from: runs do not write any yet; run without --resume".to_owned(),
-        });
-    }
     scene.require_gait()?;
     let Choice { mut model, reasons } = choose(&scene)?;
+    let checkpoint = resume.then(|| Checkpoint::read(&out)).transpose()?;
     let folder = Folder::create(&out)?;
     let mut files = Files {
         scene: &scene,
         flows: FlowSeries::new(&folder),
         folder,
         progress: Progress::new(&scene),
+        legs: scene.gait.phases.len() * scene.gait.cycles as usize,
+        done: 0,
+        interrupted: watch_signals()?,
     };
-    let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut files);
+    let method = Method::Collocation;
+    let interim = match checkpoint {
+        None => {
+            let Interim { state, outcome } = Interim::start(&scene)?;
+            // Replaces an older run's, which must not outlive its files.
+            Checkpoint::new(&scene, &state, &outcome, model.as_ref(), &[]).write(&files.folder)?;
+            Interim { state, outcome }
+        }
+        Some(checkpoint) => {
+            let (interim, flows) = checkpoint.restore(&scene, model.as_mut(), &out)?;
+            files.flows = FlowSeries::resumed(&files.folder, &flows);
+            files.done = interim.outcome.legs.len();
+            files.progress.resumed(files.done);
+            interim
+        }
+    };
+    let outcome = go_on(&scene, model.as_mut(), method, &mut files, interim);
     files.progress.finish();
     let outcome = outcome?;
     let seconds = started.elapsed().as_secs_f64();
@@ -54,12 +72,33 @@ pub fn run(
     ))
 }
 
+/// A flag that the first Ctrl-C or termination raises; the second one ends the program at once.
+fn watch_signals() -> Result<Arc<AtomicBool>, SwimError> {
+    let raised = Arc::new(AtomicBool::new(false));
+    let register = || -> std::io::Result<()> {
+        for signal in [SIGINT, SIGTERM] {
+            // In this order: the shutdown looks at the flag before it is raised.
+            signal_hook::flag::register_conditional_shutdown(signal, 130, raised.clone())?;
+            signal_hook::flag::register(signal, raised.clone())?;
+        }
+        Ok(())
+    };
+    register().map_err(|error| SwimError::NotApplicable {
+        place: "signals".to_owned(),
+        problem: format!("cannot be watched: {error}"),
+    })?;
+    Ok(raised)
+}
+
 /// Writes the files of a run as it goes on, so that a run that ends early leaves everything up to there.
 struct Files<'a> {
     scene: &'a Scene,
     folder: Folder,
     flows: FlowSeries,
     progress: Progress,
+    legs: usize,
+    done: usize,
+    interrupted: Arc<AtomicBool>,
 }
 
 impl Observer for Files<'_> {
@@ -69,6 +108,12 @@ impl Observer for Files<'_> {
         solved: &Solved,
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
+        if self.interrupted.load(Ordering::Relaxed) {
+            return Err(SwimError::Interrupted {
+                phases: self.done,
+                all: self.legs,
+            });
+        }
         self.progress
             .solved(leg, solved.number, solved.instant.solver.iterations);
         match model.flow() {
@@ -82,6 +127,7 @@ impl Observer for Files<'_> {
         leg: &Leg,
         result: &LegResult,
         so_far: &Outcome,
+        model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         self.flows
             .finish_leg(leg, result, so_far.solves - result.solves)?;
@@ -91,6 +137,10 @@ impl Observer for Files<'_> {
         let svg = trajectory_svg(self.scene, so_far)?;
         self.folder
             .write("trajectory.svg", |file| file.write_all(svg.as_bytes()))?;
+        // The checkpoint last: whatever it promises is on disk.
+        let flows = self.flows.files();
+        Checkpoint::new(self.scene, &result.end, so_far, model, flows).write(&self.folder)?;
+        self.done = so_far.legs.len();
         self.progress.leg_done(leg, result);
         Ok(())
     }

@@ -53,6 +53,11 @@ impl<'a> Integrator<'a> {
         }
     }
 
+    /// The model that is asked.
+    pub fn model(&self) -> &dyn Hydrodynamics {
+        self.model
+    }
+
     /// Moves the bodies from `start` along a leg; `observe` sees every solve together with the model that made it.
     ///
     /// # Errors

@@ -8,9 +8,9 @@ mod error;
 pub mod fem;
 
 use mesh::TetMesh;
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Isometry3, Vector3};
 use rigid::{State, StateVelocity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use choice::{Choice, choose};
 pub use error::ModelError;
@@ -52,6 +52,22 @@ pub trait Hydrodynamics {
             what: format!("the grand resistance by the model '{}'", self.name()),
             instead: "use model.kind = \"fem\"".to_owned(),
         })
+    }
+
+    /// What later answers depend on besides the placement, for a checkpoint; nobody but the model knows its meaning.
+    ///
+    /// Asked for between legs, see [`Hydrodynamics::restore`].
+    fn history(&self) -> Vec<Isometry3<f64>> {
+        Vec::new()
+    }
+
+    /// Takes up a history, so that every answer from here on is bitwise that of the model it came from.
+    ///
+    /// # Errors
+    /// A history that cannot be taken up.
+    fn restore(&mut self, history: &[Isometry3<f64>]) -> Result<(), ModelError> {
+        let _ = history;
+        Ok(())
     }
 
     /// What one instant would cost, found without solving.
@@ -128,7 +144,7 @@ impl Instant {
 }
 
 /// Motion and load of one body.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct BodyInstant {
     /// Velocity of its centre.
     pub velocity: Vector3<f64>,
@@ -165,7 +181,7 @@ pub struct SolverInfo {
 }
 
 /// Wall-clock seconds of the parts of one instant, or of many added up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Seconds {
     /// Making or moving the mesh.
     pub mesh: f64,
@@ -190,7 +206,7 @@ impl std::ops::AddAssign for Seconds {
 }
 
 /// Error bars by source, in the units of what they belong to; a source that nobody estimated is absent.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct ErrorEstimate {
     /// Discretisation of the flow.
     pub mesh: Option<f64>,

@@ -26,6 +26,20 @@ impl FlowSeries {
         }
     }
 
+    /// Goes on with a collection, as [`FlowSeries::files`] gave it.
+    pub fn resumed(folder: &Folder, files: &[(f64, String)]) -> Self {
+        let mut series = Self::new(folder);
+        for (time, name) in files {
+            series.kept.push(*time, name.clone());
+        }
+        series
+    }
+
+    /// Times and names of the files that belong to the trajectory.
+    pub fn files(&self) -> &[(f64, String)] {
+        self.kept.frames()
+    }
+
     /// Writes the flow of a solve: velocity at all nodes, pressure at vertices (midside nodes get the mean of their edge).
     ///
     /// # Errors

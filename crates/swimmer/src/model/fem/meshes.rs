@@ -67,6 +67,8 @@ struct Current {
     map: ReferenceMap,
     space: TaylorHood,
     centres: Vec<Vector3<f64>>,
+    /// Poses of all bodies of the scene in the reference; none for the mesh of a file.
+    poses: Vec<Isometry3<f64>>,
 }
 
 /// Meshes for the shapes of one scene, in units of the flow.
@@ -190,7 +192,7 @@ impl Meshes {
     pub fn at(&mut self, poses: &[Isometry3<f64>]) -> Result<ShapeMesh, ModelError> {
         if let (None, Source::File { mesh, .. }) = (&self.current, &self.source) {
             let centres = self.surfaced.iter().map(|s| s.position).collect();
-            self.current = Some(self.reference(mesh.clone(), centres)?);
+            self.current = Some(self.reference(mesh.clone(), centres, &[])?);
         }
         if let Some(mesh) = self.moved(poses)? {
             return Ok(ShapeMesh {
@@ -220,11 +222,40 @@ impl Meshes {
             .map(|s| poses[s.body].translation.vector)
             .collect();
         let mesh = self.generate(&centres)?;
-        self.current = Some(self.reference(mesh, centres)?);
+        self.current = Some(self.reference(mesh, centres, poses)?);
         Ok(())
     }
 
-    fn reference(&self, mesh: TetMesh, centres: Vec<Vector3<f64>>) -> Result<Current, ModelError> {
+    /// The poses that the reference was made for, from which [`Meshes::restore`] makes the same one.
+    pub fn reference_poses(&self) -> Vec<Isometry3<f64>> {
+        self.current
+            .as_ref()
+            .map_or_else(Vec::new, |current| current.poses.clone())
+    }
+
+    /// Makes the reference of an earlier run again, bit for bit.
+    ///
+    /// # Errors
+    /// Poses of another number of bodies, or such as cannot be meshed.
+    pub fn restore(&mut self, poses: &[Isometry3<f64>]) -> Result<(), ModelError> {
+        match poses.len() {
+            0 => Ok(()),
+            bodies if bodies == self.tags.len() => self.remesh(poses),
+            found => Err(rigid::RigidError::Length {
+                what: "poses of the reference mesh",
+                expected: self.tags.len(),
+                found,
+            }
+            .into()),
+        }
+    }
+
+    fn reference(
+        &self,
+        mesh: TetMesh,
+        centres: Vec<Vector3<f64>>,
+        poses: &[Isometry3<f64>],
+    ) -> Result<Current, ModelError> {
         let space = TaylorHood::new(&mesh)?;
         let moving: Vec<MovingBody> = self
             .tags()
@@ -240,6 +271,7 @@ impl Meshes {
             map,
             space,
             centres,
+            poses: poses.to_vec(),
         })
     }
 

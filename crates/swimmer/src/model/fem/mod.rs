@@ -7,7 +7,7 @@ mod solve;
 use std::time::Instant as Clock;
 
 use mesh::TetMesh;
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Isometry3, Vector3};
 use rigid::{Articulation, Constrained, Constraints, Drive, Formulation, Load};
 
 pub use self::meshes::growth;
@@ -192,6 +192,14 @@ impl Hydrodynamics for FemModel {
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let grand = solve::resistance(space, &mesh, &boundary, self.options.rtol)?;
         Ok(self.scale.resistance_back(grand.resistance))
+    }
+
+    fn history(&self) -> Vec<Isometry3<f64>> {
+        self.meshes.reference_poses()
+    }
+
+    fn restore(&mut self, history: &[Isometry3<f64>]) -> Result<(), ModelError> {
+        self.meshes.restore(history)
     }
 
     fn cost(&mut self, placement: &Placement<'_>) -> Result<Cost, ModelError> {
