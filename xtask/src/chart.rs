@@ -29,6 +29,8 @@ pub enum Style {
     Points,
     /// A thin line without points: slopes and bounds.
     Guide,
+    /// A broad pale line under the others.
+    Front,
 }
 
 /// Points with a name.
@@ -93,17 +95,24 @@ impl LogLog {
             .bold_line_style(FAINT)
             .light_line_style(WHITE)
             .draw()?;
-        for (number, series) in self.series.iter().enumerate() {
-            let colour = COLOURS[number % COLOURS.len()];
+        // Fronts first, so that they lie under everything.
+        let mut order: Vec<(usize, &Series)> = self.series.iter().enumerate().collect();
+        order.sort_by_key(|(_, series)| series.style != Style::Front);
+        for (number, series) in order {
             let points: Vec<(f64, f64)> = series.points.iter().copied().filter(shown).collect();
-            let width = if series.style == Style::Guide { 1 } else { 2 };
+            let (colour, width) = match series.style {
+                Style::Guide => (INK, 1),
+                Style::Front => (RGBColor(205, 205, 205), 7),
+                Style::Curve | Style::Points => (COLOURS[number % COLOURS.len()], 2),
+            };
             if series.style != Style::Points {
                 chart.draw_series(LineSeries::new(
                     points.iter().copied(),
                     colour.stroke_width(width),
                 ))?;
             }
-            let marks = if series.style == Style::Guide { 0 } else { 4 };
+            let is_line = matches!(series.style, Style::Guide | Style::Front);
+            let marks = if is_line { 0 } else { 4 };
             chart
                 .draw_series(
                     points
@@ -125,6 +134,23 @@ impl LogLog {
         root.present()?;
         Ok(())
     }
+}
+
+/// The points of which no other is both cheaper and better, by rising cost.
+pub fn pareto_front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut sorted: Vec<(f64, f64)> = points
+        .iter()
+        .copied()
+        .filter(|&(cost, error)| cost > 0.0 && error > 0.0)
+        .collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut front: Vec<(f64, f64)> = Vec::new();
+    for point in sorted {
+        if front.last().is_none_or(|last| point.1 < last.1) {
+            front.push(point);
+        }
+    }
+    front
 }
 
 /// Whole decades around the values, so that axes begin and end with a label.
@@ -168,6 +194,21 @@ mod tests {
         let svg = chart.svg().unwrap();
         assert_eq!(svg.matches("<circle").count(), 2);
         assert!(svg.contains("ours"));
+    }
+
+    #[test]
+    fn the_front_keeps_what_nothing_beats() {
+        let points = [
+            (1.0, 1e-2),
+            (2.0, 1e-1),
+            (3.0, 1e-3),
+            (0.0, 1e-9),
+            (2.0, 5e-3),
+        ];
+        assert_eq!(
+            pareto_front(&points),
+            [(1.0, 1e-2), (2.0, 5e-3), (3.0, 1e-3)]
+        );
     }
 
     #[test]

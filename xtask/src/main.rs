@@ -1,6 +1,7 @@
 //! Project tasks: `cargo xtask ci`, `cargo xtask validate`, `cargo xtask table1`.
 #![forbid(unsafe_code)]
 
+mod accuracy;
 mod chart;
 mod ci;
 mod licences;
@@ -35,6 +36,15 @@ enum Task {
         /// Folder for `validation.md` and `validation.csv`.
         #[arg(long, default_value = "validation")]
         out: PathBuf,
+    },
+    /// Speed against accuracy: drag, swimming speed and net displacement computed in every way there is.
+    Accuracy {
+        /// Two mesh sizes: a minute on two cores.
+        #[arg(long)]
+        quick: bool,
+        /// Folder for `accuracy.md`, `accuracy.csv` and the charts [default: docs, or accuracy for --quick].
+        #[arg(long)]
+        out: Option<PathBuf>,
     },
     /// The stability map: formulations x solvers x hardships, each right or refused with a reason.
     Stability {
@@ -79,6 +89,10 @@ fn main() -> Result<()> {
                 validate::Effort::Full
             };
             validate::run(effort, &out)
+        }
+        Task::Accuracy { quick, out } => {
+            let usual = if quick { "accuracy" } else { DOCS };
+            accuracy::run(quick, &out.unwrap_or_else(|| usual.into())).map(drop)
         }
         Task::Stability { quick, out } => {
             let usual = if quick { "stability" } else { DOCS };

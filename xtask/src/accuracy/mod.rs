@@ -1,0 +1,152 @@
+//! Speed against accuracy: one quantity at a time, every way to compute it, error over seconds and over unknowns.
+
+mod quantities;
+
+use std::fmt::Write;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use crate::chart::{LogLog, Series, Style, pareto_front};
+use crate::machine;
+
+/// One computed value.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// Which curve it is on.
+    pub method: String,
+    /// What was chosen on that curve: an element size, an order, a tolerance.
+    pub choice: String,
+    /// Unknowns of the largest system; zero for models without a mesh.
+    pub dofs: usize,
+    /// Wall-clock seconds of everything, from the scene to the value.
+    pub seconds: f64,
+    /// Relative error against the exact value.
+    pub error: f64,
+    /// The error bar that came with the value, relative to it, where there was one.
+    pub claimed: Option<f64>,
+}
+
+/// A quantity with all its points.
+#[derive(Clone, Debug)]
+pub struct Quantity {
+    /// Name in file names.
+    pub key: &'static str,
+    /// What it is, with its exact value.
+    pub title: String,
+    pub points: Vec<Point>,
+}
+
+/// Computes all quantities and writes `accuracy.md`, `accuracy.csv` and two charts a quantity into a folder.
+pub fn run(quick: bool, out: &Path) -> Result<Vec<Quantity>> {
+    let quantities = quantities::all(quick)?;
+    std::fs::create_dir_all(out)
+        .with_context(|| format!("could not make the folder {}", out.display()))?;
+    let write = |name: &str, content: &str| {
+        let path = out.join(name);
+        std::fs::write(&path, content).with_context(|| {
+            format!(
+                "could not write {}; choose another folder with --out",
+                path.display()
+            )
+        })
+    };
+    let text = markdown(&quantities)?;
+    println!("{text}");
+    write("accuracy.md", &text)?;
+    write("accuracy.csv", &csv(&quantities)?)?;
+    for quantity in &quantities {
+        write(
+            &format!("accuracy-{}.svg", quantity.key),
+            &quantity.chart("seconds", |p| p.seconds).svg()?,
+        )?;
+        // Models without a mesh have no unknowns to speak of.
+        write(
+            &format!("accuracy-{}-unknowns.svg", quantity.key),
+            &quantity.chart("unknowns", |p| p.dofs as f64).svg()?,
+        )?;
+    }
+    Ok(quantities)
+}
+
+impl Quantity {
+    /// Error over a cost, a curve a method, with the Pareto front.
+    pub fn chart(&self, cost_name: &str, cost: impl Fn(&Point) -> f64) -> LogLog {
+        let mut methods: Vec<&str> = Vec::new();
+        for point in &self.points {
+            if !methods.contains(&point.method.as_str()) {
+                methods.push(&point.method);
+            }
+        }
+        let mut series: Vec<Series> = methods
+            .into_iter()
+            .map(|method| Series {
+                name: method.to_owned(),
+                points: self
+                    .points
+                    .iter()
+                    .filter(|p| p.method == method)
+                    .map(|p| (cost(p), p.error))
+                    .collect(),
+                style: Style::Curve,
+            })
+            .collect();
+        let all: Vec<(f64, f64)> = self.points.iter().map(|p| (cost(p), p.error)).collect();
+        series.push(Series {
+            name: "Pareto front: nothing here is both cheaper and better".into(),
+            points: pareto_front(&all),
+            style: Style::Front,
+        });
+        LogLog {
+            title: self.title.clone(),
+            x: cost_name.into(),
+            y: "relative error".into(),
+            series,
+        }
+    }
+}
+
+fn markdown(quantities: &[Quantity]) -> Result<String> {
+    let mut text = format!(
+        "# Speed against accuracy\n\n{}, {}. Made by `cargo xtask accuracy`. Seconds are wall-clock and hold everything, meshes included; errors are \
+         against exact values; the bar is what the program itself said of its error.\n",
+        machine::today(),
+        machine::processor()
+    );
+    for quantity in quantities {
+        write!(
+            text,
+            "\n## {}\n\n![error against seconds](accuracy-{}.svg)\n\n| method | choice | unknowns | seconds | error | bar |\n|:--|:--|--:|--:|--:|--:|\n",
+            quantity.title, quantity.key
+        )?;
+        for p in &quantity.points {
+            let bar = p.claimed.map_or("-".into(), |bar| format!("{bar:.1e}"));
+            writeln!(
+                text,
+                "| {} | {} | {} | {:.3} | {:.1e} | {bar} |",
+                p.method, p.choice, p.dofs, p.seconds, p.error
+            )?;
+        }
+    }
+    Ok(text)
+}
+
+fn csv(quantities: &[Quantity]) -> Result<String> {
+    let mut text = String::from("quantity,method,choice,unknowns,seconds,error,claimed\n");
+    for quantity in quantities {
+        for p in &quantity.points {
+            let claimed = p.claimed.map_or(String::new(), |bar| format!("{bar:e}"));
+            writeln!(
+                text,
+                "{},{},{},{},{:.5},{:e},{claimed}",
+                quantity.key,
+                p.method.replace(',', ";"),
+                p.choice.replace(',', ";"),
+                p.dofs,
+                p.seconds,
+                p.error
+            )?;
+        }
+    }
+    Ok(text)
+}

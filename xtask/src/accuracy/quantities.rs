@@ -1,0 +1,263 @@
+//! What is computed, in which ways.
+
+use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
+use std::time::Instant as Clock;
+
+use anyhow::{Context, Result};
+use swimmer::model::{Instant, choose};
+use swimmer::{Method, Observer, Scene, simulate, solve_start};
+
+use super::{Point, Quantity};
+use crate::validate::reference::{INSTANTANEOUS, STROKES, concentric_drag};
+
+/// Exact net displacement of the default stroke in unbounded fluid, by spectral solution.
+const UNBOUNDED_NET: f64 = 0.159_805_340_4;
+
+/// Explicit Euler with the paper's time step, a tenth of a phase.
+const PAPER_STEPS: usize = 10;
+
+/// Element sizes on the spheres.
+fn sizes(quick: bool) -> &'static [f64] {
+    if quick {
+        &[0.8, 0.5]
+    } else {
+        &[0.8, 0.6, 0.5, 0.4, 0.3, 0.2, 0.15]
+    }
+}
+
+pub fn all(quick: bool) -> Result<Vec<Quantity>> {
+    Ok(vec![drag(quick)?, speed(quick)?, net(quick)?])
+}
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../scenes")
+        .join(name)
+}
+
+fn scene(name: &str, overrides: &[String]) -> Result<Scene> {
+    Scene::read(&file(name), overrides).with_context(|| format!("scene {name}"))
+}
+
+/// Solves the start of a scene and measures a value of it.
+fn instant(
+    scene: &Scene,
+    [method, choice]: [&str; 2],
+    exact: f64,
+    value: impl Fn(&Instant) -> f64,
+) -> Result<Point> {
+    let clock = Clock::now();
+    let mut model = choose(scene)?.model;
+    let solved = solve_start(scene, model.as_mut())?;
+    Ok(Point {
+        method: method.to_owned(),
+        choice: choice.to_owned(),
+        dofs: solved.dofs.total,
+        seconds: clock.elapsed().as_secs_f64(),
+        error: (value(&solved) / exact - 1.0).abs(),
+        claimed: None,
+    })
+}
+
+fn drag(quick: bool) -> Result<Quantity> {
+    // A pulled sphere in a ball of ten radii: force over velocity.
+    let exact = concentric_drag(0.1) * 6.0 * PI;
+    let value = |solved: &Instant| solved.bodies[0].force.x / solved.bodies[0].velocity.x;
+    let base = |more: &[String]| -> Result<Scene> {
+        let mut overrides = vec!["domain.radius=10".to_owned()];
+        overrides.extend_from_slice(more);
+        scene("sphere-in-ball.toml", &overrides)
+    };
+    let mut points = Vec::new();
+    for geometry in ["curved", "straight"] {
+        for &size in sizes(quick) {
+            let scene = base(&[
+                format!("fem.surface_size={size}"),
+                format!("fem.geometry={geometry}"),
+            ])?;
+            let names = [
+                &format!("finite elements, {geometry}"),
+                &format!("size {size}"),
+            ];
+            points.push(instant(&scene, names.map(String::as_str), exact, value)?);
+        }
+    }
+    Ok(Quantity {
+        key: "drag",
+        title: format!("drag of a sphere in a ball of ten radii, exactly {exact:.6}"),
+        points,
+    })
+}
+
+fn speed(quick: bool) -> Result<Quantity> {
+    let case = &INSTANTANEOUS[0];
+    let value = |solved: &Instant| solved.bodies[1].velocity.x;
+    let base = |more: &[String]| -> Result<Scene> {
+        // The first phase moves by four: at unit rate when it takes four.
+        let mut overrides = vec!["gait.phases.0.duration=4".to_owned()];
+        overrides.extend_from_slice(more);
+        scene("three-sphere.toml", &overrides)
+    };
+    let mut points = Vec::new();
+    for geometry in ["curved", "straight"] {
+        for &size in sizes(quick) {
+            let scene = base(&[
+                format!("fem.surface_size={size}"),
+                format!("fem.geometry={geometry}"),
+            ])?;
+            let names = [
+                &format!("finite elements, {geometry}"),
+                &format!("size {size}"),
+            ];
+            points.push(instant(
+                &scene,
+                names.map(String::as_str),
+                case.centre_velocity,
+                value,
+            )?);
+        }
+    }
+    for formulation in ["lagrange", "direct-row"] {
+        let scene = base(&[format!("fem.formulation={formulation}")])?;
+        let names = [&format!("curved, {formulation}")[..], "size 0.4"];
+        points.push(instant(&scene, names, case.centre_velocity, value)?);
+    }
+    for rtol in [1e-3, 1e-5] {
+        let scene = base(&[format!("fem.rtol={rtol:e}")])?;
+        let names = ["curved, looser solver", &format!("size 0.4, rtol {rtol:e}")];
+        points.push(instant(&scene, names, case.centre_velocity, value)?);
+    }
+    Ok(Quantity {
+        key: "speed",
+        title: format!(
+            "velocity of the three-sphere swimmer's centre in a ball of radius 40, exactly {:.9}",
+            case.centre_velocity
+        ),
+        points,
+    })
+}
+
+/// Counts the unknowns of a stroke.
+#[derive(Default)]
+struct Largest(usize);
+
+impl Observer for Largest {
+    fn solved(
+        &mut self,
+        _: &swimmer::Leg,
+        solved: &swimmer::Solved,
+        _: &dyn swimmer::model::Hydrodynamics,
+    ) -> std::result::Result<(), swimmer::SwimError> {
+        self.0 = self.0.max(solved.instant.dofs.total);
+        Ok(())
+    }
+}
+
+fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) -> Result<Point> {
+    let clock = Clock::now();
+    let mut model = choose(scene)?.model;
+    let mut largest = Largest::default();
+    let outcome = simulate(scene, model.as_mut(), method, &mut largest)?;
+    let net = outcome.displacement[1].x;
+    Ok(Point {
+        method: name.to_owned(),
+        choice: choice.to_owned(),
+        dofs: largest.0,
+        seconds: clock.elapsed().as_secs_f64(),
+        error: (net / exact - 1.0).abs(),
+        claimed: Some(outcome.error_estimate.total() / net.abs()),
+    })
+}
+
+fn net(quick: bool) -> Result<Quantity> {
+    let exact = STROKES[0].net;
+    let mut points = Vec::new();
+    let name = "three-sphere.toml";
+    for geometry in ["curved", "straight"] {
+        // Finer meshes take minutes a stroke.
+        for &size in sizes(quick).iter().filter(|&&size| size >= 0.2) {
+            let scene = scene(
+                name,
+                &[
+                    format!("fem.surface_size={size}"),
+                    format!("fem.geometry={geometry}"),
+                ],
+            )?;
+            let names = [
+                &format!("finite elements, {geometry}, Gauss collocation"),
+                &format!("size {size}"),
+            ];
+            points.push(stroke(
+                &scene,
+                Method::Collocation,
+                names.map(String::as_str),
+                exact,
+            )?);
+        }
+    }
+    let paper = scene(
+        name,
+        &[
+            "fem.geometry=straight".to_owned(),
+            "fem.surface_size=0.4".to_owned(),
+        ],
+    )?;
+    points.push(stroke(
+        &paper,
+        Method::Euler { steps: PAPER_STEPS },
+        [
+            "the paper's choices: straight elements, Euler, time step 0.1",
+            "size 0.4",
+        ],
+        exact,
+    )?);
+    for steps in if quick { vec![4] } else { vec![4, 16] } {
+        let scene = scene(name, &["fem.surface_size=0.5".to_owned()])?;
+        points.push(stroke(
+            &scene,
+            Method::Euler { steps },
+            ["curved, Euler", &format!("size 0.5, {steps} steps a phase")],
+            exact,
+        )?);
+    }
+    for tolerance in [1e-1, 1e-2, 1e-4] {
+        let scene = scene(
+            name,
+            &[
+                format!("model.tolerance={tolerance}"),
+                "fem.surface_size=0.5".to_owned(),
+            ],
+        )?;
+        points.push(stroke(
+            &scene,
+            Method::Collocation,
+            [
+                "curved, other tolerances",
+                &format!("size 0.5, tolerance {tolerance:e}"),
+            ],
+            exact,
+        )?);
+    }
+    for kind in ["oseen", "rpy", "multipole"] {
+        let scene = scene(
+            name,
+            &[
+                format!("model.kind={kind}"),
+                "domain.kind=unbounded".to_owned(),
+                "domain.radius=".to_owned(),
+            ],
+        )?;
+        points.push(stroke(
+            &scene,
+            Method::Collocation,
+            [&format!("{kind}, unbounded")[..], "-"],
+            UNBOUNDED_NET,
+        )?);
+    }
+    Ok(Quantity {
+        key: "net",
+        title: format!("net displacement of the default stroke, exactly {exact:.10}"),
+        points,
+    })
+}
