@@ -1,5 +1,10 @@
 //! The block-triangular preconditioner of a saddle-point system.
 
+use rayon::prelude::*;
+
+use crate::bordered::nodes;
+use crate::roofline::{Kernel, Measure};
+use crate::vector::max_abs;
 use crate::{
     LinalgError, LinearOperator, MassInverse, Multigrid, MultigridParams, Preconditioner,
     PreconditionerKind, SaddleSystem, Transfer,
@@ -16,7 +21,7 @@ pub struct BlockTriangular<'a> {
     system: &'a SaddleSystem,
     velocity: Multigrid,
     mass: MassInverse,
-    work: Vec<f64>,
+    border: Vec<f64>,
 }
 
 impl<'a> BlockTriangular<'a> {
@@ -30,7 +35,7 @@ impl<'a> BlockTriangular<'a> {
         Ok(BlockTriangular {
             velocity,
             mass: MassInverse::new(system.pressure_mass(), MASS_STEPS)?,
-            work: vec![0.0; size],
+            border: vec![0.0; system.velocity_block().border_len()],
             system,
         })
     }
@@ -51,6 +56,24 @@ impl<'a> BlockTriangular<'a> {
         )
     }
 
+    /// Bytes that the cycle and the mass inverse move at least.
+    pub(crate) fn bytes(&self) -> usize {
+        self.velocity.bytes() + self.mass.bytes()
+    }
+
+    /// Hands the kernels that are not the system's to `measure`.
+    pub(crate) fn visit_kernels(&mut self, measure: &mut Measure) {
+        self.velocity.visit_kernels(measure);
+        let r = vec![1.0; self.mass.size()];
+        let mut z = vec![0.0; r.len()];
+        let kernel = Kernel {
+            name: "mass matrix, three steps, f64",
+            bytes: self.mass.bytes(),
+            runs: 1.0,
+        };
+        measure(kernel, &mut || self.mass.apply(&r, &mut z));
+    }
+
     /// The velocity multigrid, for its table of levels.
     pub fn velocity(&self) -> &Multigrid {
         &self.velocity
@@ -63,13 +86,21 @@ impl Preconditioner for BlockTriangular<'_> {
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
-        let (ra, rp) = r.split_at(self.work.len());
-        let (za, zp) = z.split_at_mut(self.work.len());
+        let (ra, rp) = r.split_at(self.velocity.size());
+        let (za, zp) = z.split_at_mut(self.velocity.size());
         self.mass.apply(rp, zp);
-        zp.iter_mut().for_each(|p| *p = -*p);
-        self.work.copy_from_slice(ra);
-        self.system.subtract_gradient(zp, &mut self.work);
-        self.velocity.apply(&self.work, za);
+        zp.par_iter_mut().for_each(|p| *p = -*p);
+        let (ru, rv) = ra.split_at(self.system.velocity_range().end);
+        self.border.copy_from_slice(rv);
+        self.system.subtract_border_gradient(zp, &mut self.border);
+        // of about the size of `r_a`: the gradient balances a part of it
+        let size = max_abs(ra).max(max_abs(&self.border));
+        let gradient = self.system.gradient_rows(zp);
+        let residual = |i: usize| {
+            let (r, g) = (nodes(ru)[i], gradient(i));
+            [r[0] - g[0], r[1] - g[1], r[2] - g[2]]
+        };
+        self.velocity.apply_to(size, residual, &self.border, za);
     }
 
     fn kind(&self) -> PreconditionerKind {

@@ -1,9 +1,11 @@
 //! A scalar matrix for three components with a border of a few dense columns.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use crate::csr::{Rows, check_finite, check_shape, empty, into_rows, positive_diagonal, transpose};
-use crate::node_kernel::{NodeRows, long_row};
+use crate::node_kernel::{SparseNodes, long_row, node_row};
 use crate::row_blocks::RowBlocks;
 use crate::{Csr, LinalgError, LinearOperator};
 
@@ -27,11 +29,12 @@ use crate::{Csr, LinalgError, LinearOperator};
 /// ```
 #[derive(Debug, Clone)]
 pub struct Bordered {
-    k: Csr,
+    k: Arc<Csr>,
     border: Csr,
     border_left: Option<Csr>,
     /// `C_l^T`, so that border rows are gathered, never scattered.
     border_rows: Csr,
+    border_nodes: SparseNodes<f64>,
     corner: DMatrix<f64>,
     blocks: RowBlocks,
     border_blocks: RowBlocks,
@@ -54,7 +57,7 @@ impl Bordered {
         check_shape("border C", border.shape(), (3 * n, m))?;
         check_finite("stiffness matrix K", k.data())?;
         check_finite("border C", border.data())?;
-        check_finite("border corner M", corner.iter())?;
+        check_finite("border corner M", corner.as_slice())?;
         if let Some(left) = &border_left {
             check_shape("left border C_l", left.shape(), (3 * n, m))?;
             check_finite("left border C_l", left.data())?;
@@ -88,7 +91,8 @@ impl Bordered {
         Bordered {
             blocks: RowBlocks::new(Rows::of(&k).indptr),
             border_blocks: RowBlocks::new(Rows::of(&border_rows).indptr),
-            k,
+            border_nodes: SparseNodes::new(&border, |v| v),
+            k: Arc::new(k),
             border,
             border_left,
             border_rows,
@@ -108,6 +112,11 @@ impl Bordered {
 
     /// The scalar matrix `K`.
     pub fn stiffness(&self) -> &Csr {
+        &self.k
+    }
+
+    /// The scalar matrix `K`, for those who keep its pattern.
+    pub(crate) fn shared_stiffness(&self) -> &Arc<Csr> {
         &self.k
     }
 
@@ -149,14 +158,15 @@ impl Bordered {
         y: &mut [f64],
         extra: impl Fn(usize, &mut [f64; 3]) + Sync,
     ) {
-        let rows = NodeRows {
-            k: Rows::of(&self.k),
-            c: Rows::of(&self.border),
-            blocks: &self.blocks,
-        };
-        rows.for_each(nodes(u), v, nodes_mut(y), |i, mut a, yi| {
-            extra(i, &mut a);
-            *yi = a;
+        let (k, u) = (Rows::of(&self.k), nodes(u));
+        self.blocks.for_each_block(nodes_mut(y), &|rows, y| {
+            for (i, yi) in rows.clone().zip(&mut *y) {
+                *yi = node_row(k, i, u);
+                extra(i, yi);
+            }
+            let first = rows.start;
+            self.border_nodes
+                .for_each(rows, v, |i, d, a| y[i - first][d] += a);
         });
     }
 

@@ -16,15 +16,19 @@ pub(crate) fn upper_bound(k: &Csr, diagonal: &[f64]) -> Result<f64, LinalgError>
     Ok(UPPER_MARGIN * jacobi_spectrum(k, diagonal)?.1)
 }
 
-/// The two coefficients of a smoother `x <- x + (c0 - c1 D^-1 A) D^-1 (b - A x)`.
+/// Relaxation factors `w_k` of `degree` damped Jacobi sweeps `x <- x + w_k D^-1 (b - A x)` that together are a Chebyshev smoother.
 ///
-/// The error is multiplied by `1 - c0 t + c1 t^2` at eigenvalue `t` of `D^-1 A`: the Chebyshev polynomial of
-/// degree two on `[upper / range, upper]`, `T2((a - t) / d) / T2(a / d)` with midpoint a, half-width d.
-pub(crate) fn quadratic_smoother(upper: f64, range: f64) -> (f64, f64) {
+/// The error is multiplied by `prod (1 - w_k t)` at eigenvalue `t` of `D^-1 A`: with the reciprocal roots for factors this is the Chebyshev
+/// polynomial on `[upper / range, upper]`, `T((a - t) / d) / T(a / d)` with midpoint a, half-width d.
+pub(crate) fn sweeps(upper: f64, range: f64, degree: usize) -> Vec<f64> {
     let lower = upper / range;
     let (a, d) = (0.5 * (upper + lower), 0.5 * (upper - lower));
-    let scale = 2.0 * a * a - d * d;
-    (4.0 * a / scale, 2.0 / scale)
+    (0..degree)
+        .map(|k| {
+            let angle = std::f64::consts::PI * (k as f64 + 0.5) / degree as f64;
+            (a + d * angle.cos()).recip()
+        })
+        .collect()
 }
 
 /// An approximate inverse of a mass matrix: a few Chebyshev-Jacobi steps from zero.
@@ -39,11 +43,8 @@ pub struct MassInverse {
     mass: Csr,
     inverse_diagonal: Vec<f64>,
     blocks: RowBlocks,
-    centre: f64,
-    half_width: f64,
-    degree: usize,
-    residual: Vec<f64>,
-    direction: Vec<f64>,
+    factors: Vec<f64>,
+    next: Vec<f64>,
 }
 
 impl MassInverse {
@@ -74,13 +75,18 @@ impl MassInverse {
         Ok(MassInverse {
             inverse_diagonal: diagonal.iter().map(|d| d.recip()).collect(),
             blocks: RowBlocks::new(Rows::of(&mass).indptr),
-            centre: 0.5 * (upper + lower),
-            half_width: 0.5 * (upper - lower),
-            degree,
-            residual: vec![0.0; mass.rows()],
-            direction: vec![0.0; mass.rows()],
+            factors: sweeps(upper, upper / lower, degree),
+            next: vec![0.0; mass.rows()],
             mass,
         })
+    }
+}
+
+impl MassInverse {
+    /// Bytes that one application moves at least.
+    pub(crate) fn bytes(&self) -> usize {
+        let pass = 12 * self.mass.nnz() + (8 + 4 * 8) * self.mass.rows();
+        (self.factors.len() - 1) * pass + 24 * self.mass.rows()
     }
 }
 
@@ -90,27 +96,16 @@ impl Preconditioner for MassInverse {
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
-        let mass = Rows::of(&self.mass);
-        let (scaled, direction) = (&self.inverse_diagonal, &mut self.direction);
-        self.residual.copy_from_slice(r);
-        for ((d, z), (r, s)) in direction.iter_mut().zip(&mut *z).zip(r.iter().zip(scaled)) {
-            *d = s * r / self.centre;
-            *z = *d;
-        }
-        let sigma = self.centre / self.half_width;
-        let mut rho = sigma.recip();
-        for _ in 1..self.degree {
-            self.blocks.for_each(&mut self.residual, &|i, ri| {
-                *ri -= mass.row(i).map(|(j, m)| m * direction[j]).sum::<f64>();
+        let (mass, scale) = (Rows::of(&self.mass), &self.inverse_diagonal);
+        let first = self.factors[0];
+        self.blocks
+            .for_each(z, &|i, zi| *zi = first * scale[i] * r[i]);
+        for &factor in &self.factors[1..] {
+            self.blocks.for_each(&mut self.next, &|i, next| {
+                let product: f64 = mass.row(i).map(|(j, m)| m * z[j]).sum();
+                *next = z[i] + factor * scale[i] * (r[i] - product);
             });
-            let next = (2.0 * sigma - rho).recip();
-            let (keep, add) = (next * rho, 2.0 * next / self.half_width);
-            rho = next;
-            let residual = self.residual.iter().zip(scaled);
-            for ((d, z), (r, s)) in direction.iter_mut().zip(&mut *z).zip(residual) {
-                *d = keep * *d + add * s * r;
-                *z += *d;
-            }
+            z.copy_from_slice(&self.next);
         }
     }
 
@@ -127,16 +122,18 @@ mod tests {
     #[test]
     fn smoother_ripples_equally() {
         let (upper, range) = (2.0, 8.0);
-        let (c0, c1) = quadratic_smoother(upper, range);
-        let error = |t: f64| 1.0 - c0 * t + c1 * t * t;
-        let ripple = error(upper);
-        approx::assert_relative_eq!(error(upper / range), ripple, epsilon = 1e-14);
-        approx::assert_relative_eq!(
-            error(0.5 * (upper + upper / range)),
-            -ripple,
-            epsilon = 1e-14
-        );
-        assert_eq!(error(0.0), 1.0);
+        for degree in 1..6 {
+            let sweeps = sweeps(upper, range, degree);
+            let error = |t: f64| sweeps.iter().map(|w| 1.0 - w * t).product::<f64>();
+            let ripple = error(upper / range);
+            let (a, d) = (9.0 / 8.0, 7.0 / 8.0);
+            for k in 0..=degree {
+                let extremum = a + d * (std::f64::consts::PI * k as f64 / degree as f64).cos();
+                let sign = if (degree - k) % 2 == 0 { 1.0 } else { -1.0 };
+                approx::assert_relative_eq!(error(extremum), sign * ripple, epsilon = 1e-14);
+            }
+            assert_eq!(error(0.0), 1.0);
+        }
     }
 
     /// On a diagonal matrix with spectrum inside the bounds the error obeys the Chebyshev bound `1 / T3`.
@@ -166,7 +163,9 @@ mod tests {
             .sum::<f64>()
             .sqrt();
         let size: f64 = exact.iter().map(|a| a * a).sum::<f64>().sqrt();
-        let s = inverse.centre / inverse.half_width;
+        // eigenvalues 1 +- cos(2 pi k / n) / 2 with the margins of the bounds
+        let (upper, lower) = (1.5 * UPPER_MARGIN, 0.5 * LOWER_MARGIN);
+        let s = (upper + lower) / (upper - lower);
         assert!(error <= size / (4.0 * s.powi(3) - 3.0 * s) && error > 0.0);
     }
 }

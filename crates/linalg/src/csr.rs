@@ -1,8 +1,12 @@
 //! The compressed-row types every crate exchanges: scalar entries and 3-vector entries.
 
+use std::sync::Arc;
+
+use rayon::prelude::*;
 use sprs::CsMatI;
 
 use crate::LinalgError;
+use crate::vector::CHUNK;
 
 /// Compressed sparse rows: `u32` columns, `usize` row pointers, columns sorted within a row.
 ///
@@ -42,15 +46,23 @@ impl<'a, V: Copy> Rows<'a, V> {
         }
     }
 
+    /// Number of stored entries.
+    pub fn entries_len(self) -> usize {
+        self.values.len()
+    }
+
+    /// Columns and values of row `i`.
+    #[inline(always)]
+    pub fn entries(self, i: usize) -> (&'a [u32], &'a [V]) {
+        let range = self.indptr[i]..self.indptr[i + 1];
+        (&self.columns[range.clone()], &self.values[range])
+    }
+
     /// The (column, value) pairs of row `i`, columns rising.
     #[inline(always)]
     pub fn row(self, i: usize) -> impl Iterator<Item = (usize, V)> + 'a {
-        let range = self.indptr[i]..self.indptr[i + 1];
-        let values = &self.values[range.clone()];
-        self.columns[range]
-            .iter()
-            .zip(values)
-            .map(|(&j, &v)| (j as usize, v))
+        let (columns, values) = self.entries(i);
+        columns.iter().zip(values).map(|(&j, &v)| (j as usize, v))
     }
 }
 
@@ -78,6 +90,31 @@ pub(crate) fn to_f32(matrix: &Csr, factor: f64) -> Csr32 {
     matrix.map(|&v| (v * factor) as f32)
 }
 
+/// An f32 copy of the values of a matrix that somebody else holds: half the memory of a copy with its own columns.
+pub(crate) struct Rounded {
+    pattern: Arc<Csr>,
+    values: Vec<f32>,
+}
+
+impl Rounded {
+    /// Rounds `matrix` times `factor`.
+    pub fn new(matrix: &Arc<Csr>, factor: f64) -> Self {
+        let values = matrix.data().par_iter();
+        Rounded {
+            pattern: Arc::clone(matrix),
+            values: values.map(|&v| (v * factor) as f32).collect(),
+        }
+    }
+
+    pub fn rows(&self) -> Rows<'_, f32> {
+        Rows {
+            indptr: self.pattern.indptr().into_raw_storage(),
+            columns: self.pattern.indices(),
+            values: &self.values,
+        }
+    }
+}
+
 pub(crate) fn check_shape(
     what: &'static str,
     found: (usize, usize),
@@ -94,21 +131,27 @@ pub(crate) fn check_shape(
 }
 
 /// Refuses NaN and infinity, naming the place.
-pub(crate) fn check_finite<'a>(
-    what: &'static str,
-    values: impl IntoIterator<Item = &'a f64>,
-) -> Result<(), LinalgError> {
-    match values.into_iter().position(|v| !v.is_finite()) {
-        Some(index) => Err(LinalgError::NotFinite { what, index }),
-        None => Ok(()),
+pub(crate) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), LinalgError> {
+    // without an early exit, so that the loop is vectorised
+    let finite = |chunk: &[f64]| chunk.iter().fold(true, |all, v| all & v.is_finite());
+    if values.par_chunks(CHUNK).all(finite) {
+        return Ok(());
     }
+    let index = values.iter().position(|v| !v.is_finite()).unwrap_or(0);
+    Err(LinalgError::NotFinite { what, index })
 }
 
 /// The diagonal of a square matrix; an absent entry is zero.
 pub(crate) fn diagonal(matrix: &Csr) -> Vec<f64> {
     let rows = Rows::of(matrix);
     (0..matrix.rows())
-        .map(|i| rows.row(i).find(|&(j, _)| j == i).map_or(0.0, |(_, v)| v))
+        .into_par_iter()
+        .map(|i| {
+            let (columns, values) = rows.entries(i);
+            columns
+                .binary_search(&(i as u32))
+                .map_or(0.0, |place| values[place])
+        })
         .collect()
 }
 

@@ -1,6 +1,7 @@
 //! Extreme eigenvalues of a Jacobi-scaled matrix.
 
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 use crate::csr::Rows;
 use crate::row_blocks::RowBlocks;
@@ -27,11 +28,16 @@ pub(crate) fn jacobi_spectrum(k: &Csr, diagonal: &[f64]) -> Result<(f64, f64), L
     scale(norm(&v).recip(), &mut v);
     let mut previous = vec![0.0; n];
     let mut w = vec![0.0; n];
+    let mut scaled = vec![0.0; n];
     let (mut alphas, mut betas) = (Vec::new(), Vec::new());
     let mut beta = 0.0;
     for _ in 0..STEPS.min(n) {
+        scaled
+            .par_iter_mut()
+            .zip(v.par_iter().zip(&root))
+            .for_each(|(s, (v, root))| *s = root * v);
         blocks.for_each(&mut w, &|i, wi| {
-            let sum: f64 = rows.row(i).map(|(j, kij)| kij * root[j] * v[j]).sum();
+            let sum: f64 = rows.row(i).map(|(j, kij)| kij * scaled[j]).sum();
             *wi = root[i] * sum;
         });
         let alpha = dot(&w, &v);

@@ -16,6 +16,7 @@
 //! | solve a symmetric one in little memory | [`minres`] with [`BlockDiagonal`] |
 //! | solve a small one, or check | [`SaddleLdlt`] |
 //! | solve a large one without a mesh hierarchy | [`fgmres`] with [`Schwarz`] |
+//! | solve again with a matrix that changed a little | [`WarmStart`] |
 //! | solve three scalar problems with one matrix | [`cg`] with [`Bordered::scalar`] and [`Multigrid::new`] |
 //!
 //! Not for general sparse matrices (faer, sprs) or distributed memory (PETSc). Every solver reports the true residual
@@ -64,12 +65,14 @@ mod multigrid;
 mod node_kernel;
 mod operator;
 mod product;
+pub mod roofline;
 mod row_blocks;
 mod saddle;
 mod scalar;
 mod schwarz;
 mod transfer;
 mod vector;
+mod warm_start;
 
 pub use block_diagonal::BlockDiagonal;
 pub use block_triangular::BlockTriangular;
@@ -85,3 +88,4 @@ pub use operator::{Identity, LinearOperator, Preconditioner, PreconditionerKind}
 pub use saddle::SaddleSystem;
 pub use schwarz::{BorderPlacement, Schwarz, SchwarzParams};
 pub use transfer::Transfer;
+pub use warm_start::WarmStart;

@@ -14,6 +14,13 @@ pub trait LinearOperator: Sync {
     /// When `x` or `y` has another length than `cols` or `rows`; the solvers check before.
     fn apply(&self, x: &[f64], y: &mut [f64]);
 
+    /// Weights `w_i > 0` of a norm `(sum w_i r_i^2)^(1/2)` that weighs residuals by what they do to the solution, if the operator knows one.
+    ///
+    /// With the reciprocal diagonal of a symmetric operator it does not depend on units, nor on the size of the elements a row belongs to.
+    fn residual_weights(&self) -> Option<&[f32]> {
+        None
+    }
+
     /// Whether `A = A^T` is known to hold: [`cg`](crate::cg) and [`minres`](crate::minres) refuse other operators.
     fn is_symmetric(&self) -> bool {
         false

@@ -97,17 +97,28 @@ pub(crate) fn multiply(a: &Csr, b: &Csr) -> Csr {
 }
 
 /// `(A (x) I3) X + Y` for `X` and `Y` with three interleaved rows a node.
+///
+/// Borders are empty at most nodes: the columns of `A` are looked at once a node, and no more where they meet nothing.
 pub(crate) fn kron3_multiply_add(a: &Csr, x: &Csr, y: &Csr) -> Csr {
     let (a_rows, x_rows, y_rows) = (Rows::of(a), Rows::of(x), Rows::of(y));
+    let filled: Vec<bool> = (0..a.cols())
+        .into_par_iter()
+        .map(|k| x_rows.indptr[3 * k] < x_rows.indptr[3 * k + 3])
+        .collect();
+    let met: Vec<bool> = (0..a.rows())
+        .into_par_iter()
+        .map(|i| a_rows.entries(i).0.iter().any(|&k| filled[k as usize]))
+        .collect();
     build_rows(3 * a.rows(), x.cols(), |i, row| {
         for (c, v) in y_rows.row(i) {
             row.add(c, v);
         }
-        // borders are empty at most nodes: the row pointer tells without touching entries
         let (node, d) = (i / 3, i % 3);
-        for (k, aik) in a_rows.row(node) {
-            for (c, v) in x_rows.row(3 * k + d) {
-                row.add(c, aik * v);
+        if met[node] {
+            for (k, aik) in a_rows.row(node).filter(|&(k, _)| filled[k]) {
+                for (c, v) in x_rows.row(3 * k + d) {
+                    row.add(c, aik * v);
+                }
             }
         }
     })

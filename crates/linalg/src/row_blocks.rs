@@ -31,11 +31,20 @@ impl RowBlocks {
 
     /// Calls `f(i, &mut y[i])` for every row.
     pub fn for_each<T: Send>(&self, y: &mut [T], f: &(impl Fn(usize, &mut T) + Sync)) {
-        split(&self.0, y, &|rows, y| {
+        self.for_each_block(y, &|rows, y| {
             for (i, y) in rows.zip(y) {
                 f(i, y);
             }
         });
+    }
+
+    /// Calls `f(rows, &mut y[rows])` for every block of rows.
+    pub fn for_each_block<T: Send>(
+        &self,
+        y: &mut [T],
+        f: &(impl Fn(Range<usize>, &mut [T]) + Sync),
+    ) {
+        split(&self.0, y, f);
     }
 }
 

@@ -32,7 +32,7 @@ impl SchurFactor {
 
     /// Factors of `|S| = Q diag(|s|) Q^T` for a symmetric `S = Q diag(s) Q^T`.
     pub fn absolute(schur: DMatrix<f64>) -> Result<Self, LinalgError> {
-        check_finite("Schur complement of the border", &schur)?;
+        check_finite("Schur complement of the border", schur.as_slice())?;
         // nalgebra panics on matrices of size zero
         if schur.is_empty() {
             return Self::new(schur);

@@ -28,7 +28,7 @@ pub fn cg(
         return Ok(SolveReport::zero(x));
     };
     let n = b.len();
-    let mut progress = Progress::new(METHOD, params, b_norm);
+    let mut progress = Progress::unweighted(METHOD, params, b_norm);
     let [mut r, mut z, mut p, mut q] = [(); 4].map(|()| vec![0.0; n]);
     loop {
         if let Some(report) = progress.look(operator, b, x, &mut r)? {

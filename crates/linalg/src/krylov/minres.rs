@@ -42,7 +42,7 @@ pub fn minres(
         return Ok(SolveReport::zero(x));
     };
     let n = b.len();
-    let mut progress = Progress::new(METHOD, params, b_norm);
+    let mut progress = Progress::unweighted(METHOD, params, b_norm);
     let [mut r, mut v, mut z, mut v_old, mut w, mut w_old, mut q] = [(); 7].map(|()| vec![0.0; n]);
     loop {
         if let Some(report) = progress.look(operator, b, x, &mut r)? {

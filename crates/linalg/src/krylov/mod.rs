@@ -7,6 +7,7 @@ mod minres;
 mod progress;
 mod report;
 
+pub(crate) use basis::visit_basis_kernels;
 pub use cg::cg;
 pub use fgmres::fgmres;
 pub use minres::minres;

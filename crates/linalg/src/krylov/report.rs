@@ -7,11 +7,11 @@ use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 /// When to stop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KrylovParams {
-    /// Bound on `||b - A x|| / ||b||`. Always relative to `b`: a good initial guess then saves iterations.
+    /// Bound on `||b - A x|| / ||b||`, in both norms of an operator with weights. Always relative to `b`: a good initial guess then saves iterations.
     pub rel_tol: f64,
     /// Bound on iterations, each one product and one preconditioner.
     pub max_iterations: usize,
-    /// Basis vectors kept before a restart ([`fgmres`](crate::fgmres) only): 12 bytes an unknown each.
+    /// Basis vectors kept before a restart ([`fgmres`](crate::fgmres) only): 8 to 12 bytes an unknown each.
     pub restart: usize,
 }
 
@@ -34,6 +34,8 @@ pub struct SolveReport {
     pub iterations: usize,
     /// `||b - A x|| / ||b||`, recomputed from the returned `x`; zero for `b = 0`.
     pub true_rel_residual: f64,
+    /// The same in the norm of the operator's [weights](crate::LinearOperator::residual_weights); equal where it has none.
+    pub weighted_rel_residual: f64,
     /// Relative residual before the first and after each iteration, as the recurrence sees it.
     pub history: Vec<f64>,
 }
@@ -45,6 +47,7 @@ impl SolveReport {
         SolveReport {
             iterations: 0,
             true_rel_residual: 0.0,
+            weighted_rel_residual: 0.0,
             history: vec![0.0],
         }
     }

@@ -90,8 +90,14 @@ impl CoarseSolver {
     pub fn solve(&mut self) {
         let size = self.interleaved.len();
         let vectors = &mut self.vectors;
-        for (t, b) in self.interleaved.iter_mut().zip(vectors.b.as_flattened()) {
-            *t = f64::from(*b);
+        for (t, b) in self
+            .interleaved
+            .as_chunks_mut::<3>()
+            .0
+            .iter_mut()
+            .zip(&vectors.b)
+        {
+            *t = [b[0], b[1], b[2]].map(f64::from);
         }
         separate(&self.interleaved, &mut self.components);
         self.factor.solve_in_place(&mut self.components);
@@ -110,11 +116,10 @@ impl CoarseSolver {
         }
         for (x, t) in vectors
             .x
-            .as_flattened_mut()
             .iter_mut()
-            .zip(&self.interleaved)
+            .zip(self.interleaved.as_chunks::<3>().0)
         {
-            *x = *t as f32;
+            *x = [t[0] as f32, t[1] as f32, t[2] as f32, 0.0];
         }
     }
 }

@@ -1,9 +1,11 @@
 //! V-cycle for a bordered operator: P2 -> P1 -> smoothed aggregation, border unknowns kept on every level.
 
 mod coarse;
+mod kernels;
 mod level;
 mod vectors;
 
+use std::borrow::Cow;
 use std::fmt;
 
 use coarse::CoarseSolver;
@@ -11,6 +13,7 @@ use level::Level;
 use rayon::prelude::*;
 use vectors::Vectors;
 
+use crate::bordered::{nodes, nodes_mut};
 use crate::csr::positive_diagonal;
 use crate::vector::{CHUNK, max_abs, power_of_two_below};
 use crate::{
@@ -20,6 +23,10 @@ use crate::{
 /// Choices of the hierarchy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MultigridParams {
+    /// Smoothing steps before and after the coarse correction on the finest level: as many passes over its matrix each.
+    pub sweeps: usize,
+    /// The same on coarser levels, whose passes cost next to nothing.
+    pub coarse_sweeps: usize,
     /// The smoother works on eigenvalues of `D^-1 K` from `upper / smoothing_range` to `upper`.
     pub smoothing_range: f64,
     /// Neighbours with `a_ij^2 > strength^2 a_ii a_jj` may be aggregated.
@@ -44,7 +51,11 @@ pub enum BorderInverse {
 impl Default for MultigridParams {
     fn default() -> Self {
         MultigridParams {
-            // FGMRES iterations on a cube of tests/stokes.rs for 2.5, 4, 6, 8, 12: 35, 33, 32, 32, 34
+            // three spheres, 243 000 unknowns, FGMRES iterations with 1, 2, 3, 4 steps: 22, 21, 21, 20; a pass is a tenth of an iteration
+            sweeps: 1,
+            // 26 iterations instead of 22 with one step, 22 with three
+            coarse_sweeps: 2,
+            // iterations for 3, 4, 5, 7, 10: 23, 22, 22, 22, 22
             smoothing_range: 7.0,
             // structured meshes have couplings that cancel to rounding: with zero they count, and cost four to six iterations
             strength: 0.02,
@@ -74,6 +85,9 @@ impl MultigridParams {
                 "above 1 and finite",
             );
         }
+        if self.sweeps == 0 || self.coarse_sweeps == 0 {
+            return parameter("sweeps", 0.0, "at least 1");
+        }
         if !(0.0..1.0).contains(&self.strength) {
             return parameter("strength", self.strength, "in [0, 1)");
         }
@@ -94,12 +108,12 @@ pub struct LevelSize {
 
 /// One V-cycle as an approximate inverse of a [`Bordered`] operator.
 ///
-/// Two Jacobi-Chebyshev steps before and after each coarse correction act on the nodes; the border unknowns are carried
+/// Jacobi-Chebyshev steps before and after each coarse correction act on the nodes, one on the finest level, where passes cost, two below; the border unknowns are carried
 /// un-aggregated through all levels and solved exactly, with the coarsest nodes, at the bottom. The cycle runs
 /// in f32 on values scaled by powers of two; right-hand sides may have any size. It is symmetric (to f32
 /// precision) and positive definite where the operator is.
 ///
-/// Cost of `apply`: four passes over each level's K. `{}` prints the table of levels.
+/// Cost of `apply`: two passes over the finest K, four over the others'. `{}` prints the table of levels.
 pub struct Multigrid {
     levels: Vec<Level>,
     coarse: CoarseSolver,
@@ -115,8 +129,8 @@ impl Multigrid {
     /// [`LinalgError::NotPositive`], [`LinalgError::Parameter`], [`LinalgError::Factorisation`] for a singular matrix or border.
     pub fn new(operator: &Bordered, params: &MultigridParams) -> Result<Self, LinalgError> {
         params.check()?;
-        let mut builder = Builder::new(operator, params)?;
-        builder.aggregate(operator.clone())
+        let diagonal = positive_diagonal("stiffness matrix", operator.stiffness())?;
+        Builder::new(&diagonal, params).aggregate(Cow::Borrowed(operator))
     }
 
     /// A given transfer first (P2 -> P1), then smoothed aggregation.
@@ -139,11 +153,12 @@ impl Multigrid {
             csr::check_shape("coarse stiffness matrix", k.shape(), (nc, nc))?;
             csr::check_finite("coarse stiffness matrix", k.data())?;
         }
-        let mut builder = Builder::new(operator, params)?;
         let diagonal = positive_diagonal("stiffness matrix", operator.stiffness())?;
+        let mut builder = Builder::new(&diagonal, params);
         let upper = chebyshev::upper_bound(operator.stiffness(), &diagonal)?;
         builder.push(operator, transfer, &diagonal, upper);
-        builder.aggregate(transfer.galerkin(operator, coarse_stiffness.map(csr::into_rows)))
+        let coarse = transfer.galerkin(operator, coarse_stiffness.map(csr::into_rows));
+        builder.aggregate(Cow::Owned(coarse))
     }
 
     /// Sizes from the finest level down.
@@ -167,14 +182,13 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(operator: &Bordered, params: &'a MultigridParams) -> Result<Self, LinalgError> {
-        let diagonal = positive_diagonal("stiffness matrix", operator.stiffness())?;
-        Ok(Builder {
+    fn new(diagonal: &[f64], params: &'a MultigridParams) -> Self {
+        Builder {
             params,
-            unit: power_of_two_below(max_abs(&diagonal)),
+            unit: power_of_two_below(max_abs(diagonal)),
             levels: Vec::new(),
             sizes: Vec::new(),
-        })
+        }
     }
 
     fn record(&mut self, operator: &Bordered) {
@@ -186,19 +200,22 @@ impl<'a> Builder<'a> {
     }
 
     fn push(&mut self, operator: &Bordered, transfer: &Transfer, diagonal: &[f64], upper: f64) {
+        let degree = match self.levels.len() {
+            0 => self.params.sweeps,
+            _ => self.params.coarse_sweeps,
+        };
         self.record(operator);
         self.levels.push(Level::new(
             operator,
             transfer,
             diagonal,
             self.unit.recip(),
-            upper,
-            self.params.smoothing_range,
+            &chebyshev::sweeps(upper, self.params.smoothing_range, degree),
         ));
     }
 
     /// Aggregates down to the coarsest level.
-    fn aggregate(&mut self, mut operator: Bordered) -> Result<Multigrid, LinalgError> {
+    fn aggregate(mut self, mut operator: Cow<Bordered>) -> Result<Multigrid, LinalgError> {
         while operator.nodes() > self.params.coarsest_nodes {
             let diagonal = positive_diagonal("coarse stiffness matrix", operator.stiffness())?;
             let upper = chebyshev::upper_bound(operator.stiffness(), &diagonal)?;
@@ -208,13 +225,13 @@ impl<'a> Builder<'a> {
                 break;
             };
             self.push(&operator, &transfer, &diagonal, upper);
-            operator = transfer.galerkin(&operator, None);
+            operator = Cow::Owned(transfer.galerkin(&operator, None));
         }
         self.record(&operator);
         Ok(Multigrid {
             coarse: CoarseSolver::new(&operator, self.unit.recip(), self.params.border)?,
-            levels: std::mem::take(&mut self.levels),
-            sizes: std::mem::take(&mut self.sizes),
+            levels: self.levels,
+            sizes: self.sizes,
             unit: self.unit,
         })
     }
@@ -239,42 +256,57 @@ fn top<'a>(levels: &'a mut [Level], coarse: &'a mut CoarseSolver) -> &'a mut Vec
     }
 }
 
+impl Multigrid {
+    /// One cycle for the right-hand side `(nodes(i), border)`, whose size is about `size`.
+    pub(crate) fn apply_to(
+        &mut self,
+        size: f64,
+        nodes: impl Fn(usize) -> [f64; 3] + Sync,
+        border: &[f64],
+        z: &mut [f64],
+    ) {
+        let scale = power_of_two_below(size);
+        let (down, up) = (scale.recip(), scale / self.unit);
+        let vectors = top(&mut self.levels, &mut self.coarse);
+        vectors
+            .b
+            .par_chunks_mut(CHUNK)
+            .enumerate()
+            .for_each(|(chunk, b)| {
+                for (i, b) in b.iter_mut().enumerate() {
+                    let [x, y, z] = nodes(chunk * CHUNK + i).map(|r| (r * down) as f32);
+                    *b = [x, y, z, 0.0];
+                }
+            });
+        for (b, r) in vectors.border_b.iter_mut().zip(border) {
+            *b = (r * down) as f32;
+        }
+        cycle(&mut self.levels, &mut self.coarse);
+        let vectors = top(&mut self.levels, &mut self.coarse);
+        let (z_nodes, z_border) = z.split_at_mut(3 * self.sizes[0].nodes);
+        nodes_mut(z_nodes)
+            .par_chunks_mut(CHUNK)
+            .zip(vectors.x.par_chunks(CHUNK))
+            .for_each(|(z, x)| {
+                for (z, x) in z.iter_mut().zip(x) {
+                    *z = [x[0], x[1], x[2]].map(|v| f64::from(v) * up);
+                }
+            });
+        for (z, x) in z_border.iter_mut().zip(&vectors.border_x) {
+            *z = f64::from(*x) * up;
+        }
+    }
+}
+
 impl Preconditioner for Multigrid {
     fn size(&self) -> usize {
         3 * self.sizes[0].nodes + self.coarse.vectors.border_b.len()
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
-        let scale = power_of_two_below(max_abs(r));
-        let (down, up) = (scale.recip(), scale / self.unit);
-        let nodes = 3 * self.sizes[0].nodes;
-        let vectors = top(&mut self.levels, &mut self.coarse);
-        vectors
-            .b
-            .as_flattened_mut()
-            .par_chunks_mut(CHUNK)
-            .zip(r[..nodes].par_chunks(CHUNK))
-            .for_each(|(b, r)| {
-                for (b, r) in b.iter_mut().zip(r) {
-                    *b = (r * down) as f32;
-                }
-            });
-        for (b, r) in vectors.border_b.iter_mut().zip(&r[nodes..]) {
-            *b = (r * down) as f32;
-        }
-        cycle(&mut self.levels, &mut self.coarse);
-        let vectors = top(&mut self.levels, &mut self.coarse);
-        z[..nodes]
-            .par_chunks_mut(CHUNK)
-            .zip(vectors.x.as_flattened().par_chunks(CHUNK))
-            .for_each(|(z, x)| {
-                for (z, x) in z.iter_mut().zip(x) {
-                    *z = f64::from(*x) * up;
-                }
-            });
-        for (z, x) in z[nodes..].iter_mut().zip(&vectors.border_x) {
-            *z = f64::from(*x) * up;
-        }
+        let (r_nodes, r_border) = r.split_at(3 * self.sizes[0].nodes);
+        let r_nodes = nodes(r_nodes);
+        self.apply_to(max_abs(r), |i| r_nodes[i], r_border, z);
     }
 
     fn kind(&self) -> PreconditionerKind {
