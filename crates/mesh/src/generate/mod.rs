@@ -17,7 +17,7 @@ pub use container::Container;
 use crate::delaunay::delaunay;
 use crate::{LinearTets, MeshError, Surface, Vec3};
 use layout::Layout;
-use size::SizeField;
+use size::{Background, SizeField};
 use std::time::Instant;
 
 /// A body to be meshed around.
@@ -127,6 +127,32 @@ pub fn generate(
     container: &Container,
     params: &GenerateParams,
 ) -> Result<Generated, MeshError> {
+    generate_with(bodies, container, params, None)
+}
+
+/// As [`generate`], with the wanted edge length given everywhere instead of growing from the bodies.
+///
+/// `size` must grow by no more than [`GenerateParams::growth`] a unit of length; where it is not a positive number, sizes are
+/// those of [`generate`]. Gaps, curvature and the container still bound it from above. Bodies of the same shape and [`Body::size`]
+/// get the surface mesh of the first of them: give them equal sizes.
+///
+/// # Errors
+/// As [`generate`].
+pub fn generate_sized(
+    bodies: &[Body<'_>],
+    container: &Container,
+    params: &GenerateParams,
+    size: &(dyn Fn(Vec3) -> f64 + Sync),
+) -> Result<Generated, MeshError> {
+    generate_with(bodies, container, params, Some(size))
+}
+
+fn generate_with(
+    bodies: &[Body<'_>],
+    container: &Container,
+    params: &GenerateParams,
+    background: Option<Background<'_>>,
+) -> Result<Generated, MeshError> {
     layout::check(bodies, container, params)?;
     let mut seconds = Stages::default();
     let mut clock = Instant::now();
@@ -136,7 +162,10 @@ pub fn generate(
     };
 
     let copies = copies::first_copies(bodies);
-    let field = SizeField::new(bodies, container, &copies, params)?;
+    let mut field = SizeField::new(bodies, container, &copies, params)?;
+    if let Some(background) = background {
+        field = field.with_background(background);
+    }
     let mut layout = Layout::new(bodies, container, &copies, &field, params)?;
     lap(&mut seconds.points);
 

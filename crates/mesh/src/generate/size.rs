@@ -30,7 +30,7 @@ struct Gap<'a> {
 /// * `gap (d1 + d2)` between each pair of close surfaces, lowered until it grows no faster than `growth`;
 /// * the largest size, and a part of the container's size.
 ///
-/// It is Lipschitz continuous with constant `growth`.
+/// A background takes the place of the first. The field is Lipschitz continuous with constant `growth`, if the background is.
 pub(super) struct SizeField<'a> {
     bodies: &'a [Body<'a>],
     /// Wanted edge length where each body is curved most.
@@ -39,7 +39,11 @@ pub(super) struct SizeField<'a> {
     growth: f64,
     gap: f64,
     max: f64,
+    background: Option<Background<'a>>,
 }
+
+/// A wanted edge length everywhere in the fluid.
+pub(super) type Background<'a> = &'a (dyn Fn(Vec3) -> f64 + Sync);
 
 impl<'a> SizeField<'a> {
     /// Checks the arrangement and finds its gaps.
@@ -62,6 +66,7 @@ impl<'a> SizeField<'a> {
             growth: params.growth,
             gap: params.gap,
             max: params.max_size.min(container.largest_size()),
+            background: None,
         };
         for (i, body) in bodies.iter().enumerate() {
             let (_, radius) = body.surface.bounding_ball();
@@ -118,16 +123,33 @@ impl<'a> SizeField<'a> {
         }
     }
 
+    /// The field with a background instead of sizes that grow from the bodies.
+    ///
+    /// Where the background is not a positive number, sizes stay as if there were none.
+    pub fn with_background(self, background: Background<'a>) -> Self {
+        Self {
+            background: Some(background),
+            ..self
+        }
+    }
+
     /// The wanted edge length at `x`.
     pub fn at(&self, x: Vec3) -> f64 {
         let mut h = self.max;
+        let wanted = self.background.map(|background| background(x));
+        let wanted = wanted.filter(|size| *size > 0.0);
+        if let Some(size) = wanted {
+            h = h.min(size);
+        }
         for (body, sharp) in self.bodies.iter().zip(&self.sharp) {
             // A lower bound of the distances saves evaluating shapes far away.
             let (centre, radius) = body.surface.bounding_ball();
             let away = ((x - centre).norm() - radius).max(0.0);
             if body.size.min(*sharp) + self.growth * away < h {
                 let distance = body.surface.signed_distance(x).max(0.0);
-                h = h.min(body.size + self.growth * distance);
+                if wanted.is_none() {
+                    h = h.min(body.size + self.growth * distance);
+                }
                 let to_sharpest = body.surface.distance_to_sharpest(x).max(distance);
                 h = h.min(sharp + self.growth * to_sharpest);
             }
@@ -337,6 +359,30 @@ mod tests {
         for x in [1.0, 1.1, -1.0, 3.1, 11.0, 13.0] {
             assert!((field.at(Vec3::new(x, 0.0, 0.0)) - 0.1 * params.gap).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_background_replaces_growth_but_not_gaps() {
+        let shapes = spheres(&[-1.05, 1.05]);
+        let bodies = bodies(&shapes);
+        let params = GenerateParams::default();
+        let container = Container::Ball(Sphere {
+            centre: Vec3::zeros(),
+            radius: 40.0,
+        });
+        let copies = first_copies(&bodies);
+        let plain = SizeField::new(&bodies, &container, &copies, &params).expect("valid");
+        let wanted = |x: Vec3| if x.x > 0.0 { 1.5 } else { f64::NAN };
+        let field = SizeField::new(&bodies, &container, &copies, &params)
+            .expect("valid")
+            .with_background(&wanted);
+        // Far from both: as wanted, even if that is coarser or finer than what grows from the bodies.
+        let far = Vec3::new(20.0, 0.0, 0.0);
+        assert!(field.at(far) == 1.5 && plain.at(far) > 1.5);
+        // In the gap: the gap's.
+        assert_eq!(field.at(1e-6 * Vec3::x()), plain.at(1e-6 * Vec3::x()));
+        // Where nothing is wanted: as ever.
+        assert_eq!(field.at(-far), plain.at(-far));
     }
 
     #[test]
