@@ -6,6 +6,7 @@ mod chart;
 mod ci;
 mod licences;
 mod machine;
+mod roofline;
 mod stability;
 mod table1;
 mod validate;
@@ -70,6 +71,15 @@ enum Task {
         #[arg(long)]
         out: Option<PathBuf>,
     },
+    /// Every kernel of the block solver against the bandwidth of memory, which is measured in the same run.
+    Roofline {
+        /// One small mesh: half a minute on two cores.
+        #[arg(long)]
+        quick: bool,
+        /// Folder for `roofline.md` and `roofline.csv`.
+        #[arg(long, default_value = "roofline")]
+        out: PathBuf,
+    },
     /// One cell of the table, in a process of its own.
     #[command(hide = true)]
     Table1Cell { overrides: Vec<String> },
@@ -90,6 +100,7 @@ fn main() -> Result<()> {
             };
             validate::run(effort, &out)
         }
+        Task::Roofline { quick, out } => roofline::run(quick, &out),
         Task::Accuracy { quick, out } => {
             let usual = if quick { "accuracy" } else { DOCS };
             accuracy::run(quick, &out.unwrap_or_else(|| usual.into())).map(drop)

@@ -109,15 +109,15 @@ impl Scene {
 
     fn fluid(&self) -> RigidFluid {
         let matrices = FluidMatrices {
-            stiffness: &self.stiffness,
-            divergence: &self.divergence,
-            pressure_mass: &self.pressure_mass,
-            interpolation: &self.interpolation,
-            vertex_stiffness: &self.vertex_stiffness,
+            stiffness: self.stiffness.clone(),
+            divergence: self.divergence.clone(),
+            pressure_mass: self.pressure_mass.clone(),
+            interpolation: self.interpolation.clone(),
+            vertex_stiffness: self.vertex_stiffness.clone(),
             points: self.mesh.points(),
             roles: &self.roles,
         };
-        RigidFluid::new(&matrices, &self.bodies).expect("matrices of one mesh")
+        RigidFluid::new(matrices, &self.bodies).expect("matrices of one mesh")
     }
 
     fn constrain(&self, formulation: &dyn Formulation, fluid: RigidFluid) -> Constrained {

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::RigidError;
 use crate::articulation::check_length;
-use crate::node_blocks::{NOT_FREE, NodeBlocks};
+use crate::node_blocks::{NOT_FREE, NodeBlocks, free_block};
 
 /// What determines the velocity of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,18 +28,20 @@ pub struct SurfaceBody {
 }
 
 /// Finite-element matrices over all nodes, Dirichlet nodes included, for viscosity 1.
-#[derive(Clone, Copy)]
+///
+/// Owned: [`RigidFluid::new`] keeps their memory.
+#[derive(Clone)]
 pub struct FluidMatrices<'a> {
     /// Scalar stiffness $K_{ij} = \int \nabla N_i \cdot \nabla N_j$, nodes x nodes.
-    pub stiffness: &'a Csr,
+    pub stiffness: Csr,
     /// $b_{qj} = -\int \psi_q \nabla N_j$, pressure unknowns x nodes.
-    pub divergence: &'a Csr3,
+    pub divergence: Csr3,
     /// Pressure mass matrix.
-    pub pressure_mass: &'a Csr,
+    pub pressure_mass: Csr,
     /// Values at all nodes from values at the vertices (the first nodes), nodes x vertices.
-    pub interpolation: &'a Csr,
+    pub interpolation: Csr,
     /// Stiffness of the vertices' own functions, $I^T K I$ with `I` the interpolation; vertices x vertices.
-    pub vertex_stiffness: &'a Csr,
+    pub vertex_stiffness: Csr,
     /// Positions of the nodes.
     pub points: &'a [Vector3<f64>],
     /// Role of each node.
@@ -81,11 +83,11 @@ pub struct RigidFluid {
 impl RigidFluid {
     /// Sorts nodes into free, fixed and body nodes and gathers the border of the bodies.
     ///
-    /// Cost: one pass over the matrices. The same for any number of threads.
+    /// Cost: one pass over the matrices, in place. The same for any number of threads.
     ///
     /// # Errors
     /// Arrays or matrices whose sizes do not fit, or a role that names a body that does not exist.
-    pub fn new(matrices: &FluidMatrices, bodies: &[SurfaceBody]) -> Result<Self, RigidError> {
+    pub fn new(matrices: FluidMatrices, bodies: &[SurfaceBody]) -> Result<Self, RigidError> {
         let FluidMatrices {
             stiffness,
             divergence,
@@ -94,7 +96,7 @@ impl RigidFluid {
             vertex_stiffness,
             points,
             roles,
-        } = *matrices;
+        } = matrices;
         let nodes = points.len();
         let vertices = vertex_stiffness.rows();
         check_length("roles of the nodes", roles.len(), nodes)?;
@@ -139,29 +141,43 @@ impl RigidFluid {
         let blocks = NodeBlocks {
             roles,
             arms: &arms,
-            free_number: &free_number,
             bodies: count,
         };
-        let mut corner = blocks.corner(stiffness);
+        let mut corner = blocks.corner(&stiffness);
         for (number, body) in bodies.iter().enumerate() {
             for axis in 3..6 {
                 corner[(6 * number + axis, 6 * number + axis)] += 2.0 * body.volume;
             }
         }
+        let border = blocks.border(&stiffness, &free_nodes);
+        let interpolation_border = blocks.border(&interpolation, &free_nodes);
+        let rigid_divergence = blocks.rigid_divergence(&divergence);
+        let free = |node: usize| free_number[node] != NOT_FREE;
+        let (nodes, number) = (free_nodes.len(), &free_number);
+        let (stiffness, (divergence, (interpolation, vertex_stiffness))) = rayon::join(
+            || free_block(stiffness, free, number, nodes),
+            || {
+                rayon::join(
+                    || free_block(divergence, |_| true, number, nodes),
+                    || {
+                        (
+                            free_block(interpolation, free, number, free_vertices),
+                            free_block(vertex_stiffness, free, number, free_vertices),
+                        )
+                    },
+                )
+            },
+        );
         Ok(Self {
-            stiffness: blocks.free_block(stiffness, &free_nodes, free_nodes.len()),
-            divergence: blocks.free_columns(divergence, free_nodes.len()),
-            pressure_mass: pressure_mass.clone(),
-            interpolation: blocks.free_block(interpolation, &free_nodes, free_vertices),
-            vertex_stiffness: blocks.free_block(
-                vertex_stiffness,
-                &free_nodes[..free_vertices],
-                free_vertices,
-            ),
-            border: blocks.border(stiffness, &free_nodes),
+            stiffness,
+            divergence,
+            pressure_mass,
+            interpolation,
+            vertex_stiffness,
+            border,
             corner,
-            rigid_divergence: blocks.rigid_divergence(divergence),
-            interpolation_border: blocks.border(interpolation, &free_nodes),
+            rigid_divergence,
+            interpolation_border,
             free_nodes,
             roles: roles.to_vec(),
             arms,

@@ -221,6 +221,7 @@ impl Constrained {
         if let Some(test) = &test {
             transfer = transfer.with_left_border(&fluid.interpolation_border * test)?;
         }
+        drop(take(&mut fluid.interpolation_border));
         let vertex_stiffness = take(&mut fluid.vertex_stiffness);
         Ok(Self {
             system,

@@ -3,6 +3,7 @@
 use linalg::{Csr, Csr3};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use rayon::prelude::*;
+use sprs::CsMatI;
 
 use crate::NodeRole;
 
@@ -13,7 +14,6 @@ pub(crate) const NOT_FREE: u32 = u32::MAX;
 pub(crate) struct NodeBlocks<'a> {
     pub roles: &'a [NodeRole],
     pub arms: &'a [Vector3<f64>],
-    pub free_number: &'a [u32],
     pub bodies: usize,
 }
 
@@ -24,89 +24,60 @@ struct RigidSum {
     moment: Vector3<f64>,
 }
 
+impl RigidSum {
+    /// The sum of `body`, made if it is new; sums stay sorted by body.
+    fn of(sums: &mut Vec<RigidSum>, body: usize) -> &mut RigidSum {
+        let place = sums
+            .binary_search_by_key(&body, |s| s.body)
+            .unwrap_or_else(|place| {
+                let (weight, moment) = (0.0, Vector3::zeros());
+                sums.insert(
+                    place,
+                    RigidSum {
+                        body,
+                        weight,
+                        moment,
+                    },
+                );
+                place
+            });
+        &mut sums[place]
+    }
+}
+
 impl NodeBlocks<'_> {
-    /// The rows and columns of free nodes; columns at and past `columns` do not occur.
-    pub fn free_block(&self, matrix: &Csr, rows: &[u32], columns: usize) -> Csr {
-        from_rows(
-            columns,
-            rows.len(),
-            |row, indices: &mut Vec<u32>, values: &mut Vec<f64>| {
-                if let Some(view) = matrix.outer_view(rows[row] as usize) {
-                    for (column, &value) in view.iter() {
-                        let number = self.free_number[column];
-                        if number != NOT_FREE {
-                            indices.push(number);
-                            values.push(value);
-                        }
-                    }
-                }
-            },
-        )
-    }
-
-    pub fn free_columns(&self, matrix: &Csr3, columns: usize) -> Csr3 {
-        from_rows(
-            columns,
-            matrix.rows(),
-            |row, indices: &mut Vec<u32>, values: &mut Vec<[f64; 3]>| {
-                if let Some(view) = matrix.outer_view(row) {
-                    for (column, &value) in view.iter() {
-                        let number = self.free_number[column];
-                        if number != NOT_FREE {
-                            indices.push(number);
-                            values.push(value);
-                        }
-                    }
-                }
-            },
-        )
-    }
-
     /// `A_{IB} P`: three rows for each of `rows`, six columns a body.
     pub fn border(&self, matrix: &Csr, rows: &[u32]) -> Csr {
-        from_rows(
+        from_groups(
             6 * self.bodies,
-            3 * rows.len(),
-            |row, indices: &mut Vec<u32>, values: &mut Vec<f64>| {
-                let Some(view) = matrix.outer_view(rows[row / 3] as usize) else {
-                    return;
-                };
+            rows.len(),
+            |group, part: &mut Part<f64>| {
                 let mut sums: Vec<RigidSum> = Vec::new();
-                for (column, &value) in view.iter() {
-                    let NodeRole::Body(body) = self.roles[column] else {
-                        continue;
-                    };
-                    let body = body as usize;
-                    let place =
-                        sums.binary_search_by_key(&body, |s| s.body)
-                            .unwrap_or_else(|place| {
-                                sums.insert(
-                                    place,
-                                    RigidSum {
-                                        body,
-                                        weight: 0.0,
-                                        moment: Vector3::zeros(),
-                                    },
-                                );
-                                place
-                            });
-                    sums[place].weight += value;
-                    sums[place].moment += value * self.arms[column];
-                }
-                let axis = row % 3;
-                for sum in sums {
-                    // (omega x g)_axis = omega_{a+1} g_{a+2} - omega_{a+2} g_{a+1}
-                    let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-                    let mut entries = [
-                        (axis, sum.weight),
-                        (3 + next, sum.moment[last]),
-                        (3 + last, -sum.moment[next]),
-                    ];
-                    entries.sort_by_key(|e| e.0);
-                    for (column, value) in entries {
-                        indices.push((6 * sum.body + column) as u32);
-                        values.push(value);
+                if let Some(view) = matrix.outer_view(rows[group] as usize) {
+                    for (column, &value) in view.iter() {
+                        let NodeRole::Body(body) = self.roles[column] else {
+                            continue;
+                        };
+                        let sum = RigidSum::of(&mut sums, body as usize);
+                        sum.weight += value;
+                        sum.moment += value * self.arms[column];
                     }
+                }
+                for axis in 0..3 {
+                    for sum in &sums {
+                        // (omega x g)_axis = omega_{a+1} g_{a+2} - omega_{a+2} g_{a+1}
+                        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+                        let mut entries = [
+                            (axis, sum.weight),
+                            (3 + next, sum.moment[last]),
+                            (3 + last, -sum.moment[next]),
+                        ];
+                        entries.sort_by_key(|e| e.0);
+                        for (column, value) in entries {
+                            part.push(6 * sum.body + column, value);
+                        }
+                    }
+                    part.end_row();
                 }
             },
         )
@@ -114,33 +85,34 @@ impl NodeBlocks<'_> {
 
     /// `B_B P`: row `q` holds `(sum b, sum r x b)` for each body.
     pub fn rigid_divergence(&self, divergence: &Csr3) -> Csr {
-        from_rows(
+        from_groups(
             6 * self.bodies,
             divergence.rows(),
-            |row, indices: &mut Vec<u32>, values: &mut Vec<f64>| {
-                let Some(view) = divergence.outer_view(row) else {
-                    return;
-                };
+            |row, part: &mut Part<f64>| {
                 let mut sums: Vec<(usize, Vector3<f64>, Vector3<f64>)> = Vec::new();
-                for (column, &value) in view.iter() {
-                    let NodeRole::Body(body) = self.roles[column] else {
-                        continue;
-                    };
-                    let body = body as usize;
-                    let place = sums
-                        .binary_search_by_key(&body, |s| s.0)
-                        .unwrap_or_else(|place| {
-                            sums.insert(place, (body, Vector3::zeros(), Vector3::zeros()));
-                            place
-                        });
-                    let b = Vector3::from(value);
-                    sums[place].1 += b;
-                    sums[place].2 += self.arms[column].cross(&b);
+                if let Some(view) = divergence.outer_view(row) {
+                    for (column, &value) in view.iter() {
+                        let NodeRole::Body(body) = self.roles[column] else {
+                            continue;
+                        };
+                        let body = body as usize;
+                        let place =
+                            sums.binary_search_by_key(&body, |s| s.0)
+                                .unwrap_or_else(|place| {
+                                    sums.insert(place, (body, Vector3::zeros(), Vector3::zeros()));
+                                    place
+                                });
+                        let b = Vector3::from(value);
+                        sums[place].1 += b;
+                        sums[place].2 += self.arms[column].cross(&b);
+                    }
                 }
                 for (body, force, torque) in sums {
-                    indices.extend((0..6).map(|k| (6 * body + k) as u32));
-                    values.extend(force.iter().chain(torque.iter()));
+                    for (k, &value) in force.iter().chain(torque.iter()).enumerate() {
+                        part.push(6 * body + k, value);
+                    }
                 }
+                part.end_row();
             },
         )
     }
@@ -173,38 +145,105 @@ impl NodeBlocks<'_> {
     }
 }
 
-/// Rows of a compressed matrix that are built together by one task.
-const ROWS_A_TASK: usize = 4096;
-
-/// A compressed matrix from a closure that appends the columns (ascending) and values of a row.
-fn from_rows<T: Copy + Send + Sync>(
+/// The rows that `keep` names and the columns that have a number, renumbered, in the memory of `matrix`.
+///
+/// Copying would cost more in first touches of the copy's pages than the move does serially. `columns` of the result.
+pub(crate) fn free_block<T: Copy + Default>(
+    matrix: CsMatI<T, u32, usize>,
+    keep: impl Fn(usize) -> bool,
+    number: &[u32],
     columns: usize,
-    rows: usize,
-    row: impl Fn(usize, &mut Vec<u32>, &mut Vec<T>) + Sync,
-) -> sprs::CsMatI<T, u32, usize> {
-    let parts: Vec<(Vec<usize>, Vec<u32>, Vec<T>)> = (0..rows.div_ceil(ROWS_A_TASK))
+) -> CsMatI<T, u32, usize> {
+    let matrix = matrix.into_csr();
+    let rows = matrix.rows();
+    let (mut starts, mut indices, mut values) = matrix.into_raw_storage();
+    let (mut kept_rows, mut kept, mut start) = (0, 0, 0);
+    for row in 0..rows {
+        let end = starts[row + 1];
+        if keep(row) {
+            for place in start..end {
+                let column = number[indices[place] as usize];
+                if column != NOT_FREE {
+                    indices[kept] = column;
+                    values[kept] = values[place];
+                    kept += 1;
+                }
+            }
+            kept_rows += 1;
+            starts[kept_rows] = kept;
+        }
+        start = end;
+    }
+    starts.truncate(kept_rows + 1);
+    indices.truncate(kept);
+    values.truncate(kept);
+    starts.shrink_to_fit();
+    indices.shrink_to_fit();
+    values.shrink_to_fit();
+    // Numbers rise with the columns, so rows stay sorted.
+    CsMatI::new((kept_rows, columns), starts, indices, values)
+}
+
+/// Groups of rows that are built together by one task.
+const GROUPS_A_TASK: usize = 4096;
+
+/// Consecutive rows of a compressed matrix.
+struct Part<T> {
+    lengths: Vec<usize>,
+    columns: Vec<u32>,
+    values: Vec<T>,
+    /// Entries before the row that is being built.
+    before: usize,
+}
+
+impl<T> Part<T> {
+    /// Appends an entry to the row; columns rise.
+    fn push(&mut self, column: usize, value: T) {
+        self.columns.push(column as u32);
+        self.values.push(value);
+    }
+
+    fn end_row(&mut self) {
+        self.lengths.push(self.columns.len() - self.before);
+        self.before = self.columns.len();
+    }
+}
+
+/// A compressed matrix from a closure that appends the rows of a group.
+fn from_groups<T: Copy + Send + Sync>(
+    columns: usize,
+    groups: usize,
+    group: impl Fn(usize, &mut Part<T>) + Sync,
+) -> CsMatI<T, u32, usize> {
+    let parts: Vec<Part<T>> = (0..groups.div_ceil(GROUPS_A_TASK))
         .into_par_iter()
         .map(|task| {
-            let (mut lengths, mut indices, mut values) = (Vec::new(), Vec::new(), Vec::new());
-            for r in task * ROWS_A_TASK..rows.min((task + 1) * ROWS_A_TASK) {
-                let before = indices.len();
-                row(r, &mut indices, &mut values);
-                lengths.push(indices.len() - before);
+            let mut part = Part {
+                lengths: Vec::new(),
+                columns: Vec::new(),
+                values: Vec::new(),
+                before: 0,
+            };
+            for g in task * GROUPS_A_TASK..groups.min((task + 1) * GROUPS_A_TASK) {
+                group(g, &mut part);
             }
-            (lengths, indices, values)
+            part
         })
         .collect();
-    let entries = parts.iter().map(|p| p.1.len()).sum();
+    let rows = parts.iter().map(|p| p.lengths.len()).sum();
+    let entries = parts.iter().map(|p| p.columns.len()).sum();
     let mut pointers = Vec::with_capacity(rows + 1);
     let (mut indices, mut values) = (Vec::with_capacity(entries), Vec::with_capacity(entries));
+    let mut end = 0;
     pointers.push(0);
-    for (lengths, part_indices, part_values) in parts {
-        for length in lengths {
-            pointers.push(pointers[pointers.len() - 1] + length);
+    for part in parts {
+        for length in part.lengths {
+            end += length;
+            pointers.push(end);
         }
-        indices.extend(part_indices);
-        values.extend(part_values);
+        indices.extend(part.columns);
+        values.extend(part.values);
     }
     // Rows come in order with ascending columns by construction, so the structure is valid.
-    sprs::CsMatI::new((rows, columns), pointers, indices, values)
+    CsMatI::new((rows, columns), pointers, indices, values)
 }

@@ -149,9 +149,9 @@ proptest! {
         let mass = csr(&DMatrix::identity(vertices, vertices));
         let vertex = csr(&DMatrix::identity(vertices, vertices));
         let fluid = RigidFluid::new(
-            &FluidMatrices {
-                stiffness: &k, divergence: &b3, pressure_mass: &mass, interpolation: &csr(&interpolation),
-                vertex_stiffness: &vertex, points: &points, roles: &roles,
+            FluidMatrices {
+                stiffness: k.clone(), divergence: b3.clone(), pressure_mass: mass, interpolation: csr(&interpolation),
+                vertex_stiffness: vertex, points: &points, roles: &roles,
             },
             &bodies,
         ).unwrap();

@@ -62,12 +62,12 @@ pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<(Loads, Cos
         }
     }
     let fluid = RigidFluid::new(
-        &FluidMatrices {
-            stiffness: &space.stiffness(&mesh)?,
-            divergence: &space.divergence(&mesh)?,
-            pressure_mass: &space.pressure_mass(&mesh)?,
-            interpolation: &space.vertex_interpolation(&mesh)?,
-            vertex_stiffness: &space.vertex_stiffness(&mesh)?,
+        FluidMatrices {
+            stiffness: space.stiffness(&mesh)?,
+            divergence: space.divergence(&mesh)?,
+            pressure_mass: space.pressure_mass(&mesh)?,
+            interpolation: space.vertex_interpolation(&mesh)?,
+            vertex_stiffness: space.vertex_stiffness(&mesh)?,
             points: mesh.points(),
             roles: &roles,
         },

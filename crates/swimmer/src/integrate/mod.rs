@@ -69,6 +69,7 @@ impl<'a> Integrator<'a> {
         start: &State,
         observe: &mut dyn FnMut(&Solved, &dyn Hydrodynamics) -> Result<(), SwimError>,
     ) -> Result<LegResult, SwimError> {
+        self.model.begin_leg();
         let mut oracle = Oracle::new(self.scene, self.model, leg, observe);
         match self.method {
             Method::Collocation => collocation::leg(&mut oracle, start),

@@ -54,6 +54,9 @@ pub trait Hydrodynamics {
         })
     }
 
+    /// A leg begins: whatever answers depend on that [`Hydrodynamics::history`] does not carry is to be forgotten.
+    fn begin_leg(&mut self) {}
+
     /// What later answers depend on besides the placement, for a checkpoint; nobody but the model knows its meaning.
     ///
     /// Asked for between legs, see [`Hydrodynamics::restore`].

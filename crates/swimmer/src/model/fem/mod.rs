@@ -6,6 +6,7 @@ mod solve;
 
 use std::time::Instant as Clock;
 
+use linalg::WarmStart;
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Isometry3, Vector3};
 use rigid::{Articulation, Constrained, Constraints, Drive, Formulation, Load};
@@ -27,8 +28,14 @@ pub struct FemModel {
     loads: Vec<Load>,
     meshes: Meshes,
     options: FemOptions,
+    /// Solutions of the leg on the mesh in use. Forgotten between legs, where checkpoints are taken, so that these need not carry them: the
+    /// first solves of a leg gained nothing from them, for another link moves.
+    warm: WarmStart,
     last: Option<(TetMesh, rigid::Flow)>,
 }
+
+/// Solutions that the next solve starts from: a leg has six Gauss points, and each takes 8 bytes an unknown.
+const REMEMBERED: usize = 5;
 
 /// Seconds a dof for assembly, set-up and solve to 1e-8 on two cores, from the three-sphere scene.
 const SECONDS_PER_DOF: f64 = 4e-6;
@@ -65,6 +72,7 @@ impl FemModel {
                 .collect(),
             meshes: Meshes::new(scene, &scale)?,
             options: scene.fem,
+            warm: WarmStart::new(REMEMBERED),
             last: None,
         })
     }
@@ -167,6 +175,10 @@ impl Hydrodynamics for FemModel {
         "fem"
     }
 
+    fn begin_leg(&mut self) {
+        self.warm.clear();
+    }
+
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
         let clock = Clock::now();
         let (ShapeMesh { mesh, remeshed }, centres) = self.shape_mesh(placement)?;
@@ -177,9 +189,15 @@ impl Hydrodynamics for FemModel {
             constraints: &constraints,
             loads: &self.loads,
         };
+        // solutions on another mesh have other unknowns; taken out while the rest of `self` is borrowed, and lost if the solve fails
+        let mut warm = std::mem::replace(&mut self.warm, WarmStart::new(REMEMBERED));
+        if remeshed {
+            warm.clear();
+        }
         let boundary = self.boundary(centres);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-        let mut solved = solve::solve(space, &mesh, &boundary, &drive, &self.options)?;
+        let mut solved = solve::solve(space, &mesh, &boundary, &drive, &self.options, &mut warm)?;
+        self.warm = warm;
         solved.seconds.mesh = mesh_seconds;
         solved.seconds.total = clock.elapsed().as_secs_f64();
         self.last = Some((mesh, solved.flow.clone()));

@@ -3,7 +3,9 @@
 use std::time::Instant;
 
 use fem::TaylorHood;
-use linalg::{BlockDiagonal, KrylovParams, SaddleLdlt, Schwarz, SchwarzParams, fgmres, minres};
+use linalg::{
+    BlockDiagonal, KrylovParams, SaddleLdlt, Schwarz, SchwarzParams, WarmStart, fgmres, minres,
+};
 use mesh::TetMesh;
 use nalgebra::Vector3;
 use rigid::{
@@ -52,6 +54,7 @@ pub fn solve(
     boundary: &Boundary,
     drive: &Drive,
     options: &FemOptions,
+    warm: &mut WarmStart,
 ) -> Result<SolvedFlow, ModelError> {
     let clock = Instant::now();
     let formulation: &dyn Formulation = match options.formulation {
@@ -61,7 +64,8 @@ pub fn solve(
     };
     let system = assemble(space, mesh, boundary, drive, formulation)?;
     let assembly = clock.elapsed().as_secs_f64();
-    let (solution, mut solver, mut seconds) = solve_system(&system, options)?;
+    let (solution, mut solver, mut seconds) = solve_system(&system, options, warm)?;
+    warm.remember(&solution);
     solver.formulation = options.formulation.word().to_owned();
     seconds.assembly = assembly;
     let mut flow = system.flow(&solution, drive.set)?;
@@ -110,12 +114,12 @@ pub fn assemble(
         });
     }
     let fluid = RigidFluid::new(
-        &FluidMatrices {
-            stiffness: &space.stiffness(mesh)?,
-            divergence: &space.divergence(mesh)?,
-            pressure_mass: &space.pressure_mass(mesh)?,
-            interpolation: &space.vertex_interpolation(mesh)?,
-            vertex_stiffness: &space.vertex_stiffness(mesh)?,
+        FluidMatrices {
+            stiffness: space.stiffness(mesh)?,
+            divergence: space.divergence(mesh)?,
+            pressure_mass: space.pressure_mass(mesh)?,
+            interpolation: space.vertex_interpolation(mesh)?,
+            vertex_stiffness: space.vertex_stiffness(mesh)?,
             points: mesh.points(),
             roles: &roles,
         },
@@ -163,6 +167,7 @@ pub fn resistance(
 fn solve_system(
     system: &Constrained,
     options: &FemOptions,
+    warm: &WarmStart,
 ) -> Result<(Vec<f64>, SolverInfo, Seconds), ModelError> {
     let mut seconds = Seconds::default();
     let mut solution = vec![0.0; system.right.len()];
@@ -170,6 +175,10 @@ fn solve_system(
         rel_tol: options.rtol,
         ..KrylovParams::default()
     };
+    let start = Instant::now();
+    if options.solver != SolverKind::Direct {
+        warm.guess(&system.system, &system.right, &mut solution)?;
+    }
     let clock = Instant::now();
     let report = match options.solver {
         SolverKind::Block => {
@@ -221,7 +230,7 @@ fn solve_system(
             )?
         }
     };
-    seconds.solve = clock.elapsed().as_secs_f64() - seconds.setup;
+    seconds.solve = start.elapsed().as_secs_f64() - seconds.setup;
     let info = SolverInfo {
         formulation: String::new(),
         solver: options.solver.word().to_owned(),

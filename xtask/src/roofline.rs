@@ -1,0 +1,315 @@
+//! Every kernel of the block solver as a fraction of the bandwidth of memory.
+//!
+//! Bandwidth is measured as STREAM does (McCalpin 1995), beside each kernel in the same run: on a shared machine both see the same load.
+
+use std::fmt::Write;
+use std::hint::black_box;
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use fem::TaylorHood;
+use linalg::roofline::visit_kernels;
+use mesh::{Body, Container, GenerateParams, NamedSurface, Sphere, TetMesh};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use rigid::{
+    Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, FluidMatrices, Formulation, Link,
+    Load, NodeRole, RigidFluid, SurfaceBody,
+};
+
+use crate::machine;
+
+/// Entries of each array of STREAM: 256 MB, far more than any cache.
+const STREAM: usize = 1 << 25;
+
+/// Entries a task of STREAM handles.
+const CHUNK: usize = 1 << 14;
+
+/// Runs of which the fastest counts: others on the machine only ever slow a kernel down.
+const RUNS: usize = 12;
+
+/// Element sizes on the spheres: about 100 000, 500 000 and 970 000 unknowns.
+const SIZES: [f64; 3] = [0.4, 0.19, 0.14];
+
+const NAMES: [&str; 3] = ["left", "centre", "right"];
+
+/// One line of the table.
+struct Row {
+    unknowns: usize,
+    threads: usize,
+    name: String,
+    bytes: usize,
+    runs: f64,
+    seconds: f64,
+    /// Bandwidth of reading at the time, bytes a second.
+    stream: f64,
+}
+
+impl Row {
+    fn fraction(&self) -> f64 {
+        self.bytes as f64 / self.seconds / self.stream
+    }
+}
+
+/// Measures and writes `roofline.md` and `roofline.csv` to `out`.
+pub fn run(quick: bool, out: &Path) -> Result<()> {
+    let sizes = if quick { &SIZES[..1] } else { &SIZES[..] };
+    let mut rows = Vec::new();
+    for &size in sizes {
+        let system = three_spheres(size)?;
+        for threads in [1, rayon::current_num_threads()] {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()?;
+            pool.install(|| measure(&system, threads, &mut rows))?;
+        }
+    }
+    let text = markdown(&rows)?;
+    println!("{text}");
+    std::fs::create_dir_all(out)
+        .with_context(|| format!("could not make the folder {}", out.display()))?;
+    for (name, content) in [("roofline.md", text), ("roofline.csv", csv(&rows)?)] {
+        let path = out.join(name);
+        std::fs::write(&path, content).with_context(|| {
+            format!(
+                "could not write {}; choose another folder with --out",
+                path.display()
+            )
+        })?;
+    }
+    Ok(())
+}
+
+fn measure(system: &Constrained, threads: usize, rows: &mut Vec<Row>) -> Result<()> {
+    let mut preconditioner = system.preconditioner()?;
+    let stream = Stream::new();
+    let unknowns = system.right.len();
+    let mut row = |name: String, bytes, runs, seconds| {
+        rows.push(Row {
+            unknowns,
+            threads,
+            name,
+            bytes,
+            runs,
+            seconds,
+            stream: stream.read(),
+        });
+    };
+    row(
+        "STREAM: sum".into(),
+        8 * STREAM,
+        0.0,
+        8.0 * STREAM as f64 / stream.read(),
+    );
+    row("STREAM: triad".into(), 24 * STREAM, 0.0, stream.triad());
+    visit_kernels(&system.system, &mut preconditioner, &mut |kernel, run| {
+        let seconds = fastest(run);
+        row(kernel.name.into(), kernel.bytes, kernel.runs, seconds);
+    });
+    Ok(())
+}
+
+/// Seconds of the fastest of [`RUNS`] runs.
+fn fastest(mut run: impl FnMut()) -> f64 {
+    (0..RUNS)
+        .map(|_| {
+            let clock = Instant::now();
+            run();
+            clock.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Arrays that are read and written at the speed of memory.
+struct Stream {
+    x: Vec<f64>,
+}
+
+impl Stream {
+    fn new() -> Self {
+        Stream {
+            x: vec![1.0; STREAM],
+        }
+    }
+
+    /// Bytes a second of a sum.
+    fn read(&self) -> f64 {
+        let sum = |chunk: &[f64]| {
+            let mut lanes = [0.0; 16];
+            for values in chunk.as_chunks::<16>().0 {
+                for lane in 0..16 {
+                    lanes[lane] += values[lane];
+                }
+            }
+            lanes.iter().sum::<f64>()
+        };
+        let seconds = fastest(|| {
+            black_box(self.x.par_chunks(CHUNK).map(sum).sum::<f64>());
+        });
+        8.0 * STREAM as f64 / seconds
+    }
+
+    /// Seconds of `c = a + s b`.
+    fn triad(&self) -> f64 {
+        let mut c = vec![0.0; STREAM];
+        let s = black_box(3.0);
+        fastest(|| {
+            c.par_chunks_mut(CHUNK)
+                .zip(self.x.par_chunks(CHUNK))
+                .zip(self.x.par_chunks(CHUNK).rev())
+                .for_each(|((c, a), b)| {
+                    for ((c, a), b) in c.iter_mut().zip(a).zip(b) {
+                        *c = a + s * b;
+                    }
+                });
+        })
+    }
+}
+
+/// The first instant of the three-sphere scene with elements of `size` on the spheres.
+fn three_spheres(size: f64) -> Result<Constrained> {
+    let centres = [-10.0, 0.0, 10.0].map(|x| Vector3::new(x, 0.0, 0.0));
+    let spheres = centres.map(|centre| Sphere {
+        centre,
+        radius: 1.0,
+    });
+    let container = Container::Ball(Sphere {
+        centre: Vector3::zeros(),
+        radius: 40.0,
+    });
+    let bodies: Vec<Body> = NAMES
+        .iter()
+        .zip(&spheres)
+        .map(|(name, surface)| Body {
+            name,
+            surface,
+            size,
+        })
+        .collect();
+    let mut parameters = GenerateParams::default();
+    parameters.growth = swimmer::model::fem::growth(size);
+    let tets = mesh::generate(&bodies, &container, &parameters)?.mesh;
+    let surfaces: Vec<NamedSurface> = bodies
+        .iter()
+        .map(|b| (b.name, b.surface))
+        .chain([(Container::TAG, container.surface())])
+        .collect();
+    let mesh = TetMesh::curved(tets, &surfaces)?;
+
+    let mut roles = vec![NodeRole::Free; mesh.n_points()];
+    let mut surface_bodies = Vec::new();
+    for (number, name) in NAMES.iter().enumerate() {
+        let tag = mesh.tag(name)?;
+        for node in mesh.nodes_on(tag) {
+            roles[node as usize] = NodeRole::Body(number as u32);
+        }
+        surface_bodies.push(SurfaceBody {
+            centre: centres[number],
+            volume: fem::surface_measures(&mesh, tag)?.volume,
+        });
+    }
+    for node in mesh.nodes_on(mesh.tag(Container::TAG)?) {
+        roles[node as usize] = NodeRole::Fixed;
+    }
+    let space = TaylorHood::new(&mesh)?;
+    let fluid = RigidFluid::new(
+        FluidMatrices {
+            stiffness: space.stiffness(&mesh)?,
+            divergence: space.divergence(&mesh)?,
+            pressure_mass: space.pressure_mass(&mesh)?,
+            interpolation: space.vertex_interpolation(&mesh)?,
+            vertex_stiffness: space.vertex_stiffness(&mesh)?,
+            points: mesh.points(),
+            roles: &roles,
+        },
+        &surface_bodies,
+    )?;
+    let link = |body: usize| Link {
+        name: NAMES[body].into(),
+        body,
+        to: 1,
+    };
+    let set = Articulation::new(
+        &[BodyKind::Rigid; 3],
+        vec![link(0), link(2)],
+        Arms::Clamped,
+        &centres,
+    )?;
+    let constraints = set.constraints(&set.initial_state(), set.initial_lengths(), &[-1.0, 0.0])?;
+    Ok(Eliminated.constrain(
+        fluid,
+        &Drive {
+            set: &set,
+            constraints: &constraints,
+            loads: &[Load::default(); 3],
+        },
+    )?)
+}
+
+fn markdown(rows: &[Row]) -> Result<String> {
+    let mut text = format!(
+        "# Kernels against the bandwidth of memory\n\n\
+         The first instant of `scenes/three-sphere.toml`. {}, {}, load {}. Made by `cargo xtask roofline`.\n\n\
+         The fastest of {RUNS} runs of each kernel; bandwidth is that of reading (STREAM's arrays of 256 MB), measured beside each kernel. The last \
+         column is the kernel's part of an iteration, from its time and the number of its runs.\n\n",
+        machine::today(),
+        machine::processor(),
+        load(),
+    );
+    text.push_str("| unknowns | threads | kernel | MB | ms | GB/s | STREAM GB/s | fraction | of an iteration |\n");
+    text.push_str("|--:|--:|:--|--:|--:|--:|--:|--:|--:|\n");
+    for row in rows {
+        let iteration: f64 = rows
+            .iter()
+            .filter(|other| other.unknowns == row.unknowns && other.threads == row.threads)
+            .map(|other| other.runs * other.seconds)
+            .sum();
+        let part = match row.runs {
+            0.0 => "-".to_owned(),
+            runs => format!("{:.0} %", 100.0 * runs * row.seconds / iteration),
+        };
+        writeln!(
+            text,
+            "| {} | {} | {} | {:.1} | {:.2} | {:.1} | {:.1} | {:.0} % | {part} |",
+            row.unknowns,
+            row.threads,
+            row.name,
+            row.bytes as f64 / 1e6,
+            1e3 * row.seconds,
+            row.bytes as f64 / row.seconds / 1e9,
+            row.stream / 1e9,
+            100.0 * row.fraction(),
+        )?;
+    }
+    Ok(text)
+}
+
+fn csv(rows: &[Row]) -> Result<String> {
+    let mut text =
+        "unknowns,threads,kernel,bytes,seconds,stream_bytes_per_second,fraction,runs_per_iteration\n"
+            .to_owned();
+    for row in rows {
+        writeln!(
+            text,
+            "{},{},\"{}\",{},{:e},{:e},{:.4},{:.3}",
+            row.unknowns,
+            row.threads,
+            row.name,
+            row.bytes,
+            row.seconds,
+            row.stream,
+            row.fraction(),
+            row.runs
+        )?;
+    }
+    Ok(text)
+}
+
+/// The load of the machine over the last minute.
+fn load() -> String {
+    std::fs::read_to_string("/proc/loadavg")
+        .ok()
+        .and_then(|text| Some(text.split_whitespace().next()?.to_owned()))
+        .unwrap_or_else(|| "unknown".to_owned())
+}
