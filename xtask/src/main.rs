@@ -7,6 +7,7 @@ mod ci;
 mod licences;
 mod machine;
 mod roofline;
+mod page;
 mod stability;
 mod table1;
 mod validate;
@@ -34,7 +35,7 @@ enum Task {
         /// Coarser meshes and fewer rows: under two minutes on two cores.
         #[arg(long)]
         quick: bool,
-        /// Folder for `validation.md` and `validation.csv`.
+        /// Folder for `validation.md`, `validation.csv`, the charts and the page `index.html`.
         #[arg(long, default_value = "validation")]
         out: PathBuf,
     },

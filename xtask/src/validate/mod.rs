@@ -4,6 +4,7 @@ mod collinear;
 mod expected;
 mod file;
 mod flow;
+mod overview;
 mod pair;
 pub mod reference;
 mod similar;
@@ -30,7 +31,7 @@ pub enum Effort {
 /// A name for messages, and what computes the rows.
 type Part<'a> = (&'a str, &'a dyn Fn() -> Result<Vec<Row>>);
 
-/// Computes all rows, prints them, writes `validation.md` and `validation.csv` into a folder and fails if a row does.
+/// Computes all rows, prints them, writes `validation.md`, `validation.csv`, charts and `index.html` into a folder and fails if a row does.
 pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
@@ -74,6 +75,14 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
     println!("{text}");
     write(out, "validation.md", &format!("# Validation\n\n{text}"))?;
     write(out, "validation.csv", &table::csv(&rows))?;
+    let quantities = match effort {
+        Effort::Quick => Vec::new(),
+        Effort::Full => crate::accuracy::run(false, out)?,
+    };
+    let (page, chart) = overview::page(&rows, &notes, &quantities)?;
+    write(out, "errors.svg", &chart)?;
+    write(out, "index.html", &page)?;
+    eprintln!("see {}", out.join("index.html").display());
     if failed > 0 {
         bail!(
             "{failed} of {} rows are outside their tolerance",

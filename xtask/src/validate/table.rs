@@ -144,7 +144,8 @@ impl Row {
         self.error.abs() <= self.tolerance
     }
 
-    fn cells(&self) -> [String; HEADINGS.len()] {
+    /// The row as the table shows it.
+    pub fn cells(&self) -> [String; HEADINGS.len()] {
         [
             self.group.to_owned(),
             self.name.clone(),
@@ -160,7 +161,8 @@ impl Row {
     }
 }
 
-const HEADINGS: [&str; 10] = [
+/// What the columns of the table are.
+pub const HEADINGS: [&str; 10] = [
     "case",
     "row",
     "exact",
@@ -207,17 +209,23 @@ pub fn markdown(rows: &[Row], notes: &[String]) -> String {
         }
     }
     text.push('\n');
-    for basis in Basis::ALL
-        .iter()
-        .filter(|b| rows.iter().any(|row| row.basis == **b))
-    {
+    for line in basis_notes(rows) {
         // Writing to a String cannot fail.
-        let _ = writeln!(text, "({}) {}.", basis.mark(), basis.note());
+        let _ = writeln!(text, "{line}");
     }
     for note in notes {
         let _ = writeln!(text, "* {note}");
     }
     text
+}
+
+/// Where the tolerances of these rows come from.
+pub fn basis_notes(rows: &[Row]) -> Vec<String> {
+    Basis::ALL
+        .iter()
+        .filter(|b| rows.iter().any(|row| row.basis == **b))
+        .map(|basis| format!("({}) {}.", basis.mark(), basis.note()))
+        .collect()
 }
 
 /// The rows as comma-separated values, numbers in full.
