@@ -44,7 +44,7 @@ figure svg { width: 100%; height: auto; min-width: 34rem; display: block; }
 table { border-collapse: collapse; width: 100%; font-size: .875rem; font-variant-numeric: tabular-nums; }
 th, td { padding: .35rem .7rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
 th { position: sticky; top: 0; background: var(--wash); font-weight: 600; }
-th:first-child, td:first-child, th:nth-child(2), td:nth-child(2) { text-align: left; }
+th:first-child, td:first-child { text-align: left; }
 tr:last-child td { border-bottom: 0; }
 tr.bad td { color: var(--bad); font-weight: 600; }
 td:last-child { color: var(--good); }

@@ -84,12 +84,20 @@ impl Checkpoint {
             path: path.clone(),
             source,
         })?;
+        Self::parse(&text, &path)
+    }
+
+    /// Reads the text of a checkpoint; `path` is what messages call it.
+    ///
+    /// # Errors
+    /// [`SwimError::Checkpoint`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SwimError> {
         let damaged = |problem: String| SwimError::Checkpoint {
-            path: path.clone(),
+            path: path.to_owned(),
             problem,
         };
         let checkpoint: Self =
-            serde_json::from_str(&text).map_err(|error| damaged(format!("is damaged: {error}")))?;
+            serde_json::from_str(text).map_err(|error| damaged(format!("is damaged: {error}")))?;
         if checkpoint.version != VERSION {
             return Err(damaged(format!(
                 "is of version {}, this program reads version {VERSION}",

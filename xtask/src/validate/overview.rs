@@ -87,6 +87,8 @@ fn errors(rows: &[Row]) -> LogLog {
         y: "error".into(),
         series: groups(rows)
             .into_iter()
+            // Orders have no error in this sense.
+            .filter(|(group, _)| *group != "order")
             .map(|(group, name)| Series {
                 name,
                 points: rows
