@@ -48,24 +48,16 @@ fn edit() -> impl Strategy<Value = Edit> {
         "cycles = 4294967295\n",
         "radius = -0.0\n",
     ]);
-    let place = any::<prop::sample::Index>();
+    // Reduced to the length of the text when it is used.
+    let place = || 0usize..1 << 20;
     prop_oneof![
-        (place, 1usize..40).prop_map(|(at, len)| Edit::Remove {
-            at: at.index(1 << 20),
-            len
-        }),
-        (place, text).prop_map(|(at, text)| Edit::Insert {
-            at: at.index(1 << 20),
+        (place(), 1usize..40).prop_map(|(at, len)| Edit::Remove { at, len }),
+        (place(), text).prop_map(|(at, text)| Edit::Insert {
+            at,
             text: text.to_owned()
         }),
-        (place, 1usize..200).prop_map(|(at, len)| Edit::Repeat {
-            at: at.index(1 << 20),
-            len
-        }),
-        (place, place).prop_map(|(at, with)| Edit::Swap {
-            at: at.index(1 << 20),
-            with: with.index(1 << 20)
-        }),
+        (place(), 1usize..200).prop_map(|(at, len)| Edit::Repeat { at, len }),
+        (place(), place()).prop_map(|(at, with)| Edit::Swap { at, with }),
     ]
 }
 
