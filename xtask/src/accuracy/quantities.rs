@@ -245,7 +245,6 @@ fn net(quick: bool) -> Result<Quantity> {
             &[
                 format!("model.kind={kind}"),
                 "domain.kind=unbounded".to_owned(),
-                "domain.radius=".to_owned(),
             ],
         )?;
         points.push(stroke(
