@@ -132,8 +132,8 @@ pub struct Options<'a> {
 pub fn run(options: &Options) -> Result<()> {
     let sizes: &[Size] = if options.quick { &QUICK } else { &FULL };
     let mut rows = Vec::new();
-    // The long ones first: what the machine was busy with at the start is over when the short ones are timed.
-    for solver in [Direct, Schwarz, Minres, Block] {
+    // The longest first: what the machine was busy with at the start is over when the others are timed.
+    for solver in [Schwarz, Minres, Block, Direct] {
         for &size in sizes.iter().take(options.sizes) {
             if size.solvers.contains(&solver) {
                 rows.extend(measure(size, solver, solver.repeats(options.repeats))?);
