@@ -11,15 +11,27 @@ pub struct Resistance {
     matrix: DMatrix<f64>,
     coarser: DMatrix<f64>,
     tail: f64,
+    unknowns: usize,
 }
 
 impl Resistance {
-    pub(crate) fn new(matrix: DMatrix<f64>, coarser: DMatrix<f64>, tail: f64) -> Self {
+    pub(crate) fn new(
+        matrix: DMatrix<f64>,
+        coarser: DMatrix<f64>,
+        tail: f64,
+        unknowns: usize,
+    ) -> Self {
         Self {
             matrix,
             coarser,
             tail,
+            unknowns,
         }
+    }
+
+    /// Number of multipoles on all surfaces.
+    pub fn unknowns(&self) -> usize {
+        self.unknowns
     }
 
     /// The matrix.

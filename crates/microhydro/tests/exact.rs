@@ -243,3 +243,36 @@ fn spheres_that_touch_are_named() {
         multipole::resistance(&close, &Medium::Unbounded, &Accuracy::relative(1e-4)).unwrap_err();
     assert!(matches!(error, HydroError::TooClose { .. }), "{error}");
 }
+
+#[test]
+fn a_sphere_off_the_centre_of_a_large_ball_feels_a_wall() {
+    // at two radii from the wall of a ball of radius b: the plane wall's factor, up to what goes with the radius over b
+    let factor = |b: f64| {
+        let offset = Vector3::new(b - 2.0, 0.0, 0.0);
+        let ball = Medium::Ball {
+            centre: Vector3::zeros(),
+            radius: b,
+        };
+        let sphere = Spheres::new(vec![offset], vec![1.0]).unwrap();
+        let r = multipole::resistance(&sphere, &ball, &Accuracy::order(140)).unwrap();
+        let m = r.matrix();
+        [
+            m[(1, 1)] / (6.0 * PI),
+            m[(0, 0)] / (6.0 * PI),
+            m[(4, 4)] / (8.0 * PI),
+        ]
+    };
+    // twice as large a ball halves the difference: extrapolate it away
+    let (near, far) = (factor(20.0), factor(40.0));
+    for ((near, far), exact) in
+        near.iter()
+            .zip(far)
+            .zip([1.3827523824112227, 2.1255355667600404, 1.0417835548066172])
+    {
+        assert!((near - exact).abs() < 0.1 * exact);
+        assert!(
+            (2.0 * far - near - exact).abs() < 1e-2 * exact,
+            "{near} {far} {exact}"
+        );
+    }
+}

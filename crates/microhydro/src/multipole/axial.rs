@@ -176,7 +176,7 @@ impl Interior {
                     / lf;
                 Lamb {
                     phi: strength * phi / (a * b) - potential * b / a * s,
-                    chi: -strength * z / b * mf / ((kf + 1.0) * lf * (lf + 1.0)) * s,
+                    chi: strength * z / b * mf / ((kf + 1.0) * lf * (lf + 1.0)) * s,
                     p: strength * a / b * s,
                 }
             }

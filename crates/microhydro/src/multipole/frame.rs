@@ -10,6 +10,8 @@ use crate::{Medium, Spheres};
 pub(crate) struct Frame {
     /// From the laboratory's axes to the frame's.
     pub turn: UnitQuaternion<f64>,
+    /// The frame's origin in the laboratory.
+    pub origin: Vector3<f64>,
     /// Centres in the frame.
     pub centres: Vec<Vector3<f64>>,
     /// The surroundings.
@@ -57,6 +59,7 @@ impl Frame {
         let collinear = centres.iter().all(|x| x.xy().norm() <= OFF_AXIS * extent);
         Self {
             turn,
+            origin,
             centres,
             around,
             collinear,

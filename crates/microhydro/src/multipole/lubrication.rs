@@ -35,14 +35,7 @@ pub(super) fn completed(
         let result = at_orders(spheres, medium, closeness, orders, tolerance)?;
         return Ok((result, false));
     }
-    let cut = Orders {
-        spheres: orders
-            .spheres
-            .iter()
-            .map(|&l| l.min(MOST_IN_SPACE))
-            .collect(),
-        container: orders.container.min(MOST_ON_CONTAINER),
-    };
+    let cut = orders.cut(MOST_IN_SPACE, MOST_ON_CONTAINER);
     let mut result = at_orders(spheres, medium, closeness, &cut, tolerance)?;
     if cut == *orders {
         return Ok((result, false));
@@ -79,7 +72,7 @@ fn complete(
         group.iter().map(|&k| spheres.radii()[k]).collect(),
     )?;
     let closeness = order::closeness(&alone, medium);
-    let needed = order::for_tolerance(&closeness, tolerance);
+    let needed = order::for_tolerance(&closeness, medium, tolerance);
     let used = Orders {
         spheres: group.iter().map(|&k| cut.spheres[k]).collect(),
         container: cut.container,
@@ -94,7 +87,7 @@ fn complete(
         return Ok(());
     }
     // cheap, so that its own error does not count
-    let needed = order::for_tolerance(&closeness, 0.01 * tolerance);
+    let needed = order::for_tolerance(&closeness, medium, 0.01 * tolerance);
     check_collinear(&alone, medium, &needed, tolerance)?;
     let exact = at_orders(&alone, medium, &closeness, &needed, tolerance)?;
     let missed = at_orders(&alone, medium, &closeness, &used, tolerance)?;

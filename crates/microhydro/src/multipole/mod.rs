@@ -7,6 +7,7 @@
 
 mod axial;
 mod collinear;
+mod flow;
 mod frame;
 mod lamb;
 mod link;
@@ -23,6 +24,7 @@ use std::f64::consts::PI;
 
 use nalgebra::DMatrix;
 
+pub use self::flow::Flow;
 pub use self::order::Orders;
 use crate::{HydroError, Medium, Resistance, Spheres};
 
@@ -98,14 +100,14 @@ pub fn resistance(
     spheres.check_inside(medium)?;
     let closeness = order::closeness(spheres, medium);
     if let Some(order) = accuracy.order {
-        let orders = Orders::all(spheres.len(), order);
+        let orders = Orders::all(spheres.len(), medium, order);
         return at_orders(spheres, medium, &closeness, &orders, FIXED_ORDER_TOLERANCE);
     }
     // below this, rounding rules
     let tolerance = accuracy.tolerance.max(1e-13);
     let mut goal = tolerance;
     loop {
-        let orders = order::for_tolerance(&closeness, goal);
+        let orders = order::for_tolerance(&closeness, medium, goal);
         let (result, completed) =
             lubrication::completed(spheres, medium, &closeness, &orders, goal)?;
         let claimed = result.relative_error();
@@ -146,6 +148,7 @@ fn at_orders(
         invert(&scaled.full)?,
         invert(&scaled.lower)?,
         order::tail(closeness, orders),
+        orders.unknowns(),
     ))
 }
 
@@ -159,7 +162,7 @@ pub(crate) fn rigid_mobility(
     // one force and one torque a sphere, and as much of the container's wall as they need
     let orders = Orders {
         spheres: vec![2; spheres.len()],
-        container: order::for_tolerance(&order::closeness(spheres, medium), 1e-10)
+        container: order::for_tolerance(&order::closeness(spheres, medium), medium, 1e-10)
             .container
             .min(lubrication::MOST_ON_CONTAINER),
     };
@@ -181,21 +184,10 @@ fn unscaled_inverse(mobility: &DMatrix<f64>, radii: &[f64]) -> Result<DMatrix<f6
     Ok(unscaled(&inverse, radii, |unit| unit))
 }
 
-/// A matrix over scaled modes in the units and axes of velocities or forces: each row and column times what `factor` makes of the root of the
-/// sphere's own drag.
+/// A matrix over scaled modes in the units and axes of velocities or forces: each row and column times what `factor` makes of its unit.
 fn unscaled(matrix: &DMatrix<f64>, radii: &[f64], factor: impl Fn(f64) -> f64) -> DMatrix<f64> {
     let n = matrix.nrows();
-    let units: Vec<f64> = (0..n)
-        .map(|row| {
-            let a = radii[row / 6];
-            if row % 6 < 3 {
-                factor((6.0 * PI * a).sqrt())
-            } else {
-                // the harmonic X_1 is n x e, a rotation e x n
-                -factor((8.0 * PI * a.powi(3)).sqrt())
-            }
-        })
-        .collect();
+    let units: Vec<f64> = drag_units(radii).into_iter().map(factor).collect();
     let place = |row: usize| 3 * (row / 3) + AXES[row % 3];
     let mut result = DMatrix::zeros(n, n);
     for i in 0..n {
@@ -204,4 +196,14 @@ fn unscaled(matrix: &DMatrix<f64>, radii: &[f64], factor: impl Fn(f64) -> f64) -
         }
     }
     result
+}
+
+/// Square roots of the drags of lone spheres, in the order of scaled mobilities; negative for rotations, whose harmonic $X_1$ is
+/// $n \times e$ while a rotation is $e \times n$.
+fn drag_units(radii: &[f64]) -> Vec<f64> {
+    let of = |&a: &f64| {
+        let (drag, torque) = ((6.0 * PI * a).sqrt(), (8.0 * PI * a.powi(3)).sqrt());
+        [drag, drag, drag, -torque, -torque, -torque]
+    };
+    radii.iter().flat_map(of).collect()
 }

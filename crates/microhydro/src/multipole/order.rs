@@ -3,6 +3,7 @@
 //! The flow that a neighbour reflects has its nearest singularity at the inner focus of the pair's bispherical coordinates, at
 //! $a e^{\xi}$ from the centre: the coefficients of degree $l$ fall as $e^{-\xi l}$, and the Galerkin error of the resistance as $e^{-2 \xi L}$.
 
+use super::modes::Modes;
 use crate::{Medium, Spheres};
 
 /// Orders of the expansions on each sphere, and on the container if there is one.
@@ -15,11 +16,29 @@ pub struct Orders {
 }
 
 impl Orders {
-    /// The same order everywhere, at least 4.
-    pub fn all(spheres: usize, order: usize) -> Self {
+    /// Number of multipoles of all expansions.
+    pub fn unknowns(&self) -> usize {
+        let orders = self.spheres.iter().copied().chain(Some(self.container));
+        orders.map(|order| Modes { order }.len()).sum()
+    }
+
+    /// The same orders, but none above these.
+    pub(crate) fn cut(&self, spheres: usize, container: usize) -> Self {
         Self {
-            spheres: vec![order.max(LEAST); spheres],
-            container: order.max(LEAST),
+            spheres: self.spheres.iter().map(|&l| l.min(spheres)).collect(),
+            container: self.container.min(container),
+        }
+    }
+
+    /// The same order everywhere, at least 4.
+    pub fn all(spheres: usize, medium: &Medium, order: usize) -> Self {
+        let order = order.max(LEAST);
+        Self {
+            spheres: vec![order; spheres],
+            container: match medium {
+                Medium::Ball { .. } => order,
+                _ => 0,
+            },
         }
     }
 }
@@ -67,14 +86,17 @@ pub(crate) fn of_pair(distance: f64, a: f64, b: f64, tolerance: f64) -> (usize, 
 }
 
 /// Orders at which the resistance errs by about `tolerance`.
-pub(crate) fn for_tolerance(closeness: &(Vec<f64>, f64), tolerance: f64) -> Orders {
+pub(crate) fn for_tolerance(
+    closeness: &(Vec<f64>, f64),
+    medium: &Medium,
+    tolerance: f64,
+) -> Orders {
     let order = |xi: f64| terms(xi, tolerance);
     Orders {
         spheres: closeness.0.iter().map(|&xi| order(xi)).collect(),
-        container: if closeness.1.is_finite() || closeness.0.is_empty() {
-            order(closeness.1)
-        } else {
-            LEAST
+        container: match medium {
+            Medium::Ball { .. } => order(closeness.1),
+            _ => 0,
         },
     }
 }
@@ -85,8 +107,8 @@ pub(crate) fn for_tolerance(closeness: &(Vec<f64>, f64), tolerance: f64) -> Orde
 /// Three times that: many spheres reflect more than a pair does.
 pub(crate) fn tail(closeness: &(Vec<f64>, f64), orders: &Orders) -> f64 {
     let ratio = (-4.0 * narrowest(closeness)).exp();
-    let least = orders.spheres.iter().copied().chain(Some(orders.container));
-    let least = least.filter(|&n| n > 0).min().unwrap_or(LEAST) as f64;
+    let all = orders.spheres.iter().copied().chain(Some(orders.container));
+    let least = all.filter(|&n| n > 0).min().unwrap_or(LEAST) as f64;
     3.0 * (least / (least - 2.0)).powi(2) * ratio / (1.0 - ratio)
 }
 

@@ -38,7 +38,8 @@ pub(crate) fn coupling(
             let m = index.abs_diff(l);
             let factor = family.parity(l, m) / from.weight(family, l);
             let turned = rotation.degree(l).column(index) * factor;
-            let regular = Regular::of(&axial, family, l, turned.as_slice(), seen);
+            let mut regular = Regular::zeros(seen);
+            regular.add(&axial, family, l, turned.as_slice());
             let regular = regular.turned_back(&rotation);
             add_reflected(&regular, to, centre.z, matrix.col_as_slice_mut(column));
         }
@@ -47,15 +48,25 @@ pub(crate) fn coupling(
 }
 
 /// Lamb's coefficients of all degrees and azimuthal numbers about a centre.
-struct Regular {
+pub(super) struct Regular {
     /// `phi`, `chi`, `p` for each degree from 0, `m` = -k ..= k.
     degrees: Vec<DMatrix<f64>>,
 }
 
 impl Regular {
-    fn of(axial: &[Outgoing], family: Family, l: usize, modes: &[f64], top: usize) -> Self {
-        let mut degrees: Vec<DMatrix<f64>> =
-            (0..=top).map(|k| DMatrix::zeros(2 * k + 1, 3)).collect();
+    /// Degrees that the velocity of the image at one point takes.
+    pub const FOR_A_POINT: usize = 3;
+
+    /// No flow, up to degree `top`.
+    pub fn zeros(top: usize) -> Self {
+        Self {
+            degrees: (0..=top).map(|k| DMatrix::zeros(2 * k + 1, 3)).collect(),
+        }
+    }
+
+    /// Adds the flow of the modes `m` = -l ..= l of one shell, seen along the axis.
+    pub fn add(&mut self, axial: &[Outgoing], family: Family, l: usize, modes: &[f64]) {
+        let top = self.degrees.len() - 1;
         for half in Half::all(l.min(top)) {
             let (row, sign) = half.row(family, l);
             let value = sign * modes[row];
@@ -63,15 +74,28 @@ impl Regular {
                 let lamb = axial[half.m].lamb(family, l, k).scaled(value);
                 let (plain, _) = half.row(Family::Stokeslet, k);
                 let (other, sign) = half.row(Family::Rotlet, k);
-                degrees[k][(plain, 0)] += lamb.phi;
-                degrees[k][(other, 1)] += sign * lamb.chi;
-                degrees[k][(plain, 2)] += lamb.p;
+                self.degrees[k][(plain, 0)] += lamb.phi;
+                self.degrees[k][(other, 1)] += sign * lamb.chi;
+                self.degrees[k][(plain, 2)] += lamb.p;
             }
         }
-        Self { degrees }
     }
 
-    fn turned_back(mut self, rotation: &Rotation) -> Self {
+    /// Velocity of the reflected flow at the centre, as harmonics $W_1$ of `m` = -1, 0, 1; `height` as for [`image`].
+    pub fn reflected_velocity(&self, height: f64) -> [f64; 3] {
+        let mut modes = [0.0; 3];
+        for half in Half::all(1) {
+            let coefficients: Vec<Lamb> = (0..=Self::FOR_A_POINT)
+                .map(|k| self.lamb(half, k))
+                .collect();
+            let (plain, _) = half.row(Family::Stokeslet, 1);
+            modes[plain] = image(&coefficients, half.m as i32, height, 1)[1].phi;
+        }
+        modes
+    }
+
+    /// The same about the axes before they were turned.
+    pub fn turned_back(mut self, rotation: &Rotation) -> Self {
         for (k, degree) in self.degrees.iter_mut().enumerate().skip(1) {
             *degree = rotation.degree(k).tr_mul(degree);
         }
