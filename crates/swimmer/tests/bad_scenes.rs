@@ -524,13 +524,13 @@ fn models_and_domains_that_are_not_built_are_named_with_what_to_use() {
     for (part, by, fragment) in [
         (
             "kind = \"fem\"",
-            "kind = \"rpy\"",
-            "model.kind = \"rpy\" is not built yet; use model.kind = \"fem\"",
+            "kind = \"axisymmetric\"",
+            "model.kind = \"axisymmetric\" is not built yet; use model.kind = \"multipole\" or \"fem\"",
         ),
         (
             "kind = \"ball\"\nradius = 40",
             "kind = \"unbounded\"",
-            "is not built yet; use domain.kind = \"ball\"",
+            "is not built yet; use model.kind = \"auto\" for spheres",
         ),
         (
             "radius = 1\nposition = [0",

@@ -39,12 +39,18 @@ fn bad_input_is_one_line_and_exit_code_2() {
             "--set fluid.viscosity=0: fluid.viscosity must be",
         ),
         (
-            &["solve", SWIMMER, "--json", "--set", "model.kind=multipole"],
+            &[
+                "solve",
+                SWIMMER,
+                "--json",
+                "--set",
+                "model.kind=axisymmetric",
+            ],
             "not built yet",
         ),
         (
             &["check", SWIMMER, "--set", "domain.kind=unbounded"],
-            "use domain.kind = \"ball\"",
+            "or domain.kind = \"ball\"",
         ),
         (&["mesh", SPHERE, "--out", "mesh.stl"], ".vtu"),
     ] {
@@ -112,7 +118,7 @@ fn a_run_leaves_whole_files_that_agree() {
     let scene = folder.path().join("pair.toml");
     std::fs::write(
         &scene,
-        "domain = { kind = \"ball\", radius = 12 }\nmodel.tolerance = 0.1\n\
+        "domain = { kind = \"ball\", radius = 12 }\nmodel = { kind = \"fem\", tolerance = 0.1 }\n\
          bodies = [{ name = \"a\", radius = 1, position = [-2, 0, 0] }, { name = \"b\", radius = 1, position = [2, 0, 0] }]\n\
          links = [{ name = \"arm\", body = \"b\", to = \"a\" }]\n\
          gait.phases = [{ link = \"arm\", length = 4.5 }]\n",
@@ -201,4 +207,22 @@ fn mesh_writes_what_it_describes() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(String::from_utf8_lossy(&output.stdout).contains("dihedral"));
     assert!(std::fs::read(file).unwrap().starts_with(b"<?xml"));
+}
+
+#[test]
+fn new_writes_a_scene_that_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.toml");
+    let file = file.to_str().unwrap();
+    let output = swim(&["new", "planar", "--out", file]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(swim(&["check", file]).status.success());
+    // nothing is overwritten, and an unknown name is answered with those known
+    assert_eq!(
+        swim(&["new", "planar", "--out", file]).status.code(),
+        Some(2)
+    );
+    let output = swim(&["new", "cubic"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("three-sphere, chain, planar, tetrahedral"));
 }

@@ -2,6 +2,7 @@
 
 mod check;
 mod mesh;
+mod new;
 mod progress;
 mod run;
 mod solve;
@@ -50,6 +51,15 @@ enum Command {
         #[command(flatten)]
         scene: SceneArguments,
     },
+    /// Write a scene file to start from: three-sphere, chain, planar or tetrahedral
+    New {
+        /// The template
+        #[arg(value_name = "NAME")]
+        name: String,
+        /// The scene file [default: the template's name and .toml]
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
     /// Write the mesh of the starting shape and its quality
     Mesh {
         #[command(flatten)]
@@ -85,6 +95,7 @@ pub fn main() -> ExitCode {
             resistance,
         } => solve::solve(&scene, json, resistance),
         Command::Check { scene } => check::check(&scene),
+        Command::New { name, out } => new::new(&name, out),
         Command::Mesh { scene, out } => mesh::mesh(&scene, &out),
     };
     match outcome {

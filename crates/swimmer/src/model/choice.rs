@@ -1,6 +1,6 @@
 //! Which model computes a scene, and why.
 
-use crate::model::{FemModel, Hydrodynamics, ModelError};
+use crate::model::{FemModel, Hydrodynamics, ModelError, SphereModel, SpheresModel, ladder};
 use crate::scene::{DomainKind, ModelKind, Scene};
 
 /// The model taken for a scene, with the reasons.
@@ -11,7 +11,9 @@ pub struct Choice {
     pub reasons: Vec<String>,
 }
 
-/// Takes the model that the scene names, or for `auto` the least one that exists for the scene.
+/// Takes the model that the scene names, or for `auto` the least one that meets the scene's tolerance.
+///
+/// `auto` gives three reasons: the symmetry found, what each rung of the ladder errs and costs, and what it took.
 ///
 /// # Errors
 /// [`ModelError::NotBuilt`] for models, domains and options that do not exist yet, naming what to use instead.
@@ -34,31 +36,58 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
             }
         }
     }
+    let without_mesh = matches!(
+        scene.domain.kind(),
+        DomainKind::Unbounded | DomainKind::Ball | DomainKind::Wall
+    );
+    let asked = || {
+        vec![
+            "asked for by model.kind".to_owned(),
+            scene.arrangement().describe().to_owned(),
+        ]
+    };
+    let spheres = |kind: SphereModel, reasons: Vec<String>| {
+        Ok(Choice {
+            model: Box::new(SpheresModel::new(scene, kind)?),
+            reasons,
+        })
+    };
     match scene.model.kind {
+        ModelKind::Oseen => return spheres(SphereModel::Oseen, asked()),
+        ModelKind::Rpy => return spheres(SphereModel::Rpy, asked()),
+        ModelKind::Multipole => return spheres(SphereModel::for_displacement(scene), asked()),
+        ModelKind::Auto if without_mesh => {
+            let rung = ladder::climb(scene)?;
+            return spheres(rung.kind, rung.reasons);
+        }
         ModelKind::Auto | ModelKind::Fem => {}
-        kind => {
+        ModelKind::Axisymmetric => {
             return not_built(
                 "model.kind",
-                &format!("\"{}\"", kind.word()),
-                "use model.kind = \"fem\"",
+                "\"axisymmetric\"",
+                "use model.kind = \"multipole\" or \"fem\"",
             );
         }
     }
     match scene.domain.kind() {
         DomainKind::Ball | DomainKind::Box | DomainKind::Mesh => {}
         kind => {
-            let instead = "use domain.kind = \"ball\"; a swimmer without external force in a ball of ten times \
-                           its length moves as in unbounded fluid to about a thousandth";
+            let instead = "use model.kind = \"auto\" for spheres in unbounded fluid or beside a wall, or domain.kind = \"ball\"; \
+                           a swimmer without external force in a ball of ten times its length moves as in unbounded fluid to about a thousandth";
             return not_built("domain.kind", &format!("\"{}\"", kind.word()), instead);
         }
     }
-    let reason = match scene.model.kind {
-        ModelKind::Auto => {
-            "finite elements in space: the lesser models of the ladder are not built yet"
-        }
-        _ => "asked for by model.kind",
+    let reasons = match scene.model.kind {
+        ModelKind::Auto => vec![
+            scene.arrangement().describe().to_owned(),
+            format!(
+                "models without a mesh know no domain.kind = \"{}\"",
+                scene.domain.kind().word()
+            ),
+            "took finite elements in space".to_owned(),
+        ],
+        _ => asked(),
     };
-    let reasons = vec![reason.to_owned(), scene.arrangement().describe().to_owned()];
     Ok(Choice {
         model: Box::new(FemModel::new(scene)?),
         reasons,

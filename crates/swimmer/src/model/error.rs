@@ -27,6 +27,9 @@ pub enum ModelError {
     /// A solve that failed.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),
+    /// Spheres whose flow cannot be computed without a mesh.
+    #[error(transparent)]
+    Spheres(#[from] microhydro::HydroError),
     /// A part of a mesh's boundary that is neither body nor wall.
     #[error(
         "{file}: the boundary part '{tag}' is no body's surface and not in domain.walls; \

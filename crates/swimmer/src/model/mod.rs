@@ -6,6 +6,8 @@
 mod choice;
 mod error;
 pub mod fem;
+mod ladder;
+mod spheres;
 
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Isometry3, Vector3};
@@ -15,6 +17,7 @@ use serde::{Deserialize, Serialize};
 pub use choice::{Choice, choose};
 pub use error::ModelError;
 pub use fem::FemModel;
+pub use spheres::{SphereModel, SpheresModel};
 
 /// A question to the fluid: where the bodies are and how the links' lengths change, in the scene's units.
 #[derive(Clone, Copy, Debug)]

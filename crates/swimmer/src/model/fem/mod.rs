@@ -1,7 +1,7 @@
 //! Finite elements: P2-P1 on a body-fitted mesh that follows the shape.
 
 mod meshes;
-mod scale;
+pub(super) mod scale;
 mod solve;
 
 use std::time::Instant as Clock;
@@ -157,7 +157,7 @@ impl FemModel {
         Instant {
             bodies,
             link_forces,
-            motion: self.scale.motion_back(flow),
+            motion: self.scale.motion_back(&flow.state),
             dofs: solved.dofs,
             error_estimate: ErrorEstimate {
                 algebraic: Some(solved.solver.true_relative_residual),

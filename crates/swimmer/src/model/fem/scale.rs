@@ -1,7 +1,7 @@
 //! The units in which the flow is computed: lengths by the smallest radius, viscosity 1, time as in the scene.
 
 use nalgebra::{DMatrix, Isometry3, Translation3, Vector3};
-use rigid::{Flow, Load, State, StateVelocity, Twist};
+use rigid::{Load, State, StateVelocity, Twist};
 
 use crate::scene::Scene;
 
@@ -100,10 +100,9 @@ impl Scale {
     }
 
     /// The motion of a flow in the scene's units.
-    pub fn motion_back(&self, flow: &Flow) -> StateVelocity {
+    pub fn motion_back(&self, motion: &StateVelocity) -> StateVelocity {
         StateVelocity {
-            frames: flow
-                .state
+            frames: motion
                 .frames
                 .iter()
                 .map(|twist| Twist {
@@ -111,7 +110,7 @@ impl Scale {
                     angular: twist.angular,
                 })
                 .collect(),
-            spins: flow.state.spins.clone(),
+            spins: motion.spins.clone(),
         }
     }
 
