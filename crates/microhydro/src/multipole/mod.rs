@@ -54,7 +54,7 @@ impl Accuracy {
         }
     }
 
-    /// A fixed order of all expansions; at least 4.
+    /// A fixed order of all expansions; at least 2.
     pub fn order(order: usize) -> Self {
         Self {
             tolerance: f64::INFINITY,

@@ -30,9 +30,9 @@ impl Orders {
         }
     }
 
-    /// The same order everywhere, at least 4.
+    /// The same order everywhere, at least 2.
     pub fn all(spheres: usize, medium: &Medium, order: usize) -> Self {
-        let order = order.max(LEAST);
+        let order = order.max(least(medium));
         Self {
             spheres: vec![order; spheres],
             container: match medium {
@@ -43,8 +43,19 @@ impl Orders {
     }
 }
 
-/// Two less must still hold a rigid motion and the first multipole beyond.
-pub(crate) const LEAST: usize = 4;
+/// The first order beyond rigid motions: the stresslet and its kin. Two less is then Rotne, Prager & Yamakawa's mobility.
+pub(crate) const LEAST: usize = 2;
+
+/// A container and a sphere reflect with their first source modes already, even when concentric; two less must not be without.
+const LEAST_IN_A_BALL: usize = 4;
+
+/// The least order in a medium.
+fn least(medium: &Medium) -> usize {
+    match medium {
+        Medium::Ball { .. } => LEAST_IN_A_BALL,
+        _ => LEAST,
+    }
+}
 
 /// Smallest bispherical coordinate of each sphere with its neighbours and the boundary, then that of the container.
 pub(crate) fn closeness(spheres: &Spheres, medium: &Medium) -> (Vec<f64>, f64) {
@@ -91,7 +102,7 @@ pub(crate) fn for_tolerance(
     medium: &Medium,
     tolerance: f64,
 ) -> Orders {
-    let order = |xi: f64| terms(xi, tolerance);
+    let order = |xi: f64| terms(xi, tolerance).max(least(medium));
     Orders {
         spheres: closeness.0.iter().map(|&xi| order(xi)).collect(),
         container: match medium {
@@ -103,13 +114,14 @@ pub(crate) fn for_tolerance(
 
 /// What a change from order `n - 2` to `n` says about the error of order `n`: the error is at most the change times this.
 ///
-/// A geometric series with ratio $e^{-4\xi}$, and $(n/(n-2))^2$ for the powers of the order that stand beside the exponential.
-/// Three times that: many spheres reflect more than a pair does.
+/// A geometric series with ratio $e^{-4\xi}$, and $((n+2)/n)^2$ for the powers of the order that stand beside the exponential.
+/// Three times that: many spheres reflect more than a pair does. The true error was 0.2 to 0.8 of the estimate for pairs, chains
+/// and spheres near walls and in containers, at orders 2 to 10 and errors from 0.3 to 1e-13.
 pub(crate) fn tail(closeness: &(Vec<f64>, f64), orders: &Orders) -> f64 {
     let ratio = (-4.0 * narrowest(closeness)).exp();
     let all = orders.spheres.iter().copied().chain(Some(orders.container));
     let least = all.filter(|&n| n > 0).min().unwrap_or(LEAST) as f64;
-    3.0 * (least / (least - 2.0)).powi(2) * ratio / (1.0 - ratio)
+    3.0 * ((least + 2.0) / least).powi(2) * ratio / (1.0 - ratio)
 }
 
 /// The smallest bispherical coordinate.

@@ -56,9 +56,9 @@ pub(super) fn climb(scene: &Scene) -> Result<Rung, ModelError> {
     let candidates = [
         SphereModel::Oseen,
         SphereModel::Rpy,
-        SphereModel::Multipole((10.0 * tolerance).min(1e-2)),
-        SphereModel::Multipole(tolerance.min(1e-3)),
-        SphereModel::Multipole((0.1 * tolerance).min(1e-4)),
+        SphereModel::Multipole((10.0 * tolerance).min(0.1)),
+        SphereModel::Multipole(tolerance.min(1e-2)),
+        SphereModel::Multipole((0.1 * tolerance).min(1e-3)),
         SphereModel::Multipole((0.01 * tolerance).clamp(1e-12, 1e-5)),
     ];
     let mut tried = Vec::new();
