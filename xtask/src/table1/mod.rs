@@ -63,7 +63,8 @@ impl Solver {
 
 use Solver::{Block, Direct, Minres, Schwarz};
 
-/// The sizes of the paper. A factorisation of the second would need about 14 GB.
+/// The sizes of the paper. What is left out would not fit the machine's 24 GB: a factorisation of the second mesh is estimated at
+/// 14 GB and that of 56 subdomains of the third at 20 GB, beside what else runs.
 const FULL: [Size; 3] = [
     Size {
         dofs: 311_000,
@@ -81,7 +82,7 @@ const FULL: [Size; 3] = [
         dofs: 2_094_000,
         surface_size: 0.0985,
         subdomains: 56,
-        solvers: &[Block, Minres, Schwarz],
+        solvers: &[Block, Minres],
     },
 ];
 
