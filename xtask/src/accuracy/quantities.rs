@@ -60,15 +60,13 @@ fn instant(
     })
 }
 
-fn drag(quick: bool) -> Result<Quantity> {
-    // A pulled sphere in a ball of ten radii: force over velocity.
-    let exact = concentric_drag(0.1) * 6.0 * PI;
-    let value = |solved: &Instant| solved.bodies[0].force.x / solved.bodies[0].velocity.x;
-    let base = |more: &[String]| -> Result<Scene> {
-        let mut overrides = vec!["domain.radius=10".to_owned()];
-        overrides.extend_from_slice(more);
-        scene("sphere-in-ball.toml", &overrides)
-    };
+/// Curved and straight elements of all sizes.
+fn by_size(
+    quick: bool,
+    base: &dyn Fn(&[String]) -> Result<Scene>,
+    exact: f64,
+    value: impl Fn(&Instant) -> f64 + Copy,
+) -> Result<Vec<Point>> {
     let mut points = Vec::new();
     for geometry in ["curved", "straight"] {
         for &size in sizes(quick) {
@@ -83,6 +81,19 @@ fn drag(quick: bool) -> Result<Quantity> {
             points.push(instant(&scene, names.map(String::as_str), exact, value)?);
         }
     }
+    Ok(points)
+}
+
+fn drag(quick: bool) -> Result<Quantity> {
+    // A pulled sphere in a ball of ten radii: force over velocity.
+    let exact = concentric_drag(0.1) * 6.0 * PI;
+    let value = |solved: &Instant| solved.bodies[0].force.x / solved.bodies[0].velocity.x;
+    let base = |more: &[String]| -> Result<Scene> {
+        let mut overrides = vec!["domain.radius=10".to_owned()];
+        overrides.extend_from_slice(more);
+        scene("sphere-in-ball.toml", &overrides)
+    };
+    let points = by_size(quick, &base, exact, value)?;
     Ok(Quantity {
         key: "drag",
         title: format!("drag of a sphere in a ball of ten radii, exactly {exact:.6}"),
@@ -99,25 +110,7 @@ fn speed(quick: bool) -> Result<Quantity> {
         overrides.extend_from_slice(more);
         scene("three-sphere.toml", &overrides)
     };
-    let mut points = Vec::new();
-    for geometry in ["curved", "straight"] {
-        for &size in sizes(quick) {
-            let scene = base(&[
-                format!("fem.surface_size={size}"),
-                format!("fem.geometry={geometry}"),
-            ])?;
-            let names = [
-                &format!("finite elements, {geometry}"),
-                &format!("size {size}"),
-            ];
-            points.push(instant(
-                &scene,
-                names.map(String::as_str),
-                case.centre_velocity,
-                value,
-            )?);
-        }
-    }
+    let mut points = by_size(quick, &base, case.centre_velocity, value)?;
     for formulation in ["lagrange", "direct-row"] {
         let scene = base(&[format!("fem.formulation={formulation}")])?;
         let names = [&format!("curved, {formulation}")[..], "size 0.4"];
