@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 use crate::SwimError;
 use crate::gait::{Leg, legs};
 use crate::integrate::{Integrator, LegResult, Method, Solved};
-use crate::model::{BodyInstant, ErrorEstimate, Hydrodynamics, ModelError, Placement, Seconds};
+use crate::model::{
+    BodyInstant, Drift, ErrorEstimate, Hydrodynamics, ModelError, Placement, Seconds,
+};
 use crate::scene::Scene;
 
 /// What may be done while a simulation goes on: write files, show progress.
@@ -67,6 +69,10 @@ pub struct Outcome {
     pub solves: usize,
     /// Error bars of the displacements.
     pub error_estimate: ErrorEstimate,
+    /// Estimated errors of the displacements by the mesh, computed less exact, one a body: less these, displacements are better.
+    pub mesh_error: Option<Vec<Vector3<f64>>>,
+    /// What the mesh's errors of the legs so far add up to; none where some leg was not estimated.
+    pub drift: Option<Drift>,
     /// Whether every leg met its share of the tolerance, and the error of the integration is below the tolerance
     /// times the [`Outcome::net`] displacement.
     pub tolerance_met: bool,
@@ -135,6 +141,8 @@ impl Interim {
             legs: Vec::new(),
             solves: 0,
             error_estimate: ErrorEstimate::default(),
+            mesh_error: None,
+            drift: Some(Drift::default()),
             tolerance_met: true,
             work: 0.0,
             seconds: Seconds::default(),
@@ -236,12 +244,33 @@ pub fn go_on(
             poses: set.place(&state, &leg.to)?,
             bodies: None,
         });
+        let displacement: Vec<_> = after.iter().zip(&before).map(|(a, b)| a - b).collect();
+        let by_mesh = |drift: &Drift| -> Vec<Vector3<f64>> { errors_of_bodies(set, drift, &after) };
+        let bar = |errors: &[Vector3<f64>], drift: &Drift| {
+            errors.iter().fold(0.0_f64, |m, e| m.max(e.norm())) + drift.spread
+        };
+        let own = result.drift.as_ref();
         outcome.legs.push(LegOutcome {
             link: leg.link,
-            displacement: after.iter().zip(&before).map(|(a, b)| a - b).collect(),
             solves: result.solves,
-            error_estimate: result.error_estimate,
+            error_estimate: ErrorEstimate {
+                mesh: own.map(|drift| bar(&by_mesh(drift), drift)),
+                ..result.error_estimate
+            },
+            displacement: displacement.clone(),
         });
+        outcome.drift = match (outcome.drift.take(), own) {
+            (Some(mut sum), Some(own)) => {
+                let moved: Vec<_> = set
+                    .linkages()
+                    .iter()
+                    .map(|l| displacement[l.root])
+                    .collect();
+                sum.append(own, &moved);
+                Some(sum)
+            }
+            _ => None,
+        };
         outcome.displacement = after.iter().zip(&origin).map(|(a, b)| a - b).collect();
         outcome.rotation =
             (state.frames[0].rotation * start.frames[0].rotation.inverse()).scaled_axis();
@@ -249,6 +278,12 @@ pub fn go_on(
         outcome
             .error_estimate
             .accumulate(1.0, &result.error_estimate);
+        outcome.mesh_error = outcome.drift.as_ref().map(by_mesh);
+        outcome.error_estimate.mesh = outcome
+            .drift
+            .as_ref()
+            .zip(outcome.mesh_error.as_ref())
+            .map(|(drift, errors)| bar(errors, drift));
         outcome.tolerance_met &= result.tolerance_met;
         outcome.work += result.work;
         outcome.seconds += result.seconds;
@@ -257,6 +292,21 @@ pub fn go_on(
     let bar = outcome.error_estimate.integration.unwrap_or(0.0);
     outcome.tolerance_met &= bar <= scene.model.tolerance * outcome.net();
     Ok(outcome)
+}
+
+/// Errors of the bodies' displacements for those of the frames.
+fn errors_of_bodies(
+    set: &Articulation,
+    drift: &Drift,
+    places: &[Vector3<f64>],
+) -> Vec<Vector3<f64>> {
+    let mut errors = vec![Vector3::zeros(); places.len()];
+    for (number, linkage) in set.linkages().iter().enumerate() {
+        for &body in &linkage.bodies {
+            errors[body] = drift.of_body(number, &(places[body] - places[linkage.root]));
+        }
+    }
+    errors
 }
 
 /// Asks the model for the instant at the start of the gait's first phase, or at rest if the scene has no gait.

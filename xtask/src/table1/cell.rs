@@ -75,6 +75,8 @@ pub fn print(overrides: &[String]) -> Result<()> {
     all.push("gait.phases.0.duration=4".to_owned());
     let scene = Scene::read(&file, &all)?;
     let mut model = choose(&scene)?.model;
+    // The table is about the solver; error bars have their own cost.
+    model.want_estimates(false);
     let instant = solve_start(&scene, model.as_mut())?;
     println!("{}", instant_json(&scene, model.name(), &instant));
     Ok(())

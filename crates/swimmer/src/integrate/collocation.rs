@@ -24,6 +24,10 @@ use crate::SwimError;
 /// may miss the tolerance; that is found at the end, when the net displacement is known.
 const LEG_SHARE: f64 = 1.0 / 160.0;
 
+/// Rungs from this one on are asked with estimates of what the mesh gets wrong, because they may be the last. (The estimates of
+/// one rung do not serve another: its meshes err by other accidents.)
+const ESTIMATED_POINTS: usize = 3;
+
 /// Rungs beyond this gain less than halving the step does.
 const MOST_POINTS: usize = 8;
 
@@ -46,7 +50,9 @@ pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimE
         let may_halve = span.1 - span.0 > 1.0 / MOST_PARTS as f64;
         match step(oracle, &result.end, span) {
             Ok(Step::Done { rung, error, met }) => {
-                result.append(oracle, rung, Some(error))?;
+                let duration = oracle.leg.duration * (span.1 - span.0);
+                let drift = rung.drift(duration);
+                result.append(oracle, rung, Some(error), drift.as_ref())?;
                 result.tolerance_met &= met;
             }
             Ok(Step::Diverging { .. }) | Err(SwimError::Collision { .. }) if may_halve => {
@@ -82,11 +88,13 @@ fn step(oracle: &mut Oracle, start: &State, span: (f64, f64)) -> Result<Step, Sw
         span,
         vec![resting_centroids(oracle, start, span)?],
     )?;
+    oracle.want_estimates(false);
     let mut before = climb(oracle, start, &guess, 1)?;
     let mut last_change = None;
     let mut gain = LEAST_GAIN;
     for points in 2..=MOST_POINTS {
-        let rung = climb(oracle, start, &before.piece, points)?;
+        let estimated = oracle.want_estimates(points >= ESTIMATED_POINTS);
+        let mut rung = climb(oracle, start, &before.piece, points)?;
         let (step, step_before) = (rung.piece.step(), before.piece.step());
         let change = size(oracle, &(&step + &(&step_before * -1.0)));
         let moved = oracle
@@ -107,6 +115,10 @@ fn step(oracle: &mut Oracle, start: &State, span: (f64, f64)) -> Result<Step, Sw
             change
         };
         if error <= tolerance {
+            // Sooner than expected: the same points again, with estimates.
+            if !estimated && oracle.want_estimates(true) {
+                rung = climb(oracle, start, &before.piece, points)?;
+            }
             return Ok(Step::Done {
                 rung,
                 error,

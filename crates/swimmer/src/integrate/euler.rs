@@ -14,6 +14,7 @@ pub(super) fn leg(
     steps: usize,
 ) -> Result<LegResult, SwimError> {
     let mut result = LegResult::at(start);
+    oracle.want_estimates(false);
     for k in 0..steps {
         let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
         let solved = oracle.solve(span.0, &result.end)?;
@@ -25,6 +26,7 @@ pub(super) fn leg(
                 piece,
                 solved: vec![solved],
             },
+            None,
             None,
         )?;
     }

@@ -1,7 +1,7 @@
 //! What the integrator asks: the velocity at a point of a leg, with every answer checked.
 
 use nalgebra::UnitQuaternion;
-use rigid::{State, StateVelocity};
+use rigid::{State, StateVelocity, Twist};
 
 use super::Solved;
 use crate::SwimError;
@@ -69,6 +69,12 @@ impl<'a> Oracle<'a> {
             ..solved.clone()
         };
         turn_motion(&turn, &mut turned.instant.motion);
+        if let Some(error) = &mut turned.instant.mesh_error {
+            turn_frames(&turn, &mut error.frames);
+            for velocity in &mut error.bodies {
+                *velocity = turn * *velocity;
+            }
+        }
         for body in &mut turned.instant.bodies {
             for vector in [
                 &mut body.velocity,
@@ -80,6 +86,13 @@ impl<'a> Oracle<'a> {
             }
         }
         turned
+    }
+
+    /// Whether the next answers are to come with estimates of what the mesh gets wrong.
+    ///
+    /// Returns whether they will.
+    pub fn want_estimates(&mut self, wanted: bool) -> bool {
+        self.model.want_estimates(wanted)
     }
 
     /// Name of what the leg moves, for messages.
@@ -119,11 +132,15 @@ impl<'a> Oracle<'a> {
 }
 
 fn turn_motion(turn: &UnitQuaternion<f64>, motion: &mut StateVelocity) {
-    for frame in &mut motion.frames {
-        frame.linear = turn * frame.linear;
-        frame.angular = turn * frame.angular;
-    }
+    turn_frames(turn, &mut motion.frames);
     for spin in &mut motion.spins {
         *spin = turn * *spin;
+    }
+}
+
+fn turn_frames(turn: &UnitQuaternion<f64>, frames: &mut [Twist]) {
+    for frame in frames {
+        frame.linear = turn * frame.linear;
+        frame.angular = turn * frame.angular;
     }
 }

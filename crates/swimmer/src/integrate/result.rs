@@ -6,7 +6,7 @@ use super::gauss::Gauss;
 use super::oracle::Oracle;
 use super::piece::PathPiece;
 use crate::SwimError;
-use crate::model::{BodyInstant, ErrorEstimate, Instant, Seconds};
+use crate::model::{BodyInstant, Drift, ErrorEstimate, Instant, Seconds};
 
 /// One rung of the ladder, or one step: a path and the answers at Gauss points that made it.
 pub(super) struct Rung {
@@ -40,12 +40,30 @@ pub struct LegResult {
     pub solves: usize,
     /// Error bars of the displacement.
     pub error_estimate: ErrorEstimate,
+    /// What the mesh's errors add up to; none where some part of the leg was not estimated.
+    pub drift: Option<Drift>,
     /// Whether the integration met its share of the tolerance.
     pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
     pub work: f64,
     /// Seconds of all solves.
     pub seconds: Seconds,
+}
+
+impl Rung {
+    /// What the mesh's errors add up to over `duration`, by the rung's own points; none if they were not estimated.
+    pub fn drift(&self, duration: f64) -> Option<Drift> {
+        let mut drift = Drift::default();
+        for (solved, weight) in self
+            .solved
+            .iter()
+            .zip(Gauss::new(self.solved.len()).weights)
+        {
+            let error = solved.instant.mesh_error.as_ref()?;
+            drift.add(weight * duration, &solved.instant.motion, error);
+        }
+        Some(drift)
+    }
 }
 
 impl LegResult {
@@ -68,6 +86,7 @@ impl LegResult {
             pieces: Vec::new(),
             solves: 0,
             error_estimate: ErrorEstimate::default(),
+            drift: Some(Drift::default()),
             tolerance_met: true,
             work: 0.0,
             seconds: Seconds::default(),
@@ -80,14 +99,28 @@ impl LegResult {
         oracle: &Oracle,
         rung: Rung,
         error: Option<f64>,
+        drift: Option<&Drift>,
     ) -> Result<(), SwimError> {
         let Rung { piece, solved } = rung;
+        let moved: Vec<_> = piece.step().frames.iter().map(|f| f.linear).collect();
+        self.drift = match (self.drift.take(), drift) {
+            (Some(mut sum), Some(part)) => {
+                sum.append(part, &moved);
+                Some(sum)
+            }
+            _ => None,
+        };
         let duration = oracle.leg.duration * (piece.to - piece.from);
         let power = |b: &BodyInstant| b.force.dot(&b.velocity) + b.torque.dot(&b.angular_velocity);
         for (solved, weight) in solved.iter().zip(Gauss::new(solved.len()).weights) {
             let instant = &solved.instant;
+            // Errors by the mesh are added up with their signs, in the drift.
+            let without_mesh = ErrorEstimate {
+                mesh: None,
+                ..instant.error_estimate
+            };
             self.error_estimate
-                .accumulate(weight * duration, &instant.error_estimate);
+                .accumulate(weight * duration, &without_mesh);
             self.work += weight * duration * instant.bodies.iter().map(power).sum::<f64>();
         }
         let integration = ErrorEstimate {

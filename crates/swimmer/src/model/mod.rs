@@ -7,6 +7,7 @@ mod choice;
 mod error;
 pub mod fem;
 mod ladder;
+mod mesh_error;
 mod spheres;
 
 use mesh::TetMesh;
@@ -17,6 +18,7 @@ use serde::{Deserialize, Serialize};
 pub use choice::{Choice, choose};
 pub use error::ModelError;
 pub use fem::FemModel;
+pub use mesh_error::{Checks, Drift, MeshError};
 pub use spheres::{SphereModel, SpheresModel};
 
 /// A question to the fluid: where the bodies are and how the links' lengths change, in the scene's units.
@@ -44,6 +46,12 @@ pub trait Hydrodynamics {
     /// # Errors
     /// Whatever kept the model from an answer it can stand by: no mesh, no convergence, a number that is not finite.
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError>;
+
+    /// Whether the next instants are to come with estimates of what the mesh gets wrong ([`Instant::mesh_error`]), for models
+    /// that have a mesh: they come until something else is said. Returns whether they will.
+    fn want_estimates(&mut self, _wanted: bool) -> bool {
+        false
+    }
 
     /// The grand resistance of the bodies with surfaces at one placement, links apart: $F = R\, U$ with six entries a body,
     /// `(U, omega)` and `(F, T)`, in the scene's units. Its inverse is the mobility.
@@ -113,6 +121,10 @@ pub struct Instant {
     pub seconds: Seconds,
     /// Error bars of the velocities.
     pub error_estimate: ErrorEstimate,
+    /// Errors by the mesh with their signs, where they were wanted.
+    pub mesh_error: Option<MeshError>,
+    /// Other ways to forces and power, where estimates were wanted.
+    pub checks: Option<Checks>,
     /// Whether the mesh was made anew for this instant, instead of kept or moved.
     pub remeshed: bool,
 }
@@ -197,6 +209,8 @@ pub struct Seconds {
     pub setup: f64,
     /// Solving.
     pub solve: f64,
+    /// Estimating errors.
+    pub estimate: f64,
     /// All of it.
     pub total: f64,
 }
@@ -207,6 +221,7 @@ impl std::ops::AddAssign for Seconds {
         self.assembly += other.assembly;
         self.setup += other.setup;
         self.solve += other.solve;
+        self.estimate += other.estimate;
         self.total += other.total;
     }
 }

@@ -11,7 +11,8 @@ use crate::simulate::Outcome;
 ///
 /// Keys: `displacement` (by body), `rotation` (rotation vector of the first linkage's frame), `phases` (each with `link`,
 /// `displacement`, `solves`, `error_estimate`), `solves`, `error_estimate`, `seconds`, and besides `model`, `reasons`,
-/// `cycles`, `duration`, `work` (of the bodies on the fluid), `tolerance`, `tolerance_met`, `peak_rss_mib`.
+/// `cycles`, `duration`, `work` (of the bodies on the fluid), `tolerance`, `tolerance_met`, `peak_rss_mib`, `corrected` (the
+/// displacement less its estimated error by the mesh).
 /// `seconds.total` is wall-clock time and includes what is not solving.
 pub fn summary_json(
     scene: &Scene,
@@ -44,6 +45,10 @@ pub fn summary_json(
         "phases": phases,
         "solves": outcome.solves,
         "error_estimate": estimate(&outcome.error_estimate),
+        "corrected": (outcome.mesh_error.as_ref().map(|errors| {
+            let corrected: Vec<_> = outcome.displacement.iter().zip(errors).map(|(d, e)| d - e).collect();
+            json!({ "displacement": by_body(&corrected) })
+        })),
         "seconds": (Seconds { total: wall_seconds, ..outcome.seconds }),
         "model": model,
         "reasons": reasons,
@@ -59,6 +64,8 @@ pub fn summary_json(
 /// One instant, as `swim solve --json` prints it.
 ///
 /// `links` holds the force of each arm on the body that its key `body` names; the opposite acts on `to`.
+/// `error_estimate` is that of the velocities; its `force` that of the largest force. `corrected` has the velocities less their
+/// estimated errors by the mesh, `checks` other ways to forces and power.
 pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
     let bodies: Vec<Value> = scene
         .bodies
@@ -74,6 +81,17 @@ pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
             })
         })
         .collect();
+    let mut bars = estimate(&instant.error_estimate);
+    if let (Some(error), Value::Object(bars)) = (&instant.mesh_error, &mut bars) {
+        bars.insert("force".to_owned(), json!({ "mesh": error.force }));
+    }
+    let corrected = instant.mesh_error.as_ref().map(|error| {
+        let bodies = scene.bodies.iter().zip(&instant.bodies).zip(&error.bodies);
+        let entries = bodies.map(|((body, motion), error)| {
+            json!({ "name": body.name, "velocity": vector(&(motion.velocity - error)) })
+        });
+        json!({ "bodies": entries.collect::<Vec<_>>() })
+    });
     let links: Vec<Value> = scene
         .articulation
         .links()
@@ -89,7 +107,9 @@ pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
         "solver": instant.solver,
         "seconds": instant.seconds,
         "peak_rss_mib": peak_rss_mib(),
-        "error_estimate": estimate(&instant.error_estimate),
+        "error_estimate": bars,
+        "corrected": corrected,
+        "checks": instant.checks,
     })
 }
 

@@ -149,6 +149,8 @@ impl Hydrodynamics for Double {
             solver: Default::default(),
             seconds: Default::default(),
             error_estimate: Default::default(),
+            mesh_error: None,
+            checks: None,
             remeshed: false,
         })
     }

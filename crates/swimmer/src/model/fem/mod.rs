@@ -1,5 +1,7 @@
 //! Finite elements: P2-P1 on a body-fitted mesh that follows the shape.
 
+mod checks;
+mod estimate;
 mod meshes;
 pub(super) mod scale;
 mod solve;
@@ -9,14 +11,16 @@ use std::time::Instant as Clock;
 use linalg::WarmStart;
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Isometry3, Vector3};
-use rigid::{Articulation, Constrained, Constraints, Drive, Formulation, Load};
+use rigid::{Articulation, Constrained, Constraints, Drive, Formulation, Load, Twist};
 
+use self::estimate::{Duals, Estimate};
 pub use self::meshes::growth;
 use self::meshes::{Meshes, ShapeMesh};
 use self::scale::Scale;
 use self::solve::{Boundary, SolvedFlow};
 use crate::model::{
-    BodyInstant, Cost, Dofs, ErrorEstimate, Flow, Hydrodynamics, Instant, ModelError, Placement,
+    BodyInstant, Cost, Dofs, ErrorEstimate, Flow, Hydrodynamics, Instant, MeshError, ModelError,
+    Placement,
 };
 use crate::scene::{FemOptions, Scene};
 
@@ -28,6 +32,8 @@ pub struct FemModel {
     loads: Vec<Load>,
     meshes: Meshes,
     options: FemOptions,
+    estimates: bool,
+    duals: Duals,
     /// Solutions of the leg on the mesh in use. Forgotten between legs, where checkpoints are taken, so that these need not carry them: the
     /// first solves of a leg gained nothing from them, for another link moves.
     warm: WarmStart,
@@ -72,6 +78,8 @@ impl FemModel {
                 .collect(),
             meshes: Meshes::new(scene, &scale)?,
             options: scene.fem,
+            estimates: true,
+            duals: Duals::default(),
             warm: WarmStart::new(REMEMBERED),
             last: None,
         })
@@ -81,7 +89,7 @@ impl FemModel {
     fn shape_mesh(
         &mut self,
         placement: &Placement,
-    ) -> Result<(ShapeMesh, Vec<Vector3<f64>>), ModelError> {
+    ) -> Result<(ShapeMesh, Vec<Isometry3<f64>>), ModelError> {
         let lengths: Vec<f64> = placement
             .lengths
             .iter()
@@ -91,12 +99,7 @@ impl FemModel {
             .set
             .place(&self.scale.state(placement.state), &lengths)?;
         let shape = self.meshes.at(&poses)?;
-        let centres = self
-            .meshes
-            .surfaced_bodies()
-            .map(|body| poses[body].translation.vector)
-            .collect();
-        Ok((shape, centres))
+        Ok((shape, poses))
     }
 
     /// The system of one placement in units of the flow, for solvers of one's own.
@@ -108,7 +111,7 @@ impl FemModel {
         placement: &Placement<'_>,
         formulation: &dyn Formulation,
     ) -> Result<Constrained, ModelError> {
-        let (ShapeMesh { mesh, .. }, centres) = self.shape_mesh(placement)?;
+        let (ShapeMesh { mesh, .. }, poses) = self.shape_mesh(placement)?;
         let constraints = self.constraints(placement)?;
         let drive = Drive {
             set: &self.set,
@@ -116,7 +119,7 @@ impl FemModel {
             loads: &self.loads,
         };
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-        solve::assemble(space, &mesh, &self.boundary(centres), &drive, formulation)
+        solve::assemble(space, &mesh, &self.boundary(&poses), &drive, formulation)
     }
 
     /// The links' constraints of a placement in units of the flow.
@@ -128,10 +131,13 @@ impl FemModel {
         Ok(self.set.constraints(&state, &lengths, &rates)?)
     }
 
-    fn boundary(&self, centres: Vec<Vector3<f64>>) -> Boundary<'_> {
+    fn boundary(&self, poses: &[Isometry3<f64>]) -> Boundary<'_> {
+        let surfaced = self.meshes.surfaced_bodies();
         Boundary {
             bodies: self.meshes.tags().collect(),
-            centres,
+            centres: surfaced
+                .map(|body| poses[body].translation.vector)
+                .collect(),
             walls: self.meshes.wall_tags(),
         }
     }
@@ -159,14 +165,68 @@ impl FemModel {
             link_forces,
             motion: self.scale.motion_back(&flow.state),
             dofs: solved.dofs,
+            // The container is the scene's own, and nothing of Stokes flow is left out.
             error_estimate: ErrorEstimate {
-                algebraic: Some(solved.solver.true_relative_residual),
+                container: Some(0.0),
+                model: Some(0.0),
                 ..ErrorEstimate::default()
             },
+            mesh_error: None,
+            checks: solved.checks,
             solver: solved.solver,
             seconds: solved.seconds,
             remeshed,
         }
+    }
+}
+
+/// Enters estimated errors into an instant in the scene's units.
+impl FemModel {
+    fn enter_errors(&self, instant: &mut Instant, estimate: &Estimate, poses: &[Isometry3<f64>]) {
+        let largest = |vectors: &mut dyn Iterator<Item = Vector3<f64>>| {
+            vectors.fold(0.0_f64, |m, v| m.max(v.norm()))
+        };
+        let force = largest(&mut instant.bodies.iter().map(|b| b.force));
+        let speed = largest(&mut instant.bodies.iter().map(|b| b.velocity));
+        let bars = &mut instant.error_estimate;
+        let Some(errors) = &estimate.frames else {
+            // Loads are given and velocities err as forces do for given velocities.
+            bars.mesh = Some(estimate.relative_energy * speed);
+            return;
+        };
+        let of_bodies = |frames: &[Twist]| {
+            let mut errors = vec![Vector3::zeros(); poses.len()];
+            for (linkage, frame) in self.set.linkages().iter().zip(frames) {
+                for &body in &linkage.bodies {
+                    let [at, root] = [body, linkage.root].map(|b| poses[b].translation.vector);
+                    let error = frame.linear + frame.angular.cross(&(at - root));
+                    errors[body] = self.scale.velocity_back(error);
+                }
+            }
+            errors
+        };
+        let by_mesh = of_bodies(&errors.mesh);
+        let spread = self.scale.speed_back(errors.spread);
+        bars.mesh = Some(largest(&mut by_mesh.iter().copied()) + spread);
+        bars.algebraic = Some(largest(&mut of_bodies(&errors.algebraic).into_iter()));
+        instant.mesh_error = Some(MeshError {
+            frames: errors
+                .mesh
+                .iter()
+                .map(|frame| Twist {
+                    linear: self.scale.velocity_back(frame.linear),
+                    angular: frame.angular,
+                })
+                .collect(),
+            bodies: by_mesh,
+            spread,
+            // Where no link holds, forces are the loads.
+            force: if self.set.links().is_empty() {
+                0.0
+            } else {
+                estimate.relative_energy * force
+            },
+        });
     }
 }
 
@@ -175,13 +235,23 @@ impl Hydrodynamics for FemModel {
         "fem"
     }
 
+    fn want_estimates(&mut self, wanted: bool) -> bool {
+        self.estimates = wanted;
+        wanted
+    }
+
     fn begin_leg(&mut self) {
         self.warm.clear();
+        self.duals = Duals::default();
     }
 
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
         let clock = Clock::now();
-        let (ShapeMesh { mesh, remeshed }, centres) = self.shape_mesh(placement)?;
+        let (ShapeMesh { mesh, remeshed }, poses) = self.shape_mesh(placement)?;
+        let mut duals = std::mem::take(&mut self.duals);
+        if remeshed {
+            duals = Duals::default();
+        }
         let mesh_seconds = clock.elapsed().as_secs_f64();
         let constraints = self.constraints(placement)?;
         let drive = Drive {
@@ -194,19 +264,33 @@ impl Hydrodynamics for FemModel {
         if remeshed {
             warm.clear();
         }
-        let boundary = self.boundary(centres);
+        let boundary = self.boundary(&poses);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-        let mut solved = solve::solve(space, &mesh, &boundary, &drive, &self.options, &mut warm)?;
+        let mut solved = solve::solve(
+            space,
+            &mesh,
+            &boundary,
+            &drive,
+            &self.options,
+            &mut warm,
+            self.estimates.then_some(&mut duals),
+        )?;
         self.warm = warm;
         solved.seconds.mesh = mesh_seconds;
         solved.seconds.total = clock.elapsed().as_secs_f64();
+        self.duals = duals;
         self.last = Some((mesh, solved.flow.clone()));
-        Ok(self.in_scene_units(solved, remeshed))
+        let estimate = solved.estimate.take();
+        let mut instant = self.in_scene_units(solved, remeshed);
+        if let Some(estimate) = &estimate {
+            self.enter_errors(&mut instant, estimate, &poses);
+        }
+        Ok(instant)
     }
 
     fn resistance(&mut self, placement: &Placement<'_>) -> Result<DMatrix<f64>, ModelError> {
-        let (ShapeMesh { mesh, .. }, centres) = self.shape_mesh(placement)?;
-        let boundary = self.boundary(centres);
+        let (ShapeMesh { mesh, .. }, poses) = self.shape_mesh(placement)?;
+        let boundary = self.boundary(&poses);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let grand = solve::resistance(space, &mesh, &boundary, self.options.rtol)?;
         Ok(self.scale.resistance_back(grand.resistance))

@@ -75,6 +75,11 @@ impl Scale {
         velocity * self.length
     }
 
+    /// Speed of the scene for a speed of the flow.
+    pub fn speed_back(&self, speed: f64) -> f64 {
+        speed * self.length
+    }
+
     /// Force of the scene for a force of the flow.
     pub fn force_back(&self, force: Vector3<f64>) -> Vector3<f64> {
         force * self.force_unit()

@@ -13,7 +13,9 @@ use rigid::{
     Formulation, GrandResistance, Independent, Lagrange, Load, NodeRole, RigidFluid, SurfaceBody,
 };
 
-use crate::model::{Dofs, ModelError, Seconds, SolverInfo};
+use super::checks;
+use super::estimate::{self, Duals, Estimate, Solved};
+use crate::model::{Checks, Dofs, ModelError, Seconds, SolverInfo};
 use crate::scene::{FemOptions, FormulationKind, SolverKind};
 
 /// Iterations of additive Schwarz grow with the number of subdomains, and no hierarchy bounds them.
@@ -36,6 +38,10 @@ pub struct Boundary<'a> {
 pub struct SolvedFlow {
     /// Velocities, forces, pressure.
     pub flow: Flow,
+    /// Estimated errors, if wanted.
+    pub estimate: Option<Estimate>,
+    /// Other ways to the same numbers, if estimates were wanted.
+    pub checks: Option<Checks>,
     /// Numbers of unknowns.
     pub dofs: Dofs,
     /// How it was solved.
@@ -44,7 +50,7 @@ pub struct SolvedFlow {
     pub seconds: Seconds,
 }
 
-/// Solves the flow around rigid bodies that move as `drive` says.
+/// Solves the flow around rigid bodies that move as `drive` says, and estimates its errors if dual flows are given to start from.
 ///
 /// # Errors
 /// Whatever keeps the system from being built or solved.
@@ -55,6 +61,7 @@ pub fn solve(
     drive: &Drive,
     options: &FemOptions,
     warm: &mut WarmStart,
+    duals: Option<&mut Duals>,
 ) -> Result<SolvedFlow, ModelError> {
     let clock = Instant::now();
     let formulation: &dyn Formulation = match options.formulation {
@@ -72,6 +79,20 @@ pub fn solve(
     let mean = fem::mean_pressure(mesh, &flow.pressure)?;
     flow.pressure.iter_mut().for_each(|p| *p -= mean);
     seconds.total = clock.elapsed().as_secs_f64();
+    let before = clock.elapsed().as_secs_f64();
+    let (mut estimate, mut checks) = (None, None);
+    if let Some(duals) = duals {
+        let solved = Solved {
+            mesh,
+            drive,
+            system: &system,
+            solution: &solution,
+            flow: &flow,
+        };
+        estimate = Some(estimate::estimate(&solved, duals)?);
+        checks = Some(checks::checks(mesh, boundary, &flow)?);
+        seconds.estimate = clock.elapsed().as_secs_f64() - before;
+    }
     let dofs = Dofs {
         velocity: system.system.velocity_range().len(),
         pressure: system.system.pressure_range().len(),
@@ -79,6 +100,8 @@ pub fn solve(
     };
     Ok(SolvedFlow {
         flow,
+        estimate,
+        checks,
         dofs,
         solver,
         seconds,

@@ -235,6 +235,8 @@ impl Hydrodynamics for SpheresModel {
                 model: Some(self.scale.velocity_back(Vector3::x() * error).x),
                 ..ErrorEstimate::default()
             },
+            mesh_error: None,
+            checks: None,
             remeshed: false,
         })
     }

@@ -1,0 +1,33 @@
+//! Independent paths to forces and power.
+
+use mesh::TetMesh;
+use nalgebra::Vector3;
+use rigid::Flow;
+
+use super::solve::Boundary;
+use crate::model::{Checks, ModelError};
+
+/// Compares consistent forces with integrals of the stress, and the power of the bodies with the dissipation.
+///
+/// # Errors
+/// None on a mesh that was solved on.
+pub fn checks(mesh: &TetMesh, boundary: &Boundary, flow: &Flow) -> Result<Checks, ModelError> {
+    let velocity: Vec<f64> = flow.velocity.iter().flat_map(|u| [u.x, u.y, u.z]).collect();
+    let (mut largest, mut difference) = (0.0_f64, 0.0_f64);
+    for (number, (name, &centre)) in boundary.bodies.iter().zip(&boundary.centres).enumerate() {
+        let stress = fem::stress_load(mesh, mesh.tag(name)?, &velocity, &flow.pressure, centre)?;
+        let force = Vector3::from_fn(|axis, _| flow.forces[6 * number + axis]);
+        largest = largest.max(force.norm());
+        difference = difference.max((stress.force - force).norm());
+    }
+    let power = flow.forces.dot(&flow.bodies);
+    let relative = |difference: f64, whole: f64| {
+        // What does not move has nothing to compare.
+        if whole > 0.0 { difference / whole } else { 0.0 }
+    };
+    let dissipation = fem::dissipation(mesh, &velocity)?;
+    Ok(Checks {
+        force_by_stress: relative(difference, largest),
+        dissipation: relative(dissipation - power, power),
+    })
+}

@@ -1,0 +1,118 @@
+//! What a mesh gets wrong: signed estimates for one instant, their sum along a stroke, and independent checks.
+
+use nalgebra::Vector3;
+use rigid::{StateVelocity, Twist};
+use serde::{Deserialize, Serialize};
+
+/// Estimated errors of an instant by the mesh, in the scene's units.
+///
+/// Signed, because errors of velocities along a stroke cancel as the velocities do: bars that only add up are some twenty
+/// times too wide.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshError {
+    /// Error of the motion of each linkage's frame, computed less exact.
+    pub frames: Vec<Twist>,
+    /// The same for the velocity of each body.
+    pub bodies: Vec<Vector3<f64>>,
+    /// What the estimate of a velocity may err by itself.
+    pub spread: f64,
+    /// Error of the largest force.
+    pub force: f64,
+}
+
+/// Other ways to the same numbers: how far they are away.
+///
+/// Both differ by the mesh's errors alone, but of lower order (forces) or in another norm (power) than the answer's own errors.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Checks {
+    /// Largest difference of a body's force to the integral of the stress over its surface, over the largest force.
+    pub force_by_stress: f64,
+    /// Dissipation in the fluid over the power of the bodies, less one.
+    pub dissipation: f64,
+}
+
+/// What the errors by the mesh add up to along a part of a stroke, to first order.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct Drift {
+    /// Error of the displacement of each linkage's frame, computed less exact.
+    pub moved: Vec<Vector3<f64>>,
+    /// Error of the rotation vector of each frame.
+    pub turned: Vec<Vector3<f64>>,
+    /// What these may err by themselves.
+    pub spread: f64,
+}
+
+impl Drift {
+    /// Adds `time` spent at the velocity `motion` with this error.
+    pub fn add(&mut self, time: f64, motion: &StateVelocity, error: &MeshError) {
+        let step = Self {
+            moved: error.frames.iter().map(|f| f.linear * time).collect(),
+            turned: error.frames.iter().map(|f| f.angular * time).collect(),
+            spread: error.spread * time,
+        };
+        let displacement: Vec<_> = motion.frames.iter().map(|f| f.linear * time).collect();
+        self.append(&step, &displacement);
+    }
+
+    /// Appends a later part of the stroke with the frames' displacements in it: what was turned wrongly before moves wrongly now.
+    pub fn append(&mut self, later: &Self, displacement: &[Vector3<f64>]) {
+        self.moved.resize(later.moved.len(), Vector3::zeros());
+        self.turned.resize(later.turned.len(), Vector3::zeros());
+        let parts = later.moved.iter().zip(&later.turned).zip(displacement);
+        let sums = self.moved.iter_mut().zip(&mut self.turned);
+        for ((moved, turned), ((later_moved, later_turned), way)) in sums.zip(parts) {
+            *moved += later_moved + turned.cross(way);
+            *turned += later_turned;
+        }
+        self.spread += later.spread;
+    }
+
+    /// Error of the displacement of a body that is at `arm` from the root of its linkage.
+    pub fn of_body(&self, linkage: usize, arm: &Vector3<f64>) -> Vector3<f64> {
+        match (self.moved.get(linkage), self.turned.get(linkage)) {
+            (Some(moved), Some(turned)) => moved + turned.cross(arm),
+            _ => Vector3::zeros(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_cancel_with_their_signs_and_wrong_turns_carry_on() {
+        let error = |sign: f64| MeshError {
+            frames: vec![Twist {
+                linear: sign * Vector3::x(),
+                angular: Vector3::zeros(),
+            }],
+            bodies: vec![],
+            spread: 0.5,
+            force: 0.0,
+        };
+        let motion = StateVelocity {
+            frames: vec![Twist {
+                linear: Vector3::x(),
+                angular: Vector3::zeros(),
+            }],
+            spins: vec![],
+        };
+        let mut drift = Drift::default();
+        drift.add(2.0, &motion, &error(1.0));
+        drift.add(2.0, &motion, &error(-1.0));
+        assert_eq!((drift.moved[0], drift.spread), (Vector3::zeros(), 2.0));
+
+        // A small wrong turn about z, then two along x: two times the angle along y.
+        let turn = Drift {
+            moved: vec![Vector3::zeros()],
+            turned: vec![Vector3::new(0.0, 0.0, 1e-3)],
+            spread: 0.0,
+        };
+        drift.append(&turn, &[Vector3::zeros()]);
+        drift.add(2.0, &motion, &error(0.0));
+        assert!((drift.moved[0] - Vector3::new(0.0, 2e-3, 0.0)).norm() < 1e-15);
+        let tip = drift.of_body(0, &Vector3::new(10.0, 0.0, 0.0));
+        assert!((tip - Vector3::new(0.0, 1.2e-2, 0.0)).norm() < 1e-15);
+    }
+}
