@@ -59,8 +59,8 @@ impl SurplusSpace {
 
     /// The surplus of a flow, a solution without loads in the fluid.
     ///
-    /// Shapes: `velocity` `3 n_points`, `pressure` `n_vertices`. Memory: 200 bytes a cell. Cost: about as much as four iterations of
-    /// the block solver. The same for any number of threads.
+    /// Shapes: `velocity` `3 n_points`, `pressure` `n_vertices`. Memory: 200 bytes a cell. Cost: two passes over the cells.
+    /// The same for any number of threads.
     /// # Errors
     /// Arrays of the wrong length or not finite, another mesh, an inverted cell.
     pub fn surplus(

@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Estimated errors of an instant by the mesh, in the scene's units.
 ///
-/// Signed, because errors of velocities along a stroke cancel as the velocities do: bars that only add up are some twenty
-/// times too wide.
+/// Signed, because errors of velocities along a stroke cancel as the velocities do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshError {
     /// Error of the motion of each linkage's frame, computed less exact.
