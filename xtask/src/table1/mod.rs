@@ -68,19 +68,19 @@ use Solver::{Block, Direct, Minres, Schwarz};
 const FULL: [Size; 3] = [
     Size {
         dofs: 311_000,
-        surface_size: 0.2065,
+        surface_size: 0.2033,
         subdomains: 8,
         solvers: &[Block, Minres, Direct, Schwarz],
     },
     Size {
         dofs: 888_000,
-        surface_size: 0.1355,
+        surface_size: 0.144,
         subdomains: 24,
         solvers: &[Block, Minres, Schwarz],
     },
     Size {
         dofs: 2_094_000,
-        surface_size: 0.0985,
+        surface_size: 0.1087,
         subdomains: 56,
         solvers: &[Block, Minres],
     },
