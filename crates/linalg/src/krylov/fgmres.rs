@@ -12,7 +12,7 @@ const METHOD: &str = "FGMRES";
 ///
 /// Stops when the *true* `||b - A x|| / ||b||` is at most `rel_tol`: it is recomputed when the recurrence says so, and the
 /// iteration goes on if it is not. Where the operator has [weights](LinearOperator::residual_weights) the method minimises the residual in their
-/// norm (Essai, Numer. Algorithms 18, 1998), and both norms must fall below `rel_tol`. A zero `b` gives a zero `x`.
+/// norm (Essai, Numer. Algorithms 18, 1998), and twice that, an estimate of the error, must fall below `rel_tol` too. A zero `b` gives a zero `x`.
 ///
 /// Memory: 12 bytes an unknown and iteration, taken as needed, and 4 once the residual is so small that f32 leaves the result alone: the error
 /// of a basis vector enters multiplied with the residual of its step, so precision may fall as the residual does (van den Eshof,

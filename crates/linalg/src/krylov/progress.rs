@@ -7,6 +7,11 @@ use crate::{LinalgError, LinearOperator};
 /// A cycle that leaves more than this part of the true residual has stagnated.
 const STAGNATION: f64 = 0.99;
 
+/// What the weighted residual is multiplied with to stand for the error of the border unknowns, both relative. Measured are 0.2 to 2.3 for the
+/// velocity of a swimmer at tolerances from 1e-5 to 1e-9 and less than 0.1 for spheres under forces, whose velocities are energies; with two, the error
+/// stayed below every one of those tolerances.
+const ERROR_OVER_RESIDUAL: f64 = 2.0;
+
 /// The state of an iteration between its looks at the true residual.
 pub(super) struct Progress<'a> {
     method: &'static str,
@@ -75,7 +80,7 @@ impl<'a> Progress<'a> {
         if true_rel_residual.is_nan() {
             return Err(self.broken("the operator returned NaN"));
         }
-        let larger = true_rel_residual.max(weighted_rel_residual);
+        let larger = true_rel_residual.max(self.error_estimate(weighted_rel_residual));
         if larger <= target {
             return Ok(Some(SolveReport {
                 iterations,
@@ -113,7 +118,15 @@ impl<'a> Progress<'a> {
         self.iterations += 1;
         let residual = residual_norm / self.b_weighted;
         self.history.push(residual);
-        residual <= self.target
+        self.error_estimate(residual) <= self.target
+    }
+
+    /// What is held against the tolerance for a relative residual in the norm of the recurrence.
+    fn error_estimate(&self, residual: f64) -> f64 {
+        match self.weights {
+            Some(_) => ERROR_OVER_RESIDUAL * residual,
+            None => residual,
+        }
     }
 
     /// Whether rounding a basis vector to f32 after a residual of `residual_norm` leaves the result alone.

@@ -7,7 +7,7 @@ use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 /// When to stop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KrylovParams {
-    /// Bound on `||b - A x|| / ||b||`, in both norms of an operator with weights. Always relative to `b`: a good initial guess then saves iterations.
+    /// Bound on `||b - A x|| / ||b||`, and on twice its value in the weights of an operator that has them. Always relative to `b`: a good initial guess then saves iterations.
     pub rel_tol: f64,
     /// Bound on iterations, each one product and one preconditioner.
     pub max_iterations: usize,
