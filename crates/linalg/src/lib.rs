@@ -15,6 +15,7 @@
 //! | solve a large one | [`fgmres`] with [`BlockTriangular`], whose velocity block is a [`Multigrid`] cycle |
 //! | solve a symmetric one in little memory | [`minres`] with [`BlockDiagonal`] |
 //! | solve a small one, or check | [`SaddleLdlt`] |
+//! | solve a small one in two dimensions | [`ShiftedLdlt`] |
 //! | solve a large one without a mesh hierarchy | [`fgmres`] with [`Schwarz`] |
 //! | solve again with a matrix that changed a little | [`WarmStart`] |
 //! | solve three scalar problems with one matrix | [`cg`] with [`Bordered::scalar`] and [`Multigrid::new`] |
@@ -79,7 +80,7 @@ pub use block_triangular::BlockTriangular;
 pub use bordered::Bordered;
 pub use chebyshev::MassInverse;
 pub use csr::{Csr, Csr3};
-pub use direct::{DirectParams, Precision, SaddleLdlt};
+pub use direct::{DirectParams, Precision, SaddleLdlt, ShiftedLdlt};
 pub use error::LinalgError;
 pub use inf_sup::InfSup;
 pub use krylov::{KrylovParams, SolveReport, cg, fgmres, minres};

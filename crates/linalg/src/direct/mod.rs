@@ -5,6 +5,7 @@ mod graph;
 mod saddle_factor;
 mod saddle_ldlt;
 mod schur;
+mod shifted_ldlt;
 
 pub use factor::Precision;
 pub(crate) use factor::{Definiteness, SparseFactor};
@@ -12,3 +13,4 @@ pub(crate) use graph::Graph;
 pub(crate) use saddle_factor::{SaddleFactor, adjacency, weights};
 pub use saddle_ldlt::{DirectParams, SaddleLdlt};
 pub(crate) use schur::SchurFactor;
+pub use shifted_ldlt::ShiftedLdlt;
