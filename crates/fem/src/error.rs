@@ -66,6 +66,15 @@ pub enum FemError {
         /// Number of tags of the mesh.
         n_tags: usize,
     },
+    /// Bodies on an axis whose flow cannot be computed.
+    #[error("{what}")]
+    Axisymmetric {
+        /// What is wrong, with numbers and the remedy.
+        what: String,
+    },
+    /// A solve that failed.
+    #[error(transparent)]
+    Linalg(#[from] linalg::LinalgError),
     /// A boundary part that encloses no volume.
     #[error(
         "the facets with tag {tag} do not close: |oint n dS| is {gap:.3e} of their area; \

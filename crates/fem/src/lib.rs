@@ -28,6 +28,7 @@
 #![forbid(unsafe_code)]
 
 mod assemble;
+pub mod axisymmetric;
 mod error;
 mod estimate;
 mod forms;

@@ -196,7 +196,9 @@ mod tests {
             let mut solver = ShiftedLdlt::factor(matrix.clone(), &shift, &group).expect("sound");
             let residual = solver.solve(&b, &mut x).expect("compatible");
             assert!(residual < 1e-12 && solver.entries() > 0);
-            let worst = (0..400).map(|i| (x[i] - exact[i]).abs()).fold(0.0, f64::max);
+            let worst = (0..400)
+                .map(|i| (x[i] - exact[i]).abs())
+                .fold(0.0, f64::max);
             assert!(worst < 1e-9, "{worst:e}");
         }
     }

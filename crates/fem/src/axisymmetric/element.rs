@@ -1,0 +1,163 @@
+//! Lagrange elements of any order on the triangle.
+
+use nalgebra::DMatrix;
+
+use super::rule::{RulePoint, lobatto};
+use crate::FemError;
+
+/// The nodal basis of degree `order`: nodes at the corners, then along the edges in their direction, then inside.
+pub(super) struct Lagrange {
+    order: usize,
+    /// Barycentric coordinates of the nodes.
+    pub nodes: Vec<[f64; 3]>,
+    /// Exponents of the Bernstein polynomials.
+    exponents: Vec<[usize; 3]>,
+    /// Nodal functions by Bernstein polynomials, one a row.
+    coefficients: DMatrix<f64>,
+}
+
+/// Basis functions at points, one function a row and one point a column.
+pub(super) struct Table {
+    pub values: DMatrix<f64>,
+    /// Derivatives by the second and the third barycentric coordinate, the first making up for them.
+    pub gradients: [DMatrix<f64>; 2],
+}
+
+impl Lagrange {
+    /// Nodes are symmetric under the triangle's symmetries and Lobatto points on its edges (Blyth & Pozrikidis, IMA J. Appl. Math. 71, 2006).
+    ///
+    /// # Errors
+    /// None for orders below twenty, where the nodes' matrix is well conditioned.
+    pub fn new(order: usize) -> Result<Self, FemError> {
+        let v = lobatto(order);
+        let node = |i: usize, j: usize, k: usize| {
+            [
+                (1.0 + 2.0 * v[i] - v[j] - v[k]) / 3.0,
+                (1.0 + 2.0 * v[j] - v[k] - v[i]) / 3.0,
+                (1.0 + 2.0 * v[k] - v[i] - v[j]) / 3.0,
+            ]
+        };
+        let (n, inner) = (order, 1..order);
+        let mut exponents = vec![[n, 0, 0], [0, n, 0], [0, 0, n]];
+        exponents.extend(inner.clone().map(|m| [n - m, m, 0]));
+        exponents.extend(inner.clone().map(|m| [0, n - m, m]));
+        exponents.extend(inner.clone().map(|m| [m, 0, n - m]));
+        for j in inner.clone() {
+            exponents.extend((1..n - j).map(|k| [n - j - k, j, k]));
+        }
+        let nodes: Vec<[f64; 3]> = exponents.iter().map(|&[i, j, k]| node(i, j, k)).collect();
+        let at_nodes = DMatrix::from_fn(nodes.len(), nodes.len(), |b, x| {
+            bernstein(&exponents[b], &nodes[x])
+        });
+        let coefficients = at_nodes.try_inverse().ok_or(FemError::Axisymmetric {
+            what: format!("elements of order {order} have no nodal basis; use a lower order"),
+        })?;
+        Ok(Self {
+            order,
+            nodes,
+            exponents,
+            coefficients,
+        })
+    }
+
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Nodes on each edge, corners apart.
+    pub fn edge_nodes(&self) -> usize {
+        self.order - 1
+    }
+
+    /// Nodes inside.
+    pub fn inner_nodes(&self) -> usize {
+        self.len() - 3 * self.order
+    }
+
+    pub fn tabulate(&self, points: &[RulePoint]) -> Table {
+        let table = |f: &dyn Fn(&[usize; 3], &[f64; 3]) -> f64| {
+            let raw = DMatrix::from_fn(self.len(), points.len(), |b, q| {
+                f(&self.exponents[b], &points[q].barycentric)
+            });
+            &self.coefficients * raw
+        };
+        let derivative = |exponents: &[usize; 3], x: &[f64; 3], by: usize| {
+            if exponents[by] == 0 {
+                return 0.0;
+            }
+            let mut lower = *exponents;
+            lower[by] -= 1;
+            self.order as f64 * bernstein(&lower, x)
+        };
+        Table {
+            values: table(&bernstein),
+            gradients: [1, 2].map(|by| {
+                table(&move |e: &[usize; 3], x: &[f64; 3]| {
+                    derivative(e, x, by) - derivative(e, x, 0)
+                })
+            }),
+        }
+    }
+}
+
+/// $\frac{n!}{i!\,j!\,k!} \lambda_1^i \lambda_2^j \lambda_3^k$ with `n = i + j + k`.
+fn bernstein(exponents: &[usize; 3], x: &[f64; 3]) -> f64 {
+    let mut value = 1.0;
+    let mut n = 0;
+    for (&e, &l) in exponents.iter().zip(x) {
+        for m in 1..=e {
+            n += 1;
+            value *= l * n as f64 / m as f64;
+        }
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::axisymmetric::rule::triangle_rule;
+
+    #[test]
+    fn polynomials_and_their_derivatives_are_reproduced() {
+        let rule = triangle_rule(4);
+        for order in 1..=10 {
+            let element = Lagrange::new(order).expect("low order");
+            assert_eq!(element.len(), (order + 1) * (order + 2) / 2);
+            let table = element.tabulate(&rule);
+            let d = order as i32;
+            let at = |x: &[f64; 3]| (x[1] - 0.3 * x[2]).powi(d);
+            for (q, point) in rule.iter().enumerate() {
+                let [mut value, mut by_x, mut by_y, mut sum] = [0.0; 4];
+                for (i, node) in element.nodes.iter().enumerate() {
+                    value += at(node) * table.values[(i, q)];
+                    by_x += at(node) * table.gradients[0][(i, q)];
+                    by_y += at(node) * table.gradients[1][(i, q)];
+                    sum += table.values[(i, q)];
+                }
+                let x = &point.barycentric;
+                let slope = order as f64 * (x[1] - 0.3 * x[2]).powi(d - 1);
+                assert!((value - at(x)).abs() < 1e-11, "order {order}");
+                assert!((by_x - slope).abs() < 1e-9 && (by_y + 0.3 * slope).abs() < 1e-9);
+                assert!((sum - 1.0).abs() < 1e-11);
+            }
+        }
+    }
+
+    #[test]
+    fn nodes_are_inside_and_lobatto_on_edges() {
+        let element = Lagrange::new(6).expect("low order");
+        assert!(
+            element
+                .nodes
+                .iter()
+                .flatten()
+                .all(|l| (-1e-15..=1.0 + 1e-15).contains(l))
+        );
+        let edge = &element.nodes[3..3 + element.edge_nodes()];
+        for (node, v) in edge.iter().zip(&lobatto(6)[1..]) {
+            assert!((node[1] - v).abs() < 1e-15 && node[2].abs() < 1e-15);
+        }
+        assert_eq!(element.inner_nodes(), 10);
+    }
+}

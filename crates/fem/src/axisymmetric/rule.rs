@@ -1,0 +1,130 @@
+//! Quadrature on the reference triangle, and the points that one-dimensional rules are made of.
+
+use std::f64::consts::PI;
+
+/// A point of the reference triangle in barycentric coordinates, with its weight; weights add up to 1/2.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RulePoint {
+    pub barycentric: [f64; 3],
+    pub weight: f64,
+}
+
+/// `n` Gauss points a direction of a square collapsed into the triangle: exact for polynomials of degree `2 n - 2`; all points are inside.
+pub(super) fn triangle_rule(n: usize) -> Vec<RulePoint> {
+    let line = gauss(n);
+    let mut points = Vec::with_capacity(n * n);
+    for &(s, along) in &line {
+        for &(t, across) in &line {
+            // x = s (1 - t), y = t, the Jacobian of which is 1 - t
+            points.push(RulePoint {
+                barycentric: [(1.0 - s) * (1.0 - t), s * (1.0 - t), t],
+                weight: along * across * (1.0 - t),
+            });
+        }
+    }
+    points
+}
+
+/// Gauss-Legendre points and weights on [0, 1].
+fn gauss(n: usize) -> Vec<(f64, f64)> {
+    (0..n)
+        .map(|i| {
+            let guess = -((i as f64 + 0.75) / (n as f64 + 0.5) * PI).cos();
+            let x = newton(guess, |x| {
+                let [p, dp, _] = legendre(n, x);
+                p / dp
+            });
+            let [_, dp, _] = legendre(n, x);
+            (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * dp * dp))
+        })
+        .collect()
+}
+
+/// Lobatto points on [0, 1], ends included: the ends and the zeros of the derivative of the Legendre polynomial of degree `n`.
+pub(super) fn lobatto(n: usize) -> Vec<f64> {
+    (0..=n)
+        .map(|i| match i {
+            0 => 0.0,
+            _ if i == n => 1.0,
+            _ => {
+                let guess = -(PI * i as f64 / n as f64).cos();
+                let x = newton(guess, |x| {
+                    let [_, dp, ddp] = legendre(n, x);
+                    dp / ddp
+                });
+                0.5 * (1.0 + x)
+            }
+        })
+        .collect()
+}
+
+/// Newton's method from a guess that is close: the step at which it has converged to rounding comes early.
+fn newton(guess: f64, step: impl Fn(f64) -> f64) -> f64 {
+    let mut x = guess;
+    for _ in 0..50 {
+        let change = step(x);
+        x -= change;
+        if change.abs() < 1e-16 {
+            break;
+        }
+    }
+    x
+}
+
+/// The Legendre polynomial of degree `n` with two derivatives, inside (-1, 1).
+fn legendre(n: usize, x: f64) -> [f64; 3] {
+    let (mut before, mut p) = (0.0, 1.0);
+    for k in 0..n {
+        let next = ((2 * k + 1) as f64 * x * p - k as f64 * before) / (k + 1) as f64;
+        (before, p) = (p, next);
+    }
+    let n = n as f64;
+    let dp = n * (before - x * p) / (1.0 - x * x);
+    // (1 - x^2) p'' = 2 x p' - n (n + 1) p
+    [p, dp, (2.0 * x * dp - n * (n + 1.0) * p) / (1.0 - x * x)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn collapsed_rules_are_exact_to_their_degree() {
+        for n in 1..8 {
+            let rule = triangle_rule(n);
+            for a in 0..2 * n {
+                for b in 0..2 * n - 1 - a.min(2 * n - 2) {
+                    if a + b > 2 * n - 2 {
+                        continue;
+                    }
+                    let sum: f64 = rule
+                        .iter()
+                        .map(|p| {
+                            p.weight
+                                * p.barycentric[1].powi(a as i32)
+                                * p.barycentric[2].powi(b as i32)
+                        })
+                        .sum();
+                    let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
+                    let exact = factorial(a) * factorial(b) / factorial(a + b + 2);
+                    assert!((sum - exact).abs() < 1e-14, "n {n}: {a} {b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lobatto_points_of_degree_four() {
+        let expected = [
+            0.0,
+            0.5 - (3.0_f64 / 28.0).sqrt(),
+            0.5,
+            0.5 + (3.0_f64 / 28.0).sqrt(),
+            1.0,
+        ];
+        for (x, e) in lobatto(4).iter().zip(expected) {
+            assert!((x - e).abs() < 1e-15);
+        }
+        assert_eq!(lobatto(1), [0.0, 1.0]);
+    }
+}

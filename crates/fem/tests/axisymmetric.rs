@@ -1,0 +1,304 @@
+//! Axial resistance by elements in the meridian plane against exact values, and the honesty of its error estimates.
+
+use std::f64::consts::PI;
+
+use fem::axisymmetric::{AxialResistance, Spheroid, Surroundings, axial_resistance};
+use nalgebra::DMatrix;
+use proptest::prelude::*;
+
+const UNBOUNDED: Surroundings = Surroundings::Unbounded;
+
+fn ball(radius: f64) -> Surroundings {
+    Surroundings::Ball { radius }
+}
+
+fn tube(radius: f64) -> Surroundings {
+    Surroundings::Cylinder { radius }
+}
+
+fn sphere(centre: f64, radius: f64) -> Spheroid {
+    Spheroid::sphere(centre, radius)
+}
+
+fn spheroid(axial: f64, equatorial: f64) -> Spheroid {
+    Spheroid {
+        centre: 0.0,
+        axial,
+        equatorial,
+    }
+}
+
+/// Happel & Brenner (1983), 4-22.
+fn concentric(l: f64) -> f64 {
+    6.0 * PI * (1.0 - l.powi(5)) / (1.0 - 2.25 * l + 2.5 * l.powi(3) - 2.25 * l.powi(5) + l.powi(6))
+}
+
+/// Drag along the long axis; Happel & Brenner (1983), 4-26; Kim & Karrila (1991), table 3.4.
+fn prolate(a: f64, b: f64) -> f64 {
+    let e = (1.0 - (b / a).powi(2)).sqrt();
+    let l = ((1.0 + e) / (1.0 - e)).ln();
+    6.0 * PI * a * (8.0 / 3.0) * e.powi(3) / (-2.0 * e + (1.0 + e * e) * l)
+}
+
+/// Drag along the short axis `a`; Happel & Brenner (1983), 4-26.
+fn oblate(a: f64, b: f64) -> f64 {
+    let t = a / (b * b - a * a).sqrt();
+    8.0 * PI * (b * b - a * a).sqrt() / (t - (t * t - 1.0) * (1.0 / t).atan())
+}
+
+struct Case {
+    name: &'static str,
+    bodies: Vec<Spheroid>,
+    surroundings: Surroundings,
+    /// Upper triangle by rows.
+    exact: Vec<f64>,
+}
+
+/// Spectral values (bispherical coordinates, multipoles, fundamental solutions; they agree to 1e-12) besides the closed forms.
+fn cases() -> Vec<Case> {
+    let case = |name, bodies: &[Spheroid], surroundings, exact: &[f64]| Case {
+        name,
+        bodies: bodies.to_vec(),
+        surroundings,
+        exact: exact.to_vec(),
+    };
+    vec![
+        case(
+            "concentric 10",
+            &[sphere(0.0, 1.0)],
+            ball(10.0),
+            &[concentric(0.1)],
+        ),
+        case(
+            "concentric 2",
+            &[sphere(0.0, 1.0)],
+            ball(2.0),
+            &[concentric(0.5)],
+        ),
+        case(
+            "eccentric 4 in 10",
+            &[sphere(4.0, 1.0)],
+            ball(10.0),
+            &[25.59443285590934],
+        ),
+        case(
+            "eccentric 2 in 5",
+            &[sphere(2.0, 1.0)],
+            ball(5.0),
+            &[37.96695415767978],
+        ),
+        case(
+            "two in 8",
+            &[sphere(-3.0, 1.0), sphere(2.0, 1.0)],
+            ball(8.0),
+            &[28.053090742016554, -2.5710663381106063, 27.052609255108717],
+        ),
+        case(
+            // given out of order
+            "unequal in 12",
+            &[sphere(1.0, 1.5), sphere(-5.0, 1.0), sphere(6.0, 0.7)],
+            ball(12.0),
+            &[
+                40.92828880750805,
+                -3.983214481689879,
+                -3.713430263928663,
+                24.878061711608638,
+                0.004052731170952731,
+                16.49840851801843,
+            ],
+        ),
+        case(
+            "tube 10",
+            &[sphere(0.0, 1.0)],
+            tube(10.0),
+            &[6.0 * PI * 1.2632139052745492],
+        ),
+        case(
+            "tube 2",
+            &[sphere(3.0, 1.0)],
+            tube(2.0),
+            &[6.0 * PI * 5.947374245718559],
+        ),
+        case("sphere", &[sphere(5.0, 2.0)], UNBOUNDED, &[12.0 * PI]),
+        case(
+            "prolate 2",
+            &[spheroid(2.0, 1.0)],
+            UNBOUNDED,
+            &[prolate(2.0, 1.0)],
+        ),
+        case(
+            "prolate 4",
+            &[spheroid(4.0, 1.0)],
+            UNBOUNDED,
+            &[prolate(4.0, 1.0)],
+        ),
+        case(
+            "oblate 3",
+            &[spheroid(1.0, 3.0)],
+            UNBOUNDED,
+            &[oblate(1.0, 3.0)],
+        ),
+        case(
+            "pair 2.1",
+            &[sphere(0.0, 1.0), sphere(2.1, 1.0)],
+            UNBOUNDED,
+            &[76.0032732355861, -63.73409456221525, 76.0032732355861],
+        ),
+    ]
+}
+
+fn symmetric(upper: &[f64], n: usize) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(n, n);
+    let places = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
+    for ((i, j), &value) in places.zip(upper) {
+        matrix[(i, j)] = value;
+        matrix[(j, i)] = value;
+    }
+    matrix
+}
+
+/// As [`AxialResistance::relative_error`] measures.
+fn error(found: &AxialResistance, exact: &DMatrix<f64>) -> f64 {
+    let n = exact.nrows();
+    let each = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    each.map(|(i, j)| {
+        let size = (exact[(i, i)] * exact[(j, j)]).sqrt();
+        (found.matrix()[(i, j)] - exact[(i, j)]).abs() / size
+    })
+    .fold(0.0, f64::max)
+}
+
+#[test]
+fn tolerances_are_met_and_errors_are_as_claimed() {
+    for case in cases() {
+        let exact = symmetric(&case.exact, case.bodies.len());
+        for tolerance in [1e-3, 1e-6] {
+            let found =
+                axial_resistance(&case.bodies, case.surroundings, tolerance).expect(case.name);
+            let (is, claimed) = (
+                error(&found, &exact),
+                found.relative_error() + found.far_error(),
+            );
+            assert!(is < 2.0 * tolerance, "{}: {is:e}", case.name);
+            let effectivity = claimed / is;
+            assert!(
+                (0.7..2.0).contains(&effectivity),
+                "{} to {tolerance:e}: {is:e}, claimed {effectivity:.2} times",
+                case.name
+            );
+            assert!(
+                found.unknowns() < 12_000,
+                "{}: {}",
+                case.name,
+                found.unknowns()
+            );
+        }
+    }
+}
+
+#[test]
+fn finest_tolerances_reach_the_level_of_rounding() {
+    let found = axial_resistance(&[sphere(2.0, 1.0)], ball(5.0), 1e-9).expect("sound");
+    let is = (found.matrix()[(0, 0)] / 37.96695415767978 - 1.0).abs();
+    assert!(is < 2e-9);
+}
+
+/// Spectral, expansions of order 300.
+#[test]
+fn narrow_gaps_are_resolved() {
+    let [together, opposite] = [0.6457220784694283, 53.422293653916505].map(|f| 6.0 * PI * f);
+    let found =
+        axial_resistance(&[sphere(0.0, 1.0), sphere(2.01, 1.0)], UNBOUNDED, 1e-6).expect("sound");
+    let r = found.matrix();
+    let (sum, difference) = (r[(0, 0)] + r[(0, 1)], r[(0, 0)] - r[(0, 1)]);
+    assert!((difference / opposite - 1.0).abs() < 2e-6);
+    // a small difference of large entries
+    assert!((sum - together).abs() < 2e-6 * r[(0, 0)]);
+}
+
+#[test]
+fn sizes_that_differ_a_hundredfold_are_no_obstacle() {
+    let found =
+        axial_resistance(&[sphere(0.0, 1.0), sphere(1.03, 0.01)], UNBOUNDED, 1e-5).expect("sound");
+    // the small one hardly shows in the drag of the large one
+    let both = found.matrix().sum();
+    assert!((found.matrix()[(0, 0)] / (6.0 * PI) - 1.0).abs() < 0.03);
+    assert!((both / (6.0 * PI) - 1.0).abs() < 1e-2);
+}
+
+#[test]
+fn what_cannot_be_computed_is_refused_with_the_reason() {
+    for (bodies, surroundings, tolerance, reason) in [
+        (vec![], UNBOUNDED, 1e-3, "no body"),
+        (vec![sphere(0.0, -1.0)], UNBOUNDED, 1e-3, "positive"),
+        (vec![sphere(f64::NAN, 1.0)], UNBOUNDED, 1e-3, "finite"),
+        (
+            vec![sphere(0.0, 1.0), sphere(1.9, 1.0)],
+            UNBOUNDED,
+            1e-3,
+            "apart",
+        ),
+        (vec![sphere(0.0, 1.0)], ball(1.0), 1e-3, "wall"),
+        (vec![sphere(0.0, 1.0)], ball(f64::NAN), 1e-3, "wall"),
+        (vec![spheroid(1.0, 2.0)], tube(1.5), 1e-3, "wall"),
+        (vec![sphere(0.0, 1.0)], ball(2.0), 0.0, "tolerance"),
+    ] {
+        let error = axial_resistance(&bodies, surroundings, tolerance).expect_err(reason);
+        assert!(error.to_string().contains(reason), "{error}");
+    }
+}
+
+#[test]
+fn answers_do_not_depend_on_the_number_of_threads() {
+    let solve = || axial_resistance(&[sphere(-2.0, 1.0), sphere(2.0, 0.5)], ball(6.0), 1e-4);
+    let [one, three] = [1, 3].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
+        pool.install(solve).expect("sound")
+    });
+    assert_eq!(one, three);
+}
+
+/// One to three spheroids of aspects 1/3 to 3 with gaps from 0.02 to 3, about the origin.
+fn chain() -> impl Strategy<Value = Vec<Spheroid>> {
+    let body = (0.3_f64..1.5, 0.33_f64..3.0, -1.7_f64..0.5);
+    prop::collection::vec(body, 1..=3).prop_map(|list| {
+        let mut bodies = Vec::new();
+        let mut at = 0.0;
+        for (equatorial, aspect, log_gap) in list {
+            let axial = aspect * equatorial;
+            bodies.push(Spheroid {
+                centre: at + axial,
+                axial,
+                equatorial,
+            });
+            at += 2.0 * axial + 10f64.powf(log_gap);
+        }
+        bodies.iter_mut().for_each(|body| body.centre -= 0.5 * at);
+        bodies
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(6))]
+
+    /// A wall takes room from the fluid, so less is dissipated without it: the difference of resistances is positive semidefinite.
+    #[test]
+    fn walls_only_add_resistance(bodies in chain(), room in 0.05_f64..3.0) {
+        let tolerance = 1e-3;
+        let ends = bodies.iter().map(|b| (b.centre.abs() + b.axial).hypot(b.equatorial));
+        let radius = ends.fold(0.0, f64::max) + room;
+        let widest = bodies.iter().map(|b| b.equatorial).fold(0.0, f64::max);
+        let free = axial_resistance(&bodies, UNBOUNDED, tolerance)?;
+        for surroundings in [ball(radius), tube(widest + room)] {
+            let found = axial_resistance(&bodies, surroundings, tolerance)?;
+            prop_assert!(found.relative_error() < tolerance, "{:e}", found.relative_error());
+            prop_assert!(found.matrix().clone().cholesky().is_some());
+            let added = found.matrix() - free.matrix();
+            let least = added.symmetric_eigenvalues().min();
+            prop_assert!(least > -2.0 * tolerance * found.matrix().amax(), "{least:e}");
+        }
+    }
+}
