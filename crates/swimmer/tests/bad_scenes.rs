@@ -523,11 +523,6 @@ fn a_second_cycle_that_starts_closer_is_checked_too() {
 fn models_and_domains_that_are_not_built_are_named_with_what_to_use() {
     for (part, by, fragment) in [
         (
-            "kind = \"fem\"",
-            "kind = \"axisymmetric\"",
-            "model.kind = \"axisymmetric\" is not built yet; use model.kind = \"multipole\" or \"fem\"",
-        ),
-        (
             "kind = \"ball\"\nradius = 40",
             "kind = \"unbounded\"",
             "is not built yet; use model.kind = \"auto\" for spheres",

@@ -45,6 +45,8 @@ fn bad_input_is_one_line_and_exit_code_2() {
                 "--json",
                 "--set",
                 "model.kind=axisymmetric",
+                "--set",
+                "bodies.left.torque=[1, 0, 0]",
             ],
             "not built yet",
         ),

@@ -18,6 +18,12 @@ pub struct Sphere {
 
 /// The scene of `spheres`, named `s0`, `s1`, ..., in a ball about the origin; `more` is further TOML.
 pub fn scene(container: f64, size: f64, spheres: &[Sphere], more: &str) -> Result<Scene> {
+    let model = format!("model.kind = \"fem\"\nfem.surface_size = {size:?}");
+    scene_by(&model, container, spheres, more)
+}
+
+/// The same with `model` for the lines that say how it is computed.
+pub fn scene_by(model: &str, container: f64, spheres: &[Sphere], more: &str) -> Result<Scene> {
     let bodies: String = spheres
         .iter()
         .enumerate()
@@ -29,9 +35,8 @@ pub fn scene(container: f64, size: f64, spheres: &[Sphere], more: &str) -> Resul
             )
         })
         .collect();
-    let text = format!(
-        "domain = {{ kind = \"ball\", radius = {container:?} }}\nmodel.kind = \"fem\"\nfem.surface_size = {size:?}\n{bodies}{more}"
-    );
+    let text =
+        format!("domain = {{ kind = \"ball\", radius = {container:?} }}\n{model}\n{bodies}{more}");
     Scene::parse(&text).context("a scene of the validation is wrong")
 }
 

@@ -1,5 +1,6 @@
 //! Comparison with exact values: every row has a tolerance that comes from somewhere.
 
+mod axisymmetric;
 mod collinear;
 mod expected;
 mod file;
@@ -35,7 +36,7 @@ type Part<'a> = (&'a str, &'a dyn Fn() -> Result<Vec<Row>>);
 pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
-    let parts: [Part; 7] = [
+    let parts: [Part; 8] = [
         ("sphere in a concentric ball", &|| sphere::rows(effort)),
         ("orders of convergence", &sphere::orders),
         ("two spheres", &|| pair::rows(effort)),
@@ -46,6 +47,9 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
         ("three-sphere swimmer, mesh file", &file::rows),
         ("three-sphere swimmer, strokes", &|| {
             swimmer::strokes(effort)
+        }),
+        ("elements in the meridian plane", &|| {
+            axisymmetric::rows(effort)
         }),
     ];
     for (name, part) in parts {

@@ -9,11 +9,12 @@ use crate::machine;
 use crate::page::{Part, html};
 
 /// What each case is, in the order of the page.
-const CASES: [(&str, &str); 5] = [
-    ("A", "one sphere in a concentric ball"),
+const CASES: [(&str, &str); 6] = [
+    ("A", "one sphere in a concentric ball, and spheroids"),
     ("B", "two spheres"),
     ("D", "collinear spheres in a ball"),
     ("E", "the three-sphere swimmer"),
+    ("H", "one sphere in a cylinder"),
     ("order", "observed orders"),
 ];
 

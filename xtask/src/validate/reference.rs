@@ -95,6 +95,19 @@ pub const COLLINEAR: [Collinear; 6] = [
     },
 ];
 
+/// $X^A$ of prolate spheroids by aspect: the drag along the long semi-axis `a` is $6 \pi a X^A U$ (Kim & Karrila 1991, table 3.4).
+pub const SPHEROIDS: [(f64, f64); 2] = [(2.0, 0.6019704948941008), (4.0, 0.3994857190933892)];
+
+/// Drag over $6 \pi$ of a unit sphere on the axis of an infinite cylinder of radius `1 / lambda` with quiescent fluid far away (Haberman &
+/// Sayre 1958, their series carried to convergence: 1e-9 between two orders and quadratures).
+pub const CYLINDER: [(f64, f64); 5] = [
+    (0.1, 1.2632139052745492),
+    (0.2, 1.679478884847892),
+    (0.3, 2.370094890162442),
+    (0.4, 3.5913732679723487),
+    (0.5, 5.947374245718559),
+];
+
 /// Force over $6 \pi U$ on each of two unit spheres in unbounded fluid that move against each other along their line
 /// of centres at speed `U`, by the distance of their centres (Stimson & Jeffery 1926, Maude 1961; spectral).
 pub const OPPOSITE: [(f64, f64); 5] = [

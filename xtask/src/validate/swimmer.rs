@@ -6,7 +6,7 @@ use anyhow::Result;
 use swimmer::model::{Hydrodynamics, Instant, choose};
 use swimmer::{Leg, Method, Observer, Scene, Solved, SwimError, simulate};
 
-use super::flow::{Sphere, scene, solve};
+use super::flow::{Sphere, scene_by, solve};
 use super::reference::{INSTANTANEOUS, Instantaneous, STROKES, Stroke};
 use super::table::{Basis, Cost, Row};
 use super::{Effort, expected};
@@ -36,29 +36,40 @@ pub fn instants(effort: Effort) -> Result<Vec<Row>> {
     let coarse = INSTANTANEOUS.iter().map(|case| (case, DEFAULT_SIZE, STEP));
     let mut rows = Vec::new();
     for (case, size, speed) in coarse.chain(fine.iter().map(|case| (case, FINE_SIZE, SPEED))) {
-        let (instant, cost) = solve(&at(case, size)?)?;
-        let name = format!(
-            "arms {} {}, {} {}, h {size}",
-            case.left_arm,
-            case.right_arm,
-            if case.left_rate == 0.0 {
-                "right"
-            } else {
-                "left"
-            },
-            if case.left_rate + case.right_rate < 0.0 {
-                "closes"
-            } else {
-                "opens"
-            },
-        );
+        let model = format!("model.kind = \"fem\"\nfem.surface_size = {size:?}");
         let tolerances = [
             (speed, Basis::Required),
             (expected::sphere(size, NEAREST)?.drag, Basis::Interpolation),
         ];
-        rows.extend(compare(&name, case, &instant, tolerances, cost));
+        rows.extend(instant(case, &format!("h {size}"), &model, tolerances)?);
     }
     Ok(rows)
+}
+
+/// Rows of one instant by the model that the lines `model` of a scene ask for.
+pub fn instant(
+    case: &Instantaneous,
+    by: &str,
+    model: &str,
+    tolerances: [(f64, Basis); 2],
+) -> Result<[Row; 2]> {
+    let (solution, cost) = solve(&at(case, model)?)?;
+    let name = format!(
+        "arms {} {}, {} {}, {by}",
+        case.left_arm,
+        case.right_arm,
+        if case.left_rate == 0.0 {
+            "right"
+        } else {
+            "left"
+        },
+        if case.left_rate + case.right_rate < 0.0 {
+            "closes"
+        } else {
+            "opens"
+        },
+    );
+    Ok(compare(&name, case, &solution, tolerances, cost))
 }
 
 /// Rows of an instant, with the tolerances of the velocity and the forces.
@@ -85,7 +96,7 @@ pub fn compare(
 }
 
 /// The scene of an instant: its first phase changes one arm by one radius in one unit of time.
-fn at(case: &Instantaneous, size: f64) -> Result<Scene> {
+fn at(case: &Instantaneous, model: &str) -> Result<Scene> {
     let spheres = [-case.left_arm, 0.0, case.right_arm].map(|position| Sphere {
         position,
         radius: 1.0,
@@ -99,7 +110,7 @@ fn at(case: &Instantaneous, size: f64) -> Result<Scene> {
         "[[links]]\nname = \"left\"\nbody = \"s0\"\nto = \"s1\"\n[[links]]\nname = \"right\"\nbody = \"s2\"\nto = \"s1\"\n\
          [[gait.phases]]\nlink = \"{link}\"\nlength = {length:?}\n"
     );
-    scene(CONTAINER, size, &spheres, &more)
+    scene_by(model, CONTAINER, &spheres, &more)
 }
 
 /// What the solves of a stroke cost.
@@ -120,18 +131,27 @@ pub fn strokes(effort: Effort) -> Result<Vec<Row>> {
     };
     let mut rows = Vec::new();
     for case in cases {
-        rows.extend(stroke(case)?);
+        let tolerances = [(STEP, Basis::Required), (NET, Basis::Required)];
+        rows.extend(stroke(case, "", &[], tolerances)?);
     }
     Ok(rows)
 }
 
-fn stroke(case: &Stroke) -> Result<Vec<Row>> {
+/// Rows of a stroke with `overrides` of the default scene, called `by`, with the tolerances of its steps and of the net displacement.
+pub fn stroke(
+    case: &Stroke,
+    by: &str,
+    overrides: &[String],
+    [step, net]: [(f64, Basis); 2],
+) -> Result<Vec<Row>> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/three-sphere.toml");
-    let scene = Scene::read(&file, &[format!("domain.radius={:?}", case.container)])?;
+    let mut overrides = overrides.to_vec();
+    overrides.push(format!("domain.radius={:?}", case.container));
+    let scene = Scene::read(&file, &overrides)?;
     let mut model = choose(&scene)?.model;
     let mut costs = Costs(Cost::default());
     let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut costs)?;
-    let name = |what: &str| format!("stroke 10-6, b {}: {what}", case.container);
+    let name = |what: &str| format!("{by}stroke 10-6, b {}: {what}", case.container);
     let mut rows: Vec<Row> = outcome
         .legs
         .iter()
@@ -140,16 +160,10 @@ fn stroke(case: &Stroke) -> Result<Vec<Row>> {
         .map(|(number, (leg, exact))| {
             let pair = [exact, leg.displacement[1].x];
             let what = format!("step {}", number + 1);
-            Row::relative("E", name(&what), pair, (STEP, Basis::Required), costs.0)
+            Row::relative("E", name(&what), pair, step, costs.0)
         })
         .collect();
     let pair = [case.net, outcome.displacement[1].x];
-    rows.push(Row::relative(
-        "E",
-        name("net"),
-        pair,
-        (NET, Basis::Required),
-        costs.0,
-    ));
+    rows.push(Row::relative("E", name("net"), pair, net, costs.0));
     Ok(rows)
 }

@@ -54,15 +54,17 @@ pub enum Basis {
     Order,
     Required,
     Flat,
+    Promised,
 }
 
 impl Basis {
-    const ALL: [Self; 5] = [
+    const ALL: [Self; 6] = [
         Self::Interpolation,
         Self::Halving,
         Self::Order,
         Self::Required,
         Self::Flat,
+        Self::Promised,
     ];
 
     fn mark(self) -> char {
@@ -72,6 +74,7 @@ impl Basis {
             Self::Order => 'c',
             Self::Required => 'd',
             Self::Flat => 'e',
+            Self::Promised => 'f',
         }
     }
 
@@ -94,6 +97,10 @@ impl Basis {
             }
             Self::Flat => {
                 "twice the deficit of radius of the ball that has the volume inside the flat facets"
+            }
+            Self::Promised => {
+                "the tolerance that the model was asked for: 1e-6 of the largest entry of a resistance, 1e-4 of a stroke's net displacement \
+                 (its resistances, and hence instants, to 1e-6)"
             }
         }
     }

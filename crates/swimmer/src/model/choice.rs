@@ -1,6 +1,8 @@
 //! Which model computes a scene, and why.
 
-use crate::model::{FemModel, Hydrodynamics, ModelError, SphereModel, SpheresModel, ladder};
+use crate::model::{
+    AxisymmetricModel, FemModel, Hydrodynamics, ModelError, SphereModel, SpheresModel, ladder,
+};
 use crate::scene::{DomainKind, ModelKind, Scene};
 
 /// The model taken for a scene, with the reasons.
@@ -60,19 +62,30 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
             let rung = ladder::climb(scene)?;
             return spheres(rung.kind, rung.reasons);
         }
-        ModelKind::Auto | ModelKind::Fem => {}
         ModelKind::Axisymmetric => {
-            return not_built(
-                "model.kind",
-                "\"axisymmetric\"",
-                "use model.kind = \"multipole\" or \"fem\"",
-            );
+            return Ok(Choice {
+                model: Box::new(AxisymmetricModel::new(scene)?),
+                reasons: asked(),
+            });
         }
+        ModelKind::Auto if AxisymmetricModel::suits(scene) => {
+            let mut model = AxisymmetricModel::new(scene)?;
+            let reasons = vec![
+                scene.arrangement().describe().to_owned(),
+                model.describe(scene)?,
+                "took finite elements in the meridian plane".to_owned(),
+            ];
+            return Ok(Choice {
+                model: Box::new(model),
+                reasons,
+            });
+        }
+        ModelKind::Auto | ModelKind::Fem => {}
     }
     match scene.domain.kind() {
         DomainKind::Ball | DomainKind::Box | DomainKind::Mesh => {}
         kind => {
-            let instead = "use model.kind = \"auto\" for spheres in unbounded fluid or beside a wall, or domain.kind = \"ball\"; \
+            let instead = "use model.kind = \"auto\" for spheres in unbounded fluid or beside a wall, or on the axis of a cylinder, or domain.kind = \"ball\"; \
                            a swimmer without external force in a ball of ten times its length moves as in unbounded fluid to about a thousandth";
             return not_built("domain.kind", &format!("\"{}\"", kind.word()), instead);
         }

@@ -3,6 +3,7 @@
 //! A model answers one question: with the bodies placed so and the links changing at these rates, how does
 //! everything move and which forces act? Gaits, integration and output know models by [`Hydrodynamics`] alone.
 
+mod axisymmetric;
 mod choice;
 mod error;
 pub mod fem;
@@ -15,6 +16,7 @@ use nalgebra::{DMatrix, Isometry3, Vector3};
 use rigid::{State, StateVelocity};
 use serde::{Deserialize, Serialize};
 
+pub use axisymmetric::AxisymmetricModel;
 pub use choice::{Choice, choose};
 pub use error::ModelError;
 pub use fem::FemModel;

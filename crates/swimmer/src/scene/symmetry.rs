@@ -17,9 +17,49 @@ pub enum Arrangement {
     Spatial,
 }
 
+/// A line through bodies.
+struct Line {
+    /// From the first body to each.
+    arms: Vec<Vector3<f64>>,
+    axis: Vector3<f64>,
+    /// Distances that count as none.
+    off: f64,
+    is_straight: bool,
+}
+
 impl Scene {
     /// How the bodies lie at the start; links keep it so, unless walls or loads turn the bodies away.
     pub fn arrangement(&self) -> Arrangement {
+        let line = self.line();
+        if line.is_straight {
+            return match self.is_axis(&line) {
+                true => Arrangement::Axisymmetric,
+                false => Arrangement::Collinear,
+            };
+        }
+        let normals = line.arms.iter().map(|arm| line.axis.cross(arm));
+        let normal = normals
+            .max_by(|a, b| a.norm().total_cmp(&b.norm()))
+            .unwrap_or_default()
+            .normalize();
+        match line
+            .arms
+            .iter()
+            .all(|arm| arm.dot(&normal).abs() <= line.off)
+        {
+            true => Arrangement::Planar,
+            false => Arrangement::Spatial,
+        }
+    }
+
+    /// The direction of the axis about which everything is symmetric, for [`Arrangement::Axisymmetric`]; it runs through the bodies.
+    pub fn axis(&self) -> Option<Vector3<f64>> {
+        let line = self.line();
+        (line.is_straight && self.is_axis(&line)).then_some(line.axis)
+    }
+
+    /// The line through the first body and the farthest from it.
+    fn line(&self) -> Line {
         let origin = self.bodies[0].position;
         let arms: Vec<Vector3<f64>> = self
             .bodies
@@ -36,34 +76,30 @@ impl Scene {
         let axis = longest
             .try_normalize(0.0)
             .unwrap_or_else(|| self.lone_axis());
+        Line {
+            is_straight: arms.iter().all(|arm| arm.cross(&axis).norm() <= off),
+            arms,
+            axis,
+            off,
+        }
+    }
+
+    /// Whether domain and loads are symmetric about a line that the bodies are on.
+    fn is_axis(&self, line: &Line) -> bool {
+        let (origin, axis, off) = (self.bodies[0].position, line.axis, line.off);
         let is_along = |v: &Vector3<f64>| v.cross(&axis).norm() <= 1e-9 * v.norm();
-        if arms.iter().all(|arm| arm.cross(&axis).norm() <= off) {
-            let loads_along = self
-                .bodies
-                .iter()
-                .all(|body| is_along(&body.force) && is_along(&body.torque));
-            let is_axis = match self.domain {
+        let loads_along = self
+            .bodies
+            .iter()
+            .all(|body| is_along(&body.force) && is_along(&body.torque));
+        loads_along
+            && match self.domain {
                 Domain::Unbounded => true,
                 Domain::Ball { .. } => origin.cross(&axis).norm() <= off.max(1e-9 * origin.norm()),
                 Domain::Cylinder { .. } => axis.yz().norm() <= 1e-9 && origin.yz().norm() <= off,
                 Domain::Wall => axis.xy().norm() <= 1e-9,
                 Domain::Box { .. } | Domain::Mesh { .. } => false,
-            };
-            return if is_axis && loads_along {
-                Arrangement::Axisymmetric
-            } else {
-                Arrangement::Collinear
-            };
-        }
-        let normals = arms.iter().map(|arm| axis.cross(arm));
-        let normal = normals
-            .max_by(|a, b| a.norm().total_cmp(&b.norm()))
-            .unwrap_or_default()
-            .normalize();
-        match arms.iter().all(|arm| arm.dot(&normal).abs() <= off) {
-            true => Arrangement::Planar,
-            false => Arrangement::Spatial,
-        }
+            }
     }
 
     /// The axis of a single body: along its load, or else through the middle of the domain.

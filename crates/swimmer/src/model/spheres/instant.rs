@@ -1,4 +1,4 @@
-//! Velocities and forces of linked spheres from their grand resistance.
+//! Velocities and forces of linked bodies from their grand resistance.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, Drive, Load, Reduction};
@@ -7,7 +7,7 @@ use super::Scale;
 use crate::model::{BodyInstant, ModelError};
 
 /// A solved instant in units of the flow.
-pub(super) struct Solved {
+pub(in crate::model) struct Solved {
     /// All generalised velocities.
     pub generalised: DVector<f64>,
     /// Forces and torques of the bodies with surfaces on the fluid.
@@ -41,7 +41,7 @@ impl Solved {
             .clone()
             .cholesky()
             .ok_or(ModelError::NotFinite {
-                model: "spheres",
+                model: "resistance",
                 what: "a resistance of the free motions",
             })?
             .solve(&right);

@@ -8,7 +8,7 @@ use microhydro::{Accuracy, Medium, Resistance, Spheres, multipole, oseen, rpy};
 use nalgebra::{DMatrix, Isometry3, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, Load};
 
-use self::instant::Solved;
+pub(super) use self::instant::Solved;
 use super::fem::scale::Scale;
 use crate::model::{
     Cost, Dofs, ErrorEstimate, Hydrodynamics, Instant, ModelError, Placement, Seconds, SolverInfo,

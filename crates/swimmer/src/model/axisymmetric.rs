@@ -1,0 +1,328 @@
+//! Bodies on an axis of the domain that move along it: finite elements in the meridian half-plane.
+
+use std::f64::consts::PI;
+use std::time::Instant as Clock;
+
+use fem::axisymmetric::{AxialResistance, Spheroid, Surroundings, axial_resistance};
+use nalgebra::{DMatrix, Isometry3, Matrix3, Vector3};
+use rigid::{Articulation, BodyKind, Constraints, Load, Twist};
+
+use super::fem::scale::Scale;
+use super::spheres::Solved;
+use crate::model::{
+    Cost, Dofs, ErrorEstimate, Hydrodynamics, Instant, MeshError, ModelError, Placement, Seconds,
+    SolverInfo,
+};
+use crate::scene::{Arrangement, Domain, Scene};
+
+/// Flow without swirl around bodies on one axis.
+///
+/// Its resistance knows motions and forces along the axis. All others are at rest by symmetry: they stand in the equations with some
+/// positive resistance of their own and come out as zero.
+pub struct AxisymmetricModel {
+    scale: Scale,
+    /// The bodies and links in units of the flow.
+    set: Articulation,
+    loads: Vec<Load>,
+    /// Radii of the bodies with surfaces.
+    radii: Vec<f64>,
+    surroundings: Surroundings,
+    /// Unit vector along the axis.
+    axis: Vector3<f64>,
+    /// Relative error asked of resistances.
+    tolerance: f64,
+}
+
+/// Distance from the axis, over the smallest radius, that counts as rounding along a stroke.
+const OFF_AXIS: f64 = 1e-6;
+
+/// What the estimate of a velocity's error may err by, as a part of it: it continues the orders' changes as a geometric series, whose
+/// factor varies by about this much from order to order.
+const UNSURE: f64 = 0.5;
+
+impl AxisymmetricModel {
+    /// The model of a scene.
+    ///
+    /// # Errors
+    /// [`ModelError::NotBuilt`] for arrangements, domains and loads that are not symmetric about an axis.
+    pub fn new(scene: &Scene) -> Result<Self, ModelError> {
+        let refuse = |key: &str, problem: String, instead: &str| {
+            Err(ModelError::NotBuilt {
+                what: format!(
+                    "{}: {problem} for model.kind = \"axisymmetric\"",
+                    scene.place(key)
+                ),
+                instead: instead.to_owned(),
+            })
+        };
+        let scale = Scale::of(scene);
+        let surroundings = match scene.domain {
+            Domain::Unbounded => Surroundings::Unbounded,
+            Domain::Ball { radius } => Surroundings::Ball {
+                radius: scale.length(radius),
+            },
+            Domain::Cylinder { radius } => Surroundings::Cylinder {
+                radius: scale.length(radius),
+            },
+            _ => {
+                return refuse(
+                    "domain.kind",
+                    format!("domain.kind = \"{}\"", scene.domain.kind().word()),
+                    "use the domain unbounded, ball or cylinder, or model.kind = \"auto\"",
+                );
+            }
+        };
+        let Some(axis) = scene.axis() else {
+            let problem = match scene.arrangement() {
+                Arrangement::Collinear => {
+                    "a domain or loads that are not symmetric about the line of the bodies"
+                }
+                _ => "an arrangement of bodies that are not on one line",
+            };
+            return refuse(
+                "bodies",
+                problem.to_owned(),
+                "put bodies and their forces on one axis of the domain, or use model.kind = \"auto\"",
+            );
+        };
+        if let Some(number) = (scene.bodies.iter()).position(|b| b.torque != Vector3::zeros()) {
+            return refuse(
+                &format!("bodies[{number}].torque"),
+                format!("a torque on body '{}'", scene.bodies[number].name),
+                "remove it, or use model.kind = \"multipole\" or \"fem\"",
+            );
+        }
+        let kinds: Vec<_> = scene.bodies.iter().map(|b| b.kind()).collect();
+        let positions: Vec<_> = (scene.bodies.iter())
+            .map(|b| scale.point(b.position))
+            .collect();
+        let set = Articulation::new(
+            &kinds,
+            scene.articulation.links().to_vec(),
+            scene.articulation.arms(),
+            &positions,
+        )?;
+        Ok(Self {
+            set,
+            loads: (scene.bodies.iter())
+                .map(|b| scale.load(b.force, b.torque))
+                .collect(),
+            radii: (scene.bodies.iter())
+                .filter(|b| b.kind() == BodyKind::Rigid)
+                .map(|b| scale.length(b.bounding_radius()))
+                .collect(),
+            surroundings,
+            axis,
+            // the net displacement amplifies errors of the resistance, see `SphereModel::for_displacement`
+            tolerance: (0.01 * scene.model.tolerance).clamp(1e-11, 1e-4),
+            scale,
+        })
+    }
+
+    /// Whether `auto` takes this model: where no model without a mesh knows the domain, and elements in space would cost a
+    /// thousand times as much.
+    pub(super) fn suits(scene: &Scene) -> bool {
+        matches!(scene.domain, Domain::Cylinder { .. })
+            && scene.arrangement() == Arrangement::Axisymmetric
+            && scene.bodies.iter().all(|b| b.torque == Vector3::zeros())
+    }
+
+    /// What the model costs and errs at the start, and why no other rung is there.
+    ///
+    /// # Errors
+    /// As [`Hydrodynamics::instant`].
+    pub(super) fn describe(&mut self, scene: &Scene) -> Result<String, ModelError> {
+        let lengths = scene.articulation.initial_lengths();
+        let placement = Placement {
+            state: &scene.initial_state(),
+            lengths,
+            rates: &vec![0.0; lengths.len()],
+        };
+        let clock = Clock::now();
+        let axial = self.axial(&placement)?;
+        Ok(format!(
+            "models without a mesh know no domain.kind = \"{}\"; axisymmetric errs {:.1e} in the resistance with {} unknowns at {:.0} ms a solve",
+            scene.domain.kind().word(),
+            axial.relative_error(),
+            axial.unknowns(),
+            1e3 * clock.elapsed().as_secs_f64()
+        ))
+    }
+
+    fn scaled(&self, list: &[f64]) -> Vec<f64> {
+        list.iter().map(|&l| self.scale.length(l)).collect()
+    }
+
+    fn poses(&self, placement: &Placement) -> Result<Vec<Isometry3<f64>>, ModelError> {
+        let state = self.scale.state(placement.state);
+        Ok(self.set.place(&state, &self.scaled(placement.lengths))?)
+    }
+
+    fn constraints(&self, placement: &Placement) -> Result<Constraints, ModelError> {
+        let state = self.scale.state(placement.state);
+        let (lengths, rates) = (self.scaled(placement.lengths), self.scaled(placement.rates));
+        Ok(self.set.constraints(&state, &lengths, &rates)?)
+    }
+
+    /// The bodies with surfaces as they lie on the axis.
+    ///
+    /// # Errors
+    /// [`ModelError::NotBuilt`] when one has left it.
+    fn on_axis(&self, placement: &Placement) -> Result<Vec<Spheroid>, ModelError> {
+        let poses = self.poses(placement)?;
+        let centres: Vec<Vector3<f64>> = (poses.iter().zip(self.set.kinds()))
+            .filter(|(_, kind)| **kind == BodyKind::Rigid)
+            .map(|(pose, _)| pose.translation.vector)
+            .collect();
+        let origin = match self.surroundings {
+            Surroundings::Unbounded => centres[0],
+            Surroundings::Ball { .. } | Surroundings::Cylinder { .. } => Vector3::zeros(),
+        };
+        (centres.iter().zip(&self.radii).enumerate())
+            .map(|(number, (centre, &radius))| {
+                let from_origin = centre - origin;
+                let along = from_origin.dot(&self.axis);
+                let off = (from_origin - along * self.axis).norm();
+                if off <= OFF_AXIS {
+                    return Ok(Spheroid::sphere(along, radius));
+                }
+                Err(ModelError::NotBuilt {
+                    what: format!(
+                        "model.kind = \"axisymmetric\" for body {number} at {off:e} of the smallest radius from the axis"
+                    ),
+                    instead: "use model.kind = \"auto\"".to_owned(),
+                })
+            })
+            .collect()
+    }
+
+    fn axial(&self, placement: &Placement) -> Result<AxialResistance, ModelError> {
+        Ok(axial_resistance(
+            &self.on_axis(placement)?,
+            self.surroundings,
+            self.tolerance,
+        )?)
+    }
+
+    /// The matrix for motions in space: axial entries as computed, and Stokes's for motions that symmetry keeps at rest.
+    fn in_space(&self, axial: &DMatrix<f64>) -> DMatrix<f64> {
+        let n = self.radii.len();
+        let along: Matrix3<f64> = self.axis * self.axis.transpose();
+        let across = Matrix3::identity() - along;
+        let mut matrix = DMatrix::zeros(6 * n, 6 * n);
+        for i in 0..n {
+            for j in 0..n {
+                let block = along * axial[(i, j)];
+                matrix
+                    .fixed_view_mut::<3, 3>(6 * i, 6 * j)
+                    .copy_from(&block);
+            }
+            let (drag, torque) = (6.0 * PI * self.radii[i], 8.0 * PI * self.radii[i].powi(3));
+            let mut own = matrix.fixed_view_mut::<3, 3>(6 * i, 6 * i);
+            own += across * drag;
+            let turning = Matrix3::identity() * torque;
+            matrix
+                .fixed_view_mut::<3, 3>(6 * i + 3, 6 * i + 3)
+                .copy_from(&turning);
+        }
+        matrix
+    }
+}
+
+impl Hydrodynamics for AxisymmetricModel {
+    fn name(&self) -> &'static str {
+        "axisymmetric"
+    }
+
+    fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
+        let clock = Clock::now();
+        let axial = self.axial(placement)?;
+        let constraints = self.constraints(placement)?;
+        let solve = |matrix: &DMatrix<f64>| {
+            let matrix = self.in_space(matrix);
+            Solved::new(&matrix, &self.set, &constraints, &self.loads)
+        };
+        let (solved, coarser) = (solve(axial.matrix())?, solve(axial.coarser())?);
+        let bodies = solved.bodies(&self.set, &self.scale)?;
+        let coarser_bodies = coarser.bodies(&self.set, &self.scale)?;
+        let motion = |solved: &Solved| -> Result<_, ModelError> {
+            let motion = self.set.state_velocity(solved.generalised.as_slice())?;
+            Ok(self.scale.motion_back(&motion))
+        };
+        let (moves, coarser_moves) = (motion(&solved)?, motion(&coarser)?);
+        // computed less exact: what the order before errs more by, continued
+        let tail = axial.tail();
+        let velocities: Vec<Vector3<f64>> = (bodies.iter().zip(&coarser_bodies))
+            .map(|(last, before)| tail * (before.velocity - last.velocity))
+            .collect();
+        let force = (bodies.iter().zip(&coarser_bodies))
+            .map(|(last, before)| tail * (before.force - last.force).norm())
+            .fold(0.0, f64::max);
+        let error = velocities.iter().fold(0.0_f64, |m, e| m.max(e.norm()));
+        let fastest = bodies.iter().fold(0.0_f64, |m, b| m.max(b.velocity.norm()));
+        let total = clock.elapsed().as_secs_f64();
+        Ok(Instant {
+            link_forces: solved.link_forces(&self.set, &constraints, &self.loads, &self.scale)?,
+            dofs: Dofs {
+                total: axial.unknowns(),
+                ..Dofs::default()
+            },
+            solver: SolverInfo {
+                formulation: "p-tilde".to_owned(),
+                solver: "direct".to_owned(),
+                iterations: 0,
+                true_relative_residual: solved.residual.max(axial.residual()),
+            },
+            seconds: Seconds {
+                solve: total,
+                total,
+                ..Seconds::default()
+            },
+            error_estimate: ErrorEstimate {
+                mesh: Some((1.0 + UNSURE) * error),
+                container: (self.surroundings == Surroundings::Unbounded)
+                    .then(|| axial.far_error() * fastest),
+                ..ErrorEstimate::default()
+            },
+            mesh_error: Some(MeshError {
+                frames: (moves.frames.iter().zip(&coarser_moves.frames))
+                    .map(|(last, before)| Twist {
+                        linear: tail * (before.linear - last.linear),
+                        angular: Vector3::zeros(),
+                    })
+                    .collect(),
+                bodies: velocities,
+                spread: UNSURE * error,
+                force,
+            }),
+            checks: None,
+            remeshed: true,
+            motion: moves,
+            bodies,
+        })
+    }
+
+    fn want_estimates(&mut self, _wanted: bool) -> bool {
+        // they are there in any case
+        true
+    }
+
+    fn resistance(&mut self, _placement: &Placement<'_>) -> Result<DMatrix<f64>, ModelError> {
+        Err(ModelError::NotBuilt {
+            what: "the grand resistance by the model 'axisymmetric', which knows motions along the axis only,".to_owned(),
+            instead: "use model.kind = \"multipole\" or \"fem\"".to_owned(),
+        })
+    }
+
+    fn cost(&mut self, placement: &Placement<'_>) -> Result<Cost, ModelError> {
+        /// Factors: about 250 numbers an unknown.
+        const MIB_PER_UNKNOWN: f64 = 2e-3;
+        // there is nothing cheaper to know than the answer
+        let instant = self.instant(placement)?;
+        Ok(Cost {
+            dofs: instant.dofs,
+            seconds: instant.seconds.total,
+            mib: MIB_PER_UNKNOWN * instant.dofs.total as f64,
+        })
+    }
+}

@@ -1,0 +1,147 @@
+//! A, D, E, H by elements in the meridian plane.
+
+use std::f64::consts::PI;
+use std::time::Instant as Clock;
+
+use anyhow::Result;
+use fem::axisymmetric::{Spheroid, Surroundings, axial_resistance};
+
+use super::reference::{COLLINEAR, CYLINDER, INSTANTANEOUS, SPHEROIDS, STROKES, concentric_drag};
+use super::table::{Basis, Cost, Row};
+use super::{Effort, swimmer};
+
+/// What the rung promises of resistances, at about ten thousand unknowns.
+const PROMISED: f64 = 1e-6;
+
+/// Tolerance of the strokes' net displacement.
+const NET: f64 = 1e-4;
+
+/// All rows.
+pub fn rows(effort: Effort) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    let ball = |radius| Surroundings::Ball { radius };
+    for lambda in [0.1, 0.2, 0.5] {
+        let (name, exact) = (
+            format!("drag / 6 pi, lambda {lambda}"),
+            concentric_drag(lambda),
+        );
+        let bodies = [Spheroid::sphere(0.0, 1.0)];
+        rows.push(drag("A", &name, &bodies, ball(1.0 / lambda), exact)?);
+    }
+    for (aspect, exact) in SPHEROIDS {
+        let body = Spheroid {
+            centre: 0.0,
+            axial: aspect,
+            equatorial: 1.0,
+        };
+        let name = format!("spheroid {aspect}:1, drag / 6 pi");
+        rows.push(drag(
+            "A",
+            &name,
+            &[body],
+            Surroundings::Unbounded,
+            exact * aspect,
+        )?);
+    }
+    for case in &COLLINEAR {
+        let places = case.positions.iter().zip(case.radii);
+        let bodies: Vec<Spheroid> = places.map(|(&z, &a)| Spheroid::sphere(z, a)).collect();
+        rows.push(resistance(
+            "D",
+            case.name,
+            &bodies,
+            ball(case.container),
+            case.resistance,
+        )?);
+    }
+    for (lambda, exact) in CYLINDER {
+        let radius = 1.0 / lambda;
+        let name = format!("drag / 6 pi, lambda {lambda}");
+        let bodies = [Spheroid::sphere(0.0, 1.0)];
+        rows.push(drag(
+            "H",
+            &name,
+            &bodies,
+            Surroundings::Cylinder { radius },
+            exact,
+        )?);
+    }
+    let model = format!("model = {{ kind = \"axisymmetric\", tolerance = {NET:e} }}");
+    let tolerances = [(PROMISED, Basis::Promised); 2];
+    let instants = match effort {
+        Effort::Quick => &INSTANTANEOUS[..2],
+        Effort::Full => &INSTANTANEOUS[..],
+    };
+    for case in instants {
+        rows.extend(swimmer::instant(case, "axisymmetric", &model, tolerances)?);
+    }
+    let strokes = match effort {
+        Effort::Quick => &STROKES[..1],
+        Effort::Full => &STROKES[..],
+    };
+    for case in strokes {
+        let options = [
+            "model.kind=\"axisymmetric\"".to_owned(),
+            format!("model.tolerance={NET:e}"),
+        ];
+        rows.extend(swimmer::stroke(
+            case,
+            "axisymmetric ",
+            &options,
+            [(NET, Basis::Promised); 2],
+        )?);
+    }
+    Ok(rows)
+}
+
+/// Drag over that of a sphere of radius one.
+fn drag(
+    group: &'static str,
+    name: &str,
+    bodies: &[Spheroid],
+    surroundings: Surroundings,
+    exact: f64,
+) -> Result<Row> {
+    let row = resistance(group, name, bodies, surroundings, &[6.0 * PI * exact])?;
+    Ok(Row {
+        exact: row.exact / (6.0 * PI),
+        computed: row.computed / (6.0 * PI),
+        ..row
+    })
+}
+
+/// The entry that errs most of a resistance matrix given by its upper triangle.
+fn resistance(
+    group: &'static str,
+    name: &str,
+    bodies: &[Spheroid],
+    surroundings: Surroundings,
+    exact: &[f64],
+) -> Result<Row> {
+    let clock = Clock::now();
+    let found = axial_resistance(bodies, surroundings, PROMISED)?;
+    let cost = Cost {
+        dofs: found.unknowns(),
+        iterations: 0,
+        seconds: clock.elapsed().as_secs_f64(),
+    };
+    let n = bodies.len();
+    let places = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
+    let computed = places.map(|place| found.matrix()[place]);
+    let mut worst = [exact[0], found.matrix()[(0, 0)]];
+    let mut largest = 0.0_f64;
+    for (&exact, computed) in exact.iter().zip(computed) {
+        largest = largest.max(exact.abs());
+        if (computed - exact).abs() > (worst[1] - worst[0]).abs() {
+            worst = [exact, computed];
+        }
+    }
+    Ok(Row::scaled(
+        group,
+        format!("axisymmetric, {name}"),
+        worst,
+        largest,
+        (PROMISED, Basis::Promised),
+        cost,
+    ))
+}
