@@ -130,6 +130,22 @@ fn the_estimate_is_a_symmetric_bilinear_form_and_the_sum_of_its_cells() {
 }
 
 #[test]
+fn the_functional_of_a_surplus_is_its_estimate_for_every_other_flow() {
+    let mesh = curved_shell(3, OUTER);
+    let [a, b] = two_flows(&mesh);
+    let space = SurplusSpace::new(&mesh).unwrap();
+    let [sa, sb] = surpluses(&mesh, [&a, &b]);
+    let functional = space.functional(&mesh, &sa).unwrap();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    for (flow, surplus) in [(&a, &sa), (&b, &sb)] {
+        let by_load =
+            dot(&functional.velocity, &flow.velocity) + dot(&functional.pressure, &flow.pressure);
+        let scale = (sa.energy(&sa).unwrap() * surplus.energy(surplus).unwrap()).sqrt();
+        assert!((by_load - sa.energy(surplus).unwrap()).abs() < 1e-10 * scale);
+    }
+}
+
+#[test]
 fn estimates_are_the_same_for_any_number_of_threads() {
     let mesh = curved_shell(4, OUTER);
     let flow = solve_rigid(&mesh, BODY, Vec3::x(), Vec3::z());
@@ -141,7 +157,8 @@ fn estimates_are_the_same_for_any_number_of_threads() {
         pool.install(|| {
             let [s] = surpluses(&mesh, [&flow]);
             let energy = s.energy(&s).unwrap();
-            (s, energy)
+            let functional = SurplusSpace::new(&mesh).unwrap().functional(&mesh, &s);
+            (s, energy, functional.unwrap())
         })
     });
     assert_eq!(one, three);

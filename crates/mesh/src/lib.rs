@@ -39,7 +39,9 @@ mod tet_mesh;
 mod topology;
 
 pub use error::{MeshError, Place};
-pub use generate::{Body, Container, GenerateParams, Generated, Stages, generate, generate_sized};
+pub use generate::{
+    Body, Container, GenerateParams, Generated, SizeMap, Stages, generate, generate_sized,
+};
 pub use io::{MshFile, Pvd, Vtu, VtuEncoding};
 pub use linear_tets::LinearTets;
 pub use quadratic_tets::QuadraticTets;

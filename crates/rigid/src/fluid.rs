@@ -1,5 +1,7 @@
 //! The fluid block that all formulations share: free nodes, and the border that rigid surfaces put around them.
 
+use std::ops::AddAssign;
+
 use linalg::{Csr, Csr3};
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -204,6 +206,27 @@ impl RigidFluid {
     /// Number of rigid bodies with a surface.
     pub fn bodies(&self) -> usize {
         self.corner.nrows() / 6
+    }
+
+    /// Number of nodes, whatever their role.
+    pub(crate) fn nodes(&self) -> usize {
+        self.roles.len()
+    }
+
+    /// Forces and torques on the bodies, `(F, T)` a body, of forces on the nodes of their surfaces (interleaved, one triple a node of the mesh).
+    pub(crate) fn loads_of_forces(&self, forces: &[f64]) -> DVector<f64> {
+        let mut loads = DVector::zeros(6 * self.bodies());
+        let nodes = self.roles.iter().zip(&self.arms);
+        for ((role, arm), force) in nodes.zip(forces.chunks_exact(3)) {
+            if let NodeRole::Body(body) = role {
+                let force = Vector3::from_column_slice(force);
+                let first = 6 * *body as usize;
+                let mut own = loads.fixed_rows_mut::<6>(first);
+                own.fixed_rows_mut::<3>(0).add_assign(&force);
+                own.fixed_rows_mut::<3>(3).add_assign(&arm.cross(&force));
+            }
+        }
+        loads
     }
 
     /// Velocities at all nodes from those at free nodes (interleaved) and of the bodies (six a body).

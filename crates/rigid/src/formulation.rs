@@ -253,7 +253,51 @@ impl Constrained {
         Ok(right)
     }
 
-    /// Velocity at every node and pressure of a solution for [`Constrained::right_of_loads`].
+    /// The right-hand side for forces on the nodes and sources of volume, with all links held at their lengths.
+    ///
+    /// Shapes: `velocity` three entries a node of the mesh, those on walls of no effect; `pressure` one entry a pressure unknown, which add up to zero in enclosed flow. In a symmetric
+    /// system it is the transpose of [`Constrained::flow_of_loads`].
+    ///
+    /// # Errors
+    /// Arrays of the wrong length.
+    pub fn right_of_forces(
+        &self,
+        velocity: &[f64],
+        pressure: &[f64],
+    ) -> Result<Vec<f64>, RigidError> {
+        check_length(
+            "forces on the nodes",
+            velocity.len(),
+            3 * self.surfaces.nodes(),
+        )?;
+        let pressures = self.system.pressure_range();
+        check_length("sources of volume", pressure.len(), pressures.len())?;
+        let tests = self.tests.as_ref().unwrap_or(&self.columns);
+        let on_surfaces = self.surfaces.loads_of_forces(velocity);
+        let border = tests.select_rows(&self.surface_rows).tr_mul(&on_surfaces);
+        let nodes = self
+            .surfaces
+            .free_nodes
+            .iter()
+            .map(|&node| 3 * node as usize);
+        let mut right: Vec<f64> = nodes
+            .flat_map(|first| &velocity[first..first + 3])
+            .copied()
+            .collect();
+        right.extend(border.iter());
+        right.extend(pressure);
+        Ok(right)
+    }
+
+    /// Generalised velocities of a solution for [`Constrained::right_of_loads`] or [`Constrained::right_of_forces`].
+    ///
+    /// # Errors
+    /// A solution of the wrong length.
+    pub fn generalised_of_loads(&self, solution: &[f64]) -> Result<DVector<f64>, RigidError> {
+        Ok(&self.columns * self.parts(solution)?.border)
+    }
+
+    /// Velocity at every node and pressure of a solution for [`Constrained::right_of_loads`] or [`Constrained::right_of_forces`].
     ///
     /// # Errors
     /// A solution of the wrong length.

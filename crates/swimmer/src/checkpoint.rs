@@ -107,6 +107,11 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
+    /// The factor on element sizes of the run, whoever chose it; none if the scene does not parse.
+    pub fn size_factor(&self) -> Option<f64> {
+        Scene::parse(&self.scene).ok()?.fem.size_factor
+    }
+
     /// Gives the model its history back and says where the run goes on.
     ///
     /// More cycles than before may be asked for; everything else in the scene must be as it was.

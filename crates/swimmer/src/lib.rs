@@ -45,6 +45,7 @@ pub mod model;
 pub mod output;
 pub mod scene;
 mod simulate;
+mod target;
 
 pub use checkpoint::Checkpoint;
 pub use error::SwimError;
@@ -55,3 +56,4 @@ pub use scene::{Gait, Phase, Scene};
 pub use simulate::{
     Interim, LegOutcome, Observer, Outcome, Sample, go_on, simulate, solve_start, start_resistance,
 };
+pub use target::{Trial, size_factor_for_target};

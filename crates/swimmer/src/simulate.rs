@@ -247,7 +247,10 @@ pub fn go_on(
         let displacement: Vec<_> = after.iter().zip(&before).map(|(a, b)| a - b).collect();
         let by_mesh = |drift: &Drift| -> Vec<Vector3<f64>> { errors_of_bodies(set, drift, &after) };
         let bar = |errors: &[Vector3<f64>], drift: &Drift| {
-            errors.iter().fold(0.0_f64, |m, e| m.max(e.norm())) + drift.spread
+            errors
+                .iter()
+                .fold(0.0_f64, |m, e| m.max(e.norm()))
+                .hypot(drift.spread)
         };
         let own = result.drift.as_ref();
         outcome.legs.push(LegOutcome {
@@ -309,7 +312,8 @@ fn errors_of_bodies(
     errors
 }
 
-/// Asks the model for the instant at the start of the gait's first phase, or at rest if the scene has no gait.
+/// Asks the model for the instant at the start of the gait's first phase, or at rest if the scene has no gait; with the error by the
+/// mesh that `fem.target` asks for, if the scene has one.
 ///
 /// # Errors
 /// What the model fails with.
@@ -317,7 +321,10 @@ pub fn solve_start(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
 ) -> Result<crate::model::Instant, SwimError> {
-    let instant = at_start(scene, |placement| model.instant(placement))?;
+    let instant = at_start(scene, |placement| match scene.fem.target {
+        None => model.instant(placement),
+        Some(target) => model.instant_within(placement, target),
+    })?;
     instant.check_finite(model.name())?;
     Ok(instant)
 }

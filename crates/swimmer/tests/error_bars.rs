@@ -129,10 +129,7 @@ fn bars_of_a_swimming_speed_hold_and_are_not_those_of_drag() {
     let error = instant.mesh_error.as_ref().unwrap();
     let miss = instant.bodies[1].velocity.x - rate * speed;
     let bar = instant.error_estimate.mesh.unwrap();
-    assert!(
-        miss.abs() < bar && bar < 2.0 * miss.abs(),
-        "{miss:.3e} {bar:.3e}"
-    );
+    assert_effective("speed", miss, bar);
     // Signed, and good enough to correct with.
     assert!((miss - error.bodies[1].x).abs() < 0.25 * miss.abs());
     let miss = instant.bodies[0].force.x - rate * force;
@@ -147,7 +144,7 @@ fn estimates_are_those_of_the_flow_whatever_the_formulation() {
         let more = format!("fem.formulation = \"{formulation}\"\n");
         solve(&swimmer(0.7, &more)).mesh_error.unwrap()
     });
-    // Dual flows are solved for to a thousandth.
+    // Flows of estimates are solved for to a thousandth.
     for other in [two, three] {
         let scale = one.bodies[1].norm() + one.spread;
         assert!((one.bodies[1] - other.bodies[1]).norm() < 0.05 * scale);
@@ -157,14 +154,15 @@ fn estimates_are_those_of_the_flow_whatever_the_formulation() {
 }
 
 #[test]
-fn the_algebraic_bar_is_the_error_of_a_solve_that_stopped_early() {
+fn the_algebraic_bar_contains_the_error_of_a_solve_that_stopped_early() {
     let [early, late] =
         [1e-4, 1e-11].map(|rtol| solve(&swimmer(0.7, &format!("fem.rtol = {rtol:?}\n"))));
     let miss = (0..3)
         .map(|body| (early.bodies[body].velocity - late.bodies[body].velocity).norm())
         .fold(0.0, f64::max);
     let bar = early.error_estimate.algebraic.unwrap();
-    assert_relative_eq!(bar, miss, max_relative = 0.1);
+    // Twice the weighted residual; the error is 0.2 to 2 of it.
+    assert!(miss < bar && bar < 10.0 * miss, "{miss:.3e} {bar:.3e}");
     assert!(late.error_estimate.algebraic.unwrap() < 1e-6 * bar);
 }
 

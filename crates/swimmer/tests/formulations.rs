@@ -1,8 +1,9 @@
 //! The three ways to impose links are one answer, with every solver, for every kind of arm.
 
+use linalg::SaddleLdlt;
 use nalgebra::{DMatrix, DVector};
-use rigid::Reduction;
-use swimmer::model::{Instant, choose};
+use rigid::{DirectRows, Eliminated, Formulation, Lagrange, Reduction};
+use swimmer::model::{FemModel, Hydrodynamics, Instant, Placement, choose};
 use swimmer::{Scene, solve_start, start_resistance};
 
 /// A bent chain of three unequal spheres off the centre of a ball, loaded from outside.
@@ -167,5 +168,55 @@ fn the_condensed_resistance_moves_the_swimmer_as_the_coupled_solve_does() {
         let omega = velocities.fixed_rows::<3>(6 * body + 3) - solved.angular_velocity;
         // Residuals of 1e-11, amplified by the condition of a few resistances between 1 and 100.
         assert!(u.amax() < 1e-8 * largest && omega.amax() < 1e-8 * largest);
+    }
+}
+
+/// With `b_k` the flow of a unit load on the velocity `k`, forces `f` on nodes change that velocity by `f . b_k` (reciprocity), in
+/// every formulation.
+#[test]
+fn forces_on_nodes_move_bodies_as_the_reciprocal_theorem_says() {
+    let scene = Scene::parse(&scene("free")).unwrap();
+    let mut model = FemModel::new(&scene).unwrap();
+    let placement = Placement {
+        state: &scene.initial_state(),
+        lengths: scene.articulation.initial_lengths(),
+        rates: &[0.0, 0.0],
+    };
+    let mesh = model.mesh(&placement).unwrap().unwrap();
+    let forces: Vec<f64> = (0..3 * mesh.n_points()).map(|i| (i as f64).sin()).collect();
+    // What flows in flows out: the fluid is enclosed.
+    let mut sources: Vec<f64> = (0..mesh.n_vertices()).map(|i| (i as f64).cos()).collect();
+    let mean = sources.iter().sum::<f64>() / sources.len() as f64;
+    sources.iter_mut().for_each(|s| *s -= mean);
+    let formulations: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
+    for formulation in formulations {
+        let system = model.system(&placement, formulation).unwrap();
+        let mut factor = SaddleLdlt::factor(&system.system, &Default::default()).unwrap();
+        let mut solve = |right: &[f64]| {
+            let mut solution = vec![0.0; right.len()];
+            factor.solve(right, &mut solution).unwrap();
+            solution
+        };
+        let moved = solve(&system.right_of_forces(&forces, &sources).unwrap());
+        let moved = system.generalised_of_loads(&moved).unwrap();
+        for k in 0..moved.len() {
+            let mut load = DVector::zeros(moved.len());
+            load[k] = 1.0;
+            let unit = solve(&system.right_of_loads(&load).unwrap());
+            let (velocity, pressure) = system.flow_of_loads(&unit).unwrap();
+            let by_velocity: f64 = velocity
+                .iter()
+                .zip(forces.chunks_exact(3))
+                .map(|(u, f)| u.x * f[0] + u.y * f[1] + u.z * f[2])
+                .sum();
+            let by_pressure: f64 = pressure.iter().zip(&sources).map(|(p, s)| p * s).sum();
+            // Refined to true residuals of 1e-12.
+            let miss = moved[k] - by_velocity - by_pressure;
+            assert!(
+                miss.abs() < 1e-8 * moved.amax(),
+                "{} {k}: {miss:e}",
+                formulation.name()
+            );
+        }
     }
 }

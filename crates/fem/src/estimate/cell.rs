@@ -64,6 +64,15 @@ impl<'a> CellFlow<'a> {
         })
     }
 
+    /// A cell for what concerns its bubbles alone: the velocity is zero.
+    pub fn of_bubbles(mesh: &'a TetMesh, cell: usize) -> Result<Self, FemError> {
+        Ok(Self {
+            shape: Shape::new(mesh, cell)?,
+            nodes: &mesh.cells()[cell],
+            slopes: [Matrix3::zeros(); 4],
+        })
+    }
+
     /// Energies $\int |\nabla\phi_k|^2$ of the cell's bubbles.
     pub fn bubble_energies(&self) -> Result<[f64; PER_CELL], FemError> {
         if let Shape::Affine(affine) = &self.shape {
@@ -146,6 +155,51 @@ impl<'a> CellFlow<'a> {
             measures[q] = map.measure;
         }
         Ok((values, measures))
+    }
+
+    /// $\int \delta \nabla\phi_k$ for values of $\delta$ at the quadrature points, times the roots of their measures.
+    pub fn against_gradients(
+        &self,
+        weighted: &[f64; POINTS],
+    ) -> Result<[Vec3; PER_CELL], FemError> {
+        let mut sums = [Vec3::zeros(); PER_CELL];
+        for (point, delta) in rule().iter().zip(weighted) {
+            let map = self.shape.at(point.at)?;
+            let weight = delta * map.measure.sqrt();
+            for (sum, g) in sums.iter_mut().zip(&point.gradients) {
+                *sum += weight * map.physical(g);
+            }
+        }
+        Ok(sums)
+    }
+
+    /// $-\int (\nabla v + \delta 1) \nabla N_a$ for the ten nodes and $\int l_b \nabla\cdot v$ for the four vertices, with `v` given by
+    /// its bubbles and $\delta$ as in [`CellFlow::against_gradients`].
+    pub fn functional(
+        &self,
+        bubbles: &[Vec3; PER_CELL],
+        weighted: &[f64; POINTS],
+    ) -> Result<([Vec3; 10], [f64; 4]), FemError> {
+        let (mut velocity, mut pressure) = ([Vec3::zeros(); 10], [0.0; 4]);
+        for (point, delta) in rule().iter().zip(weighted) {
+            let map = self.shape.at(point.at)?;
+            let mut slope = Matrix3::zeros();
+            for (c, g) in bubbles.iter().zip(&point.gradients) {
+                slope += c * g.transpose();
+            }
+            let gradient = map.gradient(&slope);
+            let divergence = gradient.trace() * map.measure;
+            for (sum, l) in pressure.iter_mut().zip(&point.at.barycentric) {
+                *sum += l * divergence;
+            }
+            let stress =
+                gradient * map.measure + Matrix3::from_diagonal_element(delta * map.measure.sqrt());
+            let pulled = map.pulled_back(&stress);
+            for (sum, g) in velocity.iter_mut().zip(&point.at.gradients) {
+                *sum -= pulled * g;
+            }
+        }
+        Ok((velocity, pressure))
     }
 }
 

@@ -2,6 +2,8 @@
 
 mod bubbles;
 mod cell;
+mod functional;
 mod surplus;
 
+pub use functional::ErrorFunctional;
 pub use surplus::{Surplus, SurplusSpace};

@@ -27,23 +27,23 @@ use crate::validate::check_array;
 /// thousand unknowns: 0.85 to 1.2; without the second term 0.9 to 1.6, the larger the more the pressure matters. Coarser than
 /// three elements between body and wall: up to 1.45.
 pub struct SurplusSpace {
-    bubbles: Bubbles,
+    pub(super) bubbles: Bubbles,
 }
 
 /// What a flow lacks, as [`SurplusSpace::surplus`] estimates it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surplus {
     /// Coefficients of the bubbles, a component each, scaled to unit energy: $r_i / \sqrt{d_i}$.
-    coefficients: Vec<Vec3>,
+    pub(super) coefficients: Vec<Vec3>,
     /// $g - \bar g$ at the quadrature points of each cell, times the square root of their measures.
-    divergence: Vec<[f64; POINTS]>,
+    pub(super) divergence: Vec<[f64; POINTS]>,
 }
 
 /// Cells whose residuals are held at once.
-const CELLS_PER_BATCH: usize = 1 << 14;
+pub(super) const CELLS_PER_BATCH: usize = 1 << 14;
 
 /// Cells handled as one task.
-const CELLS_PER_TASK: usize = 256;
+pub(super) const CELLS_PER_TASK: usize = 256;
 
 impl SurplusSpace {
     /// Numbers the bubbles of a mesh; it serves all positions of the mesh's points.
@@ -178,7 +178,7 @@ impl SurplusSpace {
             .collect()
     }
 
-    fn check(&self, mesh: &TetMesh) -> Result<(), FemError> {
+    pub(super) fn check(&self, mesh: &TetMesh) -> Result<(), FemError> {
         if self.bubbles.fits(mesh) {
             Ok(())
         } else {
@@ -204,7 +204,7 @@ impl Surplus {
         Ok(added - taken)
     }
 
-    fn check_length(&self, expected: usize) -> Result<(), FemError> {
+    pub(super) fn check_length(&self, expected: usize) -> Result<(), FemError> {
         match self.coefficients.len() {
             found if found == expected => Ok(()),
             found => Err(FemError::Length {

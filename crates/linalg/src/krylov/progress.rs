@@ -1,16 +1,11 @@
 //! The book-keeping of true residuals that all methods share.
 
-use super::report::{KrylovParams, SolveReport};
+use super::report::{ERROR_OVER_RESIDUAL, KrylovParams, SolveReport};
 use crate::vector::{norm, subtract_from, weighted_norm};
 use crate::{LinalgError, LinearOperator};
 
 /// A cycle that leaves more than this part of the true residual has stagnated.
 const STAGNATION: f64 = 0.99;
-
-/// What the weighted residual is multiplied with to stand for the error of the border unknowns, both relative. Measured are 0.2 to 2.3 for the
-/// velocity of a swimmer at tolerances from 1e-5 to 1e-9 and less than 0.1 for spheres under forces, whose velocities are energies; with two, the error
-/// stayed below every one of those tolerances.
-const ERROR_OVER_RESIDUAL: f64 = 2.0;
 
 /// The state of an iteration between its looks at the true residual.
 pub(super) struct Progress<'a> {

@@ -27,6 +27,11 @@ impl Default for KrylovParams {
     }
 }
 
+/// What the weighted residual is multiplied with to stand for the error of the border unknowns, both relative. Measured are 0.2 to 2.3 for the
+/// velocity of a swimmer at tolerances from 1e-5 to 1e-9 and less than 0.1 for spheres under forces, whose velocities are energies; with two, the error
+/// stayed below every one of those tolerances.
+pub(super) const ERROR_OVER_RESIDUAL: f64 = 2.0;
+
 /// How a solve went.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolveReport {
@@ -41,6 +46,13 @@ pub struct SolveReport {
 }
 
 impl SolveReport {
+    /// Estimated relative error of the border unknowns, the bodies' velocities: twice the weighted residual.
+    ///
+    /// Measured: the error is 0.2 to 2.3 weighted residuals for swimmers, less than 0.1 for spheres under forces.
+    pub fn error_estimate(&self) -> f64 {
+        ERROR_OVER_RESIDUAL * self.weighted_rel_residual
+    }
+
     /// `b = 0`: overwrites `x` with the solution.
     pub(super) fn zero(x: &mut [f64]) -> Self {
         x.fill(0.0);

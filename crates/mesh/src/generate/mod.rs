@@ -9,10 +9,12 @@ mod odt;
 mod packing;
 mod refine;
 mod size;
+mod size_map;
 mod surface_mesh;
 mod verify;
 
 pub use container::Container;
+pub use size_map::SizeMap;
 
 use crate::delaunay::delaunay;
 use crate::{LinearTets, MeshError, Surface, Vec3};

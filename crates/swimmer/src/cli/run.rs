@@ -12,11 +12,11 @@ use swimmer::model::{Choice, Hydrodynamics, choose};
 use swimmer::output::{FlowSeries, summary_json, trajectory_csv, trajectory_svg};
 use swimmer::{
     Checkpoint, Folder, Interim, Leg, LegResult, Method, Observer, Outcome, Scene, Solved,
-    SwimError, go_on,
+    SwimError, go_on, size_factor_for_target,
 };
 
 use super::progress::Progress;
-use super::{SceneArguments, duration};
+use super::{SceneArguments, duration, say};
 
 pub fn run(
     arguments: &SceneArguments,
@@ -24,12 +24,20 @@ pub fn run(
     resume: bool,
 ) -> Result<String, SwimError> {
     let started = Instant::now();
-    let scene = arguments.read()?;
+    let mut scene = arguments.read()?;
     let out = out.unwrap_or_else(|| PathBuf::from("out").join(&scene.name));
     scene.require_gait()?;
-    let Choice { mut model, reasons } = choose(&scene)?;
     let checkpoint = resume.then(|| Checkpoint::read(&out)).transpose()?;
     let folder = Folder::create(&out)?;
+    let interrupted = watch_signals()?;
+    let chosen = match &checkpoint {
+        Some(checkpoint) => checkpoint.size_factor(),
+        None => size_factor(&scene, &interrupted)?,
+    };
+    if scene.fem.target.is_some() {
+        scene.fem.size_factor = scene.fem.size_factor.or(chosen);
+    }
+    let Choice { mut model, reasons } = choose(&scene)?;
     let mut files = Files {
         scene: &scene,
         flows: FlowSeries::new(&folder),
@@ -37,7 +45,7 @@ pub fn run(
         progress: Progress::new(&scene),
         legs: scene.gait.phases.len() * scene.gait.cycles as usize,
         done: 0,
-        interrupted: watch_signals()?,
+        interrupted,
     };
     let method = Method::Collocation;
     let interim = match checkpoint {
@@ -70,6 +78,34 @@ pub fn run(
         seconds,
         &files.folder,
     ))
+}
+
+/// The factor on element sizes that `fem.target` needs, if it chooses; says what it tries.
+fn size_factor(scene: &Scene, interrupted: &Arc<AtomicBool>) -> Result<Option<f64>, SwimError> {
+    struct Trials<'a>(&'a AtomicBool);
+    impl Observer for Trials<'_> {
+        fn solved(&mut self, _: &Leg, _: &Solved, _: &dyn Hydrodynamics) -> Result<(), SwimError> {
+            match self.0.load(Ordering::Relaxed) {
+                true => Err(SwimError::Interrupted { phases: 0, all: 0 }),
+                false => Ok(()),
+            }
+        }
+    }
+    let started = Instant::now();
+    let chosen = size_factor_for_target(scene, &mut Trials(interrupted), &mut |trial| {
+        say(&format!(
+            "a stroke with elements {:.2} times the default ones errs by {:.1e} by the mesh, {}",
+            trial.size_factor,
+            trial.relative_error,
+            duration(started.elapsed().as_secs_f64())
+        ));
+    })?;
+    if let (Some(factor), Some(target)) = (chosen, scene.fem.target) {
+        say(&format!(
+            "fem.target = {target:e} asks for fem.size_factor = {factor:.3}"
+        ));
+    }
+    Ok(chosen)
 }
 
 /// A flag that the first Ctrl-C or termination raises; the second one ends the program at once.
@@ -234,6 +270,15 @@ fn describe(
              model.tolerance = {:e} allows: lower it, or refine fem.surface_size if that does not help",
             outcome.net(),
             scene.model.tolerance,
+        ));
+    }
+    if let (Some(target), Some(bar)) = (scene.fem.target, outcome.error_estimate.mesh)
+        && bar > target * outcome.net()
+    {
+        line(format!(
+            "warning: the mesh errs by up to {:.1e} of the net displacement, more than fem.target = {target:e} allows: lower fem.size_factor = {:.3}",
+            bar / outcome.net(),
+            scene.fem.size_factor.unwrap_or(1.0),
         ));
     }
     line(format!(

@@ -62,6 +62,15 @@ pub fn solve(
         duration(instant.seconds.total),
         peak_rss_mib().map_or(String::new(), |mib| format!(", {mib:.0} MiB")),
     );
+    let [of_forces, of_velocities] = instant.relative_mesh_errors();
+    if let Some(target) = scene.fem.target
+        && of_forces.max(of_velocities) > target
+    {
+        let _ = writeln!(
+            text,
+            "warning: the mesh errs by {of_forces:.1e} in forces and {of_velocities:.1e} in velocities, more than fem.target = {target:e} allows"
+        );
+    }
     if let Some(resistance) = resistance {
         text.push_str("grand resistance, (F, T) of each body by rows for (U, omega) by columns\n");
         for row in resistance.row_iter() {

@@ -63,7 +63,8 @@ impl Drift {
             *moved += later_moved + turned.cross(way);
             *turned += later_turned;
         }
-        self.spread += later.spread;
+        // Parts err by accidents of their own.
+        self.spread = self.spread.hypot(later.spread);
     }
 
     /// Error of the displacement of a body that is at `arm` from the root of its linkage.

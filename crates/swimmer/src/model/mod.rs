@@ -49,6 +49,19 @@ pub trait Hydrodynamics {
     /// Whatever kept the model from an answer it can stand by: no mesh, no convergence, a number that is not finite.
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError>;
 
+    /// As [`Hydrodynamics::instant`], on a mesh refined until the estimated relative errors of velocities and of forces by the mesh are at
+    /// most `error`. An answer that misses it all the same comes with its error bar.
+    ///
+    /// # Errors
+    /// As [`Hydrodynamics::instant`].
+    fn instant_within(
+        &mut self,
+        placement: &Placement<'_>,
+        _error: f64,
+    ) -> Result<Instant, ModelError> {
+        self.instant(placement)
+    }
+
     /// Whether the next instants are to come with estimates of what the mesh gets wrong ([`Instant::mesh_error`]), for models
     /// that have a mesh: they come until something else is said. Returns whether they will.
     fn want_estimates(&mut self, _wanted: bool) -> bool {
@@ -132,6 +145,23 @@ pub struct Instant {
 }
 
 impl Instant {
+    /// Estimated errors by the mesh of the forces and of the velocities, over the largest force and the largest velocity; zero where
+    /// nothing was estimated or nothing moves.
+    pub fn relative_mesh_errors(&self) -> [f64; 2] {
+        let largest = |of: fn(&BodyInstant) -> f64| self.bodies.iter().map(of).fold(0.0, f64::max);
+        let over = |error: f64, size: f64| if size > 0.0 { error / size } else { 0.0 };
+        [
+            over(
+                self.mesh_error.as_ref().map_or(0.0, |error| error.force),
+                largest(|body| body.force.norm()),
+            ),
+            over(
+                self.error_estimate.mesh.unwrap_or(0.0),
+                largest(|body| body.velocity.norm()),
+            ),
+        ]
+    }
+
     /// Refuses an answer with a number that is not finite, so that none ever leaves a model.
     ///
     /// # Errors

@@ -8,8 +8,8 @@ use rigid::{Articulation, Link};
 use super::file::{BodyFile, DomainFile, GaitFile, LinkFile, SceneFile};
 use super::room;
 use super::{
-    ArmsKind, Body, Document, Domain, DomainKind, FemOptions, FormulationKind, Gait, GeometryKind,
-    ModelKind, ModelOptions, Phase, Scene, Shape, ShapeKind, SolverKind,
+    ArmsKind, Body, Document, Domain, DomainKind, EstimatesKind, FemOptions, FormulationKind, Gait,
+    GeometryKind, ModelKind, ModelOptions, Phase, Scene, Shape, ShapeKind, SolverKind,
 };
 use crate::SwimError;
 use crate::model::ModelError;
@@ -87,6 +87,29 @@ pub(super) fn scene(document: Document) -> Result<Scene, SwimError> {
         // Below 1e-14 rounding of the residual itself is in the way.
         rtol: checks.below_one("fem.rtol", file.fem.rtol.unwrap_or(1e-8), 1e-14)?,
         surface_size: file.fem.surface_size,
+        target: file
+            .fem
+            .target
+            // Beyond, meshes outgrow any memory before the error is there.
+            .map(|target| checks.below_one("fem.target", target, 1e-7))
+            .transpose()?,
+        size_factor: file
+            .fem
+            .size_factor
+            .map(|factor| match (1e-3..=10.0).contains(&factor) {
+                true => Ok(factor),
+                // Outside, no sphere can be meshed or no memory holds the mesh.
+                false => Err(checks.bad(
+                    "fem.size_factor",
+                    format!("must be between 1e-3 and 10, not {factor}"),
+                )),
+            })
+            .transpose()?,
+        estimates: word(
+            file.fem.estimates.as_deref(),
+            EstimatesKind::of,
+            EstimatesKind::On,
+        ),
         geometry: word(
             file.fem.geometry.as_deref(),
             GeometryKind::of,

@@ -78,5 +78,8 @@ pub(super) struct FemFile {
     pub overlap: Option<u32>,
     pub rtol: Option<f64>,
     pub surface_size: Option<f64>,
+    pub size_factor: Option<f64>,
+    pub target: Option<f64>,
+    pub estimates: Option<String>,
     pub geometry: Option<String>,
 }

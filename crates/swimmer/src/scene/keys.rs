@@ -1,7 +1,8 @@
 //! The keys of a scene file: the one place where names, types, defaults and meanings are written down.
 
 use super::words::{
-    ArmsKind, DomainKind, FormulationKind, GeometryKind, ModelKind, ShapeKind, SolverKind,
+    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, ModelKind, ShapeKind,
+    SolverKind,
 };
 
 /// A key of the scene file.
@@ -230,6 +231,24 @@ pub const KEYS: &[Key] = &[
         Kind::Positive,
         "0.4 of the radius",
         "element size on the bodies' surfaces",
+    ),
+    key(
+        "fem.size_factor",
+        Kind::Positive,
+        "1, or what fem.target needs",
+        "factor on the element sizes on all bodies",
+    ),
+    key(
+        "fem.target",
+        Kind::Positive,
+        "none: the mesh is not adapted",
+        "relative error by the mesh: of velocities and forces where one instant is solved, of the net displacement where a gait is run; chooses element sizes, unless size_factor is given too",
+    ),
+    key(
+        "fem.estimates",
+        Kind::Word(EstimatesKind::WORDS),
+        "on",
+        "whether errors by the mesh are estimated; without them a stroke takes about two thirds of the time",
     ),
     key(
         "fem.geometry",

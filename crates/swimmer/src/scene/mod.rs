@@ -19,7 +19,8 @@ pub use contact::{Contact, closest_contact};
 pub use document::Document;
 pub use symmetry::Arrangement;
 pub use words::{
-    ArmsKind, DomainKind, FormulationKind, GeometryKind, ModelKind, ShapeKind, SolverKind,
+    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, ModelKind, ShapeKind,
+    SolverKind,
 };
 
 use crate::SwimError;
@@ -170,6 +171,12 @@ pub struct FemOptions {
     pub rtol: f64,
     /// Element size on the bodies' surfaces; chosen by the model when absent.
     pub surface_size: Option<f64>,
+    /// Factor on the element sizes of all bodies.
+    pub size_factor: Option<f64>,
+    /// Relative error by the mesh that is asked for; where no factor on sizes is given, meshes are refined until they meet it.
+    pub target: Option<f64>,
+    /// Whether errors by the mesh are estimated.
+    pub estimates: EstimatesKind,
     /// Shape of the elements at the bodies.
     pub geometry: GeometryKind,
 }

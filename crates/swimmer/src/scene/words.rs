@@ -119,6 +119,16 @@ words! {
     }
 }
 
+words! {
+    /// Whether errors are estimated.
+    EstimatesKind {
+        /// With every answer that is reported.
+        On = "on",
+        /// Not at all.
+        Off = "off",
+    }
+}
+
 impl From<ArmsKind> for rigid::Arms {
     fn from(kind: ArmsKind) -> Self {
         match kind {

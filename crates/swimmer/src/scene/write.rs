@@ -81,6 +81,9 @@ pub(super) fn to_toml(scene: &Scene) -> String {
             overlap: Some(scene.fem.overlap),
             rtol: Some(scene.fem.rtol),
             surface_size: scene.fem.surface_size,
+            size_factor: scene.fem.size_factor,
+            target: scene.fem.target,
+            estimates: text(scene.fem.estimates.word()),
             geometry: text(scene.fem.geometry.word()),
         },
     };

@@ -1,17 +1,14 @@
 //! The mesh of each shape: moved from a reference where that stays good, made anew where not.
 
-use std::path::Path;
-
 use ale::{MovingBody, ReferenceMap, Stiffening};
-use fem::TaylorHood;
-use mesh::{
-    Body, BoxSurface, Container, GenerateParams, MshFile, NamedSurface, Sphere, Surface, TetMesh,
-};
+use fem::{SurplusSpace, TaylorHood};
+use mesh::{Body, BoxSurface, Container, GenerateParams, NamedSurface, SizeMap, Sphere, TetMesh};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use super::mesh_file::read_mesh;
 use super::scale::Scale;
 use crate::model::ModelError;
-use crate::scene::{Domain, GeometryKind, Scene, Shape};
+use crate::scene::{Domain, FemOptions, GeometryKind, Scene, Shape};
 
 /// Remesh when the Jacobian of some cell falls below this part of its mean: quadratic fields on such cells are
 /// poor and the solver slows down (61 iterations instead of 31 with one inverted cell).
@@ -25,6 +22,24 @@ pub const DEFAULT_SURFACE_SIZE: f64 = 0.4;
 
 /// The fastest growth of elements with the distance; faster costs quality.
 const LARGEST_GROWTH: f64 = 0.3;
+
+/// The fastest growth of adapted elements: where the flow is smooth they should be large soon, at some loss of quality (0.85 for 0.88).
+const ADAPTED_GROWTH: f64 = 0.4;
+
+/// Factor on element sizes that refinement starts from: 0.7 radii, the coarsest that follows a sphere.
+pub const COARSEST_FACTOR: f64 = 1.75;
+
+/// Element size on the surface of a body.
+fn surface_size(options: &FemOptions, radius: f64) -> f64 {
+    let factor = options.size_factor.unwrap_or(match options.target {
+        None => 1.0,
+        Some(_) => COARSEST_FACTOR,
+    });
+    factor
+        * options
+            .surface_size
+            .unwrap_or(DEFAULT_SURFACE_SIZE * radius)
+}
 
 /// Growth of the element size with the distance from a body, for elements of `size` radii on it.
 ///
@@ -66,6 +81,8 @@ enum Source {
 struct Current {
     map: ReferenceMap,
     space: TaylorHood,
+    /// What error estimates need, once they were wanted.
+    surplus: Option<SurplusSpace>,
     centres: Vec<Vector3<f64>>,
     /// Poses of all bodies of the scene in the reference; none for the mesh of a file.
     poses: Vec<Isometry3<f64>>,
@@ -78,6 +95,8 @@ pub struct Meshes {
     /// Tag of each body of the scene in the mesh.
     tags: Vec<String>,
     geometry: GeometryKind,
+    /// Sizes found by adapting; without them, sizes grow from the bodies.
+    sizes: Option<SizeMap>,
     current: Option<Current>,
 }
 
@@ -104,12 +123,7 @@ impl Meshes {
                     body,
                     position: scale.point(b.position),
                     radius: scale.length(radius),
-                    size: scale.length(
-                        scene
-                            .fem
-                            .surface_size
-                            .unwrap_or(DEFAULT_SURFACE_SIZE * radius),
-                    ),
+                    size: scale.length(surface_size(&scene.fem, radius)),
                 }),
                 Shape::Point => None,
             })
@@ -157,6 +171,7 @@ impl Meshes {
             surfaced,
             tags,
             geometry: scene.fem.geometry,
+            sizes: None,
             current: None,
         })
     }
@@ -182,6 +197,24 @@ impl Meshes {
     /// What is kept with the connectivity of the mesh in use.
     pub fn space(&self) -> Option<&TaylorHood> {
         self.current.as_ref().map(|current| &current.space)
+    }
+
+    /// What error estimates need of the mesh in use, if [`Meshes::prepare_estimates`] made it.
+    pub fn surplus_space(&self) -> Option<&SurplusSpace> {
+        self.current.as_ref()?.surplus.as_ref()
+    }
+
+    /// Numbers the cubic functions of the mesh in use.
+    ///
+    /// # Errors
+    /// A mesh with too many cells.
+    pub fn prepare_estimates(&mut self) -> Result<(), ModelError> {
+        if let Some(current) = &mut self.current
+            && current.surplus.is_none()
+        {
+            current.surplus = Some(SurplusSpace::new(current.map.reference())?);
+        }
+        Ok(())
     }
 
     /// The mesh with the bodies at `poses` (one a body of the scene): the reference moved, or a new reference
@@ -224,6 +257,47 @@ impl Meshes {
         let mesh = self.generate(&centres)?;
         self.current = Some(self.reference(mesh, centres, poses)?);
         Ok(())
+    }
+
+    /// Makes a new reference at `poses` with edges as long as `wanted` at places in the mesh in use; none if meshes cannot be made here.
+    ///
+    /// Bodies that are equal get equal meshes, so what one of them needs nearby, all of them get.
+    ///
+    /// # Errors
+    /// Sizes that are not positive, bodies that cannot be meshed around.
+    pub fn adapt(
+        &mut self,
+        poses: &[Isometry3<f64>],
+        mut wanted: Vec<(Vector3<f64>, f64)>,
+    ) -> Result<Option<ShapeMesh>, ModelError> {
+        if let Source::File { .. } = &self.source {
+            return Ok(None);
+        }
+        let centres: Vec<Vector3<f64>> = self
+            .surfaced
+            .iter()
+            .map(|s| poses[s.body].translation.vector)
+            .collect();
+        for k in 0..wanted.len() {
+            let (at, size) = wanted[k];
+            for (s, centre) in self.surfaced.iter().zip(&centres) {
+                if (at - centre).norm() > 2.0 * s.radius {
+                    continue;
+                }
+                for (other, there) in self.surfaced.iter().zip(&centres) {
+                    if other.body != s.body && (other.radius, other.size) == (s.radius, s.size) {
+                        wanted.push((at - centre + there, size));
+                    }
+                }
+            }
+        }
+        self.sizes = Some(SizeMap::new(wanted, ADAPTED_GROWTH)?);
+        self.remesh(poses)?;
+        let current = self.current.as_ref().ok_or(ModelError::NoMesh)?;
+        Ok(Some(ShapeMesh {
+            mesh: current.map.reference().clone(),
+            remeshed: true,
+        }))
     }
 
     /// The poses that the reference was made for, from which [`Meshes::restore`] makes the same one.
@@ -270,6 +344,7 @@ impl Meshes {
         Ok(Current {
             map,
             space,
+            surplus: None,
             centres,
             poses: poses.to_vec(),
         })
@@ -330,7 +405,13 @@ impl Meshes {
             .fold(f64::INFINITY, f64::min);
         let mut parameters = GenerateParams::default();
         parameters.growth = growth(finest);
-        let tets = mesh::generate(&bodies, container, &parameters)?.mesh;
+        let tets = match &self.sizes {
+            None => mesh::generate(&bodies, container, &parameters)?.mesh,
+            Some(sizes) => {
+                parameters.growth = ADAPTED_GROWTH;
+                mesh::generate_sized(&bodies, container, &parameters, &|x| sizes.at(x))?.mesh
+            }
+        };
         let surfaces: Vec<NamedSurface> = bodies
             .iter()
             .map(|b| (b.name, b.surface))
@@ -341,37 +422,4 @@ impl Meshes {
             GeometryKind::Straight => TetMesh::straight(tets)?,
         })
     }
-}
-
-/// The mesh of a file in units of the flow, its bodies' surfaces put on the spheres of the scene.
-fn read_mesh(
-    file: &Path,
-    spheres: &[(&str, Sphere)],
-    walls: &[String],
-    geometry: GeometryKind,
-    scale: &Scale,
-) -> Result<TetMesh, ModelError> {
-    let mut read = MshFile::read(file)?;
-    let points = match &mut read {
-        MshFile::Linear(tets) => &mut tets.points,
-        MshFile::Quadratic(tets) => &mut tets.points,
-    };
-    points.iter_mut().for_each(|x| *x = scale.point(*x));
-    let known = |tag: &String| walls.contains(tag) || spheres.iter().any(|(name, _)| name == tag);
-    if let Some(tag) = read.tags().iter().find(|tag| !known(tag)) {
-        return Err(ModelError::OpenBoundary {
-            file: file.display().to_string(),
-            tag: tag.clone(),
-        });
-    }
-    let surfaces: Vec<NamedSurface> = spheres
-        .iter()
-        .map(|(name, s)| (*name, s as &dyn Surface))
-        .collect();
-    // Also for straight sides: it is the check that the file's surfaces are where the scene says.
-    let curved = read.clone().into_mesh(&surfaces)?;
-    Ok(match geometry {
-        GeometryKind::Curved => curved,
-        GeometryKind::Straight => read.into_mesh(&[])?,
-    })
 }

@@ -1,7 +1,9 @@
 //! Finite elements: P2-P1 on a body-fitted mesh that follows the shape.
 
+mod adapt;
 mod checks;
 mod estimate;
+mod mesh_file;
 mod meshes;
 pub(super) mod scale;
 mod solve;
@@ -14,7 +16,7 @@ use nalgebra::{DMatrix, Isometry3, Vector3};
 use rigid::{Articulation, Constrained, Constraints, Drive, Formulation, Load, Twist};
 
 use self::estimate::{Duals, Estimate};
-pub use self::meshes::growth;
+pub use self::meshes::{COARSEST_FACTOR, growth};
 use self::meshes::{Meshes, ShapeMesh};
 use self::scale::Scale;
 use self::solve::{Boundary, SolvedFlow};
@@ -22,7 +24,7 @@ use crate::model::{
     BodyInstant, Cost, Dofs, ErrorEstimate, Flow, Hydrodynamics, Instant, MeshError, ModelError,
     Placement,
 };
-use crate::scene::{FemOptions, Scene};
+use crate::scene::{EstimatesKind, FemOptions, Scene};
 
 /// Taylor-Hood finite elements with curved surfaces, on meshes generated and moved as the shape asks.
 pub struct FemModel {
@@ -37,11 +39,16 @@ pub struct FemModel {
     /// Solutions of the leg on the mesh in use. Forgotten between legs, where checkpoints are taken, so that these need not carry them: the
     /// first solves of a leg gained nothing from them, for another link moves.
     warm: WarmStart,
+    /// Cells' shares in the errors of the last instant's forces and velocities.
+    shares: Option<[Vec<f64>; 2]>,
     last: Option<(TetMesh, rigid::Flow)>,
 }
 
 /// Solutions that the next solve starts from: a leg has six Gauss points, and each takes 8 bytes an unknown.
 const REMEMBERED: usize = 5;
+
+/// Rounds of adapting: two or three reach a thousandth from the coarsest mesh, and one more each next digit.
+const MOST_ADAPTATIONS: usize = 8;
 
 /// Seconds a dof for assembly, set-up and solve to 1e-8 on two cores, from the three-sphere scene.
 const SECONDS_PER_DOF: f64 = 4e-6;
@@ -78,9 +85,10 @@ impl FemModel {
                 .collect(),
             meshes: Meshes::new(scene, &scale)?,
             options: scene.fem,
-            estimates: true,
-            duals: Duals::default(),
+            estimates: scene.fem.estimates == EstimatesKind::On,
+            duals: Duals::new(),
             warm: WarmStart::new(REMEMBERED),
+            shares: None,
             last: None,
         })
     }
@@ -142,6 +150,31 @@ impl FemModel {
         }
     }
 
+    /// Meshes the placement anew, so that both relative errors become at most `allowed`; false if meshes cannot be made here.
+    fn adapt(
+        &mut self,
+        placement: &Placement,
+        errors: [f64; 2],
+        allowed: f64,
+    ) -> Result<bool, ModelError> {
+        let (ShapeMesh { mesh, .. }, poses) = self.shape_mesh(placement)?;
+        let Some(shares) = self.shares.take() else {
+            return Ok(false);
+        };
+        // Both count by how far they are off, and cells by their part in each.
+        let mut of_cells = vec![0.0; mesh.n_cells()];
+        for (shares, error) in shares.iter().zip(errors) {
+            let sum: f64 = shares.iter().map(|share| share.abs()).sum();
+            if sum > 0.0 {
+                for (cell, share) in of_cells.iter_mut().zip(shares) {
+                    *cell += error / allowed * share.abs() / sum;
+                }
+            }
+        }
+        let wanted = adapt::wanted_sizes(&mesh, &of_cells);
+        Ok(self.meshes.adapt(&poses, wanted)?.is_some())
+    }
+
     fn in_scene_units(&self, solved: SolvedFlow, remeshed: bool) -> Instant {
         let flow = &solved.flow;
         let mut bodies = vec![BodyInstant::default(); self.set.kinds().len()];
@@ -160,6 +193,7 @@ impl FemModel {
         let link_forces = (0..self.set.links().len())
             .map(|link| self.scale.force_back(flow.link_force(link)))
             .collect();
+        let speed = largest(bodies.iter().map(|b| b.velocity));
         Instant {
             bodies,
             link_forces,
@@ -169,6 +203,7 @@ impl FemModel {
             error_estimate: ErrorEstimate {
                 container: Some(0.0),
                 model: Some(0.0),
+                algebraic: Some(solved.relative_error * speed),
                 ..ErrorEstimate::default()
             },
             mesh_error: None,
@@ -180,23 +215,18 @@ impl FemModel {
     }
 }
 
+/// The largest of their norms.
+fn largest(vectors: impl Iterator<Item = Vector3<f64>>) -> f64 {
+    vectors.fold(0.0, |m, v| m.max(v.norm()))
+}
+
 /// Enters estimated errors into an instant in the scene's units.
 impl FemModel {
     fn enter_errors(&self, instant: &mut Instant, estimate: &Estimate, poses: &[Isometry3<f64>]) {
-        let largest = |vectors: &mut dyn Iterator<Item = Vector3<f64>>| {
-            vectors.fold(0.0_f64, |m, v| m.max(v.norm()))
-        };
-        let force = largest(&mut instant.bodies.iter().map(|b| b.force));
-        let speed = largest(&mut instant.bodies.iter().map(|b| b.velocity));
-        let bars = &mut instant.error_estimate;
-        let Some(errors) = &estimate.frames else {
-            // Loads are given and velocities err as forces do for given velocities.
-            bars.mesh = Some(estimate.relative_energy * speed);
-            return;
-        };
-        let of_bodies = |frames: &[Twist]| {
+        let force = largest(instant.bodies.iter().map(|b| b.force));
+        let by_mesh = {
             let mut errors = vec![Vector3::zeros(); poses.len()];
-            for (linkage, frame) in self.set.linkages().iter().zip(frames) {
+            for (linkage, frame) in self.set.linkages().iter().zip(&estimate.frames) {
                 for &body in &linkage.bodies {
                     let [at, root] = [body, linkage.root].map(|b| poses[b].translation.vector);
                     let error = frame.linear + frame.angular.cross(&(at - root));
@@ -205,13 +235,11 @@ impl FemModel {
             }
             errors
         };
-        let by_mesh = of_bodies(&errors.mesh);
-        let spread = self.scale.speed_back(errors.spread);
-        bars.mesh = Some(largest(&mut by_mesh.iter().copied()) + spread);
-        bars.algebraic = Some(largest(&mut of_bodies(&errors.algebraic).into_iter()));
+        let spread = self.scale.speed_back(estimate.spread);
+        instant.error_estimate.mesh = Some(largest(by_mesh.iter().copied()).hypot(spread));
         instant.mesh_error = Some(MeshError {
-            frames: errors
-                .mesh
+            frames: estimate
+                .frames
                 .iter()
                 .map(|frame| Twist {
                     linear: self.scale.velocity_back(frame.linear),
@@ -236,22 +264,20 @@ impl Hydrodynamics for FemModel {
     }
 
     fn want_estimates(&mut self, wanted: bool) -> bool {
-        self.estimates = wanted;
-        wanted
+        self.estimates = wanted && self.options.estimates == EstimatesKind::On;
+        self.estimates
     }
 
     fn begin_leg(&mut self) {
         self.warm.clear();
-        self.duals = Duals::default();
+        self.duals.clear();
     }
 
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
         let clock = Clock::now();
         let (ShapeMesh { mesh, remeshed }, poses) = self.shape_mesh(placement)?;
+        // taken out while the rest of `self` is borrowed, and lost if the solve fails
         let mut duals = std::mem::take(&mut self.duals);
-        if remeshed {
-            duals = Duals::default();
-        }
         let mesh_seconds = clock.elapsed().as_secs_f64();
         let constraints = self.constraints(placement)?;
         let drive = Drive {
@@ -259,10 +285,14 @@ impl Hydrodynamics for FemModel {
             constraints: &constraints,
             loads: &self.loads,
         };
-        // solutions on another mesh have other unknowns; taken out while the rest of `self` is borrowed, and lost if the solve fails
         let mut warm = std::mem::replace(&mut self.warm, WarmStart::new(REMEMBERED));
         if remeshed {
+            // solutions on another mesh have other unknowns
+            duals.clear();
             warm.clear();
+        }
+        if self.estimates {
+            self.meshes.prepare_estimates()?;
         }
         let boundary = self.boundary(&poses);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
@@ -273,7 +303,10 @@ impl Hydrodynamics for FemModel {
             &drive,
             &self.options,
             &mut warm,
-            self.estimates.then_some(&mut duals),
+            self.meshes
+                .surplus_space()
+                .filter(|_| self.estimates)
+                .map(|surplus| (surplus, &mut duals)),
         )?;
         self.warm = warm;
         solved.seconds.mesh = mesh_seconds;
@@ -284,6 +317,28 @@ impl Hydrodynamics for FemModel {
         let mut instant = self.in_scene_units(solved, remeshed);
         if let Some(estimate) = &estimate {
             self.enter_errors(&mut instant, estimate, &poses);
+        }
+        self.shares = estimate.map(|estimate| estimate.shares);
+        Ok(instant)
+    }
+
+    fn instant_within(
+        &mut self,
+        placement: &Placement<'_>,
+        error: f64,
+    ) -> Result<Instant, ModelError> {
+        self.want_estimates(true);
+        let mut instant = self.instant(placement)?;
+        for _ in 0..MOST_ADAPTATIONS {
+            let errors = instant.relative_mesh_errors();
+            let is_fixed = self.options.size_factor.is_some();
+            if is_fixed
+                || errors.iter().all(|own| *own <= error)
+                || !self.adapt(placement, errors, error)?
+            {
+                break;
+            }
+            instant = self.instant(placement)?;
         }
         Ok(instant)
     }

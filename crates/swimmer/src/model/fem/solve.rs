@@ -2,9 +2,10 @@
 
 use std::time::Instant;
 
-use fem::TaylorHood;
+use fem::{SurplusSpace, TaylorHood};
 use linalg::{
-    BlockDiagonal, KrylovParams, SaddleLdlt, Schwarz, SchwarzParams, WarmStart, fgmres, minres,
+    BlockDiagonal, KrylovParams, SaddleLdlt, Schwarz, SchwarzParams, SolveReport, WarmStart,
+    fgmres, minres,
 };
 use mesh::TetMesh;
 use nalgebra::Vector3;
@@ -46,11 +47,13 @@ pub struct SolvedFlow {
     pub dofs: Dofs,
     /// How it was solved.
     pub solver: SolverInfo,
+    /// Estimated relative error of the velocities by the solver.
+    pub relative_error: f64,
     /// Assembly, set-up and solve.
     pub seconds: Seconds,
 }
 
-/// Solves the flow around rigid bodies that move as `drive` says, and estimates its errors if dual flows are given to start from.
+/// Solves the flow around rigid bodies that move as `drive` says, and estimates its errors if given the cubic functions of the mesh and flows to start from.
 ///
 /// # Errors
 /// Whatever keeps the system from being built or solved.
@@ -61,7 +64,7 @@ pub fn solve(
     drive: &Drive,
     options: &FemOptions,
     warm: &mut WarmStart,
-    duals: Option<&mut Duals>,
+    estimates: Option<(&SurplusSpace, &mut Duals)>,
 ) -> Result<SolvedFlow, ModelError> {
     let clock = Instant::now();
     let formulation: &dyn Formulation = match options.formulation {
@@ -71,9 +74,14 @@ pub fn solve(
     };
     let system = assemble(space, mesh, boundary, drive, formulation)?;
     let assembly = clock.elapsed().as_secs_f64();
-    let (solution, mut solver, mut seconds) = solve_system(&system, options, warm)?;
+    let (solution, report, mut seconds) = solve_system(&system, options, warm)?;
     warm.remember(&solution);
-    solver.formulation = options.formulation.word().to_owned();
+    let solver = SolverInfo {
+        formulation: options.formulation.word().to_owned(),
+        solver: options.solver.word().to_owned(),
+        iterations: report.iterations,
+        true_relative_residual: report.true_rel_residual,
+    };
     seconds.assembly = assembly;
     let mut flow = system.flow(&solution, drive.set)?;
     let mean = fem::mean_pressure(mesh, &flow.pressure)?;
@@ -81,12 +89,12 @@ pub fn solve(
     seconds.total = clock.elapsed().as_secs_f64();
     let before = clock.elapsed().as_secs_f64();
     let (mut estimate, mut checks) = (None, None);
-    if let Some(duals) = duals {
+    if let Some((surplus, duals)) = estimates {
         let solved = Solved {
             mesh,
+            space: surplus,
             drive,
             system: &system,
-            solution: &solution,
             flow: &flow,
         };
         estimate = Some(estimate::estimate(&solved, duals)?);
@@ -104,6 +112,7 @@ pub fn solve(
         checks,
         dofs,
         solver,
+        relative_error: report.error_estimate(),
         seconds,
     })
 }
@@ -191,7 +200,7 @@ fn solve_system(
     system: &Constrained,
     options: &FemOptions,
     warm: &WarmStart,
-) -> Result<(Vec<f64>, SolverInfo, Seconds), ModelError> {
+) -> Result<(Vec<f64>, SolveReport, Seconds), ModelError> {
     let mut seconds = Seconds::default();
     let mut solution = vec![0.0; system.right.len()];
     let parameters = KrylovParams {
@@ -254,11 +263,5 @@ fn solve_system(
         }
     };
     seconds.solve = start.elapsed().as_secs_f64() - seconds.setup;
-    let info = SolverInfo {
-        formulation: String::new(),
-        solver: options.solver.word().to_owned(),
-        iterations: report.iterations,
-        true_relative_residual: report.true_rel_residual,
-    };
-    Ok((solution, info, seconds))
+    Ok((solution, report, seconds))
 }
