@@ -107,6 +107,75 @@ fn auto_takes_it_in_a_cylinder_and_says_why() {
     );
 }
 
+/// Kim & Karrila (1991), table 3.4: drag `6 pi a X_A` along the long semi-axis, aspect 2.
+#[test]
+fn a_spheroid_along_any_axis_sinks_as_it_should() {
+    for (axis, force) in [([2.0, 1.0, 2.0], 3.0), ([0.0, 1.0, 0.0], -1.0)] {
+        let direction = Vector3::from(axis).normalize();
+        let load = direction * force;
+        let scene = Scene::parse(&format!(
+            "domain.kind = \"unbounded\"\n\
+             bodies = [{{ name = \"s\", shape = \"spheroid\", radius = 0.5, half_length = 1, axis = {axis:?}, position = [1, 2, 3], force = {:?} }}]",
+            load.as_slice()
+        ))
+        .expect("a scene");
+        let mut choice = choose(&scene).expect("a lone spheroid");
+        assert!(
+            choice.reasons[1].contains("spheroid"),
+            "{:?}",
+            choice.reasons
+        );
+        let instant = solve_start(&scene, choice.model.as_mut()).expect("a solution");
+        let exact = load / (6.0 * std::f64::consts::PI * 0.6019704948941008);
+        let off = (instant.bodies[0].velocity - exact).norm();
+        assert!(
+            off < 1e-5 * exact.norm() && off < instant.error_estimate.total(),
+            "{off:e}"
+        );
+        assert_eq!(
+            Scene::parse(&scene.to_toml()).expect("ours").bodies,
+            scene.bodies
+        );
+    }
+}
+
+#[test]
+fn spheroids_off_the_axis_are_refused_by_every_model() {
+    for kind in ["auto", "multipole", "fem", "axisymmetric"] {
+        let scene = Scene::parse(&format!(
+            "model.kind = \"{kind}\"\ndomain = {BALL}\n\
+             bodies = [{{ name = \"a\", shape = \"spheroid\", radius = 1, half_length = 2, axis = [0, 1, 0], position = [0, 0, 0] }}, \
+             {{ name = \"b\", radius = 1, position = [4, 0, 0] }}]"
+        ))
+        .expect("a scene");
+        let error = choose(&scene).err().expect(kind);
+        assert!(error.is_bad_input(), "{error}");
+        assert!(error.to_string().contains("axi"), "{error}");
+    }
+}
+
+/// A body as long as a tube is wide fits along it, and not across it.
+#[test]
+fn room_is_judged_by_shape() {
+    let scene = |axis: &str| {
+        Scene::parse(&format!(
+            "domain = {{ kind = \"cylinder\", radius = 2 }}\n\
+             bodies = [{{ name = \"s\", shape = \"spheroid\", radius = 1, half_length = 2.5, axis = {axis}, position = [0, 0, 0], force = [1, 0, 0] }}]"
+        ))
+    };
+    let along = scene("[1, 0, 0]").expect("room for it");
+    let mut model = choose(&along).expect("on the axis").model;
+    assert!(
+        solve_start(&along, model.as_mut())
+            .expect("a solution")
+            .bodies[0]
+            .velocity
+            .x
+            > 0.0
+    );
+    assert!(scene("[0, 0, 1]").is_err());
+}
+
 #[test]
 fn what_is_not_symmetric_is_refused_with_the_reason() {
     let scene = |domain: &str, body: &str| {

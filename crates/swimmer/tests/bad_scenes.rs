@@ -446,11 +446,20 @@ const CASES: &[(&str, &str, &[&str])] = &[
         "[[bodies]]\nname = \"p\"\nshape = \"point\"\nposition = [5, 0, 0]\n[gait]",
         &["bodies[2] is a point that no link holds"],
     ),
-    // Not built yet.
     (
         "radius = 1\nposition = [0",
         "shape = \"spheroid\"\nradius = 1\nposition = [0",
-        &["scene.toml:15", "not built yet", "sphere"],
+        &["scene.toml:", "bodies[1].half_length is missing"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"spheroid\"\nradius = 1\nhalf_length = 2\naxis = [0, 0, 0]\nposition = [0",
+        &["bodies[1].axis must not be zero"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "half_length = 2\nradius = 1\nposition = [0",
+        &["bodies[1].half_length belongs to shape = \"spheroid\""],
     ),
 ];
 

@@ -145,3 +145,16 @@ fn resistance(
         cost,
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[ignore = "a quarter of a minute: the quick part"]
+    fn all_rows_pass() {
+        let rows = rows(Effort::Quick).expect("all are computed");
+        println!("{}", super::super::table::markdown(&rows, &[]));
+        assert!(rows.iter().all(Row::passes));
+    }
+}

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::time::Instant as Clock;
 
 use fem::axisymmetric::{AxialResistance, Spheroid, Surroundings, axial_resistance};
+use mesh::TetMesh;
 use nalgebra::{DMatrix, Isometry3, Matrix3, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, Load, Twist};
 
@@ -13,7 +14,7 @@ use crate::model::{
     Cost, Dofs, ErrorEstimate, Hydrodynamics, Instant, MeshError, ModelError, Placement, Seconds,
     SolverInfo,
 };
-use crate::scene::{Arrangement, Domain, Scene};
+use crate::scene::{Arrangement, Domain, Scene, Shape};
 
 /// Flow without swirl around bodies on one axis.
 ///
@@ -24,8 +25,8 @@ pub struct AxisymmetricModel {
     /// The bodies and links in units of the flow.
     set: Articulation,
     loads: Vec<Load>,
-    /// Radii of the bodies with surfaces.
-    radii: Vec<f64>,
+    /// The bodies with surfaces, at the origin.
+    shapes: Vec<Spheroid>,
     surroundings: Surroundings,
     /// Unit vector along the axis.
     axis: Vector3<f64>,
@@ -75,7 +76,7 @@ impl AxisymmetricModel {
         let Some(axis) = scene.axis() else {
             let problem = match scene.arrangement() {
                 Arrangement::Collinear => {
-                    "a domain or loads that are not symmetric about the line of the bodies"
+                    "a domain, loads or spheroids that are not symmetric about the line of the bodies"
                 }
                 _ => "an arrangement of bodies that are not on one line",
             };
@@ -107,9 +108,20 @@ impl AxisymmetricModel {
             loads: (scene.bodies.iter())
                 .map(|b| scale.load(b.force, b.torque))
                 .collect(),
-            radii: (scene.bodies.iter())
-                .filter(|b| b.kind() == BodyKind::Rigid)
-                .map(|b| scale.length(b.bounding_radius()))
+            shapes: (scene.bodies.iter())
+                .filter_map(|body| match body.shape {
+                    Shape::Sphere { radius } => Some(Spheroid::sphere(0.0, scale.length(radius))),
+                    Shape::Spheroid {
+                        radius,
+                        half_length,
+                        ..
+                    } => Some(Spheroid {
+                        centre: 0.0,
+                        axial: scale.length(half_length),
+                        equatorial: scale.length(radius),
+                    }),
+                    Shape::Point => None,
+                })
                 .collect(),
             surroundings,
             axis,
@@ -119,10 +131,12 @@ impl AxisymmetricModel {
         })
     }
 
-    /// Whether `auto` takes this model: where no model without a mesh knows the domain, and elements in space would cost a
+    /// Whether `auto` takes this model: where models without a mesh know the domain or a body not, and elements in space would cost a
     /// thousand times as much.
     pub(super) fn suits(scene: &Scene) -> bool {
-        matches!(scene.domain, Domain::Cylinder { .. })
+        let is_needed =
+            matches!(scene.domain, Domain::Cylinder { .. }) || scene.first_spheroid().is_some();
+        is_needed
             && scene.arrangement() == Arrangement::Axisymmetric
             && scene.bodies.iter().all(|b| b.torque == Vector3::zeros())
     }
@@ -140,9 +154,12 @@ impl AxisymmetricModel {
         };
         let clock = Clock::now();
         let axial = self.axial(&placement)?;
+        let unknown = match scene.first_spheroid() {
+            Some(_) => "shape = \"spheroid\"".to_owned(),
+            None => format!("domain.kind = \"{}\"", scene.domain.kind().word()),
+        };
         Ok(format!(
-            "models without a mesh know no domain.kind = \"{}\"; axisymmetric errs {:.1e} in the resistance with {} unknowns at {:.0} ms a solve",
-            scene.domain.kind().word(),
+            "models without a mesh know no {unknown}; axisymmetric errs {:.1e} in the resistance with {} unknowns at {:.0} ms a solve",
             axial.relative_error(),
             axial.unknowns(),
             1e3 * clock.elapsed().as_secs_f64()
@@ -178,13 +195,16 @@ impl AxisymmetricModel {
             Surroundings::Unbounded => centres[0],
             Surroundings::Ball { .. } | Surroundings::Cylinder { .. } => Vector3::zeros(),
         };
-        (centres.iter().zip(&self.radii).enumerate())
-            .map(|(number, (centre, &radius))| {
+        (centres.iter().zip(&self.shapes).enumerate())
+            .map(|(number, (centre, &shape))| {
                 let from_origin = centre - origin;
                 let along = from_origin.dot(&self.axis);
                 let off = (from_origin - along * self.axis).norm();
                 if off <= OFF_AXIS {
-                    return Ok(Spheroid::sphere(along, radius));
+                    return Ok(Spheroid {
+                        centre: along,
+                        ..shape
+                    });
                 }
                 Err(ModelError::NotBuilt {
                     what: format!(
@@ -206,7 +226,7 @@ impl AxisymmetricModel {
 
     /// The matrix for motions in space: axial entries as computed, and Stokes's for motions that symmetry keeps at rest.
     fn in_space(&self, axial: &DMatrix<f64>) -> DMatrix<f64> {
-        let n = self.radii.len();
+        let n = self.shapes.len();
         let along: Matrix3<f64> = self.axis * self.axis.transpose();
         let across = Matrix3::identity() - along;
         let mut matrix = DMatrix::zeros(6 * n, 6 * n);
@@ -217,7 +237,8 @@ impl AxisymmetricModel {
                     .fixed_view_mut::<3, 3>(6 * i, 6 * j)
                     .copy_from(&block);
             }
-            let (drag, torque) = (6.0 * PI * self.radii[i], 8.0 * PI * self.radii[i].powi(3));
+            let size = self.shapes[i].axial.max(self.shapes[i].equatorial);
+            let (drag, torque) = (6.0 * PI * size, 8.0 * PI * size.powi(3));
             let mut own = matrix.fixed_view_mut::<3, 3>(6 * i, 6 * i);
             own += across * drag;
             let turning = Matrix3::identity() * torque;
@@ -311,6 +332,14 @@ impl Hydrodynamics for AxisymmetricModel {
         Err(ModelError::NotBuilt {
             what: "the grand resistance by the model 'axisymmetric', which knows motions along the axis only,".to_owned(),
             instead: "use model.kind = \"multipole\" or \"fem\"".to_owned(),
+        })
+    }
+
+    fn mesh(&mut self, _placement: &Placement<'_>) -> Result<Option<TetMesh>, ModelError> {
+        Err(ModelError::NotBuilt {
+            what: "a file of the triangles in the meridian plane of the model 'axisymmetric'"
+                .to_owned(),
+            instead: "use model.kind = \"fem\" for a mesh in space".to_owned(),
         })
     }
 

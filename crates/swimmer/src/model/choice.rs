@@ -58,16 +58,6 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         ModelKind::Oseen => return spheres(SphereModel::Oseen, asked()),
         ModelKind::Rpy => return spheres(SphereModel::Rpy, asked()),
         ModelKind::Multipole => return spheres(SphereModel::for_displacement(scene), asked()),
-        ModelKind::Auto if without_mesh => {
-            let rung = ladder::climb(scene)?;
-            return spheres(rung.kind, rung.reasons);
-        }
-        ModelKind::Axisymmetric => {
-            return Ok(Choice {
-                model: Box::new(AxisymmetricModel::new(scene)?),
-                reasons: asked(),
-            });
-        }
         ModelKind::Auto if AxisymmetricModel::suits(scene) => {
             let mut model = AxisymmetricModel::new(scene)?;
             let reasons = vec![
@@ -78,6 +68,16 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
             return Ok(Choice {
                 model: Box::new(model),
                 reasons,
+            });
+        }
+        ModelKind::Auto if without_mesh => {
+            let rung = ladder::climb(scene)?;
+            return spheres(rung.kind, rung.reasons);
+        }
+        ModelKind::Axisymmetric => {
+            return Ok(Choice {
+                model: Box::new(AxisymmetricModel::new(scene)?),
+                reasons: asked(),
             });
         }
         ModelKind::Auto | ModelKind::Fem => {}

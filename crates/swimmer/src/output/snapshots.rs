@@ -102,14 +102,53 @@ pub(super) fn draw(
         }
         for (body, shape) in scene.bodies.iter().map(|body| body.shape).enumerate() {
             let colour = COLOURS[body % COLOURS.len()];
+            let least = f64::from(px(2));
             let radius = match shape {
-                Shape::Sphere { radius } => (scale * radius).round().max(f64::from(px(2))) as i32,
-                Shape::Point => px(2) as i32,
+                Shape::Sphere { radius } => (scale * radius).max(least),
+                Shape::Spheroid { .. } => {
+                    area.draw(&Polygon::new(
+                        outline(scene, sample, body, axis, &across)
+                            .map(|x| pixel(&x))
+                            .collect::<Vec<_>>(),
+                        colour.filled(),
+                    ))?;
+                    continue;
+                }
+                Shape::Point => least,
             };
-            area.draw(&Circle::new(at(body), radius, colour.filled()))?;
+            area.draw(&Circle::new(
+                at(body),
+                radius.round() as i32,
+                colour.filled(),
+            ))?;
         }
     }
     Ok(())
+}
+
+/// The outline of a body as seen along the normal of the plane of two directions: where planes across that plane touch it.
+fn outline<'a>(
+    scene: &'a Scene,
+    sample: &'a Sample,
+    body: usize,
+    axis: &'a Vector3<f64>,
+    across: &'a Vector3<f64>,
+) -> impl Iterator<Item = Vector3<f64>> + 'a {
+    const CORNERS: usize = 48;
+    let pose = &sample.poses[body];
+    let reach = move |angle: f64| {
+        let direction = axis * angle.cos() + across * angle.sin();
+        scene.bodies[body].reach(&pose.rotation, &direction)
+    };
+    (0..CORNERS).map(move |k| {
+        let angle = std::f64::consts::TAU * k as f64 / CORNERS as f64;
+        // the touching point: the reach along the direction, and its derivative across
+        let step = 1e-4;
+        let slope = (reach(angle + step) - reach(angle - step)) / (2.0 * step);
+        let direction = axis * angle.cos() + across * angle.sin();
+        let normal = across * angle.cos() - axis * angle.sin();
+        pose.translation.vector + direction * reach(angle) + normal * slope
+    })
 }
 
 /// A direction across the axis in the plane of the bodies.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use nalgebra::Vector3;
 use rigid::{Articulation, Link};
 
 use super::file::{BodyFile, DomainFile, GaitFile, LinkFile, SceneFile};
@@ -12,7 +13,6 @@ use super::{
     GeometryKind, ModelKind, ModelOptions, Phase, Scene, Shape, ShapeKind, SolverKind,
 };
 use crate::SwimError;
-use crate::model::ModelError;
 
 /// Makes errors that say where.
 pub(super) struct Checks<'a>(pub &'a Document);
@@ -244,15 +244,43 @@ fn bodies(checks: &Checks, files: &[BodyFile], domain: &Domain) -> Result<Vec<Bo
             }
             ShapeKind::Point => Shape::Point,
             ShapeKind::Spheroid => {
-                let shape = key(number, "shape");
-                return Err(not_built(
-                    format!("{}: {shape} = \"spheroid\"", checks.0.place(&shape)),
-                    "use shape = \"sphere\"",
-                ));
+                let radius = checks.required(
+                    &key(number, "radius"),
+                    file.radius,
+                    ": a spheroid needs the radius of its equator",
+                )?;
+                let half_length = checks.required(
+                    &key(number, "half_length"),
+                    file.half_length,
+                    ": a spheroid needs half its length along its axis",
+                )?;
+                let axis = Vector3::from(file.axis.unwrap_or([1.0, 0.0, 0.0]));
+                let unit = axis.try_normalize(0.0).ok_or_else(|| {
+                    checks.bad(&key(number, "axis"), "must not be zero: it is a direction")
+                })?;
+                // what was written by us is read as it was
+                let is_unit = (axis.norm() - 1.0).abs() <= 2.0 * f64::EPSILON;
+                let axis = if is_unit { axis } else { unit };
+                Shape::Spheroid {
+                    radius,
+                    half_length,
+                    axis,
+                }
             }
         };
-        if matches!((domain, shape), (Domain::Mesh { .. }, Shape::Sphere { .. }))
-            && file.surface.is_none()
+        if !matches!(shape, Shape::Spheroid { .. }) {
+            let given = [
+                ("half_length", file.half_length.is_some()),
+                ("axis", file.axis.is_some()),
+            ];
+            if let Some((name, _)) = given.iter().find(|(_, given)| *given) {
+                return Err(checks.bad(
+                    &key(number, name),
+                    "belongs to shape = \"spheroid\"; remove it or say so",
+                ));
+            }
+        }
+        if matches!(domain, Domain::Mesh { .. }) && shape != Shape::Point && file.surface.is_none()
         {
             let problem = "is missing: name the part of the mesh's boundary that is this body";
             return Err(checks.bad(&key(number, "surface"), problem));
@@ -420,12 +448,4 @@ fn articulation(
     let arms = word(gait.arms.as_deref(), ArmsKind::of, ArmsKind::Clamped);
     Articulation::new(&kinds, links, arms.into(), &positions)
         .map_err(|error| checks.bad("links", error.to_string()))
-}
-
-fn not_built(what: String, instead: &str) -> SwimError {
-    ModelError::NotBuilt {
-        what,
-        instead: instead.to_owned(),
-    }
-    .into()
 }

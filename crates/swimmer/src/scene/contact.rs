@@ -1,6 +1,6 @@
 //! Which bodies touch each other or a wall, at a placement or along a leg of the gait.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::{Body, Domain};
 
@@ -25,7 +25,8 @@ impl Contact {
 
 /// The closest pair of surfaces of a placement; `None` if there is no pair (one body, no wall).
 ///
-/// Points have no surface and touch nothing. Cost: all pairs.
+/// Points have no surface and touch nothing; gaps of spheroids are seen along the line of centres, where they are smallest at most.
+/// Cost: all pairs.
 pub fn closest_contact(
     bodies: &[Body],
     domain: &Domain,
@@ -42,24 +43,36 @@ pub fn closest_contact(
         }
     };
     for (k, &body) in solid.iter().enumerate() {
-        let wall = domain.distance_to_wall(&centre(body));
-        if wall.is_finite() {
+        let room = domain.room(&bodies[body], &poses[body]);
+        if room.is_finite() {
             take(Contact {
                 body,
                 other: None,
-                gap: wall - bodies[body].bounding_radius(),
+                gap: room,
             });
         }
         for &other in &solid[..k] {
-            let radii = bodies[body].bounding_radius() + bodies[other].bounding_radius();
+            let apart = centre(body) - centre(other);
+            let pair = [body, other].map(|b| (&bodies[b], &poses[b].rotation));
             take(Contact {
                 body: other,
                 other: Some(body),
-                gap: (centre(body) - centre(other)).norm() - radii,
+                gap: apart.norm() - reaches(pair, &apart),
             });
         }
     }
     closest
+}
+
+/// How far two bodies, with their attitudes, reach towards each other along the line of their centres.
+///
+/// Distances less this are the gaps of spheres, and at most those of others: the bodies then are on two sides of a plane.
+pub(super) fn reaches(bodies: [(&Body, &UnitQuaternion<f64>); 2], apart: &Vector3<f64>) -> f64 {
+    let direction = apart.try_normalize(0.0).unwrap_or_else(Vector3::x);
+    bodies
+        .iter()
+        .map(|(body, attitude)| body.reach(attitude, &direction))
+        .sum()
 }
 
 /// The `s` in [0, 1] at which two points moving on straight lines at constant speed are closest, and how close.

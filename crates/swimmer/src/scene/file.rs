@@ -34,6 +34,8 @@ pub(super) struct BodyFile {
     pub name: Option<String>,
     pub shape: Option<String>,
     pub radius: Option<f64>,
+    pub half_length: Option<f64>,
+    pub axis: Option<[f64; 3]>,
     pub position: Option<[f64; 3]>,
     pub surface: Option<String>,
     pub force: Option<[f64; 3]>,

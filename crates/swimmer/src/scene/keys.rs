@@ -98,7 +98,19 @@ pub const KEYS: &[Key] = &[
         "bodies[].radius",
         Kind::Positive,
         "required unless the shape is point",
-        "radius",
+        "radius; of a spheroid that of its equator",
+    ),
+    key(
+        "bodies[].half_length",
+        Kind::Positive,
+        "required for spheroid",
+        "half the length of a spheroid along its axis of revolution",
+    ),
+    key(
+        "bodies[].axis",
+        Kind::Vector,
+        "[1, 0, 0]",
+        "direction of a spheroid's axis at the start",
     ),
     key(
         "bodies[].position",

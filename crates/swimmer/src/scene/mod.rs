@@ -12,7 +12,7 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rigid::{Articulation, BodyKind, State};
 
 pub use contact::{Contact, closest_contact};
@@ -124,6 +124,15 @@ pub enum Shape {
     Sphere {
         /// Radius.
         radius: f64,
+    },
+    /// A spheroid: prolate where it is longer than wide, oblate else.
+    Spheroid {
+        /// Radius of its equator.
+        radius: f64,
+        /// Half its length along its axis of revolution.
+        half_length: f64,
+        /// Direction of that axis at the start, a unit vector.
+        axis: Vector3<f64>,
     },
     /// A massless point without surface.
     Point,
@@ -240,6 +249,13 @@ impl Scene {
         self.articulation.initial_state()
     }
 
+    /// The first body that is a spheroid.
+    pub fn first_spheroid(&self) -> Option<usize> {
+        self.bodies
+            .iter()
+            .position(|body| matches!(body.shape, Shape::Spheroid { .. }))
+    }
+
     /// Whether something outside acts on the bodies.
     pub fn has_loads(&self) -> bool {
         self.bodies
@@ -260,6 +276,28 @@ impl Body {
     pub fn bounding_radius(&self) -> f64 {
         match self.shape {
             Shape::Sphere { radius } => radius,
+            Shape::Spheroid {
+                radius,
+                half_length,
+                ..
+            } => radius.max(half_length),
+            Shape::Point => 0.0,
+        }
+    }
+
+    /// How far the body reaches from its centre in a direction, a unit vector, when turned by `attitude` since the start.
+    pub fn reach(&self, attitude: &UnitQuaternion<f64>, direction: &Vector3<f64>) -> f64 {
+        match self.shape {
+            Shape::Sphere { radius } => radius,
+            Shape::Spheroid {
+                radius,
+                half_length,
+                axis,
+            } => {
+                let along = (attitude * axis).dot(direction);
+                let across = (1.0 - along * along).max(0.0).sqrt();
+                (half_length * along).hypot(radius * across)
+            }
             Shape::Point => 0.0,
         }
     }
@@ -267,7 +305,7 @@ impl Body {
     /// What the body is to the links.
     pub fn kind(&self) -> BodyKind {
         match self.shape {
-            Shape::Sphere { .. } => BodyKind::Rigid,
+            Shape::Sphere { .. } | Shape::Spheroid { .. } => BodyKind::Rigid,
             Shape::Point => BodyKind::Point,
         }
     }
@@ -286,14 +324,35 @@ impl Domain {
         }
     }
 
-    /// Distance from a point inside to the nearest wall, negative outside; infinite where no wall is known.
-    pub fn distance_to_wall(&self, point: &Vector3<f64>) -> f64 {
+    /// Room between a body and the nearest wall, negative where it is outside; infinite where no wall is known.
+    ///
+    /// The distance for spheres; for spheroids at most the distance.
+    pub fn room(&self, body: &Body, pose: &Isometry3<f64>) -> f64 {
+        let (centre, attitude) = (&pose.translation.vector, &pose.rotation);
+        let reach = |direction: &Vector3<f64>| body.reach(attitude, direction);
         match self {
             Self::Unbounded | Self::Mesh { .. } => f64::INFINITY,
-            Self::Ball { radius } => radius - point.norm(),
-            Self::Box { size } => (size / 2.0 - point.abs()).min(),
-            Self::Cylinder { radius } => radius - point.yz().norm(),
-            Self::Wall => point.z,
+            Self::Ball { radius } => radius - centre.norm() - body.bounding_radius(),
+            Self::Box { size } => {
+                let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+                let reaches = Vector3::from(axes.map(|axis| reach(&axis)));
+                (size / 2.0 - centre.abs() - reaches).min()
+            }
+            Self::Cylinder { radius } => {
+                let widest = match body.shape {
+                    Shape::Sphere { radius } => radius,
+                    // across the cylinder, the farthest direction is the one nearest to the axis or the equator
+                    Shape::Spheroid { radius, axis, .. } => {
+                        let axis = attitude * axis;
+                        Vector3::new(0.0, axis.y, axis.z)
+                            .try_normalize(0.0)
+                            .map_or(radius, |direction| reach(&direction).max(radius))
+                    }
+                    Shape::Point => 0.0,
+                };
+                radius - centre.yz().norm() - widest
+            }
+            Self::Wall => centre.z - reach(&Vector3::z()),
         }
     }
 }

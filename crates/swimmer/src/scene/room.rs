@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::build::Checks;
-use super::contact::{Contact, closest_approach, closest_contact};
+use super::contact::{Contact, closest_approach, closest_contact, reaches};
 use super::{Gait, Scene};
 use crate::gait::legs;
 use crate::{Leg, SwimError};
@@ -70,8 +70,8 @@ fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SwimError> {
                     poses[one].translation.vector - poses[other].translation.vector
                 };
                 let (s, distance) = closest_approach(&apart(&from), &apart(&to));
-                let radii =
-                    scene.bodies[one].bounding_radius() + scene.bodies[other].bounding_radius();
+                let pair = [one, other].map(|b| (&scene.bodies[b], &from[b].rotation));
+                let radii = reaches(pair, &apart(&from).lerp(&apart(&to), s));
                 let contact = Contact {
                     body: other,
                     other: Some(one),

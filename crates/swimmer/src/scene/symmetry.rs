@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Domain, Scene};
+use super::{Domain, Scene, Shape};
 
 /// How the bodies, their loads and the domain lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +92,12 @@ impl Scene {
             .bodies
             .iter()
             .all(|body| is_along(&body.force) && is_along(&body.torque));
+        let turned_along = self.bodies.iter().all(|body| match body.shape {
+            Shape::Spheroid { axis: own, .. } => is_along(&own),
+            Shape::Sphere { .. } | Shape::Point => true,
+        });
         loads_along
+            && turned_along
             && match self.domain {
                 Domain::Unbounded => true,
                 Domain::Ball { .. } => origin.cross(&axis).norm() <= off.max(1e-9 * origin.norm()),
@@ -105,7 +110,11 @@ impl Scene {
     /// The axis of a single body: along its load, or else through the middle of the domain.
     fn lone_axis(&self) -> Vector3<f64> {
         let body = &self.bodies[0];
-        let candidates = [body.force, body.torque, body.position];
+        let own = match body.shape {
+            Shape::Spheroid { axis, .. } => axis,
+            Shape::Sphere { .. } | Shape::Point => Vector3::zeros(),
+        };
+        let candidates = [own, body.force, body.torque, body.position];
         candidates
             .iter()
             .find_map(|v| v.try_normalize(0.0))

@@ -29,9 +29,21 @@ pub(super) fn to_toml(scene: &Scene) -> String {
         name: Some(body.name.clone()),
         shape: text(match body.shape {
             Shape::Sphere { .. } => ShapeKind::Sphere.word(),
+            Shape::Spheroid { .. } => ShapeKind::Spheroid.word(),
             Shape::Point => ShapeKind::Point.word(),
         }),
-        radius: Some(body.bounding_radius()).filter(|&radius| radius > 0.0),
+        radius: match body.shape {
+            Shape::Sphere { radius } | Shape::Spheroid { radius, .. } => Some(radius),
+            Shape::Point => None,
+        },
+        half_length: match body.shape {
+            Shape::Spheroid { half_length, .. } => Some(half_length),
+            Shape::Sphere { .. } | Shape::Point => None,
+        },
+        axis: match body.shape {
+            Shape::Spheroid { axis, .. } => Some(axis.into()),
+            Shape::Sphere { .. } | Shape::Point => None,
+        },
         position: Some(body.position.into()),
         surface: body.surface.clone(),
         force: Some(body.force.into()),

@@ -114,6 +114,15 @@ impl Meshes {
     /// # Errors
     /// A domain that cannot be meshed yet.
     pub fn new(scene: &Scene, scale: &Scale) -> Result<Self, ModelError> {
+        if let Some(number) = scene.first_spheroid() {
+            return Err(ModelError::NotBuilt {
+                what: format!(
+                    "{}: shape = \"spheroid\" for finite elements in space",
+                    scene.place(&format!("bodies[{number}].shape"))
+                ),
+                instead: "use model.kind = \"axisymmetric\" with all bodies on one axis, or shape = \"sphere\"".to_owned(),
+            });
+        }
         let surfaced: Vec<Surfaced> = scene
             .bodies
             .iter()
@@ -125,7 +134,8 @@ impl Meshes {
                     radius: scale.length(radius),
                     size: scale.length(surface_size(&scene.fem, radius)),
                 }),
-                Shape::Point => None,
+                // refused above
+                Shape::Spheroid { .. } | Shape::Point => None,
             })
             .collect();
         let tags: Vec<String> = scene

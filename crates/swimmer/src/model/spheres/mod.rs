@@ -73,6 +73,15 @@ impl SpheresModel {
     /// # Errors
     /// A domain that these models do not treat.
     pub fn new(scene: &Scene, kind: SphereModel) -> Result<Self, ModelError> {
+        if let Some(number) = scene.first_spheroid() {
+            return Err(ModelError::NotBuilt {
+                what: format!(
+                    "{}: shape = \"spheroid\" for models of spheres",
+                    scene.place(&format!("bodies[{number}].shape"))
+                ),
+                instead: "use model.kind = \"axisymmetric\" with all bodies on one axis".to_owned(),
+            });
+        }
         let scale = Scale::of(scene);
         let kinds: Vec<_> = scene.bodies.iter().map(|b| b.kind()).collect();
         let positions: Vec<_> = scene
@@ -118,7 +127,8 @@ impl SpheresModel {
                 .iter()
                 .filter_map(|body| match body.shape {
                     Shape::Sphere { radius } => Some(scale.length(radius)),
-                    Shape::Point => None,
+                    // refused above
+                    Shape::Spheroid { .. } | Shape::Point => None,
                 })
                 .collect(),
             medium,
