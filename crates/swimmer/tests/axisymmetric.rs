@@ -102,7 +102,7 @@ fn auto_takes_it_in_a_cylinder_and_says_why() {
     let exact = 3.0 / (6.0 * std::f64::consts::PI * 2.0 * 0.5 * 1.679478884847892);
     let off = (instant.bodies[0].velocity.x - exact).abs();
     assert!(
-        off < 1e-5 * exact && off < instant.error_estimate.total(),
+        off < 5e-5 * exact && off < instant.error_estimate.total(),
         "{off:e}"
     );
 }
@@ -129,7 +129,7 @@ fn a_spheroid_along_any_axis_sinks_as_it_should() {
         let exact = load / (6.0 * std::f64::consts::PI * 0.6019704948941008);
         let off = (instant.bodies[0].velocity - exact).norm();
         assert!(
-            off < 1e-5 * exact.norm() && off < instant.error_estimate.total(),
+            off < 5e-5 * exact.norm() && off < instant.error_estimate.total(),
             "{off:e}"
         );
         assert_eq!(

@@ -13,8 +13,8 @@ use super::{Effort, swimmer};
 /// What the rung promises of resistances, at about ten thousand unknowns.
 const PROMISED: f64 = 1e-6;
 
-/// Tolerance of the strokes' net displacement.
-const NET: f64 = 1e-4;
+/// Tolerance of the strokes' net displacement, for which resistances are computed to a twentieth.
+const NET: f64 = 2e-5;
 
 /// All rows.
 pub fn rows(effort: Effort) -> Result<Vec<Row>> {

@@ -99,8 +99,8 @@ impl Basis {
                 "twice the deficit of radius of the ball that has the volume inside the flat facets"
             }
             Self::Promised => {
-                "the tolerance that the model was asked for: 1e-6 of the largest entry of a resistance, 1e-4 of a stroke's net displacement \
-                 (its resistances, and hence instants, to 1e-6)"
+                "the tolerance that the model was asked for: 1e-6 of the largest entry of a resistance, 2e-5 of a stroke's net displacement, for \
+                 which resistances, and hence forces and speeds of instants, are computed to 1e-6"
             }
         }
     }

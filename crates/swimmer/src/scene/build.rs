@@ -3,15 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nalgebra::Vector3;
 use rigid::{Articulation, Link};
 
 use super::file::{BodyFile, DomainFile, GaitFile, LinkFile, SceneFile};
-use super::room;
 use super::{
     ArmsKind, Body, Document, Domain, DomainKind, EstimatesKind, FemOptions, FormulationKind, Gait,
-    GeometryKind, ModelKind, ModelOptions, Phase, Scene, Shape, ShapeKind, SolverKind,
+    GeometryKind, ModelKind, ModelOptions, Phase, Scene, Shape, SolverKind,
 };
+use super::{room, shape};
 use crate::SwimError;
 
 /// Makes errors that say where.
@@ -26,7 +25,7 @@ impl Checks<'_> {
         }
     }
 
-    fn required<T>(&self, key: &str, value: Option<T>, why: &str) -> Result<T, SwimError> {
+    pub fn required<T>(&self, key: &str, value: Option<T>, why: &str) -> Result<T, SwimError> {
         value.ok_or_else(|| self.bad(key, format!("is missing{why}")))
     }
 
@@ -221,65 +220,7 @@ fn bodies(checks: &Checks, files: &[BodyFile], domain: &Domain) -> Result<Vec<Bo
                 format!("\"{name}\" is the name of bodies[{first}] too; names must differ");
             return Err(checks.bad(&key(number, "name"), problem));
         }
-        let shape = match word(file.shape.as_deref(), ShapeKind::of, ShapeKind::Sphere) {
-            ShapeKind::Sphere => {
-                let radius = checks.required(
-                    &key(number, "radius"),
-                    file.radius,
-                    ": a sphere needs a radius",
-                )?;
-                Shape::Sphere { radius }
-            }
-            ShapeKind::Point if file.radius.is_some() => {
-                return Err(checks.bad(
-                    &key(number, "radius"),
-                    "makes no sense for a point; remove it",
-                ));
-            }
-            ShapeKind::Point if file.torque.is_some() => {
-                return Err(checks.bad(
-                    &key(number, "torque"),
-                    "cannot act on a point, which has no attitude; remove it",
-                ));
-            }
-            ShapeKind::Point => Shape::Point,
-            ShapeKind::Spheroid => {
-                let radius = checks.required(
-                    &key(number, "radius"),
-                    file.radius,
-                    ": a spheroid needs the radius of its equator",
-                )?;
-                let half_length = checks.required(
-                    &key(number, "half_length"),
-                    file.half_length,
-                    ": a spheroid needs half its length along its axis",
-                )?;
-                let axis = Vector3::from(file.axis.unwrap_or([1.0, 0.0, 0.0]));
-                let unit = axis.try_normalize(0.0).ok_or_else(|| {
-                    checks.bad(&key(number, "axis"), "must not be zero: it is a direction")
-                })?;
-                // what was written by us is read as it was
-                let is_unit = (axis.norm() - 1.0).abs() <= 2.0 * f64::EPSILON;
-                let axis = if is_unit { axis } else { unit };
-                Shape::Spheroid {
-                    radius,
-                    half_length,
-                    axis,
-                }
-            }
-        };
-        if !matches!(shape, Shape::Spheroid { .. }) {
-            let given = [
-                ("half_length", file.half_length.is_some()),
-                ("axis", file.axis.is_some()),
-            ];
-            if let Some((name, _)) = given.iter().find(|(_, given)| *given) {
-                return Err(checks.bad(
-                    &key(number, name),
-                    "belongs to shape = \"spheroid\"; remove it or say so",
-                ));
-            }
-        }
+        let shape = shape::read(checks, number, file)?;
         if matches!(domain, Domain::Mesh { .. }) && shape != Shape::Point && file.surface.is_none()
         {
             let problem = "is missing: name the part of the mesh's boundary that is this body";

@@ -71,7 +71,7 @@ pub(super) fn reaches(bodies: [(&Body, &UnitQuaternion<f64>); 2], apart: &Vector
     let direction = apart.try_normalize(0.0).unwrap_or_else(Vector3::x);
     bodies
         .iter()
-        .map(|(body, attitude)| body.reach(attitude, &direction))
+        .map(|(body, attitude)| body.shape.reach(attitude, &direction))
         .sum()
 }
 

@@ -6,17 +6,19 @@ mod document;
 mod file;
 pub mod keys;
 mod room;
+mod shape;
 mod symmetry;
 mod words;
 mod write;
 
 use std::path::{Path, PathBuf};
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
 use rigid::{Articulation, BodyKind, State};
 
 pub use contact::{Contact, closest_contact};
 pub use document::Document;
+pub use shape::Shape;
 pub use symmetry::Arrangement;
 pub use words::{
     ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, ModelKind, ShapeKind,
@@ -115,27 +117,6 @@ pub struct Body {
     pub mass: f64,
     /// Moment of inertia about the centre; zero when inertia is left out.
     pub inertia: f64,
-}
-
-/// Shape of a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
-    /// A sphere.
-    Sphere {
-        /// Radius.
-        radius: f64,
-    },
-    /// A spheroid: prolate where it is longer than wide, oblate else.
-    Spheroid {
-        /// Radius of its equator.
-        radius: f64,
-        /// Half its length along its axis of revolution.
-        half_length: f64,
-        /// Direction of that axis at the start, a unit vector.
-        axis: Vector3<f64>,
-    },
-    /// A massless point without surface.
-    Point,
 }
 
 /// How the links' lengths change in time.
@@ -274,32 +255,7 @@ impl Scene {
 impl Body {
     /// Radius of the smallest ball about the centre that holds the body; zero for points.
     pub fn bounding_radius(&self) -> f64 {
-        match self.shape {
-            Shape::Sphere { radius } => radius,
-            Shape::Spheroid {
-                radius,
-                half_length,
-                ..
-            } => radius.max(half_length),
-            Shape::Point => 0.0,
-        }
-    }
-
-    /// How far the body reaches from its centre in a direction, a unit vector, when turned by `attitude` since the start.
-    pub fn reach(&self, attitude: &UnitQuaternion<f64>, direction: &Vector3<f64>) -> f64 {
-        match self.shape {
-            Shape::Sphere { radius } => radius,
-            Shape::Spheroid {
-                radius,
-                half_length,
-                axis,
-            } => {
-                let along = (attitude * axis).dot(direction);
-                let across = (1.0 - along * along).max(0.0).sqrt();
-                (half_length * along).hypot(radius * across)
-            }
-            Shape::Point => 0.0,
-        }
+        self.shape.bounding_radius()
     }
 
     /// What the body is to the links.
@@ -329,7 +285,7 @@ impl Domain {
     /// The distance for spheres; for spheroids at most the distance.
     pub fn room(&self, body: &Body, pose: &Isometry3<f64>) -> f64 {
         let (centre, attitude) = (&pose.translation.vector, &pose.rotation);
-        let reach = |direction: &Vector3<f64>| body.reach(attitude, direction);
+        let reach = |direction: &Vector3<f64>| body.shape.reach(attitude, direction);
         match self {
             Self::Unbounded | Self::Mesh { .. } => f64::INFINITY,
             Self::Ball { radius } => radius - centre.norm() - body.bounding_radius(),
@@ -339,17 +295,7 @@ impl Domain {
                 (size / 2.0 - centre.abs() - reaches).min()
             }
             Self::Cylinder { radius } => {
-                let widest = match body.shape {
-                    Shape::Sphere { radius } => radius,
-                    // across the cylinder, the farthest direction is the one nearest to the axis or the equator
-                    Shape::Spheroid { radius, axis, .. } => {
-                        let axis = attitude * axis;
-                        Vector3::new(0.0, axis.y, axis.z)
-                            .try_normalize(0.0)
-                            .map_or(radius, |direction| reach(&direction).max(radius))
-                    }
-                    Shape::Point => 0.0,
-                };
+                let widest = body.shape.reach_across(attitude, &Vector3::x());
                 radius - centre.yz().norm() - widest
             }
             Self::Wall => centre.z - reach(&Vector3::z()),
