@@ -18,7 +18,13 @@ const COLOURS: [RGBColor; 8] = [
 
 const INK: RGBColor = RGBColor(40, 40, 40);
 const FAINT: RGBColor = RGBColor(225, 225, 225);
-const SIZE: (u32, u32) = (960, 620);
+const SIZE: (u32, u32) = (1180, 620);
+
+/// Width of the chart without its legend, which stands beside it: over the points it would cover some.
+const CHART_WIDTH: u32 = 860;
+
+/// Letters of a line of the legend.
+const LEGEND_LETTERS: usize = 40;
 
 /// How the points of a series are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +45,17 @@ pub struct Series {
     pub name: String,
     pub points: Vec<(f64, f64)>,
     pub style: Style,
+}
+
+impl Series {
+    /// Colour and width of the line of the series of this number.
+    fn stroke(&self, number: usize) -> (RGBColor, u32) {
+        match self.style {
+            Style::Guide => (INK, 1),
+            Style::Front => (RGBColor(205, 205, 205), 7),
+            Style::Curve | Style::Points => (COLOURS[number % COLOURS.len()], 2),
+        }
+    }
 }
 
 /// A chart with two logarithmic axes.
@@ -74,8 +91,9 @@ impl LogLog {
         let y_range = range(all.iter().map(|point| point.1));
         let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
+        let (plot, legend) = root.split_horizontally(CHART_WIDTH);
         let font = |size: u32| ("sans-serif", size).into_font().color(&INK);
-        let mut chart = ChartBuilder::on(&root)
+        let mut chart = ChartBuilder::on(&plot)
             .caption(&self.title, font(20))
             .margin(14)
             .x_label_area_size(46)
@@ -98,13 +116,9 @@ impl LogLog {
         // Fronts first, so that they lie under everything.
         let mut order: Vec<(usize, &Series)> = self.series.iter().enumerate().collect();
         order.sort_by_key(|(_, series)| series.style != Style::Front);
-        for (number, series) in order {
+        for &(number, series) in &order {
             let points: Vec<(f64, f64)> = series.points.iter().copied().filter(shown).collect();
-            let (colour, width) = match series.style {
-                Style::Guide => (INK, 1),
-                Style::Front => (RGBColor(205, 205, 205), 7),
-                Style::Curve | Style::Points => (COLOURS[number % COLOURS.len()], 2),
-            };
+            let (colour, width) = series.stroke(number);
             if series.style != Style::Points {
                 chart.draw_series(LineSeries::new(
                     points.iter().copied(),
@@ -113,24 +127,25 @@ impl LogLog {
             }
             let is_line = matches!(series.style, Style::Guide | Style::Front);
             let marks = if is_line { 0 } else { 4 };
-            chart
-                .draw_series(
-                    points
-                        .iter()
-                        .map(|&point| Circle::new(point, marks, colour.filled())),
-                )?
-                .label(&series.name)
-                .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(width + 1))
-                });
+            chart.draw_series(
+                points
+                    .iter()
+                    .map(|&point| Circle::new(point, marks, colour.filled())),
+            )?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperLeft)
-            .background_style(WHITE.mix(0.85))
-            .border_style(FAINT)
-            .label_font(font(13))
-            .draw()?;
+        let mut y = 60;
+        for (number, series) in self.series.iter().enumerate() {
+            let (colour, width) = series.stroke(number);
+            legend.draw(&PathElement::new(
+                [(4, y + 7), (26, y + 7)],
+                colour.stroke_width(width + 1),
+            ))?;
+            for line in wrapped(&series.name) {
+                legend.draw(&Text::new(line, (34, y), font(13)))?;
+                y += 17;
+            }
+            y += 7;
+        }
         root.present()?;
         Ok(())
     }
@@ -166,6 +181,23 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
                 .max(low.log10().floor() + 1.0),
         ),
     )
+}
+
+/// A name in lines that fit the legend.
+fn wrapped(name: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in name.split(' ') {
+        let line = lines.len() - 1;
+        if !lines[line].is_empty() && lines[line].len() + word.len() >= LEGEND_LETTERS {
+            lines.push(word.to_owned());
+            continue;
+        }
+        if !lines[line].is_empty() {
+            lines[line].push(' ');
+        }
+        lines[line].push_str(word);
+    }
+    lines
 }
 
 fn power(value: f64) -> String {

@@ -4,6 +4,7 @@
 mod accuracy;
 mod chart;
 mod ci;
+mod iterations;
 mod licences;
 mod machine;
 mod page;
@@ -77,9 +78,18 @@ enum Task {
         /// One small mesh: half a minute on two cores.
         #[arg(long)]
         quick: bool,
-        /// Folder for `roofline.md` and `roofline.csv`.
-        #[arg(long, default_value = "roofline")]
-        out: PathBuf,
+        /// Folder for `roofline.md` and `roofline.csv` [default: docs, or roofline for --quick].
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// Iterations of the block solver over sizes, containers, gaps, numbers of bodies and radius ratios, and its gain from a second thread.
+    Iterations {
+        /// Small meshes: two minutes on two cores.
+        #[arg(long)]
+        quick: bool,
+        /// Folder for `iterations.md` [default: docs, or iterations for --quick].
+        #[arg(long)]
+        out: Option<PathBuf>,
     },
     /// One cell of the table, in a process of its own.
     #[command(hide = true)]
@@ -101,7 +111,10 @@ fn main() -> Result<()> {
             };
             validate::run(effort, &out)
         }
-        Task::Roofline { quick, out } => roofline::run(quick, &out),
+        Task::Roofline { quick, out } => {
+            let usual = if quick { "roofline" } else { DOCS };
+            roofline::run(quick, &out.unwrap_or_else(|| usual.into()))
+        }
         Task::Accuracy { quick, out } => {
             let usual = if quick { "accuracy" } else { DOCS };
             accuracy::run(quick, &out.unwrap_or_else(|| usual.into())).map(drop)
@@ -123,6 +136,10 @@ fn main() -> Result<()> {
                 repeats,
                 out: &out.unwrap_or_else(|| usual.into()),
             })
+        }
+        Task::Iterations { quick, out } => {
+            let usual = if quick { "iterations" } else { DOCS };
+            iterations::run(quick, &out.unwrap_or_else(|| usual.into()))
         }
         Task::Table1Cell { overrides } => table1::print(&overrides),
     }

@@ -408,7 +408,7 @@ const CASES: &[(&str, &str, &[&str])] = &[
     ),
     (
         "kind = \"ball\"\nradius = 40",
-        "kind = \"wall\"",
+        "kind = \"cylinder\"\nradius = 40",
         &["is outside the domain", "clearance -1"],
     ),
     (
@@ -533,7 +533,7 @@ fn models_and_domains_that_are_not_built_are_named_with_what_to_use() {
     for (part, by, fragment) in [
         (
             "kind = \"ball\"\nradius = 40",
-            "kind = \"unbounded\"",
+            "kind = \"cylinder\"\nradius = 40",
             "is not built yet; use model.kind = \"auto\" for spheres",
         ),
         (

@@ -6,7 +6,7 @@ use std::time::Instant as Clock;
 
 use anyhow::{Context, Result};
 use swimmer::model::{Instant, choose};
-use swimmer::{Method, Observer, Scene, simulate, solve_start};
+use swimmer::{Method, Observer, Scene, simulate, size_factor_for_target, solve_start};
 
 use super::{Point, Quantity};
 use crate::validate::reference::{INSTANTANEOUS, STROKES, concentric_drag};
@@ -26,8 +26,17 @@ fn sizes(quick: bool) -> &'static [f64] {
     }
 }
 
+/// Errors asked of adapted meshes.
+fn targets(quick: bool) -> &'static [f64] {
+    if quick {
+        &[1e-2]
+    } else {
+        &[1e-2, 3e-3, 1e-3, 3e-4, 1e-4]
+    }
+}
+
 pub fn all(quick: bool) -> Result<Vec<Quantity>> {
-    Ok(vec![drag(quick)?, speed(quick)?, net(quick)?])
+    Ok(vec![drag(quick)?, pair(quick)?, speed(quick)?, net(quick)?])
 }
 
 fn file(name: &str) -> PathBuf {
@@ -56,7 +65,14 @@ fn instant(
         dofs: solved.dofs.total,
         seconds: clock.elapsed().as_secs_f64(),
         error: (value(&solved) / exact - 1.0).abs(),
-        claimed: None,
+        claimed: (solved.error_estimate.total() > 0.0).then(|| {
+            let largest = solved
+                .bodies
+                .iter()
+                .map(|body| body.velocity.norm())
+                .fold(0.0, f64::max);
+            solved.error_estimate.total() / largest
+        }),
     })
 }
 
@@ -84,6 +100,47 @@ fn by_size(
     Ok(points)
 }
 
+/// Meshes adapted to an asked error.
+fn adapted(
+    targets: &[f64],
+    base: &dyn Fn(&[String]) -> Result<Scene>,
+    exact: f64,
+    value: impl Fn(&Instant) -> f64 + Copy,
+) -> Result<Vec<Point>> {
+    targets
+        .iter()
+        .map(|target| {
+            let scene = base(&[format!("fem.target={target:e}")])?;
+            let choice = format!("target {target:e}");
+            instant(
+                &scene,
+                ["finite elements, curved, adapted", &choice],
+                exact,
+                value,
+            )
+        })
+        .collect()
+}
+
+/// The meridian plane, to a tolerance.
+fn meridian(
+    base: &dyn Fn(&[String]) -> Result<Scene>,
+    exact: f64,
+    value: impl Fn(&Instant) -> f64 + Copy,
+) -> Result<Vec<Point>> {
+    [1e-2, 1e-4, 1e-6]
+        .map(|tolerance| {
+            let scene = base(&[
+                "model.kind=axisymmetric".to_owned(),
+                format!("model.tolerance={tolerance:e}"),
+            ])?;
+            let choice = format!("tolerance {tolerance:e}");
+            instant(&scene, ["axisymmetric elements", &choice], exact, value)
+        })
+        .into_iter()
+        .collect()
+}
+
 fn drag(quick: bool) -> Result<Quantity> {
     // A pulled sphere in a ball of ten radii: force over velocity.
     let exact = concentric_drag(0.1) * 6.0 * PI;
@@ -93,10 +150,46 @@ fn drag(quick: bool) -> Result<Quantity> {
         overrides.extend_from_slice(more);
         scene("sphere-in-ball.toml", &overrides)
     };
-    let points = by_size(quick, &base, exact, value)?;
+    let mut points = by_size(quick, &base, exact, value)?;
+    points.extend(adapted(targets(quick), &base, exact, value)?);
+    points.extend(meridian(&base, exact, value)?);
     Ok(Quantity {
         key: "drag",
         title: format!("drag of a sphere in a ball of ten radii, exactly {exact:.6}"),
+        points,
+    })
+}
+
+fn pair(quick: bool) -> Result<Quantity> {
+    // Two spheres pushed towards each other, half a radius apart: Stimson & Jeffery 1926. Forces add up to zero, so the wall, 80 radii
+    // away, changes the speed by less than (2.5 / 80)^3.
+    let exact = 2.772418679559134 * 6.0 * PI;
+    let value = |solved: &Instant| {
+        let [front, back] = [0, 1].map(|body| solved.bodies[body]);
+        (front.force.x - back.force.x) / (front.velocity.x - back.velocity.x)
+    };
+    let base = |more: &[String]| -> Result<Scene> {
+        let mut overrides = ["front", "back"]
+            .into_iter()
+            .zip([1.25, -1.25])
+            .flat_map(|(name, x)| {
+                [
+                    format!("bodies.{name}.position=[{x}, 0, 0]"),
+                    format!("bodies.{name}.force=[{}, 0, 0]", -f64::signum(x)),
+                ]
+            })
+            .collect::<Vec<_>>();
+        overrides.extend_from_slice(more);
+        scene("two-spheres.toml", &overrides)
+    };
+    let mut points = by_size(quick, &base, exact, value)?;
+    points.extend(adapted(targets(quick), &base, exact, value)?);
+    points.extend(meridian(&base, exact, value)?);
+    Ok(Quantity {
+        key: "pair",
+        title: format!(
+            "resistance of two spheres half a radius apart, pushed together, exactly {exact:.6}"
+        ),
         points,
     })
 }
@@ -111,6 +204,7 @@ fn speed(quick: bool) -> Result<Quantity> {
         scene("three-sphere.toml", &overrides)
     };
     let mut points = by_size(quick, &base, case.centre_velocity, value)?;
+    points.extend(meridian(&base, case.centre_velocity, value)?);
     for formulation in ["lagrange", "direct-row"] {
         let scene = base(&[format!("fem.formulation={formulation}")])?;
         let names = [&format!("curved, {formulation}")[..], "size 0.4"];
@@ -167,6 +261,25 @@ fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) 
     })
 }
 
+/// A stroke with element sizes that the program chooses for an asked error, the strokes it tries first included.
+fn adapted_stroke(name: &str, target: f64, exact: f64) -> Result<Point> {
+    let clock = Clock::now();
+    let mut scene = scene(name, &[format!("fem.target={target:e}")])?;
+    scene.fem.size_factor = size_factor_for_target(&scene, &mut (), &mut |_| ())?;
+    let choice = format!("target {target:e}");
+    let mut point = stroke(
+        &scene,
+        Method::Collocation,
+        [
+            "finite elements, curved, sizes chosen for an error",
+            &choice,
+        ],
+        exact,
+    )?;
+    point.seconds = clock.elapsed().as_secs_f64();
+    Ok(point)
+}
+
 fn net(quick: bool) -> Result<Quantity> {
     let exact = STROKES[0].net;
     let mut points = Vec::new();
@@ -192,6 +305,28 @@ fn net(quick: bool) -> Result<Quantity> {
                 exact,
             )?);
         }
+    }
+    for &target in targets(quick)
+        .iter()
+        .filter(|&&target| !quick && target >= 3e-4)
+    {
+        points.push(adapted_stroke(name, target, exact)?);
+    }
+    for tolerance in [1e-2, 1e-4] {
+        let scene = scene(
+            name,
+            &[
+                "model.kind=axisymmetric".to_owned(),
+                format!("model.tolerance={tolerance:e}"),
+            ],
+        )?;
+        let choice = format!("tolerance {tolerance:e}");
+        points.push(stroke(
+            &scene,
+            Method::Collocation,
+            ["axisymmetric elements", &choice],
+            exact,
+        )?);
     }
     let paper = scene(
         name,

@@ -83,10 +83,9 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         ModelKind::Auto | ModelKind::Fem => {}
     }
     match scene.domain.kind() {
-        DomainKind::Ball | DomainKind::Box | DomainKind::Mesh => {}
+        DomainKind::Unbounded | DomainKind::Ball | DomainKind::Box | DomainKind::Mesh => {}
         kind => {
-            let instead = "use model.kind = \"auto\" for spheres in unbounded fluid or beside a wall, or on the axis of a cylinder, or domain.kind = \"ball\"; \
-                           a swimmer without external force in a ball of ten times its length moves as in unbounded fluid to about a thousandth";
+            let instead = "use model.kind = \"auto\" for spheres in unbounded fluid or beside a wall, or on the axis of a cylinder, or domain.kind = \"unbounded\" or \"ball\"";
             return not_built("domain.kind", &format!("\"{}\"", kind.word()), instead);
         }
     }

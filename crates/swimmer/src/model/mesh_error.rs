@@ -47,10 +47,12 @@ impl Drift {
         let step = Self {
             moved: error.frames.iter().map(|f| f.linear * time).collect(),
             turned: error.frames.iter().map(|f| f.angular * time).collect(),
-            spread: error.spread * time,
+            spread: 0.0,
         };
         let displacement: Vec<_> = motion.frames.iter().map(|f| f.linear * time).collect();
         self.append(&step, &displacement);
+        // One mesh, moved: its accidents stay the same.
+        self.spread += error.spread * time;
     }
 
     /// Appends a later part of the stroke with the frames' displacements in it: what was turned wrongly before moves wrongly now.
@@ -63,7 +65,7 @@ impl Drift {
             *moved += later_moved + turned.cross(way);
             *turned += later_turned;
         }
-        // Parts err by accidents of their own.
+        // Each part by accidents of its own.
         self.spread = self.spread.hypot(later.spread);
     }
 

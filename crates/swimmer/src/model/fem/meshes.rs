@@ -5,6 +5,7 @@ use fem::{SurplusSpace, TaylorHood};
 use mesh::{Body, BoxSurface, Container, GenerateParams, NamedSurface, SizeMap, Sphere, TetMesh};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use super::far_field::FarField;
 use super::mesh_file::read_mesh;
 use super::scale::Scale;
 use crate::model::ModelError;
@@ -144,6 +145,15 @@ impl Meshes {
             .map(|b| b.surface.clone().unwrap_or_else(|| b.name.clone()))
             .collect();
         let source = match &scene.domain {
+            Domain::Unbounded => {
+                Source::Generated(Container::Ball(FarField::of(scene, scale).map_or(
+                    Sphere {
+                        centre: Vector3::zeros(),
+                        radius: 1.0,
+                    },
+                    |far| far.ball(),
+                )))
+            }
             Domain::Ball { radius } => Source::Generated(Container::Ball(Sphere {
                 centre: Vector3::zeros(),
                 radius: scale.length(*radius),
@@ -172,7 +182,8 @@ impl Meshes {
                         "finite elements in domain.kind = \"{}\"",
                         other.kind().word()
                     ),
-                    instead: "use domain.kind = \"ball\", \"box\" or \"mesh\"".into(),
+                    instead: "use domain.kind = \"unbounded\", \"ball\", \"box\" or \"mesh\""
+                        .into(),
                 });
             }
         };
@@ -194,6 +205,11 @@ impl Meshes {
     /// Indices in the scene of the bodies with surfaces.
     pub fn surfaced_bodies(&self) -> impl Iterator<Item = usize> {
         self.surfaced.iter().map(|s| s.body)
+    }
+
+    /// Radii of the bodies with surfaces.
+    pub fn radii(&self) -> impl Iterator<Item = f64> {
+        self.surfaced.iter().map(|s| s.radius)
     }
 
     /// Tag of the wall.

@@ -3,6 +3,7 @@
 mod adapt;
 mod checks;
 mod estimate;
+mod far_field;
 mod mesh_file;
 mod meshes;
 pub(super) mod scale;
@@ -16,6 +17,7 @@ use nalgebra::{DMatrix, Isometry3, Vector3};
 use rigid::{Articulation, Constrained, Constraints, Drive, Formulation, Load, Twist};
 
 use self::estimate::{Duals, Estimate};
+use self::far_field::FarField;
 pub use self::meshes::{COARSEST_FACTOR, growth};
 use self::meshes::{Meshes, ShapeMesh};
 use self::scale::Scale;
@@ -33,6 +35,8 @@ pub struct FemModel {
     set: Articulation,
     loads: Vec<Load>,
     meshes: Meshes,
+    /// Of unbounded fluid.
+    far_field: Option<FarField>,
     options: FemOptions,
     estimates: bool,
     duals: Duals,
@@ -84,6 +88,7 @@ impl FemModel {
                 .map(|b| scale.load(b.force, b.torque))
                 .collect(),
             meshes: Meshes::new(scene, &scale)?,
+            far_field: FarField::of(scene, &scale),
             options: scene.fem,
             estimates: scene.fem.estimates == EstimatesKind::On,
             duals: Duals::new(),
@@ -175,7 +180,12 @@ impl FemModel {
         Ok(self.meshes.adapt(&poses, wanted)?.is_some())
     }
 
-    fn in_scene_units(&self, solved: SolvedFlow, remeshed: bool) -> Instant {
+    fn in_scene_units(
+        &self,
+        solved: SolvedFlow,
+        remeshed: bool,
+        poses: &[Isometry3<f64>],
+    ) -> Instant {
         let flow = &solved.flow;
         let mut bodies = vec![BodyInstant::default(); self.set.kinds().len()];
         let layout = self.set.velocity_layout();
@@ -194,14 +204,18 @@ impl FemModel {
             .map(|link| self.scale.force_back(flow.link_force(link)))
             .collect();
         let speed = largest(bodies.iter().map(|b| b.velocity));
+        let container = self.far_field.map_or(0.0, |far| {
+            let radii = self.meshes.surfaced_bodies().zip(self.meshes.radii());
+            far.relative_error(radii.map(|(body, radius)| (poses[body].translation.vector, radius)))
+        });
         Instant {
             bodies,
             link_forces,
             motion: self.scale.motion_back(&flow.state),
             dofs: solved.dofs,
-            // The container is the scene's own, and nothing of Stokes flow is left out.
+            // A container of the scene's own is no error, and nothing of Stokes flow is left out.
             error_estimate: ErrorEstimate {
-                container: Some(0.0),
+                container: Some(container * speed),
                 model: Some(0.0),
                 algebraic: Some(solved.relative_error * speed),
                 ..ErrorEstimate::default()
@@ -211,6 +225,30 @@ impl FemModel {
             solver: solved.solver,
             seconds: solved.seconds,
             remeshed,
+        }
+    }
+}
+
+impl FemModel {
+    /// Adds what the wall that stands for infinity took from all velocities.
+    fn add_taken(&self, far: FarField, flow: &mut rigid::Flow) {
+        let entry = |body: usize, axis: usize| flow.forces[6 * body + axis];
+        let forces = (0..flow.forces.len() / 6)
+            .map(|body| Vector3::from_fn(|axis, _| entry(body, axis)))
+            .sum();
+        let taken = far.taken(forces);
+        flow.velocity.iter_mut().for_each(|u| *u += taken);
+        let layout = self.set.velocity_layout();
+        for body in 0..self.set.kinds().len() {
+            let mut velocity = flow.generalised.fixed_rows_mut::<3>(layout.body(body));
+            velocity += taken;
+        }
+        for frame in &mut flow.state.frames {
+            frame.linear += taken;
+        }
+        for body in 0..flow.bodies.len() / 6 {
+            let mut velocity = flow.bodies.fixed_rows_mut::<3>(6 * body);
+            velocity += taken;
         }
     }
 }
@@ -312,9 +350,12 @@ impl Hydrodynamics for FemModel {
         solved.seconds.mesh = mesh_seconds;
         solved.seconds.total = clock.elapsed().as_secs_f64();
         self.duals = duals;
+        if let Some(far) = self.far_field {
+            self.add_taken(far, &mut solved.flow);
+        }
         self.last = Some((mesh, solved.flow.clone()));
         let estimate = solved.estimate.take();
-        let mut instant = self.in_scene_units(solved, remeshed);
+        let mut instant = self.in_scene_units(solved, remeshed, &poses);
         if let Some(estimate) = &estimate {
             self.enter_errors(&mut instant, estimate, &poses);
         }
@@ -348,7 +389,11 @@ impl Hydrodynamics for FemModel {
         let boundary = self.boundary(&poses);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let grand = solve::resistance(space, &mesh, &boundary, self.options.rtol)?;
-        Ok(self.scale.resistance_back(grand.resistance))
+        let resistance = match self.far_field {
+            Some(far) => far.corrected(grand.resistance)?,
+            None => grand.resistance,
+        };
+        Ok(self.scale.resistance_back(resistance))
     }
 
     fn history(&self) -> Vec<Isometry3<f64>> {

@@ -1,0 +1,64 @@
+//! Finite elements in unbounded fluid, against exact values.
+
+use std::f64::consts::PI;
+
+use approx::assert_relative_eq;
+use swimmer::model::{FemModel, Hydrodynamics, Instant};
+use swimmer::{Scene, solve_start, start_resistance};
+
+fn spheres(places: &[f64], more: &str) -> Scene {
+    let mut text = format!("domain.kind = \"unbounded\"\nmodel.kind = \"fem\"\n{more}\n");
+    for (k, x) in places.iter().enumerate() {
+        text += &format!(
+            "[[bodies]]\nname = \"s{k}\"\nradius = 1\nposition = [{x:?}, 0, 0]\nforce = [1, 0, 0]\n"
+        );
+    }
+    Scene::parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+fn solve(scene: &Scene) -> Instant {
+    solve_start(scene, &mut FemModel::new(scene).unwrap()).unwrap()
+}
+
+#[test]
+fn a_pulled_sphere_obeys_stokes() {
+    let scene = spheres(&[0.0], "fem.target = 5e-4");
+    let instant = solve(&scene);
+    let speed = instant.bodies[0].velocity.x;
+    let error = 6.0 * PI * speed - 1.0;
+    // Less the mesh's own estimate: what the ball leaves, 5/2 / 60^3, is below 2e-5, so is an eighth of the mesh's error.
+    let corrected = 6.0 * PI * (speed - instant.mesh_error.as_ref().unwrap().bodies[0].x) - 1.0;
+    assert!(
+        error.abs() < 5e-4 && corrected.abs() < 1e-4,
+        "{error:e} {corrected:e}"
+    );
+    assert!(instant.error_estimate.container.unwrap() < 2e-5 * speed);
+    assert!(instant.dofs.total < 100_000, "{}", instant.dofs.total);
+}
+
+#[test]
+fn two_spheres_fall_together_as_in_unbounded_fluid() {
+    // Stimson & Jeffery 1926: force over 6 pi U at a distance of four.
+    let exact = 1.0 / (6.0 * PI * 0.742_258_285_1);
+    let instant = solve(&spheres(&[-2.0, 2.0], ""));
+    let speed = instant.bodies[0].velocity.x;
+    let bar = instant.error_estimate.total();
+    assert!((speed - exact).abs() < 1.4 * bar, "{speed} {exact} {bar:e}");
+    // Without the correction the ball would take 3 F / (8 pi R), a hundred times as much.
+    assert!(bar < 1e-2 * speed);
+}
+
+#[test]
+fn the_resistance_is_that_of_unbounded_fluid() {
+    let scene = spheres(&[0.0], "fem.size_factor = 1.5");
+    let mut model = FemModel::new(&scene).unwrap();
+    let moving = solve_start(&scene, &mut model).unwrap().bodies[0]
+        .velocity
+        .x;
+    let resistance = start_resistance(&scene, &mut model).unwrap();
+    // The force of one moves the sphere as the solve does; both to the solver's tolerance.
+    assert_relative_eq!(1.0 / resistance[(0, 0)], moving, max_relative = 1e-6);
+    // A torque makes no far field to speak of: 8 pi, less the mesh's error.
+    assert_relative_eq!(resistance[(3, 3)], 8.0 * PI, max_relative = 2e-2);
+    assert_eq!(model.name(), "fem");
+}
