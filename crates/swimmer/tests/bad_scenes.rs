@@ -408,7 +408,7 @@ const CASES: &[(&str, &str, &[&str])] = &[
     ),
     (
         "kind = \"ball\"\nradius = 40",
-        "kind = \"cylinder\"\nradius = 40",
+        "kind = \"wall\"",
         &["is outside the domain", "clearance -1"],
     ),
     (
