@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod accuracy;
+mod ale;
 mod chart;
 mod ci;
 mod iterations;
@@ -46,6 +47,15 @@ enum Task {
         #[arg(long)]
         quick: bool,
         /// Folder for `accuracy.md`, `accuracy.csv` and the charts [default: docs, or accuracy for --quick].
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// Mesh motions against each other: large steps, small steps, approach, closed cycles.
+    Ale {
+        /// A coarse mesh and two cycles: half a minute on two cores.
+        #[arg(long)]
+        quick: bool,
+        /// Folder for `ale.md`, `ale.csv`, charts and pictures [default: docs, or ale for --quick].
         #[arg(long)]
         out: Option<PathBuf>,
     },
@@ -118,6 +128,10 @@ fn main() -> Result<()> {
         Task::Accuracy { quick, out } => {
             let usual = if quick { "accuracy" } else { DOCS };
             accuracy::run(quick, &out.unwrap_or_else(|| usual.into())).map(drop)
+        }
+        Task::Ale { quick, out } => {
+            let usual = if quick { "ale" } else { DOCS };
+            ale::run(quick, &out.unwrap_or_else(|| usual.into()))
         }
         Task::Stability { quick, out } => {
             let usual = if quick { "stability" } else { DOCS };

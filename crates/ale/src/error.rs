@@ -15,6 +15,31 @@ pub enum AleError {
         /// Number of motions given.
         found: usize,
     },
+    /// A parameter of a method outside its range.
+    #[error("{name} is {value}, it must be {range}")]
+    Parameter {
+        /// Which one.
+        name: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// A boundary too fine for radial basis functions.
+    #[error(
+        "the boundary has {centres} vertices, radial basis functions take {most} at most; use another mesh motion"
+    )]
+    TooManyCentres {
+        /// Vertices on the boundary.
+        centres: usize,
+        /// The most there may be.
+        most: usize,
+    },
+    /// An interpolation problem without a unique solution.
+    #[error(
+        "the boundary's vertices do not determine an interpolation by radial basis functions; look for coincident vertices"
+    )]
+    Singular,
     /// Assembly failed.
     #[error(transparent)]
     Fem(#[from] fem::FemError),

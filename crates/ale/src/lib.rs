@@ -1,7 +1,17 @@
-//! Mesh motion: harmonic extension of the motions of rigid bodies into a mesh, with a guard on its validity.
+//! Mesh motion: extension of the motions of rigid bodies into a mesh, with a guard on its validity.
+//!
+//! | extension ([`MeshMotion`]) | solves |
+//! |---|---|
+//! | [`Harmonic`] | one scalar diffusion equation; plain, or stiffened by [`Stiffening`] |
+//! | [`Elastic`] | linear elasticity, small elements stiff |
+//! | [`Biharmonic`] | fourth order: the mesh at a body moves with it |
+//! | [`Rbf`] | radial basis functions on the boundary; dense |
+//!
+//! Each is used from a reference mesh ([`ReferenceMap`]: the mesh follows the shape) or step by step ([`IncrementalMap`]: the mesh follows
+//! the history). `docs/ale.md` measures them against each other.
 //!
 //! ```
-//! use ale::{MovingBody, ReferenceMap, Stiffening};
+//! use ale::{Harmonic, MovingBody, ReferenceMap, Stiffening};
 //! use mesh::{Body, Container, GenerateParams, Sphere, TetMesh, Vec3};
 //! use nalgebra::Isometry3;
 //!
@@ -13,7 +23,7 @@
 //!
 //! // One scalar solve prepares every later shape; a shape itself costs none.
 //! let bead = MovingBody { tag: "bead".into(), centre: Vec3::zeros(), turns: false };
-//! let map = ReferenceMap::new(mesh, &[bead], Stiffening::KanchiMasud)?;
+//! let map = ReferenceMap::new(mesh, &[bead], &Harmonic(Stiffening::KanchiMasud))?;
 //! let moved = map.moved(&[Isometry3::translation(3.0, 0.0, 0.0)])?;
 //! assert!(moved.quality().min_jacobian > 0.2);
 //! // Farther than the container: refused, never a broken mesh.
@@ -22,11 +32,25 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod dirichlet;
+mod biharmonic;
+mod bodies;
+mod elastic;
 mod error;
+mod harmonic;
+mod incremental_map;
+mod motion;
+mod rbf;
 mod reference_map;
+mod split;
 mod stiffening;
 
+pub use biharmonic::Biharmonic;
+pub use bodies::MovingBody;
+pub use elastic::Elastic;
 pub use error::AleError;
-pub use reference_map::{MovingBody, ReferenceMap};
+pub use harmonic::Harmonic;
+pub use incremental_map::IncrementalMap;
+pub use motion::{MeshMotion, MovingMesh};
+pub use rbf::{Kernel, Rbf};
+pub use reference_map::ReferenceMap;
 pub use stiffening::Stiffening;

@@ -2,106 +2,106 @@
 
 use fem::TaylorHood;
 use mesh::{TetMesh, Vec3};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Matrix3};
 
-use crate::dirichlet::DirichletSolver;
-use crate::{AleError, Stiffening};
+use crate::bodies::{at_all_nodes, boundary_vertices, check_count, nodes_of, turn};
+use crate::{AleError, MeshMotion, MovingBody, MovingMesh};
 
-/// A body that moves the mesh.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MovingBody {
-    /// Tag of its surface.
-    pub tag: String,
-    /// Its centre in the reference mesh.
-    pub centre: Vec3,
-    /// Whether its surface turns with it. A sphere's surface need not: turned by any angle it is the same sphere.
-    pub turns: bool,
-}
-
-/// Harmonic extensions of the rigid motions of each body into a reference mesh.
+/// Extensions of the rigid motions of each body into a reference mesh.
 ///
 /// For a body at `c` that is moved by `t` and turned by `Q`, the displacement of a node at `X` is
-/// $d(X) = \sum_i \varphi_i(X) t_i + (Q_i - I) \psi_i(X)$ with $\nabla\cdot(c \nabla \varphi_i) = 0$, $\varphi_i = 1$ on body `i` and
-/// 0 on every other boundary, and $\psi_i$ likewise the extension of $X - c_i$. The extensions are computed once;
-/// a new shape then costs no solve, and a closed stroke returns to exactly the mesh it started from.
+/// $d(X) = \sum_i \Phi_i(X) t_i + \sum_{ib} \Psi_{ib}(X) (Q_i - I) e_b$, where the matrix field $\Phi_i$ extends $I$ on body `i` and 0 on every other
+/// boundary, and $\Psi_{ib}$ likewise $I (X - c_i)_b$. The extensions are computed once;
+/// a new shape then costs no solve, and a closed stroke returns to exactly the mesh it started from. For
+/// [scalar](MeshMotion::is_scalar) motions the matrices are numbers times `I`: one field a body, four if it turns.
 ///
 /// Extensions are piecewise linear on the vertices. Midside nodes in the fluid follow the mean of their edge's
 /// ends, nodes on a body move exactly with it, nodes on other boundaries stay.
 #[derive(Clone, Debug)]
 pub struct ReferenceMap {
     mesh: TetMesh,
-    extensions: Vec<Extension>,
+    /// Of each body: of its translation and, if it turns, of the three columns of `Q - I`.
+    influences: Vec<Vec<Influence>>,
 }
 
-/// Extensions of one body's translation and, if it turns, of its arms `X - c`, at every node.
+/// What every node takes of a vector that a body is moved by.
 #[derive(Clone, Debug)]
-struct Extension {
-    translation: Vec<f64>,
-    arm: Vec<Vec3>,
+enum Influence {
+    Scalar(Vec<f64>),
+    Matrix(Vec<Matrix3<f64>>),
 }
 
 impl ReferenceMap {
-    /// Computes the extensions of the bodies' motions into `mesh`: one scalar field a body, four if it turns.
+    /// Computes the extensions of the bodies' motions into `mesh`.
     ///
-    /// Cost: one assembly of the vertex stiffness, one multigrid set-up, one solve for every three fields.
+    /// Cost: one [`MeshMotion::extend`]; of a third of a field a body (four thirds if it turns) for scalar motions, of three (twelve) for others.
     ///
     /// # Errors
     /// A tag that the mesh does not have, or a solve that fails.
     pub fn new(
         mesh: TetMesh,
         bodies: &[MovingBody],
-        stiffening: Stiffening,
+        motion: &dyn MeshMotion,
     ) -> Result<Self, AleError> {
-        let vertices = mesh.n_vertices();
-        let on_body: Vec<Vec<u32>> = bodies
-            .iter()
-            .map(|body| Ok(mesh.nodes_on(mesh.tag(&body.tag)?)))
-            .collect::<Result<_, AleError>>()?;
-        let mut prescribed = vec![false; vertices];
-        for facet in mesh.facets() {
-            for &vertex in &facet.nodes[..3] {
-                prescribed[vertex as usize] = true;
-            }
-        }
-        // One scalar boundary condition an extension: 1 on the body, then the components of its arms.
-        let mut conditions = Vec::new();
-        for (body, nodes) in bodies.iter().zip(&on_body) {
-            let on_vertices = || {
-                nodes
-                    .iter()
-                    .map(|&node| node as usize)
-                    .filter(|&node| node < vertices)
-            };
-            let mut add = |value: &dyn Fn(usize) -> f64| {
-                let mut condition = vec![0.0; vertices];
-                on_vertices().for_each(|vertex| condition[vertex] = value(vertex));
-                conditions.push(condition);
-            };
-            add(&|_| 1.0);
+        let on_body = nodes_of(&mesh, bodies)?;
+        let prescribed = boundary_vertices(&mesh);
+        // One scalar boundary condition an influence: 1 on the body, then the components of its arms.
+        let mut conditions: Vec<(usize, Condition)> = Vec::new();
+        for (number, body) in bodies.iter().enumerate() {
+            conditions.push((number, Condition::One));
             if body.turns {
-                (0..3).for_each(|axis| add(&|vertex| (mesh.points()[vertex] - body.centre)[axis]));
+                conditions.extend((0..3).map(|axis| (number, Condition::Arm(body.centre, axis))));
             }
         }
-        let stiffness = TaylorHood::new(&mesh)?
-            .weighted_vertex_stiffness(&mesh, &stiffening.coefficients(&mesh))?;
-        let mut fields = DirichletSolver::new(&stiffness, &prescribed)?
-            .extend(&conditions)?
-            .into_iter();
-        let extensions = bodies
-            .iter()
-            .zip(&on_body)
-            .map(|(body, nodes)| {
-                let mut next = || fields.next().unwrap_or_default();
-                let translation = next();
-                let arm = if body.turns {
-                    (0..3).map(|_| next()).collect()
+        // A field carries three conditions of a scalar motion, one in each component; others need a field a component.
+        let scalar = motion.is_scalar();
+        let places: Vec<(usize, usize, usize)> = (0..conditions.len())
+            .flat_map(|k| (0..if scalar { 1 } else { 3 }).map(move |axis| (k, axis)))
+            .enumerate()
+            .map(|(index, (k, axis))| {
+                if scalar {
+                    (k, index / 3, index % 3)
                 } else {
-                    Vec::new()
-                };
-                Extension::at_all_nodes(&mesh, translation, arm, nodes, body.centre)
+                    (k, index, axis)
+                }
             })
             .collect();
-        Ok(Self { mesh, extensions })
+        let n_fields = places.last().map_or(0, |&(_, field, _)| field + 1);
+        let mut fields = vec![vec![Vec3::zeros(); mesh.n_vertices()]; n_fields];
+        for &(k, field, component) in &places {
+            let (body, condition) = &conditions[k];
+            for &node in on_body[*body]
+                .iter()
+                .filter(|&&n| (n as usize) < mesh.n_vertices())
+            {
+                fields[field][node as usize][component] =
+                    condition.at(&mesh.points()[node as usize]);
+            }
+        }
+        let moving = MovingMesh {
+            mesh: &mesh,
+            space: &TaylorHood::new(&mesh)?,
+            prescribed: &prescribed,
+        };
+        motion.extend(&moving, &mut fields)?;
+        let mut influences = vec![Vec::new(); bodies.len()];
+        for (k, (body, condition)) in conditions.iter().enumerate() {
+            let nodes = on_body[*body].as_slice();
+            let value = |node: u32| condition.at(&mesh.points()[node as usize]);
+            influences[*body].push(if scalar {
+                let (_, field, component) = places[k];
+                let share = fields[field].iter().map(|d| d[component]).collect();
+                Influence::Scalar(at_all_nodes(&mesh, share, 0.0, &[(nodes, &value)]))
+            } else {
+                let [x, y, z] = [0, 1, 2].map(|axis| &fields[3 * k + axis]);
+                let columns = x.iter().zip(y).zip(z);
+                let share = columns.map(|((&x, &y), &z)| Matrix3::from_columns(&[x, y, z]));
+                let exact = |node: u32| Matrix3::from_diagonal_element(value(node));
+                let all = [(nodes, &exact as &dyn Fn(u32) -> Matrix3<f64>)];
+                Influence::Matrix(at_all_nodes(&mesh, share.collect(), Matrix3::zeros(), &all))
+            });
+        }
+        Ok(Self { mesh, influences })
     }
 
     /// The reference mesh.
@@ -114,73 +114,52 @@ impl ReferenceMap {
     /// # Errors
     /// [`AleError::Invalid`] if an element is inverted, curved elements included: then remesh.
     pub fn moved(&self, motions: &[Isometry3<f64>]) -> Result<TetMesh, AleError> {
-        if motions.len() != self.extensions.len() {
-            return Err(AleError::Motions {
-                expected: self.extensions.len(),
-                found: motions.len(),
-            });
-        }
+        check_count(self.influences.len(), motions)?;
         let mut points = self.mesh.points().to_vec();
-        for (motion, extension) in motions.iter().zip(&self.extensions) {
-            for (point, &share) in points.iter_mut().zip(&extension.translation) {
-                *point += share * motion.translation.vector;
-            }
-            let turn =
-                motion.rotation.to_rotation_matrix().into_inner() - nalgebra::Matrix3::identity();
-            for (point, arm) in points.iter_mut().zip(&extension.arm) {
-                *point += turn * arm;
+        for (motion, influences) in motions.iter().zip(&self.influences) {
+            let turn = turn(motion);
+            let parts = [motion.translation.vector]
+                .into_iter()
+                .chain((0..3).map(|axis| turn.column(axis).into_owned()));
+            for (influence, part) in influences.iter().zip(parts) {
+                influence.add(&part, &mut points);
             }
         }
         Ok(self.mesh.with_points(points)?)
     }
 }
 
-impl Extension {
-    /// From the values at the vertices: `translation`, and the three components of `arm` if the body turns.
-    fn at_all_nodes(
-        mesh: &TetMesh,
-        mut translation: Vec<f64>,
-        arm: Vec<Vec<f64>>,
-        on_body: &[u32],
-        centre: Vec3,
-    ) -> Self {
-        let turns = !arm.is_empty();
-        let mut arm: Vec<Vec3> = match &arm[..] {
-            [x, y, z] => x
-                .iter()
-                .zip(y)
-                .zip(z)
-                .map(|((&x, &y), &z)| Vec3::new(x, y, z))
-                .collect(),
-            _ => Vec::new(),
-        };
-        translation.resize(mesh.n_points(), 0.0);
-        if turns {
-            arm.resize(mesh.n_points(), Vec3::zeros());
+/// A scalar condition on a body's surface.
+enum Condition {
+    One,
+    /// A component of the arm from the body's centre.
+    Arm(Vec3, usize),
+}
+
+impl Condition {
+    fn at(&self, x: &Vec3) -> f64 {
+        match self {
+            Self::One => 1.0,
+            Self::Arm(centre, axis) => x[*axis] - centre[*axis],
         }
-        for cell in mesh.cells() {
-            for (&middle, [a, b]) in cell[4..].iter().zip(mesh::TET_EDGES) {
-                let (a, b) = (cell[a] as usize, cell[b] as usize);
-                translation[middle as usize] = 0.5 * (translation[a] + translation[b]);
-                if turns {
-                    arm[middle as usize] = 0.5 * (arm[a] + arm[b]);
-                }
+    }
+}
+
+impl Influence {
+    fn add(&self, part: &Vec3, points: &mut [Vec3]) {
+        match self {
+            Self::Scalar(share) => {
+                points
+                    .iter_mut()
+                    .zip(share)
+                    .for_each(|(x, &s)| *x += s * part);
+            }
+            Self::Matrix(share) => {
+                points
+                    .iter_mut()
+                    .zip(share)
+                    .for_each(|(x, s)| *x += s * part);
             }
         }
-        for facet in mesh.facets() {
-            for &node in &facet.nodes[3..] {
-                translation[node as usize] = 0.0;
-                if turns {
-                    arm[node as usize] = Vec3::zeros();
-                }
-            }
-        }
-        for &node in on_body {
-            translation[node as usize] = 1.0;
-            if turns {
-                arm[node as usize] = mesh.points()[node as usize] - centre;
-            }
-        }
-        Self { translation, arm }
     }
 }

@@ -1,6 +1,6 @@
 //! Mesh motion on real meshes: exact on boundaries, reversible, valid over a whole stroke, honest when it is not.
 
-use ale::{AleError, MovingBody, ReferenceMap, Stiffening};
+use ale::{AleError, Harmonic, MovingBody, ReferenceMap, Stiffening};
 use mesh::{Body, Container, GenerateParams, Sphere, Spheroid, Surface, TetMesh, Vec3};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -59,7 +59,7 @@ fn bodies_move_exactly_and_the_wall_stays() {
     let map = ReferenceMap::new(
         mesh.clone(),
         &moving(&surfaces, false),
-        Stiffening::KanchiMasud,
+        &Harmonic(Stiffening::KanchiMasud),
     )
     .unwrap();
     let motions = [shift(2.0), shift(-1.0), shift(0.5)];
@@ -86,7 +86,7 @@ fn a_whole_stroke_stays_valid_with_stiffening_and_not_without() {
     let surfaces: Vec<&dyn Surface> = spheres.iter().map(|s| s as &dyn Surface).collect();
     let mesh = mesh_around(&surfaces, 40.0, 0.6);
     let bodies = moving(&surfaces, false);
-    let map = ReferenceMap::new(mesh.clone(), &bodies, Stiffening::KanchiMasud).unwrap();
+    let map = ReferenceMap::new(mesh.clone(), &bodies, &Harmonic(Stiffening::KanchiMasud)).unwrap();
     for (left, right) in [(10.0, 10.0), (6.0, 10.0), (6.0, 6.0), (10.0, 6.0)] {
         for drift in [-1.5, 0.0, 1.5] {
             let motions = [
@@ -105,7 +105,7 @@ fn a_whole_stroke_stays_valid_with_stiffening_and_not_without() {
     // Four radii at once: the cells at the sphere cannot take it unless they are stiffened.
     let far = [shift(4.0), shift(0.0), shift(0.0)];
     assert!(map.moved(&far).is_ok());
-    let plain = ReferenceMap::new(mesh, &bodies, Stiffening::None).unwrap();
+    let plain = ReferenceMap::new(mesh, &bodies, &Harmonic(Stiffening::None)).unwrap();
     assert!(matches!(plain.moved(&far), Err(AleError::Invalid(_))));
 }
 
@@ -122,7 +122,7 @@ fn turned_bodies_carry_their_surface_with_them() {
     let map = ReferenceMap::new(
         mesh.clone(),
         &moving(&surfaces, true),
-        Stiffening::KanchiMasud,
+        &Harmonic(Stiffening::KanchiMasud),
     )
     .unwrap();
     let motion = Isometry3::from_parts(
@@ -147,7 +147,7 @@ fn impossible_motions_are_refused() {
     let map = ReferenceMap::new(
         mesh.clone(),
         &moving(&surfaces, false),
-        Stiffening::KanchiMasud,
+        &Harmonic(Stiffening::KanchiMasud),
     )
     .unwrap();
     // Through the other sphere.
@@ -167,7 +167,7 @@ fn impossible_motions_are_refused() {
         centre: Vec3::zeros(),
         turns: false,
     }];
-    assert!(ReferenceMap::new(mesh, &unknown, Stiffening::KanchiMasud).is_err());
+    assert!(ReferenceMap::new(mesh, &unknown, &Harmonic(Stiffening::KanchiMasud)).is_err());
 }
 
 #[test]

@@ -73,6 +73,44 @@ proptest! {
     }
 
     #[test]
+    fn vertex_elasticity_is_the_viscous_form_on_linear_fields_plus_the_divergence(mesh in meshes(), seed in any::<u64>()) {
+        let space = TaylorHood::new(&mesh).unwrap();
+        let ones = vec![1.0; mesh.n_cells()];
+        let plain = space.vertex_elasticity(&mesh, &ones, 0.0).unwrap();
+        let stiff = space.vertex_elasticity(&mesh, &vec![2.0; mesh.n_cells()], 0.7).unwrap();
+        prop_assert!(is_symmetric(&plain) && is_symmetric(&stiff));
+        let n = mesh.n_vertices();
+        let spin = noise_vector(seed, 3);
+        let turned: Vec<f64> = mesh.points()[..n]
+            .iter()
+            .flat_map(|x| <[f64; 3]>::from(Vec3::from_column_slice(&spin).cross(x)))
+            .collect();
+        // On curved cells vertices that turn do not carry the geometry with them.
+        if (0..mesh.n_cells()).all(|cell| mesh.is_affine(cell)) {
+            prop_assert!(largest(&product(&stiff, &turned)) < ROUNDING * largest(stiff.data()));
+        }
+        // The same energy as the quadratic form for the interpolated field.
+        let u = noise_vector(seed, 3 * n);
+        let interpolation = space.vertex_interpolation(&mesh).unwrap();
+        let mut fine = vec![0.0; 3 * mesh.n_points()];
+        for c in 0..3 {
+            let component: Vec<f64> = u.iter().skip(c).step_by(3).copied().collect();
+            for (i, value) in product(&interpolation, &component).into_iter().enumerate() {
+                fine[3 * i + c] = value;
+            }
+        }
+        let viscous = space.viscous_block(&mesh).unwrap();
+        let (energy, expected) = (dot(&u, &product(&plain, &u)), dot(&fine, &product(&viscous, &fine)));
+        prop_assert!((energy - expected).abs() < ROUNDING * expected);
+        // A uniform expansion: 2 D:D = 6 and (div u)^2 = 9.
+        if (0..mesh.n_cells()).all(|cell| mesh.is_affine(cell)) {
+            let x: Vec<f64> = mesh.points()[..n].iter().flat_map(|x| <[f64; 3]>::from(*x)).collect();
+            let expected = 2.0 * (6.0 + 0.7 * 9.0) * mesh.volume();
+            prop_assert!((dot(&x, &product(&stiff, &x)) - expected).abs() < ROUNDING * expected);
+        }
+    }
+
+    #[test]
     fn vertex_stiffness_is_the_galerkin_product(mesh in meshes()) {
         let space = TaylorHood::new(&mesh).unwrap();
         let interpolation = space.vertex_interpolation(&mesh).unwrap();

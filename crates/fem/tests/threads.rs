@@ -38,6 +38,9 @@ fn everything(threads: usize) -> Vec<u64> {
         for matrix in [
             k,
             space.vertex_stiffness(&mesh).unwrap(),
+            space
+                .vertex_elasticity(&mesh, &vec![1.5; mesh.n_cells()], 0.5)
+                .unwrap(),
             space.pressure_mass(&mesh).unwrap(),
             space.velocity_mass(&mesh).unwrap(),
             space.viscous_block(&mesh).unwrap(),

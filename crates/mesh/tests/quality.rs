@@ -70,3 +70,42 @@ fn meshes_are_bitwise_the_same_for_any_number_of_threads() {
     };
     assert_eq!(with(1), with(3));
 }
+
+#[test]
+fn cells_in_gaps_are_as_long_as_the_gap_when_made_and_longer_when_it_is_squeezed() {
+    use mesh::{Body, Container, GenerateParams, Sphere, Surface, Vec3};
+    let sphere = |x: f64| Sphere {
+        centre: Vec3::new(x, 0.0, 0.0),
+        radius: 1.0,
+    };
+    let ball = Container::Ball(Sphere {
+        centre: Vec3::zeros(),
+        radius: 12.0,
+    });
+    for gap in [1.0, 0.2] {
+        let (a, b) = (sphere(-1.0 - gap / 2.0), sphere(1.0 + gap / 2.0));
+        let body = |name, surface| Body {
+            name,
+            surface,
+            size: 0.8,
+        };
+        let tets = mesh::generate(
+            &[body("a", &a), body("b", &b)],
+            &ball,
+            &GenerateParams::default(),
+        )
+        .unwrap()
+        .mesh;
+        let surfaces: [(&str, &dyn Surface); 3] =
+            [("a", &a), ("b", &b), (Container::TAG, ball.surface())];
+        let mesh = TetMesh::curved(tets, &surfaces).unwrap();
+        let fresh = mesh.gap_ratio(&[&a, &b], Some(ball.surface()));
+        // The generator asks for edges of 0.6 of the gap; the longest of a regular pair of tets across it is 1.2 of it.
+        assert!((0.5..1.3).contains(&fresh), "{gap}: {fresh}");
+        // Seen with spheres that reach into the gap, the same cells are too long.
+        let (near_a, near_b) = (sphere(-1.0 - gap / 8.0), sphere(1.0 + gap / 8.0));
+        let squeezed = mesh.gap_ratio(&[&near_a, &near_b], Some(ball.surface()));
+        assert!(squeezed > 1.5 * fresh, "{gap}: {squeezed}");
+        assert_eq!(mesh.gap_ratio(&[&a], None), 0.0);
+    }
+}

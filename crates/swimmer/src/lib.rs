@@ -15,7 +15,7 @@
 //! #         let q = reduction.velocities(&nalgebra::DVector::zeros(reduction.unknowns()));
 //! #         Ok(Instant { bodies: vec![Default::default(); 2], link_forces: Vec::new(), motion: set.state_velocity(q.as_slice())?, dofs: Default::default(),
 //! #             solver: Default::default(), seconds: Default::default(), error_estimate: Default::default(), mesh_error: None,
-//! #             checks: None, remeshed: false })
+//! #             checks: None, remeshed: None })
 //! #     }
 //! #     fn cost(&mut self, _: &Placement) -> Result<Cost, ModelError> { Ok(Cost::default()) }
 //! # }

@@ -8,7 +8,7 @@ use crate::SwimError;
 use crate::gait::{Leg, legs};
 use crate::integrate::{Integrator, LegResult, Method, Solved};
 use crate::model::{
-    BodyInstant, Drift, ErrorEstimate, Hydrodynamics, ModelError, Placement, Seconds,
+    BodyInstant, Drift, ErrorEstimate, Hydrodynamics, ModelError, NewMesh, Placement, Seconds,
 };
 use crate::scene::Scene;
 
@@ -80,6 +80,9 @@ pub struct Outcome {
     pub work: f64,
     /// Seconds of all solves.
     pub seconds: Seconds,
+    /// The meshes that were made, for models that have any.
+    #[serde(default)]
+    pub meshes: Vec<NewMesh>,
     /// The trajectory at the ends of legs and at the points solved, in time.
     pub samples: Vec<Sample>,
     /// The trajectory between them, for curves: times and positions of all bodies.
@@ -146,6 +149,7 @@ impl Interim {
             tolerance_met: true,
             work: 0.0,
             seconds: Seconds::default(),
+            meshes: Vec::new(),
             samples: vec![Sample {
                 time: 0.0,
                 leg: 0,
@@ -207,7 +211,15 @@ pub fn go_on(
     for leg in legs(&scene.gait, initial_lengths).skip(outcome.legs.len()) {
         let before = places(set, &state, &leg.from)?;
         let first = outcome.solves;
+        let meshes = &mut outcome.meshes;
         let result = integrator.leg(&leg, &state, &mut |solved, model| {
+            if let Some(reason) = solved.instant.remeshed {
+                meshes.push(NewMesh {
+                    time: leg.time(solved.s),
+                    phase: leg.number + 1,
+                    reason: reason.to_string(),
+                });
+            }
             observer.solved(
                 &leg,
                 &Solved {
@@ -292,8 +304,9 @@ pub fn go_on(
         outcome.seconds += result.seconds;
         observer.leg_done(&leg, &result, &outcome, integrator.model())?;
     }
-    let bar = outcome.error_estimate.integration.unwrap_or(0.0);
-    outcome.tolerance_met &= bar <= scene.model.tolerance * outcome.net();
+    // Methods that do not estimate their error meet no tolerance.
+    let bar = outcome.error_estimate.integration;
+    outcome.tolerance_met &= bar.is_some_and(|bar| bar <= scene.model.tolerance * outcome.net());
     Ok(outcome)
 }
 

@@ -3,5 +3,6 @@
 mod divergence;
 mod mass;
 mod stiffness;
+mod vertex_elasticity;
 mod vertex_stiffness;
 mod viscous;

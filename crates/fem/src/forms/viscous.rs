@@ -23,21 +23,26 @@ impl TaylorHood {
     pub fn viscous_block(&self, mesh: &TetMesh) -> Result<Csr, FemError> {
         let (starts, columns) = (&self.pattern.row_starts, &self.pattern.columns);
         let blocks = self.assemble(mesh, starts, &Viscous)?;
-        let mut row_starts = vec![0];
-        let mut scalar_columns = Vec::with_capacity(9 * columns.len());
-        let mut values = Vec::with_capacity(9 * columns.len());
-        for i in 0..self.n_points() {
-            for c in 0..3 {
-                for k in starts[i]..starts[i + 1] {
-                    scalar_columns.extend([0, 1, 2].map(|d| 3 * columns[k] + d));
-                    values.extend([0, 1, 2].map(|d| blocks[k][(c, d)]));
-                }
-                row_starts.push(values.len());
-            }
-        }
-        let n = 3 * self.n_points();
-        Ok(Csr::new((n, n), row_starts, scalar_columns, values))
+        Ok(interleaved(starts, columns, &blocks))
     }
+}
+
+/// Rows and columns of 3 x 3 blocks as rows and columns of numbers.
+pub(super) fn interleaved(starts: &[usize], columns: &[u32], blocks: &[Matrix3<f64>]) -> Csr {
+    let nodes = starts.len() - 1;
+    let mut row_starts = vec![0];
+    let mut scalar_columns = Vec::with_capacity(9 * columns.len());
+    let mut values = Vec::with_capacity(9 * columns.len());
+    for i in 0..nodes {
+        for c in 0..3 {
+            for k in starts[i]..starts[i + 1] {
+                scalar_columns.extend([0, 1, 2].map(|d| 3 * columns[k] + d));
+                values.extend([0, 1, 2].map(|d| blocks[k][(c, d)]));
+            }
+            row_starts.push(values.len());
+        }
+    }
+    Csr::new((3 * nodes, 3 * nodes), row_starts, scalar_columns, values)
 }
 
 impl Entry for Matrix3<f64> {
@@ -49,7 +54,7 @@ impl Entry for Matrix3<f64> {
 struct Viscous;
 
 /// `(a . b) 1 + b (x) a`: the contribution of `v` with gradient `a` and `u` with gradient `b`.
-fn pair(a: &Vec3, b: &Vec3) -> Matrix3<f64> {
+pub(super) fn pair(a: &Vec3, b: &Vec3) -> Matrix3<f64> {
     b * a.transpose() + Matrix3::from_diagonal_element(a.dot(b))
 }
 

@@ -1,5 +1,6 @@
 //! How good the cells are: angles and mean ratio of the straight tets, Jacobian of the curved ones.
 
+mod gap;
 mod jacobian;
 mod shape;
 

@@ -317,7 +317,7 @@ impl Hydrodynamics for AxisymmetricModel {
                 force,
             }),
             checks: None,
-            remeshed: true,
+            remeshed: None,
             motion: moves,
             bodies,
         })

@@ -9,6 +9,7 @@ mod error;
 pub mod fem;
 mod ladder;
 mod mesh_error;
+mod remesh;
 mod spheres;
 
 use mesh::TetMesh;
@@ -21,6 +22,7 @@ pub use choice::{Choice, choose};
 pub use error::ModelError;
 pub use fem::FemModel;
 pub use mesh_error::{Checks, Drift, MeshError};
+pub use remesh::{NewMesh, Remesh};
 pub use spheres::{SphereModel, SpheresModel};
 
 /// A question to the fluid: where the bodies are and how the links' lengths change, in the scene's units.
@@ -140,8 +142,8 @@ pub struct Instant {
     pub mesh_error: Option<MeshError>,
     /// Other ways to forces and power, where estimates were wanted.
     pub checks: Option<Checks>,
-    /// Whether the mesh was made anew for this instant, instead of kept or moved.
-    pub remeshed: bool,
+    /// Why the mesh was made anew for this instant; none if one was kept or moved.
+    pub remeshed: Option<Remesh>,
 }
 
 impl Instant {

@@ -57,6 +57,7 @@ pub fn summary_json(
         "work": outcome.work,
         "tolerance": scene.model.tolerance,
         "tolerance_met": outcome.tolerance_met,
+        "meshes": outcome.meshes,
         "peak_rss_mib": peak_rss_mib(),
     })
 }

@@ -8,7 +8,7 @@ use rigid::{Articulation, Link};
 use super::file::{BodyFile, DomainFile, GaitFile, LinkFile, SceneFile};
 use super::{
     ArmsKind, Body, Document, Domain, DomainKind, EstimatesKind, FemOptions, FormulationKind, Gait,
-    GeometryKind, ModelKind, ModelOptions, Phase, Scene, Shape, SolverKind,
+    GeometryKind, MeshMotionKind, ModelKind, ModelOptions, Phase, Scene, Shape, SolverKind,
 };
 use super::{room, shape};
 use crate::SwimError;
@@ -113,6 +113,11 @@ pub(super) fn scene(document: Document) -> Result<Scene, SwimError> {
             file.fem.geometry.as_deref(),
             GeometryKind::of,
             GeometryKind::Curved,
+        ),
+        mesh_motion: word(
+            file.fem.mesh_motion.as_deref(),
+            MeshMotionKind::of,
+            MeshMotionKind::KanchiMasud,
         ),
     };
     let name = document

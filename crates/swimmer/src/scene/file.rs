@@ -84,4 +84,5 @@ pub(super) struct FemFile {
     pub target: Option<f64>,
     pub estimates: Option<String>,
     pub geometry: Option<String>,
+    pub mesh_motion: Option<String>,
 }

@@ -1,8 +1,8 @@
 //! The keys of a scene file: the one place where names, types, defaults and meanings are written down.
 
 use super::words::{
-    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, ModelKind, ShapeKind,
-    SolverKind,
+    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, ModelKind,
+    ShapeKind, SolverKind,
 };
 
 /// A key of the scene file.
@@ -267,6 +267,12 @@ pub const KEYS: &[Key] = &[
         Kind::Word(GeometryKind::WORDS),
         "curved",
         "shape of the elements at the bodies",
+    ),
+    key(
+        "fem.mesh_motion",
+        Kind::Word(MeshMotionKind::WORDS),
+        "kanchi-masud",
+        "how the mesh follows the bodies until it is made anew; the others are there to compare with",
     ),
 ];
 

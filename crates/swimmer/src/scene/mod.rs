@@ -21,8 +21,8 @@ pub use document::Document;
 pub use shape::Shape;
 pub use symmetry::Arrangement;
 pub use words::{
-    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, ModelKind, ShapeKind,
-    SolverKind,
+    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, ModelKind,
+    ShapeKind, SolverKind,
 };
 
 use crate::SwimError;
@@ -169,6 +169,8 @@ pub struct FemOptions {
     pub estimates: EstimatesKind,
     /// Shape of the elements at the bodies.
     pub geometry: GeometryKind,
+    /// How the mesh follows the bodies.
+    pub mesh_motion: MeshMotionKind,
 }
 
 impl Scene {

@@ -110,6 +110,24 @@ words! {
 }
 
 words! {
+    /// How the finite-element model moves its mesh; see [`ale::MeshMotion`].
+    MeshMotionKind {
+        /// Laplace's equation.
+        Laplace = "laplace",
+        /// Diffusion with the coefficient of Kanchi & Masud.
+        KanchiMasud = "kanchi-masud",
+        /// Diffusion with the reciprocal volume as coefficient.
+        InverseVolume = "inverse-volume",
+        /// Linear elasticity, small elements stiff.
+        Elastic = "elastic",
+        /// The biharmonic equation.
+        Biharmonic = "biharmonic",
+        /// Cubic radial basis functions.
+        Rbf = "rbf",
+    }
+}
+
+words! {
     /// Shape of the elements at the bodies.
     GeometryKind {
         /// Isoparametric quadratic.

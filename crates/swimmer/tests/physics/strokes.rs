@@ -12,7 +12,7 @@ struct Remeshes(usize);
 
 impl Observer for Remeshes {
     fn solved(&mut self, _: &Leg, solved: &Solved, _: &dyn Hydrodynamics) -> Result<(), SwimError> {
-        self.0 += usize::from(solved.number > 0 && solved.instant.remeshed);
+        self.0 += usize::from(solved.number > 0 && solved.instant.remeshed.is_some());
         Ok(())
     }
 }

@@ -151,7 +151,7 @@ impl Hydrodynamics for Double {
             error_estimate: Default::default(),
             mesh_error: None,
             checks: None,
-            remeshed: false,
+            remeshed: None,
         })
     }
 
@@ -236,8 +236,16 @@ impl Run {
 }
 
 pub fn run(scene: &Scene, tensor: Tensor, method: Method) -> Result<Run, SwimError> {
-    let mut double = Double::new(scene, tensor);
-    let mut integrator = Integrator::new(scene, &mut double, method);
+    run_with(scene, &mut Double::new(scene, tensor), method)
+}
+
+/// Runs a gait with any model.
+pub fn run_with(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+    method: Method,
+) -> Result<Run, SwimError> {
+    let mut integrator = Integrator::new(scene, model, method);
     let mut state = scene.initial_state();
     let mut run = Run {
         legs: Vec::new(),

@@ -1,15 +1,16 @@
 //! The mesh of each shape: moved from a reference where that stays good, made anew where not.
 
-use ale::{MovingBody, ReferenceMap, Stiffening};
+use ale::{
+    Biharmonic, Elastic, Harmonic, Kernel, MeshMotion, MovingBody, Rbf, ReferenceMap, Stiffening,
+};
 use fem::{SurplusSpace, TaylorHood};
-use mesh::{Body, BoxSurface, Container, GenerateParams, NamedSurface, SizeMap, Sphere, TetMesh};
+use mesh::TetMesh;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::far_field::FarField;
-use super::mesh_file::read_mesh;
+use super::mesher::{Mesher, Source};
 use super::scale::Scale;
-use crate::model::ModelError;
-use crate::scene::{Domain, FemOptions, GeometryKind, Scene, Shape};
+use crate::model::{ModelError, Remesh};
+use crate::scene::{MeshMotionKind, Scene};
 
 /// Remesh when the Jacobian of some cell falls below this part of its mean: quadratic fields on such cells are
 /// poor and the solver slows down (61 iterations instead of 31 with one inverted cell).
@@ -18,95 +19,44 @@ const LEAST_JACOBIAN: f64 = 0.2;
 /// Remesh when some mean ratio falls below this. Moves of four radii in one step stay at 0.3.
 const LEAST_QUALITY: f64 = 0.1;
 
-/// Element size on a body's surface, over its radius, when the scene asks for none.
-pub const DEFAULT_SURFACE_SIZE: f64 = 0.4;
+/// Remesh when cells in a gap become so many times as long as the gap is wide. New meshes have
+/// 0.5 to 1.25 (gaps of 8 to 0.02 radii, sizes of 0.4 to 1.2): moved ones reach 1.5 when a resolved gap has closed to half its width.
+const LARGEST_GAP_RATIO: f64 = 1.5;
 
-/// The fastest growth of elements with the distance; faster costs quality.
-const LARGEST_GROWTH: f64 = 0.3;
-
-/// The fastest growth of adapted elements: where the flow is smooth they should be large soon, at some loss of quality (0.85 for 0.88).
-const ADAPTED_GROWTH: f64 = 0.4;
-
-/// Factor on element sizes that refinement starts from: 0.7 radii, the coarsest that follows a sphere.
-pub const COARSEST_FACTOR: f64 = 1.75;
-
-/// Element size on the surface of a body.
-fn surface_size(options: &FemOptions, radius: f64) -> f64 {
-    let factor = options.size_factor.unwrap_or(match options.target {
-        None => 1.0,
-        Some(_) => COARSEST_FACTOR,
-    });
-    factor
-        * options
-            .surface_size
-            .unwrap_or(DEFAULT_SURFACE_SIZE * radius)
-}
-
-/// Growth of the element size with the distance from a body, for elements of `size` radii on it.
-///
-/// Around a sphere the third derivatives of the flow fall like $r^{-4}$, so the error of quadratic elements of size `h` is
-/// $\int h^4 r^{-8} r^2 dr$; for a given number of elements $\int h^{-3} r^2 dr$ it is least when $h = h_s r^{8/7}$: the size grows by
-/// 8/7 of the surface size a radius. A fixed growth would leave an error that no surface size removes.
-pub fn growth(size: f64) -> f64 {
-    (8.0 / 7.0 * size).min(LARGEST_GROWTH)
-}
-
-/// A body with a surface, in units of the flow.
-#[derive(Clone, Copy, Debug)]
-struct Surfaced {
-    /// Index of the body in the scene.
-    body: usize,
-    position: Vector3<f64>,
-    radius: f64,
-    size: f64,
-}
-
-impl Surfaced {
-    fn sphere(&self, centre: Vector3<f64>) -> Sphere {
-        Sphere {
-            centre,
-            radius: self.radius,
-        }
-    }
-}
-
-/// Where meshes come from.
-enum Source {
-    /// Generated in a container.
-    Generated(Container),
-    /// Read from a file, with the tags of its walls.
-    File { mesh: TetMesh, walls: Vec<String> },
-}
-
-/// The mesh in use, and what is kept with its connectivity.
-struct Current {
+/// A mesh that others are moved from, and what is kept with its connectivity.
+struct Reference {
     map: ReferenceMap,
     space: TaylorHood,
     /// What error estimates need, once they were wanted.
     surplus: Option<SurplusSpace>,
     centres: Vec<Vector3<f64>>,
-    /// Poses of all bodies of the scene in the reference; none for the mesh of a file.
+    /// Poses of all bodies of the scene; none for the mesh of a file.
     poses: Vec<Isometry3<f64>>,
+    /// Its [`mesh::TetMesh::gap_ratio`].
+    gap_ratio: f64,
 }
+
+/// References kept at most. A stroke comes back to its shapes, so those of a cycle serve the next; each takes about a third of a solve's memory.
+const KEPT: usize = 3;
 
 /// Meshes for the shapes of one scene, in units of the flow.
 pub struct Meshes {
-    source: Source,
-    surfaced: Vec<Surfaced>,
-    /// Tag of each body of the scene in the mesh.
-    tags: Vec<String>,
-    geometry: GeometryKind,
-    /// Sizes found by adapting; without them, sizes grow from the bodies.
-    sizes: Option<SizeMap>,
-    current: Option<Current>,
+    mesher: Mesher,
+    motion: Box<dyn MeshMotion>,
+    /// In the order in which they were made.
+    references: Vec<Reference>,
+    /// The one in use; none of them after adapting.
+    current: Option<usize>,
 }
 
 /// The mesh of one shape.
 pub struct ShapeMesh {
     /// The mesh.
     pub mesh: TetMesh,
-    /// Whether it was made anew rather than moved.
-    pub remeshed: bool,
+    /// Why it was made anew; none if it was moved.
+    pub remeshed: Option<Remesh>,
+    /// Whether its cells are others than those of the mesh before.
+    pub other_cells: bool,
 }
 
 impl Meshes {
@@ -115,119 +65,43 @@ impl Meshes {
     /// # Errors
     /// A domain that cannot be meshed yet.
     pub fn new(scene: &Scene, scale: &Scale) -> Result<Self, ModelError> {
-        if let Some(number) = scene.first_spheroid() {
-            return Err(ModelError::NotBuilt {
-                what: format!(
-                    "{}: shape = \"spheroid\" for finite elements in space",
-                    scene.place(&format!("bodies[{number}].shape"))
-                ),
-                instead: "use model.kind = \"axisymmetric\" with all bodies on one axis, or shape = \"sphere\"".to_owned(),
-            });
-        }
-        let surfaced: Vec<Surfaced> = scene
-            .bodies
-            .iter()
-            .enumerate()
-            .filter_map(|(body, b)| match b.shape {
-                Shape::Sphere { radius } => Some(Surfaced {
-                    body,
-                    position: scale.point(b.position),
-                    radius: scale.length(radius),
-                    size: scale.length(surface_size(&scene.fem, radius)),
-                }),
-                // refused above
-                Shape::Spheroid { .. } | Shape::Point => None,
-            })
-            .collect();
-        let tags: Vec<String> = scene
-            .bodies
-            .iter()
-            .map(|b| b.surface.clone().unwrap_or_else(|| b.name.clone()))
-            .collect();
-        let source = match &scene.domain {
-            Domain::Unbounded => {
-                Source::Generated(Container::Ball(FarField::of(scene, scale).map_or(
-                    Sphere {
-                        centre: Vector3::zeros(),
-                        radius: 1.0,
-                    },
-                    |far| far.ball(),
-                )))
-            }
-            Domain::Ball { radius } => Source::Generated(Container::Ball(Sphere {
-                centre: Vector3::zeros(),
-                radius: scale.length(*radius),
-            })),
-            Domain::Box { size } => {
-                let half = scale.point(size / 2.0);
-                Source::Generated(Container::Box(BoxSurface {
-                    min: -half,
-                    max: half,
-                }))
-            }
-            Domain::Mesh { file, walls } => {
-                let spheres: Vec<(&str, Sphere)> = surfaced
-                    .iter()
-                    .map(|s| (tags[s.body].as_str(), s.sphere(s.position)))
-                    .collect();
-                let mesh = read_mesh(file, &spheres, walls, scene.fem.geometry, scale)?;
-                Source::File {
-                    mesh,
-                    walls: walls.clone(),
-                }
-            }
-            other => {
-                return Err(ModelError::NotBuilt {
-                    what: format!(
-                        "finite elements in domain.kind = \"{}\"",
-                        other.kind().word()
-                    ),
-                    instead: "use domain.kind = \"unbounded\", \"ball\", \"box\" or \"mesh\""
-                        .into(),
-                });
-            }
-        };
         Ok(Self {
-            source,
-            surfaced,
-            tags,
-            geometry: scene.fem.geometry,
-            sizes: None,
+            mesher: Mesher::new(scene, scale)?,
+            motion: motion(scene.fem.mesh_motion),
+            references: Vec::new(),
             current: None,
         })
     }
 
     /// Names of the bodies with surfaces: their tags in the mesh.
     pub fn tags(&self) -> impl Iterator<Item = &str> {
-        self.surfaced.iter().map(|s| self.tags[s.body].as_str())
+        self.mesher.tags()
     }
 
     /// Indices in the scene of the bodies with surfaces.
     pub fn surfaced_bodies(&self) -> impl Iterator<Item = usize> {
-        self.surfaced.iter().map(|s| s.body)
+        self.mesher.surfaced_bodies()
     }
 
     /// Radii of the bodies with surfaces.
     pub fn radii(&self) -> impl Iterator<Item = f64> {
-        self.surfaced.iter().map(|s| s.radius)
+        self.mesher.surfaced.iter().map(|s| s.radius)
     }
 
-    /// Tag of the wall.
+    /// Tags of the walls.
     pub fn wall_tags(&self) -> Vec<&str> {
-        match &self.source {
-            Source::Generated(_) => vec![Container::TAG],
-            Source::File { walls, .. } => walls.iter().map(String::as_str).collect(),
-        }
+        self.mesher.wall_tags()
     }
 
     /// What is kept with the connectivity of the mesh in use.
     pub fn space(&self) -> Option<&TaylorHood> {
-        self.current.as_ref().map(|current| &current.space)
+        let reference = self.references.get(self.current?)?;
+        Some(&reference.space)
     }
 
     /// What error estimates need of the mesh in use, if [`Meshes::prepare_estimates`] made it.
     pub fn surplus_space(&self) -> Option<&SurplusSpace> {
-        self.current.as_ref()?.surplus.as_ref()
+        self.references.get(self.current?)?.surplus.as_ref()
     }
 
     /// Numbers the cubic functions of the mesh in use.
@@ -235,119 +109,118 @@ impl Meshes {
     /// # Errors
     /// A mesh with too many cells.
     pub fn prepare_estimates(&mut self) -> Result<(), ModelError> {
-        if let Some(current) = &mut self.current
-            && current.surplus.is_none()
+        if let Some(current) = self.current
+            && let Some(reference) = self.references.get_mut(current)
+            && reference.surplus.is_none()
         {
-            current.surplus = Some(SurplusSpace::new(current.map.reference())?);
+            reference.surplus = Some(SurplusSpace::new(reference.map.reference())?);
         }
         Ok(())
     }
 
-    /// The mesh with the bodies at `poses` (one a body of the scene): the reference moved, or a new reference
-    /// where moving it would spoil it.
+    /// The mesh with the bodies at `poses` (one a body of the scene): the first reference that can be moved there without being spoilt, or a
+    /// new one. In this order the mesh depends on the shape, not on where the bodies came from, once the meshes of a stroke are made.
     ///
     /// # Errors
     /// Bodies that cannot be meshed around, or that have moved farther than a mesh from a file can follow.
     pub fn at(&mut self, poses: &[Isometry3<f64>]) -> Result<ShapeMesh, ModelError> {
-        if let (None, Source::File { mesh, .. }) = (&self.current, &self.source) {
-            let centres = self.surfaced.iter().map(|s| s.position).collect();
-            self.current = Some(self.reference(mesh.clone(), centres, &[])?);
+        if let (true, Source::File { mesh, .. }) = (self.references.is_empty(), &self.mesher.source)
+        {
+            let centres = self.mesher.surfaced.iter().map(|s| s.position).collect();
+            let reference = self.reference(mesh.clone(), centres, &[])?;
+            self.references.push(reference);
         }
-        if let Some(mesh) = self.moved(poses)? {
-            return Ok(ShapeMesh {
-                mesh,
-                remeshed: false,
-            });
+        let mut reason = Remesh::First;
+        for number in 0..self.references.len() {
+            match self.moved(&self.references[number], poses)? {
+                Ok(mesh) => {
+                    let other_cells = self.current != Some(number);
+                    self.current = Some(number);
+                    return Ok(ShapeMesh {
+                        mesh,
+                        remeshed: None,
+                        other_cells,
+                    });
+                }
+                // Of several the newest tells why.
+                Err(spoilt) => reason = spoilt,
+            }
         }
-        if let Source::File { .. } = &self.source {
+        if let Source::File { .. } = &self.mesher.source {
             return Err(ModelError::MeshFileExhausted);
         }
-        self.remesh(poses)?;
-        let current = self.current.as_ref().ok_or(ModelError::NoMesh)?;
+        let mesh = self.remesh(poses)?;
         Ok(ShapeMesh {
-            mesh: current.map.reference().clone(),
-            remeshed: true,
+            mesh,
+            remeshed: Some(reason),
+            other_cells: true,
         })
     }
 
-    /// Makes the mesh with the bodies at `poses` the reference that later shapes are moved from.
+    /// Makes a mesh with the bodies at `poses` another reference; the oldest goes where there are too many.
     ///
     /// # Errors
     /// Bodies that cannot be meshed around.
-    pub fn remesh(&mut self, poses: &[Isometry3<f64>]) -> Result<(), ModelError> {
-        let centres: Vec<Vector3<f64>> = self
-            .surfaced
-            .iter()
-            .map(|s| poses[s.body].translation.vector)
-            .collect();
-        let mesh = self.generate(&centres)?;
-        self.current = Some(self.reference(mesh, centres, poses)?);
-        Ok(())
+    fn remesh(&mut self, poses: &[Isometry3<f64>]) -> Result<TetMesh, ModelError> {
+        let centres = self.mesher.centres(poses);
+        let mesh = self.mesher.generate(&centres)?;
+        let reference = self.reference(mesh.clone(), centres, poses)?;
+        if self.references.len() == KEPT {
+            self.references.remove(0);
+        }
+        self.references.push(reference);
+        self.current = Some(self.references.len() - 1);
+        Ok(mesh)
     }
 
-    /// Makes a new reference at `poses` with edges as long as `wanted` at places in the mesh in use; none if meshes cannot be made here.
-    ///
-    /// Bodies that are equal get equal meshes, so what one of them needs nearby, all of them get.
+    /// Makes a new reference at `poses` with edges as long as `wanted` at places in the mesh in use; false if meshes cannot be made here.
     ///
     /// # Errors
     /// Sizes that are not positive, bodies that cannot be meshed around.
     pub fn adapt(
         &mut self,
         poses: &[Isometry3<f64>],
-        mut wanted: Vec<(Vector3<f64>, f64)>,
-    ) -> Result<Option<ShapeMesh>, ModelError> {
-        if let Source::File { .. } = &self.source {
-            return Ok(None);
+        wanted: Vec<(Vector3<f64>, f64)>,
+    ) -> Result<bool, ModelError> {
+        if let Source::File { .. } = &self.mesher.source {
+            return Ok(false);
         }
-        let centres: Vec<Vector3<f64>> = self
-            .surfaced
-            .iter()
-            .map(|s| poses[s.body].translation.vector)
-            .collect();
-        for k in 0..wanted.len() {
-            let (at, size) = wanted[k];
-            for (s, centre) in self.surfaced.iter().zip(&centres) {
-                if (at - centre).norm() > 2.0 * s.radius {
-                    continue;
-                }
-                for (other, there) in self.surfaced.iter().zip(&centres) {
-                    if other.body != s.body && (other.radius, other.size) == (s.radius, s.size) {
-                        wanted.push((at - centre + there, size));
-                    }
-                }
-            }
-        }
-        self.sizes = Some(SizeMap::new(wanted, ADAPTED_GROWTH)?);
+        self.mesher.adapt(&self.mesher.centres(poses), wanted)?;
+        // The others have the sizes of before.
+        self.references.clear();
         self.remesh(poses)?;
-        let current = self.current.as_ref().ok_or(ModelError::NoMesh)?;
-        Ok(Some(ShapeMesh {
-            mesh: current.map.reference().clone(),
-            remeshed: true,
-        }))
+        self.current = None;
+        Ok(true)
     }
 
-    /// The poses that the reference was made for, from which [`Meshes::restore`] makes the same one.
+    /// The poses that the references were made for, one after the other, from which [`Meshes::restore`] makes the same ones.
     pub fn reference_poses(&self) -> Vec<Isometry3<f64>> {
-        self.current
-            .as_ref()
-            .map_or_else(Vec::new, |current| current.poses.clone())
+        self.references
+            .iter()
+            .flat_map(|reference| reference.poses.iter().copied())
+            .collect()
     }
 
-    /// Makes the reference of an earlier run again, bit for bit.
+    /// Makes the references of an earlier run again, bit for bit.
     ///
     /// # Errors
     /// Poses of another number of bodies, or such as cannot be meshed.
     pub fn restore(&mut self, poses: &[Isometry3<f64>]) -> Result<(), ModelError> {
-        match poses.len() {
-            0 => Ok(()),
-            bodies if bodies == self.tags.len() => self.remesh(poses),
-            found => Err(rigid::RigidError::Length {
-                what: "poses of the reference mesh",
-                expected: self.tags.len(),
-                found,
-            }
-            .into()),
+        let bodies = self.mesher.tags.len();
+        if poses.is_empty() {
+            return Ok(());
         }
+        if bodies == 0 || !poses.len().is_multiple_of(bodies) || poses.len() > KEPT * bodies {
+            return Err(rigid::RigidError::Length {
+                what: "poses of the reference meshes",
+                expected: bodies,
+                found: poses.len(),
+            }
+            .into());
+        }
+        poses
+            .chunks(bodies)
+            .try_for_each(|poses| self.remesh(poses).map(drop))
     }
 
     fn reference(
@@ -355,7 +228,7 @@ impl Meshes {
         mesh: TetMesh,
         centres: Vec<Vector3<f64>>,
         poses: &[Isometry3<f64>],
-    ) -> Result<Current, ModelError> {
+    ) -> Result<Reference, ModelError> {
         let space = TaylorHood::new(&mesh)?;
         let moving: Vec<MovingBody> = self
             .tags()
@@ -366,8 +239,10 @@ impl Meshes {
                 turns: false,
             })
             .collect();
-        let map = ReferenceMap::new(mesh, &moving, Stiffening::KanchiMasud)?;
-        Ok(Current {
+        let gap_ratio = self.mesher.gap_ratio(&mesh, &centres);
+        let map = ReferenceMap::new(mesh, &moving, self.motion.as_ref())?;
+        Ok(Reference {
+            gap_ratio,
             map,
             space,
             surplus: None,
@@ -376,76 +251,50 @@ impl Meshes {
         })
     }
 
-    /// The reference mesh moved to `poses`; none if there is no reference or the moved mesh would be poor.
-    fn moved(&self, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, ModelError> {
-        let Some(current) = &self.current else {
-            return Ok(None);
-        };
+    /// A reference moved to `poses`, or why that would spoil it.
+    fn moved(
+        &self,
+        reference: &Reference,
+        poses: &[Isometry3<f64>],
+    ) -> Result<Result<TetMesh, Remesh>, ModelError> {
+        let centres = self.mesher.centres(poses);
         // Only spheres so far: turning one changes nothing, so its surface mesh is only translated.
-        let motions: Vec<Isometry3<f64>> = self
-            .surfaced
+        let motions: Vec<Isometry3<f64>> = centres
             .iter()
-            .zip(&current.centres)
-            .map(|(s, centre)| {
-                let translation = poses[s.body].translation.vector - centre;
-                Isometry3::from_parts(Translation3::from(translation), UnitQuaternion::identity())
+            .zip(&reference.centres)
+            .map(|(now, then)| {
+                Isometry3::from_parts(Translation3::from(now - then), UnitQuaternion::identity())
             })
             .collect();
-        let mesh = match current.map.moved(&motions) {
+        let mesh = match reference.map.moved(&motions) {
             Ok(mesh) => mesh,
-            Err(ale::AleError::Invalid(_)) => return Ok(None),
+            Err(ale::AleError::Invalid(_)) => return Ok(Err(Remesh::Inverted)),
             Err(other) => return Err(other.into()),
         };
         let quality = mesh.quality();
-        Ok(
-            (quality.min_jacobian >= LEAST_JACOBIAN && quality.min_quality >= LEAST_QUALITY)
-                .then_some(mesh),
-        )
+        if quality.min_jacobian < LEAST_JACOBIAN {
+            return Ok(Err(Remesh::Jacobian(quality.min_jacobian)));
+        }
+        if quality.min_quality < LEAST_QUALITY {
+            return Ok(Err(Remesh::Quality(quality.min_quality)));
+        }
+        // A new mesh must not be refused as it is: no other would be better.
+        let gap_ratio = self.mesher.gap_ratio(&mesh, &centres);
+        if gap_ratio > LARGEST_GAP_RATIO.max(1.1 * reference.gap_ratio) {
+            return Ok(Err(Remesh::Gap(gap_ratio)));
+        }
+        Ok(Ok(mesh))
     }
+}
 
-    fn generate(&self, centres: &[Vector3<f64>]) -> Result<TetMesh, ModelError> {
-        let Source::Generated(container) = &self.source else {
-            return Err(ModelError::MeshFileExhausted);
-        };
-        let spheres: Vec<Sphere> = self
-            .surfaced
-            .iter()
-            .zip(centres)
-            .map(|(s, &centre)| s.sphere(centre))
-            .collect();
-        let bodies: Vec<Body> = self
-            .surfaced
-            .iter()
-            .zip(self.tags())
-            .zip(&spheres)
-            .map(|((s, name), surface)| Body {
-                name,
-                surface,
-                size: s.size,
-            })
-            .collect();
-        let finest = self
-            .surfaced
-            .iter()
-            .map(|s| s.size / s.radius)
-            .fold(f64::INFINITY, f64::min);
-        let mut parameters = GenerateParams::default();
-        parameters.growth = growth(finest);
-        let tets = match &self.sizes {
-            None => mesh::generate(&bodies, container, &parameters)?.mesh,
-            Some(sizes) => {
-                parameters.growth = ADAPTED_GROWTH;
-                mesh::generate_sized(&bodies, container, &parameters, &|x| sizes.at(x))?.mesh
-            }
-        };
-        let surfaces: Vec<NamedSurface> = bodies
-            .iter()
-            .map(|b| (b.name, b.surface))
-            .chain([(Container::TAG, container.surface())])
-            .collect();
-        Ok(match self.geometry {
-            GeometryKind::Curved => TetMesh::curved(tets, &surfaces)?,
-            GeometryKind::Straight => TetMesh::straight(tets)?,
-        })
+/// The mesh motion of a scene.
+fn motion(kind: MeshMotionKind) -> Box<dyn MeshMotion> {
+    match kind {
+        MeshMotionKind::Laplace => Box::new(Harmonic(Stiffening::None)),
+        MeshMotionKind::KanchiMasud => Box::new(Harmonic(Stiffening::KanchiMasud)),
+        MeshMotionKind::InverseVolume => Box::new(Harmonic(Stiffening::InverseVolume)),
+        MeshMotionKind::Elastic => Box::new(Elastic::default()),
+        MeshMotionKind::Biharmonic => Box::new(Biharmonic),
+        MeshMotionKind::Rbf => Box::new(Rbf(Kernel::Cubic)),
     }
 }

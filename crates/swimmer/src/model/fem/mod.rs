@@ -5,6 +5,7 @@ mod checks;
 mod estimate;
 mod far_field;
 mod mesh_file;
+mod mesher;
 mod meshes;
 pub(super) mod scale;
 mod solve;
@@ -18,13 +19,13 @@ use rigid::{Articulation, Constrained, Constraints, Drive, Formulation, Load, Tw
 
 use self::estimate::{Duals, Estimate};
 use self::far_field::FarField;
-pub use self::meshes::{COARSEST_FACTOR, growth};
+pub use self::mesher::{COARSEST_FACTOR, growth};
 use self::meshes::{Meshes, ShapeMesh};
 use self::scale::Scale;
 use self::solve::{Boundary, SolvedFlow};
 use crate::model::{
     BodyInstant, Cost, Dofs, ErrorEstimate, Flow, Hydrodynamics, Instant, MeshError, ModelError,
-    Placement,
+    Placement, Remesh,
 };
 use crate::scene::{EstimatesKind, FemOptions, Scene};
 
@@ -177,13 +178,13 @@ impl FemModel {
             }
         }
         let wanted = adapt::wanted_sizes(&mesh, &of_cells);
-        Ok(self.meshes.adapt(&poses, wanted)?.is_some())
+        self.meshes.adapt(&poses, wanted)
     }
 
     fn in_scene_units(
         &self,
         solved: SolvedFlow,
-        remeshed: bool,
+        remeshed: Option<Remesh>,
         poses: &[Isometry3<f64>],
     ) -> Instant {
         let flow = &solved.flow;
@@ -313,7 +314,8 @@ impl Hydrodynamics for FemModel {
 
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
         let clock = Clock::now();
-        let (ShapeMesh { mesh, remeshed }, poses) = self.shape_mesh(placement)?;
+        let (shape, poses) = self.shape_mesh(placement)?;
+        let (mesh, remeshed) = (shape.mesh, shape.remeshed);
         // taken out while the rest of `self` is borrowed, and lost if the solve fails
         let mut duals = std::mem::take(&mut self.duals);
         let mesh_seconds = clock.elapsed().as_secs_f64();
@@ -324,7 +326,7 @@ impl Hydrodynamics for FemModel {
             loads: &self.loads,
         };
         let mut warm = std::mem::replace(&mut self.warm, WarmStart::new(REMEMBERED));
-        if remeshed {
+        if shape.other_cells {
             // solutions on another mesh have other unknowns
             duals.clear();
             warm.clear();

@@ -247,7 +247,7 @@ impl Hydrodynamics for SpheresModel {
             },
             mesh_error: None,
             checks: None,
-            remeshed: false,
+            remeshed: None,
         })
     }
 

@@ -1,0 +1,141 @@
+//! Extension by the biharmonic equation, whose normal derivative vanishes on the boundary.
+
+use linalg::{
+    Bordered, Csr, KrylovParams, LinearOperator, Multigrid, MultigridParams, Preconditioner,
+    PreconditionerKind,
+};
+use mesh::{TetMesh, Vec3};
+
+use crate::split::{Split, krylov, scalar_product};
+use crate::{AleError, MeshMotion, MovingMesh};
+
+/// $\Delta^2 d = 0$ for each component with $\partial d/\partial n = 0$: bodies carry the mesh around them along as if it were rigid (Helenbrook,
+/// Int. J. Numer. Meth. Engng 56, 2003).
+///
+/// Mixed linear elements with lumped mass, $K M^{-1} K d = 0$ at free vertices; rows of $K d$ on the boundary impose the
+/// derivative weakly. Cost: CG preconditioned by a multigrid cycle before and one after `M`; iterations grow as elements shrink.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Biharmonic;
+
+/// `K M^-1 K` between free vertices.
+struct Squared<'a> {
+    split: &'a Split,
+    stiffness: &'a Csr,
+    inverse_mass: &'a [f64],
+}
+
+impl Squared<'_> {
+    fn image(&self, d: &[Vec3]) -> Vec<Vec3> {
+        let mut flux = scalar_product(self.stiffness, d);
+        flux.iter_mut()
+            .zip(self.inverse_mass)
+            .for_each(|(w, m)| *w *= *m);
+        scalar_product(self.stiffness, &flux)
+    }
+}
+
+impl LinearOperator for Squared<'_> {
+    fn rows(&self) -> usize {
+        3 * self.split.len()
+    }
+
+    fn cols(&self) -> usize {
+        self.rows()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let mut d = vec![Vec3::zeros(); self.inverse_mass.len()];
+        self.split.scatter(x, &mut d);
+        y.copy_from_slice(&self.split.gather(&self.image(&d)));
+    }
+
+    fn is_symmetric(&self) -> bool {
+        true
+    }
+}
+
+/// `V M V` with the multigrid cycle `V` of `K`.
+struct TwoCycles {
+    cycle: Multigrid,
+    mass: Vec<f64>,
+    between: Vec<f64>,
+}
+
+impl Preconditioner for TwoCycles {
+    fn size(&self) -> usize {
+        3 * self.mass.len()
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        self.cycle.apply(r, &mut self.between);
+        for (entry, mass) in self
+            .between
+            .as_chunks_mut::<3>()
+            .0
+            .iter_mut()
+            .zip(&self.mass)
+        {
+            entry.iter_mut().for_each(|w| *w *= mass);
+        }
+        self.cycle.apply(&self.between, z);
+    }
+
+    fn kind(&self) -> PreconditionerKind {
+        PreconditionerKind::PositiveDefinite
+    }
+}
+
+/// Relative residual: that of `K M^-1 K` can be computed to rounding times its condition number, which is 1e8 on graded meshes.
+const TOLERANCE: f64 = 1e-6;
+
+impl MeshMotion for Biharmonic {
+    fn name(&self) -> &'static str {
+        "biharmonic"
+    }
+
+    fn is_scalar(&self) -> bool {
+        true
+    }
+
+    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError> {
+        let split = Split::new(moving.prescribed);
+        if split.len() == 0 {
+            return Ok(());
+        }
+        let stiffness = moving.space.vertex_stiffness(moving.mesh)?;
+        let mass = lumped_mass(moving.mesh);
+        let inverse_mass: Vec<f64> = mass.iter().map(|m| 1.0 / m).collect();
+        let free = Bordered::scalar(split.free_block(&stiffness, 1))?;
+        let free_mass = (0..mass.len())
+            .filter(|&v| !moving.prescribed[v])
+            .map(|v| mass[v]);
+        let mut preconditioner = TwoCycles {
+            cycle: Multigrid::new(&free, &MultigridParams::default())?,
+            mass: free_mass.collect(),
+            between: vec![0.0; 3 * split.len()],
+        };
+        let operator = Squared {
+            split: &split,
+            stiffness: &stiffness,
+            inverse_mass: &inverse_mass,
+        };
+        let params = KrylovParams {
+            rel_tol: TOLERANCE,
+            ..krylov(3000)
+        };
+        let apply = |field: &[Vec3]| operator.image(field);
+        Ok(split.solve(&apply, &operator, &mut preconditioner, &params, fields)?)
+    }
+}
+
+/// A quarter of the volume of the cells around each vertex.
+fn lumped_mass(mesh: &TetMesh) -> Vec<f64> {
+    let mut mass = vec![0.0; mesh.n_vertices()];
+    for (cell, nodes) in mesh.cells().iter().enumerate() {
+        let quarter = 0.25 * mesh.cell_volume(cell);
+        nodes[..4]
+            .iter()
+            .for_each(|&vertex| mass[vertex as usize] += quarter);
+    }
+    mass
+}

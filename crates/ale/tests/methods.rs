@@ -1,0 +1,243 @@
+//! Every mesh motion: what it reproduces exactly, that both ways to use it agree, that threads do not matter.
+
+use ale::{
+    AleError, Biharmonic, Elastic, Harmonic, IncrementalMap, Kernel, MeshMotion, MovingBody,
+    MovingMesh, Rbf, ReferenceMap, Stiffening,
+};
+use fem::TaylorHood;
+use mesh::{Body, Container, GenerateParams, Sphere, Spheroid, Surface, TetMesh, Vec3};
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion};
+
+/// Extensions are solved to a residual of 1e-8 (1e-6 for the fourth-order one) of the right-hand side; the condition of these coarse
+/// meshes is below 1e3.
+const SOLVED: f64 = 1e-4;
+
+fn all() -> Vec<Box<dyn MeshMotion>> {
+    vec![
+        Box::new(Harmonic(Stiffening::None)),
+        Box::new(Harmonic(Stiffening::KanchiMasud)),
+        Box::new(Harmonic(Stiffening::InverseVolume)),
+        Box::new(Elastic { poisson: 0.0 }),
+        Box::new(Elastic { poisson: 0.3 }),
+        Box::new(Biharmonic),
+        Box::new(Rbf(Kernel::Linear)),
+        Box::new(Rbf(Kernel::Cubic)),
+    ]
+}
+
+fn mesh_around(surface: &dyn Surface, radius: f64) -> TetMesh {
+    let container = Container::Ball(Sphere {
+        centre: Vec3::zeros(),
+        radius,
+    });
+    let body = Body {
+        name: "bead",
+        surface,
+        size: 0.7,
+    };
+    let tets = mesh::generate(&[body], &container, &GenerateParams::default())
+        .unwrap()
+        .mesh;
+    TetMesh::curved(
+        tets,
+        &[("bead", surface), (Container::TAG, container.surface())],
+    )
+    .unwrap()
+}
+
+fn sphere() -> Sphere {
+    Sphere {
+        centre: Vec3::new(0.5, 0.0, 0.0),
+        radius: 1.0,
+    }
+}
+
+fn bead(turns: bool) -> [MovingBody; 1] {
+    [MovingBody {
+        tag: "bead".into(),
+        centre: sphere().centre,
+        turns,
+    }]
+}
+
+/// The largest difference of the extension of a field's boundary values from the field.
+fn error_of(motion: &dyn MeshMotion, mesh: &TetMesh, exact: impl Fn(&Vec3) -> Vec3) -> f64 {
+    let mut prescribed = vec![false; mesh.n_vertices()];
+    for facet in mesh.facets() {
+        facet.nodes[..3]
+            .iter()
+            .for_each(|&v| prescribed[v as usize] = true);
+    }
+    let vertices = &mesh.points()[..mesh.n_vertices()];
+    // Garbage inside must not matter.
+    let start = vertices.iter().zip(&prescribed);
+    let field = start.map(|(x, &on)| if on { exact(x) } else { Vec3::repeat(7.0) });
+    let mut fields = [field.collect::<Vec<_>>()];
+    let moving = MovingMesh {
+        mesh,
+        space: &TaylorHood::new(mesh).unwrap(),
+        prescribed: &prescribed,
+    };
+    motion.extend(&moving, &mut fields).unwrap();
+    let pairs = vertices.iter().zip(&fields[0]);
+    pairs
+        .map(|(x, d)| (d - exact(x)).amax())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn what_each_method_reproduces() {
+    // Straight sides: on curved cells a function that is linear on the vertices is not linear in space.
+    let body = sphere();
+    let mesh = mesh_around(&body, 5.0);
+    let (vertices, n) = (mesh.points().to_vec(), mesh.n_vertices());
+    let mut points = vertices;
+    for cell in mesh.cells() {
+        for (&middle, [a, b]) in cell[4..].iter().zip(mesh::TET_EDGES) {
+            points[middle as usize] = 0.5 * (points[cell[a] as usize] + points[cell[b] as usize]);
+        }
+    }
+    let mesh = mesh.with_points(points).unwrap();
+    assert!(n > 200);
+    let shift = Vec3::new(0.3, -0.2, 0.1);
+    let spin = Vec3::new(0.2, 0.1, -0.3);
+    let strain = Matrix3::new(0.1, 0.2, 0.0, -0.1, 0.05, 0.3, 0.2, 0.0, -0.1);
+    for motion in all() {
+        let name = motion.name();
+        let moved = error_of(motion.as_ref(), &mesh, |_| shift);
+        assert!(moved < SOLVED, "{name}: a translation errs by {moved:e}");
+        // Elasticity knows no strain in a rotation, whatever its coefficients.
+        if name == "elastic" {
+            let turned = error_of(motion.as_ref(), &mesh, |x| spin.cross(x));
+            assert!(turned < SOLVED, "{name}: a rotation errs by {turned:e}");
+        }
+        // Linear fields have no Laplacian, and radial functions come with linear polynomials.
+        if ["laplace", "rbf-linear", "rbf-cubic"].contains(&name) {
+            let strained = error_of(motion.as_ref(), &mesh, |x| strain * x);
+            assert!(
+                strained < SOLVED,
+                "{name}: a linear field errs by {strained:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_first_step_is_the_same_from_the_reference_and_incrementally() {
+    let body = sphere();
+    let mesh = mesh_around(&body, 6.0);
+    let motion = [Isometry3::translation(0.4, 0.2, -0.1)];
+    for (fixed, moving) in all().into_iter().zip(all()) {
+        let name = fixed.name();
+        let map = ReferenceMap::new(mesh.clone(), &bead(false), fixed.as_ref()).unwrap();
+        let from_reference = map.moved(&motion).unwrap();
+        let mut steps = IncrementalMap::new(mesh.clone(), &bead(false), moving).unwrap();
+        let stepped = steps.advance(&motion).unwrap();
+        let pairs = from_reference.points().iter().zip(stepped.points());
+        let difference = pairs.map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
+        assert!(difference < SOLVED, "{name}: {difference:e}");
+        // On the surface both are exact, however the solve ended.
+        for node in mesh.nodes_on(mesh.tag("bead").unwrap()) {
+            let expected = mesh.points()[node as usize] + motion[0].translation.vector;
+            for moved in [&from_reference, stepped] {
+                assert!(
+                    (moved.points()[node as usize] - expected).amax() < 1e-14,
+                    "{name}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn turned_bodies_carry_their_surface_with_every_method() {
+    let spheroid = Spheroid {
+        centre: sphere().centre,
+        axis: Vec3::x(),
+        axial: 1.6,
+        equatorial: 1.0,
+    };
+    let mesh = mesh_around(&spheroid, 6.0);
+    let motion = Isometry3::from_parts(
+        Translation3::new(0.2, 0.1, 0.0),
+        UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.1, 0.2)),
+    );
+    for (fixed, moving) in all().into_iter().zip(all()) {
+        let name = fixed.name();
+        let map = ReferenceMap::new(mesh.clone(), &bead(true), fixed.as_ref()).unwrap();
+        let mut steps = IncrementalMap::new(mesh.clone(), &bead(true), moving).unwrap();
+        for moved in [
+            &map.moved(&[motion]).unwrap(),
+            steps.advance(&[motion]).unwrap(),
+        ] {
+            for node in mesh.nodes_on(mesh.tag("bead").unwrap()) {
+                let arm = mesh.points()[node as usize] - spheroid.centre;
+                let expected = spheroid.centre + motion.translation.vector + motion.rotation * arm;
+                assert!(
+                    (moved.points()[node as usize] - expected).amax() < 1e-13,
+                    "{name}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_step_that_would_invert_a_cell_leaves_the_mesh_as_it_was() {
+    let body = sphere();
+    let mesh = mesh_around(&body, 5.0);
+    for motion in all() {
+        let mut steps = IncrementalMap::new(mesh.clone(), &bead(false), motion).unwrap();
+        let through_the_wall = [Isometry3::translation(5.0, 0.0, 0.0)];
+        assert!(matches!(
+            steps.advance(&through_the_wall),
+            Err(AleError::Invalid(_))
+        ));
+        assert_eq!(steps.mesh().points(), mesh.points());
+        assert!(matches!(
+            steps.advance(&[]),
+            Err(AleError::Motions {
+                expected: 1,
+                found: 0
+            })
+        ));
+        steps
+            .advance(&[Isometry3::translation(0.1, 0.0, 0.0)])
+            .unwrap();
+    }
+}
+
+#[test]
+fn an_incompressible_solid_is_refused() {
+    let body = sphere();
+    let mesh = mesh_around(&body, 5.0);
+    for poisson in [0.5, -0.1, f64::NAN] {
+        let refused = ReferenceMap::new(mesh.clone(), &bead(false), &Elastic { poisson });
+        assert!(
+            matches!(refused, Err(AleError::Parameter { .. })),
+            "{poisson}"
+        );
+    }
+}
+
+#[test]
+fn one_thread_or_two_give_the_same_bits() {
+    let body = sphere();
+    let mesh = mesh_around(&body, 8.0);
+    let moved = |threads: usize, motion: &dyn MeshMotion| -> Vec<Vec3> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let map = ReferenceMap::new(mesh.clone(), &bead(true), motion).unwrap();
+            let turn = UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.0, 0.1));
+            let motion = Isometry3::from_parts(Translation3::new(0.3, 0.1, 0.0), turn);
+            map.moved(&[motion]).unwrap().points().to_vec()
+        })
+    };
+    for motion in all() {
+        let (one, two) = (moved(1, motion.as_ref()), moved(2, motion.as_ref()));
+        assert!(one == two, "{}", motion.name());
+    }
+}

@@ -1,0 +1,88 @@
+//! Many cycles: meshes are made in the first cycle and serve the others, and no cycle swims otherwise than the first.
+
+use swimmer::model::choose;
+use swimmer::{Method, Outcome, Scene, simulate};
+
+/// The three-sphere swimmer with arms of ten radii that close to six, in a ball so large that it may swim away from the middle.
+fn scene(cycles: usize, more: &str) -> Scene {
+    let mut text = format!(
+        "domain = {{ kind = \"ball\", radius = 400 }}\ngait.cycles = {cycles}\nmodel.kind = \"fem\"\n{more}\n"
+    );
+    for (name, x) in [("left", -10), ("centre", 0), ("right", 10)] {
+        text += &format!("[[bodies]]\nname = \"{name}\"\nradius = 1\nposition = [{x}, 0, 0]\n");
+    }
+    for name in ["left", "right"] {
+        text += &format!("[[links]]\nname = \"{name}-arm\"\nbody = \"{name}\"\nto = \"centre\"\n");
+    }
+    for (name, length) in [
+        ("left", 6.0),
+        ("right", 6.0),
+        ("left", 10.0),
+        ("right", 10.0),
+    ] {
+        text += &format!("[[gait.phases]]\nlink = \"{name}-arm\"\nlength = {length:?}\n");
+    }
+    Scene::parse(&text).unwrap()
+}
+
+fn swim(scene: &Scene) -> Outcome {
+    let mut model = choose(scene).unwrap().model;
+    simulate(scene, model.as_mut(), Method::Collocation, &mut ()).unwrap()
+}
+
+/// Displacement of the middle sphere in each cycle.
+fn cycles(outcome: &Outcome) -> Vec<f64> {
+    let legs = outcome.legs.chunks(4);
+    legs.map(|legs| legs.iter().map(|leg| leg.displacement[1].x).sum())
+        .collect()
+}
+
+#[test]
+fn meshes_of_the_first_cycle_serve_the_others() {
+    // Plain Laplace spoils meshes soon, so a short stroke takes several.
+    let scene = Scene::parse(
+        r#"
+        domain = { kind = "ball", radius = 12 }
+        model = { kind = "fem", tolerance = 0.2 }
+        fem = { surface_size = 1.2, mesh_motion = "laplace" }
+        gait = { cycles = 2, phases = [{ link = "arm", length = 2.8 }, { link = "arm", length = 5 }] }
+        bodies = [{ name = "a", radius = 1, position = [-2.5, 0, 0] }, { name = "b", radius = 1.2, position = [2.5, 0, 0] }]
+        links = [{ name = "arm", body = "b", to = "a" }]
+        "#,
+    )
+    .unwrap();
+    let outcome = swim(&scene);
+    let meshes = &outcome.meshes;
+    assert_eq!(meshes[0].reason, "first mesh");
+    assert!(
+        meshes.len() > 1 && meshes.iter().all(|mesh| mesh.phase <= 2),
+        "{meshes:?}"
+    );
+    for (first, second) in outcome.legs[..2].iter().zip(&outcome.legs[2..]) {
+        let change = (second.displacement[0] - first.displacement[0]).norm();
+        // Solves to 1e-8 of scenes whose resistances differ by less than a hundred.
+        assert!(change < 1e-6 * first.displacement[0].norm(), "{change:e}");
+    }
+}
+
+#[test]
+#[ignore = "slow: about three minutes"]
+fn a_hundred_cycles_of_the_default_stroke_swim_as_the_first() {
+    let scene = scene(
+        100,
+        "model.tolerance = 1e-2\nfem = { surface_size = 1.2, rtol = 1e-9 }",
+    );
+    let outcome = swim(&scene);
+    let net = cycles(&outcome);
+    let worst = net
+        .iter()
+        .map(|n| (n / net[0] - 1.0).abs())
+        .fold(0.0, f64::max);
+    println!(
+        "net displacement of a cycle {:.6}, of all {:.4}; largest change of a cycle {worst:.2e}; meshes {:?}",
+        net[0],
+        net.iter().sum::<f64>(),
+        outcome.meshes
+    );
+    assert!(net.len() == 100 && worst < 1e-4, "{worst:e}");
+}

@@ -1,0 +1,59 @@
+//! Mesh motions against each other: how far, how close, how often, how fast.
+
+mod cases;
+mod cut;
+mod methods;
+mod report;
+mod stroke;
+mod study;
+
+use std::path::Path;
+
+use anyhow::Result;
+
+/// Element size on the spheres, in their radii: seven thousand vertices.
+const SIZE: f64 = 0.5;
+
+/// The same for the quick part.
+const COARSE: f64 = 0.8;
+
+/// Element size of the stroke that the program runs.
+const STROKE_SIZE: f64 = 0.7;
+
+/// Runs the study and writes `ale.md`, `ale.csv`, charts and pictures of meshes.
+pub fn run(quick: bool, out: &Path) -> Result<()> {
+    let size = if quick { COARSE } else { SIZE };
+    let cases = cases::all(quick);
+    let mut runs = Vec::new();
+    for case in &cases {
+        runs.extend(study::runs(case, size)?);
+    }
+    let strokes = if quick {
+        Vec::new()
+    } else {
+        stroke::strokes(STROKE_SIZE)?
+    };
+    report::write(&cases, &runs, &strokes, size, out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ale::methods::Way;
+
+    #[test]
+    fn stiffened_motions_reach_what_plain_laplace_does_not() {
+        let cases = cases::all(true);
+        let case = cases.iter().find(|case| case.key == "move-1").unwrap();
+        for run in study::runs(case, COARSE).unwrap() {
+            assert_eq!(
+                run.complete,
+                run.method != "Laplace",
+                "{} {:?}",
+                run.method,
+                run.way
+            );
+            assert!(run.way != Way::Reference || run.samples.len() <= 1);
+        }
+    }
+}

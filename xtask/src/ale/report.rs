@@ -1,0 +1,366 @@
+//! The study as Markdown, CSV, charts and pictures.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use super::cases::{Case, STEPS_A_PHASE};
+use super::cut::{Window, svg};
+use super::methods::{METHODS, Way};
+use super::stroke::{EXACT, Stroke};
+use super::study::{Run, Sample};
+use crate::chart::{LogLog, Series, Style};
+use crate::machine;
+
+/// A picture: file name, case, whether cells are curved, method, way, window and title.
+type Picture = (
+    &'static str,
+    &'static str,
+    bool,
+    &'static str,
+    Way,
+    Window,
+    &'static str,
+);
+
+const KANCHI_MASUD: &str = "1 + tau (Kanchi & Masud)";
+
+const PICTURES: [Picture; 6] = [
+    (
+        "move-kanchi-masud",
+        "move-1",
+        true,
+        KANCHI_MASUD,
+        Way::Reference,
+        WIDE,
+        "1 + tau: the left sphere moved by 4 radii in one step",
+    ),
+    (
+        "move-elastic",
+        "move-1",
+        true,
+        "elastic, nu = 0",
+        Way::Reference,
+        WIDE,
+        "elastic: the same",
+    ),
+    (
+        "move-biharmonic",
+        "move-1",
+        true,
+        "biharmonic",
+        Way::Reference,
+        WIDE,
+        "biharmonic: the same",
+    ),
+    (
+        "approach-kanchi-masud",
+        "approach",
+        false,
+        KANCHI_MASUD,
+        Way::Incremental,
+        NEAR,
+        "1 + tau, straight cells: the smallest gap reached",
+    ),
+    (
+        "cycles-kanchi-masud",
+        "cycles",
+        true,
+        KANCHI_MASUD,
+        Way::Incremental,
+        WIDE,
+        "1 + tau, incremental: after all cycles, arms of 10 again",
+    ),
+    (
+        "cycles-elastic",
+        "cycles",
+        true,
+        "elastic, nu = 0",
+        Way::Incremental,
+        WIDE,
+        "elastic, incremental: the same",
+    ),
+];
+
+const WIDE: Window = Window {
+    x: [-14.0, 6.0],
+    z: 5.0,
+};
+const NEAR: Window = Window {
+    x: [-4.5, 1.5],
+    z: 1.8,
+};
+
+/// Prints the study and writes its files.
+pub fn write(
+    cases: &[Case],
+    runs: &[Run],
+    strokes: &[Stroke],
+    size: f64,
+    out: &Path,
+) -> Result<()> {
+    std::fs::create_dir_all(out)
+        .with_context(|| format!("could not make the folder {}", out.display()))?;
+    let put = |name: &str, content: &str| {
+        let path = out.join(name);
+        std::fs::write(&path, content).with_context(|| {
+            format!(
+                "could not write {}; choose another folder with --out",
+                path.display()
+            )
+        })
+    };
+    let text = markdown(cases, runs, strokes, size)?;
+    println!("{text}");
+    put("ale.md", &text)?;
+    put("ale.csv", &csv(runs)?)?;
+    put("ale-approach.svg", &approach_chart(runs).svg()?)?;
+    put("ale-drift.svg", &drift_chart(runs).svg()?)?;
+    for (name, case, curved, method, way, window, title) in PICTURES {
+        if let Some(run) = find(runs, case, curved, method, way) {
+            put(&format!("ale-{name}.svg"), &svg(&run.mesh, window, title))?;
+        }
+    }
+    Ok(())
+}
+
+fn find<'a>(runs: &'a [Run], case: &str, curved: bool, method: &str, way: Way) -> Option<&'a Run> {
+    runs.iter().find(|run| {
+        run.case == case && run.curved == curved && run.method == method && run.way == way
+    })
+}
+
+/// Quality and Jacobian, or where the motion ended.
+fn verdict(run: Option<&Run>) -> String {
+    match run {
+        None => "-".to_owned(),
+        Some(run) => match run.failed_at {
+            None if run.curved => format!("{:.3} / {:.2}", run.quality(), run.jacobian()),
+            None => format!("{:.3}", run.quality()),
+            Some(label) => format!("inverted at {label:.2}"),
+        },
+    }
+}
+
+fn markdown(cases: &[Case], runs: &[Run], strokes: &[Stroke], size: f64) -> Result<String> {
+    let first = runs
+        .iter()
+        .find(|run| run.case == "move-1")
+        .map(|run| &run.mesh);
+    let vertices = first.map_or(0, mesh::TetMesh::n_vertices);
+    let mut text = format!(
+        "# Mesh motions\n\n{}, {}. Made by `cargo xtask ale`.\n\n\
+         Three spheres of radius 1 on a line in a ball of radius 30, elements of size {size} on the spheres, {vertices} vertices when the arms are 10 radii long. \
+         *From the reference*: extensions are computed once on the first mesh and every shape is made from it. *Incremental*: extensions are \
+         computed anew on the mesh of every step. Quality is the smallest mean ratio of a cell on the way (1 for a regular tet), the Jacobian the smallest of a \
+         curved cell over that of the straight one.\n",
+        machine::today(),
+        machine::processor(),
+    );
+    moves(&mut text, runs)?;
+    approach(&mut text, cases, runs)?;
+    cycles(&mut text, runs)?;
+    if !strokes.is_empty() {
+        stroke(&mut text, strokes)?;
+    }
+    Ok(text)
+}
+
+fn moves(text: &mut String, runs: &[Run]) -> Result<()> {
+    for (curved, title) in [
+        (
+            true,
+            "Moves, cells curved at the spheres: smallest quality / Jacobian on the way",
+        ),
+        (false, "Moves, straight cells: smallest quality on the way"),
+    ] {
+        write!(
+            text,
+            "\n## {title}\n\n*Inverted at* says after which part of the motion. One step is what the reference map gives, ten are incremental.\n\n\
+             | motion | 4 radii, one step | ten steps | close 5 to 2.5, one step | ten steps | open 5 to 9, one step | ten steps |\n|:--|:-:|:-:|:-:|:-:|:-:|:-:|\n"
+        )?;
+        for method in &METHODS {
+            write!(text, "| {} |", method.name)?;
+            for key in ["move", "close", "open"] {
+                let run =
+                    |steps, way| find(runs, &format!("{key}-{steps}"), curved, method.name, way);
+                let (one, ten) = (run(1, Way::Reference), run(10, Way::Incremental));
+                write!(text, " {} | {} |", verdict(one), verdict(ten))?;
+            }
+            text.push('\n');
+        }
+    }
+    text.push_str(
+        "\nA curved cell beside a sphere gives way before a straight one does: the bulge of its face stays while the cell is squeezed. \
+         Pictures: the plane through the spheres' centres, cells coloured by quality.\n\n\
+         ![1 + tau](ale-move-kanchi-masud.svg)\n![elastic](ale-move-elastic.svg)\n![biharmonic](ale-move-biharmonic.svg)\n",
+    );
+    Ok(())
+}
+
+fn approach(text: &mut String, cases: &[Case], runs: &[Run]) -> Result<()> {
+    let title = cases
+        .iter()
+        .find(|case| case.key == "approach")
+        .map_or("", |case| case.title);
+    write!(
+        text,
+        "\n## Approach: {title}\n\nThe smallest gap that the mesh followed to, with its quality there.\n\n\
+         | motion | curved, reference | curved, incremental | straight, reference | straight, incremental |\n|:--|:-:|:-:|:-:|:-:|\n"
+    )?;
+    for method in &METHODS {
+        write!(text, "| {} |", method.name)?;
+        for curved in [true, false] {
+            for way in Way::ALL {
+                let run = find(runs, "approach", curved, method.name, way);
+                match run.and_then(|run| run.samples.last()) {
+                    Some(s) => write!(text, " {:.3}: {:.3} |", s.label, s.quality)?,
+                    None => text.push_str(" none |"),
+                }
+            }
+        }
+        text.push('\n');
+    }
+    text.push_str(
+        "\nValid is not accurate: nothing is resolved in a gap that cells made for a gap of three radii were squeezed into. The program therefore makes a new mesh \
+         when cells become 1.5 times as long as their gap is wide, and before a curved cell gives way.\n\n\
+         ![quality against gap](ale-approach.svg)\n![the smallest gap](ale-approach-kanchi-masud.svg)\n",
+    );
+    Ok(())
+}
+
+fn cycles(text: &mut String, runs: &[Run]) -> Result<()> {
+    let all = runs.iter().filter(|run| run.case == "cycles");
+    let cycles = all
+        .filter_map(|run| run.samples.last())
+        .map(|s| s.label)
+        .fold(0.0, f64::max);
+    write!(
+        text,
+        "\n## Closed cycles: {cycles:.0} of the stroke, arms 10 and 6, {STEPS_A_PHASE} steps a phase, curved cells\n\nDrift is the largest distance of a node from where it \
+         was when the arms were last as long; from the reference it is zero by construction.\n\n\
+         | motion | drift after 1 | after {cycles:.0} | quality after 1 | after {cycles:.0} | reference: smallest quality / Jacobian | preparation, s | reference: s a step | incremental: s a step |\n\
+         |:--|--:|--:|--:|--:|--:|--:|--:|--:|\n"
+    )?;
+    for method in &METHODS {
+        let run = |way| find(runs, "cycles", true, method.name, way);
+        let (Some(reference), Some(steps)) = (run(Way::Reference), run(Way::Incremental)) else {
+            continue;
+        };
+        let at = |cycle: f64, value: fn(&Sample) -> f64| match steps
+            .samples
+            .iter()
+            .find(|s| s.label == cycle)
+        {
+            Some(sample) => format!("{:.3}", value(sample)),
+            None => format!("inverted at {:.2}", steps.failed_at.unwrap_or(f64::NAN)),
+        };
+        writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {} | {:.3} | {:.3} | {:.3} |",
+            method.name,
+            at(1.0, |s| s.displacement),
+            at(cycles, |s| s.displacement),
+            at(1.0, |s| s.quality),
+            at(cycles, |s| s.quality),
+            verdict(Some(reference)),
+            reference.setup,
+            reference.step,
+            steps.step,
+        )?;
+    }
+    text.push_str("\n![drift](ale-drift.svg)\n![1 + tau](ale-cycles-kanchi-masud.svg)\n![elastic](ale-cycles-elastic.svg)\n");
+    Ok(())
+}
+
+fn stroke(text: &mut String, strokes: &[Stroke]) -> Result<()> {
+    text.push_str(
+        "\n## The default stroke by the program\n\n`scenes/three-sphere.toml` with `fem.mesh_motion` set: how many meshes were generated because the moved one would have been poor, \
+         and what became of the net displacement.\n\n\
+         | fem.mesh_motion | meshes | solves | net displacement | error | bar | seconds for meshes | all seconds |\n|:--|--:|--:|--:|--:|--:|--:|--:|\n",
+    );
+    for s in strokes {
+        writeln!(
+            text,
+            "| {} | {} | {} | {:.6} | {:.1e} | {:.1e} | {:.1} | {:.1} |",
+            s.motion,
+            s.meshes,
+            s.solves,
+            s.net,
+            (s.net - EXACT).abs(),
+            s.error,
+            s.mesh_seconds,
+            s.seconds
+        )?;
+    }
+    Ok(())
+}
+
+fn approach_chart(runs: &[Run]) -> LogLog {
+    let chosen = runs
+        .iter()
+        .filter(|run| run.case == "approach" && !run.curved && run.way == Way::Incremental);
+    LogLog {
+        title: "Two spheres approach, 15 % of the gap a step, straight cells moved incrementally"
+            .into(),
+        x: "gap in radii".into(),
+        y: "smallest quality".into(),
+        series: chosen.map(|run| series(run, |s| s.quality)).collect(),
+    }
+}
+
+fn drift_chart(runs: &[Run]) -> LogLog {
+    let chosen = runs
+        .iter()
+        .filter(|run| run.case == "cycles" && run.way == Way::Incremental);
+    let series = chosen.map(|run| Series {
+        points: run
+            .samples
+            .iter()
+            .filter(|s| s.label.fract() == 0.0)
+            .map(|s| (s.label, s.displacement))
+            .collect(),
+        ..series(run, |_| 0.0)
+    });
+    LogLog {
+        title: "Drift of the mesh over closed cycles, moved incrementally".into(),
+        x: "cycles".into(),
+        y: "largest displacement of a node, in radii".into(),
+        series: series.collect(),
+    }
+}
+
+fn series(run: &Run, value: fn(&Sample) -> f64) -> Series {
+    Series {
+        name: run.method.to_owned(),
+        points: run.samples.iter().map(|s| (s.label, value(s))).collect(),
+        style: Style::Curve,
+    }
+}
+
+fn csv(runs: &[Run]) -> Result<String> {
+    let mut text = String::from(
+        "case,cells,motion,way,label,quality,jacobian,displacement,complete,setup_seconds,step_seconds\n",
+    );
+    for run in runs {
+        for s in &run.samples {
+            writeln!(
+                text,
+                "{},{},{},{},{:.6},{:.6},{:.6},{:.6},{},{:.4},{:.4}",
+                run.case,
+                if run.curved { "curved" } else { "straight" },
+                run.method.replace(',', ";"),
+                run.way.name(),
+                s.label,
+                s.quality,
+                s.jacobian,
+                s.displacement,
+                run.complete,
+                run.setup,
+                run.step
+            )?;
+        }
+    }
+    Ok(text)
+}
