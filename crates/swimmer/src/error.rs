@@ -85,7 +85,7 @@ pub enum SwimError {
     },
     /// Bodies that came too close to each other or to a wall while they moved.
     #[error(
-        "phase {phase} ({what} at {percent:.1} %): {problem}; shorten the stroke or give the bodies more room"
+        "phase {phase} ({what} at {percent:.1} %, time {time:.6}): {problem}; shorten the stroke or give the bodies more room"
     )]
     Collision {
         /// Number of the phase, from one, over all cycles.
@@ -94,6 +94,8 @@ pub enum SwimError {
         what: String,
         /// How far into the phase.
         percent: f64,
+        /// The time, in the scene's units.
+        time: f64,
         /// Who touches what, with the gap.
         problem: String,
     },
@@ -113,6 +115,23 @@ pub enum SwimError {
         tolerance: f64,
         /// One over the smallest step tried, in phases.
         parts: usize,
+    },
+    /// Explicit steps that would let velocities grow without bound.
+    #[error(
+        "phase {phase} ({what}): explicit steps with inertia must be shorter than {limit:.3e}, twice the shortest relaxation time m/R; \
+         these are {step:.3e}: take {steps} steps a phase, or an implicit method"
+    )]
+    Unstable {
+        /// Number of the phase, from one, over all cycles.
+        phase: usize,
+        /// What the phase moves.
+        what: String,
+        /// The step.
+        step: f64,
+        /// What it must stay below.
+        limit: f64,
+        /// Steps a phase that would do, a whole number.
+        steps: f64,
     },
     /// A model that cannot be used for the scene, or that failed.
     #[error(transparent)]
@@ -153,7 +172,10 @@ impl SwimError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Model(error) if !error.is_bad_input() => 3,
-            Self::Collision { .. } | Self::NotIntegrated { .. } | Self::Picture(_) => 3,
+            Self::Collision { .. }
+            | Self::NotIntegrated { .. }
+            | Self::Unstable { .. }
+            | Self::Picture(_) => 3,
             // What shells answer for a program that Ctrl-C ended.
             Self::Interrupted { .. } => 130,
             _ => 2,

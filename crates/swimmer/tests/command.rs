@@ -192,6 +192,64 @@ fn a_run_leaves_whole_files_that_agree() {
 }
 
 #[test]
+fn a_collision_names_bodies_and_time_and_leaves_the_run_up_to_it() {
+    // A stone is pulled at a swimmer that rests; Stokes: it covers its distance of six radii in 6 * 6 pi / 40 = 2.8 units of time or,
+    // pushing the others ahead, in more, so the first phases are done and a later one ends the run.
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("falling.toml");
+    std::fs::write(
+        &scene,
+        "model = { kind = \"rpy\", tolerance = 1e-2 }\n\
+         bodies = [{ name = \"a\", radius = 1, position = [0, -4, 0] }, { name = \"b\", radius = 1, position = [0, 4, 0] }, \
+         { name = \"stone\", radius = 1, position = [8, 4, 0], force = [-40, 0, 0] }]\n\
+         links = [{ name = \"arm\", body = \"b\", to = \"a\" }]\n\
+         gait = { cycles = 20, phases = [{ duration = 1 }] }\n",
+    )
+    .unwrap();
+    let out = folder.path().join("out");
+    // What an older run left must not look like this run's.
+    std::fs::create_dir(&out).unwrap();
+    std::fs::write(out.join("summary.json"), "{}").unwrap();
+    let arguments = [
+        "run",
+        scene.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    let first = swim(&arguments);
+    let message = stderr(&first);
+    assert_eq!(first.status.code(), Some(3), "{message}");
+    let error = message
+        .lines()
+        .find(|line| line.starts_with("error: "))
+        .unwrap();
+    for part in ["'b'", "'stone'", "touch", "time ", "phase "] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+    let number = |after: &str| -> f64 {
+        let rest = error.split_once(after).unwrap().1;
+        let end = rest.find([' ', ')']).unwrap();
+        rest[..end].parse().unwrap()
+    };
+    let (phase, time) = (number("phase "), number("time "));
+    assert!(phase > 1.0 && time > phase - 1.0 && time < phase, "{error}");
+    // Every phase before it is in the trajectory and in the checkpoint, whole.
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let csv = read("trajectory.csv");
+    let last = csv.lines().last().unwrap().split(',').next().unwrap();
+    assert_eq!(last.parse::<f64>().unwrap(), phase - 1.0);
+    assert!(read("trajectory.svg").trim_end().ends_with("</svg>"));
+    let checkpoint: serde_json::Value = serde_json::from_str(&read("checkpoint.json")).unwrap();
+    let legs = checkpoint["outcome"]["legs"].as_array().unwrap();
+    assert_eq!(legs.len() as f64, phase - 1.0);
+    // Nothing claims that the run is done, and going on ends at the same place.
+    assert!(!out.join("summary.json").exists());
+    let again = swim(&[&arguments[..], &["--resume"]].concat());
+    assert_eq!(again.status.code(), Some(3));
+    assert!(stderr(&again).contains(error));
+}
+
+#[test]
 fn check_names_the_model_and_its_cost() {
     let output = swim(&["check", SPHERE]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));

@@ -5,7 +5,8 @@ mod support;
 use approx::assert_abs_diff_eq;
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use support::{Run, STROKE, Tensor, run, scene, three_spheres};
+use support::{Run, STROKE, Tensor, run, run_with, scene, three_spheres};
+use swimmer::model::{SphereModel, SpheresModel};
 use swimmer::{Method, SwimError};
 
 const FREE: &str = r#"{ kind = "unbounded" }"#;
@@ -306,4 +307,108 @@ proptest! {
         let bars = usual.integration_error() + other.integration_error();
         prop_assert!((usual.net(1) - other.net(2)).norm() <= bars);
     }
+}
+
+#[test]
+fn the_runge_kutta_pair_meets_its_tolerance_and_its_bar_holds() {
+    for text in [
+        |tolerance: f64| three_spheres(&format!("model.tolerance = {tolerance}"), FREE),
+        |tolerance: f64| over_wall(5.0, tolerance),
+    ] {
+        let exact = follow(&text(1e-11)).net(1);
+        let mut solves = 0;
+        for tolerance in [1e-2, 1e-4, 1e-6, 1e-8] {
+            let run = run(&scene(&text(tolerance)), Tensor::Rpy, Method::RungeKutta).unwrap();
+            let error = (run.net(1) - exact).norm();
+            // The embedded formula estimates the worse of the two, so its bar holds for the better.
+            assert!(
+                error <= run.integration_error(),
+                "{error:e} at {tolerance:e}"
+            );
+            assert!(
+                error <= tolerance * exact.norm(),
+                "{error:e} at {tolerance:e}"
+            );
+            assert!(run.legs.iter().all(|leg| leg.tolerance_met));
+            assert!(run.solves() >= solves);
+            solves = run.solves();
+        }
+        // Order five: a tolerance a million times smaller takes 16 times the steps.
+        assert!(solves < 1000, "{solves}");
+    }
+}
+
+/// A scene by the model of spheres, which knows resistances.
+fn of_spheres(text: &str, method: Method) -> Result<Run, SwimError> {
+    let scene = scene(text);
+    run_with(
+        &scene,
+        &mut SpheresModel::new(&scene, SphereModel::Rpy)?,
+        method,
+    )
+}
+
+/// A bent chain whose bodies have this mass and moment of inertia.
+fn massive(mass: f64) -> String {
+    let mut text = three_spheres("model.tolerance = 1e-9", FREE).replace("[10, 0, 0]", "[7, 6, 1]");
+    text = text.replace(
+        "radius = 1\n",
+        &format!("radius = 1\nmass = {mass:e}\ninertia = {mass:e}\n"),
+    );
+    assert_eq!(text.matches("inertia").count(), 3);
+    text
+}
+
+#[test]
+fn light_bodies_move_as_those_without_inertia_and_heavy_ones_keep_their_momentum() {
+    let follow = |text: &str, method| of_spheres(text, method).unwrap();
+    let exact = follow(&massive(1e-9), Method::Collocation);
+    let error = |steps| {
+        let run = follow(&massive(1e-9), Method::BackwardEuler { steps });
+        (run.net(1) - exact.net(1)).norm()
+    };
+    // First order.
+    assert_abs_diff_eq!(error(20) / error(40), 2.0, epsilon = 0.1);
+    // Equal masses that start at rest: R t / m is 1e-7, so their centre stays, up to the first order in which steps turn the arms.
+    let heavy = follow(&massive(1e9), Method::BackwardEuler { steps: 20 });
+    let centre = |run: &Run| ((0..3).map(|body| run.net(body)).sum::<Vector3<f64>>() / 3.0).norm();
+    let coarser = follow(&massive(1e9), Method::BackwardEuler { steps: 10 });
+    assert!(centre(&heavy) < 0.02 && centre(&heavy) < 0.6 * centre(&coarser) + 1e-6);
+    assert!(heavy.moves[0].iter().any(|step| step.norm() > 1.0));
+}
+
+#[test]
+fn explicit_steps_with_inertia_are_refused_beyond_their_limit() {
+    // One sphere, J = 1: the fastest relaxation is that of its rotation, 1/(8 pi); two of it are the limit.
+    let limit = 2.0 / (8.0 * std::f64::consts::PI);
+    let pulled = |step: f64| {
+        format!(
+            "gait.phases = [{{ duration = {:?} }}]\n[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\nforce = [1, 0, 0]\nmass = 1\ninertia = 1\n",
+            50.0 * step
+        )
+    };
+    let method = Method::ExplicitInertia { steps: 50 };
+    let step = 0.99 * limit;
+    let stable = of_spheres(&pulled(step), method).unwrap();
+    // v_k = F/R (1 - g^k) with g = 1 - R dt / m, and a step moves by dt v_k.
+    let drag = 6.0 * std::f64::consts::PI;
+    let g = 1.0 - drag * step;
+    let sum = g * (1.0 - g.powi(50)) / (1.0 - g);
+    assert_abs_diff_eq!(stable.net(0).x, step * (50.0 - sum) / drag, epsilon = 1e-12);
+    match of_spheres(&pulled(1.01 * limit), method) {
+        Err(error @ SwimError::Unstable { .. }) => {
+            assert_eq!(error.exit_code(), 3);
+            assert!(
+                error.to_string().contains("take 51 steps a phase"),
+                "{error}"
+            );
+        }
+        other => panic!("{:?}", other.map(|run| run.net(0))),
+    }
+    // Without mass there is nothing to step.
+    let massless = pulled(limit).replace("mass = 1\n", "");
+    assert!(matches!(
+        of_spheres(&massless, Method::BackwardEuler { steps: 5 }),
+        Err(SwimError::BadValue { .. })
+    ));
 }

@@ -51,6 +51,8 @@ pub fn run(
     let interim = match checkpoint {
         None => {
             let Interim { state, outcome } = Interim::start(&scene)?;
+            // An older run's must not look like this one's if this one ends early.
+            files.folder.remove_old("summary.json")?;
             // Replaces an older run's, which must not outlive its files.
             Checkpoint::new(&scene, &state, &outcome, model.as_ref(), &[]).write(&files.folder)?;
             Interim { state, outcome }

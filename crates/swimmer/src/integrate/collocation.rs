@@ -22,7 +22,7 @@ use crate::SwimError;
 /// A stroke is a small difference of its legs: the three-sphere swimmer of Najafi & Golestanian moves by 1/25 of an arm's
 /// change, and the errors of four legs add up. A stroke that gains less, such as the planar swimmer's (1/370),
 /// may miss the tolerance; that is found at the end, when the net displacement is known.
-const LEG_SHARE: f64 = 1.0 / 160.0;
+pub(super) const LEG_SHARE: f64 = 1.0 / 160.0;
 
 /// Rungs from this one on are asked with estimates of what the mesh gets wrong, because they may be the last. (The estimates of
 /// one rung do not serve another: its meshes err by other accidents.)
@@ -32,7 +32,7 @@ const ESTIMATED_POINTS: usize = 3;
 const MOST_POINTS: usize = 8;
 
 /// Steps below this part of a leg mean that something other than the step is wrong.
-const MOST_PARTS: usize = 64;
+pub(super) const MOST_PARTS: usize = 64;
 
 /// Rungs that still differ by less than this, but no longer come closer, differ by the model's own noise
 /// (a mesh of 28 thousand unknowns moves velocities by 1e-4, measured; coarser ones by more).
@@ -52,7 +52,7 @@ pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimE
             Ok(Step::Done { rung, error, met }) => {
                 let duration = oracle.leg.duration * (span.1 - span.0);
                 let drift = rung.drift(duration);
-                result.append(oracle, rung, Some(error), drift.as_ref())?;
+                result.append(oracle, *rung, Some(error), drift.as_ref())?;
                 result.tolerance_met &= met;
             }
             Ok(Step::Diverging { .. }) | Err(SwimError::Collision { .. }) if may_halve => {
@@ -74,8 +74,15 @@ pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimE
 }
 
 enum Step {
-    Done { rung: Rung, error: f64, met: bool },
-    Diverging { error: f64, tolerance: f64 },
+    Done {
+        rung: Box<Rung>,
+        error: f64,
+        met: bool,
+    },
+    Diverging {
+        error: f64,
+        tolerance: f64,
+    },
 }
 
 /// Climbs the ladder over one part of a leg until a rung changes the step by less than the tolerance.
@@ -97,13 +104,7 @@ fn step(oracle: &mut Oracle, start: &State, span: (f64, f64)) -> Result<Step, Sw
         let mut rung = climb(oracle, start, &before.piece, points)?;
         let (step, step_before) = (rung.piece.step(), before.piece.step());
         let change = size(oracle, &(&step + &(&step_before * -1.0)));
-        let moved = oracle
-            .leg
-            .from
-            .iter()
-            .zip(&oracle.leg.to)
-            .fold(0.0_f64, |m, (a, b)| m.max((b - a).abs()));
-        let scale = size(oracle, &step).max(width * moved);
+        let scale = size(oracle, &step).max(width * moved(oracle));
         let tolerance = oracle.scene.model.tolerance * LEG_SHARE * scale;
         // A change is the error of the rung before; this rung's error is smaller by what a rung gains.
         if let Some(last) = last_change {
@@ -120,7 +121,7 @@ fn step(oracle: &mut Oracle, start: &State, span: (f64, f64)) -> Result<Step, Sw
                 rung = climb(oracle, start, &before.piece, points)?;
             }
             return Ok(Step::Done {
-                rung,
+                rung: Box::new(rung),
                 error,
                 met: true,
             });
@@ -128,7 +129,7 @@ fn step(oracle: &mut Oracle, start: &State, span: (f64, f64)) -> Result<Step, Sw
         let stalled = last_change.is_some_and(|last| change > 0.5 * last);
         if stalled && change <= NOISE * scale {
             return Ok(Step::Done {
-                rung,
+                rung: Box::new(rung),
                 error: change,
                 met: false,
             });
@@ -182,7 +183,11 @@ fn climb(
             }
         }
     }
-    Ok(Rung { piece, solved })
+    Ok(Rung {
+        piece,
+        solved,
+        weights: gauss.weights,
+    })
 }
 
 /// Sweeps that fix the rotation of a free swimmer: each gains a factor of the angle turned in a leg, below 0.3.
@@ -207,8 +212,14 @@ fn resting_centroids(
     Ok(guess)
 }
 
+/// The largest change of a length over the leg.
+pub(super) fn moved(oracle: &Oracle) -> f64 {
+    let changes = oracle.leg.from.iter().zip(&oracle.leg.to);
+    changes.fold(0.0_f64, |m, (a, b)| m.max((b - a).abs()))
+}
+
 /// Size of a step as the largest displacement of a body's centre or, by spinning, of its surface.
-fn size(oracle: &Oracle, step: &StateVelocity) -> f64 {
+pub(super) fn size(oracle: &Oracle, step: &StateVelocity) -> f64 {
     let reach = oracle
         .leg
         .from

@@ -25,6 +25,7 @@ pub(super) fn leg(
             Rung {
                 piece,
                 solved: vec![solved],
+                weights: vec![1.0],
             },
             None,
             None,

@@ -7,11 +7,15 @@
 mod collocation;
 mod euler;
 mod gauss;
+mod inertia;
 mod oracle;
 mod piece;
 mod result;
 mod rotation;
+mod runge_kutta;
 
+use inertia::Scheme;
+use nalgebra::DVector;
 use oracle::Oracle;
 use rigid::State;
 
@@ -29,8 +33,21 @@ pub enum Method {
     /// Gauss collocation in rotation-vector coordinates about the middle of the step, with as many points as the
     /// tolerance needs: order `2n` with `n` points, and symmetric: the reversed stroke goes back the same way.
     Collocation,
+    /// The Runge-Kutta pair of Dormand & Prince on the group of states, steps as long as the tolerance allows: order 5, for comparison.
+    RungeKutta,
     /// Explicit Euler with this many steps a leg: first order, for comparison.
     Euler {
+        /// Number of equal steps.
+        steps: usize,
+    },
+    /// Backward Euler with the bodies' masses and moments of inertia: first order, stable for steps of any length.
+    BackwardEuler {
+        /// Number of equal steps.
+        steps: usize,
+    },
+    /// Explicit Euler with masses and moments of inertia, for comparison: refuses steps beyond its limit of stability, twice the
+    /// shortest relaxation time.
+    ExplicitInertia {
         /// Number of equal steps.
         steps: usize,
     },
@@ -41,6 +58,8 @@ pub struct Integrator<'a> {
     scene: &'a Scene,
     model: &'a mut dyn Hydrodynamics,
     method: Method,
+    /// Velocities of the bodies with surfaces at the end of the last leg, for methods with inertia.
+    velocity: Option<DVector<f64>>,
 }
 
 impl<'a> Integrator<'a> {
@@ -50,6 +69,7 @@ impl<'a> Integrator<'a> {
             scene,
             model,
             method,
+            velocity: None,
         }
     }
 
@@ -73,7 +93,22 @@ impl<'a> Integrator<'a> {
         let mut oracle = Oracle::new(self.scene, self.model, leg, observe);
         match self.method {
             Method::Collocation => collocation::leg(&mut oracle, start),
+            Method::RungeKutta => runge_kutta::leg(&mut oracle, start),
             Method::Euler { steps } => euler::leg(&mut oracle, start, steps.max(1)),
+            Method::BackwardEuler { steps } => inertia::leg(
+                &mut oracle,
+                start,
+                steps.max(1),
+                Scheme::Implicit,
+                &mut self.velocity,
+            ),
+            Method::ExplicitInertia { steps } => inertia::leg(
+                &mut oracle,
+                start,
+                steps.max(1),
+                Scheme::Explicit,
+                &mut self.velocity,
+            ),
         }
     }
 }

@@ -1,12 +1,12 @@
 //! What the integrator asks: the velocity at a point of a leg, with every answer checked.
 
-use nalgebra::UnitQuaternion;
+use nalgebra::{DMatrix, UnitQuaternion};
 use rigid::{State, StateVelocity, Twist};
 
 use super::Solved;
 use crate::SwimError;
 use crate::gait::Leg;
-use crate::model::{Hydrodynamics, Placement, Seconds};
+use crate::model::{Hydrodynamics, Instant, Placement, Seconds};
 use crate::scene::{Scene, closest_contact};
 
 type Observer<'a> = &'a mut dyn FnMut(&Solved, &dyn Hydrodynamics) -> Result<(), SwimError>;
@@ -48,6 +48,28 @@ impl<'a> Oracle<'a> {
             rates: &self.leg.rates(),
         };
         let instant = self.model.instant(&placement)?;
+        self.answered(s, state, instant)
+    }
+
+    /// The grand resistance at a point of the leg, after a look whether the bodies have room.
+    pub fn resistance(&mut self, s: f64, state: &State) -> Result<DMatrix<f64>, SwimError> {
+        let lengths = self.leg.lengths(s);
+        self.check_room(s, state, &lengths)?;
+        let placement = Placement {
+            state,
+            lengths: &lengths,
+            rates: &self.leg.rates(),
+        };
+        Ok(self.model.resistance(&placement)?)
+    }
+
+    /// Counts an answer and shows it to whoever observes.
+    pub fn answered(
+        &mut self,
+        s: f64,
+        state: &State,
+        instant: Instant,
+    ) -> Result<Solved, SwimError> {
         instant.check_finite(self.model.name())?;
         self.seconds += instant.seconds;
         let solved = Solved {
@@ -117,6 +139,7 @@ impl<'a> Oracle<'a> {
             phase: self.leg.number + 1,
             what: self.what(),
             percent: 100.0 * s,
+            time: self.leg.time(s),
             problem: match contact.other {
                 Some(other) => format!(
                     "bodies '{name}' and '{}' touch (gap {:.4})",

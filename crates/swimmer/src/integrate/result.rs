@@ -2,16 +2,16 @@
 
 use rigid::{Articulation, State};
 
-use super::gauss::Gauss;
 use super::oracle::Oracle;
 use super::piece::PathPiece;
 use crate::SwimError;
 use crate::model::{BodyInstant, Drift, ErrorEstimate, Instant, Seconds};
 
-/// One rung of the ladder, or one step: a path and the answers at Gauss points that made it.
+/// One rung of the ladder, or one step: a path, the answers that made it, and the weights by which they stand for its duration.
 pub(super) struct Rung {
     pub piece: PathPiece,
     pub solved: Vec<Solved>,
+    pub weights: Vec<f64>,
 }
 
 /// The model's answer at a point of a leg.
@@ -54,11 +54,7 @@ impl Rung {
     /// What the mesh's errors add up to over `duration`, by the rung's own points; none if they were not estimated.
     pub fn drift(&self, duration: f64) -> Option<Drift> {
         let mut drift = Drift::default();
-        for (solved, weight) in self
-            .solved
-            .iter()
-            .zip(Gauss::new(self.solved.len()).weights)
-        {
+        for (solved, weight) in self.solved.iter().zip(&self.weights) {
             let error = solved.instant.mesh_error.as_ref()?;
             drift.add(weight * duration, &solved.instant.motion, error);
         }
@@ -101,7 +97,11 @@ impl LegResult {
         error: Option<f64>,
         drift: Option<&Drift>,
     ) -> Result<(), SwimError> {
-        let Rung { piece, solved } = rung;
+        let Rung {
+            piece,
+            solved,
+            weights,
+        } = rung;
         let moved: Vec<_> = piece.step().frames.iter().map(|f| f.linear).collect();
         self.drift = match (self.drift.take(), drift) {
             (Some(mut sum), Some(part)) => {
@@ -112,7 +112,7 @@ impl LegResult {
         };
         let duration = oracle.leg.duration * (piece.to - piece.from);
         let power = |b: &BodyInstant| b.force.dot(&b.velocity) + b.torque.dot(&b.angular_velocity);
-        for (solved, weight) in solved.iter().zip(Gauss::new(solved.len()).weights) {
+        for (solved, weight) in solved.iter().zip(weights) {
             let instant = &solved.instant;
             // Errors by the mesh are added up with their signs, in the drift.
             let without_mesh = ErrorEstimate {

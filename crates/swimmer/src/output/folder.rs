@@ -65,6 +65,17 @@ impl Folder {
         }
     }
 
+    /// Removes a file of an earlier run, if there is one.
+    ///
+    /// # Errors
+    /// As [`Folder::remove`].
+    pub fn remove_old(&self, name: &str) -> Result<(), SwimError> {
+        match self.path.join(name).exists() {
+            true => self.remove(name),
+            false => Ok(()),
+        }
+    }
+
     /// Removes a file.
     ///
     /// # Errors

@@ -1,0 +1,190 @@
+//! A Runge-Kutta pair on the group of states, with the error of every step controlled by the embedded formula.
+//!
+//! In coordinates $\sigma$ about the start of a step, $X(t) = \exp(\sigma(t)) X_0$, the motion $\sigma' = \mathrm{dexp}^{-1}_\sigma V(X)$ is an
+//! equation in a vector space, where the pair of Dormand & Prince (J. Comput. Appl. Math. 6, 1980) of orders 5 and 4 keeps its orders
+//! (Munthe-Kaas, BIT 38, 1998). Its last stage is the velocity at the end of the step, so a step costs six solves.
+
+use rigid::{State, StateVelocity};
+
+use super::collocation::{LEG_SHARE, MOST_PARTS, moved, size};
+use super::oracle::Oracle;
+use super::piece::{PathPiece, combination};
+use super::result::{LegResult, Rung, Solved};
+use super::rotation::coordinate_rate;
+use crate::SwimError;
+
+const NODES: [f64; 7] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
+
+const STAGES: [&[f64]; 6] = [
+    &[1.0 / 5.0],
+    &[3.0 / 40.0, 9.0 / 40.0],
+    &[44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0],
+    &[
+        19372.0 / 6561.0,
+        -25360.0 / 2187.0,
+        64448.0 / 6561.0,
+        -212.0 / 729.0,
+    ],
+    &[
+        9017.0 / 3168.0,
+        -355.0 / 33.0,
+        46732.0 / 5247.0,
+        49.0 / 176.0,
+        -5103.0 / 18656.0,
+    ],
+    &[
+        35.0 / 384.0,
+        0.0,
+        500.0 / 1113.0,
+        125.0 / 192.0,
+        -2187.0 / 6784.0,
+        11.0 / 84.0,
+    ],
+];
+
+/// Weights of the formula of order five; those of the last stage.
+const WEIGHTS: [f64; 7] = [
+    35.0 / 384.0,
+    0.0,
+    500.0 / 1113.0,
+    125.0 / 192.0,
+    -2187.0 / 6784.0,
+    11.0 / 84.0,
+    0.0,
+];
+
+/// The same less the weights of the formula of order four.
+const DIFFERENCE: [f64; 7] = [
+    71.0 / 57600.0,
+    0.0,
+    -71.0 / 16695.0,
+    71.0 / 1920.0,
+    -17253.0 / 339200.0,
+    22.0 / 525.0,
+    -1.0 / 40.0,
+];
+
+/// The first step tried, in legs.
+const FIRST: f64 = 0.25;
+
+/// Integrates a leg with steps as long as the tolerance allows.
+pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimError> {
+    let mut result = LegResult::at(start);
+    oracle.want_estimates(false);
+    let (mut s, mut width) = (0.0, FIRST);
+    let mut first = oracle.solve(0.0, start)?;
+    while s < 1.0 {
+        // A rest that rounding leaves is no step.
+        let end = if s + 1.01 * width >= 1.0 {
+            1.0
+        } else {
+            s + width
+        };
+        let step = match step(oracle, &result.end, &first, (s, end)) {
+            Err(SwimError::Collision { .. }) if end - s > 1.0 / MOST_PARTS as f64 => {
+                width = 0.5 * (end - s);
+                continue;
+            }
+            other => other?,
+        };
+        let scale = size(oracle, &step.sigma).max((end - s) * moved(oracle));
+        let tolerance = oracle.scene.model.tolerance * LEG_SHARE * scale;
+        // Step sizes for a local error of order five; never more than five times up or down (Hairer, Nørsett & Wanner 1993, II.4).
+        let factor = match step.error > 0.0 {
+            true => (0.9 * (tolerance / step.error).powf(0.2)).clamp(0.2, 5.0),
+            false => 5.0,
+        };
+        if step.error > tolerance {
+            if end - s <= 1.0 / MOST_PARTS as f64 {
+                return Err(SwimError::NotIntegrated {
+                    phase: oracle.leg.number + 1,
+                    what: oracle.what(),
+                    error: step.error,
+                    tolerance,
+                    parts: MOST_PARTS,
+                });
+            }
+            width = factor.min(1.0) * (end - s);
+            continue;
+        }
+        let piece = PathPiece::new(
+            &oracle.scene.articulation,
+            &result.end,
+            (s, end),
+            vec![step.sigma],
+        )?;
+        first = step.last;
+        let rung = Rung {
+            piece,
+            weights: WEIGHTS[..step.solved.len()].to_vec(),
+            solved: step.solved,
+        };
+        result.append(oracle, rung, Some(step.error), None)?;
+        (s, width) = (end, factor * (end - s));
+    }
+    Ok(result.closed(oracle))
+}
+
+struct Step {
+    /// The step in coordinates about its start.
+    sigma: StateVelocity,
+    error: f64,
+    /// All stages but the last.
+    solved: Vec<Solved>,
+    /// The velocity at the end.
+    last: Solved,
+}
+
+fn step(
+    oracle: &mut Oracle,
+    start: &State,
+    first: &Solved,
+    span: (f64, f64),
+) -> Result<Step, SwimError> {
+    let width = span.1 - span.0;
+    let duration = oracle.leg.duration * width;
+    let mut solved = vec![first.clone()];
+    let mut rates = vec![&first.instant.motion * duration];
+    for (weights, node) in STAGES.iter().zip(&NODES[1..]) {
+        let sigma = combination(rates.iter().zip(weights.iter().copied()), start);
+        let state = oracle.scene.articulation.advance(start, &sigma)?;
+        let stage = oracle.solve(span.0 + node * width, &state)?;
+        rates.push(&coordinate_rate(&sigma, &stage.instant.motion) * duration);
+        solved.push(stage);
+    }
+    let error = combination(rates.iter().zip(DIFFERENCE), start);
+    let last = solved.split_off(NODES.len() - 1).swap_remove(0);
+    Ok(Step {
+        sigma: combination(rates.iter().zip(WEIGHTS), start),
+        error: size(oracle, &error),
+        solved,
+        last,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tableau_fulfils_its_order_conditions() {
+        for (row, node) in STAGES.iter().zip(&NODES[1..]) {
+            assert!((row.iter().sum::<f64>() - node).abs() < 1e-14);
+        }
+        // Quadrature conditions: order five for the weights, order four for the embedded ones.
+        for power in 0..5 {
+            let moment = |weights: &[f64]| -> f64 {
+                weights
+                    .iter()
+                    .zip(NODES)
+                    .map(|(w, c)| w * c.powi(power))
+                    .sum()
+            };
+            let exact = 1.0 / f64::from(power + 1);
+            assert!((moment(&WEIGHTS) - exact).abs() < 1e-14);
+            let embedded: Vec<f64> = WEIGHTS.iter().zip(DIFFERENCE).map(|(w, d)| w - d).collect();
+            assert_eq!((moment(&embedded) - exact).abs() < 1e-14, power < 4);
+        }
+        assert_eq!(STAGES[5], &WEIGHTS[..6]);
+    }
+}
