@@ -12,22 +12,16 @@ use rigid::{Constrained, DirectRows, Eliminated, Formulation, Lagrange};
 use swimmer::Scene;
 use swimmer::model::{FemModel, Placement};
 
+use super::faults;
 use super::ilu::Ilu0;
+use super::map::Tried;
 use super::setup::Setup;
-
-/// Something tried and what it came to.
-#[derive(Clone, Debug)]
-pub struct Row {
-    pub name: String,
-    pub outcome: String,
-    pub as_expected: bool,
-}
 
 /// Below this a pair of spaces is refused: P2-P1 has 0.4 to 0.5, equal orders 0.08 on coarse meshes and less on fine ones.
 const LEAST_INF_SUP: f64 = 0.1;
 
 /// Tries everything.
-pub fn rows() -> Result<Vec<Row>> {
+pub fn rows() -> Result<Vec<Tried>> {
     let eliminated = system(&Eliminated)?;
     let lagrange = system(&Lagrange)?;
     let direct_rows = system(&DirectRows)?;
@@ -75,6 +69,8 @@ pub fn rows() -> Result<Vec<Row>> {
         "NaN",
     ));
     rows.push(no_preconditioner(&eliminated));
+    rows.extend(faults::right_sides(&eliminated)?);
+    rows.extend(faults::meshes()?);
     Ok(rows)
 }
 
@@ -95,16 +91,16 @@ fn system(formulation: &dyn Formulation) -> Result<Constrained> {
     Ok(model.system(&placement, formulation)?)
 }
 
-fn quadratic(system: &Constrained) -> Result<Row> {
+fn quadratic(system: &Constrained) -> Result<Tried> {
     let measured = InfSup::of(&system.system)?;
-    Ok(Row {
+    Ok(Tried {
         name: "inf-sup constant of P2-P1".into(),
         outcome: format!("{:.3}", measured.constant),
         as_expected: measured.require(LEAST_INF_SUP).is_ok(),
     })
 }
 
-fn equal_order(system: &Constrained) -> Result<Row> {
+fn equal_order(system: &Constrained) -> Result<Tried> {
     let nodes = system.transfer.nodes();
     let linear = SaddleSystem::new(
         Bordered::scalar(system.vertex_stiffness.clone())?,
@@ -144,7 +140,7 @@ fn vector_product(b: &Csr3, interpolation: &Csr) -> Csr3 {
 }
 
 /// The paper's "gasm + LU fails on Lagrange multipliers": multipliers in a subdomain without the bodies they hold.
-fn separated_multipliers(lagrange: &Constrained) -> Row {
+fn separated_multipliers(lagrange: &Constrained) -> Tried {
     let m = lagrange.system.border_range().len();
     // Bodies first, multipliers behind them: the second half holds all multipliers.
     let velocities = 6 * 3 + 3;
@@ -169,7 +165,7 @@ fn cut(subdomains: usize, border: BorderPlacement) -> SchwarzParams {
 }
 
 /// FGMRES with incomplete factors of the whole matrix, in the natural order or with the zero diagonals first.
-fn incomplete_factors(name: &str, system: &Constrained, zeros_first: bool) -> Result<Row> {
+fn incomplete_factors(name: &str, system: &Constrained, zeros_first: bool) -> Result<Tried> {
     let unknowns = system.right.len();
     let mut order: Vec<usize> = (0..unknowns).collect();
     if zeros_first {
@@ -186,7 +182,7 @@ fn incomplete_factors(name: &str, system: &Constrained, zeros_first: bool) -> Re
     let mut factors = match Ilu0::new(&system.system, &order) {
         Ok(factors) => factors,
         Err(zero) => {
-            return Ok(Row {
+            return Ok(Tried {
                 name,
                 outcome: format!("*no*: {zero}"),
                 as_expected: true,
@@ -194,16 +190,16 @@ fn incomplete_factors(name: &str, system: &Constrained, zeros_first: bool) -> Re
         }
     };
     let outcome = solve_and_check(system, &mut factors)?;
-    Ok(Row {
+    Ok(Tried {
         name,
         as_expected: true,
         outcome,
     })
 }
 
-fn no_preconditioner(system: &Constrained) -> Row {
+fn no_preconditioner(system: &Constrained) -> Tried {
     let outcome = solve_and_check(system, &mut Identity(system.right.len()));
-    Row {
+    Tried {
         name: "FGMRES without preconditioner".into(),
         as_expected: matches!(&outcome, Ok(text) if text.starts_with("*no*")),
         outcome: outcome.unwrap_or_else(|error| format!("{error:#}")),
@@ -256,7 +252,7 @@ fn solved(
 
 /// Solves with the viscosity in the matrices, as somebody does who keeps the units of the problem: the velocities of a swimmer must
 /// not change, or the solver must say why it cannot.
-fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Row {
+fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Tried {
     let momentum = plain.system.border_range().end;
     let mut b = plain.right.clone();
     b[..momentum].iter_mut().for_each(|load| *load *= viscosity);
@@ -283,7 +279,7 @@ fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Row {
             }
         }
     };
-    Row {
+    Tried {
         name: format!("viscosity {viscosity:e} in the matrices instead of in the units"),
         outcome,
         as_expected,
@@ -308,7 +304,7 @@ fn scaled(
 }
 
 /// A row for something that must fail with a message that holds `part`.
-fn refusal(name: &str, result: std::result::Result<(), linalg::LinalgError>, part: &str) -> Row {
+fn refusal(name: &str, result: std::result::Result<(), linalg::LinalgError>, part: &str) -> Tried {
     let (outcome, as_expected) = match result {
         Ok(()) => ("**accepted**".to_owned(), false),
         Err(error) => {
@@ -317,7 +313,7 @@ fn refusal(name: &str, result: std::result::Result<(), linalg::LinalgError>, par
             (format!("*no*: {message}"), named)
         }
     };
-    Row {
+    Tried {
         name: name.to_owned(),
         outcome,
         as_expected,

@@ -1,21 +1,30 @@
-//! The map as Markdown and CSV.
+//! The map as Markdown and CSV, with the page and the pictures.
 
 use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use super::algebra::Row;
-use super::{Cell, FORMULATIONS, Outcome, SOLVERS};
+use super::Everything;
+use super::integration::Point;
+use super::map::{Map, Outcome, Tried};
+use super::page;
 use crate::machine;
 
 /// Prints the map and writes its files.
-pub fn write(cells: &[Cell], algebra: &[Row], seconds: f64, out: &Path) -> Result<()> {
-    let text = markdown(cells, algebra, seconds)?;
+pub fn write(everything: &Everything, out: &Path) -> Result<()> {
+    let text = markdown(everything)?;
     println!("{text}");
     std::fs::create_dir_all(out)
         .with_context(|| format!("could not make the folder {}", out.display()))?;
-    for (name, content) in [("stability.md", text), ("stability.csv", csv(cells)?)] {
+    let (scallop, stroke) = page::charts(everything)?;
+    for (name, content) in [
+        ("stability.md", text),
+        ("stability.csv", csv(everything)?),
+        ("stability.html", page::html(everything)?),
+        ("stability-scallop.svg", scallop),
+        ("stability-integrators.svg", stroke),
+    ] {
         let path = out.join(name);
         std::fs::write(&path, content).with_context(|| {
             format!(
@@ -27,55 +36,76 @@ pub fn write(cells: &[Cell], algebra: &[Row], seconds: f64, out: &Path) -> Resul
     Ok(())
 }
 
-fn markdown(cells: &[Cell], algebra: &[Row], seconds: f64) -> Result<String> {
-    let wrong = cells
-        .iter()
-        .filter(|cell| matches!(cell.outcome, Outcome::Wrong { .. }))
-        .count();
+fn markdown(everything: &Everything) -> Result<String> {
     let mut text = format!(
-        "# The stability map\n\n{}, {}; {seconds:.0} s. Made by `cargo xtask stability`.\n\n\
-         Each cell is a scene solved by one formulation with one solver: a number is the right answer in so many iterations (velocities \
-         against an independent solve, to 1e-7 for Krylov solvers stopped at a true residual of 1e-10, to 1e-9 for the direct one), *no* is a refusal, **WRONG** \
-         an answer that claims to be right and is not. Wrong answers: {wrong} of {} cells.\n\n",
+        "# The stability map\n\n{}, {}; {:.0} s. Made by `cargo xtask stability`; [the same with pictures](stability.html).\n\n\
+         {} hardships, {} cells. *no* is a refusal, **WRONG** an answer that claims to be right and is not. Wrong answers: {}.\n",
         machine::today(),
         machine::processor(),
-        cells.len(),
+        everything.seconds,
+        everything.hardships(),
+        everything.cells(),
+        everything.wrong()
     );
-    let short = ["P~", "L", "DR"];
-    text.push_str("| hardship |");
-    for solver in SOLVERS {
-        for name in short {
-            write!(text, " {solver} {name} |")?;
-        }
+    for map in &everything.maps {
+        table(&mut text, map)?;
     }
+    text.push_str("\n## Integrators\n\n");
+    tried(&mut text, &everything.integrators.tried)?;
+    text.push_str("\n![scallop drift](stability-scallop.svg)\n![error of a stroke](stability-integrators.svg)\n\n");
+    text.push_str(
+        "Three unequal spheres on a bent chain in unbounded fluid (rpy), which turn as they swim. Scallop: an arm closes and opens again, and nothing \
+         should have moved. Stroke: four phases, error of the middle sphere. Errors in radii.\n\n| integrator | choice | solves | scallop drift | stroke: solves | error |\n|:--|:--|--:|--:|--:|--:|\n",
+    );
+    let study = &everything.integrators;
+    for (scallop, stroke) in study.scallop.iter().zip(&study.stroke) {
+        writeln!(
+            text,
+            "| {} | {} | {} | {:.1e} | {} | {:.1e} |",
+            scallop.integrator,
+            scallop.choice,
+            scallop.solves,
+            scallop.error,
+            stroke.solves,
+            stroke.error
+        )?;
+    }
+    text.push_str("\n## Algebra\n\nWays to fail that a scene cannot ask for, tried on the systems of the bent chain:\n\n");
+    tried(&mut text, &everything.algebra)?;
+    Ok(text)
+}
+
+fn table(text: &mut String, map: &Map) -> Result<()> {
+    write!(text, "\n## {}\n\n{}\n\n| hardship |", map.title, map.note)?;
+    map.columns
+        .iter()
+        .try_for_each(|column| write!(text, " {column} |"))?;
     text.push_str("\n|:--|");
-    text.push_str(&":-:|".repeat(SOLVERS.len() * FORMULATIONS.len()));
+    text.push_str(&":-:|".repeat(map.columns.len()));
     text.push('\n');
-    let mut reasons: Vec<(String, &str)> = Vec::new();
-    for row in cells.chunks(SOLVERS.len() * FORMULATIONS.len()) {
-        write!(text, "| {} |", row[0].hardship)?;
-        for cell in row {
+    for row in &map.rows {
+        write!(text, "| {} |", row.hardship)?;
+        for cell in &row.cells {
             let mark = match &cell.outcome {
-                Outcome::Right { iterations, .. } => iterations.to_string(),
-                Outcome::Refused(message) => {
-                    if !reasons.iter().any(|(known, _)| known == message) {
-                        reasons.push((message.clone(), cell.hardship));
-                    }
-                    "*no*".to_owned()
-                }
-                Outcome::Wrong { error } => format!("**WRONG** {error:.0e}"),
+                Outcome::Refused(_) => "*no*".to_owned(),
+                Outcome::Wrong { .. } => format!("**{}**", cell.outcome.mark()),
+                other => other.mark(),
             };
             let surprise = if cell.as_expected { "" } else { " (!)" };
             write!(text, " {mark}{surprise} |")?;
         }
         text.push('\n');
     }
-    text.push_str("\nP~: elimination; L: Lagrange multipliers; DR: direct rows. (!) is not what was expected.\n\nReasons given:\n\n");
-    for (message, hardship) in reasons {
+    text.push_str("\n(!) is not what was expected. Reasons given:\n\n");
+    for (message, hardship) in map.reasons() {
         writeln!(text, "- {hardship}: {}", message.replace('\n', " "))?;
     }
-    text.push_str("\n## Algebra\n\nWays to fail that a scene cannot ask for, tried on the systems of the bent chain:\n\n| tried | came to |\n|:--|:--|\n");
-    for row in algebra {
+    Ok(())
+}
+
+fn tried(text: &mut String, list: &[Tried]) -> Result<()> {
+    text.push_str("| tried | came to |\n|:--|:--|\n");
+    for row in list {
         let surprise = if row.as_expected { "" } else { " (!)" };
         writeln!(
             text,
@@ -84,40 +114,52 @@ fn markdown(cells: &[Cell], algebra: &[Row], seconds: f64) -> Result<String> {
             row.outcome.replace('\n', " ")
         )?;
     }
-    Ok(text)
+    Ok(())
 }
 
-fn csv(cells: &[Cell]) -> Result<String> {
-    let mut text = String::from(
-        "hardship,formulation,solver,outcome,iterations,error,seconds,as_expected,message\n",
-    );
-    for cell in cells {
-        let (outcome, iterations, error, message) = match &cell.outcome {
-            Outcome::Right { error, iterations } => (
-                "right",
-                iterations.to_string(),
-                format!("{error:e}"),
-                String::new(),
-            ),
-            Outcome::Refused(message) => (
-                "refused",
-                String::new(),
-                String::new(),
-                message.replace(['"', '\n'], " "),
-            ),
-            Outcome::Wrong { error } => {
-                ("wrong", String::new(), format!("{error:e}"), String::new())
+fn csv(everything: &Everything) -> Result<String> {
+    let clean = |s: &str| s.replace(',', ";").replace(['"', '\n'], " ");
+    let mut text =
+        String::from("map,hardship,way,outcome,mark,error,seconds,as_expected,message\n");
+    for map in &everything.maps {
+        for row in &map.rows {
+            for (cell, column) in row.cells.iter().zip(&map.columns) {
+                let (error, message) = match &cell.outcome {
+                    Outcome::Refused(message) => (String::new(), clean(message)),
+                    Outcome::Right { error, .. } | Outcome::Wrong { error } => {
+                        (format!("{error:e}"), String::new())
+                    }
+                };
+                writeln!(
+                    text,
+                    "{},{},{column},{},{},{error},{:.3},{},{message}",
+                    map.key,
+                    clean(&row.hardship),
+                    cell.outcome.word(),
+                    clean(&cell.outcome.mark()),
+                    cell.seconds,
+                    cell.as_expected
+                )?;
             }
-        };
-        writeln!(
-            text,
-            "{},{},{},{outcome},{iterations},{error},{:.3},{},\"{message}\"",
-            cell.hardship.replace(',', ";"),
-            cell.formulation,
-            cell.solver,
-            cell.seconds,
-            cell.as_expected
-        )?;
+        }
+    }
+    let study = &everything.integrators;
+    for (map, points) in [("scallop", &study.scallop), ("stroke", &study.stroke)] {
+        for Point {
+            integrator,
+            choice,
+            solves,
+            error,
+            ..
+        } in points
+        {
+            writeln!(
+                text,
+                "{map},{},{},measured,{solves} solves,{error:e},,true,",
+                clean(integrator),
+                clean(choice)
+            )?;
+        }
     }
     Ok(text)
 }

@@ -38,7 +38,7 @@ impl Setup {
             arms: "free",
             change: Some((0, -0.5)),
             pull: None,
-            size: 0.8,
+            size: 1.2,
             more: String::new(),
         }
     }

@@ -1,0 +1,328 @@
+//! Integrators in time: limits of stability with inertia, drift of a stroke that goes nowhere, error against cost.
+
+use anyhow::{Context, Result};
+use nalgebra::Vector3;
+use swimmer::model::{SphereModel, SpheresModel};
+use swimmer::{Method, Outcome, Scene, SwimError, simulate};
+
+use super::map::Tried;
+use crate::chart::{LogLog, Series, Style};
+
+/// What a run of one integrator came to.
+pub struct Point {
+    pub integrator: &'static str,
+    pub choice: String,
+    pub tolerance: f64,
+    pub solves: usize,
+    /// Distance of the middle sphere from where it belongs, in radii.
+    pub error: f64,
+}
+
+/// Everything measured about integrators.
+pub struct Study {
+    pub tried: Vec<Tried>,
+    /// Drift of a reciprocal stroke.
+    pub scallop: Vec<Point>,
+    /// Error of a stroke that swims and turns.
+    pub stroke: Vec<Point>,
+}
+
+/// Mass and moment of inertia of every sphere where inertia must not matter: it relaxes in 5e-8 of a phase.
+const LIGHT: f64 = 1e-6;
+
+/// Three unequal spheres on a bent chain in unbounded fluid.
+fn chain(mass: f64, tolerance: f64, phases: &[(&str, f64)]) -> Result<Scene> {
+    let mut text = format!(
+        "model = {{ kind = \"rpy\", tolerance = {tolerance:e} }}\ngait.arms = \"clamped\"\n"
+    );
+    for (name, radius, position) in [
+        ("a", 1.0, [-5.0, 0.0, 0.0]),
+        ("b", 1.3, [0.0, 0.0, 0.0]),
+        ("c", 0.8, [2.0, 5.0, 0.5]),
+    ] {
+        text += &format!(
+            "[[bodies]]\nname = \"{name}\"\nradius = {radius}\nposition = {position:?}\nmass = {mass:e}\ninertia = {mass:e}\n"
+        );
+    }
+    text += "[[links]]\nname = \"left\"\nbody = \"a\"\nto = \"b\"\n[[links]]\nname = \"right\"\nbody = \"c\"\nto = \"b\"\n";
+    for (link, length) in phases {
+        text += &format!("[[gait.phases]]\nlink = \"{link}\"\nlength = {length:?}\n");
+    }
+    Scene::parse(&text).context("a scene of the integrators is not valid")
+}
+
+/// Lengths of the chain's arms at the start.
+fn arms() -> [f64; 2] {
+    [5.0, Vector3::new(2.0, 5.0, 0.5).norm()]
+}
+
+/// One arm closes and opens again.
+fn reciprocal() -> [(&'static str, f64); 2] {
+    [("left", 3.0), ("left", arms()[0])]
+}
+
+/// The four-phase stroke.
+fn swimming() -> [(&'static str, f64); 4] {
+    [
+        ("left", 3.0),
+        ("right", 3.0),
+        ("left", arms()[0]),
+        ("right", arms()[1]),
+    ]
+}
+
+fn run(scene: &Scene, method: Method) -> std::result::Result<Outcome, SwimError> {
+    // Not by `choose`: masses are for the integrators only.
+    let mut model = SpheresModel::new(scene, SphereModel::Rpy)?;
+    simulate(scene, &mut model, method, &mut ())
+}
+
+/// Integrators with what is varied: steps a phase, or the tolerance.
+fn choices(quick: bool) -> Vec<(&'static str, String, f64, Method)> {
+    let mut all = Vec::new();
+    let steps: &[usize] = if quick {
+        &[10, 20]
+    } else {
+        &[5, 10, 20, 40, 80, 160]
+    };
+    for &steps in steps {
+        let label = format!("{steps} steps a phase");
+        all.push((
+            "explicit Euler",
+            label.clone(),
+            1e-3,
+            Method::Euler { steps },
+        ));
+        all.push((
+            "backward Euler, light bodies",
+            label,
+            1e-3,
+            Method::BackwardEuler { steps },
+        ));
+    }
+    let tolerances: &[f64] = if quick {
+        &[1e-4]
+    } else {
+        &[1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8]
+    };
+    for &tolerance in tolerances {
+        let label = format!("tolerance {tolerance:e}");
+        all.push((
+            "Runge-Kutta 5(4)",
+            label.clone(),
+            tolerance,
+            Method::RungeKutta,
+        ));
+        all.push(("Gauss collocation", label, tolerance, Method::Collocation));
+    }
+    all
+}
+
+/// Measures everything.
+pub fn study(quick: bool) -> Result<Study> {
+    let mut scallop = Vec::new();
+    let mut stroke = Vec::new();
+    let exact = run(&chain(LIGHT, 1e-11, &swimming())?, Method::Collocation)?.displacement[1];
+    for (integrator, choice, tolerance, method) in choices(quick) {
+        eprintln!("{integrator}, {choice}");
+        let point = |phases: &[(&str, f64)], goal: Vector3<f64>| -> Result<Point> {
+            let outcome = run(&chain(LIGHT, tolerance, phases)?, method)?;
+            Ok(Point {
+                integrator,
+                choice: choice.clone(),
+                tolerance,
+                solves: outcome.solves,
+                error: (outcome.displacement[1] - goal).norm(),
+            })
+        };
+        scallop.push(point(&reciprocal(), Vector3::zeros())?);
+        stroke.push(point(&swimming(), exact)?);
+    }
+    let mut tried = limits()?;
+    tried.extend(drifts(&scallop));
+    Ok(Study {
+        tried,
+        scallop,
+        stroke,
+    })
+}
+
+/// A sphere that is pulled: `m dU/dt + R U = F`, whose limit is known exactly.
+fn pulled(mass: f64, duration: f64) -> Result<Scene> {
+    Ok(Scene::parse(&format!(
+        "model.kind = \"rpy\"\ngait.phases = [{{ duration = {duration:e} }}]\n[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\n\
+         force = [1, 0, 0]\nmass = {mass:e}\ninertia = {mass:e}\n"
+    ))?)
+}
+
+/// Resistances of a sphere to translation and to rotation.
+const DRAG: f64 = 6.0 * std::f64::consts::PI;
+const TURN: f64 = 8.0 * std::f64::consts::PI;
+
+fn limits() -> Result<Vec<Tried>> {
+    // The shortest relaxation is that of the rotation, m = J = 1: 1/(8 pi).
+    let limit = 2.0 / TURN;
+    let steps = 100;
+    let mut rows = vec![measured_limit()];
+    for (part, refused) in [(0.99, false), (1.01, true)] {
+        let scene = pulled(1.0, part * limit * f64::from(steps))?;
+        let method = Method::ExplicitInertia {
+            steps: steps as usize,
+        };
+        rows.push(speed_row(
+            &format!("explicit Euler with inertia, steps of {part} times 2m/R"),
+            &scene,
+            method,
+            refused,
+            1e-6,
+        ));
+    }
+    for (mass, name) in [(1e-12, "1e-12"), (1e-3, "1e-3")] {
+        let scene = pulled(mass, 1.0)?;
+        let explicit = Method::ExplicitInertia { steps: 20 };
+        rows.push(speed_row(
+            &format!("explicit Euler, mass {name}, 20 steps a phase"),
+            &scene,
+            explicit,
+            mass < 1e-4 || 0.05 > 2.0 * mass / TURN,
+            1e-6,
+        ));
+        let implicit = Method::BackwardEuler { steps: 20 };
+        rows.push(speed_row(
+            &format!("backward Euler, mass {name}, 20 steps a phase"),
+            &scene,
+            implicit,
+            false,
+            1e-6,
+        ));
+    }
+    // A phase of a millionth of the relaxation: the bodies keep their momentum, so their centre of mass stays.
+    let heavy = run(
+        &chain(1e6, 1e-3, &[("left", 3.0)])?,
+        Method::BackwardEuler { steps: 20 },
+    )?;
+    let centre = heavy.displacement.iter().sum::<Vector3<f64>>().norm() / 3.0;
+    rows.push(Tried {
+        name: "backward Euler, mass 1e6: the centre of mass stays".into(),
+        outcome: format!("right to {centre:.0e} radii of 2 that the arm closes"),
+        // R t / m = 6e-5; the rest is that steps of first order turn arms of five radii.
+        as_expected: centre < 2e-3,
+    });
+    Ok(rows)
+}
+
+/// Runs a pulled sphere and compares its speed at the end with `F/R`.
+fn speed_row(name: &str, scene: &Scene, method: Method, refused: bool, tolerance: f64) -> Tried {
+    match run(scene, method) {
+        Err(error) => Tried {
+            name: name.into(),
+            outcome: format!("*no*: {error}"),
+            as_expected: refused && matches!(error, SwimError::Unstable { .. }),
+        },
+        Ok(outcome) => {
+            let last = outcome.samples.iter().rev().find_map(|s| s.bodies.as_ref());
+            let speed = last.map_or(f64::NAN, |bodies| bodies[0].velocity.x);
+            let error = (speed * DRAG - 1.0).abs();
+            Tried {
+                name: name.into(),
+                outcome: match error < tolerance {
+                    true => format!("right to {error:.0e}"),
+                    false => format!("**WRONG** by {error:.0e}"),
+                },
+                as_expected: !refused && error < tolerance,
+            }
+        }
+    }
+}
+
+/// The limit found by trying: the largest step for which `v <- v - dt R/m v` does not grow in a thousand steps.
+fn measured_limit() -> Tried {
+    let grows = |step: f64| {
+        let mut v = 1.0_f64;
+        (0..1000).for_each(|_| v -= step * DRAG * v);
+        v.is_nan() || v.abs() > 1.0
+    };
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if grows(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    let ratio = low / (2.0 / DRAG);
+    Tried {
+        name: "largest stable explicit step over 2m/R, found by bisection".into(),
+        outcome: format!("{ratio:.6}"),
+        as_expected: (ratio - 1.0).abs() < 1e-6,
+    }
+}
+
+/// Scallop drift of each integrator: what is left of a stroke that should go nowhere.
+fn drifts(points: &[Point]) -> Vec<Tried> {
+    let of = |name: &str| {
+        points
+            .iter()
+            .filter(|p| p.integrator == name)
+            .collect::<Vec<_>>()
+    };
+    let mut rows = Vec::new();
+    for name in ["explicit Euler", "backward Euler, light bodies"] {
+        let list = of(name);
+        if let [.., a, b] = &list[..] {
+            let order = (a.error / b.error).log2();
+            rows.push(Tried {
+                name: format!("scallop drift of {name}"),
+                outcome: format!(
+                    "{:.1e} radii with {} solves, {:.1e} with {}: order {order:.2}",
+                    a.error, a.solves, b.error, b.solves
+                ),
+                as_expected: (order - 1.0).abs() < 0.15,
+            });
+        }
+    }
+    // A leg errs by its share, 1/160 of the tolerance, of two radii; there are two legs, in a few steps each.
+    for (name, allowed) in [("Runge-Kutta 5(4)", 0.05), ("Gauss collocation", 0.0)] {
+        if let Some(point) = of(name).last() {
+            rows.push(Tried {
+                name: format!("scallop drift of {name}"),
+                outcome: format!(
+                    "{:.1e} radii with {} solves, {}",
+                    point.error, point.solves, point.choice
+                ),
+                // Symmetric methods go back the way they came, up to the iteration of the positions.
+                as_expected: point.error < allowed * point.tolerance + 1e-10,
+            });
+        }
+    }
+    rows
+}
+
+/// Error over solves, a curve an integrator.
+pub fn chart(title: &str, points: &[Point]) -> LogLog {
+    let mut names: Vec<&'static str> = Vec::new();
+    for point in points {
+        if !names.contains(&point.integrator) {
+            names.push(point.integrator);
+        }
+    }
+    LogLog {
+        title: title.into(),
+        x: "solves".into(),
+        y: "error in radii".into(),
+        series: names
+            .into_iter()
+            .map(|name| Series {
+                name: name.into(),
+                // Rounding is all that is left below this.
+                points: points
+                    .iter()
+                    .filter(|p| p.integrator == name)
+                    .map(|p| (p.solves as f64, p.error.max(1e-16)))
+                    .collect(),
+                style: Style::Curve,
+            })
+            .collect(),
+    }
+}
