@@ -11,8 +11,8 @@ use std::path::Path;
 
 use anyhow::Result;
 
-/// Element size on the spheres, in their radii: seven thousand vertices.
-const SIZE: f64 = 0.5;
+/// Element size on the spheres, in their radii.
+const SIZE: f64 = 0.6;
 
 /// The same for the quick part.
 const COARSE: f64 = 0.8;

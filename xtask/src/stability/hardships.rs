@@ -310,13 +310,13 @@ pub fn all() -> Vec<Hardship> {
             false,
         ),
         hardship("nothing moves", alone([3.0, 1.0, 0.0], [0.0; 3]), false),
-        refused(
+        hardship(
             "no container",
             Setup {
                 domain: "{ kind = \"unbounded\" }".to_owned(),
                 ..plain.clone()
             },
-            "domain.kind",
+            false,
         ),
         refused(
             "a viscosity of nothing",
