@@ -196,10 +196,12 @@ fn settings() -> Vec<Setting> {
 
 /// The map.
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
+    // The tests leave out what needs a mesh.
+    let models = if quick { &MODELS[..3] } else { &MODELS[..] };
     let mut rows = Vec::new();
     for setting in settings() {
         if !quick || setting.quick {
-            rows.push(store.row("models", setting.name, || cells(&setting))?);
+            rows.push(store.row("models", setting.name, || cells(&setting, models))?);
         }
     }
     Ok(Map {
@@ -207,18 +209,18 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
         title: "Models: every answer within its own error bar",
         note: "Velocities against multipole expansions to 1e-9: the error found and, behind it, the error that the model itself states, both relative to the fastest \
                sphere. An answer that errs by more than twice what it states is WRONG.",
-        columns: MODELS.map(str::to_owned).to_vec(),
+        columns: models.iter().map(|&model| model.to_owned()).collect(),
         rows,
     })
 }
 
-fn cells(setting: &Setting) -> Result<Vec<Cell>> {
+fn cells(setting: &Setting, models: &[&str]) -> Result<Vec<Cell>> {
     let truth = match setting.expected {
         Some(Expected::Refused(_)) => None,
         _ => Some(truth(setting)?),
     };
     let mut cells = Vec::new();
-    for model in MODELS {
+    for model in models {
         let clock = Clock::now();
         let outcome = match solve(&setting.toml(model)) {
             Err(error) => Outcome::Refused(error.to_string()),
