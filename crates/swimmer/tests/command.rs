@@ -51,7 +51,7 @@ fn bad_input_is_one_line_and_exit_code_2() {
             "not built yet",
         ),
         (
-            &["check", SWIMMER, "--set", "domain.kind=unbounded"],
+            &["check", SWIMMER, "--set", "domain.kind=cylinder"],
             "or domain.kind = \"ball\"",
         ),
         (&["mesh", SPHERE, "--out", "mesh.stl"], ".vtu"),

@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use swimmer::model::ErrorEstimate;
 use swimmer::{Scene, SwimError};
 
 /// Rigid bodies and articulated micro-swimmers in Stokes flow.
@@ -114,6 +115,24 @@ pub fn main() -> ExitCode {
 /// One line on stderr; that nobody listens is no reason to stop.
 fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// Error bars, apart and summed.
+fn errors(estimate: &ErrorEstimate) -> String {
+    let sources: Vec<String> = estimate
+        .sources()
+        .iter()
+        .map(|(name, error)| {
+            error.map_or(format!("{name} not estimated"), |error| {
+                format!("{name} {error:.1e}")
+            })
+        })
+        .collect();
+    format!(
+        "error {:.1e} of what was estimated: {}",
+        estimate.total(),
+        sources.join(", ")
+    )
 }
 
 /// Seconds as people say them.

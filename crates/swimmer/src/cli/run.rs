@@ -16,7 +16,7 @@ use swimmer::{
 };
 
 use super::progress::Progress;
-use super::{SceneArguments, duration, say};
+use super::{SceneArguments, duration, errors, say};
 
 pub fn run(
     arguments: &SceneArguments,
@@ -250,21 +250,7 @@ fn describe(
         "rotation ({:.5}, {:.5}, {:.5}), work on the fluid {:.6}",
         r.x, r.y, r.z, outcome.work
     ));
-    let sources: Vec<String> = outcome
-        .error_estimate
-        .sources()
-        .iter()
-        .map(|(name, error)| {
-            error.map_or(format!("{name} not estimated"), |error| {
-                format!("{name} {error:.1e}")
-            })
-        })
-        .collect();
-    line(format!(
-        "error {:.1e} of what was estimated: {}",
-        outcome.error_estimate.total(),
-        sources.join(", ")
-    ));
+    line(errors(&outcome.error_estimate));
     if !outcome.tolerance_met {
         let bar = outcome.error_estimate.integration.unwrap_or(0.0);
         line(format!(

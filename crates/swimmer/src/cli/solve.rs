@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use swimmer::model::choose;
+use swimmer::model::{ErrorEstimate, choose};
 use swimmer::output::{instant_json, matrix_json, peak_rss_mib};
 use swimmer::{SwimError, solve_start, start_resistance};
 
-use super::{SceneArguments, duration};
+use super::{SceneArguments, duration, errors};
 
 pub fn solve(
     arguments: &SceneArguments,
@@ -48,6 +48,22 @@ pub fn solve(
             text,
             "force of {} on {} {:>14.8} {:>14.8} {:>14.8}",
             link.name, scene.bodies[link.body].name, force.x, force.y, force.z
+        );
+    }
+    let bars = ErrorEstimate {
+        // nothing is integrated
+        integration: Some(0.0),
+        ..instant.error_estimate
+    };
+    let _ = writeln!(text, "velocities: {}", errors(&bars));
+    if let Some(error) = &instant.mesh_error {
+        let _ = writeln!(text, "forces: error {:.1e} by the mesh", error.force);
+    }
+    if let Some(checks) = &instant.checks {
+        let _ = writeln!(
+            text,
+            "checks: forces by the stress on surfaces differ by {:.1e}, dissipation and power by {:.1e}, relative",
+            checks.force_by_stress, checks.dissipation
         );
     }
     let solver = &instant.solver;
