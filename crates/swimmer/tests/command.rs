@@ -52,7 +52,7 @@ fn bad_input_is_one_line_and_exit_code_2() {
         ),
         (
             &["check", SWIMMER, "--set", "domain.kind=cylinder"],
-            "or domain.kind = \"ball\"",
+            "or domain.kind = \"unbounded\" or \"ball\"",
         ),
         (&["mesh", SPHERE, "--out", "mesh.stl"], ".vtu"),
     ] {
