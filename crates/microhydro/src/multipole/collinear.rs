@@ -1,12 +1,10 @@
 //! Spheres on one axis of their surroundings: the unknowns decouple by azimuthal number, and rigid motions need 0 and 1 alone.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
-use faer::{Mat, Par, Spec};
-use nalgebra::DMatrix;
+use faer::Mat;
 
 use super::Scaled;
 use super::axial::{Interior, Outgoing};
+use super::elimination::eliminate;
 use super::lamb::{Lamb, place};
 use super::modes::{FAMILIES, Family, Modes};
 use super::order::Orders;
@@ -246,50 +244,4 @@ pub(super) fn degrees(m: usize, top: usize, of: impl Fn(usize) -> Lamb) -> Vec<L
             }
         })
         .collect()
-}
-
-/// Schur complements of what comes before on the last `rigid` unknowns: of the whole matrix, and without the unknowns between `kept` and them.
-///
-/// With $A = L L^T$ the first is $L_{rr} L_{rr}^T$, and the rigid rows of $L$ under the unknowns left out are what these add: one
-/// factorisation gives both, without a difference of large numbers.
-fn eliminate(
-    mut matrix: Mat<f64>,
-    rigid: usize,
-    kept: usize,
-) -> Result<[DMatrix<f64>; 2], HydroError> {
-    let size = matrix.nrows();
-    let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(
-        size,
-        Par::Seq,
-        Spec::default(),
-    ));
-    cholesky_in_place(
-        matrix.as_mut(),
-        Default::default(),
-        Par::Seq,
-        MemStack::new(&mut memory),
-        Spec::default(),
-    )
-    .map_err(|_| HydroError::Indefinite {
-        model: "multipole",
-        instead: "a wider gap",
-    })?;
-    let first = size - rigid;
-    let product = |from: usize| {
-        DMatrix::from_fn(rigid, rigid, |i, j| {
-            let last = |k: usize| {
-                if k < first {
-                    first
-                } else {
-                    first + i.min(j) + 1
-                }
-            };
-            (from..last(from).max(if from < first { first } else { 0 }))
-                .map(|k| matrix[(first + i, k)] * matrix[(first + j, k)])
-                .sum::<f64>()
-        })
-    };
-    let own = product(first);
-    let added = product(kept);
-    Ok([own.clone(), own + added])
 }

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use faer::Mat;
 use nalgebra::{DVector, Vector3};
+use rayon::prelude::*;
 
 use super::axial::{Interior, Outgoing};
 use super::collinear::Around;
@@ -95,6 +96,14 @@ impl Flow {
             medium: *medium,
             frame,
         })
+    }
+
+    /// Velocities at points of the fluid, evaluated in parallel.
+    ///
+    /// # Errors
+    /// [`HydroError::NotInFluid`] for one of the points that are not.
+    pub fn velocities(&self, points: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>, HydroError> {
+        points.par_iter().map(|x| self.velocity(x)).collect()
     }
 
     /// Velocity at a point of the fluid. Cost: `O(L^3)` a sphere.

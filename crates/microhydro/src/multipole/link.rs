@@ -177,6 +177,14 @@ impl Link {
         }
     }
 
+    /// The coupling as a matrix from all modes of the first end to all of the second.
+    pub fn dense(&self) -> Mat<f64> {
+        let (from, to) = (self.places.0.len(), self.places.1.len());
+        let mut matrix = Mat::zeros(to, from);
+        self.add(Mat::identity(from, from).as_ref(), matrix.as_mut(), false);
+        matrix
+    }
+
     /// Adds the coupling times the unknowns `x` of one end to `y` of the other; `backward` is from the second end to the first.
     pub fn add(&self, x: MatRef<f64>, mut y: MatMut<f64>, backward: bool) {
         let ([source, target], [from, to]) = match backward {

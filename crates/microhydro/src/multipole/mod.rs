@@ -7,6 +7,8 @@
 
 mod axial;
 mod collinear;
+mod dense;
+mod elimination;
 mod flow;
 mod frame;
 mod lamb;
@@ -87,7 +89,8 @@ const AXES: [usize; 3] = [1, 2, 0];
 ///
 /// Six rows and columns a sphere: three of translation, three of rotation about its centre. Viscosity 1: multiply by the viscosity.
 /// Spheres on one axis (which goes through the container's centre, or along the wall's normal) cost 0.1 ms for three spheres
-/// with gaps of four radii; others cost `O(L^3)` for each pair, unknown motion and iteration. Narrow gaps in space are completed by
+/// with gaps of four radii; others `n^3/3` operations for `n` multipoles in all, and for many of them `O(L^3)` for each pair,
+/// unknown motion and iteration. Narrow gaps in space are completed by
 /// the exact two-sphere resistance (see [`lubrication`]).
 ///
 /// # Errors
@@ -105,16 +108,17 @@ pub fn resistance(
     }
     // below this, rounding rules
     let tolerance = accuracy.tolerance.max(1e-13);
-    let mut goal = tolerance;
+    let mut goal = order::first_goal(&closeness, spheres.len(), tolerance);
     loop {
         let orders = order::for_tolerance(&closeness, medium, goal);
         let (result, completed) =
-            lubrication::completed(spheres, medium, &closeness, &orders, goal)?;
+            lubrication::completed(spheres, medium, &closeness, &orders, goal.min(tolerance))?;
         let claimed = result.relative_error();
-        if completed || claimed <= tolerance || goal < LEAST_GOAL * tolerance {
+        let no_more = goal <= tolerance && completed;
+        if no_more || claimed <= tolerance || goal < LEAST_GOAL * tolerance {
             return Ok(result);
         }
-        goal *= (0.5 * tolerance / claimed).max(0.01);
+        goal *= (0.5 * tolerance / claimed).clamp(0.01, 0.5);
     }
 }
 

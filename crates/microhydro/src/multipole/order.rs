@@ -96,6 +96,15 @@ pub(crate) fn of_pair(distance: f64, a: f64, b: f64, tolerance: f64) -> (usize, 
     (terms(first, tolerance), terms(second, tolerance))
 }
 
+/// What to aim at first for the estimate to come out below `tolerance`.
+///
+/// [`terms`] is right for narrow gaps. Spheres apart feel of each other's reflections what is left of them on the way back and forth:
+/// estimates were about $n e^{-4\xi}$ times the goal for `n` spheres; a third is left as margin.
+pub(crate) fn first_goal(closeness: &(Vec<f64>, f64), spheres: usize, tolerance: f64) -> f64 {
+    let reflected = spheres as f64 * (-4.0 * narrowest(closeness)).exp();
+    tolerance * (0.3 / reflected).clamp(1.0, (1.0 / tolerance).max(1.0))
+}
+
 /// Orders at which the resistance errs by about `tolerance`.
 pub(crate) fn for_tolerance(
     closeness: &(Vec<f64>, f64),

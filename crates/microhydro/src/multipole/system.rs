@@ -122,6 +122,32 @@ impl System {
             .collect()
     }
 
+    /// The whole matrix on and below its diagonal, the modes of each body in the rows that `places` gives them.
+    pub fn dense(&self, places: &[Vec<usize>]) -> Mat<f64> {
+        let size = places.iter().map(Vec::len).sum();
+        let mut matrix = Mat::<f64>::identity(size, size);
+        let mut put = |block: &Mat<f64>, from: usize, to: usize| {
+            for (j, &column) in places[from].iter().enumerate() {
+                for (i, &row) in places[to].iter().enumerate() {
+                    // a block of a sphere with itself has each pair of modes twice
+                    if from != to || row >= column {
+                        matrix[(row.max(column), row.min(column))] += block[(i, j)];
+                    }
+                }
+            }
+        };
+        for some in self.links.chunks(BLOCKS_AT_A_TIME) {
+            let blocks: Vec<Mat<f64>> = some.par_iter().map(Link::dense).collect();
+            for (link, block) in some.iter().zip(&blocks) {
+                put(block, link.ends.0, link.ends.1);
+            }
+        }
+        for ((from, to), image) in &self.images {
+            put(image, *from, *to);
+        }
+        matrix
+    }
+
     /// Rows of a sphere's rigid motions: translation `m` = -1, 0, 1, then rotation.
     pub fn rigid_rows(&self, sphere: usize) -> [usize; 6] {
         let modes = self.bodies[sphere].modes;
@@ -216,6 +242,9 @@ impl System {
         Ok(r)
     }
 }
+
+/// Couplings that are written out before they go into the whole matrix: few enough not to need its memory again.
+const BLOCKS_AT_A_TIME: usize = 32;
 
 /// More steps mean that a gap is far too narrow for the order: 60 do for gaps of a twentieth.
 const MOST_STEPS: usize = 500;

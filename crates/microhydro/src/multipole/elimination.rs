@@ -1,0 +1,69 @@
+//! Elimination of everything but the rigid motions by one Cholesky factorisation.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par, Spec};
+use nalgebra::DMatrix;
+
+use crate::HydroError;
+
+/// Below this many unknowns threads cost more than they save.
+const LEAST_FOR_THREADS: usize = 500;
+
+/// Schur complements of what comes before on the last `rigid` unknowns: of the whole matrix, and without the unknowns between `kept` and them.
+///
+/// The symmetric positive definite `matrix` is read below its diagonal. With $A = L L^T$ the first is $L_{rr} L_{rr}^T$, and the rigid rows
+/// of $L$ under the unknowns left out are what these add: one factorisation gives both, without a difference of large numbers. Cost: `n^3/3`.
+///
+/// # Errors
+/// [`HydroError::Indefinite`].
+pub(super) fn eliminate(
+    mut matrix: Mat<f64>,
+    rigid: usize,
+    kept: usize,
+) -> Result<[DMatrix<f64>; 2], HydroError> {
+    let size = matrix.nrows();
+    // a fixed degree, so that digits do not depend on the number of threads
+    let par = match size < LEAST_FOR_THREADS {
+        true => Par::Seq,
+        false => Par::rayon(2),
+    };
+    let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(size, par, Spec::default()));
+    cholesky_in_place(
+        matrix.as_mut(),
+        Default::default(),
+        par,
+        MemStack::new(&mut memory),
+        Spec::default(),
+    )
+    .map_err(|_| HydroError::Indefinite {
+        model: "multipole",
+        instead: "a wider gap",
+    })?;
+    let first = size - rigid;
+    let corner = Mat::from_fn(rigid, rigid, |i, j| {
+        if i < j {
+            0.0
+        } else {
+            matrix[(first + i, first + j)]
+        }
+    });
+    let own = gram(corner.as_ref(), par);
+    let added = gram(matrix.submatrix(first, kept, rigid, first - kept), par);
+    Ok([own.clone(), own + added])
+}
+
+/// $L L^T$.
+fn gram(rows: MatRef<f64>, par: Par) -> DMatrix<f64> {
+    let mut product = Mat::<f64>::zeros(rows.nrows(), rows.nrows());
+    matmul(
+        product.as_mut(),
+        Accum::Replace,
+        rows,
+        rows.transpose(),
+        1.0,
+        par,
+    );
+    DMatrix::from_fn(rows.nrows(), rows.nrows(), |i, j| product[(i, j)])
+}
