@@ -76,6 +76,7 @@ pub struct Articulation {
     linkage_of: Vec<usize>,
     initial_positions: Vec<Vector3<f64>>,
     initial_lengths: Vec<f64>,
+    fixed: Vec<bool>,
 }
 
 impl Articulation {
@@ -145,7 +146,34 @@ impl Articulation {
             linkage_of,
             initial_positions: positions.to_vec(),
             initial_lengths,
+            fixed: vec![false; bodies],
         })
+    }
+
+    /// The same set with some bodies held still: obstacles, with zero velocity and angular velocity.
+    ///
+    /// # Errors
+    /// [`RigidError::FixedBody`] for a body that does not exist, is a point or has a link.
+    pub fn with_fixed(mut self, bodies: &[usize]) -> Result<Self, RigidError> {
+        for &body in bodies {
+            let problem = if body >= self.kinds.len() {
+                "there is no such body"
+            } else if self.kinds[body] == BodyKind::Point {
+                "a point has no surface to be in the way"
+            } else if self.links.iter().any(|l| l.body == body || l.to == body) {
+                "it has a link, and a linkage cannot be held by one body"
+            } else {
+                self.fixed[body] = true;
+                continue;
+            };
+            return Err(RigidError::FixedBody { body, problem });
+        }
+        Ok(self)
+    }
+
+    /// For each body whether it is held still.
+    pub fn fixed(&self) -> &[bool] {
+        &self.fixed
     }
 
     /// Kind of each body.

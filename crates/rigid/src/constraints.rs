@@ -42,7 +42,7 @@ impl VelocityLayout {
 ///
 /// For a link of length $l$ and direction $e$ from `to` to `body`, on a frame of angular velocity $\Omega$:
 /// $U_{body} - U_{to} - \Omega \times (x_{body} - x_{to}) = \dot l e$; bodies clamped to their arms add
-/// $\omega_i - \Omega = 0$. With [`Arms::Lab`], $\Omega = 0$ and the rows are equation (11) of Berti et al. (2021).
+/// $\omega_i - \Omega = 0$, fixed ones $U_i = 0$, $\omega_i = 0$. With [`Arms::Lab`], $\Omega = 0$ and the rows are equation (11) of Berti et al. (2021).
 #[derive(Clone, Debug)]
 pub struct Constraints {
     /// `C`, one row a scalar constraint.
@@ -119,7 +119,11 @@ impl Articulation {
                     && layout.frame(self.linkage_of()[body]).is_some()
             })
             .collect();
-        let rows = 3 * (self.links().len() + clamped_bodies.len());
+        let fixed_bodies: Vec<usize> = (0..self.kinds().len())
+            .filter(|&body| self.fixed()[body])
+            .collect();
+        let moving_rows = 3 * (self.links().len() + clamped_bodies.len());
+        let rows = moving_rows + 6 * fixed_bodies.len();
         let mut matrix = DMatrix::zeros(rows, layout.len());
         let mut right = DVector::zeros(rows);
         let mut labels = Vec::with_capacity(rows);
@@ -155,6 +159,12 @@ impl Articulation {
                     .copy_from(&-identity);
             }
             labels.extend(std::iter::repeat_n(format!("clamp of body {body}"), 3));
+        }
+        for (number, &body) in fixed_bodies.iter().enumerate() {
+            matrix
+                .fixed_view_mut::<6, 6>(moving_rows + 6 * number, layout.body(body))
+                .fill_with_identity();
+            labels.extend(std::iter::repeat_n(format!("hold of body {body}"), 6));
         }
         Ok(Constraints {
             matrix,

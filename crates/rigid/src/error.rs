@@ -61,6 +61,22 @@ pub enum RigidError {
         /// Distance by which the loop stays open.
         gap: f64,
     },
+    /// A body that cannot be held still.
+    #[error("body {body} cannot be fixed: {problem}")]
+    FixedBody {
+        /// Index of the body.
+        body: usize,
+        /// Why not.
+        problem: &'static str,
+    },
+    /// Independent bodies were asked for, but one is held still.
+    #[error(
+        "body {body} is fixed, which independent bodies cannot be; choose a formulation with constraints, such as p-tilde"
+    )]
+    FixedWithoutConstraint {
+        /// Index of the body.
+        body: usize,
+    },
     /// Independent bodies were asked for, but there is a link.
     #[error(
         "link '{link}' cannot be imposed on independent bodies; choose a formulation with constraints, such as p-tilde"

@@ -20,6 +20,9 @@ impl Formulation for Independent {
                 link: link.name.clone(),
             });
         }
+        if let Some(body) = drive.set.fixed().iter().position(|&fixed| fixed) {
+            return Err(RigidError::FixedWithoutConstraint { body });
+        }
         let velocities = drive.constraints.layout.len();
         let border = Border {
             columns: DMatrix::identity(velocities, velocities),

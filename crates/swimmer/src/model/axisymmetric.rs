@@ -102,7 +102,8 @@ impl AxisymmetricModel {
             scene.articulation.links().to_vec(),
             scene.articulation.arms(),
             &positions,
-        )?;
+        )?
+        .with_fixed(&scene.fixed_bodies())?;
         Ok(Self {
             set,
             loads: (scene.bodies.iter())

@@ -243,9 +243,27 @@ fn bodies(checks: &Checks, files: &[BodyFile], domain: &Domain) -> Result<Vec<Bo
             surface: file.surface.clone(),
             force: file.force.unwrap_or_default().into(),
             torque: file.torque.unwrap_or_default().into(),
+            fixed: file.fixed.unwrap_or(false),
             mass: file.mass.unwrap_or(0.0),
             inertia: file.inertia.unwrap_or(0.0),
         });
+    }
+    for (number, body) in bodies.iter().enumerate().filter(|(_, body)| body.fixed) {
+        let problem = if body.shape == Shape::Point {
+            "makes no sense for a point, which has no surface to be in the way; remove it"
+        } else if body.force.amax() > 0.0 || body.torque.amax() > 0.0 {
+            "holds the body against any load; remove its force and torque"
+        } else {
+            continue;
+        };
+        return Err(checks.bad(&key(number, "fixed"), problem));
+    }
+    if bodies
+        .iter()
+        .all(|body| body.fixed || body.shape == Shape::Point)
+        && bodies.iter().any(|body| body.fixed)
+    {
+        return Err(checks.bad("bodies", "are all fixed, so nothing moves; leave one free"));
     }
     if bodies.iter().all(|body| body.shape == Shape::Point) {
         return Err(checks.bad(
@@ -389,9 +407,20 @@ fn articulation(
             return Err(checks.bad(&format!("bodies[{number}]"), problem));
         }
     }
+    for number in (0..bodies.len()).filter(|&body| bodies[body].fixed) {
+        if let Some(link) = links.iter().find(|l| l.body == number || l.to == number) {
+            let problem = format!(
+                "cannot be: link '{}' would pull at it; an obstacle has no links",
+                link.name
+            );
+            return Err(checks.bad(&format!("bodies[{number}].fixed"), problem));
+        }
+    }
     let kinds: Vec<_> = bodies.iter().map(Body::kind).collect();
     let positions: Vec<_> = bodies.iter().map(|body| body.position).collect();
     let arms = word(gait.arms.as_deref(), ArmsKind::of, ArmsKind::Clamped);
+    let fixed: Vec<usize> = (0..bodies.len()).filter(|&b| bodies[b].fixed).collect();
     Articulation::new(&kinds, links, arms.into(), &positions)
+        .and_then(|set| set.with_fixed(&fixed))
         .map_err(|error| checks.bad("links", error.to_string()))
 }

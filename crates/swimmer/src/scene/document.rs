@@ -265,6 +265,7 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
         {
             must("a whole number of at least 1")
         }
+        Kind::Flag if !value.is_bool() => must("true or false"),
         Kind::Text if !full_text(value) => must("a text that is not empty"),
         Kind::Texts
             if !value

@@ -40,6 +40,7 @@ pub(super) struct BodyFile {
     pub surface: Option<String>,
     pub force: Option<[f64; 3]>,
     pub torque: Option<[f64; 3]>,
+    pub fixed: Option<bool>,
     pub mass: Option<f64>,
     pub inertia: Option<f64>,
 }

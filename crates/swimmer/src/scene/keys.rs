@@ -35,6 +35,8 @@ pub enum Kind {
     Text,
     /// A list of texts.
     Texts,
+    /// `true` or `false`.
+    Flag,
     /// One of these words.
     Word(&'static [&'static str]),
 }
@@ -135,6 +137,12 @@ pub const KEYS: &[Key] = &[
         Kind::Vector,
         "[0, 0, 0]",
         "external torque about the centre",
+    ),
+    key(
+        "bodies[].fixed",
+        Kind::Flag,
+        "false",
+        "whether the body is held still: an obstacle; it has no links and no loads",
     ),
     key(
         "bodies[].mass",

@@ -113,6 +113,8 @@ pub struct Body {
     pub force: Vector3<f64>,
     /// External torque about the centre.
     pub torque: Vector3<f64>,
+    /// Whether it is held still, as an obstacle.
+    pub fixed: bool,
     /// Mass; zero when inertia is left out.
     pub mass: f64,
     /// Moment of inertia about the centre; zero when inertia is left out.
@@ -237,6 +239,13 @@ impl Scene {
         self.bodies
             .iter()
             .position(|body| matches!(body.shape, Shape::Spheroid { .. }))
+    }
+
+    /// Numbers of the bodies that are held still.
+    pub fn fixed_bodies(&self) -> Vec<usize> {
+        (0..self.bodies.len())
+            .filter(|&body| self.bodies[body].fixed)
+            .collect()
     }
 
     /// Whether something outside acts on the bodies.

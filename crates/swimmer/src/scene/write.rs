@@ -48,6 +48,7 @@ pub(super) fn to_toml(scene: &Scene) -> String {
         surface: body.surface.clone(),
         force: Some(body.force.into()),
         torque: Some(body.torque.into()).filter(|_| body.shape != Shape::Point),
+        fixed: Some(body.fixed).filter(|&fixed| fixed),
         mass: Some(body.mass),
         inertia: Some(body.inertia),
     };

@@ -124,6 +124,10 @@ pub fn estimate(solved: &Solved, flows: &mut Duals) -> Result<Estimate, ModelErr
             linear: twist(Some(linear)),
             angular: twist(angular),
         });
+        if drive.set.fixed()[drive.set.linkages()[number].root] {
+            // Held still exactly: nothing to err.
+            continue;
+        }
         // The spread is that of the velocity in the direction of motion; bodies at rest may drift along x.
         let velocity: Vector3<f64> = flow.generalised.fixed_rows::<3>(linear).into();
         let direction = velocity.try_normalize(0.0).unwrap_or_else(Vector3::x);

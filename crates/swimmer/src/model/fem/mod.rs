@@ -79,7 +79,8 @@ impl FemModel {
             scene.articulation.links().to_vec(),
             scene.articulation.arms(),
             &positions,
-        )?;
+        )?
+        .with_fixed(&scene.fixed_bodies())?;
         Ok(Self {
             scale,
             set,
