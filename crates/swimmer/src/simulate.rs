@@ -8,7 +8,7 @@ use crate::SwimError;
 use crate::gait::{Leg, legs};
 use crate::integrate::{Integrator, LegResult, Method, Solved};
 use crate::model::{
-    BodyInstant, Drift, ErrorEstimate, Hydrodynamics, ModelError, NewMesh, Placement, Seconds,
+    BodyInstant, Drift, ErrorEstimate, Flow, Hydrodynamics, ModelError, NewMesh, Placement, Seconds,
 };
 use crate::scene::Scene;
 
@@ -351,6 +351,14 @@ pub fn start_resistance(
     model: &mut dyn Hydrodynamics,
 ) -> Result<DMatrix<f64>, SwimError> {
     Ok(at_start(scene, |placement| model.resistance(placement))?)
+}
+
+/// The flow where the scene starts, for pictures.
+///
+/// # Errors
+/// What the model fails with.
+pub fn start_picture(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<Flow, SwimError> {
+    Ok(at_start(scene, |placement| model.picture(placement))?)
 }
 
 /// Asks something about the placement at the start.

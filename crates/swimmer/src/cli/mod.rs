@@ -46,6 +46,9 @@ enum Command {
         /// Add the grand resistance matrix of the bodies, links apart: six more solves a body
         #[arg(long)]
         resistance: bool,
+        /// Write the flow for ParaView
+        #[arg(long, value_name = "FILE.vtu")]
+        flow: Option<PathBuf>,
     },
     /// Validate the scene; name the model that would be used and its cost
     Check {
@@ -94,7 +97,8 @@ pub fn main() -> ExitCode {
             scene,
             json,
             resistance,
-        } => solve::solve(&scene, json, resistance),
+            flow,
+        } => solve::solve(&scene, json, resistance, flow.as_deref()),
         Command::Check { scene } => check::check(&scene),
         Command::New { name, out } => new::new(&name, out),
         Command::Mesh { scene, out } => mesh::mesh(&scene, &out),

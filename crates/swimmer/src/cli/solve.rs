@@ -1,10 +1,11 @@
 //! `swim solve`: one instant.
 
 use std::fmt::Write;
+use std::path::Path;
 
 use swimmer::model::{ErrorEstimate, choose};
-use swimmer::output::{instant_json, matrix_json, peak_rss_mib};
-use swimmer::{SwimError, solve_start, start_resistance};
+use swimmer::output::{instant_json, matrix_json, peak_rss_mib, write_flow};
+use swimmer::{SwimError, solve_start, start_picture, start_resistance};
 
 use super::{SceneArguments, duration, errors};
 
@@ -12,10 +13,14 @@ pub fn solve(
     arguments: &SceneArguments,
     json: bool,
     resistance: bool,
+    flow: Option<&Path>,
 ) -> Result<String, SwimError> {
     let scene = arguments.read()?;
     let mut model = choose(&scene)?.model;
     let instant = solve_start(&scene, model.as_mut())?;
+    if let Some(path) = flow {
+        write_flow(&start_picture(&scene, model.as_mut())?, path)?;
+    }
     let resistance = resistance
         .then(|| start_resistance(&scene, model.as_mut()))
         .transpose()?;

@@ -119,6 +119,15 @@ pub trait Hydrodynamics {
     fn flow(&self) -> Option<Flow> {
         None
     }
+
+    /// The flow at a placement for pictures: on the model's own mesh, or on one made around the bodies.
+    ///
+    /// # Errors
+    /// As [`Hydrodynamics::instant`]; bodies that cannot be meshed around.
+    fn picture(&mut self, placement: &Placement<'_>) -> Result<Flow, ModelError> {
+        self.instant(placement)?;
+        self.flow().ok_or(ModelError::NoMesh)
+    }
 }
 
 /// The answer to a [`Placement`], in the scene's units.
@@ -314,7 +323,7 @@ pub struct Flow {
     pub mesh: TetMesh,
     /// Velocity at every node of the mesh.
     pub velocity: Vec<Vector3<f64>>,
-    /// Pressure at every vertex of the mesh.
+    /// Pressure at every vertex of the mesh; empty for models that do not know it.
     pub pressure: Vec<f64>,
 }
 

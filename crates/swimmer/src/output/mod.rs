@@ -8,7 +8,7 @@ mod snapshots;
 mod trajectory;
 
 pub use folder::Folder;
-pub use paraview::FlowSeries;
+pub use paraview::{FlowSeries, write_flow};
 pub use picture::trajectory_svg;
 pub use report::{instant_json, matrix_json, peak_rss_mib, summary_json};
 pub use trajectory::trajectory_csv;

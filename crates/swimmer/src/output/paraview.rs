@@ -1,5 +1,7 @@
 //! ParaView files: the flow at every solved instant, and the collection that puts them in time.
 
+use std::path::Path;
+
 use mesh::{Pvd, Vtu};
 
 use crate::model::{Flow, ModelError};
@@ -45,14 +47,7 @@ impl FlowSeries {
     /// # Errors
     /// [`SwimError::Write`], or what the mesh says of fields that do not fit it.
     pub fn add(&mut self, solve: usize, flow: &Flow) -> Result<(), SwimError> {
-        let velocity: Vec<f64> = flow.velocity.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
-        let write = || {
-            Vtu::cells(&flow.mesh)
-                .point_field("velocity", 3, &velocity)?
-                .vertex_field("pressure", &flow.pressure)?
-                .write(self.folder.path().join(file_name(solve)))
-        };
-        write().map_err(from_mesh)?;
+        write_flow(flow, &self.folder.path().join(file_name(solve)))?;
         self.pending.push(solve);
         Ok(())
     }
@@ -86,6 +81,22 @@ impl FlowSeries {
             .write(self.folder.path().join("trajectory.pvd"))
             .map_err(from_mesh)
     }
+}
+
+/// Writes a flow as a `.vtu` file: velocity at all nodes, and the pressure, if it is known, at vertices.
+///
+/// # Errors
+/// [`SwimError::Write`], or what the mesh says of fields that do not fit it.
+pub fn write_flow(flow: &Flow, path: &Path) -> Result<(), SwimError> {
+    let velocity: Vec<f64> = flow.velocity.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
+    let write = || {
+        let file = Vtu::cells(&flow.mesh).point_field("velocity", 3, &velocity)?;
+        match flow.pressure.is_empty() {
+            true => file.write(path),
+            false => file.vertex_field("pressure", &flow.pressure)?.write(path),
+        }
+    };
+    write().map_err(from_mesh)
 }
 
 /// A file that cannot be written is the folder's fault, not the model's.

@@ -7,6 +7,7 @@ use super::Scale;
 use crate::model::{BodyInstant, ModelError};
 
 /// A solved instant in units of the flow.
+#[derive(Clone)]
 pub(in crate::model) struct Solved {
     /// All generalised velocities.
     pub generalised: DVector<f64>,

@@ -1,6 +1,7 @@
 //! Models without a mesh: spheres by point forces, Rotne-Prager-Yamakawa, or multipole expansions.
 
 mod instant;
+mod picture;
 
 use std::time::Instant as Clock;
 
@@ -11,7 +12,8 @@ use rigid::{Articulation, BodyKind, Constraints, Load};
 pub(super) use self::instant::Solved;
 use super::fem::scale::Scale;
 use crate::model::{
-    Cost, Dofs, ErrorEstimate, Hydrodynamics, Instant, ModelError, Placement, Seconds, SolverInfo,
+    Cost, Dofs, ErrorEstimate, Flow, Hydrodynamics, Instant, ModelError, Placement, Seconds,
+    SolverInfo,
 };
 use crate::scene::{Domain, Scene, Shape};
 
@@ -53,17 +55,22 @@ pub struct SpheresModel {
     set: Articulation,
     loads: Vec<Load>,
     radii: Vec<f64>,
+    /// Names of the bodies with surfaces.
+    names: Vec<String>,
     medium: Medium,
+    /// The last answer: other rates of the same shape ask for the same resistance.
+    last: Option<(Spheres, Judged)>,
 }
 
 /// Accuracy of the expansion that judges the lesser models: they are wrong by more.
 const JUDGE: f64 = 1e-3;
 
-/// Resistance and how to tell its error: another resistance, whose difference times a factor is the error.
+/// Resistance and how to tell its error: other resistances, each compared with the one before; the error is the sum of the differences
+/// times their factors.
+#[derive(Clone)]
 struct Judged {
     matrix: DMatrix<f64>,
-    other: DMatrix<f64>,
-    factor: f64,
+    others: Vec<(DMatrix<f64>, f64)>,
     unknowns: usize,
 }
 
@@ -94,7 +101,8 @@ impl SpheresModel {
             scene.articulation.links().to_vec(),
             scene.articulation.arms(),
             &positions,
-        )?;
+        )?
+        .with_fixed(&scene.fixed_bodies())?;
         let medium = match scene.domain {
             Domain::Unbounded => Medium::Unbounded,
             Domain::Ball { radius } => Medium::Ball {
@@ -131,8 +139,15 @@ impl SpheresModel {
                     Shape::Spheroid { .. } | Shape::Point => None,
                 })
                 .collect(),
+            names: scene
+                .bodies
+                .iter()
+                .filter(|body| body.shape != Shape::Point)
+                .map(|body| body.name.clone())
+                .collect(),
             medium,
             scale,
+            last: None,
         })
     }
 
@@ -163,7 +178,19 @@ impl SpheresModel {
         Ok(self.set.constraints(&state, &lengths, &rates)?)
     }
 
-    fn judged(&self, spheres: &Spheres) -> Result<Judged, ModelError> {
+    fn judged(&mut self, placement: &Placement) -> Result<Judged, ModelError> {
+        let spheres = self.spheres(placement)?;
+        if let Some((known, judged)) = &self.last
+            && *known == spheres
+        {
+            return Ok(judged.clone());
+        }
+        let judged = self.judge(&spheres)?;
+        self.last = Some((spheres, judged.clone()));
+        Ok(judged)
+    }
+
+    fn judge(&self, spheres: &Spheres) -> Result<Judged, ModelError> {
         let expansion = |tolerance: f64| -> Result<Resistance, ModelError> {
             Ok(multipole::resistance(
                 spheres,
@@ -176,8 +203,7 @@ impl SpheresModel {
                 let found = expansion(tolerance)?;
                 return Ok(Judged {
                     unknowns: found.unknowns(),
-                    factor: found.tail(),
-                    other: found.coarser().clone(),
+                    others: vec![(found.coarser().clone(), found.tail())],
                     matrix: found.matrix().clone(),
                 });
             }
@@ -191,10 +217,13 @@ impl SpheresModel {
                 model: self.name(),
                 instead: "model.kind = \"multipole\"",
             })?;
+        let judge = expansion(JUDGE)?;
         Ok(Judged {
             matrix: factor.inverse(),
-            other: expansion(JUDGE)?.matrix().clone(),
-            factor: 1.0,
+            others: vec![
+                (judge.matrix().clone(), 1.0),
+                (judge.coarser().clone(), judge.tail()),
+            ],
             unknowns,
         })
     }
@@ -211,13 +240,17 @@ impl Hydrodynamics for SpheresModel {
 
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
         let clock = Clock::now();
-        let spheres = self.spheres(placement)?;
-        let judged = self.judged(&spheres)?;
+        let judged = self.judged(placement)?;
         let assembly = clock.elapsed().as_secs_f64();
         let constraints = self.constraints(placement)?;
         let solved = Solved::new(&judged.matrix, &self.set, &constraints, &self.loads)?;
-        let other = Solved::new(&judged.other, &self.set, &constraints, &self.loads)?;
-        let error = judged.factor * solved.fastest_difference(&other, &self.set);
+        let mut error = 0.0;
+        let mut before = solved.clone();
+        for (other, factor) in &judged.others {
+            let other = Solved::new(other, &self.set, &constraints, &self.loads)?;
+            error += factor * before.fastest_difference(&other, &self.set);
+            before = other;
+        }
         let total = clock.elapsed().as_secs_f64();
         Ok(Instant {
             bodies: solved.bodies(&self.set, &self.scale)?,
@@ -252,8 +285,33 @@ impl Hydrodynamics for SpheresModel {
     }
 
     fn resistance(&mut self, placement: &Placement<'_>) -> Result<DMatrix<f64>, ModelError> {
-        let judged = self.judged(&self.spheres(placement)?)?;
+        let judged = self.judged(placement)?;
         Ok(self.scale.resistance_back(judged.matrix))
+    }
+
+    fn picture(&mut self, placement: &Placement<'_>) -> Result<Flow, ModelError> {
+        let judged = self.judged(placement)?;
+        let constraints = self.constraints(placement)?;
+        let solved = Solved::new(&judged.matrix, &self.set, &constraints, &self.loads)?;
+        let spheres = self.spheres(placement)?;
+        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
+        let velocities = solved
+            .generalised
+            .select_rows(&self.set.surface_velocities());
+        let (mesh, velocity) = picture::picture(&spheres, &self.medium, &names, &velocities)?;
+        let points = mesh
+            .points()
+            .iter()
+            .map(|&x| self.scale.point_back(x))
+            .collect();
+        Ok(Flow {
+            mesh: mesh.with_points(points)?,
+            velocity: velocity
+                .into_iter()
+                .map(|u| self.scale.velocity_back(u))
+                .collect(),
+            pressure: Vec::new(),
+        })
     }
 
     fn cost(&mut self, placement: &Placement<'_>) -> Result<Cost, ModelError> {
