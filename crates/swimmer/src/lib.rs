@@ -44,6 +44,7 @@ mod integrate;
 pub mod model;
 pub mod output;
 pub mod scene;
+pub mod shape_space;
 mod simulate;
 mod target;
 
@@ -54,6 +55,7 @@ pub use integrate::{Integrator, LegResult, Method, PathPiece, Solved};
 pub use output::Folder;
 pub use scene::{Gait, Phase, Scene};
 pub use simulate::{
-    Interim, LegOutcome, Observer, Outcome, Sample, go_on, simulate, solve_start, start_resistance,
+    Interim, LegOutcome, Observer, Outcome, Sample, go_on, simulate, solve_start, start_picture,
+    start_resistance,
 };
 pub use target::{Trial, size_factor_for_target};

@@ -10,6 +10,7 @@ use std::time::Instant;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use swimmer::model::{Choice, Hydrodynamics, choose};
 use swimmer::output::{FlowSeries, summary_json, trajectory_csv, trajectory_svg};
+use swimmer::shape_space::speed_up;
 use swimmer::{
     Checkpoint, Folder, Interim, Leg, LegResult, Method, Observer, Outcome, Scene, Solved,
     SwimError, go_on, size_factor_for_target,
@@ -37,7 +38,7 @@ pub fn run(
     if scene.fem.target.is_some() {
         scene.fem.size_factor = scene.fem.size_factor.or(chosen);
     }
-    let Choice { mut model, reasons } = choose(&scene)?;
+    let Choice { mut model, reasons } = speed_up(&scene, choose(&scene)?);
     let mut files = Files {
         scene: &scene,
         flows: FlowSeries::new(&folder),

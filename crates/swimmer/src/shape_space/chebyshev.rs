@@ -1,0 +1,196 @@
+//! Interpolation in several variables on tensor grids of Chebyshev points.
+
+use std::f64::consts::PI;
+
+/// The polynomial through values, each a list of numbers, on a tensor grid of Chebyshev points (Trefethen 2013, chapters 3 and 4).
+///
+/// $p(x) = \sum_{k} c_k \prod_a T_{k_a}(x_a)$ with $x_a$ mapped to [-1, 1]. For functions that are analytic around the box the error falls
+/// geometrically with the degree, and so do the coefficients: the last ones tell the error.
+#[derive(Clone, Debug)]
+pub(super) struct Interpolant {
+    ranges: Vec<(f64, f64)>,
+    degrees: Vec<usize>,
+    width: usize,
+    /// `width` numbers for each grid index, the first variable fastest.
+    coefficients: Vec<f64>,
+}
+
+/// The point of a grid of `degree` + 1 points on a range; the points of a degree are among those of twice the degree.
+pub(super) fn node((from, to): (f64, f64), degree: usize, index: usize) -> f64 {
+    // from the nearer end, so that ends are exact and the grid is symmetric
+    let half = 0.5 * (to - from);
+    if 2 * index <= degree {
+        to - half * (1.0 - (PI * index as f64 / degree as f64).cos())
+    } else {
+        from + half * (1.0 - (PI * (degree - index) as f64 / degree as f64).cos())
+    }
+}
+
+/// All grid indices, the first variable fastest.
+pub(super) fn indices(degrees: &[usize]) -> impl Iterator<Item = Vec<usize>> {
+    let degrees = degrees.to_vec();
+    let count = degrees.iter().map(|n| n + 1).product();
+    (0..count).map(move |mut flat: usize| {
+        degrees
+            .iter()
+            .map(|n| {
+                let index = flat % (n + 1);
+                flat /= n + 1;
+                index
+            })
+            .collect()
+    })
+}
+
+impl Interpolant {
+    /// Through `width` values at each point, in the order of [`indices`]; degrees are at least 1. Cost: the number of values times the degree.
+    pub fn new(
+        ranges: Vec<(f64, f64)>,
+        degrees: Vec<usize>,
+        width: usize,
+        values: Vec<f64>,
+    ) -> Self {
+        let mut coefficients = values;
+        let mut stride = width;
+        for &n in &degrees {
+            coefficients = transformed(&coefficients, n, stride);
+            stride *= n + 1;
+        }
+        Self {
+            ranges,
+            degrees,
+            width,
+            coefficients,
+        }
+    }
+
+    /// The values at a point, which should lie in the box. Cost: one multiplication a coefficient.
+    pub fn evaluate(&self, point: &[f64]) -> Vec<f64> {
+        let basis: Vec<Vec<f64>> = self
+            .ranges
+            .iter()
+            .zip(&self.degrees)
+            .zip(point)
+            .map(|((&(from, to), &n), &x)| chebyshev(n, (2.0 * x - from - to) / (to - from)))
+            .collect();
+        let mut values = vec![0.0; self.width];
+        for (index, coefficients) in
+            indices(&self.degrees).zip(self.coefficients.chunks(self.width))
+        {
+            let weight: f64 = index.iter().zip(&basis).map(|(&k, t)| t[k]).product();
+            for (value, c) in values.iter_mut().zip(coefficients) {
+                *value += weight * c;
+            }
+        }
+        values
+    }
+
+    /// For each variable, the sum of the coefficients of its two highest degrees, each the largest of its `width` numbers times `weights`.
+    ///
+    /// Two, because of a function that is odd or even one of them vanishes. The interpolation error is at most twice the sum of all coefficients beyond;
+    /// where these fall at least by half a degree, it is below this.
+    pub fn tails(&self, weights: &[f64]) -> Vec<f64> {
+        let mut tails = vec![0.0; self.degrees.len()];
+        for (index, coefficients) in
+            indices(&self.degrees).zip(self.coefficients.chunks(self.width))
+        {
+            let size = coefficients
+                .iter()
+                .zip(weights)
+                .fold(0.0_f64, |m, (c, w)| m.max((c * w).abs()));
+            for ((tail, &k), &n) in tails.iter_mut().zip(&index).zip(&self.degrees) {
+                if k + 1 >= n {
+                    *tail += size;
+                }
+            }
+        }
+        tails
+    }
+}
+
+/// $T_0 .. T_n$ at `x`.
+fn chebyshev(n: usize, x: f64) -> Vec<f64> {
+    let mut values = vec![1.0, x];
+    for k in 2..=n {
+        values.push(2.0 * x * values[k - 1] - values[k - 2]);
+    }
+    values.truncate(n + 1);
+    values
+}
+
+/// Values at the `n` + 1 points of one variable to coefficients: $c_k = (2/n) \sum'' f_j \cos(\pi j k/n)$, the first and the last halved.
+fn transformed(values: &[f64], n: usize, stride: usize) -> Vec<f64> {
+    let halved = |k: usize| if k == 0 || k == n { 0.5 } else { 1.0 };
+    let mut result = vec![0.0; values.len()];
+    for (lines, line) in values
+        .chunks(stride * (n + 1))
+        .zip(result.chunks_mut(stride * (n + 1)))
+    {
+        for k in 0..=n {
+            for j in 0..=n {
+                // reduced first, so that the cosines are exact where they are 0 or 1
+                let angle = PI * ((j * k) % (2 * n)) as f64 / n as f64;
+                let weight = 2.0 / n as f64 * halved(k) * halved(j) * angle.cos();
+                for i in 0..stride {
+                    line[k * stride + i] += weight * lines[j * stride + i];
+                }
+            }
+        }
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn interpolant(degrees: &[usize], f: impl Fn(f64, f64) -> f64) -> Interpolant {
+        let ranges = vec![(1.0, 3.0), (-2.0, 0.5)];
+        let values = indices(degrees)
+            .flat_map(|i| {
+                let x = node(ranges[0], degrees[0], i[0]);
+                let y = node(ranges[1], degrees[1], i[1]);
+                [f(x, y), 2.0 * f(x, y)]
+            })
+            .collect();
+        Interpolant::new(ranges, degrees.to_vec(), 2, values)
+    }
+
+    #[test]
+    fn polynomials_of_the_degree_are_exact() {
+        let f = |x: f64, y: f64| x.powi(3) * y - 2.0 * x * y * y + 0.5;
+        let p = interpolant(&[3, 2], f);
+        for (x, y) in [(1.0, 0.5), (2.2, -1.3), (3.0, -2.0)] {
+            let found = p.evaluate(&[x, y]);
+            assert!((found[0] - f(x, y)).abs() < 1e-13);
+            assert!((found[1] - 2.0 * f(x, y)).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn tails_bound_the_error_and_fall_geometrically() {
+        let f = |x: f64, y: f64| 1.0 / (x + 0.3) + (0.4 * y).exp();
+        let mut last = f64::INFINITY;
+        for n in [4, 8, 16] {
+            let p = interpolant(&[n, n], f);
+            let tail: f64 = p.tails(&[1.0, 0.0]).iter().sum();
+            let mut worst = 0.0_f64;
+            for k in 0..200 {
+                let (x, y) = (1.0 + 0.01 * f64::from(k), -2.0 + 0.0125 * f64::from(k));
+                worst = worst.max((p.evaluate(&[x, y])[0] - f(x, y)).abs());
+            }
+            assert!(worst <= tail + 1e-14, "{n}: {worst:e} {tail:e}");
+            assert!(tail < 0.1 * last, "{n}: {tail:e}");
+            last = tail;
+        }
+    }
+
+    #[test]
+    fn grids_are_nested_and_end_on_the_ends() {
+        for k in 0..=8 {
+            assert_eq!(node((2.0, 7.3), 8, k), node((2.0, 7.3), 16, 2 * k));
+        }
+        assert_eq!(node((2.0, 7.3), 8, 0), 7.3);
+        assert_eq!(node((2.0, 7.3), 8, 8), 2.0);
+    }
+}

@@ -1,0 +1,102 @@
+//! Whether tables save evaluations of the model, and over which boxes.
+
+use crate::gait::legs;
+use crate::scene::{Gait, Scene};
+
+/// Points that a variable usually takes.
+const POINTS: usize = 9;
+
+/// Solves that a phase usually takes without a table: rungs of one, two and three points.
+const SOLVES_A_PHASE: usize = 6;
+
+/// The boxes of lengths that a gait needs, if tables over them take fewer solves than the gait without them; none otherwise.
+///
+/// Either one box for each line of shape space that a phase runs along, or one for all.
+pub(super) fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
+    if !scene.is_free() {
+        return None;
+    }
+    // from the second cycle on, all cycles run through the same lengths
+    let gait = Gait {
+        cycles: scene.gait.cycles.min(2),
+        phases: scene.gait.phases.clone(),
+    };
+    let mut lines: Vec<Vec<(f64, f64)>> = Vec::new();
+    let mut all: Vec<(f64, f64)> = Vec::new();
+    for leg in legs(&gait, scene.articulation.initial_lengths()) {
+        let line: Vec<(f64, f64)> = leg
+            .from
+            .iter()
+            .zip(&leg.to)
+            .map(|(&a, &b)| (a.min(b), a.max(b)))
+            .collect();
+        if all.is_empty() {
+            all.clone_from(&line);
+        }
+        for (whole, part) in all.iter_mut().zip(&line) {
+            *whole = (whole.0.min(part.0), whole.1.max(part.1));
+        }
+        let moves = line.iter().any(|r| r.0 < r.1);
+        if moves && !lines.contains(&line) {
+            lines.push(line);
+        }
+    }
+    let moving = scene.gait.phases.iter().filter(|p| p.change.is_some());
+    let direct = (moving.count() * SOLVES_A_PHASE).saturating_mul(scene.gait.cycles as usize);
+    let variables = all.iter().filter(|r| r.0 < r.1).count();
+    let whole = POINTS.saturating_pow(variables as u32);
+    let by_lines = POINTS * lines.len();
+    if lines.is_empty() || whole.min(by_lines) >= direct {
+        return None;
+    }
+    Some(if whole < by_lines { vec![all] } else { lines })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene(cycles: u32, phases: &[(&str, f64)], domain: &str) -> Scene {
+        let phases: String = phases
+            .iter()
+            .map(|(link, length)| {
+                format!("[[gait.phases]]\nlink = \"{link}\"\nlength = {length}\n")
+            })
+            .collect();
+        Scene::parse(&format!(
+            "domain = {domain}\ngait.cycles = {cycles}\n\
+             bodies = [{{ name = \"l\", radius = 1, position = [-10, 0, 0] }}, {{ name = \"c\", radius = 1, position = [0, 0, 0] }}, \
+             {{ name = \"r\", radius = 1, position = [10, 0, 0] }}]\n\
+             links = [{{ name = \"a\", body = \"l\", to = \"c\" }}, {{ name = \"b\", body = \"r\", to = \"c\" }}]\n{phases}"
+        ))
+        .unwrap()
+    }
+
+    const STROKE: [(&str, f64); 4] = [("a", 6.0), ("b", 6.0), ("a", 10.0), ("b", 10.0)];
+    const FREE: &str = "{ kind = \"unbounded\" }";
+
+    #[test]
+    fn one_cycle_needs_no_table_and_more_take_one_for_each_side() {
+        assert_eq!(boxes(&scene(1, &STROKE, FREE)), None);
+        let lines = boxes(&scene(2, &STROKE, FREE)).unwrap();
+        assert_eq!(lines.len(), 4);
+        assert_eq!(lines[0], [(6.0, 10.0), (10.0, 10.0)]);
+        assert_eq!(
+            boxes(&scene(9, &STROKE, "{ kind = \"ball\", radius = 40 }")),
+            None
+        );
+    }
+
+    #[test]
+    fn many_short_phases_take_one_table_for_all() {
+        // a diagonal in steps: twenty different lines
+        let steps: Vec<(&str, f64)> = (1..=10)
+            .flat_map(|k| {
+                let length = 10.0 - 0.4 * f64::from(k);
+                [("a", length), ("b", length)]
+            })
+            .collect();
+        let boxes = boxes(&scene(3, &steps, FREE)).unwrap();
+        assert_eq!(boxes, [[(6.0, 10.0), (6.0, 10.0)]]);
+    }
+}
