@@ -23,6 +23,9 @@ const VERSION: u32 = 1;
 /// Files larger than this are no checkpoints of ours: a hundred thousand legs take about as much.
 const LARGEST: u64 = 1 << 31;
 
+/// Norms of quaternions that were written as they are differ from 1 by rounding.
+const ROTATION_ROUNDING: f64 = 1e-9;
+
 /// A run between two legs.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Checkpoint {
@@ -147,11 +150,7 @@ impl Checkpoint {
         let outcome = self.outcome;
         let fits = self.frames.len() == set.linkages().len()
             && self.attitudes.len() == scene.bodies.len()
-            && outcome.displacement.len() == scene.bodies.len()
-            && outcome.samples.last().is_some_and(|sample| {
-                sample.lengths.len() == set.links().len()
-                    && sample.poses.len() == scene.bodies.len()
-            });
+            && outcome_fits(&outcome, scene);
         if !fits || outcome.legs.len() > legs {
             return Err(bad(format!(
                 "does not fit the scene: it has {} phases done of {legs}, {} frames, {} bodies",
@@ -160,6 +159,16 @@ impl Checkpoint {
                 self.attitudes.len()
             )));
         }
+        let turns = (self.frames.iter().chain(&self.history).map(|f| f.rotation))
+            .chain(self.attitudes.iter().copied());
+        for turn in turns {
+            let off = (turn.norm() - 1.0).abs();
+            if off.is_nan() || off > ROTATION_ROUNDING {
+                return Err(bad(format!(
+                    "is damaged: a rotation is {off:e} away from being one"
+                )));
+            }
+        }
         model.restore(&self.history)?;
         let state = State {
             frames: self.frames,
@@ -167,4 +176,32 @@ impl Checkpoint {
         };
         Ok((Interim { state, outcome }, self.flows))
     }
+}
+
+/// Whether every list of an outcome has an entry for each body or link that later steps and pictures look up.
+fn outcome_fits(outcome: &Outcome, scene: &Scene) -> bool {
+    let (bodies, links) = (scene.bodies.len(), scene.articulation.links().len());
+    outcome.displacement.len() == bodies
+        && !outcome.samples.is_empty()
+        && outcome.samples.iter().all(|sample| {
+            sample.lengths.len() == links
+                && sample.poses.len() == bodies
+                && sample
+                    .bodies
+                    .as_ref()
+                    .is_none_or(|list| list.len() == bodies)
+        })
+        && !outcome.curve.is_empty()
+        && outcome
+            .curve
+            .iter()
+            .all(|(_, places)| places.len() == bodies)
+        && outcome
+            .legs
+            .iter()
+            .all(|leg| leg.displacement.len() == bodies && leg.link.is_none_or(|link| link < links))
+        && outcome
+            .mesh_error
+            .as_ref()
+            .is_none_or(|errors| errors.len() == bodies)
 }

@@ -469,6 +469,16 @@ fn the_good_scene_is_good() {
 }
 
 #[test]
+fn nesting_without_end_is_refused() {
+    for open in ["[", "{a=", "[{a="] {
+        let text = format!("{GOOD}\nx = {}", open.repeat(50_000));
+        let error = Scene::parse(&text).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.to_string().len() < 1000);
+    }
+}
+
+#[test]
 fn malformed_scenes_are_refused_with_place_and_remedy() {
     for (part, by, fragments) in CASES {
         assert!(GOOD.contains(part), "no such part: {part}");
