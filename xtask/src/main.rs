@@ -8,8 +8,10 @@ mod ci;
 mod iterations;
 mod licences;
 mod machine;
+mod models;
 mod page;
 mod roofline;
+mod soak;
 mod stability;
 mod table1;
 mod validate;
@@ -59,6 +61,15 @@ enum Task {
         #[arg(long)]
         out: Option<PathBuf>,
     },
+    /// Every model on every scene with an exact answer: error claimed, error made, seconds; fails where a claim does not hold.
+    Models {
+        /// Without finite elements: seconds.
+        #[arg(long)]
+        quick: bool,
+        /// Folder for `models.md` and `models.csv` [default: docs, or models for --quick].
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// The stability map: formulations x solvers x hardships, each right or refused with a reason.
     Stability {
         /// The part that the tests run.
@@ -101,6 +112,15 @@ enum Task {
         #[arg(long)]
         out: Option<PathBuf>,
     },
+    /// Random valid scenes through all models for a while: balances, the same bits again, flat memory.
+    Soak {
+        /// How long.
+        #[arg(long, default_value_t = 30.0)]
+        minutes: f64,
+        /// Where the random numbers begin: the same seed draws the same scenes.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
     /// One cell of the table, in a process of its own.
     #[command(hide = true)]
     Table1Cell { overrides: Vec<String> },
@@ -133,6 +153,10 @@ fn main() -> Result<()> {
             let usual = if quick { "ale" } else { DOCS };
             ale::run(quick, &out.unwrap_or_else(|| usual.into()))
         }
+        Task::Models { quick, out } => {
+            let usual = if quick { "models" } else { DOCS };
+            models::run(quick, &out.unwrap_or_else(|| usual.into()))
+        }
         Task::Stability { quick, out } => {
             let usual = if quick { "stability" } else { DOCS };
             stability::run(quick, &out.unwrap_or_else(|| usual.into()))
@@ -155,6 +179,7 @@ fn main() -> Result<()> {
             let usual = if quick { "iterations" } else { DOCS };
             iterations::run(quick, &out.unwrap_or_else(|| usual.into()))
         }
+        Task::Soak { minutes, seed } => soak::run(minutes, seed),
         Task::Table1Cell { overrides } => table1::print(&overrides),
     }
 }

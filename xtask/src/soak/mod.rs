@@ -1,0 +1,235 @@
+//! A long run of random scenes through all models: balances, finite numbers, the same bits again on one thread, memory that stays flat.
+
+mod invariants;
+mod scenes;
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant as Clock};
+
+use anyhow::{Context, Result, bail};
+use swimmer::model::{ModelError, choose};
+use swimmer::{Method, Outcome, Scene, SwimError, simulate, solve_start};
+
+use self::invariants::{Misfits, Watch};
+use self::scenes::{Random, draw};
+use crate::machine;
+
+/// Largest misfit of balances where the equations of the bodies are solved directly.
+const DIRECT: f64 = 1e-9;
+
+/// The same for finite elements: their systems are solved to 1e-8 of the right side, and the forces follow from differences.
+const ITERATED: f64 = 1e-5;
+
+/// Resident memory that may come and go with the largest scene: 10 MiB of a mesh-free run, 300 of finite elements.
+const SLACK_MIB: f64 = 400.0;
+
+/// What became of the scenes of one model in one domain.
+#[derive(Default)]
+struct Tally {
+    scenes: usize,
+    instants: usize,
+    refused: usize,
+    seconds: f64,
+    balance: f64,
+    power: f64,
+}
+
+/// Draws scenes until the time is up.
+///
+/// # Errors
+/// The first scene that breaks an invariant, with its text; memory that grows.
+pub fn run(minutes: f64, seed: u64) -> Result<()> {
+    check_memory(&through(minutes, seed)?)
+}
+
+/// Draws scenes and checks all but memory, which is returned as seconds and MiB.
+fn through(minutes: f64, seed: u64) -> Result<Vec<(f64, f64)>> {
+    let clock = Clock::now();
+    let all = Duration::try_from_secs_f64(60.0 * minutes).context("minutes must be positive")?;
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let mut random = Random(seed);
+    let mut tallies: BTreeMap<(String, &'static str), Tally> = BTreeMap::new();
+    let mut refusals: BTreeMap<&'static str, usize> = BTreeMap::new();
+    let mut memory: Vec<(f64, f64)> = Vec::new();
+    let mut told = Clock::now();
+    while clock.elapsed() < all {
+        let (text, scene) = draw(&mut random);
+        let began = Clock::now();
+        let wrong = |what: String| anyhow::anyhow!("{what}\nin the scene\n{text}");
+        let first = one(&scene);
+        let again = one_thread.install(|| one(&scene));
+        let tally = tallies
+            .entry((kind(&text), scene.domain.kind().word()))
+            .or_default();
+        tally.scenes += 1;
+        match (first, again) {
+            (Ok((before, misfits)), Ok((after, _))) => {
+                if before != after {
+                    return Err(wrong("one thread gives other bits than all".into()));
+                }
+                let bar = if kind(&text) == "fem" {
+                    ITERATED
+                } else {
+                    DIRECT
+                };
+                // written so that a number that is not finite fails
+                if !(misfits.balance <= bar && misfits.power <= bar) {
+                    return Err(wrong(format!("balances miss: {misfits:?}")));
+                }
+                tally.instants += misfits.instants;
+                tally.balance = tally.balance.max(misfits.balance);
+                tally.power = tally.power.max(misfits.power);
+            }
+            (Err(before), Err(after)) if before.to_string() == after.to_string() => {
+                let reason = expected(&before).ok_or_else(|| wrong(format!("failed: {before}")))?;
+                *refusals.entry(reason).or_default() += 1;
+                tally.refused += 1;
+            }
+            (before, after) => {
+                let outcome = |r: &Result<_, SwimError>| match r {
+                    Ok(_) => "an answer".to_owned(),
+                    Err(error) => error.to_string(),
+                };
+                let (a, b) = (outcome(&before), outcome(&after));
+                return Err(wrong(format!("once {a}, then on one thread {b}")));
+            }
+        }
+        tally.seconds += began.elapsed().as_secs_f64();
+        if let Some(now) = resident_mib() {
+            memory.push((clock.elapsed().as_secs_f64(), now));
+        }
+        if told.elapsed() > Duration::from_secs(30) {
+            told = Clock::now();
+            let scenes: usize = tallies.values().map(|t| t.scenes).sum();
+            eprintln!("{:.0} s, {scenes} scenes", clock.elapsed().as_secs_f64());
+        }
+    }
+    report(&tallies, &refusals, clock.elapsed().as_secs_f64());
+    Ok(memory)
+}
+
+/// The word of the model that a scene asks for.
+fn kind(text: &str) -> String {
+    text.split("kind = \"").nth(2).map_or("?".into(), |rest| {
+        rest.split('"').next().unwrap_or("?").to_owned()
+    })
+}
+
+/// Everything a scene gives, but what clocks say, as text; and its misfits.
+fn one(scene: &Scene) -> Result<(String, Misfits), SwimError> {
+    let mut model = choose(scene)?.model;
+    if scene.gait.phases.is_empty() {
+        let instant = solve_start(scene, model.as_mut())?;
+        let places: Vec<_> = scene.bodies.iter().map(|b| b.position).collect();
+        let misfits = invariants::of_instant(scene, &instant, &places, &[], &[]);
+        let values = format!("{:?} {:?}", instant.bodies, instant.error_estimate);
+        return Ok((values, misfits));
+    }
+    let mut watch = Watch {
+        scene,
+        misfits: Misfits::default(),
+    };
+    let outcome = simulate(scene, model.as_mut(), Method::Collocation, &mut watch)?;
+    let outcome = Outcome {
+        seconds: Default::default(),
+        ..outcome
+    };
+    // debug formatting writes the shortest decimals that read back as the same bits
+    Ok((format!("{outcome:?}"), watch.misfits))
+}
+
+/// Reasons for which a valid scene may stop: what bodies do on their way is not known before.
+fn expected(error: &SwimError) -> Option<&'static str> {
+    match error {
+        SwimError::Collision { .. } => Some("bodies came to touch on their way"),
+        SwimError::Model(ModelError::Spheres(microhydro::HydroError::Indefinite { .. })) => {
+            Some("too close for oseen or rpy")
+        }
+        SwimError::Model(ModelError::Spheres(microhydro::HydroError::TooClose { .. })) => {
+            Some("a gap too narrow for the accuracy")
+        }
+        SwimError::NotIntegrated { .. } => Some("not integrated to the tolerance"),
+        SwimError::Model(ModelError::Mesh(mesh::MeshError::BodiesTouch { .. })) => {
+            Some("a gap too narrow for the mesh")
+        }
+        _ => None,
+    }
+}
+
+fn report(
+    tallies: &BTreeMap<(String, &'static str), Tally>,
+    refusals: &BTreeMap<&'static str, usize>,
+    seconds: f64,
+) {
+    println!("{seconds:.0} s on {}", machine::processor());
+    println!("| model | domain | scenes | instants | stopped | s a scene | forces | power |");
+    println!("|:--|:--|--:|--:|--:|--:|--:|--:|");
+    for ((model, domain), t) in tallies {
+        println!(
+            "| {model} | {domain} | {} | {} | {} | {:.4} | {:.1e} | {:.1e} |",
+            t.scenes,
+            t.instants,
+            t.refused,
+            t.seconds / t.scenes as f64,
+            t.balance,
+            t.power
+        );
+    }
+    for (reason, count) in refusals {
+        println!("stopped, {reason}: {count}");
+    }
+}
+
+/// Memory of the second half against that of the first.
+fn check_memory(samples: &[(f64, f64)]) -> Result<()> {
+    let Some(end) = samples.last().map(|s| s.0) else {
+        return Ok(());
+    };
+    let peak = |from: f64, to: f64| {
+        samples
+            .iter()
+            .filter(|s| s.0 >= from * end && s.0 <= to * end)
+            .fold(0.0_f64, |m, s| m.max(s.1))
+    };
+    let (first, second) = (peak(0.0, 0.5), peak(0.5, 1.0));
+    println!(
+        "resident memory: at most {first:.0} MiB in the first half, {second:.0} MiB in the second, {:.0} MiB at the end, peak {:.0} MiB",
+        samples.last().map_or(0.0, |s| s.1),
+        swimmer::output::peak_rss_mib().unwrap_or(f64::NAN)
+    );
+    if second > first + SLACK_MIB {
+        bail!("memory grows: {first:.0} MiB in the first half, {second:.0} MiB in the second");
+    }
+    Ok(())
+}
+
+/// Resident size of this process; `None` where the system does not tell (only Linux does).
+fn resident_mib() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let kib: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib / 1024.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_minute_of_scenes_in_short() {
+        // memory is the whole process's, which runs other tests as well
+        through(0.05, 1).unwrap();
+    }
+
+    #[test]
+    fn growing_memory_is_found() {
+        let flat: Vec<(f64, f64)> = (0..100).map(|k| (f64::from(k), 300.0)).collect();
+        assert!(check_memory(&flat).is_ok());
+        let growing: Vec<(f64, f64)> = (0..100)
+            .map(|k| (f64::from(k), 300.0 + 20.0 * f64::from(k)))
+            .collect();
+        assert!(check_memory(&growing).is_err());
+    }
+}

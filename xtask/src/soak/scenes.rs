@@ -1,0 +1,217 @@
+//! Random scenes that make sense.
+
+use std::fmt::Write;
+
+use swimmer::scene::closest_contact;
+use swimmer::{Scene, legs};
+
+/// A generator of random numbers (Steele, Lea & Flood 2014, SplitMix64): the same scenes for the same seed on any machine.
+pub struct Random(pub u64);
+
+impl Random {
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in a range.
+    fn within(&mut self, from: f64, to: f64) -> f64 {
+        from + (to - from) * (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn chance(&mut self, probability: f64) -> bool {
+        self.within(0.0, 1.0) < probability
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        (self.bits() % count.max(1) as u64) as usize
+    }
+
+    fn pick<'a>(&mut self, words: &[&'a str]) -> &'a str {
+        words[self.below(words.len())]
+    }
+
+    fn direction(&mut self) -> [f64; 3] {
+        loop {
+            let v = [(); 3].map(|()| self.within(-1.0, 1.0));
+            let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if (0.1..1.0).contains(&norm) {
+                return v.map(|x| x / norm);
+            }
+        }
+    }
+}
+
+/// Part of the scenes that are solved by finite elements: they take a thousand times as long.
+const FINITE_ELEMENTS: f64 = 0.05;
+
+/// Elements on their spheres, over the radius: as coarse as makes sense.
+const SURFACE_SIZE: f64 = 0.8;
+
+/// Least room between surfaces at the ends of phases: narrower gaps off an axis take seconds a solve beside a wall, and few scenes would be seen.
+const LEAST_GAP: f64 = 0.4;
+
+/// The least room at the start and at the ends of phases, linkages where they are at the start; none counts as negative.
+fn smallest_gap(scene: &Scene) -> f64 {
+    let set = &scene.articulation;
+    let state = scene.initial_state();
+    let ends = legs(&scene.gait, set.initial_lengths()).map(|leg| leg.to);
+    std::iter::once(set.initial_lengths().to_vec())
+        .chain(ends)
+        .map(|lengths| {
+            set.place(&state, &lengths).map_or(-1.0, |poses| {
+                closest_contact(&scene.bodies, &scene.domain, &poses)
+                    .map_or(f64::INFINITY, |contact| contact.gap)
+            })
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// A scene and its text. Those that the checks refuse, such as spheres that touch along the stroke, are drawn again.
+pub fn draw(random: &mut Random) -> (String, Scene) {
+    loop {
+        let text = text(random);
+        if let Ok(scene) = Scene::parse(&text)
+            && smallest_gap(&scene) > LEAST_GAP
+        {
+            return (text, scene);
+        }
+    }
+}
+
+fn text(random: &mut Random) -> String {
+    let by_elements = random.chance(FINITE_ELEMENTS);
+    let domain = match by_elements {
+        true => "ball",
+        false => random.pick(&["unbounded", "unbounded", "ball", "wall"]),
+    };
+    let bodies = 1 + random.below(if by_elements { 2 } else { 4 });
+    let junction = bodies > 2 && random.chance(0.2);
+    let mut places = vec![[0.0; 3]];
+    let mut links = Vec::new();
+    for body in 1..bodies {
+        let to = if junction { 0 } else { random.below(body) };
+        let (e, length) = (random.direction(), random.within(3.0, 7.0));
+        places.push(std::array::from_fn(|axis| {
+            places[to][axis] + length * e[axis]
+        }));
+        // bodies without links are swimmers of their own
+        if junction || random.chance(0.85) {
+            links.push((body, to, length));
+        }
+    }
+    let mut fixed = None;
+    if !junction && random.chance(0.15) {
+        fixed = Some(places.len());
+        let e = random.direction();
+        places.push(e.map(|x| 6.0 * x));
+    }
+    let reach = places
+        .iter()
+        .map(|x| x.iter().map(|c| c * c).sum::<f64>().sqrt())
+        .fold(0.0, f64::max);
+    if domain == "wall" {
+        let low = places.iter().map(|x| x[2]).fold(0.0, f64::min);
+        let height = random.within(1.5, 6.0) - low;
+        places.iter_mut().for_each(|x| x[2] += height);
+    }
+    let kind = match (by_elements, domain) {
+        (true, _) => "fem",
+        (false, "ball") => random.pick(&["rpy", "multipole", "auto"]),
+        (false, _) => random.pick(&["oseen", "rpy", "multipole", "auto"]),
+    };
+    let most_digits = match domain {
+        _ if by_elements => 2.0,
+        "wall" => 4.0,
+        _ => 6.0,
+    };
+    let digits = random.within(2.0, most_digits);
+    let mut text = format!(
+        "domain.kind = \"{domain}\"\nmodel = {{ kind = \"{kind}\", tolerance = {:e} }}\n",
+        10.0_f64.powf(-digits)
+    );
+    let mut line = |content: std::fmt::Arguments| {
+        // writing to a String cannot fail
+        let _ = writeln!(text, "{content}");
+    };
+    if domain == "ball" {
+        line(format_args!(
+            "domain.radius = {}",
+            reach + random.within(5.0, 15.0)
+        ));
+    }
+    line(format_args!(
+        "fluid.viscosity = {}",
+        10.0_f64.powf(random.within(-3.0, 3.0))
+    ));
+    line(format_args!(
+        "gait.arms = \"{}\"",
+        random.pick(&["clamped", "clamped", "free", "lab"])
+    ));
+    line(format_args!("gait.cycles = {}", 1 + random.below(3)));
+    let mut smallest = f64::INFINITY;
+    for (body, x) in places.iter().enumerate() {
+        line(format_args!("[[bodies]]\nname = \"b{body}\""));
+        line(format_args!(
+            "position = [{:?}, {:?}, {:?}]",
+            x[0], x[1], x[2]
+        ));
+        if junction && body == 0 {
+            line(format_args!("shape = \"point\""));
+            continue;
+        }
+        let radius = random.within(0.5, 1.2);
+        smallest = smallest.min(radius);
+        line(format_args!("radius = {radius:?}"));
+        if fixed == Some(body) {
+            line(format_args!("fixed = true"));
+        } else if random.chance(0.2) {
+            let f = random.direction();
+            line(format_args!("force = [{:?}, {:?}, {:?}]", f[0], f[1], f[2]));
+        }
+    }
+    for (number, (body, to, _)) in links.iter().enumerate() {
+        line(format_args!(
+            "[[links]]\nname = \"l{number}\"\nbody = \"b{body}\"\nto = \"b{to}\""
+        ));
+    }
+    if !links.is_empty() {
+        let mut lengths: Vec<f64> = links.iter().map(|l| l.2).collect();
+        for _ in 0..1 + random.below(4) {
+            let link = random.below(links.len());
+            lengths[link] = (lengths[link] * random.within(0.7, 1.4)).clamp(2.0, 9.0);
+            line(format_args!(
+                "[[gait.phases]]\nlink = \"l{link}\"\nlength = {:?}",
+                lengths[link]
+            ));
+        }
+    } else if random.chance(0.5) {
+        // loads alone move the bodies
+        line(format_args!("[[gait.phases]]\nduration = 0.5"));
+    }
+    if by_elements {
+        line(format_args!(
+            "[fem]\nsurface_size = {:?}\nformulation = \"{}\"",
+            SURFACE_SIZE * smallest,
+            random.pick(&["p-tilde", "lagrange", "direct-row"])
+        ));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_seed_draws_the_same_scenes() {
+        let (mut a, mut b) = (Random(7), Random(7));
+        for _ in 0..20 {
+            assert_eq!(draw(&mut a).0, draw(&mut b).0);
+        }
+        assert_ne!(draw(&mut Random(7)).0, draw(&mut Random(8)).0);
+    }
+}
