@@ -11,7 +11,7 @@ use swimmer::model::{ModelError, choose};
 use swimmer::{Method, Outcome, Scene, SwimError, simulate, solve_start};
 
 use self::invariants::{Misfits, Watch};
-use self::scenes::{Random, draw};
+use self::scenes::{FINITE_ELEMENTS, Random, draw};
 use crate::machine;
 
 /// Largest misfit of balances where the equations of the bodies are solved directly.
@@ -39,11 +39,11 @@ struct Tally {
 /// # Errors
 /// The first scene that breaks an invariant, with its text; memory that grows.
 pub fn run(minutes: f64, seed: u64) -> Result<()> {
-    check_memory(&through(minutes, seed)?)
+    check_memory(&through(minutes, seed, FINITE_ELEMENTS)?)
 }
 
 /// Draws scenes and checks all but memory, which is returned as seconds and MiB.
-fn through(minutes: f64, seed: u64) -> Result<Vec<(f64, f64)>> {
+fn through(minutes: f64, seed: u64, elements: f64) -> Result<Vec<(f64, f64)>> {
     let clock = Clock::now();
     let all = Duration::try_from_secs_f64(60.0 * minutes).context("minutes must be positive")?;
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
@@ -53,7 +53,7 @@ fn through(minutes: f64, seed: u64) -> Result<Vec<(f64, f64)>> {
     let mut memory: Vec<(f64, f64)> = Vec::new();
     let mut told = Clock::now();
     while clock.elapsed() < all {
-        let (text, scene) = draw(&mut random);
+        let (text, scene) = draw(&mut random, elements);
         let began = Clock::now();
         let wrong = |what: String| anyhow::anyhow!("{what}\nin the scene\n{text}");
         let first = one(&scene);
@@ -220,7 +220,7 @@ mod tests {
     #[test]
     fn a_minute_of_scenes_in_short() {
         // memory is the whole process's, which runs other tests as well
-        through(0.05, 1).unwrap();
+        through(0.03, 1, 0.0).unwrap();
     }
 
     #[test]

@@ -46,7 +46,7 @@ impl Random {
 }
 
 /// Part of the scenes that are solved by finite elements: they take a thousand times as long.
-const FINITE_ELEMENTS: f64 = 0.05;
+pub const FINITE_ELEMENTS: f64 = 0.05;
 
 /// Elements on their spheres, over the radius: as coarse as makes sense.
 const SURFACE_SIZE: f64 = 0.8;
@@ -70,10 +70,10 @@ fn smallest_gap(scene: &Scene) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// A scene and its text. Those that the checks refuse, such as spheres that touch along the stroke, are drawn again.
-pub fn draw(random: &mut Random) -> (String, Scene) {
+/// A scene and its text, with this chance by finite elements. Those that the checks refuse, such as spheres that touch along the stroke, are drawn again.
+pub fn draw(random: &mut Random, elements: f64) -> (String, Scene) {
     loop {
-        let text = text(random);
+        let text = text(random, elements);
         if let Ok(scene) = Scene::parse(&text)
             && smallest_gap(&scene) > LEAST_GAP
         {
@@ -82,8 +82,8 @@ pub fn draw(random: &mut Random) -> (String, Scene) {
     }
 }
 
-fn text(random: &mut Random) -> String {
-    let by_elements = random.chance(FINITE_ELEMENTS);
+fn text(random: &mut Random, elements: f64) -> String {
+    let by_elements = random.chance(elements);
     let domain = match by_elements {
         true => "ball",
         false => random.pick(&["unbounded", "unbounded", "ball", "wall"]),
@@ -151,7 +151,8 @@ fn text(random: &mut Random) -> String {
         "gait.arms = \"{}\"",
         random.pick(&["clamped", "clamped", "free", "lab"])
     ));
-    line(format_args!("gait.cycles = {}", 1 + random.below(3)));
+    let most = if by_elements { 1 } else { 3 };
+    line(format_args!("gait.cycles = {}", 1 + random.below(most)));
     let mut smallest = f64::INFINITY;
     for (body, x) in places.iter().enumerate() {
         line(format_args!("[[bodies]]\nname = \"b{body}\""));
@@ -180,7 +181,7 @@ fn text(random: &mut Random) -> String {
     }
     if !links.is_empty() {
         let mut lengths: Vec<f64> = links.iter().map(|l| l.2).collect();
-        for _ in 0..1 + random.below(4) {
+        for _ in 0..1 + random.below(most + 1) {
             let link = random.below(links.len());
             lengths[link] = (lengths[link] * random.within(0.7, 1.4)).clamp(2.0, 9.0);
             line(format_args!(
@@ -210,8 +211,8 @@ mod tests {
     fn the_same_seed_draws_the_same_scenes() {
         let (mut a, mut b) = (Random(7), Random(7));
         for _ in 0..20 {
-            assert_eq!(draw(&mut a).0, draw(&mut b).0);
+            assert_eq!(draw(&mut a, 0.5).0, draw(&mut b, 0.5).0);
         }
-        assert_ne!(draw(&mut Random(7)).0, draw(&mut Random(8)).0);
+        assert_ne!(draw(&mut Random(7), 0.5).0, draw(&mut Random(8), 0.5).0);
     }
 }
