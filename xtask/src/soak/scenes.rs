@@ -125,7 +125,7 @@ fn text(random: &mut Random, elements: f64) -> String {
     };
     let most_digits = match domain {
         _ if by_elements => 2.0,
-        "wall" => 4.0,
+        "wall" | "ball" => 4.0,
         _ => 6.0,
     };
     let digits = random.within(2.0, most_digits);
@@ -140,7 +140,7 @@ fn text(random: &mut Random, elements: f64) -> String {
     if domain == "ball" {
         line(format_args!(
             "domain.radius = {}",
-            reach + random.within(5.0, 15.0)
+            2.0 * reach + random.within(5.0, 15.0)
         ));
     }
     line(format_args!(

@@ -131,10 +131,14 @@ pub(crate) fn tail(closeness: &(Vec<f64>, f64), orders: &Orders) -> f64 {
     let all = orders.spheres.iter().copied().chain(Some(orders.container));
     let least = all.filter(|&n| n > 0).min().unwrap_or(LEAST) as f64;
     let general = 3.0 * ((least + 2.0) / least).powi(2) * ratio / (1.0 - ratio);
-    if least > LEAST as f64 {
+    let lowest = match orders.container {
+        0 => LEAST,
+        _ => LEAST_IN_A_BALL,
+    };
+    if least > lowest as f64 {
         return general;
     }
-    // two less than the least order reflects nothing at all: the change is that of one degree, and the next is $e^{-2\xi}$ of it
+    // two less than the least order lacks the first reflections: the change is that of one degree, and the next is $e^{-2\xi}$ of it
     let step = ratio.sqrt();
     general.max(3.0 * step / (1.0 - step))
 }
