@@ -115,7 +115,8 @@ fn text(random: &mut Random, elements: f64) -> String {
         .fold(0.0, f64::max);
     if domain == "wall" {
         let low = places.iter().map(|x| x[2]).fold(0.0, f64::min);
-        let height = random.within(1.5, 6.0) - low;
+        // closer to the wall a solve of four spheres takes half a second
+        let height = random.within(3.5, 9.0) - low;
         places.iter_mut().for_each(|x| x[2] += height);
     }
     let kind = match (by_elements, domain) {
