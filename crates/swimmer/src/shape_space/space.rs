@@ -213,7 +213,7 @@ impl ShapeSpace {
             },
             mesh_error: None,
             checks: None,
-            remeshed: false,
+            remeshed: None,
         }
     }
 
