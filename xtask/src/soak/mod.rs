@@ -218,6 +218,7 @@ mod tests {
     use super::*;
 
     #[test]
+    #[ignore = "two seconds, and as long as the last scene takes"]
     fn a_minute_of_scenes_in_short() {
         // memory is the whole process's, which runs other tests as well
         through(0.03, 1, 0.0).unwrap();

@@ -51,8 +51,8 @@ pub const FINITE_ELEMENTS: f64 = 0.05;
 /// Elements on their spheres, over the radius: as coarse as makes sense.
 const SURFACE_SIZE: f64 = 0.8;
 
-/// Least room between surfaces at the ends of phases: narrower gaps off an axis take seconds a solve beside a wall, and few scenes would be seen.
-const LEAST_GAP: f64 = 0.4;
+/// Least room between surfaces at the ends of phases: narrower gaps off an axis take seconds a solve, and few scenes would be seen.
+const LEAST_GAP: f64 = 1.0;
 
 /// The least room at the start and at the ends of phases, linkages where they are at the start; none counts as negative.
 fn smallest_gap(scene: &Scene) -> f64 {
@@ -124,12 +124,7 @@ fn text(random: &mut Random, elements: f64) -> String {
         (false, "ball") => random.pick(&["rpy", "multipole", "auto"]),
         (false, _) => random.pick(&["oseen", "rpy", "multipole", "auto"]),
     };
-    let most_digits = match domain {
-        _ if by_elements => 2.0,
-        "wall" | "ball" => 4.0,
-        _ => 6.0,
-    };
-    let digits = random.within(2.0, most_digits);
+    let digits = random.within(2.0, if by_elements { 2.0 } else { 4.0 });
     let mut text = format!(
         "domain.kind = \"{domain}\"\nmodel = {{ kind = \"{kind}\", tolerance = {:e} }}\n",
         10.0_f64.powf(-digits)
