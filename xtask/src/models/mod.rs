@@ -199,6 +199,12 @@ mod tests {
     use super::*;
 
     #[test]
+    #[ignore = "a minute"]
+    fn no_claim_of_the_quick_table_is_broken() {
+        run(true, &std::env::temp_dir().join("models-quick")).unwrap();
+    }
+
+    #[test]
     fn what_auto_takes_holds_its_claim_and_the_tolerance() {
         for case in scenes::all() {
             // swimmers in space take seconds a tolerance; the whole table is made by the command

@@ -139,10 +139,8 @@ fn text(random: &mut Random, elements: f64) -> String {
             2.0 * reach + random.within(5.0, 15.0)
         ));
     }
-    line(format_args!(
-        "fluid.viscosity = {}",
-        10.0_f64.powf(random.within(-3.0, 3.0))
-    ));
+    let viscosity = 10.0_f64.powf(random.within(-3.0, 3.0));
+    line(format_args!("fluid.viscosity = {viscosity:?}"));
     line(format_args!(
         "gait.arms = \"{}\"",
         random.pick(&["clamped", "clamped", "free", "lab"])
@@ -166,7 +164,8 @@ fn text(random: &mut Random, elements: f64) -> String {
         if fixed == Some(body) {
             line(format_args!("fixed = true"));
         } else if random.chance(0.2) {
-            let f = random.direction();
+            // a twentieth of a radius in a unit of time, so that few bodies are driven into each other or into a wall
+            let f = random.direction().map(|x| viscosity * x);
             line(format_args!("force = [{:?}, {:?}, {:?}]", f[0], f[1], f[2]));
         }
     }
