@@ -123,7 +123,6 @@ fn settings() -> Vec<Setting> {
         pair("gap 0.1", 0.1, FREE),
         pair("gap 0.02", 0.02, FREE),
         pair("gap 0.001", 0.001, FREE),
-        pair("gap 1e-6", 1e-6, FREE),
         Setting {
             expected: refused,
             quick: true,
