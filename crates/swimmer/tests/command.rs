@@ -46,7 +46,7 @@ fn bad_input_is_one_line_and_exit_code_2() {
                 "--set",
                 "model.kind=axisymmetric",
                 "--set",
-                "bodies.left.torque=[1, 0, 0]",
+                "bodies.left.torque=[0, 0, 1]",
             ],
             "not built yet",
         ),

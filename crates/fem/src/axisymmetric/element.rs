@@ -60,6 +60,10 @@ impl Lagrange {
         })
     }
 
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
     pub fn len(&self) -> usize {
         self.nodes.len()
     }

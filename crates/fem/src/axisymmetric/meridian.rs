@@ -211,11 +211,6 @@ impl Meridian {
         }
     }
 
-    /// Number of bodies.
-    pub fn len(&self) -> usize {
-        self.bodies.len()
-    }
-
     /// The closed boundary of the meridian domain, which lies to its left.
     pub fn boundary(&self) -> Vec<Curve> {
         let (from, to) = match self.wall {

@@ -1,6 +1,5 @@
-//! The linear system of one order of elements, and the forces on bodies that move along the axis.
+//! The linear system of flow without swirl by one order of elements.
 
-use linalg::{Csr, ShiftedLdlt};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -11,192 +10,69 @@ use super::mesh::MeridianMesh;
 use super::rule::triangle_rule;
 use super::shape::{bends, map_points, node_places};
 use super::space::Space;
+use super::system::{Dof, Element, System, without_gaps};
 use crate::FemError;
-
-/// Stokes flow by elements of one order.
-pub(super) struct Stokes {
-    elements: Vec<Element>,
-    unknowns: usize,
-    /// Subtracted from the diagonal of the factors.
-    shift: Vec<f64>,
-    /// The vertex, edge or triangle of each unknown.
-    group: Vec<u32>,
-}
-
-/// Resistance matrix and what it took.
-pub(super) struct Solution {
-    pub resistance: DMatrix<f64>,
-    pub unknowns: usize,
-    pub residual: f64,
-}
-
-struct Element {
-    dofs: Vec<Dof>,
-    /// Over velocities along the axis, away from it, and pressures.
-    matrix: DMatrix<f64>,
-}
-
-/// What a velocity component or a pressure at a node is.
-#[derive(Clone, Copy, PartialEq)]
-enum Dof {
-    Unknown(u32),
-    /// Zero.
-    Held,
-    /// The velocity of a body.
-    Body(usize),
-}
 
 /// Part of the pressures' mass subtracted in the factors: eight digits a step of refinement.
 const SHIFT: f64 = 1e-8;
 
-impl Stokes {
-    /// Assembles with velocities of degree `order` and pressures of one less, both continuous (Taylor & Hood; stable in two dimensions
-    /// for `order >= 2` on three triangles or more, Boffi 1994).
-    ///
-    /// # Errors
-    /// [`FemError::Axisymmetric`] where an element is inverted.
-    pub fn new(mesh: &MeridianMesh, order: usize) -> Result<Self, FemError> {
-        let (velocity, pressure) = (Lagrange::new(order)?, Lagrange::new(order - 1)?);
-        let spaces = [Space::new(mesh, &velocity), Space::new(mesh, &pressure)];
-        let numbering = Numbering::new(mesh, &spaces, [&velocity, &pressure]);
-        // on straight elements exact but for 1 / r where an element meets the axis in a corner; on curved ones for the divergence
-        let rules = [order + 3, 2 * order].map(triangle_rule);
-        let tables = rules
-            .each_ref()
-            .map(|rule| [velocity.tabulate(rule), pressure.tabulate(rule)]);
-        let matrices = (0..mesh.triangles.len())
-            .into_par_iter()
-            .map(|t| {
-                let rich =
-                    bends(mesh, t) || mesh.triangles[t].iter().any(|&v| mesh.points[v].y == 0.0);
-                let (rule, [u, p]) = (&rules[usize::from(rich)], &tables[usize::from(rich)]);
-                let places = node_places(mesh, t, &velocity);
-                let points = map_points(t, &places, u, rule)?;
-                Ok(ElementMatrices::new(&points, u, p))
-            })
-            .collect::<Result<Vec<_>, FemError>>()?;
-        let mut shift = vec![0.0; numbering.unknowns];
-        for (t, matrices) in matrices.iter().enumerate() {
-            for (&node, mass) in spaces[1].nodes[t].iter().zip(&matrices.pressure_mass) {
-                shift[numbering.first_pressure + node as usize] += SHIFT * mass;
-            }
+/// Stokes flow by velocities of degree `order` and pressures of one less, both continuous (Taylor & Hood; stable in two dimensions
+/// for `order >= 2` on three triangles or more, Boffi 1994). Bodies move along the axis.
+///
+/// # Errors
+/// [`FemError::Axisymmetric`] where an element is inverted.
+pub(super) fn stokes(mesh: &MeridianMesh, order: usize) -> Result<System, FemError> {
+    let (velocity, pressure) = (Lagrange::new(order)?, Lagrange::new(order - 1)?);
+    let spaces = [Space::new(mesh, &velocity), Space::new(mesh, &pressure)];
+    let numbering = Numbering::new(mesh, &spaces, [&velocity, &pressure]);
+    let matrices = element_matrices(mesh, &velocity, &pressure)?;
+    let mut shift = vec![0.0; numbering.unknowns];
+    for (t, matrices) in matrices.iter().enumerate() {
+        for (&node, mass) in spaces[1].nodes[t].iter().zip(&matrices.pressure_mass) {
+            shift[numbering.first_pressure + node as usize] += SHIFT * mass;
         }
-        let elements = matrices
-            .into_iter()
-            .enumerate()
-            .map(|(t, matrices)| Element {
-                dofs: numbering.dofs(&spaces[0].nodes[t], &spaces[1].nodes[t]),
-                matrix: joined(&matrices),
-            })
-            .collect();
-        Ok(Self {
-            elements,
-            unknowns: numbering.unknowns,
-            shift,
-            group: numbering.group,
+    }
+    let elements = matrices
+        .into_iter()
+        .enumerate()
+        .map(|(t, matrices)| Element {
+            dofs: numbering.dofs(&spaces[0].nodes[t], &spaces[1].nodes[t]),
+            matrix: joined(&matrices),
         })
-    }
-
-    /// Forces on the fluid, one column for each of `bodies` moving at unit speed: what the momentum equation at the nodes of a body
-    /// leaves (the consistent force), in which errors are second order.
-    ///
-    /// # Errors
-    /// A factorisation or refinement that fails.
-    pub fn resistance(&self, bodies: usize) -> Result<Solution, FemError> {
-        let mut solver = ShiftedLdlt::factor(self.matrix(), &self.shift, &self.group)?;
-        let mut resistance = DMatrix::zeros(bodies, bodies);
-        let mut worst = 0.0_f64;
-        let mut flow = vec![0.0; self.unknowns];
-        for body in 0..bodies {
-            let mut right = vec![0.0; self.unknowns];
-            for element in &self.elements {
-                element.rows_of(body, |dof, value| {
-                    if let Dof::Unknown(i) = dof {
-                        right[i as usize] -= value;
-                    }
-                });
-            }
-            worst = worst.max(solver.solve(&right, &mut flow)?);
-            for element in &self.elements {
-                element.forces(body, &flow, |on, force| resistance[(on, body)] += force);
-            }
-        }
-        Ok(Solution {
-            // symmetric up to the residual of the solve
-            resistance: 0.5 * (&resistance + resistance.transpose()),
-            unknowns: self.unknowns,
-            residual: worst,
-        })
-    }
-
-    /// The system of the unknowns.
-    fn matrix(&self) -> Csr {
-        let n = self.unknowns;
-        let mut visits: Vec<Vec<(u32, u32)>> = vec![Vec::new(); n];
-        for (e, element) in self.elements.iter().enumerate() {
-            for (local, dof) in element.dofs.iter().enumerate() {
-                if let Dof::Unknown(i) = dof {
-                    visits[*i as usize].push((e as u32, local as u32));
-                }
-            }
-        }
-        let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
-        let mut sums = vec![0.0; n];
-        let mut met_by = vec![usize::MAX; n];
-        for (i, visits) in visits.iter().enumerate() {
-            let first = columns.len();
-            for &(e, local) in visits {
-                let element = &self.elements[e as usize];
-                // symmetric: a column is a row
-                let row = element.matrix.column(local as usize);
-                for (dof, value) in element.dofs.iter().zip(row.iter()) {
-                    let Dof::Unknown(j) = *dof else { continue };
-                    if met_by[j as usize] != i {
-                        met_by[j as usize] = i;
-                        sums[j as usize] = 0.0;
-                        columns.push(j);
-                    }
-                    sums[j as usize] += value;
-                }
-            }
-            columns[first..].sort_unstable();
-            values.extend(columns[first..].iter().map(|&j| sums[j as usize]));
-            starts.push(columns.len());
-        }
-        Csr::new((n, n), starts, columns, values)
-    }
+        .collect();
+    Ok(System {
+        elements,
+        unknowns: numbering.unknowns,
+        shift,
+        group: numbering.group,
+    })
 }
 
-impl Element {
-    /// Calls `add` with every row's sum over the columns of a body.
-    fn rows_of(&self, body: usize, mut add: impl FnMut(Dof, f64)) {
-        for (local, dof) in self.dofs.iter().enumerate() {
-            if *dof == Dof::Body(body) {
-                for (row, value) in self.dofs.iter().zip(self.matrix.column(local).iter()) {
-                    add(*row, *value);
-                }
-            }
-        }
-    }
-
-    /// Calls `add` with forces on bodies in the flow of one of them moving at unit speed.
-    fn forces(&self, moving: usize, flow: &[f64], mut add: impl FnMut(usize, f64)) {
-        for (local, dof) in self.dofs.iter().enumerate() {
-            let Dof::Body(on) = *dof else { continue };
-            let column = self.matrix.column(local);
-            let sum: f64 = self
-                .dofs
-                .iter()
-                .zip(column.iter())
-                .map(|(dof, value)| match *dof {
-                    Dof::Unknown(i) => value * flow[i as usize],
-                    Dof::Body(body) if body == moving => *value,
-                    Dof::Body(_) | Dof::Held => 0.0,
-                })
-                .sum();
-            add(on, sum);
-        }
-    }
+/// The forms on every element.
+///
+/// # Errors
+/// [`FemError::Axisymmetric`] where an element is inverted.
+pub(super) fn element_matrices(
+    mesh: &MeridianMesh,
+    velocity: &Lagrange,
+    pressure: &Lagrange,
+) -> Result<Vec<ElementMatrices>, FemError> {
+    let order = velocity.order();
+    // on straight elements exact but for 1 / r where an element meets the axis in a corner; on curved ones for the divergence
+    let rules = [order + 3, 2 * order].map(triangle_rule);
+    let tables = rules
+        .each_ref()
+        .map(|rule| [velocity.tabulate(rule), pressure.tabulate(rule)]);
+    (0..mesh.triangles.len())
+        .into_par_iter()
+        .map(|t| {
+            let rich = bends(mesh, t) || mesh.triangles[t].iter().any(|&v| mesh.points[v].y == 0.0);
+            let (rule, [u, p]) = (&rules[usize::from(rich)], &tables[usize::from(rich)]);
+            let places = node_places(mesh, t, velocity);
+            let points = map_points(t, &places, u, rule)?;
+            Ok(ElementMatrices::new(&points, u, p))
+        })
+        .collect()
 }
 
 /// Which nodes are unknown: velocities along the axis, then away from it, then pressures.
@@ -257,22 +133,6 @@ impl Numbering {
     }
 }
 
-/// Group numbers without those that nothing is in.
-fn without_gaps(group: Vec<u32>) -> Vec<u32> {
-    let most = group.iter().max().map_or(0, |&g| g as usize + 1);
-    let mut new = vec![None; most];
-    let mut count = 0;
-    group
-        .into_iter()
-        .map(|g| {
-            *new[g as usize].get_or_insert_with(|| {
-                count += 1;
-                count - 1
-            })
-        })
-        .collect()
-}
-
 /// `[A_z, 0, B_z^T; 0, A_r, B_r^T; B_z, B_r, 0]`.
 fn joined(m: &ElementMatrices) -> DMatrix<f64> {
     let (n, k) = (m.axial.nrows(), m.divergence_axial.nrows());
@@ -308,7 +168,7 @@ mod tests {
         // Poiseuille flow, and a stagnation flow whose strength grows along the axis
         let flow = |x: &Point| [x.y * x.y + x.x * x.x, -x.y * x.x, 6.0 * x.x];
         for order in [2, 3, 5] {
-            let stokes = Stokes::new(&mesh, order).expect("sound");
+            let stokes = stokes(&mesh, order).expect("sound");
             let [velocity, pressure] = [order, order - 1].map(|k| Lagrange::new(k).expect("low"));
             let mut rows = vec![(0.0_f64, 0.0_f64, true); stokes.unknowns];
             for (t, element) in stokes.elements.iter().enumerate() {
@@ -382,7 +242,7 @@ mod tests {
                     Surroundings::Ball { radius: 2.0 },
                     growth,
                 );
-                let solution = Stokes::new(&mesh, order)
+                let solution = stokes(&mesh, order)
                     .and_then(|s| s.resistance(1))
                     .expect("sound");
                 let error = solution.resistance[(0, 0)] / exact - 1.0;

@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 use std::time::Instant as Clock;
 
-use fem::axisymmetric::{AxialResistance, Spheroid, Surroundings, axial_resistance};
+use fem::axisymmetric::{
+    AxialResistance, Spheroid, Surroundings, axial_resistance, spin_resistance,
+};
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Isometry3, Matrix3, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, Load, Twist};
@@ -16,10 +18,10 @@ use crate::model::{
 };
 use crate::scene::{Arrangement, Domain, Scene, Shape};
 
-/// Flow without swirl around bodies on one axis.
+/// Flow around bodies on one axis that move along it and turn about it.
 ///
-/// Its resistance knows motions and forces along the axis. All others are at rest by symmetry: they stand in the equations with some
-/// positive resistance of their own and come out as zero.
+/// Its resistance knows motions and forces along the axis and, where there are torques, about it. All others are at rest by symmetry: they
+/// stand in the equations with some positive resistance of their own and come out as zero.
 pub struct AxisymmetricModel {
     scale: Scale,
     /// The bodies and links in units of the flow.
@@ -30,6 +32,8 @@ pub struct AxisymmetricModel {
     surroundings: Surroundings,
     /// Unit vector along the axis.
     axis: Vector3<f64>,
+    /// Whether some body is turned about the axis: flow with swirl, which is computed apart.
+    turns: bool,
     /// Relative error asked of resistances.
     tolerance: f64,
 }
@@ -86,13 +90,6 @@ impl AxisymmetricModel {
                 "put bodies and their forces on one axis of the domain, or use model.kind = \"auto\"",
             );
         };
-        if let Some(number) = (scene.bodies.iter()).position(|b| b.torque != Vector3::zeros()) {
-            return refuse(
-                &format!("bodies[{number}].torque"),
-                format!("a torque on body '{}'", scene.bodies[number].name),
-                "remove it, or use model.kind = \"multipole\" or \"fem\"",
-            );
-        }
         let kinds: Vec<_> = scene.bodies.iter().map(|b| b.kind()).collect();
         let positions: Vec<_> = (scene.bodies.iter())
             .map(|b| scale.point(b.position))
@@ -124,6 +121,7 @@ impl AxisymmetricModel {
                     Shape::Point => None,
                 })
                 .collect(),
+            turns: scene.bodies.iter().any(|b| b.torque != Vector3::zeros()),
             surroundings,
             axis,
             // the net displacement is a small difference of the legs' and amplifies errors: by 8 for the three-sphere swimmer
@@ -137,9 +135,7 @@ impl AxisymmetricModel {
     pub(super) fn suits(scene: &Scene) -> bool {
         let is_needed =
             matches!(scene.domain, Domain::Cylinder { .. }) || scene.first_spheroid().is_some();
-        is_needed
-            && scene.arrangement() == Arrangement::Axisymmetric
-            && scene.bodies.iter().all(|b| b.torque == Vector3::zeros())
+        is_needed && scene.arrangement() == Arrangement::Axisymmetric
     }
 
     /// What the model costs and errs at the start, and why no other rung is there.
@@ -225,8 +221,21 @@ impl AxisymmetricModel {
         )?)
     }
 
-    /// The matrix for motions in space: axial entries as computed, and Stokes's for motions that symmetry keeps at rest.
-    fn in_space(&self, axial: &DMatrix<f64>) -> DMatrix<f64> {
+    /// The resistance to turning about the axis, if anything turns.
+    fn spin(&self, placement: &Placement) -> Result<Option<AxialResistance>, ModelError> {
+        if !self.turns {
+            return Ok(None);
+        }
+        let bodies = self.on_axis(placement)?;
+        Ok(Some(spin_resistance(
+            &bodies,
+            self.surroundings,
+            self.tolerance,
+        )?))
+    }
+
+    /// The matrix for motions in space: entries along and about the axis as computed, and Stokes's for motions that symmetry keeps at rest.
+    fn in_space(&self, axial: &DMatrix<f64>, spin: Option<&DMatrix<f64>>) -> DMatrix<f64> {
         let n = self.shapes.len();
         let along: Matrix3<f64> = self.axis * self.axis.transpose();
         let across = Matrix3::identity() - along;
@@ -242,10 +251,16 @@ impl AxisymmetricModel {
             let (drag, torque) = (6.0 * PI * size, 8.0 * PI * size.powi(3));
             let mut own = matrix.fixed_view_mut::<3, 3>(6 * i, 6 * i);
             own += across * drag;
-            let turning = Matrix3::identity() * torque;
-            matrix
-                .fixed_view_mut::<3, 3>(6 * i + 3, 6 * i + 3)
-                .copy_from(&turning);
+            let mut own = matrix.fixed_view_mut::<3, 3>(6 * i + 3, 6 * i + 3);
+            own += match spin {
+                Some(_) => across * torque,
+                None => Matrix3::identity() * torque,
+            };
+            for j in 0..n {
+                let about = spin.map_or(0.0, |spin| spin[(i, j)]);
+                let mut block = matrix.fixed_view_mut::<3, 3>(6 * i + 3, 6 * j + 3);
+                block += along * about;
+            }
         }
         matrix
     }
@@ -259,12 +274,14 @@ impl Hydrodynamics for AxisymmetricModel {
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
         let clock = Clock::now();
         let axial = self.axial(placement)?;
+        let spin = self.spin(placement)?;
         let constraints = self.constraints(placement)?;
-        let solve = |matrix: &DMatrix<f64>| {
-            let matrix = self.in_space(matrix);
+        let solve = |of: fn(&AxialResistance) -> &DMatrix<f64>| {
+            let matrix = self.in_space(of(&axial), spin.as_ref().map(of));
             Solved::new(&matrix, &self.set, &constraints, &self.loads)
         };
-        let (solved, coarser) = (solve(axial.matrix())?, solve(axial.coarser())?);
+        let solved = solve(AxialResistance::matrix)?;
+        let coarser = solve(AxialResistance::coarser)?;
         let bodies = solved.bodies(&self.set, &self.scale)?;
         let coarser_bodies = coarser.bodies(&self.set, &self.scale)?;
         let motion = |solved: &Solved| -> Result<_, ModelError> {
@@ -274,6 +291,7 @@ impl Hydrodynamics for AxisymmetricModel {
         let (moves, coarser_moves) = (motion(&solved)?, motion(&coarser)?);
         // computed less exact: what the order before errs more by, continued
         let tail = axial.tail();
+        let tail_of_spin = spin.as_ref().map_or(0.0, AxialResistance::tail);
         let velocities: Vec<Vector3<f64>> = (bodies.iter().zip(&coarser_bodies))
             .map(|(last, before)| tail * (before.velocity - last.velocity))
             .collect();
@@ -286,7 +304,7 @@ impl Hydrodynamics for AxisymmetricModel {
         Ok(Instant {
             link_forces: solved.link_forces(&self.set, &constraints, &self.loads, &self.scale)?,
             dofs: Dofs {
-                total: axial.unknowns(),
+                total: axial.unknowns() + spin.as_ref().map_or(0, AxialResistance::unknowns),
                 ..Dofs::default()
             },
             solver: SolverInfo {
@@ -310,7 +328,7 @@ impl Hydrodynamics for AxisymmetricModel {
                 frames: (moves.frames.iter().zip(&coarser_moves.frames))
                     .map(|(last, before)| Twist {
                         linear: tail * (before.linear - last.linear),
-                        angular: Vector3::zeros(),
+                        angular: tail_of_spin * (before.angular - last.angular),
                     })
                     .collect(),
                 bodies: velocities,
