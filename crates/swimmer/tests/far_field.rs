@@ -62,3 +62,15 @@ fn the_resistance_is_that_of_unbounded_fluid() {
     assert_relative_eq!(resistance[(3, 3)], 8.0 * PI, max_relative = 2e-2);
     assert_eq!(model.name(), "fem");
 }
+
+#[test]
+fn bug_a_fixed_body_was_moved_by_what_the_far_wall_took() {
+    let text = "domain.kind = \"unbounded\"\nmodel.kind = \"fem\"\n[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\nfixed = true\n\
+                [[bodies]]\nname = \"b\"\nradius = 1\nposition = [4, 0, 0]\nforce = [1, 0, 0]\n";
+    let scene = Scene::parse(text).unwrap();
+    let error = FemModel::new(&scene).err().expect("refused").to_string();
+    assert!(
+        error.contains("fixed") && error.contains("multipole"),
+        "{error}"
+    );
+}

@@ -6,7 +6,7 @@
 //! velocities; the bound $\sqrt{K(e_z, e_z) K(e, e)}$ would be forty times too wide for a three-sphere swimmer.
 
 use fem::{Surplus, SurplusSpace};
-use linalg::{KrylovParams, Preconditioner, fgmres};
+use linalg::{BlockTriangular, KrylovParams, fgmres};
 use mesh::TetMesh;
 use nalgebra::{DVector, Vector3};
 use rigid::{BodyKind, Constrained, Drive, Flow, Twist};
@@ -54,8 +54,7 @@ pub struct Solved<'a> {
 /// Solves for flows of an estimate, each from that of the instant before.
 struct DualSolver<'a> {
     system: &'a Constrained,
-    /// Whatever solver was asked for: these flows need few digits, and this one is the fastest to them.
-    preconditioner: Box<dyn Preconditioner + 'a>,
+    preconditioner: BlockTriangular<'a>,
     flows: &'a mut Duals,
 }
 
@@ -72,7 +71,7 @@ impl DualSolver<'_> {
             rel_tol: DUAL_RTOL,
             ..KrylovParams::default()
         };
-        let preconditioner = self.preconditioner.as_mut();
+        let preconditioner = &mut self.preconditioner;
         fgmres(
             &self.system.system,
             preconditioner,
@@ -89,7 +88,11 @@ impl DualSolver<'_> {
 /// Cost: seven passes over the cells, a loose solve for the errors of all velocities and one a linkage for their spread.
 /// # Errors
 /// Flows that cannot be solved for.
-pub fn estimate(solved: &Solved, flows: &mut Duals) -> Result<Estimate, ModelError> {
+pub fn estimate<'a>(
+    solved: &Solved<'a>,
+    preconditioner: BlockTriangular<'a>,
+    flows: &mut Duals,
+) -> Result<Estimate, ModelError> {
     let Solved {
         mesh,
         space,
@@ -106,7 +109,7 @@ pub fn estimate(solved: &Solved, flows: &mut Duals) -> Result<Estimate, ModelErr
     };
     let mut duals = DualSolver {
         system,
-        preconditioner: Box::new(system.preconditioner()?),
+        preconditioner,
         flows,
     };
     let functional = space.functional(mesh, &own)?;

@@ -27,7 +27,7 @@ use crate::model::{
     BodyInstant, Cost, Dofs, ErrorEstimate, Flow, Hydrodynamics, Instant, MeshError, ModelError,
     Placement, Remesh,
 };
-use crate::scene::{EstimatesKind, FemOptions, Scene};
+use crate::scene::{Domain, EstimatesKind, FemOptions, Scene};
 
 /// Taylor-Hood finite elements with curved surfaces, on meshes generated and moved as the shape asks.
 pub struct FemModel {
@@ -67,6 +67,16 @@ impl FemModel {
     /// # Errors
     /// A domain or an option that is not built yet.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
+        if let (Domain::Unbounded, Some(&body)) = (&scene.domain, scene.fixed_bodies().first()) {
+            // Infinity would be answered by a uniform flow, which moves what is held.
+            return Err(ModelError::NotBuilt {
+                what: format!(
+                    "{}: finite elements in unbounded fluid around a fixed body",
+                    scene.place(&format!("bodies[{body}].fixed"))
+                ),
+                instead: "use model.kind = \"multipole\" or domain.kind = \"ball\"".to_owned(),
+            });
+        }
         let scale = Scale::of(scene);
         let kinds: Vec<_> = scene.bodies.iter().map(|b| b.kind()).collect();
         let positions: Vec<_> = scene
