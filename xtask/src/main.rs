@@ -48,6 +48,9 @@ enum Task {
         /// Two mesh sizes: a minute on two cores.
         #[arg(long)]
         quick: bool,
+        /// Only this quantity: drag, pair, speed or net.
+        #[arg(long)]
+        only: Option<String>,
         /// Folder for `accuracy.md`, `accuracy.csv` and the charts [default: docs, or accuracy for --quick].
         #[arg(long)]
         out: Option<PathBuf>,
@@ -145,9 +148,9 @@ fn main() -> Result<()> {
             let usual = if quick { "roofline" } else { DOCS };
             roofline::run(quick, &out.unwrap_or_else(|| usual.into()))
         }
-        Task::Accuracy { quick, out } => {
+        Task::Accuracy { quick, only, out } => {
             let usual = if quick { "accuracy" } else { DOCS };
-            accuracy::run(quick, &out.unwrap_or_else(|| usual.into())).map(drop)
+            accuracy::run(quick, only.as_deref(), &out.unwrap_or_else(|| usual.into())).map(drop)
         }
         Task::Ale { quick, out } => {
             let usual = if quick { "ale" } else { DOCS };

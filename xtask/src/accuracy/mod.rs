@@ -37,9 +37,9 @@ pub struct Quantity {
     pub points: Vec<Point>,
 }
 
-/// Computes all quantities and writes `accuracy.md`, `accuracy.csv` and two charts a quantity into a folder.
-pub fn run(quick: bool, out: &Path) -> Result<Vec<Quantity>> {
-    let quantities = quantities::all(quick)?;
+/// Computes all quantities, or the one of a key, and writes `accuracy.md`, `accuracy.csv` and two charts a quantity into a folder.
+pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<Vec<Quantity>> {
+    let quantities = quantities::all(quick, only)?;
     std::fs::create_dir_all(out)
         .with_context(|| format!("could not make the folder {}", out.display()))?;
     let write = |name: &str, content: &str| {

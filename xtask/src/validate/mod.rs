@@ -81,7 +81,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
     write(out, "validation.csv", &table::csv(&rows))?;
     let quantities = match effort {
         Effort::Quick => Vec::new(),
-        Effort::Full => crate::accuracy::run(false, out)?,
+        Effort::Full => crate::accuracy::run(false, None, out)?,
     };
     let (page, chart) = overview::page(&rows, &notes, &quantities)?;
     write(out, "errors.svg", &chart)?;
