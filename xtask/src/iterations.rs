@@ -3,13 +3,13 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use rayon::ThreadPoolBuilder;
 use swimmer::Scene;
 use swimmer::model::{FemModel, Hydrodynamics, Instant};
 use swimmer::solve_start;
 
-use crate::machine;
+use crate::{folder, machine};
 
 /// Rounds of which the fastest counts.
 const ROUNDS: usize = 3;
@@ -34,11 +34,7 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
     let scaling = scaling(quick)?;
     let text = markdown(&rows, &scaling)?;
     println!("{text}");
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("could not make the folder {}", out.display()))?;
-    let path = out.join("iterations.md");
-    std::fs::write(&path, text)
-        .with_context(|| format!("could not write {}; choose another --out", path.display()))
+    folder::write(out, [("iterations.md", text)])
 }
 
 /// Three spheres on a line in a ball, the left arm closing at unit speed.

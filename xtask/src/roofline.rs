@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use fem::TaylorHood;
 use linalg::roofline::visit_kernels;
 use mesh::{Body, Container, GenerateParams, NamedSurface, Sphere, TetMesh};
@@ -19,7 +19,7 @@ use rigid::{
     Load, NodeRole, RigidFluid, SurfaceBody,
 };
 
-use crate::machine;
+use crate::{folder, machine};
 
 /// Entries of each array of STREAM: 256 MB, far more than any cache.
 const STREAM: usize = 1 << 25;
@@ -68,18 +68,7 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
     }
     let text = markdown(&rows)?;
     println!("{text}");
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("could not make the folder {}", out.display()))?;
-    for (name, content) in [("roofline.md", text), ("roofline.csv", csv(&rows)?)] {
-        let path = out.join(name);
-        std::fs::write(&path, content).with_context(|| {
-            format!(
-                "could not write {}; choose another folder with --out",
-                path.display()
-            )
-        })?;
-    }
-    Ok(())
+    folder::write(out, [("roofline.md", text), ("roofline.csv", csv(&rows)?)])
 }
 
 fn measure(system: &Constrained, threads: usize, rows: &mut Vec<Row>) -> Result<()> {

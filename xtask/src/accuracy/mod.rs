@@ -1,14 +1,15 @@
 //! Speed against accuracy: one quantity at a time, every way to compute it, error over seconds and over unknowns.
 
 mod quantities;
+mod strokes;
 
 use std::fmt::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use crate::chart::{LogLog, Series, Style, pareto_front};
-use crate::machine;
+use crate::{folder, machine};
 
 /// One computed value.
 #[derive(Clone, Debug)]
@@ -40,30 +41,25 @@ pub struct Quantity {
 /// Computes all quantities, or the one of a key, and writes `accuracy.md`, `accuracy.csv` and two charts a quantity into a folder.
 pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<Vec<Quantity>> {
     let quantities = quantities::all(quick, only)?;
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("could not make the folder {}", out.display()))?;
-    let write = |name: &str, content: &str| {
-        let path = out.join(name);
-        std::fs::write(&path, content).with_context(|| {
-            format!(
-                "could not write {}; choose another folder with --out",
-                path.display()
-            )
-        })
-    };
     let text = markdown(&quantities)?;
     println!("{text}");
-    write("accuracy.md", &text)?;
-    write("accuracy.csv", &csv(&quantities)?)?;
+    folder::write(
+        out,
+        [("accuracy.md", text), ("accuracy.csv", csv(&quantities)?)],
+    )?;
     for quantity in &quantities {
-        write(
-            &format!("accuracy-{}.svg", quantity.key),
-            &quantity.chart("seconds", |p| p.seconds).svg()?,
-        )?;
+        let key = quantity.key;
         // Models without a mesh have no unknowns to speak of.
-        write(
-            &format!("accuracy-{}-unknowns.svg", quantity.key),
-            &quantity.chart("unknowns", |p| p.dofs as f64).svg()?,
+        let unknowns = quantity.chart("unknowns", |p| p.dofs as f64).svg()?;
+        folder::write(
+            out,
+            [
+                (
+                    format!("accuracy-{key}.svg"),
+                    quantity.chart("seconds", |p| p.seconds).svg()?,
+                ),
+                (format!("accuracy-{key}-unknowns.svg"), unknowns),
+            ],
         )?;
     }
     Ok(quantities)

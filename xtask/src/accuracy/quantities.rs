@@ -6,19 +6,13 @@ use std::time::Instant as Clock;
 
 use anyhow::{Context, Result, bail};
 use swimmer::model::{Instant, choose};
-use swimmer::{Method, Observer, Scene, simulate, size_factor_for_target, solve_start};
+use swimmer::{Scene, solve_start};
 
-use super::{Point, Quantity};
-use crate::validate::reference::{INSTANTANEOUS, STROKES, concentric_drag};
-
-/// Exact net displacement of the default stroke in unbounded fluid, by spectral solution.
-const UNBOUNDED_NET: f64 = 0.159_805_340_4;
-
-/// Explicit Euler with the paper's time step, a tenth of a phase.
-const PAPER_STEPS: usize = 10;
+use super::{Point, Quantity, strokes};
+use crate::validate::reference::{INSTANTANEOUS, concentric_drag};
 
 /// Element sizes on the spheres.
-fn sizes(quick: bool) -> &'static [f64] {
+pub(super) fn sizes(quick: bool) -> &'static [f64] {
     if quick {
         &[0.8, 0.5]
     } else {
@@ -27,7 +21,7 @@ fn sizes(quick: bool) -> &'static [f64] {
 }
 
 /// Errors asked of adapted meshes.
-fn targets(quick: bool) -> &'static [f64] {
+pub(super) fn targets(quick: bool) -> &'static [f64] {
     if quick {
         &[1e-2]
     } else {
@@ -41,7 +35,7 @@ const QUANTITIES: [(&str, Compute); 4] = [
     ("drag", drag),
     ("pair", pair),
     ("speed", speed),
-    ("net", net),
+    ("net", strokes::net),
 ];
 
 /// All quantities, or the one of a key.
@@ -64,7 +58,7 @@ fn file(name: &str) -> PathBuf {
         .join(name)
 }
 
-fn scene(name: &str, overrides: &[String]) -> Result<Scene> {
+pub(super) fn scene(name: &str, overrides: &[String]) -> Result<Scene> {
     Scene::read(&file(name), overrides).with_context(|| format!("scene {name}"))
 }
 
@@ -238,174 +232,6 @@ fn speed(quick: bool) -> Result<Quantity> {
             "velocity of the three-sphere swimmer's centre in a ball of radius 40, exactly {:.9}",
             case.centre_velocity
         ),
-        points,
-    })
-}
-
-/// Counts the unknowns of a stroke.
-#[derive(Default)]
-struct Largest(usize);
-
-impl Observer for Largest {
-    fn solved(
-        &mut self,
-        _: &swimmer::Leg,
-        solved: &swimmer::Solved,
-        _: &dyn swimmer::model::Hydrodynamics,
-    ) -> std::result::Result<(), swimmer::SwimError> {
-        self.0 = self.0.max(solved.instant.dofs.total);
-        Ok(())
-    }
-}
-
-fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) -> Result<Point> {
-    let clock = Clock::now();
-    let mut model = choose(scene)?.model;
-    let mut largest = Largest::default();
-    let outcome = simulate(scene, model.as_mut(), method, &mut largest)?;
-    let net = outcome.displacement[1].x;
-    Ok(Point {
-        method: name.to_owned(),
-        choice: choice.to_owned(),
-        dofs: largest.0,
-        seconds: clock.elapsed().as_secs_f64(),
-        error: (net / exact - 1.0).abs(),
-        // Without an estimate of the integration the sum of the others is no bar.
-        claimed: outcome
-            .error_estimate
-            .integration
-            .map(|_| outcome.error_estimate.total() / net.abs()),
-    })
-}
-
-/// A stroke with element sizes that the program chooses for an asked error, the strokes it tries first included.
-fn adapted_stroke(name: &str, target: f64, exact: f64) -> Result<Point> {
-    let clock = Clock::now();
-    let mut scene = scene(name, &[format!("fem.target={target:e}")])?;
-    scene.fem.size_factor = size_factor_for_target(&scene, &mut (), &mut |_| ())?;
-    let choice = format!("target {target:e}");
-    let mut point = stroke(
-        &scene,
-        Method::Collocation,
-        [
-            "finite elements, curved, sizes chosen for an error",
-            &choice,
-        ],
-        exact,
-    )?;
-    point.seconds = clock.elapsed().as_secs_f64();
-    Ok(point)
-}
-
-fn net(quick: bool) -> Result<Quantity> {
-    let exact = STROKES[0].net;
-    let mut points = Vec::new();
-    let name = "three-sphere.toml";
-    for geometry in ["curved", "straight"] {
-        // Finer meshes take minutes a stroke.
-        for &size in sizes(quick).iter().filter(|&&size| size >= 0.2) {
-            let scene = scene(
-                name,
-                &[
-                    format!("fem.surface_size={size}"),
-                    format!("fem.geometry={geometry}"),
-                ],
-            )?;
-            let names = [
-                &format!("finite elements, {geometry}, Gauss collocation"),
-                &format!("size {size}"),
-            ];
-            points.push(stroke(
-                &scene,
-                Method::Collocation,
-                names.map(String::as_str),
-                exact,
-            )?);
-        }
-    }
-    for &target in targets(quick)
-        .iter()
-        .filter(|&&target| !quick && target >= 3e-4)
-    {
-        points.push(adapted_stroke(name, target, exact)?);
-    }
-    for tolerance in [1e-2, 1e-4] {
-        let scene = scene(
-            name,
-            &[
-                "model.kind=axisymmetric".to_owned(),
-                format!("model.tolerance={tolerance:e}"),
-            ],
-        )?;
-        let choice = format!("tolerance {tolerance:e}");
-        points.push(stroke(
-            &scene,
-            Method::Collocation,
-            ["axisymmetric elements", &choice],
-            exact,
-        )?);
-    }
-    let paper = scene(
-        name,
-        &[
-            "fem.geometry=straight".to_owned(),
-            "fem.surface_size=0.4".to_owned(),
-        ],
-    )?;
-    points.push(stroke(
-        &paper,
-        Method::Euler { steps: PAPER_STEPS },
-        [
-            "the paper's choices: straight elements, Euler, time step 0.1",
-            "size 0.4",
-        ],
-        exact,
-    )?);
-    for steps in if quick { vec![4] } else { vec![4, 16] } {
-        let scene = scene(name, &["fem.surface_size=0.5".to_owned()])?;
-        points.push(stroke(
-            &scene,
-            Method::Euler { steps },
-            ["curved, Euler", &format!("size 0.5, {steps} steps a phase")],
-            exact,
-        )?);
-    }
-    for tolerance in [1e-1, 1e-2, 1e-4] {
-        let scene = scene(
-            name,
-            &[
-                format!("model.tolerance={tolerance}"),
-                "fem.surface_size=0.5".to_owned(),
-            ],
-        )?;
-        points.push(stroke(
-            &scene,
-            Method::Collocation,
-            [
-                "curved, other tolerances",
-                &format!("size 0.5, tolerance {tolerance:e}"),
-            ],
-            exact,
-        )?);
-    }
-    for kind in ["oseen", "rpy", "multipole"] {
-        let scene = scene(
-            name,
-            &[
-                format!("model.kind={kind}"),
-                "domain.kind=unbounded".to_owned(),
-            ],
-        )?;
-        points.push(stroke(
-            &scene,
-            Method::Collocation,
-            [&format!("{kind}, unbounded")[..], "-"],
-            UNBOUNDED_NET,
-        )?);
-    }
-    Ok(Quantity {
-        key: "net",
-        title: format!("net displacement of the default stroke, exactly {exact:.10}"),
         points,
     })
 }

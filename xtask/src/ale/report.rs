@@ -3,15 +3,17 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use super::cases::{Case, STEPS_A_PHASE};
 use super::cut::{Window, svg};
 use super::methods::{METHODS, Way};
-use super::stroke::{EXACT, Stroke};
+use super::stroke::Stroke;
 use super::study::{Run, Sample};
 use crate::chart::{LogLog, Series, Style};
+use crate::folder;
 use crate::machine;
+use crate::validate::reference::STROKES;
 
 /// A picture: file name, case, whether cells are curved, method, way, window and title.
 type Picture = (
@@ -100,29 +102,20 @@ pub fn write(
     size: f64,
     out: &Path,
 ) -> Result<()> {
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("could not make the folder {}", out.display()))?;
-    let put = |name: &str, content: &str| {
-        let path = out.join(name);
-        std::fs::write(&path, content).with_context(|| {
-            format!(
-                "could not write {}; choose another folder with --out",
-                path.display()
-            )
-        })
-    };
     let text = markdown(cases, runs, strokes, size)?;
     println!("{text}");
-    put("ale.md", &text)?;
-    put("ale.csv", &csv(runs)?)?;
-    put("ale-approach.svg", &approach_chart(runs).svg()?)?;
-    put("ale-drift.svg", &drift_chart(runs).svg()?)?;
+    let mut files = vec![
+        ("ale.md".to_owned(), text),
+        ("ale.csv".to_owned(), csv(runs)?),
+        ("ale-approach.svg".to_owned(), approach_chart(runs).svg()?),
+        ("ale-drift.svg".to_owned(), drift_chart(runs).svg()?),
+    ];
     for (name, case, curved, method, way, window, title) in PICTURES {
         if let Some(run) = find(runs, case, curved, method, way) {
-            put(&format!("ale-{name}.svg"), &svg(&run.mesh, window, title))?;
+            files.push((format!("ale-{name}.svg"), svg(&run.mesh, window, title)));
         }
     }
-    Ok(())
+    folder::write(out, files)
 }
 
 fn find<'a>(runs: &'a [Run], case: &str, curved: bool, method: &str, way: Way) -> Option<&'a Run> {
@@ -288,7 +281,7 @@ fn stroke(text: &mut String, strokes: &[Stroke]) -> Result<()> {
             s.meshes,
             s.solves,
             s.net,
-            (s.net - EXACT).abs(),
+            (s.net - STROKES[0].net).abs(),
             s.error,
             s.mesh_seconds,
             s.seconds

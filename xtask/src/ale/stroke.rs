@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use anyhow::Result;
-use swimmer::model::{Hydrodynamics, choose};
-use swimmer::{Leg, Method, Observer, Scene, Solved, SwimError, simulate};
+use swimmer::model::choose;
+use swimmer::scene::MeshMotionKind;
+use swimmer::{Method, Scene, simulate};
 
 /// What a stroke came to.
 pub struct Stroke {
@@ -21,24 +22,11 @@ pub struct Stroke {
     pub seconds: f64,
 }
 
-/// Words of `fem.mesh_motion`.
-const MOTIONS: [&str; 6] = [
-    "laplace",
-    "kanchi-masud",
-    "inverse-volume",
-    "elastic",
-    "biharmonic",
-    "rbf",
-];
-
-/// Exact net displacement of the middle sphere in a cycle (scenes/three-sphere.toml).
-pub const EXACT: f64 = 0.160_418_016_0;
-
 /// Runs the scene of the paper with elements of `size` on the spheres.
 pub fn strokes(size: f64) -> Result<Vec<Stroke>> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/three-sphere.toml");
     let mut strokes = Vec::new();
-    for motion in MOTIONS {
+    for &motion in MeshMotionKind::WORDS {
         eprintln!("default stroke, {motion}");
         let scene = Scene::read(
             Path::new(path),
@@ -48,11 +36,10 @@ pub fn strokes(size: f64) -> Result<Vec<Stroke>> {
             ],
         )?;
         let mut model = choose(&scene)?.model;
-        let mut count = Count(0);
-        let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut count)?;
+        let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut ())?;
         strokes.push(Stroke {
             motion,
-            meshes: count.0,
+            meshes: outcome.meshes.len(),
             solves: outcome.solves,
             net: outcome.displacement[1].x,
             error: outcome.error_estimate.total(),
@@ -61,19 +48,4 @@ pub fn strokes(size: f64) -> Result<Vec<Stroke>> {
         });
     }
     Ok(strokes)
-}
-
-/// Counts meshes.
-struct Count(usize);
-
-impl Observer for Count {
-    fn solved(
-        &mut self,
-        _: &Leg,
-        solved: &Solved,
-        _: &dyn Hydrodynamics,
-    ) -> std::result::Result<(), SwimError> {
-        self.0 += usize::from(solved.instant.remeshed.is_some());
-        Ok(())
-    }
 }

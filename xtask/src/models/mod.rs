@@ -6,13 +6,13 @@ use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant as Clock;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use nalgebra::Vector3;
 use swimmer::model::choose;
 use swimmer::{Method, Scene, SwimError, simulate, solve_start};
 
 use self::scenes::{Case, Exact};
-use crate::machine;
+use crate::{folder, machine};
 
 /// One model on one scene.
 pub struct Row {
@@ -65,13 +65,7 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         }
     }
     let text = markdown(&rows)?;
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("could not make the folder {}", out.display()))?;
-    for (name, content) in [("models.md", &text), ("models.csv", &csv(&rows)?)] {
-        let path = out.join(name);
-        std::fs::write(&path, content)
-            .with_context(|| format!("could not write {}", path.display()))?;
-    }
+    folder::write(out, [("models.md", &text), ("models.csv", &csv(&rows)?)])?;
     let broken: Vec<&Row> = rows.iter().filter(|row| !row.holds()).collect();
     if !broken.is_empty() {
         let lines: Vec<String> = broken.into_iter().map(line).collect();

@@ -3,37 +3,27 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use super::Everything;
 use super::integration::Point;
 use super::map::{Map, Outcome, Tried};
 use super::page;
-use crate::machine;
+use crate::{folder, machine};
 
 /// Prints the map and writes its files.
 pub fn write(everything: &Everything, out: &Path) -> Result<()> {
     let text = markdown(everything)?;
     println!("{text}");
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("could not make the folder {}", out.display()))?;
     let (scallop, stroke) = page::charts(everything)?;
-    for (name, content) in [
+    let files = [
         ("stability.md", text),
         ("stability.csv", csv(everything)?),
         ("stability.html", page::html(everything)?),
         ("stability-scallop.svg", scallop),
         ("stability-integrators.svg", stroke),
-    ] {
-        let path = out.join(name);
-        std::fs::write(&path, content).with_context(|| {
-            format!(
-                "could not write {}; choose another folder with --out",
-                path.display()
-            )
-        })?;
-    }
-    Ok(())
+    ];
+    folder::write(out, files)
 }
 
 fn markdown(everything: &Everything) -> Result<String> {

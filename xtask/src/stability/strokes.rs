@@ -4,19 +4,11 @@ use std::time::Instant as Clock;
 
 use anyhow::Result;
 use swimmer::model::{SphereModel, SpheresModel, choose};
+use swimmer::scene::MeshMotionKind;
 use swimmer::{Method, Outcome as Swum, Scene, SwimError, simulate};
 
 use super::map::{Cell, Map, Outcome};
 use super::store::Store;
-
-const MOTIONS: [&str; 6] = [
-    "laplace",
-    "kanchi-masud",
-    "inverse-volume",
-    "elastic",
-    "biharmonic",
-    "rbf",
-];
 
 /// A stroke of three spheres on a line in a ball of radius 14.
 struct Stroke {
@@ -94,7 +86,7 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     let motions: &[&str] = if quick {
         &["laplace", "kanchi-masud"]
     } else {
-        &MOTIONS
+        MeshMotionKind::WORDS
     };
     let mut rows = Vec::new();
     for stroke in STROKES.iter().filter(|stroke| !quick || stroke.quick) {
@@ -111,7 +103,7 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
 }
 
 fn cells(stroke: &Stroke, motions: &[&str]) -> Result<Vec<Cell>> {
-    let scene = Scene::parse(&stroke.toml("multipole", 1e-6, MOTIONS[0]))?;
+    let scene = Scene::parse(&stroke.toml("multipole", 1e-6, MeshMotionKind::WORDS[0]))?;
     let mut model = SpheresModel::new(&scene, SphereModel::Multipole(1e-7))?;
     let truth = simulate(&scene, &mut model, Method::Collocation, &mut ())?;
     let cell = |motion: &&str| {

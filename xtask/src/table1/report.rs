@@ -3,34 +3,24 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use super::cell::{Measured, Outcome};
 use super::paper::{PAPER, PETSC, REPORTED};
 use super::{FORMULATIONS, Row, Solver};
 use crate::chart::{LogLog, Series, Style};
-use crate::machine;
+use crate::{folder, machine};
 
 /// Prints the table and writes its files.
 pub fn write(rows: &[Row], out: &Path) -> Result<()> {
     let text = markdown(rows)?;
     println!("{text}");
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("could not make the folder {}", out.display()))?;
-    for (name, content) in [
+    let files = [
         ("table1.md", text),
         ("table1.csv", csv(rows)?),
         ("table1.svg", chart(rows).svg()?),
-    ] {
-        let path = out.join(name);
-        std::fs::write(&path, content).with_context(|| {
-            format!(
-                "could not write {}; choose another folder with --out",
-                path.display()
-            )
-        })?;
-    }
-    Ok(())
+    ];
+    folder::write(out, files)
 }
 
 fn markdown(rows: &[Row]) -> Result<String> {

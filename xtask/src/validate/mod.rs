@@ -13,11 +13,12 @@ mod sphere;
 mod swimmer;
 mod table;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
+use crate::folder;
 use table::Row;
 
 /// How much to compute.
@@ -77,15 +78,17 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
     );
     let text = table::markdown(&rows, &notes);
     println!("{text}");
-    write(out, "validation.md", &format!("# Validation\n\n{text}"))?;
-    write(out, "validation.csv", &table::csv(&rows))?;
+    let files = [
+        ("validation.md", format!("# Validation\n\n{text}")),
+        ("validation.csv", table::csv(&rows)),
+    ];
+    folder::write(out, files)?;
     let quantities = match effort {
         Effort::Quick => Vec::new(),
         Effort::Full => crate::accuracy::run(false, None, out)?,
     };
     let (page, chart) = overview::page(&rows, &notes, &quantities)?;
-    write(out, "errors.svg", &chart)?;
-    write(out, "index.html", &page)?;
+    folder::write(out, [("errors.svg", chart), ("index.html", page)])?;
     eprintln!("see {}", out.join("index.html").display());
     if failed > 0 {
         bail!(
@@ -94,16 +97,4 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
         );
     }
     Ok(())
-}
-
-fn write(folder: &Path, name: &str, text: &str) -> Result<()> {
-    let path: PathBuf = folder.join(name);
-    std::fs::create_dir_all(folder)
-        .and_then(|()| std::fs::write(&path, text))
-        .with_context(|| {
-            format!(
-                "could not write {}; choose another folder with --out",
-                path.display()
-            )
-        })
 }

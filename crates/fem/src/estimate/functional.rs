@@ -1,11 +1,10 @@
 //! The errors of all functionals at once: what an estimate does to any other flow, as a load on the mesh.
 
 use mesh::{TetMesh, Vec3};
-use rayon::prelude::*;
 
 use super::bubbles::{PER_CELL, signs};
 use super::cell::CellFlow;
-use super::surplus::{CELLS_PER_BATCH, CELLS_PER_TASK, Surplus, SurplusSpace};
+use super::surplus::{Surplus, SurplusSpace, in_batches};
 use crate::FemError;
 
 /// The estimate of $K(e_a, e_b)$ as a functional of the flow `b`: `velocity . u_b + pressure . p_b`.
@@ -41,71 +40,37 @@ impl SurplusSpace {
             velocity: vec![0.0; 3 * mesh.n_points()],
             pressure: vec![0.0; mesh.n_vertices()],
         };
-        for first in (0..mesh.n_cells()).step_by(CELLS_PER_BATCH) {
-            let last = mesh.n_cells().min(first + CELLS_PER_BATCH);
-            let cells = (first..last)
-                .into_par_iter()
-                .with_min_len(CELLS_PER_TASK)
-                .map(|cell| {
-                    let nodes = &mesh.cells()[cell];
-                    let numbers = self.bubbles.of_cell(cell, nodes);
-                    let signs = signs(nodes);
-                    let own: [Vec3; PER_CELL] =
-                        std::array::from_fn(|k| signs[k] * field[numbers[k]]);
-                    CellFlow::of_bubbles(mesh, cell)?.functional(&own, &surplus.divergence[cell])
-                })
-                .collect::<Result<Vec<_>, FemError>>()?;
-            // In the order of the cells, so that sums do not depend on the number of threads.
-            for (cell, (velocity, pressure)) in (first..last).zip(&cells) {
-                let nodes = &mesh.cells()[cell];
-                for (&node, value) in nodes.iter().zip(velocity) {
-                    for axis in 0..3 {
-                        functional.velocity[3 * node as usize + axis] += value[axis];
-                    }
-                }
-                for (&vertex, value) in nodes.iter().zip(pressure) {
-                    functional.pressure[vertex as usize] += value;
+        let of_cell = |cell: usize| {
+            let nodes = &mesh.cells()[cell];
+            let numbers = self.bubbles.of_cell(cell, nodes);
+            let signs = signs(nodes);
+            let own: [Vec3; PER_CELL] = std::array::from_fn(|k| signs[k] * field[numbers[k]]);
+            CellFlow::of_bubbles(mesh, cell)?.functional(&own, &surplus.divergence[cell])
+        };
+        in_batches(mesh, of_cell, |cell, (velocity, pressure)| {
+            let nodes = &mesh.cells()[cell];
+            for (&node, value) in nodes.iter().zip(&velocity) {
+                for axis in 0..3 {
+                    functional.velocity[3 * node as usize + axis] += value[axis];
                 }
             }
-        }
+            for (&vertex, value) in nodes.iter().zip(&pressure) {
+                functional.pressure[vertex as usize] += value;
+            }
+        })?;
         Ok(functional)
     }
 
     /// Coefficients of `v`, zero on the boundary.
     fn field(&self, mesh: &TetMesh, surplus: &Surplus) -> Result<Vec<Vec3>, FemError> {
-        let n = self.bubbles.len();
-        let (mut energies, mut sums) = (vec![0.0; n], vec![Vec3::zeros(); n]);
-        for first in (0..mesh.n_cells()).step_by(CELLS_PER_BATCH) {
-            let last = mesh.n_cells().min(first + CELLS_PER_BATCH);
-            let cells = (first..last)
-                .into_par_iter()
-                .with_min_len(CELLS_PER_TASK)
-                .map(|cell| {
-                    let flow = CellFlow::of_bubbles(mesh, cell)?;
-                    Ok((
-                        flow.bubble_energies()?,
-                        flow.against_gradients(&surplus.divergence[cell])?,
-                    ))
-                })
-                .collect::<Result<Vec<_>, FemError>>()?;
-            for (cell, (own_energies, own_sums)) in (first..last).zip(&cells) {
-                let nodes = &mesh.cells()[cell];
-                let numbers = self.bubbles.of_cell(cell, nodes);
-                let signs = signs(nodes);
-                for (k, &bubble) in numbers.iter().enumerate() {
-                    energies[bubble] += own_energies[k];
-                    sums[bubble] += signs[k] * own_sums[k];
-                }
-            }
-        }
-        Ok((0..n)
-            .map(|bubble| {
-                if self.bubbles.is_fixed(bubble) {
-                    return Vec3::zeros();
-                }
-                surplus.coefficients[bubble] / energies[bubble].sqrt()
-                    - sums[bubble] / energies[bubble]
-            })
+        let (energies, sums) = self.gathered(mesh, |cell| {
+            let flow = CellFlow::of_bubbles(mesh, cell)?;
+            let against = flow.against_gradients(&surplus.divergence[cell])?;
+            Ok((flow.bubble_energies()?, against))
+        })?;
+        let parts = surplus.coefficients.iter().zip(&energies).zip(&sums);
+        Ok(parts
+            .map(|((own, energy), sum)| own / energy.sqrt() - sum / *energy)
             .collect())
     }
 }

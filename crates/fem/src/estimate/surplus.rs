@@ -39,11 +39,31 @@ pub struct Surplus {
     pub(super) divergence: Vec<[f64; POINTS]>,
 }
 
-/// Cells whose residuals are held at once.
-pub(super) const CELLS_PER_BATCH: usize = 1 << 14;
+/// Cells whose results are held at once.
+const CELLS_PER_BATCH: usize = 1 << 14;
 
 /// Cells handled as one task.
-pub(super) const CELLS_PER_TASK: usize = 256;
+const CELLS_PER_TASK: usize = 256;
+
+/// Computes something of every cell in parallel and adds it in the order of the cells, so that sums do not depend on the number of threads.
+pub(super) fn in_batches<T: Send>(
+    mesh: &TetMesh,
+    of_cell: impl Fn(usize) -> Result<T, FemError> + Sync,
+    mut add: impl FnMut(usize, T),
+) -> Result<(), FemError> {
+    for first in (0..mesh.n_cells()).step_by(CELLS_PER_BATCH) {
+        let last = mesh.n_cells().min(first + CELLS_PER_BATCH);
+        let cells = (first..last)
+            .into_par_iter()
+            .with_min_len(CELLS_PER_TASK)
+            .map(&of_cell)
+            .collect::<Result<Vec<_>, FemError>>()?;
+        for (cell, own) in (first..last).zip(cells) {
+            add(cell, own);
+        }
+    }
+    Ok(())
+}
 
 impl SurplusSpace {
     /// Numbers the bubbles of a mesh; it serves all positions of the mesh's points.
@@ -125,32 +145,31 @@ impl SurplusSpace {
         velocity: &[f64],
         pressure: &[f64],
     ) -> Result<(Vec<f64>, Vec<Vec3>), FemError> {
+        self.gathered(mesh, |cell| {
+            let flow = CellFlow::new(mesh, cell, velocity)?;
+            Ok((flow.bubble_energies()?, flow.residuals(pressure)?))
+        })
+    }
+
+    /// Sums over the cells of a number and a vector for each bubble; the vectors on the boundary are zero.
+    pub(super) fn gathered(
+        &self,
+        mesh: &TetMesh,
+        of_cell: impl Fn(usize) -> Result<([f64; PER_CELL], [Vec3; PER_CELL]), FemError> + Sync,
+    ) -> Result<(Vec<f64>, Vec<Vec3>), FemError> {
         let n = self.bubbles.len();
-        let (mut energies, mut sums) = (vec![0.0; n], vec![Vec3::zeros(); n]);
-        for first in (0..mesh.n_cells()).step_by(CELLS_PER_BATCH) {
-            let last = mesh.n_cells().min(first + CELLS_PER_BATCH);
-            let cells = (first..last)
-                .into_par_iter()
-                .with_min_len(CELLS_PER_TASK)
-                .map(|cell| {
-                    let flow = CellFlow::new(mesh, cell, velocity)?;
-                    Ok((flow.bubble_energies()?, flow.residuals(pressure)?))
-                })
-                .collect::<Result<Vec<_>, FemError>>()?;
-            // In the order of the cells, so that sums do not depend on the number of threads.
-            for (cell, (own_energies, own_residuals)) in (first..last).zip(&cells) {
-                let nodes = &mesh.cells()[cell];
-                let numbers = self.bubbles.of_cell(cell, nodes);
-                let signs = signs(nodes);
-                for (k, &bubble) in numbers.iter().enumerate() {
-                    energies[bubble] += own_energies[k];
-                    if !self.bubbles.is_fixed(bubble) {
-                        sums[bubble] += signs[k] * own_residuals[k];
-                    }
+        let (mut numbers, mut vectors) = (vec![0.0; n], vec![Vec3::zeros(); n]);
+        in_batches(mesh, of_cell, |cell, (own_numbers, own_vectors)| {
+            let nodes = &mesh.cells()[cell];
+            let signs = signs(nodes);
+            for (k, bubble) in self.bubbles.of_cell(cell, nodes).into_iter().enumerate() {
+                numbers[bubble] += own_numbers[k];
+                if !self.bubbles.is_fixed(bubble) {
+                    vectors[bubble] += signs[k] * own_vectors[k];
                 }
             }
-        }
-        Ok((energies, sums))
+        })?;
+        Ok((numbers, vectors))
     }
 
     /// $g - \bar g$ of each cell, weighted, for a flow and the coefficients of its bubbles.

@@ -6,7 +6,7 @@ use rigid::{State, StateVelocity, Twist};
 use super::Solved;
 use crate::SwimError;
 use crate::gait::Leg;
-use crate::model::{Hydrodynamics, Instant, Placement, Seconds};
+use crate::model::{Hydrodynamics, Instant, ModelError, Placement, Seconds};
 use crate::scene::{Scene, closest_contact};
 
 type Observer<'a> = &'a mut dyn FnMut(&Solved, &dyn Hydrodynamics) -> Result<(), SwimError>;
@@ -38,21 +38,24 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// Asks the model, after a look whether the bodies have room.
+    /// The velocity at a point of the leg.
     pub fn solve(&mut self, s: f64, state: &State) -> Result<Solved, SwimError> {
-        let lengths = self.leg.lengths(s);
-        self.check_room(s, state, &lengths)?;
-        let placement = Placement {
-            state,
-            lengths: &lengths,
-            rates: &self.leg.rates(),
-        };
-        let instant = self.model.instant(&placement)?;
+        let instant = self.ask(s, state, |model, placement| model.instant(placement))?;
         self.answered(s, state, instant)
     }
 
-    /// The grand resistance at a point of the leg, after a look whether the bodies have room.
+    /// The grand resistance at a point of the leg.
     pub fn resistance(&mut self, s: f64, state: &State) -> Result<DMatrix<f64>, SwimError> {
+        self.ask(s, state, |model, placement| model.resistance(placement))
+    }
+
+    /// Asks the model, after a look whether the bodies have room.
+    fn ask<T>(
+        &mut self,
+        s: f64,
+        state: &State,
+        question: impl Fn(&mut dyn Hydrodynamics, &Placement<'_>) -> Result<T, ModelError>,
+    ) -> Result<T, SwimError> {
         let lengths = self.leg.lengths(s);
         self.check_room(s, state, &lengths)?;
         let placement = Placement {
@@ -60,7 +63,7 @@ impl<'a> Oracle<'a> {
             lengths: &lengths,
             rates: &self.leg.rates(),
         };
-        Ok(self.model.resistance(&placement)?)
+        Ok(question(self.model, &placement)?)
     }
 
     /// Counts an answer and shows it to whoever observes.

@@ -7,10 +7,10 @@ use fem::axisymmetric::{
     AxialResistance, Spheroid, Surroundings, axial_resistance, spin_resistance,
 };
 use mesh::TetMesh;
-use nalgebra::{DMatrix, Isometry3, Matrix3, Vector3};
-use rigid::{Articulation, BodyKind, Constraints, Load, Twist};
+use nalgebra::{DMatrix, Matrix3, Vector3};
+use rigid::Twist;
 
-use super::fem::scale::Scale;
+use super::scaled::ScaledScene;
 use super::spheres::Solved;
 use crate::model::{
     Cost, Dofs, ErrorEstimate, Hydrodynamics, Instant, MeshError, ModelError, Placement, Seconds,
@@ -23,10 +23,7 @@ use crate::scene::{Arrangement, Domain, Scene, Shape};
 /// Its resistance knows motions and forces along the axis and, where there are torques, about it. All others are at rest by symmetry: they
 /// stand in the equations with some positive resistance of their own and come out as zero.
 pub struct AxisymmetricModel {
-    scale: Scale,
-    /// The bodies and links in units of the flow.
-    set: Articulation,
-    loads: Vec<Load>,
+    scaled: ScaledScene,
     /// The bodies with surfaces, at the origin.
     shapes: Vec<Spheroid>,
     surroundings: Surroundings,
@@ -60,7 +57,8 @@ impl AxisymmetricModel {
                 instead: instead.to_owned(),
             })
         };
-        let scale = Scale::of(scene);
+        let scaled = ScaledScene::new(scene)?;
+        let scale = scaled.scale;
         let surroundings = match scene.domain {
             Domain::Unbounded => Surroundings::Unbounded,
             Domain::Ball { radius } => Surroundings::Ball {
@@ -90,22 +88,7 @@ impl AxisymmetricModel {
                 "put bodies and their forces on one axis of the domain, or use model.kind = \"auto\"",
             );
         };
-        let kinds: Vec<_> = scene.bodies.iter().map(|b| b.kind()).collect();
-        let positions: Vec<_> = (scene.bodies.iter())
-            .map(|b| scale.point(b.position))
-            .collect();
-        let set = Articulation::new(
-            &kinds,
-            scene.articulation.links().to_vec(),
-            scene.articulation.arms(),
-            &positions,
-        )?
-        .with_fixed(&scene.fixed_bodies())?;
         Ok(Self {
-            set,
-            loads: (scene.bodies.iter())
-                .map(|b| scale.load(b.force, b.torque))
-                .collect(),
             shapes: (scene.bodies.iter())
                 .filter_map(|body| match body.shape {
                     Shape::Sphere { radius } => Some(Spheroid::sphere(0.0, scale.length(radius))),
@@ -126,7 +109,7 @@ impl AxisymmetricModel {
             axis,
             // the net displacement is a small difference of the legs' and amplifies errors: by 8 for the three-sphere swimmer
             tolerance: (0.05 * scene.model.tolerance).clamp(1e-11, 1e-4),
-            scale,
+            scaled,
         })
     }
 
@@ -163,31 +146,12 @@ impl AxisymmetricModel {
         ))
     }
 
-    fn scaled(&self, list: &[f64]) -> Vec<f64> {
-        list.iter().map(|&l| self.scale.length(l)).collect()
-    }
-
-    fn poses(&self, placement: &Placement) -> Result<Vec<Isometry3<f64>>, ModelError> {
-        let state = self.scale.state(placement.state);
-        Ok(self.set.place(&state, &self.scaled(placement.lengths))?)
-    }
-
-    fn constraints(&self, placement: &Placement) -> Result<Constraints, ModelError> {
-        let state = self.scale.state(placement.state);
-        let (lengths, rates) = (self.scaled(placement.lengths), self.scaled(placement.rates));
-        Ok(self.set.constraints(&state, &lengths, &rates)?)
-    }
-
     /// The bodies with surfaces as they lie on the axis.
     ///
     /// # Errors
     /// [`ModelError::NotBuilt`] when one has left it.
     fn on_axis(&self, placement: &Placement) -> Result<Vec<Spheroid>, ModelError> {
-        let poses = self.poses(placement)?;
-        let centres: Vec<Vector3<f64>> = (poses.iter().zip(self.set.kinds()))
-            .filter(|(_, kind)| **kind == BodyKind::Rigid)
-            .map(|(pose, _)| pose.translation.vector)
-            .collect();
+        let centres = self.scaled.centres(placement)?;
         let origin = match self.surroundings {
             Surroundings::Unbounded => centres[0],
             Surroundings::Ball { .. } | Surroundings::Cylinder { .. } => Vector3::zeros(),
@@ -275,18 +239,19 @@ impl Hydrodynamics for AxisymmetricModel {
         let clock = Clock::now();
         let axial = self.axial(placement)?;
         let spin = self.spin(placement)?;
-        let constraints = self.constraints(placement)?;
+        let ScaledScene { scale, set, loads } = &self.scaled;
+        let constraints = self.scaled.constraints(placement)?;
         let solve = |of: fn(&AxialResistance) -> &DMatrix<f64>| {
             let matrix = self.in_space(of(&axial), spin.as_ref().map(of));
-            Solved::new(&matrix, &self.set, &constraints, &self.loads)
+            Solved::new(&matrix, set, &constraints, loads)
         };
         let solved = solve(AxialResistance::matrix)?;
         let coarser = solve(AxialResistance::coarser)?;
-        let bodies = solved.bodies(&self.set, &self.scale)?;
-        let coarser_bodies = coarser.bodies(&self.set, &self.scale)?;
+        let bodies = solved.bodies(set, scale)?;
+        let coarser_bodies = coarser.bodies(set, scale)?;
         let motion = |solved: &Solved| -> Result<_, ModelError> {
-            let motion = self.set.state_velocity(solved.generalised.as_slice())?;
-            Ok(self.scale.motion_back(&motion))
+            let motion = set.state_velocity(solved.generalised.as_slice())?;
+            Ok(scale.motion_back(&motion))
         };
         let (moves, coarser_moves) = (motion(&solved)?, motion(&coarser)?);
         // computed less exact: what the order before errs more by, continued
@@ -302,7 +267,7 @@ impl Hydrodynamics for AxisymmetricModel {
         let fastest = bodies.iter().fold(0.0_f64, |m, b| m.max(b.velocity.norm()));
         let total = clock.elapsed().as_secs_f64();
         Ok(Instant {
-            link_forces: solved.link_forces(&self.set, &constraints, &self.loads, &self.scale)?,
+            link_forces: solved.link_forces(set, &constraints, loads, scale)?,
             dofs: Dofs {
                 total: axial.unknowns() + spin.as_ref().map_or(0, AxialResistance::unknowns),
                 ..Dofs::default()

@@ -10,6 +10,8 @@ pub mod fem;
 mod ladder;
 mod mesh_error;
 mod remesh;
+mod scale;
+mod scaled;
 mod spheres;
 
 use mesh::TetMesh;

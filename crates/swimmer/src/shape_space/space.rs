@@ -135,11 +135,7 @@ impl ShapeSpace {
 
     /// Whether the lengths are in the box and only lengths that vary in it change.
     pub fn contains(&self, lengths: &[f64], rates: &[f64]) -> bool {
-        let within = |(l, r): (&f64, &(f64, f64))| r.0 <= *l && *l <= r.1;
-        lengths.len() == self.links
-            && rates.len() == self.links
-            && lengths.iter().zip(&self.ranges).all(within)
-            && (0..self.links).all(|k| rates[k] == 0.0 || self.variables.contains(&k))
+        covers(&self.ranges, lengths, rates)
     }
 
     /// Number of shapes at which the model was asked.
@@ -373,4 +369,14 @@ impl Sampler<'_> {
         }
         Ok(self.known.get(&place).map_or(&[], Vec::as_slice))
     }
+}
+
+/// Whether lengths lie in a box of `ranges`, and change along its extended sides only.
+pub(super) fn covers(ranges: &[(f64, f64)], lengths: &[f64], rates: &[f64]) -> bool {
+    let inside = |((range, length), rate): ((&(f64, f64), &f64), &f64)| {
+        range.0 <= *length && *length <= range.1 && (range.0 < range.1 || *rate == 0.0)
+    };
+    lengths.len() == ranges.len()
+        && rates.len() == ranges.len()
+        && ranges.iter().zip(lengths).zip(rates).all(inside)
 }

@@ -5,7 +5,7 @@ use std::time::Instant as Clock;
 use nalgebra::{DMatrix, Isometry3};
 
 use super::plan::boxes;
-use super::space::ShapeSpace;
+use super::space::{ShapeSpace, covers};
 use crate::SwimError;
 use crate::model::{Choice, Cost, Flow, Hydrodynamics, Instant, ModelError, Placement};
 use crate::scene::Scene;
@@ -62,21 +62,10 @@ pub fn speed_up(scene: &Scene, choice: Choice) -> Choice {
 impl Tabulated {
     /// The table for a placement, made if need be; none where there is none.
     fn table(&mut self, placement: &Placement<'_>) -> Option<&ShapeSpace> {
-        let moves_along = |table: &Table| {
-            let inside = |((l, r), rate): ((&f64, &(f64, f64)), &f64)| {
-                r.0 <= *l && *l <= r.1 && (r.0 < r.1 || *rate == 0.0)
-            };
-            placement
-                .lengths
-                .iter()
-                .zip(&table.ranges)
-                .zip(placement.rates)
-                .all(inside)
-        };
-        let table = self
-            .tables
-            .iter_mut()
-            .find(|table| moves_along(table) && !matches!(table.state, Made::Never))?;
+        let table = self.tables.iter_mut().find(|table| {
+            covers(&table.ranges, placement.lengths, placement.rates)
+                && !matches!(table.state, Made::Never)
+        })?;
         if let Made::NotYet = table.state {
             let tolerance = SHARE * self.scene.model.tolerance;
             let made: Result<ShapeSpace, SwimError> =

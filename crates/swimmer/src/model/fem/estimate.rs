@@ -22,8 +22,21 @@ pub struct Estimate {
     pub spread: f64,
     /// $K(e, e)$ over the power of the bodies: the relative error of their forces.
     pub relative_energy: f64,
+    /// What the flow lacks on its mesh, and each cell's share in the spread.
+    own: Surplus,
+    of_frames: Vec<f64>,
+}
+
+impl Estimate {
     /// Each cell's share in $K(e, e)$, and in the spread: what to refine.
-    pub shares: [Vec<f64>; 2],
+    ///
+    /// Cost: a pass over the cells.
+    /// # Errors
+    /// Another mesh than the one that was estimated on.
+    pub fn shares(self, space: &SurplusSpace, mesh: &TetMesh) -> Result<[Vec<f64>; 2], ModelError> {
+        let own = space.indicators(mesh, &self.own, &self.own)?;
+        Ok([own, self.of_frames])
+    }
 }
 
 /// Residual at which the flows of estimates are good enough, relative: against 1e-6 the estimated error of the default stroke's net
@@ -85,7 +98,7 @@ impl DualSolver<'_> {
 
 /// Estimates the errors of a solved instant.
 ///
-/// Cost: seven passes over the cells, a loose solve for the errors of all velocities and one a linkage for their spread.
+/// Cost: six passes over the cells, a loose solve for the errors of all velocities and one a linkage for their spread.
 /// # Errors
 /// Flows that cannot be solved for.
 pub fn estimate<'a>(
@@ -148,7 +161,8 @@ pub fn estimate<'a>(
         frames,
         spread: CELL_TRUST * of_frames.iter().map(|cell| cell * cell).sum::<f64>().sqrt(),
         relative_energy,
-        shares: [space.indicators(mesh, &own, &own)?, of_frames],
+        own,
+        of_frames,
     })
 }
 

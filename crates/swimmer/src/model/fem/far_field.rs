@@ -10,9 +10,9 @@ use std::f64::consts::PI;
 use mesh::Sphere;
 use nalgebra::{DMatrix, Vector3};
 
-use super::scale::Scale;
 use crate::model::ModelError;
-use crate::scene::{Domain, Scene};
+use crate::model::scale::Scale;
+use crate::scene::Scene;
 
 /// Radius of the ball over the extent of the bodies: the third power of it is left, and elements that grow with the distance make the
 /// room cheap.
@@ -28,11 +28,8 @@ pub struct FarField {
 }
 
 impl FarField {
-    /// The ball of a scene in unbounded fluid; none in other domains.
-    pub fn of(scene: &Scene, scale: &Scale) -> Option<Self> {
-        if scene.domain != Domain::Unbounded {
-            return None;
-        }
+    /// The ball around the bodies of a scene.
+    pub fn around(scene: &Scene, scale: &Scale) -> Self {
         let places = || scene.bodies.iter().map(|b| scale.point(b.position));
         let centre = places().sum::<Vector3<f64>>() / scene.bodies.len().max(1) as f64;
         let extent = scene
@@ -41,12 +38,12 @@ impl FarField {
             .zip(places())
             .map(|(body, place)| (place - centre).norm() + scale.length(body.bounding_radius()))
             .fold(1.0, f64::max);
-        Some(Self {
+        Self {
             ball: Sphere {
                 centre,
                 radius: REACH * extent,
             },
-        })
+        }
     }
 
     /// The ball.

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use mesh::{MshFile, NamedSurface, Sphere, Surface, TetMesh};
 
-use super::scale::Scale;
 use crate::model::ModelError;
+use crate::model::scale::Scale;
 use crate::scene::GeometryKind;
 
 /// The mesh of a file in units of the flow, its bodies' surfaces put on the spheres of the scene.

@@ -7,8 +7,8 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::far_field::FarField;
 use super::mesh_file::read_mesh;
-use super::scale::Scale;
 use crate::model::ModelError;
+use crate::model::scale::Scale;
 use crate::scene::{Domain, FemOptions, GeometryKind, Scene, Shape};
 
 /// Element size on a body's surface, over its radius, when the scene asks for none.
@@ -74,6 +74,8 @@ pub(super) enum Source {
 /// What meshes of a scene are made of, in units of the flow.
 pub(super) struct Mesher {
     pub source: Source,
+    /// Of unbounded fluid.
+    pub far_field: Option<FarField>,
     pub surfaced: Vec<Surfaced>,
     /// Tag of each body of the scene in the mesh.
     pub tags: Vec<String>,
@@ -117,15 +119,11 @@ impl Mesher {
             .iter()
             .map(|b| b.surface.clone().unwrap_or_else(|| b.name.clone()))
             .collect();
+        let mut far_field = None;
         let source = match &scene.domain {
             Domain::Unbounded => {
-                Source::Generated(Container::Ball(FarField::of(scene, scale).map_or(
-                    Sphere {
-                        centre: Vector3::zeros(),
-                        radius: 1.0,
-                    },
-                    |far| far.ball(),
-                )))
+                let far = far_field.insert(FarField::around(scene, scale));
+                Source::Generated(Container::Ball(far.ball()))
             }
             Domain::Ball { radius } => Source::Generated(Container::Ball(Sphere {
                 centre: Vector3::zeros(),
@@ -162,6 +160,7 @@ impl Mesher {
         };
         Ok(Self {
             source,
+            far_field,
             surfaced,
             tags,
             geometry: scene.fem.geometry,
@@ -195,6 +194,12 @@ impl Mesher {
             .collect()
     }
 
+    fn spheres(&self, centres: &[Vector3<f64>]) -> Vec<Sphere> {
+        (self.surfaced.iter().zip(centres))
+            .map(|(s, &centre)| s.sphere(centre))
+            .collect()
+    }
+
     /// Takes sizes `wanted` at places in a mesh with the bodies at `centres` instead of those that grow from the bodies.
     ///
     /// Bodies that are equal get equal meshes, so what one of them needs nearby, all of them get.
@@ -225,12 +230,7 @@ impl Mesher {
 
     /// How long cells in gaps are against the gaps.
     pub fn gap_ratio(&self, mesh: &TetMesh, centres: &[Vector3<f64>]) -> f64 {
-        let spheres: Vec<Sphere> = self
-            .surfaced
-            .iter()
-            .zip(centres)
-            .map(|(s, &centre)| s.sphere(centre))
-            .collect();
+        let spheres = self.spheres(centres);
         let surfaces: Vec<&dyn Surface> = spheres.iter().map(|s| s as &dyn Surface).collect();
         let wall = match &self.source {
             Source::Generated(container) => Some(container.surface()),
@@ -247,12 +247,7 @@ impl Mesher {
         let Source::Generated(container) = &self.source else {
             return Err(ModelError::MeshFileExhausted);
         };
-        let spheres: Vec<Sphere> = self
-            .surfaced
-            .iter()
-            .zip(centres)
-            .map(|(s, &centre)| s.sphere(centre))
-            .collect();
+        let spheres = self.spheres(centres);
         let bodies: Vec<Body> = self
             .surfaced
             .iter()

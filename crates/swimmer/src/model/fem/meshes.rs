@@ -7,8 +7,9 @@ use fem::{SurplusSpace, TaylorHood};
 use mesh::TetMesh;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use super::far_field::FarField;
 use super::mesher::{Mesher, Source};
-use super::scale::Scale;
+use crate::model::scale::Scale;
 use crate::model::{ModelError, Remesh};
 use crate::scene::{MeshMotionKind, Scene};
 
@@ -91,6 +92,11 @@ impl Meshes {
     /// Tags of the walls.
     pub fn wall_tags(&self) -> Vec<&str> {
         self.mesher.wall_tags()
+    }
+
+    /// What the wall takes that stands for unbounded fluid, if one does.
+    pub fn far_field(&self) -> Option<FarField> {
+        self.mesher.far_field
     }
 
     /// What is kept with the connectivity of the mesh in use.

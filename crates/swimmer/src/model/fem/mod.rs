@@ -1,52 +1,50 @@
 //! Finite elements: P2-P1 on a body-fitted mesh that follows the shape.
 
 mod adapt;
+mod answer;
 mod checks;
 mod estimate;
 mod far_field;
 mod mesh_file;
 mod mesher;
 mod meshes;
-pub(super) mod scale;
 mod solve;
 
 use std::time::Instant as Clock;
 
 use linalg::WarmStart;
 use mesh::TetMesh;
-use nalgebra::{DMatrix, Isometry3, Vector3};
-use rigid::{Articulation, Constrained, Constraints, Drive, Formulation, Load, Twist};
+use nalgebra::{DMatrix, Isometry3};
+use rigid::{Constrained, Constraints, Drive, Formulation};
 
 use self::estimate::{Duals, Estimate};
-use self::far_field::FarField;
 pub use self::mesher::{COARSEST_FACTOR, growth};
 use self::meshes::{Meshes, ShapeMesh};
-use self::scale::Scale;
-use self::solve::{Boundary, SolvedFlow};
-use crate::model::{
-    BodyInstant, Cost, Dofs, ErrorEstimate, Flow, Hydrodynamics, Instant, MeshError, ModelError,
-    Placement, Remesh,
-};
+use self::solve::Boundary;
+use crate::model::scaled::ScaledScene;
+use crate::model::{Cost, Dofs, Flow, Hydrodynamics, Instant, ModelError, Placement};
 use crate::scene::{Domain, EstimatesKind, FemOptions, Scene};
 
 /// Taylor-Hood finite elements with curved surfaces, on meshes generated and moved as the shape asks.
 pub struct FemModel {
-    scale: Scale,
-    /// The bodies and links in units of the flow.
-    set: Articulation,
-    loads: Vec<Load>,
+    scaled: ScaledScene,
     meshes: Meshes,
-    /// Of unbounded fluid.
-    far_field: Option<FarField>,
     options: FemOptions,
     estimates: bool,
     duals: Duals,
     /// Solutions of the leg on the mesh in use. Forgotten between legs, where checkpoints are taken, so that these need not carry them: the
     /// first solves of a leg gained nothing from them, for another link moves.
     warm: WarmStart,
-    /// Cells' shares in the errors of the last instant's forces and velocities.
-    shares: Option<[Vec<f64>; 2]>,
-    last: Option<(TetMesh, rigid::Flow)>,
+    last: Option<Last>,
+}
+
+/// The last answer, in units of the flow.
+struct Last {
+    mesh: TetMesh,
+    poses: Vec<Isometry3<f64>>,
+    flow: rigid::Flow,
+    /// Its errors, until they are used to adapt the mesh.
+    estimate: Option<Estimate>,
 }
 
 /// Solutions that the next solve starts from: a leg has six Gauss points, and each takes 8 bytes an unknown.
@@ -77,35 +75,14 @@ impl FemModel {
                 instead: "use model.kind = \"multipole\" or domain.kind = \"ball\"".to_owned(),
             });
         }
-        let scale = Scale::of(scene);
-        let kinds: Vec<_> = scene.bodies.iter().map(|b| b.kind()).collect();
-        let positions: Vec<_> = scene
-            .bodies
-            .iter()
-            .map(|b| scale.point(b.position))
-            .collect();
-        let set = Articulation::new(
-            &kinds,
-            scene.articulation.links().to_vec(),
-            scene.articulation.arms(),
-            &positions,
-        )?
-        .with_fixed(&scene.fixed_bodies())?;
+        let scaled = ScaledScene::new(scene)?;
         Ok(Self {
-            scale,
-            set,
-            loads: scene
-                .bodies
-                .iter()
-                .map(|b| scale.load(b.force, b.torque))
-                .collect(),
-            meshes: Meshes::new(scene, &scale)?,
-            far_field: FarField::of(scene, &scale),
+            meshes: Meshes::new(scene, &scaled.scale)?,
+            scaled,
             options: scene.fem,
             estimates: scene.fem.estimates == EstimatesKind::On,
             duals: Duals::new(),
             warm: WarmStart::new(REMEMBERED),
-            shares: None,
             last: None,
         })
     }
@@ -115,14 +92,7 @@ impl FemModel {
         &mut self,
         placement: &Placement,
     ) -> Result<(ShapeMesh, Vec<Isometry3<f64>>), ModelError> {
-        let lengths: Vec<f64> = placement
-            .lengths
-            .iter()
-            .map(|&l| self.scale.length(l))
-            .collect();
-        let poses = self
-            .set
-            .place(&self.scale.state(placement.state), &lengths)?;
+        let poses = self.scaled.poses(placement)?;
         let shape = self.meshes.at(&poses)?;
         Ok((shape, poses))
     }
@@ -137,23 +107,18 @@ impl FemModel {
         formulation: &dyn Formulation,
     ) -> Result<Constrained, ModelError> {
         let (ShapeMesh { mesh, .. }, poses) = self.shape_mesh(placement)?;
-        let constraints = self.constraints(placement)?;
-        let drive = Drive {
-            set: &self.set,
-            constraints: &constraints,
-            loads: &self.loads,
-        };
+        let constraints = self.scaled.constraints(placement)?;
+        let drive = self.drive(&constraints);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         solve::assemble(space, &mesh, &self.boundary(&poses), &drive, formulation)
     }
 
-    /// The links' constraints of a placement in units of the flow.
-    fn constraints(&self, placement: &Placement) -> Result<Constraints, ModelError> {
-        let scaled =
-            |list: &[f64]| -> Vec<f64> { list.iter().map(|&l| self.scale.length(l)).collect() };
-        let state = self.scale.state(placement.state);
-        let (lengths, rates) = (scaled(placement.lengths), scaled(placement.rates));
-        Ok(self.set.constraints(&state, &lengths, &rates)?)
+    fn drive<'a>(&'a self, constraints: &'a Constraints) -> Drive<'a> {
+        Drive {
+            set: &self.scaled.set,
+            constraints,
+            loads: &self.scaled.loads,
+        }
     }
 
     fn boundary(&self, poses: &[Isometry3<f64>]) -> Boundary<'_> {
@@ -167,19 +132,17 @@ impl FemModel {
         }
     }
 
-    /// Meshes the placement anew, so that both relative errors become at most `allowed`; false if meshes cannot be made here.
-    fn adapt(
-        &mut self,
-        placement: &Placement,
-        errors: [f64; 2],
-        allowed: f64,
-    ) -> Result<bool, ModelError> {
-        let (ShapeMesh { mesh, .. }, poses) = self.shape_mesh(placement)?;
-        let Some(shares) = self.shares.take() else {
+    /// Meshes the last shape anew, so that both relative errors become at most `allowed`; false if meshes cannot be made here.
+    fn adapt(&mut self, errors: [f64; 2], allowed: f64) -> Result<bool, ModelError> {
+        let (Some(last), Some(space)) = (&mut self.last, self.meshes.surplus_space()) else {
             return Ok(false);
         };
+        let Some(estimate) = last.estimate.take() else {
+            return Ok(false);
+        };
+        let shares = estimate.shares(space, &last.mesh)?;
         // Both count by how far they are off, and cells by their part in each.
-        let mut of_cells = vec![0.0; mesh.n_cells()];
+        let mut of_cells = vec![0.0; last.mesh.n_cells()];
         for (shares, error) in shares.iter().zip(errors) {
             let sum: f64 = shares.iter().map(|share| share.abs()).sum();
             if sum > 0.0 {
@@ -188,123 +151,8 @@ impl FemModel {
                 }
             }
         }
-        let wanted = adapt::wanted_sizes(&mesh, &of_cells);
-        self.meshes.adapt(&poses, wanted)
-    }
-
-    fn in_scene_units(
-        &self,
-        solved: SolvedFlow,
-        remeshed: Option<Remesh>,
-        poses: &[Isometry3<f64>],
-    ) -> Instant {
-        let flow = &solved.flow;
-        let mut bodies = vec![BodyInstant::default(); self.set.kinds().len()];
-        let layout = self.set.velocity_layout();
-        let at = |first: usize| Vector3::from_fn(|axis, _| flow.generalised[first + axis]);
-        for (body, entry) in bodies.iter_mut().enumerate() {
-            entry.velocity = self.scale.velocity_back(at(layout.body(body)));
-            entry.angular_velocity = flow.state.spins[body];
-        }
-        for (number, body) in self.meshes.surfaced_bodies().enumerate() {
-            let part =
-                |first: usize| Vector3::from_fn(|axis, _| flow.forces[6 * number + first + axis]);
-            bodies[body].force = self.scale.force_back(part(0));
-            bodies[body].torque = self.scale.torque_back(part(3));
-        }
-        let link_forces = (0..self.set.links().len())
-            .map(|link| self.scale.force_back(flow.link_force(link)))
-            .collect();
-        let speed = largest(bodies.iter().map(|b| b.velocity));
-        let container = self.far_field.map_or(0.0, |far| {
-            let radii = self.meshes.surfaced_bodies().zip(self.meshes.radii());
-            far.relative_error(radii.map(|(body, radius)| (poses[body].translation.vector, radius)))
-        });
-        Instant {
-            bodies,
-            link_forces,
-            motion: self.scale.motion_back(&flow.state),
-            dofs: solved.dofs,
-            // A container of the scene's own is no error, and nothing of Stokes flow is left out.
-            error_estimate: ErrorEstimate {
-                container: Some(container * speed),
-                model: Some(0.0),
-                algebraic: Some(solved.relative_error * speed),
-                ..ErrorEstimate::default()
-            },
-            mesh_error: None,
-            checks: solved.checks,
-            solver: solved.solver,
-            seconds: solved.seconds,
-            remeshed,
-        }
-    }
-}
-
-impl FemModel {
-    /// Adds what the wall that stands for infinity took from all velocities.
-    fn add_taken(&self, far: FarField, flow: &mut rigid::Flow) {
-        let entry = |body: usize, axis: usize| flow.forces[6 * body + axis];
-        let forces = (0..flow.forces.len() / 6)
-            .map(|body| Vector3::from_fn(|axis, _| entry(body, axis)))
-            .sum();
-        let taken = far.taken(forces);
-        flow.velocity.iter_mut().for_each(|u| *u += taken);
-        let layout = self.set.velocity_layout();
-        for body in 0..self.set.kinds().len() {
-            let mut velocity = flow.generalised.fixed_rows_mut::<3>(layout.body(body));
-            velocity += taken;
-        }
-        for frame in &mut flow.state.frames {
-            frame.linear += taken;
-        }
-        for body in 0..flow.bodies.len() / 6 {
-            let mut velocity = flow.bodies.fixed_rows_mut::<3>(6 * body);
-            velocity += taken;
-        }
-    }
-}
-
-/// The largest of their norms.
-fn largest(vectors: impl Iterator<Item = Vector3<f64>>) -> f64 {
-    vectors.fold(0.0, |m, v| m.max(v.norm()))
-}
-
-/// Enters estimated errors into an instant in the scene's units.
-impl FemModel {
-    fn enter_errors(&self, instant: &mut Instant, estimate: &Estimate, poses: &[Isometry3<f64>]) {
-        let force = largest(instant.bodies.iter().map(|b| b.force));
-        let by_mesh = {
-            let mut errors = vec![Vector3::zeros(); poses.len()];
-            for (linkage, frame) in self.set.linkages().iter().zip(&estimate.frames) {
-                for &body in &linkage.bodies {
-                    let [at, root] = [body, linkage.root].map(|b| poses[b].translation.vector);
-                    let error = frame.linear + frame.angular.cross(&(at - root));
-                    errors[body] = self.scale.velocity_back(error);
-                }
-            }
-            errors
-        };
-        let spread = self.scale.speed_back(estimate.spread);
-        instant.error_estimate.mesh = Some(largest(by_mesh.iter().copied()).hypot(spread));
-        instant.mesh_error = Some(MeshError {
-            frames: estimate
-                .frames
-                .iter()
-                .map(|frame| Twist {
-                    linear: self.scale.velocity_back(frame.linear),
-                    angular: frame.angular,
-                })
-                .collect(),
-            bodies: by_mesh,
-            spread,
-            // Where no link holds, forces are the loads.
-            force: if self.set.links().is_empty() {
-                0.0
-            } else {
-                estimate.relative_energy * force
-            },
-        });
+        let wanted = adapt::wanted_sizes(&last.mesh, &of_cells);
+        self.meshes.adapt(&last.poses, wanted)
     }
 }
 
@@ -325,17 +173,15 @@ impl Hydrodynamics for FemModel {
 
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
         let clock = Clock::now();
+        if let Some(last) = &mut self.last {
+            last.estimate = None;
+        }
         let (shape, poses) = self.shape_mesh(placement)?;
         let (mesh, remeshed) = (shape.mesh, shape.remeshed);
         // taken out while the rest of `self` is borrowed, and lost if the solve fails
         let mut duals = std::mem::take(&mut self.duals);
         let mesh_seconds = clock.elapsed().as_secs_f64();
-        let constraints = self.constraints(placement)?;
-        let drive = Drive {
-            set: &self.set,
-            constraints: &constraints,
-            loads: &self.loads,
-        };
+        let constraints = self.scaled.constraints(placement)?;
         let mut warm = std::mem::replace(&mut self.warm, WarmStart::new(REMEMBERED));
         if shape.other_cells {
             // solutions on another mesh have other unknowns
@@ -345,6 +191,7 @@ impl Hydrodynamics for FemModel {
         if self.estimates {
             self.meshes.prepare_estimates()?;
         }
+        let drive = self.drive(&constraints);
         let boundary = self.boundary(&poses);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let mut solved = solve::solve(
@@ -363,16 +210,21 @@ impl Hydrodynamics for FemModel {
         solved.seconds.mesh = mesh_seconds;
         solved.seconds.total = clock.elapsed().as_secs_f64();
         self.duals = duals;
-        if let Some(far) = self.far_field {
+        if let Some(far) = self.meshes.far_field() {
             self.add_taken(far, &mut solved.flow);
         }
-        self.last = Some((mesh, solved.flow.clone()));
         let estimate = solved.estimate.take();
+        let flow = solved.flow.clone();
         let mut instant = self.in_scene_units(solved, remeshed, &poses);
         if let Some(estimate) = &estimate {
             self.enter_errors(&mut instant, estimate, &poses);
         }
-        self.shares = estimate.map(|estimate| estimate.shares);
+        self.last = Some(Last {
+            mesh,
+            poses,
+            flow,
+            estimate,
+        });
         Ok(instant)
     }
 
@@ -383,13 +235,12 @@ impl Hydrodynamics for FemModel {
     ) -> Result<Instant, ModelError> {
         self.want_estimates(true);
         let mut instant = self.instant(placement)?;
+        if self.options.size_factor.is_some() {
+            return Ok(instant);
+        }
         for _ in 0..MOST_ADAPTATIONS {
             let errors = instant.relative_mesh_errors();
-            let is_fixed = self.options.size_factor.is_some();
-            if is_fixed
-                || errors.iter().all(|own| *own <= error)
-                || !self.adapt(placement, errors, error)?
-            {
+            if errors.iter().all(|own| *own <= error) || !self.adapt(errors, error)? {
                 break;
             }
             instant = self.instant(placement)?;
@@ -402,11 +253,11 @@ impl Hydrodynamics for FemModel {
         let boundary = self.boundary(&poses);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let grand = solve::resistance(space, &mesh, &boundary, self.options.rtol)?;
-        let resistance = match self.far_field {
+        let resistance = match self.meshes.far_field() {
             Some(far) => far.corrected(grand.resistance)?,
             None => grand.resistance,
         };
-        Ok(self.scale.resistance_back(resistance))
+        Ok(self.scaled.scale.resistance_back(resistance))
     }
 
     fn history(&self) -> Vec<Isometry3<f64>> {
@@ -440,33 +291,18 @@ impl Hydrodynamics for FemModel {
 
     fn mesh(&mut self, placement: &Placement<'_>) -> Result<Option<TetMesh>, ModelError> {
         let (ShapeMesh { mesh, .. }, _) = self.shape_mesh(placement)?;
-        let points = mesh
-            .points()
-            .iter()
-            .map(|&x| self.scale.point_back(x))
-            .collect();
-        Ok(Some(mesh.with_points(points)?))
+        Ok(Some(self.scaled.scale.mesh_back(&mesh)?))
     }
 
     fn flow(&self) -> Option<Flow> {
-        let (mesh, flow) = self.last.as_ref()?;
-        let points = mesh
-            .points()
-            .iter()
-            .map(|&x| self.scale.point_back(x))
-            .collect();
+        let Last { mesh, flow, .. } = self.last.as_ref()?;
+        let scale = &self.scaled.scale;
+        let velocity = flow.velocity.iter().map(|&u| scale.velocity_back(u));
+        let pressure = flow.pressure.iter().map(|&p| scale.pressure_back(p));
         Some(Flow {
-            mesh: mesh.with_points(points).ok()?,
-            velocity: flow
-                .velocity
-                .iter()
-                .map(|&u| self.scale.velocity_back(u))
-                .collect(),
-            pressure: flow
-                .pressure
-                .iter()
-                .map(|&p| self.scale.pressure_back(p))
-                .collect(),
+            mesh: scale.mesh_back(mesh).ok()?,
+            velocity: velocity.collect(),
+            pressure: pressure.collect(),
         })
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, Drive, Load, Reduction};
 
-use super::Scale;
+use crate::model::scale::Scale;
 use crate::model::{BodyInstant, ModelError};
 
 /// A solved instant in units of the flow.

@@ -6,11 +6,10 @@ mod picture;
 use std::time::Instant as Clock;
 
 use microhydro::{Accuracy, Medium, Resistance, Spheres, multipole, oseen, rpy};
-use nalgebra::{DMatrix, Isometry3, Vector3};
-use rigid::{Articulation, BodyKind, Constraints, Load};
+use nalgebra::{DMatrix, Vector3};
 
 pub(super) use self::instant::Solved;
-use super::fem::scale::Scale;
+use super::scaled::ScaledScene;
 use crate::model::{
     Cost, Dofs, ErrorEstimate, Flow, Hydrodynamics, Instant, ModelError, Placement, Seconds,
     SolverInfo,
@@ -50,10 +49,7 @@ impl SphereModel {
 /// Spheres in unbounded fluid, in a ball, or beside a wall.
 pub struct SpheresModel {
     kind: SphereModel,
-    scale: Scale,
-    /// The bodies and links in units of the flow.
-    set: Articulation,
-    loads: Vec<Load>,
+    scaled: ScaledScene,
     radii: Vec<f64>,
     /// Names of the bodies with surfaces.
     names: Vec<String>,
@@ -89,20 +85,8 @@ impl SpheresModel {
                 instead: "use model.kind = \"axisymmetric\" with all bodies on one axis".to_owned(),
             });
         }
-        let scale = Scale::of(scene);
-        let kinds: Vec<_> = scene.bodies.iter().map(|b| b.kind()).collect();
-        let positions: Vec<_> = scene
-            .bodies
-            .iter()
-            .map(|b| scale.point(b.position))
-            .collect();
-        let set = Articulation::new(
-            &kinds,
-            scene.articulation.links().to_vec(),
-            scene.articulation.arms(),
-            &positions,
-        )?
-        .with_fixed(&scene.fixed_bodies())?;
+        let scaled = ScaledScene::new(scene)?;
+        let scale = scaled.scale;
         let medium = match scene.domain {
             Domain::Unbounded => Medium::Unbounded,
             Domain::Ball { radius } => Medium::Ball {
@@ -124,12 +108,6 @@ impl SpheresModel {
         };
         Ok(Self {
             kind,
-            set,
-            loads: scene
-                .bodies
-                .iter()
-                .map(|b| scale.load(b.force, b.torque))
-                .collect(),
             radii: scene
                 .bodies
                 .iter()
@@ -146,36 +124,14 @@ impl SpheresModel {
                 .map(|body| body.name.clone())
                 .collect(),
             medium,
-            scale,
+            scaled,
             last: None,
         })
     }
 
-    fn scaled(&self, list: &[f64]) -> Vec<f64> {
-        list.iter().map(|&l| self.scale.length(l)).collect()
-    }
-
-    /// Poses of all bodies in units of the flow.
-    fn poses(&self, placement: &Placement) -> Result<Vec<Isometry3<f64>>, ModelError> {
-        let state = self.scale.state(placement.state);
-        Ok(self.set.place(&state, &self.scaled(placement.lengths))?)
-    }
-
     fn spheres(&self, placement: &Placement) -> Result<Spheres, ModelError> {
-        let poses = self.poses(placement)?;
-        let centres = poses
-            .iter()
-            .zip(self.set.kinds())
-            .filter(|(_, kind)| **kind == BodyKind::Rigid)
-            .map(|(pose, _)| pose.translation.vector)
-            .collect();
+        let centres = self.scaled.centres(placement)?;
         Ok(Spheres::new(centres, self.radii.clone())?)
-    }
-
-    fn constraints(&self, placement: &Placement) -> Result<Constraints, ModelError> {
-        let state = self.scale.state(placement.state);
-        let (lengths, rates) = (self.scaled(placement.lengths), self.scaled(placement.rates));
-        Ok(self.set.constraints(&state, &lengths, &rates)?)
     }
 
     fn judged(&mut self, placement: &Placement) -> Result<Judged, ModelError> {
@@ -242,22 +198,21 @@ impl Hydrodynamics for SpheresModel {
         let clock = Clock::now();
         let judged = self.judged(placement)?;
         let assembly = clock.elapsed().as_secs_f64();
-        let constraints = self.constraints(placement)?;
-        let solved = Solved::new(&judged.matrix, &self.set, &constraints, &self.loads)?;
+        let ScaledScene { scale, set, loads } = &self.scaled;
+        let constraints = self.scaled.constraints(placement)?;
+        let solved = Solved::new(&judged.matrix, set, &constraints, loads)?;
         let mut error = 0.0;
         let mut before = solved.clone();
         for (other, factor) in &judged.others {
-            let other = Solved::new(other, &self.set, &constraints, &self.loads)?;
-            error += factor * before.fastest_difference(&other, &self.set);
+            let other = Solved::new(other, set, &constraints, loads)?;
+            error += factor * before.fastest_difference(&other, set);
             before = other;
         }
         let total = clock.elapsed().as_secs_f64();
         Ok(Instant {
-            bodies: solved.bodies(&self.set, &self.scale)?,
-            link_forces: solved.link_forces(&self.set, &constraints, &self.loads, &self.scale)?,
-            motion: self
-                .scale
-                .motion_back(&self.set.state_velocity(solved.generalised.as_slice())?),
+            bodies: solved.bodies(set, scale)?,
+            link_forces: solved.link_forces(set, &constraints, loads, scale)?,
+            motion: scale.motion_back(&set.state_velocity(solved.generalised.as_slice())?),
             dofs: Dofs {
                 total: judged.unknowns,
                 ..Dofs::default()
@@ -275,7 +230,7 @@ impl Hydrodynamics for SpheresModel {
                 ..Seconds::default()
             },
             error_estimate: ErrorEstimate {
-                model: Some(self.scale.velocity_back(Vector3::x() * error).x),
+                model: Some(scale.velocity_back(Vector3::x() * error).x),
                 ..ErrorEstimate::default()
             },
             mesh_error: None,
@@ -286,29 +241,23 @@ impl Hydrodynamics for SpheresModel {
 
     fn resistance(&mut self, placement: &Placement<'_>) -> Result<DMatrix<f64>, ModelError> {
         let judged = self.judged(placement)?;
-        Ok(self.scale.resistance_back(judged.matrix))
+        Ok(self.scaled.scale.resistance_back(judged.matrix))
     }
 
     fn picture(&mut self, placement: &Placement<'_>) -> Result<Flow, ModelError> {
         let judged = self.judged(placement)?;
-        let constraints = self.constraints(placement)?;
-        let solved = Solved::new(&judged.matrix, &self.set, &constraints, &self.loads)?;
+        let ScaledScene { scale, set, loads } = &self.scaled;
+        let constraints = self.scaled.constraints(placement)?;
+        let solved = Solved::new(&judged.matrix, set, &constraints, loads)?;
         let spheres = self.spheres(placement)?;
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        let velocities = solved
-            .generalised
-            .select_rows(&self.set.surface_velocities());
+        let velocities = solved.generalised.select_rows(&set.surface_velocities());
         let (mesh, velocity) = picture::picture(&spheres, &self.medium, &names, &velocities)?;
-        let points = mesh
-            .points()
-            .iter()
-            .map(|&x| self.scale.point_back(x))
-            .collect();
         Ok(Flow {
-            mesh: mesh.with_points(points)?,
+            mesh: scale.mesh_back(&mesh)?,
             velocity: velocity
                 .into_iter()
-                .map(|u| self.scale.velocity_back(u))
+                .map(|u| scale.velocity_back(u))
                 .collect(),
             pressure: Vec::new(),
         })

@@ -1,5 +1,6 @@
 //! The units in which the flow is computed: lengths by the smallest radius, viscosity 1, time as in the scene.
 
+use mesh::{MeshError, TetMesh};
 use nalgebra::{DMatrix, Isometry3, Translation3, Vector3};
 use rigid::{Load, State, StateVelocity, Twist};
 
@@ -43,6 +44,15 @@ impl Scale {
     /// A point of the flow in units of the scene.
     pub fn point_back(&self, point: Vector3<f64>) -> Vector3<f64> {
         point * self.length
+    }
+
+    /// A mesh of the flow in units of the scene.
+    ///
+    /// # Errors
+    /// Points that lie outside the numbers.
+    pub fn mesh_back(&self, mesh: &TetMesh) -> Result<TetMesh, MeshError> {
+        let points = mesh.points().iter().map(|&x| self.point_back(x)).collect();
+        mesh.with_points(points)
     }
 
     /// A state of the scene in units of the flow.

@@ -1,0 +1,128 @@
+//! Answers of the elements in the scene's units.
+
+use nalgebra::{Isometry3, Vector3};
+use rigid::Twist;
+
+use super::FemModel;
+use super::estimate::Estimate;
+use super::far_field::FarField;
+use super::solve::SolvedFlow;
+use crate::model::{BodyInstant, ErrorEstimate, Instant, MeshError, Remesh};
+
+impl FemModel {
+    /// A solved flow in the scene's units.
+    pub(super) fn in_scene_units(
+        &self,
+        solved: SolvedFlow,
+        remeshed: Option<Remesh>,
+        poses: &[Isometry3<f64>],
+    ) -> Instant {
+        let (scale, set) = (&self.scaled.scale, &self.scaled.set);
+        let flow = &solved.flow;
+        let mut bodies = vec![BodyInstant::default(); set.kinds().len()];
+        let layout = set.velocity_layout();
+        let at = |first: usize| Vector3::from_fn(|axis, _| flow.generalised[first + axis]);
+        for (body, entry) in bodies.iter_mut().enumerate() {
+            entry.velocity = scale.velocity_back(at(layout.body(body)));
+            entry.angular_velocity = flow.state.spins[body];
+        }
+        for (number, body) in self.meshes.surfaced_bodies().enumerate() {
+            let part =
+                |first: usize| Vector3::from_fn(|axis, _| flow.forces[6 * number + first + axis]);
+            bodies[body].force = scale.force_back(part(0));
+            bodies[body].torque = scale.torque_back(part(3));
+        }
+        let link_forces = (0..set.links().len())
+            .map(|link| scale.force_back(flow.link_force(link)))
+            .collect();
+        let speed = largest(bodies.iter().map(|b| b.velocity));
+        let container = self.meshes.far_field().map_or(0.0, |far| {
+            let radii = self.meshes.surfaced_bodies().zip(self.meshes.radii());
+            far.relative_error(radii.map(|(body, radius)| (poses[body].translation.vector, radius)))
+        });
+        Instant {
+            bodies,
+            link_forces,
+            motion: scale.motion_back(&flow.state),
+            dofs: solved.dofs,
+            // A container of the scene's own is no error, and nothing of Stokes flow is left out.
+            error_estimate: ErrorEstimate {
+                container: Some(container * speed),
+                model: Some(0.0),
+                algebraic: Some(solved.relative_error * speed),
+                ..ErrorEstimate::default()
+            },
+            mesh_error: None,
+            checks: solved.checks,
+            solver: solved.solver,
+            seconds: solved.seconds,
+            remeshed,
+        }
+    }
+
+    /// Adds what the wall that stands for infinity took from all velocities.
+    pub(super) fn add_taken(&self, far: FarField, flow: &mut rigid::Flow) {
+        let set = &self.scaled.set;
+        let entry = |body: usize, axis: usize| flow.forces[6 * body + axis];
+        let forces = (0..flow.forces.len() / 6)
+            .map(|body| Vector3::from_fn(|axis, _| entry(body, axis)))
+            .sum();
+        let taken = far.taken(forces);
+        flow.velocity.iter_mut().for_each(|u| *u += taken);
+        let layout = set.velocity_layout();
+        for body in 0..set.kinds().len() {
+            let mut velocity = flow.generalised.fixed_rows_mut::<3>(layout.body(body));
+            velocity += taken;
+        }
+        for frame in &mut flow.state.frames {
+            frame.linear += taken;
+        }
+        for body in 0..flow.bodies.len() / 6 {
+            let mut velocity = flow.bodies.fixed_rows_mut::<3>(6 * body);
+            velocity += taken;
+        }
+    }
+
+    /// Enters estimated errors into an instant in the scene's units.
+    pub(super) fn enter_errors(
+        &self,
+        instant: &mut Instant,
+        estimate: &Estimate,
+        poses: &[Isometry3<f64>],
+    ) {
+        let (scale, set) = (&self.scaled.scale, &self.scaled.set);
+        let mut by_mesh = vec![Vector3::zeros(); poses.len()];
+        for (linkage, frame) in set.linkages().iter().zip(&estimate.frames) {
+            for &body in &linkage.bodies {
+                let [at, root] = [body, linkage.root].map(|b| poses[b].translation.vector);
+                let error = frame.linear + frame.angular.cross(&(at - root));
+                by_mesh[body] = scale.velocity_back(error);
+            }
+        }
+        let spread = scale.speed_back(estimate.spread);
+        instant.error_estimate.mesh = Some(largest(by_mesh.iter().copied()).hypot(spread));
+        instant.mesh_error = Some(MeshError {
+            frames: estimate
+                .frames
+                .iter()
+                .map(|frame| Twist {
+                    linear: scale.velocity_back(frame.linear),
+                    angular: frame.angular,
+                })
+                .collect(),
+            bodies: by_mesh,
+            spread,
+            // Where no link holds, forces are the loads.
+            force: if set.links().is_empty() {
+                0.0
+            } else {
+                estimate.relative_energy * largest(instant.bodies.iter().map(|b| b.force))
+            },
+        });
+    }
+}
+
+/// The largest of their norms.
+fn largest(vectors: impl Iterator<Item = Vector3<f64>>) -> f64 {
+    vectors.fold(0.0, |m, v| m.max(v.norm()))
+}
