@@ -1,8 +1,11 @@
 //! The block-triangular preconditioner of a saddle-point system.
 
+use std::array::from_fn;
+
 use rayon::prelude::*;
 
 use crate::bordered::nodes;
+use crate::columns::{in_passes, of_buffer, split, split_mut};
 use crate::roofline::{Kernel, Measure};
 use crate::vector::max_abs;
 use crate::{
@@ -21,6 +24,7 @@ pub struct BlockTriangular<'a> {
     system: &'a SaddleSystem,
     velocity: Multigrid,
     mass: MassInverse,
+    /// Border rows of the right-hand sides of the velocity block, one column after another.
     border: Vec<f64>,
 }
 
@@ -35,7 +39,7 @@ impl<'a> BlockTriangular<'a> {
         Ok(BlockTriangular {
             velocity,
             mass: MassInverse::new(system.pressure_mass(), MASS_STEPS)?,
-            border: vec![0.0; system.velocity_block().border_len()],
+            border: Vec::new(),
             system,
         })
     }
@@ -74,6 +78,33 @@ impl<'a> BlockTriangular<'a> {
         measure(kernel, &mut || self.mass.apply(&r, &mut z));
     }
 
+    fn pass<const S: usize>(&mut self, r: [&[f64]; S], z: [&mut [f64]; S]) {
+        let system = self.system;
+        let (ra, rp) = split(r, self.velocity.size());
+        let (za, mut zp) = split_mut(z, self.velocity.size());
+        self.mass.pass(rp, zp.each_mut().map(|z| &mut **z));
+        for zp in &mut zp {
+            zp.par_iter_mut().for_each(|p| *p = -*p);
+        }
+        let zp = zp.each_ref().map(|z| &**z);
+        let (ru, rv) = split(ra, system.velocity_range().end);
+        let m = system.border_range().len();
+        self.border.clear();
+        for rv in rv {
+            self.border.extend_from_slice(rv);
+        }
+        system.subtract_border_gradient(zp, of_buffer(&mut self.border, m));
+        let border = of_buffer(&mut self.border, m).map(|b| &*b);
+        // of about the size of `r_a`: the gradient balances a part of it
+        let size = from_fn(|s| max_abs(ra[s]).max(max_abs(border[s])));
+        let (gradient, ru) = (system.gradient_rows(zp), ru.map(nodes));
+        let residual = |i: usize| {
+            let g = gradient(i);
+            from_fn(|s| from_fn(|d| ru[s][i][d] - g[s][d]))
+        };
+        self.velocity.apply_to(size, residual, border, za);
+    }
+
     /// The velocity multigrid, for its table of levels.
     pub fn velocity(&self) -> &Multigrid {
         &self.velocity
@@ -86,21 +117,11 @@ impl Preconditioner for BlockTriangular<'_> {
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
-        let (ra, rp) = r.split_at(self.velocity.size());
-        let (za, zp) = z.split_at_mut(self.velocity.size());
-        self.mass.apply(rp, zp);
-        zp.par_iter_mut().for_each(|p| *p = -*p);
-        let (ru, rv) = ra.split_at(self.system.velocity_range().end);
-        self.border.copy_from_slice(rv);
-        self.system.subtract_border_gradient(zp, &mut self.border);
-        // of about the size of `r_a`: the gradient balances a part of it
-        let size = max_abs(ra).max(max_abs(&self.border));
-        let gradient = self.system.gradient_rows(zp);
-        let residual = |i: usize| {
-            let (r, g) = (nodes(ru)[i], gradient(i));
-            [r[0] - g[0], r[1] - g[1], r[2] - g[2]]
-        };
-        self.velocity.apply_to(size, residual, &self.border, za);
+        self.pass([r], [z]);
+    }
+
+    fn apply_columns(&mut self, r: &[&[f64]], z: &mut [&mut [f64]]) {
+        in_passes!(self.pass(r, z));
     }
 
     fn kind(&self) -> PreconditionerKind {

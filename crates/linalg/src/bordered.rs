@@ -1,9 +1,11 @@
 //! A scalar matrix for three components with a border of a few dense columns.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
+use crate::columns::{in_passes, split, split_mut};
 use crate::csr::{Rows, check_finite, check_shape, empty, into_rows, positive_diagonal, transpose};
 use crate::node_kernel::{SparseNodes, long_row, node_row};
 use crate::row_blocks::RowBlocks;
@@ -150,43 +152,63 @@ impl Bordered {
         &self.border_blocks
     }
 
-    /// The node rows of the operator with whatever `extra(i, a_i)` adds, into `y`.
-    pub(crate) fn apply_nodes(
+    /// The node rows of the operator with whatever `extra(i, a_i)` adds, into the columns `y`.
+    pub(crate) fn apply_nodes<const S: usize>(
         &self,
-        u: &[f64],
-        v: &[f64],
-        y: &mut [f64],
-        extra: impl Fn(usize, &mut [f64; 3]) + Sync,
+        u: [&[f64]; S],
+        v: [&[f64]; S],
+        y: [&mut [f64]; S],
+        extra: impl Fn(usize, &mut [[f64; 3]; S]) + Sync,
     ) {
-        let (k, u) = (Rows::of(&self.k), nodes(u));
-        self.blocks.for_each_block(nodes_mut(y), &|rows, y| {
-            for (i, yi) in rows.clone().zip(&mut *y) {
-                *yi = node_row(k, i, u);
-                extra(i, yi);
+        let (k, u) = (Rows::of(&self.k), u.map(nodes));
+        let rows = |rows: Range<usize>, mut y: [&mut [[f64; 3]]; S]| {
+            for (at, i) in rows.clone().enumerate() {
+                let mut a = node_row(k, i, u);
+                extra(i, &mut a);
+                for (y, a) in y.iter_mut().zip(a) {
+                    y[at] = a;
+                }
             }
             let first = rows.start;
-            self.border_nodes
-                .for_each(rows, v, |i, d, a| y[i - first][d] += a);
-        });
+            self.border_nodes.for_each(rows, |i, d, c, value| {
+                for (y, v) in y.iter_mut().zip(v) {
+                    y[i - first][d] += value * v[c];
+                }
+            });
+        };
+        self.blocks.for_each_block(y.map(nodes_mut), &rows);
     }
 
-    /// The border rows of the operator with whatever `extra(c)` adds, into `y`.
-    pub(crate) fn apply_border(
+    /// The border rows of the operator with whatever `extra(c)` adds, into the columns `y`.
+    pub(crate) fn apply_border<const S: usize>(
         &self,
-        u: &[f64],
-        v: &[f64],
-        y: &mut [f64],
-        extra: impl Fn(usize) -> f64 + Sync,
+        u: [&[f64]; S],
+        v: [&[f64]; S],
+        y: [&mut [f64]; S],
+        extra: impl Fn(usize) -> [f64; S] + Sync,
     ) {
-        let rows = Rows::of(&self.border_rows);
-        self.border_blocks.for_each(y, &|c, yc| {
-            let corner: f64 = v
-                .iter()
-                .enumerate()
-                .map(|(d, v)| self.corner[(c, d)] * v)
-                .sum();
-            *yc = long_row(rows, c, u) + corner + extra(c);
-        });
+        let matrix = Rows::of(&self.border_rows);
+        let rows = |rows: Range<usize>, y: [&mut [f64]; S]| {
+            for (at, c) in rows.enumerate() {
+                let (nodes, others) = (long_row(matrix, c, |j| u.map(|u| u[j])), extra(c));
+                for s in 0..S {
+                    let corner: f64 = v[s]
+                        .iter()
+                        .enumerate()
+                        .map(|(d, v)| self.corner[(c, d)] * v)
+                        .sum();
+                    y[s][at] = nodes[s] + corner + others[s];
+                }
+            }
+        };
+        self.border_blocks.for_each_block(y, &rows);
+    }
+
+    fn pass<const S: usize>(&self, x: [&[f64]; S], y: [&mut [f64]; S]) {
+        let (u, v) = split(x, 3 * self.nodes());
+        let (yu, yv) = split_mut(y, 3 * self.nodes());
+        self.apply_nodes(u, v, yu, |_, _| ());
+        self.apply_border(u, v, yv, |_| [0.0; S]);
     }
 }
 
@@ -200,10 +222,11 @@ impl LinearOperator for Bordered {
     }
 
     fn apply(&self, x: &[f64], y: &mut [f64]) {
-        let (u, v) = x.split_at(3 * self.nodes());
-        let (yu, yv) = y.split_at_mut(3 * self.nodes());
-        self.apply_nodes(u, v, yu, |_, _| ());
-        self.apply_border(u, v, yv, |_| 0.0);
+        self.pass([x], [y]);
+    }
+
+    fn apply_columns(&self, x: &[&[f64]], y: &mut [&mut [f64]]) {
+        in_passes!(self.pass(x, y));
     }
 
     /// No left border is given and the corner equals its mirror to rounding; `K` is symmetric by contract.

@@ -1,5 +1,9 @@
 //! Chebyshev polynomials in a Jacobi-scaled matrix: smoother coefficients and the mass inverse.
 
+use std::mem::swap;
+use std::ops::Range;
+
+use crate::columns::{in_passes, of_buffer};
 use crate::csr::{Rows, check_finite, check_shape, into_rows, positive_diagonal};
 use crate::lanczos::jacobi_spectrum;
 use crate::row_blocks::RowBlocks;
@@ -44,6 +48,7 @@ pub struct MassInverse {
     inverse_diagonal: Vec<f64>,
     blocks: RowBlocks,
     factors: Vec<f64>,
+    /// Every other step, one column after another.
     next: Vec<f64>,
 }
 
@@ -76,7 +81,7 @@ impl MassInverse {
             inverse_diagonal: diagonal.iter().map(|d| d.recip()).collect(),
             blocks: RowBlocks::new(Rows::of(&mass).indptr),
             factors: sweeps(upper, upper / lower, degree),
-            next: vec![0.0; mass.rows()],
+            next: Vec::new(),
             mass,
         })
     }
@@ -90,23 +95,63 @@ impl MassInverse {
     }
 }
 
+impl MassInverse {
+    /// Overwrites the columns `z` with the approximate solutions for `r`.
+    pub(crate) fn pass<const S: usize>(&mut self, r: [&[f64]; S], z: [&mut [f64]; S]) {
+        let (mass, scale, n) = (
+            Rows::of(&self.mass),
+            &self.inverse_diagonal,
+            self.mass.rows(),
+        );
+        self.next.resize(self.next.len().max(S * n), 0.0);
+        // the steps go to and fro; the last one must end in `z`
+        let (mut from, mut to) = (z, of_buffer(&mut self.next, n));
+        if self.factors.len().is_multiple_of(2) {
+            swap(&mut from, &mut to);
+        }
+        let first = self.factors[0];
+        let start = |rows: Range<usize>, mut x: [&mut [f64]; S]| {
+            for (at, i) in rows.enumerate() {
+                for (x, r) in x.iter_mut().zip(r) {
+                    x[at] = first * scale[i] * r[i];
+                }
+            }
+        };
+        self.blocks
+            .for_each_block(from.each_mut().map(|x| &mut **x), &start);
+        for &factor in &self.factors[1..] {
+            let x = from.each_ref().map(|x| &**x);
+            let step = |rows: Range<usize>, next: [&mut [f64]; S]| {
+                for (at, i) in rows.enumerate() {
+                    let mut product = [0.0; S];
+                    for (j, m) in mass.row(i) {
+                        for (sum, x) in product.iter_mut().zip(x) {
+                            *sum += m * x[j];
+                        }
+                    }
+                    for s in 0..S {
+                        next[s][at] = x[s][i] + factor * scale[i] * (r[s][i] - product[s]);
+                    }
+                }
+            };
+            self.blocks
+                .for_each_block(to.each_mut().map(|x| &mut **x), &step);
+            swap(&mut from, &mut to);
+        }
+    }
+}
+
 impl Preconditioner for MassInverse {
     fn size(&self) -> usize {
         self.mass.rows()
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
-        let (mass, scale) = (Rows::of(&self.mass), &self.inverse_diagonal);
-        let first = self.factors[0];
-        self.blocks
-            .for_each(z, &|i, zi| *zi = first * scale[i] * r[i]);
-        for &factor in &self.factors[1..] {
-            self.blocks.for_each(&mut self.next, &|i, next| {
-                let product: f64 = mass.row(i).map(|(j, m)| m * z[j]).sum();
-                *next = z[i] + factor * scale[i] * (r[i] - product);
-            });
-            z.copy_from_slice(&self.next);
-        }
+        self.pass([r], [z]);
+    }
+
+    fn apply_columns(&mut self, r: &[&[f64]], z: &mut [&mut [f64]]) {
+        in_passes!(self.pass(r, z));
     }
 
     fn kind(&self) -> PreconditionerKind {

@@ -14,6 +14,7 @@
 //! | describe the system | [`Bordered`], [`SaddleSystem`] |
 //! | solve a large one | [`fgmres`] with [`BlockTriangular`], whose velocity block is a [`Multigrid`] cycle |
 //! | solve a symmetric one in little memory | [`minres`] with [`BlockDiagonal`] |
+//! | solve a large one for several right-hand sides | [`fgmres_columns`]: a pass over the matrices serves them all |
 //! | solve a small one, or check | [`SaddleLdlt`] |
 //! | solve a small one in two dimensions | [`ShiftedLdlt`] |
 //! | solve a large one without a mesh hierarchy | [`fgmres`] with [`Schwarz`] |
@@ -56,6 +57,7 @@ mod block_diagonal;
 mod block_triangular;
 mod bordered;
 mod chebyshev;
+mod columns;
 mod csr;
 mod direct;
 mod error;
@@ -83,7 +85,7 @@ pub use csr::{Csr, Csr3};
 pub use direct::{DirectParams, Precision, SaddleLdlt, ShiftedLdlt};
 pub use error::LinalgError;
 pub use inf_sup::InfSup;
-pub use krylov::{KrylovParams, SolveReport, cg, fgmres, minres};
+pub use krylov::{KrylovParams, SolveReport, cg, fgmres, fgmres_columns, minres};
 pub use multigrid::{BorderInverse, LevelSize, Multigrid, MultigridParams};
 pub use operator::{Identity, LinearOperator, Preconditioner, PreconditionerKind};
 pub use saddle::SaddleSystem;

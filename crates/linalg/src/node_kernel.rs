@@ -1,5 +1,8 @@
-//! The kernel on which everything runs: three right-hand sides per pass over a scalar matrix.
+//! The kernels on which everything runs: three components of one or several columns per pass over a scalar matrix.
+//!
+//! Each column is summed in the order in which it would be summed alone, so that results do not depend on the company.
 
+use std::array::from_fn;
 use std::ops::Range;
 
 use crate::Csr;
@@ -11,42 +14,52 @@ pub(crate) type Padded = [f32; 4];
 
 /// `sum_j k_ij x_j` for three components in f64, in two sums for the reason given at [`padded_row`].
 #[inline(always)]
-pub(crate) fn node_row(k: Rows<'_, f64>, i: usize, x: &[[f64; 3]]) -> [f64; 3] {
+pub(crate) fn node_row<const S: usize>(
+    k: Rows<'_, f64>,
+    i: usize,
+    x: [&[[f64; 3]]; S],
+) -> [[f64; 3]; S] {
     let (columns, values) = k.entries(i);
     let (column_pairs, last_column) = columns.as_chunks::<2>();
     let (value_pairs, last_value) = values.as_chunks::<2>();
-    let (mut even, mut odd) = ([0.0; 3], [0.0; 3]);
+    let (mut even, mut odd) = ([[0.0; 3]; S], [[0.0; 3]; S]);
+    let add = |sums: &mut [[f64; 3]; S], column: u32, value: f64| {
+        for (sums, x) in sums.iter_mut().zip(x) {
+            let xj = x[column as usize];
+            for d in 0..3 {
+                sums[d] += value * xj[d];
+            }
+        }
+    };
     for (columns, values) in column_pairs.iter().zip(value_pairs) {
-        let (xa, xb) = (x[columns[0] as usize], x[columns[1] as usize]);
-        for d in 0..3 {
-            even[d] += values[0] * xa[d];
-        }
-        for d in 0..3 {
-            odd[d] += values[1] * xb[d];
-        }
+        add(&mut even, columns[0], values[0]);
+        add(&mut odd, columns[1], values[1]);
     }
-    for (&column, value) in last_column.iter().zip(last_value) {
-        let xj = x[column as usize];
-        for d in 0..3 {
-            even[d] += value * xj[d];
-        }
+    for (&column, &value) in last_column.iter().zip(last_value) {
+        add(&mut even, column, value);
     }
-    std::array::from_fn(|d| even[d] + odd[d])
+    from_fn(|s| from_fn(|d| even[s][d] + odd[s][d]))
 }
 
-/// `sum_j k_ij x_j` for three components in f32.
+/// `sum_j k_ij x_j` for three components in f32; the columns of a node lie side by side.
 ///
 /// Four sums at a time: one alone waits three or four cycles for each addition, which is longer than memory takes.
 #[inline(always)]
-pub(crate) fn padded_row(k: Rows<'_, f32>, i: usize, x: &[Padded]) -> Padded {
+pub(crate) fn padded_row<const S: usize>(
+    k: Rows<'_, f32>,
+    i: usize,
+    x: &[[Padded; S]],
+) -> [Padded; S] {
     let (columns, values) = k.entries(i);
     let (column_fours, columns) = columns.as_chunks::<4>();
     let (value_fours, values) = values.as_chunks::<4>();
-    let mut sums = [[0.0; 4]; 4];
+    let mut sums = [[[0.0; 4]; S]; 4];
     let mut add = |lane: usize, column: u32, value: f32| {
-        let xj = x[column as usize];
-        for d in 0..4 {
-            sums[lane][d] += value * xj[d];
+        let xj = &x[column as usize];
+        for s in 0..S {
+            for d in 0..4 {
+                sums[lane][s][d] += value * xj[s][d];
+            }
         }
     };
     for (columns, values) in column_fours.iter().zip(value_fours) {
@@ -58,7 +71,7 @@ pub(crate) fn padded_row(k: Rows<'_, f32>, i: usize, x: &[Padded]) -> Padded {
         add(lane, column, value);
     }
     let [a, b, c, d] = sums;
-    std::array::from_fn(|k| (a[k] + b[k]) + (c[k] + d[k]))
+    from_fn(|s| from_fn(|k| (a[s][k] + b[s][k]) + (c[s][k] + d[s][k])))
 }
 
 /// A matrix with three rows a node, empty at most nodes: the rows of the nodes that have entries.
@@ -96,27 +109,33 @@ impl<T: Scalar> SparseNodes<T> {
         }
     }
 
-    /// Calls `add(node, component, a)` for the entries' products `a` with `v` in the rows of `nodes`.
+    /// Calls `add(node, component, column, value)` for the entries in the rows of `nodes`.
     #[inline]
-    pub fn for_each(&self, nodes: Range<usize>, v: &[T], mut add: impl FnMut(usize, usize, T)) {
+    pub fn for_each(&self, nodes: Range<usize>, mut add: impl FnMut(usize, usize, usize, T)) {
         let first = self.nodes.partition_point(|&n| (n as usize) < nodes.start);
         for (k, &node) in self.nodes.iter().enumerate().skip(first) {
             if node as usize >= nodes.end {
                 break;
             }
             for &(place, value) in &self.entries[self.starts[k]..self.starts[k + 1]] {
-                add(
-                    node as usize,
-                    place as usize % 4,
-                    value * v[place as usize / 4],
-                );
+                add(node as usize, place as usize % 4, place as usize / 4, value);
             }
         }
     }
 }
 
-/// `sum_j a_ij x_j` of one row, accumulated in f64: border rows may have 10^5 entries.
+/// `sum_j a_ij x_j` of one row for the columns `x(j)`, accumulated in f64: border rows may have 10^5 entries.
 #[inline]
-pub(crate) fn long_row<T: Scalar>(a: Rows<'_, T>, i: usize, x: &[T]) -> f64 {
-    a.row(i).map(|(j, v)| (v * x[j]).to_f64()).sum()
+pub(crate) fn long_row<T: Scalar, const S: usize>(
+    a: Rows<'_, T>,
+    i: usize,
+    x: impl Fn(usize) -> [T; S],
+) -> [f64; S] {
+    let mut sums = [0.0; S];
+    for (j, v) in a.row(i) {
+        for (sum, x) in sums.iter_mut().zip(x(j)) {
+            *sum += (v * x).to_f64();
+        }
+    }
+    sums
 }

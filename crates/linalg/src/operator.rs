@@ -14,6 +14,18 @@ pub trait LinearOperator: Sync {
     /// When `x` or `y` has another length than `cols` or `rows`; the solvers check before.
     fn apply(&self, x: &[f64], y: &mut [f64]);
 
+    /// Overwrites each of the columns `y` with `A` times that of `x`, in one pass over the matrix where the operator knows how.
+    ///
+    /// Each column comes out as [`apply`](LinearOperator::apply) would make it, to the last bit.
+    ///
+    /// # Panics
+    /// As [`apply`](LinearOperator::apply).
+    fn apply_columns(&self, x: &[&[f64]], y: &mut [&mut [f64]]) {
+        for (x, y) in x.iter().zip(y) {
+            self.apply(x, y);
+        }
+    }
+
     /// Weights `w_i > 0` of a norm `(sum w_i r_i^2)^(1/2)` that weighs residuals by what they do to the solution, if the operator knows one.
     ///
     /// With the reciprocal diagonal of a symmetric operator it does not depend on units, nor on the size of the elements a row belongs to.
@@ -37,6 +49,19 @@ pub trait Preconditioner {
     /// # Panics
     /// When `r` or `z` has another length than `size`; the solvers check before.
     fn apply(&mut self, r: &[f64], z: &mut [f64]);
+
+    /// Overwrites each of the columns `z` with the approximate solution for that of `r`, in one pass over the matrices where the
+    /// preconditioner knows how.
+    ///
+    /// Each column comes out as [`apply`](Preconditioner::apply) would make it, to the last bit. Buffers may grow when there are more columns than before.
+    ///
+    /// # Panics
+    /// As [`apply`](Preconditioner::apply).
+    fn apply_columns(&mut self, r: &[&[f64]], z: &mut [&mut [f64]]) {
+        for (r, z) in r.iter().zip(z) {
+            self.apply(r, z);
+        }
+    }
 
     /// What solvers may assume of the map `r -> z`.
     fn kind(&self) -> PreconditionerKind;

@@ -51,7 +51,7 @@ pub fn visit_kernels(
     let vectors = 24 * nodes + 8 * vertices;
     measure(
         kernel("B, f64", divergence(system.divergence()) + vectors, 1.0),
-        &mut || system.apply_divergence(u, v, &mut y[..vertices]),
+        &mut || system.apply_divergence([u], [v], [&mut y[..vertices]]),
     );
     measure(
         kernel("B^T, f64", divergence(system.gradient()) + vectors, 2.0),

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::columns::split_mut;
+
 /// Work a block should hold, in stored entries: some 10 microseconds, far above the cost of a fork.
 const BLOCK_ENTRIES: usize = 1 << 14;
 
@@ -31,29 +33,33 @@ impl RowBlocks {
 
     /// Calls `f(i, &mut y[i])` for every row.
     pub fn for_each<T: Send>(&self, y: &mut [T], f: &(impl Fn(usize, &mut T) + Sync)) {
-        self.for_each_block(y, &|rows, y| {
+        self.for_each_block([y], &|rows, [y]| {
             for (i, y) in rows.zip(y) {
                 f(i, y);
             }
         });
     }
 
-    /// Calls `f(rows, &mut y[rows])` for every block of rows.
-    pub fn for_each_block<T: Send>(
+    /// Calls `f(rows, y[rows])` for every block of rows, with all of several columns `y`.
+    pub fn for_each_block<T: Send, const S: usize>(
         &self,
-        y: &mut [T],
-        f: &(impl Fn(Range<usize>, &mut [T]) + Sync),
+        y: [&mut [T]; S],
+        f: &(impl Fn(Range<usize>, [&mut [T]; S]) + Sync),
     ) {
         split(&self.0, y, f);
     }
 }
 
-fn split<T: Send>(bounds: &[usize], y: &mut [T], f: &(impl Fn(Range<usize>, &mut [T]) + Sync)) {
+fn split<T: Send, const S: usize>(
+    bounds: &[usize],
+    y: [&mut [T]; S],
+    f: &(impl Fn(Range<usize>, [&mut [T]; S]) + Sync),
+) {
     if bounds.len() == 2 {
         return f(bounds[0]..bounds[1], y);
     }
     let middle = bounds.len() / 2;
-    let (low, high) = y.split_at_mut(bounds[middle] - bounds[0]);
+    let (low, high) = split_mut(y, bounds[middle] - bounds[0]);
     rayon::join(
         || split(&bounds[..=middle], low, f),
         || split(&bounds[middle..], high, f),

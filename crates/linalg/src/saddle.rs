@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::bordered::{nodes, nodes_mut};
+use crate::columns::{in_passes, split, split_mut};
 use crate::csr::{
     Rows, check_finite, check_shape, diagonal, into_rows, positive_diagonal, transpose,
 };
@@ -129,11 +130,14 @@ impl SaddleSystem {
         self.a.rows()..self.rows()
     }
 
-    /// `i -> (B^T p)_i`.
-    pub(crate) fn gradient_rows(&self, p: &[f64]) -> impl Fn(usize) -> [f64; 3] + Sync {
+    /// `i -> (B^T p)_i` for every column `p`.
+    pub(crate) fn gradient_rows<const S: usize>(
+        &self,
+        p: [&[f64]; S],
+    ) -> impl Fn(usize) -> [[f64; 3]; S] + Sync {
         let bt = Rows::of(&self.bt);
         move |i| {
-            let mut gradient = [0.0; 3];
+            let mut gradient = [[0.0; 3]; S];
             add_gradient(bt, i, p, &mut gradient);
             gradient
         }
@@ -141,34 +145,79 @@ impl SaddleSystem {
 
     /// `y <- B^T p` on velocity rows.
     pub(crate) fn apply_gradient(&self, p: &[f64], y: &mut [f64]) {
-        let gradient = self.gradient_rows(p);
+        let gradient = self.gradient_rows([p]);
         self.a
             .node_blocks()
-            .for_each(nodes_mut(y), &|i, yi| *yi = gradient(i));
+            .for_each(nodes_mut(y), &|i, yi| [*yi] = gradient(i));
     }
 
     /// `y <- y - E_l^T p` on border rows.
-    pub(crate) fn subtract_border_gradient(&self, p: &[f64], y: &mut [f64]) {
+    pub(crate) fn subtract_border_gradient<const S: usize>(
+        &self,
+        p: [&[f64]; S],
+        y: [&mut [f64]; S],
+    ) {
+        let gradient = self.border_gradient_rows(p);
+        let rows = |rows: Range<usize>, mut y: [&mut [f64]; S]| {
+            for (at, c) in rows.enumerate() {
+                for (y, g) in y.iter_mut().zip(gradient(c)) {
+                    y[at] -= g;
+                }
+            }
+        };
+        self.a.border_blocks().for_each_block(y, &rows);
+    }
+
+    /// `c -> (E_l^T p)_c` for every column `p`.
+    fn border_gradient_rows<const S: usize>(
+        &self,
+        p: [&[f64]; S],
+    ) -> impl Fn(usize) -> [f64; S] + Sync {
         let et = Rows::of(&self.et);
-        self.a
-            .border_blocks()
-            .for_each(y, &|c, yc| *yc -= long_row(et, c, p));
+        move |c| long_row(et, c, |q| p.map(|p| p[q]))
     }
 
     /// `y <- B u + E v` on pressure rows.
-    pub(crate) fn apply_divergence(&self, u: &[f64], v: &[f64], y: &mut [f64]) {
-        let (u, b, e) = (nodes(u), Rows::of(&self.b), Rows::of(&self.e));
-        self.pressure_blocks.for_each(y, &|q, yq| {
-            let mut sum = 0.0;
-            for (j, w) in b.row(q) {
-                let uj = u[j];
-                sum += w[0] * uj[0] + w[1] * uj[1] + w[2] * uj[2];
+    pub(crate) fn apply_divergence<const S: usize>(
+        &self,
+        u: [&[f64]; S],
+        v: [&[f64]; S],
+        y: [&mut [f64]; S],
+    ) {
+        let (u, b, e) = (u.map(nodes), Rows::of(&self.b), Rows::of(&self.e));
+        let rows = |rows: Range<usize>, mut y: [&mut [f64]; S]| {
+            for (at, q) in rows.enumerate() {
+                let mut sums = [0.0; S];
+                for (j, w) in b.row(q) {
+                    for (sum, u) in sums.iter_mut().zip(u) {
+                        let uj = u[j];
+                        *sum += w[0] * uj[0] + w[1] * uj[1] + w[2] * uj[2];
+                    }
+                }
+                for (c, w) in e.row(q) {
+                    for (sum, v) in sums.iter_mut().zip(v) {
+                        *sum += w * v[c];
+                    }
+                }
+                for (y, sum) in y.iter_mut().zip(sums) {
+                    y[at] = sum;
+                }
             }
-            for (c, w) in e.row(q) {
-                sum += w * v[c];
-            }
-            *yq = sum;
-        });
+        };
+        self.pressure_blocks.for_each_block(y, &rows);
+    }
+
+    fn pass<const S: usize>(&self, x: [&[f64]; S], y: [&mut [f64]; S]) {
+        let (velocity, border) = (self.velocity_range().end, self.border_range().end);
+        let (xa, p) = split(x, border);
+        let (u, v) = split(xa, velocity);
+        let (ya, yp) = split_mut(y, border);
+        let (yu, yv) = split_mut(ya, velocity);
+        let bt = Rows::of(&self.bt);
+        self.a
+            .apply_nodes(u, v, yu, |i, a| add_gradient(bt, i, p, a));
+        self.a.apply_border(u, v, yv, self.border_gradient_rows(p));
+        self.apply_divergence(u, v, yp);
     }
 }
 
@@ -205,14 +254,21 @@ fn check_balance(a: &Bordered, b: &Csr3, e: &Csr) -> Result<(), LinalgError> {
     Ok(())
 }
 
-/// Adds `(B^T p)_i` to `a`.
+/// Adds `(B^T p)_i` of every column `p` to that of `a`.
 #[inline(always)]
-fn add_gradient(bt: Rows<'_, [f64; 3]>, i: usize, p: &[f64], a: &mut [f64; 3]) {
+fn add_gradient<const S: usize>(
+    bt: Rows<'_, [f64; 3]>,
+    i: usize,
+    p: [&[f64]; S],
+    a: &mut [[f64; 3]; S],
+) {
     for (q, w) in bt.row(i) {
-        let pq = p[q];
-        a[0] += w[0] * pq;
-        a[1] += w[1] * pq;
-        a[2] += w[2] * pq;
+        for (a, p) in a.iter_mut().zip(p) {
+            let pq = p[q];
+            a[0] += w[0] * pq;
+            a[1] += w[1] * pq;
+            a[2] += w[2] * pq;
+        }
     }
 }
 
@@ -226,15 +282,11 @@ impl LinearOperator for SaddleSystem {
     }
 
     fn apply(&self, x: &[f64], y: &mut [f64]) {
-        let (velocity, border) = (self.velocity_range().end, self.border_range().end);
-        let (u, v, p) = (&x[..velocity], &x[velocity..border], &x[border..]);
-        let (ya, yp) = y.split_at_mut(border);
-        let (yu, yv) = ya.split_at_mut(velocity);
-        let (bt, et) = (Rows::of(&self.bt), Rows::of(&self.et));
-        self.a
-            .apply_nodes(u, v, yu, |i, a| add_gradient(bt, i, p, a));
-        self.a.apply_border(u, v, yv, |c| long_row(et, c, p));
-        self.apply_divergence(u, v, yp);
+        self.pass([x], [y]);
+    }
+
+    fn apply_columns(&self, x: &[&[f64]], y: &mut [&mut [f64]]) {
+        in_passes!(self.pass(x, y));
     }
 
     /// Reciprocal diagonals: with them a residual is about as large as the relative error of the border unknowns that it leaves

@@ -23,27 +23,36 @@ pub struct GrandResistance {
 impl GrandResistance {
     /// Condenses a system of formulation P ([`Independent`](crate::Independent)) with any solver of it.
     ///
-    /// `solve(right, solution)` is called 6n times with unit loads on the bodies, `solution` being zero: the velocities it
-    /// answers with are columns of the mobility.
+    /// `solve(rights, solutions)` is called with unit loads on the bodies, `at_once` of the 6n at a time (at least one), the solutions being zero:
+    /// the velocities it answers with are columns of the mobility. `at_once` right-hand sides and solutions are held in memory.
     ///
     /// # Errors
     /// A system that is not of formulation P, what `solve` fails with, a mobility that is not positive definite.
     pub fn of<E: From<RigidError>>(
         independent: &Constrained,
-        mut solve: impl FnMut(&[f64], &mut [f64]) -> Result<(), E>,
+        at_once: usize,
+        mut solve: impl FnMut(&[&[f64]], &mut [&mut [f64]]) -> Result<(), E>,
     ) -> Result<Self, E> {
         let velocities = independent.independent_velocities()?;
         let first = independent.system.border_range().start;
         let unknowns = independent.right.len();
         let mut mobility = DMatrix::zeros(velocities, velocities);
-        for load in 0..velocities {
-            let mut right = vec![0.0; unknowns];
-            right[first + load] = 1.0;
-            let mut solution = vec![0.0; unknowns];
-            solve(&right, &mut solution)?;
-            mobility
-                .column_mut(load)
-                .copy_from_slice(&solution[first..first + velocities]);
+        let mut load = 0;
+        while load < velocities {
+            let count = at_once.clamp(1, velocities - load);
+            let [mut rights, mut solutions] = [(); 2].map(|()| vec![vec![0.0; unknowns]; count]);
+            for (c, right) in rights.iter_mut().enumerate() {
+                right[first + load + c] = 1.0;
+            }
+            let rights: Vec<&[f64]> = rights.iter().map(Vec::as_slice).collect();
+            let mut columns: Vec<_> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
+            solve(&rights, &mut columns)?;
+            for (c, solution) in solutions.iter().enumerate() {
+                mobility
+                    .column_mut(load + c)
+                    .copy_from_slice(&solution[first..first + velocities]);
+            }
+            load += count;
         }
         let difference = (&mobility - mobility.transpose()).amax();
         let asymmetry = difference / mobility.amax();

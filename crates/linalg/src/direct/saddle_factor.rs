@@ -158,7 +158,9 @@ fn border_columns(system: &SaddleSystem) -> Vec<f64> {
 /// `(C_l^T u + E_l^T p)_c` of a fluid vector `[u; p]`.
 fn border_row(rows: &[Csr; 2], velocity: usize, c: usize, fluid: &[f64]) -> f64 {
     let (u, p) = fluid.split_at(velocity);
-    long_row(Rows::of(&rows[0]), c, u) + long_row(Rows::of(&rows[1]), c, p)
+    let [nodes] = long_row(Rows::of(&rows[0]), c, |j| [u[j]]);
+    let [pressures] = long_row(Rows::of(&rows[1]), c, |q| [p[q]]);
+    nodes + pressures
 }
 
 fn scale_columns(columns: &mut [f64], scales: &[f64]) {

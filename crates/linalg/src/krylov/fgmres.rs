@@ -1,8 +1,10 @@
-//! Flexible GMRES with restarts.
+//! Flexible GMRES with restarts, for one or several right-hand sides.
 
 use super::basis::{Orthonormal, RoundedBasis};
+use super::hessenberg::Hessenberg;
 use super::progress::Progress;
 use super::report::{KrylovParams, SolveReport, check_start};
+use crate::csr::check_shape;
 use crate::vector::axpy;
 use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 
@@ -40,124 +42,231 @@ pub fn fgmres(
     x: &mut [f64],
     params: &KrylovParams,
 ) -> Result<SolveReport, LinalgError> {
-    let Some(_) = check_start(operator, preconditioner, b, x, params)? else {
-        return Ok(SolveReport::zero(x));
-    };
-    let n = b.len();
-    let restart = params.restart.min(params.max_iterations).max(1);
-    let mut progress = Progress::new(METHOD, operator, params, b);
-    let mut v = Orthonormal::new(operator.residual_weights());
-    let mut z = RoundedBasis::new();
-    let (mut w, mut work) = (vec![0.0; n], vec![0.0; n]);
-    let mut hessenberg = Hessenberg::new(restart);
-    let fixed = preconditioner.kind() <= PreconditionerKind::Linear;
-    loop {
-        if let Some(report) = progress.look(operator, b, x, &mut w)? {
-            return Ok(report);
-        }
-        let mut residual = v.norm(&mut w);
-        hessenberg.start(residual);
-        let (mut size, mut steps, mut stored) = (residual, 0, 0);
-        while steps < restart && progress.may_iterate() {
-            let single = progress.single_is_enough(residual);
-            v.store(steps, &w, size, single);
-            preconditioner.apply(v.vector(steps, &mut w), &mut work);
-            // the residual never grows, so that the vectors kept are the first ones
-            if !(single && fixed) {
-                z.store(steps, &mut work);
-                stored = steps + 1;
-            }
-            operator.apply(&work, &mut w);
-            size = v.orthogonalise(steps + 1, &mut w, hessenberg.column(steps));
-            if !size.is_finite() {
-                return Err(progress.broken("the operator or the preconditioner returned NaN"));
-            }
-            residual = hessenberg.rotate(steps, size);
-            steps += 1;
-            let small = progress.step(residual);
-            // an invariant subspace holds the solution, or the operator is singular: the true residual tells
-            if small || size <= f64::EPSILON * hessenberg.column_norm(steps - 1) {
-                break;
-            }
-        }
-        tracing::debug!(iterations = progress.iterations, "{METHOD} cycle");
-        let y = hessenberg.solve(steps);
-        z.add_combination(&y[..stored], x);
-        if stored < steps {
-            v.combine(stored, &y[stored..], &mut w);
-            preconditioner.apply(&w, &mut work);
-            axpy(1.0, &work, x);
-        }
-    }
+    let mut column = Column::new(operator, preconditioner, b, x, params)?;
+    iterate(operator, preconditioner, std::slice::from_mut(&mut column))?;
+    Ok(column.report)
 }
 
-/// The least-squares problem `min ||beta e1 - H y||`, kept triangular by Givens rotations.
-struct Hessenberg {
-    columns: Vec<Vec<f64>>,
-    rotations: Vec<(f64, f64)>,
-    rhs: Vec<f64>,
-    y: Vec<f64>,
+/// Solves `A x = b` for several right-hand sides, each as [`fgmres`] does, to the last bit: the same iterations, tolerance and report.
+///
+/// Only the passes over the matrices are shared: each iteration takes one through the preconditioner and one through the operator
+/// for all right-hand sides that have not converged yet ([`LinearOperator::apply_columns`], [`Preconditioner::apply_columns`]).
+/// Memory: that of [`fgmres`] for each right-hand side at the same time.
+///
+/// # Errors
+/// Those of [`fgmres`], as soon as one right-hand side fails; [`LinalgError::Shape`] when there are not as many solutions as right-hand sides.
+///
+/// ```
+/// use linalg::{Bordered, Csr, Identity, KrylovParams, fgmres_columns};
+/// let k = Csr::new((2, 2), vec![0, 2, 4], vec![0, 1, 0, 1], vec![2.0, -1.0, -1.0, 2.0]);
+/// let a = Bordered::scalar(k)?;
+/// let (mut x, mut y) = ([0.0; 6], [0.0; 6]);
+/// let b: [&[f64]; 2] = [&[1.0, 2.0, 3.0, 1.0, 2.0, 3.0], &[3.0, 0.0, 0.0, -3.0, 0.0, 0.0]];
+/// let reports = fgmres_columns(&a, &mut Identity(6), &b, &mut [&mut x, &mut y], &KrylovParams::default())?;
+/// assert!((x[5] - 3.0).abs() < 1e-7 && (y[3] + 1.0).abs() < 1e-7); // eigenvectors of eigenvalues 1 and 3
+/// assert!(reports.iter().all(|report| report.iterations == 1));
+/// # Ok::<(), linalg::LinalgError>(())
+/// ```
+pub fn fgmres_columns(
+    operator: &dyn LinearOperator,
+    preconditioner: &mut dyn Preconditioner,
+    b: &[&[f64]],
+    x: &mut [&mut [f64]],
+    params: &KrylovParams,
+) -> Result<Vec<SolveReport>, LinalgError> {
+    check_shape("solutions", (x.len(), 1), (b.len(), 1))?;
+    let mut columns = Vec::with_capacity(b.len());
+    for (b, x) in b.iter().zip(x) {
+        columns.push(Column::new(operator, preconditioner, b, x, params)?);
+    }
+    iterate(operator, preconditioner, &mut columns)?;
+    Ok(columns.into_iter().map(|column| column.report).collect())
 }
 
-impl Hessenberg {
-    fn new(restart: usize) -> Self {
-        Hessenberg {
-            columns: (0..restart).map(|j| vec![0.0; j + 2]).collect(),
-            rotations: vec![(1.0, 0.0); restart],
-            rhs: vec![0.0; restart + 1],
-            y: vec![0.0; restart],
+/// Runs all columns to their ends, a pass through the preconditioner and one through the operator at a time.
+fn iterate(
+    operator: &dyn LinearOperator,
+    preconditioner: &mut dyn Preconditioner,
+    columns: &mut [Column],
+) -> Result<(), LinalgError> {
+    while columns.iter().any(|column| column.stage != Stage::Done) {
+        let (r, mut z): (Vec<_>, Vec<_>) = columns
+            .iter_mut()
+            .filter_map(Column::to_precondition)
+            .unzip();
+        preconditioner.apply_columns(&r, &mut z);
+        columns.iter_mut().for_each(Column::preconditioned);
+        let (x, mut y): (Vec<_>, Vec<_>) =
+            columns.iter_mut().filter_map(Column::to_multiply).unzip();
+        operator.apply_columns(&x, &mut y);
+        for column in &mut *columns {
+            column.multiplied()?;
         }
     }
+    Ok(())
+}
 
-    fn start(&mut self, beta: f64) {
-        self.rhs.fill(0.0);
-        self.rhs[0] = beta;
-    }
+/// What a column does with the next product.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// It is the product with the solution: a look at the true residual, after which a cycle begins.
+    Look,
+    /// It is that of the basis vector of an Arnoldi step, which is to be kept in f32 if `single`.
+    Step { single: bool },
+    /// As `Look`, but first the cycle that ends is added to the solution.
+    EndOfCycle,
+    /// There is none.
+    Done,
+}
 
-    /// Column `j`, whose first `j + 1` entries are for the caller to fill.
-    fn column(&mut self, j: usize) -> &mut [f64] {
-        &mut self.columns[j]
-    }
+/// One right-hand side on its way.
+struct Column<'a> {
+    b: &'a [f64],
+    x: &'a mut [f64],
+    progress: Progress<'a>,
+    restart: usize,
+    /// Whether the preconditioner is a fixed linear map.
+    fixed: bool,
+    v: Orthonormal<'a>,
+    z: RoundedBasis,
+    hessenberg: Hessenberg,
+    w: Vec<f64>,
+    work: Vec<f64>,
+    stage: Stage,
+    /// Norm of `w` where it is the next basis vector.
+    size: f64,
+    /// Steps of the cycle, and how many of them keep their preconditioned vectors.
+    steps: usize,
+    stored: usize,
+    /// How it went, once it is done.
+    report: SolveReport,
+}
 
-    /// Norm of column `j`, which rotations leave as it was.
-    fn column_norm(&self, j: usize) -> f64 {
-        self.columns[j].iter().map(|h| h * h).sum::<f64>().sqrt()
-    }
-
-    /// Ends column `j` with `below` under the diagonal; returns the residual norm.
-    fn rotate(&mut self, j: usize, below: f64) -> f64 {
-        let column = &mut self.columns[j];
-        for (i, &(c, s)) in self.rotations[..j].iter().enumerate() {
-            let (a, b) = (column[i], column[i + 1]);
-            column[i] = c * a + s * b;
-            column[i + 1] = c * b - s * a;
-        }
-        let diagonal = column[j];
-        let r = diagonal.hypot(below);
-        let (c, s) = if r > 0.0 {
-            (diagonal / r, below / r)
-        } else {
-            (1.0, 0.0)
+impl<'a> Column<'a> {
+    fn new(
+        operator: &'a dyn LinearOperator,
+        preconditioner: &dyn Preconditioner,
+        b: &'a [f64],
+        x: &'a mut [f64],
+        params: &'a KrylovParams,
+    ) -> Result<Self, LinalgError> {
+        let stage = match check_start(operator, preconditioner, b, x, params)? {
+            Some(_) => Stage::Look,
+            None => Stage::Done,
         };
-        column[j] = r;
-        column[j + 1] = 0.0;
-        self.rotations[j] = (c, s);
-        self.rhs[j + 1] = -s * self.rhs[j];
-        self.rhs[j] *= c;
-        self.rhs[j + 1].abs()
+        let restart = params.restart.min(params.max_iterations).max(1);
+        let n = b.len();
+        Ok(Column {
+            progress: Progress::new(METHOD, operator, params, b),
+            restart,
+            fixed: preconditioner.kind() <= PreconditionerKind::Linear,
+            v: Orthonormal::new(operator.residual_weights()),
+            z: RoundedBasis::new(),
+            hessenberg: Hessenberg::new(restart),
+            w: vec![0.0; n],
+            work: vec![0.0; n],
+            report: match stage {
+                Stage::Done => SolveReport::zero(x),
+                _ => SolveReport::none(),
+            },
+            stage,
+            size: 0.0,
+            steps: 0,
+            stored: 0,
+            b,
+            x,
+        })
     }
 
-    /// The coefficients of the first `steps` vectors; a singular last pivot gets none.
-    fn solve(&mut self, steps: usize) -> &[f64] {
-        for i in (0..steps).rev() {
-            let known: f64 = (i + 1..steps).map(|j| self.columns[j][i] * self.y[j]).sum();
-            let pivot = self.columns[i][i];
-            self.y[i] = if pivot.abs() > f64::EPSILON * self.column_norm(i) {
-                (self.rhs[i] - known) / pivot
-            } else {
-                0.0
-            };
+    /// The next vector to be preconditioned and where it goes.
+    fn to_precondition(&mut self) -> Option<(&[f64], &mut [f64])> {
+        match self.stage {
+            Stage::Step { single } => {
+                self.v.store(self.steps, &self.w, self.size, single);
+                let v = self.v.vector(self.steps, &mut self.w);
+                Some((v, &mut self.work))
+            }
+            // what vectors of the cycle whose preconditioned ones were not kept add to the solution
+            Stage::EndOfCycle => {
+                let y = self.hessenberg.solve(self.steps);
+                self.z.add_combination(&y[..self.stored], self.x);
+                (self.stored < self.steps).then(|| {
+                    self.v.combine(self.stored, &y[self.stored..], &mut self.w);
+                    (&*self.w, &mut *self.work)
+                })
+            }
+            Stage::Look | Stage::Done => None,
         }
-        &self.y[..steps]
+    }
+
+    /// Takes the preconditioned vector.
+    fn preconditioned(&mut self) {
+        match self.stage {
+            // the residual never grows, so that the vectors kept are the first ones
+            Stage::Step { single } if !(single && self.fixed) => {
+                self.z.store(self.steps, &mut self.work);
+                self.stored = self.steps + 1;
+            }
+            Stage::EndOfCycle if self.stored < self.steps => axpy(1.0, &self.work, self.x),
+            _ => {}
+        }
+    }
+
+    /// The next vector to be multiplied and where its product goes.
+    fn to_multiply(&mut self) -> Option<(&[f64], &mut [f64])> {
+        match self.stage {
+            Stage::Step { .. } => Some((&self.work, &mut self.w)),
+            Stage::Look | Stage::EndOfCycle => Some((self.x, &mut self.w)),
+            Stage::Done => None,
+        }
+    }
+
+    /// Takes the product.
+    fn multiplied(&mut self) -> Result<(), LinalgError> {
+        match self.stage {
+            Stage::Step { .. } => self.step(),
+            Stage::Look | Stage::EndOfCycle => self.look(),
+            Stage::Done => Ok(()),
+        }
+    }
+
+    /// Ends, or begins a cycle with the true residual.
+    fn look(&mut self) -> Result<(), LinalgError> {
+        if let Some(report) = self.progress.judge(self.b, &mut self.w)? {
+            (self.report, self.stage) = (report, Stage::Done);
+            return Ok(());
+        }
+        self.size = self.v.norm(&mut self.w);
+        self.hessenberg.start(self.size);
+        (self.steps, self.stored) = (0, 0);
+        self.continue_from(self.size);
+        Ok(())
+    }
+
+    /// Ends an Arnoldi step.
+    fn step(&mut self) -> Result<(), LinalgError> {
+        let (column, progress) = (self.hessenberg.column(self.steps), &mut self.progress);
+        self.size = self.v.orthogonalise(self.steps + 1, &mut self.w, column);
+        if !self.size.is_finite() {
+            return Err(progress.broken("the operator or the preconditioner returned NaN"));
+        }
+        let residual = self.hessenberg.rotate(self.steps, self.size);
+        self.steps += 1;
+        let small = progress.step(residual);
+        // an invariant subspace holds the solution, or the operator is singular: the true residual tells
+        let invariant = self.size <= f64::EPSILON * self.hessenberg.column_norm(self.steps - 1);
+        if small || invariant || self.steps == self.restart || !progress.may_iterate() {
+            tracing::debug!(iterations = progress.iterations, "{METHOD} cycle");
+            self.stage = Stage::EndOfCycle;
+        } else {
+            self.continue_from(residual);
+        }
+        Ok(())
+    }
+
+    /// A step follows, after a residual of this norm.
+    fn continue_from(&mut self, residual: f64) {
+        let single = self.progress.single_is_enough(residual);
+        self.stage = Stage::Step { single };
     }
 }

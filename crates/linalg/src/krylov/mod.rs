@@ -3,12 +3,13 @@
 mod basis;
 mod cg;
 mod fgmres;
+mod hessenberg;
 mod minres;
 mod progress;
 mod report;
 
 pub(crate) use basis::visit_basis_kernels;
 pub use cg::cg;
-pub use fgmres::fgmres;
+pub use fgmres::{fgmres, fgmres_columns};
 pub use minres::minres;
 pub use report::{KrylovParams, SolveReport};

@@ -63,6 +63,11 @@ impl<'a> Progress<'a> {
         r: &mut [f64],
     ) -> Result<Option<SolveReport>, LinalgError> {
         operator.apply(x, r);
+        self.judge(b, r)
+    }
+
+    /// As [`look`](Progress::look), with the product `A x` in `r`.
+    pub fn judge(&mut self, b: &[f64], r: &mut [f64]) -> Result<Option<SolveReport>, LinalgError> {
         subtract_from(b, r);
         let true_rel_residual = norm(r) / self.b_norm;
         let weighted_rel_residual = self

@@ -57,10 +57,18 @@ impl SolveReport {
     pub(super) fn zero(x: &mut [f64]) -> Self {
         x.fill(0.0);
         SolveReport {
+            history: vec![0.0],
+            ..SolveReport::none()
+        }
+    }
+
+    /// Of a solve that has not begun.
+    pub(super) fn none() -> Self {
+        SolveReport {
             iterations: 0,
             true_rel_residual: 0.0,
             weighted_rel_residual: 0.0,
-            history: vec![0.0],
+            history: Vec::new(),
         }
     }
 }

@@ -62,7 +62,8 @@ impl CoarseSolver {
         for d in 0..m {
             let column = &lifted[3 * n * d..3 * n * (d + 1)];
             for c in 0..m {
-                schur[(c, d)] -= long_row(Rows::of(&border_rows), c, column);
+                let [product] = long_row(Rows::of(&border_rows), c, |j| [column[j]]);
+                schur[(c, d)] -= product;
             }
         }
         let symmetric = operator.is_symmetric();
@@ -86,29 +87,31 @@ impl CoarseSolver {
         })
     }
 
-    /// Solves for the right-hand side in `vectors`.
-    pub fn solve(&mut self) {
+    /// Solves for the right-hand sides in `vectors`, one by one: the factor is small, and kept near.
+    pub fn solve<const S: usize>(&mut self) {
+        for s in 0..S {
+            self.solve_column::<S>(s);
+        }
+    }
+
+    fn solve_column<const S: usize>(&mut self, s: usize) {
         let size = self.interleaved.len();
-        let vectors = &mut self.vectors;
-        for (t, b) in self
-            .interleaved
-            .as_chunks_mut::<3>()
-            .0
-            .iter_mut()
-            .zip(&vectors.b)
-        {
+        let vectors = self.vectors.columns::<S>();
+        let interleaved = self.interleaved.as_chunks_mut::<3>().0;
+        for (t, b) in interleaved.iter_mut().zip(vectors.b) {
+            let b = b[s];
             *t = [b[0], b[1], b[2]].map(f64::from);
         }
         separate(&self.interleaved, &mut self.components);
         self.factor.solve_in_place(&mut self.components);
         interleave(&self.components, &mut self.interleaved);
         for (c, v) in self.border.iter_mut().enumerate() {
-            let known = long_row(Rows::of(&self.border_rows), c, &self.interleaved);
-            *v = f64::from(vectors.border_b[c]) - known;
+            let [known] = long_row(Rows::of(&self.border_rows), c, |j| [self.interleaved[j]]);
+            *v = f64::from(vectors.border_b[c][s]) - known;
         }
         self.schur.solve(&mut self.border);
         for (c, v) in self.border.iter().enumerate() {
-            vectors.border_x[c] = *v as f32;
+            vectors.border_x[c][s] = *v as f32;
             let column = &self.lifted[size * c..size * (c + 1)];
             for (t, w) in self.interleaved.iter_mut().zip(column) {
                 *t -= w * v;
@@ -119,7 +122,7 @@ impl CoarseSolver {
             .iter_mut()
             .zip(self.interleaved.as_chunks::<3>().0)
         {
-            *x = [t[0] as f32, t[1] as f32, t[2] as f32, 0.0];
+            x[s] = [t[0] as f32, t[1] as f32, t[2] as f32, 0.0];
         }
     }
 }

@@ -34,11 +34,11 @@ impl Multigrid {
         let below = top(rest, &mut self.coarse);
         measure(
             kernel("residual and its restriction, f32", bytes, 1.0),
-            &mut || fine.restrict(below),
+            &mut || fine.restrict::<1>(below),
         );
         let bytes = fine.prolongation_bytes();
         measure(kernel("prolongation, f32", bytes, 1.0), &mut || {
-            fine.prolong(below);
+            fine.prolong::<1>(below);
         });
         let inside = whole - 2 * 40 * self.sizes[0].nodes;
         let fine_bytes = (2 * fine.steps() - 1) * fine.sweep_bytes()
@@ -47,7 +47,7 @@ impl Multigrid {
         let coarse = &mut self.coarse;
         measure(
             kernel("coarser levels, f32", inside - fine_bytes, 1.0),
-            &mut || cycle(rest, coarse),
+            &mut || cycle::<1>(rest, coarse),
         );
     }
 }

@@ -1,10 +1,10 @@
 //! One level of the cycle: its smoother and its transfer, in single precision.
 
-use std::mem::swap;
+use std::array::from_fn;
 
-use super::vectors::Vectors;
+use super::vectors::{Columns, Vectors};
 use crate::csr::{Csr32, Rounded, Rows, to_f32, transpose};
-use crate::node_kernel::{Padded, SparseNodes, long_row, padded_row};
+use crate::node_kernel::{SparseNodes, long_row, padded_row};
 use crate::row_blocks::RowBlocks;
 use crate::{Bordered, Transfer};
 
@@ -26,7 +26,6 @@ pub(super) struct Level {
     coarse_blocks: RowBlocks,
     border_blocks: RowBlocks,
     pub vectors: Vectors,
-    next: Vec<Padded>,
 }
 
 impl Level {
@@ -54,7 +53,6 @@ impl Level {
             blocks: operator.node_blocks().clone(),
             border_blocks: operator.border_blocks().clone(),
             vectors: Vectors::new(n, m),
-            next: vec![[0.0; 4]; n],
         }
     }
 
@@ -65,127 +63,119 @@ impl Level {
 
     /// Bytes of one smoothing step: the matrix, three vectors, the diagonal.
     pub fn sweep_bytes(&self) -> usize {
-        let n = self.next.len();
+        let n = self.vectors.nodes();
         8 * self.k.rows().entries_len() + n * (8 + 48 + 4)
     }
 
     /// Bytes of a residual and its restriction.
     pub fn restriction_bytes(&self) -> usize {
-        let (n, nc) = (self.next.len(), self.p_transposed.rows());
+        let (n, nc) = (self.vectors.nodes(), self.p_transposed.rows());
         let residual = 8 * self.k.rows().entries_len() + n * (8 + 48);
         residual + 8 * self.p.nnz() + 16 * n + 24 * nc
     }
 
     /// Bytes of a prolongation.
     pub fn prolongation_bytes(&self) -> usize {
-        let (n, nc) = (self.next.len(), self.p_transposed.rows());
+        let (n, nc) = (self.vectors.nodes(), self.p_transposed.rows());
         8 * self.p.nnz() + n * (8 + 32) + 16 * nc
     }
 
     /// One smoothing step on whatever the vectors hold.
     pub fn sweep_once(&mut self) {
-        let Vectors { b, x, .. } = &self.vectors;
-        let (blocks, scale, next) = (&self.blocks, &self.inverse_diagonal, &mut self.next);
-        sweep(&self.k, blocks, scale, self.factors[0], b, x, next);
+        self.sweep::<1>(self.factors[0]);
+    }
+
+    /// `x' = x + w D^-1 (b - K x)`: one pass.
+    fn sweep<const S: usize>(&mut self, factor: f32) {
+        let (k, inverse_diagonal) = (self.k.rows(), &self.inverse_diagonal);
+        let Columns { b, x, next, .. } = self.vectors.columns::<S>();
+        self.blocks.for_each(next, &|i, next| {
+            let a = padded_row(k, i, x);
+            let step = factor * inverse_diagonal[i];
+            for s in 0..S {
+                for d in 0..4 {
+                    next[s][d] = x[i][s][d] + step * (b[i][s][d] - a[s][d]);
+                }
+            }
+        });
+        self.vectors.advance();
     }
 
     /// The sweeps before the coarse correction, from a zero guess: the first needs no pass over the matrix.
-    pub fn smooth_from_zero(&mut self) {
-        let (first, rest) = (self.factors[0], &self.factors[1..]);
-        let Vectors { b, x, .. } = &mut self.vectors;
-        let inverse_diagonal = &self.inverse_diagonal;
+    pub fn smooth_from_zero<const S: usize>(&mut self) {
+        let (first, inverse_diagonal) = (self.factors[0], &self.inverse_diagonal);
+        let Columns { b, x, .. } = self.vectors.columns::<S>();
         self.blocks.for_each(x, &|i, xi| {
-            *xi = b[i].map(|bi| first * inverse_diagonal[i] * bi);
+            *xi = b[i].map(|b| b.map(|b| first * inverse_diagonal[i] * b));
         });
-        for &factor in rest {
-            sweep(
-                &self.k,
-                &self.blocks,
-                inverse_diagonal,
-                factor,
-                b,
-                x,
-                &mut self.next,
-            );
-            swap(x, &mut self.next);
+        for sweep in 1..self.factors.len() {
+            self.sweep::<S>(self.factors[sweep]);
         }
     }
 
     /// The sweeps after the coarse correction.
-    pub fn smooth(&mut self) {
-        let Vectors { b, x, border_x, .. } = &mut self.vectors;
+    pub fn smooth<const S: usize>(&mut self) {
+        let Columns { b, border_x, .. } = self.vectors.columns::<S>();
         // border unknowns do not change in the sweeps
-        self.c
-            .for_each(0..b.len(), border_x, |i, d, a| b[i][d] -= a);
-        for &factor in &self.factors {
-            sweep(
-                &self.k,
-                &self.blocks,
-                &self.inverse_diagonal,
-                factor,
-                b,
-                x,
-                &mut self.next,
-            );
-            swap(x, &mut self.next);
+        self.c.for_each(0..b.len(), |i, d, c, value| {
+            for s in 0..S {
+                b[i][s][d] -= value * border_x[c][s];
+            }
+        });
+        for sweep in 0..self.factors.len() {
+            self.sweep::<S>(self.factors[sweep]);
         }
     }
 
     /// The residual of `x` with zero border, restricted: `b_c = P^T r`, `border b_c = r_v + Q_l^T r`. One pass.
-    pub fn restrict(&mut self, coarse: &mut Vectors) {
-        let Vectors { b, x, border_b, .. } = &self.vectors;
+    pub fn restrict<const S: usize>(&mut self, coarse: &mut Vectors) {
+        let Columns {
+            b,
+            x,
+            next: r,
+            border_b,
+            ..
+        } = self.vectors.columns::<S>();
+        let coarse = coarse.columns::<S>();
         let (k, p) = (self.k.rows(), Rows::of(&self.p_transposed));
-        self.blocks.for_each(&mut self.next, &|i, ri| {
+        self.blocks.for_each(r, &|i, ri| {
             let a = padded_row(k, i, x);
-            for d in 0..4 {
-                ri[d] = b[i][d] - a[d];
+            for s in 0..S {
+                for d in 0..4 {
+                    ri[s][d] = b[i][s][d] - a[s][d];
+                }
             }
         });
-        let r = &self.next;
         self.coarse_blocks
-            .for_each(&mut coarse.b, &|i, bi| *bi = padded_row(p, i, r));
+            .for_each(coarse.b, &|i, bi| *bi = padded_row(p, i, r));
         let (left, q) = (Rows::of(&self.border_rows), Rows::of(&self.q_transposed));
-        self.border_blocks.for_each(&mut coarse.border_b, &|c, bc| {
-            let known = long_row(left, c, x.as_flattened());
-            let motion = long_row(q, c, r.as_flattened());
-            *bc = (f64::from(border_b[c]) - known + motion) as f32;
+        self.border_blocks.for_each(coarse.border_b, &|c, bc| {
+            let known = long_row(left, c, |j| x[j / 4].map(|x| x[j % 4]));
+            let motion = long_row(q, c, |j| r[j / 4].map(|r| r[j % 4]));
+            *bc = from_fn(|s| (f64::from(border_b[c][s]) - known[s] + motion[s]) as f32);
         });
     }
 
     /// `x <- x + P x_c + Q v_c`, `v <- v_c`.
-    pub fn prolong(&mut self, coarse: &Vectors) {
+    pub fn prolong<const S: usize>(&mut self, coarse: &mut Vectors) {
         let p = Rows::of(&self.p);
-        let Vectors { x, border_x, .. } = &mut self.vectors;
+        let Columns { x, border_x, .. } = self.vectors.columns::<S>();
+        let coarse = coarse.columns::<S>();
         self.blocks.for_each(x, &|i, xi| {
-            let a = padded_row(p, i, &coarse.x);
-            for d in 0..4 {
-                xi[d] += a[d];
+            let a = padded_row(p, i, coarse.x);
+            for s in 0..S {
+                for d in 0..4 {
+                    xi[s][d] += a[s][d];
+                }
             }
         });
-        border_x.copy_from_slice(&coarse.border_x);
-        self.q
-            .for_each(0..x.len(), border_x, |i, d, a| x[i][d] += a);
+        border_x.copy_from_slice(coarse.border_x);
+        self.q.for_each(0..x.len(), |i, d, c, value| {
+            for s in 0..S {
+                x[i][s][d] += value * border_x[c][s];
+            }
+        });
     }
-}
-
-/// `x' = x + w D^-1 (b - K x)`: one pass.
-fn sweep(
-    k: &Rounded,
-    blocks: &RowBlocks,
-    inverse_diagonal: &[f32],
-    factor: f32,
-    b: &[Padded],
-    x: &[Padded],
-    next: &mut [Padded],
-) {
-    let k = k.rows();
-    blocks.for_each(next, &|i, yi| {
-        let a = padded_row(k, i, x);
-        let step = factor * inverse_diagonal[i];
-        for d in 0..4 {
-            yi[d] = x[i][d] + step * (b[i][d] - a[d]);
-        }
-    });
 }
 
 /// Columns `3 node + d` become `4 node + d`.

@@ -5,15 +5,17 @@ mod kernels;
 mod level;
 mod vectors;
 
+use std::array::from_fn;
 use std::borrow::Cow;
 use std::fmt;
 
 use coarse::CoarseSolver;
 use level::Level;
 use rayon::prelude::*;
-use vectors::Vectors;
+use vectors::{Columns, Vectors};
 
 use crate::bordered::{nodes, nodes_mut};
+use crate::columns::{in_passes, split};
 use crate::csr::positive_diagonal;
 use crate::vector::{CHUNK, max_abs, power_of_two_below};
 use crate::{
@@ -237,16 +239,16 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// One V-cycle from zero on the first of `levels`; each level's solution is left in its vectors.
-fn cycle(levels: &mut [Level], coarse: &mut CoarseSolver) {
+/// One V-cycle from zero on the first of `levels` for `S` columns; each level's solution is left in its vectors.
+fn cycle<const S: usize>(levels: &mut [Level], coarse: &mut CoarseSolver) {
     let Some((fine, rest)) = levels.split_first_mut() else {
-        return coarse.solve();
+        return coarse.solve::<S>();
     };
-    fine.smooth_from_zero();
-    fine.restrict(top(rest, coarse));
-    cycle(rest, coarse);
-    fine.prolong(top(rest, coarse));
-    fine.smooth();
+    fine.smooth_from_zero::<S>();
+    fine.restrict::<S>(top(rest, coarse));
+    cycle::<S>(rest, coarse);
+    fine.prolong::<S>(top(rest, coarse));
+    fine.smooth::<S>();
 }
 
 fn top<'a>(levels: &'a mut [Level], coarse: &'a mut CoarseSolver) -> &'a mut Vectors {
@@ -257,56 +259,67 @@ fn top<'a>(levels: &'a mut [Level], coarse: &'a mut CoarseSolver) -> &'a mut Vec
 }
 
 impl Multigrid {
-    /// One cycle for the right-hand side `(nodes(i), border)`, whose size is about `size`.
-    pub(crate) fn apply_to(
+    /// One cycle for each of the right-hand sides `(nodes(i), border)`, whose sizes are about `size`.
+    pub(crate) fn apply_to<const S: usize>(
         &mut self,
-        size: f64,
-        nodes: impl Fn(usize) -> [f64; 3] + Sync,
-        border: &[f64],
-        z: &mut [f64],
+        size: [f64; S],
+        nodes: impl Fn(usize) -> [[f64; 3]; S] + Sync,
+        border: [&[f64]; S],
+        z: [&mut [f64]; S],
     ) {
-        let scale = power_of_two_below(size);
-        let (down, up) = (scale.recip(), scale / self.unit);
-        let vectors = top(&mut self.levels, &mut self.coarse);
-        vectors
-            .b
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .for_each(|(chunk, b)| {
-                for (i, b) in b.iter_mut().enumerate() {
-                    let [x, y, z] = nodes(chunk * CHUNK + i).map(|r| (r * down) as f32);
-                    *b = [x, y, z, 0.0];
+        self.levels.iter_mut().for_each(|l| l.vectors.widen(S));
+        self.coarse.vectors.widen(S);
+        let scale = size.map(power_of_two_below);
+        let (down, up) = (scale.map(f64::recip), scale.map(|scale| scale / self.unit));
+        let Columns { b, border_b, .. } = top(&mut self.levels, &mut self.coarse).columns::<S>();
+        b.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, b)| {
+            for (i, b) in b.iter_mut().enumerate() {
+                let r = nodes(chunk * CHUNK + i);
+                for s in 0..S {
+                    let [x, y, z] = r[s].map(|r| (r * down[s]) as f32);
+                    b[s] = [x, y, z, 0.0];
                 }
-            });
-        for (b, r) in vectors.border_b.iter_mut().zip(border) {
-            *b = (r * down) as f32;
+            }
+        });
+        for (c, b) in border_b.iter_mut().enumerate() {
+            *b = from_fn(|s| (border[s][c] * down[s]) as f32);
         }
-        cycle(&mut self.levels, &mut self.coarse);
-        let vectors = top(&mut self.levels, &mut self.coarse);
-        let (z_nodes, z_border) = z.split_at_mut(3 * self.sizes[0].nodes);
-        nodes_mut(z_nodes)
-            .par_chunks_mut(CHUNK)
-            .zip(vectors.x.par_chunks(CHUNK))
-            .for_each(|(z, x)| {
-                for (z, x) in z.iter_mut().zip(x) {
-                    *z = [x[0], x[1], x[2]].map(|v| f64::from(v) * up);
-                }
-            });
-        for (z, x) in z_border.iter_mut().zip(&vectors.border_x) {
-            *z = f64::from(*x) * up;
+        cycle::<S>(&mut self.levels, &mut self.coarse);
+        let Columns { x, border_x, .. } = top(&mut self.levels, &mut self.coarse).columns::<S>();
+        for (s, z) in z.into_iter().enumerate() {
+            let (z_nodes, z_border) = z.split_at_mut(3 * x.len());
+            nodes_mut(z_nodes)
+                .par_chunks_mut(CHUNK)
+                .zip(x.par_chunks(CHUNK))
+                .for_each(|(z, x)| {
+                    for (z, x) in z.iter_mut().zip(x) {
+                        *z = [x[s][0], x[s][1], x[s][2]].map(|v| f64::from(v) * up[s]);
+                    }
+                });
+            for (z, x) in z_border.iter_mut().zip(&*border_x) {
+                *z = f64::from(x[s]) * up[s];
+            }
         }
+    }
+
+    fn pass<const S: usize>(&mut self, r: [&[f64]; S], z: [&mut [f64]; S]) {
+        let (r_nodes, r_border) = split(r, 3 * self.sizes[0].nodes);
+        let r_nodes = r_nodes.map(nodes);
+        self.apply_to(r.map(max_abs), |i| r_nodes.map(|r| r[i]), r_border, z);
     }
 }
 
 impl Preconditioner for Multigrid {
     fn size(&self) -> usize {
-        3 * self.sizes[0].nodes + self.coarse.vectors.border_b.len()
+        3 * self.sizes[0].nodes + self.coarse.vectors.border()
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
-        let (r_nodes, r_border) = r.split_at(3 * self.sizes[0].nodes);
-        let r_nodes = nodes(r_nodes);
-        self.apply_to(max_abs(r), |i| r_nodes[i], r_border, z);
+        self.pass([r], [z]);
+    }
+
+    fn apply_columns(&mut self, r: &[&[f64]], z: &mut [&mut [f64]]) {
+        in_passes!(self.pass(r, z));
     }
 
     fn kind(&self) -> PreconditionerKind {

@@ -2,21 +2,77 @@
 
 use crate::node_kernel::Padded;
 
-/// `b` and `x` of one level, nodes and border, in the precision of the cycle.
+/// `b` and `x` of one level, nodes and border, in the precision of the cycle; `S` columns of a node or border unknown lie side by side.
 pub(super) struct Vectors {
-    pub b: Vec<Padded>,
-    pub x: Vec<Padded>,
-    pub border_b: Vec<f32>,
-    pub border_x: Vec<f32>,
+    nodes: usize,
+    border: usize,
+    b: Vec<Padded>,
+    x: Vec<Padded>,
+    /// The next `x` of a smoothing step, or a residual.
+    next: Vec<Padded>,
+    border_b: Vec<f32>,
+    border_x: Vec<f32>,
+}
+
+/// [`Vectors`] of `S` columns.
+pub(super) struct Columns<'a, const S: usize> {
+    pub b: &'a mut [[Padded; S]],
+    pub x: &'a mut [[Padded; S]],
+    pub next: &'a mut [[Padded; S]],
+    pub border_b: &'a mut [[f32; S]],
+    pub border_x: &'a mut [[f32; S]],
 }
 
 impl Vectors {
     pub fn new(nodes: usize, border: usize) -> Self {
-        Vectors {
-            b: vec![[0.0; 4]; nodes],
-            x: vec![[0.0; 4]; nodes],
-            border_b: vec![0.0; border],
-            border_x: vec![0.0; border],
+        let mut vectors = Vectors {
+            nodes,
+            border,
+            b: Vec::new(),
+            x: Vec::new(),
+            next: Vec::new(),
+            border_b: Vec::new(),
+            border_x: Vec::new(),
+        };
+        vectors.widen(1);
+        vectors
+    }
+
+    /// Makes room for so many columns; buffers never shrink.
+    pub fn widen(&mut self, columns: usize) {
+        let (nodes, border) = (self.nodes * columns, self.border * columns);
+        for nodal in [&mut self.b, &mut self.x, &mut self.next] {
+            nodal.resize(nodal.len().max(nodes), [0.0; 4]);
         }
+        for border_vector in [&mut self.border_b, &mut self.border_x] {
+            border_vector.resize(border_vector.len().max(border), 0.0);
+        }
+    }
+
+    /// Nodes of the level.
+    pub fn nodes(&self) -> usize {
+        self.nodes
+    }
+
+    /// Border unknowns of the level.
+    pub fn border(&self) -> usize {
+        self.border
+    }
+
+    /// The first `S` columns; [`widen`](Vectors::widen) made room for them.
+    pub fn columns<const S: usize>(&mut self) -> Columns<'_, S> {
+        let (n, m) = (self.nodes, self.border);
+        Columns {
+            b: &mut self.b.as_chunks_mut().0[..n],
+            x: &mut self.x.as_chunks_mut().0[..n],
+            next: &mut self.next.as_chunks_mut().0[..n],
+            border_b: &mut self.border_b.as_chunks_mut().0[..m],
+            border_x: &mut self.border_x.as_chunks_mut().0[..m],
+        }
+    }
+
+    /// The smoothing step becomes `x`.
+    pub fn advance(&mut self) {
+        std::mem::swap(&mut self.x, &mut self.next);
     }
 }

@@ -6,7 +6,7 @@
 //! velocities; the bound $\sqrt{K(e_z, e_z) K(e, e)}$ would be forty times too wide for a three-sphere swimmer.
 
 use fem::{Surplus, SurplusSpace};
-use linalg::{BlockTriangular, KrylovParams, fgmres};
+use linalg::{BlockTriangular, KrylovParams, fgmres_columns};
 use mesh::TetMesh;
 use nalgebra::{DVector, Vector3};
 use rigid::{BodyKind, Constrained, Drive, Flow, Twist};
@@ -64,41 +64,39 @@ pub struct Solved<'a> {
     pub flow: &'a Flow,
 }
 
-/// Solves for flows of an estimate, each from that of the instant before.
-struct DualSolver<'a> {
-    system: &'a Constrained,
-    preconditioner: BlockTriangular<'a>,
-    flows: &'a mut Duals,
-}
-
-impl DualSolver<'_> {
-    fn solve(&mut self, number: usize, right: &[f64]) -> Result<&[f64], ModelError> {
-        if self.flows.len() <= number {
-            self.flows.resize(number + 1, Vec::new());
-        }
-        let flow = &mut self.flows[number];
+/// Solves for the flows of an estimate, each from that of the instant before.
+fn solve_duals(
+    system: &Constrained,
+    mut preconditioner: BlockTriangular,
+    rights: &[Vec<f64>],
+    flows: &mut Duals,
+) -> Result<(), ModelError> {
+    flows.resize(rights.len(), Vec::new());
+    for (flow, right) in flows.iter_mut().zip(rights) {
         if flow.len() != right.len() {
             *flow = vec![0.0; right.len()];
         }
-        let parameters = KrylovParams {
-            rel_tol: DUAL_RTOL,
-            ..KrylovParams::default()
-        };
-        let preconditioner = &mut self.preconditioner;
-        fgmres(
-            &self.system.system,
-            preconditioner,
-            right,
-            flow,
-            &parameters,
-        )?;
-        Ok(flow)
     }
+    let parameters = KrylovParams {
+        rel_tol: DUAL_RTOL,
+        ..KrylovParams::default()
+    };
+    let rights: Vec<&[f64]> = rights.iter().map(Vec::as_slice).collect();
+    let mut flows: Vec<_> = flows.iter_mut().map(Vec::as_mut_slice).collect();
+    let system = &system.system;
+    fgmres_columns(
+        system,
+        &mut preconditioner,
+        &rights,
+        &mut flows,
+        &parameters,
+    )?;
+    Ok(())
 }
 
 /// Estimates the errors of a solved instant.
 ///
-/// Cost: six passes over the cells, a loose solve for the errors of all velocities and one a linkage for their spread.
+/// Cost: six passes over the cells, a loose solve for the errors of all velocities and one a linkage for their spread, all at once.
 /// # Errors
 /// Flows that cannot be solved for.
 pub fn estimate<'a>(
@@ -120,17 +118,25 @@ pub fn estimate<'a>(
         // Nothing moves, nothing errs.
         _ => 0.0,
     };
-    let mut duals = DualSolver {
-        system,
-        preconditioner,
-        flows,
-    };
     let functional = space.functional(mesh, &own)?;
-    let right = system.right_of_forces(&functional.velocity, &functional.pressure)?;
-    let errors = -system.generalised_of_loads(duals.solve(0, &right)?)?;
+    let mut rights = vec![system.right_of_forces(&functional.velocity, &functional.pressure)?];
+    for (number, linkage) in drive.set.linkages().iter().enumerate() {
+        // Held still exactly: nothing to err.
+        if drive.set.fixed()[linkage.root] {
+            continue;
+        }
+        // The spread is that of the velocity in the direction of motion; bodies at rest may drift along x.
+        let (linear, _) = frame_rows(drive, number);
+        let velocity: Vector3<f64> = flow.generalised.fixed_rows::<3>(linear).into();
+        let direction = velocity.try_normalize(0.0).unwrap_or_else(Vector3::x);
+        let mut load = DVector::zeros(drive.set.velocity_layout().len());
+        load.fixed_rows_mut::<3>(linear).copy_from(&direction);
+        rights.push(system.right_of_loads(&load)?);
+    }
+    solve_duals(system, preconditioner, &rights, flows)?;
+    let errors = -system.generalised_of_loads(&flows[0])?;
 
     let mut frames = Vec::new();
-    let mut of_frames = vec![0.0; mesh.n_cells()];
     for number in 0..drive.set.linkages().len() {
         let (linear, angular) = frame_rows(drive, number);
         let twist = |first: Option<usize>| {
@@ -140,16 +146,9 @@ pub fn estimate<'a>(
             linear: twist(Some(linear)),
             angular: twist(angular),
         });
-        if drive.set.fixed()[drive.set.linkages()[number].root] {
-            // Held still exactly: nothing to err.
-            continue;
-        }
-        // The spread is that of the velocity in the direction of motion; bodies at rest may drift along x.
-        let velocity: Vector3<f64> = flow.generalised.fixed_rows::<3>(linear).into();
-        let direction = velocity.try_normalize(0.0).unwrap_or_else(Vector3::x);
-        let mut load = DVector::zeros(drive.set.velocity_layout().len());
-        load.fixed_rows_mut::<3>(linear).copy_from(&direction);
-        let dual = duals.solve(number + 1, &system.right_of_loads(&load)?)?;
+    }
+    let mut of_frames = vec![0.0; mesh.n_cells()];
+    for dual in &flows[1..] {
         let (velocity, pressure) = system.flow_of_loads(dual)?;
         let its = surplus(space, mesh, &velocity, &pressure)?;
         let cells = space.indicators(mesh, &its, &own)?;

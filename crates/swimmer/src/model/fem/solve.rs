@@ -5,7 +5,7 @@ use std::time::Instant;
 use fem::{SurplusSpace, TaylorHood};
 use linalg::{
     BlockDiagonal, BlockTriangular, KrylovParams, SaddleLdlt, Schwarz, SchwarzParams, SolveReport,
-    WarmStart, fgmres, minres,
+    WarmStart, fgmres, fgmres_columns, minres,
 };
 use mesh::TetMesh;
 use nalgebra::Vector3;
@@ -24,6 +24,9 @@ const SCHWARZ_ITERATIONS: usize = 1000;
 
 /// A restart loses what the basis knew: 60 vectors stall where 150 converge, at 12 bytes an unknown and vector.
 const SCHWARZ_RESTART: usize = 150;
+
+/// Right-hand sides of a pass over the matrices when there are many: each takes about 24 vectors of memory.
+const AT_ONCE: usize = 3;
 
 /// Which parts of a mesh's boundary are what.
 pub struct Boundary<'a> {
@@ -167,7 +170,7 @@ pub fn assemble(
     Ok(formulation.constrain(fluid, drive)?)
 }
 
-/// The grand resistance of the bodies: 6n solves with one preconditioner.
+/// The grand resistance of the bodies: 6n solves with one preconditioner, some at a time.
 ///
 /// # Errors
 /// Whatever keeps the system from being built or solved.
@@ -195,9 +198,9 @@ pub fn resistance(
         rel_tol: rtol,
         ..KrylovParams::default()
     };
-    GrandResistance::of(&system, |right, solution| {
+    GrandResistance::of(&system, AT_ONCE, |rights, solutions| {
         let system = &system.system;
-        fgmres(system, &mut preconditioner, right, solution, &parameters)?;
+        fgmres_columns(system, &mut preconditioner, rights, solutions, &parameters)?;
         Ok(())
     })
 }

@@ -1,0 +1,76 @@
+//! Several vectors that one pass over a matrix serves.
+
+use std::array::from_fn;
+
+/// How many of `columns` the next pass takes. Kernels exist for these numbers only: each is compiled by itself.
+pub(crate) fn width(columns: usize) -> usize {
+    match columns {
+        6.. => 6,
+        5 => 3,
+        few => few,
+    }
+}
+
+/// Calls a method that is generic over the number of columns on `x` and `y`, [`width`] of them at a time.
+macro_rules! in_passes {
+    ($owner:ident.$pass:ident($x:expr, $y:expr)) => {{
+        use $crate::columns::{first, first_mut, width};
+        let (mut x, mut y) = ($x, $y);
+        while !x.is_empty() {
+            let (now, later) = x.split_at(width(x.len()));
+            let (y_now, y_later) = y.split_at_mut(now.len());
+            match now.len() {
+                1 => $owner.$pass::<1>(first(now), first_mut(y_now)),
+                2 => $owner.$pass::<2>(first(now), first_mut(y_now)),
+                3 => $owner.$pass::<3>(first(now), first_mut(y_now)),
+                4 => $owner.$pass::<4>(first(now), first_mut(y_now)),
+                _ => $owner.$pass::<6>(first(now), first_mut(y_now)),
+            }
+            (x, y) = (later, y_later);
+        }
+    }};
+}
+pub(crate) use in_passes;
+
+/// The first columns; empty where there are fewer.
+pub(crate) fn first<'a, const S: usize>(x: &[&'a [f64]]) -> [&'a [f64]; S] {
+    from_fn(|s| x.get(s).copied().unwrap_or_default())
+}
+
+/// The first columns; empty where there are fewer.
+pub(crate) fn first_mut<'a, const S: usize>(y: &'a mut [&mut [f64]]) -> [&'a mut [f64]; S] {
+    let mut y = y.iter_mut();
+    from_fn(|_| y.next().map(|y| &mut **y).unwrap_or_default())
+}
+
+/// Both parts of every column.
+pub(crate) fn split<const S: usize>(x: [&[f64]; S], at: usize) -> ([&[f64]; S], [&[f64]; S]) {
+    (x.map(|x| &x[..at]), x.map(|x| &x[at..]))
+}
+
+/// Both parts of every column.
+pub(crate) fn split_mut<T, const S: usize>(
+    y: [&mut [T]; S],
+    at: usize,
+) -> ([&mut [T]; S], [&mut [T]; S]) {
+    let mut high: [&mut [T]; S] = from_fn(|_| Default::default());
+    let mut highs = high.iter_mut();
+    let low = y.map(|y| {
+        let (low, rest) = y.split_at_mut(at);
+        if let Some(high) = highs.next() {
+            *high = rest;
+        }
+        low
+    });
+    (low, high)
+}
+
+/// The columns of a buffer that holds them one after another, `len` each.
+pub(crate) fn of_buffer<const S: usize>(buffer: &mut [f64], len: usize) -> [&mut [f64]; S] {
+    let mut rest = buffer;
+    from_fn(|_| {
+        let (column, others) = std::mem::take(&mut rest).split_at_mut(len);
+        rest = others;
+        column
+    })
+}
