@@ -1,4 +1,5 @@
-//! Iterations of the block solver over sizes, containers, gaps, numbers of bodies and radius ratios, and its gain from a second thread.
+//! Iterations of the block solver over sizes, containers, gaps, numbers of bodies and radius ratios, its gain from a second thread and from several
+//! right-hand sides at once.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -9,7 +10,7 @@ use swimmer::Scene;
 use swimmer::model::{FemModel, Hydrodynamics, Instant};
 use swimmer::solve_start;
 
-use crate::{folder, machine};
+use crate::{columns, folder, machine};
 
 /// Rounds of which the fastest counts.
 const ROUNDS: usize = 3;
@@ -32,7 +33,8 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         .map(|(family, choice, scene)| measure(family, choice, &scene))
         .collect::<Result<Vec<_>>>()?;
     let scaling = scaling(quick)?;
-    let text = markdown(&rows, &scaling)?;
+    let mut text = markdown(&rows, &scaling)?;
+    text += &columns::section(&columns::measure(quick)?)?;
     println!("{text}");
     folder::write(out, [("iterations.md", text)])
 }

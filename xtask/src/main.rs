@@ -5,6 +5,7 @@ mod accuracy;
 mod ale;
 mod chart;
 mod ci;
+mod columns;
 mod folder;
 mod iterations;
 mod licences;

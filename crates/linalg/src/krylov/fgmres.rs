@@ -92,15 +92,17 @@ fn iterate(
     while columns.iter().any(|column| column.stage != Stage::Done) {
         let (r, mut z): (Vec<_>, Vec<_>) = columns
             .iter_mut()
-            .filter_map(Column::to_precondition)
+            .filter_map(Column::before_preconditioner)
             .unzip();
         preconditioner.apply_columns(&r, &mut z);
-        columns.iter_mut().for_each(Column::preconditioned);
-        let (x, mut y): (Vec<_>, Vec<_>) =
-            columns.iter_mut().filter_map(Column::to_multiply).unzip();
+        columns.iter_mut().for_each(Column::after_preconditioner);
+        let (x, mut y): (Vec<_>, Vec<_>) = columns
+            .iter_mut()
+            .filter_map(Column::before_product)
+            .unzip();
         operator.apply_columns(&x, &mut y);
         for column in &mut *columns {
-            column.multiplied()?;
+            column.after_product()?;
         }
     }
     Ok(())
@@ -179,7 +181,7 @@ impl<'a> Column<'a> {
     }
 
     /// The next vector to be preconditioned and where it goes.
-    fn to_precondition(&mut self) -> Option<(&[f64], &mut [f64])> {
+    fn before_preconditioner(&mut self) -> Option<(&[f64], &mut [f64])> {
         match self.stage {
             Stage::Step { single } => {
                 self.v.store(self.steps, &self.w, self.size, single);
@@ -200,7 +202,7 @@ impl<'a> Column<'a> {
     }
 
     /// Takes the preconditioned vector.
-    fn preconditioned(&mut self) {
+    fn after_preconditioner(&mut self) {
         match self.stage {
             // the residual never grows, so that the vectors kept are the first ones
             Stage::Step { single } if !(single && self.fixed) => {
@@ -213,7 +215,7 @@ impl<'a> Column<'a> {
     }
 
     /// The next vector to be multiplied and where its product goes.
-    fn to_multiply(&mut self) -> Option<(&[f64], &mut [f64])> {
+    fn before_product(&mut self) -> Option<(&[f64], &mut [f64])> {
         match self.stage {
             Stage::Step { .. } => Some((&self.work, &mut self.w)),
             Stage::Look | Stage::EndOfCycle => Some((self.x, &mut self.w)),
@@ -222,7 +224,7 @@ impl<'a> Column<'a> {
     }
 
     /// Takes the product.
-    fn multiplied(&mut self) -> Result<(), LinalgError> {
+    fn after_product(&mut self) -> Result<(), LinalgError> {
         match self.stage {
             Stage::Step { .. } => self.step(),
             Stage::Look | Stage::EndOfCycle => self.look(),
