@@ -64,7 +64,7 @@ pub fn fgmres(
 /// let b: [&[f64]; 2] = [&[1.0, 2.0, 3.0, 1.0, 2.0, 3.0], &[3.0, 0.0, 0.0, -3.0, 0.0, 0.0]];
 /// let reports = fgmres_columns(&a, &mut Identity(6), &b, &mut [&mut x, &mut y], &KrylovParams::default())?;
 /// assert!((x[5] - 3.0).abs() < 1e-7 && (y[3] + 1.0).abs() < 1e-7); // eigenvectors of eigenvalues 1 and 3
-/// assert!(reports.iter().all(|report| report.iterations == 1));
+/// assert!(reports.iter().all(|report| report.true_rel_residual <= 1e-8));
 /// # Ok::<(), linalg::LinalgError>(())
 /// ```
 pub fn fgmres_columns(
