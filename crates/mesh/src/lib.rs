@@ -46,5 +46,5 @@ pub use io::{MshFile, Pvd, Vtu, VtuEncoding};
 pub use linear_tets::LinearTets;
 pub use quadratic_tets::QuadraticTets;
 pub use quality::{Quality, dihedral_angles, mean_ratio, scaled_jacobian_bound};
-pub use surface::{BoxSurface, Sphere, Spheroid, Surface};
+pub use surface::{BoxSurface, Capsule, Sphere, Spheroid, Surface};
 pub use tet_mesh::{Facet, NamedSurface, TET_EDGES, TetMesh, Vec3};

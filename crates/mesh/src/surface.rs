@@ -243,6 +243,60 @@ impl Surface for BoxSurface {
     }
 }
 
+/// A cylinder about the line through `centre` along x, closed by hemispheres.
+///
+/// A tube without the edges that flat ends would have: inside, a flow that is driven by bodies far from the ends hardly knows them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Capsule {
+    /// Centre.
+    pub centre: Vec3,
+    /// Radius of the cylinder and of the hemispheres, positive.
+    pub radius: f64,
+    /// Half the length of the cylinder, positive.
+    pub half_length: f64,
+}
+
+impl Capsule {
+    /// The closest point of the axis, between the centres of the hemispheres.
+    fn on_axis(&self, point: Vec3) -> Vec3 {
+        let along = (point.x - self.centre.x).clamp(-self.half_length, self.half_length);
+        self.centre + Vec3::x() * along
+    }
+}
+
+impl Surface for Capsule {
+    fn signed_distance(&self, point: Vec3) -> f64 {
+        (point - self.on_axis(point)).norm() - self.radius
+    }
+
+    fn closest_point(&self, point: Vec3) -> Vec3 {
+        let foot = self.on_axis(point);
+        let arm = point - foot;
+        let distance = arm.norm();
+        // All directions across the axis are equally far from a point on it.
+        let direction = if distance > 0.0 {
+            arm / distance
+        } else {
+            Vec3::y()
+        };
+        foot + self.radius * direction
+    }
+
+    fn bounding_ball(&self) -> (Vec3, f64) {
+        (self.centre, self.half_length + self.radius)
+    }
+
+    fn volume(&self) -> f64 {
+        std::f64::consts::PI
+            * self.radius.powi(2)
+            * (2.0 * self.half_length + 4.0 / 3.0 * self.radius)
+    }
+
+    fn smallest_curvature_radius(&self) -> f64 {
+        self.radius
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -302,5 +356,22 @@ mod tests {
             Vec3::new(0.5, 2.0, 3.0)
         );
         assert_eq!(shape.volume(), 6.0);
+    }
+
+    #[test]
+    fn capsule_distances() {
+        let shape = Capsule {
+            centre: Vec3::new(1.0, 0.0, 0.0),
+            radius: 2.0,
+            half_length: 3.0,
+        };
+        assert_eq!(shape.signed_distance(Vec3::new(3.0, 0.0, -0.5)), -1.5);
+        assert_eq!(shape.signed_distance(Vec3::new(7.0, 4.0, 0.0)), 3.0);
+        let foot = shape.closest_point(Vec3::new(-2.0, 0.0, 1.0));
+        assert_eq!(foot, Vec3::new(-2.0, 0.0, 2.0));
+        assert_eq!(
+            shape.closest_point(Vec3::new(5.0, 0.0, 0.0)),
+            Vec3::new(6.0, 0.0, 0.0)
+        );
     }
 }

@@ -1,8 +1,8 @@
 //! Generated meshes keep what the generator promises, on the scenes that the solvers are used for.
 
 use mesh::{
-    Body, BoxSurface, Container, GenerateParams, LinearTets, MeshError, NamedSurface, Quality,
-    Sphere, Spheroid, Surface, TetMesh, Vec3, generate,
+    Body, BoxSurface, Capsule, Container, GenerateParams, LinearTets, MeshError, NamedSurface,
+    Quality, Sphere, Spheroid, Surface, TetMesh, Vec3, generate,
 };
 use proptest::prelude::*;
 use std::collections::HashMap;
@@ -226,6 +226,21 @@ fn a_box_keeps_its_corners_and_volume() {
         })
         .sum();
     assert!((walls - sides.volume()).abs() < 1e-12 * sides.volume());
+}
+
+#[test]
+fn a_cylinder_is_followed_by_its_wall() {
+    for (radius, x) in [(4.0, 0.0), (4.0, 2.0), (12.0, 3.0)] {
+        let capsule = Capsule {
+            centre: Vec3::zeros(),
+            radius,
+            half_length: 10.0 + 4.0 * radius,
+        };
+        let shapes: Vec<Sphere> =
+            unit_spheres(&[-6.0, 0.0, 6.0].map(|along| Vec3::new(along, 0.6 * x, -0.8 * x)));
+        let (_, quality) = checked(&bodies(&shapes, 0.6), &Container::Capsule(capsule));
+        demand_good("cylinder", &quality);
+    }
 }
 
 #[test]

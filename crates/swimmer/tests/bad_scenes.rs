@@ -542,9 +542,9 @@ fn a_second_cycle_that_starts_closer_is_checked_too() {
 fn models_and_domains_that_are_not_built_are_named_with_what_to_use() {
     for (part, by, fragment) in [
         (
-            "kind = \"ball\"\nradius = 40",
-            "kind = \"cylinder\"\nradius = 40",
-            "is not built yet; use model.kind = \"auto\" for spheres",
+            "[[bodies]]",
+            "[[bodies]]\nname = \"long\"\nshape = \"spheroid\"\nhalf_length = 2\nradius = 1\nposition = [0, 9, 0]\n[[bodies]]",
+            "is not built yet; use model.kind = \"axisymmetric\"",
         ),
         (
             "radius = 1\nposition = [0",

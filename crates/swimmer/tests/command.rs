@@ -51,8 +51,15 @@ fn bad_input_is_one_line_and_exit_code_2() {
             "not built yet",
         ),
         (
-            &["check", SWIMMER, "--set", "domain.kind=cylinder"],
-            "or domain.kind = \"unbounded\" or \"ball\"",
+            &[
+                "check",
+                SWIMMER,
+                "--set",
+                "domain.kind=cylinder",
+                "--set",
+                "model.kind=rpy",
+            ],
+            "use model.kind = \"fem\", or the domain unbounded, ball or wall",
         ),
         (&["mesh", SPHERE, "--out", "mesh.stl"], ".vtu"),
     ] {

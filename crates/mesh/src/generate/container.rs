@@ -1,8 +1,8 @@
 //! What holds the fluid.
 
-use crate::{BoxSurface, Sphere, Surface};
+use crate::{BoxSurface, Capsule, Sphere, Surface};
 
-/// Edges on a ball are at most this part of its radius: quadratic edges then stay within `0.4^4 / 384` radii, below 1e-4, of it.
+/// Edges on a ball or a cylinder are at most this part of its radius: quadratic edges then stay within `0.4^4 / 384` radii, below 1e-4, of it.
 const OF_RADIUS: f64 = 0.4;
 
 /// Edges in a box are at most this part of its shortest side, for three layers of cells between opposite walls.
@@ -15,6 +15,10 @@ pub enum Container {
     Ball(Sphere),
     /// The inside of a box with sides along the axes.
     Box(BoxSurface),
+    /// The inside of a cylinder closed by hemispheres.
+    ///
+    /// Edges on its wall have one length, the smallest that is wanted anywhere on it: bodies close to the wall make it fine all along.
+    Capsule(Capsule),
 }
 
 impl Container {
@@ -26,6 +30,7 @@ impl Container {
         match self {
             Self::Ball(sphere) => sphere,
             Self::Box(surface) => surface,
+            Self::Capsule(capsule) => capsule,
         }
     }
 
@@ -33,6 +38,7 @@ impl Container {
     pub(super) fn largest_size(&self) -> f64 {
         match self {
             Self::Ball(sphere) => OF_RADIUS * sphere.radius,
+            Self::Capsule(capsule) => OF_RADIUS * capsule.radius,
             Self::Box(surface) => OF_SIDE * (surface.max - surface.min).min(),
         }
     }

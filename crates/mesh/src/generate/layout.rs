@@ -1,5 +1,6 @@
 //! All vertices of a mesh in the making, and whose they are.
 
+use super::capsule_mesh::{smallest_edge, triangulate_capsule};
 use super::climb::Bulges;
 use super::packing::{is_near, pack};
 use super::size::SizeField;
@@ -13,6 +14,10 @@ use std::ops::Range;
 
 /// Height of a regular tet over its edge.
 const TET_HEIGHT: f64 = 0.816_496_580_927_726;
+
+/// Volume over the third power of the longest edge below which a tet is flat: a regular one has 0.118, and four vertices of a wall
+/// with edges of 0.4 of its radius of curvature have at most 0.02.
+const FLAT: f64 = 0.03;
 
 /// Owner of a vertex of the fluid.
 const FLUID: u32 = u32::MAX;
@@ -97,6 +102,11 @@ pub(super) fn check(
                 length("side of the container", *side)?;
             }
         }
+        Container::Capsule(capsule) => {
+            finite("centre of the container", capsule.centre)?;
+            length("radius of the container", capsule.radius)?;
+            length("length of the container", capsule.half_length)?;
+        }
     }
     let mut names = HashSet::from([Container::TAG]);
     for body in bodies {
@@ -150,6 +160,10 @@ impl<'a> Layout<'a> {
             Container::Ball(_) => triangulate(Container::TAG, wall, &size, limit)?,
             Container::Box(b) => {
                 triangulate_box(Container::TAG, wall, [b.min, b.max], &size, limit)?
+            }
+            Container::Capsule(capsule) => {
+                let edge = smallest_edge(capsule, &size);
+                triangulate_capsule(capsule, edge, limit)?
             }
         });
 
@@ -215,14 +229,29 @@ impl<'a> Layout<'a> {
         bulges
     }
 
-    /// Keeps the tets of the fluid: those that do not have all vertices on (or in) one body, which is convex.
+    /// Keeps the tets of the fluid: those that do not have all vertices on (or in) one body, which is convex, and are no flat ones on the wall.
+    ///
+    /// Where the curvature of the wall jumps, as at the ends of a cylinder, four of its vertices may lie nearly on a circle: the Delaunay tet
+    /// between them has no height. Without it the wall runs along the other diagonal.
     pub fn fluid(&self, mut tets: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
         let n_bodies = self.surfaces.len() as u32;
         tets.retain(|tet| {
             let owner = tet.map(|v| self.owner[v as usize]);
-            owner[0] >= n_bodies || owner.iter().any(|&o| o != owner[0])
+            if owner[0] < n_bodies {
+                return owner.iter().any(|&o| o != owner[0]);
+            }
+            owner.iter().any(|&o| o != n_bodies) || !self.is_flat(tet)
         });
         tets
+    }
+
+    /// Whether a tet's volume is far below that of a regular one with edges as long as its longest.
+    fn is_flat(&self, tet: &[u32; 4]) -> bool {
+        let [a, b, c, d] = tet.map(|v| self.points[v as usize]);
+        let volume = (b - a).cross(&(c - a)).dot(&(d - a)).abs() / 6.0;
+        let edges = [b - a, c - a, d - a, c - b, d - b, d - c];
+        let longest = edges.iter().fold(0.0, |m: f64, e| m.max(e.norm()));
+        volume < FLAT * longest.powi(3)
     }
 
     /// Moves free vertices to their targets, except where they would come too close to a surface.

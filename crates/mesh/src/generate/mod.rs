@@ -1,5 +1,6 @@
 //! Generation of tet meshes around bodies in a container: designed points, Delaunay, smoothing, hill climbing.
 
+mod capsule_mesh;
 mod climb;
 mod container;
 mod copies;
@@ -167,6 +168,10 @@ fn generate_with(
     let mut field = SizeField::new(bodies, container, &copies, params)?;
     if let Some(background) = background {
         field = field.with_background(background);
+    }
+    if let Container::Capsule(capsule) = container {
+        let edge = capsule_mesh::smallest_edge(capsule, &|x| field.at(x));
+        field = field.with_wall(capsule, edge);
     }
     let mut layout = Layout::new(bodies, container, &copies, &field, params)?;
     lap(&mut seconds.points);

@@ -28,7 +28,7 @@ struct Gap<'a> {
 /// * `size + growth d` around each body, `d` the distance to it;
 /// * `0.7 rho + growth s` around the places where it is curved most, `rho` the radius of curvature and `s` the distance there;
 /// * `gap (d1 + d2)` between each pair of close surfaces, lowered until it grows no faster than `growth`;
-/// * the largest size, and a part of the container's size.
+/// * the largest size, and a part of the container's size; in a capsule, the smallest of all these on its wall plus `growth` times the distance from there.
 ///
 /// A background takes the place of the first. The field is Lipschitz continuous with constant `growth`, if the background is.
 pub(super) struct SizeField<'a> {
@@ -40,6 +40,8 @@ pub(super) struct SizeField<'a> {
     gap: f64,
     max: f64,
     background: Option<Background<'a>>,
+    /// A wall whose edges have one length.
+    wall: Option<(&'a dyn Surface, f64)>,
 }
 
 /// A wanted edge length everywhere in the fluid.
@@ -67,6 +69,7 @@ impl<'a> SizeField<'a> {
             gap: params.gap,
             max: params.max_size.min(container.largest_size()),
             background: None,
+            wall: None,
         };
         for (i, body) in bodies.iter().enumerate() {
             let (_, radius) = body.surface.bounding_ball();
@@ -133,6 +136,14 @@ impl<'a> SizeField<'a> {
         }
     }
 
+    /// The same field, but with edges of one length on a wall.
+    pub fn with_wall(self, wall: &'a dyn Surface, edge: f64) -> Self {
+        Self {
+            wall: Some((wall, edge)),
+            ..self
+        }
+    }
+
     /// The wanted edge length at `x`.
     pub fn at(&self, x: Vec3) -> f64 {
         let mut h = self.max;
@@ -156,6 +167,9 @@ impl<'a> SizeField<'a> {
         }
         for gap in &self.gaps {
             h = h.min(gap.size(x, h, self.gap, self.growth));
+        }
+        if let Some((wall, edge)) = self.wall {
+            h = h.min(edge + self.growth * (-wall.signed_distance(x)).max(0.0));
         }
         h
     }
@@ -205,6 +219,10 @@ impl<'a> Gap<'a> {
                 // Spheres of radii r < R, centres e apart: the gap opens like e s^2 / (2 r R) at least.
                 Container::Ball(ball) => {
                     (ball.radius - depth).max(0.0) / (2.0 * radius * ball.radius)
+                }
+                // Along the cylinder it opens faster than around it, where it opens as in a ball.
+                Container::Capsule(capsule) => {
+                    (capsule.radius - depth).max(0.0) / (2.0 * radius * capsule.radius)
                 }
                 // Beside another face of the box it need not open.
                 Container::Box(_) => 0.0,

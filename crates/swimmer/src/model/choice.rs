@@ -83,9 +83,13 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         ModelKind::Auto | ModelKind::Fem => {}
     }
     match scene.domain.kind() {
-        DomainKind::Unbounded | DomainKind::Ball | DomainKind::Box | DomainKind::Mesh => {}
+        DomainKind::Unbounded
+        | DomainKind::Ball
+        | DomainKind::Box
+        | DomainKind::Cylinder
+        | DomainKind::Mesh => {}
         kind => {
-            let instead = "use model.kind = \"auto\" for spheres in unbounded fluid or beside a wall, or on the axis of a cylinder, or domain.kind = \"unbounded\" or \"ball\"";
+            let instead = "use model.kind = \"auto\" for spheres beside a wall, or domain.kind = \"unbounded\" or \"ball\"";
             return not_built("domain.kind", &format!("\"{}\"", kind.word()), instead);
         }
     }

@@ -15,6 +15,8 @@ pub enum Remesh {
     Quality(f64),
     /// Cells in a gap became so long against its width.
     Gap(f64),
+    /// The bodies came so many radii near to an end of the piece of a cylinder that was meshed.
+    End(f64),
 }
 
 impl std::fmt::Display for Remesh {
@@ -27,6 +29,10 @@ impl std::fmt::Display for Remesh {
             Self::Gap(ratio) => write!(
                 f,
                 "moved cells {ratio:.2} times as long as their gap is wide"
+            ),
+            Self::End(distance) => write!(
+                f,
+                "the meshed piece of the cylinder ends {distance:.2} radii from a body"
             ),
         }
     }

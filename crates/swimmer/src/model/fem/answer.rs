@@ -36,10 +36,7 @@ impl FemModel {
             .map(|link| scale.force_back(flow.link_force(link)))
             .collect();
         let speed = largest(bodies.iter().map(|b| b.velocity));
-        let container = self.meshes.far_field().map_or(0.0, |far| {
-            let radii = self.meshes.surfaced_bodies().zip(self.meshes.radii());
-            far.relative_error(radii.map(|(body, radius)| (poses[body].translation.vector, radius)))
-        });
+        let container = self.meshes.container_error(poses);
         Instant {
             bodies,
             link_forces,

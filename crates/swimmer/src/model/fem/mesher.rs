@@ -1,12 +1,14 @@
 //! Meshes around the bodies of a scene, wherever they are: in a container or from a file.
 
 use mesh::{
-    Body, BoxSurface, Container, GenerateParams, NamedSurface, SizeMap, Sphere, Surface, TetMesh,
+    Body, BoxSurface, Capsule, Container, GenerateParams, NamedSurface, SizeMap, Sphere, Surface,
+    TetMesh,
 };
 use nalgebra::{Isometry3, Vector3};
 
 use super::far_field::FarField;
 use super::mesh_file::read_mesh;
+use super::tube;
 use crate::model::ModelError;
 use crate::model::scale::Scale;
 use crate::scene::{Domain, FemOptions, GeometryKind, Scene, Shape};
@@ -67,6 +69,8 @@ impl Surfaced {
 pub(super) enum Source {
     /// Generated in a container.
     Generated(Container),
+    /// Generated in a piece of the cylinder of this radius about the x axis.
+    Cylinder(f64),
     /// Read from a file, with the tags of its walls.
     File { mesh: TetMesh, walls: Vec<String> },
 }
@@ -136,6 +140,7 @@ impl Mesher {
                     max: half,
                 }))
             }
+            Domain::Cylinder { radius } => Source::Cylinder(scale.length(*radius)),
             Domain::Mesh { file, walls } => {
                 let spheres: Vec<(&str, Sphere)> = surfaced
                     .iter()
@@ -153,7 +158,7 @@ impl Mesher {
                         "finite elements in domain.kind = \"{}\"",
                         other.kind().word()
                     ),
-                    instead: "use domain.kind = \"unbounded\", \"ball\", \"box\" or \"mesh\""
+                    instead: "use domain.kind = \"unbounded\", \"ball\", \"box\", \"cylinder\" or \"mesh\""
                         .into(),
                 });
             }
@@ -181,7 +186,7 @@ impl Mesher {
     /// Tag of the wall.
     pub fn wall_tags(&self) -> Vec<&str> {
         match &self.source {
-            Source::Generated(_) => vec![Container::TAG],
+            Source::Generated(_) | Source::Cylinder(_) => vec![Container::TAG],
             Source::File { walls, .. } => walls.iter().map(String::as_str).collect(),
         }
     }
@@ -194,7 +199,25 @@ impl Mesher {
             .collect()
     }
 
-    fn spheres(&self, centres: &[Vector3<f64>]) -> Vec<Sphere> {
+    /// What holds the fluid around the bodies; none for the mesh of a file.
+    fn container(&self, bodies: &[Sphere]) -> Option<Container> {
+        match &self.source {
+            Source::Generated(container) => Some(*container),
+            Source::Cylinder(radius) => Some(Container::Capsule(tube::around(*radius, bodies))),
+            Source::File { .. } => None,
+        }
+    }
+
+    /// The piece of a cylinder in which a mesh with the bodies at `centres` is made.
+    pub fn tube(&self, centres: &[Vector3<f64>]) -> Option<Capsule> {
+        match self.container(&self.spheres(centres)) {
+            Some(Container::Capsule(capsule)) => Some(capsule),
+            _ => None,
+        }
+    }
+
+    /// Spheres with the bodies' radii at `centres`.
+    pub fn spheres(&self, centres: &[Vector3<f64>]) -> Vec<Sphere> {
         (self.surfaced.iter().zip(centres))
             .map(|(s, &centre)| s.sphere(centre))
             .collect()
@@ -232,11 +255,8 @@ impl Mesher {
     pub fn gap_ratio(&self, mesh: &TetMesh, centres: &[Vector3<f64>]) -> f64 {
         let spheres = self.spheres(centres);
         let surfaces: Vec<&dyn Surface> = spheres.iter().map(|s| s as &dyn Surface).collect();
-        let wall = match &self.source {
-            Source::Generated(container) => Some(container.surface()),
-            Source::File { .. } => None,
-        };
-        mesh.gap_ratio(&surfaces, wall)
+        let container = self.container(&spheres);
+        mesh.gap_ratio(&surfaces, container.as_ref().map(Container::surface))
     }
 
     /// The mesh with the bodies at `centres`.
@@ -244,10 +264,10 @@ impl Mesher {
     /// # Errors
     /// Bodies that cannot be meshed around, or a mesh from a file, which cannot be made again.
     pub fn generate(&self, centres: &[Vector3<f64>]) -> Result<TetMesh, ModelError> {
-        let Source::Generated(container) = &self.source else {
+        let spheres = self.spheres(centres);
+        let Some(container) = &self.container(&spheres) else {
             return Err(ModelError::MeshFileExhausted);
         };
-        let spheres = self.spheres(centres);
         let bodies: Vec<Body> = self
             .surfaced
             .iter()

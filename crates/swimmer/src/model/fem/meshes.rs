@@ -4,11 +4,12 @@ use ale::{
     Biharmonic, Elastic, Harmonic, Kernel, MeshMotion, MovingBody, Rbf, ReferenceMap, Stiffening,
 };
 use fem::{SurplusSpace, TaylorHood};
-use mesh::TetMesh;
+use mesh::{Capsule, TetMesh};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::far_field::FarField;
 use super::mesher::{Mesher, Source};
+use super::tube;
 use crate::model::scale::Scale;
 use crate::model::{ModelError, Remesh};
 use crate::scene::{MeshMotionKind, Scene};
@@ -35,6 +36,8 @@ struct Reference {
     poses: Vec<Isometry3<f64>>,
     /// Its [`mesh::TetMesh::gap_ratio`].
     gap_ratio: f64,
+    /// The piece of a cylinder that it fills.
+    tube: Option<Capsule>,
 }
 
 /// References kept at most. A stroke comes back to its shapes, so those of a cycle serve the next; each takes about a third of a solve's memory.
@@ -84,14 +87,30 @@ impl Meshes {
         self.mesher.surfaced_bodies()
     }
 
-    /// Radii of the bodies with surfaces.
-    pub fn radii(&self) -> impl Iterator<Item = f64> {
-        self.mesher.surfaced.iter().map(|s| s.radius)
-    }
-
     /// Tags of the walls.
     pub fn wall_tags(&self) -> Vec<&str> {
         self.mesher.wall_tags()
+    }
+
+    /// What is left of relative errors for a container that stands for something larger: unbounded fluid, an infinite cylinder.
+    pub fn container_error(&self, poses: &[Isometry3<f64>]) -> f64 {
+        let centres = self.mesher.centres(poses);
+        if let Some(far) = self.mesher.far_field {
+            let bodies = self.mesher.spheres(&centres).into_iter();
+            return far.relative_error(bodies.map(|body| (body.centre, body.radius)));
+        }
+        let reference = self
+            .current
+            .and_then(|current| self.references.get(current));
+        reference
+            .and_then(|reference| self.to_end(reference, &centres))
+            .map_or(0.0, tube::relative_error)
+    }
+
+    /// Radii of the cylinder between the bodies and the nearest end of the piece that a reference fills.
+    fn to_end(&self, reference: &Reference, centres: &[Vector3<f64>]) -> Option<f64> {
+        let tube = reference.tube.as_ref()?;
+        Some(tube::to_end(tube, &self.mesher.spheres(centres)))
     }
 
     /// What the wall takes that stands for unbounded fluid, if one does.
@@ -249,6 +268,7 @@ impl Meshes {
         let map = ReferenceMap::new(mesh, &moving, self.motion.as_ref())?;
         Ok(Reference {
             gap_ratio,
+            tube: self.mesher.tube(&centres),
             map,
             space,
             surplus: None,
@@ -264,6 +284,11 @@ impl Meshes {
         poses: &[Isometry3<f64>],
     ) -> Result<Result<TetMesh, Remesh>, ModelError> {
         let centres = self.mesher.centres(poses);
+        if let Some(to_end) = self.to_end(reference, &centres)
+            && tube::is_near(to_end)
+        {
+            return Ok(Err(Remesh::End(to_end)));
+        }
         // Only spheres so far: turning one changes nothing, so its surface mesh is only translated.
         let motions: Vec<Isometry3<f64>> = centres
             .iter()

@@ -9,6 +9,7 @@ mod mesh_file;
 mod mesher;
 mod meshes;
 mod solve;
+mod tube;
 
 use std::time::Instant as Clock;
 
