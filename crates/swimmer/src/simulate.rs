@@ -73,6 +73,9 @@ pub struct Outcome {
     pub mesh_error: Option<Vec<Vector3<f64>>>,
     /// What the mesh's errors of the legs so far add up to; none where some leg was not estimated.
     pub drift: Option<Drift>,
+    /// The same of the integration's errors, for methods that know them with their signs.
+    #[serde(default)]
+    pub integration_drift: Option<Drift>,
     /// Whether every leg met its share of the tolerance, and the error of the integration is below the tolerance
     /// times the [`Outcome::net`] displacement.
     pub tolerance_met: bool,
@@ -146,6 +149,7 @@ impl Interim {
             error_estimate: ErrorEstimate::default(),
             mesh_error: None,
             drift: Some(Drift::default()),
+            integration_drift: Some(Drift::default()),
             tolerance_met: true,
             work: 0.0,
             seconds: Seconds::default(),
@@ -257,35 +261,37 @@ pub fn go_on(
             bodies: None,
         });
         let displacement: Vec<_> = after.iter().zip(&before).map(|(a, b)| a - b).collect();
-        let by_mesh = |drift: &Drift| -> Vec<Vector3<f64>> { errors_of_bodies(set, drift, &after) };
-        let bar = |errors: &[Vector3<f64>], drift: &Drift| {
-            errors
+        let of_bodies =
+            |drift: &Drift| -> Vec<Vector3<f64>> { errors_of_bodies(set, drift, &after) };
+        let bar = |drift: &Drift| {
+            of_bodies(drift)
                 .iter()
                 .fold(0.0_f64, |m, e| m.max(e.norm()))
                 .hypot(drift.spread)
         };
-        let own = result.drift.as_ref();
+        let (by_mesh, by_steps) = (result.drift.as_ref(), result.integration_drift.as_ref());
         outcome.legs.push(LegOutcome {
             link: leg.link,
             solves: result.solves,
             error_estimate: ErrorEstimate {
-                mesh: own.map(|drift| bar(&by_mesh(drift), drift)),
+                mesh: by_mesh.map(bar),
+                integration: by_steps.map(bar).or(result.error_estimate.integration),
                 ..result.error_estimate
             },
             displacement: displacement.clone(),
         });
-        outcome.drift = match (outcome.drift.take(), own) {
-            (Some(mut sum), Some(own)) => {
-                let moved: Vec<_> = set
-                    .linkages()
-                    .iter()
-                    .map(|l| displacement[l.root])
-                    .collect();
-                sum.append(own, &moved);
-                Some(sum)
-            }
-            _ => None,
+        let moved: Vec<_> = set
+            .linkages()
+            .iter()
+            .map(|l| displacement[l.root])
+            .collect();
+        let appended = |sum: Option<Drift>, own: Option<&Drift>| {
+            let (mut sum, own) = sum.zip(own)?;
+            sum.append(own, &moved);
+            Some(sum)
         };
+        outcome.drift = appended(outcome.drift.take(), by_mesh);
+        outcome.integration_drift = appended(outcome.integration_drift.take(), by_steps);
         outcome.displacement = after.iter().zip(&origin).map(|(a, b)| a - b).collect();
         outcome.rotation =
             (state.frames[0].rotation * start.frames[0].rotation.inverse()).scaled_axis();
@@ -293,12 +299,11 @@ pub fn go_on(
         outcome
             .error_estimate
             .accumulate(1.0, &result.error_estimate);
-        outcome.mesh_error = outcome.drift.as_ref().map(by_mesh);
-        outcome.error_estimate.mesh = outcome
-            .drift
-            .as_ref()
-            .zip(outcome.mesh_error.as_ref())
-            .map(|(drift, errors)| bar(errors, drift));
+        outcome.mesh_error = outcome.drift.as_ref().map(of_bodies);
+        outcome.error_estimate.mesh = outcome.drift.as_ref().map(bar);
+        if let Some(drift) = &outcome.integration_drift {
+            outcome.error_estimate.integration = Some(bar(drift));
+        }
         outcome.tolerance_met &= result.tolerance_met;
         outcome.work += result.work;
         outcome.seconds += result.seconds;

@@ -42,6 +42,9 @@ pub struct LegResult {
     pub error_estimate: ErrorEstimate,
     /// What the mesh's errors add up to; none where some part of the leg was not estimated.
     pub drift: Option<Drift>,
+    /// What the integration's errors add up to, for methods that know them with their signs; others enter
+    /// [`ErrorEstimate::integration`] here.
+    pub integration_drift: Option<Drift>,
     /// Whether the integration met its share of the tolerance.
     pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
@@ -83,6 +86,7 @@ impl LegResult {
             solves: 0,
             error_estimate: ErrorEstimate::default(),
             drift: Some(Drift::default()),
+            integration_drift: None,
             tolerance_met: true,
             work: 0.0,
             seconds: Seconds::default(),

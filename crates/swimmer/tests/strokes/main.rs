@@ -1,5 +1,6 @@
 //! Strokes of swimmers on the mesh-free double: exact numbers and exact properties.
 
+mod euler_bars;
 mod support;
 
 use approx::assert_abs_diff_eq;

@@ -1,0 +1,113 @@
+//! Error bars of explicit Euler against strokes that are known.
+
+use std::path::Path;
+
+use crate::support::{Double, STROKE, Tensor, run_with, scene, three_spheres};
+use nalgebra::Vector3;
+use swimmer::model::{Hydrodynamics, choose};
+use swimmer::{Method, Outcome, Scene, simulate};
+
+fn follow(scene: &Scene, model: &mut dyn Hydrodynamics, method: Method) -> Outcome {
+    simulate(scene, model, method, &mut ()).unwrap()
+}
+
+/// The error by the integration of the worst body's displacement, its bar, and what the bar takes for unsure.
+fn miss(text: &str, steps: usize) -> [f64; 3] {
+    let mut scene = scene(text);
+    let mut model = Double::new(&scene, Tensor::Rpy);
+    let euler = follow(&scene, &mut model, Method::Euler { steps });
+    scene.model.tolerance = 1e-10;
+    let exact = run_with(&scene, &mut model, Method::Collocation).unwrap();
+    let errors = euler.displacement.iter().enumerate();
+    let worst = errors.fold(0.0_f64, |m, (body, d)| m.max((d - exact.net(body)).norm()));
+    let spread = euler.integration_drift.unwrap().spread;
+    [worst, euler.error_estimate.integration.unwrap(), spread]
+}
+
+/// Bars contain errors, and are them where errors are not accidents that the bar itself calls unsure.
+fn check(name: &str, text: &str) {
+    for steps in [2, 3, 4, 10, 30] {
+        let [error, bar, spread] = miss(text, steps);
+        println!("{name}, {steps} steps: error {error:.2e}, bar {bar:.2e}, unsure {spread:.1e}");
+        assert!(
+            error <= 1.1 * bar,
+            "{name}, {steps}: {error:.3e} > {bar:.3e}"
+        );
+        if error > spread {
+            let ratio = bar / error;
+            assert!((0.7..1.4).contains(&ratio), "{name}, {steps}: {ratio}");
+        }
+    }
+}
+
+const FREE: &str = "{ kind = \"unbounded\" }";
+
+fn over_wall(height: f64) -> String {
+    three_spheres("", "{ kind = \"wall\" }").replace(", 0, 0]", &format!(", 0, {height}]"))
+}
+
+/// One arm that closes and opens.
+fn there_and_back() -> String {
+    let (closing, _) = STROKE
+        .split_once("[[gait.phases]]\n        link = \"right-arm\"")
+        .unwrap();
+    format!("{closing}{}", closing.replace('6', "10"))
+}
+
+#[test]
+fn bars_of_a_stroke_that_swims() {
+    // Errors of the phases cancel by the stroke's symmetry: what is left is of second order, and below what the bar calls unsure.
+    check("unbounded", &three_spheres("", FREE));
+    check("above a wall", &over_wall(5.0));
+    check("near a wall", &over_wall(2.0));
+}
+
+#[test]
+fn bars_of_a_reciprocal_stroke_are_of_what_it_should_not_move() {
+    for text in [three_spheres("", FREE), over_wall(4.0)] {
+        let text = text.replace(STROKE, &there_and_back());
+        check("there and back", &text);
+        // Errors of the way back add up: nothing is below what is unsure.
+        let [error, _, spread] = miss(&text, 10);
+        assert!(error > 10.0 * spread);
+    }
+}
+
+#[test]
+fn bars_of_a_swimmer_that_turns() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/planar-three-sphere.toml");
+    let text = std::fs::read_to_string(file).unwrap();
+    let text = text.replace("{ kind = \"ball\", radius = 40 }", FREE);
+    check("planar", &text);
+}
+
+#[test]
+fn bars_contain_the_exact_net_displacement() {
+    // Spectral, in a ball of 40 radii and in unbounded fluid.
+    for (domain, exact) in [
+        ("{ kind = \"ball\", radius = 40 }", 0.1604180159643671),
+        (FREE, 0.1598053404),
+    ] {
+        let text = three_spheres("model = { kind = \"multipole\", tolerance = 1e-5 }", domain);
+        let scene = scene(&text);
+        let mut model = choose(&scene).unwrap().model;
+        let outcome = follow(&scene, model.as_mut(), Method::Euler { steps: 6 });
+        let error = (outcome.displacement[1] - Vector3::x() * exact).norm();
+        let bar = outcome.error_estimate.total();
+        assert!(error <= bar && bar < 0.01 * exact, "{error:.2e} {bar:.2e}");
+        // A method with a bar can meet a tolerance or miss it.
+        assert_eq!(
+            outcome.tolerance_met,
+            outcome.error_estimate.integration.unwrap() <= 1e-5 * outcome.net()
+        );
+    }
+}
+
+#[test]
+fn a_single_step_knows_nothing_of_its_error() {
+    let scene = scene(&three_spheres("", FREE));
+    let mut model = Double::new(&scene, Tensor::Rpy);
+    let outcome = follow(&scene, &mut model, Method::Euler { steps: 1 });
+    assert_eq!(outcome.error_estimate.integration, None);
+    assert!(!outcome.tolerance_met);
+}
