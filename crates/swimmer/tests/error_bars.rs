@@ -58,7 +58,7 @@ fn bars_of_a_pulled_and_turned_sphere_are_its_errors() {
         let corrected = body.velocity - error.bodies[0];
         assert!((corrected.x - speed).abs() < 0.25 * (body.velocity.x - speed).abs());
         // Loads are given: nothing to err.
-        assert_eq!(error.force, 0.0);
+        assert_eq!(error.force(), 0.0);
     }
 }
 
@@ -76,7 +76,7 @@ fn approach(distance: f64, size: f64, exact: f64) -> [f64; 2] {
     let exact = exact * 6.0 * PI * 0.5 * (a.velocity.x - b.velocity.x);
     [
         force / exact - 1.0,
-        instant.mesh_error.unwrap().force / exact,
+        instant.mesh_error.unwrap().force() / exact,
     ]
 }
 
@@ -133,7 +133,7 @@ fn bars_of_a_swimming_speed_hold_and_are_not_those_of_drag() {
     // Signed, and good enough to correct with.
     assert!((miss - error.bodies[1].x).abs() < 0.25 * miss.abs());
     let miss = instant.bodies[0].force.x - rate * force;
-    assert_effective("force", miss, error.force);
+    assert_effective("force", miss, error.force());
     // Forces err a hundred times more than speeds: what equal spheres have in common cancels.
     assert!(miss / (rate * force) > 10.0 * bar / (rate * speed.abs()));
 }
@@ -149,7 +149,7 @@ fn estimates_are_those_of_the_flow_whatever_the_formulation() {
         let scale = one.bodies[1].norm() + one.spread;
         assert!((one.bodies[1] - other.bodies[1]).norm() < 0.05 * scale);
         assert_relative_eq!(one.spread, other.spread, max_relative = 0.05);
-        assert_relative_eq!(one.force, other.force, max_relative = 1e-6);
+        assert_relative_eq!(one.force(), other.force(), max_relative = 1e-6);
     }
 }
 

@@ -6,6 +6,8 @@ use std::time::Instant as Clock;
 use anyhow::Result;
 use fem::axisymmetric::{Spheroid, Surroundings, axial_resistance};
 
+use super::collinear::symmetric;
+use super::estimated::Estimated;
 use super::reference::{COLLINEAR, CYLINDER, INSTANTANEOUS, SPHEROIDS, STROKES, concentric_drag};
 use super::table::{Basis, Cost, Row};
 use super::{Effort, swimmer};
@@ -103,11 +105,7 @@ fn drag(
     exact: f64,
 ) -> Result<Row> {
     let row = resistance(group, name, bodies, surroundings, &[6.0 * PI * exact])?;
-    Ok(Row {
-        exact: row.exact / (6.0 * PI),
-        computed: row.computed / (6.0 * PI),
-        ..row
-    })
+    Ok(row.in_units_of(6.0 * PI))
 }
 
 /// The entry that errs most of a resistance matrix given by its upper triangle.
@@ -125,25 +123,22 @@ fn resistance(
         iterations: 0,
         seconds: clock.elapsed().as_secs_f64(),
     };
-    let n = bodies.len();
-    let places = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
-    let computed = places.map(|place| found.matrix()[place]);
-    let mut worst = [exact[0], found.matrix()[(0, 0)]];
-    let mut largest = 0.0_f64;
-    for (&exact, computed) in exact.iter().zip(computed) {
-        largest = largest.max(exact.abs());
-        if (computed - exact).abs() > (worst[1] - worst[0]).abs() {
-            worst = [exact, computed];
-        }
-    }
+    let exact = symmetric(exact, bodies.len());
+    let (i, j) = (found.matrix() - &exact).icamax_full();
+    let error = found.tail() * (found.coarser()[(i, j)] - found.matrix()[(i, j)]);
+    let far = found.far_error() * found.matrix()[(i, i)];
     Ok(Row::scaled(
         group,
         format!("axisymmetric, {name}"),
-        worst,
-        largest,
+        [exact[(i, j)], found.matrix()[(i, j)]],
+        exact.amax(),
         (PROMISED, Basis::Promised),
         cost,
-    ))
+    )
+    .with(Some(Estimated {
+        bar: error.abs() + far,
+        ..Estimated::signed(error)
+    })))
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use nalgebra::DMatrix;
 
+use super::estimated::Estimated;
 use super::flow::{Sphere, axial_resistance};
 use super::reference::{COLLINEAR, Collinear};
 use super::table::{Basis, Row};
@@ -29,7 +30,7 @@ fn row(case: &Collinear, size: f64) -> Result<Row> {
         })
         .collect();
     let exact = symmetric(case.resistance, spheres.len());
-    let (computed, cost) = axial_resistance(case.container, size, &spheres)?;
+    let (computed, errors, cost) = axial_resistance(case.container, size, &spheres)?;
     let (i, j) = (&computed - &exact).icamax_full();
     Ok(Row::scaled(
         "D",
@@ -38,7 +39,8 @@ fn row(case: &Collinear, size: f64) -> Result<Row> {
         exact.amax(),
         (tolerance(case, size)?, Basis::Interpolation),
         cost,
-    ))
+    )
+    .with(Some(Estimated::signed(errors[(i, j)]))))
 }
 
 /// That of the worst sphere, seen at the centre of a ball that touches the wall where it is nearest: errors of a resistance
@@ -52,7 +54,8 @@ fn tolerance(case: &Collinear, size: f64) -> Result<f64> {
     Ok(worst)
 }
 
-fn symmetric(upper: &[f64], n: usize) -> DMatrix<f64> {
+/// A symmetric matrix by the rows of its upper triangle.
+pub fn symmetric(upper: &[f64], n: usize) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(n, n);
     let places = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
     for ((i, j), &value) in places.zip(upper) {

@@ -48,14 +48,15 @@ pub fn solve(scene: &Scene) -> Result<(Instant, Cost)> {
     Ok((instant, cost))
 }
 
-/// Axial resistance matrix of spheres on the x axis: the inverse of the mobility, found by pulling one after the other.
+/// Axial resistance matrix of spheres on the x axis, and its estimated errors: the inverse of the mobility, found by pulling one after the
+/// other.
 pub fn axial_resistance(
     container: f64,
     size: f64,
     spheres: &[Sphere],
-) -> Result<(DMatrix<f64>, Cost)> {
+) -> Result<(DMatrix<f64>, DMatrix<f64>, Cost)> {
     let n = spheres.len();
-    let mut mobility = DMatrix::zeros(n, n);
+    let (mut mobility, mut errors) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     let mut cost = Cost::default();
     for pulled in 0..n {
         let mut loaded = spheres.to_vec();
@@ -64,10 +65,20 @@ pub fn axial_resistance(
         for (row, body) in instant.bodies.iter().enumerate() {
             mobility[(row, pulled)] = body.velocity.x;
         }
+        let by_mesh = instant.mesh_error.as_ref();
+        let by_mesh = by_mesh.context("errors by the mesh were not estimated")?;
+        for (row, error) in by_mesh.bodies.iter().enumerate() {
+            errors[(row, pulled)] = error.x;
+        }
         cost.add(&one);
     }
-    let resistance = mobility
-        .try_inverse()
-        .context("the mobility matrix is singular")?;
-    Ok((resistance, cost))
+    let inverse = |mobility: DMatrix<f64>| {
+        mobility
+            .try_inverse()
+            .context("the mobility matrix is singular")
+    };
+    let corrected = inverse(&mobility - errors)?;
+    let resistance = inverse(mobility)?;
+    let errors = &resistance - corrected;
+    Ok((resistance, errors, cost))
 }

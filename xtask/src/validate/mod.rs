@@ -2,9 +2,11 @@
 
 mod axisymmetric;
 mod collinear;
+mod estimated;
 mod expected;
 mod file;
 mod flow;
+mod multipole;
 mod overview;
 mod pair;
 pub mod reference;
@@ -37,7 +39,7 @@ type Part<'a> = (&'a str, &'a dyn Fn() -> Result<Vec<Row>>);
 pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
-    let parts: [Part; 8] = [
+    let parts: [Part; 9] = [
         ("sphere in a concentric ball", &|| sphere::rows(effort)),
         ("orders of convergence", &sphere::orders),
         ("two spheres", &|| pair::rows(effort)),
@@ -52,6 +54,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
         ("elements in the meridian plane", &|| {
             axisymmetric::rows(effort)
         }),
+        ("multipole expansions", &multipole::rows),
     ];
     for (name, part) in parts {
         let part_clock = Instant::now();
@@ -67,6 +70,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let failed = rows.iter().filter(|row| !row.passes()).count();
     let mut notes = vec![pair::NOTE.to_owned()];
     notes.extend(file::note());
+    notes.extend(estimated::notes(&rows));
     notes.push(
         format!(
             "{} of {} rows pass, {:.0} s on {} threads; the seconds of a row are of all its solves, meshes included, and rows of one case share them.",

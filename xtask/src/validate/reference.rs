@@ -110,12 +110,13 @@ pub const CYLINDER: [(f64, f64); 5] = [
 
 /// Force over $6 \pi U$ on each of two unit spheres in unbounded fluid that move against each other along their line
 /// of centres at speed `U`, by the distance of their centres (Stimson & Jeffery 1926, Maude 1961; spectral).
-pub const OPPOSITE: [(f64, f64); 5] = [
+pub const OPPOSITE: [(f64, f64); 6] = [
     (6.0, 1.330153663951659),
     (4.0, 1.5966819994959558),
     (3.0, 2.0386546439229005),
     (2.5, 2.772418679559134),
     (2.1, 7.413297606556761),
+    (2.05, 12.71128816977892),
 ];
 
 /// The three-sphere swimmer at one instant, its centre sphere at the centre of a ball of radius 40.

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use anyhow::Result;
 use nalgebra::Vector3;
 
+use super::estimated::Estimated;
 use super::flow::{Sphere, scene, solve};
 use super::reference::{concentric_drag, concentric_torque};
 use super::similar::{self, Geometry};
@@ -20,34 +21,47 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for lambda in [0.1, 0.2, 0.5] {
         for &size in sizes {
-            let sphere = Sphere {
-                radius: 1.0,
-                force: Vector3::x(),
-                torque: Vector3::z(),
-                ..Sphere::default()
-            };
-            let (instant, cost) = solve(&scene(1.0 / lambda, size, &[sphere], "")?)?;
-            let body = &instant.bodies[0];
-            let drag = 1.0 / (6.0 * PI * body.velocity.x);
-            let torque = 1.0 / (8.0 * PI * body.angular_velocity.z);
-            let expected = expected::sphere(size, lambda)?;
-            rows.push(Row::relative(
-                "A",
-                format!("drag / 6 pi, lambda {lambda}, h {size}"),
-                [concentric_drag(lambda), drag],
-                (expected.drag, Basis::Interpolation),
-                cost,
-            ));
-            rows.push(Row::relative(
-                "A",
-                format!("torque / 8 pi, lambda {lambda}, h {size}"),
-                [concentric_torque(lambda), torque],
-                (expected.torque, Basis::Interpolation),
-                cost,
-            ));
+            rows.extend(drag_and_torque(lambda, size)?);
         }
     }
     Ok(rows)
+}
+
+/// Drag and torque of a unit sphere with elements of `size` on it, pulled and turned at the centre of a ball of radius `1 / lambda`.
+fn drag_and_torque(lambda: f64, size: f64) -> Result<[Row; 2]> {
+    let sphere = Sphere {
+        radius: 1.0,
+        force: Vector3::x(),
+        torque: Vector3::z(),
+        ..Sphere::default()
+    };
+    let (instant, cost) = solve(&scene(1.0 / lambda, size, &[sphere], "")?)?;
+    let body = &instant.bodies[0];
+    let drag = 1.0 / (6.0 * PI * body.velocity.x);
+    let torque = 1.0 / (8.0 * PI * body.angular_velocity.z);
+    let of_drag = Estimated::velocity(&instant, 0).times(-drag / body.velocity.x);
+    let turn = instant.mesh_error.as_ref().map(|e| e.frames[0].angular.z);
+    let of_torque =
+        turn.map(|turn| Estimated::signed(turn).times(-torque / body.angular_velocity.z));
+    let expected = expected::sphere(size, lambda)?;
+    Ok([
+        Row::relative(
+            "A",
+            format!("drag / 6 pi, lambda {lambda}, h {size}"),
+            [concentric_drag(lambda), drag],
+            (expected.drag, Basis::Interpolation),
+            cost,
+        )
+        .with(Some(of_drag)),
+        Row::relative(
+            "A",
+            format!("torque / 8 pi, lambda {lambda}, h {size}"),
+            [concentric_torque(lambda), torque],
+            (expected.torque, Basis::Interpolation),
+            cost,
+        )
+        .with(of_torque),
+    ])
 }
 
 /// Ball of the orders: wide enough that both surfaces do not see each other, narrow enough for fine meshes.
@@ -99,4 +113,19 @@ fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
         (a + (px - x) * (py - y), b + (px - x) * (px - x))
     });
     above / below
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::validate::estimated::assert_effective;
+
+    #[test]
+    fn estimates_of_drag_and_torque_are_their_errors() {
+        for row in drag_and_torque(0.25, 0.4).expect("it is solved") {
+            assert_effective(&row);
+            let (_, gain) = row.corrected().expect("errors have signs");
+            assert!(gain >= 4.0, "{}: gain {gain}", row.name);
+        }
+    }
 }

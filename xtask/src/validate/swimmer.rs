@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use anyhow::Result;
-use swimmer::model::{Hydrodynamics, Instant, choose};
-use swimmer::{Leg, Method, Observer, Scene, Solved, SwimError, simulate};
+use swimmer::model::{Drift, Hydrodynamics, Instant, choose};
+use swimmer::{Leg, LegResult, Method, Observer, Outcome, Scene, Solved, SwimError, simulate};
 
+use super::estimated::Estimated;
 use super::flow::{Sphere, scene_by, solve};
 use super::reference::{INSTANTANEOUS, Instantaneous, STROKES, Stroke};
 use super::table::{Basis, Cost, Row};
@@ -81,17 +82,16 @@ pub fn compare(
     cost: Cost,
 ) -> [Row; 2] {
     let largest = case.forces.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
-    let pairs = case
-        .forces
-        .iter()
-        .zip(&instant.bodies)
-        .map(|(&exact, body)| [exact, body.force.x]);
-    let worst = pairs.max_by(|a, b| (a[1] - a[0]).abs().total_cmp(&(b[1] - b[0]).abs()));
+    let miss = |body: &usize| (instant.bodies[*body].force.x - case.forces[*body]).abs();
+    let worst = (0..case.forces.len()).max_by(|a, b| miss(a).total_cmp(&miss(b)));
+    let worst = worst.unwrap_or(0);
     let speeds = [case.centre_velocity, instant.bodies[1].velocity.x];
-    let forces = worst.unwrap_or([f64::NAN; 2]);
+    let forces = [case.forces[worst], instant.bodies[worst].force.x];
     [
-        Row::relative("E", format!("{name}: U centre"), speeds, velocity, cost),
-        Row::scaled("E", format!("{name}: force"), forces, largest, force, cost),
+        Row::relative("E", format!("{name}: U centre"), speeds, velocity, cost)
+            .with(Some(Estimated::velocity(instant, 1))),
+        Row::scaled("E", format!("{name}: force"), forces, largest, force, cost)
+            .with(Estimated::force(instant, worst)),
     ]
 }
 
@@ -113,12 +113,27 @@ fn at(case: &Instantaneous, model: &str) -> Result<Scene> {
     scene_by(model, CONTAINER, &spheres, &more)
 }
 
-/// What the solves of a stroke cost.
-struct Costs(Cost);
+/// What the solves of a stroke cost, and what errors of its legs add up to.
+#[derive(Default)]
+struct Legs {
+    cost: Cost,
+    drifts: Vec<Option<Drift>>,
+}
 
-impl Observer for Costs {
+impl Observer for Legs {
     fn solved(&mut self, _: &Leg, solved: &Solved, _: &dyn Hydrodynamics) -> Result<(), SwimError> {
-        self.0.add(&Cost::of(&solved.instant));
+        self.cost.add(&Cost::of(&solved.instant));
+        Ok(())
+    }
+
+    fn leg_done(
+        &mut self,
+        _: &Leg,
+        result: &LegResult,
+        _: &Outcome,
+        _: &dyn Hydrodynamics,
+    ) -> Result<(), SwimError> {
+        self.drifts.push(result.drift.clone());
         Ok(())
     }
 }
@@ -149,8 +164,9 @@ pub fn stroke(
     overrides.push(format!("domain.radius={:?}", case.container));
     let scene = Scene::read(&file, &overrides)?;
     let mut model = choose(&scene)?.model;
-    let mut costs = Costs(Cost::default());
-    let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut costs)?;
+    let mut legs = Legs::default();
+    let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut legs)?;
+    let cost = legs.cost;
     let name = |what: &str| format!("{by}stroke 10-6, b {}: {what}", case.container);
     let mut rows: Vec<Row> = outcome
         .legs
@@ -160,10 +176,28 @@ pub fn stroke(
         .map(|(number, (leg, exact))| {
             let pair = [exact, leg.displacement[1].x];
             let what = format!("step {}", number + 1);
-            Row::relative("E", name(&what), pair, step, costs.0)
+            let drift = legs.drifts[number].as_ref();
+            let estimated = Estimated::displacement(drift, &leg.error_estimate);
+            Row::relative("E", name(&what), pair, step, cost).with(Some(estimated))
         })
         .collect();
     let pair = [case.net, outcome.displacement[1].x];
-    rows.push(Row::relative("E", name("net"), pair, net, costs.0));
+    let estimated = Estimated::displacement(outcome.drift.as_ref(), &outcome.error_estimate);
+    rows.push(Row::relative("E", name("net"), pair, net, cost).with(Some(estimated)));
     Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::validate::estimated::assert_effective;
+
+    #[test]
+    fn estimates_of_speed_and_force_of_a_swimmer_are_their_errors() {
+        let model = "model.kind = \"fem\"\nfem.surface_size = 0.5";
+        let tolerances = [(STEP, Basis::Required); 2];
+        for row in instant(&INSTANTANEOUS[0], "h 0.5", model, tolerances).expect("it is solved") {
+            assert_effective(&row);
+        }
+    }
 }

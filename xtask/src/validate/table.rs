@@ -4,6 +4,8 @@ use std::fmt::Write;
 
 use swimmer::model::Instant;
 
+use super::estimated::Estimated;
+
 /// What rows cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Cost {
@@ -38,11 +40,15 @@ pub struct Row {
     pub name: String,
     pub exact: f64,
     pub computed: f64,
-    /// Error over the scale that the row is judged by.
+    /// What the row's error is judged by.
+    pub scale: f64,
+    /// Error over the scale.
     pub error: f64,
     pub tolerance: f64,
     /// Where the tolerance comes from.
     pub basis: Basis,
+    /// What came with the value about its error.
+    pub estimated: Option<Estimated>,
     pub cost: Cost,
 }
 
@@ -139,10 +145,28 @@ impl Row {
             name: name.into(),
             exact,
             computed,
+            scale,
             error: (computed - exact) / scale.abs(),
             tolerance,
             basis,
+            estimated: None,
             cost,
+        }
+    }
+
+    /// The row with what came with its value about its error.
+    pub fn with(self, estimated: Option<Estimated>) -> Self {
+        Self { estimated, ..self }
+    }
+
+    /// The row in a unit of so many.
+    pub fn in_units_of(self, unit: f64) -> Self {
+        Self {
+            exact: self.exact / unit,
+            computed: self.computed / unit,
+            scale: self.scale / unit,
+            estimated: self.estimated.map(|own| own.times(1.0 / unit)),
+            ..self
         }
     }
 
@@ -153,6 +177,12 @@ impl Row {
 
     /// The row as the table shows it.
     pub fn cells(&self) -> [String; HEADINGS.len()] {
+        let shown = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
+        let ratio = self.effectivity().map(|(ratio, means)| match means {
+            true => format!("{ratio:.2}"),
+            false => format!("({ratio:.2})"),
+        });
+        let (corrected, gain) = self.corrected().unzip();
         [
             self.group.to_owned(),
             self.name.clone(),
@@ -160,6 +190,10 @@ impl Row {
             format!("{:.9}", self.computed),
             format!("{:+.2e}", self.error),
             format!("{:.1e} ({})", self.tolerance, self.basis.mark()),
+            shown(self.bar().map(|bar| format!("{bar:.2e}"))),
+            shown(ratio),
+            shown(corrected.map(|value| format!("{value:.9}"))),
+            shown(gain.map(|gain| format!("{gain:.1}"))),
             self.cost.dofs.to_string(),
             self.cost.iterations.to_string(),
             format!("{:.1}", self.cost.seconds),
@@ -169,13 +203,17 @@ impl Row {
 }
 
 /// What the columns of the table are.
-pub const HEADINGS: [&str; 10] = [
+pub const HEADINGS: [&str; 14] = [
     "case",
     "row",
     "exact",
     "computed",
     "error",
     "tolerance",
+    "estimated",
+    "ratio",
+    "corrected",
+    "gain",
     "dofs",
     "its",
     "s",
@@ -184,6 +222,7 @@ pub const HEADINGS: [&str; 10] = [
 
 /// The table as Markdown, aligned for reading as plain text too.
 pub fn markdown(rows: &[Row], notes: &[String]) -> String {
+    const LAST: usize = HEADINGS.len() - 1;
     let mut lines = vec![HEADINGS.map(str::to_owned)];
     lines.extend(rows.iter().map(Row::cells));
     let widths: Vec<usize> = (0..HEADINGS.len())
@@ -200,7 +239,7 @@ pub fn markdown(rows: &[Row], notes: &[String]) -> String {
         let cells = line.iter().zip(&widths).enumerate();
         // Words to the left, numbers to the right.
         let padded = cells.map(|(column, (cell, &width))| match column {
-            0 | 1 | 9 => format!("{cell:<width$}"),
+            0 | 1 | LAST => format!("{cell:<width$}"),
             _ => format!("{cell:>width$}"),
         });
         text.push_str(&format!("| {} |\n", padded.collect::<Vec<_>>().join(" | ")));
@@ -209,7 +248,7 @@ pub fn markdown(rows: &[Row], notes: &[String]) -> String {
                 .iter()
                 .enumerate()
                 .map(|(column, &width)| match column {
-                    0 | 1 | 9 => format!(":{}", "-".repeat(width + 1)),
+                    0 | 1 | LAST => format!(":{}", "-".repeat(width + 1)),
                     _ => format!("{}:", "-".repeat(width + 1)),
                 });
             text.push_str(&format!("|{}|\n", rules.collect::<Vec<_>>().join("|")));
@@ -237,18 +276,27 @@ pub fn basis_notes(rows: &[Row]) -> Vec<String> {
 
 /// The rows as comma-separated values, numbers in full.
 pub fn csv(rows: &[Row]) -> String {
-    let mut text =
-        String::from("case,row,exact,computed,error,tolerance,dofs,iterations,seconds,result\n");
+    let mut text = String::from(
+        "case,row,exact,computed,error,tolerance,estimated,ratio,ratio_means_something,corrected,gain,dofs,iterations,seconds,result\n",
+    );
+    let shown = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:?}"));
     for row in rows {
+        let (ratio, means) = row.effectivity().unzip();
+        let (corrected, gain) = row.corrected().unzip();
         let _ = writeln!(
             text,
-            "{},\"{}\",{:?},{:?},{:?},{:?},{},{},{:?},{}",
+            "{},\"{}\",{:?},{:?},{:?},{:?},{},{},{},{},{},{},{},{:?},{}",
             row.group,
             row.name.replace('"', "'"),
             row.exact,
             row.computed,
             row.error,
             row.tolerance,
+            shown(row.bar()),
+            shown(ratio),
+            means.map_or(String::new(), |means| means.to_string()),
+            shown(corrected),
+            shown(gain),
             row.cost.dofs,
             row.cost.iterations,
             row.cost.seconds,

@@ -62,7 +62,7 @@ pub fn solve(
     };
     let _ = writeln!(text, "velocities: {}", errors(&bars));
     if let Some(error) = &instant.mesh_error {
-        let _ = writeln!(text, "forces: error {:.1e} by the mesh", error.force);
+        let _ = writeln!(text, "forces: error {:.1e} by the mesh", error.force());
     }
     if let Some(checks) = &instant.checks {
         let _ = writeln!(

@@ -96,8 +96,8 @@ impl<'a> Oracle<'a> {
         turn_motion(&turn, &mut turned.instant.motion);
         if let Some(error) = &mut turned.instant.mesh_error {
             turn_frames(&turn, &mut error.frames);
-            for velocity in &mut error.bodies {
-                *velocity = turn * *velocity;
+            for vector in error.bodies.iter_mut().chain(&mut error.forces) {
+                *vector = turn * *vector;
             }
         }
         for body in &mut turned.instant.bodies {

@@ -260,9 +260,9 @@ impl Hydrodynamics for AxisymmetricModel {
         let velocities: Vec<Vector3<f64>> = (bodies.iter().zip(&coarser_bodies))
             .map(|(last, before)| tail * (before.velocity - last.velocity))
             .collect();
-        let force = (bodies.iter().zip(&coarser_bodies))
-            .map(|(last, before)| tail * (before.force - last.force).norm())
-            .fold(0.0, f64::max);
+        let forces = (bodies.iter().zip(&coarser_bodies))
+            .map(|(last, before)| tail * (before.force - last.force))
+            .collect();
         let error = velocities.iter().fold(0.0_f64, |m, e| m.max(e.norm()));
         let fastest = bodies.iter().fold(0.0_f64, |m, b| m.max(b.velocity.norm()));
         let total = clock.elapsed().as_secs_f64();
@@ -298,7 +298,7 @@ impl Hydrodynamics for AxisymmetricModel {
                     .collect(),
                 bodies: velocities,
                 spread: UNSURE * error,
-                force,
+                forces,
             }),
             checks: None,
             remeshed: None,

@@ -15,8 +15,16 @@ pub struct MeshError {
     pub bodies: Vec<Vector3<f64>>,
     /// What the estimate of a velocity may err by itself.
     pub spread: f64,
-    /// Error of the largest force.
-    pub force: f64,
+    /// The same for the force of each body, zero where forces are the loads: those of linked bodies err as their power does, which is
+    /// right to first order for the link that moves while others are held.
+    pub forces: Vec<Vector3<f64>>,
+}
+
+impl MeshError {
+    /// Size of the largest error of a force.
+    pub fn force(&self) -> f64 {
+        self.forces.iter().fold(0.0, |m, f| m.max(f.norm()))
+    }
 }
 
 /// Other ways to the same numbers: how far they are away.
@@ -91,7 +99,7 @@ mod tests {
             }],
             bodies: vec![],
             spread: 0.5,
-            force: 0.0,
+            forces: vec![],
         };
         let motion = StateVelocity {
             frames: vec![Twist {

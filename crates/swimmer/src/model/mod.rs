@@ -165,7 +165,7 @@ impl Instant {
         let over = |error: f64, size: f64| if size > 0.0 { error / size } else { 0.0 };
         [
             over(
-                self.mesh_error.as_ref().map_or(0.0, |error| error.force),
+                self.mesh_error.as_ref().map_or(0.0, MeshError::force),
                 largest(|body| body.force.norm()),
             ),
             over(

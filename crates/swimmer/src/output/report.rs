@@ -65,8 +65,8 @@ pub fn summary_json(
 /// One instant, as `swim solve --json` prints it.
 ///
 /// `links` holds the force of each arm on the body that its key `body` names; the opposite acts on `to`.
-/// `error_estimate` is that of the velocities; its `force` that of the largest force. `corrected` has the velocities less their
-/// estimated errors by the mesh, `checks` other ways to forces and power.
+/// `error_estimate` is that of the velocities; its `force` that of the largest force. `corrected` has the velocities and forces less
+/// their estimated errors by the mesh, `checks` other ways to forces and power.
 pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
     let bodies: Vec<Value> = scene
         .bodies
@@ -84,12 +84,17 @@ pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
         .collect();
     let mut bars = estimate(&instant.error_estimate);
     if let (Some(error), Value::Object(bars)) = (&instant.mesh_error, &mut bars) {
-        bars.insert("force".to_owned(), json!({ "mesh": error.force }));
+        bars.insert("force".to_owned(), json!({ "mesh": error.force() }));
     }
     let corrected = instant.mesh_error.as_ref().map(|error| {
-        let bodies = scene.bodies.iter().zip(&instant.bodies).zip(&error.bodies);
-        let entries = bodies.map(|((body, motion), error)| {
-            json!({ "name": body.name, "velocity": vector(&(motion.velocity - error)) })
+        let errors = error.bodies.iter().zip(&error.forces);
+        let bodies = scene.bodies.iter().zip(&instant.bodies).zip(errors);
+        let entries = bodies.map(|((body, motion), (velocity, force))| {
+            json!({
+                "name": body.name,
+                "velocity": vector(&(motion.velocity - velocity)),
+                "force": vector(&(motion.force - force)),
+            })
         });
         json!({ "bodies": entries.collect::<Vec<_>>() })
     });

@@ -110,10 +110,13 @@ impl FemModel {
             bodies: by_mesh,
             spread,
             // Where no link holds, forces are the loads.
-            force: if set.links().is_empty() {
-                0.0
+            forces: if set.links().is_empty() {
+                vec![Vector3::zeros(); instant.bodies.len()]
             } else {
-                estimate.relative_energy * largest(instant.bodies.iter().map(|b| b.force))
+                let forces = instant.bodies.iter().map(|b| b.force);
+                forces
+                    .map(|force| estimate.relative_energy * force)
+                    .collect()
             },
         });
     }

@@ -20,7 +20,7 @@ pub struct Estimate {
     pub frames: Vec<Twist>,
     /// What the linear part of `frames` may err by itself.
     pub spread: f64,
-    /// $K(e, e)$ over the power of the bodies: the relative error of their forces.
+    /// $K(e, e)$ over the power of the bodies: the relative error of their forces, computed less exact.
     pub relative_energy: f64,
     /// What the flow lacks on its mesh, and each cell's share in the spread.
     own: Surplus,
@@ -114,7 +114,7 @@ pub fn estimate<'a>(
     let own = surplus(space, mesh, &flow.velocity, &flow.pressure)?;
     let power = flow.forces.dot(&flow.bodies);
     let relative_energy = match own.energy(&own)? / power {
-        ratio if ratio.is_finite() => ratio.abs(),
+        ratio if ratio.is_finite() => ratio,
         // Nothing moves, nothing errs.
         _ => 0.0,
     };
