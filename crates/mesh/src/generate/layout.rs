@@ -36,6 +36,8 @@ pub(super) struct Layout<'a> {
     pub centres: Range<u32>,
     surfaces: Vec<&'a dyn Surface>,
     container: &'a dyn Surface,
+    /// Whether the curvature of the container jumps.
+    jumps: bool,
 }
 
 /// Checks the numbers and names of the input.
@@ -176,6 +178,7 @@ impl<'a> Layout<'a> {
             centres: 0..0,
             surfaces: bodies.iter().map(|b| b.surface).collect(),
             container: wall,
+            jumps: matches!(container, Container::Capsule(_)),
         };
         let mut seeds = Vec::new();
         for (k, mesh) in meshes.iter().enumerate() {
@@ -229,9 +232,10 @@ impl<'a> Layout<'a> {
         bulges
     }
 
-    /// Keeps the tets of the fluid: those that do not have all vertices on (or in) one body, which is convex, and are no flat ones on the wall.
+    /// Keeps the tets of the fluid: those that do not have all vertices on (or in) one body, which is convex, and are no flat ones on a wall
+    /// whose curvature jumps.
     ///
-    /// Where the curvature of the wall jumps, as at the ends of a cylinder, four of its vertices may lie nearly on a circle: the Delaunay tet
+    /// There, as at the ends of a cylinder, four of its vertices may lie nearly on a circle: the Delaunay tet
     /// between them has no height. Without it the wall runs along the other diagonal.
     pub fn fluid(&self, mut tets: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
         let n_bodies = self.surfaces.len() as u32;
@@ -240,7 +244,7 @@ impl<'a> Layout<'a> {
             if owner[0] < n_bodies {
                 return owner.iter().any(|&o| o != owner[0]);
             }
-            owner.iter().any(|&o| o != n_bodies) || !self.is_flat(tet)
+            !self.jumps || owner.iter().any(|&o| o != n_bodies) || !self.is_flat(tet)
         });
         tets
     }
