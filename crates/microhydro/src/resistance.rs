@@ -56,11 +56,20 @@ impl Resistance {
 
     /// Largest estimated error of an entry $R_{ij}$ relative to $\sqrt{R_{ii} R_{jj}}$.
     pub fn relative_error(&self) -> f64 {
-        let error = self.error();
+        self.tail * self.relative_difference(&self.coarser)
+    }
+
+    /// Largest difference of an entry of another resistance of the same bodies, relative to $\sqrt{R_{ii} R_{jj}}$; infinite for a
+    /// matrix of another size.
+    pub fn relative_difference(&self, other: &DMatrix<f64>) -> f64 {
+        if other.shape() != self.matrix.shape() {
+            return f64::INFINITY;
+        }
+        let difference = (&self.matrix - other).abs();
         let size = |i: usize| self.matrix[(i, i)].sqrt();
-        (0..error.nrows())
-            .flat_map(|i| (0..error.ncols()).map(move |j| (i, j)))
-            .map(|(i, j)| error[(i, j)] / (size(i) * size(j)))
+        (0..difference.nrows())
+            .flat_map(|i| (0..difference.ncols()).map(move |j| (i, j)))
+            .map(|(i, j)| difference[(i, j)] / (size(i) * size(j)))
             .fold(0.0, f64::max)
     }
 

@@ -58,8 +58,12 @@ pub struct SpheresModel {
     last: Option<(Spheres, Judged)>,
 }
 
-/// Accuracy of the expansion that judges the lesser models: they are wrong by more.
-const JUDGE: f64 = 1e-3;
+/// Accuracies of the expansions that judge the lesser models, from the cheapest on: these are wrong by more, close to contact by so much that
+/// the first will do.
+const JUDGES: [f64; 3] = [1e-1, 1e-2, 1e-3];
+
+/// A judge will do if it errs by less than this part of the error it finds.
+const JUDGE_SHARE: f64 = 0.3;
 
 /// Resistance and how to tell its error: other resistances, each compared with the one before; the error is the sum of the differences
 /// times their factors.
@@ -173,9 +177,16 @@ impl SpheresModel {
                 model: self.name(),
                 instead: "model.kind = \"multipole\"",
             })?;
-        let judge = expansion(JUDGE)?;
+        let matrix = factor.inverse();
+        let mut judge = expansion(JUDGES[0])?;
+        for &tolerance in &JUDGES[1..] {
+            if judge.relative_error() <= JUDGE_SHARE * judge.relative_difference(&matrix) {
+                break;
+            }
+            judge = expansion(tolerance)?;
+        }
         Ok(Judged {
-            matrix: factor.inverse(),
+            matrix,
             others: vec![
                 (judge.matrix().clone(), 1.0),
                 (judge.coarser().clone(), judge.tail()),
