@@ -44,7 +44,7 @@ mod surface;
 mod validate;
 
 pub use error::FemError;
-pub use estimate::{ErrorFunctional, Surplus, SurplusSpace};
+pub use estimate::{Chords, ErrorFunctional, RoundPart, Surplus, SurplusSpace};
 pub use load::{Load, consistent_load, momentum_residual, stress_load};
 pub use norms::{VelocityError, dissipation, mean_pressure, pressure_error, velocity_error};
 pub use space::TaylorHood;

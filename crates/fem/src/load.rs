@@ -1,13 +1,13 @@
 //! Forces and torques that bodies exert on the fluid, by residual and by stress.
 
 use linalg::{Csr, Csr3};
-use mesh::{TetMesh, Vec3};
+use mesh::{Facet, TetMesh, Vec3};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::FemError;
 use crate::geometry::MapAt;
-use crate::quadrature::{CellPoint, facet_degree_6};
+use crate::quadrature::{CellPoint, FacetPoint, facet_degree_6};
 use crate::sum::sum_over;
 use crate::surface::{facet_nodes, position_and_normal, surface_measures, tagged_facets};
 use crate::validate::check_array;
@@ -134,19 +134,12 @@ pub fn stress_load(
         let nodes = &mesh.cells()[cell];
         let (positions, surface) = (mesh.cell_points(cell), facet_nodes(mesh, facet));
         for point in facet_degree_6() {
-            // Of the cell's four vertices three are the facet's; the coordinate of the fourth is zero.
-            let barycentric = [0, 1, 2, 3].map(|local| {
-                let corner = facet.nodes[..3]
-                    .iter()
-                    .position(|&node| node == nodes[local]);
-                corner.map_or(0.0, |corner| point.barycentric[corner])
-            });
-            let at = CellPoint::new(barycentric, point.weight);
+            let at = facet_cell_point(facet, nodes, point);
             let map = MapAt::new(cell, &positions, &at)?;
             let mut stress = velocity_gradient(nodes, velocity, &map.gradients(&at));
             stress += stress.transpose();
             let p: f64 = (0..4)
-                .map(|q| barycentric[q] * pressure[nodes[q] as usize])
+                .map(|q| at.barycentric[q] * pressure[nodes[q] as usize])
                 .sum();
             stress -= Matrix3::from_diagonal_element(p);
             let (x, normal) = position_and_normal(&surface, point);
@@ -160,6 +153,18 @@ pub fn stress_load(
         force: Vec3::new(fx, fy, fz),
         torque: Vec3::new(tx, ty, tz),
     })
+}
+
+/// A point of a facet as one of its cell, which has these nodes.
+pub(crate) fn facet_cell_point(facet: &Facet, nodes: &[u32; 10], point: &FacetPoint) -> CellPoint {
+    // Of the cell's four vertices three are the facet's; the coordinate of the fourth is zero.
+    let barycentric = [0, 1, 2, 3].map(|local| {
+        let corner = facet.nodes[..3]
+            .iter()
+            .position(|&node| node == nodes[local]);
+        corner.map_or(0.0, |corner| point.barycentric[corner])
+    });
+    CellPoint::new(barycentric, point.weight)
 }
 
 /// `(c, k) -> d u_c / d x_k` in a cell with the given shape gradients.

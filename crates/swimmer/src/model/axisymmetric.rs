@@ -284,7 +284,7 @@ impl Hydrodynamics for AxisymmetricModel {
                 ..Seconds::default()
             },
             error_estimate: ErrorEstimate {
-                mesh: Some((1.0 + UNSURE) * error),
+                mesh: Some(error.hypot(UNSURE * error)),
                 container: (self.surroundings == Surroundings::Unbounded)
                     .then(|| axial.far_error() * fastest),
                 ..ErrorEstimate::default()

@@ -199,6 +199,19 @@ impl Mesher {
             .collect()
     }
 
+    /// The spheres that straight facets stand for, with the tags of these facets, the bodies being at `centres`; none where facets are curved.
+    pub fn chords(&self, centres: &[Vector3<f64>]) -> Vec<(&str, Sphere)> {
+        if self.geometry == GeometryKind::Curved {
+            return Vec::new();
+        }
+        let wall = match &self.source {
+            Source::Generated(Container::Ball(ball)) => Some((Container::TAG, *ball)),
+            // Boxes are flat, pieces of cylinders follow the bodies, and nobody knows what walls in a file stand for.
+            Source::Generated(_) | Source::Cylinder(_) | Source::File { .. } => None,
+        };
+        self.tags().zip(self.spheres(centres)).chain(wall).collect()
+    }
+
     /// What holds the fluid around the bodies; none for the mesh of a file.
     fn container(&self, bodies: &[Sphere]) -> Option<Container> {
         match &self.source {

@@ -4,7 +4,7 @@ use ale::{
     Biharmonic, Elastic, Harmonic, Kernel, MeshMotion, MovingBody, Rbf, ReferenceMap, Stiffening,
 };
 use fem::{SurplusSpace, TaylorHood};
-use mesh::{Capsule, TetMesh};
+use mesh::{Capsule, Sphere, TetMesh};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::far_field::FarField;
@@ -90,6 +90,11 @@ impl Meshes {
     /// Tags of the walls.
     pub fn wall_tags(&self) -> Vec<&str> {
         self.mesher.wall_tags()
+    }
+
+    /// The spheres that straight facets stand for, by tags, the bodies with surfaces being at `centres`.
+    pub fn chords(&self, centres: &[Vector3<f64>]) -> Vec<(&str, Sphere)> {
+        self.mesher.chords(centres)
     }
 
     /// What is left of relative errors for a container that stands for something larger: unbounded fluid, an infinite cylinder.

@@ -124,11 +124,13 @@ impl FemModel {
 
     fn boundary(&self, poses: &[Isometry3<f64>]) -> Boundary<'_> {
         let surfaced = self.meshes.surfaced_bodies();
+        let centres: Vec<_> = surfaced
+            .map(|body| poses[body].translation.vector)
+            .collect();
         Boundary {
             bodies: self.meshes.tags().collect(),
-            centres: surfaced
-                .map(|body| poses[body].translation.vector)
-                .collect(),
+            chords: self.meshes.chords(&centres),
+            centres,
             walls: self.meshes.wall_tags(),
         }
     }

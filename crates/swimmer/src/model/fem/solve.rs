@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use fem::{SurplusSpace, TaylorHood};
+use fem::{Chords, RoundPart, SurplusSpace, TaylorHood};
 use linalg::{
     BlockDiagonal, BlockTriangular, KrylovParams, SaddleLdlt, Schwarz, SchwarzParams, SolveReport,
     WarmStart, fgmres, fgmres_columns, minres,
 };
-use mesh::TetMesh;
+use mesh::{Sphere, TetMesh};
 use nalgebra::Vector3;
 use rigid::{
     Arms, Articulation, BodyKind, Constrained, DirectRows, Drive, Eliminated, Flow, FluidMatrices,
@@ -36,6 +36,24 @@ pub struct Boundary<'a> {
     pub centres: Vec<Vector3<f64>>,
     /// Tags of no-slip walls.
     pub walls: Vec<&'a str>,
+    /// The spheres that straight facets stand for, with their tags.
+    pub chords: Vec<(&'a str, Sphere)>,
+}
+
+impl Boundary<'_> {
+    /// The facets of a mesh that cut off spheres.
+    fn chords<'m>(&self, mesh: &'m TetMesh) -> Result<Chords<'m>, ModelError> {
+        let part = |(name, sphere): &(&str, Sphere)| -> Result<_, ModelError> {
+            Ok(RoundPart {
+                tag: mesh.tag(name)?,
+                centre: sphere.centre,
+                radius: sphere.radius,
+                is_wall: self.walls.contains(name),
+            })
+        };
+        let parts: Vec<_> = self.chords.iter().map(part).collect::<Result<_, _>>()?;
+        Ok(Chords::new(mesh, &parts)?)
+    }
 }
 
 /// A solved instant, in units of the flow.
@@ -98,6 +116,7 @@ pub fn solve(
         let solved = Solved {
             mesh,
             space: surplus,
+            chords: &boundary.chords(mesh)?,
             drive,
             system: &system,
             flow: &flow,
