@@ -211,6 +211,7 @@ fn three_spheres(size: f64) -> Result<Constrained> {
             vertex_stiffness: space.vertex_stiffness(&mesh)?,
             points: mesh.points(),
             roles: &roles,
+            on_planes: Vec::new(),
         },
         &surface_bodies,
     )?;

@@ -6,7 +6,7 @@ use crate::FemError;
 use crate::quadrature::{FacetPoint, facet_degree_6};
 use crate::sum::sum_over;
 
-/// Area, enclosed volume and centroid of a closed part of the boundary, from its curved facets.
+/// Area, enclosed volume and centroid of a part of the boundary that is closed, by itself or by mirror planes, from its curved facets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceMeasures {
     /// Area of the discrete surface.
@@ -25,12 +25,17 @@ const CLOSED: f64 = 1e-9;
 ///
 /// Volume and centroid are exact for the quadratic facets (degrees 4 and 6, 12-point rule of degree 6); the area's
 /// integrand is a square root. With curved facets the volume of a sphere is fourth order in the facet size.
+/// Where mirror planes cut the surface, all is of the part in the mesh: the planes through the origin add nothing to the integrals.
 /// # Errors
 /// No facet has the tag; the facets do not close; a point is not finite.
 pub fn surface_measures(mesh: &TetMesh, tag: u16) -> Result<SurfaceMeasures, FemError> {
     let facets = tagged_facets(mesh, tag)?;
-    // The integrals of a closed surface do not depend on the origin; a near one loses no digits.
-    let origin = facet_nodes(mesh, facets[0])[0];
+    let mirrors = mesh.mirrors();
+    // The integrals of a closed surface do not depend on the origin, as long as it is on the mirror planes; a near one loses no digits.
+    let mut origin = facet_nodes(mesh, facets[0])[0];
+    for axis in (0..3).filter(|&axis| mirrors[axis]) {
+        origin[axis] = 0.0;
+    }
     let sums = sum_over(facets.len(), |k| {
         let nodes = facet_nodes(mesh, facets[k]).map(|x| x - origin);
         let mut terms = [0.0; 8];
@@ -53,7 +58,15 @@ pub fn surface_measures(mesh: &TetMesh, tag: u16) -> Result<SurfaceMeasures, Fem
             index,
         });
     }
-    let gap = Vec3::new(nx, ny, nz).norm() / area;
+    // What is missing on a mirror plane is normal to it.
+    let open = [0, 1, 2].map(|axis| {
+        if mirrors[axis] {
+            0.0
+        } else {
+            [nx, ny, nz][axis]
+        }
+    });
+    let gap = Vec3::from(open).norm() / area;
     if gap.is_nan() || gap > CLOSED || signed_volume == 0.0 {
         return Err(FemError::OpenSurface { tag, gap });
     }

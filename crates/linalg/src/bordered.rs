@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 
 use crate::columns::{in_passes, split, split_mut};
 use crate::csr::{Rows, check_finite, check_shape, empty, into_rows, positive_diagonal, transpose};
+use crate::held::Held;
 use crate::node_kernel::{SparseNodes, long_row, node_row};
 use crate::row_blocks::RowBlocks;
 use crate::{Csr, LinalgError, LinearOperator};
@@ -38,6 +39,7 @@ pub struct Bordered {
     border_rows: Csr,
     border_nodes: SparseNodes<f64>,
     corner: DMatrix<f64>,
+    held: Held,
     blocks: RowBlocks,
     border_blocks: RowBlocks,
 }
@@ -99,7 +101,49 @@ impl Bordered {
             border_left,
             border_rows,
             corner,
+            held: Held::default(),
         }
+    }
+
+    /// The operator on vectors that are zero in some components of some nodes, `S A S` with `S` the projector on them: `held` lists nodes in ascending
+    /// order, each with the components held. The one scalar matrix serves the three components all the same.
+    ///
+    /// Products are zero in what is held and expect vectors that are. It costs a pass over `held` a product.
+    ///
+    /// ```
+    /// use linalg::{Bordered, Csr, LinearOperator};
+    /// let k = Csr::new((2, 2), vec![0, 2, 4], vec![0, 1, 0, 1], vec![2.0, -1.0, -1.0, 2.0]);
+    /// let a = Bordered::scalar(k)?.with_held(&[(1, [true, false, false])])?;
+    /// let mut y = [0.0; 6];
+    /// a.apply(&[1.0, 2.0, 3.0, 0.0, 0.0, 1.0], &mut y);
+    /// assert_eq!(y, [2.0, 4.0, 5.0, 0.0, -2.0, -1.0]);
+    /// # Ok::<(), linalg::LinalgError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`] for nodes that there are not, or not in ascending order.
+    pub fn with_held(self, held: &[(u32, [bool; 3])]) -> Result<Self, LinalgError> {
+        let held = Held::new(self.nodes(), held)?;
+        Ok(self.hold(held))
+    }
+
+    /// As [`Bordered::with_held`].
+    pub(crate) fn hold(mut self, held: Held) -> Self {
+        if held.is_empty() {
+            return self;
+        }
+        self.border = held.drop_rows(self.border);
+        self.border_left = self.border_left.map(|left| held.drop_rows(left));
+        self.border_rows = transpose(self.border_left.as_ref().unwrap_or(&self.border));
+        self.border_blocks = RowBlocks::new(Rows::of(&self.border_rows).indptr);
+        self.border_nodes = SparseNodes::new(&self.border, |v| v);
+        self.held = held;
+        self
+    }
+
+    /// What is held at zero.
+    pub(crate) fn held(&self) -> &Held {
+        &self.held
     }
 
     /// Number of nodes n: the operator has 3n + m rows.
@@ -176,7 +220,10 @@ impl Bordered {
                 }
             });
         };
-        self.blocks.for_each_block(y.map(nodes_mut), &rows);
+        let mut y = y.map(nodes_mut);
+        self.blocks
+            .for_each_block(y.each_mut().map(|y| &mut **y), &rows);
+        y.into_iter().for_each(|y| self.held.clear(y));
     }
 
     /// The border rows of the operator with whatever `extra(c)` adds, into the columns `y`.

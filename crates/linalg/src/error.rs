@@ -104,6 +104,16 @@ pub enum LinalgError {
         /// The method.
         method: &'static str,
     },
+    /// The method does not know of components that are held at zero.
+    #[error(
+        "{method} cannot hold single components at zero, as {nodes} nodes ask; use fgmres with BlockTriangular or minres with BlockDiagonal"
+    )]
+    HeldComponents {
+        /// The method.
+        method: &'static str,
+        /// Number of nodes with such components.
+        nodes: usize,
+    },
     /// A matrix to be factorised is singular or not definite to working precision.
     #[error("{what} cannot be factorised: {detail}")]
     Factorisation {

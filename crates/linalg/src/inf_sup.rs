@@ -32,6 +32,10 @@ impl InfSup {
     /// # Errors
     /// [`LinalgError::Parameter`] for more than 2000 pressures, [`LinalgError::Factorisation`] of `K` or of the mass matrix.
     pub fn of(system: &SaddleSystem) -> Result<Self, LinalgError> {
+        system
+            .velocity_block()
+            .held()
+            .refuse("the inf-sup constant")?;
         let (b, mass) = (system.divergence(), system.pressure_mass());
         let (pressures, nodes) = b.shape();
         if pressures > MOST_PRESSURES {

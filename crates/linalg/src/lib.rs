@@ -19,6 +19,7 @@
 //! | solve a small one in two dimensions | [`ShiftedLdlt`] |
 //! | solve a large one without a mesh hierarchy | [`fgmres`] with [`Schwarz`] |
 //! | solve again with a matrix that changed a little | [`WarmStart`] |
+//! | solve in a part that mirror planes cut off | [`Bordered::with_held`] |
 //! | solve three scalar problems with one matrix | [`cg`] with [`Bordered::scalar`] and [`Multigrid::new`] |
 //!
 //! Not for general sparse matrices (faer, sprs) or distributed memory (PETSc). Every solver reports the true residual
@@ -61,6 +62,7 @@ mod columns;
 mod csr;
 mod direct;
 mod error;
+mod held;
 mod inf_sup;
 mod krylov;
 mod lanczos;

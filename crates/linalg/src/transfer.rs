@@ -1,8 +1,11 @@
 //! Prolongation of a bordered operator and the Galerkin products with it.
 
+use std::borrow::Cow;
+
 use nalgebra::DMatrix;
 
 use crate::csr::{Rows, check_finite, check_shape, into_rows, transpose};
+use crate::held::Held;
 use crate::product::{build_rows, kron3_multiply_add, multiply};
 use crate::{Bordered, Csr, LinalgError};
 
@@ -74,6 +77,18 @@ impl Transfer {
         self.border_left.as_ref().unwrap_or(&self.border)
     }
 
+    /// Without motions of bodies in what is held.
+    pub(crate) fn hold(&self, held: &Held) -> Cow<'_, Self> {
+        if held.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        Cow::Owned(Transfer {
+            nodes: self.nodes.clone(),
+            border: held.drop_rows(self.border.clone()),
+            border_left: self.border_left.clone().map(|left| held.drop_rows(left)),
+        })
+    }
+
     pub(crate) fn check_against(&self, fine: &Bordered) -> Result<(), LinalgError> {
         let (n, m) = (fine.nodes(), fine.border_len());
         let expected = (n, self.nodes.cols());
@@ -91,17 +106,20 @@ impl Transfer {
         let k = fine.stiffness();
         let restrict = transpose(&self.nodes);
         let k_coarse = k_coarse.unwrap_or_else(|| multiply(&restrict, &multiply(k, &self.nodes)));
-        let kq_plus_c = kron3_multiply_add(k, &self.border, fine.border());
+        let held = fine.held();
+        let kq_plus_c = held.drop_rows(kron3_multiply_add(k, &self.border, fine.border()));
         let (q_left, c_left) = (
             self.border_left(),
             fine.border_left().unwrap_or(fine.border()),
         );
         let left = (fine.border_left().is_some() || self.border_left.is_some())
-            .then(|| restrict3(&restrict, &kron3_multiply_add(k, q_left, c_left)));
+            .then(|| held.drop_rows(kron3_multiply_add(k, q_left, c_left)))
+            .map(|left| restrict3(&restrict, &left));
         let mut corner = fine.corner().clone();
         add_transposed_product(q_left, &kq_plus_c, &mut corner);
         add_transposed_product(c_left, &self.border, &mut corner);
         Bordered::from_parts(k_coarse, restrict3(&restrict, &kq_plus_c), left, corner)
+            .hold(held.coarse(&self.nodes))
     }
 }
 

@@ -20,6 +20,30 @@ pub enum MeshError {
         jacobian: f64,
     },
 
+    /// A node on a mirror plane that is not where the plane is.
+    #[error(
+        "node {node} of the boundary '{plane}' is {distance:.3e} away from that plane, which goes through the origin; move the mesh there"
+    )]
+    OffMirror {
+        /// Number of the node.
+        node: usize,
+        /// Tag of the plane.
+        plane: &'static str,
+        /// Its distance.
+        distance: f64,
+    },
+
+    /// A body or container that is not its own image in a mirror plane.
+    #[error(
+        "'{part}' is not its own mirror image in the plane '{plane}' through the origin; put its centre on the plane or mesh the whole"
+    )]
+    NotMirrored {
+        /// Name of the body or of the container.
+        part: String,
+        /// Tag of the plane.
+        plane: &'static str,
+    },
+
     /// A mesh without cells.
     #[error(
         "the mesh has no tetrahedra; mesh a volume, and if it was saved by groups give the fluid a group"

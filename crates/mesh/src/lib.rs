@@ -31,6 +31,7 @@ mod error;
 mod generate;
 mod io;
 mod linear_tets;
+mod mirror;
 mod order;
 mod quadratic_tets;
 mod quality;
@@ -44,6 +45,7 @@ pub use generate::{
 };
 pub use io::{MshFile, Pvd, Vtu, VtuEncoding};
 pub use linear_tets::LinearTets;
+pub use mirror::{MIRROR_TAGS, Unfolded};
 pub use quadratic_tets::QuadraticTets;
 pub use quality::{Quality, dihedral_angles, mean_ratio, scaled_jacobian_bound};
 pub use surface::{BoxSurface, Capsule, Sphere, Spheroid, Surface};

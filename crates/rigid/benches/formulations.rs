@@ -116,6 +116,7 @@ impl Scene {
             vertex_stiffness: self.vertex_stiffness.clone(),
             points: self.mesh.points(),
             roles: &self.roles,
+            on_planes: Vec::new(),
         };
         RigidFluid::new(matrices, &self.bodies).expect("matrices of one mesh")
     }

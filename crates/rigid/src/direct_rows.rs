@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::formulation::Border;
 use crate::link_loads::LinkLoads;
-use crate::{Constrained, Drive, Formulation, Reduction, RigidError, RigidFluid};
+use crate::{Constrained, Constraints, Drive, Formulation, Reduction, RigidError, RigidFluid};
 
 /// Row substitution of Berti et al. (2021), equation (23): every velocity stays an unknown, and rows of the force balance
 /// are replaced by `C q = w`.
@@ -21,6 +21,11 @@ impl Formulation for DirectRows {
     }
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
+        let constraints = &*Constraints::mirrored(drive, fluid.mirrors())?;
+        let drive = &Drive {
+            constraints,
+            ..*drive
+        };
         let Reduction { all, .. } = Reduction::of(drive.set, drive.constraints)?;
         let held = all.held_rows(drive.constraints);
         let (velocities, balances) = all.basis.shape();

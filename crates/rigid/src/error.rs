@@ -24,6 +24,24 @@ pub enum RigidError {
         /// Distance of the two ends.
         distance: f64,
     },
+    /// A load that mirror planes do not map onto itself.
+    #[error(
+        "the force or torque on body {body} is not its own mirror image; solve on the whole mesh"
+    )]
+    NotMirrored {
+        /// Index of the body.
+        body: usize,
+    },
+    /// A body that a mirror plane does not cut in halves.
+    #[error(
+        "the centre of rigid body {body} is {distance:.3e} away from a mirror plane; solve on the whole mesh"
+    )]
+    OffMirror {
+        /// Number of the body among those with a surface.
+        body: usize,
+        /// Distance of its centre from the plane.
+        distance: f64,
+    },
     /// A point that no link holds has no resistance, so its velocity is undetermined.
     #[error(
         "point {body} is not linked to any body, so nothing determines its velocity; link it or remove it"

@@ -5,9 +5,9 @@ use std::ops::AddAssign;
 use linalg::{Csr, Csr3};
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::RigidError;
 use crate::articulation::check_length;
 use crate::node_blocks::{NOT_FREE, NodeBlocks, free_block};
+use crate::{Mirrors, RigidError};
 
 /// What determines the velocity of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub enum NodeRole {
 pub struct SurfaceBody {
     /// The point `c` that velocities and torques refer to.
     pub centre: Vector3<f64>,
-    /// Volume enclosed by the discrete surface, $|B_h|$.
+    /// Volume enclosed by the discrete surface and the mirror planes, $|B_h|$.
     pub volume: f64,
 }
 
@@ -48,6 +48,8 @@ pub struct FluidMatrices<'a> {
     pub points: &'a [Vector3<f64>],
     /// Role of each node.
     pub roles: &'a [NodeRole],
+    /// Nodes on mirror planes, ascending, each with the axes that its planes are normal to; none if the mesh is whole. See [`Mirrors`].
+    pub on_planes: Vec<(u32, [bool; 3])>,
 }
 
 /// The fluid's equations at free nodes and their border: 6 columns `(U, omega)` a rigid body.
@@ -78,6 +80,9 @@ pub struct RigidFluid {
     pub interpolation_border: Csr,
     /// Node number of each free node.
     pub free_nodes: Vec<u32>,
+    /// Free nodes on mirror planes by their number among the free ones, with the components that are zero there.
+    pub held: Vec<(u32, [bool; 3])>,
+    mirrors: Mirrors,
     roles: Vec<NodeRole>,
     arms: Vec<Vector3<f64>>,
 }
@@ -98,6 +103,7 @@ impl RigidFluid {
             vertex_stiffness,
             points,
             roles,
+            on_planes,
         } = matrices;
         let nodes = points.len();
         let vertices = vertex_stiffness.rows();
@@ -134,6 +140,23 @@ impl RigidFluid {
         for (number, &node) in free_nodes.iter().enumerate() {
             free_number[node as usize] = number as u32;
         }
+        let mirrors = Mirrors::of(&on_planes);
+        for (number, body) in bodies.iter().enumerate() {
+            let off = body.centre.iter().zip(mirrors.planes);
+            if let Some((distance, _)) = off.into_iter().find(|(x, plane)| *plane && **x != 0.0) {
+                return Err(RigidError::OffMirror {
+                    body: number,
+                    distance: distance.abs(),
+                });
+            }
+        }
+        let held = on_planes
+            .iter()
+            .filter_map(|&(node, planes)| {
+                let number = *free_number.get(node as usize)?;
+                (number != NOT_FREE).then_some((number, planes))
+            })
+            .collect();
         let arms: Vec<Vector3<f64>> = (0..nodes)
             .map(|node| match roles[node] {
                 NodeRole::Body(body) => points[node] - bodies[body as usize].centre,
@@ -181,6 +204,8 @@ impl RigidFluid {
             rigid_divergence,
             interpolation_border,
             free_nodes,
+            held,
+            mirrors,
             roles: roles.to_vec(),
             arms,
         })
@@ -206,6 +231,11 @@ impl RigidFluid {
     /// Number of rigid bodies with a surface.
     pub fn bodies(&self) -> usize {
         self.corner.nrows() / 6
+    }
+
+    /// Planes beyond which the fluid goes on as its own mirror image.
+    pub fn mirrors(&self) -> Mirrors {
+        self.mirrors
     }
 
     /// Number of nodes, whatever their role.
@@ -252,13 +282,15 @@ impl RigidFluid {
 
     /// Consistent forces and torques that the bodies exert on the fluid, `(F, T)` a body.
     ///
+    /// Those on whole bodies, where mirror planes cut them.
+    ///
     /// The residual of the momentum equation tested with rigid motions:
     /// $F = (K_{IB} P)^T u_I + M U + (B_B P)^T p$; fourth order on curved quadratic surfaces, because it is the energy of the flow.
     pub fn forces(&self, free: &[f64], bodies: &DVector<f64>, pressure: &[f64]) -> DVector<f64> {
         let mut forces = &self.corner * bodies;
         add_transposed(&self.border, free, &mut forces);
         add_transposed(&self.rigid_divergence, pressure, &mut forces);
-        forces
+        self.mirrors.whole(forces)
     }
 }
 

@@ -177,6 +177,7 @@ impl Constrained {
             fluid.corner.nrows(),
         )?;
         fluid.check_determined()?;
+        let parts = fluid.mirrors().parts();
         let Border {
             columns,
             rows,
@@ -190,8 +191,11 @@ impl Constrained {
         let tests = rows.as_ref().unwrap_or(&columns);
         let surface_tests = tests.select_rows(&surface_rows);
         let mut right: Vec<f64> = negated_product(&fluid.border, &surface_offset);
+        clear(&fluid.held, &mut right);
         right.extend(
-            (tests.tr_mul(loads) - surface_tests.tr_mul(&(&fluid.corner * &surface_offset))).iter(),
+            (tests.tr_mul(loads) / parts
+                - surface_tests.tr_mul(&(&fluid.corner * &surface_offset)))
+            .iter(),
         );
         right.extend(negated_product(&fluid.rigid_divergence, &surface_offset));
         let mut corner = surface_tests.tr_mul(&(&fluid.corner * &surface_columns));
@@ -206,7 +210,8 @@ impl Constrained {
             &fluid.border * &trial,
             test.as_ref().map(|test| &fluid.border * test),
             corner,
-        )?;
+        )?
+        .with_held(&fluid.held)?;
         let system = SaddleSystem::new(
             a,
             std::mem::replace(&mut fluid.divergence, linalg::Csr3::zero((0, 0))),
@@ -249,7 +254,8 @@ impl Constrained {
         let tests = self.tests.as_ref().unwrap_or(&self.columns);
         check_length("generalised loads", loads.len(), tests.nrows())?;
         let mut right = vec![0.0; self.right.len()];
-        right[self.system.border_range()].copy_from_slice(tests.tr_mul(loads).as_slice());
+        let loads = tests.tr_mul(loads) / self.surfaces.mirrors().parts();
+        right[self.system.border_range()].copy_from_slice(loads.as_slice());
         Ok(right)
     }
 
@@ -284,6 +290,7 @@ impl Constrained {
             .flat_map(|first| &velocity[first..first + 3])
             .copied()
             .collect();
+        clear(&self.surfaces.held, &mut right);
         right.extend(border.iter());
         right.extend(pressure);
         Ok(right)
@@ -367,7 +374,9 @@ impl Constrained {
         let generalised = &self.columns * &border + &self.offset;
         let bodies = generalised.select_rows(&self.surface_rows);
         let forces = self.surfaces.forces(free, &bodies, pressure);
-        let link_loads = match (&self.link_loads, self.first_multiplier) {
+        // Multipliers of parts of bodies hold them against their other parts too.
+        let is_whole = self.surfaces.mirrors().is_empty();
+        let link_loads = match (&self.link_loads, self.first_multiplier.filter(|_| is_whole)) {
             (None, _) => DVector::zeros(0),
             (Some(loads), Some(first)) => loads.of_multipliers(&border.as_slice()[first..]),
             (Some(loads), None) => loads.balancing(&forces)?,
@@ -381,6 +390,15 @@ impl Constrained {
             generalised,
             bodies,
         })
+    }
+}
+
+/// Zeroes the components that mirror planes hold.
+fn clear(held: &[(u32, [bool; 3])], velocity: &mut [f64]) {
+    for (node, planes) in held {
+        for axis in (0..3).filter(|&axis| planes[axis]) {
+            velocity[3 * *node as usize + axis] = 0.0;
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::formulation::Border;
-use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
+use crate::{Constrained, Constraints, Drive, Formulation, Reduction, RigidError, RigidFluid};
 
 /// The operator P of Berti et al. (2021), equation (13): `u = P (u_I, U, omega)`; bodies move independently.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,8 +24,15 @@ impl Formulation for Independent {
             return Err(RigidError::FixedWithoutConstraint { body });
         }
         let velocities = drive.constraints.layout.len();
+        let columns = match fluid.mirrors() {
+            mirrors if mirrors.is_empty() => DMatrix::identity(velocities, velocities),
+            mirrors => {
+                let constraints = Constraints::mirrored(drive, mirrors)?;
+                Reduction::of(drive.set, &constraints)?.all.basis
+            }
+        };
         let border = Border {
-            columns: DMatrix::identity(velocities, velocities),
+            columns,
             rows: None,
             offset: DVector::zeros(velocities),
             constraints: None,

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::formulation::Border;
 use crate::link_loads::LinkLoads;
-use crate::{Constrained, Drive, Formulation, Reduction, RigidError, RigidFluid};
+use crate::{Constrained, Constraints, Drive, Formulation, Reduction, RigidError, RigidFluid};
 
 /// Lagrange multipliers of Berti et al. (2021), equations (16)-(18): `M q + ... + C^T alpha = F`, `C q = w`.
 ///
@@ -21,6 +21,11 @@ impl Formulation for Lagrange {
     }
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
+        let constraints = &*Constraints::mirrored(drive, fluid.mirrors())?;
+        let drive = &Drive {
+            constraints,
+            ..*drive
+        };
         let Reduction { all, .. } = Reduction::of(drive.set, drive.constraints)?;
         let rows = all.held_rows(drive.constraints);
         let (velocities, multipliers) = (rows.ncols(), rows.nrows());

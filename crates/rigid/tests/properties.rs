@@ -152,6 +152,7 @@ proptest! {
             FluidMatrices {
                 stiffness: k.clone(), divergence: b3.clone(), pressure_mass: mass, interpolation: csr(&interpolation),
                 vertex_stiffness: vertex, points: &points, roles: &roles,
+                on_planes: Vec::new(),
             },
             &bodies,
         ).unwrap();

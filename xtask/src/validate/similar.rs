@@ -70,6 +70,7 @@ pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<(Loads, Cos
             vertex_stiffness: space.vertex_stiffness(&mesh)?,
             points: mesh.points(),
             roles: &roles,
+            on_planes: Vec::new(),
         },
         &[SurfaceBody {
             centre: Vector3::zeros(),

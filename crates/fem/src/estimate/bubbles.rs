@@ -1,8 +1,9 @@
 //! The cubic bubbles of a mesh: which cell has which, and their gradients on the reference tetrahedron.
 
+use std::collections::HashMap;
 use std::sync::LazyLock;
 
-use mesh::{TET_EDGES, TetMesh, Vec3};
+use mesh::{MIRROR_TAGS, TET_EDGES, TetMesh, Vec3};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -22,8 +23,9 @@ const MAX_CELLS: usize = 1 << 29;
 pub(super) struct Bubbles {
     /// The face bubbles of each cell.
     faces: Vec<[u32; 4]>,
-    /// Whether a bubble lives on the boundary, where velocities are given and there is nothing to estimate.
-    fixed: Vec<bool>,
+    /// Components of a bubble, a bit each, in which there is nothing to estimate: all on the boundary, where velocities are given; those across mirror
+    /// planes on these.
+    fixed: Vec<u8>,
     n_vertices: u32,
     n_edges: usize,
 }
@@ -53,19 +55,24 @@ impl Bubbles {
         sides.par_sort_unstable();
 
         let n_edges = mesh.n_points() - mesh.n_vertices();
+        let on_mirrors = on_mirrors(mesh);
         let mut faces = vec![[0; 4]; cells.len()];
-        let mut fixed = vec![false; n_edges];
+        let mut fixed = vec![0; n_edges];
         for shared in sides.chunk_by(|a, b| a.0 == b.0) {
             let number = fixed.len() as u32;
-            fixed.push(shared.len() == 1);
+            fixed.push(match shared.len() {
+                1 => on_mirrors.get(&shared[0].0).copied().unwrap_or(ALL),
+                _ => 0,
+            });
             for &(_, side) in shared {
                 faces[side as usize / 4][side as usize % 4] = number;
             }
         }
         let n_vertices = mesh.n_vertices();
         for facet in mesh.facets() {
+            let components = mirror_of(mesh, facet.tag).unwrap_or(ALL);
             for &node in &facet.nodes[3..] {
-                fixed[node as usize - n_vertices] = true;
+                fixed[node as usize - n_vertices] |= components;
             }
         }
         Ok(Self {
@@ -93,9 +100,12 @@ impl Bubbles {
             && mesh.n_points() == self.n_vertices as usize + self.n_edges
     }
 
-    /// Whether a bubble lives on the boundary.
-    pub fn is_fixed(&self, bubble: usize) -> bool {
-        self.fixed[bubble]
+    /// Without the components of a bubble in which there is nothing to estimate.
+    pub fn estimated(&self, bubble: usize, mut value: Vec3) -> Vec3 {
+        for axis in (0..3).filter(|axis| self.fixed[bubble] >> axis & 1 == 1) {
+            value[axis] = 0.0;
+        }
+        value
     }
 
     /// The bubbles of a cell with the given nodes.
@@ -108,6 +118,27 @@ impl Bubbles {
             number as usize
         })
     }
+}
+
+/// All components.
+const ALL: u8 = 0b111;
+
+/// The component across a mirror plane; none for other parts of the boundary.
+fn mirror_of(mesh: &TetMesh, tag: u16) -> Option<u8> {
+    let name = &mesh.tags()[usize::from(tag)];
+    let axis = MIRROR_TAGS.iter().position(|mirror| mirror == name)?;
+    Some(1 << axis)
+}
+
+/// The faces on mirror planes, by their vertices in order, with the component across.
+fn on_mirrors(mesh: &TetMesh) -> HashMap<[u32; 3], u8> {
+    let face = |facet: &mesh::Facet| {
+        let [a, b, c, ..] = facet.nodes;
+        let mut key = [a, b, c];
+        key.sort_unstable();
+        Some((key, mirror_of(mesh, facet.tag)?))
+    };
+    mesh.facets().iter().filter_map(face).collect()
 }
 
 /// The signs of a cell's bubbles: `-1` for an edge whose local order is not that of its vertices' numbers.
@@ -233,10 +264,13 @@ mod tests {
             }
         }
         for bubble in edges..bubbles.len() {
-            assert_eq!(seen[bubble], if bubbles.is_fixed(bubble) { 1 } else { 2 });
+            assert_eq!(
+                seen[bubble],
+                if bubbles.fixed[bubble] == ALL { 1 } else { 2 }
+            );
         }
         // A boundary of triangles that closes has three edges to two triangles.
-        let fixed_edges = (0..edges).filter(|&e| bubbles.is_fixed(e)).count();
+        let fixed_edges = (0..edges).filter(|&e| bubbles.fixed[e] == ALL).count();
         assert_eq!(2 * fixed_edges, 3 * facets);
     }
 }

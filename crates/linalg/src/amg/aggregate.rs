@@ -12,11 +12,14 @@ pub(super) struct Aggregates {
 /// Standard aggregation in three passes over the nodes in their order (Vanek, Mandel, Brezina 1996, algorithm 2).
 ///
 /// First whole neighbourhoods none of whose nodes is taken, then left-over nodes join a neighbouring aggregate of
-/// the first pass, then what remains forms its own. Deterministic; O(nnz).
-pub(super) fn standard(strong: &Csr) -> Aggregates {
+/// the first pass, then what remains forms its own. Only nodes of the same `class` join. Deterministic; O(nnz).
+pub(super) fn standard(strong: &Csr, class: &[u8]) -> Aggregates {
     let rows = Rows::of(strong);
     let n = strong.rows();
-    let neighbours = |i| rows.row(i).map(|(j, _)| j);
+    let neighbours = |i: usize| {
+        let all = rows.row(i).map(|(j, _)| j);
+        all.filter(move |&j| class[j] == class[i])
+    };
     let isolated = |i: usize| rows.indptr[i] == rows.indptr[i + 1];
     let mut of_node: Vec<Option<u32>> = vec![None; n];
     let mut count = 0u32;
@@ -62,7 +65,7 @@ mod tests {
             t.add_triplet(i, i - 1, -1.0);
             t.add_triplet(i - 1, i, -1.0);
         }
-        let aggregates = standard(&t.to_csr());
+        let aggregates = standard(&t.to_csr(), &[0; 10]);
         // node 0 takes 1, node 3 takes 2 and 4, node 6 takes 5 and 7, node 8 joins; node 9 is isolated
         let expected = [0, 0, 1, 1, 1, 2, 2, 2, 2].map(Some);
         assert_eq!(aggregates.of_node[..n], expected);

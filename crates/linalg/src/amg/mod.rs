@@ -20,11 +20,13 @@ pub(crate) fn prolongation(
     threshold: f64,
 ) -> Option<Transfer> {
     let strong = strength::symmetric(fine.stiffness(), diagonal, threshold);
-    let aggregates = aggregate::standard(&strong);
+    // nodes that are held in different components must not be moved together
+    let held = fine.held().bits(fine.nodes());
+    let aggregates = aggregate::standard(&strong, &held);
     let tentative = tentative::constant(&aggregates);
     // less than a fifth fewer unknowns a level: cheaper to factorise here than to go on
     if tentative.cols() == 0 || 5 * tentative.cols() > 4 * fine.nodes() {
         return None;
     }
-    Some(smooth::jacobi(fine, diagonal, upper, &tentative))
+    Some(smooth::jacobi(fine, diagonal, upper, &tentative, &held))
 }

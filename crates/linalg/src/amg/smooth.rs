@@ -8,7 +8,16 @@ use crate::{Bordered, Csr, Transfer};
 ///
 /// The border columns are the same Jacobi step applied to the tentative prolongation `[T 0; 0 I]` of the bordered operator:
 /// a body that moves drags the nodes around it along.
-pub(super) fn jacobi(fine: &Bordered, diagonal: &[f64], upper: f64, tentative: &Csr) -> Transfer {
+///
+/// A node takes only from aggregates held in all components that it is held in itself (bits of `held`); what it would take of others stays with its
+/// own aggregate, so that constants are still interpolated (a filtered matrix, as for weak couplings in Vanek, Mandel, Brezina 1996).
+pub(super) fn jacobi(
+    fine: &Bordered,
+    diagonal: &[f64],
+    upper: f64,
+    tentative: &Csr,
+    held: &[u8],
+) -> Transfer {
     let omega = 4.0 / (3.0 * upper);
     let (k, t) = (Rows::of(fine.stiffness()), Rows::of(tentative));
     let nodes = build_rows(fine.nodes(), tentative.cols(), |i, row| {
@@ -16,7 +25,8 @@ pub(super) fn jacobi(fine: &Bordered, diagonal: &[f64], upper: f64, tentative: &
             row.add(aggregate, value);
         }
         for (j, kij) in k.row(i) {
-            for (aggregate, value) in t.row(j) {
+            let source = if held[i] & !held[j] == 0 { j } else { i };
+            for (aggregate, value) in t.row(source) {
                 row.add(aggregate, -omega / diagonal[i] * kij * value);
             }
         }

@@ -70,6 +70,7 @@ impl<'a> SaddleLdlt<'a> {
     /// # Errors
     /// [`LinalgError::Factorisation`] for a singular block or lack of memory, [`LinalgError::Parameter`].
     pub fn factor(system: &'a SaddleSystem, params: &DirectParams) -> Result<Self, LinalgError> {
+        system.velocity_block().held().refuse("the direct solver")?;
         for (name, value) in [("shift", params.shift), ("rel_tol", params.rel_tol)] {
             if !(value > 0.0 && value < 1.0) {
                 let range = "between 0 and 1";

@@ -10,10 +10,13 @@ use crate::{Bordered, Csr, LinalgError, LinearOperator};
 
 /// `[K (x) I3, C; C_l^T, M]` solved by one factor of `K` and a dense, pivoted Schur complement of the border.
 ///
+/// Where components are held each has a factor of its own, of `K` with what is held left out.
+///
 /// `S = M - C_l^T W`, `W = (K (x) I3)^-1 C`; `v = S^-1 (b_v - C_l^T t)`, `u = t - W v`, `t = (K (x) I3)^-1 b_u`. Only `K` need be
 /// definite: pivoting admits borders with constraints and nonsymmetric ones.
 pub(super) struct CoarseSolver {
-    factor: SparseFactor,
+    /// One for all components, or one for each.
+    factors: Vec<SparseFactor>,
     border_rows: Csr,
     /// `W`, column by column, each interleaved by node.
     lifted: Vec<f64>,
@@ -36,14 +39,24 @@ impl CoarseSolver {
         let (n, m) = (operator.nodes(), operator.border_len());
         let k = operator.stiffness().map(|v| v * unit);
         let order = Graph::new(&adjacency(&k), &vec![1; n])?.nested_dissection()?;
-        let mut factor = SparseFactor::new(
-            "coarsest stiffness matrix",
-            &k,
-            &order,
-            Definiteness::Positive,
-            Precision::Double,
-            3,
-        )?;
+        let factorise = |k: &Csr, columns| {
+            let (definite, double) = (Definiteness::Positive, Precision::Double);
+            SparseFactor::new(
+                "coarsest stiffness matrix",
+                k,
+                &order,
+                definite,
+                double,
+                columns,
+            )
+        };
+        let held = operator.held();
+        let mut factors = if held.is_empty() {
+            vec![factorise(&k, 3)?]
+        } else {
+            let factors = (0..3).map(|d| factorise(&held.pinned(&k, d), 1));
+            factors.collect::<Result<_, _>>()?
+        };
         let border_rows = operator.border_rows().map(|v| v * unit);
         let mut lifted = vec![0.0; 3 * n * m];
         let border = Rows::of(operator.border());
@@ -55,7 +68,7 @@ impl CoarseSolver {
         let mut components = vec![0.0; 3 * n];
         for column in lifted.chunks_exact_mut((3 * n).max(1)) {
             separate(column, &mut components);
-            factor.solve_in_place(&mut components);
+            solve_components(&mut factors, &mut components);
             interleave(&components, column);
         }
         let mut schur = operator.corner() * unit;
@@ -75,12 +88,12 @@ impl CoarseSolver {
             SchurFactor::new(schur)?
         };
         Ok(CoarseSolver {
-            factor,
+            factors,
             border_rows,
             lifted,
             schur,
             definite,
-            vectors: Vectors::new(n, m),
+            vectors: Vectors::new(n, m, held.clone()),
             components,
             interleaved: vec![0.0; 3 * n],
             border: DVector::zeros(m),
@@ -103,7 +116,7 @@ impl CoarseSolver {
             *t = [b[0], b[1], b[2]].map(f64::from);
         }
         separate(&self.interleaved, &mut self.components);
-        self.factor.solve_in_place(&mut self.components);
+        solve_components(&mut self.factors, &mut self.components);
         interleave(&self.components, &mut self.interleaved);
         for (c, v) in self.border.iter_mut().enumerate() {
             let [known] = long_row(Rows::of(&self.border_rows), c, |j| [self.interleaved[j]]);
@@ -124,6 +137,17 @@ impl CoarseSolver {
         {
             x[s] = [t[0] as f32, t[1] as f32, t[2] as f32, 0.0];
         }
+    }
+}
+
+/// `(K (x) I3)^-1` of three columns, one after the other.
+fn solve_components(factors: &mut [SparseFactor], columns: &mut [f64]) {
+    let each = columns.len() / factors.len();
+    for (factor, part) in factors
+        .iter_mut()
+        .zip(columns.chunks_exact_mut(each.max(1)))
+    {
+        factor.solve_in_place(part);
     }
 }
 

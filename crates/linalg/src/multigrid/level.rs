@@ -52,7 +52,7 @@ impl Level {
             q_transposed: padded_columns(&to_f32(&transpose(transfer.border_left()), 1.0)),
             blocks: operator.node_blocks().clone(),
             border_blocks: operator.border_blocks().clone(),
-            vectors: Vectors::new(n, m),
+            vectors: Vectors::new(n, m, operator.held().clone()),
         }
     }
 
@@ -88,8 +88,10 @@ impl Level {
     /// `x' = x + w D^-1 (b - K x)`: one pass.
     fn sweep<const S: usize>(&mut self, factor: f32) {
         let (k, inverse_diagonal) = (self.k.rows(), &self.inverse_diagonal);
-        let Columns { b, x, next, .. } = self.vectors.columns::<S>();
-        self.blocks.for_each(next, &|i, next| {
+        let Columns {
+            b, x, next, held, ..
+        } = self.vectors.columns::<S>();
+        self.blocks.for_each(&mut *next, &|i, next| {
             let a = padded_row(k, i, x);
             let step = factor * inverse_diagonal[i];
             for s in 0..S {
@@ -98,6 +100,7 @@ impl Level {
                 }
             }
         });
+        held.clear_columns(next);
         self.vectors.advance();
     }
 
@@ -147,7 +150,8 @@ impl Level {
             }
         });
         self.coarse_blocks
-            .for_each(coarse.b, &|i, bi| *bi = padded_row(p, i, r));
+            .for_each(&mut *coarse.b, &|i, bi| *bi = padded_row(p, i, r));
+        coarse.held.clear_columns(coarse.b);
         let (left, q) = (Rows::of(&self.border_rows), Rows::of(&self.q_transposed));
         self.border_blocks.for_each(coarse.border_b, &|c, bc| {
             let known = long_row(left, c, |j| x[j / 4].map(|x| x[j % 4]));

@@ -156,6 +156,7 @@ impl Multigrid {
             csr::check_finite("coarse stiffness matrix", k.data())?;
         }
         let diagonal = positive_diagonal("stiffness matrix", operator.stiffness())?;
+        let transfer = &*transfer.hold(operator.held());
         let mut builder = Builder::new(&diagonal, params);
         let upper = chebyshev::upper_bound(operator.stiffness(), &diagonal)?;
         builder.push(operator, transfer, &diagonal, upper);
@@ -271,7 +272,9 @@ impl Multigrid {
         self.coarse.vectors.widen(S);
         let scale = size.map(power_of_two_below);
         let (down, up) = (scale.map(f64::recip), scale.map(|scale| scale / self.unit));
-        let Columns { b, border_b, .. } = top(&mut self.levels, &mut self.coarse).columns::<S>();
+        let Columns {
+            b, border_b, held, ..
+        } = top(&mut self.levels, &mut self.coarse).columns::<S>();
         b.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, b)| {
             for (i, b) in b.iter_mut().enumerate() {
                 let r = nodes(chunk * CHUNK + i);
@@ -281,6 +284,7 @@ impl Multigrid {
                 }
             }
         });
+        held.clear_columns(b);
         for (c, b) in border_b.iter_mut().enumerate() {
             *b = from_fn(|s| (border[s][c] * down[s]) as f32);
         }

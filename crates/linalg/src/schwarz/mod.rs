@@ -67,6 +67,7 @@ impl<'a> Schwarz<'a> {
     /// # Errors
     /// [`LinalgError::Subdomain`] naming the one that is singular, [`LinalgError::Parameter`], [`LinalgError::Shape`], [`LinalgError::Factorisation`] of the border.
     pub fn new(system: &'a SaddleSystem, params: &SchwarzParams) -> Result<Self, LinalgError> {
+        system.velocity_block().held().refuse("additive Schwarz")?;
         let cut = partition::cut(system, params)?;
         let subdomains: Result<Vec<_>, _> = cut
             .par_iter()

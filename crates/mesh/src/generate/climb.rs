@@ -1,5 +1,6 @@
 //! Hill climbing: vertices of the worst tets move to where the worst angle around them is best (Freitag & Ollivier-Gooch 1997).
 
+use super::planes::Planes;
 use super::size::SizeField;
 use crate::{TET_EDGES, Vec3};
 use std::collections::HashMap;
@@ -66,10 +67,11 @@ struct Judge<'a> {
     /// Index into `bulges` for tets with curved edges.
     curved: Vec<Option<u32>>,
     bulges: Vec<[Vec3; 6]>,
+    planes: Planes,
 }
 
 impl<'a> Judge<'a> {
-    fn new(tets: &'a [[u32; 4]], edges: &Bulges) -> Self {
+    fn new(tets: &'a [[u32; 4]], edges: &Bulges, planes: Planes) -> Self {
         let mut bulges = Vec::new();
         let curved = tets
             .iter()
@@ -90,6 +92,7 @@ impl<'a> Judge<'a> {
             tets,
             curved,
             bulges,
+            planes,
         }
     }
 
@@ -110,18 +113,19 @@ impl<'a> Judge<'a> {
 /// Moves free vertices of tets whose worst angle is below `target` degrees (or above 180 minus it); returns the smallest
 /// [`goodness`] of all tets then.
 ///
-/// Tets along the curved `edges` are judged by their Jacobian too. The tets stay the same; no move makes the worst tet around a vertex worse. Deterministic and serial: few vertices move.
+/// Vertices on `planes` move in them. Tets along the curved `edges` are judged by their Jacobian too. The tets stay the same; no move makes the worst tet around a vertex worse. Deterministic and serial: few vertices move.
 pub(super) fn climb(
     points: &mut [Vec3],
     tets: &[[u32; 4]],
     free: &[bool],
+    planes: Planes,
     edges: &Bulges,
     field: &SizeField<'_>,
     target: f64,
 ) -> f64 {
     let bad = 1.0 - target.to_radians().cos();
     let around = tets_around(points.len(), tets);
-    let judge = Judge::new(tets, edges);
+    let judge = Judge::new(tets, edges, planes);
     let at = |points: &[Vec3], t: u32| {
         let v = tets[t as usize][0];
         judge.score(points, t, v, points[v as usize])
@@ -176,12 +180,13 @@ fn move_vertex(
 ) -> bool {
     let start = points[v as usize];
     let h = field.at(start);
+    let planes = judge.planes.at(start);
     let (mut place, mut best) = (start, lowest);
     for step in STEPS {
         for _ in 0..3 {
             let from = place;
             for direction in directions() {
-                let trial = from + (step * h) * direction;
+                let trial = from + (step * h) * planes.along(direction);
                 let mut low = 1f64;
                 for &s in star {
                     low = low.min(judge.score(points, s, v, trial));

@@ -1,4 +1,4 @@
-//! Geodesic triangulations of the unit sphere: the icosahedron with each face cut into `T` triangles.
+//! Geodesic triangulations of the unit sphere: the icosahedron with each face cut into `T` triangles, or the octahedron where planes cut the sphere.
 
 use super::surface_mesh::SurfaceMesh;
 use crate::Vec3;
@@ -15,19 +15,51 @@ const TOLERANCE: f64 = 1.12;
 /// Only the mirror-symmetric classes are used (Caspar & Klug 1962): `T = b^2` and `T = 3 b^2`. Each has the symmetry of the
 /// icosahedron with its edges along the axes, hence is its own mirror image in the coordinate planes.
 pub(super) fn geodesic_sphere(size: f64) -> SurfaceMesh {
+    let (corners, faces) = icosahedron();
     let wanted = (EDGE / (TOLERANCE * size)).powi(2);
     let first = wanted.sqrt().ceil().max(1.0) as u32;
     let second = (wanted / 3.0).sqrt().ceil().max(1.0) as u32;
     if first * first <= 3 * second * second {
-        subdivided(first)
+        subdivided(&corners, &faces, first)
     } else {
-        root_three(&subdivided(second))
+        root_three(&subdivided(&corners, &faces, second))
     }
 }
 
 /// Number of triangles that [`geodesic_sphere`] spends for edges of length `size`.
 pub(super) fn triangles_for(size: f64) -> f64 {
     20.0 * (EDGE / size).powi(2)
+}
+
+/// Edge length of an equilateral triangle of area `4 pi / 8`.
+const OCTAHEDRAL_EDGE: f64 = 1.904_625_757_294_174_5;
+
+/// The coarsest triangulation of the unit sphere by the octahedron with edges of length `size`, up to 12 %, that no coordinate plane cuts through
+/// a triangle: vertices on a plane have a coordinate of exactly zero.
+///
+/// Four triangles meet at its corners, where they have right angles; smoothing evens out what is around.
+pub(super) fn octahedral_sphere(size: f64) -> SurfaceMesh {
+    let frequency = (OCTAHEDRAL_EDGE / (TOLERANCE * size)).ceil().max(1.0);
+    let (corners, faces) = octahedron();
+    subdivided(&corners, &faces, frequency as u32)
+}
+
+fn octahedron() -> ([Vec3; 6], [[usize; 3]; 8]) {
+    let corners = [0, 1, 2, 3, 4, 5].map(|k: usize| {
+        let mut corner = Vec3::zeros();
+        corner[k / 2] = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+        corner
+    });
+    let faces = [0, 1, 2, 3, 4, 5, 6, 7].map(|k: usize| {
+        let [x, y, z] = [k & 1, 2 + (k >> 1 & 1), 4 + (k >> 2 & 1)];
+        // Each reflection turns the face round.
+        if k.count_ones().is_multiple_of(2) {
+            [x, y, z]
+        } else {
+            [x, z, y]
+        }
+    });
+    (corners, faces)
 }
 
 fn icosahedron() -> ([Vec3; 12], [[usize; 3]; 20]) {
@@ -65,16 +97,15 @@ fn icosahedron() -> ([Vec3; 12], [[usize; 3]; 20]) {
     (corners.map(|c| c.normalize()), faces)
 }
 
-/// Every face of the icosahedron cut into `frequency^2` triangles.
+/// Every face of a regular polyhedron cut into `frequency^2` triangles.
 ///
 /// A point with barycentric coordinates `u_i` goes to the direction of `sum_i sin(u_i w) x_i`, `w` the angle between
 /// corners: equal arcs along the edges (Shoemake 1985), and nearly equal triangles between them.
-fn subdivided(frequency: u32) -> SurfaceMesh {
-    let (corners, faces) = icosahedron();
+fn subdivided(corners: &[Vec3], faces: &[[usize; 3]], frequency: u32) -> SurfaceMesh {
     let arc = corners[faces[0][0]].dot(&corners[faces[0][1]]).acos();
     let mut mesh = SurfaceMesh::default();
     let mut numbers: HashMap<[(usize, u32); 3], u32> = HashMap::new();
-    for face in faces {
+    for &face in faces {
         let mut number = |i: u32, j: u32| {
             let mut key = [(face[0], frequency - i - j), (face[1], i), (face[2], j)];
             // Points on an edge are known by its two corners alone.

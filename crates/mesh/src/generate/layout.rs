@@ -3,6 +3,7 @@
 use super::capsule_mesh::{smallest_edge, triangulate_capsule};
 use super::climb::Bulges;
 use super::packing::{is_near, pack};
+use super::planes::Planes;
 use super::size::SizeField;
 use super::surface_mesh::{SurfaceMesh, triangulate, triangulate_box};
 use super::verify::boundary_faces;
@@ -34,6 +35,8 @@ pub(super) struct Layout<'a> {
     pub triangles: Vec<Vec<[u32; 3]>>,
     /// Vertices that are centres of bodies, not of the fluid.
     pub centres: Range<u32>,
+    /// What cuts all this off where coordinates are negative.
+    pub planes: Planes,
     surfaces: Vec<&'a dyn Surface>,
     container: &'a dyn Surface,
     /// Whether the curvature of the container jumps.
@@ -127,7 +130,7 @@ pub(super) fn check(
             body.surface.smallest_curvature_radius(),
         )?;
     }
-    Ok(())
+    Planes(params.mirrors).check(bodies, container)
 }
 
 impl<'a> Layout<'a> {
@@ -143,6 +146,7 @@ impl<'a> Layout<'a> {
         params: &GenerateParams,
     ) -> Result<Self, MeshError> {
         let limit = params.max_vertices;
+        let planes = Planes(params.mirrors);
         let mut meshes: Vec<SurfaceMesh> = Vec::new();
         let grid = offset_grid(bodies);
         let size = |x: Vec3| field.at(x);
@@ -153,15 +157,15 @@ impl<'a> Layout<'a> {
                 meshes.push(meshes[first].translated(from, to, grid));
                 continue;
             }
-            let mesh = triangulate(body.name, body.surface, &size, limit)?;
+            let mesh = triangulate(body.name, body.surface, &size, planes, limit)?;
             let centre = body.surface.centre();
             meshes.push(mesh.translated(centre, centre, grid));
         }
         let wall = container.surface();
         meshes.push(match container {
-            Container::Ball(_) => triangulate(Container::TAG, wall, &size, limit)?,
+            Container::Ball(_) => triangulate(Container::TAG, wall, &size, planes, limit)?,
             Container::Box(b) => {
-                triangulate_box(Container::TAG, wall, [b.min, b.max], &size, limit)?
+                triangulate_box(Container::TAG, wall, [b.min, b.max], &size, planes, limit)?
             }
             Container::Capsule(capsule) => {
                 let edge = smallest_edge(capsule, &size);
@@ -176,14 +180,16 @@ impl<'a> Layout<'a> {
             vertices: Vec::new(),
             triangles: Vec::new(),
             centres: 0..0,
+            planes,
             surfaces: bodies.iter().map(|b| b.surface).collect(),
             container: wall,
             jumps: matches!(container, Container::Capsule(_)),
         };
         let mut seeds = Vec::new();
-        for (k, mesh) in meshes.iter().enumerate() {
+        for (k, mesh) in meshes.into_iter().enumerate() {
             let inwards = if k == bodies.len() { -1.0 } else { 1.0 };
-            seeds.extend(apexes(mesh, inwards, field));
+            seeds.extend(apexes(&mesh, inwards, field));
+            let mesh = planes.cut(mesh);
             let first = layout.points.len() as u32;
             layout.triangles.push(
                 mesh.triangles
@@ -194,7 +200,8 @@ impl<'a> Layout<'a> {
             layout.add(&mesh.points, k as u32, false);
             layout.vertices.push(first..layout.points.len() as u32);
         }
-        let packed = pack(field, &layout.surfaces, wall, &layout.points, &seeds, limit)?;
+        let surfaces = &layout.surfaces;
+        let packed = pack(field, surfaces, wall, planes, &layout.points, &seeds, limit)?;
         let first_centre = layout.points.len() as u32;
         for (k, body) in bodies.iter().enumerate() {
             layout.add(&[body.surface.centre()], k as u32, false);
@@ -221,15 +228,23 @@ impl<'a> Layout<'a> {
         for [a, b, c] in boundary_faces(tets) {
             let owner = self.owner[a as usize] as usize;
             let surface = self.surfaces.get(owner).unwrap_or(&self.container);
+            let is_flat = self.plane_of([a, b, c]).is_some();
             for [i, j] in [[a, b], [b, c], [c, a]] {
-                // Each edge belongs to two faces, which turn about it in opposite senses.
-                if i < j {
-                    let middle = 0.5 * (self.points[i as usize] + self.points[j as usize]);
-                    bulges.insert([i, j], surface.closest_point(middle) - middle);
+                let [at, to] = [i, j].map(|v| self.points[v as usize]);
+                // Each edge belongs to two faces, which turn about it in opposite senses; at a plane one of them is flat.
+                if !is_flat && (i < j || !self.planes.through(&[at, to]).is_empty()) {
+                    let middle = 0.5 * (at + to);
+                    bulges.insert([i.min(j), i.max(j)], surface.closest_point(middle) - middle);
                 }
             }
         }
         bulges
+    }
+
+    /// The axis that a face is normal to, if it is on a mirror plane.
+    pub fn plane_of(&self, face: [u32; 3]) -> Option<usize> {
+        let corners = face.map(|v| self.points[v as usize]);
+        self.planes.through(&corners).axis()
     }
 
     /// Keeps the tets of the fluid: those that do not have all vertices on (or in) one body, which is convex, and are no flat ones on a wall
@@ -258,12 +273,17 @@ impl<'a> Layout<'a> {
         volume < FLAT * longest.powi(3)
     }
 
-    /// Moves free vertices to their targets, except where they would come too close to a surface.
+    /// Moves free vertices to their targets, except where they would come too close to a surface; those on planes move in them.
+    ///
+    /// By symmetry the mean over the tets on both sides of a plane is that over one side less what is normal to it.
     pub fn move_free(&mut self, target: &[Vec3], field: &SizeField<'_>) {
         for (i, &to) in target.iter().enumerate() {
             if self.free[i] {
+                let own = self.planes.at(self.points[i]);
+                let to = own.along(to);
                 let clear = 0.4 * field.at(to);
-                let near = -self.container.signed_distance(to) < clear
+                let near = self.planes.distance(to, own) < clear
+                    || -self.container.signed_distance(to) < clear
                     || self.surfaces.iter().any(|s| is_near(*s, to, clear));
                 if !near {
                     self.points[i] = to;

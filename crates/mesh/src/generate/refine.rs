@@ -1,5 +1,6 @@
 //! Refinement of surface triangulations to a size that varies.
 
+use super::planes::Planes;
 use super::surface_mesh::{SurfaceMesh, sphere_radius};
 use crate::{MeshError, Surface, Vec3};
 
@@ -27,6 +28,8 @@ pub(super) struct Refiner<'a> {
     sphere: Option<f64>,
     /// Cosine between normals below which an edge is a ridge.
     ridge: f64,
+    /// Edges along planes stay there.
+    planes: Planes,
     name: &'a str,
 }
 
@@ -36,6 +39,7 @@ impl<'a> Refiner<'a> {
         name: &'a str,
         surface: &'a dyn Surface,
         size: &'a dyn Fn(Vec3) -> f64,
+        planes: Planes,
     ) -> Self {
         let neighbours = mesh.neighbours();
         Refiner {
@@ -50,6 +54,7 @@ impl<'a> Refiner<'a> {
             } else {
                 RIDGE
             },
+            planes,
             name,
         }
     }
@@ -139,7 +144,10 @@ impl<'a> Refiner<'a> {
         let [_, u_c, u_b] = [0, 1, 2].map(|k| self.neighbours[u][(j + k) % 3]);
         let middle = 0.5 * (self.mesh.points[b as usize] + self.mesh.points[c as usize]);
         let m = self.mesh.points.len() as u32;
-        self.mesh.points.push(self.surface.closest_point(middle));
+        let planes = self.planes.at(middle);
+        self.mesh
+            .points
+            .push(planes.along(self.surface.closest_point(middle)));
         let (t2, u2) = (
             self.mesh.triangles.len() as u32,
             self.mesh.triangles.len() as u32 + 1,
@@ -219,6 +227,9 @@ impl<'a> Refiner<'a> {
         let u = self.neighbours[t][i] as usize;
         let [a, b, c] = self.turned(t, i).map(|v| self.mesh.points[v as usize]);
         let d = self.mesh.points[self.mesh.triangles[u][self.slot(u, t)] as usize];
+        if !self.planes.through(&[b, c]).is_empty() {
+            return false;
+        }
         // The new triangles must face the same way.
         let facing = self.normal(t) + self.normal(u);
         let faces = |x: Vec3, y: Vec3| (x - a).cross(&(y - a)).dot(&facing) > 0.0;
@@ -283,7 +294,9 @@ impl<'a> Refiner<'a> {
         }
         for v in 0..n {
             if !ridge[v] && sums[v].1 > 0.0 {
-                self.mesh.points[v] = self.surface.closest_point(sums[v].0 / sums[v].1);
+                let planes = self.planes.at(self.mesh.points[v]);
+                let centre = planes.along(sums[v].0 / sums[v].1);
+                self.mesh.points[v] = planes.along(self.surface.closest_point(centre));
             }
         }
     }

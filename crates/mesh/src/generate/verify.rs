@@ -1,9 +1,10 @@
 //! The finished mesh, checked face by face.
 
 use super::layout::Layout;
+use super::planes::Planes;
 use super::surface_mesh::sphere_radius;
 use super::{Body, Container};
-use crate::{LinearTets, MeshError, Vec3};
+use crate::{LinearTets, MIRROR_TAGS, MeshError, Vec3};
 use std::ops::Range;
 
 /// Numbers the vertices of the fluid, finds the boundary faces, and checks that they are what was designed.
@@ -18,6 +19,7 @@ pub(super) fn assemble(
     let boundary = boundary_faces(&tets);
     let n_bodies = bodies.len();
     let mut faces: Vec<Vec<[u32; 3]>> = vec![Vec::new(); n_bodies + 1];
+    let mut on_planes: [Vec<[u32; 3]>; 3] = Default::default();
     let lost = |face: [u32; 3], part: usize| {
         let sum: Vec3 = face.iter().map(|&v| layout.points[v as usize]).sum();
         MeshError::SurfaceLost {
@@ -26,6 +28,10 @@ pub(super) fn assemble(
         }
     };
     for face in boundary {
+        if let Some(axis) = layout.plane_of(face) {
+            on_planes[axis].push(face);
+            continue;
+        }
         let owner = face.map(|v| layout.owner[v as usize]);
         match faces.get_mut(owner[0] as usize) {
             Some(list) if owner[1] == owner[0] && owner[2] == owner[0] => list.push(face),
@@ -37,7 +43,7 @@ pub(super) fn assemble(
     }
     for (part, list) in faces.iter().enumerate() {
         let vertices = &layout.vertices[part];
-        if !is_sphere_like(list, vertices.clone()) {
+        if !is_whole(list, vertices.clone(), layout) {
             return Err(lost([vertices.start; 3], part));
         }
         // On spheres the faces are the designed ones; faces of the fluid look into the body, designed ones out of it.
@@ -61,6 +67,14 @@ pub(super) fn assemble(
             v - shift
         }
     };
+    let names = bodies.iter().map(|b| b.name).chain([Container::TAG]);
+    let mut tags: Vec<String> = names.map(str::to_owned).collect();
+    for (list, name) in on_planes.into_iter().zip(MIRROR_TAGS) {
+        if !list.is_empty() {
+            faces.push(list);
+            tags.push(name.to_owned());
+        }
+    }
     let mut points = layout.points.clone();
     points.drain(layout.centres.start as usize..layout.centres.end as usize);
     Ok(LinearTets {
@@ -71,16 +85,13 @@ pub(super) fn assemble(
             .enumerate()
             .flat_map(|(part, list)| list.iter().map(move |f| (f.map(number), part as u16)))
             .collect(),
-        tags: bodies
-            .iter()
-            .map(|b| b.name.to_owned())
-            .chain([Container::TAG.to_owned()])
-            .collect(),
+        tags,
     })
 }
 
-/// Whether triangles form a closed surface with the topology of a sphere through all the `vertices`.
-fn is_sphere_like(triangles: &[[u32; 3]], vertices: Range<u32>) -> bool {
+/// Whether triangles form a closed surface with the topology of a sphere through all the `vertices`, or, where planes cut it, of a disc
+/// whose edge is on them.
+fn is_whole(triangles: &[[u32; 3]], vertices: Range<u32>, layout: &Layout<'_>) -> bool {
     let mut edges: Vec<[u32; 2]> = triangles
         .iter()
         .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
@@ -88,15 +99,29 @@ fn is_sphere_like(triangles: &[[u32; 3]], vertices: Range<u32>) -> bool {
     edges.sort_unstable();
     // Each directed edge once, with its reverse: every edge joins two triangles that are turned alike.
     let once = edges.windows(2).all(|pair| pair[0] != pair[1]);
-    let paired = edges
-        .iter()
-        .all(|&[a, b]| edges.binary_search(&[b, a]).is_ok());
-    // Every vertex, and V - E + F = 2 with 2 E = 3 F.
+    let on_plane = |edge: &[u32; 2]| {
+        let ends = edge.map(|v| layout.points[v as usize]);
+        !layout.planes.through(&ends).is_empty()
+    };
+    let mut single = 0;
+    for edge in &edges {
+        if edges.binary_search(&[edge[1], edge[0]]).is_err() {
+            if !on_plane(edge) {
+                return false;
+            }
+            single += 1;
+        }
+    }
+    // Every vertex, and V - E + F = 2, or 1 for a disc, with 2 E = 3 F + the edges of one triangle.
     let mut starts: Vec<u32> = edges.iter().map(|e| e[0]).collect();
     starts.dedup();
-    once && paired
-        && starts.into_iter().eq(vertices.clone())
-        && 2 * vertices.len() == triangles.len() + 4
+    let euler = if layout.planes == Planes::default() {
+        2
+    } else {
+        1
+    };
+    once && starts.into_iter().eq(vertices.clone())
+        && 2 * (vertices.len() + triangles.len()) == 3 * triangles.len() + single + 2 * euler
 }
 
 /// Faces of one tet only, normal out of the tet, in the order of the tets.

@@ -20,6 +20,9 @@ pub fn check(arguments: &SceneArguments) -> Result<String, SwimError> {
         text.push('\n');
     };
     line(format!("model: {}: {}", model.name(), reasons.join("; ")));
+    if let Some(mirrors) = mirrors(&scene).filter(|_| model.name() == "fem") {
+        line(mirrors);
+    }
     let lengths = scene.articulation.initial_lengths();
     let rates = vec![0.0; lengths.len()];
     let cost = model.cost(&Placement {
@@ -41,6 +44,28 @@ pub fn check(arguments: &SceneArguments) -> Result<String, SwimError> {
         ));
     }
     Ok(text)
+}
+
+/// What mirror planes a scene has and whether they are used.
+fn mirrors(scene: &Scene) -> Option<String> {
+    let words = |planes: [bool; 3]| {
+        let normals: Vec<&str> = ["x", "y", "z"]
+            .into_iter()
+            .zip(planes)
+            .filter_map(|(name, plane)| plane.then_some(name))
+            .collect();
+        let part = ["", "a half", "a quarter", "an eighth"][normals.len()];
+        (!normals.is_empty()).then(|| (normals.join(" and "), part))
+    };
+    match (words(scene.fem_mirrors()), words(scene.mirror_planes())) {
+        (Some((normals, part)), _) => Some(format!(
+            "mirror planes normal to {normals}: {part} of the fluid is meshed"
+        )),
+        (None, Some((normals, _))) => Some(format!(
+            "mirror planes normal to {normals}, not used: fem.mirror = \"auto\" would"
+        )),
+        (None, None) => None,
+    }
 }
 
 fn describe(scene: &Scene) -> Result<String, SwimError> {

@@ -8,7 +8,8 @@ use rigid::{Articulation, Link};
 use super::file::{BodyFile, DomainFile, GaitFile, LinkFile, SceneFile};
 use super::{
     ArmsKind, Body, Document, Domain, DomainKind, EstimatesKind, FemOptions, FormulationKind, Gait,
-    GeometryKind, MeshMotionKind, ModelKind, ModelOptions, Phase, Scene, Shape, SolverKind,
+    GeometryKind, MeshMotionKind, MirrorKind, ModelKind, ModelOptions, Phase, Scene, Shape,
+    SolverKind,
 };
 use super::{room, shape};
 use crate::SwimError;
@@ -119,6 +120,7 @@ pub(super) fn scene(document: Document) -> Result<Scene, SwimError> {
             MeshMotionKind::of,
             MeshMotionKind::KanchiMasud,
         ),
+        mirror: word(file.fem.mirror.as_deref(), MirrorKind::of, MirrorKind::Off),
     };
     let name = document
         .path()

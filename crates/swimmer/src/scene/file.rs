@@ -86,4 +86,5 @@ pub(super) struct FemFile {
     pub estimates: Option<String>,
     pub geometry: Option<String>,
     pub mesh_motion: Option<String>,
+    pub mirror: Option<String>,
 }

@@ -1,8 +1,8 @@
 //! The keys of a scene file: the one place where names, types, defaults and meanings are written down.
 
 use super::words::{
-    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, ModelKind,
-    ShapeKind, SolverKind,
+    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind,
+    ModelKind, ShapeKind, SolverKind,
 };
 
 /// A key of the scene file.
@@ -281,6 +281,13 @@ pub const KEYS: &[Key] = &[
         Kind::Word(MeshMotionKind::WORDS),
         "kanchi-masud",
         "how the mesh follows the bodies until it is made anew; the others are there to compare with",
+    ),
+    key(
+        "fem.mirror",
+        Kind::Word(MirrorKind::WORDS),
+        "off",
+        "whether coordinate planes through the origin that mirror bodies, loads and domain for the whole run are found, and one side of each is \
+         meshed: a half or a quarter of the unknowns",
     ),
 ];
 

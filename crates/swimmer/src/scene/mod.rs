@@ -21,8 +21,8 @@ pub use document::Document;
 pub use shape::Shape;
 pub use symmetry::Arrangement;
 pub use words::{
-    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, ModelKind,
-    ShapeKind, SolverKind,
+    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind,
+    ModelKind, ShapeKind, SolverKind,
 };
 
 use crate::SwimError;
@@ -173,6 +173,8 @@ pub struct FemOptions {
     pub geometry: GeometryKind,
     /// How the mesh follows the bodies.
     pub mesh_motion: MeshMotionKind,
+    /// Whether mirror planes are looked for.
+    pub mirror: MirrorKind,
 }
 
 impl Scene {

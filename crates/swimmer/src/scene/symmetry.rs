@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Domain, Scene, Shape};
+use super::{Domain, MeshMotionKind, MirrorKind, Scene, Shape, SolverKind};
 
 /// How the bodies, their loads and the domain lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +56,52 @@ impl Scene {
     pub fn axis(&self) -> Option<Vector3<f64>> {
         let line = self.line();
         (line.is_straight && self.is_axis(&line)).then_some(line.axis)
+    }
+
+    /// The coordinate planes through the origin, by the axes they are normal to, that mirror everything for the whole run.
+    ///
+    /// All centres are on them and so is what links do; forces lie in them, torques are normal to all of them, and the domain is its own
+    /// image. Nothing can then leave them.
+    pub fn mirror_planes(&self) -> [bool; 3] {
+        let domain = matches!(
+            self.domain,
+            Domain::Unbounded | Domain::Ball { .. } | Domain::Box { .. }
+        );
+        let of_body = |axis: usize| {
+            self.bodies.iter().all(|body| {
+                let turned = match body.shape {
+                    Shape::Sphere { .. } | Shape::Point => false,
+                    Shape::Spheroid { .. } => true,
+                };
+                let across = (0..3).filter(|&other| other != axis);
+                body.position[axis] == 0.0
+                    && body.force[axis] == 0.0
+                    && across.map(|other| body.torque[other]).all(|t| t == 0.0)
+                    && !turned
+            })
+        };
+        [0, 1, 2].map(|axis| domain && of_body(axis))
+    }
+
+    /// The planes of [`Scene::mirror_planes`] that `fem.mirror` asks for and the options of `fem` can use.
+    ///
+    /// Factorisations do not know of them, elastic mesh motion would leave them, and inertia asks for the resistance to all motions.
+    pub fn fem_mirrors(&self) -> [bool; 3] {
+        let is_able = matches!(self.fem.solver, SolverKind::Block | SolverKind::Minres)
+            && self.fem.mesh_motion != MeshMotionKind::Elastic
+            && self
+                .bodies
+                .iter()
+                .all(|body| body.mass == 0.0 && body.inertia == 0.0);
+        if self.fem.mirror == MirrorKind::Auto && is_able {
+            match self.mirror_planes() {
+                // One body at the origin: of all its motions one is left for a load to come.
+                [true, true, true] => [false, true, true],
+                planes => planes,
+            }
+        } else {
+            [false; 3]
+        }
     }
 
     /// The line through the first body and the farthest from it.

@@ -138,6 +138,16 @@ words! {
 }
 
 words! {
+    /// Whether the finite-element model looks for mirror planes.
+    MirrorKind {
+        /// It meshes the whole fluid.
+        Off = "off",
+        /// It meshes what is on one side of the planes that it finds.
+        Auto = "auto",
+    }
+}
+
+words! {
     /// Whether errors are estimated.
     EstimatesKind {
         /// With every answer that is reported.

@@ -99,6 +99,7 @@ pub(super) fn to_toml(scene: &Scene) -> String {
             estimates: text(scene.fem.estimates.word()),
             geometry: text(scene.fem.geometry.word()),
             mesh_motion: text(scene.fem.mesh_motion.word()),
+            mirror: text(scene.fem.mirror.word()),
         },
     };
     // Every field is a number, a text or a list of them: nothing that TOML cannot hold.

@@ -12,7 +12,7 @@ use fem::{Chords, Surplus, SurplusSpace};
 use linalg::{BlockTriangular, KrylovParams, fgmres_columns};
 use mesh::TetMesh;
 use nalgebra::{DVector, Vector3};
-use rigid::{BodyKind, Constrained, Drive, Flow, Twist};
+use rigid::{BodyKind, Constrained, Drive, Flow, Mirrors, Twist};
 
 use crate::model::ModelError;
 
@@ -128,9 +128,14 @@ pub fn estimate<'a>(
     let velocity = flat(&flow.velocity);
     let own = space.surplus(mesh, &velocity, &flow.pressure)?;
     let power = flow.forces.dot(&flow.bodies);
+    // Between mirror planes each cell stands for its images too.
+    let parts = Mirrors {
+        planes: mesh.mirrors(),
+    }
+    .parts();
     let cut_off = chords.shares(&velocity, &velocity)?;
     let energy = own.energy(&own)? - cut_off.iter().sum::<f64>();
-    let relative_energy = match energy / power {
+    let relative_energy = match parts * energy / power {
         ratio if ratio.is_finite() => ratio,
         // Nothing moves, nothing errs.
         _ => 0.0,
@@ -181,9 +186,10 @@ pub fn estimate<'a>(
             cells[cell] = cells[cell].hypot(share);
             by_walls += if is_wall { share } else { 0.0 };
         }
-        unsure = (WALL_TRUST * by_walls).hypot(unsure);
+        unsure = (WALL_TRUST * parts * by_walls).hypot(unsure);
         for (sum, cell) in of_frames.iter_mut().zip(cells) {
-            *sum = cell.hypot(*sum);
+            // the root of the sum over its images
+            *sum = (parts.sqrt() * cell).hypot(*sum);
         }
     }
     let by_cells = of_frames.iter().map(|cell| cell * cell).sum::<f64>().sqrt();

@@ -84,6 +84,8 @@ pub(super) struct Mesher {
     /// Tag of each body of the scene in the mesh.
     pub tags: Vec<String>,
     geometry: GeometryKind,
+    /// Planes of which one side is meshed, by the axes they are normal to.
+    pub mirrors: [bool; 3],
     /// Sizes found by adapting; without them, sizes grow from the bodies.
     sizes: Option<SizeMap>,
 }
@@ -169,6 +171,7 @@ impl Mesher {
             surfaced,
             tags,
             geometry: scene.fem.geometry,
+            mirrors: scene.fem_mirrors(),
             sizes: None,
         })
     }
@@ -299,6 +302,7 @@ impl Mesher {
             .fold(f64::INFINITY, f64::min);
         let mut parameters = GenerateParams::default();
         parameters.growth = growth(finest);
+        parameters.mirrors = self.mirrors;
         let tets = match &self.sizes {
             None => mesh::generate(&bodies, container, &parameters)?.mesh,
             Some(sizes) => {

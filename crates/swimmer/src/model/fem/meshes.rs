@@ -25,6 +25,9 @@ const LEAST_QUALITY: f64 = 0.1;
 /// 0.5 to 1.25 (gaps of 8 to 0.02 radii, sizes of 0.4 to 1.2): moved ones reach 1.5 when a resolved gap has closed to half its width.
 const LARGEST_GAP_RATIO: f64 = 1.5;
 
+/// Distances from a mirror plane, in radii, that are rounding of many steps: farther off, meshes are refused.
+const ROUNDING: f64 = 1e-9;
+
 /// A mesh that others are moved from, and what is kept with its connectivity.
 struct Reference {
     map: ReferenceMap,
@@ -85,6 +88,18 @@ impl Meshes {
     /// Indices in the scene of the bodies with surfaces.
     pub fn surfaced_bodies(&self) -> impl Iterator<Item = usize> {
         self.mesher.surfaced_bodies()
+    }
+
+    /// Puts poses that rounding moved off the mirror planes back onto them.
+    pub fn onto_mirrors(&self, poses: &mut [Isometry3<f64>]) {
+        for pose in poses {
+            for axis in (0..3).filter(|&axis| self.mesher.mirrors[axis]) {
+                let x = &mut pose.translation.vector[axis];
+                if x.abs() <= ROUNDING {
+                    *x = 0.0;
+                }
+            }
+        }
     }
 
     /// Tags of the walls.

@@ -13,6 +13,7 @@ mod tube;
 
 use std::time::Instant as Clock;
 
+use fem::TaylorHood;
 use linalg::WarmStart;
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Isometry3};
@@ -93,7 +94,8 @@ impl FemModel {
         &mut self,
         placement: &Placement,
     ) -> Result<(ShapeMesh, Vec<Isometry3<f64>>), ModelError> {
-        let poses = self.scaled.poses(placement)?;
+        let mut poses = self.scaled.poses(placement)?;
+        self.meshes.onto_mirrors(&mut poses);
         let shape = self.meshes.at(&poses)?;
         Ok((shape, poses))
     }
@@ -254,8 +256,15 @@ impl Hydrodynamics for FemModel {
     fn resistance(&mut self, placement: &Placement<'_>) -> Result<DMatrix<f64>, ModelError> {
         let (ShapeMesh { mesh, .. }, poses) = self.shape_mesh(placement)?;
         let boundary = self.boundary(&poses);
-        let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-        let grand = solve::resistance(space, &mesh, &boundary, self.options.rtol)?;
+        let rtol = self.options.rtol;
+        let grand = if mesh.mirrors() == [false; 3] {
+            let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
+            solve::resistance(space, &mesh, &boundary, rtol)?
+        } else {
+            // Parts between mirror planes answer for motions along them only.
+            let mesh = mesh.unfolded()?.mesh;
+            solve::resistance(&TaylorHood::new(&mesh)?, &mesh, &boundary, rtol)?
+        };
         let resistance = match self.meshes.far_field() {
             Some(far) => far.corrected(grand.resistance)?,
             None => grand.resistance,
@@ -274,7 +283,8 @@ impl Hydrodynamics for FemModel {
     fn cost(&mut self, placement: &Placement<'_>) -> Result<Cost, ModelError> {
         let (ShapeMesh { mesh, .. }, _) = self.shape_mesh(placement)?;
         let on_boundary = {
-            let mut nodes: Vec<u32> = mesh.facets().iter().flat_map(|facet| facet.nodes).collect();
+            let walls = mesh.facets().iter().filter(|f| !mesh.is_mirror(f.tag));
+            let mut nodes: Vec<u32> = walls.flat_map(|facet| facet.nodes).collect();
             nodes.sort_unstable();
             nodes.dedup();
             nodes.len()
@@ -294,18 +304,24 @@ impl Hydrodynamics for FemModel {
 
     fn mesh(&mut self, placement: &Placement<'_>) -> Result<Option<TetMesh>, ModelError> {
         let (ShapeMesh { mesh, .. }, _) = self.shape_mesh(placement)?;
-        Ok(Some(self.scaled.scale.mesh_back(&mesh)?))
+        Ok(Some(self.scaled.scale.mesh_back(&mesh)?.unfolded()?.mesh))
     }
 
     fn flow(&self) -> Option<Flow> {
         let Last { mesh, flow, .. } = self.last.as_ref()?;
         let scale = &self.scaled.scale;
-        let velocity = flow.velocity.iter().map(|&u| scale.velocity_back(u));
-        let pressure = flow.pressure.iter().map(|&p| scale.pressure_back(p));
+        // A part between mirror planes is shown as the whole that it stands for.
+        let whole = scale.mesh_back(mesh).ok()?.unfolded().ok()?;
+        let velocity = whole.sources.iter().map(|(node, signs)| {
+            let own = flow.velocity[*node as usize];
+            scale.velocity_back(own.component_mul(signs))
+        });
+        let of_vertices = whole.sources.iter().take(whole.mesh.n_vertices());
+        let pressure = of_vertices.map(|(vertex, _)| flow.pressure[*vertex as usize]);
         Some(Flow {
-            mesh: scale.mesh_back(mesh).ok()?,
             velocity: velocity.collect(),
-            pressure: pressure.collect(),
+            pressure: pressure.map(|p| scale.pressure_back(p)).collect(),
+            mesh: whole.mesh,
         })
     }
 }

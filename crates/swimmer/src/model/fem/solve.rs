@@ -183,6 +183,7 @@ pub fn assemble(
             vertex_stiffness: space.vertex_stiffness(mesh)?,
             points: mesh.points(),
             roles: &roles,
+            on_planes: mesh.nodes_on_mirrors(),
         },
         &bodies,
     )?;

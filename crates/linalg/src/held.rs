@@ -1,0 +1,168 @@
+//! Components of nodes that are held at zero, as on a mirror plane the one across it.
+
+use crate::LinalgError;
+use crate::csr::{Csr, Rows};
+use crate::node_kernel::Padded;
+use crate::product::build_rows;
+
+/// Which of the three components of which nodes are zero; all other nodes are free in all of them.
+///
+/// With `S` the projector that zeroes them, an operator `A` becomes `S A S`. A scalar matrix still serves all three components, on every level of
+/// a hierarchy: if a node that is held in some components interpolates only from coarse nodes held in them too, then `S P S_c = P S_c`, and the
+/// Galerkin product `(P S_c)^T S (K (x) I3) S (P S_c)` is `S_c (P^T K P (x) I3) S_c`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Held {
+    /// Nodes in ascending order, each with a bit for each component held, none without.
+    nodes: Vec<(u32, u8)>,
+}
+
+impl Held {
+    /// From nodes in ascending order.
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`] for a node that is not below `n`, or not above the one before it.
+    pub fn new(n: usize, held: &[(u32, [bool; 3])]) -> Result<Self, LinalgError> {
+        for (k, &(node, _)) in held.iter().enumerate() {
+            let least = k.checked_sub(1).map_or(0, |k| held[k].0 as usize + 1);
+            if !(least..n).contains(&(node as usize)) {
+                return Err(LinalgError::Shape {
+                    what: "list of held nodes, ascending,",
+                    expected: (least, n),
+                    found: (node as usize, n),
+                });
+            }
+        }
+        let bits = |held: &[bool; 3]| (0..3).fold(0, |bits, d| bits | u8::from(held[d]) << d);
+        let nodes = held.iter().map(|(node, held)| (*node, bits(held)));
+        Ok(Held {
+            nodes: nodes.filter(|(_, bits)| *bits != 0).collect(),
+        })
+    }
+
+    /// Whether nothing is held.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// Zeroes what is held: `u <- S u`.
+    pub fn clear(&self, u: &mut [[f64; 3]]) {
+        for &(node, bits) in &self.nodes {
+            components(bits).for_each(|d| u[node as usize][d] = 0.0);
+        }
+    }
+
+    /// The same for the columns of a level.
+    pub fn clear_columns<const S: usize>(&self, u: &mut [[Padded; S]]) {
+        for &(node, bits) in &self.nodes {
+            for column in &mut u[node as usize] {
+                components(bits).for_each(|d| column[d] = 0.0);
+            }
+        }
+    }
+
+    /// The bits of each of `n` nodes.
+    pub fn bits(&self, n: usize) -> Vec<u8> {
+        let mut all = vec![0; n];
+        for &(node, bits) in &self.nodes {
+            all[node as usize] = bits;
+        }
+        all
+    }
+
+    /// A matrix with three rows a node without the rows of what is held.
+    pub fn drop_rows(&self, matrix: Csr) -> Csr {
+        if self.is_empty() || matrix.nnz() == 0 {
+            return matrix;
+        }
+        let bits = self.bits(matrix.rows() / 3);
+        let rows = Rows::of(&matrix);
+        build_rows(matrix.rows(), matrix.cols(), |i, row| {
+            if bits[i / 3] >> (i % 3) & 1 == 0 {
+                for (c, v) in rows.row(i) {
+                    row.add(c, v);
+                }
+            }
+        })
+    }
+
+    /// What to hold of the coarse nodes of a prolongation: all that would move something held.
+    pub fn coarse(&self, prolongation: &Csr) -> Self {
+        if self.is_empty() {
+            return Held::default();
+        }
+        let rows = Rows::of(prolongation);
+        let mut all = vec![0; prolongation.cols()];
+        for &(node, bits) in &self.nodes {
+            for (j, value) in rows.row(node as usize) {
+                if value != 0.0 {
+                    all[j] |= bits;
+                }
+            }
+        }
+        let nodes = (0u32..).zip(all);
+        Held {
+            nodes: nodes.filter(|(_, bits)| *bits != 0).collect(),
+        }
+    }
+
+    /// `matrix` with the rows and columns of the nodes that are held in component `d` replaced by their diagonals.
+    pub fn pinned(&self, matrix: &Csr, d: usize) -> Csr {
+        let bits = self.bits(matrix.rows());
+        let is_held = |i: usize| bits[i] >> d & 1 == 1;
+        let mut pinned = matrix.clone();
+        for (i, mut row) in pinned.outer_iterator_mut().enumerate() {
+            for (j, value) in row.iter_mut() {
+                if i != j && (is_held(i) || is_held(j)) {
+                    *value = 0.0;
+                }
+            }
+        }
+        pinned
+    }
+
+    /// An error for methods that do not know of held components.
+    ///
+    /// # Errors
+    /// [`LinalgError::HeldComponents`] if something is held.
+    pub fn refuse(&self, method: &'static str) -> Result<(), LinalgError> {
+        match self.nodes.len() {
+            0 => Ok(()),
+            nodes => Err(LinalgError::HeldComponents { method, nodes }),
+        }
+    }
+}
+
+/// The components whose bits are set.
+fn components(bits: u8) -> impl Iterator<Item = usize> {
+    (0..3).filter(move |d| bits >> d & 1 == 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_moves_something_held_is_held() {
+        // coarse 0 moves fine 0 and 1, coarse 1 moves 1 and 2
+        let p = Csr::new(
+            (3, 2),
+            vec![0, 1, 3, 4],
+            vec![0, 0, 1, 1],
+            vec![1.0, 0.5, 0.5, 1.0],
+        );
+        let x = [true, false, false];
+        let coarse = |held: &[(u32, [bool; 3])]| Held::new(3, held).map(|h| h.coarse(&p));
+        assert_eq!(coarse(&[(0, x)]), Held::new(2, &[(0, x)]));
+        assert_eq!(coarse(&[(1, x)]), Held::new(2, &[(0, x), (1, x)]));
+        assert_eq!(coarse(&[(2, [false; 3])]), Ok(Held::default()));
+    }
+
+    #[test]
+    fn lists_out_of_order_or_range_are_refused() {
+        let z = [false, false, true];
+        assert!(Held::new(3, &[(1, z), (1, z)]).is_err());
+        assert!(Held::new(3, &[(2, z), (1, z)]).is_err());
+        assert!(Held::new(3, &[(3, z)]).is_err());
+        assert!(Held::new(3, &[(0, z), (2, z)]).is_ok());
+    }
+}

@@ -1,0 +1,170 @@
+//! Components held at zero: the answer satisfies the equations of what is not held, and multigrid is about as good as without.
+
+// other tests use the rest
+#[allow(dead_code, unused_imports)]
+mod support;
+
+use linalg::{
+    BlockDiagonal, BlockTriangular, Bordered, Csr, InfSup, LinalgError, LinearOperator, Multigrid,
+    MultigridParams, SaddleLdlt, SaddleSystem, Schwarz, SchwarzParams, cg, fgmres, minres,
+};
+use support::{
+    Stokes, body_forces, noise, one_body, relative_difference, tolerance, true_residual,
+};
+
+/// Every fifth node holds its first component, every seventh the last two.
+fn scattered(nodes: usize) -> Vec<(u32, [bool; 3])> {
+    let held = |i: usize| [i % 5 == 0, i % 7 == 0, i % 7 == 0];
+    (0..nodes)
+        .filter(|&i| held(i).contains(&true))
+        .map(|i| (i as u32, held(i)))
+        .collect()
+}
+
+fn with_held(stokes: &Stokes, held: &[(u32, [bool; 3])]) -> Result<SaddleSystem, LinalgError> {
+    let s = &stokes.system;
+    SaddleSystem::new(
+        s.velocity_block().clone().with_held(held)?,
+        s.divergence().clone(),
+        s.border_divergence().clone(),
+        None,
+        s.pressure_mass().clone(),
+    )
+}
+
+/// The places of the held components in a vector of the system.
+fn places(held: &[(u32, [bool; 3])]) -> Vec<usize> {
+    let of = |(node, held): &(u32, [bool; 3])| {
+        let (node, held) = (*node as usize, *held);
+        (0..3).filter(move |&d| held[d]).map(move |d| 3 * node + d)
+    };
+    held.iter().flat_map(of).collect()
+}
+
+#[test]
+fn what_is_not_held_satisfies_the_equations_without() {
+    let stokes = one_body(2);
+    let held = scattered(stokes.system.velocity_block().nodes());
+    let system = with_held(&stokes, &held).expect("sound");
+    let b = body_forces(&system);
+    let mut x = vec![0.0; b.len()];
+    let mut preconditioner =
+        BlockTriangular::with_transfer(&system, &stokes.transfer).expect("multigrid");
+    fgmres(&system, &mut preconditioner, &b, &mut x, &tolerance(1e-10)).expect("a solution");
+    assert!(places(&held).iter().all(|&i| x[i] == 0.0));
+    // the operator that knows nothing of it: only the rows held may have residuals
+    let mut ax = vec![0.0; b.len()];
+    stokes.system.apply(&x, &mut ax);
+    let largest = places(&held)
+        .iter()
+        .fold(0.0_f64, |m, &i| m.max((b[i] - ax[i]).abs()));
+    assert!(largest > 1e-3);
+    places(&held).iter().for_each(|&i| ax[i] = b[i]);
+    assert!(relative_difference(&ax, &b) <= 1e-10);
+
+    let mut y = vec![0.0; b.len()];
+    let mut preconditioner =
+        BlockDiagonal::with_transfer(&system, &stokes.transfer).expect("definite");
+    minres(&system, &mut preconditioner, &b, &mut y, &tolerance(1e-10)).expect("a solution");
+    // both errors are within the condition of the system times the residuals
+    assert!(relative_difference(&y, &x) <= 1e-6);
+}
+
+/// The seven-point Laplacian of a cube whose normal derivative is zero at one side, where the normal component is held.
+fn half_cube(n: usize) -> (Csr, Vec<(u32, [bool; 3])>) {
+    let index = |i: usize, j: usize, k: usize| (i * n + j) * n + k;
+    let mut t = sprs::TriMatI::<f64, u32>::new((n * n * n, n * n * n));
+    for i in 0..n {
+        for j in 0..n {
+            for k in 0..n {
+                // rows on the plane count half
+                let half = if i == 0 { 0.5 } else { 1.0 };
+                let diagonal = 4.0 * half + if i == 0 { 1.0 } else { 2.0 };
+                let mut add = |to: usize, value: f64| t.add_triplet(index(i, j, k), to, value);
+                if i > 0 {
+                    add(index(i - 1, j, k), -1.0);
+                }
+                if i + 1 < n {
+                    add(index(i + 1, j, k), -1.0);
+                }
+                for (at, lower, upper) in [
+                    (
+                        j,
+                        index(i, j.max(1) - 1, k),
+                        index(i, (j + 1).min(n - 1), k),
+                    ),
+                    (
+                        k,
+                        index(i, j, k.max(1) - 1),
+                        index(i, j, (k + 1).min(n - 1)),
+                    ),
+                ] {
+                    if at > 0 {
+                        add(lower, -half);
+                    }
+                    if at + 1 < n {
+                        add(upper, -half);
+                    }
+                }
+                add(index(i, j, k), diagonal);
+            }
+        }
+    }
+    let plane = (0..n * n)
+        .map(|i| (i as u32, [true, false, false]))
+        .collect();
+    (t.to_csr(), plane)
+}
+
+/// Conjugate gradients need as many iterations with a plane as without, give or take few, on four times as many nodes too.
+#[test]
+fn a_plane_costs_multigrid_nothing() {
+    for n in [16, 32] {
+        let (k, plane) = half_cube(n);
+        let free = Bordered::scalar(k).expect("sound");
+        let held = free.clone().with_held(&plane).expect("sound");
+        let iterations = [&free, &held].map(|a| {
+            let mut b = noise(3 * n * n * n);
+            if std::ptr::eq(a, &held) {
+                places(&plane).iter().for_each(|&i| b[i] = 0.0);
+            }
+            let mut x = vec![0.0; b.len()];
+            let mut multigrid = Multigrid::new(a, &MultigridParams::default()).expect("definite");
+            let report = cg(a, &mut multigrid, &b, &mut x, &tolerance(1e-10)).expect("a solution");
+            assert!(true_residual(a, &b, &x) <= 1e-10);
+            report.iterations
+        });
+        assert!(iterations[1] <= iterations[0] + 3, "{n}: {iterations:?}");
+    }
+}
+
+#[test]
+fn nothing_held_changes_no_bit() {
+    let stokes = one_body(1);
+    let system = with_held(&stokes, &[(3, [false; 3])]).expect("sound");
+    let b = body_forces(&system);
+    let [x, y] = [&stokes.system, &system].map(|s| {
+        let mut x = vec![0.0; b.len()];
+        let mut preconditioner =
+            BlockTriangular::with_transfer(s, &stokes.transfer).expect("multigrid");
+        fgmres(s, &mut preconditioner, &b, &mut x, &tolerance(1e-8)).expect("a solution");
+        x
+    });
+    assert_eq!(x, y);
+}
+
+#[test]
+fn methods_that_know_nothing_of_it_refuse() {
+    let stokes = one_body(1);
+    let system = with_held(&stokes, &[(3, [true, false, false])]).expect("sound");
+    let refused = |error: Option<LinalgError>| {
+        matches!(error, Some(LinalgError::HeldComponents { nodes: 1, .. }))
+    };
+    assert!(refused(
+        SaddleLdlt::factor(&system, &Default::default()).err()
+    ));
+    assert!(refused(
+        Schwarz::new(&system, &SchwarzParams::default()).err()
+    ));
+    assert!(refused(InfSup::of(&system).err()));
+}

@@ -1,0 +1,229 @@
+//! Meshes of one side of mirror planes, and the whole meshes that they stand for.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::tet_mesh::Topology;
+use crate::{Facet, MeshError, TetMesh, Vec3};
+
+/// Tags of the boundary parts on mirror planes through the origin, normal to x, y and z; the fluid is where the coordinate is positive.
+pub const MIRROR_TAGS: [&str; 3] = ["mirror-x", "mirror-y", "mirror-z"];
+
+/// A whole mesh made of a part and its mirror images.
+#[derive(Clone, Debug)]
+pub struct Unfolded {
+    /// The whole mesh; its first nodes and cells are not those of the part, see `sources`.
+    pub mesh: TetMesh,
+    /// For each node the node of the part that it is an image of, and the signs (1 or -1) that the components of a vector change by.
+    pub sources: Vec<(u32, Vec3)>,
+}
+
+impl TetMesh {
+    /// Whether there is a mirror plane normal to each axis: a boundary part tagged as in [`MIRROR_TAGS`].
+    pub fn mirrors(&self) -> [bool; 3] {
+        MIRROR_TAGS.map(|name| self.tags().iter().any(|tag| tag == name))
+    }
+
+    /// Whether the boundary part `tag` is a mirror plane.
+    pub fn is_mirror(&self, tag: u16) -> bool {
+        let name = self.tags().get(usize::from(tag)).map(String::as_str);
+        name.is_some_and(|name| MIRROR_TAGS.contains(&name))
+    }
+
+    /// The nodes on mirror planes, ascending, each with the axes that its planes are normal to. Cost: a pass over the facets and a sort.
+    pub fn nodes_on_mirrors(&self) -> Vec<(u32, [bool; 3])> {
+        let mut nodes: BTreeMap<u32, [bool; 3]> = BTreeMap::new();
+        for facet in self.facets() {
+            let name = &self.tags()[usize::from(facet.tag)];
+            if let Some(axis) = MIRROR_TAGS.iter().position(|tag| tag == name) {
+                for node in facet.nodes {
+                    nodes.entry(node).or_default()[axis] = true;
+                }
+            }
+        }
+        nodes.into_iter().collect()
+    }
+
+    /// The whole mesh that this part stands for: itself and its images in all mirror planes, which are joined there.
+    ///
+    /// A mesh without mirror planes is its own whole. Vertices come first, as in every mesh; parts come one after the other.
+    /// Cost: a pass over nodes and cells a part.
+    ///
+    /// ```
+    /// use mesh::{LinearTets, MIRROR_TAGS, TetMesh};
+    /// let mut cube = LinearTets::cube(1);
+    /// cube.tags[0] = MIRROR_TAGS[0].into();
+    /// let whole = TetMesh::straight(cube)?.unfolded()?.mesh;
+    /// assert_eq!((whole.n_vertices(), whole.n_cells(), whole.facets().len()), (12, 12, 20));
+    /// # Ok::<(), mesh::MeshError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`MeshError::OffMirror`] for a node on a mirror plane that is not at zero; [`MeshError::TooLarge`].
+    pub fn unfolded(&self) -> Result<Unfolded, MeshError> {
+        let planes = self.mirrors();
+        let on_planes = self.nodes_on_mirrors();
+        let mut on = vec![[false; 3]; self.n_points()];
+        for &(node, axes) in &on_planes {
+            on[node as usize] = axes;
+            let at = self.points()[node as usize];
+            if let Some(axis) = (0..3).find(|&axis| axes[axis] && at[axis] != 0.0) {
+                return Err(MeshError::OffMirror {
+                    node: node as usize,
+                    plane: MIRROR_TAGS[axis],
+                    distance: at[axis].abs(),
+                });
+            }
+        }
+        // Which axes each part is mirrored in.
+        let images: Vec<[bool; 3]> = (0..8usize)
+            .map(|bits| [0, 1, 2].map(|axis| bits >> axis & 1 == 1))
+            .filter(|image| (0..3).all(|axis| planes[axis] || !image[axis]))
+            .collect();
+        if images.len() * self.n_points() > i32::MAX as usize {
+            return Err(MeshError::TooLarge {
+                what: "nodes",
+                count: images.len() * self.n_points(),
+            });
+        }
+        let mut sources = Vec::new();
+        let mut number = vec![vec![0u32; self.n_points()]; images.len()];
+        let mut n_vertices = 0;
+        for range in [0..self.n_vertices(), self.n_vertices()..self.n_points()] {
+            for (k, image) in images.iter().enumerate() {
+                for node in range.clone() {
+                    // Nodes on a plane are their own images in it.
+                    let moved = [0, 1, 2].map(|axis| image[axis] && !on[node][axis]);
+                    number[k][node] = if moved == *image {
+                        sources.push((node as u32, signs(*image)));
+                        sources.len() as u32 - 1
+                    } else {
+                        let first = images.iter().position(|other| *other == moved);
+                        number[first.unwrap_or_default()][node]
+                    };
+                }
+            }
+            if range.start == 0 {
+                n_vertices = sources.len();
+            }
+        }
+        let points = sources
+            .iter()
+            .map(|(node, signs)| self.points()[*node as usize].component_mul(signs))
+            .collect();
+        let mut cells = Vec::with_capacity(images.len() * self.n_cells());
+        let mut facets = Vec::new();
+        let tags: Vec<String> = self
+            .tags()
+            .iter()
+            .filter(|tag| !MIRROR_TAGS.contains(&tag.as_str()))
+            .cloned()
+            .collect();
+        for (image, number) in images.iter().zip(&number) {
+            let is_odd = image.iter().filter(|&&axis| axis).count() % 2 == 1;
+            let first_cell = cells.len() as u32;
+            cells.extend(self.cells().iter().map(|cell| {
+                let n = cell.map(|node| number[node as usize]);
+                if is_odd {
+                    [n[1], n[0], n[2], n[3], n[4], n[6], n[5], n[8], n[7], n[9]]
+                } else {
+                    n
+                }
+            }));
+            for facet in self.facets() {
+                let name = &self.tags()[usize::from(facet.tag)];
+                let Some(tag) = tags.iter().position(|tag| tag == name) else {
+                    continue;
+                };
+                let n = facet.nodes.map(|node| number[node as usize]);
+                facets.push(Facet {
+                    nodes: if is_odd {
+                        [n[1], n[0], n[2], n[3], n[5], n[4]]
+                    } else {
+                        n
+                    },
+                    cell: first_cell + facet.cell,
+                    tag: tag as u16,
+                });
+            }
+        }
+        facets.sort_unstable_by_key(|facet| (facet.tag, facet.cell, facet.nodes));
+        let mesh = TetMesh {
+            points,
+            topology: Arc::new(Topology {
+                n_vertices,
+                cells,
+                facets,
+                tags,
+            }),
+        };
+        mesh.check_jacobians()?;
+        Ok(Unfolded { mesh, sources })
+    }
+}
+
+fn signs(image: [bool; 3]) -> Vec3 {
+    Vec3::from(image.map(|mirrored| if mirrored { -1.0 } else { 1.0 }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::LinearTets;
+
+    /// The part of a cube with planes normal to the axes in `planes`, with its boundary at zero tagged as mirrors.
+    fn part(n: u32, planes: &[usize]) -> TetMesh {
+        let mut cube = LinearTets::cube(n);
+        for &axis in planes {
+            cube.tags[2 * axis] = MIRROR_TAGS[axis].into();
+        }
+        TetMesh::straight(cube).unwrap()
+    }
+
+    #[test]
+    fn images_fill_the_whole() {
+        for planes in [&[][..], &[1], &[0, 2], &[0, 1, 2]] {
+            let part = part(2, planes);
+            let whole = part.unfolded().unwrap();
+            let parts = 1 << planes.len();
+            assert_eq!(whole.mesh.n_cells(), parts * part.n_cells());
+            assert!((whole.mesh.volume() - parts as f64).abs() < 1e-13);
+            // every midside node is amid its own edge, every facet on its cell: all cells are affine, and the boundary closes
+            assert!((0..whole.mesh.n_cells()).all(|cell| whole.mesh.is_affine(cell)));
+            let facets = whole.mesh.facets();
+            assert_eq!(facets.len(), 8 * (6 - planes.len()) * parts);
+            for facet in facets {
+                let x = facet.nodes.map(|node| whole.mesh.points()[node as usize]);
+                let normal = (x[1] - x[0]).cross(&(x[2] - x[0]));
+                let centre = whole.mesh.cell_points(facet.cell as usize)[..4]
+                    .iter()
+                    .sum::<Vec3>()
+                    / 4.0;
+                assert!(normal.dot(&(x[0] - centre)) > 0.0);
+                assert!((x[3] - 0.5 * (x[0] + x[1])).norm() < 1e-14);
+                assert!((x[5] - 0.5 * (x[2] + x[0])).norm() < 1e-14);
+                assert!(whole.mesh.cells()[facet.cell as usize].contains(&facet.nodes[4]));
+            }
+            // no two nodes at one place
+            let mut places: Vec<[i64; 3]> = whole
+                .mesh
+                .points()
+                .iter()
+                .map(|p| [p.x, p.y, p.z].map(|x| (x * 64.0).round() as i64))
+                .collect();
+            places.sort_unstable();
+            places.dedup();
+            assert_eq!(places.len(), whole.mesh.n_points());
+        }
+    }
+
+    #[test]
+    fn nodes_know_their_planes() {
+        let part = part(1, &[0, 2]);
+        for (node, planes) in part.nodes_on_mirrors() {
+            let x = part.points()[node as usize];
+            assert_eq!(planes, [x.x == 0.0, false, x.z == 0.0]);
+        }
+        assert_eq!(part.mirrors(), [true, false, true]);
+    }
+}

@@ -1,0 +1,153 @@
+//! Parts between mirror planes: as good as whole meshes, and wholes of the same shapes when unfolded.
+
+use mesh::{
+    Body, BoxSurface, Container, GenerateParams, MIRROR_TAGS, MeshError, NamedSurface, Sphere,
+    TetMesh, Vec3, generate,
+};
+
+fn sphere(x: f64, y: f64, radius: f64) -> Sphere {
+    Sphere {
+        centre: Vec3::new(x, y, 0.0),
+        radius,
+    }
+}
+
+fn ball(radius: f64) -> Container {
+    Container::Ball(sphere(0.0, 0.0, radius))
+}
+
+fn mesh(
+    spheres: &[Sphere],
+    size: f64,
+    container: &Container,
+    mirrors: [bool; 3],
+) -> Result<TetMesh, MeshError> {
+    let bodies: Vec<Body<'_>> = spheres
+        .iter()
+        .zip(["a", "b", "c"])
+        .map(|(surface, name)| Body {
+            name,
+            surface,
+            size: size * surface.radius,
+        })
+        .collect();
+    let mut params = GenerateParams::default();
+    params.mirrors = mirrors;
+    let tets = generate(&bodies, container, &params)?.mesh;
+    let mut surfaces: Vec<NamedSurface<'_>> = bodies.iter().map(|b| (b.name, b.surface)).collect();
+    surfaces.push((Container::TAG, container.surface()));
+    TetMesh::curved(tets, &surfaces)
+}
+
+/// Every case: half, quarter, eighth; far, close and unequal spheres; ball and box.
+#[test]
+fn parts_are_as_good_as_wholes_and_unfold_to_them() {
+    let apart = [
+        sphere(-4.0, 0.0, 1.0),
+        sphere(0.0, 0.0, 1.0),
+        sphere(5.0, 0.0, 1.0),
+    ];
+    let close = [
+        sphere(-2.2, 0.0, 1.0),
+        sphere(0.0, 0.0, 1.0),
+        sphere(2.0, 0.0, 0.7),
+    ];
+    let triangle = [
+        sphere(-2.0, 0.0, 1.0),
+        sphere(2.0, 0.0, 1.0),
+        sphere(0.0, 3.0, 1.0),
+    ];
+    let alone = [sphere(0.0, 0.0, 1.0)];
+    let sides = Container::Box(BoxSurface {
+        min: Vec3::new(-8.0, -6.0, -5.0),
+        max: Vec3::new(9.0, 6.0, 5.0),
+    });
+    let z = [false, false, true];
+    let yz = [false, true, true];
+    let cases: [(&str, &[Sphere], Container, [bool; 3]); 8] = [
+        ("apart", &apart, ball(20.0), z),
+        ("apart", &apart, ball(20.0), yz),
+        ("close", &close, ball(20.0), yz),
+        ("triangle", &triangle, ball(20.0), z),
+        ("alone", &alone, ball(10.0), [true; 3]),
+        ("alone", &alone, ball(1.2), [true; 3]),
+        ("in a box", &apart, sides, z),
+        ("in a box", &apart, sides, yz),
+    ];
+    for (name, spheres, container, mirrors) in cases {
+        let case = format!("{name} {mirrors:?}");
+        let part =
+            mesh(spheres, 0.4, &container, mirrors).unwrap_or_else(|e| panic!("{case}: {e}"));
+        let full =
+            mesh(spheres, 0.4, &container, [false; 3]).unwrap_or_else(|e| panic!("{case}: {e}"));
+        let whole = part
+            .unfolded()
+            .unwrap_or_else(|e| panic!("{case}: {e}"))
+            .mesh;
+        let parts = mirrors.iter().filter(|&&m| m).count();
+        let (q, f) = (part.quality(), full.quality());
+        println!(
+            "{case}: {} vertices, {} in the whole, {} in one made whole; mean quality {:.3} for {:.3}, least {:.3} for {:.3}, Jacobian {:.3} for {:.3}",
+            part.n_vertices(),
+            whole.n_vertices(),
+            full.n_vertices(),
+            q.mean_quality,
+            f.mean_quality,
+            q.min_quality,
+            f.min_quality,
+            q.min_jacobian,
+            f.min_jacobian,
+        );
+        assert_eq!(part.mirrors(), mirrors, "{case}");
+        for axis in (0..3).filter(|&axis| mirrors[axis]) {
+            let tag = part.tag(MIRROR_TAGS[axis]).expect("a plane");
+            assert!(
+                part.nodes_on(tag)
+                    .iter()
+                    .all(|&n| part.points()[n as usize][axis] == 0.0)
+            );
+        }
+        // curved boundaries are right to fourth order: volumes of both agree to a few of that
+        assert!(
+            (whole.volume() / full.volume() - 1.0).abs() < 2e-3,
+            "{case}"
+        );
+        assert!(((1 << parts) as f64 * part.volume() / whole.volume() - 1.0).abs() < 1e-12);
+        assert!(q.mean_quality > f.mean_quality - 0.04, "{case}");
+        assert!(q.min_quality > 0.25 && q.min_jacobian > 0.2, "{case}");
+        // as many vertices as elsewhere, up to what planes ask for
+        let ratio = whole.n_vertices() as f64 / full.n_vertices() as f64;
+        assert!((0.75..1.4).contains(&ratio), "{case}: {ratio}");
+    }
+}
+
+#[test]
+fn what_planes_do_not_mirror_is_refused() {
+    let off = [sphere(0.0, 0.1, 1.0)];
+    let refused = mesh(&off, 0.5, &ball(10.0), [false, true, false]);
+    assert!(
+        matches!(refused, Err(MeshError::NotMirrored { part, plane: "mirror-y" }) if part == "a")
+    );
+    let shifted = Container::Ball(sphere(0.0, 0.2, 10.0));
+    let refused = mesh(
+        &[sphere(0.0, 0.0, 1.0)],
+        0.5,
+        &shifted,
+        [false, true, false],
+    );
+    assert!(matches!(refused, Err(MeshError::NotMirrored { part, .. }) if part == Container::TAG));
+}
+
+#[test]
+fn parts_are_the_same_for_any_number_of_threads() {
+    let spheres = [sphere(-3.0, 0.0, 1.0), sphere(3.0, 0.0, 1.0)];
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("a pool");
+        pool.install(|| mesh(&spheres, 0.6, &ball(12.0), [false, true, true]))
+            .expect("a mesh")
+    };
+    assert_eq!(on(1), on(3));
+}
