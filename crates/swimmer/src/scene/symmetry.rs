@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Domain, MeshMotionKind, MirrorKind, Scene, Shape, SolverKind};
+use super::{Domain, GeometryKind, MeshMotionKind, MirrorKind, Scene, Shape, SolverKind};
 
 /// How the bodies, their loads and the domain lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,10 +85,11 @@ impl Scene {
 
     /// The planes of [`Scene::mirror_planes`] that `fem.mirror` asks for and the options of `fem` can use.
     ///
-    /// Factorisations do not know of them, elastic mesh motion would leave them, and inertia asks for the resistance to all motions.
+    /// Factorisations do not know of them, elastic mesh motion would leave them, what flat facets cut off is known for whole surfaces only, and inertia asks for the resistance to all motions.
     pub fn fem_mirrors(&self) -> [bool; 3] {
         let is_able = matches!(self.fem.solver, SolverKind::Block | SolverKind::Minres)
             && self.fem.mesh_motion != MeshMotionKind::Elastic
+            && self.fem.geometry == GeometryKind::Curved
             && self
                 .bodies
                 .iter()
