@@ -95,9 +95,13 @@ fn estimates_of_a_part_are_those_of_the_whole() {
 fn measures_of_a_part_are_its_share() {
     // the outer sides of an eighth of a cube enclose it together with the planes
     let mut cube = LinearTets::cube(2);
-    cube.faces
-        .iter_mut()
-        .for_each(|face| face.1 = if face.1 % 2 == 0 { face.1 / 2 } else { 3 });
+    cube.faces.iter_mut().for_each(|face| {
+        face.1 = if face.1.is_multiple_of(2) {
+            face.1 / 2
+        } else {
+            3
+        }
+    });
     let planes = MIRROR_TAGS.map(String::from);
     cube.tags = planes.into_iter().chain(["outer".into()]).collect();
     let mesh = TetMesh::straight(cube).expect("a mesh");

@@ -57,7 +57,7 @@ fn part(axes: &[usize]) -> TetMesh {
     for &(face, tag) in &tets.faces {
         if of_fluid.contains(&sorted(face)) {
             let axis = usize::from(tag / 2);
-            let is_plane = tag % 2 == 0 && axes.contains(&axis);
+            let is_plane = tag.is_multiple_of(2) && axes.contains(&axis);
             let name = if is_plane { MIRROR_TAGS[axis] } else { "wall" };
             let known = tets.tags.iter().position(|tag| tag == name);
             let tag = known.unwrap_or_else(|| {

@@ -85,7 +85,8 @@ impl Scene {
 
     /// The planes of [`Scene::mirror_planes`] that `fem.mirror` asks for and the options of `fem` can use.
     ///
-    /// Factorisations do not know of them, elastic mesh motion would leave them, what flat facets cut off is known for whole surfaces only, and inertia asks for the resistance to all motions.
+    /// Factorisations do not know of them, elastic mesh motion would leave them, what flat facets cut off is known for whole surfaces only,
+    /// and inertia asks for the resistance to all motions.
     pub fn fem_mirrors(&self) -> [bool; 3] {
         let is_able = matches!(self.fem.solver, SolverKind::Block | SolverKind::Minres)
             && self.fem.mesh_motion != MeshMotionKind::Elastic
