@@ -50,6 +50,19 @@ fn kernels(c: &mut Criterion) {
             b.iter(|| block.apply(&x, &mut y))
         });
 
+        let three = [&x[..]; 3];
+        let mut products = vec![vec![0.0; x.len()]; 3];
+        group.throughput(Throughput::Elements(3 * x.len() as u64));
+        group.bench_function("saddle-point operator, three columns", |b| {
+            let mut y: Vec<_> = products.iter_mut().map(Vec::as_mut_slice).collect();
+            b.iter(|| system.apply_columns(&three, &mut y));
+        });
+        group.bench_function("block preconditioner, three columns", |b| {
+            let mut y: Vec<_> = products.iter_mut().map(Vec::as_mut_slice).collect();
+            b.iter(|| block.apply_columns(&three, &mut y));
+        });
+
+        group.throughput(Throughput::Elements(x.len() as u64));
         let mut diagonal = BlockDiagonal::with_transfer(system, &stokes.transfer).expect("set-up");
         group.bench_function("block-diagonal preconditioner", |b| {
             b.iter(|| diagonal.apply(&x, &mut y))

@@ -1,6 +1,6 @@
 //! The block-diagonal preconditioner of a symmetric saddle-point system.
 
-use crate::block_triangular::MASS_STEPS;
+use crate::pressure::MASS_STEPS;
 use crate::{
     BorderInverse, LinalgError, LinearOperator, MassInverse, Multigrid, MultigridParams,
     Preconditioner, PreconditionerKind, SaddleSystem, Transfer,

@@ -7,23 +7,22 @@ use rayon::prelude::*;
 use crate::bordered::nodes;
 use crate::columns::{in_passes, of_buffer, split, split_mut};
 use crate::roofline::{Kernel, Measure};
+use crate::pressure::PressureInverse;
 use crate::vector::max_abs;
 use crate::{
-    LinalgError, LinearOperator, MassInverse, Multigrid, MultigridParams, Preconditioner,
+    Csr, LinalgError, LinearOperator, Multigrid, MultigridParams, Preconditioner,
     PreconditionerKind, SaddleSystem, Transfer,
 };
 
-/// Chebyshev steps on the pressure mass matrix: two or three need the same iterations, one needs three more (methods note 1.2).
-pub(crate) const MASS_STEPS: usize = 3;
-
 /// `[A B^T; 0 -M_p]^-1`, with a V-cycle for the velocity and border block `A` and Chebyshev steps for the pressure mass matrix.
+/// [`with_gaps`](BlockTriangular::with_gaps) is for systems with narrow gaps.
 ///
 /// `z_p = -M_p^-1 r_p`, then `z_a = V (r_a - [B^T; E_l^T] z_p)`. Linear, not symmetric: use [`fgmres`](crate::fgmres).
 /// The mass matrix must carry `1 / viscosity`, see [`SaddleSystem`].
 pub struct BlockTriangular<'a> {
     system: &'a SaddleSystem,
     velocity: Multigrid,
-    mass: MassInverse,
+    pressure: PressureInverse,
     /// Border rows of the right-hand sides of the velocity block, one column after another.
     border: Vec<f64>,
 }
@@ -38,7 +37,7 @@ impl<'a> BlockTriangular<'a> {
         crate::csr::check_shape("velocity multigrid", (velocity.size(), 1), (size, 1))?;
         Ok(BlockTriangular {
             velocity,
-            mass: MassInverse::new(system.pressure_mass(), MASS_STEPS)?,
+            pressure: PressureInverse::new(system)?,
             border: Vec::new(),
             system,
         })
@@ -60,29 +59,43 @@ impl<'a> BlockTriangular<'a> {
         )
     }
 
+    /// With the stiffness of narrow gaps `L` (np x np, symmetric, semidefinite) beside the pressure mass matrix: `z_p = -(M_p^-1 + L^-1) r_p`.
+    ///
+    /// In a gap of width h the pressure drives a flux of `h^2 / 12` times its gradient: `L = int h^2 / 6 grad psi_p . grad psi_q`, twice that, was measured
+    /// to need the fewest iterations. Where nothing is narrow `h` is large, and the mass matrix is all there is.
+    /// Cost: a V-cycle for a matrix of the pressure's size an application.
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`], and those of [`Multigrid::new`].
+    pub fn with_gaps(mut self, stiffness: &Csr) -> Result<Self, LinalgError> {
+        self.pressure = self.pressure.with_gaps(self.system, stiffness)?;
+        Ok(self)
+    }
+
     /// Bytes that the cycle and the mass inverse move at least.
     pub(crate) fn bytes(&self) -> usize {
-        self.velocity.bytes() + self.mass.bytes()
+        self.velocity.bytes() + self.pressure.bytes()
     }
 
     /// Hands the kernels that are not the system's to `measure`.
     pub(crate) fn visit_kernels(&mut self, measure: &mut Measure) {
         self.velocity.visit_kernels(measure);
-        let r = vec![1.0; self.mass.size()];
+        let mass = self.pressure.mass();
+        let r = vec![1.0; mass.size()];
         let mut z = vec![0.0; r.len()];
         let kernel = Kernel {
             name: "mass matrix, three steps, f64",
-            bytes: self.mass.bytes(),
+            bytes: mass.bytes(),
             runs: 1.0,
         };
-        measure(kernel, &mut || self.mass.apply(&r, &mut z));
+        measure(kernel, &mut || mass.apply(&r, &mut z));
     }
 
     fn pass<const S: usize>(&mut self, r: [&[f64]; S], z: [&mut [f64]; S]) {
         let system = self.system;
         let (ra, rp) = split(r, self.velocity.size());
         let (za, mut zp) = split_mut(z, self.velocity.size());
-        self.mass.pass(rp, zp.each_mut().map(|z| &mut **z));
+        self.pressure.pass(rp, zp.each_mut().map(|z| &mut **z));
         for zp in &mut zp {
             zp.par_iter_mut().for_each(|p| *p = -*p);
         }

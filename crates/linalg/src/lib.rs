@@ -69,6 +69,7 @@ mod lanczos;
 mod multigrid;
 mod node_kernel;
 mod operator;
+mod pressure;
 mod product;
 pub mod roofline;
 mod row_blocks;

@@ -99,7 +99,10 @@ fn passes_for_several_columns_are_passes_for_each() {
     let scalar = Bordered::scalar(a.stiffness().clone()).expect("positive");
     let params = MultigridParams::default();
     let transfer = &stokes.transfer;
-    let mut preconditioners: [Box<dyn Preconditioner>; 4] = [
+    let block = BlockTriangular::with_transfer(system, transfer).expect("set-up");
+    let gaps = block.with_gaps(system.pressure_mass()).expect("positive");
+    let mut preconditioners: [Box<dyn Preconditioner>; 5] = [
+        Box::new(gaps),
         Box::new(Multigrid::with_transfer(a, transfer, None, &params).expect("set-up")),
         Box::new(Multigrid::new(&scalar, &MultigridParams::direct()).expect("set-up")),
         Box::new(BlockTriangular::with_transfer(system, transfer).expect("set-up")),

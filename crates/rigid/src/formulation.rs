@@ -108,6 +108,8 @@ pub struct Constrained {
     pub transfer: Transfer,
     /// Stiffness of the free vertices: the coarse operator of `transfer`.
     pub vertex_stiffness: Csr,
+    /// Stiffness of narrow gaps, [`BlockTriangular::with_gaps`], for the preconditioner; none where no gap is narrow.
+    pub gap_stiffness: Option<Csr>,
     /// Generalised velocities from the border unknowns: `q = columns v + offset`.
     columns: DMatrix<f64>,
     /// The velocities that test the border rows; none if those of `columns`.
@@ -233,6 +235,7 @@ impl Constrained {
             right,
             transfer,
             vertex_stiffness,
+            gap_stiffness: None,
             columns,
             tests: rows,
             offset,
@@ -347,7 +350,11 @@ impl Constrained {
             Some(self.vertex_stiffness.clone()),
             &MultigridParams::default(),
         )?;
-        Ok(BlockTriangular::new(&self.system, multigrid)?)
+        let block = BlockTriangular::new(&self.system, multigrid)?;
+        Ok(match &self.gap_stiffness {
+            Some(stiffness) => block.with_gaps(stiffness)?,
+            None => block,
+        })
     }
 
     /// The number of velocities when every one is an unknown of its own and nothing else is in the border.

@@ -22,6 +22,10 @@ const LARGEST_GROWTH: f64 = 0.3;
 /// The fastest growth of adapted elements: where the flow is smooth they should be large soon, at some loss of quality (0.85 for 0.88).
 const ADAPTED_GROWTH: f64 = 0.4;
 
+/// Gaps below this part of the smaller radius ask for more of the preconditioner: with gaps of one radius iterations are those of wide ones, with a
+/// third of it there are a sixth more.
+const NARROW: f64 = 0.5;
+
 /// Factor on element sizes that refinement starts from: 0.7 radii, the coarsest that follows a sphere.
 pub const COARSEST_FACTOR: f64 = 1.75;
 
@@ -273,6 +277,31 @@ impl Mesher {
         let surfaces: Vec<&dyn Surface> = spheres.iter().map(|s| s as &dyn Surface).collect();
         let container = self.container(&spheres);
         mesh.gap_ratio(&surfaces, container.as_ref().map(Container::surface))
+    }
+
+    /// For each cell `h^2 / 6` with the width `h` of the gap that it lies in, twice what lubrication makes of a gap; none if no gap between the
+    /// bodies at `centres` and the wall is narrow.
+    pub fn permeability(&self, mesh: &TetMesh, centres: &[Vector3<f64>]) -> Option<Vec<f64>> {
+        let spheres = self.spheres(centres);
+        let container = self.container(&spheres);
+        let wall = container.as_ref().map(Container::surface);
+        let narrow = |gap: f64, radius: f64| gap < NARROW * radius;
+        let is_near_others = |(k, a): (usize, &Sphere)| {
+            spheres[..k].iter().any(|b| {
+                let gap = b.signed_distance(a.centre) - a.radius;
+                narrow(gap, a.radius.min(b.radius))
+            })
+        };
+        let is_near_wall = |a: &Sphere| {
+            wall.is_some_and(|wall| narrow(-wall.signed_distance(a.centre) - a.radius, a.radius))
+        };
+        let is_narrow =
+            spheres.iter().enumerate().any(is_near_others) || spheres.iter().any(is_near_wall);
+        is_narrow.then(|| {
+            let surfaces: Vec<&dyn Surface> = spheres.iter().map(|s| s as &dyn Surface).collect();
+            let widths = mesh.gap_widths(&surfaces, wall);
+            widths.into_iter().map(|h| h * h / 6.0).collect()
+        })
     }
 
     /// The mesh with the bodies at `centres`.

@@ -297,6 +297,11 @@ impl Meshes {
         })
     }
 
+    /// As [`Mesher::permeability`], with the bodies at `poses`.
+    pub fn permeability(&self, mesh: &TetMesh, poses: &[Isometry3<f64>]) -> Option<Vec<f64>> {
+        self.mesher.permeability(mesh, &self.mesher.centres(poses))
+    }
+
     /// A reference moved to `poses`, or why that would spoil it.
     fn moved(
         &self,

@@ -113,7 +113,7 @@ impl FemModel {
         let constraints = self.scaled.constraints(placement)?;
         let drive = self.drive(&constraints);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-        solve::assemble(space, &mesh, &self.boundary(&poses), &drive, formulation)
+        solve::assemble(space, &mesh, &self.boundary(&mesh, &poses), &drive, formulation)
     }
 
     fn drive<'a>(&'a self, constraints: &'a Constraints) -> Drive<'a> {
@@ -124,7 +124,7 @@ impl FemModel {
         }
     }
 
-    fn boundary(&self, poses: &[Isometry3<f64>]) -> Boundary<'_> {
+    fn boundary(&self, mesh: &TetMesh, poses: &[Isometry3<f64>]) -> Boundary<'_> {
         let surfaced = self.meshes.surfaced_bodies();
         let centres: Vec<_> = surfaced
             .map(|body| poses[body].translation.vector)
@@ -134,6 +134,7 @@ impl FemModel {
             chords: self.meshes.chords(&centres),
             centres,
             walls: self.meshes.wall_tags(),
+            permeability: self.meshes.permeability(mesh, poses),
         }
     }
 
@@ -197,7 +198,7 @@ impl Hydrodynamics for FemModel {
             self.meshes.prepare_estimates()?;
         }
         let drive = self.drive(&constraints);
-        let boundary = self.boundary(&poses);
+        let boundary = self.boundary(&mesh, &poses);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let mut solved = solve::solve(
             space,
@@ -255,14 +256,15 @@ impl Hydrodynamics for FemModel {
 
     fn resistance(&mut self, placement: &Placement<'_>) -> Result<DMatrix<f64>, ModelError> {
         let (ShapeMesh { mesh, .. }, poses) = self.shape_mesh(placement)?;
-        let boundary = self.boundary(&poses);
         let rtol = self.options.rtol;
         let grand = if mesh.mirrors() == [false; 3] {
+            let boundary = self.boundary(&mesh, &poses);
             let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
             solve::resistance(space, &mesh, &boundary, rtol)?
         } else {
             // Parts between mirror planes answer for motions along them only.
             let mesh = mesh.unfolded()?.mesh;
+            let boundary = self.boundary(&mesh, &poses);
             solve::resistance(&TaylorHood::new(&mesh)?, &mesh, &boundary, rtol)?
         };
         let resistance = match self.meshes.far_field() {

@@ -38,6 +38,8 @@ pub struct Boundary<'a> {
     pub walls: Vec<&'a str>,
     /// The spheres that straight facets stand for, with their tags.
     pub chords: Vec<(&'a str, Sphere)>,
+    /// For each cell how easily pressure drives fluid through the gap it lies in, where gaps are narrow.
+    pub permeability: Option<Vec<f64>>,
 }
 
 impl Boundary<'_> {
@@ -187,7 +189,11 @@ pub fn assemble(
         },
         &bodies,
     )?;
-    Ok(formulation.constrain(fluid, drive)?)
+    let mut system = formulation.constrain(fluid, drive)?;
+    if let Some(permeability) = &boundary.permeability {
+        system.gap_stiffness = Some(space.weighted_vertex_stiffness(mesh, permeability)?);
+    }
+    Ok(system)
 }
 
 /// The grand resistance of the bodies: 6n solves with one preconditioner, some at a time.
