@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use crate::bordered::nodes;
 use crate::columns::{in_passes, of_buffer, split, split_mut};
-use crate::roofline::{Kernel, Measure};
 use crate::pressure::PressureInverse;
+use crate::roofline::{Kernel, Measure};
 use crate::vector::max_abs;
 use crate::{
     Csr, LinalgError, LinearOperator, Multigrid, MultigridParams, Preconditioner,

@@ -3,7 +3,7 @@
 use std::array::from_fn;
 
 /// How many of `columns` the next pass takes. With more than three the sums no longer fit the sixteen registers of the baseline's
-/// vectors: four at once were measured to take as long a column as one alone in the V-cycle, three 0.55 of it.
+/// vectors: four at once were measured to take as long a column as one alone in the V-cycle, three 0.58 of it.
 pub(crate) fn width(columns: usize) -> usize {
     match columns {
         4 => 2,

@@ -44,7 +44,11 @@ impl PressureInverse {
     }
 
     /// With the stiffness of gaps `L`, symmetric and positive semidefinite.
-    pub fn with_gaps(mut self, system: &SaddleSystem, stiffness: &Csr) -> Result<Self, LinalgError> {
+    pub fn with_gaps(
+        mut self,
+        system: &SaddleSystem,
+        stiffness: &Csr,
+    ) -> Result<Self, LinalgError> {
         let mass = system.pressure_mass();
         csr::check_shape("stiffness of gaps", stiffness.shape(), mass.shape())?;
         let shifted = stiffness + &mass.map(|v| SHIFT * v);

@@ -233,7 +233,10 @@ fn narrow_gaps_take_the_iterations_of_wide_ones() {
         );
         let scene = Scene::parse(&text).unwrap();
         let mut model = choose(&scene).unwrap().model;
-        solve_start(&scene, model.as_mut()).unwrap().solver.iterations
+        solve_start(&scene, model.as_mut())
+            .unwrap()
+            .solver
+            .iterations
     };
     let (wide, narrow) = (iterations(2.0), iterations(0.1));
     assert!(5 * narrow <= 6 * wide, "{wide} and {narrow}");
