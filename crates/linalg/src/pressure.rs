@@ -1,8 +1,6 @@
 //! The approximate inverse of the pressure's Schur complement.
 
-use std::array::from_fn;
-
-use crate::vector::{max_abs, power_of_two_below};
+use crate::vector::max_abs;
 use crate::{
     Bordered, Csr, LinalgError, MassInverse, Multigrid, MultigridParams, Preconditioner,
     SaddleSystem, csr,
@@ -15,9 +13,6 @@ pub(crate) const MASS_STEPS: usize = 3;
 /// zero, so that only rounding sees it.
 const SHIFT: f64 = 1e-3;
 
-/// Scalar columns that the three components of one cycle carry.
-const COMPONENTS: usize = 3;
-
 /// `M_p^-1`, and where there are narrow gaps `M_p^-1 + L^-1`.
 ///
 /// In a gap of width h the pressure drives a flux of `h^2 / 12` times its gradient, as in lubrication, instead of the strain rate that the mass
@@ -28,7 +23,7 @@ pub(crate) struct PressureInverse {
     gaps: Option<Gaps>,
 }
 
-/// One V-cycle for `L`, three columns at a time in the place of three components.
+/// One V-cycle for `L`, in the first of three components.
 struct Gaps {
     cycle: Multigrid,
     solution: Vec<f64>,
@@ -80,20 +75,14 @@ impl PressureInverse {
 }
 
 impl Gaps {
-    /// Adds the solutions for `r` to `z`.
+    /// Adds the solutions for `r` to `z`, one by one: side by side in the three components they might round otherwise than alone.
     fn add(&mut self, r: &[&[f64]], z: &mut [&mut [f64]]) {
-        for (r, z) in r.chunks(COMPONENTS).zip(z.chunks_mut(COMPONENTS)) {
-            // each column at its own scale, so that it comes out as it does alone
-            let scales: [f64; COMPONENTS] =
-                from_fn(|s| r.get(s).map_or(1.0, |r| power_of_two_below(max_abs(r))));
-            let rows = |q: usize| [from_fn(|s| r.get(s).map_or(0.0, |r| r[q] / scales[s]))];
+        for (r, z) in r.iter().zip(z) {
+            let rows = |q: usize| [[r[q], 0.0, 0.0]];
             let solution = &mut self.solution;
-            self.cycle.apply_to([1.0], rows, [&[]], [solution]);
-            for (s, z) in z.iter_mut().enumerate() {
-                let values = solution.as_chunks::<COMPONENTS>().0;
-                for (z, v) in z.iter_mut().zip(values) {
-                    *z += scales[s] * v[s];
-                }
+            self.cycle.apply_to([max_abs(r)], rows, [&[]], [solution]);
+            for (z, [v, ..]) in z.iter_mut().zip(solution.as_chunks::<3>().0) {
+                *z += v;
             }
         }
     }
