@@ -113,7 +113,13 @@ impl FemModel {
         let constraints = self.scaled.constraints(placement)?;
         let drive = self.drive(&constraints);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-        solve::assemble(space, &mesh, &self.boundary(&mesh, &poses), &drive, formulation)
+        solve::assemble(
+            space,
+            &mesh,
+            &self.boundary(&mesh, &poses),
+            &drive,
+            formulation,
+        )
     }
 
     fn drive<'a>(&'a self, constraints: &'a Constraints) -> Drive<'a> {
