@@ -53,20 +53,23 @@ fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) 
 }
 
 /// A stroke with element sizes that the program chooses for an asked error, the strokes it tries first included.
-fn adapted_stroke(name: &str, target: f64, exact: f64) -> Result<Point> {
+fn adapted_stroke(
+    name: &str,
+    target: f64,
+    [mirror, method]: [&str; 2],
+    exact: f64,
+) -> Result<Point> {
     let clock = Clock::now();
-    let mut scene = scene(name, &[format!("fem.target={target:e}")])?;
+    let mut scene = scene(
+        name,
+        &[
+            format!("fem.target={target:e}"),
+            format!("fem.mirror={mirror}"),
+        ],
+    )?;
     scene.fem.size_factor = size_factor_for_target(&scene, &mut (), &mut |_| ())?;
     let choice = format!("target {target:e}");
-    let mut point = stroke(
-        &scene,
-        Method::Collocation,
-        [
-            "finite elements, curved, sizes chosen for an error",
-            &choice,
-        ],
-        exact,
-    )?;
+    let mut point = stroke(&scene, Method::Collocation, [method, &choice], exact)?;
     point.seconds = clock.elapsed().as_secs_f64();
     Ok(point)
 }
@@ -98,11 +101,36 @@ pub(super) fn net(quick: bool) -> Result<Quantity> {
             )?);
         }
     }
-    for &target in targets(quick)
-        .iter()
-        .filter(|&&target| !quick && target >= 3e-4)
-    {
-        points.push(adapted_stroke(name, target, exact)?);
+    for &size in sizes(quick).iter().filter(|&&size| size >= 0.2) {
+        let scene = scene(
+            name,
+            &[
+                format!("fem.surface_size={size}"),
+                "fem.mirror=auto".to_owned(),
+            ],
+        )?;
+        let names = ["a quarter by mirror planes", &format!("size {size}")];
+        points.push(stroke(&scene, Method::Collocation, names, exact)?);
+    }
+    // With all of the fluid the next digit would take several minutes.
+    for (mirror, least, method) in [
+        (
+            "off",
+            3e-4,
+            "finite elements, curved, sizes chosen for an error",
+        ),
+        (
+            "auto",
+            1e-4,
+            "a quarter by mirror planes, sizes chosen for an error",
+        ),
+    ] {
+        for &target in targets(quick)
+            .iter()
+            .filter(|&&target| !quick && target >= least)
+        {
+            points.push(adapted_stroke(name, target, [mirror, method], exact)?);
+        }
     }
     for tolerance in [1e-2, 1e-4] {
         let scene = scene(
