@@ -20,7 +20,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
-use crate::folder;
+use crate::{folder, machine};
 use table::Row;
 
 /// How much to compute.
@@ -83,7 +83,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let text = table::markdown(&rows, &notes);
     println!("{text}");
     let files = [
-        ("validation.md", format!("# Validation\n\n{text}")),
+        ("validation.md", page_of(&text)),
         ("validation.csv", table::csv(&rows)),
     ];
     folder::write(out, files)?;
@@ -101,4 +101,13 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
         );
     }
     Ok(())
+}
+
+/// The table with where and when it is from.
+fn page_of(table: &str) -> String {
+    format!(
+        "# Validation\n\n{}, {}. Made by `cargo xtask validate`.\n\n{table}",
+        machine::today(),
+        machine::processor(),
+    )
 }

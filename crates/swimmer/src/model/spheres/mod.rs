@@ -58,9 +58,9 @@ pub struct SpheresModel {
     last: Option<(Spheres, Judged)>,
 }
 
-/// Accuracies of the expansions that judge the lesser models, from the cheapest on: these are wrong by more, close to contact by so much that
-/// the first will do.
-const JUDGES: [f64; 3] = [1e-1, 1e-2, 1e-3];
+/// Orders of the expansions that judge the lesser models, from the cheapest on. Not tolerances: close to contact these would need orders in
+/// the hundreds, to tell what a lesser model misses by most of itself.
+const JUDGES: [usize; 4] = [4, 8, 16, 28];
 
 /// A judge will do if it errs by less than this part of the error it finds.
 const JUDGE_SHARE: f64 = 0.3;
@@ -151,16 +151,12 @@ impl SpheresModel {
     }
 
     fn judge(&self, spheres: &Spheres) -> Result<Judged, ModelError> {
-        let expansion = |tolerance: f64| -> Result<Resistance, ModelError> {
-            Ok(multipole::resistance(
-                spheres,
-                &self.medium,
-                &Accuracy::relative(tolerance),
-            )?)
+        let expansion = |accuracy: Accuracy| -> Result<Resistance, ModelError> {
+            Ok(multipole::resistance(spheres, &self.medium, &accuracy)?)
         };
         let mobility = match self.kind {
             SphereModel::Multipole(tolerance) => {
-                let found = expansion(tolerance)?;
+                let found = expansion(Accuracy::relative(tolerance))?;
                 return Ok(Judged {
                     unknowns: found.unknowns(),
                     others: vec![(found.coarser().clone(), found.tail())],
@@ -178,12 +174,12 @@ impl SpheresModel {
                 instead: "model.kind = \"multipole\"",
             })?;
         let matrix = factor.inverse();
-        let mut judge = expansion(JUDGES[0])?;
-        for &tolerance in &JUDGES[1..] {
+        let mut judge = expansion(Accuracy::order(JUDGES[0]))?;
+        for &order in &JUDGES[1..] {
             if judge.relative_error() <= JUDGE_SHARE * judge.relative_difference(&matrix) {
                 break;
             }
-            judge = expansion(tolerance)?;
+            judge = expansion(Accuracy::order(order))?;
         }
         Ok(Judged {
             matrix,
