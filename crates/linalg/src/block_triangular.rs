@@ -31,7 +31,7 @@ impl<'a> BlockTriangular<'a> {
     /// With a multigrid made for [`SaddleSystem::velocity_block`].
     ///
     /// # Errors
-    /// [`LinalgError::Shape`] when `velocity` was made for another operator, and those of [`MassInverse::new`].
+    /// [`LinalgError::Shape`] when `velocity` was made for another operator, and those of [`MassInverse::new`](crate::MassInverse::new).
     pub fn new(system: &'a SaddleSystem, velocity: Multigrid) -> Result<Self, LinalgError> {
         let size = system.velocity_block().rows();
         crate::csr::check_shape("velocity multigrid", (velocity.size(), 1), (size, 1))?;
@@ -46,7 +46,7 @@ impl<'a> BlockTriangular<'a> {
     /// With the multigrid P2 -> P1 -> smoothed aggregation of default parameters.
     ///
     /// # Errors
-    /// Those of [`Multigrid::with_transfer`] and [`MassInverse::new`].
+    /// Those of [`Multigrid::with_transfer`] and [`MassInverse::new`](crate::MassInverse::new).
     pub fn with_transfer(
         system: &'a SaddleSystem,
         transfer: &Transfer,
