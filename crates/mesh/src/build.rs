@@ -122,17 +122,13 @@ fn build(
     points.extend(middles);
     project(&mut points, &facets, 3..6, &linear.tags, surfaces)?;
     check_finite(&points)?;
-    let mesh = TetMesh {
-        points,
-        topology: Arc::new(Topology {
-            n_vertices,
-            cells,
-            facets,
-            tags: linear.tags,
-        }),
+    let topology = Topology {
+        n_vertices,
+        cells,
+        facets,
+        tags: linear.tags,
     };
-    mesh.check_jacobians()?;
-    Ok(mesh)
+    TetMesh::checked(points, Arc::new(topology))
 }
 
 /// That every number is finite or refers to something.

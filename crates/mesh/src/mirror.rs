@@ -24,18 +24,22 @@ impl TetMesh {
         MIRROR_TAGS.map(|name| self.tags().iter().any(|tag| tag == name))
     }
 
+    /// The axis that the boundary part `tag` is normal to, if it is a mirror plane.
+    pub fn mirror_axis(&self, tag: u16) -> Option<usize> {
+        let name = self.tags().get(usize::from(tag))?;
+        MIRROR_TAGS.iter().position(|mirror| mirror == name)
+    }
+
     /// Whether the boundary part `tag` is a mirror plane.
     pub fn is_mirror(&self, tag: u16) -> bool {
-        let name = self.tags().get(usize::from(tag)).map(String::as_str);
-        name.is_some_and(|name| MIRROR_TAGS.contains(&name))
+        self.mirror_axis(tag).is_some()
     }
 
     /// The nodes on mirror planes, ascending, each with the axes that its planes are normal to. Cost: a pass over the facets and a sort.
     pub fn nodes_on_mirrors(&self) -> Vec<(u32, [bool; 3])> {
         let mut nodes: BTreeMap<u32, [bool; 3]> = BTreeMap::new();
         for facet in self.facets() {
-            let name = &self.tags()[usize::from(facet.tag)];
-            if let Some(axis) = MIRROR_TAGS.iter().position(|tag| tag == name) {
+            if let Some(axis) = self.mirror_axis(facet.tag) {
                 for node in facet.nodes {
                     nodes.entry(node).or_default()[axis] = true;
                 }
@@ -148,17 +152,16 @@ impl TetMesh {
             }
         }
         facets.sort_unstable_by_key(|facet| (facet.tag, facet.cell, facet.nodes));
-        let mesh = TetMesh {
-            points,
-            topology: Arc::new(Topology {
-                n_vertices,
-                cells,
-                facets,
-                tags,
-            }),
+        let topology = Topology {
+            n_vertices,
+            cells,
+            facets,
+            tags,
         };
-        mesh.check_jacobians()?;
-        Ok(Unfolded { mesh, sources })
+        Ok(Unfolded {
+            mesh: TetMesh::checked(points, Arc::new(topology))?,
+            sources,
+        })
     }
 }
 

@@ -167,12 +167,17 @@ impl TetMesh {
             });
         }
         check_finite(&points)?;
-        let moved = Self {
-            points,
-            topology: Arc::clone(&self.topology),
-        };
-        moved.check_jacobians()?;
-        Ok(moved)
+        Self::checked(points, Arc::clone(&self.topology))
+    }
+
+    /// The mesh of these parts, if no cell is turned inside out.
+    ///
+    /// # Errors
+    /// [`MeshError::InvertedCell`] with the worst cell.
+    pub(crate) fn checked(points: Vec<Vec3>, topology: Arc<Topology>) -> Result<Self, MeshError> {
+        let mesh = Self { points, topology };
+        mesh.check_jacobians()?;
+        Ok(mesh)
     }
 }
 

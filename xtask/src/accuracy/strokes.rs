@@ -79,38 +79,26 @@ pub(super) fn net(quick: bool) -> Result<Quantity> {
     let exact = STROKES[0].net;
     let mut points = Vec::new();
     let name = "three-sphere.toml";
-    for geometry in ["curved", "straight"] {
+    for (method, setting) in [
+        (
+            "finite elements, curved, Gauss collocation",
+            "fem.geometry=curved",
+        ),
+        (
+            "finite elements, straight, Gauss collocation",
+            "fem.geometry=straight",
+        ),
+        ("a quarter by mirror planes", "fem.mirror=auto"),
+    ] {
         // Finer meshes take minutes a stroke.
         for &size in sizes(quick).iter().filter(|&&size| size >= 0.2) {
             let scene = scene(
                 name,
-                &[
-                    format!("fem.surface_size={size}"),
-                    format!("fem.geometry={geometry}"),
-                ],
+                &[format!("fem.surface_size={size}"), setting.to_owned()],
             )?;
-            let names = [
-                &format!("finite elements, {geometry}, Gauss collocation"),
-                &format!("size {size}"),
-            ];
-            points.push(stroke(
-                &scene,
-                Method::Collocation,
-                names.map(String::as_str),
-                exact,
-            )?);
+            let names = [method, &format!("size {size}")];
+            points.push(stroke(&scene, Method::Collocation, names, exact)?);
         }
-    }
-    for &size in sizes(quick).iter().filter(|&&size| size >= 0.2) {
-        let scene = scene(
-            name,
-            &[
-                format!("fem.surface_size={size}"),
-                "fem.mirror=auto".to_owned(),
-            ],
-        )?;
-        let names = ["a quarter by mirror planes", &format!("size {size}")];
-        points.push(stroke(&scene, Method::Collocation, names, exact)?);
     }
     // With all of the fluid the next digit would take several minutes.
     for (mirror, least, method) in [

@@ -35,12 +35,7 @@ impl Estimated {
     /// That of a body's force along x; none where nobody knows.
     pub fn force(instant: &Instant, body: usize) -> Option<Self> {
         let errors = instant.mesh_error.as_ref()?;
-        let error = errors.forces.get(body)?.x;
-        Some(Self {
-            error: Some(error),
-            bar: error.abs(),
-            floor: 0.0,
-        })
+        Some(Self::signed(errors.forces.get(body)?.x))
     }
 
     /// That of a displacement along x of a body without turns.
@@ -50,17 +45,11 @@ impl Estimated {
 
     fn new(by_mesh: Option<(f64, f64)>, bars: &ErrorEstimate) -> Self {
         let algebraic = ALGEBRAIC * bars.algebraic.unwrap_or(0.0);
-        match by_mesh {
-            Some((error, spread)) => Self {
-                error: Some(error),
-                bar: bars.total(),
-                floor: algebraic.max(spread),
-            },
-            None => Self {
-                error: None,
-                bar: bars.total(),
-                floor: algebraic,
-            },
+        let (error, spread) = by_mesh.unzip();
+        Self {
+            error,
+            bar: bars.total(),
+            floor: algebraic.max(spread.unwrap_or(0.0)),
         }
     }
 

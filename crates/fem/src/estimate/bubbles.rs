@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
-use mesh::{MIRROR_TAGS, TET_EDGES, TetMesh, Vec3};
+use mesh::{TET_EDGES, TetMesh, Vec3};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -125,9 +125,7 @@ const ALL: u8 = 0b111;
 
 /// The component across a mirror plane; none for other parts of the boundary.
 fn mirror_of(mesh: &TetMesh, tag: u16) -> Option<u8> {
-    let name = &mesh.tags()[usize::from(tag)];
-    let axis = MIRROR_TAGS.iter().position(|mirror| mirror == name)?;
-    Some(1 << axis)
+    mesh.mirror_axis(tag).map(|axis| 1 << axis)
 }
 
 /// The faces on mirror planes, by their vertices in order, with the component across.

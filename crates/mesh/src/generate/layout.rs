@@ -1,6 +1,6 @@
 //! All vertices of a mesh in the making, and whose they are.
 
-use super::capsule_mesh::{smallest_edge, triangulate_capsule};
+use super::capsule_mesh::triangulate_capsule;
 use super::climb::Bulges;
 use super::packing::{is_near, pack};
 use super::planes::Planes;
@@ -168,8 +168,7 @@ impl<'a> Layout<'a> {
                 triangulate_box(Container::TAG, wall, [b.min, b.max], &size, planes, limit)?
             }
             Container::Capsule(capsule) => {
-                let edge = smallest_edge(capsule, &size);
-                triangulate_capsule(capsule, edge, limit)?
+                triangulate_capsule(capsule, field.edge_on_wall(), limit)?
             }
         });
 

@@ -144,6 +144,11 @@ impl<'a> SizeField<'a> {
         }
     }
 
+    /// Length of the edges on that wall; without one the longest anywhere.
+    pub fn edge_on_wall(&self) -> f64 {
+        self.wall.map_or(self.max, |(_, edge)| edge)
+    }
+
     /// The wanted edge length at `x`.
     pub fn at(&self, x: Vec3) -> f64 {
         let mut h = self.max;

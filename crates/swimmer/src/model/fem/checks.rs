@@ -4,6 +4,7 @@ use mesh::TetMesh;
 use nalgebra::Vector3;
 use rigid::{Flow, Mirrors};
 
+use super::estimate::flat;
 use super::solve::Boundary;
 use crate::model::{Checks, ModelError};
 
@@ -16,7 +17,7 @@ pub fn checks(mesh: &TetMesh, boundary: &Boundary, flow: &Flow) -> Result<Checks
         planes: mesh.mirrors(),
     };
     let (parts, allowed) = (mirrors.parts(), mirrors.allowed());
-    let velocity: Vec<f64> = flow.velocity.iter().flat_map(|u| [u.x, u.y, u.z]).collect();
+    let velocity = flat(&flow.velocity);
     let (mut largest, mut difference) = (0.0_f64, 0.0_f64);
     for (number, (name, &centre)) in boundary.bodies.iter().zip(&boundary.centres).enumerate() {
         let stress = fem::stress_load(mesh, mesh.tag(name)?, &velocity, &flow.pressure, centre)?;

@@ -217,6 +217,6 @@ fn frame_rows(drive: &Drive, number: usize) -> (usize, Option<usize>) {
 }
 
 /// Velocities as the forms take them, three components a node.
-fn flat(velocity: &[Vector3<f64>]) -> Vec<f64> {
+pub(super) fn flat(velocity: &[Vector3<f64>]) -> Vec<f64> {
     velocity.iter().flat_map(|u| [u.x, u.y, u.z]).collect()
 }
