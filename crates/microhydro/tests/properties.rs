@@ -215,3 +215,19 @@ fn results_do_not_depend_on_the_number_of_threads() {
     };
     assert_eq!(run(1).matrix(), run(3).matrix());
 }
+
+/// Found by [`the_claimed_error_bounds_the_true_one`]: the least orders claimed more than was asked and were never raised.
+#[test]
+fn a_small_sphere_far_from_its_container_claims_what_was_asked() {
+    let sphere = Spheres::new(
+        vec![Vector3::new(0.0, 0.0, -0.23520989352722405)],
+        vec![0.4],
+    );
+    let medium = Medium::Ball {
+        centre: Vector3::new(0.3, -0.2, 0.1),
+        radius: 16.0,
+    };
+    let tolerance = 10.0_f64.powf(-4.074811330178636);
+    let r = multipole::resistance(&sphere.unwrap(), &medium, &Accuracy::relative(tolerance));
+    assert!(r.unwrap().relative_error() <= tolerance);
+}

@@ -109,8 +109,8 @@ pub fn resistance(
     // below this, rounding rules
     let tolerance = accuracy.tolerance.max(1e-13);
     let mut goal = order::first_goal(&closeness, spheres.len(), tolerance);
+    let mut orders = order::for_tolerance(&closeness, medium, goal);
     loop {
-        let orders = order::for_tolerance(&closeness, medium, goal);
         let (result, completed) =
             lubrication::completed(spheres, medium, &closeness, &orders, goal.min(tolerance))?;
         let claimed = result.relative_error();
@@ -119,6 +119,13 @@ pub fn resistance(
             return Ok(result);
         }
         goal *= (0.5 * tolerance / claimed).clamp(0.01, 0.5);
+        // the least orders do for goals far below those that ask for them: the same again would claim the same
+        let mut raised = order::for_tolerance(&closeness, medium, goal);
+        while raised == orders && goal > f64::MIN_POSITIVE {
+            goal *= 0.1;
+            raised = order::for_tolerance(&closeness, medium, goal);
+        }
+        orders = raised;
     }
 }
 

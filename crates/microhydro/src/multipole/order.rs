@@ -123,19 +123,29 @@ pub(crate) fn for_tolerance(
 
 /// What a change from order `n - 2` to `n` says about the error of order `n`: the error is at most the change times this.
 ///
-/// A geometric series with ratio $e^{-4\xi}$, and $((n+2)/n)^2$ for the powers of the order that stand beside the exponential.
-/// Three times that: many spheres reflect more than a pair does. The true error was 0.2 to 0.8 of the estimate for pairs, chains
-/// and spheres near walls and in containers, at orders 2 to 10 and errors from 0.3 to 1e-13.
+/// The largest of all expansions: each adds to the change what it adds to the dissipation, and that part tells what it still misses.
 pub(crate) fn tail(closeness: &(Vec<f64>, f64), orders: &Orders) -> f64 {
-    let ratio = (-4.0 * narrowest(closeness)).exp();
-    let all = orders.spheres.iter().copied().chain(Some(orders.container));
-    let least = all.filter(|&n| n > 0).min().unwrap_or(LEAST) as f64;
-    let general = 3.0 * ((least + 2.0) / least).powi(2) * ratio / (1.0 - ratio);
     let lowest = match orders.container {
         0 => LEAST,
         _ => LEAST_IN_A_BALL,
     };
-    if least > lowest as f64 {
+    let spheres = closeness.0.iter().zip(&orders.spheres);
+    spheres
+        .chain(Some((&closeness.1, &orders.container)))
+        .filter(|(_, order)| **order > 0)
+        .map(|(&xi, &order)| tail_of_one(xi, order, lowest))
+        .fold(0.0, f64::max)
+}
+
+/// [`tail`] of one expansion.
+///
+/// A geometric series with ratio $e^{-4\xi}$, and $((n+2)/n)^2$ for the powers of the order that stand beside the exponential.
+/// Three times that: many spheres reflect more than a pair does. The true error was 0.2 to 0.8 of the estimate for pairs, chains
+/// and spheres near walls and in containers, at orders 2 to 10 and errors from 0.3 to 1e-13.
+fn tail_of_one(xi: f64, order: usize, lowest: usize) -> f64 {
+    let (n, ratio) = (order as f64, (-4.0 * xi).exp());
+    let general = 3.0 * ((n + 2.0) / n).powi(2) * ratio / (1.0 - ratio);
+    if order > lowest {
         return general;
     }
     // two less than the least order lacks the first reflections: the change is that of one degree, and the next is $e^{-2\xi}$ of it
