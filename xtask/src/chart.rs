@@ -1,7 +1,10 @@
 //! Log-log charts as SVG: cost against size, error against cost.
 
 use anyhow::{Result, anyhow};
+use plotters::coord::CoordTranslate;
 use plotters::coord::combinators::IntoLogRange;
+use plotters::drawing::DrawingAreaErrorKind;
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 /// The palette of Okabe & Ito (2008), whose colours colour-blind readers can tell apart.
@@ -18,13 +21,32 @@ const COLOURS: [RGBColor; 8] = [
 
 const INK: RGBColor = RGBColor(40, 40, 40);
 const FAINT: RGBColor = RGBColor(225, 225, 225);
-const SIZE: (u32, u32) = (1180, 620);
+const WIDTH: u32 = 1180;
+
+/// Height of a chart; more where the legend needs it.
+const LEAST_HEIGHT: u32 = 620;
 
 /// Width of the chart without its legend, which stands beside it: over the points it would cover some.
 const CHART_WIDTH: u32 = 860;
 
 /// Letters of a line of the legend.
 const LEGEND_LETTERS: usize = 40;
+
+/// Where the legend begins, and the heights of a line of it and of the space between two entries.
+const LEGEND_TOP: i32 = 60;
+const LEGEND_LINE: i32 = 17;
+const LEGEND_SPACE: i32 = 7;
+
+/// Lines of curves: dash and gap in pixels, none if drawn through. Later series, whose colours were used before, are dashed.
+const DASHES: [Option<(u32, u32)>; 4] = [None, Some((9, 5)), Some((3, 4)), Some((15, 3))];
+
+/// Marks of points, by their corners about the point in pixels; none for a disc.
+const MARKS: [&[(i32, i32)]; 4] = [
+    &[],
+    &[(-4, -4), (4, -4), (4, 4), (-4, 4)],
+    &[(-5, 4), (0, -5), (5, 4)],
+    &[(-6, 0), (0, -6), (6, 0), (0, 6)],
+];
 
 /// How the points of a series are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,13 +69,58 @@ pub struct Series {
     pub style: Style,
 }
 
+/// How a series looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Look {
+    colour: RGBColor,
+    /// Width of the line; none for points alone.
+    line: Option<u32>,
+    dash: Option<(u32, u32)>,
+    /// Corners of the marks, of which no corners are a disc; none for lines without points.
+    mark: Option<&'static [(i32, i32)]>,
+}
+
+/// Draws a mark at a point of an area: discs are full, others hollow, so that marks on each other are still told apart.
+fn draw_mark<C: CoordTranslate>(
+    area: &DrawingArea<SVGBackend, C>,
+    at: C::From,
+    corners: &[(i32, i32)],
+    colour: RGBColor,
+) -> std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>
+where
+    C::From: Clone,
+{
+    if corners.is_empty() {
+        return area.draw(&Circle::new(at, 4, colour.filled()));
+    }
+    let outline: Vec<(i32, i32)> = corners.iter().chain(&corners[..2]).copied().collect();
+    let mark = EmptyElement::at(at)
+        + Polygon::new(corners.to_vec(), WHITE.filled())
+        + PathElement::new(outline, colour.stroke_width(2));
+    area.draw(&mark)
+}
+
 impl Series {
-    /// Colour and width of the line of the series of this number.
-    fn stroke(&self, number: usize) -> (RGBColor, u32) {
+    /// The look of the series of this number: colours come round after eight, and then with another dash and another mark.
+    fn look(&self, number: usize) -> Look {
+        let line = |colour: RGBColor, width: u32| Look {
+            colour,
+            line: Some(width),
+            dash: None,
+            mark: None,
+        };
+        let round = number / COLOURS.len();
+        let own = Look {
+            // After all marks came round once the dashes go on with the next one.
+            dash: DASHES[(round + round / MARKS.len()) % DASHES.len()],
+            mark: Some(MARKS[round % MARKS.len()]),
+            ..line(COLOURS[number % COLOURS.len()], 2)
+        };
         match self.style {
-            Style::Guide => (INK, 1),
-            Style::Front => (RGBColor(205, 205, 205), 7),
-            Style::Curve | Style::Points => (COLOURS[number % COLOURS.len()], 2),
+            Style::Guide => line(INK, 1),
+            Style::Front => line(RGBColor(205, 205, 205), 7),
+            Style::Curve => own,
+            Style::Points => Look { line: None, ..own },
         }
     }
 }
@@ -89,7 +156,11 @@ impl LogLog {
         }
         let x_range = range(all.iter().map(|point| point.0));
         let y_range = range(all.iter().map(|point| point.1));
-        let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+        let legend_lines =
+            |series: &Series| LEGEND_SPACE + LEGEND_LINE * wrapped(&series.name).len() as i32;
+        let legend_height: i32 = self.series.iter().map(legend_lines).sum();
+        let height = LEAST_HEIGHT.max((LEGEND_TOP + legend_height) as u32);
+        let root = SVGBackend::with_string(svg, (WIDTH, height)).into_drawing_area();
         root.fill(&WHITE)?;
         let (plot, legend) = root.split_horizontally(CHART_WIDTH);
         let font = |size: u32| ("sans-serif", size).into_font().color(&INK);
@@ -118,33 +189,55 @@ impl LogLog {
         order.sort_by_key(|(_, series)| series.style != Style::Front);
         for &(number, series) in &order {
             let points: Vec<(f64, f64)> = series.points.iter().copied().filter(shown).collect();
-            let (colour, width) = series.stroke(number);
-            if series.style != Style::Points {
-                chart.draw_series(LineSeries::new(
-                    points.iter().copied(),
-                    colour.stroke_width(width),
-                ))?;
+            let Look {
+                colour,
+                line,
+                dash,
+                mark,
+            } = series.look(number);
+            if let Some(width) = line {
+                let stroke = colour.stroke_width(width);
+                let path = points.iter().copied();
+                match dash {
+                    None => chart.draw_series(LineSeries::new(path, stroke))?,
+                    Some((dash, gap)) => {
+                        chart.draw_series(DashedLineSeries::new(path, dash, gap, stroke))?
+                    }
+                };
             }
-            let is_line = matches!(series.style, Style::Guide | Style::Front);
-            let marks = if is_line { 0 } else { 4 };
-            chart.draw_series(
-                points
-                    .iter()
-                    .map(|&point| Circle::new(point, marks, colour.filled())),
-            )?;
+            if let Some(corners) = mark {
+                for &point in &points {
+                    draw_mark(chart.plotting_area(), point, corners, colour)?;
+                }
+            }
         }
-        let mut y = 60;
+        let mut y = LEGEND_TOP;
         for (number, series) in self.series.iter().enumerate() {
-            let (colour, width) = series.stroke(number);
-            legend.draw(&PathElement::new(
-                [(4, y + 7), (26, y + 7)],
-                colour.stroke_width(width + 1),
-            ))?;
+            let Look {
+                colour,
+                line,
+                dash,
+                mark,
+            } = series.look(number);
+            let middle = y + LEGEND_LINE / 2;
+            if let Some(width) = line {
+                let stroke = colour.stroke_width(width + 1);
+                let path = [(2, middle), (28, middle)];
+                match dash {
+                    None => legend.draw(&PathElement::new(path, stroke))?,
+                    Some((dash, gap)) => {
+                        legend.draw(&DashedPathElement::new(path, dash, gap, stroke))?
+                    }
+                }
+            }
+            if let Some(corners) = mark {
+                draw_mark(&legend, (15, middle), corners, colour)?;
+            }
             for line in wrapped(&series.name) {
                 legend.draw(&Text::new(line, (34, y), font(13)))?;
-                y += 17;
+                y += LEGEND_LINE;
             }
-            y += 7;
+            y += LEGEND_SPACE;
         }
         root.present()?;
         Ok(())
@@ -224,8 +317,33 @@ mod tests {
             }],
         };
         let svg = chart.svg().unwrap();
-        assert_eq!(svg.matches("<circle").count(), 2);
+        // and one in the legend
+        assert_eq!(svg.matches("<circle").count(), 2 + 1);
         assert!(svg.contains("ours"));
+    }
+
+    #[test]
+    fn no_two_series_look_alike() {
+        for style in [Style::Curve, Style::Points] {
+            let of_style = |number| Series {
+                name: format!("number {number}"),
+                points: vec![(1.0, 1.0 + number as f64), (10.0, 2.0 + number as f64)],
+                style,
+            };
+            let series: Vec<Series> = (0..20).map(of_style).collect();
+            let looks: Vec<Look> = series.iter().zip(0..).map(|(s, k)| s.look(k)).collect();
+            for (k, look) in looks.iter().enumerate() {
+                assert!(!looks[..k].contains(look), "{style:?} {k}");
+            }
+            // The legend is as high as it must be to show them all.
+            let chart = LogLog {
+                title: "t".into(),
+                x: "x".into(),
+                y: "y".into(),
+                series,
+            };
+            assert!(chart.svg().unwrap().contains("number 19"));
+        }
     }
 
     #[test]
