@@ -93,11 +93,17 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// The net displacement: that of the mean of the bodies' centres, so that turning alone is none.
+    /// The net displacement: that of the mean of the bodies' centres, so that turning alone is none; fixed bodies do not count.
     pub fn net(&self) -> f64 {
-        self.displacement.iter().sum::<Vector3<f64>>().norm()
-            / self.displacement.len().max(1) as f64
+        mean_of_moved(&self.displacement).norm()
     }
+}
+
+/// The mean of displacements without those that are zero to the last bit, as only those of fixed bodies are.
+fn mean_of_moved(displacement: &[Vector3<f64>]) -> Vector3<f64> {
+    let moved = displacement.iter().filter(|d| **d != Vector3::zeros());
+    let count = moved.clone().count().max(1);
+    moved.sum::<Vector3<f64>>() / count as f64
 }
 
 /// What one leg did.
@@ -381,4 +387,16 @@ fn at_start<T>(
         lengths,
         rates: &rates,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fixed_bodies_do_not_dilute_the_net_displacement() {
+        let [still, moved] = [Vector3::zeros(), Vector3::new(3.0, 4.0, 0.0)];
+        assert_eq!(mean_of_moved(&[moved, still, moved]), moved);
+        assert_eq!(mean_of_moved(&[still]), still);
+    }
 }

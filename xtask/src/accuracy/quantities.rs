@@ -86,7 +86,14 @@ fn instant(
     })
 }
 
-/// Curved and straight elements of all sizes.
+/// Ways to mesh, by name, geometry and mirror planes.
+pub(super) const MESHES: [[&str; 3]; 3] = [
+    ["finite elements, curved", "curved", "auto"],
+    ["all of the fluid, curved", "curved", "off"],
+    ["all of the fluid, straight", "straight", "off"],
+];
+
+/// Elements of all sizes, curved and straight, with and without the mirror planes that these scenes have.
 fn by_size(
     quick: bool,
     base: &dyn Fn(&[String]) -> Result<Scene>,
@@ -94,17 +101,15 @@ fn by_size(
     value: impl Fn(&Instant) -> f64 + Copy,
 ) -> Result<Vec<Point>> {
     let mut points = Vec::new();
-    for geometry in ["curved", "straight"] {
+    for [method, geometry, mirror] in MESHES {
         for &size in sizes(quick) {
             let scene = base(&[
                 format!("fem.surface_size={size}"),
                 format!("fem.geometry={geometry}"),
+                format!("fem.mirror={mirror}"),
             ])?;
-            let names = [
-                &format!("finite elements, {geometry}"),
-                &format!("size {size}"),
-            ];
-            points.push(instant(&scene, names.map(String::as_str), exact, value)?);
+            let names = [method, &format!("size {size}")];
+            points.push(instant(&scene, names, exact, value)?);
         }
     }
     Ok(points)

@@ -6,7 +6,7 @@ use anyhow::Result;
 use swimmer::model::choose;
 use swimmer::{Method, Observer, Scene, simulate, size_factor_for_target};
 
-use super::quantities::{scene, sizes, targets};
+use super::quantities::{MESHES, scene, sizes, targets};
 use super::{Point, Quantity};
 use crate::validate::reference::STROKES;
 
@@ -53,23 +53,13 @@ fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) 
 }
 
 /// A stroke with element sizes that the program chooses for an asked error, the strokes it tries first included.
-fn adapted_stroke(
-    name: &str,
-    target: f64,
-    [mirror, method]: [&str; 2],
-    exact: f64,
-) -> Result<Point> {
+fn stroke_for_target(name: &str, target: f64, exact: f64) -> Result<Point> {
     let clock = Clock::now();
-    let mut scene = scene(
-        name,
-        &[
-            format!("fem.target={target:e}"),
-            format!("fem.mirror={mirror}"),
-        ],
-    )?;
+    let mut scene = scene(name, &[format!("fem.target={target:e}")])?;
     scene.fem.size_factor = size_factor_for_target(&scene, &mut (), &mut |_| ())?;
     let choice = format!("target {target:e}");
-    let mut point = stroke(&scene, Method::Collocation, [method, &choice], exact)?;
+    let names = ["sizes chosen for an error, curved", &choice];
+    let mut point = stroke(&scene, Method::Collocation, names, exact)?;
     point.seconds = clock.elapsed().as_secs_f64();
     Ok(point)
 }
@@ -79,46 +69,23 @@ pub(super) fn net(quick: bool) -> Result<Quantity> {
     let exact = STROKES[0].net;
     let mut points = Vec::new();
     let name = "three-sphere.toml";
-    for (method, setting) in [
-        (
-            "finite elements, curved, Gauss collocation",
-            "fem.geometry=curved",
-        ),
-        (
-            "finite elements, straight, Gauss collocation",
-            "fem.geometry=straight",
-        ),
-        ("a quarter by mirror planes", "fem.mirror=auto"),
-    ] {
-        // Finer meshes take minutes a stroke.
+    for [method, geometry, mirror] in MESHES {
+        // Finer meshes of all of the fluid take minutes a stroke.
         for &size in sizes(quick).iter().filter(|&&size| size >= 0.2) {
             let scene = scene(
                 name,
-                &[format!("fem.surface_size={size}"), setting.to_owned()],
+                &[
+                    format!("fem.surface_size={size}"),
+                    format!("fem.geometry={geometry}"),
+                    format!("fem.mirror={mirror}"),
+                ],
             )?;
             let names = [method, &format!("size {size}")];
             points.push(stroke(&scene, Method::Collocation, names, exact)?);
         }
     }
-    // With all of the fluid the next digit would take several minutes.
-    for (mirror, least, method) in [
-        (
-            "off",
-            3e-4,
-            "finite elements, curved, sizes chosen for an error",
-        ),
-        (
-            "auto",
-            1e-4,
-            "a quarter by mirror planes, sizes chosen for an error",
-        ),
-    ] {
-        for &target in targets(quick)
-            .iter()
-            .filter(|&&target| !quick && target >= least)
-        {
-            points.push(adapted_stroke(name, target, [mirror, method], exact)?);
-        }
+    for &target in targets(quick).iter().filter(|_| !quick) {
+        points.push(stroke_for_target(name, target, exact)?);
     }
     for tolerance in [1e-2, 1e-4] {
         let scene = scene(

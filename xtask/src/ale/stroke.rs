@@ -33,6 +33,8 @@ pub fn strokes(size: f64) -> Result<Vec<Stroke>> {
             &[
                 format!("fem.mesh_motion={motion}"),
                 format!("fem.surface_size={size}"),
+                // Not every motion keeps mirror planes; all move the same mesh.
+                "fem.mirror=off".to_owned(),
             ],
         )?;
         let mut model = choose(&scene)?.model;

@@ -54,7 +54,7 @@ impl Setup {
         self
     }
 
-    /// The scene file.
+    /// The scene file; all of the fluid, so that all solvers see the same mesh.
     pub fn toml(&self, formulation: &str, solver: &str) -> String {
         let smallest = self
             .bodies
@@ -63,7 +63,8 @@ impl Setup {
             .fold(f64::INFINITY, f64::min);
         let mut text = format!(
             "fluid.viscosity = {:e}\ndomain = {}\ngait.arms = \"{}\"\nmodel.kind = \"fem\"\n\
-             fem = {{ surface_size = {:e}, formulation = \"{formulation}\", solver = \"{solver}\", rtol = 1e-10 }}\n{}\n",
+             fem.surface_size = {:e}\nfem.formulation = \"{formulation}\"\nfem.solver = \"{solver}\"\nfem.rtol = 1e-10\n\
+             fem.mirror = \"off\"\n{}\n",
             self.viscosity,
             self.domain,
             self.arms,

@@ -120,7 +120,7 @@ pub(super) fn scene(document: Document) -> Result<Scene, SwimError> {
             MeshMotionKind::of,
             MeshMotionKind::KanchiMasud,
         ),
-        mirror: word(file.fem.mirror.as_deref(), MirrorKind::of, MirrorKind::Off),
+        mirror: word(file.fem.mirror.as_deref(), MirrorKind::of, MirrorKind::Auto),
     };
     let name = document
         .path()

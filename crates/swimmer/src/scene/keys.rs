@@ -285,7 +285,7 @@ pub const KEYS: &[Key] = &[
     key(
         "fem.mirror",
         Kind::Word(MirrorKind::WORDS),
-        "off",
+        "auto",
         "whether coordinate planes through the origin that mirror bodies, loads and domain for the whole run are found, and one side of each is \
          meshed: a half or a quarter of the unknowns",
     ),

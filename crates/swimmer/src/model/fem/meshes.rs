@@ -4,7 +4,7 @@ use ale::{
     Biharmonic, Elastic, Harmonic, Kernel, MeshMotion, MovingBody, Rbf, ReferenceMap, Stiffening,
 };
 use fem::{SurplusSpace, TaylorHood};
-use mesh::{Capsule, Sphere, TetMesh};
+use mesh::{Capsule, Quality, Sphere, TetMesh};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::far_field::FarField;
@@ -25,6 +25,9 @@ const LEAST_QUALITY: f64 = 0.1;
 /// 0.5 to 1.25 (gaps of 8 to 0.02 radii, sizes of 0.4 to 1.2): moved ones reach 1.5 when a resolved gap has closed to half its width.
 const LARGEST_GAP_RATIO: f64 = 1.5;
 
+/// A mesh that is worse than these when it is new may lose the rest of this part of what it has.
+const KEPT_OF_ITS_OWN: f64 = 0.9;
+
 /// Distances from a mirror plane, in radii, that are rounding of many steps: farther off, meshes are refused.
 const ROUNDING: f64 = 1e-9;
 
@@ -39,6 +42,8 @@ struct Reference {
     poses: Vec<Isometry3<f64>>,
     /// Its [`mesh::TetMesh::gap_ratio`].
     gap_ratio: f64,
+    /// Its [`mesh::TetMesh::quality`].
+    quality: Quality,
     /// The piece of a cylinder that it fills.
     tube: Option<Capsule>,
 }
@@ -285,9 +290,11 @@ impl Meshes {
             })
             .collect();
         let gap_ratio = self.mesher.gap_ratio(&mesh, &centres);
+        let quality = mesh.quality();
         let map = ReferenceMap::new(mesh, &moving, self.motion.as_ref())?;
         Ok(Reference {
             gap_ratio,
+            quality,
             tube: self.mesher.tube(&centres),
             map,
             space,
@@ -328,15 +335,16 @@ impl Meshes {
             Err(other) => return Err(other.into()),
         };
         let quality = mesh.quality();
-        if quality.min_jacobian < LEAST_JACOBIAN {
+        // A new mesh must not be refused as it is: no other would be better.
+        let own = &reference.quality;
+        if quality.min_jacobian < LEAST_JACOBIAN.min(KEPT_OF_ITS_OWN * own.min_jacobian) {
             return Ok(Err(Remesh::Jacobian(quality.min_jacobian)));
         }
-        if quality.min_quality < LEAST_QUALITY {
+        if quality.min_quality < LEAST_QUALITY.min(KEPT_OF_ITS_OWN * own.min_quality) {
             return Ok(Err(Remesh::Quality(quality.min_quality)));
         }
-        // A new mesh must not be refused as it is: no other would be better.
         let gap_ratio = self.mesher.gap_ratio(&mesh, &centres);
-        if gap_ratio > LARGEST_GAP_RATIO.max(1.1 * reference.gap_ratio) {
+        if gap_ratio > LARGEST_GAP_RATIO.max(reference.gap_ratio / KEPT_OF_ITS_OWN) {
             return Ok(Err(Remesh::Gap(gap_ratio)));
         }
         Ok(Ok(mesh))
