@@ -158,10 +158,15 @@ fn estimates_are_those_of_the_flow_whatever_the_formulation() {
     }
 }
 
+/// In all of the fluid: between mirror planes velocities across are zero, and those along the line are better than any bar of both knows.
 #[test]
 fn the_algebraic_bar_contains_the_error_of_a_solve_that_stopped_early() {
-    let [early, late] =
-        [1e-4, 1e-11].map(|rtol| solve(&swimmer(0.7, &format!("fem.rtol = {rtol:?}\n"))));
+    let [early, late] = [1e-4, 1e-11].map(|rtol| {
+        solve(&swimmer(
+            0.7,
+            &format!("fem.rtol = {rtol:?}\nfem.mirror = \"off\"\n"),
+        ))
+    });
     let miss = (0..3)
         .map(|body| (early.bodies[body].velocity - late.bodies[body].velocity).norm())
         .fold(0.0, f64::max);

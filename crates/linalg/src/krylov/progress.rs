@@ -4,7 +4,7 @@ use super::report::{ERROR_OVER_RESIDUAL, KrylovParams, SolveReport};
 use crate::vector::{norm, subtract_from, weighted_norm};
 use crate::{LinalgError, LinearOperator};
 
-/// A cycle that leaves more than this part of the true residual has stagnated.
+/// A cycle that leaves more than this part of the true residual, in both norms, has stagnated.
 const STAGNATION: f64 = 0.99;
 
 /// The state of an iteration between its looks at the true residual.
@@ -17,8 +17,8 @@ pub(super) struct Progress<'a> {
     b_weighted: f64,
     pub iterations: usize,
     history: Vec<f64>,
-    /// The true relative residual at the last look.
-    previous: f64,
+    /// At the last look, what was held against the tolerance and the part of it in the norm of the recurrence.
+    previous: [f64; 2],
     /// What a recurrence has to reach before the next look.
     target: f64,
 }
@@ -49,7 +49,7 @@ impl<'a> Progress<'a> {
             b_weighted: b_norm,
             iterations: 0,
             history: Vec::with_capacity(params.max_iterations.min(1000) + 1),
-            previous: f64::INFINITY,
+            previous: [f64::INFINITY; 2],
             target: params.rel_tol,
         }
     }
@@ -80,7 +80,8 @@ impl<'a> Progress<'a> {
         if true_rel_residual.is_nan() {
             return Err(self.broken("the operator returned NaN"));
         }
-        let larger = true_rel_residual.max(self.error_estimate(weighted_rel_residual));
+        let estimate = self.error_estimate(weighted_rel_residual);
+        let larger = true_rel_residual.max(estimate);
         if larger <= target {
             return Ok(Some(SolveReport {
                 iterations,
@@ -97,7 +98,8 @@ impl<'a> Progress<'a> {
                 target,
             });
         }
-        if larger > STAGNATION * self.previous {
+        let falls = |now: f64, before: f64| now <= STAGNATION * before;
+        if !falls(larger, self.previous[0]) && !falls(estimate, self.previous[1]) {
             return Err(LinalgError::Stagnated {
                 method,
                 iterations,
@@ -105,11 +107,12 @@ impl<'a> Progress<'a> {
                 target,
             });
         }
-        if self.previous.is_finite() {
-            // after a restart or a false convergence: leave room for the recurrence to differ from the truth
-            self.target = 0.5 * target;
+        if self.previous[0].is_finite() {
+            // After a restart or a false convergence: leave room for the recurrence to differ from the truth. The recurrence falls in one norm;
+            // where the other is behind by some factor, it has to fall so much farther.
+            self.target = 0.5 * target * estimate / larger;
         }
-        self.previous = larger;
+        self.previous = [larger, estimate];
         Ok(None)
     }
 
