@@ -48,7 +48,7 @@ impl LinearOperator for Claims {
     }
 }
 
-/// A diagonal operator with weights that see its second half a thousand times less.
+/// A diagonal operator with weights of its own.
 struct Weighs {
     diagonal: Vec<f64>,
     weights: Vec<f32>,
@@ -74,15 +74,15 @@ impl LinearOperator for Weighs {
     }
 }
 
-/// The norm that FGMRES minimises had converged and the Euclidean one had not: after a look a single step is no whole cycle to judge by.
-/// Seen between mirror planes, two spheres a tenth of a radius apart in a ball of 400.
+/// The norm that FGMRES minimises had converged and the Euclidean one had not: a single step after that look, by which the latter rose, was
+/// taken for stagnation. The second half of the unknowns hardly counts in that norm and lies outside the interval that is minimised over. Seen between mirror planes, two spheres a tenth of a radius apart in a ball of 400.
 #[test]
 fn bug_fgmres_called_a_residual_stagnant_that_its_weights_did_not_see() {
-    let half = 40;
-    let spread = (0..half).map(|k| 1.0 + 0.2 * k as f64);
+    let half = 20;
+    let seen = (0..half).map(|k| 1.0 + k as f64 / 19.0);
     let operator = Weighs {
-        diagonal: vec![1.0; half].into_iter().chain(spread).collect(),
-        weights: [1.0, 1e-6].map(|w| vec![w; half]).concat(),
+        diagonal: seen.chain(std::iter::repeat_n(3.5, half)).collect(),
+        weights: [1.0, 1e-12].map(|w| vec![w; half]).concat(),
     };
     let b = vec![1.0; 2 * half];
     let mut x = vec![0.0; 2 * half];
