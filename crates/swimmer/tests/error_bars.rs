@@ -129,7 +129,7 @@ fn swimmer(size: f64, more: &str) -> Scene {
 fn bars_of_a_swimming_speed_hold_and_are_not_those_of_drag() {
     // Spectral: arms of ten in a ball of 40, the left one closing at unit speed.
     let (speed, force) = (-0.3428979021151601, 14.122932964125914);
-    let instant = solve(&swimmer(0.5, ""));
+    let instant = solve(&swimmer(0.4, ""));
     let rate = 4.0;
     let error = instant.mesh_error.as_ref().unwrap();
     let miss = instant.bodies[1].velocity.x - rate * speed;
