@@ -64,7 +64,7 @@ impl Setup {
         let mut text = format!(
             "fluid.viscosity = {:e}\ndomain = {}\ngait.arms = \"{}\"\nmodel.kind = \"fem\"\n\
              fem.surface_size = {:e}\nfem.formulation = \"{formulation}\"\nfem.solver = \"{solver}\"\nfem.rtol = 1e-10\n\
-             fem.mirror = \"off\"\n{}\n",
+             fem.mirror = \"off\"\nfem.estimates = \"off\"\n{}\n",
             self.viscosity,
             self.domain,
             self.arms,
