@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn tolerances_fall_with_the_mesh_faster_than_its_second_power() {
-        let [coarse, fine] = [0.6, 0.3].map(|size| sphere(size, 0.5).unwrap());
+        let [coarse, fine] = [0.4, 0.2].map(|size| sphere(size, 0.5).unwrap());
         assert!(coarse.drag / fine.drag > 4.0 && coarse.torque / fine.torque > 4.0);
         // A wrong gradient would show as an energy of the order of the dissipation.
         assert!(fine.drag < 1e-2 && fine.torque < 1e-2);

@@ -194,9 +194,9 @@ mod tests {
 
     #[test]
     fn estimates_of_speed_and_force_of_a_swimmer_are_their_errors() {
-        let model = "model.kind = \"fem\"\nfem.surface_size = 0.5";
+        let model = "model.kind = \"fem\"\nfem.surface_size = 0.4";
         let tolerances = [(STEP, Basis::Required); 2];
-        for row in instant(&INSTANTANEOUS[0], "h 0.5", model, tolerances).expect("it is solved") {
+        for row in instant(&INSTANTANEOUS[0], "h 0.4", model, tolerances).expect("it is solved") {
             assert_effective(&row);
         }
     }
