@@ -77,7 +77,7 @@ pub fn rows() -> Result<Vec<Tried>> {
 /// The system of the bent chain on a mesh small enough for dense eigenproblems.
 fn system(formulation: &dyn Formulation) -> Result<Constrained> {
     let setup = Setup {
-        size: 1.5,
+        size: Some(1.5),
         ..Setup::bent_chain()
     };
     let scene = Scene::parse(&setup.toml(formulation.name(), "block"))?;

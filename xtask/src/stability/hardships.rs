@@ -46,9 +46,9 @@ pub struct Hardship {
 impl Hardship {
     /// Larger elements, for the part that the tests run.
     pub fn coarsen(&mut self, size: f64) {
-        self.setup.size = size;
+        self.setup.size = Some(size);
         if let Truth::Similar(setup, _) = &mut self.truth {
-            setup.size = size;
+            setup.size = Some(size);
         }
     }
 }
@@ -70,7 +70,7 @@ fn star(arms: usize) -> Setup {
     Setup {
         bodies,
         links,
-        size: 1.0,
+        size: Some(1.0),
         ..Setup::bent_chain()
     }
 }
@@ -95,7 +95,7 @@ fn snake(edge: usize) -> Setup {
     Setup {
         bodies,
         links,
-        size: 1.1,
+        size: Some(1.1),
         arms: "clamped",
         ..Setup::bent_chain()
     }
@@ -243,6 +243,8 @@ pub fn all() -> Vec<Hardship> {
                     (Some(3.0), [0.0, 0.0, 0.0]),
                     (Some(0.5), [1.0, 6.0, 0.5]),
                 ],
+                size: None,
+                more: "fem.size_factor = 2".to_owned(),
                 ..plain.clone()
             },
             false,
@@ -335,7 +337,7 @@ pub fn all() -> Vec<Hardship> {
         hardship(
             "elements of half the radius",
             Setup {
-                size: 0.5,
+                size: Some(0.5),
                 ..plain.clone()
             },
             false,

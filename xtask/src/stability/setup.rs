@@ -17,8 +17,8 @@ pub struct Setup {
     pub change: Option<(usize, f64)>,
     /// Body that is pulled, with the force.
     pub pull: Option<(usize, [f64; 3])>,
-    /// Element size on every sphere, over the smallest radius.
-    pub size: f64,
+    /// Element size on every sphere, over the smallest radius; without it each has the default over its own, as `more` scales it.
+    pub size: Option<f64>,
     /// More TOML.
     pub more: String,
 }
@@ -38,7 +38,7 @@ impl Setup {
             arms: "free",
             change: Some((0, -0.5)),
             pull: None,
-            size: 1.2,
+            size: Some(1.2),
             more: String::new(),
         }
     }
@@ -63,15 +63,14 @@ impl Setup {
             .fold(f64::INFINITY, f64::min);
         let mut text = format!(
             "fluid.viscosity = {:e}\ndomain = {}\ngait.arms = \"{}\"\nmodel.kind = \"fem\"\n\
-             fem.surface_size = {:e}\nfem.formulation = \"{formulation}\"\nfem.solver = \"{solver}\"\nfem.rtol = 1e-10\n\
+             fem.formulation = \"{formulation}\"\nfem.solver = \"{solver}\"\nfem.rtol = 1e-10\n\
              fem.mirror = \"off\"\nfem.estimates = \"off\"\n{}\n",
-            self.viscosity,
-            self.domain,
-            self.arms,
-            self.size * smallest,
-            self.more
+            self.viscosity, self.domain, self.arms, self.more
         );
         // Writing to a String cannot fail.
+        if let Some(size) = self.size {
+            let _ = writeln!(text, "fem.surface_size = {:e}", size * smallest);
+        }
         for (number, (radius, [x, y, z])) in self.bodies.iter().enumerate() {
             let _ = writeln!(text, "[[bodies]]\nname = \"b{number}\"");
             let _ = match radius {
