@@ -100,6 +100,35 @@ where
     area.draw(&mark)
 }
 
+impl Look {
+    /// Draws a line through some points of an area and marks at others.
+    fn draw<C: CoordTranslate>(
+        &self,
+        area: &DrawingArea<SVGBackend, C>,
+        line: &[C::From],
+        marks: &[C::From],
+    ) -> std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>
+    where
+        C::From: Clone + 'static,
+    {
+        if let (Some(width), false) = (self.line, line.is_empty()) {
+            let stroke = self.colour.stroke_width(width);
+            match self.dash {
+                None => area.draw(&PathElement::new(line.to_vec(), stroke))?,
+                Some((dash, gap)) => {
+                    area.draw(&DashedPathElement::new(line.to_vec(), dash, gap, stroke))?
+                }
+            }
+        }
+        if let Some(corners) = self.mark {
+            for at in marks {
+                draw_mark(area, at.clone(), corners, self.colour)?;
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Series {
     /// The look of the series of this number: colours come round after eight, and then with another dash and another mark.
     fn look(&self, number: usize) -> Look {
@@ -189,50 +218,19 @@ impl LogLog {
         order.sort_by_key(|(_, series)| series.style != Style::Front);
         for &(number, series) in &order {
             let points: Vec<(f64, f64)> = series.points.iter().copied().filter(shown).collect();
-            let Look {
-                colour,
-                line,
-                dash,
-                mark,
-            } = series.look(number);
-            if let Some(width) = line {
-                let stroke = colour.stroke_width(width);
-                let path = points.iter().copied();
-                match dash {
-                    None => chart.draw_series(LineSeries::new(path, stroke))?,
-                    Some((dash, gap)) => {
-                        chart.draw_series(DashedLineSeries::new(path, dash, gap, stroke))?
-                    }
-                };
-            }
-            if let Some(corners) = mark {
-                for &point in &points {
-                    draw_mark(chart.plotting_area(), point, corners, colour)?;
-                }
-            }
+            series
+                .look(number)
+                .draw(chart.plotting_area(), &points, &points)?;
         }
         let mut y = LEGEND_TOP;
         for (number, series) in self.series.iter().enumerate() {
-            let Look {
-                colour,
-                line,
-                dash,
-                mark,
-            } = series.look(number);
             let middle = y + LEGEND_LINE / 2;
-            if let Some(width) = line {
-                let stroke = colour.stroke_width(width + 1);
-                let path = [(2, middle), (28, middle)];
-                match dash {
-                    None => legend.draw(&PathElement::new(path, stroke))?,
-                    Some((dash, gap)) => {
-                        legend.draw(&DashedPathElement::new(path, dash, gap, stroke))?
-                    }
-                }
-            }
-            if let Some(corners) = mark {
-                draw_mark(&legend, (15, middle), corners, colour)?;
-            }
+            let look = series.look(number);
+            let wider = Look {
+                line: look.line.map(|width| width + 1),
+                ..look
+            };
+            wider.draw(&legend, &[(2, middle), (28, middle)], &[(15, middle)])?;
             for line in wrapped(&series.name) {
                 legend.draw(&Text::new(line, (34, y), font(13)))?;
                 y += LEGEND_LINE;

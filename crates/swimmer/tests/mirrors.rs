@@ -228,15 +228,11 @@ fn a_narrow_gap_between_planes_resists_as_the_whole() {
           { name = \"a\", radius = 1, position = [-1.1, 0, 0], force = [2, 0, 0] },
           { name = \"b\", radius = 1, position = [1.1, 0, 0], force = [-1, 0, 0] },
         ]";
-    let scene = Scene::parse(pair).unwrap();
+    let scene = scene(pair, &[]);
     assert_eq!(scene.fem_mirrors(), [false, true, true]);
     let (mut model, instant) = solve(&scene);
     let resistance = start_resistance(&scene, &mut model).unwrap();
-    let motion = instant.bodies.iter().flat_map(|body| {
-        let [u, w] = [body.velocity, body.angular_velocity];
-        [u.x, u.y, u.z, w.x, w.y, w.z]
-    });
-    let forces = &resistance * DVector::from_iterator(12, motion);
+    let forces = &resistance * DVector::from_vec(velocities(&instant));
     // Residuals of 1e-9 of the largest force, through a resistance that is a hundred times a lone sphere's.
     for (row, force) in [2.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0].into_iter().enumerate() {
         assert!((forces[row] - force).abs() < 1e-6, "{row}: {forces}");

@@ -84,8 +84,10 @@ pub(super) fn net(quick: bool) -> Result<Quantity> {
             points.push(stroke(&scene, Method::Collocation, names, exact)?);
         }
     }
-    for &target in targets(quick).iter().filter(|_| !quick) {
-        points.push(stroke_for_target(name, target, exact)?);
+    if !quick {
+        for &target in targets(quick) {
+            points.push(stroke_for_target(name, target, exact)?);
+        }
     }
     for tolerance in [1e-2, 1e-4] {
         let scene = scene(

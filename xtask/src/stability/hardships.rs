@@ -207,7 +207,7 @@ pub fn all() -> Vec<Hardship> {
                 change: Some((1, -0.5)),
                 ..plain.clone()
             },
-            false,
+            true,
         ),
         hardship("closed loop, redundant", triangle.clone(), true),
         refused(

@@ -194,10 +194,16 @@ mod tests {
 
     #[test]
     fn estimates_of_speed_and_force_of_a_swimmer_are_their_errors() {
-        let model = "model.kind = \"fem\"\nfem.surface_size = 0.4";
         let tolerances = [(STEP, Basis::Required); 2];
-        for row in instant(&INSTANTANEOUS[0], "h 0.4", model, tolerances).expect("it is solved") {
-            assert_effective(&row);
+        // All of the fluid, and a quarter of it.
+        for (name, fem) in [
+            ("h 0.5", "fem = { surface_size = 0.5, mirror = \"off\" }"),
+            ("h 0.4", "fem.surface_size = 0.4"),
+        ] {
+            let model = format!("model.kind = \"fem\"\n{fem}");
+            for row in instant(&INSTANTANEOUS[0], name, &model, tolerances).expect("it is solved") {
+                assert_effective(&row);
+            }
         }
     }
 }
