@@ -3,8 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::formulation::Border;
-use crate::link_loads::LinkLoads;
-use crate::{Constrained, Constraints, Drive, Formulation, Reduction, RigidError, RigidFluid};
+use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
 
 /// Row substitution of Berti et al. (2021), equation (23): every velocity stays an unknown, and rows of the force balance
 /// are replaced by `C q = w`.
@@ -21,21 +20,13 @@ impl Formulation for DirectRows {
     }
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
-        let constraints = &*Constraints::mirrored(drive, fluid.mirrors())?;
-        let drive = &Drive {
-            constraints,
-            ..*drive
-        };
-        let Reduction { all, .. } = Reduction::of(drive.set, drive.constraints)?;
-        let held = all.held_rows(drive.constraints);
+        let (all, link_loads) = drive.reduced(fluid.mirrors())?;
+        let held = link_loads.held();
         let (velocities, balances) = all.basis.shape();
         let mut rows = DMatrix::zeros(velocities, velocities);
         rows.columns_mut(0, balances).copy_from(&all.basis);
         let mut constraints = DMatrix::zeros(velocities, velocities);
-        constraints
-            .rows_mut(balances, held.nrows())
-            .copy_from(&held);
-        let link_loads = LinkLoads::new(&all, drive)?;
+        constraints.rows_mut(balances, held.nrows()).copy_from(held);
         let border = Border {
             columns: DMatrix::identity(velocities, velocities),
             rows: Some(rows),

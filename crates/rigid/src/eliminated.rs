@@ -1,8 +1,7 @@
 //! The formulation P-tilde: linked velocities are eliminated.
 
 use crate::formulation::Border;
-use crate::link_loads::LinkLoads;
-use crate::{Constrained, Constraints, Drive, Formulation, Reduction, RigidError, RigidFluid};
+use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
 
 /// The operator P-tilde of Berti et al. (2021), equations (19)-(22): body velocities `U = S v + W`.
 ///
@@ -17,13 +16,7 @@ impl Formulation for Eliminated {
     }
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
-        let constraints = &*Constraints::mirrored(drive, fluid.mirrors())?;
-        let drive = &Drive {
-            constraints,
-            ..*drive
-        };
-        let Reduction { all, .. } = Reduction::of(drive.set, drive.constraints)?;
-        let link_loads = LinkLoads::new(&all, drive)?;
+        let (all, link_loads) = drive.reduced(fluid.mirrors())?;
         let border = Border {
             columns: all.basis,
             rows: None,

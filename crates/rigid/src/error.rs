@@ -121,6 +121,11 @@ pub enum RigidError {
         "only the formulation of independent bodies can be condensed on them; build the system with Independent and without links"
     )]
     NotIndependent,
+    /// Other links, lengths or loads than those that a system was built for.
+    #[error(
+        "a system answers for other rates of its own links only; build another one for other links, lengths or loads"
+    )]
+    OtherLinks,
     /// A mobility matrix that is not positive definite.
     #[error(
         "the mobility of the bodies is not positive definite (asymmetry {asymmetry:.1e}): the solves were not accurate \

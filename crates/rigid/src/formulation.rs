@@ -4,9 +4,10 @@ use linalg::{BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, SaddleS
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::articulation::check_length;
+use crate::imposed::{clear, imposed_right};
 use crate::link_loads::LinkLoads;
 use crate::{
-    Articulation, BodyKind, Constraints, Reduction, RigidError, RigidFluid, StateVelocity,
+    Articulation, BodyKind, Constraints, Imposed, Mirrors, RigidError, RigidFluid, StateVelocity,
 };
 
 /// What drives an articulated set at one instant.
@@ -63,8 +64,7 @@ impl Drive<'_> {
             forces.len(),
             self.set.surface_velocities().len(),
         )?;
-        let all = Reduction::of(self.set, self.constraints)?.all;
-        LinkLoads::new(&all, self)?.balancing(forces)
+        self.reduced(Mirrors::default())?.1.balancing(forces)
     }
 }
 
@@ -162,11 +162,7 @@ impl Flow {
 }
 
 impl Constrained {
-    /// Joins the fluid block and a border.
-    ///
-    /// The right-hand side is `-C W` for the flow, `L^T (F - M W)` for the border (`F` = `loads`, zero where a row is a
-    /// constraint, because `W` satisfies the constraints) and `-E W` for incompressibility. It is the same for all
-    /// formulations, and so is what a relative residual means.
+    /// Joins the fluid block and a border; the right-hand side is [`imposed_right`].
     pub(crate) fn build(
         mut fluid: RigidFluid,
         border: Border,
@@ -179,7 +175,6 @@ impl Constrained {
             fluid.corner.nrows(),
         )?;
         fluid.check_determined()?;
-        let parts = fluid.mirrors().parts();
         let Border {
             columns,
             rows,
@@ -189,17 +184,9 @@ impl Constrained {
             first_multiplier,
         } = border;
         let surface_columns = columns.select_rows(&surface_rows);
-        let surface_offset = offset.select_rows(&surface_rows);
         let tests = rows.as_ref().unwrap_or(&columns);
         let surface_tests = tests.select_rows(&surface_rows);
-        let mut right: Vec<f64> = negated_product(&fluid.border, &surface_offset);
-        clear(&fluid.held, &mut right);
-        right.extend(
-            (tests.tr_mul(loads) / parts
-                - surface_tests.tr_mul(&(&fluid.corner * &surface_offset)))
-            .iter(),
-        );
-        right.extend(negated_product(&fluid.rigid_divergence, &surface_offset));
+        let right = imposed_right(&fluid, tests, &surface_rows, loads, &offset);
         let mut corner = surface_tests.tr_mul(&(&fluid.corner * &surface_columns));
         if let Some(constraints) = &constraints {
             corner += constraints;
@@ -243,6 +230,33 @@ impl Constrained {
             link_loads,
             first_multiplier,
             surfaces: fluid,
+        })
+    }
+
+    /// The right-hand side and the velocities that links impose at other rates than the system was built for, its matrix being the same.
+    ///
+    /// Bitwise those of a system built anew. Cost: an elimination of the small dense constraints and a pass over the border.
+    ///
+    /// # Errors
+    /// [`RigidError::OtherLinks`] for a drive that differs in more than its rates, and for independent bodies, which have none;
+    /// rates that contradict each other.
+    pub fn imposed(&self, drive: &Drive) -> Result<Imposed, RigidError> {
+        let (all, link_loads) = drive.reduced(self.surfaces.mirrors())?;
+        // The reduced rows are those of the matrix: all of it that links and their lengths determine.
+        if self.link_loads.as_ref() != Some(&link_loads) {
+            return Err(RigidError::OtherLinks);
+        }
+        let tests = self.tests.as_ref().unwrap_or(&self.columns);
+        let loads = link_loads.external();
+        Ok(Imposed {
+            right: imposed_right(
+                &self.surfaces,
+                tests,
+                &self.surface_rows,
+                loads,
+                &all.offset,
+            ),
+            offset: all.offset,
         })
     }
 
@@ -373,12 +387,39 @@ impl Constrained {
     /// # Errors
     /// A solution of the wrong length.
     pub fn flow(&self, solution: &[f64], set: &Articulation) -> Result<Flow, RigidError> {
+        self.flow_with(solution, &self.offset, set)
+    }
+
+    /// As [`Constrained::flow`], from a solution for the right-hand side of other rates.
+    ///
+    /// # Errors
+    /// A solution of the wrong length, or rates of another system.
+    pub fn flow_at(
+        &self,
+        solution: &[f64],
+        imposed: &Imposed,
+        set: &Articulation,
+    ) -> Result<Flow, RigidError> {
+        check_length(
+            "imposed velocities",
+            imposed.offset.len(),
+            self.offset.len(),
+        )?;
+        self.flow_with(solution, &imposed.offset, set)
+    }
+
+    fn flow_with(
+        &self,
+        solution: &[f64],
+        offset: &DVector<f64>,
+        set: &Articulation,
+    ) -> Result<Flow, RigidError> {
         let Parts {
             free,
             border,
             pressure,
         } = self.parts(solution)?;
-        let generalised = &self.columns * &border + &self.offset;
+        let generalised = &self.columns * &border + offset;
         let bodies = generalised.select_rows(&self.surface_rows);
         let forces = self.surfaces.forces(free, &bodies, pressure);
         // Multipliers of parts of bodies hold them against their other parts too.
@@ -398,22 +439,6 @@ impl Constrained {
             bodies,
         })
     }
-}
-
-/// Zeroes the components that mirror planes hold.
-fn clear(held: &[(u32, [bool; 3])], velocity: &mut [f64]) {
-    for (node, planes) in held {
-        for axis in (0..3).filter(|&axis| planes[axis]) {
-            velocity[3 * *node as usize + axis] = 0.0;
-        }
-    }
-}
-
-fn negated_product(matrix: &Csr, x: &DVector<f64>) -> Vec<f64> {
-    matrix
-        .outer_iterator()
-        .map(|row| -row.iter().map(|(j, &a)| a * x[j]).sum::<f64>())
-        .collect()
 }
 
 /// The nonzeros of a small dense matrix.

@@ -3,8 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::formulation::Border;
-use crate::link_loads::LinkLoads;
-use crate::{Constrained, Constraints, Drive, Formulation, Reduction, RigidError, RigidFluid};
+use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
 
 /// Lagrange multipliers of Berti et al. (2021), equations (16)-(18): `M q + ... + C^T alpha = F`, `C q = w`.
 ///
@@ -21,23 +20,17 @@ impl Formulation for Lagrange {
     }
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
-        let constraints = &*Constraints::mirrored(drive, fluid.mirrors())?;
-        let drive = &Drive {
-            constraints,
-            ..*drive
-        };
-        let Reduction { all, .. } = Reduction::of(drive.set, drive.constraints)?;
-        let rows = all.held_rows(drive.constraints);
+        let (all, link_loads) = drive.reduced(fluid.mirrors())?;
+        let rows = link_loads.held();
         let (velocities, multipliers) = (rows.ncols(), rows.nrows());
         let size = velocities + multipliers;
         let mut constraints = DMatrix::zeros(size, size);
         constraints
             .view_mut((velocities, 0), rows.shape())
-            .copy_from(&rows);
+            .copy_from(rows);
         constraints
             .view_mut((0, velocities), (velocities, multipliers))
             .copy_from(&rows.transpose());
-        let link_loads = LinkLoads::new(&all, drive)?;
         let border = Border {
             columns: DMatrix::identity(velocities, size),
             rows: None,

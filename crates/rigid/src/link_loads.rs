@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::{Drive, NullSpace, RigidError};
+use crate::{Constraints, Drive, Mirrors, NullSpace, Reduction, RigidError};
 
 /// What determines the loads of the links: `C^T lambda` is what the fluid takes and nothing outside gives.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LinkLoads {
     /// Independent rows of `C`, gauge rows below them.
     held: DMatrix<f64>,
@@ -19,15 +19,36 @@ pub(crate) struct LinkLoads {
     surface_rows: Vec<usize>,
 }
 
-impl LinkLoads {
-    pub(crate) fn new(all: &NullSpace, drive: &Drive) -> Result<Self, RigidError> {
-        Ok(Self {
-            held: all.held_rows(drive.constraints),
+impl Drive<'_> {
+    /// The velocities that links and mirrors leave, and what determines the loads of the links.
+    ///
+    /// Of the two only [`NullSpace::offset`] depends on the links' rates.
+    ///
+    /// # Errors
+    /// Links that contradict each other, loads that are not their own mirror images, a list of loads of the wrong length.
+    pub(crate) fn reduced(&self, mirrors: Mirrors) -> Result<(NullSpace, LinkLoads), RigidError> {
+        let constraints = Constraints::mirrored(self, mirrors)?;
+        let Reduction { all, .. } = Reduction::of(self.set, &constraints)?;
+        let loads = LinkLoads {
+            held: all.held_rows(&constraints),
             independent: all.independent.clone(),
-            constraints: drive.constraints.matrix.nrows(),
-            external: drive.generalised_loads()?,
-            surface_rows: drive.set.surface_velocities(),
-        })
+            constraints: constraints.matrix.nrows(),
+            external: self.generalised_loads()?,
+            surface_rows: self.set.surface_velocities(),
+        };
+        Ok((all, loads))
+    }
+}
+
+impl LinkLoads {
+    /// The rows of constraints that do not follow from each other, gauge rows below them.
+    pub(crate) fn held(&self) -> &DMatrix<f64> {
+        &self.held
+    }
+
+    /// External loads, conjugate of the generalised velocities.
+    pub(crate) fn external(&self) -> &DVector<f64> {
+        &self.external
     }
 
     /// Loads from the multipliers `alpha` of the held rows, `M q + C^T alpha = F`: `lambda = -alpha`.

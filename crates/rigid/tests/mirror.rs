@@ -5,8 +5,9 @@ use linalg::{BlockDiagonal, KrylovParams, SaddleLdlt, fgmres, minres};
 use mesh::{LinearTets, MIRROR_TAGS, TetMesh};
 use nalgebra::Vector3;
 use rigid::{
-    Arms, Articulation, BodyKind, Constrained, DirectRows, Drive, Eliminated, Flow, FluidMatrices,
-    Formulation, Independent, Lagrange, Link, Load, NodeRole, RigidError, RigidFluid, SurfaceBody,
+    Arms, Articulation, BodyKind, Constrained, Constraints, DirectRows, Drive, Eliminated, Flow,
+    FluidMatrices, Formulation, Independent, Lagrange, Link, Load, NodeRole, RigidError,
+    RigidFluid, SurfaceBody,
 };
 
 /// Cells along each side of the part.
@@ -123,6 +124,25 @@ impl Case {
     }
 
     fn constrain(&self, formulation: &dyn Formulation) -> Result<Constrained, RigidError> {
+        formulation.constrain(self.fluid()?, &self.drive(&self.constraints(1.0)?))
+    }
+
+    fn drive<'a>(&'a self, constraints: &'a Constraints) -> Drive<'a> {
+        Drive {
+            set: &self.set,
+            constraints,
+            loads: &self.loads,
+        }
+    }
+
+    /// The constraints of the link, if there is one, whose length changes at a rate.
+    fn constraints(&self, rate: f64) -> Result<Constraints, RigidError> {
+        let (state, lengths) = (self.set.initial_state(), self.set.initial_lengths());
+        let rates: &[f64] = if self.links { &[rate] } else { &[] };
+        self.set.constraints(&state, lengths, rates)
+    }
+
+    fn fluid(&self) -> Result<RigidFluid, RigidError> {
         let mesh = &self.mesh;
         let mut roles = vec![NodeRole::Free; mesh.n_points()];
         let mut put = |tag: &str, role| {
@@ -144,7 +164,7 @@ impl Case {
             SurfaceBody { centre, volume }
         });
         let space = TaylorHood::new(mesh).expect("a mesh");
-        let fluid = RigidFluid::new(
+        RigidFluid::new(
             FluidMatrices {
                 stiffness: space.stiffness(mesh).expect("cells"),
                 divergence: space.divergence(mesh).expect("cells"),
@@ -156,17 +176,7 @@ impl Case {
                 on_planes: mesh.nodes_on_mirrors(),
             },
             &bodies,
-        )?;
-        let rates: &[f64] = if self.links { &[1.0] } else { &[] };
-        let constraints =
-            self.set
-                .constraints(&self.set.initial_state(), self.set.initial_lengths(), rates)?;
-        let drive = Drive {
-            set: &self.set,
-            constraints: &constraints,
-            loads: &self.loads,
-        };
-        formulation.constrain(fluid, &drive)
+        )
     }
 
     /// The flow and the iterations to it.
@@ -257,6 +267,21 @@ fn a_swimmer_on_a_half_or_a_quarter_swims_as_on_the_whole() {
         for formulation in formulations {
             same(&part, &all, &whole.sources, formulation);
         }
+    }
+}
+
+#[test]
+fn other_rates_on_a_quarter_are_another_right_hand_side() {
+    let axes = [1, 2];
+    let case = Case::new(part(&axes), middles(&axes), true, vec![Load::default(); 2]);
+    let other = case.constraints(-0.3).expect("a rate");
+    let formulations: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
+    for formulation in formulations {
+        let system = case.constrain(formulation).expect("a system");
+        let imposed = system.imposed(&case.drive(&other)).expect("the same link");
+        let fluid = case.fluid().expect("matrices");
+        let anew = formulation.constrain(fluid, &case.drive(&other));
+        assert_eq!(imposed.right, anew.expect("a system").right);
     }
 }
 

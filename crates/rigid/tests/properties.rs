@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rigid::{
-    Arms, Articulation, BodyKind, Constraints, FluidMatrices, Link, NodeRole, Reduction,
-    RigidError, RigidFluid, State, SurfaceBody,
+    Arms, Articulation, BodyKind, Constraints, DirectRows, Drive, Eliminated, FluidMatrices,
+    Formulation, Independent, Lagrange, Link, Load, NodeRole, Reduction, RigidError, RigidFluid,
+    State, SurfaceBody,
 };
 
 fn arms() -> impl Strategy<Value = Arms> {
@@ -117,6 +118,41 @@ proptest! {
     }
 
     #[test]
+    fn other_rates_are_another_right_hand_side_of_the_same_system(
+        set in tree(), turn in vector(1.0), rates in prop::collection::vec(-2.0..2.0, 12), pulls in prop::collection::vec(vector(1.0), 12),
+        seed in prop::collection::vec(-1.0..1.0, 50),
+    ) {
+        let links = set.links().len();
+        let state = scattered_state(&set, &[turn]);
+        let loads: Vec<Load> = (0..set.kinds().len()).map(|body| Load { force: pulls[body], torque: pulls[body + 5] }).collect();
+        let [first, other] = [&rates[..links], &rates[6..6 + links]].map(|rates| constraints(&set, &state, rates));
+        fn drive<'a>(set: &'a Articulation, constraints: &'a Constraints, loads: &'a [Load]) -> Drive<'a> {
+            Drive { set, constraints, loads }
+        }
+        let fluid = made_up_fluid(set.surface_velocities().len() / 6, &seed);
+        let formulations: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
+        for formulation in formulations {
+            let [system, anew] = [&first, &other].map(|c| formulation.constrain(fluid.clone(), &drive(&set, c, &loads)).unwrap());
+            let imposed = system.imposed(&drive(&set, &other, &loads)).unwrap();
+            prop_assert_eq!(&imposed.right, &anew.right);
+            // every vector solves something
+            let solution: Vec<f64> = (0..anew.right.len()).map(|i| seed[(i * 7) % 50]).collect();
+            let [a, b] = [system.flow_at(&solution, &imposed, &set).unwrap(), anew.flow(&solution, &set).unwrap()];
+            prop_assert_eq!([a.generalised, a.bodies, a.forces, a.link_loads], [b.generalised, b.bodies, b.forces, b.link_loads]);
+            prop_assert_eq!(a.velocity, b.velocity);
+            // what differs in more than its rates has another matrix or other forces of links
+            let mut pulled = loads.clone();
+            pulled[0].force.x += 1.0;
+            prop_assert_eq!(system.imposed(&drive(&set, &other, &pulled)).err(), Some(RigidError::OtherLinks));
+            if set.arms() != Arms::Lab {
+                let longer: Vec<f64> = set.initial_lengths().iter().map(|l| 1.1 * l).collect();
+                let longer = set.constraints(&state, &longer, &rates[..links]).unwrap();
+                prop_assert_eq!(system.imposed(&drive(&set, &longer, &loads)).err(), Some(RigidError::OtherLinks));
+            }
+        }
+    }
+
+    #[test]
     fn border_equals_the_dense_projection(seed in prop::collection::vec(-1.0..1.0f64, 200), roles in prop::collection::vec(0u8..5, 10)) {
         let nodes = 10;
         let vertices = 6;
@@ -188,6 +224,70 @@ proptest! {
         let p_vertices = p.rows(0, 3 * vertices).into_owned();
         prop_assert!(close(&to_dense(&fluid.interpolation_border), &(j3 * p_vertices).select_rows(&free_rows)));
     }
+}
+
+/// Matrices that stand for a fluid around so many bodies: three free nodes, one on a wall, one on each body.
+fn made_up_fluid(bodies: usize, seed: &[f64]) -> RigidFluid {
+    let (vertices, nodes) = (3, 4 + bodies);
+    let entry = |i: usize, j: usize| seed[(11 * i + 5 * j) % seed.len()];
+    let roles: Vec<NodeRole> = (0..nodes)
+        .map(|node| match node {
+            0..3 => NodeRole::Free,
+            3 => NodeRole::Fixed,
+            body => NodeRole::Body(body as u32 - 4),
+        })
+        .collect();
+    let points: Vec<Vector3<f64>> = (0..nodes)
+        .map(|i| Vector3::from_fn(|axis, _| entry(i, axis)))
+        .collect();
+    // the diagonal outweighs the rest
+    let stiffness = DMatrix::from_fn(nodes, nodes, |i, j| match i == j {
+        true => 2.0 * nodes as f64,
+        false => entry(i, j) + entry(j, i),
+    });
+    let interpolation = DMatrix::from_fn(nodes, vertices, |i, j| match i < vertices {
+        true => f64::from(i == j),
+        false => 1.0 / vertices as f64,
+    });
+    let divergence = linalg::Csr3::new(
+        (vertices, nodes),
+        (0..=vertices).map(|row| row * nodes).collect(),
+        (0..vertices).flat_map(|_| 0..nodes as u32).collect(),
+        (0..vertices * nodes)
+            .map(|k| std::array::from_fn(|axis| entry(k, axis)))
+            .collect(),
+    );
+    let surfaces: Vec<SurfaceBody> = (0..bodies)
+        .map(|body| SurfaceBody {
+            centre: Vector3::repeat(entry(body, 3)),
+            volume: 1.0,
+        })
+        .collect();
+    let matrices = FluidMatrices {
+        stiffness: csr(&stiffness),
+        divergence,
+        pressure_mass: csr(&DMatrix::identity(vertices, vertices)),
+        interpolation: csr(&interpolation),
+        vertex_stiffness: csr(&DMatrix::identity(vertices, vertices)),
+        points: &points,
+        roles: &roles,
+        on_planes: Vec::new(),
+    };
+    RigidFluid::new(matrices, &surfaces).unwrap()
+}
+
+#[test]
+fn independent_bodies_have_no_rates() {
+    let x = [Vector3::zeros(), 5.0 * Vector3::x()];
+    let set = Articulation::new(&[BodyKind::Rigid; 2], vec![], Arms::Clamped, &x).unwrap();
+    let drive = Drive {
+        set: &set,
+        constraints: &constraints(&set, &set.initial_state(), &[]),
+        loads: &[Load::default(); 2],
+    };
+    let fluid = made_up_fluid(2, &[0.3, -0.1, 0.7]);
+    let system = Independent.constrain(fluid, &drive).unwrap();
+    assert_eq!(system.imposed(&drive).err(), Some(RigidError::OtherLinks));
 }
 
 fn csr(dense: &DMatrix<f64>) -> linalg::Csr {

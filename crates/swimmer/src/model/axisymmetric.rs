@@ -8,7 +8,7 @@ use fem::axisymmetric::{
 };
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Matrix3, Vector3};
-use rigid::Twist;
+use rigid::{State, Twist};
 
 use super::scaled::ScaledScene;
 use super::spheres::Solved;
@@ -228,21 +228,19 @@ impl AxisymmetricModel {
         }
         matrix
     }
-}
 
-impl Hydrodynamics for AxisymmetricModel {
-    fn name(&self) -> &'static str {
-        "axisymmetric"
-    }
-
-    fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
-        let clock = Clock::now();
-        let axial = self.axial(placement)?;
-        let spin = self.spin(placement)?;
+    /// The answer for the rates of a placement whose resistances are known, begun at `clock`.
+    fn answer(
+        &self,
+        placement: &Placement,
+        axial: &AxialResistance,
+        spin: Option<&AxialResistance>,
+        clock: Clock,
+    ) -> Result<Instant, ModelError> {
         let ScaledScene { scale, set, loads } = &self.scaled;
         let constraints = self.scaled.constraints(placement)?;
         let solve = |of: fn(&AxialResistance) -> &DMatrix<f64>| {
-            let matrix = self.in_space(of(&axial), spin.as_ref().map(of));
+            let matrix = self.in_space(of(axial), spin.map(of));
             Solved::new(&matrix, set, &constraints, loads)
         };
         let solved = solve(AxialResistance::matrix)?;
@@ -256,7 +254,7 @@ impl Hydrodynamics for AxisymmetricModel {
         let (moves, coarser_moves) = (motion(&solved)?, motion(&coarser)?);
         // computed less exact: what the order before errs more by, continued
         let tail = axial.tail();
-        let tail_of_spin = spin.as_ref().map_or(0.0, AxialResistance::tail);
+        let tail_of_spin = spin.map_or(0.0, AxialResistance::tail);
         let velocities: Vec<Vector3<f64>> = (bodies.iter().zip(&coarser_bodies))
             .map(|(last, before)| tail * (before.velocity - last.velocity))
             .collect();
@@ -269,7 +267,7 @@ impl Hydrodynamics for AxisymmetricModel {
         Ok(Instant {
             link_forces: solved.link_forces(set, &constraints, loads, scale)?,
             dofs: Dofs {
-                total: axial.unknowns() + spin.as_ref().map_or(0, AxialResistance::unknowns),
+                total: axial.unknowns() + spin.map_or(0, AxialResistance::unknowns),
                 ..Dofs::default()
             },
             solver: SolverInfo {
@@ -305,6 +303,39 @@ impl Hydrodynamics for AxisymmetricModel {
             motion: moves,
             bodies,
         })
+    }
+}
+
+impl Hydrodynamics for AxisymmetricModel {
+    fn name(&self) -> &'static str {
+        "axisymmetric"
+    }
+
+    fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
+        let clock = Clock::now();
+        let (axial, spin) = (self.axial(placement)?, self.spin(placement)?);
+        self.answer(placement, &axial, spin.as_ref(), clock)
+    }
+
+    /// The resistances depend on the shape alone.
+    fn instants(
+        &mut self,
+        state: &State,
+        lengths: &[f64],
+        rates: &[Vec<f64>],
+    ) -> Result<Vec<Instant>, ModelError> {
+        let mut clock = Clock::now();
+        let mut placements = Placement::at_rates(state, lengths, rates).peekable();
+        let Some(first) = placements.peek() else {
+            return Ok(Vec::new());
+        };
+        let (axial, spin) = (self.axial(first)?, self.spin(first)?);
+        placements
+            .map(|placement| {
+                let begin = std::mem::replace(&mut clock, Clock::now());
+                self.answer(&placement, &axial, spin.as_ref(), begin)
+            })
+            .collect()
     }
 
     fn instant_within(

@@ -38,6 +38,21 @@ pub struct Placement<'a> {
     pub rates: &'a [f64],
 }
 
+impl<'a> Placement<'a> {
+    /// The placements of one shape whose links change at several rates.
+    pub fn at_rates(
+        state: &'a State,
+        lengths: &'a [f64],
+        rates: &'a [Vec<f64>],
+    ) -> impl Iterator<Item = Self> + Clone {
+        rates.iter().map(move |rates| Self {
+            state,
+            lengths,
+            rates,
+        })
+    }
+}
+
 /// A model of the fluid around the bodies of one scene.
 ///
 /// A model is made for one scene and knows its bodies, loads, domain and fluid. It may keep what helps with
@@ -52,6 +67,25 @@ pub trait Hydrodynamics {
     /// # Errors
     /// Whatever kept the model from an answer it can stand by: no mesh, no convergence, a number that is not finite.
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError>;
+
+    /// The answers for several rates of the links at one shape, each as [`Hydrodynamics::instant`] gives it within the accuracy it claims.
+    ///
+    /// `rates` has one entry a question, each with one rate a link; `state` and `lengths` are those of a [`Placement`]. For models whose
+    /// work depends on the shape alone many rates cost little more than one: they say so by a method of their own. What all answers share
+    /// counts as time of the first. The flow of the last rates is the one that [`Hydrodynamics::flow`] has afterwards.
+    ///
+    /// # Errors
+    /// As [`Hydrodynamics::instant`], as soon as one answer fails.
+    fn instants(
+        &mut self,
+        state: &State,
+        lengths: &[f64],
+        rates: &[Vec<f64>],
+    ) -> Result<Vec<Instant>, ModelError> {
+        Placement::at_rates(state, lengths, rates)
+            .map(|placement| self.instant(&placement))
+            .collect()
+    }
 
     /// As [`Hydrodynamics::instant`], on a mesh refined until the estimated relative errors of velocities and of forces by the mesh are at
     /// most `error`. An answer that misses it all the same comes with its error bar.

@@ -44,7 +44,8 @@ impl ShapeSpace {
     /// Asks `model` at the Chebyshev points of a box until velocities and forces are interpolated to the relative error `tolerance`, or as well as
     /// the model's own jumps allow.
     ///
-    /// Links whose range has no width are held. Cost: 5, 9, 17 ... points in each variable, one solve a link that varies at each of them.
+    /// Links whose range has no width are held. Cost: 5, 9, 17 ... points in each variable; at each of them the links that vary are asked for at once
+    /// ([`Hydrodynamics::instants`]).
     ///
     /// # Errors
     /// [`SwimError::NotApplicable`] for a scene whose motion does not depend on the shape alone, a box without a length that varies, and for tables
@@ -351,19 +352,18 @@ impl Sampler<'_> {
             for (a, &link) in self.variables.iter().enumerate() {
                 lengths[link] = node(ranges[a], degrees[a], index[a]);
             }
-            let mut values = Vec::new();
-            for &link in self.variables {
+            let unit_rate = |&link: &usize| {
                 let mut rates = vec![0.0; lengths.len()];
                 rates[link] = 1.0;
-                let instant = self.model.instant(&Placement {
-                    state: &self.start,
-                    lengths: &lengths,
-                    rates: &rates,
-                })?;
+                rates
+            };
+            let rates: Vec<Vec<f64>> = self.variables.iter().map(unit_rate).collect();
+            let mut values = Vec::new();
+            for instant in self.model.instants(&self.start, &lengths, &rates)? {
                 instant.check_finite(self.model.name())?;
                 self.own_error = self.own_error.max(instant.error_estimate.total());
-                self.last = Some((instant.dofs, instant.solver.clone()));
                 values.extend(numbers(&instant));
+                self.last = Some((instant.dofs, instant.solver));
             }
             self.known.insert(place.clone(), values);
         }

@@ -3,6 +3,7 @@
 use std::time::Instant as Clock;
 
 use nalgebra::{DMatrix, Isometry3};
+use rigid::State;
 
 use super::plan::boxes;
 use super::space::{ShapeSpace, covers};
@@ -94,6 +95,22 @@ impl Hydrodynamics for Tabulated {
             return Ok(instant);
         }
         self.model.instant(placement)
+    }
+
+    fn instants(
+        &mut self,
+        state: &State,
+        lengths: &[f64],
+        rates: &[Vec<f64>],
+    ) -> Result<Vec<Instant>, ModelError> {
+        let placements = Placement::at_rates(state, lengths, rates);
+        // without a table the model itself has all of them at once
+        if placements.clone().all(|p| self.table(&p).is_none()) {
+            return self.model.instants(state, lengths, rates);
+        }
+        placements
+            .map(|placement| self.instant(&placement))
+            .collect()
     }
 
     fn want_estimates(&mut self, wanted: bool) -> bool {

@@ -13,7 +13,7 @@ impl FemModel {
     /// A solved flow in the scene's units.
     pub(super) fn in_scene_units(
         &self,
-        solved: SolvedFlow,
+        solved: &SolvedFlow,
         remeshed: Option<Remesh>,
         poses: &[Isometry3<f64>],
     ) -> Instant {
@@ -51,7 +51,7 @@ impl FemModel {
             },
             mesh_error: None,
             checks: solved.checks,
-            solver: solved.solver,
+            solver: solved.solver.clone(),
             seconds: solved.seconds,
             remeshed,
         }

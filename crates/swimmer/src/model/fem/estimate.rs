@@ -80,7 +80,7 @@ pub struct Solved<'a> {
 /// Solves for the flows of an estimate, each from that of the instant before.
 fn solve_duals(
     system: &Constrained,
-    mut preconditioner: BlockTriangular,
+    preconditioner: &mut BlockTriangular,
     rights: &[Vec<f64>],
     flows: &mut Duals,
 ) -> Result<(), ModelError> {
@@ -97,13 +97,7 @@ fn solve_duals(
     let rights: Vec<&[f64]> = rights.iter().map(Vec::as_slice).collect();
     let mut flows: Vec<_> = flows.iter_mut().map(Vec::as_mut_slice).collect();
     let system = &system.system;
-    fgmres_columns(
-        system,
-        &mut preconditioner,
-        &rights,
-        &mut flows,
-        &parameters,
-    )?;
+    fgmres_columns(system, preconditioner, &rights, &mut flows, &parameters)?;
     Ok(())
 }
 
@@ -112,9 +106,9 @@ fn solve_duals(
 /// Cost: six passes over the cells, a loose solve for the errors of all velocities and one a linkage for their spread, all at once.
 /// # Errors
 /// Flows that cannot be solved for.
-pub fn estimate<'a>(
-    solved: &Solved<'a>,
-    preconditioner: BlockTriangular<'a>,
+pub fn estimate(
+    solved: &Solved,
+    preconditioner: &mut BlockTriangular,
     flows: &mut Duals,
 ) -> Result<Estimate, ModelError> {
     let Solved {

@@ -17,7 +17,7 @@ use fem::TaylorHood;
 use linalg::WarmStart;
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Isometry3};
-use rigid::{Constrained, Constraints, Drive, Formulation};
+use rigid::{Constrained, Constraints, Drive, Formulation, State};
 
 use self::estimate::{Duals, Estimate};
 pub use self::mesher::{COARSEST_FACTOR, growth};
@@ -33,7 +33,8 @@ pub struct FemModel {
     meshes: Meshes,
     options: FemOptions,
     estimates: bool,
-    duals: Duals,
+    /// One a rate of the last question.
+    duals: Vec<Duals>,
     /// Solutions of the leg on the mesh in use. Forgotten between legs, where checkpoints are taken, so that these need not carry them: the
     /// first solves of a leg gained nothing from them, for another link moves.
     warm: WarmStart,
@@ -83,7 +84,7 @@ impl FemModel {
             scaled,
             options: scene.fem,
             estimates: scene.fem.estimates == EstimatesKind::On,
-            duals: Duals::new(),
+            duals: Vec::new(),
             warm: WarmStart::new(REMEMBERED),
             last: None,
         })
@@ -184,33 +185,52 @@ impl Hydrodynamics for FemModel {
     }
 
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
+        let rates = [placement.rates.to_vec()];
+        let mut answers = self.instants(placement.state, placement.lengths, &rates)?;
+        answers.pop().ok_or(ModelError::NoMesh)
+    }
+
+    /// One mesh, one assembly and one preconditioner for all rates.
+    fn instants(
+        &mut self,
+        state: &State,
+        lengths: &[f64],
+        rates: &[Vec<f64>],
+    ) -> Result<Vec<Instant>, ModelError> {
         let clock = Clock::now();
+        let placements = Placement::at_rates(state, lengths, rates);
+        let Some(first) = placements.clone().next() else {
+            return Ok(Vec::new());
+        };
         if let Some(last) = &mut self.last {
             last.estimate = None;
         }
-        let (shape, poses) = self.shape_mesh(placement)?;
-        let (mesh, remeshed) = (shape.mesh, shape.remeshed);
+        let (shape, poses) = self.shape_mesh(&first)?;
+        let (mesh, mut remeshed) = (shape.mesh, shape.remeshed);
         // taken out while the rest of `self` is borrowed, and lost if the solve fails
         let mut duals = std::mem::take(&mut self.duals);
         let mesh_seconds = clock.elapsed().as_secs_f64();
-        let constraints = self.scaled.constraints(placement)?;
+        let constraints: Vec<Constraints> = placements
+            .map(|placement| self.scaled.constraints(&placement))
+            .collect::<Result<_, _>>()?;
         let mut warm = std::mem::replace(&mut self.warm, WarmStart::new(REMEMBERED));
         if shape.other_cells {
             // solutions on another mesh have other unknowns
             duals.clear();
             warm.clear();
         }
+        duals.truncate(rates.len());
         if self.estimates {
             self.meshes.prepare_estimates()?;
         }
-        let drive = self.drive(&constraints);
+        let drives: Vec<Drive> = constraints.iter().map(|c| self.drive(c)).collect();
         let boundary = self.boundary(&mesh, &poses);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let mut solved = solve::solve(
             space,
             &mesh,
             &boundary,
-            &drive,
+            &drives,
             &self.options,
             &mut warm,
             self.meshes
@@ -219,25 +239,32 @@ impl Hydrodynamics for FemModel {
                 .map(|surplus| (surplus, &mut duals)),
         )?;
         self.warm = warm;
-        solved.seconds.mesh = mesh_seconds;
-        solved.seconds.total = clock.elapsed().as_secs_f64();
         self.duals = duals;
-        if let Some(far) = self.meshes.far_field() {
-            self.add_taken(far, &mut solved.flow);
+        let of_others: f64 = solved.iter().skip(1).map(|other| other.seconds.total).sum();
+        if let Some(first) = solved.first_mut() {
+            first.seconds.mesh = mesh_seconds;
+            first.seconds.total = clock.elapsed().as_secs_f64() - of_others;
         }
-        let estimate = solved.estimate.take();
-        let flow = solved.flow.clone();
-        let mut instant = self.in_scene_units(solved, remeshed, &poses);
-        if let Some(estimate) = &estimate {
-            self.enter_errors(&mut instant, estimate, &poses);
+        let mut answers = Vec::with_capacity(solved.len());
+        let mut last = None;
+        for mut solved in solved {
+            if let Some(far) = self.meshes.far_field() {
+                self.add_taken(far, &mut solved.flow);
+            }
+            let mut instant = self.in_scene_units(&solved, remeshed.take(), &poses);
+            if let Some(estimate) = &solved.estimate {
+                self.enter_errors(&mut instant, estimate, &poses);
+            }
+            answers.push(instant);
+            last = Some((solved.flow, solved.estimate));
         }
-        self.last = Some(Last {
+        self.last = last.map(|(flow, estimate)| Last {
             mesh,
             poses,
             flow,
             estimate,
         });
-        Ok(instant)
+        Ok(answers)
     }
 
     fn instant_within(

@@ -1,5 +1,6 @@
-//! One instant on one mesh: assembly, constraints, solve.
+//! Instants on one mesh: assembly, constraints, solve.
 
+use std::iter::once;
 use std::time::Instant;
 
 use fem::{Chords, RoundPart, SurplusSpace, TaylorHood};
@@ -11,7 +12,8 @@ use mesh::{Sphere, TetMesh};
 use nalgebra::Vector3;
 use rigid::{
     Arms, Articulation, BodyKind, Constrained, DirectRows, Drive, Eliminated, Flow, FluidMatrices,
-    Formulation, GrandResistance, Independent, Lagrange, Load, NodeRole, RigidFluid, SurfaceBody,
+    Formulation, GrandResistance, Imposed, Independent, Lagrange, Load, NodeRole, RigidFluid,
+    SurfaceBody,
 };
 
 use super::checks;
@@ -76,7 +78,10 @@ pub struct SolvedFlow {
     pub seconds: Seconds,
 }
 
-/// Solves the flow around rigid bodies that move as `drive` says, and estimates its errors if given the cubic functions of the mesh and flows to start from.
+/// Solves the flow around rigid bodies for each of `drives`, which differ in the rates of links only, and estimates errors if given the cubic functions
+/// of the mesh and, for each drive, flows to start from.
+///
+/// One matrix and one preconditioner serve all drives; the first answer has the seconds that they took.
 ///
 /// # Errors
 /// Whatever keeps the system from being built or solved.
@@ -84,11 +89,14 @@ pub fn solve(
     space: &TaylorHood,
     mesh: &TetMesh,
     boundary: &Boundary,
-    drive: &Drive,
+    drives: &[Drive],
     options: &FemOptions,
     warm: &mut WarmStart,
-    estimates: Option<(&SurplusSpace, &mut Duals)>,
-) -> Result<SolvedFlow, ModelError> {
+    mut estimates: Option<(&SurplusSpace, &mut Vec<Duals>)>,
+) -> Result<Vec<SolvedFlow>, ModelError> {
+    let Some((drive, others)) = drives.split_first() else {
+        return Ok(Vec::new());
+    };
     let clock = Instant::now();
     let formulation: &dyn Formulation = match options.formulation {
         FormulationKind::PTilde => &Eliminated,
@@ -96,56 +104,87 @@ pub fn solve(
         FormulationKind::DirectRow => &DirectRows,
     };
     let system = assemble(space, mesh, boundary, drive, formulation)?;
+    let others: Vec<Imposed> = others
+        .iter()
+        .map(|drive| system.imposed(drive))
+        .collect::<Result<_, _>>()?;
     let assembly = clock.elapsed().as_secs_f64();
+    let rights: Vec<&[f64]> = once(&system.right)
+        .chain(others.iter().map(|other| &other.right))
+        .map(Vec::as_slice)
+        .collect();
     let mut preconditioner = None;
-    let (solution, report, mut seconds) =
-        solve_system(&system, options, warm, &mut preconditioner)?;
-    warm.remember(&solution);
-    let solver = SolverInfo {
-        formulation: options.formulation.word().to_owned(),
-        solver: options.solver.word().to_owned(),
-        iterations: report.iterations,
-        true_relative_residual: report.true_rel_residual,
-    };
-    seconds.assembly = assembly;
-    let mut flow = system.flow(&solution, drive.set)?;
-    let mean = fem::mean_pressure(mesh, &flow.pressure)?;
-    flow.pressure.iter_mut().for_each(|p| *p -= mean);
-    seconds.total = clock.elapsed().as_secs_f64();
-    let before = clock.elapsed().as_secs_f64();
-    let (mut estimate, mut checks) = (None, None);
-    if let Some((surplus, duals)) = estimates {
-        let solved = Solved {
-            mesh,
-            space: surplus,
-            chords: &boundary.chords(mesh)?,
-            drive,
-            system: &system,
-            flow: &flow,
-        };
-        let preconditioner = match preconditioner {
-            Some(preconditioner) => preconditioner,
-            // Whatever solver was asked for: flows of estimates need few digits, and this one is the fastest to them.
-            None => system.preconditioner()?,
-        };
-        estimate = Some(estimate::estimate(&solved, preconditioner, duals)?);
-        checks = Some(checks::checks(mesh, boundary, &flow)?);
-        seconds.estimate = clock.elapsed().as_secs_f64() - before;
-    }
+    let Solutions {
+        columns,
+        setup,
+        solve,
+    } = solve_system(&system, &rights, options, warm, &mut preconditioner)?;
     let dofs = Dofs {
         velocity: system.system.velocity_range().len(),
         pressure: system.system.pressure_range().len(),
-        total: solution.len(),
+        total: system.right.len(),
     };
-    Ok(SolvedFlow {
-        flow,
-        estimate,
-        checks,
-        dofs,
-        solver,
-        relative_error: report.error_estimate(),
-        seconds,
-    })
+    let mut shared = Seconds {
+        assembly,
+        setup,
+        ..Seconds::default()
+    };
+    let mut answers = Vec::with_capacity(drives.len());
+    for (number, (solution, report)) in columns.into_iter().enumerate() {
+        warm.remember(&solution);
+        let mut flow = match number.checked_sub(1).and_then(|k| others.get(k)) {
+            None => system.flow(&solution, drive.set)?,
+            Some(other) => system.flow_at(&solution, other, drive.set)?,
+        };
+        drop(solution);
+        let mean = fem::mean_pressure(mesh, &flow.pressure)?;
+        flow.pressure.iter_mut().for_each(|p| *p -= mean);
+        let before = Instant::now();
+        let (mut estimate, mut checks) = (None, None);
+        if let Some((surplus, duals)) = &mut estimates {
+            let solved = Solved {
+                mesh,
+                space: surplus,
+                chords: &boundary.chords(mesh)?,
+                drive,
+                system: &system,
+                flow: &flow,
+            };
+            let preconditioner = match &mut preconditioner {
+                Some(preconditioner) => preconditioner,
+                // Whatever solver was asked for: flows of estimates need few digits, and this one is the fastest to them.
+                None => preconditioner.insert(system.preconditioner()?),
+            };
+            if duals.len() <= number {
+                duals.resize(number + 1, Duals::new());
+            }
+            estimate = Some(estimate::estimate(
+                &solved,
+                preconditioner,
+                &mut duals[number],
+            )?);
+            checks = Some(checks::checks(mesh, boundary, &flow)?);
+        }
+        let mut seconds = std::mem::take(&mut shared);
+        seconds.solve = solve / drives.len() as f64;
+        seconds.estimate = before.elapsed().as_secs_f64();
+        seconds.total = seconds.assembly + seconds.setup + seconds.solve + seconds.estimate;
+        answers.push(SolvedFlow {
+            flow,
+            estimate,
+            checks,
+            dofs,
+            solver: SolverInfo {
+                formulation: options.formulation.word().to_owned(),
+                solver: options.solver.word().to_owned(),
+                iterations: report.iterations,
+                true_relative_residual: report.true_rel_residual,
+            },
+            relative_error: report.error_estimate(),
+            seconds,
+        });
+    }
+    Ok(answers)
 }
 
 /// Assembles the system of one instant.
@@ -231,40 +270,60 @@ pub fn resistance(
     })
 }
 
-/// Solves an assembled system with the solver asked for; leaves the block solver's preconditioner to others.
+/// Solutions of one system.
+struct Solutions {
+    /// One a right-hand side, with how it went.
+    columns: Vec<(Vec<f64>, SolveReport)>,
+    /// Seconds of setting up the solver.
+    setup: f64,
+    /// Seconds of all solves.
+    solve: f64,
+}
+
+/// Solves an assembled system for several right-hand sides with the solver asked for; leaves the block solver's preconditioner to others.
 fn solve_system<'s>(
-    system: &'s Constrained,
+    assembled: &'s Constrained,
+    rights: &[&[f64]],
     options: &FemOptions,
     warm: &WarmStart,
     kept: &mut Option<BlockTriangular<'s>>,
-) -> Result<(Vec<f64>, SolveReport, Seconds), ModelError> {
-    let mut seconds = Seconds::default();
-    let mut solution = vec![0.0; system.right.len()];
+) -> Result<Solutions, ModelError> {
+    let system = &assembled.system;
+    let mut solutions = vec![vec![0.0; assembled.right.len()]; rights.len()];
     let parameters = KrylovParams {
         rel_tol: options.rtol,
         ..KrylovParams::default()
     };
     let start = Instant::now();
     if options.solver != SolverKind::Direct {
-        warm.guess(&system.system, &system.right, &mut solution)?;
+        for (right, solution) in rights.iter().zip(&mut solutions) {
+            warm.guess(system, right, solution)?;
+        }
     }
+    let mut columns: Vec<&mut [f64]> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
+    let mut reports = Vec::with_capacity(rights.len());
     let clock = Instant::now();
-    let report = match options.solver {
+    let setup;
+    match options.solver {
         SolverKind::Block => {
-            let preconditioner = kept.insert(system.preconditioner()?);
-            seconds.setup = clock.elapsed().as_secs_f64();
-            fgmres(
-                &system.system,
-                preconditioner,
-                &system.right,
-                &mut solution,
-                &parameters,
-            )?
+            let preconditioner = kept.insert(assembled.preconditioner()?);
+            setup = clock.elapsed().as_secs_f64();
+            for (rights, columns) in rights.chunks(AT_ONCE).zip(columns.chunks_mut(AT_ONCE)) {
+                reports.extend(fgmres_columns(
+                    system,
+                    preconditioner,
+                    rights,
+                    columns,
+                    &parameters,
+                )?);
+            }
         }
         SolverKind::Direct => {
-            let mut factor = SaddleLdlt::factor(&system.system, &Default::default())?;
-            seconds.setup = clock.elapsed().as_secs_f64();
-            factor.solve(&system.right, &mut solution)?
+            let mut factor = SaddleLdlt::factor(system, &Default::default())?;
+            setup = clock.elapsed().as_secs_f64();
+            for (right, solution) in rights.iter().zip(&mut columns) {
+                reports.push(factor.solve(right, solution)?);
+            }
         }
         SolverKind::Schwarz => {
             let parameters_of_cut = SchwarzParams {
@@ -272,33 +331,41 @@ fn solve_system<'s>(
                 overlap: options.overlap as usize,
                 ..SchwarzParams::default()
             };
-            let mut preconditioner = Schwarz::new(&system.system, &parameters_of_cut)?;
-            seconds.setup = clock.elapsed().as_secs_f64();
-            fgmres(
-                &system.system,
-                &mut preconditioner,
-                &system.right,
-                &mut solution,
-                &KrylovParams {
-                    max_iterations: SCHWARZ_ITERATIONS,
-                    restart: SCHWARZ_RESTART,
-                    ..parameters
-                },
-            )?
+            let mut preconditioner = Schwarz::new(system, &parameters_of_cut)?;
+            setup = clock.elapsed().as_secs_f64();
+            let parameters = KrylovParams {
+                max_iterations: SCHWARZ_ITERATIONS,
+                restart: SCHWARZ_RESTART,
+                ..parameters
+            };
+            // one by one: each basis is long
+            for (right, solution) in rights.iter().zip(&mut columns) {
+                reports.push(fgmres(
+                    system,
+                    &mut preconditioner,
+                    right,
+                    solution,
+                    &parameters,
+                )?);
+            }
         }
         SolverKind::Minres => {
-            let mut preconditioner =
-                BlockDiagonal::with_transfer(&system.system, &system.transfer)?;
-            seconds.setup = clock.elapsed().as_secs_f64();
-            minres(
-                &system.system,
-                &mut preconditioner,
-                &system.right,
-                &mut solution,
-                &parameters,
-            )?
+            let mut preconditioner = BlockDiagonal::with_transfer(system, &assembled.transfer)?;
+            setup = clock.elapsed().as_secs_f64();
+            for (right, solution) in rights.iter().zip(&mut columns) {
+                reports.push(minres(
+                    system,
+                    &mut preconditioner,
+                    right,
+                    solution,
+                    &parameters,
+                )?);
+            }
         }
-    };
-    seconds.solve = start.elapsed().as_secs_f64() - seconds.setup;
-    Ok((solution, report, seconds))
+    }
+    Ok(Solutions {
+        columns: solutions.into_iter().zip(reports).collect(),
+        setup,
+        solve: start.elapsed().as_secs_f64() - setup,
+    })
 }

@@ -1,0 +1,175 @@
+//! Several rates of the links at one shape: one system with several right-hand sides.
+
+use nalgebra::Vector3;
+use rigid::State;
+use swimmer::Scene;
+use swimmer::model::{Cost, Hydrodynamics, Instant, ModelError, Placement, choose};
+use swimmer::shape_space::ShapeSpace;
+
+/// Three spheres of two sizes on a line, linked by two arms.
+fn swimmer(domain: &str, model: &str) -> Scene {
+    let text = format!(
+        r#"
+        domain = {domain}
+        model = {model}
+        [[bodies]]
+        name = "left"
+        radius = 1
+        position = [-4, 0, 0]
+        [[bodies]]
+        name = "centre"
+        radius = 1.2
+        position = [0, 0, 0]
+        [[bodies]]
+        name = "right"
+        radius = 1
+        position = [5, 0, 0]
+        [[links]]
+        name = "left arm"
+        body = "left"
+        to = "centre"
+        [[links]]
+        name = "right arm"
+        body = "right"
+        to = "centre"
+        "#
+    );
+    Scene::parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+const UNBOUNDED: &str = "{ kind = \"unbounded\" }";
+const BALL: &str = "{ kind = \"ball\", radius = 8 }";
+
+/// Rates of both arms.
+const QUESTIONS: [[f64; 2]; 4] = [[1.0, 0.0], [0.3, -0.7], [0.0, 1.0], [0.0, 0.0]];
+
+fn rates(count: usize) -> Vec<Vec<f64>> {
+    QUESTIONS[..count].iter().map(Vec::from).collect()
+}
+
+/// That answers to so many questions at once are those of models that were asked one thing each.
+fn check_last_bits(scene: &Scene, count: usize) {
+    let model = || choose(scene).unwrap().model;
+    let (state, lengths) = (scene.initial_state(), scene.articulation.initial_lengths());
+    let rates = rates(count);
+    let at_once = model().instants(&state, lengths, &rates).unwrap();
+    assert_eq!(at_once.len(), rates.len());
+    for (number, (answer, rates)) in at_once.iter().zip(&rates).enumerate() {
+        let placement = Placement {
+            state: &state,
+            lengths,
+            rates,
+        };
+        let alone = model().instant(&placement).unwrap();
+        assert_eq!(answer.bodies, alone.bodies);
+        assert_eq!(answer.link_forces, alone.link_forces);
+        assert_eq!(answer.motion, alone.motion);
+        assert_eq!(answer.solver, alone.solver);
+        assert_eq!(answer.error_estimate, alone.error_estimate);
+        assert_eq!(answer.mesh_error, alone.mesh_error);
+        assert_eq!(answer.checks, alone.checks);
+        // what all of them share was done for the first
+        let seconds = &answer.seconds;
+        let is_shared = [seconds.mesh, seconds.assembly, seconds.setup] == [0.0; 3];
+        assert!(number == 0 || is_shared && answer.remeshed.is_none());
+    }
+}
+
+#[test]
+fn elements_in_unbounded_fluid_answer_to_the_last_bit_as_one_by_one() {
+    let model = "{ kind = \"fem\" }\nfem = { size_factor = 4 }";
+    check_last_bits(&swimmer(UNBOUNDED, model), 2);
+}
+
+#[test]
+fn every_formulation_answers_to_the_last_bit_as_one_by_one() {
+    for formulation in ["p-tilde", "lagrange", "direct-row"] {
+        let model = format!(
+            "{{ kind = \"fem\" }}\nfem = {{ surface_size = 2, formulation = \"{formulation}\" }}"
+        );
+        // more than go through the matrices at a time
+        check_last_bits(&swimmer(BALL, &model), 4);
+    }
+}
+
+#[test]
+fn other_solvers_answer_to_the_last_bit_as_one_by_one() {
+    for solver in ["direct", "schwarz", "minres"] {
+        let model = format!(
+            "{{ kind = \"fem\" }}\nfem = {{ surface_size = 2, estimates = \"off\", solver = \"{solver}\" }}"
+        );
+        check_last_bits(&swimmer(BALL, &model), 2);
+    }
+}
+
+#[test]
+fn the_meridian_plane_answers_to_the_last_bit_as_one_by_one() {
+    let model = "{ kind = \"axisymmetric\", tolerance = 1e-2 }";
+    check_last_bits(&swimmer(UNBOUNDED, model), 2);
+}
+
+#[test]
+fn elements_go_on_after_no_question_and_after_several() {
+    let scene = swimmer(BALL, "{ kind = \"fem\" }\nfem = { surface_size = 2 }");
+    let mut model = choose(&scene).unwrap().model;
+    let (state, lengths) = (scene.initial_state(), scene.articulation.initial_lengths());
+    assert!(model.instants(&state, lengths, &[]).unwrap().is_empty());
+    let first = model.instants(&state, lengths, &rates(4)).unwrap();
+    // starts from what is remembered, and takes one of its combinations
+    let again = model.instants(&state, lengths, &rates(2)[1..]).unwrap();
+    assert!(again[0].solver.iterations <= 1);
+    for (a, b) in first[1].bodies.iter().zip(&again[0].bodies) {
+        // both are solved to a residual of 1e-8, which errors of velocities exceed by a small factor
+        assert!((a.velocity - b.velocity).norm() <= 1e-6);
+    }
+    // one rate too few is refused, whichever it is
+    let short = [vec![1.0, 0.0], vec![1.0]];
+    assert!(model.instants(&state, lengths, &short).is_err());
+}
+
+/// Counts how a model is asked.
+struct Counted {
+    model: Box<dyn Hydrodynamics>,
+    alone: usize,
+    at_once: Vec<usize>,
+}
+
+impl Hydrodynamics for Counted {
+    fn name(&self) -> &'static str {
+        self.model.name()
+    }
+
+    fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
+        self.alone += 1;
+        self.model.instant(placement)
+    }
+
+    fn instants(
+        &mut self,
+        state: &State,
+        lengths: &[f64],
+        rates: &[Vec<f64>],
+    ) -> Result<Vec<Instant>, ModelError> {
+        self.at_once.push(rates.len());
+        self.model.instants(state, lengths, rates)
+    }
+
+    fn cost(&mut self, placement: &Placement<'_>) -> Result<Cost, ModelError> {
+        self.model.cost(placement)
+    }
+}
+
+#[test]
+fn tables_ask_once_a_shape() {
+    let scene = swimmer(UNBOUNDED, "{ kind = \"multipole\" }");
+    let mut model = Counted {
+        model: choose(&scene).unwrap().model,
+        alone: 0,
+        at_once: Vec::new(),
+    };
+    let ranges = [(3.5, 5.0), (4.0, 6.0)];
+    let space = ShapeSpace::tabulate(&scene, &mut model, &ranges, 1e-4).unwrap();
+    assert_eq!(model.alone, 0);
+    assert_eq!(model.at_once, vec![2; space.points()]);
+    assert!(space.connection(&[4.0, 5.0])[0].linear != Vector3::zeros());
+}
