@@ -23,7 +23,7 @@ const DEPENDENT: f64 = 1e-8;
 /// only within the tolerance. For answers that are *bitwise* those of an uninterrupted run a checkpoint has to carry
 /// [`solutions`](WarmStart::solutions) in their order, all digits of them, to be given to [`remember`](WarmStart::remember) on return.
 ///
-/// Cost: one product with `A` and one pass over the others a remembered solution; 8 bytes an unknown each, and another 8 while a guess is made.
+/// Cost: one product with `A` (several a pass, [`LinearOperator::apply_columns`]) and one pass over the others a remembered solution; 8 bytes an unknown each, and another 8 while a guess is made.
 ///
 /// ```
 /// use linalg::{Bordered, Csr, LinearOperator, WarmStart};
@@ -97,31 +97,67 @@ impl WarmStart {
         b: &[f64],
         x: &mut [f64],
     ) -> Result<f64, LinalgError> {
+        let residuals = self.guess_columns(operator, &[b], &mut [x])?;
+        Ok(residuals.first().copied().unwrap_or_default())
+    }
+
+    /// As [`WarmStart::guess`] for each of several right-hand sides, to the last bit; the products with `A` serve all of them.
+    ///
+    /// # Errors
+    /// Those of [`WarmStart::guess`]; [`LinalgError::Shape`] when there are not as many vectors `x` as right-hand sides.
+    pub fn guess_columns(
+        &self,
+        operator: &dyn LinearOperator,
+        b: &[&[f64]],
+        x: &mut [&mut [f64]],
+    ) -> Result<Vec<f64>, LinalgError> {
         let n = operator.rows();
-        for (what, found) in [
-            ("operator (columns)", operator.cols()),
-            ("right-hand side", b.len()),
-            ("solution vector", x.len()),
-        ] {
-            check_shape(what, (found, 1), (n, 1))?;
-        }
-        x.fill(0.0);
+        check_shape("operator (columns)", (operator.cols(), 1), (n, 1))?;
+        check_shape("solutions", (x.len(), 1), (b.len(), 1))?;
         // residual and products in the operator's norm: rows times the square roots of their weights
         let weights = operator.residual_weights();
-        let mut residual = b.to_vec();
-        scale_rows(weights, &mut residual);
-        let norm_b = dot(&residual, &residual).sqrt();
-        if !(norm_b > 0.0 && norm_b.is_finite()) {
-            return Ok(0.0);
+        let mut columns = Vec::with_capacity(b.len());
+        for (b, x) in b.iter().zip(x) {
+            check_shape("right-hand side", (b.len(), 1), (n, 1))?;
+            check_shape("solution vector", (x.len(), 1), (n, 1))?;
+            x.fill(0.0);
+            let mut residual = b.to_vec();
+            scale_rows(weights, &mut residual);
+            let norm_b = norm(&residual);
+            let is_open = norm_b > 0.0 && norm_b.is_finite();
+            columns.push((is_open.then_some(norm_b), residual, &mut **x));
         }
-        // X = U C with A U orthonormal: each solution with its product made orthogonal to those before (modified Gram-Schmidt)
-        let mut basis: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(self.solutions.len());
-        for solution in self.solutions.iter().rev().filter(|s| s.len() == n) {
-            let mut direction = solution.clone();
-            let mut product = vec![0.0; n];
-            operator.apply(&direction, &mut product);
+        if columns.iter().any(|(norm_b, ..)| norm_b.is_some()) {
+            for (direction, product) in self.basis(operator) {
+                for (_, residual, x) in columns.iter_mut().filter(|column| column.0.is_some()) {
+                    let c = dot(&product, residual);
+                    axpy(-c, &product, residual);
+                    axpy(c, &direction, x);
+                }
+            }
+        }
+        let relative = |(norm_b, residual, _): (Option<f64>, Vec<f64>, _)| {
+            norm_b.map_or(0.0, |norm_b| norm(&residual) / norm_b)
+        };
+        Ok(columns.into_iter().map(relative).collect())
+    }
+
+    /// `X = U C` with `A U` orthonormal: each solution with its product made orthogonal to those before (modified Gram-Schmidt).
+    fn basis(&self, operator: &dyn LinearOperator) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let n = operator.rows();
+        let weights = operator.residual_weights();
+        let newest_first = self.solutions.iter().rev();
+        let solutions: Vec<&[f64]> = (newest_first.filter(|s| s.len() == n))
+            .map(Vec::as_slice)
+            .collect();
+        let mut products = vec![vec![0.0; n]; solutions.len()];
+        let mut into: Vec<_> = products.iter_mut().map(Vec::as_mut_slice).collect();
+        operator.apply_columns(&solutions, &mut into);
+        let mut basis: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(solutions.len());
+        for (solution, mut product) in solutions.into_iter().zip(products) {
+            let mut direction = solution.to_vec();
             scale_rows(weights, &mut product);
-            let before = dot(&product, &product).sqrt();
+            let before = norm(&product);
             // twice is enough (Giraud, Langou, Rozloznik 2005)
             for _ in 0..2 {
                 for (other, image) in &basis {
@@ -130,20 +166,21 @@ impl WarmStart {
                     axpy(c, other, &mut direction);
                 }
             }
-            let size = dot(&product, &product).sqrt();
+            let size = norm(&product);
             if !(size > DEPENDENT * before && size.is_finite()) {
                 continue;
             }
             for vector in [&mut direction, &mut product] {
                 crate::vector::scale(size.recip(), vector);
             }
-            let c = dot(&product, &residual);
-            axpy(-c, &product, &mut residual);
-            axpy(c, &direction, x);
             basis.push((direction, product));
         }
-        Ok(dot(&residual, &residual).sqrt() / norm_b)
+        basis
     }
+}
+
+fn norm(x: &[f64]) -> f64 {
+    dot(x, x).sqrt()
 }
 
 /// `y_i <- w_i^(1/2) y_i`.
@@ -240,6 +277,27 @@ mod tests {
             warm.guess(&a, &vec![0.0; 3 * n], &mut x).expect("zero"),
             0.0
         );
+    }
+
+    #[test]
+    fn guesses_for_several_right_hand_sides_are_those_of_each_alone() {
+        let n = 40;
+        let a = operator(&(0..n).map(|i| 1.0 + i as f64).collect::<Vec<_>>());
+        let mut warm = WarmStart::new(4);
+        for seed in [0.11, 0.23, 0.31] {
+            warm.remember(&vector(n, seed));
+        }
+        let b = [vector(n, 0.7), vec![0.0; 3 * n], vector(n, 0.5)];
+        let b: Vec<&[f64]> = b.iter().map(Vec::as_slice).collect();
+        let mut x = vec![vec![1.0; 3 * n]; 3];
+        let mut columns: Vec<_> = x.iter_mut().map(Vec::as_mut_slice).collect();
+        let relative = warm.guess_columns(&a, &b, &mut columns).expect("they fit");
+        assert!(warm.guess_columns(&a, &b, &mut columns[1..]).is_err());
+        for ((b, x), relative) in b.iter().zip(&x).zip(relative) {
+            let mut alone = vec![2.0; 3 * n];
+            assert_eq!(warm.guess(&a, b, &mut alone), Ok(relative));
+            assert_eq!(*x, alone);
+        }
     }
 
     #[test]

@@ -6,8 +6,8 @@ use swimmer::Scene;
 use swimmer::model::{Cost, Hydrodynamics, Instant, ModelError, Placement, choose};
 use swimmer::shape_space::ShapeSpace;
 
-/// Three spheres of two sizes on a line, linked by two arms.
-fn swimmer(domain: &str, model: &str) -> Scene {
+/// Three spheres of two sizes, linked by two arms, the right one on a line with the left one or off it.
+fn swimmer(domain: &str, model: &str, right: [i32; 3]) -> Scene {
     let text = format!(
         r#"
         domain = {domain}
@@ -23,7 +23,7 @@ fn swimmer(domain: &str, model: &str) -> Scene {
         [[bodies]]
         name = "right"
         radius = 1
-        position = [5, 0, 0]
+        position = {right:?}
         [[links]]
         name = "left arm"
         body = "left"
@@ -38,6 +38,8 @@ fn swimmer(domain: &str, model: &str) -> Scene {
 }
 
 const UNBOUNDED: &str = "{ kind = \"unbounded\" }";
+const ON_LINE: [i32; 3] = [5, 0, 0];
+const OFF_LINE: [i32; 3] = [3, 4, 0];
 const BALL: &str = "{ kind = \"ball\", radius = 8 }";
 
 /// Rates of both arms.
@@ -78,7 +80,7 @@ fn check_last_bits(scene: &Scene, count: usize) {
 #[test]
 fn elements_in_unbounded_fluid_answer_to_the_last_bit_as_one_by_one() {
     let model = "{ kind = \"fem\" }\nfem = { size_factor = 4 }";
-    check_last_bits(&swimmer(UNBOUNDED, model), 2);
+    check_last_bits(&swimmer(UNBOUNDED, model, ON_LINE), 2);
 }
 
 #[test]
@@ -88,7 +90,7 @@ fn every_formulation_answers_to_the_last_bit_as_one_by_one() {
             "{{ kind = \"fem\" }}\nfem = {{ surface_size = 2, formulation = \"{formulation}\" }}"
         );
         // more than go through the matrices at a time
-        check_last_bits(&swimmer(BALL, &model), 4);
+        check_last_bits(&swimmer(BALL, &model, OFF_LINE), 4);
     }
 }
 
@@ -98,19 +100,23 @@ fn other_solvers_answer_to_the_last_bit_as_one_by_one() {
         let model = format!(
             "{{ kind = \"fem\" }}\nfem = {{ surface_size = 2, estimates = \"off\", solver = \"{solver}\" }}"
         );
-        check_last_bits(&swimmer(BALL, &model), 2);
+        check_last_bits(&swimmer(BALL, &model, ON_LINE), 2);
     }
 }
 
 #[test]
 fn the_meridian_plane_answers_to_the_last_bit_as_one_by_one() {
     let model = "{ kind = \"axisymmetric\", tolerance = 1e-2 }";
-    check_last_bits(&swimmer(UNBOUNDED, model), 2);
+    check_last_bits(&swimmer(UNBOUNDED, model, ON_LINE), 2);
 }
 
 #[test]
 fn elements_go_on_after_no_question_and_after_several() {
-    let scene = swimmer(BALL, "{ kind = \"fem\" }\nfem = { surface_size = 2 }");
+    let scene = swimmer(
+        BALL,
+        "{ kind = \"fem\" }\nfem = { surface_size = 2 }",
+        ON_LINE,
+    );
     let mut model = choose(&scene).unwrap().model;
     let (state, lengths) = (scene.initial_state(), scene.articulation.initial_lengths());
     assert!(model.instants(&state, lengths, &[]).unwrap().is_empty());
@@ -161,7 +167,7 @@ impl Hydrodynamics for Counted {
 
 #[test]
 fn tables_ask_once_a_shape() {
-    let scene = swimmer(UNBOUNDED, "{ kind = \"multipole\" }");
+    let scene = swimmer(UNBOUNDED, "{ kind = \"multipole\" }", ON_LINE);
     let mut model = Counted {
         model: choose(&scene).unwrap().model,
         alone: 0,

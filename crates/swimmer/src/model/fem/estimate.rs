@@ -1,4 +1,4 @@
-//! Errors of an instant by the mesh, from one flow more with the same matrix.
+//! Errors of an instant by the mesh, from one flow more with the same matrix, and of several instants of one shape at once.
 //!
 //! A velocity $q_k$ answers to its own load: with the flow `z` of a unit load on it, links held, its error by the mesh is
 //! $q_{h,k} - q_k = -K(e_z, e)$ (`fem::SurplusSpace`). That is linear in `z`, so one solve with the functional as its load
@@ -9,11 +9,12 @@
 //! them $K$ is $K - G$ throughout.
 
 use fem::{Chords, Surplus, SurplusSpace};
-use linalg::{BlockTriangular, KrylovParams, fgmres_columns};
+use linalg::{BlockTriangular, KrylovParams, SaddleSystem};
 use mesh::TetMesh;
 use nalgebra::{DVector, Vector3};
 use rigid::{BodyKind, Constrained, Drive, Flow, Mirrors, Twist};
 
+use super::solve::in_groups;
 use crate::model::ModelError;
 
 /// Estimated errors of one instant, in units of the flow, computed less exact.
@@ -58,10 +59,48 @@ const CELL_TRUST: f64 = 0.5;
 /// What straight walls take is trusted to half of it: their elements are long, and measured effects of them 0.3 to 0.9 of the estimate.
 const WALL_TRUST: f64 = 0.5;
 
-/// Flows of the last estimate, where those of the next start; of other lengths they are not used.
-pub type Duals = Vec<Vec<f64>>;
+/// Flows of the last estimates, where those of the next start; of other lengths they are not used.
+#[derive(Default)]
+pub struct Duals {
+    /// For the errors of velocities, one a flow that was estimated.
+    errors: Vec<Vec<f64>>,
+    /// For their spreads, one a load.
+    spreads: Vec<Vec<f64>>,
+}
 
-/// The parts of a solved instant that errors are estimated from.
+impl Duals {
+    /// Solves for the flows of estimates, each from that of the instant before, several a pass.
+    fn solve(
+        &mut self,
+        system: &SaddleSystem,
+        preconditioner: &mut BlockTriangular,
+        errors: &[Vec<f64>],
+        spreads: &[Vec<f64>],
+    ) -> Result<(), ModelError> {
+        let parameters = KrylovParams {
+            rel_tol: DUAL_RTOL,
+            ..KrylovParams::default()
+        };
+        self.errors.resize(errors.len(), Vec::new());
+        self.spreads.resize(spreads.len(), Vec::new());
+        let flows = self.errors.iter_mut().chain(&mut self.spreads);
+        let (rights, mut flows): (Vec<&[f64]>, Vec<&mut [f64]>) = errors
+            .iter()
+            .chain(spreads)
+            .zip(flows)
+            .map(|(right, flow)| {
+                if flow.len() != right.len() {
+                    *flow = vec![0.0; right.len()];
+                }
+                (right.as_slice(), flow.as_mut_slice())
+            })
+            .unzip();
+        in_groups(system, preconditioner, &rights, &mut flows, &parameters)?;
+        Ok(())
+    }
+}
+
+/// What the errors of solved flows are estimated from.
 pub struct Solved<'a> {
     /// Mesh of the instant.
     pub mesh: &'a TetMesh,
@@ -69,132 +108,205 @@ pub struct Solved<'a> {
     pub space: &'a SurplusSpace,
     /// What its facets cut off; none where they are curved.
     pub chords: &'a Chords<'a>,
-    /// What drove it.
+    /// What drove it, whatever the rates.
     pub drive: &'a Drive<'a>,
     /// Its system.
     pub system: &'a Constrained,
-    /// The flow of the solution.
-    pub flow: &'a Flow,
 }
 
-/// Solves for the flows of an estimate, each from that of the instant before.
-fn solve_duals(
-    system: &Constrained,
-    preconditioner: &mut BlockTriangular,
-    rights: &[Vec<f64>],
-    flows: &mut Duals,
-) -> Result<(), ModelError> {
-    flows.resize(rights.len(), Vec::new());
-    for (flow, right) in flows.iter_mut().zip(rights) {
-        if flow.len() != right.len() {
-            *flow = vec![0.0; right.len()];
-        }
+/// What a flow lacks on its mesh.
+struct Lack {
+    velocity: Vec<f64>,
+    own: Surplus,
+    /// Each facet's share in $G(u, u)$.
+    cut_off: Vec<f64>,
+    relative_energy: f64,
+}
+
+/// A unit load on a linkage, for the spread of its velocity in the direction of motion.
+#[derive(Clone, Copy, PartialEq)]
+struct Pull {
+    /// Where the linear velocities of its frame begin.
+    row: usize,
+    direction: Vector3<f64>,
+}
+
+impl Pull {
+    /// Whether the flow of one will do for the other: it is solved to no more digits.
+    fn is_like(&self, other: &Self) -> bool {
+        self.row == other.row && (self.direction - other.direction).norm() <= DUAL_RTOL
     }
-    let parameters = KrylovParams {
-        rel_tol: DUAL_RTOL,
-        ..KrylovParams::default()
-    };
-    let rights: Vec<&[f64]> = rights.iter().map(Vec::as_slice).collect();
-    let mut flows: Vec<_> = flows.iter_mut().map(Vec::as_mut_slice).collect();
-    let system = &system.system;
-    fgmres_columns(system, preconditioner, &rights, &mut flows, &parameters)?;
-    Ok(())
 }
 
-/// Estimates the errors of a solved instant.
+impl Solved<'_> {
+    fn lack(&self, flow: &Flow) -> Result<Lack, ModelError> {
+        let velocity = flat(&flow.velocity);
+        let own = self.space.surplus(self.mesh, &velocity, &flow.pressure)?;
+        let power = flow.forces.dot(&flow.bodies);
+        let cut_off = self.chords.shares(&velocity, &velocity)?;
+        let energy = own.energy(&own)? - cut_off.iter().sum::<f64>();
+        let relative_energy = match self.parts() * energy / power {
+            ratio if ratio.is_finite() => ratio,
+            // Nothing moves, nothing errs.
+            _ => 0.0,
+        };
+        Ok(Lack {
+            velocity,
+            own,
+            cut_off,
+            relative_energy,
+        })
+    }
+
+    /// Between mirror planes each cell stands for its images too.
+    fn parts(&self) -> f64 {
+        Mirrors {
+            planes: self.mesh.mirrors(),
+        }
+        .parts()
+    }
+
+    /// The load whose flow gives the errors of all velocities.
+    fn right_of_errors(&self, lack: &Lack) -> Result<Vec<f64>, ModelError> {
+        let mut functional = self.space.functional(self.mesh, &lack.own)?;
+        let cut_off = self.chords.functional(&lack.velocity)?;
+        for (own, cut_off) in functional.velocity.iter_mut().zip(cut_off) {
+            *own -= cut_off;
+        }
+        Ok(self
+            .system
+            .right_of_forces(&functional.velocity, &functional.pressure)?)
+    }
+
+    /// The loads for the spreads of a flow's velocities, one a linkage.
+    fn pulls(&self, flow: &Flow) -> Vec<Pull> {
+        let set = self.drive.set;
+        let numbered = set.linkages().iter().enumerate();
+        numbered
+            // Held still exactly: nothing to err.
+            .filter(|(_, linkage)| !set.fixed()[linkage.root])
+            .map(|(number, _)| {
+                // The spread is that of the velocity in the direction of motion; bodies at rest may drift along x.
+                let (row, _) = frame_rows(self.drive, number);
+                let motion: Vector3<f64> = flow.generalised.fixed_rows::<3>(row).into();
+                let direction = motion.try_normalize(0.0).unwrap_or_else(Vector3::x);
+                // Forth or back is one spread, and one flow to start the next from.
+                let sign = direction[direction.iamax()].signum();
+                Pull {
+                    row,
+                    direction: sign * direction,
+                }
+            })
+            .collect()
+    }
+
+    fn right_of_pull(&self, pull: &Pull) -> Result<Vec<f64>, ModelError> {
+        let mut load = DVector::zeros(self.drive.set.velocity_layout().len());
+        load.fixed_rows_mut::<3>(pull.row)
+            .copy_from(&pull.direction);
+        Ok(self.system.right_of_loads(&load)?)
+    }
+
+    /// Estimated errors of the frames' velocities.
+    fn frames(&self, dual: &[f64]) -> Result<Vec<Twist>, ModelError> {
+        let errors = -self.system.generalised_of_loads(dual)?;
+        let rows = |first: usize| -> Vector3<f64> { errors.fixed_rows::<3>(first).into() };
+        Ok((0..self.drive.set.linkages().len())
+            .map(|number| {
+                let (linear, angular) = frame_rows(self.drive, number);
+                Twist {
+                    linear: rows(linear),
+                    angular: angular.map_or_else(Vector3::zeros, rows),
+                }
+            })
+            .collect())
+    }
+
+    /// The velocity of a pull's flow and what it lacks.
+    fn pulled(&self, dual: &[f64]) -> Result<(Vec<f64>, Surplus), ModelError> {
+        let (velocity, pressure) = self.system.flow_of_loads(dual)?;
+        let velocity = flat(&velocity);
+        let surplus = self.space.surplus(self.mesh, &velocity, &pressure)?;
+        Ok((velocity, surplus))
+    }
+
+    /// The estimate of a flow from what it lacks, its errors, and the flows of its pulls.
+    fn estimate(
+        &self,
+        lack: Lack,
+        frames: Vec<Twist>,
+        pulled: &[&(Vec<f64>, Surplus)],
+    ) -> Result<Estimate, ModelError> {
+        let parts = self.parts();
+        let mut of_frames = vec![0.0; self.mesh.n_cells()];
+        let mut unsure = 0.0_f64;
+        for (its_velocity, its) in pulled {
+            let mut cells = self.space.indicators(self.mesh, its, &lack.own)?;
+            let of_facets = self.chords.shares(its_velocity, &lack.velocity)?;
+            let mut by_walls = 0.0;
+            let facets = self.chords.cells().zip(self.chords.is_wall());
+            for ((cell, is_wall), share) in facets.zip(of_facets) {
+                cells[cell] = cells[cell].hypot(share);
+                by_walls += if is_wall { share } else { 0.0 };
+            }
+            unsure = (WALL_TRUST * parts * by_walls).hypot(unsure);
+            for (sum, cell) in of_frames.iter_mut().zip(cells) {
+                // the root of the sum over its images
+                *sum = (parts.sqrt() * cell).hypot(*sum);
+            }
+        }
+        let by_cells = of_frames.iter().map(|cell| cell * cell).sum::<f64>().sqrt();
+        Ok(Estimate {
+            frames,
+            spread: (CELL_TRUST * by_cells).hypot(unsure),
+            relative_energy: lack.relative_energy,
+            own: lack.own,
+            of_frames,
+            of_chords: self.chords.cells().zip(lack.cut_off).collect(),
+        })
+    }
+}
+
+/// Estimates the errors of solved flows, one after the other.
 ///
-/// Cost: six passes over the cells, a loose solve for the errors of all velocities and one a linkage for their spread, all at once.
+/// Cost: six passes over the cells a flow, a loose solve for the errors of all its velocities, and one a linkage for their spread, which flows that move
+/// along one line share; all of them at once.
 /// # Errors
 /// Flows that cannot be solved for.
-pub fn estimate(
+pub fn estimates(
     solved: &Solved,
+    flows: &[Flow],
     preconditioner: &mut BlockTriangular,
-    flows: &mut Duals,
-) -> Result<Estimate, ModelError> {
-    let Solved {
-        mesh,
-        space,
-        chords,
-        drive,
-        system,
-        flow,
-    } = *solved;
-    let velocity = flat(&flow.velocity);
-    let own = space.surplus(mesh, &velocity, &flow.pressure)?;
-    let power = flow.forces.dot(&flow.bodies);
-    // Between mirror planes each cell stands for its images too.
-    let parts = Mirrors {
-        planes: mesh.mirrors(),
-    }
-    .parts();
-    let cut_off = chords.shares(&velocity, &velocity)?;
-    let energy = own.energy(&own)? - cut_off.iter().sum::<f64>();
-    let relative_energy = match parts * energy / power {
-        ratio if ratio.is_finite() => ratio,
-        // Nothing moves, nothing errs.
-        _ => 0.0,
+    duals: &mut Duals,
+) -> Result<Vec<Estimate>, ModelError> {
+    let lacks = flows.iter().map(|flow| solved.lack(flow));
+    let lacks: Vec<Lack> = lacks.collect::<Result<_, _>>()?;
+    // one flow for all pulls that are alike
+    let mut pulls: Vec<Pull> = Vec::new();
+    let mut number_of = |pull: Pull| {
+        let known = pulls.iter().position(|known| known.is_like(&pull));
+        known.unwrap_or_else(|| {
+            pulls.push(pull);
+            pulls.len() - 1
+        })
     };
-    let mut functional = space.functional(mesh, &own)?;
-    let cut_off_functional = chords.functional(&velocity)?;
-    for (own, cut_off) in functional.velocity.iter_mut().zip(cut_off_functional) {
-        *own -= cut_off;
-    }
-    let mut rights = vec![system.right_of_forces(&functional.velocity, &functional.pressure)?];
-    for (number, linkage) in drive.set.linkages().iter().enumerate() {
-        // Held still exactly: nothing to err.
-        if drive.set.fixed()[linkage.root] {
-            continue;
-        }
-        // The spread is that of the velocity in the direction of motion; bodies at rest may drift along x.
-        let (linear, _) = frame_rows(drive, number);
-        let motion: Vector3<f64> = flow.generalised.fixed_rows::<3>(linear).into();
-        let direction = motion.try_normalize(0.0).unwrap_or_else(Vector3::x);
-        let mut load = DVector::zeros(drive.set.velocity_layout().len());
-        load.fixed_rows_mut::<3>(linear).copy_from(&direction);
-        rights.push(system.right_of_loads(&load)?);
-    }
-    solve_duals(system, preconditioner, &rights, flows)?;
-    let errors = -system.generalised_of_loads(&flows[0])?;
-
-    let mut frames = Vec::new();
-    for number in 0..drive.set.linkages().len() {
-        let (linear, angular) = frame_rows(drive, number);
-        let twist = |first: Option<usize>| {
-            first.map_or_else(Vector3::zeros, |row| errors.fixed_rows::<3>(row).into())
-        };
-        frames.push(Twist {
-            linear: twist(Some(linear)),
-            angular: twist(angular),
-        });
-    }
-    let mut of_frames = vec![0.0; mesh.n_cells()];
-    let mut unsure = 0.0_f64;
-    for dual in &flows[1..] {
-        let (its_velocity, pressure) = system.flow_of_loads(dual)?;
-        let its_velocity = flat(&its_velocity);
-        let its = space.surplus(mesh, &its_velocity, &pressure)?;
-        let mut cells = space.indicators(mesh, &its, &own)?;
-        let of_facets = chords.shares(&its_velocity, &velocity)?;
-        let mut by_walls = 0.0;
-        for ((cell, is_wall), share) in chords.cells().zip(chords.is_wall()).zip(of_facets) {
-            cells[cell] = cells[cell].hypot(share);
-            by_walls += if is_wall { share } else { 0.0 };
-        }
-        unsure = (WALL_TRUST * parts * by_walls).hypot(unsure);
-        for (sum, cell) in of_frames.iter_mut().zip(cells) {
-            // the root of the sum over its images
-            *sum = (parts.sqrt() * cell).hypot(*sum);
-        }
-    }
-    let by_cells = of_frames.iter().map(|cell| cell * cell).sum::<f64>().sqrt();
-    Ok(Estimate {
-        frames,
-        spread: (CELL_TRUST * by_cells).hypot(unsure),
-        relative_energy,
-        own,
-        of_frames,
-        of_chords: chords.cells().zip(cut_off).collect(),
-    })
+    let pulls_of: Vec<Vec<usize>> = flows
+        .iter()
+        .map(|flow| solved.pulls(flow).into_iter().map(&mut number_of).collect())
+        .collect();
+    let rights = lacks.iter().map(|lack| solved.right_of_errors(lack));
+    let errors: Vec<_> = rights.collect::<Result<_, _>>()?;
+    let rights = pulls.iter().map(|pull| solved.right_of_pull(pull));
+    let spreads: Vec<_> = rights.collect::<Result<_, _>>()?;
+    duals.solve(&solved.system.system, preconditioner, &errors, &spreads)?;
+    let pulled = duals.spreads.iter().map(|dual| solved.pulled(dual));
+    let pulled: Vec<_> = pulled.collect::<Result<_, _>>()?;
+    (lacks.into_iter().zip(&duals.errors).zip(pulls_of))
+        .map(|((lack, dual), numbers)| {
+            let pulled: Vec<_> = numbers.into_iter().map(|number| &pulled[number]).collect();
+            solved.estimate(lack, solved.frames(dual)?, &pulled)
+        })
+        .collect()
 }
 
 /// Where the generalised velocities of a linkage's frame begin: linear ones, and angular ones if it turns.

@@ -33,8 +33,7 @@ pub struct FemModel {
     meshes: Meshes,
     options: FemOptions,
     estimates: bool,
-    /// One a rate of the last question.
-    duals: Vec<Duals>,
+    duals: Duals,
     /// Solutions of the leg on the mesh in use. Forgotten between legs, where checkpoints are taken, so that these need not carry them: the
     /// first solves of a leg gained nothing from them, for another link moves.
     warm: WarmStart,
@@ -84,7 +83,7 @@ impl FemModel {
             scaled,
             options: scene.fem,
             estimates: scene.fem.estimates == EstimatesKind::On,
-            duals: Vec::new(),
+            duals: Duals::default(),
             warm: WarmStart::new(REMEMBERED),
             last: None,
         })
@@ -181,7 +180,7 @@ impl Hydrodynamics for FemModel {
 
     fn begin_leg(&mut self) {
         self.warm.clear();
-        self.duals.clear();
+        self.duals = Duals::default();
     }
 
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
@@ -216,10 +215,9 @@ impl Hydrodynamics for FemModel {
         let mut warm = std::mem::replace(&mut self.warm, WarmStart::new(REMEMBERED));
         if shape.other_cells {
             // solutions on another mesh have other unknowns
-            duals.clear();
+            duals = Duals::default();
             warm.clear();
         }
-        duals.truncate(rates.len());
         if self.estimates {
             self.meshes.prepare_estimates()?;
         }

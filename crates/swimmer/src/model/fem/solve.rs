@@ -1,12 +1,12 @@
 //! Instants on one mesh: assembly, constraints, solve.
 
-use std::iter::once;
+use std::iter::{once, repeat};
 use std::time::Instant;
 
 use fem::{Chords, RoundPart, SurplusSpace, TaylorHood};
 use linalg::{
-    BlockDiagonal, BlockTriangular, KrylovParams, SaddleLdlt, Schwarz, SchwarzParams, SolveReport,
-    WarmStart, fgmres, fgmres_columns, minres,
+    BlockDiagonal, BlockTriangular, KrylovParams, LinalgError, SaddleLdlt, SaddleSystem, Schwarz,
+    SchwarzParams, SolveReport, WarmStart, fgmres, fgmres_columns, minres,
 };
 use mesh::{Sphere, TetMesh};
 use nalgebra::Vector3;
@@ -79,7 +79,7 @@ pub struct SolvedFlow {
 }
 
 /// Solves the flow around rigid bodies for each of `drives`, which differ in the rates of links only, and estimates errors if given the cubic functions
-/// of the mesh and, for each drive, flows to start from.
+/// of the mesh and flows to start from.
 ///
 /// One matrix and one preconditioner serve all drives; the first answer has the seconds that they took.
 ///
@@ -92,7 +92,7 @@ pub fn solve(
     drives: &[Drive],
     options: &FemOptions,
     warm: &mut WarmStart,
-    mut estimates: Option<(&SurplusSpace, &mut Vec<Duals>)>,
+    estimates: Option<(&SurplusSpace, &mut Duals)>,
 ) -> Result<Vec<SolvedFlow>, ModelError> {
     let Some((drive, others)) = drives.split_first() else {
         return Ok(Vec::new());
@@ -124,67 +124,72 @@ pub fn solve(
         pressure: system.system.pressure_range().len(),
         total: system.right.len(),
     };
-    let mut shared = Seconds {
-        assembly,
-        setup,
-        ..Seconds::default()
-    };
-    let mut answers = Vec::with_capacity(drives.len());
+    let (mut flows, mut reports) = (Vec::new(), Vec::new());
     for (number, (solution, report)) in columns.into_iter().enumerate() {
         warm.remember(&solution);
         let mut flow = match number.checked_sub(1).and_then(|k| others.get(k)) {
             None => system.flow(&solution, drive.set)?,
             Some(other) => system.flow_at(&solution, other, drive.set)?,
         };
-        drop(solution);
         let mean = fem::mean_pressure(mesh, &flow.pressure)?;
         flow.pressure.iter_mut().for_each(|p| *p -= mean);
-        let before = Instant::now();
-        let (mut estimate, mut checks) = (None, None);
-        if let Some((surplus, duals)) = &mut estimates {
-            let solved = Solved {
-                mesh,
-                space: surplus,
-                chords: &boundary.chords(mesh)?,
-                drive,
-                system: &system,
-                flow: &flow,
-            };
-            let preconditioner = match &mut preconditioner {
-                Some(preconditioner) => preconditioner,
-                // Whatever solver was asked for: flows of estimates need few digits, and this one is the fastest to them.
-                None => preconditioner.insert(system.preconditioner()?),
-            };
-            if duals.len() <= number {
-                duals.resize(number + 1, Duals::new());
-            }
-            estimate = Some(estimate::estimate(
-                &solved,
-                preconditioner,
-                &mut duals[number],
-            )?);
-            checks = Some(checks::checks(mesh, boundary, &flow)?);
-        }
-        let mut seconds = std::mem::take(&mut shared);
-        seconds.solve = solve / drives.len() as f64;
-        seconds.estimate = before.elapsed().as_secs_f64();
-        seconds.total = seconds.assembly + seconds.setup + seconds.solve + seconds.estimate;
-        answers.push(SolvedFlow {
-            flow,
-            estimate,
-            checks,
-            dofs,
-            solver: SolverInfo {
-                formulation: options.formulation.word().to_owned(),
-                solver: options.solver.word().to_owned(),
-                iterations: report.iterations,
-                true_relative_residual: report.true_rel_residual,
-            },
-            relative_error: report.error_estimate(),
-            seconds,
-        });
+        flows.push(flow);
+        reports.push(report);
     }
-    Ok(answers)
+    let before = Instant::now();
+    let mut judged: Vec<(Option<Estimate>, Option<Checks>)> = vec![(None, None); flows.len()];
+    if let Some((surplus, duals)) = estimates {
+        let solved = Solved {
+            mesh,
+            space: surplus,
+            chords: &boundary.chords(mesh)?,
+            drive,
+            system: &system,
+        };
+        let mut preconditioner = match preconditioner {
+            Some(preconditioner) => preconditioner,
+            // Whatever solver was asked for: flows of estimates need few digits, and this one is the fastest to them.
+            None => system.preconditioner()?,
+        };
+        let estimates = estimate::estimates(&solved, &flows, &mut preconditioner, duals)?;
+        for ((judged, estimate), flow) in judged.iter_mut().zip(estimates).zip(&flows) {
+            *judged = (Some(estimate), Some(checks::checks(mesh, boundary, flow)?));
+        }
+    }
+    let count = drives.len() as f64;
+    let mut own = Seconds {
+        solve: solve / count,
+        estimate: before.elapsed().as_secs_f64() / count,
+        ..Seconds::default()
+    };
+    own.total = own.solve + own.estimate;
+    // what was done once stands with the first
+    let shared = Seconds {
+        assembly,
+        setup,
+        total: assembly + setup,
+        ..Seconds::default()
+    };
+    let seconds = once(shared).chain(repeat(Seconds::default()));
+    Ok((flows.into_iter().zip(reports).zip(judged).zip(seconds))
+        .map(|(((flow, report), (estimate, checks)), mut seconds)| {
+            seconds += own;
+            SolvedFlow {
+                flow,
+                estimate,
+                checks,
+                dofs,
+                solver: SolverInfo {
+                    formulation: options.formulation.word().to_owned(),
+                    solver: options.solver.word().to_owned(),
+                    iterations: report.iterations,
+                    true_relative_residual: report.true_rel_residual,
+                },
+                relative_error: report.error_estimate(),
+                seconds,
+            }
+        })
+        .collect())
 }
 
 /// Assembles the system of one instant.
@@ -270,6 +275,24 @@ pub fn resistance(
     })
 }
 
+/// Solves for right-hand sides in equal groups of at most [`AT_ONCE`].
+pub(super) fn in_groups(
+    system: &SaddleSystem,
+    preconditioner: &mut BlockTriangular,
+    rights: &[&[f64]],
+    solutions: &mut [&mut [f64]],
+    parameters: &KrylovParams,
+) -> Result<Vec<SolveReport>, LinalgError> {
+    let groups = rights.len().div_ceil(AT_ONCE).max(1);
+    let size = rights.len().div_ceil(groups).max(1);
+    let mut reports = Vec::with_capacity(rights.len());
+    for (rights, solutions) in rights.chunks(size).zip(solutions.chunks_mut(size)) {
+        let group = fgmres_columns(system, preconditioner, rights, solutions, parameters)?;
+        reports.extend(group);
+    }
+    Ok(reports)
+}
+
 /// Solutions of one system.
 struct Solutions {
     /// One a right-hand side, with how it went.
@@ -295,12 +318,10 @@ fn solve_system<'s>(
         ..KrylovParams::default()
     };
     let start = Instant::now();
-    if options.solver != SolverKind::Direct {
-        for (right, solution) in rights.iter().zip(&mut solutions) {
-            warm.guess(system, right, solution)?;
-        }
-    }
     let mut columns: Vec<&mut [f64]> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
+    if options.solver != SolverKind::Direct {
+        warm.guess_columns(system, rights, &mut columns)?;
+    }
     let mut reports = Vec::with_capacity(rights.len());
     let clock = Instant::now();
     let setup;
@@ -308,15 +329,8 @@ fn solve_system<'s>(
         SolverKind::Block => {
             let preconditioner = kept.insert(assembled.preconditioner()?);
             setup = clock.elapsed().as_secs_f64();
-            for (rights, columns) in rights.chunks(AT_ONCE).zip(columns.chunks_mut(AT_ONCE)) {
-                reports.extend(fgmres_columns(
-                    system,
-                    preconditioner,
-                    rights,
-                    columns,
-                    &parameters,
-                )?);
-            }
+            let in_passes = in_groups(system, preconditioner, rights, &mut columns, &parameters)?;
+            reports.extend(in_passes);
         }
         SolverKind::Direct => {
             let mut factor = SaddleLdlt::factor(system, &Default::default())?;
