@@ -85,18 +85,18 @@ fn elements_in_unbounded_fluid_answer_to_the_last_bit_as_one_by_one() {
 
 #[test]
 fn every_formulation_answers_to_the_last_bit_as_one_by_one() {
-    for formulation in ["p-tilde", "lagrange", "direct-row"] {
+    // four go through the matrices in two groups
+    for (formulation, count) in [("p-tilde", 4), ("lagrange", 2), ("direct-row", 2)] {
         let model = format!(
             "{{ kind = \"fem\" }}\nfem = {{ surface_size = 2, formulation = \"{formulation}\" }}"
         );
-        // more than go through the matrices at a time
-        check_last_bits(&swimmer(BALL, &model, OFF_LINE), 4);
+        check_last_bits(&swimmer(BALL, &model, OFF_LINE), count);
     }
 }
 
 #[test]
 fn other_solvers_answer_to_the_last_bit_as_one_by_one() {
-    for solver in ["direct", "schwarz", "minres"] {
+    for solver in ["direct", "minres"] {
         let model = format!(
             "{{ kind = \"fem\" }}\nfem = {{ surface_size = 2, estimates = \"off\", solver = \"{solver}\" }}"
         );

@@ -70,9 +70,9 @@ pub trait Hydrodynamics {
 
     /// The answers for several rates of the links at one shape, each as [`Hydrodynamics::instant`] gives it within the accuracy it claims.
     ///
-    /// `rates` has one entry a question, each with one rate a link; `state` and `lengths` are those of a [`Placement`]. For models whose
-    /// work depends on the shape alone many rates cost little more than one: they say so by a method of their own. What all answers share
-    /// counts as time of the first. The flow of the last rates is the one that [`Hydrodynamics::flow`] has afterwards.
+    /// `rates` has one entry a question, each with one rate a link; `state` and `lengths` are those of a [`Placement`]. Models that do
+    /// part of their work for the shape alone do that once, by a method of their own; it counts as time of the first answer. The flow
+    /// of the last rates is the one that [`Hydrodynamics::flow`] has afterwards.
     ///
     /// # Errors
     /// As [`Hydrodynamics::instant`], as soon as one answer fails.
