@@ -9,7 +9,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Result;
-use fem::TaylorHood;
+use fem::{StokesMatrices, TaylorHood};
 use linalg::roofline::visit_kernels;
 use mesh::{Body, Container, GenerateParams, NamedSurface, Sphere, TetMesh};
 use nalgebra::Vector3;
@@ -202,13 +202,20 @@ fn three_spheres(size: f64) -> Result<Constrained> {
         roles[node as usize] = NodeRole::Fixed;
     }
     let space = TaylorHood::new(&mesh)?;
+    let StokesMatrices {
+        stiffness,
+        divergence,
+        pressure_mass,
+        interpolation,
+        vertex_stiffness,
+    } = space.matrices(&mesh)?;
     let fluid = RigidFluid::new(
         FluidMatrices {
-            stiffness: space.stiffness(&mesh)?,
-            divergence: space.divergence(&mesh)?,
-            pressure_mass: space.pressure_mass(&mesh)?,
-            interpolation: space.vertex_interpolation(&mesh)?,
-            vertex_stiffness: space.vertex_stiffness(&mesh)?,
+            stiffness,
+            divergence,
+            pressure_mass,
+            interpolation,
+            vertex_stiffness,
             points: mesh.points(),
             roles: &roles,
             on_planes: Vec::new(),

@@ -7,6 +7,7 @@
 
 use mesh::TetMesh;
 use rayon::prelude::*;
+use sprs::CsMatI;
 
 use crate::geometry::{Affine, CellNodes};
 use crate::pattern::{ROWS_PER_TASK, split_rows};
@@ -27,6 +28,21 @@ pub(crate) trait Form<const R: usize, const C: usize>: Sync {
 
     /// The element matrix of a curved cell.
     fn curved(&self, cell: usize, nodes: &CellNodes) -> Result<[[Self::Entry; C]; R], FemError>;
+}
+
+/// The matrix of assembled values on a sparsity that others share.
+pub(crate) fn on_pattern<T: Copy>(
+    shape: (usize, usize),
+    row_starts: &[usize],
+    columns: &[u32],
+    values: Vec<T>,
+) -> CsMatI<T, u32, usize> {
+    let (starts, columns) = rayon::join(
+        || row_starts.to_vec(),
+        // every thread touches its share of the copy's pages first
+        || columns.par_iter().copied().collect(),
+    );
+    CsMatI::new(shape, starts, columns, values)
 }
 
 /// A matrix entry that contributions can be added to.
@@ -71,6 +87,8 @@ impl TaylorHood {
             .into_par_iter()
             .enumerate()
             .for_each(|(task, values)| {
+                // A page of fresh memory that is read before it is written is mapped twice, the second time with all cores interrupted.
+                values.fill(F::Entry::default());
                 let first = task * ROWS_PER_TASK;
                 let last = (first + ROWS_PER_TASK).min(row_starts.len() - 1);
                 for row in first..last {
@@ -91,6 +109,13 @@ impl TaylorHood {
             });
         Ok(values)
     }
+
+    /// A matrix of quadratic elements.
+    pub(crate) fn on_nodes<T: Copy>(&self, values: Vec<T>) -> CsMatI<T, u32, usize> {
+        let shape = (self.n_points(), self.n_points());
+        let pattern = &self.pattern;
+        on_pattern(shape, &pattern.row_starts, &pattern.columns, values)
+    }
 }
 
 /// Shared parts of the affine cells and element matrices of the curved ones.
@@ -103,18 +128,21 @@ fn prepare<const R: usize, const C: usize, F: Form<R, C>>(
     mesh: &TetMesh,
     form: &F,
 ) -> Result<PreparedCells<R, C, F>, FemError> {
-    let mut prepared = (0..mesh.cells().len())
+    let mut prepared: Vec<_> = (0..mesh.cells().len())
         .into_par_iter()
         .with_min_len(ROWS_PER_TASK)
-        .map(|cell| {
-            if mesh.is_affine(cell) {
-                let affine = Affine::new(cell, &mesh.cell_points(cell))?;
-                Ok(Prepared::Affine(form.share(cell, &affine)))
-            } else {
-                Ok(Prepared::Curved(0))
-            }
-        })
-        .collect::<Result<Vec<_>, FemError>>()?;
+        .map(|_| Prepared::Curved(0))
+        .collect();
+    prepared
+        .par_iter_mut()
+        .with_min_len(ROWS_PER_TASK)
+        .enumerate()
+        .filter(|(cell, _)| mesh.is_affine(*cell))
+        .try_for_each(|(cell, prepared)| {
+            let affine = Affine::new(cell, &mesh.cell_points(cell))?;
+            *prepared = Prepared::Affine(form.share(cell, &affine));
+            Ok::<_, FemError>(())
+        })?;
     let mut curved_cells = Vec::new();
     for (cell, prepared) in prepared.iter_mut().enumerate() {
         if let Prepared::Curved(index) = prepared {

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use crate::columns::{in_passes, split, split_mut};
-use crate::csr::{Rows, check_finite, check_shape, empty, into_rows, positive_diagonal, transpose};
+use crate::csr::{Rows, check_finite, check_shape, empty, into_rows, positive_diagonal};
 use crate::held::Held;
 use crate::node_kernel::{SparseNodes, long_row, node_row};
 use crate::row_blocks::RowBlocks;
+use crate::transpose::transpose;
 use crate::{Csr, LinalgError, LinearOperator};
 
 /// The operator `[K (x) I3, C; C_l^T, M]` on `[3 interleaved components a node | border]`.

@@ -73,13 +73,6 @@ pub(crate) fn into_rows<V: Clone + Default>(
     matrix.into_csr()
 }
 
-/// The transpose, stored by rows.
-pub(crate) fn transpose<V: Clone + Default>(
-    matrix: &CsMatI<V, u32, usize>,
-) -> CsMatI<V, u32, usize> {
-    matrix.transpose_view().to_csr()
-}
-
 /// A matrix without entries.
 pub(crate) fn empty<V>(rows: usize, cols: usize) -> CsMatI<V, u32, usize> {
     CsMatI::new((rows, cols), vec![0; rows + 1], Vec::new(), Vec::new())

@@ -77,6 +77,7 @@ mod saddle;
 mod scalar;
 mod schwarz;
 mod transfer;
+mod transpose;
 mod vector;
 mod warm_start;
 

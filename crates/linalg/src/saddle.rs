@@ -4,11 +4,10 @@ use std::ops::Range;
 
 use crate::bordered::{nodes, nodes_mut};
 use crate::columns::{in_passes, split, split_mut};
-use crate::csr::{
-    Rows, check_finite, check_shape, diagonal, into_rows, positive_diagonal, transpose,
-};
+use crate::csr::{Rows, check_finite, check_shape, diagonal, into_rows, positive_diagonal};
 use crate::node_kernel::long_row;
 use crate::row_blocks::RowBlocks;
+use crate::transpose::transpose;
 use crate::{Bordered, Csr, Csr3, LinalgError, LinearOperator};
 
 /// The system on `[velocity, 3 interleaved components a node | border: m | pressure: np]`:

@@ -4,9 +4,10 @@ use std::borrow::Cow;
 
 use nalgebra::DMatrix;
 
-use crate::csr::{Rows, check_finite, check_shape, into_rows, transpose};
+use crate::csr::{Rows, check_finite, check_shape, into_rows};
 use crate::held::Held;
 use crate::product::{build_rows, kron3_multiply_add, multiply};
+use crate::transpose::transpose;
 use crate::{Bordered, Csr, LinalgError};
 
 /// The prolongation `u_fine = (P (x) I3) u_coarse + Q v`, `v_fine = v_coarse` of nodes and border.

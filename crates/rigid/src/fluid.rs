@@ -174,9 +174,15 @@ impl RigidFluid {
                 corner[(6 * number + axis, 6 * number + axis)] += 2.0 * body.volume;
             }
         }
-        let border = blocks.border(&stiffness, &free_nodes);
-        let interpolation_border = blocks.border(&interpolation, &free_nodes);
-        let rigid_divergence = blocks.rigid_divergence(&divergence);
+        let (border, (interpolation_border, rigid_divergence)) = rayon::join(
+            || blocks.border(&stiffness, &free_nodes),
+            || {
+                rayon::join(
+                    || blocks.border(&interpolation, &free_nodes),
+                    || blocks.rigid_divergence(&divergence),
+                )
+            },
+        );
         let free = |node: usize| free_number[node] != NOT_FREE;
         let (nodes, number) = (free_nodes.len(), &free_number);
         let (stiffness, (divergence, (interpolation, vertex_stiffness))) = rayon::join(

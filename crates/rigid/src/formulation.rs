@@ -194,33 +194,36 @@ impl Constrained {
         let trial = to_csr(&surface_columns);
         let test = rows.is_some().then(|| to_csr(&surface_tests));
         let take = |matrix: &mut Csr| std::mem::replace(matrix, Csr::zero((0, 0)));
-        let a = Bordered::new(
-            take(&mut fluid.stiffness),
-            &fluid.border * &trial,
-            test.as_ref().map(|test| &fluid.border * test),
-            corner,
-        )?
-        .with_held(&fluid.held)?;
+        let stiffness = take(&mut fluid.stiffness);
+        let interpolation = take(&mut fluid.interpolation);
+        let interpolation_border = take(&mut fluid.interpolation_border);
+        let (a, transfer) = rayon::join(
+            || {
+                let left = test.as_ref().map(|test| &fluid.border * test);
+                Bordered::new(stiffness, &fluid.border * &trial, left, corner)?
+                    .with_held(&fluid.held)
+            },
+            || {
+                let transfer = Transfer::new(interpolation, &interpolation_border * &trial)?;
+                match &test {
+                    Some(test) => transfer.with_left_border(&interpolation_border * test),
+                    None => Ok(transfer),
+                }
+            },
+        );
+        drop(interpolation_border);
         let system = SaddleSystem::new(
-            a,
+            a?,
             std::mem::replace(&mut fluid.divergence, linalg::Csr3::zero((0, 0))),
             &fluid.rigid_divergence * &trial,
             test.as_ref().map(|test| &fluid.rigid_divergence * test),
             take(&mut fluid.pressure_mass),
         )?;
-        let mut transfer = Transfer::new(
-            take(&mut fluid.interpolation),
-            &fluid.interpolation_border * &trial,
-        )?;
-        if let Some(test) = &test {
-            transfer = transfer.with_left_border(&fluid.interpolation_border * test)?;
-        }
-        drop(take(&mut fluid.interpolation_border));
         let vertex_stiffness = take(&mut fluid.vertex_stiffness);
         Ok(Self {
             system,
             right,
-            transfer,
+            transfer: transfer?,
             vertex_stiffness,
             gap_stiffness: None,
             columns,

@@ -3,7 +3,7 @@
 use linalg::{Csr, Csr3};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use rayon::prelude::*;
-use sprs::CsMatI;
+use sprs::{CsMatI, CsVecViewI};
 
 use crate::NodeRole;
 
@@ -48,12 +48,19 @@ impl RigidSum {
 impl NodeBlocks<'_> {
     /// `A_{IB} P`: three rows for each of `rows`, six columns a body.
     pub fn border(&self, matrix: &Csr, rows: &[u32]) -> Csr {
+        // most rows meet no body: a byte a node stays in the cache while they are looked through
+        let is_body = |role: &NodeRole| matches!(role, NodeRole::Body(_));
+        let on_body: Vec<bool> = self.roles.iter().map(is_body).collect();
         from_groups(
             6 * self.bodies,
             rows.len(),
             |group, part: &mut Part<f64>| {
                 let mut sums: Vec<RigidSum> = Vec::new();
-                if let Some(view) = matrix.outer_view(rows[group] as usize) {
+                let meets_body = |view: &CsVecViewI<f64, u32>| {
+                    view.indices().iter().any(|&column| on_body[column as usize])
+                };
+                let view = matrix.outer_view(rows[group] as usize);
+                if let Some(view) = view.filter(meets_body) {
                     for (column, &value) in view.iter() {
                         let NodeRole::Body(body) = self.roles[column] else {
                             continue;

@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use fem::TaylorHood;
+use fem::{StokesMatrices, TaylorHood};
 use linalg::{KrylovParams, fgmres};
 use mesh::{Body, Container, GenerateParams, Surface, TetMesh, generate};
 use nalgebra::Vector3;
@@ -61,13 +61,20 @@ pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<(Loads, Cos
             roles[node as usize] = role;
         }
     }
+    let StokesMatrices {
+        stiffness,
+        divergence,
+        pressure_mass,
+        interpolation,
+        vertex_stiffness,
+    } = space.matrices(&mesh)?;
     let fluid = RigidFluid::new(
         FluidMatrices {
-            stiffness: space.stiffness(&mesh)?,
-            divergence: space.divergence(&mesh)?,
-            pressure_mass: space.pressure_mass(&mesh)?,
-            interpolation: space.vertex_interpolation(&mesh)?,
-            vertex_stiffness: space.vertex_stiffness(&mesh)?,
+            stiffness,
+            divergence,
+            pressure_mass,
+            interpolation,
+            vertex_stiffness,
             points: mesh.points(),
             roles: &roles,
             on_planes: Vec::new(),

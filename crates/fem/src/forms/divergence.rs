@@ -3,7 +3,7 @@
 use linalg::Csr3;
 use mesh::{TET_EDGES, TetMesh, Vec3};
 
-use crate::assemble::Form;
+use crate::assemble::{Form, on_pattern};
 use crate::geometry::{Affine, CellNodes, MapAt};
 use crate::quadrature::degree_5;
 use crate::reference::linear_mass;
@@ -22,13 +22,9 @@ impl TaylorHood {
     pub fn divergence(&self, mesh: &TetMesh) -> Result<Csr3, FemError> {
         let row_starts = &self.pattern.row_starts[..=self.n_vertices()];
         let values = self.assemble(mesh, row_starts, &Divergence)?;
-        let columns = self.pattern.columns[..values.len()].to_vec();
-        Ok(Csr3::new(
-            (self.n_vertices(), self.n_points()),
-            row_starts.to_vec(),
-            columns,
-            values,
-        ))
+        let shape = (self.n_vertices(), self.n_points());
+        let columns = &self.pattern.columns[..values.len()];
+        Ok(on_pattern(shape, row_starts, columns, values))
     }
 }
 

@@ -23,16 +23,7 @@ impl TaylorHood {
     /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
     pub fn stiffness(&self, mesh: &TetMesh) -> Result<Csr, FemError> {
         let values = self.assemble(mesh, &self.pattern.row_starts, &Stiffness)?;
-        let (starts, columns) = (
-            self.pattern.row_starts.clone(),
-            self.pattern.columns.clone(),
-        );
-        Ok(Csr::new(
-            (self.n_points(), self.n_points()),
-            starts,
-            columns,
-            values,
-        ))
+        Ok(self.on_nodes(values))
     }
 }
 

@@ -3,7 +3,7 @@
 use linalg::Csr;
 use mesh::{TET_EDGES, TetMesh};
 
-use crate::assemble::Form;
+use crate::assemble::{Form, on_pattern};
 use crate::geometry::{Affine, CellNodes, MapAt};
 use crate::quadrature::degree_5;
 use crate::validate::check_array;
@@ -53,13 +53,9 @@ impl TaylorHood {
         form: &F,
     ) -> Result<Csr, FemError> {
         let values = self.assemble(mesh, &self.vertex_row_starts, form)?;
-        let (starts, columns) = (self.vertex_row_starts.clone(), self.vertex_columns.clone());
-        Ok(Csr::new(
-            (self.n_vertices(), self.n_vertices()),
-            starts,
-            columns,
-            values,
-        ))
+        let shape = (self.n_vertices(), self.n_vertices());
+        let (starts, columns) = (&self.vertex_row_starts, &self.vertex_columns);
+        Ok(on_pattern(shape, starts, columns, values))
     }
 }
 

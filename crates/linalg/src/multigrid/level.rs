@@ -3,9 +3,10 @@
 use std::array::from_fn;
 
 use super::vectors::{Columns, Vectors};
-use crate::csr::{Csr32, Rounded, Rows, to_f32, transpose};
+use crate::csr::{Csr32, Rounded, Rows, to_f32};
 use crate::node_kernel::{SparseNodes, long_row, padded_row};
 use crate::row_blocks::RowBlocks;
+use crate::transpose::transpose;
 use crate::{Bordered, Transfer};
 
 /// A level above the coarsest. The smoother moves nodes only; border unknowns are the coarsest level's business.

@@ -158,9 +158,15 @@ impl Multigrid {
         let diagonal = positive_diagonal("stiffness matrix", operator.stiffness())?;
         let transfer = &*transfer.hold(operator.held());
         let mut builder = Builder::new(&diagonal, params);
-        let upper = chebyshev::upper_bound(operator.stiffness(), &diagonal)?;
-        builder.push(operator, transfer, &diagonal, upper);
-        let coarse = transfer.galerkin(operator, coarse_stiffness.map(csr::into_rows));
+        let (pushed, coarse) = rayon::join(
+            || {
+                let upper = chebyshev::upper_bound(operator.stiffness(), &diagonal)?;
+                builder.push(operator, transfer, &diagonal, upper);
+                Ok(())
+            },
+            || transfer.galerkin(operator, coarse_stiffness.map(csr::into_rows)),
+        );
+        pushed?;
         builder.aggregate(Cow::Owned(coarse))
     }
 
@@ -227,8 +233,12 @@ impl<'a> Builder<'a> {
             else {
                 break;
             };
-            self.push(&operator, &transfer, &diagonal, upper);
-            operator = Cow::Owned(transfer.galerkin(&operator, None));
+            let (fine, coarse) = (&operator, &transfer);
+            let ((), coarse) = rayon::join(
+                || self.push(fine, coarse, &diagonal, upper),
+                || coarse.galerkin(fine, None),
+            );
+            operator = Cow::Owned(coarse);
         }
         self.record(&operator);
         Ok(Multigrid {

@@ -3,7 +3,7 @@
 use std::iter::{once, repeat};
 use std::time::Instant;
 
-use fem::{Chords, RoundPart, SurplusSpace, TaylorHood};
+use fem::{Chords, RoundPart, StokesMatrices, SurplusSpace, TaylorHood};
 use linalg::{
     BlockDiagonal, BlockTriangular, KrylovParams, LinalgError, SaddleLdlt, SaddleSystem, Schwarz,
     SchwarzParams, SolveReport, WarmStart, fgmres, fgmres_columns, minres,
@@ -220,13 +220,20 @@ pub fn assemble(
             volume: fem::surface_measures(mesh, tag)?.volume,
         });
     }
+    let StokesMatrices {
+        stiffness,
+        divergence,
+        pressure_mass,
+        interpolation,
+        vertex_stiffness,
+    } = space.matrices(mesh)?;
     let fluid = RigidFluid::new(
         FluidMatrices {
-            stiffness: space.stiffness(mesh)?,
-            divergence: space.divergence(mesh)?,
-            pressure_mass: space.pressure_mass(mesh)?,
-            interpolation: space.vertex_interpolation(mesh)?,
-            vertex_stiffness: space.vertex_stiffness(mesh)?,
+            stiffness,
+            divergence,
+            pressure_mass,
+            interpolation,
+            vertex_stiffness,
             points: mesh.points(),
             roles: &roles,
             on_planes: mesh.nodes_on_mirrors(),

@@ -1,0 +1,128 @@
+//! The transpose of a compressed-row matrix, in parallel.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+use sprs::CsMatI;
+
+use crate::csr::Rows;
+
+/// Tasks that gather rows of the transpose: enough to balance the work, few enough that searching every row for each of them costs little.
+const TASKS: usize = 8;
+
+/// Entries a row and task from which on several tasks pay for their searches.
+const ENTRIES_A_SEARCH: usize = 4;
+
+/// The transpose, stored by rows.
+///
+/// A task owns a range of its rows: an interval of columns in every row of `matrix`, found by bisection, for columns are sorted.
+/// Cost: two passes over `matrix`. There is one transpose, whatever the tasks.
+pub(crate) fn transpose<V: Copy + Default + Send + Sync>(
+    matrix: &CsMatI<V, u32, usize>,
+) -> CsMatI<V, u32, usize> {
+    let (from, cols) = (Rows::of(matrix), matrix.cols());
+    let searched = ENTRIES_A_SEARCH * TASKS * matrix.rows();
+    let tasks = if from.entries_len() < searched {
+        1
+    } else {
+        TASKS
+    };
+    let ranges: Vec<Range<usize>> = (0..tasks)
+        .map(|task| task * cols / tasks..(task + 1) * cols / tasks)
+        .collect();
+    let counts: Vec<Vec<usize>> = ranges
+        .par_iter()
+        .map(|range| {
+            let mut counts = vec![0; range.len()];
+            visit(from, range, |_, column, _| counts[column] += 1);
+            counts
+        })
+        .collect();
+    let mut starts = Vec::with_capacity(cols + 1);
+    starts.push(0);
+    let mut end = 0;
+    for count in counts.into_iter().flatten() {
+        end += count;
+        starts.push(end);
+    }
+    let mut columns = vec![0; end];
+    let mut values = vec![V::default(); end];
+    let mut places = Vec::with_capacity(tasks);
+    let (mut later_columns, mut later_values) = (&mut columns[..], &mut values[..]);
+    for range in ranges {
+        let own = starts[range.end] - starts[range.start];
+        let (columns, others) = later_columns.split_at_mut(own);
+        later_columns = others;
+        let (values, others) = later_values.split_at_mut(own);
+        later_values = others;
+        places.push((range, columns, values));
+    }
+    places
+        .into_par_iter()
+        .for_each(|(range, columns, values)| {
+            let first = starts[range.start];
+            let mut next: Vec<usize> = starts[range.clone()].iter().map(|s| s - first).collect();
+            visit(from, &range, |row, column, value| {
+                let place = &mut next[column];
+                columns[*place] = row;
+                values[*place] = value;
+                *place += 1;
+            });
+        });
+    CsMatI::new((cols, matrix.rows()), starts, columns, values)
+}
+
+/// Calls `take(row, column - range.start, value)` for the entries whose columns lie in a range, row by row.
+#[inline(always)]
+fn visit<V: Copy>(
+    matrix: Rows<'_, V>,
+    range: &Range<usize>,
+    mut take: impl FnMut(u32, usize, V),
+) {
+    for row in 0..matrix.indptr.len() - 1 {
+        let (columns, values) = matrix.entries(row);
+        let first = columns.partition_point(|&column| (column as usize) < range.start);
+        for (&column, &value) in columns[first..].iter().zip(&values[first..]) {
+            if column as usize >= range.end {
+                break;
+            }
+            take(row as u32, column as usize - range.start, value);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::Csr;
+
+    proptest! {
+        /// Few and many entries a row, with one task and with several.
+        #[test]
+        fn every_entry_changes_row_and_column(
+            cols in 1..90usize,
+            lengths in proptest::collection::vec(0..90usize, 0..12),
+        ) {
+            let rows: Vec<Vec<u32>> = lengths
+                .iter()
+                .enumerate()
+                .map(|(i, &length)| {
+                    let mut columns: Vec<u32> = (0..length)
+                        .map(|k| ((7 * i + 31 * k) % cols) as u32)
+                        .collect();
+                    columns.sort_unstable();
+                    columns.dedup();
+                    columns
+                })
+                .collect();
+            let mut starts = vec![0];
+            rows.iter().for_each(|row| starts.push(starts[starts.len() - 1] + row.len()));
+            let columns = rows.concat();
+            let values = (0..columns.len()).map(|k| k as f64 + 1.0).collect();
+            let matrix = Csr::new((rows.len(), cols), starts, columns, values);
+            prop_assert_eq!(transpose(&matrix), matrix.transpose_view().to_csr());
+        }
+    }
+}
