@@ -57,28 +57,22 @@ pub(crate) fn transpose<V: Copy + Default + Send + Sync>(
         later_values = others;
         places.push((range, columns, values));
     }
-    places
-        .into_par_iter()
-        .for_each(|(range, columns, values)| {
-            let first = starts[range.start];
-            let mut next: Vec<usize> = starts[range.clone()].iter().map(|s| s - first).collect();
-            visit(from, &range, |row, column, value| {
-                let place = &mut next[column];
-                columns[*place] = row;
-                values[*place] = value;
-                *place += 1;
-            });
+    places.into_par_iter().for_each(|(range, columns, values)| {
+        let first = starts[range.start];
+        let mut next: Vec<usize> = starts[range.clone()].iter().map(|s| s - first).collect();
+        visit(from, &range, |row, column, value| {
+            let place = &mut next[column];
+            columns[*place] = row;
+            values[*place] = value;
+            *place += 1;
         });
+    });
     CsMatI::new((cols, matrix.rows()), starts, columns, values)
 }
 
 /// Calls `take(row, column - range.start, value)` for the entries whose columns lie in a range, row by row.
 #[inline(always)]
-fn visit<V: Copy>(
-    matrix: Rows<'_, V>,
-    range: &Range<usize>,
-    mut take: impl FnMut(u32, usize, V),
-) {
+fn visit<V: Copy>(matrix: Rows<'_, V>, range: &Range<usize>, mut take: impl FnMut(u32, usize, V)) {
     for row in 0..matrix.indptr.len() - 1 {
         let (columns, values) = matrix.entries(row);
         let first = columns.partition_point(|&column| (column as usize) < range.start);

@@ -6,7 +6,8 @@ use linalg::{Csr, Csr3};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::articulation::check_length;
-use crate::node_blocks::{NOT_FREE, NodeBlocks, free_block};
+use crate::node_blocks::{NOT_FREE, NodeBlocks, block};
+use crate::node_order;
 use crate::{Mirrors, RigidError};
 
 /// What determines the velocity of a node.
@@ -78,7 +79,7 @@ pub struct RigidFluid {
     pub rigid_divergence: Csr,
     /// The rigid part of values interpolated from vertices: three rows a free node, six columns a body.
     pub interpolation_border: Csr,
-    /// Node number of each free node.
+    /// Node number of each free node, in the order of the unknowns.
     pub free_nodes: Vec<u32>,
     /// Free nodes on mirror planes by their number among the free ones, with the components that are zero there.
     pub held: Vec<(u32, [bool; 3])>,
@@ -90,7 +91,7 @@ pub struct RigidFluid {
 impl RigidFluid {
     /// Sorts nodes into free, fixed and body nodes and gathers the border of the bodies.
     ///
-    /// Cost: one pass over the matrices, in place. The same for any number of threads.
+    /// Free nodes are renumbered so that neighbours lie close together. Cost: three passes over the matrices. The same for any number of threads.
     ///
     /// # Errors
     /// Arrays or matrices whose sizes do not fit, or a role that names a body that does not exist.
@@ -132,14 +133,13 @@ impl RigidFluid {
                 found: count,
             });
         }
-        let free_nodes: Vec<u32> = (0..nodes as u32)
-            .filter(|&node| roles[node as usize] == NodeRole::Free)
+        let is_free = |node: usize| roles[node] == NodeRole::Free;
+        let free_nodes = node_order::free_nodes(&interpolation, is_free);
+        let free_number = numbers(nodes, &free_nodes);
+        let free_vertices: Vec<u32> = (0..vertices as u32)
+            .filter(|&vertex| is_free(vertex as usize))
             .collect();
-        let free_vertices = free_nodes.partition_point(|&node| (node as usize) < vertices);
-        let mut free_number = vec![NOT_FREE; nodes];
-        for (number, &node) in free_nodes.iter().enumerate() {
-            free_number[node as usize] = number as u32;
-        }
+        let vertex_number = numbers(vertices, &free_vertices);
         let mirrors = Mirrors::of(&on_planes);
         for (number, body) in bodies.iter().enumerate() {
             let off = body.centre.iter().zip(mirrors.planes);
@@ -150,13 +150,14 @@ impl RigidFluid {
                 });
             }
         }
-        let held = on_planes
+        let mut held: Vec<(u32, [bool; 3])> = on_planes
             .iter()
             .filter_map(|&(node, planes)| {
                 let number = *free_number.get(node as usize)?;
                 (number != NOT_FREE).then_some((number, planes))
             })
             .collect();
+        held.sort_unstable_by_key(|&(number, _)| number);
         let arms: Vec<Vector3<f64>> = (0..nodes)
             .map(|node| match roles[node] {
                 NodeRole::Body(body) => points[node] - bodies[body as usize].centre,
@@ -183,19 +184,17 @@ impl RigidFluid {
                 )
             },
         );
-        let free = |node: usize| free_number[node] != NOT_FREE;
-        let (nodes, number) = (free_nodes.len(), &free_number);
+        let all_pressures: Vec<u32> = (0..divergence.rows() as u32).collect();
         let (stiffness, (divergence, (interpolation, vertex_stiffness))) = rayon::join(
-            || free_block(stiffness, free, number, nodes),
+            || block(stiffness, &free_nodes, &free_number, free_nodes.len()),
             || {
-                rayon::join(
-                    || free_block(divergence, |_| true, number, nodes),
-                    || {
-                        (
-                            free_block(interpolation, free, number, free_vertices),
-                            free_block(vertex_stiffness, free, number, free_vertices),
-                        )
-                    },
+                let (nodes, vertices) = (free_nodes.len(), free_vertices.len());
+                (
+                    block(divergence, &all_pressures, &free_number, nodes),
+                    (
+                        block(interpolation, &free_nodes, &vertex_number, vertices),
+                        block(vertex_stiffness, &free_vertices, &vertex_number, vertices),
+                    ),
                 )
             },
         );
@@ -298,6 +297,15 @@ impl RigidFluid {
         add_transposed(&self.rigid_divergence, pressure, &mut forces);
         self.mirrors.whole(forces)
     }
+}
+
+/// The place of each of `0..len` in a list; [`NOT_FREE`] for those that are not in it.
+fn numbers(len: usize, list: &[u32]) -> Vec<u32> {
+    let mut numbers = vec![NOT_FREE; len];
+    for (number, &item) in list.iter().enumerate() {
+        numbers[item as usize] = number as u32;
+    }
+    numbers
 }
 
 /// `y += A^T x` for a matrix with few columns; serial, so the order of the sum is fixed.

@@ -40,6 +40,7 @@ mod link_loads;
 mod mirror;
 mod motion;
 mod node_blocks;
+mod node_order;
 mod null_space;
 mod resistance;
 

@@ -1,0 +1,50 @@
+//! The order of the free nodes among the unknowns.
+
+use linalg::Csr;
+
+/// The free nodes: each vertex is followed by the midside nodes of which it is the lower end. `interpolation` tells the ends of a node, its columns.
+///
+/// Rows and columns then refer to unknowns that lie close together. Meshes number all vertices before all midside nodes; in that order a product of
+/// the stiffness with three components takes 1.3 to 1.8 times as long, in f32 1.3 to 1.7 (111, 294 and 698 thousand nodes, one core, Nov 2026; along
+/// a Hilbert curve, midside nodes among vertices: 1.2 to 1.3 and 1.1 to 1.5 times).
+pub(crate) fn free_nodes(interpolation: &Csr, is_free: impl Fn(usize) -> bool) -> Vec<u32> {
+    let vertices = interpolation.cols();
+    let lower_end = |node: usize| {
+        let row = interpolation.outer_view(node);
+        row.and_then(|row| row.indices().first().copied())
+            .map_or(vertices, |vertex| vertex as usize)
+    };
+    let free = || (0..interpolation.rows()).filter(|&node| is_free(node));
+    let mut next = vec![0; vertices + 2];
+    free().for_each(|node| next[lower_end(node) + 1] += 1);
+    for vertex in 0..=vertices {
+        next[vertex + 1] += next[vertex];
+    }
+    let mut order = vec![0; next[vertices + 1]];
+    for node in free() {
+        let place = &mut next[lower_end(node)];
+        order[*place] = node as u32;
+        *place += 1;
+    }
+    order
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Vertices 0, 1, 2 and the nodes 3 between 0 and 1, 4 between 1 and 2, 5 between 0 and 2; vertex 1 is not free.
+    #[test]
+    fn midside_nodes_follow_their_lower_end() {
+        let interpolation = Csr::new(
+            (6, 3),
+            vec![0, 1, 2, 3, 5, 7, 9],
+            vec![0, 1, 2, 0, 1, 1, 2, 0, 2],
+            vec![1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5],
+        );
+        assert_eq!(
+            free_nodes(&interpolation, |node| node != 1),
+            [0, 3, 5, 4, 2]
+        );
+    }
+}
