@@ -9,7 +9,7 @@ use crate::topology::EdgeIndex;
 /// Cost: O(edges). Each connected part is ordered by itself.
 ///
 /// Measured (product of a scalar P2 matrix with three vectors, 98 994 points, vertices first, one thread, Nov 2026): this order
-/// 1.5 to 1.6 ns an entry, a Hilbert curve the same, a random order 2.1; vertices among midside nodes would gain 5 %.
+/// 1.5 to 1.6 ns an entry, a Hilbert curve the same, a random order 2.1. Solvers gain more from midside nodes among vertices, and number them so themselves.
 pub(crate) fn reverse_cuthill_mckee(n_vertices: usize, edges: &EdgeIndex) -> Vec<u32> {
     let graph = Graph::new(n_vertices, edges);
     let mut order = Vec::with_capacity(n_vertices);

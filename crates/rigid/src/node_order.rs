@@ -5,8 +5,8 @@ use linalg::Csr;
 /// The free nodes: each vertex is followed by the midside nodes of which it is the lower end. `interpolation` tells the ends of a node, its columns.
 ///
 /// Rows and columns then refer to unknowns that lie close together. Meshes number all vertices before all midside nodes; in that order a product of
-/// the stiffness with three components takes 1.3 to 1.8 times as long, in f32 1.3 to 1.7 (111, 294 and 698 thousand nodes, one core, Nov 2026; along
-/// a Hilbert curve, midside nodes among vertices: 1.2 to 1.3 and 1.1 to 1.5 times).
+/// the stiffness with three components takes 1.2, 1.9, 1.7 times as long, in f32 1.3, 1.4, 1.8 (111, 294 and 698 thousand nodes, one core, Nov 2026;
+/// along a Hilbert curve, midside nodes among vertices, 1.2 to 1.3 and 1.1 to 1.5 times).
 pub(crate) fn free_nodes(interpolation: &Csr, is_free: impl Fn(usize) -> bool) -> Vec<u32> {
     let vertices = interpolation.cols();
     let lower_end = |node: usize| {

@@ -17,7 +17,7 @@ impl TaylorHood {
     /// velocities vanish or are rigid on the boundary, once `2 |B_h| omega . Omega` is added for each turning body.
     /// Affine cells are exact. On curved cells the integrand is rational (degree 6 over the cubic Jacobian) and the
     /// 14-point rule of degree 5 leaves an error of higher order than the element's own.
-    /// Cost: about 0.6 us an affine cell and core, half of it first touch of the result's memory; 4 us and 800 bytes
+    /// Cost: about 0.6 us an affine cell and core; 4 us and 800 bytes
     /// of scratch a curved cell.
     /// # Errors
     /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
