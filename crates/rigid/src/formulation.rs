@@ -6,67 +6,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use crate::articulation::check_length;
 use crate::imposed::{clear, imposed_right};
 use crate::link_loads::LinkLoads;
-use crate::{
-    Articulation, BodyKind, Constraints, Imposed, Mirrors, RigidError, RigidFluid, StateVelocity,
-};
-
-/// What drives an articulated set at one instant.
-#[derive(Clone, Debug)]
-pub struct Drive<'a> {
-    /// The bodies and their links.
-    pub set: &'a Articulation,
-    /// The constraints of the links at this instant.
-    pub constraints: &'a Constraints,
-    /// External force and torque on each body (points take a force only).
-    pub loads: &'a [Load],
-}
-
-/// External force and torque on a body.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Load {
-    /// Force.
-    pub force: Vector3<f64>,
-    /// Torque about the body's centre.
-    pub torque: Vector3<f64>,
-}
-
-impl Drive<'_> {
-    /// External loads as work-conjugate of the generalised velocities.
-    ///
-    /// # Errors
-    /// A list of loads of the wrong length.
-    pub fn generalised_loads(&self) -> Result<DVector<f64>, RigidError> {
-        check_length(
-            "loads on the bodies",
-            self.loads.len(),
-            self.set.kinds().len(),
-        )?;
-        let layout = &self.constraints.layout;
-        let mut loads = DVector::zeros(layout.len());
-        for (body, load) in self.loads.iter().enumerate() {
-            let first = layout.body(body);
-            loads.fixed_rows_mut::<3>(first).copy_from(&load.force);
-            if self.set.kinds()[body] == BodyKind::Rigid {
-                loads.fixed_rows_mut::<3>(first + 3).copy_from(&load.torque);
-            }
-        }
-        Ok(loads)
-    }
-
-    /// The loads of the links that balance the forces `(F, T)` of the rigid bodies on the fluid, as [`Flow::link_loads`]:
-    /// for models of the fluid that know resistances only.
-    ///
-    /// # Errors
-    /// Links that contradict each other, lists of the wrong length.
-    pub fn link_loads(&self, forces: &DVector<f64>) -> Result<DVector<f64>, RigidError> {
-        check_length(
-            "forces and torques of the rigid bodies",
-            forces.len(),
-            self.set.surface_velocities().len(),
-        )?;
-        self.reduced(Mirrors::default())?.1.balancing(forces)
-    }
-}
+use crate::{Articulation, Drive, Imposed, RigidError, RigidFluid, StateVelocity};
 
 /// A way to impose the links' constraints on the flow around rigid bodies.
 pub trait Formulation: Sync {
@@ -143,7 +83,7 @@ pub struct Flow {
     pub bodies: DVector<f64>,
     /// `(F, T)` that each rigid body exerts on the fluid.
     pub forces: DVector<f64>,
-    /// The loads that links put on bodies, one a row of [`Constraints::matrix`]: bodies get `C^T link_loads` besides the
+    /// The loads that links put on bodies, one a row of [`Constraints::matrix`](crate::Constraints::matrix): bodies get `C^T link_loads` besides the
     /// external loads. Redundant rows carry zero. Rows 3l, 3l+1, 3l+2 are the force of link l on its `body`, its opposite
     /// acts on `to`; after the links come the torques of clamps.
     pub link_loads: DVector<f64>,
