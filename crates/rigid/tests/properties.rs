@@ -205,7 +205,11 @@ proptest! {
         }
         let k3 = dense.kronecker(&DMatrix::identity(3, 3));
         let b_dense = DMatrix::from_fn(vertices, 3 * nodes, |i, j| b[j % 3][(i, j / 3)]);
-        let free: Vec<usize> = (0..nodes).filter(|&i| roles[i] == NodeRole::Free).collect();
+        // the order of the unknowns is the fluid's own
+        let free: Vec<usize> = fluid.free_nodes.iter().map(|&node| node as usize).collect();
+        let mut ascending = free.clone();
+        ascending.sort_unstable();
+        prop_assert!(ascending.into_iter().eq((0..nodes).filter(|&i| roles[i] == NodeRole::Free)));
         let free_rows: Vec<usize> = free.iter().flat_map(|i| 3 * i..3 * i + 3).collect();
         let kp = &k3 * &p;
         // Sums of at most 10 terms of size 1: a few rounding errors.
@@ -223,6 +227,11 @@ proptest! {
         let j3 = interpolation.kronecker(&DMatrix::identity(3, 3));
         let p_vertices = p.rows(0, 3 * vertices).into_owned();
         prop_assert!(close(&to_dense(&fluid.interpolation_border), &(j3 * p_vertices).select_rows(&free_rows)));
+        let free_vertices: Vec<usize> = (0..vertices).filter(|&i| roles[i] == NodeRole::Free).collect();
+        prop_assert!(close(
+            &to_dense(&fluid.interpolation),
+            &interpolation.select_rows(&free).select_columns(&free_vertices),
+        ));
     }
 }
 
