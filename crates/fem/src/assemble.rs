@@ -133,16 +133,25 @@ fn prepare<const R: usize, const C: usize, F: Form<R, C>>(
         .with_min_len(ROWS_PER_TASK)
         .map(|_| Prepared::Curved(0))
         .collect();
-    prepared
+    // In place, for results are collected in lists that one thread joins. The lowest cell is named, whichever thread meets its own first.
+    let refused = prepared
         .par_iter_mut()
         .with_min_len(ROWS_PER_TASK)
         .enumerate()
         .filter(|(cell, _)| mesh.is_affine(*cell))
-        .try_for_each(|(cell, prepared)| {
-            let affine = Affine::new(cell, &mesh.cell_points(cell))?;
-            *prepared = Prepared::Affine(form.share(cell, &affine));
-            Ok::<_, FemError>(())
-        })?;
+        .filter_map(
+            |(cell, prepared)| match Affine::new(cell, &mesh.cell_points(cell)) {
+                Ok(affine) => {
+                    *prepared = Prepared::Affine(form.share(cell, &affine));
+                    None
+                }
+                Err(error) => Some((cell, error)),
+            },
+        )
+        .min_by_key(|(cell, _)| *cell);
+    if let Some((_, error)) = refused {
+        return Err(error);
+    }
     let mut curved_cells = Vec::new();
     for (cell, prepared) in prepared.iter_mut().enumerate() {
         if let Prepared::Curved(index) = prepared {
@@ -150,9 +159,9 @@ fn prepare<const R: usize, const C: usize, F: Form<R, C>>(
             curved_cells.push(cell);
         }
     }
-    let curved = curved_cells
-        .into_par_iter()
-        .map(|cell| form.curved(cell, &mesh.cell_points(cell)))
-        .collect::<Result<Vec<_>, _>>()?;
+    let matrix = |&cell: &usize| form.curved(cell, &mesh.cell_points(cell));
+    let curved: Result<Vec<_>, _> = curved_cells.par_iter().map(matrix).collect();
+    // again, for the first error in the order of the cells
+    let curved = curved.or_else(|_| curved_cells.iter().map(matrix).collect())?;
     Ok((prepared, curved))
 }

@@ -48,6 +48,15 @@ fn everything(threads: usize) -> Vec<u64> {
             numbers.extend(matrix.data());
             numbers.extend(matrix.indices().iter().map(|&column| f64::from(column)));
         }
+        let all = space.matrices(&mesh).unwrap();
+        assert_eq!(all.stiffness, space.stiffness(&mesh).unwrap());
+        assert_eq!(all.divergence, space.divergence(&mesh).unwrap());
+        assert_eq!(all.pressure_mass, space.pressure_mass(&mesh).unwrap());
+        assert_eq!(all.vertex_stiffness, space.vertex_stiffness(&mesh).unwrap());
+        assert_eq!(
+            all.interpolation,
+            space.vertex_interpolation(&mesh).unwrap()
+        );
         numbers.into_iter().map(f64::to_bits).collect()
     })
 }

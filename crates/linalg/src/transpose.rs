@@ -13,10 +13,10 @@ const TASKS: usize = 8;
 /// Entries a row and task from which on several tasks pay for their searches.
 const ENTRIES_A_SEARCH: usize = 4;
 
-/// The transpose, stored by rows.
+/// The transpose of a matrix stored by rows, stored by rows.
 ///
 /// A task owns a range of its rows: an interval of columns in every row of `matrix`, found by bisection, for columns are sorted.
-/// Cost: two passes over `matrix`. There is one transpose, whatever the tasks.
+/// Cost: two passes over `matrix`, two bisections a row and task. The result does not depend on the number of tasks.
 pub(crate) fn transpose<V: Copy + Default + Send + Sync>(
     matrix: &CsMatI<V, u32, usize>,
 ) -> CsMatI<V, u32, usize> {

@@ -23,7 +23,8 @@ const DEPENDENT: f64 = 1e-8;
 /// only within the tolerance. For answers that are *bitwise* those of an uninterrupted run a checkpoint has to carry
 /// [`solutions`](WarmStart::solutions) in their order, all digits of them, to be given to [`remember`](WarmStart::remember) on return.
 ///
-/// Cost: one product with `A` (several a pass, [`LinearOperator::apply_columns`]) and one pass over the others a remembered solution; 8 bytes an unknown each, and another 8 while a guess is made.
+/// Cost: one product with `A` (several a pass, [`LinearOperator::apply_columns`]) and one pass over the others a remembered solution; 8 bytes an unknown each,
+/// another 16 while guesses are made, and 8 a right-hand side.
 ///
 /// ```
 /// use linalg::{Bordered, Csr, LinearOperator, WarmStart};

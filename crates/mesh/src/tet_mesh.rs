@@ -37,7 +37,7 @@ pub(crate) struct Topology {
 /// A mesh of 10-node (isoparametric quadratic) tetrahedra with named boundary parts.
 ///
 /// Points are numbered vertices first (`0..n_vertices`), then midside nodes, so a P1 unknown is a
-/// vertex index and a P2 unknown is a point index. A straight-sided mesh is one whose midside
+/// vertex index and a P2 function a point index (solvers may number their unknowns anew). A straight-sided mesh is one whose midside
 /// nodes are the midpoints of their edges. Every mesh is valid: its cells are one-to-one images of the reference
 /// tet, and each face of their boundary has one tag. Copies share the topology.
 ///

@@ -27,6 +27,7 @@ impl Formulation for DirectRows {
         rows.columns_mut(0, balances).copy_from(&all.basis);
         let mut constraints = DMatrix::zeros(velocities, velocities);
         constraints.rows_mut(balances, held.nrows()).copy_from(held);
+        let loads = link_loads.external().clone();
         let border = Border {
             columns: DMatrix::identity(velocities, velocities),
             rows: Some(rows),
@@ -35,11 +36,6 @@ impl Formulation for DirectRows {
             link_loads: Some(link_loads),
             first_multiplier: None,
         };
-        Constrained::build(
-            fluid,
-            border,
-            drive.set.surface_velocities(),
-            &drive.generalised_loads()?,
-        )
+        Constrained::build(fluid, border, drive.set.surface_velocities(), &loads)
     }
 }

@@ -17,6 +17,7 @@ impl Formulation for Eliminated {
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
         let (all, link_loads) = drive.reduced(fluid.mirrors())?;
+        let loads = link_loads.external().clone();
         let border = Border {
             columns: all.basis,
             rows: None,
@@ -25,11 +26,6 @@ impl Formulation for Eliminated {
             link_loads: Some(link_loads),
             first_multiplier: None,
         };
-        Constrained::build(
-            fluid,
-            border,
-            drive.set.surface_velocities(),
-            &drive.generalised_loads()?,
-        )
+        Constrained::build(fluid, border, drive.set.surface_velocities(), &loads)
     }
 }

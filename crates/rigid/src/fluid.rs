@@ -32,7 +32,7 @@ pub struct SurfaceBody {
 
 /// Finite-element matrices over all nodes, Dirichlet nodes included, for viscosity 1.
 ///
-/// Owned: [`RigidFluid::new`] keeps their memory.
+/// Owned: [`RigidFluid::new`] frees each matrix once its block stands.
 #[derive(Clone)]
 pub struct FluidMatrices<'a> {
     /// Scalar stiffness $K_{ij} = \int \nabla N_i \cdot \nabla N_j$, nodes x nodes.
@@ -61,15 +61,15 @@ pub struct FluidMatrices<'a> {
 /// (by the divergence theorem in the body; without it torques are a third too small).
 #[derive(Clone, Debug)]
 pub struct RigidFluid {
-    /// Scalar stiffness of the free nodes.
+    /// Scalar stiffness of the free nodes, in the order of [`free_nodes`](Self::free_nodes).
     pub stiffness: Csr,
-    /// Divergence, pressure unknowns x free nodes.
+    /// Divergence, pressure unknowns x free nodes in that order.
     pub divergence: Csr3,
     /// Pressure mass matrix.
     pub pressure_mass: Csr,
-    /// Values at free nodes from values at free vertices.
+    /// Values at free nodes in that order from values at free vertices, ascending.
     pub interpolation: Csr,
-    /// Stiffness of the free vertices.
+    /// Stiffness of the free vertices, ascending.
     pub vertex_stiffness: Csr,
     /// $K_{IB} P$: three rows a free node, six columns a body.
     pub border: Csr,
@@ -106,8 +106,24 @@ impl RigidFluid {
             roles,
             on_planes,
         } = matrices;
+        // compressed matrices may also hold columns
+        let (stiffness, interpolation) = (stiffness.into_csr(), interpolation.into_csr());
+        let (divergence, vertex_stiffness) = (divergence.into_csr(), vertex_stiffness.into_csr());
         let nodes = points.len();
         let vertices = vertex_stiffness.rows();
+        if vertices > nodes {
+            return Err(RigidError::Length {
+                what: "nodes, vertices among them",
+                expected: vertices,
+                found: nodes,
+            });
+        }
+        check_length(
+            "columns of the vertices' stiffness",
+            vertex_stiffness.cols(),
+            vertices,
+        )?;
+        check_length("columns of the stiffness", stiffness.cols(), nodes)?;
         check_length("roles of the nodes", roles.len(), nodes)?;
         check_length("rows of the stiffness", stiffness.rows(), nodes)?;
         check_length("columns of the divergence", divergence.cols(), nodes)?;
@@ -314,5 +330,75 @@ fn add_transposed(matrix: &Csr, x: &[f64], y: &mut DVector<f64>) {
         for (column, &entry) in row.iter() {
             y[column] += entry * value;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn identity(rows: usize, cols: usize) -> Csr {
+        let ends = (0..=rows).map(|row| row.min(cols)).collect();
+        let entries = rows.min(cols);
+        let columns = (0..entries as u32).collect();
+        Csr::new((rows, cols), ends, columns, vec![1.0; entries])
+    }
+
+    /// Four nodes, two of them vertices.
+    fn matrices<'a>(points: &'a [Vector3<f64>], roles: &'a [NodeRole]) -> FluidMatrices<'a> {
+        FluidMatrices {
+            stiffness: identity(4, 4),
+            divergence: Csr3::zero((2, 4)),
+            pressure_mass: identity(2, 2),
+            interpolation: identity(4, 2),
+            vertex_stiffness: identity(2, 2),
+            points,
+            roles,
+            on_planes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn matrices_that_do_not_fit_are_refused() {
+        let (points, roles) = ([Vector3::zeros(); 4], [NodeRole::Free; 4]);
+        let fluid = |change: &dyn Fn(&mut FluidMatrices)| {
+            let mut matrices = matrices(&points, &roles);
+            change(&mut matrices);
+            RigidFluid::new(matrices, &[])
+        };
+        assert!(fluid(&|_| ()).is_ok());
+        let misfits: [&dyn Fn(&mut FluidMatrices); 8] = [
+            &|m| m.stiffness = identity(4, 5),
+            &|m| m.stiffness = identity(5, 4),
+            &|m| m.divergence = Csr3::zero((2, 3)),
+            &|m| m.pressure_mass = identity(3, 3),
+            &|m| m.interpolation = identity(3, 2),
+            &|m| m.interpolation = identity(4, 3),
+            &|m| m.vertex_stiffness = identity(2, 3),
+            &|m| {
+                m.interpolation = identity(4, 5);
+                m.vertex_stiffness = identity(5, 5);
+            },
+        ];
+        for (number, misfit) in misfits.iter().enumerate() {
+            let refused = fluid(misfit);
+            assert!(
+                matches!(refused, Err(RigidError::Length { .. })),
+                "{number}"
+            );
+        }
+    }
+
+    /// The same fluid from matrices that are stored by columns.
+    #[test]
+    fn columns_are_turned_into_rows() {
+        let (points, roles) = ([Vector3::zeros(); 4], [NodeRole::Free; 4]);
+        let by_rows = RigidFluid::new(matrices(&points, &roles), &[]).expect("they fit");
+        let mut by_columns = matrices(&points, &roles);
+        by_columns.interpolation = by_columns.interpolation.to_csc();
+        by_columns.stiffness = by_columns.stiffness.to_csc();
+        let by_columns = RigidFluid::new(by_columns, &[]).expect("they fit");
+        assert_eq!(by_rows.interpolation, by_columns.interpolation);
+        assert_eq!(by_rows.stiffness, by_columns.stiffness);
     }
 }

@@ -181,8 +181,8 @@ impl Constrained {
     /// Bitwise those of a system built anew. Cost: an elimination of the small dense constraints and a pass over the border.
     ///
     /// # Errors
-    /// [`RigidError::OtherLinks`] for a drive that differs in more than its rates, and for independent bodies, which have none;
-    /// rates that contradict each other.
+    /// [`RigidError::OtherLinks`] for a drive whose constraint rows or loads are others (that bodies are where the matrix has them is the caller's
+    /// part), and for independent bodies, which have no rates; rates that contradict each other.
     pub fn imposed(&self, drive: &Drive) -> Result<Imposed, RigidError> {
         let (all, link_loads) = drive.reduced(self.surfaces.mirrors())?;
         // The reduced rows are those of the matrix: all of it that links and their lengths determine.
@@ -336,7 +336,7 @@ impl Constrained {
     /// As [`Constrained::flow`], from a solution for the right-hand side of other rates.
     ///
     /// # Errors
-    /// A solution of the wrong length, or rates of another system.
+    /// A solution of the wrong length, or imposed velocities of another number.
     pub fn flow_at(
         &self,
         solution: &[f64],

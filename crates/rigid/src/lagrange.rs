@@ -31,6 +31,7 @@ impl Formulation for Lagrange {
         constraints
             .view_mut((0, velocities), (velocities, multipliers))
             .copy_from(&rows.transpose());
+        let loads = link_loads.external().clone();
         let border = Border {
             columns: DMatrix::identity(velocities, size),
             rows: None,
@@ -39,11 +40,6 @@ impl Formulation for Lagrange {
             link_loads: Some(link_loads),
             first_multiplier: Some(velocities),
         };
-        Constrained::build(
-            fluid,
-            border,
-            drive.set.surface_velocities(),
-            &drive.generalised_loads()?,
-        )
+        Constrained::build(fluid, border, drive.set.surface_velocities(), &loads)
     }
 }

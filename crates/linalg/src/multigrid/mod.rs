@@ -233,10 +233,10 @@ impl<'a> Builder<'a> {
             else {
                 break;
             };
-            let (fine, coarse) = (&operator, &transfer);
+            let fine = &operator;
             let ((), coarse) = rayon::join(
-                || self.push(fine, coarse, &diagonal, upper),
-                || coarse.galerkin(fine, None),
+                || self.push(fine, &transfer, &diagonal, upper),
+                || transfer.galerkin(fine, None),
             );
             operator = Cow::Owned(coarse);
         }

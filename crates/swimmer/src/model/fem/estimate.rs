@@ -124,7 +124,6 @@ struct Lack {
 }
 
 /// A unit load on a linkage, for the spread of its velocity in the direction of motion.
-#[derive(Clone, Copy, PartialEq)]
 struct Pull {
     /// Where the linear velocities of its frame begin.
     row: usize,
@@ -267,9 +266,9 @@ impl Solved<'_> {
     }
 }
 
-/// Estimates the errors of solved flows, one after the other.
+/// Estimates the errors of each of several solved flows.
 ///
-/// Cost: six passes over the cells a flow, a loose solve for the errors of all its velocities, and one a linkage for their spread, which flows that move
+/// Cost: up to six passes over the cells a flow, a loose solve for the errors of all its velocities, and one a linkage for their spread, which flows that move
 /// along one line share; all of them at once.
 /// # Errors
 /// Flows that cannot be solved for.

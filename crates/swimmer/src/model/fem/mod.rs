@@ -201,6 +201,9 @@ impl Hydrodynamics for FemModel {
         let Some(first) = placements.clone().next() else {
             return Ok(Vec::new());
         };
+        let constraints: Vec<Constraints> = placements
+            .map(|placement| self.scaled.constraints(&placement))
+            .collect::<Result<_, _>>()?;
         if let Some(last) = &mut self.last {
             last.estimate = None;
         }
@@ -209,9 +212,6 @@ impl Hydrodynamics for FemModel {
         // taken out while the rest of `self` is borrowed, and lost if the solve fails
         let mut duals = std::mem::take(&mut self.duals);
         let mesh_seconds = clock.elapsed().as_secs_f64();
-        let constraints: Vec<Constraints> = placements
-            .map(|placement| self.scaled.constraints(&placement))
-            .collect::<Result<_, _>>()?;
         let mut warm = std::mem::replace(&mut self.warm, WarmStart::new(REMEMBERED));
         if shape.other_cells {
             // solutions on another mesh have other unknowns

@@ -125,9 +125,10 @@ pub fn solve(
         total: system.right.len(),
     };
     let (mut flows, mut reports) = (Vec::new(), Vec::new());
-    for (number, (solution, report)) in columns.into_iter().enumerate() {
+    let imposed = once(None).chain(others.iter().map(Some));
+    for ((solution, report), imposed) in columns.into_iter().zip(imposed) {
         warm.remember(&solution);
-        let mut flow = match number.checked_sub(1).and_then(|k| others.get(k)) {
+        let mut flow = match imposed {
             None => system.flow(&solution, drive.set)?,
             Some(other) => system.flow_at(&solution, other, drive.set)?,
         };
@@ -136,9 +137,10 @@ pub fn solve(
         flows.push(flow);
         reports.push(report);
     }
-    let before = Instant::now();
+    let mut estimating = 0.0;
     let mut judged: Vec<(Option<Estimate>, Option<Checks>)> = vec![(None, None); flows.len()];
     if let Some((surplus, duals)) = estimates {
+        let clock = Instant::now();
         let solved = Solved {
             mesh,
             space: surplus,
@@ -155,11 +157,12 @@ pub fn solve(
         for ((judged, estimate), flow) in judged.iter_mut().zip(estimates).zip(&flows) {
             *judged = (Some(estimate), Some(checks::checks(mesh, boundary, flow)?));
         }
+        estimating = clock.elapsed().as_secs_f64();
     }
     let count = drives.len() as f64;
     let mut own = Seconds {
         solve: solve / count,
-        estimate: before.elapsed().as_secs_f64() / count,
+        estimate: estimating / count,
         ..Seconds::default()
     };
     own.total = own.solve + own.estimate;
