@@ -1,9 +1,9 @@
 //! Licence gate: no GPL or AGPL in the default dependency graph.
 
-use std::collections::BTreeSet;
-use std::process::Command;
-
 use anyhow::{Context, Result, bail};
+use std::collections::BTreeSet;
+
+use crate::cargo;
 
 /// Licences, exceptions included, that the default graph may use. `LicenseRef` and unknown ones are refused.
 const ALLOWED: &[&str] = &[
@@ -27,18 +27,8 @@ const ALLOWED: &[&str] = &[
 /// Lists the packages of the default graph and fails on a licence that is not allowed.
 pub fn run() -> Result<()> {
     eprintln!("== licences of the default dependency graph");
-    let output = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args([
-            "tree",
-            "--workspace",
-            "--edges",
-            "normal,build",
-            "--prefix",
-            "none",
-            "--format",
-            "{p}|{l}",
-            "--locked",
-        ])
+    let output = cargo::command(&["tree", "--workspace", "--edges", "normal,build", "--locked"])
+        .args(["--prefix", "none", "--format", "{p}|{l}"])
         .output()
         .context("could not start cargo tree")?;
     if !output.status.success() {
@@ -75,23 +65,12 @@ pub fn run() -> Result<()> {
     Ok(())
 }
 
-/// Whether an SPDX expression can be met with allowed licences alone: some alternative of `OR` whose every
-/// part of `AND` is allowed. Old expressions write `OR` as `/`.
+/// Whether an SPDX expression can be met with allowed licences alone; what is no expression is not allowed.
 fn allowed(expression: &str) -> bool {
-    let expression = expression.replace(['(', ')'], " ").replace('/', " OR ");
-    // `A AND B OR C` binds AND first; nested alternatives such as `(A OR B) AND C` are read as
-    // `A OR B AND C`, which is stricter or equal once every alternative must be allowed after AND.
-    let has_and = expression.contains(" AND ");
-    let mut alternatives = expression.split(" OR ").map(|alternative| {
-        alternative
-            .split(" AND ")
-            .all(|licence| ALLOWED.contains(&licence.trim()))
-    });
-    if has_and {
-        alternatives.all(|a| a)
-    } else {
-        alternatives.any(|a| a)
-    }
+    // Old manifests write `OR` as `/`, which the lax mode reads.
+    spdx::Expression::parse_mode(expression, spdx::ParseMode::LAX).is_ok_and(|expression| {
+        expression.evaluate(|licence| ALLOWED.contains(&licence.to_string().as_str()))
+    })
 }
 
 #[cfg(test)]
@@ -104,6 +83,7 @@ mod tests {
         assert!(allowed("MIT/Apache-2.0"));
         assert!(allowed("GPL-3.0 OR MIT"));
         assert!(allowed("(MIT OR Apache-2.0) AND Unicode-3.0"));
+        assert!(allowed("(MIT OR GPL-3.0-only) AND (Zlib OR AGPL-3.0-only)"));
         assert!(!allowed("GPL-2.0"));
         assert!(!allowed("AGPL-3.0-only"));
         assert!(!allowed("(MIT OR Apache-2.0) AND GPL-3.0"));

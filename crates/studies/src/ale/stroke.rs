@@ -24,7 +24,10 @@ pub struct Stroke {
 
 /// Runs the scene of the paper with elements of `size` on the spheres.
 pub fn strokes(size: f64) -> Result<Vec<Stroke>> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/three-sphere.toml");
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../scenes/three-sphere.toml"
+    );
     let mut strokes = Vec::new();
     for &motion in MeshMotionKind::WORDS {
         eprintln!("default stroke, {motion}");

@@ -69,7 +69,7 @@ pub fn run(task: &Task) -> Result<Outcome> {
 
 /// The process of a cell: solves the first instant of the default scene at unit rate and prints it as JSON.
 pub fn print(overrides: &[String]) -> Result<()> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/three-sphere.toml");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/three-sphere.toml");
     let mut all = overrides.to_vec();
     // The first phase moves by four: at unit speed when it takes four.
     all.push("gait.phases.0.duration=4".to_owned());

@@ -159,7 +159,7 @@ pub fn stroke(
     overrides: &[String],
     [step, net]: [(f64, Basis); 2],
 ) -> Result<Vec<Row>> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/three-sphere.toml");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/three-sphere.toml");
     let mut overrides = overrides.to_vec();
     overrides.push(format!("domain.radius={:?}", case.container));
     let scene = Scene::read(&file, &overrides)?;

@@ -54,7 +54,7 @@ pub fn all(quick: bool, only: Option<&str>) -> Result<Vec<Quantity>> {
 
 fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../scenes")
+        .join("../../scenes")
         .join(name)
 }
 

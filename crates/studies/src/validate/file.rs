@@ -16,7 +16,7 @@ const FORCE: f64 = 1e-3;
 
 /// Three unit spheres in a ball of radius 40, first order, 12 598 vertices.
 fn mesh() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/meshes/ball_311k.msh")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes/ball_311k.msh")
 }
 
 /// What the footnote says when there is no mesh.
@@ -37,7 +37,7 @@ pub fn rows() -> Result<Vec<Row>> {
 }
 
 fn first_instant(geometry: &str) -> Result<[Row; 2]> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/three-sphere-mesh.toml");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/three-sphere-mesh.toml");
     // The scene's first phase moves by four: at unit speed when it takes four.
     let overrides = [
         format!("domain.file={}", mesh().display()),
