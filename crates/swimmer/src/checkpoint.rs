@@ -10,9 +10,9 @@ use rigid::State;
 use serde::{Deserialize, Serialize};
 
 use crate::model::Hydrodynamics;
-use crate::scene::Scene;
 use crate::simulate::{Interim, Outcome};
 use crate::{Folder, SwimError};
+use scene::Scene;
 
 /// Name of the file in the output folder.
 pub const FILE: &str = "checkpoint.json";

@@ -2,12 +2,17 @@
 
 use std::path::PathBuf;
 
+use scene::SceneError;
+
 use crate::model::ModelError;
 
 /// A scene that cannot be used or a simulation that failed, with the place and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SwimError {
+    /// A scene that cannot be used.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     /// A file that cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
@@ -23,65 +28,6 @@ pub enum SwimError {
         path: PathBuf,
         /// The system's reason.
         source: std::io::Error,
-    },
-    /// Text that is not TOML.
-    #[error("{place}: not valid TOML: {message}")]
-    Syntax {
-        /// File and line.
-        place: String,
-        /// The parser's reason.
-        message: String,
-    },
-    /// A key that no scene has.
-    #[error("{place}: unknown key '{key}'; {remedy}")]
-    UnknownKey {
-        /// File and line, or the `--set` it came from.
-        place: String,
-        /// The key.
-        key: String,
-        /// The nearest key, or where the list of keys is.
-        remedy: String,
-    },
-    /// A value that makes no sense for its key.
-    #[error("{place}: {key} {problem}")]
-    BadValue {
-        /// File and line, or the `--set` it came from.
-        place: String,
-        /// The key.
-        key: String,
-        /// What is wrong and what to do.
-        problem: String,
-    },
-    /// Bodies that touch or overlap.
-    #[error(
-        "{place}: bodies '{first}' and '{second}' touch or overlap {when}: gap {gap:.6}; {remedy}"
-    )]
-    Touching {
-        /// File and line of what to change.
-        place: String,
-        /// One body.
-        first: String,
-        /// The other.
-        second: String,
-        /// When: at the start, or in which phase at which lengths.
-        when: String,
-        /// Distance of the surfaces, not positive.
-        gap: f64,
-        /// What to do.
-        remedy: &'static str,
-    },
-    /// A body that is outside the domain or touches its wall.
-    #[error(
-        "{place}: body '{body}' is outside the domain or touches its wall: clearance {clearance:.6}; \
-         move it inside, make it smaller or the domain larger"
-    )]
-    OutsideDomain {
-        /// File and line of the body.
-        place: String,
-        /// The body.
-        body: String,
-        /// Distance from its surface to the wall, not positive.
-        clearance: f64,
     },
     /// Bodies that came too close to each other or to a wall while they moved.
     #[error(

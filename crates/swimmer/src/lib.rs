@@ -39,21 +39,18 @@
 
 pub mod checkpoint;
 mod error;
-mod gait;
 mod integrate;
 pub mod model;
 pub mod output;
-pub mod scene;
 pub mod shape_space;
 mod simulate;
 mod target;
 
 pub use checkpoint::Checkpoint;
 pub use error::SwimError;
-pub use gait::{Leg, legs};
 pub use integrate::{Integrator, LegResult, Method, PathPiece, Solved};
 pub use output::Folder;
-pub use scene::{Gait, Phase, Scene};
+pub use scene::{self, Gait, Leg, Phase, Scene, SceneError, legs};
 pub use simulate::{
     Interim, LegOutcome, Observer, Outcome, Sample, go_on, simulate, solve_start, start_picture,
     start_resistance,

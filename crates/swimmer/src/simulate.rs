@@ -5,12 +5,12 @@ use rigid::{Articulation, State};
 use serde::{Deserialize, Serialize};
 
 use crate::SwimError;
-use crate::gait::{Leg, legs};
 use crate::integrate::{Integrator, LegResult, Method, Solved};
 use crate::model::{
     BodyInstant, Drift, ErrorEstimate, Flow, Hydrodynamics, ModelError, NewMesh, Placement, Seconds,
 };
-use crate::scene::Scene;
+use scene::Scene;
+use scene::{Leg, legs};
 
 /// What may be done while a simulation goes on: write files, show progress.
 pub trait Observer {

@@ -3,8 +3,8 @@
 use crate::SwimError;
 use crate::integrate::Method;
 use crate::model::{choose, fem::COARSEST_FACTOR};
-use crate::scene::{GeometryKind, Scene};
 use crate::simulate::{Observer, simulate};
+use scene::{GeometryKind, Scene};
 
 /// The error is taken to fall with this power of the sizes: the observed order is 3.7 (curved) and 1.8 (straight elements).
 const CURVED_ORDER: f64 = 3.5;

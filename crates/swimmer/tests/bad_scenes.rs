@@ -473,7 +473,7 @@ fn nesting_without_end_is_refused() {
     for open in ["[", "{a=", "[{a="] {
         let text = format!("{GOOD}\nx = {}", open.repeat(50_000));
         let error = Scene::parse(&text).unwrap_err();
-        assert_eq!(error.exit_code(), 2);
+        assert_eq!(swimmer::SwimError::from(error).exit_code(), 2);
         assert!(error.to_string().len() < 1000);
     }
 }
@@ -492,7 +492,7 @@ fn malformed_scenes_are_refused_with_place_and_remedy() {
             );
         }
         assert!(!message.contains('\n'), "more than one line: {message}");
-        assert_eq!(error.exit_code(), 2, "{message}");
+        assert_eq!(swimmer::SwimError::from(error).exit_code(), 2, "{message}");
     }
 }
 
@@ -512,7 +512,7 @@ fn scenes_without_bodies_or_phases_are_refused() {
     ] {
         let error = Scene::parse(text).expect_err(text);
         assert!(error.to_string().contains(fragment), "{text}: {error}");
-        assert_eq!(error.exit_code(), 2);
+        assert_eq!(swimmer::SwimError::from(error).exit_code(), 2);
     }
 }
 

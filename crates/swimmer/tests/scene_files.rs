@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use swimmer::Scene;
 use swimmer::scene::{Document, keys};
 
-fn set(text: &str, assignments: &[&str]) -> Result<Scene, swimmer::SwimError> {
+fn set(text: &str, assignments: &[&str]) -> Result<Scene, swimmer::SceneError> {
     let mut document = Document::parse(text, Path::new("scene.toml"))?;
     assignments
         .iter()

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 use swimmer::model::{Instant, choose};
-use swimmer::{Method, Outcome, Scene, SwimError, simulate, solve_start};
+use swimmer::{Method, Outcome, Scene, simulate, solve_start};
 
 fn start(text: &str) -> Instant {
     let scene = Scene::parse(text).unwrap();
@@ -92,7 +92,7 @@ fn obstacles_that_make_no_sense_are_refused() {
     ] {
         let error = Scene::parse(&good.replace(from, to)).unwrap_err();
         assert!(error.to_string().contains(message), "{error}");
-        assert!(matches!(error, SwimError::BadValue { .. }));
+        assert!(matches!(error, swimmer::SceneError::BadValue { .. }));
     }
 }
 

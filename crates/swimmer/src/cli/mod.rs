@@ -86,7 +86,7 @@ struct SceneArguments {
 
 impl SceneArguments {
     fn read(&self) -> Result<Scene, SwimError> {
-        Scene::read(&self.path, &self.overrides)
+        Ok(Scene::read(&self.path, &self.overrides)?)
     }
 }
 

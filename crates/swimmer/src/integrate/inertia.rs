@@ -12,7 +12,7 @@ use super::piece::PathPiece;
 use super::result::{LegResult, Rung, Solved};
 use crate::SwimError;
 use crate::model::{BodyInstant, ErrorEstimate, Instant, ModelError, SolverInfo};
-use crate::scene::Scene;
+use scene::{Scene, SceneError};
 
 /// When the fluid's resistance is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,11 +71,11 @@ fn masses(scene: &Scene) -> Result<DVector<f64>, SwimError> {
         for (name, value) in [("mass", body.mass), ("inertia", body.inertia)] {
             if value <= 0.0 {
                 let key = format!("bodies[{number}].{name}");
-                return Err(SwimError::BadValue {
+                return Err(SwimError::Scene(SceneError::BadValue {
                     place: scene.place(&key),
                     key,
                     problem: "is zero, but time stepping with inertia needs one for every body; give it, or integrate without inertia".to_owned(),
-                });
+                }));
             }
             diagonal.extend([value; 3]);
         }
@@ -98,7 +98,7 @@ fn step(
     let set = &scene.articulation;
     let constraints = set.constraints(state, &oracle.leg.lengths(s), &oracle.leg.rates())?;
     let reduction = Reduction::of(set, &constraints)?;
-    let load = |body: &crate::scene::Body| Load {
+    let load = |body: &scene::Body| Load {
         force: body.force,
         torque: body.torque,
     };

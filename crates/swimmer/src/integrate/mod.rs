@@ -23,9 +23,9 @@ pub use piece::PathPiece;
 pub use result::{LegResult, Solved};
 
 use crate::SwimError;
-use crate::gait::Leg;
 use crate::model::Hydrodynamics;
-use crate::scene::Scene;
+use scene::Leg;
+use scene::Scene;
 
 /// How a leg is integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

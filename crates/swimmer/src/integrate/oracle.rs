@@ -5,9 +5,9 @@ use rigid::{State, StateVelocity, Twist};
 
 use super::Solved;
 use crate::SwimError;
-use crate::gait::Leg;
 use crate::model::{Hydrodynamics, Instant, ModelError, Placement, Seconds};
-use crate::scene::{Scene, closest_contact};
+use scene::Leg;
+use scene::{Scene, closest_contact};
 
 type Observer<'a> = &'a mut dyn FnMut(&Solved, &dyn Hydrodynamics) -> Result<(), SwimError>;
 

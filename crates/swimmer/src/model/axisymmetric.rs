@@ -16,7 +16,7 @@ use crate::model::{
     Cost, Dofs, ErrorEstimate, Hydrodynamics, Instant, MeshError, ModelError, Placement, Seconds,
     SolverInfo,
 };
-use crate::scene::{Arrangement, Domain, Scene, Shape};
+use scene::{Arrangement, Domain, Scene, Shape};
 
 /// Flow around bodies on one axis that move along it and turn about it.
 ///

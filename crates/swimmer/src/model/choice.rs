@@ -3,7 +3,7 @@
 use crate::model::{
     AxisymmetricModel, FemModel, Hydrodynamics, ModelError, SphereModel, SpheresModel, ladder,
 };
-use crate::scene::{DomainKind, ModelKind, Scene};
+use scene::{DomainKind, ModelKind, Scene};
 
 /// The model taken for a scene, with the reasons.
 pub struct Choice {

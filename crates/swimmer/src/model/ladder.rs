@@ -6,8 +6,8 @@ use nalgebra::DVector;
 
 use super::{ModelError, SphereModel, SpheresModel};
 use crate::integrate::Method;
-use crate::scene::Scene;
 use crate::simulate::{simulate, solve_start};
+use scene::Scene;
 
 /// The rung taken, and why, in three sentences.
 pub(super) struct Rung {

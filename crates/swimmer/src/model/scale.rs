@@ -4,7 +4,7 @@ use mesh::{MeshError, TetMesh};
 use nalgebra::{DMatrix, Isometry3, Translation3, Vector3};
 use rigid::{Load, State, StateVelocity, Twist};
 
-use crate::scene::Scene;
+use scene::Scene;
 
 /// Conversion between a scene's units and those of the flow.
 ///
@@ -22,7 +22,7 @@ impl Scale {
         let smallest = scene
             .bodies
             .iter()
-            .map(crate::scene::Body::bounding_radius)
+            .map(scene::Body::bounding_radius)
             .filter(|&radius| radius > 0.0)
             .fold(f64::INFINITY, f64::min);
         Self {

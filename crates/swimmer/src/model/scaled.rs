@@ -5,7 +5,7 @@ use rigid::{Articulation, BodyKind, Constraints, Load};
 
 use super::scale::Scale;
 use super::{ModelError, Placement};
-use crate::scene::Scene;
+use scene::Scene;
 
 /// The bodies, links and loads of a scene in units of the flow.
 pub(super) struct ScaledScene {

@@ -5,7 +5,8 @@ use std::path::Path;
 use mesh::{Pvd, Vtu};
 
 use crate::model::{Flow, ModelError};
-use crate::{Folder, Leg, LegResult, SwimError};
+use crate::{Folder, LegResult, SwimError};
+use scene::Leg;
 
 /// The flows of a simulation as `trajectory.pvd`, a collection of `.vtu` files.
 ///

@@ -5,8 +5,8 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use crate::SwimError;
-use crate::scene::Scene;
 use crate::simulate::Outcome;
+use scene::Scene;
 
 /// The palette of Okabe & Ito (2008), whose colours colour-blind readers can tell apart.
 pub(super) const COLOURS: [RGBColor; 7] = [

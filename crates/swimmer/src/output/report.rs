@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, Vector3};
 use serde_json::{Map, Value, json};
 
 use crate::model::{ErrorEstimate, Instant, Seconds};
-use crate::scene::Scene;
 use crate::simulate::Outcome;
+use scene::Scene;
 
 /// The summary of a run.
 ///
@@ -22,8 +22,7 @@ pub fn summary_json(
     wall_seconds: f64,
 ) -> Value {
     let by_body = |displacement: &[Vector3<f64>]| -> Value {
-        let entry =
-            |(body, d): (&crate::scene::Body, &Vector3<f64>)| (body.name.clone(), vector(d));
+        let entry = |(body, d): (&scene::Body, &Vector3<f64>)| (body.name.clone(), vector(d));
         Value::Object(scene.bodies.iter().zip(displacement).map(entry).collect())
     };
     let links = scene.articulation.links();

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 use plotters::prelude::*;
 
 use super::picture::{Area, COLOURS, GREY, INK, font, px};
-use crate::scene::{Scene, Shape};
 use crate::simulate::{Outcome, Sample};
+use scene::{Scene, Shape};
 
 /// More snapshots than this would be too small.
 const MOST_SNAPSHOTS: usize = 5;

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use crate::scene::Scene;
 use crate::simulate::Sample;
+use scene::Scene;
 
 /// Suffixes of the columns of a body: position, rotation vector, velocity, angular velocity, force and torque on the fluid.
 const COLUMNS: [&str; 18] = [

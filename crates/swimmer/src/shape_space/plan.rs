@@ -1,7 +1,7 @@
 //! Whether tables save evaluations of the model, and over which boxes.
 
-use crate::gait::legs;
-use crate::scene::{Gait, Scene};
+use scene::legs;
+use scene::{Gait, Scene};
 
 /// Points that a variable usually takes.
 const POINTS: usize = 9;

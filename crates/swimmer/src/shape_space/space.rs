@@ -10,7 +10,7 @@ use crate::SwimError;
 use crate::model::{
     BodyInstant, Dofs, ErrorEstimate, Hydrodynamics, Instant, Placement, Seconds, SolverInfo,
 };
-use crate::scene::Scene;
+use scene::Scene;
 
 /// The degree in each variable to begin with.
 const FIRST_DEGREE: usize = 4;

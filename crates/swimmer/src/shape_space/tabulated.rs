@@ -9,7 +9,7 @@ use super::plan::boxes;
 use super::space::{ShapeSpace, covers};
 use crate::SwimError;
 use crate::model::{Choice, Cost, Flow, Hydrodynamics, Instant, ModelError, Placement};
-use crate::scene::Scene;
+use scene::Scene;
 
 /// A model with tables over parts of its shape space, made when they are first asked for.
 pub struct Tabulated {

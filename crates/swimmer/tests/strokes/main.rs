@@ -410,6 +410,6 @@ fn explicit_steps_with_inertia_are_refused_beyond_their_limit() {
     let massless = pulled(limit).replace("mass = 1\n", "");
     assert!(matches!(
         of_spheres(&massless, Method::BackwardEuler { steps: 5 }),
-        Err(SwimError::BadValue { .. })
+        Err(SwimError::Scene(swimmer::SceneError::BadValue { .. }))
     ));
 }

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use crate::model::ModelError;
 use crate::model::scale::Scale;
-use crate::scene::Scene;
+use scene::Scene;
 
 /// Radius of the ball over the extent of the bodies: the third power of it is left, and elements that grow with the distance make the
 /// room cheap.

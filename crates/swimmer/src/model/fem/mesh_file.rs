@@ -6,7 +6,7 @@ use mesh::{MshFile, NamedSurface, Sphere, Surface, TetMesh};
 
 use crate::model::ModelError;
 use crate::model::scale::Scale;
-use crate::scene::GeometryKind;
+use scene::GeometryKind;
 
 /// The mesh of a file in units of the flow, its bodies' surfaces put on the spheres of the scene.
 pub fn read_mesh(

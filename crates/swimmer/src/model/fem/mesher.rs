@@ -11,7 +11,7 @@ use super::mesh_file::read_mesh;
 use super::tube;
 use crate::model::ModelError;
 use crate::model::scale::Scale;
-use crate::scene::{Domain, FemOptions, GeometryKind, Scene, Shape};
+use scene::{Domain, FemOptions, GeometryKind, Scene, Shape};
 
 /// Element size on a body's surface, over its radius, when the scene asks for none.
 pub const DEFAULT_SURFACE_SIZE: f64 = 0.4;

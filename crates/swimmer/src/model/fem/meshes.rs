@@ -12,7 +12,7 @@ use super::mesher::{Mesher, Source};
 use super::tube;
 use crate::model::scale::Scale;
 use crate::model::{ModelError, Remesh};
-use crate::scene::{MeshMotionKind, Scene};
+use scene::{MeshMotionKind, Scene};
 
 /// Remesh when the Jacobian of some cell falls below this part of its mean: quadratic fields on such cells are
 /// poor and the solver slows down (61 iterations instead of 31 with one inverted cell).

@@ -25,7 +25,7 @@ use self::meshes::{Meshes, ShapeMesh};
 use self::solve::Boundary;
 use crate::model::scaled::ScaledScene;
 use crate::model::{Cost, Dofs, Flow, Hydrodynamics, Instant, ModelError, Placement};
-use crate::scene::{Domain, EstimatesKind, FemOptions, Scene};
+use scene::{Domain, EstimatesKind, FemOptions, Scene};
 
 /// Taylor-Hood finite elements with curved surfaces, on meshes generated and moved as the shape asks.
 pub struct FemModel {

@@ -19,7 +19,7 @@ use rigid::{
 use super::checks;
 use super::estimate::{self, Duals, Estimate, Solved};
 use crate::model::{Checks, Dofs, ModelError, Seconds, SolverInfo};
-use crate::scene::{FemOptions, FormulationKind, SolverKind};
+use scene::{FemOptions, FormulationKind, SolverKind};
 
 /// Iterations of additive Schwarz grow with the number of subdomains, and no hierarchy bounds them.
 const SCHWARZ_ITERATIONS: usize = 1000;

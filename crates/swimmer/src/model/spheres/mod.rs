@@ -14,7 +14,7 @@ use crate::model::{
     Cost, Dofs, ErrorEstimate, Flow, Hydrodynamics, Instant, ModelError, Placement, Seconds,
     SolverInfo,
 };
-use crate::scene::{Domain, Scene, Shape};
+use scene::{Domain, Scene, Shape};
 
 /// Which of the models.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,14 +2,13 @@
 
 use nalgebra::Vector3;
 
-use super::build::Checks;
-use super::contact::{Contact, closest_approach, closest_contact, reaches};
-use super::{Gait, Scene};
-use crate::gait::legs;
-use crate::{Leg, SwimError};
+use crate::contact::{Contact, closest_approach, closest_contact, reaches};
+use crate::error::SceneError;
+use crate::gait::{Gait, Leg, legs};
+use crate::scene::Scene;
 
 /// Refuses bodies that touch each other or the wall at the start.
-pub(super) fn check_start(scene: &Scene) -> Result<(), SwimError> {
+pub(crate) fn check_start(scene: &Scene) -> Result<(), SceneError> {
     let poses = scene
         .articulation
         .place(&scene.initial_state(), scene.articulation.initial_lengths())?;
@@ -22,7 +21,7 @@ pub(super) fn check_start(scene: &Scene) -> Result<(), SwimError> {
     }
     let name = |body: usize| scene.bodies[body].name.clone();
     Err(match contact.other {
-        Some(other) => SwimError::Touching {
+        Some(other) => SceneError::Touching {
             place: scene.place(&format!("bodies[{other}].position")),
             first: name(contact.body),
             second: name(other),
@@ -30,7 +29,7 @@ pub(super) fn check_start(scene: &Scene) -> Result<(), SwimError> {
             gap: contact.gap,
             remedy: "move them apart or make them smaller",
         },
-        None => SwimError::OutsideDomain {
+        None => SceneError::OutsideDomain {
             place: scene.place(&format!("bodies[{}].position", contact.body)),
             body: name(contact.body),
             clearance: contact.gap,
@@ -39,7 +38,7 @@ pub(super) fn check_start(scene: &Scene) -> Result<(), SwimError> {
 }
 
 /// Refuses a gait along which bodies of one linkage touch: that depends on the lengths alone.
-pub(super) fn check_stroke(scene: &Scene) -> Result<(), SwimError> {
+pub(crate) fn check_stroke(scene: &Scene) -> Result<(), SceneError> {
     // From the second cycle on, all cycles run through the same lengths.
     let gait = Gait {
         cycles: scene.gait.cycles.min(2),
@@ -48,13 +47,17 @@ pub(super) fn check_stroke(scene: &Scene) -> Result<(), SwimError> {
     legs(&gait, scene.articulation.initial_lengths()).try_for_each(|leg| check_leg(scene, &leg))
 }
 
-fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SwimError> {
+fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SceneError> {
     let set = &scene.articulation;
     let length_key = format!("gait.phases[{}].length", leg.phase);
     let state = scene.initial_state();
     let place = |lengths: &[f64]| {
         set.place(&state, lengths)
-            .map_err(|error| Checks(&scene.document).bad(&length_key, format!("fails: {error}")))
+            .map_err(|error| SceneError::BadValue {
+                place: scene.place(&length_key),
+                key: length_key.clone(),
+                problem: format!("fails: {error}"),
+            })
     };
     let (from, to) = (place(&leg.from)?, place(&leg.to)?);
     for linkage in set.linkages() {
@@ -78,7 +81,7 @@ fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SwimError> {
                     gap: distance - radii,
                 };
                 if contact.touches(radii) {
-                    return Err(SwimError::Touching {
+                    return Err(SceneError::Touching {
                         place: scene.place(&length_key),
                         first: scene.bodies[other].name.clone(),
                         second: scene.bodies[one].name.clone(),

@@ -1,6 +1,22 @@
-//! Gaits as paths: the lengths of all links along the legs of a stroke.
+//! Gaits: phases, and the legs that they make of a stroke.
 
-use crate::scene::Gait;
+/// How the links' lengths change in time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gait {
+    /// How often the phases are repeated.
+    pub cycles: u32,
+    /// The phases of one cycle; none when the scene has no gait.
+    pub phases: Vec<Phase>,
+}
+
+/// One phase of a gait: at most one link changes its length, at a constant rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Phase {
+    /// The link and its length at the end; none when all lengths are held.
+    pub change: Option<(usize, f64)>,
+    /// Duration.
+    pub duration: f64,
+}
 
 /// One phase of one cycle: all lengths are linear in the parameter `s` from 0 to 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,10 +63,17 @@ impl Leg {
     }
 }
 
+impl Gait {
+    /// Duration of all cycles.
+    pub fn duration(&self) -> f64 {
+        f64::from(self.cycles) * self.phases.iter().map(|phase| phase.duration).sum::<f64>()
+    }
+}
+
 /// The legs of a gait one after the other, all cycles through, from the given lengths.
 ///
 /// ```
-/// use swimmer::{Gait, Phase, legs};
+/// use scene::{Gait, Phase, legs};
 /// let close = Phase { change: Some((0, 6.0)), duration: 2.0 };
 /// let open = Phase { change: Some((0, 10.0)), duration: 2.0 };
 /// let gait = Gait { cycles: 3, phases: vec![close, open] };
@@ -87,7 +110,6 @@ pub fn legs(gait: &Gait, initial_lengths: &[f64]) -> impl Iterator<Item = Leg> +
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Phase;
 
     #[test]
     fn legs_join_and_cycles_repeat() {

@@ -1,11 +1,21 @@
 //! From a scene back to its file, with every key written out.
 
-use super::file::{
+use crate::file::{
     BodyFile, DomainFile, FemFile, FluidFile, GaitFile, LinkFile, ModelFile, PhaseFile, SceneFile,
 };
-use super::{ArmsKind, Body, Domain, Phase, Scene, Shape, ShapeKind};
+use crate::gait::Phase;
+use crate::scene::{Body, Domain, Scene};
+use crate::shape::Shape;
+use crate::words::{ArmsKind, ShapeKind};
 
-pub(super) fn to_toml(scene: &Scene) -> String {
+impl Scene {
+    /// The scene as TOML with every key written out, overrides and defaults included.
+    pub fn to_toml(&self) -> String {
+        to_toml(self)
+    }
+}
+
+fn to_toml(scene: &Scene) -> String {
     let links = scene.articulation.links();
     let name = |body: usize| scene.bodies[body].name.clone();
     let (radius, size, file, walls) = match &scene.domain {

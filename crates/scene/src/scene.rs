@@ -1,38 +1,25 @@
-//! Scenes: what is simulated, read from a TOML file and checked before any work starts.
+//! A scene: fluid, domain, bodies, links, gait and how to compute them.
 
-mod build;
-mod contact;
-mod document;
-mod file;
-pub mod keys;
-mod room;
-mod shape;
-mod symmetry;
-mod words;
-mod write;
-
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Vector3};
 use rigid::{Articulation, BodyKind, State};
 
-pub use contact::{Contact, closest_contact};
-pub use document::Document;
-pub use shape::Shape;
-pub use symmetry::Arrangement;
-pub use words::{
-    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind,
-    ModelKind, ShapeKind, SolverKind,
+use crate::document::Document;
+use crate::error::SceneError;
+use crate::gait::Gait;
+use crate::shape::Shape;
+use crate::words::{
+    DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind,
+    ModelKind, SolverKind,
 };
-
-use crate::SwimError;
 
 /// A scene that passed all checks: fluid, domain, bodies, links, gait and how to compute them.
 ///
 /// Lengths, times, forces and viscosity are in the scene's own units.
 ///
 /// ```
-/// let scene = swimmer::Scene::parse(
+/// let scene = scene::Scene::parse(
 ///     r#"
 ///     domain = { kind = "ball", radius = 10 }
 ///     [[bodies]]
@@ -44,7 +31,7 @@ use crate::SwimError;
 /// )?;
 /// assert_eq!(scene.bodies[0].name, "ball");
 /// assert_eq!(scene.viscosity, 1.0);
-/// # Ok::<(), swimmer::SwimError>(())
+/// # Ok::<(), scene::SceneError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -64,7 +51,7 @@ pub struct Scene {
     pub model: ModelOptions,
     /// Options of the finite-element model.
     pub fem: FemOptions,
-    document: Document,
+    pub(crate) document: Document,
 }
 
 /// Where the fluid is.
@@ -121,24 +108,6 @@ pub struct Body {
     pub inertia: f64,
 }
 
-/// How the links' lengths change in time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Gait {
-    /// How often the phases are repeated.
-    pub cycles: u32,
-    /// The phases of one cycle; none when the scene has no gait.
-    pub phases: Vec<Phase>,
-}
-
-/// One phase of a gait: at most one link changes its length, at a constant rate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Phase {
-    /// The link and its length at the end; none when all lengths are held.
-    pub change: Option<(usize, f64)>,
-    /// Duration.
-    pub duration: f64,
-}
-
 /// How the flow is modelled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelOptions {
@@ -178,39 +147,6 @@ pub struct FemOptions {
 }
 
 impl Scene {
-    /// Reads and checks a scene file, with overrides written `key=value` (as for `--set`).
-    ///
-    /// # Errors
-    /// The first thing that is wrong, with file, line, key and what to do.
-    pub fn read(path: &Path, overrides: &[String]) -> Result<Self, SwimError> {
-        let mut document = Document::read(path)?;
-        overrides
-            .iter()
-            .try_for_each(|assignment| document.set(assignment))?;
-        Self::from_document(document)
-    }
-
-    /// Checks the text of a scene; files that it names are sought in the current folder.
-    ///
-    /// # Errors
-    /// As [`Scene::read`].
-    pub fn parse(text: &str) -> Result<Self, SwimError> {
-        Self::from_document(Document::parse(text, Path::new("scene.toml"))?)
-    }
-
-    /// Builds a scene from the keys and values of a document.
-    ///
-    /// # Errors
-    /// As [`Scene::read`].
-    pub fn from_document(document: Document) -> Result<Self, SwimError> {
-        build::scene(document)
-    }
-
-    /// The scene as TOML with every key written out, overrides and defaults included.
-    pub fn to_toml(&self) -> String {
-        write::to_toml(self)
-    }
-
     /// File and line of a key such as `bodies[1].radius`, for messages.
     pub fn place(&self, key: &str) -> String {
         self.document.place(key)
@@ -219,12 +155,12 @@ impl Scene {
     /// Refuses a scene without a gait to run.
     ///
     /// # Errors
-    /// [`SwimError::NotApplicable`].
-    pub fn require_gait(&self) -> Result<(), SwimError> {
+    /// [`SceneError::NotApplicable`].
+    pub fn require_gait(&self) -> Result<(), SceneError> {
         if !self.gait.phases.is_empty() {
             return Ok(());
         }
-        Err(SwimError::NotApplicable {
+        Err(SceneError::NotApplicable {
             place: self.place("gait"),
             problem: "the scene has no [[gait.phases]] to run; add phases, or use `swim solve` for one instant"
                 .to_owned(),
@@ -313,12 +249,5 @@ impl Domain {
             }
             Self::Wall => centre.z - reach(&Vector3::z()),
         }
-    }
-}
-
-impl Gait {
-    /// Duration of all cycles.
-    pub fn duration(&self) -> f64 {
-        f64::from(self.cycles) * self.phases.iter().map(|phase| phase.duration).sum::<f64>()
     }
 }

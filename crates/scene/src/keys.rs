@@ -1,6 +1,6 @@
 //! The keys of a scene file: the one place where names, types, defaults and meanings are written down.
 
-use super::words::{
+use crate::words::{
     ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind,
     ModelKind, ShapeKind, SolverKind,
 };

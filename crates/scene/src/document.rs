@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
-use super::keys::{self, Kind};
-use crate::SwimError;
+use crate::error::SceneError;
+use crate::keys::{self, Kind};
 
 /// The keys and values of a scene, each with the place it was written at.
 ///
@@ -30,8 +30,8 @@ impl Document {
     ///
     /// # Errors
     /// A file that cannot be read, and as [`Document::parse`].
-    pub fn read(path: &Path) -> Result<Self, SwimError> {
-        let text = std::fs::read_to_string(path).map_err(|source| SwimError::Read {
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        let text = std::fs::read_to_string(path).map_err(|source| SceneError::Read {
             path: path.to_owned(),
             source,
         })?;
@@ -42,15 +42,15 @@ impl Document {
     ///
     /// # Errors
     /// Text that is not TOML, an unknown key, a value that is not of its key's kind.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, SwimError> {
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         let at = |offset: usize| format!("{}:{}", path.display(), line_of(text, offset));
-        let spanned = DeTable::parse(text).map_err(|error| SwimError::Syntax {
+        let spanned = DeTable::parse(text).map_err(|error| SceneError::Syntax {
             place: at(error.span().map_or(0, |span| span.start)),
             message: one_line(error.message()),
         })?;
         let mut places = BTreeMap::new();
         note_places(spanned.get_ref(), "", &at, &mut places);
-        let table: Table = toml::from_str(text).map_err(|error| SwimError::Syntax {
+        let table: Table = toml::from_str(text).map_err(|error| SceneError::Syntax {
             place: at(error.span().map_or(0, |span| span.start)),
             message: one_line(error.message()),
         })?;
@@ -73,10 +73,10 @@ impl Document {
     ///
     /// # Errors
     /// An assignment without `=`, an unknown key, an entry that does not exist, a value not of its key's kind.
-    pub fn set(&mut self, assignment: &str) -> Result<(), SwimError> {
+    pub fn set(&mut self, assignment: &str) -> Result<(), SceneError> {
         let place = format!("--set {assignment}");
         let Some((key, value)) = assignment.split_once('=') else {
-            return Err(SwimError::BadValue {
+            return Err(SceneError::BadValue {
                 place,
                 key: assignment.to_owned(),
                 problem: "has no value; write key=value".to_owned(),
@@ -86,7 +86,7 @@ impl Document {
         let (path, steps) = match self.resolve(key.trim()) {
             Ok(found) => found,
             Err((key, problem)) => {
-                return Err(SwimError::BadValue {
+                return Err(SceneError::BadValue {
                     place,
                     key,
                     problem,
@@ -163,15 +163,15 @@ impl Document {
         &self.root
     }
 
-    fn check_table(&self, table: &Table, prefix: &str) -> Result<(), SwimError> {
+    fn check_table(&self, table: &Table, prefix: &str) -> Result<(), SceneError> {
         table
             .iter()
             .try_for_each(|(key, value)| self.check_value(value, &join(prefix, key)))
     }
 
-    fn check_value(&self, value: &Value, path: &str) -> Result<(), SwimError> {
+    fn check_value(&self, value: &Value, path: &str) -> Result<(), SceneError> {
         let schema = without_indices(path);
-        let bad = |problem: String| SwimError::BadValue {
+        let bad = |problem: String| SceneError::BadValue {
             place: self.place(path),
             key: path.to_owned(),
             problem,
@@ -207,7 +207,7 @@ impl Document {
         }
     }
 
-    fn unknown_key(&self, path: &str) -> SwimError {
+    fn unknown_key(&self, path: &str) -> SceneError {
         let schema = without_indices(path);
         let (group, last) = schema.rsplit_once('.').unwrap_or(("", &schema));
         let here = keys::KEYS.iter().filter_map(|key| {
@@ -229,7 +229,7 @@ impl Document {
             let place = if group.is_empty() { "a scene" } else { group };
             format!("{place} has {}", known.join(", "))
         };
-        SwimError::UnknownKey {
+        SceneError::UnknownKey {
             place: self.place(path),
             key: path.to_owned(),
             remedy,

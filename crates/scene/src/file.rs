@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub(super) struct SceneFile {
+pub(crate) struct SceneFile {
     pub fluid: FluidFile,
     pub domain: DomainFile,
     pub bodies: Vec<BodyFile>,
@@ -16,12 +16,12 @@ pub(super) struct SceneFile {
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct FluidFile {
+pub(crate) struct FluidFile {
     pub viscosity: Option<f64>,
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct DomainFile {
+pub(crate) struct DomainFile {
     pub kind: Option<String>,
     pub radius: Option<f64>,
     pub size: Option<[f64; 3]>,
@@ -30,7 +30,7 @@ pub(super) struct DomainFile {
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct BodyFile {
+pub(crate) struct BodyFile {
     pub name: Option<String>,
     pub shape: Option<String>,
     pub radius: Option<f64>,
@@ -46,14 +46,14 @@ pub(super) struct BodyFile {
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct LinkFile {
+pub(crate) struct LinkFile {
     pub name: Option<String>,
     pub body: Option<String>,
     pub to: Option<String>,
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct GaitFile {
+pub(crate) struct GaitFile {
     pub arms: Option<String>,
     pub cycles: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -61,20 +61,20 @@ pub(super) struct GaitFile {
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct PhaseFile {
+pub(crate) struct PhaseFile {
     pub link: Option<String>,
     pub length: Option<f64>,
     pub duration: Option<f64>,
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct ModelFile {
+pub(crate) struct ModelFile {
     pub kind: Option<String>,
     pub tolerance: Option<f64>,
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct FemFile {
+pub(crate) struct FemFile {
     pub formulation: Option<String>,
     pub solver: Option<String>,
     pub subdomains: Option<u32>,

@@ -16,7 +16,7 @@ macro_rules! words {
                 match self { $(Self::$variant => $word,)+ }
             }
 
-            pub(super) fn of(word: &str) -> Option<Self> {
+            pub(crate) fn of(word: &str) -> Option<Self> {
                 match word { $($word => Some(Self::$variant),)+ _ => None }
             }
         }

@@ -3,34 +3,39 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use nalgebra::Vector3;
 use rigid::{Articulation, Link};
 
-use super::file::{BodyFile, DomainFile, GaitFile, LinkFile, SceneFile};
-use super::{
-    ArmsKind, Body, Document, Domain, DomainKind, EstimatesKind, FemOptions, FormulationKind, Gait,
-    GeometryKind, MeshMotionKind, MirrorKind, ModelKind, ModelOptions, Phase, Scene, Shape,
-    SolverKind,
+use crate::clearance;
+use crate::document::Document;
+use crate::error::SceneError;
+use crate::file::{BodyFile, DomainFile, GaitFile, LinkFile, SceneFile};
+use crate::gait::{Gait, Phase};
+use crate::keys;
+use crate::scene::{Body, Domain, FemOptions, ModelOptions, Scene};
+use crate::shape::Shape;
+use crate::words::{
+    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind,
+    ModelKind, ShapeKind, SolverKind,
 };
-use super::{room, shape};
-use crate::SwimError;
 
 /// Makes errors that say where.
-pub(super) struct Checks<'a>(pub &'a Document);
+pub(crate) struct Checks<'a>(pub &'a Document);
 
 impl Checks<'_> {
-    pub fn bad(&self, key: &str, problem: impl Into<String>) -> SwimError {
-        SwimError::BadValue {
+    pub fn bad(&self, key: &str, problem: impl Into<String>) -> SceneError {
+        SceneError::BadValue {
             place: self.0.place(key),
             key: key.to_owned(),
             problem: problem.into(),
         }
     }
 
-    pub fn required<T>(&self, key: &str, value: Option<T>, why: &str) -> Result<T, SwimError> {
+    pub fn required<T>(&self, key: &str, value: Option<T>, why: &str) -> Result<T, SceneError> {
         value.ok_or_else(|| self.bad(key, format!("is missing{why}")))
     }
 
-    fn below_one(&self, key: &str, value: f64, least: f64) -> Result<f64, SwimError> {
+    fn below_one(&self, key: &str, value: f64, least: f64) -> Result<f64, SceneError> {
         match (least..1.0).contains(&value) {
             true => Ok(value),
             false => Err(self.bad(
@@ -46,14 +51,44 @@ fn word<T>(word: Option<&str>, of: fn(&str) -> Option<T>, default: T) -> T {
     word.and_then(of).unwrap_or(default)
 }
 
-pub(super) fn scene(document: Document) -> Result<Scene, SwimError> {
+impl Scene {
+    /// Reads and checks a scene file, with overrides written `key=value` (as for `--set`).
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with file, line, key and what to do.
+    pub fn read(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
+        let mut document = Document::read(path)?;
+        overrides
+            .iter()
+            .try_for_each(|assignment| document.set(assignment))?;
+        Self::from_document(document)
+    }
+
+    /// Checks the text of a scene; files that it names are sought in the current folder.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn parse(text: &str) -> Result<Self, SceneError> {
+        Self::from_document(Document::parse(text, Path::new("scene.toml"))?)
+    }
+
+    /// Builds a scene from the keys and values of a document.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn from_document(document: Document) -> Result<Self, SceneError> {
+        scene(document)
+    }
+}
+
+fn scene(document: Document) -> Result<Scene, SceneError> {
     let checks = Checks(&document);
     let file: SceneFile =
         document
             .values()
             .clone()
             .try_into()
-            .map_err(|error: toml::de::Error| SwimError::Syntax {
+            .map_err(|error: toml::de::Error| SceneError::Syntax {
                 place: document.path().display().to_string(),
                 message: error.message().to_owned(),
             })?;
@@ -138,12 +173,12 @@ pub(super) fn scene(document: Document) -> Result<Scene, SwimError> {
         fem,
         document,
     };
-    room::check_start(&scene)?;
-    room::check_stroke(&scene)?;
+    clearance::check_start(&scene)?;
+    clearance::check_stroke(&scene)?;
     Ok(scene)
 }
 
-fn domain(checks: &Checks, file: &DomainFile) -> Result<Domain, SwimError> {
+fn domain(checks: &Checks, file: &DomainFile) -> Result<Domain, SceneError> {
     let is_given =
         file.radius.is_some() || file.size.is_some() || file.file.is_some() || file.walls.is_some();
     if file.kind.is_none() && is_given {
@@ -216,7 +251,7 @@ fn domain(checks: &Checks, file: &DomainFile) -> Result<Domain, SwimError> {
     )
 }
 
-fn bodies(checks: &Checks, files: &[BodyFile], domain: &Domain) -> Result<Vec<Body>, SwimError> {
+fn bodies(checks: &Checks, files: &[BodyFile], domain: &Domain) -> Result<Vec<Body>, SceneError> {
     let key = |number: usize, key: &str| format!("bodies[{number}].{key}");
     let mut first_of = BTreeMap::new();
     let mut bodies = Vec::with_capacity(files.len());
@@ -227,7 +262,7 @@ fn bodies(checks: &Checks, files: &[BodyFile], domain: &Domain) -> Result<Vec<Bo
                 format!("\"{name}\" is the name of bodies[{first}] too; names must differ");
             return Err(checks.bad(&key(number, "name"), problem));
         }
-        let shape = shape::read(checks, number, file)?;
+        let shape = shape(checks, number, file)?;
         if matches!(domain, Domain::Mesh { .. }) && shape != Shape::Point && file.surface.is_none()
         {
             let problem = "is missing: name the part of the mesh's boundary that is this body";
@@ -276,7 +311,7 @@ fn bodies(checks: &Checks, files: &[BodyFile], domain: &Domain) -> Result<Vec<Bo
     Ok(bodies)
 }
 
-fn links(checks: &Checks, files: &[LinkFile], bodies: &[Body]) -> Result<Vec<Link>, SwimError> {
+fn links(checks: &Checks, files: &[LinkFile], bodies: &[Body]) -> Result<Vec<Link>, SceneError> {
     let mut links: Vec<Link> = Vec::with_capacity(files.len());
     for (number, file) in files.iter().enumerate() {
         let key = |key: &str| format!("links[{number}].{key}");
@@ -327,13 +362,13 @@ fn find<'n>(
     name: &str,
     what: &str,
     names: impl Iterator<Item = &'n str> + Clone,
-) -> Result<usize, SwimError> {
+) -> Result<usize, SceneError> {
     names
         .clone()
         .position(|known| known == name)
         .ok_or_else(|| {
             let remedy = match (
-                super::keys::nearest(name, names.clone()),
+                keys::nearest(name, names.clone()),
                 names.collect::<Vec<_>>(),
             ) {
                 (Some(near), _) => format!("did you mean \"{near}\"?"),
@@ -344,7 +379,7 @@ fn find<'n>(
         })
 }
 
-fn gait(checks: &Checks, file: &GaitFile, links: &[Link]) -> Result<Gait, SwimError> {
+fn gait(checks: &Checks, file: &GaitFile, links: &[Link]) -> Result<Gait, SceneError> {
     if file.phases.as_ref().is_some_and(Vec::is_empty) {
         return Err(checks.bad(
             "gait.phases",
@@ -389,7 +424,7 @@ fn articulation(
     bodies: &[Body],
     links: Vec<Link>,
     gait: &GaitFile,
-) -> Result<Articulation, SwimError> {
+) -> Result<Articulation, SceneError> {
     for (number, link) in links.iter().enumerate() {
         if bodies[link.body].position == bodies[link.to].position {
             let problem = format!(
@@ -425,4 +460,67 @@ fn articulation(
     Articulation::new(&kinds, links, arms.into(), &positions)
         .and_then(|set| set.with_fixed(&fixed))
         .map_err(|error| checks.bad("links", error.to_string()))
+}
+
+/// The shape of a body of a scene file.
+///
+/// # Errors
+/// A key that the shape needs and has not, or has and does not need.
+fn shape(checks: &Checks, number: usize, file: &BodyFile) -> Result<Shape, SceneError> {
+    let key = |key: &str| format!("bodies[{number}].{key}");
+    let kind = file.shape.as_deref().and_then(ShapeKind::of);
+    let shape = match kind.unwrap_or(ShapeKind::Sphere) {
+        ShapeKind::Sphere => {
+            let radius =
+                checks.required(&key("radius"), file.radius, ": a sphere needs a radius")?;
+            Shape::Sphere { radius }
+        }
+        ShapeKind::Point if file.radius.is_some() => {
+            return Err(checks.bad(&key("radius"), "makes no sense for a point; remove it"));
+        }
+        ShapeKind::Point if file.torque.is_some() => {
+            return Err(checks.bad(
+                &key("torque"),
+                "cannot act on a point, which has no attitude; remove it",
+            ));
+        }
+        ShapeKind::Point => Shape::Point,
+        ShapeKind::Spheroid => {
+            let radius = checks.required(
+                &key("radius"),
+                file.radius,
+                ": a spheroid needs the radius of its equator",
+            )?;
+            let half_length = checks.required(
+                &key("half_length"),
+                file.half_length,
+                ": a spheroid needs half its length along its axis",
+            )?;
+            let axis = Vector3::from(file.axis.unwrap_or([1.0, 0.0, 0.0]));
+            let unit = axis
+                .try_normalize(0.0)
+                .ok_or_else(|| checks.bad(&key("axis"), "must not be zero: it is a direction"))?;
+            // what was written by us is read as it was
+            let is_unit = (axis.norm() - 1.0).abs() <= 2.0 * f64::EPSILON;
+            let axis = if is_unit { axis } else { unit };
+            Shape::Spheroid {
+                radius,
+                half_length,
+                axis,
+            }
+        }
+    };
+    if !matches!(shape, Shape::Spheroid { .. }) {
+        let given = [
+            ("half_length", file.half_length.is_some()),
+            ("axis", file.axis.is_some()),
+        ];
+        if let Some((name, _)) = given.iter().find(|(_, given)| *given) {
+            return Err(checks.bad(
+                &key(name),
+                "belongs to shape = \"spheroid\"; remove it or say so",
+            ));
+        }
+    }
+    Ok(shape)
 }

@@ -2,7 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::{Domain, GeometryKind, MeshMotionKind, MirrorKind, Scene, Shape, SolverKind};
+use crate::scene::{Domain, Scene};
+use crate::shape::Shape;
+use crate::words::{GeometryKind, MeshMotionKind, MirrorKind, SolverKind};
 
 /// How the bodies, their loads and the domain lie.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,11 +2,6 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::ShapeKind;
-use super::build::Checks;
-use super::file::BodyFile;
-use crate::SwimError;
-
 /// Shape of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
@@ -74,69 +69,6 @@ impl Shape {
             Self::Point => 0.0,
         }
     }
-}
-
-/// The shape of a body of a scene file.
-///
-/// # Errors
-/// A key that the shape needs and has not, or has and does not need.
-pub(super) fn read(checks: &Checks, number: usize, file: &BodyFile) -> Result<Shape, SwimError> {
-    let key = |key: &str| format!("bodies[{number}].{key}");
-    let kind = file.shape.as_deref().and_then(ShapeKind::of);
-    let shape = match kind.unwrap_or(ShapeKind::Sphere) {
-        ShapeKind::Sphere => {
-            let radius =
-                checks.required(&key("radius"), file.radius, ": a sphere needs a radius")?;
-            Shape::Sphere { radius }
-        }
-        ShapeKind::Point if file.radius.is_some() => {
-            return Err(checks.bad(&key("radius"), "makes no sense for a point; remove it"));
-        }
-        ShapeKind::Point if file.torque.is_some() => {
-            return Err(checks.bad(
-                &key("torque"),
-                "cannot act on a point, which has no attitude; remove it",
-            ));
-        }
-        ShapeKind::Point => Shape::Point,
-        ShapeKind::Spheroid => {
-            let radius = checks.required(
-                &key("radius"),
-                file.radius,
-                ": a spheroid needs the radius of its equator",
-            )?;
-            let half_length = checks.required(
-                &key("half_length"),
-                file.half_length,
-                ": a spheroid needs half its length along its axis",
-            )?;
-            let axis = Vector3::from(file.axis.unwrap_or([1.0, 0.0, 0.0]));
-            let unit = axis
-                .try_normalize(0.0)
-                .ok_or_else(|| checks.bad(&key("axis"), "must not be zero: it is a direction"))?;
-            // what was written by us is read as it was
-            let is_unit = (axis.norm() - 1.0).abs() <= 2.0 * f64::EPSILON;
-            let axis = if is_unit { axis } else { unit };
-            Shape::Spheroid {
-                radius,
-                half_length,
-                axis,
-            }
-        }
-    };
-    if !matches!(shape, Shape::Spheroid { .. }) {
-        let given = [
-            ("half_length", file.half_length.is_some()),
-            ("axis", file.axis.is_some()),
-        ];
-        if let Some((name, _)) = given.iter().find(|(_, given)| *given) {
-            return Err(checks.bad(
-                &key(name),
-                "belongs to shape = \"spheroid\"; remove it or say so",
-            ));
-        }
-    }
-    Ok(shape)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::{Body, Domain};
+use crate::scene::{Body, Domain};
 
 /// The least room between two bodies, or between a body and the wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +67,7 @@ pub fn closest_contact(
 /// How far two bodies, with their attitudes, reach towards each other along the line of their centres.
 ///
 /// Distances less this are the gaps of spheres, and at most those of others: the bodies then are on two sides of a plane.
-pub(super) fn reaches(bodies: [(&Body, &UnitQuaternion<f64>); 2], apart: &Vector3<f64>) -> f64 {
+pub(crate) fn reaches(bodies: [(&Body, &UnitQuaternion<f64>); 2], apart: &Vector3<f64>) -> f64 {
     let direction = apart.try_normalize(0.0).unwrap_or_else(Vector3::x);
     bodies
         .iter()
@@ -78,7 +78,7 @@ pub(super) fn reaches(bodies: [(&Body, &UnitQuaternion<f64>); 2], apart: &Vector
 /// The `s` in [0, 1] at which two points moving on straight lines at constant speed are closest, and how close.
 ///
 /// The points' difference is `from + s (to - from)`.
-pub(super) fn closest_approach(from: &Vector3<f64>, to: &Vector3<f64>) -> (f64, f64) {
+pub(crate) fn closest_approach(from: &Vector3<f64>, to: &Vector3<f64>) -> (f64, f64) {
     let change = to - from;
     let squared = change.norm_squared();
     let s = if squared > 0.0 {
