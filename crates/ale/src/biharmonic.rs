@@ -1,8 +1,7 @@
 //! Extension by the biharmonic equation, whose normal derivative vanishes on the boundary.
 
 use linalg::{
-    Bordered, Csr, KrylovParams, LinearOperator, Multigrid, MultigridParams, Preconditioner,
-    PreconditionerKind,
+    Bordered, Csr, LinearOperator, Multigrid, MultigridParams, Preconditioner, PreconditionerKind,
 };
 use mesh::{TetMesh, Vec3};
 

@@ -1,6 +1,8 @@
 //! What a formulation is: a way to turn the fluid block and the constraints into one system, and back.
 
-use linalg::{BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, SaddleSystem, Prolongation};
+use linalg::{
+    BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, Prolongation, SaddleSystem,
+};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::articulation::check_length;
