@@ -1,8 +1,7 @@
 //! Extension by the biharmonic equation, whose normal derivative vanishes on the boundary.
 
 use linalg::{
-    Bordered, Csr, KrylovParams, LinearOperator, Multigrid, MultigridParams, Preconditioner,
-    PreconditionerKind,
+    Bordered, Csr, LinearOperator, Multigrid, MultigridParams, Preconditioner, PreconditionerKind,
 };
 use mesh::{TetMesh, Vec3};
 
@@ -119,10 +118,7 @@ impl MeshMotion for Biharmonic {
             stiffness: &stiffness,
             inverse_mass: &inverse_mass,
         };
-        let params = KrylovParams {
-            rel_tol: TOLERANCE,
-            ..krylov(3000)
-        };
+        let params = krylov(3000).with_rel_tol(TOLERANCE);
         let apply = |field: &[Vec3]| operator.image(field);
         Ok(split.solve(&apply, &operator, &mut preconditioner, &params, fields)?)
     }

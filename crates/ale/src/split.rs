@@ -96,11 +96,9 @@ impl Split {
 
 /// When to stop, with so many iterations at most.
 pub(crate) fn krylov(max_iterations: usize) -> KrylovParams {
-    KrylovParams {
-        rel_tol: TOLERANCE,
-        max_iterations,
-        ..KrylovParams::default()
-    }
+    KrylovParams::default()
+        .with_rel_tol(TOLERANCE)
+        .with_max_iterations(max_iterations)
 }
 
 /// `K d` for a scalar matrix and three components. Rows are summed in the order of their columns, whatever the number of threads.

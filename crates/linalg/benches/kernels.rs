@@ -38,13 +38,14 @@ fn kernels(c: &mut Criterion) {
 
         let params = MultigridParams::default();
         let mut cycle =
-            Multigrid::with_transfer(a, &stokes.transfer, None, &params).expect("set-up");
+            Multigrid::with_prolongation(a, &stokes.prolongation, None, &params).expect("set-up");
         group.throughput(Throughput::Elements(size as u64));
         group.bench_function("V-cycle", |b| {
             b.iter(|| cycle.apply(&x[..size], &mut y[..size]));
         });
 
-        let mut block = BlockTriangular::with_transfer(system, &stokes.transfer).expect("set-up");
+        let mut block =
+            BlockTriangular::with_prolongation(system, &stokes.prolongation).expect("set-up");
         group.throughput(Throughput::Elements(x.len() as u64));
         group.bench_function("block preconditioner", |b| {
             b.iter(|| block.apply(&x, &mut y))
@@ -63,7 +64,8 @@ fn kernels(c: &mut Criterion) {
         });
 
         group.throughput(Throughput::Elements(x.len() as u64));
-        let mut diagonal = BlockDiagonal::with_transfer(system, &stokes.transfer).expect("set-up");
+        let mut diagonal =
+            BlockDiagonal::with_prolongation(system, &stokes.prolongation).expect("set-up");
         group.bench_function("block-diagonal preconditioner", |b| {
             b.iter(|| diagonal.apply(&x, &mut y))
         });
@@ -97,10 +99,10 @@ fn kernels(c: &mut Criterion) {
             })
         });
         group.bench_function("direct set-up", |b| {
-            b.iter(|| SaddleLdlt::factor(system, &DirectParams::default()).map(|f| f.entries()));
+            b.iter(|| SaddleLdlt::factor(system, &DirectParams::default()).map(|f| f.nnz()));
         });
         group.bench_function("multigrid set-up", |b| {
-            b.iter(|| Multigrid::with_transfer(a, &stokes.transfer, None, &params));
+            b.iter(|| Multigrid::with_prolongation(a, &stokes.prolongation, None, &params));
         });
         group.finish();
     }

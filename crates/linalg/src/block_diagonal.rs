@@ -3,7 +3,7 @@
 use crate::pressure::MASS_STEPS;
 use crate::{
     BorderInverse, LinalgError, LinearOperator, MassInverse, Multigrid, MultigridParams,
-    Preconditioner, PreconditionerKind, SaddleSystem, Transfer,
+    Preconditioner, PreconditionerKind, Prolongation, SaddleSystem,
 };
 
 /// `[A 0; 0 M_p]^-1`, with a V-cycle for the velocity and border block `A` and Chebyshev steps for the pressure mass matrix.
@@ -44,8 +44,11 @@ impl BlockDiagonal {
     /// With the multigrid P2 -> P1 -> smoothed aggregation of default parameters and [`BorderInverse::Absolute`].
     ///
     /// # Errors
-    /// Those of [`BlockDiagonal::new`] and [`Multigrid::with_transfer`].
-    pub fn with_transfer(system: &SaddleSystem, transfer: &Transfer) -> Result<Self, LinalgError> {
+    /// Those of [`BlockDiagonal::new`] and [`Multigrid::with_prolongation`].
+    pub fn with_prolongation(
+        system: &SaddleSystem,
+        prolongation: &Prolongation,
+    ) -> Result<Self, LinalgError> {
         let params = MultigridParams {
             border: BorderInverse::Absolute,
             ..MultigridParams::default()
@@ -53,7 +56,7 @@ impl BlockDiagonal {
         let a = system.velocity_block();
         Self::new(
             system,
-            Multigrid::with_transfer(a, transfer, None, &params)?,
+            Multigrid::with_prolongation(a, prolongation, None, &params)?,
         )
     }
 }

@@ -7,55 +7,56 @@ use rayon::prelude::*;
 use crate::bordered::nodes;
 use crate::columns::{in_passes, of_buffer, split, split_mut};
 use crate::pressure::PressureInverse;
+#[cfg(feature = "roofline")]
 use crate::roofline::{Kernel, Measure};
 use crate::vector::max_abs;
 use crate::{
     Csr, LinalgError, LinearOperator, Multigrid, MultigridParams, Preconditioner,
-    PreconditionerKind, SaddleSystem, Transfer,
+    PreconditionerKind, Prolongation, SaddleSystem,
 };
 
 /// `[A B^T; 0 -M_p]^-1`, with a V-cycle for the velocity and border block `A` and Chebyshev steps for the pressure mass matrix.
-/// [`with_gaps`](BlockTriangular::with_gaps) is for systems with narrow gaps.
+/// [`with_pressure_laplacian`](BlockTriangular::with_pressure_laplacian) is for systems with narrow gaps.
 ///
 /// `z_p = -M_p^-1 r_p`, then `z_a = V (r_a - [B^T; E_l^T] z_p)`. Linear, not symmetric: use [`fgmres`](crate::fgmres).
 /// The mass matrix must carry `1 / viscosity`, see [`SaddleSystem`].
-pub struct BlockTriangular<'a> {
-    system: &'a SaddleSystem,
+pub struct BlockTriangular {
+    system: SaddleSystem,
     velocity: Multigrid,
     pressure: PressureInverse,
     /// Border rows of the right-hand sides of the velocity block, one column after another.
     border: Vec<f64>,
 }
 
-impl<'a> BlockTriangular<'a> {
+impl BlockTriangular {
     /// With a multigrid made for [`SaddleSystem::velocity_block`].
     ///
     /// # Errors
     /// [`LinalgError::Shape`] when `velocity` was made for another operator, and those of [`MassInverse::new`](crate::MassInverse::new).
-    pub fn new(system: &'a SaddleSystem, velocity: Multigrid) -> Result<Self, LinalgError> {
+    pub fn new(system: &SaddleSystem, velocity: Multigrid) -> Result<Self, LinalgError> {
         let size = system.velocity_block().rows();
         crate::csr::check_shape("velocity multigrid", (velocity.size(), 1), (size, 1))?;
         Ok(BlockTriangular {
             velocity,
             pressure: PressureInverse::new(system)?,
             border: Vec::new(),
-            system,
+            system: system.clone(),
         })
     }
 
     /// With the multigrid P2 -> P1 -> smoothed aggregation of default parameters.
     ///
     /// # Errors
-    /// Those of [`Multigrid::with_transfer`] and [`MassInverse::new`](crate::MassInverse::new).
-    pub fn with_transfer(
-        system: &'a SaddleSystem,
-        transfer: &Transfer,
+    /// Those of [`Multigrid::with_prolongation`] and [`MassInverse::new`](crate::MassInverse::new).
+    pub fn with_prolongation(
+        system: &SaddleSystem,
+        prolongation: &Prolongation,
     ) -> Result<Self, LinalgError> {
         let a = system.velocity_block();
         let params = MultigridParams::default();
         Self::new(
             system,
-            Multigrid::with_transfer(a, transfer, None, &params)?,
+            Multigrid::with_prolongation(a, prolongation, None, &params)?,
         )
     }
 
@@ -67,32 +68,15 @@ impl<'a> BlockTriangular<'a> {
     ///
     /// # Errors
     /// [`LinalgError::Shape`], and those of [`Multigrid::new`].
-    pub fn with_gaps(mut self, stiffness: &Csr) -> Result<Self, LinalgError> {
-        self.pressure = self.pressure.with_gaps(self.system, stiffness)?;
+    pub fn with_pressure_laplacian(mut self, stiffness: &Csr) -> Result<Self, LinalgError> {
+        self.pressure = self
+            .pressure
+            .with_pressure_laplacian(&self.system, stiffness)?;
         Ok(self)
     }
 
-    /// Bytes that the cycle and the mass inverse move at least.
-    pub(crate) fn bytes(&self) -> usize {
-        self.velocity.bytes() + self.pressure.bytes()
-    }
-
-    /// Hands the kernels that are not the system's to `measure`.
-    pub(crate) fn visit_kernels(&mut self, measure: &mut Measure) {
-        self.velocity.visit_kernels(measure);
-        let mass = self.pressure.mass();
-        let r = vec![1.0; mass.size()];
-        let mut z = vec![0.0; r.len()];
-        let kernel = Kernel {
-            name: "mass matrix, three steps, f64",
-            bytes: mass.bytes(),
-            runs: 1.0,
-        };
-        measure(kernel, &mut || mass.apply(&r, &mut z));
-    }
-
     fn pass<const S: usize>(&mut self, r: [&[f64]; S], z: [&mut [f64]; S]) {
-        let system = self.system;
+        let system = &self.system;
         let (ra, rp) = split(r, self.velocity.size());
         let (za, mut zp) = split_mut(z, self.velocity.size());
         self.pressure.pass(rp, zp.each_mut().map(|z| &mut **z));
@@ -124,7 +108,29 @@ impl<'a> BlockTriangular<'a> {
     }
 }
 
-impl Preconditioner for BlockTriangular<'_> {
+#[cfg(feature = "roofline")]
+impl BlockTriangular {
+    /// Bytes that the cycle and the mass inverse move at least.
+    pub(crate) fn bytes(&self) -> usize {
+        self.velocity.bytes() + self.pressure.bytes()
+    }
+
+    /// Hands the kernels that are not the system's to `measure`.
+    pub(crate) fn visit_kernels(&mut self, measure: &mut Measure) {
+        self.velocity.visit_kernels(measure);
+        let mass = self.pressure.mass();
+        let r = vec![1.0; mass.size()];
+        let mut z = vec![0.0; r.len()];
+        let kernel = Kernel {
+            name: "mass matrix, three steps, f64",
+            bytes: mass.bytes(),
+            runs: 1.0,
+        };
+        measure(kernel, &mut || mass.apply(&r, &mut z));
+    }
+}
+
+impl Preconditioner for BlockTriangular {
     fn size(&self) -> usize {
         self.system.rows()
     }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use crate::columns::{in_passes, split, split_mut};
+use crate::constrained_dofs::ConstrainedDofs;
 use crate::csr::{Rows, check_finite, check_shape, empty, into_rows, positive_diagonal};
-use crate::held::Held;
 use crate::node_kernel::{SparseNodes, long_row, node_row};
 use crate::row_blocks::RowBlocks;
 use crate::transpose::transpose;
@@ -40,7 +40,7 @@ pub struct Bordered {
     border_rows: Csr,
     border_nodes: SparseNodes<f64>,
     corner: DMatrix<f64>,
-    held: Held,
+    constrained: ConstrainedDofs,
     blocks: RowBlocks,
     border_blocks: RowBlocks,
 }
@@ -102,7 +102,7 @@ impl Bordered {
             border_left,
             border_rows,
             corner,
-            held: Held::default(),
+            constrained: ConstrainedDofs::default(),
         }
     }
 
@@ -114,7 +114,7 @@ impl Bordered {
     /// ```
     /// use linalg::{Bordered, Csr, LinearOperator};
     /// let k = Csr::new((2, 2), vec![0, 2, 4], vec![0, 1, 0, 1], vec![2.0, -1.0, -1.0, 2.0]);
-    /// let a = Bordered::scalar(k)?.with_held(&[(1, [true, false, false])])?;
+    /// let a = Bordered::scalar(k)?.with_constrained_dofs(&[(1, [true, false, false])])?;
     /// let mut y = [0.0; 6];
     /// a.apply(&[1.0, 2.0, 3.0, 0.0, 0.0, 1.0], &mut y);
     /// assert_eq!(y, [2.0, 4.0, 5.0, 0.0, -2.0, -1.0]);
@@ -123,28 +123,31 @@ impl Bordered {
     ///
     /// # Errors
     /// [`LinalgError::Shape`] for nodes that there are not, or not in ascending order.
-    pub fn with_held(self, held: &[(u32, [bool; 3])]) -> Result<Self, LinalgError> {
-        let held = Held::new(self.nodes(), held)?;
-        Ok(self.hold(held))
+    pub fn with_constrained_dofs(
+        self,
+        constrained: &[(u32, [bool; 3])],
+    ) -> Result<Self, LinalgError> {
+        let constrained = ConstrainedDofs::new(self.nodes(), constrained)?;
+        Ok(self.constrain(constrained))
     }
 
-    /// As [`Bordered::with_held`].
-    pub(crate) fn hold(mut self, held: Held) -> Self {
-        if held.is_empty() {
+    /// As [`Bordered::with_constrained_dofs`].
+    pub(crate) fn constrain(mut self, constrained: ConstrainedDofs) -> Self {
+        if constrained.is_empty() {
             return self;
         }
-        self.border = held.drop_rows(self.border);
-        self.border_left = self.border_left.map(|left| held.drop_rows(left));
+        self.border = constrained.drop_rows(self.border);
+        self.border_left = self.border_left.map(|left| constrained.drop_rows(left));
         self.border_rows = transpose(self.border_left.as_ref().unwrap_or(&self.border));
         self.border_blocks = RowBlocks::new(Rows::of(&self.border_rows).indptr);
         self.border_nodes = SparseNodes::new(&self.border, |v| v);
-        self.held = held;
+        self.constrained = constrained;
         self
     }
 
     /// What is held at zero.
-    pub(crate) fn held(&self) -> &Held {
-        &self.held
+    pub(crate) fn constrained_dofs(&self) -> &ConstrainedDofs {
+        &self.constrained
     }
 
     /// Number of nodes n: the operator has 3n + m rows.
@@ -224,7 +227,7 @@ impl Bordered {
         let mut y = y.map(nodes_mut);
         self.blocks
             .for_each_block(y.each_mut().map(|y| &mut **y), &rows);
-        y.into_iter().for_each(|y| self.held.clear(y));
+        y.into_iter().for_each(|y| self.constrained.clear(y));
     }
 
     /// The border rows of the operator with whatever `extra(c)` adds, into the columns `y`.

@@ -87,6 +87,7 @@ impl MassInverse {
     }
 }
 
+#[cfg(feature = "roofline")]
 impl MassInverse {
     /// Bytes that one application moves at least.
     pub(crate) fn bytes(&self) -> usize {

@@ -47,7 +47,7 @@ impl<'a, V: Copy> Rows<'a, V> {
     }
 
     /// Number of stored entries.
-    pub fn entries_len(self) -> usize {
+    pub fn nnz(self) -> usize {
         self.values.len()
     }
 

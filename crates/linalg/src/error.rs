@@ -108,7 +108,7 @@ pub enum LinalgError {
     #[error(
         "{method} cannot hold single components at zero, as {nodes} nodes ask; use fgmres with BlockTriangular or minres with BlockDiagonal"
     )]
-    HeldComponents {
+    ConstrainedDofs {
         /// The method.
         method: &'static str,
         /// Number of nodes with such components.

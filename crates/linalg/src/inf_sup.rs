@@ -14,13 +14,14 @@ const ZERO: f64 = 1e-10;
 
 /// How well pressures are seen by velocities: $\beta^2 \le q^T B K^{-1} B^T q / (q^T M_p q) \le \gamma^2$.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct InfSup {
     /// $\beta$, the hydrostatic pressure left out: 0.4 to 0.5 for P2-P1 on sound meshes, near zero for unstable pairs.
     pub constant: f64,
     /// $\gamma$, at most 1 for gradients against the whole gradient.
     pub largest: f64,
     /// Number of pressures that no velocity sees, the hydrostatic one included.
-    pub unseen: usize,
+    pub null_space_dimension: usize,
 }
 
 impl InfSup {
@@ -34,7 +35,7 @@ impl InfSup {
     pub fn of(system: &SaddleSystem) -> Result<Self, LinalgError> {
         system
             .velocity_block()
-            .held()
+            .constrained_dofs()
             .refuse("the inf-sup constant")?;
         let (b, mass) = (system.divergence(), system.pressure_mass());
         let (pressures, nodes) = b.shape();
@@ -96,17 +97,17 @@ impl InfSup {
         let mut eigenvalues: DVector<f64> = scaled.symmetric_eigenvalues();
         eigenvalues.as_mut_slice().sort_unstable_by(f64::total_cmp);
         let largest = eigenvalues.iter().copied().fold(0.0, f64::max);
-        let unseen = eigenvalues.iter().filter(|&&e| e <= ZERO * largest).count();
+        let null_space_dimension = eigenvalues.iter().filter(|&&e| e <= ZERO * largest).count();
         // One pressure is hydrostatic where every wall is closed; a second one that is unseen is spurious.
         let smallest = eigenvalues
-            .get(unseen.min(1))
+            .get(null_space_dimension.min(1))
             .copied()
             .unwrap_or(largest)
             .max(0.0);
         Ok(InfSup {
             constant: smallest.sqrt(),
             largest: largest.sqrt(),
-            unseen,
+            null_space_dimension,
         })
     }
 

@@ -19,7 +19,7 @@
 //! | solve a small one in two dimensions | [`ShiftedLdlt`] |
 //! | solve a large one without a mesh hierarchy | [`fgmres`] with [`Schwarz`] |
 //! | solve again with a matrix that changed a little | [`WarmStart`] |
-//! | solve in a part that mirror planes cut off | [`Bordered::with_held`] |
+//! | solve in a part that mirror planes cut off | [`Bordered::with_constrained_dofs`] |
 //! | solve three scalar problems with one matrix | [`cg`] with [`Bordered::scalar`] and [`Multigrid::new`] |
 //!
 //! Not for general sparse matrices (faer, sprs) or distributed memory (PETSc). Every solver reports the true residual
@@ -59,10 +59,10 @@ mod block_triangular;
 mod bordered;
 mod chebyshev;
 mod columns;
+mod constrained_dofs;
 mod csr;
 mod direct;
 mod error;
-mod held;
 mod inf_sup;
 mod krylov;
 mod lanczos;
@@ -71,12 +71,13 @@ mod node_kernel;
 mod operator;
 mod pressure;
 mod product;
+mod prolongation;
+#[cfg(feature = "roofline")]
 pub mod roofline;
 mod row_blocks;
 mod saddle;
 mod scalar;
 mod schwarz;
-mod transfer;
 mod transpose;
 mod vector;
 mod warm_start;
@@ -92,7 +93,7 @@ pub use inf_sup::InfSup;
 pub use krylov::{KrylovParams, SolveReport, cg, fgmres, fgmres_columns, minres};
 pub use multigrid::{BorderInverse, LevelSize, Multigrid, MultigridParams};
 pub use operator::{Identity, LinearOperator, Preconditioner, PreconditionerKind};
+pub use prolongation::Prolongation;
 pub use saddle::SaddleSystem;
 pub use schwarz::{BorderPlacement, Schwarz, SchwarzParams};
-pub use transfer::Transfer;
 pub use warm_start::WarmStart;

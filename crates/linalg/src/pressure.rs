@@ -39,7 +39,7 @@ impl PressureInverse {
     }
 
     /// With the stiffness of gaps `L`, symmetric and positive semidefinite.
-    pub fn with_gaps(
+    pub fn with_pressure_laplacian(
         mut self,
         system: &SaddleSystem,
         stiffness: &Csr,
@@ -55,6 +55,17 @@ impl PressureInverse {
         Ok(self)
     }
 
+    /// Overwrites the columns `z` with the approximate solutions for `r`.
+    pub fn pass<const S: usize>(&mut self, r: [&[f64]; S], mut z: [&mut [f64]; S]) {
+        self.mass.pass(r, z.each_mut().map(|z| &mut **z));
+        if let Some(gaps) = &mut self.gaps {
+            gaps.add(&r, &mut z);
+        }
+    }
+}
+
+#[cfg(feature = "roofline")]
+impl PressureInverse {
     /// The part that every system has.
     pub fn mass(&mut self) -> &mut MassInverse {
         &mut self.mass
@@ -63,14 +74,6 @@ impl PressureInverse {
     /// Bytes that one application moves at least.
     pub fn bytes(&self) -> usize {
         self.mass.bytes() + self.gaps.as_ref().map_or(0, |gaps| gaps.cycle.bytes())
-    }
-
-    /// Overwrites the columns `z` with the approximate solutions for `r`.
-    pub fn pass<const S: usize>(&mut self, r: [&[f64]; S], mut z: [&mut [f64]; S]) {
-        self.mass.pass(r, z.each_mut().map(|z| &mut **z));
-        if let Some(gaps) = &mut self.gaps {
-            gaps.add(&r, &mut z);
-        }
     }
 }
 

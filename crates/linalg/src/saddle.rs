@@ -1,6 +1,7 @@
 //! The bordered saddle-point system of rigid bodies in Stokes flow.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::bordered::{nodes, nodes_mut};
 use crate::columns::{in_passes, split, split_mut};
@@ -26,6 +27,11 @@ use crate::{Bordered, Csr, Csr3, LinalgError, LinearOperator};
 /// bitwise the same on any number of threads.
 #[derive(Debug, Clone)]
 pub struct SaddleSystem {
+    blocks: Arc<Blocks>,
+}
+
+#[derive(Debug)]
+struct Blocks {
     a: Bordered,
     b: Csr3,
     bt: Csr3,
@@ -67,66 +73,68 @@ impl SaddleSystem {
         let (b, e) = (into_rows(b), into_rows(e));
         let e_left = e_left.map(into_rows);
         Ok(SaddleSystem {
-            bt: transpose(&b),
-            et: transpose(e_left.as_ref().unwrap_or(&e)),
-            pressure_blocks: RowBlocks::new(Rows::of(&b).indptr),
-            pressure_mass: into_rows(pressure_mass),
-            a,
-            b,
-            e,
-            e_left,
-            weights,
+            blocks: Arc::new(Blocks {
+                bt: transpose(&b),
+                et: transpose(e_left.as_ref().unwrap_or(&e)),
+                pressure_blocks: RowBlocks::new(Rows::of(&b).indptr),
+                pressure_mass: into_rows(pressure_mass),
+                a,
+                b,
+                e,
+                e_left,
+                weights,
+            }),
         })
     }
 
     /// The velocity and border block `[K (x) I3, C; C_l^T, M]`.
     pub fn velocity_block(&self) -> &Bordered {
-        &self.a
+        &self.blocks.a
     }
 
     /// The divergence `B`, np x n.
     pub fn divergence(&self) -> &Csr3 {
-        &self.b
+        &self.blocks.b
     }
 
     /// The gradient `B^T`, n x np.
     pub(crate) fn gradient(&self) -> &Csr3 {
-        &self.bt
+        &self.blocks.bt
     }
 
     /// The divergence of the border motions `E`, np x m.
     pub fn border_divergence(&self) -> &Csr {
-        &self.e
+        &self.blocks.e
     }
 
     /// The left border divergence `E_l`, np x m, where it differs from `E`.
     pub fn border_divergence_left(&self) -> Option<&Csr> {
-        self.e_left.as_ref()
+        self.blocks.e_left.as_ref()
     }
 
     /// `E_l^T`, m x np.
     pub(crate) fn border_gradient(&self) -> &Csr {
-        &self.et
+        &self.blocks.et
     }
 
     /// The pressure mass matrix over the viscosity, np x np.
     pub fn pressure_mass(&self) -> &Csr {
-        &self.pressure_mass
+        &self.blocks.pressure_mass
     }
 
     /// Positions of the velocity unknowns, `0..3n`.
     pub fn velocity_range(&self) -> Range<usize> {
-        0..3 * self.a.nodes()
+        0..3 * self.blocks.a.nodes()
     }
 
     /// Positions of the border unknowns, `3n..3n+m`.
     pub fn border_range(&self) -> Range<usize> {
-        self.velocity_range().end..self.a.rows()
+        self.velocity_range().end..self.blocks.a.rows()
     }
 
     /// Positions of the pressure unknowns, `3n+m..3n+m+np`.
     pub fn pressure_range(&self) -> Range<usize> {
-        self.a.rows()..self.rows()
+        self.blocks.a.rows()..self.rows()
     }
 
     /// `i -> (B^T p)_i` for every column `p`.
@@ -134,7 +142,7 @@ impl SaddleSystem {
         &self,
         p: [&[f64]; S],
     ) -> impl Fn(usize) -> [[f64; 3]; S] + Sync {
-        let bt = Rows::of(&self.bt);
+        let bt = Rows::of(&self.blocks.bt);
         move |i| {
             let mut gradient = [[0.0; 3]; S];
             add_gradient(bt, i, p, &mut gradient);
@@ -145,7 +153,8 @@ impl SaddleSystem {
     /// `y <- B^T p` on velocity rows.
     pub(crate) fn apply_gradient(&self, p: &[f64], y: &mut [f64]) {
         let gradient = self.gradient_rows([p]);
-        self.a
+        self.blocks
+            .a
             .node_blocks()
             .for_each(nodes_mut(y), &|i, yi| [*yi] = gradient(i));
     }
@@ -164,7 +173,7 @@ impl SaddleSystem {
                 }
             }
         };
-        self.a.border_blocks().for_each_block(y, &rows);
+        self.blocks.a.border_blocks().for_each_block(y, &rows);
     }
 
     /// `c -> (E_l^T p)_c` for every column `p`.
@@ -172,7 +181,7 @@ impl SaddleSystem {
         &self,
         p: [&[f64]; S],
     ) -> impl Fn(usize) -> [f64; S] + Sync {
-        let et = Rows::of(&self.et);
+        let et = Rows::of(&self.blocks.et);
         move |c| long_row(et, c, |q| p.map(|p| p[q]))
     }
 
@@ -183,7 +192,11 @@ impl SaddleSystem {
         v: [&[f64]; S],
         y: [&mut [f64]; S],
     ) {
-        let (u, b, e) = (u.map(nodes), Rows::of(&self.b), Rows::of(&self.e));
+        let (u, b, e) = (
+            u.map(nodes),
+            Rows::of(&self.blocks.b),
+            Rows::of(&self.blocks.e),
+        );
         let rows = |rows: Range<usize>, mut y: [&mut [f64]; S]| {
             for (at, q) in rows.enumerate() {
                 let mut sums = [0.0; S];
@@ -203,7 +216,7 @@ impl SaddleSystem {
                 }
             }
         };
-        self.pressure_blocks.for_each_block(y, &rows);
+        self.blocks.pressure_blocks.for_each_block(y, &rows);
     }
 
     fn pass<const S: usize>(&self, x: [&[f64]; S], y: [&mut [f64]; S]) {
@@ -212,10 +225,13 @@ impl SaddleSystem {
         let (u, v) = split(xa, velocity);
         let (ya, yp) = split_mut(y, border);
         let (yu, yv) = split_mut(ya, velocity);
-        let bt = Rows::of(&self.bt);
-        self.a
+        let bt = Rows::of(&self.blocks.bt);
+        self.blocks
+            .a
             .apply_nodes(u, v, yu, |i, a| add_gradient(bt, i, p, a));
-        self.a.apply_border(u, v, yv, self.border_gradient_rows(p));
+        self.blocks
+            .a
+            .apply_border(u, v, yv, self.border_gradient_rows(p));
         self.apply_divergence(u, v, yp);
     }
 }
@@ -273,7 +289,7 @@ fn add_gradient<const S: usize>(
 
 impl LinearOperator for SaddleSystem {
     fn rows(&self) -> usize {
-        self.a.rows() + self.pressure_mass.rows()
+        self.blocks.a.rows() + self.blocks.pressure_mass.rows()
     }
 
     fn cols(&self) -> usize {
@@ -291,11 +307,11 @@ impl LinearOperator for SaddleSystem {
     /// Reciprocal diagonals: with them a residual is about as large as the relative error of the border unknowns that it leaves
     /// (in the Euclidean norm 25 to 40 times smaller on the graded meshes measured).
     fn residual_weights(&self) -> Option<&[f32]> {
-        Some(&self.weights)
+        Some(&self.blocks.weights)
     }
 
     /// No left borders are given and the corner equals its mirror.
     fn is_symmetric(&self) -> bool {
-        self.a.is_symmetric() && self.e_left.is_none()
+        self.blocks.a.is_symmetric() && self.blocks.e_left.is_none()
     }
 }

@@ -22,11 +22,7 @@ pub(crate) fn transpose<V: Copy + Default + Send + Sync>(
 ) -> CsMatI<V, u32, usize> {
     let (from, cols) = (Rows::of(matrix), matrix.cols());
     let searched = ENTRIES_A_SEARCH * TASKS * matrix.rows();
-    let tasks = if from.entries_len() < searched {
-        1
-    } else {
-        TASKS
-    };
+    let tasks = if from.nnz() < searched { 1 } else { TASKS };
     let ranges: Vec<Range<usize>> = (0..tasks)
         .map(|task| task * cols / tasks..(task + 1) * cols / tasks)
         .collect();

@@ -39,7 +39,8 @@ type Solved = (Vec<Vec<f64>>, Vec<SolveReport>);
 
 fn together(stokes: &Stokes, b: &[Vec<f64>], params: &KrylovParams) -> Solved {
     let system = &stokes.system;
-    let mut block = BlockTriangular::with_transfer(system, &stokes.transfer).expect("set-up");
+    let mut block =
+        BlockTriangular::with_prolongation(system, &stokes.prolongation).expect("set-up");
     let mut x: Vec<_> = (0..b.len()).map(|_| vec![0.0; system.rows()]).collect();
     let b: Vec<&[f64]> = b.iter().map(Vec::as_slice).collect();
     let reports = fgmres_columns(system, &mut block, &b, &mut columns(&mut x), params);
@@ -48,7 +49,8 @@ fn together(stokes: &Stokes, b: &[Vec<f64>], params: &KrylovParams) -> Solved {
 
 fn one_by_one(stokes: &Stokes, b: &[Vec<f64>], params: &KrylovParams) -> Solved {
     let system = &stokes.system;
-    let mut block = BlockTriangular::with_transfer(system, &stokes.transfer).expect("set-up");
+    let mut block =
+        BlockTriangular::with_prolongation(system, &stokes.prolongation).expect("set-up");
     let solve = |b: &Vec<f64>| {
         let mut x = vec![0.0; system.rows()];
         let report = fgmres(system, &mut block, b, &mut x, params).expect("convergence");
@@ -65,13 +67,7 @@ fn solves_together_are_those_one_by_one() {
         (3, tolerance(1e-4)),
         (7, tolerance(1e-8)),
         // columns that are at different places of their cycles
-        (
-            5,
-            KrylovParams {
-                restart: 4,
-                ..tolerance(1e-6)
-            },
-        ),
+        (5, tolerance(1e-6).with_restart(4)),
     ] {
         let b = right_hand_sides(&stokes.system, count);
         assert!(together(&stokes, &b, &params) == one_by_one(&stokes, &b, &params));
@@ -98,15 +94,17 @@ fn passes_for_several_columns_are_passes_for_each() {
     let a = system.velocity_block();
     let scalar = Bordered::scalar(a.stiffness().clone()).expect("positive");
     let params = MultigridParams::default();
-    let transfer = &stokes.transfer;
-    let block = BlockTriangular::with_transfer(system, transfer).expect("set-up");
-    let gaps = block.with_gaps(system.pressure_mass()).expect("positive");
+    let prolongation = &stokes.prolongation;
+    let block = BlockTriangular::with_prolongation(system, prolongation).expect("set-up");
+    let gaps = block
+        .with_pressure_laplacian(system.pressure_mass())
+        .expect("positive");
     let mut preconditioners: [Box<dyn Preconditioner>; 5] = [
         Box::new(gaps),
-        Box::new(Multigrid::with_transfer(a, transfer, None, &params).expect("set-up")),
+        Box::new(Multigrid::with_prolongation(a, prolongation, None, &params).expect("set-up")),
         Box::new(Multigrid::new(&scalar, &MultigridParams::direct()).expect("set-up")),
-        Box::new(BlockTriangular::with_transfer(system, transfer).expect("set-up")),
-        Box::new(BlockDiagonal::with_transfer(system, transfer).expect("set-up")),
+        Box::new(BlockTriangular::with_prolongation(system, prolongation).expect("set-up")),
+        Box::new(BlockDiagonal::with_prolongation(system, prolongation).expect("set-up")),
     ];
     for count in [2, 6, 1, 4, 13, 3] {
         for operator in [a as &dyn LinearOperator, &scalar, system] {

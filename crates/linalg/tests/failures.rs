@@ -6,12 +6,12 @@ mod support;
 
 use linalg::{
     BlockDiagonal, BlockTriangular, Bordered, Csr, Csr3, DirectParams, KrylovParams, LinalgError,
-    LinearOperator, SaddleLdlt, SaddleSystem, Schwarz, SchwarzParams, SolveReport, Transfer,
+    LinearOperator, Prolongation, SaddleLdlt, SaddleSystem, Schwarz, SchwarzParams, SolveReport,
     fgmres, minres,
 };
 use nalgebra::DMatrix;
 use support::{
-    Stokes, body_forces, cube, held_pair, relative_difference, tolerance, transfer_for,
+    Stokes, body_forces, cube, linked_pair, prolongation_for, relative_difference, tolerance,
     true_residual, with_border,
 };
 
@@ -36,25 +36,22 @@ impl Solver {
     fn solve(
         self,
         system: &SaddleSystem,
-        transfer: &Transfer,
+        prolongation: &Prolongation,
         b: &[f64],
         params: &KrylovParams,
     ) -> Result<(Vec<f64>, SolveReport), LinalgError> {
         let mut x = vec![0.0; b.len()];
         let report = match self {
             Solver::Block => {
-                let mut pre = BlockTriangular::with_transfer(system, transfer)?;
+                let mut pre = BlockTriangular::with_prolongation(system, prolongation)?;
                 fgmres(system, &mut pre, b, &mut x, params)
             }
             Solver::Minres => {
-                let mut pre = BlockDiagonal::with_transfer(system, transfer)?;
+                let mut pre = BlockDiagonal::with_prolongation(system, prolongation)?;
                 minres(system, &mut pre, b, &mut x, params)
             }
             Solver::Schwarz => {
-                let cut = SchwarzParams {
-                    subdomains: 2,
-                    ..SchwarzParams::default()
-                };
+                let cut = SchwarzParams::default().with_subdomains(2);
                 let mut pre = Schwarz::new(system, &cut)?;
                 fgmres(system, &mut pre, b, &mut x, params)
             }
@@ -84,7 +81,7 @@ fn zero_right_hand_sides_have_the_zero_solution() {
     let stokes = small();
     let b = vec![0.0; stokes.system.rows()];
     for solver in ALL {
-        let solved = solver.solve(&stokes.system, &stokes.transfer, &b, &tolerance(1e-8));
+        let solved = solver.solve(&stokes.system, &stokes.prolongation, &b, &tolerance(1e-8));
         let (x, report) = solved.expect("zero");
         assert!(report.iterations == 0 && x.iter().all(|v| *v == 0.0));
     }
@@ -146,7 +143,7 @@ fn nan_and_infinity_are_found_in_every_block() {
     let mut b = body_forces(&stokes.system);
     b[17] = f64::NAN;
     for solver in ALL {
-        let error = solver.solve(&stokes.system, &stokes.transfer, &b, &tolerance(1e-8));
+        let error = solver.solve(&stokes.system, &stokes.prolongation, &b, &tolerance(1e-8));
         let error = error.map(|_| ());
         assert!(
             matches!(error, Err(LinalgError::NotFinite { index: 17, .. })),
@@ -170,7 +167,7 @@ fn rank_deficient_borders_are_named() {
         let system = with_border(&stokes, corner, None).expect("shapes are sound");
         let b = body_forces(&system);
         for solver in ALL {
-            let error = solver.solve(&system, &transfer_for(&stokes, m), &b, &tolerance(1e-8));
+            let error = solver.solve(&system, &prolongation_for(&stokes, m), &b, &tolerance(1e-8));
             let error = error.map(|_| ()).expect_err("singular");
             assert!(error.to_string().contains("border"), "{solver:?} {error}");
         }
@@ -186,7 +183,7 @@ fn sizes_do_not_matter() {
     for solver in ALL {
         let solve = |system: &SaddleSystem, b: &[f64]| {
             let (x, _) = solver
-                .solve(system, &stokes.transfer, b, &params)
+                .solve(system, &stokes.prolongation, b, &params)
                 .expect("solved");
             x[..system.pressure_range().start].to_vec()
         };
@@ -221,7 +218,7 @@ fn sizes_do_not_matter() {
     // squares underflow: no norm to be relative to
     let tiny: Vec<f64> = b.iter().map(|v| v * 1e-200).collect();
     for solver in ALL {
-        let error = solver.solve(&stokes.system, &stokes.transfer, &tiny, &params);
+        let error = solver.solve(&stokes.system, &stokes.prolongation, &tiny, &params);
         assert!(matches!(error, Err(LinalgError::Parameter { .. })));
     }
 }
@@ -251,9 +248,9 @@ fn a_tiny_viscosity_is_solved_or_stagnates() {
     for solver in ALL {
         let params = tolerance(1e-8);
         let (exact, _) = solver
-            .solve(&unit.system, &unit.transfer, &b, &params)
+            .solve(&unit.system, &unit.prolongation, &b, &params)
             .expect("solved");
-        match solver.solve(&tiny.system, &tiny.transfer, &b, &params) {
+        match solver.solve(&tiny.system, &tiny.prolongation, &b, &params) {
             Ok((x, _)) => {
                 let border = unit.system.border_range();
                 let scaled: Vec<f64> = x[border.clone()].iter().map(|v| v * 1e-9).collect();
@@ -275,7 +272,7 @@ fn incompatible_right_hand_sides_are_errors() {
     let mut b = body_forces(&stokes.system);
     b[stokes.system.pressure_range()].fill(1.0);
     for solver in ALL {
-        let error = solver.solve(&stokes.system, &stokes.transfer, &b, &tolerance(1e-8));
+        let error = solver.solve(&stokes.system, &stokes.prolongation, &b, &tolerance(1e-8));
         let stuck = matches!(
             error,
             Err(LinalgError::Stagnated { .. } | LinalgError::NotConverged { .. })
@@ -286,15 +283,14 @@ fn incompatible_right_hand_sides_are_errors() {
 
 #[test]
 fn iteration_limits_are_errors_with_the_residual() {
-    let (stokes, held) = held_pair();
-    let transfer = transfer_for(&stokes, held.border_range().len());
-    let b = body_forces(&held);
-    let params = KrylovParams {
-        max_iterations: 2,
-        ..tolerance(1e-10)
-    };
+    let (stokes, constrained) = linked_pair();
+    let prolongation = prolongation_for(&stokes, constrained.border_range().len());
+    let b = body_forces(&constrained);
+    let params = tolerance(1e-10).with_max_iterations(2);
     for solver in [Solver::Block, Solver::Minres, Solver::Schwarz] {
-        let error = solver.solve(&held, &transfer, &b, &params).map(|_| ());
+        let error = solver
+            .solve(&constrained, &prolongation, &b, &params)
+            .map(|_| ());
         let Err(LinalgError::NotConverged {
             iterations: 2,
             true_rel_residual,
@@ -313,10 +309,7 @@ fn factors_without_a_shift_are_refused_or_refined() {
     let system = small().system;
     let b = body_forces(&system);
     let factor = |shift| {
-        let params = DirectParams {
-            shift,
-            ..DirectParams::double()
-        };
+        let params = DirectParams::double().with_shift(shift);
         let mut x = vec![0.0; b.len()];
         let report = SaddleLdlt::factor(&system, &params)?.solve(&b, &mut x)?;
         assert!(true_residual(&system, &b, &x) <= 1e-12);
@@ -366,7 +359,7 @@ fn indefinite_or_one_way_stiffness_is_named() {
     let one_way = system(&|i, j, v| if i == 0 && j != 0 { 0.0 } else { v });
     let one_way = one_way.expect("sound to look at");
     for solver in ALL {
-        let solve = |system| solver.solve(system, &stokes.transfer, &b, &tolerance(1e-8));
+        let solve = |system| solver.solve(system, &stokes.prolongation, &b, &tolerance(1e-8));
         let preconditioned = matches!(solver, Solver::Block | Solver::Minres);
         // what orders a graph sees the missing entry; what only multiplies gets a right answer, which solve has checked, or stalls
         match solve(&one_way) {

@@ -20,8 +20,8 @@ fn schwarz_on_three_spheres() {
         return println!("the mesh is not at hand: skipped");
     };
     let plain = &stokes.system;
-    let held = with_border(&stokes, chained(plain.velocity_block().corner()), None);
-    for (system, petsc) in [(plain, 75), (&held.expect("a sound system"), 265)] {
+    let constrained = with_border(&stokes, chained(plain.velocity_block().corner()), None);
+    for (system, petsc) in [(plain, 75), (&constrained.expect("a sound system"), 265)] {
         let b = body_forces(system);
         let start = Instant::now();
         let mut pre = Schwarz::new(system, &SchwarzParams::default()).expect("set-up");

@@ -6,15 +6,20 @@ mod support;
 
 use linalg::{
     BlockDiagonal, DirectParams, LinalgError, LinearOperator, Multigrid, MultigridParams,
-    Preconditioner, PreconditionerKind, SaddleLdlt, SaddleSystem, Transfer, minres,
+    Preconditioner, PreconditionerKind, Prolongation, SaddleLdlt, SaddleSystem, minres,
 };
 use support::{
-    body_forces, chained, dot, held_pair, noise, one_body, relative_difference, three_spheres,
-    tolerance, transfer_for, true_residual, two_bodies, with_border,
+    body_forces, chained, dot, linked_pair, noise, one_body, prolongation_for, relative_difference,
+    three_spheres, tolerance, true_residual, two_bodies, with_border,
 };
 
-fn solve(system: &SaddleSystem, transfer: &Transfer, b: &[f64], rel_tol: f64) -> (Vec<f64>, usize) {
-    let mut pre = BlockDiagonal::with_transfer(system, transfer).expect("set-up");
+fn solve(
+    system: &SaddleSystem,
+    prolongation: &Prolongation,
+    b: &[f64],
+    rel_tol: f64,
+) -> (Vec<f64>, usize) {
+    let mut pre = BlockDiagonal::with_prolongation(system, prolongation).expect("set-up");
     let mut x = vec![0.0; b.len()];
     let report = minres(system, &mut pre, b, &mut x, &tolerance(rel_tol)).expect("convergence");
     assert!(true_residual(system, b, &x) <= rel_tol);
@@ -25,14 +30,17 @@ fn solve(system: &SaddleSystem, transfer: &Transfer, b: &[f64], rel_tol: f64) ->
 #[test]
 fn agrees_with_the_direct_solver() {
     let plain = two_bodies(1);
-    let (stokes, held) = held_pair();
-    let transfer = transfer_for(&stokes, held.border_range().len());
-    for (system, transfer) in [(&plain.system, &plain.transfer), (&held, &transfer)] {
+    let (stokes, constrained) = linked_pair();
+    let prolongation = prolongation_for(&stokes, constrained.border_range().len());
+    for (system, prolongation) in [
+        (&plain.system, &plain.prolongation),
+        (&constrained, &prolongation),
+    ] {
         let b = body_forces(system);
         let mut exact = vec![0.0; b.len()];
         let mut direct = SaddleLdlt::factor(system, &DirectParams::default()).expect("factors");
         direct.solve(&b, &mut exact).expect("refinement");
-        let (x, iterations) = solve(system, transfer, &b, 1e-11);
+        let (x, iterations) = solve(system, prolongation, &b, 1e-11);
         println!("{iterations} iterations");
         let velocities = 0..system.pressure_range().start;
         let difference = relative_difference(&x[velocities.clone()], &exact[velocities]);
@@ -44,7 +52,7 @@ fn agrees_with_the_direct_solver() {
 #[test]
 fn iterations_are_flat_under_refinement() {
     let [coarse, fine] = [one_body(2), one_body(4)]
-        .map(|s| solve(&s.system, &s.transfer, &body_forces(&s.system), 1e-8).1);
+        .map(|s| solve(&s.system, &s.prolongation, &body_forces(&s.system), 1e-8).1);
     println!("{coarse} at 10 000 unknowns, {fine} at 92 000");
     assert!(fine <= coarse + coarse / 5 && fine <= 100);
 }
@@ -56,13 +64,18 @@ fn three_spheres_with_and_without_multipliers() {
         return println!("the mesh is not at hand: skipped");
     };
     let plain = &stokes.system;
-    let held = with_border(&stokes, chained(plain.velocity_block().corner()), None);
-    let held = held.expect("a sound system");
-    let transfer = transfer_for(&stokes, held.border_range().len());
+    let constrained = with_border(&stokes, chained(plain.velocity_block().corner()), None);
+    let constrained = constrained.expect("a sound system");
+    let prolongation = prolongation_for(&stokes, constrained.border_range().len());
     let start = std::time::Instant::now();
-    let (_, without) = solve(plain, &stokes.transfer, &body_forces(plain), 1e-8);
+    let (_, without) = solve(plain, &stokes.prolongation, &body_forces(plain), 1e-8);
     let between = start.elapsed();
-    let (_, with) = solve(&held, &transfer, &body_forces(&held), 1e-8);
+    let (_, with) = solve(
+        &constrained,
+        &prolongation,
+        &body_forces(&constrained),
+        1e-8,
+    );
     println!(
         "{without} without ({between:.1?}), {with} with multipliers ({:.1?})",
         start.elapsed() - between
@@ -73,11 +86,11 @@ fn three_spheres_with_and_without_multipliers() {
 /// `<N x, y> = <x, N y>` to the f32 rounding of the cycle, and `<x, N x> > 0`, though the system is indefinite in its border.
 #[test]
 fn the_preconditioner_is_positive_definite_with_multipliers() {
-    let (stokes, held) = held_pair();
-    let transfer = transfer_for(&stokes, held.border_range().len());
-    let mut pre = BlockDiagonal::with_transfer(&held, &transfer).expect("set-up");
+    let (stokes, constrained) = linked_pair();
+    let prolongation = prolongation_for(&stokes, constrained.border_range().len());
+    let mut pre = BlockDiagonal::with_prolongation(&constrained, &prolongation).expect("set-up");
     assert_eq!(pre.kind(), PreconditionerKind::PositiveDefinite);
-    let x = noise(held.rows());
+    let x = noise(constrained.rows());
     let y: Vec<f64> = x.iter().map(|v| (3.0 * v + 0.5).cos()).collect();
     let [mut nx, mut ny] = [(); 2].map(|()| vec![0.0; x.len()]);
     pre.apply(&x, &mut nx);
@@ -91,17 +104,17 @@ fn the_preconditioner_is_positive_definite_with_multipliers() {
     );
     // a vector of the multipliers alone is where an indefinite inverse would show
     let mut multipliers = vec![0.0; x.len()];
-    multipliers[held.border_range()][12..].fill(1.0);
+    multipliers[constrained.border_range()][12..].fill(1.0);
     pre.apply(&multipliers, &mut nx);
     assert!(dot(&multipliers, &nx) > 0.0 && dot(&x, &x) > 0.0);
 }
 
 #[test]
 fn refuses_what_it_cannot_treat() {
-    let (stokes, held) = held_pair();
+    let (stokes, constrained) = linked_pair();
     let plain = stokes.system.velocity_block().corner();
     let nonsymmetric = with_border(&stokes, plain * 1.1, Some(1.1)).expect("a sound system");
-    let refusal = BlockDiagonal::with_transfer(&nonsymmetric, &stokes.transfer).map(|_| ());
+    let refusal = BlockDiagonal::with_prolongation(&nonsymmetric, &stokes.prolongation).map(|_| ());
     assert!(matches!(refusal, Err(LinalgError::NotSymmetric { .. })));
     // a corner that is not its mirror is as bad as a left border
     let mut tilted = plain.clone();
@@ -110,9 +123,10 @@ fn refuses_what_it_cannot_treat() {
     assert!(!tilted.is_symmetric());
     // the exact inverse of an indefinite border
     let params = MultigridParams::default();
-    let transfer = transfer_for(&stokes, held.border_range().len());
-    let cycle = Multigrid::with_transfer(held.velocity_block(), &transfer, None, &params);
-    let refusal = BlockDiagonal::new(&held, cycle.expect("set-up")).map(|_| ());
+    let prolongation = prolongation_for(&stokes, constrained.border_range().len());
+    let cycle =
+        Multigrid::with_prolongation(constrained.velocity_block(), &prolongation, None, &params);
+    let refusal = BlockDiagonal::new(&constrained, cycle.expect("set-up")).map(|_| ());
     assert!(matches!(
         refusal,
         Err(LinalgError::UnsuitablePreconditioner { .. })
@@ -140,7 +154,7 @@ fn an_incompatible_right_hand_side_is_an_error() {
     let system = &stokes.system;
     let mut b = body_forces(system);
     b[system.pressure_range()].fill(1.0);
-    let mut pre = BlockDiagonal::with_transfer(system, &stokes.transfer).expect("set-up");
+    let mut pre = BlockDiagonal::with_prolongation(system, &stokes.prolongation).expect("set-up");
     let mut x = vec![0.0; b.len()];
     let error = minres(system, &mut pre, &b, &mut x, &tolerance(1e-8)).expect_err("no solution");
     assert!(
@@ -159,7 +173,7 @@ fn bitwise_the_same_on_one_and_two_threads() {
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.expect("a pool")
-            .install(|| solve(&stokes.system, &stokes.transfer, &b, 1e-6).0)
+            .install(|| solve(&stokes.system, &stokes.prolongation, &b, 1e-6).0)
     };
     assert!(on(1) == on(2));
 }

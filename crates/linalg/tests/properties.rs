@@ -257,7 +257,7 @@ proptest! {
         let size = a.rows();
         let b = noise(size);
         let expected = dense_solution(&matrix.view((0, 0), (size, size)).into_owned(), &b);
-        let params = KrylovParams { rel_tol: 1e-11, ..KrylovParams::default() };
+        let params = KrylovParams::default().with_rel_tol(1e-11);
         let mut pre = Multigrid::new(a, &MultigridParams::default()).expect("regular");
         for method in [cg, fgmres] {
             let mut x = vec![0.0; size];

@@ -9,7 +9,7 @@ use linalg::{
     fgmres, minres,
 };
 use support::{
-    body_forces, held_pair, one_body, relative_difference, tolerance, true_residual, two_bodies,
+    body_forces, linked_pair, one_body, relative_difference, tolerance, true_residual, two_bodies,
     with_border,
 };
 
@@ -22,19 +22,17 @@ fn solve(system: &SaddleSystem, b: &[f64], params: &SchwarzParams, tol: f64) -> 
 }
 
 fn cut(subdomains: usize, overlap: usize) -> SchwarzParams {
-    SchwarzParams {
-        subdomains,
-        overlap,
-        ..SchwarzParams::default()
-    }
+    SchwarzParams::default()
+        .with_subdomains(subdomains)
+        .with_overlap(overlap)
 }
 
 /// Body and multiplier unknowns, definite and indefinite borders.
 #[test]
 fn agrees_with_the_direct_solver() {
     let plain = two_bodies(1).system;
-    let held = held_pair().1;
-    for system in [plain, held] {
+    let constrained = linked_pair().1;
+    for system in [plain, constrained] {
         let b = body_forces(&system);
         let mut exact = vec![0.0; b.len()];
         let mut direct = SaddleLdlt::factor(&system, &DirectParams::default()).expect("factors");
@@ -68,13 +66,10 @@ fn overlap_saves_and_subdomains_cost_iterations() {
 /// Naive placement: a multiplier in a subdomain without its bodies has a row of zeros there.
 #[test]
 fn multipliers_without_their_bodies_are_named() {
-    let system = held_pair().1;
+    let system = linked_pair().1;
     let m = system.border_range().len();
     let apart: Vec<usize> = (0..m).map(|c| usize::from(c >= 12)).collect();
-    let params = |to: Vec<usize>| SchwarzParams {
-        border: BorderPlacement::Assigned(to),
-        ..cut(2, 1)
-    };
+    let params = |to: Vec<usize>| cut(2, 1).with_border(BorderPlacement::Assigned(to));
     let error = Schwarz::new(&system, &params(apart)).map(|_| ());
     let Err(LinalgError::Subdomain {
         subdomain: 1,
@@ -113,10 +108,7 @@ fn refuses_what_it_cannot_treat() {
             ..
         })
     ));
-    let assigned = |to| SchwarzParams {
-        border: BorderPlacement::Assigned(to),
-        ..cut(2, 1)
-    };
+    let assigned = |to| cut(2, 1).with_border(BorderPlacement::Assigned(to));
     let short = set_up(&assigned(vec![0]));
     assert!(matches!(short, Err(LinalgError::Shape { .. })));
     let outside = set_up(&assigned(vec![2; 12]));

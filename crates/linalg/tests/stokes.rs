@@ -11,12 +11,13 @@ use linalg::{
 };
 use nalgebra::DMatrix;
 use support::{
-    Stokes, body_forces, cube, dot, held_pair, noise, one_body, relative_difference, three_spheres,
-    tolerance, transfer_for, true_residual, two_bodies, with_border,
+    Stokes, body_forces, cube, dot, linked_pair, noise, one_body, prolongation_for,
+    relative_difference, three_spheres, tolerance, true_residual, two_bodies, with_border,
 };
 
 fn block_solve(stokes: &Stokes, b: &[f64], params: &KrylovParams) -> (Vec<f64>, usize) {
-    let mut pre = BlockTriangular::with_transfer(&stokes.system, &stokes.transfer).expect("set-up");
+    let mut pre =
+        BlockTriangular::with_prolongation(&stokes.system, &stokes.prolongation).expect("set-up");
     let mut x = vec![0.0; b.len()];
     let report = fgmres(&stokes.system, &mut pre, b, &mut x, params).expect("convergence");
     assert!(true_residual(&stokes.system, b, &x) <= params.rel_tol);
@@ -60,9 +61,9 @@ fn the_assembled_system_is_symmetric_and_galerkin_is_the_p1_stiffness() {
     assert!((&matrix - matrix.transpose()).amax() < 1e-14);
     let params = MultigridParams::default();
     let a = stokes.system.velocity_block();
-    let galerkin = Multigrid::with_transfer(a, &stokes.transfer, None, &params);
+    let galerkin = Multigrid::with_prolongation(a, &stokes.prolongation, None, &params);
     let given = Some(stokes.coarse_stiffness.clone());
-    let given = Multigrid::with_transfer(a, &stokes.transfer, given, &params);
+    let given = Multigrid::with_prolongation(a, &stokes.prolongation, given, &params);
     let r = noise(a.rows());
     let [mut z, mut w] = [(); 2].map(|()| vec![0.0; r.len()]);
     galerkin.expect("set-up").apply(&r, &mut z);
@@ -148,7 +149,8 @@ fn the_v_cycle_is_symmetric_and_positive() {
     let stokes = two_bodies(1);
     let a = stokes.system.velocity_block();
     let params = MultigridParams::default();
-    let mut cycle = Multigrid::with_transfer(a, &stokes.transfer, None, &params).expect("set-up");
+    let mut cycle =
+        Multigrid::with_prolongation(a, &stokes.prolongation, None, &params).expect("set-up");
     assert_eq!(cycle.kind(), PreconditionerKind::PositiveDefinite);
     let x = noise(a.rows());
     let y: Vec<f64> = x.iter().map(|v| (3.0 * v + 0.5).cos()).collect();
@@ -174,8 +176,8 @@ fn the_v_cycle_scales_exactly() {
     let apply = |viscosity: f64, force: f64| {
         let [k, c] = [a.stiffness(), a.border()].map(|m| m.map(|v| v * viscosity));
         let scaled = Bordered::new(k, c, None, a.corner() * viscosity).expect("sound");
-        let mut cycle =
-            Multigrid::with_transfer(&scaled, &stokes.transfer, None, &params).expect("set-up");
+        let mut cycle = Multigrid::with_prolongation(&scaled, &stokes.prolongation, None, &params)
+            .expect("set-up");
         let r: Vec<f64> = noise(a.rows()).iter().map(|v| v * force).collect();
         let mut z = vec![0.0; r.len()];
         cycle.apply(&r, &mut z);
@@ -227,7 +229,7 @@ fn results_are_bitwise_the_same_on_one_and_two_threads() {
 /// Bordered systems beyond the symmetric definite: constraints as multipliers, and other left columns.
 #[test]
 fn indefinite_and_nonsymmetric_borders_are_solved() {
-    let (stokes, constrained) = held_pair();
+    let (stokes, constrained) = linked_pair();
     let plain = stokes.system.velocity_block().corner();
     let nonsymmetric = with_border(&stokes, plain * 1.1, Some(1.1)).expect("a sound system");
     assert!(constrained.is_symmetric() && !nonsymmetric.is_symmetric());
@@ -240,8 +242,8 @@ fn indefinite_and_nonsymmetric_borders_are_solved() {
         let difference = relative_difference(&x, &exact);
         assert!(difference < 1e-9, "direct {difference:e}");
 
-        let transfer = transfer_for(&stokes, system.border_range().len());
-        let mut pre = BlockTriangular::with_transfer(&system, &transfer).expect("set-up");
+        let prolongation = prolongation_for(&stokes, system.border_range().len());
+        let mut pre = BlockTriangular::with_prolongation(&system, &prolongation).expect("set-up");
         assert_eq!(pre.velocity().kind(), PreconditionerKind::Linear);
         x.fill(0.0);
         let report = fgmres(&system, &mut pre, &b, &mut x, &tolerance(1e-11)).expect("convergence");
@@ -280,7 +282,7 @@ fn starts_restarts_and_refusals() {
     let stokes = small();
     let system = &stokes.system;
     let b = body_forces(system);
-    let mut pre = BlockTriangular::with_transfer(system, &stokes.transfer).expect("set-up");
+    let mut pre = BlockTriangular::with_prolongation(system, &stokes.prolongation).expect("set-up");
     let mut solve =
         |b: &[f64], x: &mut [f64], params: &KrylovParams| fgmres(system, &mut pre, b, x, params);
     // a zero right-hand side has the zero solution, whatever the guess
@@ -288,10 +290,7 @@ fn starts_restarts_and_refusals() {
     let report = solve(&vec![0.0; b.len()], &mut x, &tolerance(1e-8)).expect("zero");
     assert!(report.iterations == 0 && x.iter().all(|v| *v == 0.0));
     // restarts cost iterations, not the answer
-    let restarted = KrylovParams {
-        restart: 10,
-        ..tolerance(1e-10)
-    };
+    let restarted = tolerance(1e-10).with_restart(10);
     let report = solve(&b, &mut x, &restarted).expect("convergence");
     assert!(report.iterations > 10 && true_residual(system, &b, &x) <= 1e-10);
     // a solution as guess needs nothing: residuals are relative to b
@@ -299,10 +298,7 @@ fn starts_restarts_and_refusals() {
     assert_eq!(report.iterations, 0);
     // the limit is an error with the residual in it
     x.fill(0.0);
-    let short = KrylovParams {
-        max_iterations: 3,
-        ..tolerance(1e-8)
-    };
+    let short = tolerance(1e-8).with_max_iterations(3);
     let error = solve(&b, &mut x, &short).expect_err("three iterations");
     let LinalgError::NotConverged {
         true_rel_residual, ..

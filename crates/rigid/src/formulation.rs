@@ -1,6 +1,8 @@
 //! What a formulation is: a way to turn the fluid block and the constraints into one system, and back.
 
-use linalg::{BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, SaddleSystem, Transfer};
+use linalg::{
+    BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, Prolongation, SaddleSystem,
+};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::articulation::check_length;
@@ -45,10 +47,10 @@ pub struct Constrained {
     /// Right-hand side.
     pub right: Vec<f64>,
     /// From the free vertices' functions to those of all free nodes.
-    pub transfer: Transfer,
+    pub transfer: Prolongation,
     /// Stiffness of the free vertices: the coarse operator of `transfer`.
     pub vertex_stiffness: Csr,
-    /// Stiffness of narrow gaps, [`BlockTriangular::with_gaps`], for the preconditioner; none where no gap is narrow.
+    /// Stiffness of narrow gaps, [`BlockTriangular::with_pressure_laplacian`], for the preconditioner; none where no gap is narrow.
     pub gap_stiffness: Option<Csr>,
     /// Generalised velocities from the border unknowns: `q = columns v + offset`.
     columns: DMatrix<f64>,
@@ -141,10 +143,10 @@ impl Constrained {
             || {
                 let left = test.as_ref().map(|test| &fluid.border * test);
                 Bordered::new(stiffness, &fluid.border * &trial, left, corner)?
-                    .with_held(&fluid.held)
+                    .with_constrained_dofs(&fluid.held)
             },
             || {
-                let transfer = Transfer::new(interpolation, &interpolation_border * &trial)?;
+                let transfer = Prolongation::new(interpolation, &interpolation_border * &trial)?;
                 match &test {
                     Some(test) => transfer.with_left_border(&interpolation_border * test),
                     None => Ok(transfer),
@@ -300,8 +302,8 @@ impl Constrained {
     ///
     /// # Errors
     /// A matrix that multigrid cannot treat.
-    pub fn preconditioner(&self) -> Result<BlockTriangular<'_>, RigidError> {
-        let multigrid = Multigrid::with_transfer(
+    pub fn preconditioner(&self) -> Result<BlockTriangular, RigidError> {
+        let multigrid = Multigrid::with_prolongation(
             self.system.velocity_block(),
             &self.transfer,
             Some(self.vertex_stiffness.clone()),
@@ -309,7 +311,7 @@ impl Constrained {
         )?;
         let block = BlockTriangular::new(&self.system, multigrid)?;
         Ok(match &self.gap_stiffness {
-            Some(stiffness) => block.with_gaps(stiffness)?,
+            Some(stiffness) => block.with_pressure_laplacian(stiffness)?,
             None => block,
         })
     }

@@ -184,10 +184,7 @@ impl Case {
         let system = self.constrain(formulation).expect("a system");
         let mut preconditioner = system.preconditioner().expect("multigrid");
         let mut x = vec![0.0; system.right.len()];
-        let params = KrylovParams {
-            rel_tol: TOLERANCE,
-            ..KrylovParams::default()
-        };
+        let params = KrylovParams::default().with_rel_tol(TOLERANCE);
         let report = fgmres(
             &system.system,
             &mut preconditioner,
@@ -313,12 +310,9 @@ fn minres_agrees_and_the_direct_solver_refuses() {
     let (flow, _) = case.solve(&Eliminated);
     let system = case.constrain(&Eliminated).expect("a system");
     let mut preconditioner =
-        BlockDiagonal::with_transfer(&system.system, &system.transfer).expect("definite");
+        BlockDiagonal::with_prolongation(&system.system, &system.transfer).expect("definite");
     let mut x = vec![0.0; system.right.len()];
-    let params = KrylovParams {
-        rel_tol: 1e-8,
-        ..KrylovParams::default()
-    };
+    let params = KrylovParams::default().with_rel_tol(1e-8);
     minres(
         &system.system,
         &mut preconditioner,
@@ -333,7 +327,7 @@ fn minres_agrees_and_the_direct_solver_refuses() {
     let refused = SaddleLdlt::factor(&system.system, &Default::default()).err();
     assert!(matches!(
         refused,
-        Some(linalg::LinalgError::HeldComponents { .. })
+        Some(linalg::LinalgError::ConstrainedDofs { .. })
     ));
 }
 

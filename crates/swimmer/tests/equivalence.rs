@@ -109,10 +109,7 @@ fn direct(system: &Constrained) -> Vec<f64> {
 fn block(system: &Constrained) -> Vec<f64> {
     let mut x = vec![0.0; system.right.len()];
     let mut preconditioner = system.preconditioner().unwrap();
-    let params = KrylovParams {
-        rel_tol: 1e-10,
-        ..KrylovParams::default()
-    };
+    let params = KrylovParams::default().with_rel_tol(1e-10);
     fgmres(
         &system.system,
         &mut preconditioner,

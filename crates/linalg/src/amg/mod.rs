@@ -8,7 +8,7 @@ mod smooth;
 mod strength;
 mod tentative;
 
-use crate::{Bordered, Transfer};
+use crate::{Bordered, Prolongation};
 
 /// Prolongation to the next coarser level, or `None` when aggregation no longer coarsens.
 ///
@@ -18,15 +18,21 @@ pub(crate) fn prolongation(
     diagonal: &[f64],
     upper: f64,
     threshold: f64,
-) -> Option<Transfer> {
+) -> Option<Prolongation> {
     let strong = strength::symmetric(fine.stiffness(), diagonal, threshold);
     // nodes that are held in different components must not be moved together
-    let held = fine.held().bits(fine.nodes());
-    let aggregates = aggregate::standard(&strong, &held);
+    let constrained = fine.constrained_dofs().bits(fine.nodes());
+    let aggregates = aggregate::standard(&strong, &constrained);
     let tentative = tentative::constant(&aggregates);
     // less than a fifth fewer unknowns a level: cheaper to factorise here than to go on
     if tentative.cols() == 0 || 5 * tentative.cols() > 4 * fine.nodes() {
         return None;
     }
-    Some(smooth::jacobi(fine, diagonal, upper, &tentative, &held))
+    Some(smooth::jacobi(
+        fine,
+        diagonal,
+        upper,
+        &tentative,
+        &constrained,
+    ))
 }

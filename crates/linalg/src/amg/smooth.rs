@@ -2,7 +2,7 @@
 
 use crate::csr::Rows;
 use crate::product::build_rows;
-use crate::{Bordered, Csr, Transfer};
+use crate::{Bordered, Csr, Prolongation};
 
 /// `P = (I - w D^-1 K) T` and `Q = -w D^-1 C` (and `Q_l` from `C_l`) with `w = 4 / (3 upper)`, the minimiser of the energy bound.
 ///
@@ -16,8 +16,8 @@ pub(super) fn jacobi(
     diagonal: &[f64],
     upper: f64,
     tentative: &Csr,
-    held: &[u8],
-) -> Transfer {
+    constrained: &[u8],
+) -> Prolongation {
     let omega = 4.0 / (3.0 * upper);
     let (k, t) = (Rows::of(fine.stiffness()), Rows::of(tentative));
     let nodes = build_rows(fine.nodes(), tentative.cols(), |i, row| {
@@ -25,7 +25,11 @@ pub(super) fn jacobi(
             row.add(aggregate, value);
         }
         for (j, kij) in k.row(i) {
-            let source = if held[i] & !held[j] == 0 { j } else { i };
+            let source = if constrained[i] & !constrained[j] == 0 {
+                j
+            } else {
+                i
+            };
             for (aggregate, value) in t.row(source) {
                 row.add(aggregate, -omega / diagonal[i] * kij * value);
             }
@@ -39,7 +43,7 @@ pub(super) fn jacobi(
             }
         })
     };
-    Transfer::from_parts(
+    Prolongation::from_parts(
         nodes,
         smoothed_border(fine.border()),
         fine.border_left().map(smoothed_border),

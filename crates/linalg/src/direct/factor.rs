@@ -114,7 +114,7 @@ impl SparseFactor {
     }
 
     /// Stored entries of the factor.
-    pub fn entries(&self) -> usize {
+    pub fn nnz(&self) -> usize {
         self.symbolic.len_val()
     }
 

@@ -80,8 +80,8 @@ impl SaddleFactor {
     }
 
     /// Entries of the factor.
-    pub fn entries(&self) -> usize {
-        self.factor.entries()
+    pub fn nnz(&self) -> usize {
+        self.factor.nnz()
     }
 
     /// Bytes of the factor.

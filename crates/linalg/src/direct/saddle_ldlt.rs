@@ -9,6 +9,7 @@ use crate::{
 
 /// Choices of the direct solver.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct DirectParams {
     /// Of the factors; residuals and solutions are always f64.
     pub precision: Precision,
@@ -45,6 +46,32 @@ impl DirectParams {
     }
 }
 
+impl DirectParams {
+    /// The same parameters with another [`precision`](DirectParams::precision).
+    pub fn with_precision(mut self, precision: Precision) -> Self {
+        self.precision = precision;
+        self
+    }
+
+    /// The same parameters with another [`shift`](DirectParams::shift).
+    pub fn with_shift(mut self, shift: f64) -> Self {
+        self.shift = shift;
+        self
+    }
+
+    /// The same parameters with another [`rel_tol`](DirectParams::rel_tol).
+    pub fn with_rel_tol(mut self, rel_tol: f64) -> Self {
+        self.rel_tol = rel_tol;
+        self
+    }
+
+    /// The same parameters with another [`max_refinements`](DirectParams::max_refinements).
+    pub fn with_max_refinements(mut self, max_refinements: usize) -> Self {
+        self.max_refinements = max_refinements;
+        self
+    }
+}
+
 /// Steps of refinement before a look at the true residual: more than any sound system needs.
 const CYCLE: usize = 10;
 
@@ -58,19 +85,22 @@ const CYCLE: usize = 10;
 /// Cost: `N^1.4` memory, `N^1.8` time for N unknowns; 283 000 take a minute of processor time and 2.3 GB for 574 million entries. A quarter of
 /// that memory and a third of the time go where pressures may be iterated: [`BlockTriangular`](crate::BlockTriangular) with a
 /// [`Multigrid`](crate::Multigrid) of [`MultigridParams::direct`](crate::MultigridParams::direct), 25 iterations to 1e-12.
-pub struct SaddleLdlt<'a> {
-    system: &'a SaddleSystem,
+pub struct SaddleLdlt {
+    system: SaddleSystem,
     krylov: KrylovParams,
     factor: SaddleFactor,
 }
 
-impl<'a> SaddleLdlt<'a> {
+impl SaddleLdlt {
     /// Orders and factorises.
     ///
     /// # Errors
     /// [`LinalgError::Factorisation`] for a singular block or lack of memory, [`LinalgError::Parameter`].
-    pub fn factor(system: &'a SaddleSystem, params: &DirectParams) -> Result<Self, LinalgError> {
-        system.velocity_block().held().refuse("the direct solver")?;
+    pub fn factor(system: &SaddleSystem, params: &DirectParams) -> Result<Self, LinalgError> {
+        system
+            .velocity_block()
+            .constrained_dofs()
+            .refuse("the direct solver")?;
         for (name, value) in [("shift", params.shift), ("rel_tol", params.rel_tol)] {
             if !(value > 0.0 && value < 1.0) {
                 let range = "between 0 and 1";
@@ -78,7 +108,7 @@ impl<'a> SaddleLdlt<'a> {
             }
         }
         Ok(SaddleLdlt {
-            system,
+            system: system.clone(),
             krylov: KrylovParams {
                 rel_tol: params.rel_tol,
                 max_iterations: params.max_refinements,
@@ -89,8 +119,8 @@ impl<'a> SaddleLdlt<'a> {
     }
 
     /// Entries of the factor.
-    pub fn entries(&self) -> usize {
-        self.factor.entries()
+    pub fn nnz(&self) -> usize {
+        self.factor.nnz()
     }
 
     /// Bytes of the factor.
@@ -106,7 +136,7 @@ impl<'a> SaddleLdlt<'a> {
     /// Those of [`fgmres`]; [`LinalgError::Stagnated`] where f32 does not suffice: use [`DirectParams::double`].
     pub fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<SolveReport, LinalgError> {
         x.fill(0.0);
-        let mut report = fgmres(self.system, &mut self.factor, b, x, &self.krylov)?;
+        let mut report = fgmres(&self.system, &mut self.factor, b, x, &self.krylov)?;
         if report.true_rel_residual > 0.0 {
             self.polish(b, x, &mut report);
         }

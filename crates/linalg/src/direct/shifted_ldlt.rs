@@ -60,8 +60,8 @@ impl ShiftedLdlt {
     }
 
     /// Entries of the factor.
-    pub fn entries(&self) -> usize {
-        self.factor.entries()
+    pub fn nnz(&self) -> usize {
+        self.factor.nnz()
     }
 
     /// Solves `A x = b` and returns the relative true residual.
@@ -195,7 +195,7 @@ mod tests {
             let mut x = vec![0.0; b.len()];
             let mut solver = ShiftedLdlt::factor(matrix.clone(), &shift, &group).expect("sound");
             let residual = solver.solve(&b, &mut x).expect("compatible");
-            assert!(residual < 1e-12 && solver.entries() > 0);
+            assert!(residual < 1e-12 && solver.nnz() > 0);
             let worst = (0..400)
                 .map(|i| (x[i] - exact[i]).abs())
                 .fold(0.0, f64::max);

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+#[cfg(feature = "roofline")]
 use crate::roofline::{Kernel, Measure};
 use crate::vector::{CHUNK, lanes_dot, max_abs, power_of_two_below};
 
@@ -240,6 +241,7 @@ impl RoundedBasis {
 /// Hands the orthogonalisation of a vector of length `n` against `k` others, in both precisions, to `measure`.
 ///
 /// An iteration of a solve to 1e-8 runs the one in f64 for a third of its vectors, the other for the rest.
+#[cfg(feature = "roofline")]
 pub(crate) fn visit_basis_kernels(
     k: usize,
     n: usize,

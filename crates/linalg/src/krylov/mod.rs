@@ -8,6 +8,7 @@ mod minres;
 mod progress;
 mod report;
 
+#[cfg(feature = "roofline")]
 pub(crate) use basis::visit_basis_kernels;
 pub use cg::cg;
 pub use fgmres::{fgmres, fgmres_columns};

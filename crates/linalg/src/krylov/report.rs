@@ -6,6 +6,7 @@ use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 
 /// When to stop.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct KrylovParams {
     /// Bound on `||b - A x|| / ||b||`, and on twice its value in the weights of an operator that has them. Always relative to `b`: a good initial guess then saves iterations.
     pub rel_tol: f64,
@@ -27,6 +28,26 @@ impl Default for KrylovParams {
     }
 }
 
+impl KrylovParams {
+    /// The same parameters with another [`rel_tol`](KrylovParams::rel_tol).
+    pub fn with_rel_tol(mut self, rel_tol: f64) -> Self {
+        self.rel_tol = rel_tol;
+        self
+    }
+
+    /// The same parameters with another [`max_iterations`](KrylovParams::max_iterations).
+    pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
+        self.max_iterations = max_iterations;
+        self
+    }
+
+    /// The same parameters with another [`restart`](KrylovParams::restart).
+    pub fn with_restart(mut self, restart: usize) -> Self {
+        self.restart = restart;
+        self
+    }
+}
+
 /// What the weighted residual is multiplied with to stand for the error of the border unknowns, both relative. Measured are 0.2 to 2.3 for the
 /// velocity of a swimmer at tolerances from 1e-5 to 1e-9 and less than 0.1 for spheres under forces, whose velocities are energies; with two, the error
 /// stayed below every one of those tolerances.
@@ -34,6 +55,7 @@ pub(super) const ERROR_OVER_RESIDUAL: f64 = 2.0;
 
 /// How a solve went.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SolveReport {
     /// Products with the preconditioned operator.
     pub iterations: usize,

@@ -50,11 +50,11 @@ impl CoarseSolver {
                 columns,
             )
         };
-        let held = operator.held();
-        let mut factors = if held.is_empty() {
+        let constrained = operator.constrained_dofs();
+        let mut factors = if constrained.is_empty() {
             vec![factorise(&k, 3)?]
         } else {
-            let factors = (0..3).map(|d| factorise(&held.pinned(&k, d), 1));
+            let factors = (0..3).map(|d| factorise(&constrained.pinned(&k, d), 1));
             factors.collect::<Result<_, _>>()?
         };
         let border_rows = operator.border_rows().map(|v| v * unit);
@@ -93,7 +93,7 @@ impl CoarseSolver {
             lifted,
             schur,
             definite,
-            vectors: Vectors::new(n, m, held.clone()),
+            vectors: Vectors::new(n, m, constrained.clone()),
             components,
             interleaved: vec![0.0; 3 * n],
             border: DVector::zeros(m),

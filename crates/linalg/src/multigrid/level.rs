@@ -1,4 +1,4 @@
-//! One level of the cycle: its smoother and its transfer, in single precision.
+//! One level of the cycle: its smoother and its prolongation, in single precision.
 
 use std::array::from_fn;
 
@@ -7,7 +7,7 @@ use crate::csr::{Csr32, Rounded, Rows, to_f32};
 use crate::node_kernel::{SparseNodes, long_row, padded_row};
 use crate::row_blocks::RowBlocks;
 use crate::transpose::transpose;
-use crate::{Bordered, Transfer};
+use crate::{Bordered, Prolongation};
 
 /// A level above the coarsest. The smoother moves nodes only; border unknowns are the coarsest level's business.
 pub(super) struct Level {
@@ -30,67 +30,42 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// Rounds `operator` times `unit` and `transfer`.
+    /// Rounds `operator` times `unit` and `prolongation`.
     pub fn new(
         operator: &Bordered,
-        transfer: &Transfer,
+        prolongation: &Prolongation,
         diagonal: &[f64],
         unit: f64,
         factors: &[f64],
     ) -> Self {
         let (n, m) = (operator.nodes(), operator.border_len());
-        let p_transposed = to_f32(&transpose(transfer.nodes()), 1.0);
+        let p_transposed = to_f32(&transpose(prolongation.nodes()), 1.0);
         Level {
             k: Rounded::new(operator.shared_stiffness(), unit),
             c: SparseNodes::new(operator.border(), |v| (v * unit) as f32),
             border_rows: padded_columns(&to_f32(operator.border_rows(), unit)),
             inverse_diagonal: diagonal.iter().map(|d| (d * unit).recip() as f32).collect(),
             factors: factors.iter().map(|w| *w as f32).collect(),
-            p: to_f32(transfer.nodes(), 1.0),
+            p: to_f32(prolongation.nodes(), 1.0),
             coarse_blocks: RowBlocks::new(Rows::of(&p_transposed).indptr),
             p_transposed,
-            q: SparseNodes::new(transfer.border(), |v| v as f32),
-            q_transposed: padded_columns(&to_f32(&transpose(transfer.border_left()), 1.0)),
+            q: SparseNodes::new(prolongation.border(), |v| v as f32),
+            q_transposed: padded_columns(&to_f32(&transpose(prolongation.border_left()), 1.0)),
             blocks: operator.node_blocks().clone(),
             border_blocks: operator.border_blocks().clone(),
-            vectors: Vectors::new(n, m, operator.held().clone()),
+            vectors: Vectors::new(n, m, operator.constrained_dofs().clone()),
         }
-    }
-
-    /// Smoothing steps on each side of the coarse correction.
-    pub fn steps(&self) -> usize {
-        self.factors.len()
-    }
-
-    /// Bytes of one smoothing step: the matrix, three vectors, the diagonal.
-    pub fn sweep_bytes(&self) -> usize {
-        let n = self.vectors.nodes();
-        8 * self.k.rows().entries_len() + n * (8 + 48 + 4)
-    }
-
-    /// Bytes of a residual and its restriction.
-    pub fn restriction_bytes(&self) -> usize {
-        let (n, nc) = (self.vectors.nodes(), self.p_transposed.rows());
-        let residual = 8 * self.k.rows().entries_len() + n * (8 + 48);
-        residual + 8 * self.p.nnz() + 16 * n + 24 * nc
-    }
-
-    /// Bytes of a prolongation.
-    pub fn prolongation_bytes(&self) -> usize {
-        let (n, nc) = (self.vectors.nodes(), self.p_transposed.rows());
-        8 * self.p.nnz() + n * (8 + 32) + 16 * nc
-    }
-
-    /// One smoothing step on whatever the vectors hold.
-    pub fn sweep_once(&mut self) {
-        self.sweep::<1>(self.factors[0]);
     }
 
     /// `x' = x + w D^-1 (b - K x)`: one pass.
     fn sweep<const S: usize>(&mut self, factor: f32) {
         let (k, inverse_diagonal) = (self.k.rows(), &self.inverse_diagonal);
         let Columns {
-            b, x, next, held, ..
+            b,
+            x,
+            next,
+            constrained,
+            ..
         } = self.vectors.columns::<S>();
         self.blocks.for_each(&mut *next, &|i, next| {
             let a = padded_row(k, i, x);
@@ -101,7 +76,7 @@ impl Level {
                 }
             }
         });
-        held.clear_columns(next);
+        constrained.clear_columns(next);
         self.vectors.advance();
     }
 
@@ -152,7 +127,7 @@ impl Level {
         });
         self.coarse_blocks
             .for_each(&mut *coarse.b, &|i, bi| *bi = padded_row(p, i, r));
-        coarse.held.clear_columns(coarse.b);
+        coarse.constrained.clear_columns(coarse.b);
         let (left, q) = (Rows::of(&self.border_rows), Rows::of(&self.q_transposed));
         self.border_blocks.for_each(coarse.border_b, &|c, bc| {
             let known = long_row(left, c, |j| x[j / 4].map(|x| x[j % 4]));
@@ -180,6 +155,38 @@ impl Level {
                 x[i][s][d] += value * border_x[c][s];
             }
         });
+    }
+}
+
+#[cfg(feature = "roofline")]
+impl Level {
+    /// Smoothing steps on each side of the coarse correction.
+    pub fn steps(&self) -> usize {
+        self.factors.len()
+    }
+
+    /// Bytes of one smoothing step: the matrix, three vectors, the diagonal.
+    pub fn sweep_bytes(&self) -> usize {
+        let n = self.vectors.nodes();
+        8 * self.k.rows().nnz() + n * (8 + 48 + 4)
+    }
+
+    /// Bytes of a residual and its restriction.
+    pub fn restriction_bytes(&self) -> usize {
+        let (n, nc) = (self.vectors.nodes(), self.p_transposed.rows());
+        let residual = 8 * self.k.rows().nnz() + n * (8 + 48);
+        residual + 8 * self.p.nnz() + 16 * n + 24 * nc
+    }
+
+    /// Bytes of a prolongation.
+    pub fn prolongation_bytes(&self) -> usize {
+        let (n, nc) = (self.vectors.nodes(), self.p_transposed.rows());
+        8 * self.p.nnz() + n * (8 + 32) + 16 * nc
+    }
+
+    /// One smoothing step on whatever the vectors hold.
+    pub fn sweep_once(&mut self) {
+        self.sweep::<1>(self.factors[0]);
     }
 }
 

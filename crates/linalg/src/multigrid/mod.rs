@@ -1,6 +1,7 @@
 //! V-cycle for a bordered operator: P2 -> P1 -> smoothed aggregation, border unknowns kept on every level.
 
 mod coarse;
+#[cfg(feature = "roofline")]
 mod kernels;
 mod level;
 mod vectors;
@@ -19,11 +20,13 @@ use crate::columns::{in_passes, split};
 use crate::csr::positive_diagonal;
 use crate::vector::{CHUNK, max_abs, power_of_two_below};
 use crate::{
-    Bordered, Csr, LinalgError, Preconditioner, PreconditionerKind, Transfer, amg, chebyshev, csr,
+    Bordered, Csr, LinalgError, Preconditioner, PreconditionerKind, Prolongation, amg, chebyshev,
+    csr,
 };
 
 /// Choices of the hierarchy.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct MultigridParams {
     /// Smoothing steps before and after the coarse correction on the finest level: as many passes over its matrix each.
     pub sweeps: usize,
@@ -97,15 +100,54 @@ impl MultigridParams {
     }
 }
 
+impl MultigridParams {
+    /// The same parameters with another [`sweeps`](MultigridParams::sweeps).
+    pub fn with_sweeps(mut self, sweeps: usize) -> Self {
+        self.sweeps = sweeps;
+        self
+    }
+
+    /// The same parameters with another [`coarse_sweeps`](MultigridParams::coarse_sweeps).
+    pub fn with_coarse_sweeps(mut self, coarse_sweeps: usize) -> Self {
+        self.coarse_sweeps = coarse_sweeps;
+        self
+    }
+
+    /// The same parameters with another [`smoothing_range`](MultigridParams::smoothing_range).
+    pub fn with_smoothing_range(mut self, smoothing_range: f64) -> Self {
+        self.smoothing_range = smoothing_range;
+        self
+    }
+
+    /// The same parameters with another [`strength`](MultigridParams::strength).
+    pub fn with_strength(mut self, strength: f64) -> Self {
+        self.strength = strength;
+        self
+    }
+
+    /// The same parameters with another [`coarsest_nodes`](MultigridParams::coarsest_nodes).
+    pub fn with_coarsest_nodes(mut self, coarsest_nodes: usize) -> Self {
+        self.coarsest_nodes = coarsest_nodes;
+        self
+    }
+
+    /// The same parameters with another [`border`](MultigridParams::border).
+    pub fn with_border(mut self, border: BorderInverse) -> Self {
+        self.border = border;
+        self
+    }
+}
+
 /// Size of one level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct LevelSize {
     /// Nodes n.
     pub nodes: usize,
     /// Entries of the scalar matrix K.
-    pub entries: usize,
+    pub nnz: usize,
     /// Entries of the border C.
-    pub border_entries: usize,
+    pub border_nnz: usize,
 }
 
 /// One V-cycle as an approximate inverse of a [`Bordered`] operator.
@@ -135,36 +177,36 @@ impl Multigrid {
         Builder::new(&diagonal, params).aggregate(Cow::Borrowed(operator))
     }
 
-    /// A given transfer first (P2 -> P1), then smoothed aggregation.
+    /// A given prolongation first (P2 -> P1), then smoothed aggregation.
     ///
     /// `coarse_stiffness` is the scalar matrix of the coarse space where it is known (on straight-sided meshes the
     /// P1 stiffness matrix is the Galerkin product); without it the product is formed.
     ///
     /// # Errors
     /// Those of [`Multigrid::new`], and [`LinalgError::Shape`].
-    pub fn with_transfer(
+    pub fn with_prolongation(
         operator: &Bordered,
-        transfer: &Transfer,
+        prolongation: &Prolongation,
         coarse_stiffness: Option<Csr>,
         params: &MultigridParams,
     ) -> Result<Self, LinalgError> {
         params.check()?;
-        transfer.check_against(operator)?;
+        prolongation.check_against(operator)?;
         if let Some(k) = &coarse_stiffness {
-            let nc = transfer.nodes().cols();
+            let nc = prolongation.nodes().cols();
             csr::check_shape("coarse stiffness matrix", k.shape(), (nc, nc))?;
             csr::check_finite("coarse stiffness matrix", k.data())?;
         }
         let diagonal = positive_diagonal("stiffness matrix", operator.stiffness())?;
-        let transfer = &*transfer.hold(operator.held());
+        let prolongation = &*prolongation.constrain(operator.constrained_dofs());
         let mut builder = Builder::new(&diagonal, params);
         let (pushed, coarse) = rayon::join(
             || {
                 let upper = chebyshev::upper_bound(operator.stiffness(), &diagonal)?;
-                builder.push(operator, transfer, &diagonal, upper);
+                builder.push(operator, prolongation, &diagonal, upper);
                 Ok(())
             },
-            || transfer.galerkin(operator, coarse_stiffness.map(csr::into_rows)),
+            || prolongation.galerkin(operator, coarse_stiffness.map(csr::into_rows)),
         );
         pushed?;
         builder.aggregate(Cow::Owned(coarse))
@@ -177,8 +219,8 @@ impl Multigrid {
 
     /// Entries of all levels' K over those of the finest.
     pub fn operator_complexity(&self) -> f64 {
-        let all: usize = self.sizes.iter().map(|s| s.entries).sum();
-        all as f64 / self.sizes[0].entries.max(1) as f64
+        let all: usize = self.sizes.iter().map(|s| s.nnz).sum();
+        all as f64 / self.sizes[0].nnz.max(1) as f64
     }
 }
 
@@ -203,12 +245,18 @@ impl<'a> Builder<'a> {
     fn record(&mut self, operator: &Bordered) {
         self.sizes.push(LevelSize {
             nodes: operator.nodes(),
-            entries: operator.stiffness().nnz(),
-            border_entries: operator.border().nnz(),
+            nnz: operator.stiffness().nnz(),
+            border_nnz: operator.border().nnz(),
         });
     }
 
-    fn push(&mut self, operator: &Bordered, transfer: &Transfer, diagonal: &[f64], upper: f64) {
+    fn push(
+        &mut self,
+        operator: &Bordered,
+        prolongation: &Prolongation,
+        diagonal: &[f64],
+        upper: f64,
+    ) {
         let degree = match self.levels.len() {
             0 => self.params.sweeps,
             _ => self.params.coarse_sweeps,
@@ -216,7 +264,7 @@ impl<'a> Builder<'a> {
         self.record(operator);
         self.levels.push(Level::new(
             operator,
-            transfer,
+            prolongation,
             diagonal,
             self.unit.recip(),
             &chebyshev::sweeps(upper, self.params.smoothing_range, degree),
@@ -228,15 +276,15 @@ impl<'a> Builder<'a> {
         while operator.nodes() > self.params.coarsest_nodes {
             let diagonal = positive_diagonal("coarse stiffness matrix", operator.stiffness())?;
             let upper = chebyshev::upper_bound(operator.stiffness(), &diagonal)?;
-            let Some(transfer) =
+            let Some(prolongation) =
                 amg::prolongation(&operator, &diagonal, upper, self.params.strength)
             else {
                 break;
             };
             let fine = &operator;
             let ((), coarse) = rayon::join(
-                || self.push(fine, &transfer, &diagonal, upper),
-                || transfer.galerkin(fine, None),
+                || self.push(fine, &prolongation, &diagonal, upper),
+                || prolongation.galerkin(fine, None),
             );
             operator = Cow::Owned(coarse);
         }
@@ -283,7 +331,10 @@ impl Multigrid {
         let scale = size.map(power_of_two_below);
         let (down, up) = (scale.map(f64::recip), scale.map(|scale| scale / self.unit));
         let Columns {
-            b, border_b, held, ..
+            b,
+            border_b,
+            constrained,
+            ..
         } = top(&mut self.levels, &mut self.coarse).columns::<S>();
         b.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, b)| {
             for (i, b) in b.iter_mut().enumerate() {
@@ -294,7 +345,7 @@ impl Multigrid {
                 }
             }
         });
-        held.clear_columns(b);
+        constrained.clear_columns(b);
         for (c, b) in border_b.iter_mut().enumerate() {
             *b = from_fn(|s| (border[s][c] * down[s]) as f32);
         }
@@ -347,18 +398,15 @@ impl Preconditioner for Multigrid {
 
 impl fmt::Display for Multigrid {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "level     nodes    entries  per row     border")?;
+        writeln!(f, "level     nodes   nonzeros  per row     border")?;
         for (l, size) in self.sizes.iter().enumerate() {
-            let per_row = size.entries as f64 / size.nodes.max(1) as f64;
+            let per_row = size.nnz as f64 / size.nodes.max(1) as f64;
             let LevelSize {
                 nodes,
-                entries,
-                border_entries,
+                nnz,
+                border_nnz,
             } = size;
-            writeln!(
-                f,
-                "{l:5} {nodes:9} {entries:10} {per_row:8.1} {border_entries:10}"
-            )?;
+            writeln!(f, "{l:5} {nodes:9} {nnz:10} {per_row:8.1} {border_nnz:10}")?;
         }
         write!(f, "operator complexity {:.3}", self.operator_complexity())
     }

@@ -1,6 +1,6 @@
 //! Right-hand side and correction of one level.
 
-use crate::held::Held;
+use crate::constrained_dofs::ConstrainedDofs;
 use crate::node_kernel::Padded;
 
 /// `b` and `x` of one level, nodes and border, in the precision of the cycle; `S` columns of a node or border unknown lie side by side.
@@ -14,7 +14,7 @@ pub(super) struct Vectors {
     border_b: Vec<f32>,
     border_x: Vec<f32>,
     /// Zero in `b` and in `x`.
-    held: Held,
+    constrained: ConstrainedDofs,
 }
 
 /// [`Vectors`] of `S` columns.
@@ -24,11 +24,11 @@ pub(super) struct Columns<'a, const S: usize> {
     pub next: &'a mut [[Padded; S]],
     pub border_b: &'a mut [[f32; S]],
     pub border_x: &'a mut [[f32; S]],
-    pub held: &'a Held,
+    pub constrained: &'a ConstrainedDofs,
 }
 
 impl Vectors {
-    pub fn new(nodes: usize, border: usize, held: Held) -> Self {
+    pub fn new(nodes: usize, border: usize, constrained: ConstrainedDofs) -> Self {
         let mut vectors = Vectors {
             nodes,
             border,
@@ -37,7 +37,7 @@ impl Vectors {
             next: Vec::new(),
             border_b: Vec::new(),
             border_x: Vec::new(),
-            held,
+            constrained,
         };
         vectors.widen(1);
         vectors
@@ -73,7 +73,7 @@ impl Vectors {
             next: &mut self.next.as_chunks_mut().0[..n],
             border_b: &mut self.border_b.as_chunks_mut().0[..m],
             border_x: &mut self.border_x.as_chunks_mut().0[..m],
-            held: &self.held,
+            constrained: &self.constrained,
         }
     }
 

@@ -15,6 +15,7 @@ use subdomain::Subdomain;
 
 /// How the domain is cut and what becomes of the border.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SchwarzParams {
     /// Number of subdomains.
     pub subdomains: usize,
@@ -46,6 +47,26 @@ impl Default for SchwarzParams {
     }
 }
 
+impl SchwarzParams {
+    /// The same parameters with another [`subdomains`](SchwarzParams::subdomains).
+    pub fn with_subdomains(mut self, subdomains: usize) -> Self {
+        self.subdomains = subdomains;
+        self
+    }
+
+    /// The same parameters with another [`overlap`](SchwarzParams::overlap).
+    pub fn with_overlap(mut self, overlap: usize) -> Self {
+        self.overlap = overlap;
+        self
+    }
+
+    /// The same parameters with another [`border`](SchwarzParams::border).
+    pub fn with_border(mut self, border: BorderPlacement) -> Self {
+        self.border = border;
+        self
+    }
+}
+
 /// `sum_i R_i0^T A_i^-1 R_i`: the system is solved on overlapping subdomains, each keeps the unknowns it owns.
 ///
 /// `R_i` restricts to subdomain i with its overlap, `R_i0` to what METIS gave it: *restricted* additive Schwarz (Cai, Sarkis, SIAM J.
@@ -54,20 +75,23 @@ impl Default for SchwarzParams {
 ///
 /// Iterations grow with the number of subdomains: there to be compared with [`BlockTriangular`](crate::BlockTriangular), and for
 /// systems without a mesh hierarchy.
-pub struct Schwarz<'a> {
-    system: &'a SaddleSystem,
+pub struct Schwarz {
+    system: SaddleSystem,
     subdomains: Vec<Subdomain>,
     /// Present where the border is eliminated.
     border: Option<EliminatedBorder>,
 }
 
-impl<'a> Schwarz<'a> {
+impl Schwarz {
     /// Cuts, restricts and factorises, subdomains in parallel.
     ///
     /// # Errors
     /// [`LinalgError::Subdomain`] naming the one that is singular, [`LinalgError::Parameter`], [`LinalgError::Shape`], [`LinalgError::Factorisation`] of the border.
-    pub fn new(system: &'a SaddleSystem, params: &SchwarzParams) -> Result<Self, LinalgError> {
-        system.velocity_block().held().refuse("additive Schwarz")?;
+    pub fn new(system: &SaddleSystem, params: &SchwarzParams) -> Result<Self, LinalgError> {
+        system
+            .velocity_block()
+            .constrained_dofs()
+            .refuse("additive Schwarz")?;
         let cut = partition::cut(system, params)?;
         let subdomains: Result<Vec<_>, _> = cut
             .par_iter()
@@ -87,7 +111,7 @@ impl<'a> Schwarz<'a> {
             BorderPlacement::Assigned(_) => None,
         };
         Ok(Schwarz {
-            system,
+            system: system.clone(),
             subdomains,
             border,
         })
@@ -104,7 +128,7 @@ impl<'a> Schwarz<'a> {
     }
 }
 
-impl Preconditioner for Schwarz<'_> {
+impl Preconditioner for Schwarz {
     fn size(&self) -> usize {
         self.system.rows()
     }
@@ -112,7 +136,7 @@ impl Preconditioner for Schwarz<'_> {
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
         solve_all(&mut self.subdomains, r, z);
         if let Some(border) = &mut self.border {
-            border.correct(self.system, r, z);
+            border.correct(&self.system, r, z);
         }
     }
 

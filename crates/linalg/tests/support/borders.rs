@@ -1,6 +1,6 @@
 //! Borders beyond the bodies' rigid motions: multipliers, and other rows than columns.
 
-use linalg::{Bordered, Csr, LinalgError, SaddleSystem, Transfer};
+use linalg::{Bordered, Csr, LinalgError, Prolongation, SaddleSystem};
 use nalgebra::DMatrix;
 
 use super::{Stokes, cube};
@@ -20,10 +20,10 @@ pub fn with_border(
     SaddleSystem::new(a, s.divergence().clone(), e.clone(), scaled(e), mass)
 }
 
-/// The transfer for a border of `m` unknowns, the additional ones without motion.
-pub fn transfer_for(stokes: &Stokes, m: usize) -> Transfer {
-    let border = widen(stokes.transfer.border(), m);
-    Transfer::new(stokes.transfer.nodes().clone(), border).expect("a transfer")
+/// The prolongation for a border of `m` unknowns, the additional ones without motion.
+pub fn prolongation_for(stokes: &Stokes, m: usize) -> Prolongation {
+    let border = widen(stokes.prolongation.border(), m);
+    Prolongation::new(stokes.prolongation.nodes().clone(), border).expect("a prolongation")
 }
 
 /// Appends multipliers that hold the relative velocities of neighbouring bodies, all three components, to the corner.
@@ -46,7 +46,7 @@ pub fn chained(corner: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// Two small bodies held together by multipliers, and the mesh they are on.
-pub fn held_pair() -> (Stokes, SaddleSystem) {
+pub fn linked_pair() -> (Stokes, SaddleSystem) {
     let stokes = Stokes::new(5, &[cube([1, 2, 2], 1), cube([3, 2, 2], 1)], 5.0);
     let corner = chained(stokes.system.velocity_block().corner());
     let system = with_border(&stokes, corner, None).expect("a sound system");

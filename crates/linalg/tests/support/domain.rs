@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use linalg::{Bordered, Csr, Csr3, SaddleSystem, Transfer};
+use linalg::{Bordered, Csr, Csr3, Prolongation, SaddleSystem};
 use nalgebra::{DMatrix, Vector3};
 use sprs::TriMatI;
 
@@ -176,10 +176,10 @@ impl Domain {
         let a = Bordered::new(k, c.to_csr(), None, corner).expect("a sound velocity block");
         let b = csr3(np, free, &b);
         let system = SaddleSystem::new(a, b, e.to_csr(), None, q.to_csr()).expect("a sound system");
-        let transfer = Transfer::new(p, motion.to_csr()).expect("a sound transfer");
+        let prolongation = Prolongation::new(p, motion.to_csr()).expect("a sound prolongation");
         Stokes {
             system,
-            transfer,
+            prolongation,
             coarse_stiffness,
         }
     }

@@ -6,10 +6,10 @@ mod elements;
 mod gmsh;
 mod vectors;
 
-use linalg::{Csr, SaddleSystem, Transfer};
+use linalg::{Csr, Prolongation, SaddleSystem};
 use nalgebra::Vector3;
 
-pub use borders::{chained, held_pair, transfer_for, with_border};
+pub use borders::{chained, linked_pair, prolongation_for, with_border};
 use domain::{Domain, Owner};
 use elements::{EDGES, kuhn_tets};
 pub use gmsh::three_spheres;
@@ -44,7 +44,7 @@ pub fn one_body(k: usize) -> Stokes {
 /// The assembled system and what multigrid needs of its mesh.
 pub struct Stokes {
     pub system: SaddleSystem,
-    pub transfer: Transfer,
+    pub prolongation: Prolongation,
     /// P1 stiffness matrix of the free vertices.
     pub coarse_stiffness: Csr,
 }

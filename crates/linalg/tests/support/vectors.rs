@@ -32,8 +32,5 @@ pub fn true_residual(operator: &dyn LinearOperator, b: &[f64], x: &[f64]) -> f64
 }
 
 pub fn tolerance(rel_tol: f64) -> KrylovParams {
-    KrylovParams {
-        rel_tol,
-        ..KrylovParams::default()
-    }
+    KrylovParams::default().with_rel_tol(rel_tol)
 }

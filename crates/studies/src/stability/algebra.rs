@@ -157,11 +157,9 @@ fn separated_multipliers(lagrange: &Constrained) -> Tried {
 }
 
 fn cut(subdomains: usize, border: BorderPlacement) -> SchwarzParams {
-    SchwarzParams {
-        subdomains,
-        border,
-        ..SchwarzParams::default()
-    }
+    SchwarzParams::default()
+        .with_subdomains(subdomains)
+        .with_border(border)
 }
 
 /// FGMRES with incomplete factors of the whole matrix, in the natural order or with the zero diagonals first.

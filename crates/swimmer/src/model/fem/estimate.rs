@@ -77,10 +77,7 @@ impl Duals {
         errors: &[Vec<f64>],
         spreads: &[Vec<f64>],
     ) -> Result<(), ModelError> {
-        let parameters = KrylovParams {
-            rel_tol: DUAL_RTOL,
-            ..KrylovParams::default()
-        };
+        let parameters = KrylovParams::default().with_rel_tol(DUAL_RTOL);
         self.errors.resize(errors.len(), Vec::new());
         self.spreads.resize(spreads.len(), Vec::new());
         let flows = self.errors.iter_mut().chain(&mut self.spreads);

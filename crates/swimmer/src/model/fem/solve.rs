@@ -274,10 +274,7 @@ pub fn resistance(
     };
     let system = assemble(space, mesh, boundary, &drive, &Independent)?;
     let mut preconditioner = system.preconditioner()?;
-    let parameters = KrylovParams {
-        rel_tol: rtol,
-        ..KrylovParams::default()
-    };
+    let parameters = KrylovParams::default().with_rel_tol(rtol);
     GrandResistance::of(&system, AT_ONCE, |rights, solutions| {
         let system = &system.system;
         fgmres_columns(system, &mut preconditioner, rights, solutions, &parameters)?;
@@ -314,19 +311,16 @@ struct Solutions {
 }
 
 /// Solves an assembled system for several right-hand sides with the solver asked for; leaves the block solver's preconditioner to others.
-fn solve_system<'s>(
-    assembled: &'s Constrained,
+fn solve_system(
+    assembled: &Constrained,
     rights: &[&[f64]],
     options: &FemOptions,
     warm: &WarmStart,
-    kept: &mut Option<BlockTriangular<'s>>,
+    kept: &mut Option<BlockTriangular>,
 ) -> Result<Solutions, ModelError> {
     let system = &assembled.system;
     let mut solutions = vec![vec![0.0; assembled.right.len()]; rights.len()];
-    let parameters = KrylovParams {
-        rel_tol: options.rtol,
-        ..KrylovParams::default()
-    };
+    let parameters = KrylovParams::default().with_rel_tol(options.rtol);
     let start = Instant::now();
     let mut columns: Vec<&mut [f64]> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
     if options.solver != SolverKind::Direct {
@@ -350,18 +344,14 @@ fn solve_system<'s>(
             }
         }
         SolverKind::Schwarz => {
-            let parameters_of_cut = SchwarzParams {
-                subdomains: options.subdomains as usize,
-                overlap: options.overlap as usize,
-                ..SchwarzParams::default()
-            };
+            let parameters_of_cut = SchwarzParams::default()
+                .with_subdomains(options.subdomains as usize)
+                .with_overlap(options.overlap as usize);
             let mut preconditioner = Schwarz::new(system, &parameters_of_cut)?;
             setup = clock.elapsed().as_secs_f64();
-            let parameters = KrylovParams {
-                max_iterations: SCHWARZ_ITERATIONS,
-                restart: SCHWARZ_RESTART,
-                ..parameters
-            };
+            let parameters = parameters
+                .with_max_iterations(SCHWARZ_ITERATIONS)
+                .with_restart(SCHWARZ_RESTART);
             // one by one: each basis is long
             for (right, solution) in rights.iter().zip(&mut columns) {
                 reports.push(fgmres(
@@ -374,7 +364,7 @@ fn solve_system<'s>(
             }
         }
         SolverKind::Minres => {
-            let mut preconditioner = BlockDiagonal::with_transfer(system, &assembled.transfer)?;
+            let mut preconditioner = BlockDiagonal::with_prolongation(system, &assembled.transfer)?;
             setup = clock.elapsed().as_secs_f64();
             for (right, solution) in rights.iter().zip(&mut columns) {
                 reports.push(minres(

@@ -14,17 +14,22 @@ use support::{
 
 /// Every fifth node holds its first component, every seventh the last two.
 fn scattered(nodes: usize) -> Vec<(u32, [bool; 3])> {
-    let held = |i: usize| [5, 7, 7].map(|k| i.is_multiple_of(k));
+    let constrained = |i: usize| [5, 7, 7].map(|k| i.is_multiple_of(k));
     (0..nodes)
-        .filter(|&i| held(i).contains(&true))
-        .map(|i| (i as u32, held(i)))
+        .filter(|&i| constrained(i).contains(&true))
+        .map(|i| (i as u32, constrained(i)))
         .collect()
 }
 
-fn with_held(stokes: &Stokes, held: &[(u32, [bool; 3])]) -> Result<SaddleSystem, LinalgError> {
+fn with_constrained_dofs(
+    stokes: &Stokes,
+    constrained: &[(u32, [bool; 3])],
+) -> Result<SaddleSystem, LinalgError> {
     let s = &stokes.system;
     SaddleSystem::new(
-        s.velocity_block().clone().with_held(held)?,
+        s.velocity_block()
+            .clone()
+            .with_constrained_dofs(constrained)?,
         s.divergence().clone(),
         s.border_divergence().clone(),
         None,
@@ -33,38 +38,40 @@ fn with_held(stokes: &Stokes, held: &[(u32, [bool; 3])]) -> Result<SaddleSystem,
 }
 
 /// The places of the held components in a vector of the system.
-fn places(held: &[(u32, [bool; 3])]) -> Vec<usize> {
-    let of = |(node, held): &(u32, [bool; 3])| {
-        let (node, held) = (*node as usize, *held);
-        (0..3).filter(move |&d| held[d]).map(move |d| 3 * node + d)
+fn places(constrained: &[(u32, [bool; 3])]) -> Vec<usize> {
+    let of = |(node, constrained): &(u32, [bool; 3])| {
+        let (node, constrained) = (*node as usize, *constrained);
+        (0..3)
+            .filter(move |&d| constrained[d])
+            .map(move |d| 3 * node + d)
     };
-    held.iter().flat_map(of).collect()
+    constrained.iter().flat_map(of).collect()
 }
 
 #[test]
 fn what_is_not_held_satisfies_the_equations_without() {
     let stokes = one_body(2);
-    let held = scattered(stokes.system.velocity_block().nodes());
-    let system = with_held(&stokes, &held).expect("sound");
+    let constrained = scattered(stokes.system.velocity_block().nodes());
+    let system = with_constrained_dofs(&stokes, &constrained).expect("sound");
     let b = body_forces(&system);
     let mut x = vec![0.0; b.len()];
     let mut preconditioner =
-        BlockTriangular::with_transfer(&system, &stokes.transfer).expect("multigrid");
+        BlockTriangular::with_prolongation(&system, &stokes.prolongation).expect("multigrid");
     fgmres(&system, &mut preconditioner, &b, &mut x, &tolerance(1e-10)).expect("a solution");
-    assert!(places(&held).iter().all(|&i| x[i] == 0.0));
+    assert!(places(&constrained).iter().all(|&i| x[i] == 0.0));
     // the operator that knows nothing of it: only the rows held may have residuals
     let mut ax = vec![0.0; b.len()];
     stokes.system.apply(&x, &mut ax);
-    let largest = places(&held)
+    let largest = places(&constrained)
         .iter()
         .fold(0.0_f64, |m, &i| m.max((b[i] - ax[i]).abs()));
     assert!(largest > 1e-3);
-    places(&held).iter().for_each(|&i| ax[i] = b[i]);
+    places(&constrained).iter().for_each(|&i| ax[i] = b[i]);
     assert!(relative_difference(&ax, &b) <= 1e-10);
 
     let mut y = vec![0.0; b.len()];
     let mut preconditioner =
-        BlockDiagonal::with_transfer(&system, &stokes.transfer).expect("definite");
+        BlockDiagonal::with_prolongation(&system, &stokes.prolongation).expect("definite");
     minres(&system, &mut preconditioner, &b, &mut y, &tolerance(1e-10)).expect("a solution");
     // both errors are within the condition of the system times the residuals
     assert!(relative_difference(&y, &x) <= 1e-6);
@@ -122,10 +129,10 @@ fn a_plane_costs_multigrid_nothing() {
     for n in [16, 32] {
         let (k, plane) = half_cube(n);
         let free = Bordered::scalar(k).expect("sound");
-        let held = free.clone().with_held(&plane).expect("sound");
-        let iterations = [&free, &held].map(|a| {
+        let constrained = free.clone().with_constrained_dofs(&plane).expect("sound");
+        let iterations = [&free, &constrained].map(|a| {
             let mut b = noise(3 * n * n * n);
-            if std::ptr::eq(a, &held) {
+            if std::ptr::eq(a, &constrained) {
                 places(&plane).iter().for_each(|&i| b[i] = 0.0);
             }
             let mut x = vec![0.0; b.len()];
@@ -141,12 +148,12 @@ fn a_plane_costs_multigrid_nothing() {
 #[test]
 fn nothing_held_changes_no_bit() {
     let stokes = one_body(1);
-    let system = with_held(&stokes, &[(3, [false; 3])]).expect("sound");
+    let system = with_constrained_dofs(&stokes, &[(3, [false; 3])]).expect("sound");
     let b = body_forces(&system);
     let [x, y] = [&stokes.system, &system].map(|s| {
         let mut x = vec![0.0; b.len()];
         let mut preconditioner =
-            BlockTriangular::with_transfer(s, &stokes.transfer).expect("multigrid");
+            BlockTriangular::with_prolongation(s, &stokes.prolongation).expect("multigrid");
         fgmres(s, &mut preconditioner, &b, &mut x, &tolerance(1e-8)).expect("a solution");
         x
     });
@@ -156,9 +163,9 @@ fn nothing_held_changes_no_bit() {
 #[test]
 fn methods_that_know_nothing_of_it_refuse() {
     let stokes = one_body(1);
-    let system = with_held(&stokes, &[(3, [true, false, false])]).expect("sound");
+    let system = with_constrained_dofs(&stokes, &[(3, [true, false, false])]).expect("sound");
     let refused = |error: Option<LinalgError>| {
-        matches!(error, Some(LinalgError::HeldComponents { nodes: 1, .. }))
+        matches!(error, Some(LinalgError::ConstrainedDofs { nodes: 1, .. }))
     };
     assert!(refused(
         SaddleLdlt::factor(&system, &Default::default()).err()

@@ -11,30 +11,36 @@ use crate::product::build_rows;
 /// a hierarchy: if a node that is held in some components interpolates only from coarse nodes held in them too, then `S P S_c = P S_c`, and the
 /// Galerkin product `(P S_c)^T S (K (x) I3) S (P S_c)` is `S_c (P^T K P (x) I3) S_c`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(crate) struct Held {
+pub(crate) struct ConstrainedDofs {
     /// Nodes in ascending order, each with a bit for each component held, none without.
     nodes: Vec<(u32, u8)>,
 }
 
-impl Held {
+impl ConstrainedDofs {
     /// From nodes in ascending order.
     ///
     /// # Errors
     /// [`LinalgError::Shape`] for a node that is not below `n`, or not above the one before it.
-    pub fn new(n: usize, held: &[(u32, [bool; 3])]) -> Result<Self, LinalgError> {
-        for (k, &(node, _)) in held.iter().enumerate() {
-            let least = k.checked_sub(1).map_or(0, |k| held[k].0 as usize + 1);
+    pub fn new(n: usize, constrained: &[(u32, [bool; 3])]) -> Result<Self, LinalgError> {
+        for (k, &(node, _)) in constrained.iter().enumerate() {
+            let least = k
+                .checked_sub(1)
+                .map_or(0, |k| constrained[k].0 as usize + 1);
             if !(least..n).contains(&(node as usize)) {
                 return Err(LinalgError::Shape {
-                    what: "list of held nodes, ascending,",
+                    what: "list of constrained nodes, ascending,",
                     expected: (least, n),
                     found: (node as usize, n),
                 });
             }
         }
-        let bits = |held: &[bool; 3]| (0..3).fold(0, |bits, d| bits | u8::from(held[d]) << d);
-        let nodes = held.iter().map(|(node, held)| (*node, bits(held)));
-        Ok(Held {
+        let bits = |constrained: &[bool; 3]| {
+            (0..3).fold(0, |bits, d| bits | u8::from(constrained[d]) << d)
+        };
+        let nodes = constrained
+            .iter()
+            .map(|(node, constrained)| (*node, bits(constrained)));
+        Ok(ConstrainedDofs {
             nodes: nodes.filter(|(_, bits)| *bits != 0).collect(),
         })
     }
@@ -88,7 +94,7 @@ impl Held {
     /// What to hold of the coarse nodes of a prolongation: all that would move something held.
     pub fn coarse(&self, prolongation: &Csr) -> Self {
         if self.is_empty() {
-            return Held::default();
+            return ConstrainedDofs::default();
         }
         let rows = Rows::of(prolongation);
         let mut all = vec![0; prolongation.cols()];
@@ -100,7 +106,7 @@ impl Held {
             }
         }
         let nodes = (0u32..).zip(all);
-        Held {
+        ConstrainedDofs {
             nodes: nodes.filter(|(_, bits)| *bits != 0).collect(),
         }
     }
@@ -108,11 +114,11 @@ impl Held {
     /// `matrix` with the rows and columns of the nodes that are held in component `d` replaced by their diagonals.
     pub fn pinned(&self, matrix: &Csr, d: usize) -> Csr {
         let bits = self.bits(matrix.rows());
-        let is_held = |i: usize| bits[i] >> d & 1 == 1;
+        let is_constrained = |i: usize| bits[i] >> d & 1 == 1;
         let mut pinned = matrix.clone();
         for (i, mut row) in pinned.outer_iterator_mut().enumerate() {
             for (j, value) in row.iter_mut() {
-                if i != j && (is_held(i) || is_held(j)) {
+                if i != j && (is_constrained(i) || is_constrained(j)) {
                     *value = 0.0;
                 }
             }
@@ -123,11 +129,11 @@ impl Held {
     /// An error for methods that do not know of held components.
     ///
     /// # Errors
-    /// [`LinalgError::HeldComponents`] if something is held.
+    /// [`LinalgError::ConstrainedDofs`] if something is held.
     pub fn refuse(&self, method: &'static str) -> Result<(), LinalgError> {
         match self.nodes.len() {
             0 => Ok(()),
-            nodes => Err(LinalgError::HeldComponents { method, nodes }),
+            nodes => Err(LinalgError::ConstrainedDofs { method, nodes }),
         }
     }
 }
@@ -151,18 +157,23 @@ mod tests {
             vec![1.0, 0.5, 0.5, 1.0],
         );
         let x = [true, false, false];
-        let coarse = |held: &[(u32, [bool; 3])]| Held::new(3, held).map(|h| h.coarse(&p));
-        assert_eq!(coarse(&[(0, x)]), Held::new(2, &[(0, x)]));
-        assert_eq!(coarse(&[(1, x)]), Held::new(2, &[(0, x), (1, x)]));
-        assert_eq!(coarse(&[(2, [false; 3])]), Ok(Held::default()));
+        let coarse = |constrained: &[(u32, [bool; 3])]| {
+            ConstrainedDofs::new(3, constrained).map(|h| h.coarse(&p))
+        };
+        assert_eq!(coarse(&[(0, x)]), ConstrainedDofs::new(2, &[(0, x)]));
+        assert_eq!(
+            coarse(&[(1, x)]),
+            ConstrainedDofs::new(2, &[(0, x), (1, x)])
+        );
+        assert_eq!(coarse(&[(2, [false; 3])]), Ok(ConstrainedDofs::default()));
     }
 
     #[test]
     fn lists_out_of_order_or_range_are_refused() {
         let z = [false, false, true];
-        assert!(Held::new(3, &[(1, z), (1, z)]).is_err());
-        assert!(Held::new(3, &[(2, z), (1, z)]).is_err());
-        assert!(Held::new(3, &[(3, z)]).is_err());
-        assert!(Held::new(3, &[(0, z), (2, z)]).is_ok());
+        assert!(ConstrainedDofs::new(3, &[(1, z), (1, z)]).is_err());
+        assert!(ConstrainedDofs::new(3, &[(2, z), (1, z)]).is_err());
+        assert!(ConstrainedDofs::new(3, &[(3, z)]).is_err());
+        assert!(ConstrainedDofs::new(3, &[(0, z), (2, z)]).is_ok());
     }
 }

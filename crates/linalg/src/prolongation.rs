@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use nalgebra::DMatrix;
 
+use crate::constrained_dofs::ConstrainedDofs;
 use crate::csr::{Rows, check_finite, check_shape, into_rows};
-use crate::held::Held;
 use crate::product::{build_rows, kron3_multiply_add, multiply};
 use crate::transpose::transpose;
 use crate::{Bordered, Csr, LinalgError};
@@ -15,23 +15,23 @@ use crate::{Bordered, Csr, LinalgError};
 /// From P1 to P2 on a mesh with rigid bodies `P` interpolates (1 at vertices, 1/2 at both ends of an
 /// edge) and `Q` holds half the rigid motion at free midside nodes whose edge has one end on a body.
 #[derive(Debug, Clone)]
-pub struct Transfer {
+pub struct Prolongation {
     nodes: Csr,
     border: Csr,
     border_left: Option<Csr>,
 }
 
-impl Transfer {
+impl Prolongation {
     /// From `nodes` P (n x n_coarse) and `border` Q (3n x m).
     ///
     /// # Errors
     /// [`LinalgError::Shape`], [`LinalgError::NotFinite`].
     pub fn new(nodes: Csr, border: Csr) -> Result<Self, LinalgError> {
         let expected = (3 * nodes.rows(), border.cols());
-        check_shape("border Q of the transfer", border.shape(), expected)?;
-        check_finite("transfer P", nodes.data())?;
-        check_finite("border Q of the transfer", border.data())?;
-        Ok(Transfer::from_parts(
+        check_shape("border Q of the prolongation", border.shape(), expected)?;
+        check_finite("prolongation P", nodes.data())?;
+        check_finite("border Q of the prolongation", border.data())?;
+        Ok(Prolongation::from_parts(
             into_rows(nodes),
             into_rows(border),
             None,
@@ -45,18 +45,18 @@ impl Transfer {
     /// [`LinalgError::Shape`], [`LinalgError::NotFinite`].
     pub fn with_left_border(mut self, border_left: Csr) -> Result<Self, LinalgError> {
         check_shape(
-            "left border Q_l of the transfer",
+            "left border Q_l of the prolongation",
             border_left.shape(),
             self.border.shape(),
         )?;
-        check_finite("left border Q_l of the transfer", border_left.data())?;
+        check_finite("left border Q_l of the prolongation", border_left.data())?;
         self.border_left = Some(into_rows(border_left));
         Ok(self)
     }
 
     /// From parts known to be sound.
     pub(crate) fn from_parts(nodes: Csr, border: Csr, border_left: Option<Csr>) -> Self {
-        Transfer {
+        Prolongation {
             nodes,
             border,
             border_left,
@@ -79,23 +79,30 @@ impl Transfer {
     }
 
     /// Without motions of bodies in what is held.
-    pub(crate) fn hold(&self, held: &Held) -> Cow<'_, Self> {
-        if held.is_empty() {
+    pub(crate) fn constrain(&self, constrained: &ConstrainedDofs) -> Cow<'_, Self> {
+        if constrained.is_empty() {
             return Cow::Borrowed(self);
         }
-        Cow::Owned(Transfer {
+        Cow::Owned(Prolongation {
             nodes: self.nodes.clone(),
-            border: held.drop_rows(self.border.clone()),
-            border_left: self.border_left.clone().map(|left| held.drop_rows(left)),
+            border: constrained.drop_rows(self.border.clone()),
+            border_left: self
+                .border_left
+                .clone()
+                .map(|left| constrained.drop_rows(left)),
         })
     }
 
     pub(crate) fn check_against(&self, fine: &Bordered) -> Result<(), LinalgError> {
         let (n, m) = (fine.nodes(), fine.border_len());
         let expected = (n, self.nodes.cols());
-        check_shape("transfer P", self.nodes.shape(), expected)?;
+        check_shape("prolongation P", self.nodes.shape(), expected)?;
         let expected = (3 * n, m);
-        check_shape("border Q of the transfer", self.border.shape(), expected)
+        check_shape(
+            "border Q of the prolongation",
+            self.border.shape(),
+            expected,
+        )
     }
 
     /// The Galerkin operator `[P Q_l; 0 I]^T [K C; C_l^T M] [P Q; 0 I]`, K and P three times over:
@@ -107,20 +114,20 @@ impl Transfer {
         let k = fine.stiffness();
         let restrict = transpose(&self.nodes);
         let k_coarse = k_coarse.unwrap_or_else(|| multiply(&restrict, &multiply(k, &self.nodes)));
-        let held = fine.held();
-        let kq_plus_c = held.drop_rows(kron3_multiply_add(k, &self.border, fine.border()));
+        let constrained = fine.constrained_dofs();
+        let kq_plus_c = constrained.drop_rows(kron3_multiply_add(k, &self.border, fine.border()));
         let (q_left, c_left) = (
             self.border_left(),
             fine.border_left().unwrap_or(fine.border()),
         );
         let left = (fine.border_left().is_some() || self.border_left.is_some())
-            .then(|| held.drop_rows(kron3_multiply_add(k, q_left, c_left)))
+            .then(|| constrained.drop_rows(kron3_multiply_add(k, q_left, c_left)))
             .map(|left| restrict3(&restrict, &left));
         let mut corner = fine.corner().clone();
         add_transposed_product(q_left, &kq_plus_c, &mut corner);
         add_transposed_product(c_left, &self.border, &mut corner);
         Bordered::from_parts(k_coarse, restrict3(&restrict, &kq_plus_c), left, corner)
-            .hold(held.coarse(&self.nodes))
+            .constrain(constrained.coarse(&self.nodes))
     }
 }
 
@@ -190,11 +197,11 @@ mod tests {
                 sparse(&k), sparse(&c), nonsymmetric.then(|| sparse(&left)), corner.clone(),
             ).expect("sound");
             let q_left = if nonsymmetric { random(3 * n, m) } else { q.clone() };
-            let mut transfer = Transfer::new(sparse(&p), sparse(&q)).expect("sound");
+            let mut prolongation = Prolongation::new(sparse(&p), sparse(&q)).expect("sound");
             if nonsymmetric {
-                transfer = transfer.with_left_border(sparse(&q_left)).expect("sound");
+                prolongation = prolongation.with_left_border(sparse(&q_left)).expect("sound");
             }
-            let coarse = transfer.galerkin(&fine, None);
+            let coarse = prolongation.galerkin(&fine, None);
 
             let three = DMatrix::identity(3, 3);
             let (k3, p3) = (k.kronecker(&three), p.kronecker(&three));
