@@ -27,7 +27,11 @@ pub(crate) fn nodes_of(mesh: &TetMesh, bodies: &[MovingBody]) -> Result<Vec<Vec<
 /// Whether each vertex is on some boundary that is no mirror plane: on planes vertices follow, and stay in them if all bodies move along them.
 pub(crate) fn boundary_vertices(mesh: &TetMesh) -> Vec<bool> {
     let mut on_boundary = vec![false; mesh.n_vertices()];
-    for facet in mesh.facets().iter().filter(|f| !mesh.is_mirror(f.tag)) {
+    for facet in mesh
+        .facets()
+        .iter()
+        .filter(|f| !mesh.is_symmetry_plane(f.tag))
+    {
         facet.nodes[..3]
             .iter()
             .for_each(|&vertex| on_boundary[vertex as usize] = true);
@@ -68,7 +72,11 @@ where
             field[middle as usize] = (field[cell[a] as usize] + field[cell[b] as usize]) * 0.5;
         }
     }
-    for facet in mesh.facets().iter().filter(|f| !mesh.is_mirror(f.tag)) {
+    for facet in mesh
+        .facets()
+        .iter()
+        .filter(|f| !mesh.is_symmetry_plane(f.tag))
+    {
         facet.nodes[3..]
             .iter()
             .for_each(|&node| field[node as usize] = zero);

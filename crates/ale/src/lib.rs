@@ -12,12 +12,12 @@
 //!
 //! ```
 //! use ale::{Harmonic, MovingBody, ReferenceMap, Stiffening};
-//! use mesh::{Body, Container, GenerateParams, Sphere, TetMesh, Vec3};
+//! use mesh::{Container, GenerateParams, MeshedBody, Sphere, TetMesh, Vec3};
 //! use nalgebra::Isometry3;
 //!
 //! let sphere = Sphere { centre: Vec3::zeros(), radius: 1.0 };
 //! let ball = Container::Ball(Sphere { centre: Vec3::zeros(), radius: 10.0 });
-//! let bodies = [Body { name: "bead", surface: &sphere, size: 0.6 }];
+//! let bodies = [MeshedBody { name: "bead", surface: &sphere, size: 0.6 }];
 //! let tets = mesh::generate(&bodies, &ball, &GenerateParams::default())?.mesh;
 //! let mesh = TetMesh::curved(tets, &[("bead", &sphere), (Container::TAG, ball.surface())])?;
 //!

@@ -5,7 +5,7 @@ use ale::{
     MovingMesh, Rbf, ReferenceMap, Stiffening,
 };
 use fem::TaylorHood;
-use mesh::{Body, Container, GenerateParams, Sphere, Spheroid, Surface, TetMesh, Vec3};
+use mesh::{Container, GenerateParams, MeshedBody, Sphere, Spheroid, Surface, TetMesh, Vec3};
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion};
 
 /// Extensions are solved to a residual of 1e-8 (1e-6 for the fourth-order one) of the right-hand side; the condition of these coarse
@@ -30,7 +30,7 @@ fn mesh_around(surface: &dyn Surface, radius: f64) -> TetMesh {
         centre: Vec3::zeros(),
         radius,
     });
-    let body = Body {
+    let body = MeshedBody {
         name: "bead",
         surface,
         size: 0.7,

@@ -1,7 +1,7 @@
 //! Mesh motion on real meshes: exact on boundaries, reversible, valid over a whole stroke, honest when it is not.
 
 use ale::{AleError, Harmonic, MovingBody, ReferenceMap, Stiffening};
-use mesh::{Body, Container, GenerateParams, Sphere, Spheroid, Surface, TetMesh, Vec3};
+use mesh::{Container, GenerateParams, MeshedBody, Sphere, Spheroid, Surface, TetMesh, Vec3};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 const NAMES: [&str; 3] = ["left", "centre", "right"];
@@ -11,10 +11,10 @@ fn mesh_around(surfaces: &[&dyn Surface], radius: f64, size: f64) -> TetMesh {
         centre: Vec3::zeros(),
         radius,
     });
-    let bodies: Vec<Body> = surfaces
+    let bodies: Vec<MeshedBody> = surfaces
         .iter()
         .zip(NAMES)
-        .map(|(&surface, name)| Body {
+        .map(|(&surface, name)| MeshedBody {
             name,
             surface,
             size,

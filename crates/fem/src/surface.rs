@@ -30,7 +30,7 @@ const CLOSED: f64 = 1e-9;
 /// No facet has the tag; the facets do not close; a point is not finite.
 pub fn surface_measures(mesh: &TetMesh, tag: u16) -> Result<SurfaceMeasures, FemError> {
     let facets = tagged_facets(mesh, tag)?;
-    let mirrors = mesh.mirrors();
+    let mirrors = mesh.symmetry_planes();
     // The integrals of a closed surface do not depend on the origin, as long as it is on the mirror planes; a near one loses no digits.
     let mut origin = facet_nodes(mesh, facets[0])[0];
     for axis in (0..3).filter(|&axis| mirrors[axis]) {

@@ -1,13 +1,13 @@
 //! Estimates and measures of a part between mirror planes are those of the whole.
 
 use fem::SurplusSpace;
-use mesh::{LinearTets, MIRROR_TAGS, TetMesh, Vec3};
+use mesh::{LinearTets, SYMMETRY_PLANE_TAGS, TetMesh, Vec3};
 
 /// An eighth or less of a box, cells pushed about but for the planes.
 fn part(axes: &[usize]) -> TetMesh {
     let mut cube = LinearTets::cube(3);
     for &axis in axes {
-        cube.tags[2 * axis] = MIRROR_TAGS[axis].into();
+        cube.tags[2 * axis] = SYMMETRY_PLANE_TAGS[axis].into();
     }
     for x in &mut cube.points {
         let inside = x.map(|c| if c > 0.0 && c < 1.0 { 0.05 } else { 0.0 });
@@ -66,7 +66,7 @@ fn estimates_of_a_part_are_those_of_the_whole() {
         assert!((0..shares.len()).all(|k| close(shares[k], all_shares[k], whole_size)));
         // nodes on planes belong to as many parts as meet there; across planes loads cancel
         let planes: std::collections::BTreeMap<_, _> =
-            part.nodes_on_mirrors().into_iter().collect();
+            part.nodes_on_symmetry_planes().into_iter().collect();
         let size = all_functional
             .velocity
             .iter()
@@ -102,7 +102,7 @@ fn measures_of_a_part_are_its_share() {
             3
         }
     });
-    let planes = MIRROR_TAGS.map(String::from);
+    let planes = SYMMETRY_PLANE_TAGS.map(String::from);
     cube.tags = planes.into_iter().chain(["outer".into()]).collect();
     let mesh = TetMesh::straight(cube).expect("a mesh");
     let tag = mesh.tag("outer").expect("a part");

@@ -1,7 +1,7 @@
 //! Three spheres in a ball, at two sizes: tets a second of the whole generation.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use mesh::{Body, Container, GenerateParams, Sphere, Vec3, generate};
+use mesh::{Container, GenerateParams, MeshedBody, Sphere, Vec3, generate};
 use std::hint::black_box;
 
 fn three_spheres(criterion: &mut Criterion) {
@@ -18,10 +18,10 @@ fn three_spheres(criterion: &mut Criterion) {
     group.sample_size(10);
     for size in [0.4, 0.15] {
         let names = ["left", "middle", "right"];
-        let bodies: Vec<Body<'_>> = names
+        let bodies: Vec<MeshedBody<'_>> = names
             .iter()
             .zip(&shapes)
-            .map(|(name, surface)| Body {
+            .map(|(name, surface)| MeshedBody {
                 name,
                 surface,
                 size,

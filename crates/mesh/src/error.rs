@@ -24,7 +24,7 @@ pub enum MeshError {
     #[error(
         "node {node} of the boundary '{plane}' is {distance:.3e} away from that plane, which goes through the origin; move the mesh there"
     )]
-    OffMirror {
+    OffSymmetryPlane {
         /// Number of the node.
         node: usize,
         /// Tag of the plane.
@@ -37,7 +37,7 @@ pub enum MeshError {
     #[error(
         "'{part}' is not its own mirror image in the plane '{plane}' through the origin; put its centre on the plane or mesh the whole"
     )]
-    NotMirrored {
+    NotSymmetric {
         /// Name of the body or of the container.
         part: String,
         /// Tag of the plane.
@@ -132,7 +132,7 @@ pub enum MeshError {
         "{cells} tetrahedra share the face near ({:.4}, {:.4}, {:.4}), where two can; the mesh overlaps itself there",
         at[0], at[1], at[2]
     )]
-    CrowdedFace {
+    NonManifoldFace {
         /// How many share it.
         cells: usize,
         /// Centroid of the face.
@@ -332,7 +332,7 @@ pub enum MeshError {
         "the mesh near ({:.4}, {:.4}, {:.4}) does not follow the surface of '{body}'; use a smaller size on it, or a less slender shape",
         at[0], at[1], at[2]
     )]
-    SurfaceLost {
+    SurfaceNotRecovered {
         /// Name of the body or container.
         body: String,
         /// Where.

@@ -31,22 +31,23 @@ mod error;
 mod generate;
 mod io;
 mod linear_tets;
-mod mirror;
 mod order;
 mod quadratic_tets;
 mod quality;
 mod surface;
+mod symmetry;
 mod tet_mesh;
 mod topology;
 
 pub use error::{MeshError, Place};
 pub use generate::{
-    Body, Container, GenerateParams, Generated, SizeMap, Stages, generate, generate_sized,
+    Container, GenerateParams, Generated, MeshedBody, SizeMap, StageSeconds, generate,
+    generate_sized,
 };
 pub use io::{MshFile, Pvd, Vtu, VtuEncoding};
 pub use linear_tets::LinearTets;
-pub use mirror::{MIRROR_TAGS, Unfolded};
 pub use quadratic_tets::QuadraticTets;
 pub use quality::{Quality, dihedral_angles, mean_ratio, scaled_jacobian_bound};
 pub use surface::{BoxSurface, Capsule, Sphere, Spheroid, Surface};
+pub use symmetry::{SYMMETRY_PLANE_TAGS, Unfolded};
 pub use tet_mesh::{Facet, NamedSurface, TET_EDGES, TetMesh, Vec3};

@@ -137,7 +137,7 @@ pub(crate) fn match_boundary(
             let tag_name = |entry: &FaceEntry| tags[faces[entry.1 as usize].1 as usize].clone();
             match (of_tets, tagged) {
                 ([_, _, _, ..], _) => {
-                    return Err(MeshError::CrowdedFace {
+                    return Err(MeshError::NonManifoldFace {
                         cells: n_tets,
                         at: at.into(),
                     });

@@ -1,8 +1,8 @@
 //! Generated meshes keep what the generator promises, on the scenes that the solvers are used for.
 
 use mesh::{
-    Body, BoxSurface, Capsule, Container, GenerateParams, LinearTets, MeshError, NamedSurface,
-    Quality, Sphere, Spheroid, Surface, TetMesh, Vec3, generate,
+    BoxSurface, Capsule, Container, GenerateParams, LinearTets, MeshError, MeshedBody,
+    NamedSurface, Quality, Sphere, Spheroid, Surface, TetMesh, Vec3, generate,
 };
 use proptest::prelude::*;
 use std::collections::HashMap;
@@ -35,11 +35,11 @@ const NAMES: [&str; 27] = [
     "t", "u", "v", "w", "x", "y", "z", "aa",
 ];
 
-fn bodies(shapes: &[Sphere], size: f64) -> Vec<Body<'_>> {
+fn bodies(shapes: &[Sphere], size: f64) -> Vec<MeshedBody<'_>> {
     shapes
         .iter()
         .zip(NAMES)
-        .map(|(surface, name)| Body {
+        .map(|(surface, name)| MeshedBody {
             name,
             surface,
             size: size * surface.radius,
@@ -48,7 +48,7 @@ fn bodies(shapes: &[Sphere], size: f64) -> Vec<Body<'_>> {
 }
 
 /// Generates, curves (which refuses inverted cells), and checks volume and vertices against the true shapes.
-fn checked(bodies: &[Body<'_>], container: &Container) -> (LinearTets, Quality) {
+fn checked(bodies: &[MeshedBody<'_>], container: &Container) -> (LinearTets, Quality) {
     let mesh = generate(bodies, container, &GenerateParams::default())
         .unwrap_or_else(|e| panic!("{e}"))
         .mesh;
@@ -281,7 +281,7 @@ fn spheroids() {
             axial,
             equatorial,
         };
-        let body = Body {
+        let body = MeshedBody {
             name: "spheroid",
             surface: &shape,
             size: 0.5,

@@ -73,7 +73,7 @@ fn meshes_are_bitwise_the_same_for_any_number_of_threads() {
 
 #[test]
 fn cells_in_gaps_are_as_long_as_the_gap_when_made_and_longer_when_it_is_squeezed() {
-    use mesh::{Body, Container, GenerateParams, Sphere, Surface, Vec3};
+    use mesh::{Container, GenerateParams, MeshedBody, Sphere, Surface, Vec3};
     let sphere = |x: f64| Sphere {
         centre: Vec3::new(x, 0.0, 0.0),
         radius: 1.0,
@@ -84,7 +84,7 @@ fn cells_in_gaps_are_as_long_as_the_gap_when_made_and_longer_when_it_is_squeezed
     });
     for gap in [1.0, 0.2] {
         let (a, b) = (sphere(-1.0 - gap / 2.0), sphere(1.0 + gap / 2.0));
-        let body = |name, surface| Body {
+        let body = |name, surface| MeshedBody {
             name,
             surface,
             size: 0.8,

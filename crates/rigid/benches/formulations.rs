@@ -3,7 +3,9 @@
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use fem::TaylorHood;
 use linalg::{Csr, Csr3, KrylovParams, LinearOperator, Preconditioner, fgmres};
-use mesh::{Body, Container, GenerateParams, NamedSurface, Sphere, Surface, TetMesh, generate};
+use mesh::{
+    Container, GenerateParams, MeshedBody, NamedSurface, Sphere, Surface, TetMesh, generate,
+};
 use nalgebra::Vector3;
 use rigid::{
     Arms, Articulation, BodyKind, Constrained, Constraints, DirectRows, Drive, Eliminated,
@@ -38,10 +40,10 @@ impl Scene {
             centre: Vector3::zeros(),
             radius: 40.0,
         });
-        let bodies: Vec<Body<'_>> = NAMES
+        let bodies: Vec<MeshedBody<'_>> = NAMES
             .iter()
             .zip(&spheres)
-            .map(|(name, surface)| Body {
+            .map(|(name, surface)| MeshedBody {
                 name,
                 surface,
                 size,

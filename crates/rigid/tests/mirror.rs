@@ -2,7 +2,7 @@
 
 use fem::TaylorHood;
 use linalg::{BlockDiagonal, KrylovParams, SaddleLdlt, fgmres, minres};
-use mesh::{LinearTets, MIRROR_TAGS, TetMesh};
+use mesh::{LinearTets, SYMMETRY_PLANE_TAGS, TetMesh};
 use nalgebra::Vector3;
 use rigid::{
     Arms, Articulation, BodyKind, Constrained, Constraints, DirectRows, Drive, Eliminated, Flow,
@@ -59,7 +59,11 @@ fn part(axes: &[usize]) -> TetMesh {
         if of_fluid.contains(&sorted(face)) {
             let axis = usize::from(tag / 2);
             let is_plane = tag.is_multiple_of(2) && axes.contains(&axis);
-            let name = if is_plane { MIRROR_TAGS[axis] } else { "wall" };
+            let name = if is_plane {
+                SYMMETRY_PLANE_TAGS[axis]
+            } else {
+                "wall"
+            };
             let known = tets.tags.iter().position(|tag| tag == name);
             let tag = known.unwrap_or_else(|| {
                 tets.tags.push(name.into());
@@ -173,7 +177,7 @@ impl Case {
                 vertex_stiffness: space.vertex_stiffness(mesh).expect("cells"),
                 points: mesh.points(),
                 roles: &roles,
-                on_planes: mesh.nodes_on_mirrors(),
+                on_planes: mesh.nodes_on_symmetry_planes(),
             },
             &bodies,
         )

@@ -11,7 +11,7 @@ use std::time::Instant;
 use anyhow::Result;
 use fem::{StokesMatrices, TaylorHood};
 use linalg::roofline::visit_kernels;
-use mesh::{Body, Container, GenerateParams, NamedSurface, Sphere, TetMesh};
+use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use rigid::{
@@ -167,10 +167,10 @@ fn three_spheres(size: f64) -> Result<Constrained> {
         centre: Vector3::zeros(),
         radius: 40.0,
     });
-    let bodies: Vec<Body> = NAMES
+    let bodies: Vec<MeshedBody> = NAMES
         .iter()
         .zip(&spheres)
-        .map(|(name, surface)| Body {
+        .map(|(name, surface)| MeshedBody {
             name,
             surface,
             size,

@@ -194,7 +194,7 @@ fn the_flow_and_the_resistance_are_of_the_whole() {
     let flow = model.flow().unwrap();
     assert_eq!(flow.velocity.len(), flow.mesh.n_points());
     assert_eq!(flow.pressure.len(), flow.mesh.n_vertices());
-    assert_eq!(flow.mesh.mirrors(), [false; 3]);
+    assert_eq!(flow.mesh.symmetry_planes(), [false; 3]);
     assert!(flow.mesh.bounding_box()[0].z < -19.0);
     // on each body the velocity is the body's
     for (tag, body) in [("a", 0), ("b", 1), ("c", 2)] {

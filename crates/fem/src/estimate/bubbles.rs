@@ -125,7 +125,7 @@ const ALL: u8 = 0b111;
 
 /// The component across a mirror plane; none for other parts of the boundary.
 fn mirror_of(mesh: &TetMesh, tag: u16) -> Option<u8> {
-    mesh.mirror_axis(tag).map(|axis| 1 << axis)
+    mesh.symmetry_plane_axis(tag).map(|axis| 1 << axis)
 }
 
 /// The faces on mirror planes, by their vertices in order, with the component across.

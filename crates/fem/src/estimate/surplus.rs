@@ -27,7 +27,7 @@ use crate::validate::check_array;
 /// thousand unknowns: 0.85 to 1.2; without the second term 0.9 to 1.6, the larger the more the pressure matters. Coarser than
 /// three elements between body and wall: up to 1.45.
 ///
-/// On a part between mirror planes ([`mesh::MIRROR_TAGS`]) all is of the part: of the whole by the number of parts less.
+/// On a part between mirror planes ([`mesh::SYMMETRY_PLANE_TAGS`]) all is of the part: of the whole by the number of parts less.
 pub struct SurplusSpace {
     pub(super) bubbles: Bubbles,
 }

@@ -1,10 +1,10 @@
 //! Which bodies are copies of each other.
 
-use super::Body;
+use super::MeshedBody;
 use super::geodesic::geodesic_sphere;
 
 /// For each body the first one that it is a translated copy of, itself if there is none before it.
-pub(super) fn first_copies(bodies: &[Body<'_>]) -> Vec<usize> {
+pub(super) fn first_copies(bodies: &[MeshedBody<'_>]) -> Vec<usize> {
     let mut firsts: Vec<usize> = Vec::with_capacity(bodies.len());
     for (i, body) in bodies.iter().enumerate() {
         // Only bodies that are no copies themselves need to be compared with.
@@ -15,7 +15,7 @@ pub(super) fn first_copies(bodies: &[Body<'_>]) -> Vec<usize> {
 }
 
 /// Whether two bodies differ by a translation only, judged by the distances of points around them.
-fn is_copy(a: &Body<'_>, b: &Body<'_>) -> bool {
+fn is_copy(a: &MeshedBody<'_>, b: &MeshedBody<'_>) -> bool {
     let ((_, r_a), (_, r_b)) = (a.surface.bounding_ball(), b.surface.bounding_ball());
     // Rounding of positions that are large compared with the radius.
     let reach = a

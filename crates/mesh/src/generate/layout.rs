@@ -7,7 +7,7 @@ use super::planes::Planes;
 use super::size::SizeField;
 use super::surface_mesh::{SurfaceMesh, triangulate, triangulate_box};
 use super::verify::boundary_faces;
-use super::{Body, Container, GenerateParams};
+use super::{Container, GenerateParams, MeshedBody};
 use crate::delaunay::insertion_order;
 use crate::{MeshError, Surface, Vec3};
 use std::collections::{HashSet, VecDeque};
@@ -48,7 +48,7 @@ pub(super) struct Layout<'a> {
 /// # Errors
 /// A length, coefficient or name that makes no sense.
 pub(super) fn check(
-    bodies: &[Body<'_>],
+    bodies: &[MeshedBody<'_>],
     container: &Container,
     params: &GenerateParams,
 ) -> Result<(), MeshError> {
@@ -130,7 +130,7 @@ pub(super) fn check(
             body.surface.smallest_curvature_radius(),
         )?;
     }
-    Planes(params.mirrors).check(bodies, container)
+    Planes(params.symmetry_planes).check(bodies, container)
 }
 
 impl<'a> Layout<'a> {
@@ -139,14 +139,14 @@ impl<'a> Layout<'a> {
     /// # Errors
     /// Too many vertices.
     pub fn new(
-        bodies: &[Body<'a>],
+        bodies: &[MeshedBody<'a>],
         container: &'a Container,
         copies: &[usize],
         field: &SizeField<'_>,
         params: &GenerateParams,
     ) -> Result<Self, MeshError> {
         let limit = params.max_vertices;
-        let planes = Planes(params.mirrors);
+        let planes = Planes(params.symmetry_planes);
         let mut meshes: Vec<SurfaceMesh> = Vec::new();
         let grid = offset_grid(bodies);
         let size = |x: Vec3| field.at(x);
@@ -295,7 +295,7 @@ impl<'a> Layout<'a> {
 /// Spacing of the grid on which surface points lie relative to their centre: the last bit of the largest coordinate of a body.
 ///
 /// Then adding a centre that lies on the grid is exact, and copies differ by the same bits everywhere.
-fn offset_grid(bodies: &[Body<'_>]) -> f64 {
+fn offset_grid(bodies: &[MeshedBody<'_>]) -> f64 {
     let reach = bodies.iter().map(|b| {
         let (centre, radius) = b.surface.bounding_ball();
         centre.amax() + radius

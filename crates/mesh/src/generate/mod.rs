@@ -26,7 +26,7 @@ use std::time::Instant;
 
 /// A body to be meshed around.
 #[derive(Clone, Copy)]
-pub struct Body<'a> {
+pub struct MeshedBody<'a> {
     /// Name, which becomes the tag of its facets.
     pub name: &'a str,
     /// Its surface, convex.
@@ -57,9 +57,9 @@ pub struct GenerateParams {
     pub min_gap: f64,
     /// Mesh only the part of the fluid where coordinates are positive, on one side of mirror planes through the origin normal to these axes.
     ///
-    /// Every body and the container must be its own image in each plane. The planes' faces are tagged [`MIRROR_TAGS`](crate::MIRROR_TAGS);
+    /// Every body and the container must be its own image in each plane. The planes' faces are tagged [`SYMMETRY_PLANE_TAGS`](crate::SYMMETRY_PLANE_TAGS);
     /// [`TetMesh::unfolded`](crate::TetMesh::unfolded) gives the whole. Spheres are then triangulated from the octahedron, which no plane cuts.
-    pub mirrors: [bool; 3],
+    pub symmetry_planes: [bool; 3],
     /// Smoothing sweeps; the mean quality of that mesh is 0.865, 0.878, 0.880, 0.886 after 4, 8, 10, 20.
     pub sweeps: usize,
     /// Dihedral angles below this (or above 180 minus it), degrees, are improved by moving single vertices.
@@ -75,7 +75,7 @@ impl Default for GenerateParams {
             gap: 0.6,
             max_size: f64::INFINITY,
             min_gap: 1e-3,
-            mirrors: [false; 3],
+            symmetry_planes: [false; 3],
             sweeps: 10,
             target_dihedral: 22.0,
             max_vertices: 4_000_000,
@@ -89,25 +89,25 @@ pub struct Generated {
     /// Tets and tagged faces: tag `i` is body `i`, the last tag is [`Container::TAG`].
     pub mesh: LinearTets,
     /// Seconds for each stage.
-    pub seconds: Stages,
+    pub seconds: StageSeconds,
 }
 
 /// Seconds spent by [`generate`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Stages {
+pub struct StageSeconds {
     /// Surface triangulations and packing of vertices.
     pub points: f64,
     /// Smoothing, with a Delaunay tetrahedralisation a sweep.
     pub smoothing: f64,
     /// Hill climbing.
-    pub climbing: f64,
+    pub hill_climbing: f64,
     /// Checks and boundary faces.
     pub checking: f64,
 }
 
 /// Meshes the fluid between `bodies` and `container`.
 ///
-/// Edges have the length [`Body::size`] on a body, grow by [`GenerateParams::growth`] a unit of distance, and are shorter in
+/// Edges have the length [`MeshedBody::size`] on a body, grow by [`GenerateParams::growth`] a unit of distance, and are shorter in
 /// gaps. Bodies of the same shape and size get the same surface vertices, translated, and spheres the same triangles; on other
 /// shapes four vertices that lie nearly on a circle may be joined across either diagonal. Surface vertices lie on the
 /// true surfaces. Deterministic: the same mesh for any number of threads.
@@ -123,17 +123,17 @@ pub struct Stages {
 /// the tets do not follow (size too large for its shape).
 ///
 /// ```
-/// use mesh::{Body, Container, GenerateParams, Sphere, Vec3, generate};
+/// use mesh::{MeshedBody, Container, GenerateParams, Sphere, Vec3, generate};
 /// let sphere = Sphere { centre: Vec3::zeros(), radius: 1.0 };
 /// let container = Container::Ball(Sphere { centre: Vec3::zeros(), radius: 10.0 });
-/// let body = Body { name: "sphere", surface: &sphere, size: 0.6 };
+/// let body = MeshedBody { name: "sphere", surface: &sphere, size: 0.6 };
 /// let mesh = generate(&[body], &container, &GenerateParams::default())?.mesh;
 /// assert_eq!(mesh.tags, ["sphere", "outer"]);
 /// assert_eq!(mesh.faces.iter().filter(|f| f.1 == 0).count(), 80); // an icosahedron, each face cut in four
 /// # Ok::<(), mesh::MeshError>(())
 /// ```
 pub fn generate(
-    bodies: &[Body<'_>],
+    bodies: &[MeshedBody<'_>],
     container: &Container,
     params: &GenerateParams,
 ) -> Result<Generated, MeshError> {
@@ -143,13 +143,13 @@ pub fn generate(
 /// As [`generate`], with the wanted edge length given everywhere instead of growing from the bodies.
 ///
 /// `size` must grow by no more than [`GenerateParams::growth`] a unit of length; where it is not a positive number, sizes are
-/// those of [`generate`]. Gaps, curvature and the container still bound it from above. Bodies of the same shape and [`Body::size`]
+/// those of [`generate`]. Gaps, curvature and the container still bound it from above. Bodies of the same shape and [`MeshedBody::size`]
 /// get the surface mesh of the first of them: give them equal sizes.
 ///
 /// # Errors
 /// As [`generate`].
 pub fn generate_sized(
-    bodies: &[Body<'_>],
+    bodies: &[MeshedBody<'_>],
     container: &Container,
     params: &GenerateParams,
     size: &(dyn Fn(Vec3) -> f64 + Sync),
@@ -158,13 +158,13 @@ pub fn generate_sized(
 }
 
 fn generate_with(
-    bodies: &[Body<'_>],
+    bodies: &[MeshedBody<'_>],
     container: &Container,
     params: &GenerateParams,
     background: Option<Background<'_>>,
 ) -> Result<Generated, MeshError> {
     layout::check(bodies, container, params)?;
-    let mut seconds = Stages::default();
+    let mut seconds = StageSeconds::default();
     let mut clock = Instant::now();
     let mut lap = |stage: &mut f64| {
         *stage += clock.elapsed().as_secs_f64();
@@ -191,7 +191,7 @@ fn generate_with(
     lap(&mut seconds.smoothing);
 
     let (points, tets) = improve(&mut layout, &field, params)?;
-    lap(&mut seconds.climbing);
+    lap(&mut seconds.hill_climbing);
 
     layout.points = points;
     let mesh = verify::assemble(&layout, bodies, tets)?;

@@ -2,8 +2,8 @@
 
 use super::geodesic::geodesic_sphere;
 use super::surface_mesh::SurfaceMesh;
-use super::{Body, Container};
-use crate::{MIRROR_TAGS, MeshError, Surface, Vec3};
+use super::{Container, MeshedBody};
+use crate::{MeshError, SYMMETRY_PLANE_TAGS, Surface, Vec3};
 
 /// Planes through the origin normal to coordinate axes. Points are on a plane if their coordinate is exactly zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -119,8 +119,8 @@ impl Planes {
     /// That every plane maps every body and the container onto itself.
     ///
     /// # Errors
-    /// [`MeshError::NotMirrored`], [`MeshError::BadParameter`] for a container whose triangles planes would cut through.
-    pub fn check(self, bodies: &[Body<'_>], container: &Container) -> Result<(), MeshError> {
+    /// [`MeshError::NotSymmetric`], [`MeshError::BadParameter`] for a container whose triangles planes would cut through.
+    pub fn check(self, bodies: &[MeshedBody<'_>], container: &Container) -> Result<(), MeshError> {
         if let (false, Container::Capsule(_)) = (self.is_empty(), container) {
             return Err(MeshError::BadParameter {
                 what: "number of mirror planes".into(),
@@ -131,9 +131,9 @@ impl Planes {
         let own = (Container::TAG, container.surface());
         for (name, surface) in bodies.iter().map(|b| (b.name, b.surface)).chain([own]) {
             if let Some(axis) = (0..3).find(|&axis| self.0[axis] && !is_mirrored(surface, axis)) {
-                return Err(MeshError::NotMirrored {
+                return Err(MeshError::NotSymmetric {
                     part: name.into(),
-                    plane: MIRROR_TAGS[axis],
+                    plane: SYMMETRY_PLANE_TAGS[axis],
                 });
             }
         }

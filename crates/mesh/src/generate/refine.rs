@@ -68,7 +68,7 @@ impl<'a> Refiner<'a> {
                 return Err(MeshError::TooManyVertices { limit });
             }
             if passes > MAX_PASSES {
-                return Err(MeshError::SurfaceLost {
+                return Err(MeshError::SurfaceNotRecovered {
                     body: self.name.into(),
                     at: self.mesh.points[0].into(),
                 });

@@ -1,7 +1,7 @@
 //! How long edges are to be, everywhere in the fluid.
 
 use super::surface_mesh::sphere_radius;
-use super::{Body, Container, GenerateParams};
+use super::{Container, GenerateParams, MeshedBody};
 use crate::{MeshError, Surface, Vec3};
 
 /// Edges longer than this part of the radius of curvature cannot follow a surface: when the longest, `sqrt(2)` of the wanted
@@ -32,7 +32,7 @@ struct Gap<'a> {
 ///
 /// A background takes the place of the first. The field is Lipschitz continuous with constant `growth`, if the background is.
 pub(super) struct SizeField<'a> {
-    bodies: &'a [Body<'a>],
+    bodies: &'a [MeshedBody<'a>],
     /// Wanted edge length where each body is curved most.
     sharp: Vec<f64>,
     gaps: Vec<Gap<'a>>,
@@ -53,7 +53,7 @@ impl<'a> SizeField<'a> {
     /// # Errors
     /// Bodies closer to each other or to the wall than [`GenerateParams::min_gap`] of the smaller radius.
     pub fn new(
-        bodies: &'a [Body<'a>],
+        bodies: &'a [MeshedBody<'a>],
         container: &'a Container,
         copies: &[usize],
         params: &GenerateParams,
@@ -325,10 +325,10 @@ mod tests {
             .collect()
     }
 
-    fn bodies(spheres: &[Sphere]) -> Vec<Body<'_>> {
+    fn bodies(spheres: &[Sphere]) -> Vec<MeshedBody<'_>> {
         spheres
             .iter()
-            .map(|s| Body {
+            .map(|s| MeshedBody {
                 name: "b",
                 surface: s,
                 size: 0.3,

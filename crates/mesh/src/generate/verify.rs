@@ -3,8 +3,8 @@
 use super::layout::Layout;
 use super::planes::Planes;
 use super::surface_mesh::sphere_radius;
-use super::{Body, Container};
-use crate::{LinearTets, MIRROR_TAGS, MeshError, Vec3};
+use super::{Container, MeshedBody};
+use crate::{LinearTets, MeshError, SYMMETRY_PLANE_TAGS, Vec3};
 use std::ops::Range;
 
 /// Numbers the vertices of the fluid, finds the boundary faces, and checks that they are what was designed.
@@ -13,7 +13,7 @@ use std::ops::Range;
 /// A body or container whose faces are not a closed surface through its vertices, a sphere whose faces are not the designed ones.
 pub(super) fn assemble(
     layout: &Layout<'_>,
-    bodies: &[Body<'_>],
+    bodies: &[MeshedBody<'_>],
     tets: Vec<[u32; 4]>,
 ) -> Result<LinearTets, MeshError> {
     let boundary = boundary_faces(&tets);
@@ -22,7 +22,7 @@ pub(super) fn assemble(
     let mut on_planes: [Vec<[u32; 3]>; 3] = Default::default();
     let lost = |face: [u32; 3], part: usize| {
         let sum: Vec3 = face.iter().map(|&v| layout.points[v as usize]).sum();
-        MeshError::SurfaceLost {
+        MeshError::SurfaceNotRecovered {
             body: bodies.get(part).map_or(Container::TAG, |b| b.name).into(),
             at: (sum / 3.0).into(),
         }
@@ -69,7 +69,7 @@ pub(super) fn assemble(
     };
     let names = bodies.iter().map(|b| b.name).chain([Container::TAG]);
     let mut tags: Vec<String> = names.map(str::to_owned).collect();
-    for (list, name) in on_planes.into_iter().zip(MIRROR_TAGS) {
+    for (list, name) in on_planes.into_iter().zip(SYMMETRY_PLANE_TAGS) {
         if !list.is_empty() {
             faces.push(list);
             tags.push(name.to_owned());

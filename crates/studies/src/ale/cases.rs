@@ -2,7 +2,7 @@
 
 use ale::MovingBody;
 use anyhow::Result;
-use mesh::{Body, Container, GenerateParams, Sphere, TetMesh, Vec3, generate};
+use mesh::{Container, GenerateParams, MeshedBody, Sphere, TetMesh, Vec3, generate};
 use nalgebra::Isometry3;
 
 /// Names of the spheres, which are the tags of their surfaces.
@@ -184,10 +184,10 @@ impl Case {
             centre: Vec3::zeros(),
             radius: CONTAINER,
         });
-        let bodies: Vec<Body> = spheres
+        let bodies: Vec<MeshedBody> = spheres
             .iter()
             .zip(NAMES)
-            .map(|(surface, name)| Body {
+            .map(|(surface, name)| MeshedBody {
                 name,
                 surface,
                 size,

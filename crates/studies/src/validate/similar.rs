@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::Result;
 use fem::{StokesMatrices, TaylorHood};
 use linalg::{KrylovParams, fgmres};
-use mesh::{Body, Container, GenerateParams, Surface, TetMesh, generate};
+use mesh::{Container, GenerateParams, MeshedBody, Surface, TetMesh, generate};
 use nalgebra::Vector3;
 use rigid::{
     Arms, Articulation, BodyKind, Drive, FluidMatrices, Formulation, Independent, Load, NodeRole,
@@ -133,7 +133,7 @@ fn ball_in_ball(lambda: f64, size: f64, geometry: Geometry) -> Result<TetMesh> {
         centre: Vector3::zeros(),
         radius: 1.0 / lambda,
     });
-    let body = Body {
+    let body = MeshedBody {
         name: "sphere",
         surface: &sphere,
         size,

@@ -14,7 +14,7 @@ use crate::model::{Checks, ModelError};
 /// None on a mesh that was solved on.
 pub fn checks(mesh: &TetMesh, boundary: &Boundary, flow: &Flow) -> Result<Checks, ModelError> {
     let mirrors = Mirrors {
-        planes: mesh.mirrors(),
+        planes: mesh.symmetry_planes(),
     };
     let (parts, allowed) = (mirrors.parts(), mirrors.allowed());
     let velocity = flat(&flow.velocity);

@@ -157,7 +157,7 @@ impl Solved<'_> {
     /// Between mirror planes each cell stands for its images too.
     fn parts(&self) -> f64 {
         Mirrors {
-            planes: self.mesh.mirrors(),
+            planes: self.mesh.symmetry_planes(),
         }
         .parts()
     }

@@ -1,8 +1,8 @@
 //! Meshes around the bodies of a scene, wherever they are: in a container or from a file.
 
 use mesh::{
-    Body, BoxSurface, Capsule, Container, GenerateParams, NamedSurface, SizeMap, Sphere, Surface,
-    TetMesh,
+    BoxSurface, Capsule, Container, GenerateParams, MeshedBody, NamedSurface, SizeMap, Sphere,
+    Surface, TetMesh,
 };
 use nalgebra::{Isometry3, Vector3};
 
@@ -313,12 +313,12 @@ impl Mesher {
         let Some(container) = &self.container(&spheres) else {
             return Err(ModelError::MeshFileExhausted);
         };
-        let bodies: Vec<Body> = self
+        let bodies: Vec<MeshedBody> = self
             .surfaced
             .iter()
             .zip(self.tags())
             .zip(&spheres)
-            .map(|((s, name), surface)| Body {
+            .map(|((s, name), surface)| MeshedBody {
                 name,
                 surface,
                 size: s.size,
@@ -331,7 +331,7 @@ impl Mesher {
             .fold(f64::INFINITY, f64::min);
         let mut parameters = GenerateParams::default();
         parameters.growth = growth(finest);
-        parameters.mirrors = self.mirrors;
+        parameters.symmetry_planes = self.mirrors;
         let tets = match &self.sizes {
             None => mesh::generate(&bodies, container, &parameters)?.mesh,
             Some(sizes) => {

@@ -288,7 +288,7 @@ impl Hydrodynamics for FemModel {
     fn resistance(&mut self, placement: &Placement<'_>) -> Result<DMatrix<f64>, ModelError> {
         let (ShapeMesh { mesh, .. }, poses) = self.shape_mesh(placement)?;
         let rtol = self.options.rtol;
-        let grand = if mesh.mirrors() == [false; 3] {
+        let grand = if mesh.symmetry_planes() == [false; 3] {
             let boundary = self.boundary(&mesh, &poses);
             let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
             solve::resistance(space, &mesh, &boundary, rtol)?
@@ -316,7 +316,10 @@ impl Hydrodynamics for FemModel {
     fn cost(&mut self, placement: &Placement<'_>) -> Result<Cost, ModelError> {
         let (ShapeMesh { mesh, .. }, _) = self.shape_mesh(placement)?;
         let on_boundary = {
-            let walls = mesh.facets().iter().filter(|f| !mesh.is_mirror(f.tag));
+            let walls = mesh
+                .facets()
+                .iter()
+                .filter(|f| !mesh.is_symmetry_plane(f.tag));
             let mut nodes: Vec<u32> = walls.flat_map(|facet| facet.nodes).collect();
             nodes.sort_unstable();
             nodes.dedup();

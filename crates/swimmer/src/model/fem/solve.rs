@@ -239,7 +239,7 @@ pub fn assemble(
             vertex_stiffness,
             points: mesh.points(),
             roles: &roles,
-            on_planes: mesh.nodes_on_mirrors(),
+            on_planes: mesh.nodes_on_symmetry_planes(),
         },
         &bodies,
     )?;

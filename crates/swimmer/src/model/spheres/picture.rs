@@ -1,6 +1,6 @@
 //! The flow around spheres on a mesh around them, for pictures.
 
-use mesh::{Body, BoxSurface, Container, GenerateParams, NamedSurface, Sphere, TetMesh};
+use mesh::{BoxSurface, Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh};
 use microhydro::multipole::Flow;
 use microhydro::{Accuracy, Medium, Spheres};
 use nalgebra::{DVector, Vector3};
@@ -34,10 +34,10 @@ pub(super) fn picture(
         .zip(spheres.radii())
         .map(|(&centre, &radius)| Sphere { centre, radius })
         .collect();
-    let bodies: Vec<Body> = names
+    let bodies: Vec<MeshedBody> = names
         .iter()
         .zip(&surfaces)
-        .map(|(name, surface)| Body {
+        .map(|(name, surface)| MeshedBody {
             name,
             surface,
             size: SURFACE_SIZE * surface.radius,

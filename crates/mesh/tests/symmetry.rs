@@ -1,8 +1,8 @@
 //! Parts between mirror planes: as good as whole meshes, and wholes of the same shapes when unfolded.
 
 use mesh::{
-    Body, BoxSurface, Container, GenerateParams, MIRROR_TAGS, MeshError, NamedSurface, Sphere,
-    TetMesh, Vec3, generate,
+    BoxSurface, Container, GenerateParams, MeshError, MeshedBody, NamedSurface,
+    SYMMETRY_PLANE_TAGS, Sphere, TetMesh, Vec3, generate,
 };
 
 fn sphere(x: f64, y: f64, radius: f64) -> Sphere {
@@ -20,19 +20,19 @@ fn mesh(
     spheres: &[Sphere],
     size: f64,
     container: &Container,
-    mirrors: [bool; 3],
+    symmetry_planes: [bool; 3],
 ) -> Result<TetMesh, MeshError> {
-    let bodies: Vec<Body<'_>> = spheres
+    let bodies: Vec<MeshedBody<'_>> = spheres
         .iter()
         .zip(["a", "b", "c"])
-        .map(|(surface, name)| Body {
+        .map(|(surface, name)| MeshedBody {
             name,
             surface,
             size: size * surface.radius,
         })
         .collect();
     let mut params = GenerateParams::default();
-    params.mirrors = mirrors;
+    params.symmetry_planes = symmetry_planes;
     let tets = generate(&bodies, container, &params)?.mesh;
     let mut surfaces: Vec<NamedSurface<'_>> = bodies.iter().map(|b| (b.name, b.surface)).collect();
     surfaces.push((Container::TAG, container.surface()));
@@ -74,17 +74,17 @@ fn parts_are_as_good_as_wholes_and_unfold_to_them() {
         ("in a box", &apart, sides, z),
         ("in a box", &apart, sides, yz),
     ];
-    for (name, spheres, container, mirrors) in cases {
-        let case = format!("{name} {mirrors:?}");
-        let part =
-            mesh(spheres, 0.4, &container, mirrors).unwrap_or_else(|e| panic!("{case}: {e}"));
+    for (name, spheres, container, symmetry_planes) in cases {
+        let case = format!("{name} {symmetry_planes:?}");
+        let part = mesh(spheres, 0.4, &container, symmetry_planes)
+            .unwrap_or_else(|e| panic!("{case}: {e}"));
         let full =
             mesh(spheres, 0.4, &container, [false; 3]).unwrap_or_else(|e| panic!("{case}: {e}"));
         let whole = part
             .unfolded()
             .unwrap_or_else(|e| panic!("{case}: {e}"))
             .mesh;
-        let parts = mirrors.iter().filter(|&&m| m).count();
+        let parts = symmetry_planes.iter().filter(|&&m| m).count();
         let (q, f) = (part.quality(), full.quality());
         println!(
             "{case}: {} vertices, {} in the whole, {} in one made whole; mean quality {:.3} for {:.3}, least {:.3} for {:.3}, Jacobian {:.3} for {:.3}",
@@ -98,9 +98,9 @@ fn parts_are_as_good_as_wholes_and_unfold_to_them() {
             q.min_jacobian,
             f.min_jacobian,
         );
-        assert_eq!(part.mirrors(), mirrors, "{case}");
-        for axis in (0..3).filter(|&axis| mirrors[axis]) {
-            let tag = part.tag(MIRROR_TAGS[axis]).expect("a plane");
+        assert_eq!(part.symmetry_planes(), symmetry_planes, "{case}");
+        for axis in (0..3).filter(|&axis| symmetry_planes[axis]) {
+            let tag = part.tag(SYMMETRY_PLANE_TAGS[axis]).expect("a plane");
             assert!(
                 part.nodes_on(tag)
                     .iter()
@@ -126,7 +126,7 @@ fn what_planes_do_not_mirror_is_refused() {
     let off = [sphere(0.0, 0.1, 1.0)];
     let refused = mesh(&off, 0.5, &ball(10.0), [false, true, false]);
     assert!(
-        matches!(refused, Err(MeshError::NotMirrored { part, plane: "mirror-y" }) if part == "a")
+        matches!(refused, Err(MeshError::NotSymmetric { part, plane: "mirror-y" }) if part == "a")
     );
     let shifted = Container::Ball(sphere(0.0, 0.2, 10.0));
     let refused = mesh(
@@ -135,7 +135,7 @@ fn what_planes_do_not_mirror_is_refused() {
         &shifted,
         [false, true, false],
     );
-    assert!(matches!(refused, Err(MeshError::NotMirrored { part, .. }) if part == Container::TAG));
+    assert!(matches!(refused, Err(MeshError::NotSymmetric { part, .. }) if part == Container::TAG));
 }
 
 #[test]

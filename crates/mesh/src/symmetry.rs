@@ -7,7 +7,7 @@ use crate::tet_mesh::Topology;
 use crate::{Facet, MeshError, TetMesh, Vec3};
 
 /// Tags of the boundary parts on mirror planes through the origin, normal to x, y and z; the fluid is where the coordinate is positive.
-pub const MIRROR_TAGS: [&str; 3] = ["mirror-x", "mirror-y", "mirror-z"];
+pub const SYMMETRY_PLANE_TAGS: [&str; 3] = ["mirror-x", "mirror-y", "mirror-z"];
 
 /// A whole mesh made of a part and its mirror images.
 #[derive(Clone, Debug)]
@@ -19,27 +19,27 @@ pub struct Unfolded {
 }
 
 impl TetMesh {
-    /// Whether there is a mirror plane normal to each axis: a boundary part tagged as in [`MIRROR_TAGS`].
-    pub fn mirrors(&self) -> [bool; 3] {
-        MIRROR_TAGS.map(|name| self.tags().iter().any(|tag| tag == name))
+    /// Whether there is a mirror plane normal to each axis: a boundary part tagged as in [`SYMMETRY_PLANE_TAGS`].
+    pub fn symmetry_planes(&self) -> [bool; 3] {
+        SYMMETRY_PLANE_TAGS.map(|name| self.tags().iter().any(|tag| tag == name))
     }
 
     /// The axis that the boundary part `tag` is normal to, if it is a mirror plane.
-    pub fn mirror_axis(&self, tag: u16) -> Option<usize> {
+    pub fn symmetry_plane_axis(&self, tag: u16) -> Option<usize> {
         let name = self.tags().get(usize::from(tag))?;
-        MIRROR_TAGS.iter().position(|mirror| mirror == name)
+        SYMMETRY_PLANE_TAGS.iter().position(|mirror| mirror == name)
     }
 
     /// Whether the boundary part `tag` is a mirror plane.
-    pub fn is_mirror(&self, tag: u16) -> bool {
-        self.mirror_axis(tag).is_some()
+    pub fn is_symmetry_plane(&self, tag: u16) -> bool {
+        self.symmetry_plane_axis(tag).is_some()
     }
 
     /// The nodes on mirror planes, ascending, each with the axes that its planes are normal to. Cost: a pass over the facets and a sort.
-    pub fn nodes_on_mirrors(&self) -> Vec<(u32, [bool; 3])> {
+    pub fn nodes_on_symmetry_planes(&self) -> Vec<(u32, [bool; 3])> {
         let mut nodes: BTreeMap<u32, [bool; 3]> = BTreeMap::new();
         for facet in self.facets() {
-            if let Some(axis) = self.mirror_axis(facet.tag) {
+            if let Some(axis) = self.symmetry_plane_axis(facet.tag) {
                 for node in facet.nodes {
                     nodes.entry(node).or_default()[axis] = true;
                 }
@@ -54,27 +54,27 @@ impl TetMesh {
     /// Cost: a pass over nodes and cells a part.
     ///
     /// ```
-    /// use mesh::{LinearTets, MIRROR_TAGS, TetMesh};
+    /// use mesh::{LinearTets, SYMMETRY_PLANE_TAGS, TetMesh};
     /// let mut cube = LinearTets::cube(1);
-    /// cube.tags[0] = MIRROR_TAGS[0].into();
+    /// cube.tags[0] = SYMMETRY_PLANE_TAGS[0].into();
     /// let whole = TetMesh::straight(cube)?.unfolded()?.mesh;
     /// assert_eq!((whole.n_vertices(), whole.n_cells(), whole.facets().len()), (12, 12, 20));
     /// # Ok::<(), mesh::MeshError>(())
     /// ```
     ///
     /// # Errors
-    /// [`MeshError::OffMirror`] for a node on a mirror plane that is not at zero; [`MeshError::TooLarge`].
+    /// [`MeshError::OffSymmetryPlane`] for a node on a mirror plane that is not at zero; [`MeshError::TooLarge`].
     pub fn unfolded(&self) -> Result<Unfolded, MeshError> {
-        let planes = self.mirrors();
-        let on_planes = self.nodes_on_mirrors();
+        let planes = self.symmetry_planes();
+        let on_planes = self.nodes_on_symmetry_planes();
         let mut on = vec![[false; 3]; self.n_points()];
         for &(node, axes) in &on_planes {
             on[node as usize] = axes;
             let at = self.points()[node as usize];
             if let Some(axis) = (0..3).find(|&axis| axes[axis] && at[axis] != 0.0) {
-                return Err(MeshError::OffMirror {
+                return Err(MeshError::OffSymmetryPlane {
                     node: node as usize,
-                    plane: MIRROR_TAGS[axis],
+                    plane: SYMMETRY_PLANE_TAGS[axis],
                     distance: at[axis].abs(),
                 });
             }
@@ -120,7 +120,7 @@ impl TetMesh {
         let tags: Vec<String> = self
             .tags()
             .iter()
-            .filter(|tag| !MIRROR_TAGS.contains(&tag.as_str()))
+            .filter(|tag| !SYMMETRY_PLANE_TAGS.contains(&tag.as_str()))
             .cloned()
             .collect();
         for (image, number) in images.iter().zip(&number) {
@@ -174,11 +174,11 @@ mod tests {
     use super::*;
     use crate::LinearTets;
 
-    /// The part of a cube with planes normal to the axes in `planes`, with its boundary at zero tagged as mirrors.
+    /// The part of a cube with planes normal to the axes in `planes`, with its boundary at zero tagged as symmetry planes.
     fn part(n: u32, planes: &[usize]) -> TetMesh {
         let mut cube = LinearTets::cube(n);
         for &axis in planes {
-            cube.tags[2 * axis] = MIRROR_TAGS[axis].into();
+            cube.tags[2 * axis] = SYMMETRY_PLANE_TAGS[axis].into();
         }
         TetMesh::straight(cube).unwrap()
     }
@@ -223,10 +223,10 @@ mod tests {
     #[test]
     fn nodes_know_their_planes() {
         let part = part(1, &[0, 2]);
-        for (node, planes) in part.nodes_on_mirrors() {
+        for (node, planes) in part.nodes_on_symmetry_planes() {
             let x = part.points()[node as usize];
             assert_eq!(planes, [x.x == 0.0, false, x.z == 0.0]);
         }
-        assert_eq!(part.mirrors(), [true, false, true]);
+        assert_eq!(part.symmetry_planes(), [true, false, true]);
     }
 }
