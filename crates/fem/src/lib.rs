@@ -29,6 +29,7 @@
 
 mod assemble;
 pub mod axisymmetric;
+mod check;
 mod error;
 mod estimate;
 mod forms;
@@ -42,11 +43,10 @@ mod reference;
 mod space;
 mod sum;
 mod surface;
-mod validate;
 
 pub use error::FemError;
-pub use estimate::{Chords, ErrorFunctional, RoundPart, Surplus, SurplusSpace};
-pub use load::{Load, consistent_load, momentum_residual, stress_load};
+pub use estimate::{CurvedBoundary, ErrorFunctional, FacetGeometry, Surplus, SurplusSpace};
+pub use load::{LoadOnFluid, consistent_load, momentum_residual, stress_load};
 pub use matrices::StokesMatrices;
 pub use norms::{VelocityError, dissipation, mean_pressure, pressure_error, velocity_error};
 pub use space::TaylorHood;

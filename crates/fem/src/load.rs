@@ -6,16 +6,16 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::FemError;
+use crate::check::check_array;
 use crate::geometry::MapAt;
 use crate::quadrature::{CellPoint, FacetPoint, facet_degree_6};
 use crate::sum::sum_over;
 use crate::surface::{facet_nodes, position_and_normal, surface_measures, tagged_facets};
-use crate::validate::check_array;
 
 /// Force and torque exerted by a body on the fluid, at viscosity 1: the drag on a moving body has the sign of its
 /// velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Load {
+pub struct LoadOnFluid {
     /// Force.
     pub force: Vec3,
     /// Torque about the centre asked for.
@@ -93,10 +93,10 @@ pub fn consistent_load(
     residual: &[f64],
     centre: Vec3,
     angular_velocity: Vec3,
-) -> Result<Load, FemError> {
+) -> Result<LoadOnFluid, FemError> {
     check_array("the residual", residual, 3 * mesh.n_points())?;
     let volume = surface_measures(mesh, tag)?.volume;
-    let mut load = Load {
+    let mut load = LoadOnFluid {
         force: Vec3::zeros(),
         torque: 2.0 * volume * angular_velocity,
     };
@@ -123,7 +123,7 @@ pub fn stress_load(
     velocity: &[f64],
     pressure: &[f64],
     centre: Vec3,
-) -> Result<Load, FemError> {
+) -> Result<LoadOnFluid, FemError> {
     check_array("the velocity", velocity, 3 * mesh.n_points())?;
     check_array("the pressure", pressure, mesh.n_vertices())?;
     let facets = tagged_facets(mesh, tag)?;
@@ -149,7 +149,7 @@ pub fn stress_load(
         }
         Ok([force.x, force.y, force.z, torque.x, torque.y, torque.z])
     })?;
-    Ok(Load {
+    Ok(LoadOnFluid {
         force: Vec3::new(fx, fy, fz),
         torque: Vec3::new(tx, ty, tz),
     })

@@ -4,11 +4,11 @@ use mesh::{TetMesh, Vec3};
 use nalgebra::Matrix3;
 
 use crate::FemError;
+use crate::check::check_array;
 use crate::geometry::{CellNodes, MapAt};
 use crate::load::velocity_gradient;
 use crate::quadrature::{CellPoint, degree_2, degree_5, degree_6};
 use crate::sum::sum_over;
-use crate::validate::check_array;
 
 /// Rate of dissipation `2 int D(u):D(u)` at viscosity 1, `D` the symmetric gradient.
 ///

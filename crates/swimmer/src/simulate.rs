@@ -273,7 +273,7 @@ pub fn go_on(
             of_bodies(drift)
                 .iter()
                 .fold(0.0_f64, |m, e| m.max(e.norm()))
-                .hypot(drift.spread)
+                .hypot(drift.uncertainty)
         };
         let (by_mesh, by_steps) = (result.drift.as_ref(), result.integration_drift.as_ref());
         outcome.legs.push(LegOutcome {

@@ -154,9 +154,9 @@ fn estimates_are_those_of_the_flow_whatever_the_formulation() {
     });
     // Flows of estimates are solved for to a thousandth.
     for other in [two, three] {
-        let scale = one.bodies[1].norm() + one.spread;
+        let scale = one.bodies[1].norm() + one.uncertainty;
         assert!((one.bodies[1] - other.bodies[1]).norm() < 0.05 * scale);
-        assert_relative_eq!(one.spread, other.spread, max_relative = 0.05);
+        assert_relative_eq!(one.uncertainty, other.uncertainty, max_relative = 0.05);
         assert_relative_eq!(one.force(), other.force(), max_relative = 1e-6);
     }
 }

@@ -123,9 +123,13 @@ fn the_answer_is_that_of_the_mirrored_mesh() {
         // Errors too are those of the whole: flows for them are solved for to a thousandth.
         let errors = [&part, &whole].map(|i| i.mesh_error.clone().unwrap());
         assert_relative_eq!(errors[0].force(), errors[1].force(), max_relative = 1e-4);
-        assert_relative_eq!(errors[0].spread, errors[1].spread, max_relative = 2e-2);
+        assert_relative_eq!(
+            errors[0].uncertainty,
+            errors[1].uncertainty,
+            max_relative = 2e-2
+        );
         for (own, all) in errors[0].bodies.iter().zip(&errors[1].bodies) {
-            assert!((own - all).norm() <= 2e-2 * errors[1].spread);
+            assert!((own - all).norm() <= 2e-2 * errors[1].uncertainty);
         }
         let checks = [&part, &whole].map(|i| i.checks.unwrap());
         assert_relative_eq!(checks[0].dissipation, checks[1].dissipation, epsilon = 1e-7);

@@ -2,10 +2,10 @@
 
 mod bubbles;
 mod cell;
-mod chords;
+mod facet_geometry;
 mod functional;
 mod surplus;
 
-pub use chords::{Chords, RoundPart};
+pub use facet_geometry::{CurvedBoundary, FacetGeometry};
 pub use functional::ErrorFunctional;
 pub use surplus::{Surplus, SurplusSpace};

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use super::bubbles::{Bubbles, PER_CELL, POINTS, signs};
 use super::cell::{CellFlow, dot};
 use crate::FemError;
+use crate::check::check_array;
 use crate::sum::sum_over;
-use crate::validate::check_array;
 
 /// The cubic functions of a mesh that quadratic velocities lack, for estimates of the discretisation error.
 ///

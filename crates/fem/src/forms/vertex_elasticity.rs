@@ -6,9 +6,9 @@ use nalgebra::Matrix3;
 
 use super::viscous::{interleaved, pair};
 use crate::assemble::Form;
+use crate::check::check_array;
 use crate::geometry::{Affine, CellNodes, MapAt};
 use crate::quadrature::degree_5;
-use crate::validate::check_array;
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {

@@ -4,9 +4,9 @@ use linalg::Csr;
 use mesh::{TET_EDGES, TetMesh};
 
 use crate::assemble::{Form, on_pattern};
+use crate::check::check_array;
 use crate::geometry::{Affine, CellNodes, MapAt};
 use crate::quadrature::degree_5;
-use crate::validate::check_array;
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {

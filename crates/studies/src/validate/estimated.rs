@@ -27,7 +27,7 @@ impl Estimated {
     pub fn velocity(instant: &Instant, body: usize) -> Self {
         let error = instant.mesh_error.as_ref();
         Self::new(
-            error.map(|e| (e.bodies[body].x, e.spread)),
+            error.map(|e| (e.bodies[body].x, e.uncertainty)),
             &instant.error_estimate,
         )
     }
@@ -40,7 +40,7 @@ impl Estimated {
 
     /// That of a displacement along x of a body without turns.
     pub fn displacement(drift: Option<&Drift>, bars: &ErrorEstimate) -> Self {
-        Self::new(drift.map(|d| (d.moved[0].x, d.spread)), bars)
+        Self::new(drift.map(|d| (d.moved[0].x, d.uncertainty)), bars)
     }
 
     fn new(by_mesh: Option<(f64, f64)>, bars: &ErrorEstimate) -> Self {

@@ -78,11 +78,11 @@ fn missed(oracle: &Oracle, rates: &[StateVelocity], start: &State) -> Option<Dri
         let own = Drift {
             moved: error.frames.iter().map(|f| f.linear).collect(),
             turned: error.frames.iter().map(|f| f.angular).collect(),
-            spread: 0.0,
+            uncertainty: 0.0,
         };
         let way: Vec<_> = rate.frames.iter().map(|f| f.linear).collect();
         drift.append(&own, &way);
     }
-    drift.spread = size(oracle, &unsure);
+    drift.uncertainty = size(oracle, &unsure);
     Some(drift)
 }

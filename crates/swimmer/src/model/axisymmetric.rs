@@ -295,7 +295,7 @@ impl AxisymmetricModel {
                     })
                     .collect(),
                 bodies: velocities,
-                spread: UNSURE * error,
+                uncertainty: UNSURE * error,
                 forces,
             }),
             checks: None,

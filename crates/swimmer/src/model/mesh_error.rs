@@ -13,8 +13,8 @@ pub struct MeshError {
     pub frames: Vec<Twist>,
     /// The same for the velocity of each body.
     pub bodies: Vec<Vector3<f64>>,
-    /// What the estimate of a velocity may err by itself.
-    pub spread: f64,
+    /// Uncertainty of the estimate for a velocity.
+    pub uncertainty: f64,
     /// The same for the force of each body, zero where forces are the loads: those of linked bodies err as their power does, which is
     /// right to first order for the link that moves while others are held.
     pub forces: Vec<Vector3<f64>>,
@@ -45,8 +45,9 @@ pub struct Drift {
     pub moved: Vec<Vector3<f64>>,
     /// Error of the rotation vector of each frame.
     pub turned: Vec<Vector3<f64>>,
-    /// What these may err by themselves.
-    pub spread: f64,
+    /// Uncertainty of these estimates.
+    #[serde(rename = "spread")]
+    pub uncertainty: f64,
 }
 
 impl Drift {
@@ -55,12 +56,12 @@ impl Drift {
         let step = Self {
             moved: error.frames.iter().map(|f| f.linear * time).collect(),
             turned: error.frames.iter().map(|f| f.angular * time).collect(),
-            spread: 0.0,
+            uncertainty: 0.0,
         };
         let displacement: Vec<_> = motion.frames.iter().map(|f| f.linear * time).collect();
         self.append(&step, &displacement);
         // One mesh, moved: its accidents stay the same.
-        self.spread += error.spread * time;
+        self.uncertainty += error.uncertainty * time;
     }
 
     /// Appends a later part of the stroke with the frames' displacements in it: what was turned wrongly before moves wrongly now.
@@ -74,7 +75,7 @@ impl Drift {
             *turned += later_turned;
         }
         // Each part by accidents of its own.
-        self.spread = self.spread.hypot(later.spread);
+        self.uncertainty = self.uncertainty.hypot(later.uncertainty);
     }
 
     /// Error of the displacement of a body that is at `arm` from the root of its linkage.
@@ -98,7 +99,7 @@ mod tests {
                 angular: Vector3::zeros(),
             }],
             bodies: vec![],
-            spread: 0.5,
+            uncertainty: 0.5,
             forces: vec![],
         };
         let motion = StateVelocity {
@@ -111,13 +112,13 @@ mod tests {
         let mut drift = Drift::default();
         drift.add(2.0, &motion, &error(1.0));
         drift.add(2.0, &motion, &error(-1.0));
-        assert_eq!((drift.moved[0], drift.spread), (Vector3::zeros(), 2.0));
+        assert_eq!((drift.moved[0], drift.uncertainty), (Vector3::zeros(), 2.0));
 
         // A small wrong turn about z, then two along x: two times the angle along y.
         let turn = Drift {
             moved: vec![Vector3::zeros()],
             turned: vec![Vector3::new(0.0, 0.0, 1e-3)],
-            spread: 0.0,
+            uncertainty: 0.0,
         };
         drift.append(&turn, &[Vector3::zeros()]);
         drift.add(2.0, &motion, &error(0.0));

@@ -20,20 +20,26 @@ fn miss(text: &str, steps: usize) -> [f64; 3] {
     let exact = run_with(&scene, &mut model, Method::Collocation).unwrap();
     let errors = euler.displacement.iter().enumerate();
     let worst = errors.fold(0.0_f64, |m, (body, d)| m.max((d - exact.net(body)).norm()));
-    let spread = euler.integration_drift.unwrap().spread;
-    [worst, euler.error_estimate.integration.unwrap(), spread]
+    let uncertainty = euler.integration_drift.unwrap().uncertainty;
+    [
+        worst,
+        euler.error_estimate.integration.unwrap(),
+        uncertainty,
+    ]
 }
 
 /// Bars contain errors, and are them where errors are not accidents that the bar itself calls unsure.
 fn check(name: &str, text: &str) {
     for steps in [2, 3, 4, 10, 30] {
-        let [error, bar, spread] = miss(text, steps);
-        println!("{name}, {steps} steps: error {error:.2e}, bar {bar:.2e}, unsure {spread:.1e}");
+        let [error, bar, uncertainty] = miss(text, steps);
+        println!(
+            "{name}, {steps} steps: error {error:.2e}, bar {bar:.2e}, unsure {uncertainty:.1e}"
+        );
         assert!(
             error <= 1.1 * bar,
             "{name}, {steps}: {error:.3e} > {bar:.3e}"
         );
-        if error > spread {
+        if error > uncertainty {
             let ratio = bar / error;
             assert!((0.7..1.4).contains(&ratio), "{name}, {steps}: {ratio}");
         }
@@ -68,8 +74,8 @@ fn bars_of_a_reciprocal_stroke_are_of_what_it_should_not_move() {
         let text = text.replace(STROKE, &there_and_back());
         check("there and back", &text);
         // Errors of the way back add up: nothing is below what is unsure.
-        let [error, _, spread] = miss(&text, 10);
-        assert!(error > 10.0 * spread);
+        let [error, _, uncertainty] = miss(&text, 10);
+        assert!(error > 10.0 * uncertainty);
     }
 }
 

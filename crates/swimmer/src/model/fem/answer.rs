@@ -96,8 +96,8 @@ impl FemModel {
                 by_mesh[body] = scale.velocity_back(error);
             }
         }
-        let spread = scale.speed_back(estimate.spread);
-        instant.error_estimate.mesh = Some(largest(by_mesh.iter().copied()).hypot(spread));
+        let uncertainty = scale.speed_back(estimate.uncertainty);
+        instant.error_estimate.mesh = Some(largest(by_mesh.iter().copied()).hypot(uncertainty));
         instant.mesh_error = Some(MeshError {
             frames: estimate
                 .frames
@@ -108,7 +108,7 @@ impl FemModel {
                 })
                 .collect(),
             bodies: by_mesh,
-            spread,
+            uncertainty,
             // Where no link holds, forces are the loads.
             forces: if set.links().is_empty() {
                 vec![Vector3::zeros(); instant.bodies.len()]

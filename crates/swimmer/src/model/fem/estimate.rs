@@ -5,10 +5,10 @@
 //! (`fem::ErrorFunctional`) gives the errors of all velocities. Errors common to equal bodies cancel in it as they do in the
 //! velocities; the bound $\sqrt{K(e_z, e_z) K(e, e)}$ would be forty times too wide for a three-sphere swimmer.
 //!
-//! Straight facets cut off what they stand for, which errs the other way and is a functional of the flow too (`fem::Chords`): with
+//! Straight facets cut off what they stand for, which errs the other way and is a functional of the flow too (`fem::FacetGeometry`): with
 //! them $K$ is $K - G$ throughout.
 
-use fem::{Chords, Surplus, SurplusSpace};
+use fem::{FacetGeometry, Surplus, SurplusSpace};
 use linalg::{BlockTriangular, KrylovParams, SaddleSystem};
 use mesh::TetMesh;
 use nalgebra::{DVector, Vector3};
@@ -23,14 +23,14 @@ pub struct Estimate {
     /// Of each linkage's frame velocity.
     pub frames: Vec<Twist>,
     /// What the linear part of `frames` may err by itself.
-    pub spread: f64,
+    pub uncertainty: f64,
     /// $K(e, e)$, less `G` where facets are straight, over the power of the bodies: the relative error of their forces, computed less exact.
     pub relative_energy: f64,
     /// What the flow lacks on its mesh, and each cell's share in the spread.
-    own: Surplus,
+    surplus: Surplus,
     of_frames: Vec<f64>,
     /// Each cell's share in $G(u, u)$.
-    of_chords: Vec<(usize, f64)>,
+    of_facets: Vec<(usize, f64)>,
 }
 
 impl Estimate {
@@ -39,18 +39,22 @@ impl Estimate {
     /// Cost: a pass over the cells.
     /// # Errors
     /// Another mesh than the one that was estimated on.
-    pub fn shares(self, space: &SurplusSpace, mesh: &TetMesh) -> Result<[Vec<f64>; 2], ModelError> {
-        let mut own = space.indicators(mesh, &self.own, &self.own)?;
-        for (cell, share) in self.of_chords {
-            own[cell] = own[cell].abs() + share.abs();
+    pub fn indicators(
+        self,
+        space: &SurplusSpace,
+        mesh: &TetMesh,
+    ) -> Result<[Vec<f64>; 2], ModelError> {
+        let mut indicators = space.indicators(mesh, &self.surplus, &self.surplus)?;
+        for (cell, indicator) in self.of_facets {
+            indicators[cell] = indicators[cell].abs() + indicator.abs();
         }
-        Ok([own, self.of_frames])
+        Ok([indicators, self.of_frames])
     }
 }
 
 /// Residual at which the flows of estimates are good enough, relative: against 1e-6 the estimated error of the default stroke's net
 /// displacement changes by 0.2 percent, with 3e-3 by one.
-const DUAL_RTOL: f64 = 1e-3;
+const ADJOINT_RTOL: f64 = 1e-3;
 
 /// A cell's share in an estimate is trusted to half of itself, independently of the others'. A choice, not a bound: estimated speeds of
 /// three-sphere swimmers miss by less, but one leg of the default stroke misses by three times its spread.
@@ -61,38 +65,38 @@ const WALL_TRUST: f64 = 0.5;
 
 /// Flows of the last estimates, where those of the next start; of other lengths they are not used.
 #[derive(Default)]
-pub struct Duals {
+pub struct AdjointSolutions {
     /// For the errors of velocities, one a flow that was estimated.
     errors: Vec<Vec<f64>>,
     /// For their spreads, one a load.
-    spreads: Vec<Vec<f64>>,
+    uncertainties: Vec<Vec<f64>>,
 }
 
-impl Duals {
+impl AdjointSolutions {
     /// Solves for the flows of estimates, each from that of the instant before, several a pass.
     fn solve(
         &mut self,
         system: &SaddleSystem,
         preconditioner: &mut BlockTriangular,
         errors: &[Vec<f64>],
-        spreads: &[Vec<f64>],
+        uncertainties: &[Vec<f64>],
     ) -> Result<(), ModelError> {
-        let parameters = KrylovParams::default().with_rel_tol(DUAL_RTOL);
+        let parameters = KrylovParams::default().with_rel_tol(ADJOINT_RTOL);
         self.errors.resize(errors.len(), Vec::new());
-        self.spreads.resize(spreads.len(), Vec::new());
-        let flows = self.errors.iter_mut().chain(&mut self.spreads);
-        let (rights, mut flows): (Vec<&[f64]>, Vec<&mut [f64]>) = errors
+        self.uncertainties.resize(uncertainties.len(), Vec::new());
+        let flows = self.errors.iter_mut().chain(&mut self.uncertainties);
+        let (rhs, mut flows): (Vec<&[f64]>, Vec<&mut [f64]>) = errors
             .iter()
-            .chain(spreads)
+            .chain(uncertainties)
             .zip(flows)
-            .map(|(right, flow)| {
-                if flow.len() != right.len() {
-                    *flow = vec![0.0; right.len()];
+            .map(|(rhs, flow)| {
+                if flow.len() != rhs.len() {
+                    *flow = vec![0.0; rhs.len()];
                 }
-                (right.as_slice(), flow.as_mut_slice())
+                (rhs.as_slice(), flow.as_mut_slice())
             })
             .unzip();
-        in_groups(system, preconditioner, &rights, &mut flows, &parameters)?;
+        in_groups(system, preconditioner, &rhs, &mut flows, &parameters)?;
         Ok(())
     }
 }
@@ -104,7 +108,7 @@ pub struct Solved<'a> {
     /// What its cells lack.
     pub space: &'a SurplusSpace,
     /// What its facets cut off; none where they are curved.
-    pub chords: &'a Chords<'a>,
+    pub facet_geometry: &'a FacetGeometry<'a>,
     /// What drove it, whatever the rates.
     pub drive: &'a Drive<'a>,
     /// Its system.
@@ -112,44 +116,44 @@ pub struct Solved<'a> {
 }
 
 /// What a flow lacks on its mesh.
-struct Lack {
+struct DiscretisationError {
     velocity: Vec<f64>,
-    own: Surplus,
+    surplus: Surplus,
     /// Each facet's share in $G(u, u)$.
-    cut_off: Vec<f64>,
+    of_facets: Vec<f64>,
     relative_energy: f64,
 }
 
 /// A unit load on a linkage, for the spread of its velocity in the direction of motion.
-struct Pull {
+struct UnitLoad {
     /// Where the linear velocities of its frame begin.
     row: usize,
     direction: Vector3<f64>,
 }
 
-impl Pull {
+impl UnitLoad {
     /// Whether the flow of one will do for the other: it is solved to no more digits.
     fn is_like(&self, other: &Self) -> bool {
-        self.row == other.row && (self.direction - other.direction).norm() <= DUAL_RTOL
+        self.row == other.row && (self.direction - other.direction).norm() <= ADJOINT_RTOL
     }
 }
 
 impl Solved<'_> {
-    fn lack(&self, flow: &Flow) -> Result<Lack, ModelError> {
+    fn discretisation_error(&self, flow: &Flow) -> Result<DiscretisationError, ModelError> {
         let velocity = flat(&flow.velocity);
-        let own = self.space.surplus(self.mesh, &velocity, &flow.pressure)?;
+        let surplus = self.space.surplus(self.mesh, &velocity, &flow.pressure)?;
         let power = flow.forces.dot(&flow.bodies);
-        let cut_off = self.chords.shares(&velocity, &velocity)?;
-        let energy = own.energy(&own)? - cut_off.iter().sum::<f64>();
+        let of_facets = self.facet_geometry.indicators(&velocity, &velocity)?;
+        let energy = surplus.energy(&surplus)? - of_facets.iter().sum::<f64>();
         let relative_energy = match self.parts() * energy / power {
             ratio if ratio.is_finite() => ratio,
             // Nothing moves, nothing errs.
             _ => 0.0,
         };
-        Ok(Lack {
+        Ok(DiscretisationError {
             velocity,
-            own,
-            cut_off,
+            surplus,
+            of_facets,
             relative_energy,
         })
     }
@@ -163,11 +167,11 @@ impl Solved<'_> {
     }
 
     /// The load whose flow gives the errors of all velocities.
-    fn right_of_errors(&self, lack: &Lack) -> Result<Vec<f64>, ModelError> {
-        let mut functional = self.space.functional(self.mesh, &lack.own)?;
-        let cut_off = self.chords.functional(&lack.velocity)?;
-        for (own, cut_off) in functional.velocity.iter_mut().zip(cut_off) {
-            *own -= cut_off;
+    fn rhs_of_errors(&self, error: &DiscretisationError) -> Result<Vec<f64>, ModelError> {
+        let mut functional = self.space.functional(self.mesh, &error.surplus)?;
+        let of_facets = self.facet_geometry.functional(&error.velocity)?;
+        for (value, of_facets) in functional.velocity.iter_mut().zip(of_facets) {
+            *value -= of_facets;
         }
         Ok(self
             .system
@@ -175,7 +179,7 @@ impl Solved<'_> {
     }
 
     /// The loads for the spreads of a flow's velocities, one a linkage.
-    fn pulls(&self, flow: &Flow) -> Vec<Pull> {
+    fn unit_loads(&self, flow: &Flow) -> Vec<UnitLoad> {
         let set = self.drive.set;
         let numbered = set.linkages().iter().enumerate();
         numbered
@@ -188,7 +192,7 @@ impl Solved<'_> {
                 let direction = motion.try_normalize(0.0).unwrap_or_else(Vector3::x);
                 // Forth or back is one spread, and one flow to start the next from.
                 let sign = direction[direction.iamax()].signum();
-                Pull {
+                UnitLoad {
                     row,
                     direction: sign * direction,
                 }
@@ -196,16 +200,16 @@ impl Solved<'_> {
             .collect()
     }
 
-    fn right_of_pull(&self, pull: &Pull) -> Result<Vec<f64>, ModelError> {
+    fn rhs_of_unit_load(&self, unit_load: &UnitLoad) -> Result<Vec<f64>, ModelError> {
         let mut load = DVector::zeros(self.drive.set.velocity_layout().len());
-        load.fixed_rows_mut::<3>(pull.row)
-            .copy_from(&pull.direction);
+        load.fixed_rows_mut::<3>(unit_load.row)
+            .copy_from(&unit_load.direction);
         Ok(self.system.right_of_loads(&load)?)
     }
 
     /// Estimated errors of the frames' velocities.
-    fn frames(&self, dual: &[f64]) -> Result<Vec<Twist>, ModelError> {
-        let errors = -self.system.generalised_of_loads(dual)?;
+    fn frames(&self, adjoint: &[f64]) -> Result<Vec<Twist>, ModelError> {
+        let errors = -self.system.generalised_of_loads(adjoint)?;
         let rows = |first: usize| -> Vector3<f64> { errors.fixed_rows::<3>(first).into() };
         Ok((0..self.drive.set.linkages().len())
             .map(|number| {
@@ -219,8 +223,8 @@ impl Solved<'_> {
     }
 
     /// The velocity of a pull's flow and what it lacks.
-    fn pulled(&self, dual: &[f64]) -> Result<(Vec<f64>, Surplus), ModelError> {
-        let (velocity, pressure) = self.system.flow_of_loads(dual)?;
+    fn response(&self, adjoint: &[f64]) -> Result<(Vec<f64>, Surplus), ModelError> {
+        let (velocity, pressure) = self.system.flow_of_loads(adjoint)?;
         let velocity = flat(&velocity);
         let surplus = self.space.surplus(self.mesh, &velocity, &pressure)?;
         Ok((velocity, surplus))
@@ -229,21 +233,26 @@ impl Solved<'_> {
     /// The estimate of a flow from what it lacks, its errors, and the flows of its pulls.
     fn estimate(
         &self,
-        lack: Lack,
+        error: DiscretisationError,
         frames: Vec<Twist>,
-        pulled: &[&(Vec<f64>, Surplus)],
+        responses: &[&(Vec<f64>, Surplus)],
     ) -> Result<Estimate, ModelError> {
         let parts = self.parts();
         let mut of_frames = vec![0.0; self.mesh.n_cells()];
         let mut unsure = 0.0_f64;
-        for (its_velocity, its) in pulled {
-            let mut cells = self.space.indicators(self.mesh, its, &lack.own)?;
-            let of_facets = self.chords.shares(its_velocity, &lack.velocity)?;
+        for (its_velocity, its) in responses {
+            let mut cells = self.space.indicators(self.mesh, its, &error.surplus)?;
+            let of_facets = self
+                .facet_geometry
+                .indicators(its_velocity, &error.velocity)?;
             let mut by_walls = 0.0;
-            let facets = self.chords.cells().zip(self.chords.is_wall());
-            for ((cell, is_wall), share) in facets.zip(of_facets) {
-                cells[cell] = cells[cell].hypot(share);
-                by_walls += if is_wall { share } else { 0.0 };
+            let facets = self
+                .facet_geometry
+                .cells()
+                .zip(self.facet_geometry.is_wall());
+            for ((cell, is_wall), indicator) in facets.zip(of_facets) {
+                cells[cell] = cells[cell].hypot(indicator);
+                by_walls += if is_wall { indicator } else { 0.0 };
             }
             unsure = (WALL_TRUST * parts * by_walls).hypot(unsure);
             for (sum, cell) in of_frames.iter_mut().zip(cells) {
@@ -254,11 +263,11 @@ impl Solved<'_> {
         let by_cells = of_frames.iter().map(|cell| cell * cell).sum::<f64>().sqrt();
         Ok(Estimate {
             frames,
-            spread: (CELL_TRUST * by_cells).hypot(unsure),
-            relative_energy: lack.relative_energy,
-            own: lack.own,
+            uncertainty: (CELL_TRUST * by_cells).hypot(unsure),
+            relative_energy: error.relative_energy,
+            surplus: error.surplus,
             of_frames,
-            of_chords: self.chords.cells().zip(lack.cut_off).collect(),
+            of_facets: self.facet_geometry.cells().zip(error.of_facets).collect(),
         })
     }
 }
@@ -273,36 +282,63 @@ pub fn estimates(
     solved: &Solved,
     flows: &[Flow],
     preconditioner: &mut BlockTriangular,
-    duals: &mut Duals,
+    adjoints: &mut AdjointSolutions,
 ) -> Result<Vec<Estimate>, ModelError> {
-    let lacks = flows.iter().map(|flow| solved.lack(flow));
-    let lacks: Vec<Lack> = lacks.collect::<Result<_, _>>()?;
+    let discretisation_errors = flows.iter().map(|flow| solved.discretisation_error(flow));
+    let discretisation_errors: Vec<DiscretisationError> =
+        discretisation_errors.collect::<Result<_, _>>()?;
     // one flow for all pulls that are alike
-    let mut pulls: Vec<Pull> = Vec::new();
-    let mut number_of = |pull: Pull| {
-        let known = pulls.iter().position(|known| known.is_like(&pull));
+    let mut unit_loads: Vec<UnitLoad> = Vec::new();
+    let mut number_of = |unit_load: UnitLoad| {
+        let known = unit_loads
+            .iter()
+            .position(|known| known.is_like(&unit_load));
         known.unwrap_or_else(|| {
-            pulls.push(pull);
-            pulls.len() - 1
+            unit_loads.push(unit_load);
+            unit_loads.len() - 1
         })
     };
-    let pulls_of: Vec<Vec<usize>> = flows
+    let unit_loads_of: Vec<Vec<usize>> = flows
         .iter()
-        .map(|flow| solved.pulls(flow).into_iter().map(&mut number_of).collect())
-        .collect();
-    let rights = lacks.iter().map(|lack| solved.right_of_errors(lack));
-    let errors: Vec<_> = rights.collect::<Result<_, _>>()?;
-    let rights = pulls.iter().map(|pull| solved.right_of_pull(pull));
-    let spreads: Vec<_> = rights.collect::<Result<_, _>>()?;
-    duals.solve(&solved.system.system, preconditioner, &errors, &spreads)?;
-    let pulled = duals.spreads.iter().map(|dual| solved.pulled(dual));
-    let pulled: Vec<_> = pulled.collect::<Result<_, _>>()?;
-    (lacks.into_iter().zip(&duals.errors).zip(pulls_of))
-        .map(|((lack, dual), numbers)| {
-            let pulled: Vec<_> = numbers.into_iter().map(|number| &pulled[number]).collect();
-            solved.estimate(lack, solved.frames(dual)?, &pulled)
+        .map(|flow| {
+            solved
+                .unit_loads(flow)
+                .into_iter()
+                .map(&mut number_of)
+                .collect()
         })
-        .collect()
+        .collect();
+    let rhs = discretisation_errors
+        .iter()
+        .map(|error| solved.rhs_of_errors(error));
+    let errors: Vec<_> = rhs.collect::<Result<_, _>>()?;
+    let rhs = unit_loads
+        .iter()
+        .map(|unit_load| solved.rhs_of_unit_load(unit_load));
+    let uncertainties: Vec<_> = rhs.collect::<Result<_, _>>()?;
+    adjoints.solve(
+        &solved.system.system,
+        preconditioner,
+        &errors,
+        &uncertainties,
+    )?;
+    let responses = adjoints
+        .uncertainties
+        .iter()
+        .map(|adjoint| solved.response(adjoint));
+    let responses: Vec<_> = responses.collect::<Result<_, _>>()?;
+    (discretisation_errors
+        .into_iter()
+        .zip(&adjoints.errors)
+        .zip(unit_loads_of))
+    .map(|((error, adjoint), numbers)| {
+        let responses: Vec<_> = numbers
+            .into_iter()
+            .map(|number| &responses[number])
+            .collect();
+        solved.estimate(error, solved.frames(adjoint)?, &responses)
+    })
+    .collect()
 }
 
 /// Where the generalised velocities of a linkage's frame begin: linear ones, and angular ones if it turns.

@@ -19,7 +19,7 @@ use mesh::TetMesh;
 use nalgebra::{DMatrix, Isometry3};
 use rigid::{Constrained, Constraints, Drive, Formulation, State};
 
-use self::estimate::{Duals, Estimate};
+use self::estimate::{AdjointSolutions, Estimate};
 pub use self::mesher::{COARSEST_FACTOR, growth};
 use self::meshes::{Meshes, ShapeMesh};
 use self::solve::Boundary;
@@ -33,7 +33,7 @@ pub struct FemModel {
     meshes: Meshes,
     options: FemOptions,
     estimates: bool,
-    duals: Duals,
+    adjoint_solutions: AdjointSolutions,
     /// Solutions of the leg on the mesh in use. Forgotten between legs, where checkpoints are taken, so that these need not carry them: the
     /// first solves of a leg gained nothing from them, for another link moves.
     warm: WarmStart,
@@ -83,7 +83,7 @@ impl FemModel {
             scaled,
             options: scene.fem,
             estimates: scene.fem.estimates == EstimatesKind::On,
-            duals: Duals::default(),
+            adjoint_solutions: AdjointSolutions::default(),
             warm: WarmStart::new(REMEMBERED),
             last: None,
         })
@@ -152,7 +152,7 @@ impl FemModel {
         let Some(estimate) = last.estimate.take() else {
             return Ok(false);
         };
-        let shares = estimate.shares(space, &last.mesh)?;
+        let shares = estimate.indicators(space, &last.mesh)?;
         // Both count by how far they are off, and cells by their part in each.
         let mut of_cells = vec![0.0; last.mesh.n_cells()];
         for (shares, error) in shares.iter().zip(errors) {
@@ -180,7 +180,7 @@ impl Hydrodynamics for FemModel {
 
     fn begin_leg(&mut self) {
         self.warm.clear();
-        self.duals = Duals::default();
+        self.adjoint_solutions = AdjointSolutions::default();
     }
 
     fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
@@ -210,12 +210,12 @@ impl Hydrodynamics for FemModel {
         let (shape, poses) = self.shape_mesh(&first)?;
         let (mesh, mut remeshed) = (shape.mesh, shape.remeshed);
         // taken out while the rest of `self` is borrowed, and lost if the solve fails
-        let mut duals = std::mem::take(&mut self.duals);
+        let mut adjoint_solutions = std::mem::take(&mut self.adjoint_solutions);
         let mesh_seconds = clock.elapsed().as_secs_f64();
         let mut warm = std::mem::replace(&mut self.warm, WarmStart::new(REMEMBERED));
         if shape.other_cells {
             // solutions on another mesh have other unknowns
-            duals = Duals::default();
+            adjoint_solutions = AdjointSolutions::default();
             warm.clear();
         }
         if self.estimates {
@@ -234,10 +234,10 @@ impl Hydrodynamics for FemModel {
             self.meshes
                 .surplus_space()
                 .filter(|_| self.estimates)
-                .map(|surplus| (surplus, &mut duals)),
+                .map(|surplus| (surplus, &mut adjoint_solutions)),
         )?;
         self.warm = warm;
-        self.duals = duals;
+        self.adjoint_solutions = adjoint_solutions;
         let of_others: f64 = solved.iter().skip(1).map(|other| other.seconds.total).sum();
         if let Some(first) = solved.first_mut() {
             first.seconds.mesh = mesh_seconds;

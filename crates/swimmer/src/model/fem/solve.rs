@@ -3,7 +3,7 @@
 use std::iter::{once, repeat};
 use std::time::Instant;
 
-use fem::{Chords, RoundPart, StokesMatrices, SurplusSpace, TaylorHood};
+use fem::{CurvedBoundary, FacetGeometry, StokesMatrices, SurplusSpace, TaylorHood};
 use linalg::{
     BlockDiagonal, BlockTriangular, KrylovParams, LinalgError, SaddleLdlt, SaddleSystem, Schwarz,
     SchwarzParams, SolveReport, WarmStart, fgmres, fgmres_columns, minres,
@@ -17,7 +17,7 @@ use rigid::{
 };
 
 use super::checks;
-use super::estimate::{self, Duals, Estimate, Solved};
+use super::estimate::{self, AdjointSolutions, Estimate, Solved};
 use crate::model::{Checks, Dofs, ModelError, Seconds, SolverInfo};
 use scene::{FemOptions, FormulationKind, SolverKind};
 
@@ -46,9 +46,9 @@ pub struct Boundary<'a> {
 
 impl Boundary<'_> {
     /// The facets of a mesh that cut off spheres.
-    fn chords<'m>(&self, mesh: &'m TetMesh) -> Result<Chords<'m>, ModelError> {
+    fn facet_geometry<'m>(&self, mesh: &'m TetMesh) -> Result<FacetGeometry<'m>, ModelError> {
         let part = |(name, sphere): &(&str, Sphere)| -> Result<_, ModelError> {
-            Ok(RoundPart {
+            Ok(CurvedBoundary {
                 tag: mesh.tag(name)?,
                 centre: sphere.centre,
                 radius: sphere.radius,
@@ -56,7 +56,7 @@ impl Boundary<'_> {
             })
         };
         let parts: Vec<_> = self.chords.iter().map(part).collect::<Result<_, _>>()?;
-        Ok(Chords::new(mesh, &parts)?)
+        Ok(FacetGeometry::new(mesh, &parts)?)
     }
 }
 
@@ -92,7 +92,7 @@ pub fn solve(
     drives: &[Drive],
     options: &FemOptions,
     warm: &mut WarmStart,
-    estimates: Option<(&SurplusSpace, &mut Duals)>,
+    estimates: Option<(&SurplusSpace, &mut AdjointSolutions)>,
 ) -> Result<Vec<SolvedFlow>, ModelError> {
     let Some((drive, others)) = drives.split_first() else {
         return Ok(Vec::new());
@@ -139,12 +139,12 @@ pub fn solve(
     }
     let mut estimating = 0.0;
     let mut judged: Vec<(Option<Estimate>, Option<Checks>)> = vec![(None, None); flows.len()];
-    if let Some((surplus, duals)) = estimates {
+    if let Some((surplus, adjoint_solutions)) = estimates {
         let clock = Instant::now();
         let solved = Solved {
             mesh,
             space: surplus,
-            chords: &boundary.chords(mesh)?,
+            facet_geometry: &boundary.facet_geometry(mesh)?,
             drive,
             system: &system,
         };
@@ -153,7 +153,8 @@ pub fn solve(
             // Whatever solver was asked for: flows of estimates need few digits, and this one is the fastest to them.
             None => system.preconditioner()?,
         };
-        let estimates = estimate::estimates(&solved, &flows, &mut preconditioner, duals)?;
+        let estimates =
+            estimate::estimates(&solved, &flows, &mut preconditioner, adjoint_solutions)?;
         for ((judged, estimate), flow) in judged.iter_mut().zip(estimates).zip(&flows) {
             *judged = (Some(estimate), Some(checks::checks(mesh, boundary, flow)?));
         }

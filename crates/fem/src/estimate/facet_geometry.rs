@@ -5,15 +5,15 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::FemError;
+use crate::check::check_array;
 use crate::geometry::MapAt;
 use crate::load::{facet_cell_point, velocity_gradient};
 use crate::quadrature::facet_degree_6;
 use crate::surface::{facet_nodes, position_and_normal, tagged_facets};
-use crate::validate::check_array;
 
 /// A sphere that the facets with a tag stand for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RoundPart {
+pub struct CurvedBoundary {
     /// Index into [`TetMesh::tags`].
     pub tag: u16,
     /// Centre of the sphere.
@@ -32,23 +32,23 @@ pub struct RoundPart {
 ///
 /// to first order in $\delta$ (Hadamard's formula; Pironneau 1974 for the Stokes drag): the velocity against the body's own motion has only a
 /// normal derivative, and that is the shear traction at viscosity 1. So $R_{ab} - R_{h,ab} = G(a, b)$ for unit motions of bodies and
-/// $M_{h,ab} - M_{ab} = G(a, b)$ for flows of unit loads. Chords inside a sphere lack the height $\delta = R - |x - c|$, of second
+/// $M_{h,ab} - M_{ab} = G(a, b)$ for flows of unit loads. FacetGeometry inside a sphere lack the height $\delta = R - |x - c|$, of second
 /// order in their length; on a wall around the fluid they take as much from it, and $\delta$ is negative.
 ///
 /// Estimate over true error of straight elements, the surplus of the mesh included: 0.72 to 0.97 for drag and torque of a sphere, a pair half a
 /// radius apart and a swimmer's forces with edges of a half to a quarter of a radius, the nearer to one the finer; what is left out is of the next
 /// order in heights over edges. What a wall takes whose facets are a third of its radius long is about half of the estimate.
-pub struct Chords<'a> {
+pub struct FacetGeometry<'a> {
     mesh: &'a TetMesh,
-    facets: Vec<(&'a Facet, RoundPart)>,
+    facets: Vec<(&'a Facet, CurvedBoundary)>,
 }
 
-impl<'a> Chords<'a> {
+impl<'a> FacetGeometry<'a> {
     /// The facets of these parts.
     ///
     /// # Errors
     /// A part without facets.
-    pub fn new(mesh: &'a TetMesh, parts: &[RoundPart]) -> Result<Self, FemError> {
+    pub fn new(mesh: &'a TetMesh, parts: &[CurvedBoundary]) -> Result<Self, FemError> {
         let mut facets = Vec::new();
         for &part in parts {
             facets.extend(
@@ -100,29 +100,29 @@ impl<'a> Chords<'a> {
         Ok(functional)
     }
 
-    /// The part of each facet in $G(a, b)$.
+    /// Contribution of each facet to $G(a, b)$.
     ///
     /// Shapes: `a` and `b` `3 n_points`. Cost: a pass over the facets. The same for any number of threads.
     /// # Errors
-    /// As [`Chords::functional`].
-    pub fn shares(&self, a: &[f64], b: &[f64]) -> Result<Vec<f64>, FemError> {
+    /// As [`FacetGeometry::functional`].
+    pub fn indicators(&self, a: &[f64], b: &[f64]) -> Result<Vec<f64>, FemError> {
         for velocity in [a, b] {
             check_array("the velocity", velocity, 3 * self.mesh.n_points())?;
         }
         self.of_facets(|facet, part| {
             let nodes = &self.mesh.cells()[facet.cell as usize];
-            let mut share = 0.0;
+            let mut indicator = 0.0;
             self.at_points(facet, part, |gradients, normal, weight| {
                 let [a, b] = [a, b].map(|u| shear(&velocity_gradient(nodes, u, gradients), normal));
-                share += weight * a.dot(&b);
+                indicator += weight * a.dot(&b);
             })?;
-            Ok(share)
+            Ok(indicator)
         })
     }
 
     fn of_facets<T: Send>(
         &self,
-        of: impl Fn(&Facet, &RoundPart) -> Result<T, FemError> + Sync,
+        of: impl Fn(&Facet, &CurvedBoundary) -> Result<T, FemError> + Sync,
     ) -> Result<Vec<T>, FemError> {
         let facets = self.facets.par_iter().with_min_len(64);
         facets.map(|(facet, part)| of(facet, part)).collect()
@@ -133,7 +133,7 @@ impl<'a> Chords<'a> {
     fn at_points(
         &self,
         facet: &Facet,
-        part: &RoundPart,
+        part: &CurvedBoundary,
         mut at: impl FnMut(&[Vec3; 10], &Vec3, f64),
     ) -> Result<(), FemError> {
         let cell = facet.cell as usize;
@@ -177,13 +177,13 @@ mod tests {
     #[test]
     fn rigid_motions_shear_nothing_and_shear_flow_shears_by_its_rate() {
         let mesh = cube();
-        let part = RoundPart {
+        let part = CurvedBoundary {
             tag: mesh.tag("z1").unwrap(),
             centre: Vec3::new(0.5, 0.5, 0.5),
             radius: 1.0,
             is_wall: true,
         };
-        let chords = Chords::new(&mesh, &[part]).unwrap();
+        let geometry = FacetGeometry::new(&mesh, &[part]).unwrap();
         let flow = |f: fn(&Vec3) -> Vec3| -> Vec<f64> {
             let values = mesh.points().iter().map(f);
             values.flat_map(|u| [u.x, u.y, u.z]).collect()
@@ -191,14 +191,14 @@ mod tests {
         let rigid = flow(|x| Vec3::new(1.0, 2.0, 3.0) + Vec3::new(0.3, -0.2, 0.1).cross(x));
         let sheared = flow(|x| Vec3::new(2.0 * x.z, 0.0, 0.0));
         let stretched = flow(|x| Vec3::new(x.x, x.y, -2.0 * x.z));
-        let sum = |a: &[f64], b: &[f64]| chords.shares(a, b).unwrap().iter().sum::<f64>();
+        let sum = |a: &[f64], b: &[f64]| geometry.indicators(a, b).unwrap().iter().sum::<f64>();
         assert!(sum(&rigid, &sheared).abs() < 1e-14);
         assert!(sum(&stretched, &sheared).abs() < 1e-14);
         // The wall is outside: minus the mean of 1 - |x - c| over the side, times the square of the rate.
         let height = 1.0 - mean_distance();
         assert!((sum(&sheared, &sheared) + 4.0 * height).abs() < 1e-4);
         // The functional is the same form.
-        let load = chords.functional(&sheared).unwrap();
+        let load = geometry.functional(&sheared).unwrap();
         for other in [&rigid, &sheared, &stretched] {
             let dot: f64 = load.iter().zip(other).map(|(a, b)| a * b).sum();
             assert!((dot - sum(&sheared, other)).abs() < 1e-13);
