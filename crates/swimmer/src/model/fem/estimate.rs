@@ -12,7 +12,7 @@ use fem::{Chords, Surplus, SurplusSpace};
 use linalg::{BlockTriangular, KrylovParams, SaddleSystem};
 use mesh::TetMesh;
 use nalgebra::{DVector, Vector3};
-use rigid::{BodyKind, Constrained, Drive, Flow, Mirrors, Twist};
+use rigid::{BodyKind, Constrained, Drive, FlowSolution, SymmetryPlanes, Twist};
 
 use super::solve::in_groups;
 use crate::model::ModelError;
@@ -138,7 +138,7 @@ impl Pull {
 }
 
 impl Solved<'_> {
-    fn lack(&self, flow: &Flow) -> Result<Lack, ModelError> {
+    fn lack(&self, flow: &FlowSolution) -> Result<Lack, ModelError> {
         let velocity = flat(&flow.velocity);
         let own = self.space.surplus(self.mesh, &velocity, &flow.pressure)?;
         let power = flow.forces.dot(&flow.bodies);
@@ -159,7 +159,7 @@ impl Solved<'_> {
 
     /// Between mirror planes each cell stands for its images too.
     fn parts(&self) -> f64 {
-        Mirrors {
+        SymmetryPlanes {
             planes: self.mesh.mirrors(),
         }
         .parts()
@@ -174,11 +174,11 @@ impl Solved<'_> {
         }
         Ok(self
             .system
-            .right_of_forces(&functional.velocity, &functional.pressure)?)
+            .rhs_of_forces(&functional.velocity, &functional.pressure)?)
     }
 
     /// The loads for the spreads of a flow's velocities, one a linkage.
-    fn pulls(&self, flow: &Flow) -> Vec<Pull> {
+    fn pulls(&self, flow: &FlowSolution) -> Vec<Pull> {
         let set = self.drive.set;
         let numbered = set.linkages().iter().enumerate();
         numbered
@@ -203,7 +203,7 @@ impl Solved<'_> {
         let mut load = DVector::zeros(self.drive.set.velocity_layout().len());
         load.fixed_rows_mut::<3>(pull.row)
             .copy_from(&pull.direction);
-        Ok(self.system.right_of_loads(&load)?)
+        Ok(self.system.rhs_of_loads(&load)?)
     }
 
     /// Estimated errors of the frames' velocities.
@@ -274,7 +274,7 @@ impl Solved<'_> {
 /// Flows that cannot be solved for.
 pub fn estimates(
     solved: &Solved,
-    flows: &[Flow],
+    flows: &[FlowSolution],
     preconditioner: &mut BlockTriangular,
     duals: &mut Duals,
 ) -> Result<Vec<Estimate>, ModelError> {
