@@ -9,7 +9,7 @@ use mesh::{
 use nalgebra::Vector3;
 use rigid::{
     Arms, Articulation, BodyKind, Constrained, Constraints, DirectRows, Drive, Eliminated,
-    FluidMatrices, Formulation, Lagrange, Link, Load, NodeRole, RigidFluid, SurfaceBody,
+    ExternalLoad, FluidMatrices, Formulation, Lagrange, Link, NodeRole, RigidFluid, SurfaceBody,
 };
 
 const NAMES: [&str; 3] = ["left", "centre", "right"];
@@ -118,7 +118,7 @@ impl Scene {
             vertex_stiffness: self.vertex_stiffness.clone(),
             points: self.mesh.points(),
             roles: &self.roles,
-            on_planes: Vec::new(),
+            on_symmetry_planes: Vec::new(),
         };
         RigidFluid::new(matrices, &self.bodies).expect("matrices of one mesh")
     }
@@ -127,7 +127,7 @@ impl Scene {
         let drive = Drive {
             set: &self.set,
             constraints: &self.constraints,
-            loads: &[Load::default(); 3],
+            loads: &[ExternalLoad::default(); 3],
         };
         formulation
             .constrain(fluid, &drive)
@@ -139,7 +139,7 @@ fn formulations(criterion: &mut Criterion) {
     for size in [0.5, 0.25] {
         let scene = Scene::new(size);
         let fluid = scene.fluid();
-        let dofs = scene.constrain(&Eliminated, fluid.clone()).right.len();
+        let dofs = scene.constrain(&Eliminated, fluid.clone()).rhs.len();
         let mut group = criterion.benchmark_group(format!("three_spheres_{dofs}"));
         group
             .sample_size(10)
@@ -155,22 +155,22 @@ fn formulations(criterion: &mut Criterion) {
                 )
             });
             let system = scene.constrain(formulation, fluid.clone());
-            let mut y = vec![0.0; dofs.max(system.right.len())];
-            let y = &mut y[..system.right.len()];
+            let mut y = vec![0.0; dofs.max(system.rhs.len())];
+            let y = &mut y[..system.rhs.len()];
             group.bench_function(format!("{name}/product"), |b| {
-                b.iter(|| system.system.apply(&system.right, y))
+                b.iter(|| system.system.apply(&system.rhs, y))
             });
             let mut block = system.preconditioner().expect("an elliptic block");
             group.bench_function(format!("{name}/preconditioner"), |b| {
-                b.iter(|| block.apply(&system.right, y))
+                b.iter(|| block.apply(&system.rhs, y))
             });
             group.bench_function(format!("{name}/set-up and solve"), |b| {
                 b.iter(|| {
-                    let mut solution = vec![0.0; system.right.len()];
+                    let mut solution = vec![0.0; system.rhs.len()];
                     fgmres(
                         &system.system,
                         &mut system.preconditioner().expect("an elliptic block"),
-                        &system.right,
+                        &system.rhs,
                         &mut solution,
                         &KrylovParams::default(),
                     )

@@ -125,7 +125,7 @@ impl Articulation {
         let moving_rows = 3 * (self.links().len() + clamped_bodies.len());
         let rows = moving_rows + 6 * fixed_bodies.len();
         let mut matrix = DMatrix::zeros(rows, layout.len());
-        let mut right = DVector::zeros(rows);
+        let mut rhs = DVector::zeros(rows);
         let mut labels = Vec::with_capacity(rows);
         let identity = Matrix3::<f64>::identity();
         for (number, link) in self.links().iter().enumerate() {
@@ -143,8 +143,7 @@ impl Articulation {
                     .fixed_view_mut::<3, 3>(row, frame)
                     .copy_from(&arm.cross_matrix());
             }
-            right
-                .fixed_rows_mut::<3>(row)
+            rhs.fixed_rows_mut::<3>(row)
                 .copy_from(&(rates[number] * self.direction(state, number)));
             labels.extend(std::iter::repeat_n(link.name.clone(), 3));
         }
@@ -168,7 +167,7 @@ impl Articulation {
         }
         Ok(Constraints {
             matrix,
-            rates: right,
+            rates: rhs,
             labels,
             layout,
         })

@@ -20,7 +20,7 @@ impl Formulation for DirectRows {
     }
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
-        let (all, link_loads) = drive.reduced(fluid.mirrors())?;
+        let (all, link_loads) = drive.reduced(fluid.symmetry_planes())?;
         let held = link_loads.held();
         let (velocities, balances) = all.basis.shape();
         let mut rows = DMatrix::zeros(velocities, velocities);

@@ -3,7 +3,7 @@
 use nalgebra::{DVector, Vector3};
 
 use crate::articulation::check_length;
-use crate::{Articulation, BodyKind, Constraints, Mirrors, RigidError};
+use crate::{Articulation, BodyKind, Constraints, RigidError, SymmetryPlanes};
 
 /// What drives an articulated set at one instant.
 #[derive(Clone, Debug)]
@@ -13,12 +13,12 @@ pub struct Drive<'a> {
     /// The constraints of the links at this instant.
     pub constraints: &'a Constraints,
     /// External force and torque on each body (points take a force only).
-    pub loads: &'a [Load],
+    pub loads: &'a [ExternalLoad],
 }
 
 /// External force and torque on a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Load {
+pub struct ExternalLoad {
     /// Force.
     pub force: Vector3<f64>,
     /// Torque about the body's centre.
@@ -48,7 +48,7 @@ impl Drive<'_> {
         Ok(loads)
     }
 
-    /// The loads of the links that balance the forces `(F, T)` of the rigid bodies on the fluid, as [`Flow::link_loads`](crate::Flow::link_loads):
+    /// The loads of the links that balance the forces `(F, T)` of the rigid bodies on the fluid, as [`FlowSolution::link_loads`](crate::FlowSolution::link_loads):
     /// for models of the fluid that know resistances only.
     ///
     /// # Errors
@@ -59,6 +59,6 @@ impl Drive<'_> {
             forces.len(),
             self.set.surface_velocities().len(),
         )?;
-        self.reduced(Mirrors::default())?.1.balancing(forces)
+        self.reduced(SymmetryPlanes::default())?.1.balancing(forces)
     }
 }

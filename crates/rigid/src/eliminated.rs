@@ -16,7 +16,7 @@ impl Formulation for Eliminated {
     }
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
-        let (all, link_loads) = drive.reduced(fluid.mirrors())?;
+        let (all, link_loads) = drive.reduced(fluid.symmetry_planes())?;
         let loads = link_loads.external().clone();
         let border = Border {
             columns: all.basis,

@@ -28,7 +28,7 @@ pub enum RigidError {
     #[error(
         "the force or torque on body {body} is not its own mirror image; solve on the whole mesh"
     )]
-    NotMirrored {
+    AsymmetricLoad {
         /// Index of the body.
         body: usize,
     },
@@ -36,7 +36,7 @@ pub enum RigidError {
     #[error(
         "the centre of rigid body {body} is {distance:.3e} away from a mirror plane; solve on the whole mesh"
     )]
-    OffMirror {
+    OffSymmetryPlane {
         /// Number of the body among those with a surface.
         body: usize,
         /// Distance of its centre from the plane.

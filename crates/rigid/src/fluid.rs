@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use crate::articulation::check_length;
 use crate::node_blocks::{NOT_FREE, NodeBlocks, block};
 use crate::node_order;
-use crate::{Mirrors, RigidError};
+use crate::{RigidError, SymmetryPlanes};
 
 /// What determines the velocity of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,8 +49,8 @@ pub struct FluidMatrices<'a> {
     pub points: &'a [Vector3<f64>],
     /// Role of each node.
     pub roles: &'a [NodeRole],
-    /// Nodes on mirror planes, ascending, each with the axes that its planes are normal to; none if the mesh is whole. See [`Mirrors`].
-    pub on_planes: Vec<(u32, [bool; 3])>,
+    /// Nodes on mirror planes, ascending, each with the axes that its planes are normal to; none if the mesh is whole. See [`SymmetryPlanes`].
+    pub on_symmetry_planes: Vec<(u32, [bool; 3])>,
 }
 
 /// The fluid's equations at free nodes and their border: 6 columns `(U, omega)` a rigid body.
@@ -83,7 +83,7 @@ pub struct RigidFluid {
     pub free_nodes: Vec<u32>,
     /// Free nodes on mirror planes by their number among the free ones, with the components that are zero there.
     pub held: Vec<(u32, [bool; 3])>,
-    mirrors: Mirrors,
+    mirrors: SymmetryPlanes,
     roles: Vec<NodeRole>,
     arms: Vec<Vector3<f64>>,
 }
@@ -104,7 +104,7 @@ impl RigidFluid {
             vertex_stiffness,
             points,
             roles,
-            on_planes,
+            on_symmetry_planes,
         } = matrices;
         // compressed matrices may also hold columns
         let (stiffness, interpolation) = (stiffness.into_csr(), interpolation.into_csr());
@@ -156,17 +156,17 @@ impl RigidFluid {
             .filter(|&vertex| is_free(vertex as usize))
             .collect();
         let vertex_number = numbers(vertices, &free_vertices);
-        let mirrors = Mirrors::of(&on_planes);
+        let mirrors = SymmetryPlanes::of(&on_symmetry_planes);
         for (number, body) in bodies.iter().enumerate() {
             let off = body.centre.iter().zip(mirrors.planes);
             if let Some((distance, _)) = off.into_iter().find(|(x, plane)| *plane && **x != 0.0) {
-                return Err(RigidError::OffMirror {
+                return Err(RigidError::OffSymmetryPlane {
                     body: number,
                     distance: distance.abs(),
                 });
             }
         }
-        let mut held: Vec<(u32, [bool; 3])> = on_planes
+        let mut held: Vec<(u32, [bool; 3])> = on_symmetry_planes
             .iter()
             .filter_map(|&(node, planes)| {
                 let number = *free_number.get(node as usize)?;
@@ -255,7 +255,7 @@ impl RigidFluid {
     }
 
     /// Planes beyond which the fluid goes on as its own mirror image.
-    pub fn mirrors(&self) -> Mirrors {
+    pub fn symmetry_planes(&self) -> SymmetryPlanes {
         self.mirrors
     }
 
@@ -354,7 +354,7 @@ mod tests {
             vertex_stiffness: identity(2, 2),
             points,
             roles,
-            on_planes: Vec::new(),
+            on_symmetry_planes: Vec::new(),
         }
     }
 

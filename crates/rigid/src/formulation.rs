@@ -6,7 +6,7 @@ use linalg::{
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::articulation::check_length;
-use crate::imposed::{clear, imposed_right};
+use crate::imposed::{clear, imposed_rhs};
 use crate::link_loads::LinkLoads;
 use crate::{Articulation, Drive, Imposed, RigidError, RigidFluid, StateVelocity};
 
@@ -39,16 +39,16 @@ pub(crate) struct Border {
     pub first_multiplier: Option<usize>,
 }
 
-/// The system of one instant, with the multigrid transfer it needs and the way back to velocities and forces.
+/// The system of one instant, with the multigrid prolongation it needs and the way back to velocities and forces.
 #[derive(Clone, Debug)]
 pub struct Constrained {
     /// The system `[velocity | border | pressure]`.
     pub system: SaddleSystem,
     /// Right-hand side.
-    pub right: Vec<f64>,
+    pub rhs: Vec<f64>,
     /// From the free vertices' functions to those of all free nodes.
-    pub transfer: Prolongation,
-    /// Stiffness of the free vertices: the coarse operator of `transfer`.
+    pub prolongation: Prolongation,
+    /// Stiffness of the free vertices: the coarse operator of `prolongation`.
     pub vertex_stiffness: Csr,
     /// Stiffness of narrow gaps, [`BlockTriangular::with_pressure_laplacian`], for the preconditioner; none where no gap is narrow.
     pub gap_stiffness: Option<Csr>,
@@ -74,7 +74,7 @@ struct Parts<'s> {
 
 /// Velocities, forces and pressure of one instant.
 #[derive(Clone, Debug)]
-pub struct Flow {
+pub struct FlowSolution {
     /// Velocity at every node.
     pub velocity: Vec<Vector3<f64>>,
     /// Pressure at every pressure unknown, mean removed with the given weights.
@@ -93,7 +93,7 @@ pub struct Flow {
     pub state: StateVelocity,
 }
 
-impl Flow {
+impl FlowSolution {
     /// The force of a link on the body that its key `body` names; the opposite acts on the body `to`.
     ///
     /// Every formulation gives it: the multipliers of Berti et al. (2021), equations (16)-(18), up to sign, or what balances the
@@ -104,7 +104,7 @@ impl Flow {
 }
 
 impl Constrained {
-    /// Joins the fluid block and a border; the right-hand side is [`imposed_right`].
+    /// Joins the fluid block and a border; the right-hand side is [`imposed_rhs`].
     pub(crate) fn build(
         mut fluid: RigidFluid,
         border: Border,
@@ -128,7 +128,7 @@ impl Constrained {
         let surface_columns = columns.select_rows(&surface_rows);
         let tests = rows.as_ref().unwrap_or(&columns);
         let surface_tests = tests.select_rows(&surface_rows);
-        let right = imposed_right(&fluid, tests, &surface_rows, loads, &offset);
+        let rhs = imposed_rhs(&fluid, tests, &surface_rows, loads, &offset);
         let mut corner = surface_tests.tr_mul(&(&fluid.corner * &surface_columns));
         if let Some(constraints) = &constraints {
             corner += constraints;
@@ -139,17 +139,17 @@ impl Constrained {
         let stiffness = take(&mut fluid.stiffness);
         let interpolation = take(&mut fluid.interpolation);
         let interpolation_border = take(&mut fluid.interpolation_border);
-        let (a, transfer) = rayon::join(
+        let (a, prolongation) = rayon::join(
             || {
                 let left = test.as_ref().map(|test| &fluid.border * test);
                 Bordered::new(stiffness, &fluid.border * &trial, left, corner)?
                     .with_constrained_dofs(&fluid.held)
             },
             || {
-                let transfer = Prolongation::new(interpolation, &interpolation_border * &trial)?;
+                let prolongation = Prolongation::new(interpolation, &interpolation_border * &trial)?;
                 match &test {
-                    Some(test) => transfer.with_left_border(&interpolation_border * test),
-                    None => Ok(transfer),
+                    Some(test) => prolongation.with_left_border(&interpolation_border * test),
+                    None => Ok(prolongation),
                 }
             },
         );
@@ -164,8 +164,8 @@ impl Constrained {
         let vertex_stiffness = take(&mut fluid.vertex_stiffness);
         Ok(Self {
             system,
-            right,
-            transfer: transfer?,
+            rhs,
+            prolongation: prolongation?,
             vertex_stiffness,
             gap_stiffness: None,
             columns,
@@ -186,7 +186,7 @@ impl Constrained {
     /// [`RigidError::OtherLinks`] for a drive whose constraint rows or loads are others (that bodies are where the matrix has them is the caller's
     /// part), and for independent bodies, which have no rates; rates that contradict each other.
     pub fn imposed(&self, drive: &Drive) -> Result<Imposed, RigidError> {
-        let (all, link_loads) = drive.reduced(self.surfaces.mirrors())?;
+        let (all, link_loads) = drive.reduced(self.surfaces.symmetry_planes())?;
         // The reduced rows are those of the matrix: all of it that links and their lengths determine.
         if self.link_loads.as_ref() != Some(&link_loads) {
             return Err(RigidError::OtherLinks);
@@ -194,7 +194,7 @@ impl Constrained {
         let tests = self.tests.as_ref().unwrap_or(&self.columns);
         let loads = link_loads.external();
         Ok(Imposed {
-            right: imposed_right(
+            rhs: imposed_rhs(
                 &self.surfaces,
                 tests,
                 &self.surface_rows,
@@ -212,13 +212,13 @@ impl Constrained {
     ///
     /// # Errors
     /// Loads of the wrong length.
-    pub fn right_of_loads(&self, loads: &DVector<f64>) -> Result<Vec<f64>, RigidError> {
+    pub fn rhs_of_loads(&self, loads: &DVector<f64>) -> Result<Vec<f64>, RigidError> {
         let tests = self.tests.as_ref().unwrap_or(&self.columns);
         check_length("generalised loads", loads.len(), tests.nrows())?;
-        let mut right = vec![0.0; self.right.len()];
-        let loads = tests.tr_mul(loads) / self.surfaces.mirrors().parts();
-        right[self.system.border_range()].copy_from_slice(loads.as_slice());
-        Ok(right)
+        let mut rhs = vec![0.0; self.rhs.len()];
+        let loads = tests.tr_mul(loads) / self.surfaces.symmetry_planes().parts();
+        rhs[self.system.border_range()].copy_from_slice(loads.as_slice());
+        Ok(rhs)
     }
 
     /// The right-hand side for forces on the nodes and sources of volume, with all links held at their lengths.
@@ -228,7 +228,7 @@ impl Constrained {
     ///
     /// # Errors
     /// Arrays of the wrong length.
-    pub fn right_of_forces(
+    pub fn rhs_of_forces(
         &self,
         velocity: &[f64],
         pressure: &[f64],
@@ -248,17 +248,17 @@ impl Constrained {
             .free_nodes
             .iter()
             .map(|&node| 3 * node as usize);
-        let mut right: Vec<f64> = nodes
+        let mut rhs: Vec<f64> = nodes
             .flat_map(|first| &velocity[first..first + 3])
             .copied()
             .collect();
-        clear(&self.surfaces.held, &mut right);
-        right.extend(border.iter());
-        right.extend(pressure);
-        Ok(right)
+        clear(&self.surfaces.held, &mut rhs);
+        rhs.extend(border.iter());
+        rhs.extend(pressure);
+        Ok(rhs)
     }
 
-    /// Generalised velocities of a solution for [`Constrained::right_of_loads`] or [`Constrained::right_of_forces`].
+    /// Generalised velocities of a solution for [`Constrained::rhs_of_loads`] or [`Constrained::rhs_of_forces`].
     ///
     /// # Errors
     /// A solution of the wrong length.
@@ -266,7 +266,7 @@ impl Constrained {
         Ok(&self.columns * self.parts(solution)?.border)
     }
 
-    /// Velocity at every node and pressure of a solution for [`Constrained::right_of_loads`] or [`Constrained::right_of_forces`].
+    /// Velocity at every node and pressure of a solution for [`Constrained::rhs_of_loads`] or [`Constrained::rhs_of_forces`].
     ///
     /// # Errors
     /// A solution of the wrong length.
@@ -288,7 +288,7 @@ impl Constrained {
 
     /// A solution split by what its unknowns are.
     fn parts<'s>(&self, solution: &'s [f64]) -> Result<Parts<'s>, RigidError> {
-        check_length("entries of the solution", solution.len(), self.right.len())?;
+        check_length("entries of the solution", solution.len(), self.rhs.len())?;
         let (free, rest) = solution.split_at(3 * self.surfaces.free_nodes.len());
         let (border, pressure) = rest.split_at(self.columns.ncols());
         Ok(Parts {
@@ -305,7 +305,7 @@ impl Constrained {
     pub fn preconditioner(&self) -> Result<BlockTriangular, RigidError> {
         let multigrid = Multigrid::with_prolongation(
             self.system.velocity_block(),
-            &self.transfer,
+            &self.prolongation,
             Some(self.vertex_stiffness.clone()),
             &MultigridParams::default(),
         )?;
@@ -331,7 +331,7 @@ impl Constrained {
     ///
     /// # Errors
     /// A solution of the wrong length.
-    pub fn flow(&self, solution: &[f64], set: &Articulation) -> Result<Flow, RigidError> {
+    pub fn flow(&self, solution: &[f64], set: &Articulation) -> Result<FlowSolution, RigidError> {
         self.flow_with(solution, &self.offset, set)
     }
 
@@ -344,7 +344,7 @@ impl Constrained {
         solution: &[f64],
         imposed: &Imposed,
         set: &Articulation,
-    ) -> Result<Flow, RigidError> {
+    ) -> Result<FlowSolution, RigidError> {
         check_length(
             "imposed velocities",
             imposed.offset.len(),
@@ -358,7 +358,7 @@ impl Constrained {
         solution: &[f64],
         offset: &DVector<f64>,
         set: &Articulation,
-    ) -> Result<Flow, RigidError> {
+    ) -> Result<FlowSolution, RigidError> {
         let Parts {
             free,
             border,
@@ -368,13 +368,13 @@ impl Constrained {
         let bodies = generalised.select_rows(&self.surface_rows);
         let forces = self.surfaces.forces(free, &bodies, pressure);
         // Multipliers of parts of bodies hold them against their other parts too.
-        let is_whole = self.surfaces.mirrors().is_empty();
+        let is_whole = self.surfaces.symmetry_planes().is_empty();
         let link_loads = match (&self.link_loads, self.first_multiplier.filter(|_| is_whole)) {
             (None, _) => DVector::zeros(0),
             (Some(loads), Some(first)) => loads.of_multipliers(&border.as_slice()[first..]),
             (Some(loads), None) => loads.balancing(&forces)?,
         };
-        Ok(Flow {
+        Ok(FlowSolution {
             velocity: self.surfaces.all_velocities(free, &bodies),
             forces,
             link_loads,

@@ -12,7 +12,7 @@ use crate::RigidFluid;
 #[derive(Clone, Debug)]
 pub struct Imposed {
     /// Right-hand side.
-    pub right: Vec<f64>,
+    pub rhs: Vec<f64>,
     /// The velocities that the links impose, `W`.
     pub(crate) offset: DVector<f64>,
 }
@@ -21,7 +21,7 @@ pub struct Imposed {
 ///
 /// It is `-C W` for the flow, `L^T (F - M W)` for the border (`L` = `tests`; zero where a row is a constraint) and `-E W` for
 /// incompressibility. It is the same for all formulations, and so is what a relative residual means.
-pub(crate) fn imposed_right(
+pub(crate) fn imposed_rhs(
     fluid: &RigidFluid,
     tests: &DMatrix<f64>,
     surface_rows: &[usize],
@@ -30,13 +30,13 @@ pub(crate) fn imposed_right(
 ) -> Vec<f64> {
     let of_surfaces = offset.select_rows(surface_rows);
     let surface_tests = tests.select_rows(surface_rows);
-    let mut right = negated_product(&fluid.border, &of_surfaces);
-    clear(&fluid.held, &mut right);
-    let border = tests.tr_mul(loads) / fluid.mirrors().parts()
+    let mut rhs = negated_product(&fluid.border, &of_surfaces);
+    clear(&fluid.held, &mut rhs);
+    let border = tests.tr_mul(loads) / fluid.symmetry_planes().parts()
         - surface_tests.tr_mul(&(&fluid.corner * &of_surfaces));
-    right.extend(border.iter());
-    right.extend(negated_product(&fluid.rigid_divergence, &of_surfaces));
-    right
+    rhs.extend(border.iter());
+    rhs.extend(negated_product(&fluid.rigid_divergence, &of_surfaces));
+    rhs
 }
 
 /// Zeroes the components that mirror planes hold.

@@ -24,10 +24,10 @@ impl Formulation for Independent {
             return Err(RigidError::FixedWithoutConstraint { body });
         }
         let velocities = drive.constraints.layout.len();
-        let columns = match fluid.mirrors() {
+        let columns = match fluid.symmetry_planes() {
             mirrors if mirrors.is_empty() => DMatrix::identity(velocities, velocities),
             mirrors => {
-                let constraints = Constraints::mirrored(drive, mirrors)?;
+                let constraints = Constraints::with_symmetry(drive, mirrors)?;
                 Reduction::of(drive.set, &constraints)?.all.basis
             }
         };

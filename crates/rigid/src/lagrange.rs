@@ -9,7 +9,7 @@ use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
 ///
 /// The border holds all velocities, then one multiplier for each constraint that does not follow from the others
 /// (redundant ones would make the system singular). `-C^T alpha` are the loads that links put on bodies
-/// ([`Flow::link_loads`](crate::Flow::link_loads)). The system is
+/// ([`FlowSolution::link_loads`](crate::FlowSolution::link_loads)). The system is
 /// symmetric with an indefinite border: multigrid solves it exactly on the coarsest level, where it is dense.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lagrange;
@@ -20,7 +20,7 @@ impl Formulation for Lagrange {
     }
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
-        let (all, link_loads) = drive.reduced(fluid.mirrors())?;
+        let (all, link_loads) = drive.reduced(fluid.symmetry_planes())?;
         let rows = link_loads.held();
         let (velocities, multipliers) = (rows.ncols(), rows.nrows());
         let size = velocities + multipliers;

@@ -19,7 +19,7 @@
 //!
 //! // All velocities that the links allow: U = S v + W, with one rigid motion v of the whole swimmer.
 //! let motions = Reduction::of(&set, &constraints)?;
-//! assert_eq!(motions.unknowns(), 6);
+//! assert_eq!(motions.dofs(), 6);
 //! let u = motions.velocities(&DVector::zeros(6));
 //! assert_eq!(u[0] - u[6], 1.0); // the left sphere comes closer to the centre
 //! # Ok::<(), rigid::RigidError>(())
@@ -38,25 +38,25 @@ mod imposed;
 mod independent;
 mod lagrange;
 mod link_loads;
-mod mirror;
 mod motion;
 mod node_blocks;
 mod node_order;
 mod null_space;
 mod resistance;
+mod symmetry;
 
 pub use articulation::{Arms, Articulation, BodyKind, Link, Linkage, State};
 pub use constraints::{Constraints, VelocityLayout};
 pub use direct_rows::DirectRows;
-pub use drive::{Drive, Load};
+pub use drive::{Drive, ExternalLoad};
 pub use eliminated::Eliminated;
 pub use error::RigidError;
 pub use fluid::{FluidMatrices, NodeRole, RigidFluid, SurfaceBody};
-pub use formulation::{Constrained, Flow, Formulation};
+pub use formulation::{Constrained, FlowSolution, Formulation};
 pub use imposed::Imposed;
 pub use independent::Independent;
 pub use lagrange::Lagrange;
-pub use mirror::Mirrors;
 pub use motion::{StateVelocity, Twist};
 pub use null_space::{NullSpace, Reduction};
 pub use resistance::GrandResistance;
+pub use symmetry::SymmetryPlanes;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::{Constraints, Drive, Mirrors, NullSpace, Reduction, RigidError};
+use crate::{Constraints, Drive, NullSpace, Reduction, RigidError, SymmetryPlanes};
 
 /// What determines the loads of the links: `C^T lambda` is what the fluid takes and nothing outside gives.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,11 +26,14 @@ impl Drive<'_> {
     ///
     /// # Errors
     /// Links that contradict each other, loads that are not their own mirror images, a list of loads of the wrong length.
-    pub(crate) fn reduced(&self, mirrors: Mirrors) -> Result<(NullSpace, LinkLoads), RigidError> {
-        let constraints = Constraints::mirrored(self, mirrors)?;
+    pub(crate) fn reduced(
+        &self,
+        mirrors: SymmetryPlanes,
+    ) -> Result<(NullSpace, LinkLoads), RigidError> {
+        let constraints = Constraints::with_symmetry(self, mirrors)?;
         let Reduction { all, .. } = Reduction::of(self.set, &constraints)?;
         let loads = LinkLoads {
-            held: all.held_rows(&constraints),
+            held: all.constrained_rows(&constraints),
             independent: all.independent.clone(),
             constraints: constraints.matrix.nrows(),
             external: self.generalised_loads()?,

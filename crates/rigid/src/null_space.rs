@@ -39,10 +39,10 @@ impl NullSpace {
     pub fn of(constraints: &Constraints, masters: &[bool]) -> Result<Self, RigidError> {
         let (rows, columns) = constraints.matrix.shape();
         let mut matrix = constraints.matrix.clone();
-        let mut right = constraints.rates.clone();
+        let mut rhs = constraints.rates.clone();
         let mut labels: Vec<usize> = (0..rows).collect();
         let scale = matrix.amax();
-        let rate_scale = right.amax();
+        let rate_scale = rhs.amax();
         let weight = |column: usize| if masters[column] { MASTER_WEIGHT } else { 1.0 };
         let mut pivots = Vec::new();
         for step in 0..rows.min(columns) {
@@ -60,28 +60,28 @@ impl NullSpace {
                 break;
             };
             matrix.swap_rows(step, row);
-            right.swap_rows(step, row);
+            rhs.swap_rows(step, row);
             labels.swap(step, row);
             let pivot = matrix[(step, column)];
             matrix.row_mut(step).scale_mut(1.0 / pivot);
-            right[step] /= pivot;
+            rhs[step] /= pivot;
             for other in (0..rows).filter(|&i| i != step) {
                 let factor = matrix[(other, column)];
                 if factor != 0.0 {
                     for j in 0..columns {
                         matrix[(other, j)] -= factor * matrix[(step, j)];
                     }
-                    right[other] -= factor * right[step];
+                    rhs[other] -= factor * rhs[step];
                 }
             }
             pivots.push(column);
         }
         for row in pivots.len()..rows {
             // A row whose left side vanished must have a right side that vanished with it.
-            if right[row].abs() > 1e-9 * rate_scale {
+            if rhs[row].abs() > 1e-9 * rate_scale {
                 return Err(RigidError::IncompatibleLinks {
                     link: constraints.labels[labels[row]].clone(),
-                    mismatch: right[row].abs(),
+                    mismatch: rhs[row].abs(),
                 });
             }
         }
@@ -95,7 +95,7 @@ impl NullSpace {
             }
         }
         for (row, &pivot) in pivots.iter().enumerate() {
-            offset[pivot] = right[row];
+            offset[pivot] = rhs[row];
         }
         labels.truncate(pivots.len());
         labels.sort_unstable();
@@ -110,7 +110,7 @@ impl NullSpace {
 
     /// The constraint rows that do not follow from each other, and the gauge rows below them: together with the
     /// balances of the free motions they are as many as there are velocities.
-    pub(crate) fn held_rows(&self, constraints: &Constraints) -> DMatrix<f64> {
+    pub(crate) fn constrained_rows(&self, constraints: &Constraints) -> DMatrix<f64> {
         let independent = constraints.matrix.select_rows(&self.independent);
         let mut rows = DMatrix::zeros(
             independent.nrows() + self.gauge.nrows(),
@@ -199,7 +199,7 @@ impl Reduction {
     }
 
     /// Number of unknowns `v`.
-    pub fn unknowns(&self) -> usize {
+    pub fn dofs(&self) -> usize {
         self.surface_basis.ncols()
     }
 

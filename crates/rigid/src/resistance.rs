@@ -35,14 +35,14 @@ impl GrandResistance {
     ) -> Result<Self, E> {
         let velocities = independent.independent_velocities()?;
         let first = independent.system.border_range().start;
-        let unknowns = independent.right.len();
+        let unknowns = independent.rhs.len();
         let mut mobility = DMatrix::zeros(velocities, velocities);
         let mut load = 0;
         while load < velocities {
             let count = at_once.clamp(1, velocities - load);
             let [mut rights, mut solutions] = [(); 2].map(|()| vec![vec![0.0; unknowns]; count]);
-            for (c, right) in rights.iter_mut().enumerate() {
-                right[first + load + c] = 1.0;
+            for (c, rhs) in rights.iter_mut().enumerate() {
+                rhs[first + load + c] = 1.0;
             }
             let rights: Vec<&[f64]> = rights.iter().map(Vec::as_slice).collect();
             let mut columns: Vec<_> = solutions.iter_mut().map(Vec::as_mut_slice).collect();

@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rigid::{
-    Arms, Articulation, BodyKind, Constraints, DirectRows, Drive, Eliminated, FluidMatrices,
-    Formulation, Independent, Lagrange, Link, Load, NodeRole, Reduction, RigidError, RigidFluid,
-    State, SurfaceBody,
+    Arms, Articulation, BodyKind, Constraints, DirectRows, Drive, Eliminated, ExternalLoad,
+    FluidMatrices, Formulation, Independent, Lagrange, Link, NodeRole, Reduction, RigidError,
+    RigidFluid, State, SurfaceBody,
 };
 
 fn arms() -> impl Strategy<Value = Arms> {
@@ -83,7 +83,7 @@ proptest! {
         let state = scattered_state(&set, &[turn]);
         let c = constraints(&set, &state, &rates[..set.links().len()]);
         let reduction = Reduction::of(&set, &c).unwrap();
-        let q = reduction.velocities(&DVector::from_column_slice(&v[..reduction.unknowns()]));
+        let q = reduction.velocities(&DVector::from_column_slice(&v[..reduction.dofs()]));
         // Arms are up to about 130 long and the elimination runs over at most 6 of them.
         prop_assert!((&c.matrix * &q - &c.rates).amax() < 1e-10 * (1.0 + q.amax()) * c.matrix.amax());
         let singular = reduction.surface_basis.singular_values();
@@ -98,7 +98,7 @@ proptest! {
         let state = scattered_state(&set, &[turn]);
         let c = constraints(&set, &state, rates);
         let reduction = Reduction::of(&set, &c).unwrap();
-        let q = reduction.velocities(&DVector::from_column_slice(&v[..reduction.unknowns()]));
+        let q = reduction.velocities(&DVector::from_column_slice(&v[..reduction.dofs()]));
         let velocity = set.state_velocity(q.as_slice()).unwrap();
         let dt = 1e-5;
         let pose_at = |dt: f64| {
@@ -124,9 +124,9 @@ proptest! {
     ) {
         let links = set.links().len();
         let state = scattered_state(&set, &[turn]);
-        let loads: Vec<Load> = (0..set.kinds().len()).map(|body| Load { force: pulls[body], torque: pulls[body + 5] }).collect();
+        let loads: Vec<ExternalLoad> = (0..set.kinds().len()).map(|body| ExternalLoad { force: pulls[body], torque: pulls[body + 5] }).collect();
         let [first, other] = [&rates[..links], &rates[6..6 + links]].map(|rates| constraints(&set, &state, rates));
-        fn drive<'a>(set: &'a Articulation, constraints: &'a Constraints, loads: &'a [Load]) -> Drive<'a> {
+        fn drive<'a>(set: &'a Articulation, constraints: &'a Constraints, loads: &'a [ExternalLoad]) -> Drive<'a> {
             Drive { set, constraints, loads }
         }
         let fluid = made_up_fluid(set.surface_velocities().len() / 6, &seed);
@@ -134,9 +134,9 @@ proptest! {
         for formulation in formulations {
             let [system, anew] = [&first, &other].map(|c| formulation.constrain(fluid.clone(), &drive(&set, c, &loads)).unwrap());
             let imposed = system.imposed(&drive(&set, &other, &loads)).unwrap();
-            prop_assert_eq!(&imposed.right, &anew.right);
+            prop_assert_eq!(&imposed.rhs, &anew.rhs);
             // every vector solves something
-            let solution: Vec<f64> = (0..anew.right.len()).map(|i| seed[(i * 7) % 50]).collect();
+            let solution: Vec<f64> = (0..anew.rhs.len()).map(|i| seed[(i * 7) % 50]).collect();
             let [a, b] = [system.flow_at(&solution, &imposed, &set).unwrap(), anew.flow(&solution, &set).unwrap()];
             prop_assert_eq!([a.generalised, a.bodies, a.forces, a.link_loads], [b.generalised, b.bodies, b.forces, b.link_loads]);
             prop_assert_eq!(a.velocity, b.velocity);
@@ -188,7 +188,7 @@ proptest! {
             FluidMatrices {
                 stiffness: k.clone(), divergence: b3.clone(), pressure_mass: mass, interpolation: csr(&interpolation),
                 vertex_stiffness: vertex, points: &points, roles: &roles,
-                on_planes: Vec::new(),
+                on_symmetry_planes: Vec::new(),
             },
             &bodies,
         ).unwrap();
@@ -280,7 +280,7 @@ fn made_up_fluid(bodies: usize, seed: &[f64]) -> RigidFluid {
         vertex_stiffness: csr(&DMatrix::identity(vertices, vertices)),
         points: &points,
         roles: &roles,
-        on_planes: Vec::new(),
+        on_symmetry_planes: Vec::new(),
     };
     RigidFluid::new(matrices, &surfaces).unwrap()
 }
@@ -292,7 +292,7 @@ fn independent_bodies_have_no_rates() {
     let drive = Drive {
         set: &set,
         constraints: &constraints(&set, &set.initial_state(), &[]),
-        loads: &[Load::default(); 2],
+        loads: &[ExternalLoad::default(); 2],
     };
     let fluid = made_up_fluid(2, &[0.3, -0.1, 0.7]);
     let system = Independent.constrain(fluid, &drive).unwrap();
@@ -352,7 +352,7 @@ fn arms_fix_the_number_of_unknown_motions() {
         let set = collinear(arms);
         let c = constraints(&set, &set.initial_state(), &[-1.0, 0.0]);
         assert_eq!(
-            Reduction::of(&set, &c).unwrap().unknowns(),
+            Reduction::of(&set, &c).unwrap().dofs(),
             unknowns,
             "{arms:?}"
         );
@@ -364,7 +364,7 @@ fn lab_arms_are_equation_11_of_the_paper() {
     let set = collinear(Arms::Lab);
     let c = constraints(&set, &set.initial_state(), &[-1.0, 0.5]);
     let reduction = Reduction::of(&set, &c).unwrap();
-    let q = reduction.velocities(&DVector::zeros(reduction.unknowns()));
+    let q = reduction.velocities(&DVector::zeros(reduction.dofs()));
     let u = |body: usize| q.fixed_rows::<3>(c.layout.body(body)).into_owned();
     // The left arm closes: its outer sphere moves right against the centre; the right arm opens.
     assert_eq!(u(0) - u(1), Vector3::new(1.0, 0.0, 0.0));

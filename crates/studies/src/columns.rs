@@ -56,7 +56,7 @@ fn of_size(size: f64) -> Result<Row> {
     let system = &constrained.system;
     let loads = system.border_range();
     let right = |load: usize| {
-        let mut right = vec![0.0; constrained.right.len()];
+        let mut right = vec![0.0; constrained.rhs.len()];
         right[load] = 1.0;
         right
     };
@@ -69,7 +69,7 @@ fn of_size(size: f64) -> Result<Row> {
             let mut seconds = 0.0;
             for first in loads.clone().step_by(at_once) {
                 let rights: Vec<_> = (first..loads.end.min(first + at_once)).map(right).collect();
-                let mut solutions = vec![vec![0.0; constrained.right.len()]; rights.len()];
+                let mut solutions = vec![vec![0.0; constrained.rhs.len()]; rights.len()];
                 let rights: Vec<&[f64]> = rights.iter().map(Vec::as_slice).collect();
                 let mut columns: Vec<_> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
                 let clock = Instant::now();

@@ -15,8 +15,8 @@ use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh}
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use rigid::{
-    Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, FluidMatrices, Formulation, Link,
-    Load, NodeRole, RigidFluid, SurfaceBody,
+    Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, FluidMatrices,
+    Formulation, Link, NodeRole, RigidFluid, SurfaceBody,
 };
 
 use crate::{folder, machine};
@@ -78,7 +78,7 @@ fn measure(system: &Constrained, threads: usize, rows: &mut Vec<Row>) -> Result<
     let mut row = |name: &str, bytes, runs, run: &mut dyn FnMut()| {
         let (seconds, reading) = stream.compare(run);
         rows.push(Row {
-            unknowns: system.right.len(),
+            unknowns: system.rhs.len(),
             threads,
             name: name.into(),
             bytes,
@@ -218,7 +218,7 @@ fn three_spheres(size: f64) -> Result<Constrained> {
             vertex_stiffness,
             points: mesh.points(),
             roles: &roles,
-            on_planes: Vec::new(),
+            on_symmetry_planes: Vec::new(),
         },
         &surface_bodies,
     )?;
@@ -239,7 +239,7 @@ fn three_spheres(size: f64) -> Result<Constrained> {
         &Drive {
             set: &set,
             constraints: &constraints,
-            loads: &[Load::default(); 3],
+            loads: &[ExternalLoad::default(); 3],
         },
     )?)
 }

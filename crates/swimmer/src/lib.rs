@@ -12,7 +12,7 @@
 //! #     fn instant(&mut self, p: &Placement) -> Result<Instant, ModelError> {
 //! #         let set = &self.0.articulation;
 //! #         let reduction = rigid::Reduction::of(set, &set.constraints(p.state, p.lengths, p.rates)?)?;
-//! #         let q = reduction.velocities(&nalgebra::DVector::zeros(reduction.unknowns()));
+//! #         let q = reduction.velocities(&nalgebra::DVector::zeros(reduction.dofs()));
 //! #         Ok(Instant { bodies: vec![Default::default(); 2], link_forces: Vec::new(), motion: set.state_velocity(q.as_slice())?, dofs: Default::default(),
 //! #             solver: Default::default(), seconds: Default::default(), error_estimate: Default::default(), mesh_error: None,
 //! #             checks: None, remeshed: None })

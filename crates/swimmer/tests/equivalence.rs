@@ -3,7 +3,7 @@
 use linalg::{KrylovParams, SaddleLdlt, fgmres};
 use nalgebra::DVector;
 use proptest::prelude::*;
-use rigid::{Constrained, DirectRows, Eliminated, Flow, Formulation, Lagrange};
+use rigid::{Constrained, DirectRows, Eliminated, FlowSolution, Formulation, Lagrange};
 use swimmer::Scene;
 use swimmer::model::{FemModel, Placement};
 
@@ -97,23 +97,23 @@ impl Case {
 }
 
 fn direct(system: &Constrained) -> Vec<f64> {
-    let mut x = vec![0.0; system.right.len()];
+    let mut x = vec![0.0; system.rhs.len()];
     SaddleLdlt::factor(&system.system, &Default::default())
         .unwrap()
-        .solve(&system.right, &mut x)
+        .solve(&system.rhs, &mut x)
         .unwrap();
     x
 }
 
 /// Block-preconditioned FGMRES to a true residual of 1e-10.
 fn block(system: &Constrained) -> Vec<f64> {
-    let mut x = vec![0.0; system.right.len()];
+    let mut x = vec![0.0; system.rhs.len()];
     let mut preconditioner = system.preconditioner().unwrap();
     let params = KrylovParams::default().with_rel_tol(1e-10);
     fgmres(
         &system.system,
         &mut preconditioner,
-        &system.right,
+        &system.rhs,
         &mut x,
         &params,
     )
@@ -122,7 +122,7 @@ fn block(system: &Constrained) -> Vec<f64> {
 }
 
 /// Largest differences over largest values: velocities, pressures, bodies, forces, loads of links.
-fn difference(a: &Flow, b: &Flow) -> [f64; 5] {
+fn difference(a: &FlowSolution, b: &FlowSolution) -> [f64; 5] {
     let of = |x: &[f64], y: &[f64]| -> f64 {
         let largest = x.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
         let differences = x.iter().zip(y).map(|(x, y)| (x - y).abs());
@@ -130,8 +130,9 @@ fn difference(a: &Flow, b: &Flow) -> [f64; 5] {
         // Where all is zero, such as the loads of no links, nothing may differ.
         if worst == 0.0 { 0.0 } else { worst / largest }
     };
-    let velocities =
-        |flow: &Flow| -> Vec<f64> { flow.velocity.iter().flat_map(|u| [u.x, u.y, u.z]).collect() };
+    let velocities = |flow: &FlowSolution| -> Vec<f64> {
+        flow.velocity.iter().flat_map(|u| [u.x, u.y, u.z]).collect()
+    };
     let mean_free = |p: &[f64]| -> Vec<f64> {
         let mean = p.iter().sum::<f64>() / p.len() as f64;
         p.iter().map(|p| p - mean).collect()
@@ -161,7 +162,7 @@ proptest! {
             lengths: scene.articulation.initial_lengths(),
             rates: &rates,
         };
-        let mut truth: Option<Flow> = None;
+        let mut truth: Option<FlowSolution> = None;
         for formulation in FORMULATIONS {
             let system = model.system(&placement, formulation).unwrap();
             let exact = system.flow(&direct(&system), &scene.articulation).unwrap();

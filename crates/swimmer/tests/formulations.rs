@@ -197,12 +197,12 @@ fn forces_on_nodes_move_bodies_as_the_reciprocal_theorem_says() {
             factor.solve(right, &mut solution).unwrap();
             solution
         };
-        let moved = solve(&system.right_of_forces(&forces, &sources).unwrap());
+        let moved = solve(&system.rhs_of_forces(&forces, &sources).unwrap());
         let moved = system.generalised_of_loads(&moved).unwrap();
         for k in 0..moved.len() {
             let mut load = DVector::zeros(moved.len());
             load[k] = 1.0;
-            let unit = solve(&system.right_of_loads(&load).unwrap());
+            let unit = solve(&system.rhs_of_loads(&load).unwrap());
             let (velocity, pressure) = system.flow_of_loads(&unit).unwrap();
             let by_velocity: f64 = velocity
                 .iter()

@@ -101,7 +101,7 @@ fn quadratic(system: &Constrained) -> Result<Tried> {
 }
 
 fn equal_order(system: &Constrained) -> Result<Tried> {
-    let nodes = system.transfer.nodes();
+    let nodes = system.prolongation.nodes();
     let linear = SaddleSystem::new(
         Bordered::scalar(system.vertex_stiffness.clone())?,
         vector_product(system.system.divergence(), nodes),
@@ -164,7 +164,7 @@ fn cut(subdomains: usize, border: BorderPlacement) -> SchwarzParams {
 
 /// FGMRES with incomplete factors of the whole matrix, in the natural order or with the zero diagonals first.
 fn incomplete_factors(name: &str, system: &Constrained, zeros_first: bool) -> Result<Tried> {
-    let unknowns = system.right.len();
+    let unknowns = system.rhs.len();
     let mut order: Vec<usize> = (0..unknowns).collect();
     if zeros_first {
         order.reverse();
@@ -196,7 +196,7 @@ fn incomplete_factors(name: &str, system: &Constrained, zeros_first: bool) -> Re
 }
 
 fn no_preconditioner(system: &Constrained) -> Tried {
-    let outcome = solve_and_check(system, &mut Identity(system.right.len()));
+    let outcome = solve_and_check(system, &mut Identity(system.rhs.len()));
     Tried {
         name: "FGMRES without preconditioner".into(),
         as_expected: matches!(&outcome, Ok(text) if text.starts_with("*no*")),
@@ -209,7 +209,7 @@ fn solve_and_check(
     system: &Constrained,
     preconditioner: &mut dyn Preconditioner,
 ) -> Result<String> {
-    let b = &system.right;
+    let b = &system.rhs;
     let mut x = vec![0.0; b.len()];
     let params = KrylovParams::default();
     match fgmres(&system.system, preconditioner, b, &mut x, &params) {
@@ -239,10 +239,10 @@ fn solved(
         &KrylovParams,
     ) -> std::result::Result<(), linalg::LinalgError>,
 ) -> std::result::Result<(), linalg::LinalgError> {
-    let mut x = vec![0.0; system.right.len()];
+    let mut x = vec![0.0; system.rhs.len()];
     method(
         &system.system,
-        &system.right,
+        &system.rhs,
         &mut x,
         &KrylovParams::default(),
     )
@@ -252,7 +252,7 @@ fn solved(
 /// not change, or the solver must say why it cannot.
 fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Tried {
     let momentum = plain.system.border_range().end;
-    let mut b = plain.right.clone();
+    let mut b = plain.rhs.clone();
     b[..momentum].iter_mut().for_each(|load| *load *= viscosity);
     let solve = |system: &SaddleSystem, b: &[f64]| {
         let mut x = vec![0.0; b.len()];
@@ -261,7 +261,7 @@ fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Tried {
         Ok::<_, linalg::LinalgError>(x)
     };
     let compared = scaled(&plain.system, viscosity)
-        .and_then(|system| Ok((solve(&plain.system, &plain.right)?, solve(&system, &b)?)));
+        .and_then(|system| Ok((solve(&plain.system, &plain.rhs)?, solve(&system, &b)?)));
     let (outcome, as_expected) = match compared {
         Err(error) => (format!("*no*: {error}"), true),
         Ok((exact, found)) => {

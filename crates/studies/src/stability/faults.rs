@@ -78,7 +78,7 @@ fn vertex_of(tets: &LinearTets, place: Vec3) -> usize {
 pub fn right_sides(system: &Constrained) -> Result<Vec<Tried>> {
     let params = KrylovParams::default();
     let mut preconditioner = system.preconditioner()?;
-    let n = system.right.len();
+    let n = system.rhs.len();
     let mut x = vec![1.0; n];
     let nothing = fgmres(
         &system.system,
@@ -96,14 +96,14 @@ pub fn right_sides(system: &Constrained) -> Result<Vec<Tried>> {
     fgmres(
         &system.system,
         &mut preconditioner,
-        &system.right,
+        &system.rhs,
         &mut x,
         &params,
     )?;
     let again = fgmres(
         &system.system,
         &mut preconditioner,
-        &system.right,
+        &system.rhs,
         &mut x.clone(),
         &params,
     )?;
@@ -116,13 +116,13 @@ pub fn right_sides(system: &Constrained) -> Result<Vec<Tried>> {
     let mut warm = WarmStart::new(5);
     (0..3).for_each(|_| warm.remember(&x));
     let mut guess = vec![0.0; n];
-    let left = warm.guess(&system.system, &system.right, &mut guess)?;
+    let left = warm.guess(&system.system, &system.rhs, &mut guess)?;
     rows.push(Tried {
         name: "a basis of earlier solutions that are all the same".into(),
         outcome: format!("right: dependent ones dropped, residual {left:.0e}"),
         as_expected: left <= 2.0 * params.rel_tol,
     });
-    let mut poisoned = system.right.clone();
+    let mut poisoned = system.rhs.clone();
     poisoned[n / 2] = f64::NAN;
     let mut x = vec![0.0; n];
     rows.push(refusal(

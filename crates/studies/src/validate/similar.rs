@@ -11,8 +11,8 @@ use linalg::{KrylovParams, fgmres};
 use mesh::{Container, GenerateParams, MeshedBody, Surface, TetMesh, generate};
 use nalgebra::Vector3;
 use rigid::{
-    Arms, Articulation, BodyKind, Drive, FluidMatrices, Formulation, Independent, Load, NodeRole,
-    RigidFluid, SurfaceBody,
+    Arms, Articulation, BodyKind, Drive, ExternalLoad, FluidMatrices, Formulation, Independent,
+    NodeRole, RigidFluid, SurfaceBody,
 };
 
 use super::table::Cost;
@@ -77,7 +77,7 @@ pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<(Loads, Cos
             vertex_stiffness,
             points: mesh.points(),
             roles: &roles,
-            on_planes: Vec::new(),
+            on_symmetry_planes: Vec::new(),
         },
         &[SurfaceBody {
             centre: Vector3::zeros(),
@@ -95,7 +95,7 @@ pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<(Loads, Cos
         &Drive {
             set: &set,
             constraints: &set.constraints(&set.initial_state(), &[], &[])?,
-            loads: &[Load {
+            loads: &[ExternalLoad {
                 force: Vector3::x(),
                 torque: Vector3::z(),
             }],
@@ -103,11 +103,11 @@ pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<(Loads, Cos
     )?;
     let system = &constrained.system;
     let mut preconditioner = constrained.preconditioner()?;
-    let mut solution = vec![0.0; constrained.right.len()];
+    let mut solution = vec![0.0; constrained.rhs.len()];
     let report = fgmres(
         system,
         &mut preconditioner,
-        &constrained.right,
+        &constrained.rhs,
         &mut solution,
         &KrylovParams::default(),
     )?;

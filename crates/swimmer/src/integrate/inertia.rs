@@ -5,7 +5,7 @@
 //! stay below twice that, implicit ones need not.
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use rigid::{Drive, Load, Reduction, State};
+use rigid::{Drive, ExternalLoad, Reduction, State};
 
 use super::oracle::Oracle;
 use super::piece::PathPiece;
@@ -98,11 +98,11 @@ fn step(
     let set = &scene.articulation;
     let constraints = set.constraints(state, &oracle.leg.lengths(s), &oracle.leg.rates())?;
     let reduction = Reduction::of(set, &constraints)?;
-    let load = |body: &scene::Body| Load {
+    let load = |body: &scene::Body| ExternalLoad {
         force: body.force,
         torque: body.torque,
     };
-    let loads: Vec<Load> = scene.bodies.iter().map(load).collect();
+    let loads: Vec<ExternalLoad> = scene.bodies.iter().map(load).collect();
     let drive = Drive {
         set,
         constraints: &constraints,

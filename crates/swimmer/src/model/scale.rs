@@ -2,7 +2,7 @@
 
 use mesh::{MeshError, TetMesh};
 use nalgebra::{DMatrix, Isometry3, Translation3, Vector3};
-use rigid::{Load, State, StateVelocity, Twist};
+use rigid::{ExternalLoad, State, StateVelocity, Twist};
 
 use scene::Scene;
 
@@ -73,8 +73,8 @@ impl Scale {
     }
 
     /// An external load of the scene in units of the flow.
-    pub fn load(&self, force: Vector3<f64>, torque: Vector3<f64>) -> Load {
-        Load {
+    pub fn load(&self, force: Vector3<f64>, torque: Vector3<f64>) -> ExternalLoad {
+        ExternalLoad {
             force: force / self.force_unit(),
             torque: torque / (self.force_unit() * self.length),
         }

@@ -1,7 +1,7 @@
 //! What every model of a scene starts from: its bodies, links and loads in units of the flow.
 
 use nalgebra::{Isometry3, Vector3};
-use rigid::{Articulation, BodyKind, Constraints, Load};
+use rigid::{Articulation, BodyKind, Constraints, ExternalLoad};
 
 use super::scale::Scale;
 use super::{ModelError, Placement};
@@ -13,7 +13,7 @@ pub(super) struct ScaledScene {
     /// The bodies and links.
     pub set: Articulation,
     /// External loads, one a body.
-    pub loads: Vec<Load>,
+    pub loads: Vec<ExternalLoad>,
 }
 
 impl ScaledScene {

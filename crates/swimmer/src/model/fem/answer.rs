@@ -58,7 +58,7 @@ impl FemModel {
     }
 
     /// Adds what the wall that stands for infinity took from all velocities.
-    pub(super) fn add_taken(&self, far: FarField, flow: &mut rigid::Flow) {
+    pub(super) fn add_taken(&self, far: FarField, flow: &mut rigid::FlowSolution) {
         let set = &self.scaled.set;
         let entry = |body: usize, axis: usize| flow.forces[6 * body + axis];
         let forces = (0..flow.forces.len() / 6)

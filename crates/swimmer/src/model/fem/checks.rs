@@ -2,7 +2,7 @@
 
 use mesh::TetMesh;
 use nalgebra::Vector3;
-use rigid::{Flow, Mirrors};
+use rigid::{FlowSolution, SymmetryPlanes};
 
 use super::estimate::flat;
 use super::solve::Boundary;
@@ -12,8 +12,8 @@ use crate::model::{Checks, ModelError};
 ///
 /// # Errors
 /// None on a mesh that was solved on.
-pub fn checks(mesh: &TetMesh, boundary: &Boundary, flow: &Flow) -> Result<Checks, ModelError> {
-    let mirrors = Mirrors {
+pub fn checks(mesh: &TetMesh, boundary: &Boundary, flow: &FlowSolution) -> Result<Checks, ModelError> {
+    let mirrors = SymmetryPlanes {
         planes: mesh.symmetry_planes(),
     };
     let (parts, allowed) = (mirrors.parts(), mirrors.allowed());

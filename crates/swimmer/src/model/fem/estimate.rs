@@ -12,7 +12,7 @@ use fem::{FacetGeometry, Surplus, SurplusSpace};
 use linalg::{BlockTriangular, KrylovParams, SaddleSystem};
 use mesh::TetMesh;
 use nalgebra::{DVector, Vector3};
-use rigid::{BodyKind, Constrained, Drive, Flow, Mirrors, Twist};
+use rigid::{BodyKind, Constrained, Drive, FlowSolution, SymmetryPlanes, Twist};
 
 use super::solve::in_groups;
 use crate::model::ModelError;
@@ -139,7 +139,7 @@ impl UnitLoad {
 }
 
 impl Solved<'_> {
-    fn discretisation_error(&self, flow: &Flow) -> Result<DiscretisationError, ModelError> {
+    fn discretisation_error(&self, flow: &FlowSolution) -> Result<DiscretisationError, ModelError> {
         let velocity = flat(&flow.velocity);
         let surplus = self.space.surplus(self.mesh, &velocity, &flow.pressure)?;
         let power = flow.forces.dot(&flow.bodies);
@@ -160,7 +160,7 @@ impl Solved<'_> {
 
     /// Between mirror planes each cell stands for its images too.
     fn parts(&self) -> f64 {
-        Mirrors {
+        SymmetryPlanes {
             planes: self.mesh.symmetry_planes(),
         }
         .parts()
@@ -175,11 +175,11 @@ impl Solved<'_> {
         }
         Ok(self
             .system
-            .right_of_forces(&functional.velocity, &functional.pressure)?)
+            .rhs_of_forces(&functional.velocity, &functional.pressure)?)
     }
 
     /// The loads for the spreads of a flow's velocities, one a linkage.
-    fn unit_loads(&self, flow: &Flow) -> Vec<UnitLoad> {
+    fn unit_loads(&self, flow: &FlowSolution) -> Vec<UnitLoad> {
         let set = self.drive.set;
         let numbered = set.linkages().iter().enumerate();
         numbered
@@ -204,7 +204,7 @@ impl Solved<'_> {
         let mut load = DVector::zeros(self.drive.set.velocity_layout().len());
         load.fixed_rows_mut::<3>(unit_load.row)
             .copy_from(&unit_load.direction);
-        Ok(self.system.right_of_loads(&load)?)
+        Ok(self.system.rhs_of_loads(&load)?)
     }
 
     /// Estimated errors of the frames' velocities.
@@ -280,7 +280,7 @@ impl Solved<'_> {
 /// Flows that cannot be solved for.
 pub fn estimates(
     solved: &Solved,
-    flows: &[Flow],
+    flows: &[FlowSolution],
     preconditioner: &mut BlockTriangular,
     adjoints: &mut AdjointSolutions,
 ) -> Result<Vec<Estimate>, ModelError> {

@@ -44,7 +44,7 @@ pub struct FemModel {
 struct Last {
     mesh: TetMesh,
     poses: Vec<Isometry3<f64>>,
-    flow: rigid::Flow,
+    flow: rigid::FlowSolution,
     /// Its errors, until they are used to adapt the mesh.
     estimate: Option<Estimate>,
 }

@@ -11,9 +11,9 @@ use linalg::{
 use mesh::{Sphere, TetMesh};
 use nalgebra::Vector3;
 use rigid::{
-    Arms, Articulation, BodyKind, Constrained, DirectRows, Drive, Eliminated, Flow, FluidMatrices,
-    Formulation, GrandResistance, Imposed, Independent, Lagrange, Load, NodeRole, RigidFluid,
-    SurfaceBody,
+    Arms, Articulation, BodyKind, Constrained, DirectRows, Drive, Eliminated, ExternalLoad,
+    FlowSolution, FluidMatrices, Formulation, GrandResistance, Imposed, Independent, Lagrange,
+    NodeRole, RigidFluid, SurfaceBody,
 };
 
 use super::checks;
@@ -63,7 +63,7 @@ impl Boundary<'_> {
 /// A solved instant, in units of the flow.
 pub struct SolvedFlow {
     /// Velocities, forces, pressure.
-    pub flow: Flow,
+    pub flow: FlowSolution,
     /// Estimated errors, if wanted.
     pub estimate: Option<Estimate>,
     /// Other ways to the same numbers, if estimates were wanted.
@@ -109,8 +109,8 @@ pub fn solve(
         .map(|drive| system.imposed(drive))
         .collect::<Result<_, _>>()?;
     let assembly = clock.elapsed().as_secs_f64();
-    let rights: Vec<&[f64]> = once(&system.right)
-        .chain(others.iter().map(|other| &other.right))
+    let rights: Vec<&[f64]> = once(&system.rhs)
+        .chain(others.iter().map(|other| &other.rhs))
         .map(Vec::as_slice)
         .collect();
     let mut preconditioner = None;
@@ -122,7 +122,7 @@ pub fn solve(
     let dofs = Dofs {
         velocity: system.system.velocity_range().len(),
         pressure: system.system.pressure_range().len(),
-        total: system.right.len(),
+        total: system.rhs.len(),
     };
     let (mut flows, mut reports) = (Vec::new(), Vec::new());
     let imposed = once(None).chain(others.iter().map(Some));
@@ -240,7 +240,7 @@ pub fn assemble(
             vertex_stiffness,
             points: mesh.points(),
             roles: &roles,
-            on_planes: mesh.nodes_on_symmetry_planes(),
+            on_symmetry_planes: mesh.nodes_on_symmetry_planes(),
         },
         &bodies,
     )?;
@@ -271,7 +271,7 @@ pub fn resistance(
     let drive = Drive {
         set: &set,
         constraints: &set.constraints(&set.initial_state(), &[], &[])?,
-        loads: &vec![Load::default(); bodies],
+        loads: &vec![ExternalLoad::default(); bodies],
     };
     let system = assemble(space, mesh, boundary, &drive, &Independent)?;
     let mut preconditioner = system.preconditioner()?;
@@ -320,7 +320,7 @@ fn solve_system(
     kept: &mut Option<BlockTriangular>,
 ) -> Result<Solutions, ModelError> {
     let system = &assembled.system;
-    let mut solutions = vec![vec![0.0; assembled.right.len()]; rights.len()];
+    let mut solutions = vec![vec![0.0; assembled.rhs.len()]; rights.len()];
     let parameters = KrylovParams::default().with_rel_tol(options.rtol);
     let start = Instant::now();
     let mut columns: Vec<&mut [f64]> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
@@ -365,7 +365,7 @@ fn solve_system(
             }
         }
         SolverKind::Minres => {
-            let mut preconditioner = BlockDiagonal::with_prolongation(system, &assembled.transfer)?;
+            let mut preconditioner = BlockDiagonal::with_prolongation(system, &assembled.prolongation)?;
             setup = clock.elapsed().as_secs_f64();
             for (right, solution) in rights.iter().zip(&mut columns) {
                 reports.push(minres(

@@ -1,7 +1,7 @@
 //! Velocities and forces of linked bodies from their grand resistance.
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use rigid::{Articulation, BodyKind, Constraints, Drive, Load, Reduction};
+use rigid::{Articulation, BodyKind, Constraints, Drive, ExternalLoad, Reduction};
 
 use crate::model::scale::Scale;
 use crate::model::{BodyInstant, ModelError};
@@ -26,7 +26,7 @@ impl Solved {
         resistance: &DMatrix<f64>,
         set: &Articulation,
         constraints: &Constraints,
-        loads: &[Load],
+        loads: &[ExternalLoad],
     ) -> Result<Self, ModelError> {
         let reduction = Reduction::of(set, constraints)?;
         let drive = Drive {
@@ -106,7 +106,7 @@ impl Solved {
         &self,
         set: &Articulation,
         constraints: &Constraints,
-        loads: &[Load],
+        loads: &[ExternalLoad],
         scale: &Scale,
     ) -> Result<Vec<Vector3<f64>>, ModelError> {
         let drive = Drive {

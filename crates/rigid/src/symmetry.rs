@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use nalgebra::DVector;
 
-use crate::{Articulation, BodyKind, Constraints, Drive, Load, RigidError};
+use crate::{Articulation, BodyKind, Constraints, Drive, ExternalLoad, RigidError};
 
 /// Planes through the origin, normal to coordinate axes, that mirror bodies, loads and flow onto themselves; the mesh covers one side of each.
 ///
@@ -12,15 +12,15 @@ use crate::{Articulation, BodyKind, Constraints, Drive, Load, RigidError};
 /// moves along axis `c` only if no plane is normal to it, and turns about `c` only if no plane is normal to another axis (angular velocities
 /// are pseudovectors). A mesh of $2^{-k}$ of the fluid carries as much of forces and torques.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Mirrors {
+pub struct SymmetryPlanes {
     /// Whether there is a plane normal to each axis.
     pub planes: [bool; 3],
 }
 
-impl Mirrors {
+impl SymmetryPlanes {
     /// The planes that some of these nodes are on.
-    pub fn of(on_planes: &[(u32, [bool; 3])]) -> Self {
-        let any = |axis: usize| on_planes.iter().any(|(_, on)| on[axis]);
+    pub fn of(on_symmetry_planes: &[(u32, [bool; 3])]) -> Self {
+        let any = |axis: usize| on_symmetry_planes.iter().any(|(_, on)| on[axis]);
         Self {
             planes: [any(0), any(1), any(2)],
         }
@@ -64,17 +64,17 @@ impl Mirrors {
     /// That loads are their own mirror images.
     ///
     /// # Errors
-    /// [`RigidError::NotMirrored`] names a body whose load is not.
+    /// [`RigidError::AsymmetricLoad`] names a body whose load is not.
     fn check_loads(&self, drive: &Drive) -> Result<(), RigidError> {
         let allowed = self.allowed();
-        let is_mirrored = |load: &Load| {
+        let is_mirrored = |load: &ExternalLoad| {
             let components = load.force.iter().chain(load.torque.iter());
             components
                 .zip(allowed)
                 .all(|(&load, allowed)| allowed || load == 0.0)
         };
         match drive.loads.iter().position(|load| !is_mirrored(load)) {
-            Some(body) => Err(RigidError::NotMirrored { body }),
+            Some(body) => Err(RigidError::AsymmetricLoad { body }),
             None => Ok(()),
         }
     }
@@ -84,17 +84,17 @@ impl Constraints {
     /// With rows that hold at zero what `mirrors` do not allow, after all others.
     ///
     /// # Errors
-    /// [`RigidError::NotMirrored`] for a load that is not its own mirror image.
-    pub(crate) fn mirrored<'a>(
+    /// [`RigidError::AsymmetricLoad`] for a load that is not its own mirror image.
+    pub(crate) fn with_symmetry<'a>(
         drive: &Drive<'a>,
-        mirrors: Mirrors,
+        mirrors: SymmetryPlanes,
     ) -> Result<Cow<'a, Constraints>, RigidError> {
         let own = drive.constraints;
         if mirrors.is_empty() {
             return Ok(Cow::Borrowed(own));
         }
         mirrors.check_loads(drive)?;
-        let held = held_velocities(drive.set, mirrors);
+        let held = constrained_velocities(drive.set, mirrors);
         let mut all = own.clone();
         let rows = all.matrix.nrows();
         all.matrix = all.matrix.resize_vertically(rows + held.len(), 0.0);
@@ -108,7 +108,7 @@ impl Constraints {
 }
 
 /// The generalised velocities that mirrors hold at zero, with what to call them.
-fn held_velocities(set: &Articulation, mirrors: Mirrors) -> Vec<(usize, String)> {
+fn constrained_velocities(set: &Articulation, mirrors: SymmetryPlanes) -> Vec<(usize, String)> {
     let layout = set.velocity_layout();
     let allowed = mirrors.allowed();
     let held = |first: usize, components: std::ops::Range<usize>| {
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn motions_that_planes_leave() {
-        let allowed = |planes| Mirrors { planes }.allowed();
+        let allowed = |planes| SymmetryPlanes { planes }.allowed();
         assert_eq!(allowed([false; 3]), [true; 6]);
         // the plane normal to z: along x and y, about z
         assert_eq!(
@@ -151,6 +151,6 @@ mod tests {
             [true, false, false, false, false, false]
         );
         assert_eq!(allowed([true; 3]), [false; 6]);
-        assert_eq!(Mirrors { planes: [true; 3] }.parts(), 8.0);
+        assert_eq!(SymmetryPlanes { planes: [true; 3] }.parts(), 8.0);
     }
 }

@@ -5,9 +5,9 @@ use linalg::{BlockDiagonal, KrylovParams, SaddleLdlt, fgmres, minres};
 use mesh::{LinearTets, SYMMETRY_PLANE_TAGS, TetMesh};
 use nalgebra::Vector3;
 use rigid::{
-    Arms, Articulation, BodyKind, Constrained, Constraints, DirectRows, Drive, Eliminated, Flow,
-    FluidMatrices, Formulation, Independent, Lagrange, Link, Load, NodeRole, RigidError,
-    RigidFluid, SurfaceBody,
+    Arms, Articulation, BodyKind, Constrained, Constraints, DirectRows, Drive, Eliminated,
+    ExternalLoad, FlowSolution, FluidMatrices, Formulation, Independent, Lagrange, Link, NodeRole,
+    RigidError, RigidFluid, SurfaceBody,
 };
 
 /// Cells along each side of the part.
@@ -104,13 +104,18 @@ fn part(axes: &[usize]) -> TetMesh {
 struct Case {
     mesh: TetMesh,
     set: Articulation,
-    loads: Vec<Load>,
+    loads: Vec<ExternalLoad>,
     links: bool,
 }
 
 impl Case {
     /// Linked bodies, or bodies that are pulled each for itself.
-    fn new(mesh: TetMesh, middles: [Vector3<f64>; 2], links: bool, loads: Vec<Load>) -> Self {
+    fn new(
+        mesh: TetMesh,
+        middles: [Vector3<f64>; 2],
+        links: bool,
+        loads: Vec<ExternalLoad>,
+    ) -> Self {
         let link = Link {
             name: "arm".into(),
             body: 1,
@@ -177,22 +182,22 @@ impl Case {
                 vertex_stiffness: space.vertex_stiffness(mesh).expect("cells"),
                 points: mesh.points(),
                 roles: &roles,
-                on_planes: mesh.nodes_on_symmetry_planes(),
+                on_symmetry_planes: mesh.nodes_on_symmetry_planes(),
             },
             &bodies,
         )
     }
 
     /// The flow and the iterations to it.
-    fn solve(&self, formulation: &dyn Formulation) -> (Flow, usize) {
+    fn solve(&self, formulation: &dyn Formulation) -> (FlowSolution, usize) {
         let system = self.constrain(formulation).expect("a system");
         let mut preconditioner = system.preconditioner().expect("multigrid");
-        let mut x = vec![0.0; system.right.len()];
+        let mut x = vec![0.0; system.rhs.len()];
         let params = KrylovParams::default().with_rel_tol(TOLERANCE);
         let report = fgmres(
             &system.system,
             &mut preconditioner,
-            &system.right,
+            &system.rhs,
             &mut x,
             &params,
         )
@@ -261,7 +266,7 @@ fn a_swimmer_on_a_half_or_a_quarter_swims_as_on_the_whole() {
     for axes in [&[2][..], &[1, 2]] {
         let mesh = part(axes);
         let whole = mesh.unfolded().expect("planes at zero");
-        let still = vec![Load::default(); 2];
+        let still = vec![ExternalLoad::default(); 2];
         let [part, all] =
             [mesh, whole.mesh].map(|mesh| Case::new(mesh, middles(axes), true, still.clone()));
         let formulations: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
@@ -274,7 +279,12 @@ fn a_swimmer_on_a_half_or_a_quarter_swims_as_on_the_whole() {
 #[test]
 fn other_rates_on_a_quarter_are_another_right_hand_side() {
     let axes = [1, 2];
-    let case = Case::new(part(&axes), middles(&axes), true, vec![Load::default(); 2]);
+    let case = Case::new(
+        part(&axes),
+        middles(&axes),
+        true,
+        vec![ExternalLoad::default(); 2],
+    );
     let other = case.constraints(-0.3).expect("a rate");
     let formulations: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
     for formulation in formulations {
@@ -282,7 +292,7 @@ fn other_rates_on_a_quarter_are_another_right_hand_side() {
         let imposed = system.imposed(&case.drive(&other)).expect("the same link");
         let fluid = case.fluid().expect("matrices");
         let anew = formulation.constrain(fluid, &case.drive(&other));
-        assert_eq!(imposed.right, anew.expect("a system").right);
+        assert_eq!(imposed.rhs, anew.expect("a system").rhs);
     }
 }
 
@@ -292,11 +302,11 @@ fn pulled_and_turned_bodies_move_as_in_the_whole() {
     let whole = mesh.unfolded().expect("planes at zero");
     // in the plane, about its normal
     let loads = vec![
-        Load {
+        ExternalLoad {
             force: Vector3::new(1.0, -0.5, 0.0),
             torque: Vector3::new(0.0, 0.0, 0.3),
         },
-        Load {
+        ExternalLoad {
             force: Vector3::new(0.0, 2.0, 0.0),
             torque: Vector3::zeros(),
         },
@@ -310,17 +320,22 @@ fn pulled_and_turned_bodies_move_as_in_the_whole() {
 #[test]
 fn minres_agrees_and_the_direct_solver_refuses() {
     let axes = [1, 2];
-    let case = Case::new(part(&axes), middles(&axes), true, vec![Load::default(); 2]);
+    let case = Case::new(
+        part(&axes),
+        middles(&axes),
+        true,
+        vec![ExternalLoad::default(); 2],
+    );
     let (flow, _) = case.solve(&Eliminated);
     let system = case.constrain(&Eliminated).expect("a system");
     let mut preconditioner =
-        BlockDiagonal::with_prolongation(&system.system, &system.transfer).expect("definite");
-    let mut x = vec![0.0; system.right.len()];
+        BlockDiagonal::with_prolongation(&system.system, &system.prolongation).expect("definite");
+    let mut x = vec![0.0; system.rhs.len()];
     let params = KrylovParams::default().with_rel_tol(1e-8);
     minres(
         &system.system,
         &mut preconditioner,
-        &system.right,
+        &system.rhs,
         &mut x,
         &params,
     )
@@ -337,7 +352,7 @@ fn minres_agrees_and_the_direct_solver_refuses() {
 
 #[test]
 fn what_is_not_symmetric_is_refused() {
-    let across = Load {
+    let across = ExternalLoad {
         force: Vector3::new(0.0, 0.0, 1.0),
         torque: Vector3::zeros(),
     };
@@ -345,14 +360,14 @@ fn what_is_not_symmetric_is_refused() {
         part(&[2]),
         middles(&[2]),
         false,
-        vec![Load::default(), across],
+        vec![ExternalLoad::default(), across],
     );
     let refused = case.constrain(&Independent).err();
-    assert_eq!(refused, Some(RigidError::NotMirrored { body: 1 }));
+    assert_eq!(refused, Some(RigidError::AsymmetricLoad { body: 1 }));
     let off = middles(&[2]).map(|x| x + Vector3::new(0.0, 0.0, 0.1));
-    let case = Case::new(part(&[2]), off, false, vec![Load::default(); 2]);
+    let case = Case::new(part(&[2]), off, false, vec![ExternalLoad::default(); 2]);
     assert!(matches!(
         case.constrain(&Independent).err(),
-        Some(RigidError::OffMirror { body: 0, .. })
+        Some(RigidError::OffSymmetryPlane { body: 0, .. })
     ));
 }
