@@ -54,12 +54,12 @@ pub enum HydroError {
     },
     /// A gap so narrow that the expansion would need more terms than are allowed.
     #[error(
-        "{what} leave a gap of {gap:.3e} smaller radii, where an expansion to {tolerance:.0e} needs order {needed}; \
+        "{surfaces} leave a gap of {gap:.3e} smaller radii, where an expansion to {tolerance:.0e} needs order {needed}; \
          the most is {most}: widen the gap, or ask for less accuracy"
     )]
     TooClose {
-        /// Which surfaces.
-        what: String,
+        /// The surfaces with the narrowest gap.
+        surfaces: String,
         /// Distance of the surfaces over the smaller radius.
         gap: f64,
         /// The relative error asked for.
@@ -81,19 +81,41 @@ pub enum HydroError {
         /// Coordinates of the point.
         z: f64,
     },
-    /// A mobility that is not positive definite: the model does not hold for spheres so close.
+    /// An approximate mobility that is not positive definite, so that it has no resistance.
     #[error(
-        "the {model} mobility of these spheres is not positive definite; they are too close for it: use {instead}"
+        "the {model} mobility is not positive definite (smallest over largest eigenvalue \
+         {eigenvalue_ratio:.1e}): {surfaces} leave a gap of {gap:.3e} smaller radii, too narrow for \
+         this approximation; use {instead}"
     )]
-    Indefinite {
+    NotPositiveDefinite {
         /// Name of the model.
         model: &'static str,
-        /// A model that holds.
+        /// Smallest eigenvalue of the scaled mobility over its largest.
+        eigenvalue_ratio: f64,
+        /// The surfaces with the narrowest gap.
+        surfaces: String,
+        /// Distance of these surfaces over the smaller radius.
+        gap: f64,
+        /// A model that remains positive definite.
         instead: &'static str,
     },
+    /// A multipole system whose Cholesky factorisation failed.
+    ///
+    /// The exact system is positive definite: this is rounding in an expansion of high order.
+    #[error(
+        "the Cholesky factorisation of the {matrix} ({size} x {size}) of the multipole expansion \
+         failed: it is not positive definite to rounding; widen the narrowest gap, or lower the \
+         order or the accuracy"
+    )]
+    FactorisationFailed {
+        /// Which matrix.
+        matrix: &'static str,
+        /// Number of its rows.
+        size: usize,
+    },
     /// Surroundings that a model does not treat.
-    #[error("{model} is not built for a {medium}; use {instead}")]
-    NotBuilt {
+    #[error("the {model} model does not support a {medium}; use {instead}")]
+    Unsupported {
         /// Name of the model.
         model: &'static str,
         /// The surroundings.

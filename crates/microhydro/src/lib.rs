@@ -23,6 +23,7 @@
 #![forbid(unsafe_code)]
 
 mod error;
+mod inverse;
 pub mod multipole;
 pub mod oseen;
 mod point;

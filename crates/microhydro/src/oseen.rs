@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::{HydroError, Medium, Spheres, point, wall};
+use crate::{HydroError, Medium, Spheres, inverse, point, wall};
 
 /// Mobility of spheres that act on each other as point forces and torques (Oseen's tensor and rotlets), six rows a sphere, viscosity 1.
 ///
@@ -37,10 +37,18 @@ pub fn mobility(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, Hydr
             }
             Ok(matrix)
         }
-        Medium::Ball { .. } => Err(HydroError::NotBuilt {
+        Medium::Ball { .. } => Err(HydroError::Unsupported {
             model: "oseen",
             medium: "ball",
             instead: "rpy or multipole",
         }),
     }
+}
+
+/// Grand resistance matrix of the spheres: the inverse of [`mobility`], in the same order of rows.
+///
+/// # Errors
+/// As [`mobility`]; [`HydroError::NotPositiveDefinite`] for spheres too close for point forces.
+pub fn resistance(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, HydroError> {
+    inverse::resistance(mobility(spheres, medium)?, spheres, medium, "oseen")
 }

@@ -11,27 +11,22 @@ pub struct Resistance {
     matrix: DMatrix<f64>,
     coarser: DMatrix<f64>,
     tail: f64,
-    unknowns: usize,
+    dofs: usize,
 }
 
 impl Resistance {
-    pub(crate) fn new(
-        matrix: DMatrix<f64>,
-        coarser: DMatrix<f64>,
-        tail: f64,
-        unknowns: usize,
-    ) -> Self {
+    pub(crate) fn new(matrix: DMatrix<f64>, coarser: DMatrix<f64>, tail: f64, dofs: usize) -> Self {
         Self {
             matrix,
             coarser,
             tail,
-            unknowns,
+            dofs,
         }
     }
 
     /// Number of multipoles on all surfaces.
-    pub fn unknowns(&self) -> usize {
-        self.unknowns
+    pub fn dofs(&self) -> usize {
+        self.dofs
     }
 
     /// The matrix.

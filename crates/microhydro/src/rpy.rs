@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::{HydroError, Medium, Spheres, multipole, point};
+use crate::{HydroError, Medium, Spheres, inverse, multipole, point};
 
 /// Mobility of spheres after Rotne, Prager and Yamakawa, of any radii, translations and rotations, six rows a sphere, viscosity 1.
 ///
@@ -28,4 +28,12 @@ pub fn mobility(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, Hydr
         Medium::Unbounded => Ok(point::mobility(spheres, |a, b| a * a + b * b)),
         Medium::Ball { .. } | Medium::Wall { .. } => multipole::rigid_mobility(spheres, medium),
     }
+}
+
+/// Grand resistance matrix of the spheres: the inverse of [`mobility`], in the same order of rows.
+///
+/// # Errors
+/// As [`mobility`].
+pub fn resistance(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, HydroError> {
+    inverse::resistance(mobility(spheres, medium)?, spheres, medium, "rpy")
 }

@@ -102,6 +102,26 @@ impl Spheres {
         ((self.centres[first] - self.centres[second]).norm() - a - b) / a.min(b)
     }
 
+    /// The two surfaces with the narrowest gap, in words, and their distance over the smaller radius.
+    pub(crate) fn narrowest_gap(&self, medium: &Medium) -> (String, f64) {
+        let mut narrowest = (String::from("the spheres"), f64::INFINITY);
+        for second in 0..self.len() {
+            for first in 0..second {
+                let gap = self.gap(first, second);
+                if gap < narrowest.1 {
+                    narrowest = (format!("spheres {first} and {second}"), gap);
+                }
+            }
+            let radius = self.radii[second];
+            let clearance = (medium.distance(&self.centres[second]) - radius) / radius;
+            if clearance < narrowest.1 {
+                let surfaces = format!("sphere {second} and the {}", medium.boundary());
+                narrowest = (surfaces, clearance);
+            }
+        }
+        narrowest
+    }
+
     /// Refuses spheres that reach through the boundary of a medium.
     ///
     /// # Errors

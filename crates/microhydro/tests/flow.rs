@@ -40,8 +40,13 @@ fn the_fluid_sticks_to_every_surface() {
     ];
     let (spheres, velocities) = (spheres(), velocities());
     for medium in media {
-        let flow = multipole::Flow::new(&spheres, &medium, &velocities, &Accuracy::relative(1e-4))
-            .unwrap();
+        let flow = multipole::VelocityField::new(
+            &spheres,
+            &medium,
+            &velocities,
+            &Accuracy::relative(1e-4),
+        )
+        .unwrap();
         for (k, (x, a)) in spheres.centres().iter().zip(spheres.radii()).enumerate() {
             let at = |first: usize| velocities.fixed_rows::<3>(first).into_owned();
             for n in directions() {
@@ -78,7 +83,8 @@ fn a_lone_sphere_makes_the_flow_of_stokes() {
     let mut u = DVector::zeros(6);
     u[0] = 1.0;
     let flow =
-        multipole::Flow::new(&one, &Medium::Unbounded, &u, &Accuracy::relative(1e-6)).unwrap();
+        multipole::VelocityField::new(&one, &Medium::Unbounded, &u, &Accuracy::relative(1e-6))
+            .unwrap();
     for n in directions() {
         let r = 3.7;
         let (c, d) = (1.5 / r, 2.0 / (r * r * r));

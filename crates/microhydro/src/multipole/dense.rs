@@ -12,7 +12,7 @@ use crate::HydroError;
 /// Scaled mobilities for the orders of a system and for two less. Cost: `n^3/3` operations and `n^2` numbers for `n` unknowns.
 ///
 /// # Errors
-/// [`HydroError::Indefinite`].
+/// [`HydroError::FactorisationFailed`].
 pub(super) fn mobility(system: &System) -> Result<Scaled, HydroError> {
     let (places, kept) = places(system);
     let rigid = 6 * system.spheres;

@@ -17,7 +17,7 @@ const LEAST_FOR_THREADS: usize = 500;
 /// of $L$ under the unknowns left out are what these add: one factorisation gives both, without a difference of large numbers. Cost: `n^3/3`.
 ///
 /// # Errors
-/// [`HydroError::Indefinite`].
+/// [`HydroError::FactorisationFailed`].
 pub(super) fn eliminate(
     mut matrix: Mat<f64>,
     rigid: usize,
@@ -37,9 +37,9 @@ pub(super) fn eliminate(
         MemStack::new(&mut memory),
         Spec::default(),
     )
-    .map_err(|_| HydroError::Indefinite {
-        model: "multipole",
-        instead: "a wider gap",
+    .map_err(|_| HydroError::FactorisationFailed {
+        matrix: "Galerkin matrix",
+        size,
     })?;
     let first = size - rigid;
     let corner = Mat::from_fn(rigid, rigid, |i, j| {

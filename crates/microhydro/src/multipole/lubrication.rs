@@ -112,10 +112,10 @@ fn check_collinear(
     if unknowns <= MOST_COLLINEAR {
         return Ok(());
     }
-    let (what, gap) = narrowest(spheres, medium);
+    let (surfaces, gap) = spheres.narrowest_gap(medium);
     let bodies = spheres.len() + usize::from(matches!(medium, Medium::Ball { .. }));
     Err(HydroError::TooClose {
-        what,
+        surfaces,
         gap,
         tolerance,
         needed: orders
@@ -125,26 +125,4 @@ fn check_collinear(
             .fold(orders.container, usize::max),
         most: MOST_COLLINEAR / 3 / bodies,
     })
-}
-
-/// The narrowest gap over the smaller radius, and between what.
-fn narrowest(spheres: &Spheres, medium: &Medium) -> (String, f64) {
-    let mut found = (String::from("the spheres"), f64::INFINITY);
-    for second in 0..spheres.len() {
-        for first in 0..second {
-            let gap = spheres.gap(first, second);
-            if gap < found.1 {
-                found = (format!("spheres {first} and {second}"), gap);
-            }
-        }
-        let radius = spheres.radii()[second];
-        let clearance = (medium.distance(&spheres.centres()[second]) - radius) / radius;
-        if clearance < found.1 {
-            found = (
-                format!("sphere {second} and the {}", medium.boundary()),
-                clearance,
-            );
-        }
-    }
-    found
 }

@@ -9,25 +9,25 @@ mod axial;
 mod collinear;
 mod dense;
 mod elimination;
-mod flow;
 mod frame;
 mod lamb;
 mod link;
-pub mod lubrication;
+mod lubrication;
 mod modes;
 mod order;
 mod reflection;
 mod rotation;
 mod spatial;
 mod system;
+mod velocity_field;
 mod wall_block;
 
 use std::f64::consts::PI;
 
 use nalgebra::DMatrix;
 
-pub use self::flow::Flow;
-pub use self::order::Orders;
+use self::order::Orders;
+pub use self::velocity_field::VelocityField;
 use crate::{HydroError, Medium, Resistance, Spheres};
 
 /// How accurate a multipole expansion shall be.
@@ -91,7 +91,7 @@ const AXES: [usize; 3] = [1, 2, 0];
 /// Spheres on one axis (which goes through the container's centre, or along the wall's normal) cost 0.1 ms for three spheres
 /// with gaps of four radii; others `n^3/3` operations for `n` multipoles in all, and for many of them `O(L^3)` for each pair,
 /// unknown motion and iteration. Narrow gaps in space are completed by
-/// the exact two-sphere resistance (see [`lubrication`]).
+/// the exact two-sphere resistance.
 ///
 /// # Errors
 /// Spheres outside the medium; gaps so narrow that the accuracy is out of reach.
@@ -159,7 +159,7 @@ fn at_orders(
         invert(&scaled.full)?,
         invert(&scaled.lower)?,
         order::tail(closeness, orders),
-        orders.unknowns(),
+        orders.dofs(),
     ))
 }
 
@@ -187,9 +187,9 @@ fn unscaled_inverse(mobility: &DMatrix<f64>, radii: &[f64]) -> Result<DMatrix<f6
     let inverse = mobility
         .clone()
         .cholesky()
-        .ok_or(HydroError::Indefinite {
-            model: "multipole",
-            instead: "a wider gap",
+        .ok_or(HydroError::FactorisationFailed {
+            matrix: "mobility matrix",
+            size: mobility.nrows(),
         })?
         .inverse();
     Ok(unscaled(&inverse, radii, |unit| unit))

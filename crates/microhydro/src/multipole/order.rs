@@ -8,7 +8,7 @@ use crate::{Medium, Spheres};
 
 /// Orders of the expansions on each sphere, and on the container if there is one.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Orders {
+pub(crate) struct Orders {
     /// One a sphere.
     pub spheres: Vec<usize>,
     /// That of the container's wall; zero without one.
@@ -17,7 +17,7 @@ pub struct Orders {
 
 impl Orders {
     /// Number of multipoles of all expansions.
-    pub fn unknowns(&self) -> usize {
+    pub fn dofs(&self) -> usize {
         let orders = self.spheres.iter().copied().chain(Some(self.container));
         orders.map(|order| Modes { order }.len()).sum()
     }

@@ -17,7 +17,7 @@ const MOST_AT_ONCE: usize = 6000;
 /// Couplings below a tenth of `tolerance` are left out. Many unknowns are eliminated by iterations that stop at `residual`.
 ///
 /// # Errors
-/// [`HydroError::NotConverged`], [`HydroError::Indefinite`].
+/// [`HydroError::NotConverged`], [`HydroError::FactorisationFailed`].
 pub(crate) fn mobility(
     frame: &Frame,
     radii: &[f64],
@@ -25,7 +25,7 @@ pub(crate) fn mobility(
     (tolerance, residual): (f64, f64),
 ) -> Result<Scaled, HydroError> {
     let system = System::new(frame, radii, orders, 0.1 * tolerance);
-    match orders.unknowns() <= MOST_AT_ONCE {
+    match orders.dofs() <= MOST_AT_ONCE {
         true => dense::mobility(&system),
         false => by_iteration(&system, residual),
     }

@@ -142,9 +142,9 @@ fn one(scene: &Scene) -> Result<(String, Misfits), SwimError> {
 fn expected(error: &SwimError) -> Option<&'static str> {
     match error {
         SwimError::Collision { .. } => Some("bodies came to touch on their way"),
-        SwimError::Model(ModelError::Spheres(microhydro::HydroError::Indefinite { .. })) => {
-            Some("too close for oseen or rpy")
-        }
+        SwimError::Model(ModelError::Spheres(microhydro::HydroError::NotPositiveDefinite {
+            ..
+        })) => Some("too close for oseen or rpy"),
         SwimError::Model(ModelError::Spheres(microhydro::HydroError::TooClose { .. })) => {
             Some("a gap too narrow for the accuracy")
         }

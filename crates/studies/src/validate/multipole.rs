@@ -89,7 +89,7 @@ fn axial(positions: &[f64], radii: &[f64], medium: &Medium) -> Result<(Axial, Co
         errors: along(&found.error()),
     };
     let cost = Cost {
-        dofs: found.unknowns(),
+        dofs: found.dofs(),
         iterations: 0,
         seconds: clock.elapsed().as_secs_f64(),
     };

@@ -154,26 +154,19 @@ impl SpheresModel {
         let expansion = |accuracy: Accuracy| -> Result<Resistance, ModelError> {
             Ok(multipole::resistance(spheres, &self.medium, &accuracy)?)
         };
-        let mobility = match self.kind {
+        let matrix = match self.kind {
             SphereModel::Multipole(tolerance) => {
                 let found = expansion(Accuracy::relative(tolerance))?;
                 return Ok(Judged {
-                    unknowns: found.unknowns(),
+                    unknowns: found.dofs(),
                     others: vec![(found.coarser().clone(), found.tail())],
                     matrix: found.matrix().clone(),
                 });
             }
-            SphereModel::Oseen => oseen::mobility(spheres, &self.medium)?,
-            SphereModel::Rpy => rpy::mobility(spheres, &self.medium)?,
+            SphereModel::Oseen => oseen::resistance(spheres, &self.medium)?,
+            SphereModel::Rpy => rpy::resistance(spheres, &self.medium)?,
         };
-        let unknowns = mobility.nrows();
-        let factor = mobility
-            .cholesky()
-            .ok_or(microhydro::HydroError::Indefinite {
-                model: self.name(),
-                instead: "model.kind = \"multipole\"",
-            })?;
-        let matrix = factor.inverse();
+        let unknowns = matrix.nrows();
         let mut judge = expansion(Accuracy::order(JUDGES[0]))?;
         for &order in &JUDGES[1..] {
             if judge.relative_error() <= JUDGE_SHARE * judge.relative_difference(&matrix) {

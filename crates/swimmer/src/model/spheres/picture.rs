@@ -1,7 +1,7 @@
 //! The flow around spheres on a mesh around them, for pictures.
 
 use mesh::{BoxSurface, Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh};
-use microhydro::multipole::Flow;
+use microhydro::multipole::VelocityField;
 use microhydro::{Accuracy, Medium, Spheres};
 use nalgebra::{DVector, Vector3};
 
@@ -54,7 +54,7 @@ pub(super) fn picture(
         .chain([(Container::TAG, container.surface())])
         .collect();
     let mesh = TetMesh::curved(tets, &named)?;
-    let flow = Flow::new(spheres, medium, velocities, &Accuracy::relative(ACCURACY))?;
+    let flow = VelocityField::new(spheres, medium, velocities, &Accuracy::relative(ACCURACY))?;
     // on surfaces the velocity is known, and rounding may have put nodes inside
     let mut known = vec![None; mesh.n_points()];
     if *medium != Medium::Unbounded {

@@ -21,7 +21,7 @@ use super::{AXES, FIXED_ORDER_TOLERANCE, drag_units};
 use crate::{Accuracy, HydroError, Medium, Spheres};
 
 /// A solved flow around moving spheres, to be evaluated anywhere in the fluid.
-pub struct Flow {
+pub struct VelocityField {
     spheres: Spheres,
     medium: Medium,
     frame: Frame,
@@ -30,7 +30,7 @@ pub struct Flow {
     harmonics: Vec<Vec<f64>>,
 }
 
-impl Flow {
+impl VelocityField {
     /// The flow for velocities and angular velocities of the spheres, six entries a sphere.
     ///
     /// The velocity errs by about `accuracy.tolerance` of the spheres' velocities: its error is the root of that of the resistance, so
