@@ -66,12 +66,6 @@ pub enum FemError {
         /// Number of tags of the mesh.
         n_tags: usize,
     },
-    /// Bodies on an axis whose flow cannot be computed.
-    #[error("{what}")]
-    Axisymmetric {
-        /// What is wrong, with numbers and the remedy.
-        what: String,
-    },
     /// A solve that failed.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),

@@ -28,7 +28,6 @@
 #![forbid(unsafe_code)]
 
 mod assemble;
-pub mod axisymmetric;
 mod check;
 mod error;
 mod estimate;

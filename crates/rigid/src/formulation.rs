@@ -146,7 +146,8 @@ impl Constrained {
                     .with_constrained_dofs(&fluid.held)
             },
             || {
-                let prolongation = Prolongation::new(interpolation, &interpolation_border * &trial)?;
+                let prolongation =
+                    Prolongation::new(interpolation, &interpolation_border * &trial)?;
                 match &test {
                     Some(test) => prolongation.with_left_border(&interpolation_border * test),
                     None => Ok(prolongation),

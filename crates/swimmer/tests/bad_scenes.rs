@@ -473,8 +473,8 @@ fn nesting_without_end_is_refused() {
     for open in ["[", "{a=", "[{a="] {
         let text = format!("{GOOD}\nx = {}", open.repeat(50_000));
         let error = Scene::parse(&text).unwrap_err();
-        assert_eq!(swimmer::SwimError::from(error).exit_code(), 2);
         assert!(error.to_string().len() < 1000);
+        assert_eq!(swimmer::SwimError::from(error).exit_code(), 2);
     }
 }
 

@@ -100,8 +100,8 @@ proptest! {
             // What is read can be written and read again.
             Ok(scene) => prop_assert!(Scene::parse(&scene.to_toml()).is_ok()),
             Err(error) => {
-                prop_assert_eq!(swimmer::SwimError::from(error).exit_code(), 2);
                 prop_assert!(!error.to_string().is_empty());
+                prop_assert_eq!(swimmer::SwimError::from(error).exit_code(), 2);
             }
         }
     }

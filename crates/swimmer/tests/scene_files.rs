@@ -105,7 +105,7 @@ fn bad_overrides_are_refused_with_the_same_checks() {
         let error = set(TWO, &[assignment]).expect_err(assignment);
         let message = error.to_string();
         assert!(message.contains(fragment), "{assignment}: {message}");
-        assert_eq!(error.exit_code(), 2);
+        assert_eq!(swimmer::SwimError::from(error).exit_code(), 2);
     }
 }
 

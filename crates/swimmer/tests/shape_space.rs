@@ -7,8 +7,7 @@ use swimmer::shape_space::{ShapeSpace, speed_up};
 use swimmer::{Method, Outcome, Scene, SwimError, simulate};
 
 fn template(text: &str, overrides: &[&str]) -> Scene {
-    let mut document =
-        swimmer::scene::Document::parse(text, std::path::Path::new("scene.toml")).unwrap();
+    let mut document = scene::Document::parse(text, std::path::Path::new("scene.toml")).unwrap();
     for assignment in overrides {
         document.set(assignment).unwrap();
     }

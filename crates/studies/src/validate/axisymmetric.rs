@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::time::Instant as Clock;
 
 use anyhow::Result;
-use fem::axisymmetric::{Spheroid, Surroundings, axial_resistance};
+use axisymmetric::{Spheroid, Surroundings, axial_resistance};
 
 use super::collinear::symmetric;
 use super::estimated::Estimated;

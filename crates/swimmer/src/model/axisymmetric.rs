@@ -3,9 +3,7 @@
 use std::f64::consts::PI;
 use std::time::Instant as Clock;
 
-use fem::axisymmetric::{
-    AxialResistance, Spheroid, Surroundings, axial_resistance, spin_resistance,
-};
+use axisymmetric::{AxialResistance, Spheroid, Surroundings, axial_resistance, spin_resistance};
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use rigid::{State, Twist};

@@ -24,6 +24,9 @@ pub enum ModelError {
     /// Assembly that failed.
     #[error(transparent)]
     Fem(#[from] fem::FemError),
+    /// Bodies on an axis whose flow cannot be computed in the meridian plane.
+    #[error(transparent)]
+    Axisymmetric(#[from] axisymmetric::AxisymmetricError),
     /// A solve that failed.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),

@@ -12,7 +12,11 @@ use crate::model::{Checks, ModelError};
 ///
 /// # Errors
 /// None on a mesh that was solved on.
-pub fn checks(mesh: &TetMesh, boundary: &Boundary, flow: &FlowSolution) -> Result<Checks, ModelError> {
+pub fn checks(
+    mesh: &TetMesh,
+    boundary: &Boundary,
+    flow: &FlowSolution,
+) -> Result<Checks, ModelError> {
     let mirrors = SymmetryPlanes {
         planes: mesh.symmetry_planes(),
     };

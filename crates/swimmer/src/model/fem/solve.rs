@@ -365,7 +365,8 @@ fn solve_system(
             }
         }
         SolverKind::Minres => {
-            let mut preconditioner = BlockDiagonal::with_prolongation(system, &assembled.prolongation)?;
+            let mut preconditioner =
+                BlockDiagonal::with_prolongation(system, &assembled.prolongation)?;
             setup = clock.elapsed().as_secs_f64();
             for (right, solution) in rights.iter().zip(&mut columns) {
                 reports.push(minres(

@@ -2,11 +2,11 @@
 
 use nalgebra::Vector2;
 
-use super::curve::Curve;
-use crate::FemError;
+use crate::AxisymmetricError;
+use crate::curve::Curve;
 
 /// A point of the meridian half-plane: along the axis, and away from it.
-pub(super) type Point = Vector2<f64>;
+pub(crate) type Point = Vector2<f64>;
 
 /// A spheroid whose axis of revolution is the axis of the flow; a sphere where both semi-axes are equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +49,7 @@ const CYLINDER_ENDS: f64 = 4.5;
 
 /// Bodies on an axis and the wall that the computed flow ends at.
 #[derive(Clone, Debug)]
-pub(super) struct Meridian {
+pub(crate) struct Meridian {
     /// From the left to the right.
     bodies: Vec<Spheroid>,
     /// Place of each of them among the bodies given.
@@ -65,7 +65,7 @@ enum Wall {
 
 /// What a piece of the boundary belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Side {
+pub(crate) enum Side {
     Axis,
     Wall,
     /// The number of the body among those given.
@@ -122,27 +122,25 @@ impl Spheroid {
 
 impl Meridian {
     /// # Errors
-    /// [`FemError::Axisymmetric`] for sizes that are not positive and finite, and bodies that touch each other or the wall.
-    pub fn new(bodies: &[Spheroid], surroundings: Surroundings) -> Result<Self, FemError> {
-        let refuse = |what: String| Err(FemError::Axisymmetric { what });
+    /// [`AxisymmetricError`] for sizes that are not positive and finite, and bodies that touch each other or the wall.
+    pub fn new(bodies: &[Spheroid], surroundings: Surroundings) -> Result<Self, AxisymmetricError> {
         if bodies.is_empty() {
-            return refuse("there is no body on the axis; give one at least".to_owned());
+            return Err(AxisymmetricError::NoBodies);
         }
         for (i, body) in bodies.iter().enumerate() {
-            let sizes = [body.axial, body.equatorial];
-            if !(body.centre.is_finite() && sizes.iter().all(|s| *s > 0.0 && s.is_finite())) {
-                return refuse(format!(
-                    "body {i} has centre {} and semi-axes {sizes:?}; they must be finite, and the semi-axes positive",
-                    body.centre
-                ));
+            let semi_axes = [body.axial, body.equatorial];
+            if !(body.centre.is_finite() && semi_axes.iter().all(|s| *s > 0.0 && s.is_finite())) {
+                return Err(AxisymmetricError::InvalidBody {
+                    body: i,
+                    centre: body.centre,
+                    semi_axes,
+                });
             }
         }
         if let Surroundings::Ball { radius } | Surroundings::Cylinder { radius } = surroundings
             && !(radius > 0.0 && radius.is_finite())
         {
-            return refuse(format!(
-                "the wall has radius {radius}; it must be positive and finite"
-            ));
+            return Err(AxisymmetricError::InvalidWall { radius });
         }
         let mut given: Vec<usize> = (0..bodies.len()).collect();
         given.sort_by(|&i, &j| bodies[i].centre.total_cmp(&bodies[j].centre));
@@ -150,10 +148,11 @@ impl Meridian {
         for (pair, numbers) in sorted.windows(2).zip(given.windows(2)) {
             let gap = pair[1].centre - pair[1].axial - pair[0].centre - pair[0].axial;
             if gap.is_nan() || gap < LEAST_GAP * pair[0].equatorial.min(pair[1].equatorial) {
-                return refuse(format!(
-                    "bodies {} and {} are {gap:e} apart, less than {LEAST_GAP:e} of the smaller one's radius; move them apart",
-                    numbers[0], numbers[1]
-                ));
+                return Err(AxisymmetricError::BodiesTooClose {
+                    bodies: [numbers[0], numbers[1]],
+                    gap,
+                    limit: LEAST_GAP,
+                });
             }
         }
         let from = sorted[0].centre - sorted[0].axial;
@@ -181,15 +180,17 @@ impl Meridian {
             wall,
         };
         for (body, number) in meridian.bodies.iter().zip(&meridian.given) {
-            let room = body
+            let gap = body
                 .upper_half(Side::Body(*number))
                 .samples()
                 .map(|x| meridian.distance_to_wall(&x))
                 .fold(f64::INFINITY, f64::min);
-            if room.is_nan() || room < LEAST_GAP * body.equatorial {
-                return refuse(format!(
-                    "body {number} is {room:e} from the wall, less than {LEAST_GAP:e} of its radius; make it smaller or the surroundings larger"
-                ));
+            if gap.is_nan() || gap < LEAST_GAP * body.equatorial {
+                return Err(AxisymmetricError::WallTooClose {
+                    body: *number,
+                    gap,
+                    limit: LEAST_GAP,
+                });
             }
         }
         Ok(meridian)

@@ -2,15 +2,15 @@
 
 use nalgebra::{DMatrix, Matrix2};
 
-use super::element::{Lagrange, Table};
-use super::meridian::Point;
-use super::mesh::MeridianMesh;
-use super::rule::{RulePoint, triangle_rule};
-use crate::FemError;
+use crate::AxisymmetricError;
+use crate::element::{Lagrange, Table};
+use crate::meridian::Point;
+use crate::mesh::MeridianMesh;
+use crate::rule::{RulePoint, triangle_rule};
 
 /// A triangle's map at one quadrature point.
 #[derive(Clone, Copy)]
-pub(super) struct MapPoint {
+pub(crate) struct MapPoint {
     /// Distance from the axis.
     pub radius: f64,
     /// $2 \pi r$ times area and quadrature weight.
@@ -20,7 +20,7 @@ pub(super) struct MapPoint {
 }
 
 /// Whether an element bends, which asks for more quadrature points.
-pub(super) fn bends(mesh: &MeridianMesh, triangle: usize) -> bool {
+pub(crate) fn bends(mesh: &MeridianMesh, triangle: usize) -> bool {
     mesh.edges[triangle]
         .iter()
         .any(|&edge| mesh.boundary[edge].is_some_and(|b| b.curve.bends()))
@@ -30,7 +30,7 @@ pub(super) fn bends(mesh: &MeridianMesh, triangle: usize) -> bool {
 ///
 /// # Errors
 /// None.
-pub(super) fn is_sound(mesh: &MeridianMesh) -> Result<bool, FemError> {
+pub(crate) fn is_sound(mesh: &MeridianMesh) -> Result<bool, AxisymmetricError> {
     const ORDER: usize = 4;
     let element = Lagrange::new(ORDER)?;
     let rule = triangle_rule(2 * ORDER);
@@ -44,7 +44,7 @@ pub(super) fn is_sound(mesh: &MeridianMesh) -> Result<bool, FemError> {
 /// With `s` the place along an edge from corner `a` to `b` and $d(s)$ the way from its chord to its curve, a node moves by
 /// $\lambda_a \lambda_b / (s (1 - s))\, d(s)$, $s = (1 + \lambda_b - \lambda_a) / 2$ (Szabo & Babuska 1991, 6.1). Nodal interpolation of this
 /// map has the derivatives that optimal convergence asks for (Lenoir 1986).
-pub(super) fn node_places(mesh: &MeridianMesh, triangle: usize, element: &Lagrange) -> Vec<Point> {
+pub(crate) fn node_places(mesh: &MeridianMesh, triangle: usize, element: &Lagrange) -> Vec<Point> {
     let numbers = mesh.triangles[triangle];
     let corners = numbers.map(|v| mesh.points[v]);
     let mut places: Vec<Point> = element
@@ -75,13 +75,13 @@ pub(super) fn node_places(mesh: &MeridianMesh, triangle: usize, element: &Lagran
 /// The map at all points of a rule.
 ///
 /// # Errors
-/// [`FemError::Axisymmetric`] where it folds over or leaves the half-plane.
-pub(super) fn map_points(
+/// [`AxisymmetricError::InvertedTriangle`] where it folds over or leaves the half-plane.
+pub(crate) fn map_points(
     triangle: usize,
     places: &[Point],
     table: &Table,
     rule: &[RulePoint],
-) -> Result<Vec<MapPoint>, FemError> {
+) -> Result<Vec<MapPoint>, AxisymmetricError> {
     let coordinates = DMatrix::from_fn(2, places.len(), |d, i| places[i][d]);
     let at = &coordinates * &table.values;
     let by = table.gradients.each_ref().map(|g| &coordinates * g);
@@ -97,13 +97,10 @@ pub(super) fn map_points(
                     measure: 2.0 * std::f64::consts::PI * radius * determinant * point.weight,
                     inverse: inverse.transpose(),
                 }),
-                _ => Err(FemError::Axisymmetric {
-                    what: format!(
-                        "triangle {triangle} of the meridian plane near ({:.4}, {:.4}) is inverted or flat: Jacobian {determinant:.3e}; \
-                         use smaller elements",
-                        at[(0, q)],
-                        radius
-                    ),
+                _ => Err(AxisymmetricError::InvertedTriangle {
+                    triangle,
+                    at: [at[(0, q)], radius],
+                    jacobian: determinant,
                 }),
             }
         })

@@ -10,11 +10,11 @@
 
 use nalgebra::DMatrix;
 
-use super::element::Table;
-use super::shape::MapPoint;
+use crate::element::Table;
+use crate::shape::MapPoint;
 
 /// The matrices of one element.
-pub(super) struct ElementMatrices {
+pub(crate) struct ElementMatrices {
     /// Of the velocity along the axis.
     pub axial: DMatrix<f64>,
     /// Of the velocity away from the axis.

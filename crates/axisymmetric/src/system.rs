@@ -3,10 +3,10 @@
 use linalg::{Csr, ShiftedLdlt};
 use nalgebra::DMatrix;
 
-use crate::FemError;
+use crate::AxisymmetricError;
 
 /// Elements and what their degrees of freedom are.
-pub(super) struct System {
+pub(crate) struct System {
     pub elements: Vec<Element>,
     pub unknowns: usize,
     /// Subtracted from the diagonal of the factors.
@@ -16,21 +16,21 @@ pub(super) struct System {
 }
 
 /// Resistance matrix and what it took.
-pub(super) struct Solution {
+pub(crate) struct Solution {
     pub resistance: DMatrix<f64>,
     pub unknowns: usize,
     pub residual: f64,
 }
 
 /// A symmetric matrix over some degrees of freedom.
-pub(super) struct Element {
+pub(crate) struct Element {
     pub dofs: Vec<Dof>,
     pub matrix: DMatrix<f64>,
 }
 
 /// What a velocity component or a pressure at a node is.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Dof {
+pub(crate) enum Dof {
     Unknown(u32),
     /// Zero.
     Held,
@@ -44,7 +44,7 @@ impl System {
     ///
     /// # Errors
     /// A factorisation or refinement that fails.
-    pub fn resistance(&self, bodies: usize) -> Result<Solution, FemError> {
+    pub fn resistance(&self, bodies: usize) -> Result<Solution, AxisymmetricError> {
         let mut solver = ShiftedLdlt::factor(self.matrix(), &self.shift, &self.group)?;
         let mut resistance = DMatrix::zeros(bodies, bodies);
         let mut worst = 0.0_f64;
@@ -142,7 +142,7 @@ impl Element {
 }
 
 /// Group numbers without those that nothing is in.
-pub(super) fn without_gaps(group: Vec<u32>) -> Vec<u32> {
+pub(crate) fn without_gaps(group: Vec<u32>) -> Vec<u32> {
     let most = group.iter().max().map_or(0, |&g| g as usize + 1);
     let mut new = vec![None; most];
     let mut count = 0;

@@ -5,12 +5,12 @@ use std::f64::consts::PI;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::meridian::{Meridian, Spheroid, Surroundings};
-use super::mesh::MeridianMesh;
-use super::stokes::stokes;
-use super::swirl::{missing_torque, swirl};
-use super::system::Solution;
-use crate::FemError;
+use crate::AxisymmetricError;
+use crate::meridian::{Meridian, Spheroid, Surroundings};
+use crate::mesh::MeridianMesh;
+use crate::stokes::stokes;
+use crate::swirl::{missing_torque, swirl};
+use crate::system::Solution;
 
 /// How forces follow from velocities along the axis, or torques from angular velocities about it, with what lower orders of elements give.
 ///
@@ -56,22 +56,22 @@ const FINEST: f64 = 1e-11;
 /// Cost: 1500 to 3000 unknowns a body for 1e-6, 4000 more in unbounded fluid; 0.1 s to 1 s.
 ///
 /// ```
-/// use fem::axisymmetric::{Spheroid, Surroundings, axial_resistance};
+/// use axisymmetric::{Spheroid, Surroundings, axial_resistance};
 ///
 /// let sphere = Spheroid::sphere(0.0, 1.0);
 /// let drag = axial_resistance(&[sphere], Surroundings::Ball { radius: 2.0 }, 1e-6)?;
 /// let exact = 7.294117647058823 * 6.0 * std::f64::consts::PI; // Haberman & Sayre 1958
 /// assert!((drag.matrix()[(0, 0)] / exact - 1.0).abs() < 1e-6);
-/// # Ok::<(), fem::FemError>(())
+/// # Ok::<(), axisymmetric::AxisymmetricError>(())
 /// ```
 ///
 /// # Errors
-/// [`FemError::Axisymmetric`] for bodies that touch, gaps below 1e-4 of a radius, sizes that are not positive; failures of the solve.
+/// [`AxisymmetricError`] for bodies that touch, gaps below 1e-4 of a radius, sizes that are not positive; failures of the solve.
 pub fn axial_resistance(
     bodies: &[Spheroid],
     surroundings: Surroundings,
     tolerance: f64,
-) -> Result<AxialResistance, FemError> {
+) -> Result<AxialResistance, AxisymmetricError> {
     climb(bodies, surroundings, tolerance, Motion::Along)
 }
 
@@ -81,13 +81,13 @@ pub fn axial_resistance(
 /// the inverse of its size over the bodies', 1e-9.
 ///
 /// ```
-/// use fem::axisymmetric::{Spheroid, Surroundings, spin_resistance};
+/// use axisymmetric::{Spheroid, Surroundings, spin_resistance};
 ///
 /// let sphere = Spheroid::sphere(0.0, 1.0);
 /// let torque = spin_resistance(&[sphere], Surroundings::Ball { radius: 2.0 }, 1e-6)?;
 /// let exact = 8.0 * std::f64::consts::PI * 8.0 / 7.0; // 1 / (1 - 2^-3)
 /// assert!((torque.matrix()[(0, 0)] / exact - 1.0).abs() < 1e-6);
-/// # Ok::<(), fem::FemError>(())
+/// # Ok::<(), axisymmetric::AxisymmetricError>(())
 /// ```
 ///
 /// # Errors
@@ -96,7 +96,7 @@ pub fn spin_resistance(
     bodies: &[Spheroid],
     surroundings: Surroundings,
     tolerance: f64,
-) -> Result<AxialResistance, FemError> {
+) -> Result<AxialResistance, AxisymmetricError> {
     climb(bodies, surroundings, tolerance, Motion::About)
 }
 
@@ -114,11 +114,9 @@ fn climb(
     surroundings: Surroundings,
     tolerance: f64,
     motion: Motion,
-) -> Result<AxialResistance, FemError> {
+) -> Result<AxialResistance, AxisymmetricError> {
     if !(tolerance > 0.0 && tolerance < 1.0) {
-        return Err(FemError::Axisymmetric {
-            what: format!("the tolerance {tolerance:e} must be between 0 and 1"),
-        });
+        return Err(AxisymmetricError::InvalidTolerance { tolerance });
     }
     let meridian = Meridian::new(bodies, surroundings)?;
     let mesh = MeridianMesh::generate(&meridian, GROWTH)?;
@@ -134,7 +132,7 @@ fn climb(
     let mut last: Vec<Solution> = [first, first + 1, first + 2]
         .into_par_iter()
         .map(|order| climb.solve(order))
-        .collect::<Result<_, FemError>>()?;
+        .collect::<Result<_, AxisymmetricError>>()?;
     let mut order = first + 2;
     loop {
         let found = climb.judged(order, &last);
@@ -158,7 +156,7 @@ struct Climb<'a> {
 }
 
 impl Climb<'_> {
-    fn solve(&self, order: usize) -> Result<Solution, FemError> {
+    fn solve(&self, order: usize) -> Result<Solution, AxisymmetricError> {
         let n = self.bodies.len();
         match self.motion {
             Motion::Along => {
@@ -180,12 +178,9 @@ impl Climb<'_> {
 
     /// The resistance without the ball around: its image of a force `F` anywhere near its centre is the uniform flow
     /// $-\tfrac94 F / (6 \pi R)$ to first order (Haberman & Sayre 1958; Maul & Kim 1994), the same for all mobilities.
-    fn without_image(&self, resistance: &DMatrix<f64>) -> Result<DMatrix<f64>, FemError> {
-        let inverse = |m: DMatrix<f64>| {
-            m.try_inverse().ok_or(FemError::Axisymmetric {
-                what: "a resistance matrix is singular".to_owned(),
-            })
-        };
+    fn without_image(&self, resistance: &DMatrix<f64>) -> Result<DMatrix<f64>, AxisymmetricError> {
+        let inverse =
+            |m: DMatrix<f64>| m.try_inverse().ok_or(AxisymmetricError::SingularResistance);
         let radius = self.meridian.ball_radius().unwrap_or(f64::INFINITY);
         let mobility = inverse(resistance.clone())?.add_scalar(2.25 / (6.0 * PI * radius));
         inverse(mobility)

@@ -7,20 +7,20 @@ use std::f64::consts::PI;
 
 use nalgebra::DMatrix;
 
-use super::element::Lagrange;
-use super::meridian::{Side, Spheroid};
-use super::mesh::MeridianMesh;
-use super::shape::node_places;
-use super::space::Space;
-use super::stokes::element_matrices;
-use super::system::{Dof, Element, System, without_gaps};
-use crate::FemError;
+use crate::AxisymmetricError;
+use crate::element::Lagrange;
+use crate::meridian::{Side, Spheroid};
+use crate::mesh::MeridianMesh;
+use crate::shape::node_places;
+use crate::space::Space;
+use crate::stokes::element_matrices;
+use crate::system::{Dof, Element, System, without_gaps};
 
 /// Swirl by velocities of degree `order`.
 ///
 /// # Errors
-/// [`FemError::Axisymmetric`] where an element is inverted.
-pub(super) fn swirl(mesh: &MeridianMesh, order: usize) -> Result<System, FemError> {
+/// [`AxisymmetricError::InvertedTriangle`] where an element is inverted.
+pub(crate) fn swirl(mesh: &MeridianMesh, order: usize) -> Result<System, AxisymmetricError> {
     let (velocity, pressure) = (Lagrange::new(order)?, Lagrange::new(order - 1)?);
     let space = Space::new(mesh, &velocity);
     let entities = space.entities(mesh, &velocity);
@@ -70,6 +70,6 @@ pub(super) fn swirl(mesh: &MeridianMesh, order: usize) -> Result<System, FemErro
 
 /// What the torque of a turning body in the form of full gradients lacks of that of symmetric ones: twice its volume, from
 /// $2 \int D(u) : D(v) = \int \nabla u : \nabla v + 2 \sum_i |B_i|\, \omega_i \cdot \Omega_i$ for velocities rigid on bodies and without divergence.
-pub(super) fn missing_torque(body: &Spheroid) -> f64 {
+pub(crate) fn missing_torque(body: &Spheroid) -> f64 {
     2.0 * (4.0 / 3.0) * PI * body.axial * body.equatorial * body.equatorial
 }

@@ -1,11 +1,11 @@
 //! Where the nodes of elements of one order are among all nodes.
 
-use super::element::Lagrange;
-use super::meridian::Side;
-use super::mesh::MeridianMesh;
+use crate::element::Lagrange;
+use crate::meridian::Side;
+use crate::mesh::MeridianMesh;
 
 /// Continuous functions of one order on a mesh: node numbers by triangle.
-pub(super) struct Space {
+pub(crate) struct Space {
     /// Number of nodes: vertices of the mesh, then nodes on edges, then inside triangles.
     pub len: usize,
     /// Nodes of each triangle in the order of [`Lagrange::nodes`].

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use super::meridian::{Point, Side};
+use crate::meridian::{Point, Side};
 
 /// A piece of the boundary with a parameter from 0 to 1, the domain to its left.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Curve {
+pub(crate) enum Curve {
     /// A straight line.
     Line { from: Point, to: Point, side: Side },
     /// An ellipse about a point of the axis, from pole to pole through the upper half-plane.

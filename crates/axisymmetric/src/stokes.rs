@@ -3,15 +3,15 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::element::Lagrange;
-use super::forms::ElementMatrices;
-use super::meridian::Side;
-use super::mesh::MeridianMesh;
-use super::rule::triangle_rule;
-use super::shape::{bends, map_points, node_places};
-use super::space::Space;
-use super::system::{Dof, Element, System, without_gaps};
-use crate::FemError;
+use crate::AxisymmetricError;
+use crate::element::Lagrange;
+use crate::forms::ElementMatrices;
+use crate::meridian::Side;
+use crate::mesh::MeridianMesh;
+use crate::rule::triangle_rule;
+use crate::shape::{bends, map_points, node_places};
+use crate::space::Space;
+use crate::system::{Dof, Element, System, without_gaps};
 
 /// Part of the pressures' mass subtracted in the factors: eight digits a step of refinement.
 const SHIFT: f64 = 1e-8;
@@ -20,8 +20,8 @@ const SHIFT: f64 = 1e-8;
 /// for `order >= 2` on three triangles or more, Boffi 1994). Bodies move along the axis.
 ///
 /// # Errors
-/// [`FemError::Axisymmetric`] where an element is inverted.
-pub(super) fn stokes(mesh: &MeridianMesh, order: usize) -> Result<System, FemError> {
+/// [`AxisymmetricError::InvertedTriangle`] where an element is inverted.
+pub(crate) fn stokes(mesh: &MeridianMesh, order: usize) -> Result<System, AxisymmetricError> {
     let (velocity, pressure) = (Lagrange::new(order)?, Lagrange::new(order - 1)?);
     let spaces = [Space::new(mesh, &velocity), Space::new(mesh, &pressure)];
     let numbering = Numbering::new(mesh, &spaces, [&velocity, &pressure]);
@@ -51,12 +51,12 @@ pub(super) fn stokes(mesh: &MeridianMesh, order: usize) -> Result<System, FemErr
 /// The forms on every element.
 ///
 /// # Errors
-/// [`FemError::Axisymmetric`] where an element is inverted.
-pub(super) fn element_matrices(
+/// [`AxisymmetricError::InvertedTriangle`] where an element is inverted.
+pub(crate) fn element_matrices(
     mesh: &MeridianMesh,
     velocity: &Lagrange,
     pressure: &Lagrange,
-) -> Result<Vec<ElementMatrices>, FemError> {
+) -> Result<Vec<ElementMatrices>, AxisymmetricError> {
     let order = velocity.order();
     // on straight elements exact but for 1 / r where an element meets the axis in a corner; on curved ones for the divergence
     let rules = [order + 3, 2 * order].map(triangle_rule);
@@ -153,7 +153,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::axisymmetric::meridian::{Meridian, Point, Spheroid, Surroundings};
+    use crate::meridian::{Meridian, Point, Spheroid, Surroundings};
 
     fn mesh(bodies: &[Spheroid], surroundings: Surroundings, growth: f64) -> MeridianMesh {
         let meridian = Meridian::new(bodies, surroundings).expect("room for all");

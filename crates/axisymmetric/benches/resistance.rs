@@ -1,7 +1,7 @@
 //! Seconds of an axial resistance, mesh and error estimate included.
 
+use axisymmetric::{Spheroid, Surroundings, axial_resistance};
 use criterion::{Criterion, criterion_group, criterion_main};
-use fem::axisymmetric::{Spheroid, Surroundings, axial_resistance};
 
 fn resistance(c: &mut Criterion) {
     let three = [-10.0, 0.0, 10.0].map(|z| Spheroid::sphere(z, 1.0));

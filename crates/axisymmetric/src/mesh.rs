@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::curve::Curve;
-use super::delaunay::{Delaunay, OUTER, circumcentre};
-use super::meridian::{Meridian, Point, Side};
-use super::shape::is_sound;
-use crate::FemError;
+use crate::AxisymmetricError;
+use crate::curve::Curve;
+use crate::delaunay::{Delaunay, OUTER, circumcentre};
+use crate::meridian::{Meridian, Point, Side};
+use crate::shape::is_sound;
 
 /// A conforming triangulation, its boundary edges on the true curves.
-pub(super) struct MeridianMesh {
+pub(crate) struct MeridianMesh {
     pub points: Vec<Point>,
     /// Corners, counter-clockwise.
     pub triangles: Vec<[usize; 3]>,
@@ -23,7 +23,7 @@ pub(super) struct MeridianMesh {
 
 /// An edge of the boundary: the part of its curve between two parameters, which belong to its two ends.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BoundaryEdge {
+pub(crate) struct BoundaryEdge {
     pub curve: Curve,
     pub parameters: [f64; 2],
 }
@@ -44,19 +44,15 @@ impl MeridianMesh {
     /// Fills `meridian`; edges are about `growth` times as long as they are far from the nearest body's focus.
     ///
     /// # Errors
-    /// [`FemError::Axisymmetric`] for a domain that cannot be filled.
-    pub fn generate(meridian: &Meridian, growth: f64) -> Result<Self, FemError> {
+    /// [`AxisymmetricError::MeshFailed`] or [`AxisymmetricError::TooManyTriangles`].
+    pub fn generate(meridian: &Meridian, growth: f64) -> Result<Self, AxisymmetricError> {
         (0..TRIES)
             .find_map(|k| Self::attempt(meridian, growth * 0.75_f64.powi(k)).transpose())
-            .unwrap_or_else(|| {
-                Err(FemError::Axisymmetric {
-                    what: "the meridian plane cannot be filled with triangles; make gaps wider or bodies less slender".to_owned(),
-                })
-            })
+            .unwrap_or(Err(AxisymmetricError::MeshFailed))
     }
 
     /// `None` where an edge of the boundary is missing or bends through its triangle.
-    fn attempt(meridian: &Meridian, growth: f64) -> Result<Option<Self>, FemError> {
+    fn attempt(meridian: &Meridian, growth: f64) -> Result<Option<Self>, AxisymmetricError> {
         let size = |x: &Point| meridian.size(x, growth);
         let rim = Rim::divide(meridian, &size)?;
         let mut inner = rim.refine(meridian, &size)?;
@@ -134,7 +130,10 @@ struct Rim {
 }
 
 impl Rim {
-    fn divide(meridian: &Meridian, size: &impl Fn(&Point) -> f64) -> Result<Self, FemError> {
+    fn divide(
+        meridian: &Meridian,
+        size: &impl Fn(&Point) -> f64,
+    ) -> Result<Self, AxisymmetricError> {
         let (mut points, mut edges) = (Vec::new(), Vec::new());
         for curve in meridian.boundary() {
             let least = if curve.bends() { 4 } else { 1 };
@@ -226,7 +225,7 @@ impl Rim {
         &self,
         meridian: &Meridian,
         size: &impl Fn(&Point) -> f64,
-    ) -> Result<Vec<Point>, FemError> {
+    ) -> Result<Vec<Point>, AxisymmetricError> {
         let mut mesh = self.triangulate(&[]);
         let excess = |mesh: &Delaunay, t: usize| -> f64 {
             let corners = mesh.triangles[t];
@@ -319,12 +318,11 @@ impl Delaunay {
     }
 }
 
-fn too_many(found: usize) -> Result<(), FemError> {
+fn too_many(found: usize) -> Result<(), AxisymmetricError> {
     if found <= MOST_TRIANGLES {
         return Ok(());
     }
-    Err(FemError::TooLarge {
-        what: "the number of triangles of the meridian plane",
+    Err(AxisymmetricError::TooManyTriangles {
         found,
         limit: MOST_TRIANGLES,
     })

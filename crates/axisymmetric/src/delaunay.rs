@@ -2,12 +2,12 @@
 
 use robust::{Coord, incircle, orient2d};
 
-use super::meridian::Point;
+use crate::meridian::Point;
 
 const NONE: usize = usize::MAX;
 
 /// A Delaunay triangulation that points are added to; its first three points are the corners of a triangle around everything.
-pub(super) struct Delaunay {
+pub(crate) struct Delaunay {
     pub points: Vec<Point>,
     /// Corners, counter-clockwise.
     pub triangles: Vec<[usize; 3]>,
@@ -18,7 +18,7 @@ pub(super) struct Delaunay {
 }
 
 /// Corners of the triangle around everything.
-pub(super) const OUTER: usize = 3;
+pub(crate) const OUTER: usize = 3;
 
 /// Size of that triangle over the size of what is in it: so large that edges of a hull bent by a thousandth are its edges.
 const FAR_OUT: f64 = 1e5;
@@ -133,7 +133,7 @@ fn coord(x: &Point) -> Coord<f64> {
 }
 
 /// Centre of the circle through three points; not finite when they are on a line.
-pub(super) fn circumcentre([a, b, c]: [Point; 3]) -> Point {
+pub(crate) fn circumcentre([a, b, c]: [Point; 3]) -> Point {
     let (u, v) = (b - a, c - a);
     let twice_cross = 2.0 * u.perp(&v);
     let (uu, vv) = (u.norm_squared(), v.norm_squared());

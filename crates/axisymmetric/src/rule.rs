@@ -4,13 +4,13 @@ use std::f64::consts::PI;
 
 /// A point of the reference triangle in barycentric coordinates, with its weight; weights add up to 1/2.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct RulePoint {
+pub(crate) struct RulePoint {
     pub barycentric: [f64; 3],
     pub weight: f64,
 }
 
 /// `n` Gauss points a direction of a square collapsed into the triangle: exact for polynomials of degree `2 n - 2`; all points are inside.
-pub(super) fn triangle_rule(n: usize) -> Vec<RulePoint> {
+pub(crate) fn triangle_rule(n: usize) -> Vec<RulePoint> {
     let line = gauss(n);
     let mut points = Vec::with_capacity(n * n);
     for &(s, along) in &line {
@@ -41,7 +41,7 @@ fn gauss(n: usize) -> Vec<(f64, f64)> {
 }
 
 /// Lobatto points on [0, 1], ends included: the ends and the zeros of the derivative of the Legendre polynomial of degree `n`.
-pub(super) fn lobatto(n: usize) -> Vec<f64> {
+pub(crate) fn lobatto(n: usize) -> Vec<f64> {
     (0..=n)
         .map(|i| match i {
             0 => 0.0,

@@ -2,9 +2,7 @@
 
 use std::f64::consts::PI;
 
-use fem::axisymmetric::{
-    AxialResistance, Spheroid, Surroundings, axial_resistance, spin_resistance,
-};
+use axisymmetric::{AxialResistance, Spheroid, Surroundings, axial_resistance, spin_resistance};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 

@@ -2,11 +2,11 @@
 
 use nalgebra::DMatrix;
 
-use super::rule::{RulePoint, lobatto};
-use crate::FemError;
+use crate::AxisymmetricError;
+use crate::rule::{RulePoint, lobatto};
 
 /// The nodal basis of degree `order`: nodes at the corners, then along the edges in their direction, then inside.
-pub(super) struct Lagrange {
+pub(crate) struct Lagrange {
     order: usize,
     /// Barycentric coordinates of the nodes.
     pub nodes: Vec<[f64; 3]>,
@@ -17,7 +17,7 @@ pub(super) struct Lagrange {
 }
 
 /// Basis functions at points, one function a row and one point a column.
-pub(super) struct Table {
+pub(crate) struct Table {
     pub values: DMatrix<f64>,
     /// Derivatives by the second and the third barycentric coordinate, the first making up for them.
     pub gradients: [DMatrix<f64>; 2],
@@ -28,7 +28,7 @@ impl Lagrange {
     ///
     /// # Errors
     /// None for orders below twenty, where the nodes' matrix is well conditioned.
-    pub fn new(order: usize) -> Result<Self, FemError> {
+    pub fn new(order: usize) -> Result<Self, AxisymmetricError> {
         let v = lobatto(order);
         let node = |i: usize, j: usize, k: usize| {
             [
@@ -49,9 +49,9 @@ impl Lagrange {
         let at_nodes = DMatrix::from_fn(nodes.len(), nodes.len(), |b, x| {
             bernstein(&exponents[b], &nodes[x])
         });
-        let coefficients = at_nodes.try_inverse().ok_or(FemError::Axisymmetric {
-            what: format!("elements of order {order} have no nodal basis; use a lower order"),
-        })?;
+        let coefficients = at_nodes
+            .try_inverse()
+            .ok_or(AxisymmetricError::NoNodalBasis { order })?;
         Ok(Self {
             order,
             nodes,
@@ -120,7 +120,7 @@ fn bernstein(exponents: &[usize; 3], x: &[f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::axisymmetric::rule::triangle_rule;
+    use crate::rule::triangle_rule;
 
     #[test]
     fn polynomials_and_their_derivatives_are_reproduced() {

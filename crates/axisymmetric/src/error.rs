@@ -1,0 +1,103 @@
+//! Errors of the crate.
+
+/// Bodies whose flow cannot be computed, with the offending numbers and the remedy.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AxisymmetricError {
+    /// An empty list of bodies.
+    #[error("there is no body on the axis; give at least one")]
+    NoBodies,
+    /// A body whose centre or semi-axes are not usable numbers.
+    #[error(
+        "body {body} has its centre at {centre} and semi-axes {semi_axes:?}; \
+         all must be finite, and the semi-axes positive"
+    )]
+    InvalidBody {
+        /// Index of the body.
+        body: usize,
+        /// Position of its centre on the axis.
+        centre: f64,
+        /// Semi-axes along the axis and perpendicular to it.
+        semi_axes: [f64; 2],
+    },
+    /// A container whose radius is not a positive finite number.
+    #[error("the wall has radius {radius}; it must be positive and finite")]
+    InvalidWall {
+        /// Radius of the ball or the cylinder.
+        radius: f64,
+    },
+    /// A requested relative error that is not between zero and one.
+    #[error("the tolerance {tolerance:e} must be between 0 and 1")]
+    InvalidTolerance {
+        /// The requested relative error.
+        tolerance: f64,
+    },
+    /// Two neighbouring bodies that overlap, touch or nearly touch.
+    #[error(
+        "bodies {} and {} are {gap:e} apart, less than {limit:e} of the smaller one's radius; \
+         move them apart", bodies[0], bodies[1]
+    )]
+    BodiesTooClose {
+        /// Indices of the two bodies.
+        bodies: [usize; 2],
+        /// Gap between their surfaces; negative if they overlap.
+        gap: f64,
+        /// Smallest gap supported, relative to the smaller radius.
+        limit: f64,
+    },
+    /// A body that intersects, touches or nearly touches the wall.
+    #[error(
+        "body {body} is {gap:e} from the wall, less than {limit:e} of its radius; \
+         make the body smaller or the surroundings larger"
+    )]
+    WallTooClose {
+        /// Index of the body.
+        body: usize,
+        /// Gap between its surface and the wall; negative if it intersects the wall.
+        gap: f64,
+        /// Smallest gap supported, relative to the radius.
+        limit: f64,
+    },
+    /// A domain that needs too many triangles.
+    #[error(
+        "the mesh of the meridian plane has {found} triangles, more than the limit of {limit}; \
+         make gaps wider or bodies less slender"
+    )]
+    TooManyTriangles {
+        /// Triangles when meshing stopped.
+        found: usize,
+        /// Largest number supported.
+        limit: usize,
+    },
+    /// A domain that could not be triangulated.
+    #[error("the meridian plane cannot be triangulated; make gaps wider or bodies less slender")]
+    MeshFailed,
+    /// A triangle with a Jacobian that is not positive.
+    #[error(
+        "triangle {triangle} of the meridian plane near ({:.4}, {:.4}) is inverted or flat: \
+         Jacobian {jacobian:.3e}; make gaps wider or bodies less slender", at[0], at[1]
+    )]
+    InvertedTriangle {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The point, along the axis and away from it.
+        at: [f64; 2],
+        /// The Jacobian determinant there.
+        jacobian: f64,
+    },
+    /// An element order whose nodal basis cannot be computed.
+    #[error("elements of order {order} have no nodal basis; use a lower order")]
+    NoNodalBasis {
+        /// Polynomial degree.
+        order: usize,
+    },
+    /// A resistance or mobility matrix without an inverse.
+    #[error(
+        "the resistance matrix is singular to rounding; \
+         make the sizes of the bodies more alike or their gaps wider"
+    )]
+    SingularResistance,
+    /// A factorisation or a solve that failed.
+    #[error(transparent)]
+    Linalg(#[from] linalg::LinalgError),
+}
