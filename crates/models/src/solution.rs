@@ -1,0 +1,134 @@
+//! What a model answers: motion and forces, with their error bars.
+
+use mesh::TetMesh;
+use nalgebra::Vector3;
+use rigid::StateVelocity;
+use serde::{Deserialize, Serialize};
+use stokes::{Checks, Dofs, Seconds, SolverReport};
+
+use crate::error::ModelError;
+use crate::error_estimate::ErrorEstimate;
+use crate::mesh_error::MeshError;
+use crate::remesh::Remesh;
+
+/// The instantaneous solution for one configuration and one set of link rates, in the scene's units.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct InstantaneousSolution {
+    /// One entry per body of the scene, in its order; points have no force and no torque.
+    pub bodies: Vec<BodySolution>,
+    /// One entry per link of the scene: the force of the link on the body that its key `body` names;
+    /// the opposite force acts on `to`.
+    pub link_forces: Vec<Vector3<f64>>,
+    /// Rate of change of the state.
+    pub motion: StateVelocity,
+    /// Size of the linear system.
+    pub dofs: Dofs,
+    /// How the linear system was solved.
+    pub solver: SolverReport,
+    /// Where the time went.
+    pub seconds: Seconds,
+    /// Error bars of the velocities.
+    pub error_estimate: ErrorEstimate,
+    /// Signed discretisation errors, where they were requested.
+    pub mesh_error: Option<MeshError>,
+    /// Independent computations of forces and power, where estimates were requested.
+    pub checks: Option<Checks>,
+    /// Why a new mesh was generated for this solution; none if the mesh was kept or moved.
+    pub remeshed: Option<Remesh>,
+}
+
+impl InstantaneousSolution {
+    /// A solution of a model without mesh: motion and forces, with nothing estimated or counted.
+    ///
+    /// Shapes: `bodies` one entry per body of the scene, `link_forces` one per link.
+    pub fn new(
+        bodies: Vec<BodySolution>,
+        link_forces: Vec<Vector3<f64>>,
+        motion: StateVelocity,
+    ) -> Self {
+        Self {
+            bodies,
+            link_forces,
+            motion,
+            dofs: Dofs::default(),
+            solver: SolverReport::default(),
+            seconds: Seconds::default(),
+            error_estimate: ErrorEstimate::default(),
+            mesh_error: None,
+            checks: None,
+            remeshed: None,
+        }
+    }
+
+    /// Estimated discretisation errors of the forces and of the velocities, divided by the largest
+    /// force and the largest velocity; zero where nothing was estimated or nothing moves.
+    pub fn relative_mesh_errors(&self) -> [f64; 2] {
+        let largest = |of: fn(&BodySolution) -> f64| self.bodies.iter().map(of).fold(0.0, f64::max);
+        let over = |error: f64, size: f64| if size > 0.0 { error / size } else { 0.0 };
+        [
+            over(
+                self.mesh_error.as_ref().map_or(0.0, MeshError::force),
+                largest(|body| body.force.norm()),
+            ),
+            over(
+                self.error_estimate.mesh.unwrap_or(0.0),
+                largest(|body| body.velocity.norm()),
+            ),
+        ]
+    }
+
+    /// Refuses a solution with a number that is not finite.
+    ///
+    /// # Errors
+    /// [`ModelError::NotFinite`].
+    pub fn check_finite(&self, model: &'static str) -> Result<(), ModelError> {
+        let finite = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite());
+        let motion = &self.motion;
+        let moves = motion
+            .frames
+            .iter()
+            .all(|f| finite(&f.linear) && finite(&f.angular))
+            && motion.spins.iter().all(finite);
+        let loads = self.bodies.iter().all(|b| {
+            [b.velocity, b.angular_velocity, b.force, b.torque]
+                .iter()
+                .all(finite)
+        }) && self.link_forces.iter().all(finite);
+        match (moves, loads) {
+            (true, true) => Ok(()),
+            (false, _) => Err(ModelError::NotFinite {
+                model,
+                what: "a velocity",
+            }),
+            (_, false) => Err(ModelError::NotFinite {
+                model,
+                what: "a body's velocity or force",
+            }),
+        }
+    }
+}
+
+/// Motion and load of one body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct BodySolution {
+    /// Velocity of the centre.
+    pub velocity: Vector3<f64>,
+    /// Angular velocity.
+    pub angular_velocity: Vector3<f64>,
+    /// Force that the body exerts on the fluid.
+    pub force: Vector3<f64>,
+    /// Torque that the body exerts on the fluid, about its centre.
+    pub torque: Vector3<f64>,
+}
+
+/// A velocity and pressure field on the nodes of a mesh, in the scene's units.
+#[derive(Clone, Debug)]
+pub struct FlowField {
+    /// The mesh.
+    pub mesh: TetMesh,
+    /// Velocity at every node of the mesh.
+    pub velocity: Vec<Vector3<f64>>,
+    /// Pressure at every vertex of the mesh; empty for models that do not compute it.
+    pub pressure: Vec<f64>,
+}

@@ -1,0 +1,56 @@
+//! Independent computations of forces and power.
+
+use nalgebra::Vector3;
+use rigid::{FlowSolution, SymmetryPlanes};
+use serde::Serialize;
+
+use crate::StokesError;
+use crate::estimate::flat;
+use crate::problem::Problem;
+
+/// Relative differences between a solution and independent computations of the same quantities.
+///
+/// Both vanish with the mesh size, but more slowly than the errors of the solution itself: stresses
+/// converge at a lower order, and the dissipation is an integral over the fluid.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Checks {
+    /// Largest difference between a body's force and the integral of the stress over its surface,
+    /// divided by the largest force.
+    pub force_by_stress: f64,
+    /// Dissipation in the fluid divided by the power of the bodies, minus one.
+    pub dissipation: f64,
+}
+
+/// Compares forces with integrals of the stress, and the power of the bodies with the dissipation.
+///
+/// # Errors
+/// None on a mesh that was solved on.
+pub fn checks(problem: &Problem, flow: &FlowSolution) -> Result<Checks, StokesError> {
+    let mesh = problem.mesh;
+    let planes = SymmetryPlanes {
+        planes: mesh.symmetry_planes(),
+    };
+    let (parts, allowed) = (planes.parts(), planes.allowed());
+    let velocity = flat(&flow.velocity);
+    let (mut largest, mut difference) = (0.0_f64, 0.0_f64);
+    for (number, &(tag, centre)) in problem.bodies.iter().enumerate() {
+        let stress = fem::stress_load(mesh, tag, &velocity, &flow.pressure, centre)?;
+        // Across a symmetry plane the halves of a body push against each other; these forces are
+        // no part of the force on the whole body.
+        let stress_force = Vector3::from_fn(|axis, _| match allowed[axis] {
+            true => parts * stress.force[axis],
+            false => 0.0,
+        });
+        let force = Vector3::from_fn(|axis, _| flow.forces[6 * number + axis]);
+        largest = largest.max(force.norm());
+        difference = difference.max((stress_force - force).norm());
+    }
+    let power = flow.forces.dot(&flow.bodies);
+    // Bodies at rest have nothing to compare.
+    let relative = |difference: f64, whole: f64| if whole > 0.0 { difference / whole } else { 0.0 };
+    let dissipation = parts * fem::dissipation(mesh, &velocity)?;
+    Ok(Checks {
+        force_by_stress: relative(difference, largest),
+        dissipation: relative(dissipation - power, power),
+    })
+}

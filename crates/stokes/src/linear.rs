@@ -1,0 +1,134 @@
+//! The linear solvers, behind one call.
+
+use std::time::Instant;
+
+use linalg::{
+    BlockDiagonal, BlockTriangular, KrylovParams, LinalgError, SaddleLdlt, SaddleSystem, Schwarz,
+    SchwarzParams, SolveReport, WarmStart, fgmres, fgmres_columns, minres,
+};
+use rigid::Constrained;
+
+use crate::StokesError;
+use crate::options::{Options, Solver};
+
+/// Iterations of additive Schwarz grow with the number of subdomains, and no hierarchy bounds them.
+const SCHWARZ_ITERATIONS: usize = 1000;
+
+/// A restart discards the Krylov basis: with 60 vectors the iteration stalls, with 150 it
+/// converges, at 12 bytes per degree of freedom and vector.
+const SCHWARZ_RESTART: usize = 150;
+
+/// Most right-hand sides that are solved for together: each takes about 24 vectors of memory.
+pub const AT_ONCE: usize = 3;
+
+/// Solutions of one system.
+pub struct Solutions {
+    /// One solution per right-hand side, with its report.
+    pub columns: Vec<(Vec<f64>, SolveReport)>,
+    /// Seconds of setting up the solver.
+    pub setup: f64,
+    /// Seconds of all solves.
+    pub solve: f64,
+}
+
+/// Solves an assembled system for several right-hand sides; stores the preconditioner of the block
+/// solver in `kept` for later solves.
+pub fn solve_system(
+    assembled: &Constrained,
+    rhs: &[&[f64]],
+    options: &Options,
+    warm: &WarmStart,
+    kept: &mut Option<BlockTriangular>,
+) -> Result<Solutions, StokesError> {
+    let system = &assembled.system;
+    let mut solutions = vec![vec![0.0; assembled.rhs.len()]; rhs.len()];
+    let parameters = KrylovParams::default().with_rel_tol(options.rtol);
+    let start = Instant::now();
+    let mut columns: Vec<&mut [f64]> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
+    if options.solver != Solver::Direct {
+        warm.guess_columns(system, rhs, &mut columns)?;
+    }
+    let mut reports = Vec::with_capacity(rhs.len());
+    let clock = Instant::now();
+    let setup;
+    match options.solver {
+        Solver::Block => {
+            let preconditioner = kept.insert(assembled.preconditioner()?);
+            setup = clock.elapsed().as_secs_f64();
+            reports.extend(in_groups(
+                system,
+                preconditioner,
+                rhs,
+                &mut columns,
+                &parameters,
+            )?);
+        }
+        Solver::Direct => {
+            let mut factor = SaddleLdlt::factor(system, &Default::default())?;
+            setup = clock.elapsed().as_secs_f64();
+            for (rhs, solution) in rhs.iter().zip(&mut columns) {
+                reports.push(factor.solve(rhs, solution)?);
+            }
+        }
+        Solver::Schwarz {
+            subdomains,
+            overlap,
+        } => {
+            let partition = SchwarzParams::default()
+                .with_subdomains(subdomains)
+                .with_overlap(overlap);
+            let mut preconditioner = Schwarz::new(system, &partition)?;
+            setup = clock.elapsed().as_secs_f64();
+            let parameters = parameters
+                .with_max_iterations(SCHWARZ_ITERATIONS)
+                .with_restart(SCHWARZ_RESTART);
+            // One at a time, because each Krylov basis is long.
+            for (rhs, solution) in rhs.iter().zip(&mut columns) {
+                reports.push(fgmres(
+                    system,
+                    &mut preconditioner,
+                    rhs,
+                    solution,
+                    &parameters,
+                )?);
+            }
+        }
+        Solver::Minres => {
+            let mut preconditioner =
+                BlockDiagonal::with_prolongation(system, &assembled.prolongation)?;
+            setup = clock.elapsed().as_secs_f64();
+            for (rhs, solution) in rhs.iter().zip(&mut columns) {
+                reports.push(minres(
+                    system,
+                    &mut preconditioner,
+                    rhs,
+                    solution,
+                    &parameters,
+                )?);
+            }
+        }
+    }
+    Ok(Solutions {
+        columns: solutions.into_iter().zip(reports).collect(),
+        setup,
+        solve: start.elapsed().as_secs_f64() - setup,
+    })
+}
+
+/// Solves for right-hand sides in groups of equal size, at most [`AT_ONCE`].
+pub fn in_groups(
+    system: &SaddleSystem,
+    preconditioner: &mut BlockTriangular,
+    rhs: &[&[f64]],
+    solutions: &mut [&mut [f64]],
+    parameters: &KrylovParams,
+) -> Result<Vec<SolveReport>, LinalgError> {
+    let groups = rhs.len().div_ceil(AT_ONCE).max(1);
+    let size = rhs.len().div_ceil(groups).max(1);
+    let mut reports = Vec::with_capacity(rhs.len());
+    for (rhs, solutions) in rhs.chunks(size).zip(solutions.chunks_mut(size)) {
+        let group = fgmres_columns(system, preconditioner, rhs, solutions, parameters)?;
+        reports.extend(group);
+    }
+    Ok(reports)
+}

@@ -1,0 +1,81 @@
+//! How a problem is solved.
+
+use rigid::{Eliminated, Formulation};
+
+/// Constraint formulation, linear solver and tolerance of a solution.
+#[derive(Clone, Copy)]
+#[non_exhaustive]
+pub struct Options {
+    /// How the constraints of the links enter the system.
+    pub formulation: &'static dyn Formulation,
+    /// How the linear system is solved.
+    pub solver: Solver,
+    /// True relative residual `|b - A x| / |b|` at which a Krylov method stops.
+    pub rtol: f64,
+}
+
+/// A solver of the linear system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Solver {
+    /// FGMRES with the block-triangular multigrid preconditioner: the fastest, for every formulation.
+    Block,
+    /// Direct factorisation with refinement: for small systems and comparisons.
+    Direct,
+    /// FGMRES with additive Schwarz: for comparisons.
+    Schwarz {
+        /// Number of subdomains.
+        subdomains: usize,
+        /// Layers of overlap between them.
+        overlap: usize,
+    },
+    /// MINRES with the block-diagonal preconditioner: the least memory, for symmetric formulations.
+    Minres,
+}
+
+impl Solver {
+    /// Name for reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Block => "block",
+            Self::Direct => "direct",
+            Self::Schwarz { .. } => "schwarz",
+            Self::Minres => "minres",
+        }
+    }
+}
+
+/// P-tilde with the block solver to a true residual of 1e-8.
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            formulation: &Eliminated,
+            solver: Solver::Block,
+            // Velocities then err by at most 5e-9 of a solve to 1e-12 (docs/iterations.md).
+            rtol: 1e-8,
+        }
+    }
+}
+
+impl Options {
+    /// The same with another formulation.
+    #[must_use]
+    pub fn with_formulation(self, formulation: &'static dyn Formulation) -> Self {
+        Self {
+            formulation,
+            ..self
+        }
+    }
+
+    /// The same with another solver.
+    #[must_use]
+    pub fn with_solver(self, solver: Solver) -> Self {
+        Self { solver, ..self }
+    }
+
+    /// The same with another tolerance.
+    #[must_use]
+    pub fn with_rtol(self, rtol: f64) -> Self {
+        Self { rtol, ..self }
+    }
+}

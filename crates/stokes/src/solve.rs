@@ -1,0 +1,182 @@
+//! Solutions of a problem, with their error estimates.
+
+use std::iter::{once, repeat};
+use std::time::Instant;
+
+use fem::SurplusSpace;
+use linalg::WarmStart;
+use rigid::{Drive, FlowSolution, Imposed};
+
+use crate::StokesError;
+use crate::checks::{Checks, checks};
+use crate::estimate::{AdjointSolutions, Estimate, Estimator};
+use crate::linear::{Solutions, solve_system};
+use crate::options::Options;
+use crate::problem::Problem;
+use crate::report::{Dofs, Seconds, SolverReport};
+
+/// One instantaneous solution, viscosity 1.
+pub struct Solution {
+    /// Velocities, forces and pressure; the pressure has zero mean over the fluid.
+    pub flow: FlowSolution,
+    /// Estimated discretisation errors, if requested.
+    pub estimate: Option<Estimate>,
+    /// Independent computations of forces and power, if estimates were requested.
+    pub checks: Option<Checks>,
+    /// Numbers of degrees of freedom.
+    pub dofs: Dofs,
+    /// How the linear system was solved.
+    pub solver: SolverReport,
+    /// Estimated relative error of the velocities from the linear solve.
+    pub algebraic_error: f64,
+    /// Assembly, set-up, solve and estimate.
+    pub seconds: Seconds,
+}
+
+/// Earlier solutions on the same mesh connectivity, from which the next solves start.
+pub struct InitialGuesses {
+    flows: WarmStart,
+    adjoints: AdjointSolutions,
+}
+
+impl InitialGuesses {
+    /// None yet; up to `capacity` flows will be kept, at 8 bytes per degree of freedom each.
+    pub fn new(capacity: usize) -> Self {
+        Self {
+            flows: WarmStart::new(capacity),
+            adjoints: AdjointSolutions::default(),
+        }
+    }
+
+    /// Discards all of them: the degrees of freedom have changed, or answers must not depend on
+    /// what was solved before.
+    pub fn clear(&mut self) {
+        self.flows.clear();
+        self.adjoints = AdjointSolutions::default();
+    }
+}
+
+impl Problem<'_> {
+    /// Solves for one drive, from zero and without error estimate.
+    ///
+    /// # Errors
+    /// A system that cannot be built or solved to the tolerance.
+    pub fn solve(&self, drive: &Drive, options: &Options) -> Result<Solution, StokesError> {
+        let drives = std::slice::from_ref(drive);
+        let mut solutions = self.solve_all(drives, options, &mut InitialGuesses::new(0), None)?;
+        // One drive has one solution.
+        Ok(solutions.swap_remove(0))
+    }
+
+    /// Solves for several drives that differ in the rates of the links only, and estimates the
+    /// discretisation errors if given the hierarchical surplus space of the mesh.
+    ///
+    /// One matrix and one preconditioner serve all drives; the time that they took is counted for
+    /// the first solution.
+    ///
+    /// # Errors
+    /// A system that cannot be built or solved to the tolerance.
+    pub fn solve_all(
+        &self,
+        drives: &[Drive],
+        options: &Options,
+        guesses: &mut InitialGuesses,
+        surplus: Option<&SurplusSpace>,
+    ) -> Result<Vec<Solution>, StokesError> {
+        let Some((drive, others)) = drives.split_first() else {
+            return Ok(Vec::new());
+        };
+        let clock = Instant::now();
+        let system = self.assemble(drive, options.formulation)?;
+        let others: Vec<Imposed> = others
+            .iter()
+            .map(|drive| system.imposed(drive))
+            .collect::<Result<_, _>>()?;
+        let assembly = clock.elapsed().as_secs_f64();
+        let rhs: Vec<&[f64]> = once(&system.rhs)
+            .chain(others.iter().map(|other| &other.rhs))
+            .map(Vec::as_slice)
+            .collect();
+        let mut preconditioner = None;
+        let Solutions {
+            columns,
+            setup,
+            solve,
+        } = solve_system(&system, &rhs, options, &guesses.flows, &mut preconditioner)?;
+        let dofs = Dofs {
+            velocity: system.system.velocity_range().len(),
+            pressure: system.system.pressure_range().len(),
+            total: system.rhs.len(),
+        };
+        let (mut flows, mut reports) = (Vec::new(), Vec::new());
+        let imposed = once(None).chain(others.iter().map(Some));
+        for ((solution, report), imposed) in columns.into_iter().zip(imposed) {
+            guesses.flows.remember(&solution);
+            let mut flow = match imposed {
+                None => system.flow(&solution, drive.set)?,
+                Some(other) => system.flow_at(&solution, other, drive.set)?,
+            };
+            let mean = fem::mean_pressure(self.mesh, &flow.pressure)?;
+            flow.pressure.iter_mut().for_each(|p| *p -= mean);
+            flows.push(flow);
+            reports.push(report);
+        }
+        let mut estimating = 0.0;
+        let mut estimates: Vec<(Option<Estimate>, Option<Checks>)> = vec![(None, None); flows.len()];
+        if let Some(space) = surplus {
+            let clock = Instant::now();
+            let estimator = Estimator {
+                mesh: self.mesh,
+                space,
+                facet_geometry: &self.facet_geometry()?,
+                drive,
+                system: &system,
+            };
+            let mut preconditioner = match preconditioner {
+                Some(preconditioner) => preconditioner,
+                // Adjoint flows need few digits, so the block solver is used for them whatever
+                // solver the options name.
+                None => system.preconditioner()?,
+            };
+            let of_flows =
+                estimator.estimates(&flows, &mut preconditioner, &mut guesses.adjoints)?;
+            for ((entry, estimate), flow) in estimates.iter_mut().zip(of_flows).zip(&flows) {
+                *entry = (Some(estimate), Some(checks(self, flow)?));
+            }
+            estimating = clock.elapsed().as_secs_f64();
+        }
+        let count = drives.len() as f64;
+        let mut own = Seconds {
+            solve: solve / count,
+            estimate: estimating / count,
+            ..Seconds::default()
+        };
+        own.total = own.solve + own.estimate;
+        let shared = Seconds {
+            assembly,
+            setup,
+            total: assembly + setup,
+            ..Seconds::default()
+        };
+        let seconds = once(shared).chain(repeat(Seconds::default()));
+        Ok((flows.into_iter().zip(reports).zip(estimates).zip(seconds))
+            .map(|(((flow, report), (estimate, checks)), mut seconds)| {
+                seconds += own;
+                Solution {
+                    flow,
+                    estimate,
+                    checks,
+                    dofs,
+                    solver: SolverReport {
+                        formulation: options.formulation.name().to_owned(),
+                        solver: options.solver.name().to_owned(),
+                        iterations: report.iterations,
+                        true_relative_residual: report.true_rel_residual,
+                    },
+                    algebraic_error: report.error_estimate(),
+                    seconds,
+                }
+            })
+            .collect())
+    }
+}
