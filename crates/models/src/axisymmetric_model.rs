@@ -10,13 +10,13 @@ use rigid::Twist;
 
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
-use crate::hydrodynamics::{Configuration, Cost, Hydrodynamics, Query};
+use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, Hydrodynamics, Query};
 use crate::mesh_error::MeshError;
 use crate::mobility::MobilitySolution;
 use crate::scaled::ScaledScene;
 use crate::solution::InstantaneousSolution;
-use stokes::{Dofs, Seconds, SolverReport};
 use scene::{Arrangement, Domain, Scene, Shape};
+use stokes::{Dofs, Seconds, SolverReport};
 
 /// FlowField around bodies on one axis that move along it and turn about it.
 ///
@@ -291,8 +291,8 @@ impl Hydrodynamics for AxisymmetricModel {
         "axisymmetric"
     }
 
-    fn estimates_errors(&self) -> bool {
-        true
+    fn error_estimates(&self) -> ErrorEstimates {
+        ErrorEstimates::Always
     }
 
     /// The resistances depend on the configuration alone; error estimates come in any case.
@@ -320,7 +320,10 @@ impl Hydrodynamics for AxisymmetricModel {
             .collect()
     }
 
-    fn resistance(&mut self, _configuration: Configuration<'_>) -> Result<DMatrix<f64>, ModelError> {
+    fn resistance(
+        &mut self,
+        _configuration: Configuration<'_>,
+    ) -> Result<DMatrix<f64>, ModelError> {
         Err(ModelError::Unsupported {
             what: "the grand resistance by the model 'axisymmetric', which knows motions along the axis only,".to_owned(),
             instead: "use model.kind = \"multipole\" or \"fem\"".to_owned(),

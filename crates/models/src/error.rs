@@ -1,4 +1,6 @@
-//! What can keep a model from an answer.
+//! Errors of models.
+
+use nalgebra::DMatrix;
 
 /// A model that cannot be used for a scene, or that failed on it.
 #[derive(Debug, thiserror::Error)]
@@ -95,6 +97,16 @@ pub enum ModelError {
 }
 
 impl ModelError {
+    /// A symmetric matrix whose Cholesky factorisation failed.
+    pub fn not_positive_definite(what: &'static str, matrix: &DMatrix<f64>) -> Self {
+        // Eigenvalues of a matrix that is not finite are not computed: the iteration may not end.
+        let smallest = match matrix.iter().all(|entry| entry.is_finite()) {
+            true => matrix.symmetric_eigenvalues().min(),
+            false => f64::NAN,
+        };
+        Self::NotPositiveDefinite { what, smallest }
+    }
+
     /// A history that cannot be read or written.
     pub(crate) fn history(error: serde_json::Error) -> Self {
         Self::History(format!("cannot be used: {error}"))

@@ -101,6 +101,28 @@ impl History {
     }
 }
 
+/// When a model estimates its discretisation errors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ErrorEstimates {
+    /// Never: it has no mesh, or the scene turns estimates off.
+    Never,
+    /// When a query requests them.
+    OnRequest,
+    /// With every solution, requested or not.
+    Always,
+}
+
+impl ErrorEstimates {
+    /// Whether a solution has estimates, given whether the query requests them.
+    pub fn given(self, requested: bool) -> bool {
+        match self {
+            Self::Never => false,
+            Self::OnRequest => requested,
+            Self::Always => true,
+        }
+    }
+}
+
 /// A model of the flow around the bodies of one scene.
 ///
 /// A model is made for one scene and knows its bodies, loads, domain and fluid. It may store
@@ -130,14 +152,14 @@ pub trait Hydrodynamics: Send {
     ) -> Result<InstantaneousSolution, ModelError> {
         let rates = [rates.to_vec()];
         let mut solutions = self.solve(&Query::new(configuration, &rates))?;
-        solutions.pop().ok_or(ModelError::NoSolution {
-            model: self.name(),
-        })
+        solutions
+            .pop()
+            .ok_or(ModelError::NoSolution { model: self.name() })
     }
 
-    /// Whether the model can estimate its discretisation errors.
-    fn estimates_errors(&self) -> bool {
-        false
+    /// When the model estimates its discretisation errors.
+    fn error_estimates(&self) -> ErrorEstimates {
+        ErrorEstimates::Never
     }
 
     /// The grand resistance of the bodies with surfaces, links apart: `F = R U` with six entries

@@ -30,7 +30,7 @@ pub use axisymmetric_model::AxisymmetricModel;
 pub use error::ModelError;
 pub use error_estimate::ErrorEstimate;
 pub use fem_model::{COARSEST_FACTOR, FemModel, growth};
-pub use hydrodynamics::{Configuration, Cost, History, Hydrodynamics, Query};
+pub use hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
 pub use mesh_error::{AccumulatedError, MeshError};
 pub use remesh::{NewMesh, Remesh};
 pub use shape_space::{ShapeSpace, Tabulated};

@@ -47,7 +47,9 @@ impl ScaledScene {
     /// Lengths that do not close a loop.
     pub fn poses(&self, configuration: Configuration) -> Result<Vec<Isometry3<f64>>, ModelError> {
         let state = self.scale.state(configuration.state);
-        Ok(self.set.place(&state, &self.lengths(configuration.lengths))?)
+        Ok(self
+            .set
+            .place(&state, &self.lengths(configuration.lengths))?)
     }
 
     /// Centres of the bodies with surfaces at a configuration.

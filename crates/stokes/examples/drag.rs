@@ -5,9 +5,16 @@ use nalgebra::Vector3;
 use stokes::Problem;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let [sphere, ball] = [1.0, 10.0].map(|radius| Sphere { centre: Vector3::zeros(), radius });
+    let [sphere, ball] = [1.0, 10.0].map(|radius| Sphere {
+        centre: Vector3::zeros(),
+        radius,
+    });
     let container = Container::Ball(ball);
-    let body = MeshedBody { name: "sphere", surface: &sphere, size: 0.4 };
+    let body = MeshedBody {
+        name: "sphere",
+        surface: &sphere,
+        size: 0.4,
+    };
     let tets = generate(&[body], &container, &GenerateParams::default())?.mesh;
     let mesh = TetMesh::curved(tets, &[("sphere", &sphere), (Container::TAG, &ball)])?;
 

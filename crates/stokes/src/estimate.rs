@@ -139,7 +139,10 @@ impl UnitLoad {
 }
 
 impl Estimator<'_> {
-    fn discretisation_error(&self, flow: &FlowSolution) -> Result<DiscretisationError, StokesError> {
+    fn discretisation_error(
+        &self,
+        flow: &FlowSolution,
+    ) -> Result<DiscretisationError, StokesError> {
         let velocity = flat(&flow.velocity);
         let surplus = self.space.surplus(self.mesh, &velocity, &flow.pressure)?;
         let power = flow.forces.dot(&flow.bodies);
@@ -271,74 +274,68 @@ impl Estimator<'_> {
         })
     }
 
-/// Estimates the errors of each of several solved flows.
-///
-/// Cost: up to six passes over the cells a flow, a loose solve for the errors of all its velocities, and one a linkage for their spread, which flows that move
-/// along one line share; all of them at once.
-/// # Errors
-/// Flows that cannot be solved for.
-pub fn estimates(
-    &self,
-    flows: &[FlowSolution],
-    preconditioner: &mut BlockTriangular,
-    adjoints: &mut AdjointSolutions,
-) -> Result<Vec<Estimate>, StokesError> {
-    let discretisation_errors = flows.iter().map(|flow| self.discretisation_error(flow));
-    let discretisation_errors: Vec<DiscretisationError> =
-        discretisation_errors.collect::<Result<_, _>>()?;
-    // one flow for all pulls that are alike
-    let mut unit_loads: Vec<UnitLoad> = Vec::new();
-    let mut number_of = |unit_load: UnitLoad| {
-        let known = unit_loads
+    /// Estimates the errors of each of several solved flows.
+    ///
+    /// Cost: up to six passes over the cells a flow, a loose solve for the errors of all its velocities, and one a linkage for their spread, which flows that move
+    /// along one line share; all of them at once.
+    /// # Errors
+    /// Flows that cannot be solved for.
+    pub fn estimates(
+        &self,
+        flows: &[FlowSolution],
+        preconditioner: &mut BlockTriangular,
+        adjoints: &mut AdjointSolutions,
+    ) -> Result<Vec<Estimate>, StokesError> {
+        let discretisation_errors = flows.iter().map(|flow| self.discretisation_error(flow));
+        let discretisation_errors: Vec<DiscretisationError> =
+            discretisation_errors.collect::<Result<_, _>>()?;
+        // one flow for all pulls that are alike
+        let mut unit_loads: Vec<UnitLoad> = Vec::new();
+        let mut number_of = |unit_load: UnitLoad| {
+            let known = unit_loads
+                .iter()
+                .position(|known| known.is_like(&unit_load));
+            known.unwrap_or_else(|| {
+                unit_loads.push(unit_load);
+                unit_loads.len() - 1
+            })
+        };
+        let unit_loads_of: Vec<Vec<usize>> = flows
             .iter()
-            .position(|known| known.is_like(&unit_load));
-        known.unwrap_or_else(|| {
-            unit_loads.push(unit_load);
-            unit_loads.len() - 1
-        })
-    };
-    let unit_loads_of: Vec<Vec<usize>> = flows
-        .iter()
-        .map(|flow| {
-            self
-                .unit_loads(flow)
-                .into_iter()
-                .map(&mut number_of)
-                .collect()
-        })
-        .collect();
-    let rhs = discretisation_errors
-        .iter()
-        .map(|error| self.rhs_of_errors(error));
-    let errors: Vec<_> = rhs.collect::<Result<_, _>>()?;
-    let rhs = unit_loads
-        .iter()
-        .map(|unit_load| self.rhs_of_unit_load(unit_load));
-    let uncertainties: Vec<_> = rhs.collect::<Result<_, _>>()?;
-    adjoints.solve(
-        &self.system.system,
-        preconditioner,
-        &errors,
-        &uncertainties,
-    )?;
-    let responses = adjoints
-        .uncertainties
-        .iter()
-        .map(|adjoint| self.response(adjoint));
-    let responses: Vec<_> = responses.collect::<Result<_, _>>()?;
-    (discretisation_errors
-        .into_iter()
-        .zip(&adjoints.errors)
-        .zip(unit_loads_of))
-    .map(|((error, adjoint), numbers)| {
-        let responses: Vec<_> = numbers
-            .into_iter()
-            .map(|number| &responses[number])
+            .map(|flow| {
+                self.unit_loads(flow)
+                    .into_iter()
+                    .map(&mut number_of)
+                    .collect()
+            })
             .collect();
-        self.estimate(error, self.frames(adjoint)?, &responses)
-    })
-    .collect()
-}
+        let rhs = discretisation_errors
+            .iter()
+            .map(|error| self.rhs_of_errors(error));
+        let errors: Vec<_> = rhs.collect::<Result<_, _>>()?;
+        let rhs = unit_loads
+            .iter()
+            .map(|unit_load| self.rhs_of_unit_load(unit_load));
+        let uncertainties: Vec<_> = rhs.collect::<Result<_, _>>()?;
+        adjoints.solve(&self.system.system, preconditioner, &errors, &uncertainties)?;
+        let responses = adjoints
+            .uncertainties
+            .iter()
+            .map(|adjoint| self.response(adjoint));
+        let responses: Vec<_> = responses.collect::<Result<_, _>>()?;
+        (discretisation_errors
+            .into_iter()
+            .zip(&adjoints.errors)
+            .zip(unit_loads_of))
+        .map(|((error, adjoint), numbers)| {
+            let responses: Vec<_> = numbers
+                .into_iter()
+                .map(|number| &responses[number])
+                .collect();
+            self.estimate(error, self.frames(adjoint)?, &responses)
+        })
+        .collect()
+    }
 }
 
 /// Where the generalised velocities of a linkage's frame begin: linear ones, and angular ones if it turns.

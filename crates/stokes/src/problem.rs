@@ -55,7 +55,10 @@ impl<'a> Problem<'a> {
         Ok(Self {
             mesh,
             space: None,
-            bodies: bodies.iter().map(body).collect::<Result<_, StokesError>>()?,
+            bodies: bodies
+                .iter()
+                .map(body)
+                .collect::<Result<_, StokesError>>()?,
             walls: walls.iter().map(wall).collect::<Result<_, _>>()?,
             curved: Vec::new(),
             permeability: None,

@@ -1,9 +1,7 @@
 //! The grand resistance of the bodies of a problem.
 
 use linalg::{KrylovParams, fgmres_columns};
-use rigid::{
-    Arms, Articulation, BodyKind, Drive, ExternalLoad, GrandResistance, Independent,
-};
+use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad, GrandResistance, Independent};
 
 use crate::StokesError;
 use crate::linear::AT_ONCE;

@@ -122,7 +122,8 @@ impl Problem<'_> {
             reports.push(report);
         }
         let mut estimating = 0.0;
-        let mut estimates: Vec<(Option<Estimate>, Option<Checks>)> = vec![(None, None); flows.len()];
+        let mut estimates: Vec<(Option<Estimate>, Option<Checks>)> =
+            vec![(None, None); flows.len()];
         if let Some(space) = surplus {
             let clock = Instant::now();
             let estimator = Estimator {

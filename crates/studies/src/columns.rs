@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use linalg::{KrylovParams, LinearOperator, fgmres_columns};
 use rigid::Independent;
 use swimmer::Scene;
-use swimmer::model::{FemModel, Placement};
+use swimmer::models::{Configuration, FemModel};
 
 /// Rounds of which the fastest counts.
 const ROUNDS: usize = 3;
@@ -46,12 +46,11 @@ pub fn measure(quick: bool) -> Result<Vec<Row>> {
 fn of_size(size: f64) -> Result<Row> {
     let scene = Scene::parse(&scene(size))?;
     let state = scene.initial_state();
-    let placement = Placement {
+    let configuration = Configuration {
         state: &state,
         lengths: &[],
-        rates: &[],
     };
-    let constrained = FemModel::new(&scene)?.system(&placement, &Independent)?;
+    let constrained = FemModel::new(&scene)?.system(configuration, &[], &Independent)?;
     let mut preconditioner = constrained.preconditioner()?;
     let system = &constrained.system;
     let loads = system.border_range();

@@ -7,7 +7,7 @@ use std::path::Path;
 use anyhow::Result;
 use rayon::ThreadPoolBuilder;
 use swimmer::Scene;
-use swimmer::model::{FemModel, Hydrodynamics, Instant};
+use swimmer::models::{FemModel, InstantaneousSolution};
 use swimmer::solve_start;
 
 use crate::{columns, folder, machine};
@@ -145,12 +145,11 @@ fn cases(quick: bool) -> Vec<(&'static str, String, String)> {
     cases
 }
 
-fn solve(scene: &str, rtol: f64) -> Result<Instant> {
+fn solve(scene: &str, rtol: f64) -> Result<InstantaneousSolution> {
     let scene = Scene::parse(&format!(
-        "fem.rtol = {rtol:e}\nfem.mirror = \"off\"\n{scene}"
+        "fem.rtol = {rtol:e}\nfem.mirror = \"off\"\nfem.estimates = \"off\"\n{scene}"
     ))?;
     let mut model = FemModel::new(&scene)?;
-    model.want_estimates(false);
     Ok(solve_start(&scene, &mut model)?)
 }
 

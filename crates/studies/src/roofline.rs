@@ -177,7 +177,7 @@ fn three_spheres(size: f64) -> Result<Constrained> {
         })
         .collect();
     let mut parameters = GenerateParams::default();
-    parameters.growth = swimmer::model::fem::growth(size);
+    parameters.growth = swimmer::models::growth(size);
     let tets = mesh::generate(&bodies, &container, &parameters)?.mesh;
     let surfaces: Vec<NamedSurface> = bodies
         .iter()

@@ -9,9 +9,9 @@ use nalgebra::{Isometry3, UnitQuaternion};
 use rigid::State;
 use serde::{Deserialize, Serialize};
 
-use crate::model::Hydrodynamics;
-use crate::simulate::{Interim, Outcome};
+use crate::outcome::{Interim, Outcome};
 use crate::{Folder, SwimError};
+use models::{History, Hydrodynamics};
 use scene::Scene;
 
 /// Name of the file in the output folder.
@@ -35,7 +35,7 @@ pub struct Checkpoint {
     frames: Vec<Isometry3<f64>>,
     attitudes: Vec<UnitQuaternion<f64>>,
     /// What the model's answers depend on besides the placement.
-    history: Vec<Isometry3<f64>>,
+    history: History,
     outcome: Outcome,
     /// Times and names of the flow files that belong to the trajectory.
     flows: Vec<(f64, String)>,
@@ -49,16 +49,16 @@ impl Checkpoint {
         outcome: &Outcome,
         model: &dyn Hydrodynamics,
         flows: &[(f64, String)],
-    ) -> Self {
-        Self {
+    ) -> Result<Self, SwimError> {
+        Ok(Self {
             version: VERSION,
             scene: scene.to_toml(),
             frames: state.frames.clone(),
             attitudes: state.attitudes.clone(),
-            history: model.history(),
+            history: model.history()?,
             outcome: outcome.clone(),
             flows: flows.to_vec(),
-        }
+        })
     }
 
     /// Writes it into a folder; the old one stays until the new one is whole.
@@ -159,8 +159,8 @@ impl Checkpoint {
                 self.attitudes.len()
             )));
         }
-        let turns = (self.frames.iter().chain(&self.history).map(|f| f.rotation))
-            .chain(self.attitudes.iter().copied());
+        let turns =
+            (self.frames.iter().map(|frame| frame.rotation)).chain(self.attitudes.iter().copied());
         for turn in turns {
             let off = (turn.norm() - 1.0).abs();
             if off.is_nan() || off > ROTATION_ROUNDING {

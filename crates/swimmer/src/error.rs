@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use scene::SceneError;
 
-use crate::model::ModelError;
+use models::ModelError;
 
 /// A scene that cannot be used or a simulation that failed, with the place and the remedy.
 #[derive(Debug, thiserror::Error)]

@@ -1,24 +1,41 @@
-//! Articulated micro-swimmers in Stokes flow: scenes, gaits, models, integration, output.
+//! The swimmer simulator: gaits followed through models of the flow, with error bars.
 //!
-//! A [`Scene`] says what there is, a [`model`] answers how it moves at one instant, an [`Integrator`] follows the gait, and
-//! [`output`] writes the result. Any model of the flow can be used: it only has to implement [`model::Hydrodynamics`].
+//! A [`Scene`] describes bodies, links and gait; a model of the flow ([`models::Hydrodynamics`])
+//! gives velocities and forces; [`simulate`] integrates the gait; [`run`] does everything that the
+//! command `swim run` does, from the choice of the model to the files.
 //!
 //! ```
+//! use swimmer::models::{
+//!     BodySolution, Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
+//! };
 //! use swimmer::{Method, Scene, simulate};
-//! # use swimmer::model::*;
-//! # struct Anchor(Scene);
-//! # impl Hydrodynamics for Anchor {
-//! #     fn name(&self) -> &'static str { "anchor" }
-//! #     fn instant(&mut self, p: &Placement) -> Result<Instant, ModelError> {
-//! #         let set = &self.0.articulation;
-//! #         let reduction = rigid::Reduction::of(set, &set.constraints(p.state, p.lengths, p.rates)?)?;
-//! #         let q = reduction.velocities(&nalgebra::DVector::zeros(reduction.dofs()));
-//! #         Ok(Instant { bodies: vec![Default::default(); 2], link_forces: Vec::new(), motion: set.state_velocity(q.as_slice())?, dofs: Default::default(),
-//! #             solver: Default::default(), seconds: Default::default(), error_estimate: Default::default(), mesh_error: None,
-//! #             checks: None, remeshed: None })
-//! #     }
-//! #     fn cost(&mut self, _: &Placement) -> Result<Cost, ModelError> { Ok(Cost::default()) }
-//! # }
+//!
+//! /// A model of one's own: the first body stands still.
+//! struct Anchor(Scene);
+//!
+//! impl Hydrodynamics for Anchor {
+//!     fn name(&self) -> &'static str {
+//!         "anchor"
+//!     }
+//!
+//!     fn solve(&mut self, query: &Query) -> Result<Vec<InstantaneousSolution>, ModelError> {
+//!         let (set, at) = (&self.0.articulation, query.configuration);
+//!         let one = |rates: &Vec<f64>| {
+//!             let constraints = set.constraints(at.state, at.lengths, rates)?;
+//!             let reduction = rigid::Reduction::of(set, &constraints)?;
+//!             let free = nalgebra::DVector::zeros(reduction.dofs());
+//!             let motion = set.state_velocity(reduction.velocities(&free).as_slice())?;
+//!             let bodies = vec![BodySolution::default(); 2];
+//!             Ok(InstantaneousSolution::new(bodies, vec![Default::default()], motion))
+//!         };
+//!         query.rates.iter().map(one).collect()
+//!     }
+//!
+//!     fn cost(&mut self, _: Configuration) -> Result<Cost, ModelError> {
+//!         Ok(Cost::default())
+//!     }
+//! }
+//!
 //! let scene = Scene::parse(
 //!     r#"
 //!     bodies = [
@@ -29,7 +46,7 @@
 //!     gait.phases = [{ link = "neck", length = 105 }]
 //!     "#,
 //! )?;
-//! // A model for this example: the first body stands still. `model::choose(&scene)?.model` gives a real one.
+//! // `choose(&scene)?.model` gives one of the models of this workspace.
 //! let mut model = Anchor(scene.clone());
 //! let outcome = simulate(&scene, &mut model, Method::Collocation, &mut ())?;
 //! assert!((outcome.displacement[1].x + 5.0).abs() < 1e-12);
@@ -40,19 +57,23 @@
 pub mod checkpoint;
 mod error;
 mod integrate;
-pub mod model;
+mod observer;
+mod outcome;
 pub mod output;
-pub mod shape_space;
+mod planning;
+mod run;
 mod simulate;
-mod target;
+mod start;
 
 pub use checkpoint::Checkpoint;
 pub use error::SwimError;
-pub use integrate::{Integrator, LegResult, Method, PathPiece, Solved};
+pub use integrate::{Integrator, LegResult, LegSolution, Method, PathPiece};
+pub use models;
+pub use observer::Observer;
+pub use outcome::{Interim, LegOutcome, Outcome, Sample};
 pub use output::Folder;
+pub use planning::{Choice, Trial, TrialObserver, choose, size_factor_for_target, with_tables};
+pub use run::{Progress, Report, run};
 pub use scene::{self, Gait, Leg, Phase, Scene, SceneError, legs};
-pub use simulate::{
-    Interim, LegOutcome, Observer, Outcome, Sample, go_on, simulate, solve_start, start_picture,
-    start_resistance,
-};
-pub use target::{Trial, size_factor_for_target};
+pub use simulate::{continue_from, simulate};
+pub use start::{solve_start, start_flow, start_resistance};

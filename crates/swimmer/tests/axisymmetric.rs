@@ -1,7 +1,7 @@
 //! Scenes by elements in the meridian plane, against exact instants and strokes.
 
 use nalgebra::{Rotation3, Vector3};
-use swimmer::model::choose;
+use swimmer::choose;
 use swimmer::{Method, Scene, simulate, solve_start};
 
 /// The three-sphere swimmer of Najafi & Golestanian (2004), arms along `axis`: they close from 10 to 6 and open again.

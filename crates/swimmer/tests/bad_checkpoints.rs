@@ -1,7 +1,7 @@
 //! Damaged and foreign checkpoints: each is refused with its path and what is wrong, and nothing is gone on from.
 
 use serde_json::{Value, json};
-use swimmer::model::choose;
+use swimmer::choose;
 use swimmer::{
     Checkpoint, Folder, Interim, LegResult, Method, Observer, Outcome, Scene, SwimError,
     checkpoint, simulate,
@@ -24,9 +24,9 @@ impl Observer for Keep<'_> {
         _: &swimmer::Leg,
         result: &LegResult,
         so_far: &Outcome,
-        model: &dyn swimmer::model::Hydrodynamics,
+        model: &dyn swimmer::models::Hydrodynamics,
     ) -> Result<(), SwimError> {
-        let checkpoint = Checkpoint::new(self.0, &result.end, so_far, model, &[]);
+        let checkpoint = Checkpoint::new(self.0, &result.end, so_far, model, &[])?;
         self.1
             .get_or_insert(serde_json::to_value(&checkpoint).unwrap());
         Ok(())
@@ -44,7 +44,7 @@ fn good() -> (Scene, Value) {
 }
 
 /// What comes of going on from these bytes.
-fn go_on(scene: &Scene, bytes: &[u8]) -> Result<Interim, SwimError> {
+fn continue_from(scene: &Scene, bytes: &[u8]) -> Result<Interim, SwimError> {
     let temporary = tempfile::tempdir().unwrap();
     let folder = Folder::create(temporary.path()).unwrap();
     std::fs::write(folder.path().join(checkpoint::FILE), bytes).unwrap();
@@ -56,7 +56,7 @@ fn go_on(scene: &Scene, bytes: &[u8]) -> Result<Interim, SwimError> {
 
 #[track_caller]
 fn refused(scene: &Scene, bytes: &[u8], fragment: &str) {
-    let error = go_on(scene, bytes).expect_err(fragment);
+    let error = continue_from(scene, bytes).expect_err(fragment);
     let message = error.to_string();
     assert!(
         message.contains(fragment),
@@ -70,7 +70,7 @@ fn refused(scene: &Scene, bytes: &[u8], fragment: &str) {
 #[test]
 fn the_good_checkpoint_is_good() {
     let (scene, good) = good();
-    let interim = go_on(&scene, good.to_string().as_bytes()).unwrap();
+    let interim = continue_from(&scene, good.to_string().as_bytes()).unwrap();
     assert_eq!(interim.outcome.legs.len(), 1);
 }
 

@@ -1,12 +1,13 @@
 //! Finite elements in an infinite cylinder: a piece of it that is closed far from the bodies and follows them.
 
-use swimmer::model::{Instant, choose};
+use swimmer::choose;
+use swimmer::models::InstantaneousSolution;
 use swimmer::{Method, Scene, simulate, solve_start};
 
 const PULLED: f64 = 3.0;
 
 /// A pulled sphere of radius 1/2 in a cylinder of radius 5/2.
-fn pulled(more: &str, position: [f64; 3], force: [f64; 3]) -> Instant {
+fn pulled(more: &str, position: [f64; 3], force: [f64; 3]) -> InstantaneousSolution {
     let scene = Scene::parse(&format!(
         "model.kind = \"fem\"\ndomain = {{ kind = \"cylinder\", radius = 2.5 }}\nfluid.viscosity = 2\n{more}\n\
          bodies = [{{ name = \"s\", radius = 0.5, position = {position:?}, force = {force:?} }}]"

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use proptest::prelude::*;
 use rigid::{Constrained, DirectRows, Eliminated, FlowSolution, Formulation, Lagrange};
 use swimmer::Scene;
-use swimmer::model::{FemModel, Placement};
+use swimmer::models::{Configuration, FemModel};
 
 const FORMULATIONS: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
 
@@ -157,10 +157,9 @@ proptest! {
         let mut model = FemModel::new(&scene).unwrap();
         let state = scene.initial_state();
         let rates: Vec<f64> = case.rates.iter().map(|r| r * case.length).collect();
-        let placement = Placement {
+        let configuration = Configuration {
             state: &state,
             lengths: scene.articulation.initial_lengths(),
-            rates: &rates,
         };
         let mut truth: Option<FlowSolution> = None;
         for formulation in FORMULATIONS {

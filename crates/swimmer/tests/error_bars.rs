@@ -4,14 +4,14 @@ use std::f64::consts::PI;
 
 use approx::assert_relative_eq;
 use nalgebra::Vector3;
-use swimmer::model::{FemModel, Instant};
+use swimmer::models::{FemModel, InstantaneousSolution};
 use swimmer::{Method, Scene, simulate, solve_start};
 
 fn scene(text: &str) -> Scene {
     Scene::parse(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-fn solve(scene: &Scene) -> Instant {
+fn solve(scene: &Scene) -> InstantaneousSolution {
     solve_start(scene, &mut FemModel::new(scene).unwrap()).unwrap()
 }
 

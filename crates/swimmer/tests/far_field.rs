@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use approx::assert_relative_eq;
-use swimmer::model::{FemModel, Hydrodynamics, Instant};
+use swimmer::models::{FemModel, Hydrodynamics, InstantaneousSolution};
 use swimmer::{Scene, solve_start, start_resistance};
 
 fn spheres(places: &[f64], more: &str) -> Scene {
@@ -16,7 +16,7 @@ fn spheres(places: &[f64], more: &str) -> Scene {
     Scene::parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-fn solve(scene: &Scene) -> Instant {
+fn solve(scene: &Scene) -> InstantaneousSolution {
     solve_start(scene, &mut FemModel::new(scene).unwrap()).unwrap()
 }
 

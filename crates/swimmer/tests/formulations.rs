@@ -3,7 +3,8 @@
 use linalg::SaddleLdlt;
 use nalgebra::{DMatrix, DVector};
 use rigid::{DirectRows, Eliminated, Formulation, Lagrange, Reduction};
-use swimmer::model::{FemModel, Hydrodynamics, Instant, Placement, choose};
+use swimmer::choose;
+use swimmer::models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution};
 use swimmer::{Scene, solve_start, start_resistance};
 
 /// A bent chain of three unequal spheres off the centre of a ball, loaded from outside.
@@ -45,7 +46,7 @@ fn scene(arms: &str) -> String {
     )
 }
 
-fn instant(arms: &str, formulation: &str, solver: &str) -> Instant {
+fn instant(arms: &str, formulation: &str, solver: &str) -> InstantaneousSolution {
     let text = scene(arms).replace(
         "fem = {",
         &format!("fem = {{ formulation = \"{formulation}\", solver = \"{solver}\","),
@@ -56,7 +57,7 @@ fn instant(arms: &str, formulation: &str, solver: &str) -> Instant {
 }
 
 /// Largest difference of velocities and of forces (those of the links too), over the largest velocity and force.
-fn difference(a: &Instant, b: &Instant) -> [f64; 2] {
+fn difference(a: &InstantaneousSolution, b: &InstantaneousSolution) -> [f64; 2] {
     let (mut error, mut size) = ([0.0_f64; 2], [0.0_f64; 2]);
     for (a, b) in a.bodies.iter().zip(&b.bodies) {
         for (k, (x, y)) in [
@@ -177,12 +178,11 @@ fn the_condensed_resistance_moves_the_swimmer_as_the_coupled_solve_does() {
 fn forces_on_nodes_move_bodies_as_the_reciprocal_theorem_says() {
     let scene = Scene::parse(&scene("free")).unwrap();
     let mut model = FemModel::new(&scene).unwrap();
-    let placement = Placement {
+    let configuration = Configuration {
         state: &scene.initial_state(),
         lengths: scene.articulation.initial_lengths(),
-        rates: &[0.0, 0.0],
     };
-    let mesh = model.mesh(&placement).unwrap().unwrap();
+    let mesh = model.mesh(configuration).unwrap().unwrap();
     let forces: Vec<f64> = (0..3 * mesh.n_points()).map(|i| (i as f64).sin()).collect();
     // What flows in flows out: the fluid is enclosed.
     let mut sources: Vec<f64> = (0..mesh.n_vertices()).map(|i| (i as f64).cos()).collect();

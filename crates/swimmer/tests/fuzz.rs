@@ -1,7 +1,7 @@
 //! Damaged files: scenes and checkpoints with random edits are read or refused, never a panic.
 
 use proptest::prelude::*;
-use swimmer::model::choose;
+use swimmer::choose;
 use swimmer::{Checkpoint, Folder, Interim, Scene, checkpoint};
 
 const SCENE: &str = include_str!("../../../scenes/three-sphere.toml");
@@ -113,7 +113,7 @@ proptest! {
         let Interim { state, outcome } = Interim::start(&scene).unwrap();
         let temporary = tempfile::tempdir().unwrap();
         let folder = Folder::create(temporary.path()).unwrap();
-        Checkpoint::new(&scene, &state, &outcome, model.as_ref(), &[]).write(&folder).unwrap();
+        Checkpoint::new(&scene, &state, &outcome, model.as_ref(), &[]).unwrap().write(&folder).unwrap();
         let path = temporary.path().join(checkpoint::FILE);
         let text = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, edited(&text, &edits)).unwrap();

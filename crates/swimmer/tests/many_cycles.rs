@@ -1,6 +1,6 @@
 //! Many cycles: meshes are made in the first cycle and serve the others, and no cycle swims otherwise than the first.
 
-use swimmer::model::choose;
+use swimmer::choose;
 use swimmer::{Method, Outcome, Scene, simulate};
 
 /// The three-sphere swimmer with arms of ten radii that close to six, in a ball so large that it may swim away from the middle.

@@ -1,7 +1,7 @@
 //! Scenes by the models without a mesh, against exact strokes.
 
 use nalgebra::Vector3;
-use swimmer::model::choose;
+use swimmer::choose;
 use swimmer::{Method, Outcome, Scene, simulate, solve_start};
 
 /// The three-sphere swimmer of Najafi & Golestanian (2004): arms of 10 close to 6 and open again.
@@ -379,10 +379,9 @@ fn a_sphere_pulled_along_a_wall_is_slowed_as_goldman_found() {
     let exact = 1.0 / (6.0 * std::f64::consts::PI * 2.0 * 0.5 * 2.1255355667600404);
     assert!((instant.bodies[0].velocity.z / exact - 1.0).abs() < 1e-8);
     let resistance = model
-        .resistance(&swimmer::model::Placement {
+        .resistance(swimmer::models::Configuration {
             state: &scene.initial_state(),
             lengths: &[],
-            rates: &[],
         })
         .unwrap();
     assert!((resistance[(2, 2)] * exact - 1.0).abs() < 1e-8);
@@ -433,7 +432,7 @@ fn pictures_show_the_flow_around_spheres() {
         .unwrap();
         let mut model = choose(&scene).unwrap().model;
         let instant = solve_start(&scene, model.as_mut()).unwrap();
-        let flow = swimmer::start_picture(&scene, model.as_mut()).unwrap();
+        let flow = swimmer::start_flow(&scene, model.as_mut()).unwrap();
         // nothing is faster than the surface that drives it
         let fastest = instant.bodies[0].velocity.norm() + instant.bodies[0].angular_velocity.norm();
         assert!(flow.velocity.iter().all(|u| u.norm() <= 1.001 * fastest));

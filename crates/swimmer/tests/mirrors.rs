@@ -2,7 +2,8 @@
 
 use approx::assert_relative_eq;
 use nalgebra::DVector;
-use swimmer::model::{FemModel, Hydrodynamics, Instant, Placement, choose};
+use swimmer::choose;
+use swimmer::models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution};
 use swimmer::{Method, Scene, simulate, solve_start, start_resistance};
 
 /// Three spheres on a line, arms unequal, the left one changing.
@@ -44,13 +45,13 @@ fn scene(text: &str, settings: &[&str]) -> Scene {
     Scene::parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-fn solve(scene: &Scene) -> (FemModel, Instant) {
+fn solve(scene: &Scene) -> (FemModel, InstantaneousSolution) {
     let mut model = FemModel::new(scene).unwrap();
     let instant = solve_start(scene, &mut model).unwrap();
     (model, instant)
 }
 
-fn velocities(instant: &Instant) -> Vec<f64> {
+fn velocities(instant: &InstantaneousSolution) -> Vec<f64> {
     let all = instant.bodies.iter();
     all.flat_map(|b| {
         b.velocity
@@ -80,10 +81,9 @@ fn the_answer_is_that_of_the_mirrored_mesh() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("whole.msh");
         let mesh = model
-            .mesh(&Placement {
+            .mesh(Configuration {
                 state: &own.initial_state(),
                 lengths: own.articulation.initial_lengths(),
-                rates: &vec![0.0; own.articulation.links().len()],
             })
             .unwrap()
             .unwrap();
@@ -195,7 +195,7 @@ fn the_flow_and_the_resistance_are_of_the_whole() {
         &["fem.mirror = \"auto\"", "fem.surface_size = 0.7"],
     );
     let (mut model, instant) = solve(&scene);
-    let flow = model.flow().unwrap();
+    let flow = model.last_flow().unwrap();
     assert_eq!(flow.velocity.len(), flow.mesh.n_points());
     assert_eq!(flow.pressure.len(), flow.mesh.n_vertices());
     assert_eq!(flow.mesh.symmetry_planes(), [false; 3]);
@@ -255,7 +255,7 @@ fn bug_a_mesh_that_is_poor_when_new_was_not_kept() {
     let (mut model, first) = solve(&scene);
     assert!(first.remeshed.is_some());
     // Moved meshes are spoilt below a fifth.
-    let quality = model.flow().unwrap().mesh.quality();
+    let quality = model.last_flow().unwrap().mesh.quality();
     assert!(quality.min_jacobian < 0.2, "{}", quality.min_jacobian);
     let again = solve_start(&scene, &mut model).unwrap();
     assert!(again.remeshed.is_none());

@@ -3,8 +3,11 @@
 use nalgebra::Vector3;
 use rigid::State;
 use swimmer::Scene;
-use swimmer::model::{Cost, Hydrodynamics, Instant, ModelError, Placement, choose};
-use swimmer::shape_space::ShapeSpace;
+use swimmer::choose;
+use swimmer::models::ShapeSpace;
+use swimmer::models::{
+    Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
+};
 
 /// Three spheres of two sizes, linked by two arms, the right one on a line with the left one or off it.
 fn swimmer(domain: &str, model: &str, right: [i32; 3]) -> Scene {
@@ -54,15 +57,14 @@ fn check_last_bits(scene: &Scene, count: usize) {
     let model = || choose(scene).unwrap().model;
     let (state, lengths) = (scene.initial_state(), scene.articulation.initial_lengths());
     let rates = rates(count);
-    let at_once = model().instants(&state, lengths, &rates).unwrap();
+    let configuration = Configuration {
+        state: &state,
+        lengths,
+    };
+    let at_once = model().solve(&Query::new(configuration, &rates)).unwrap();
     assert_eq!(at_once.len(), rates.len());
     for (number, (answer, rates)) in at_once.iter().zip(&rates).enumerate() {
-        let placement = Placement {
-            state: &state,
-            lengths,
-            rates,
-        };
-        let alone = model().instant(&placement).unwrap();
+        let alone = model().solve_one(configuration, rates).unwrap();
         assert_eq!(answer.bodies, alone.bodies);
         assert_eq!(answer.link_forces, alone.link_forces);
         assert_eq!(answer.motion, alone.motion);
@@ -119,10 +121,15 @@ fn elements_go_on_after_no_question_and_after_several() {
     );
     let mut model = choose(&scene).unwrap().model;
     let (state, lengths) = (scene.initial_state(), scene.articulation.initial_lengths());
-    assert!(model.instants(&state, lengths, &[]).unwrap().is_empty());
-    let first = model.instants(&state, lengths, &rates(4)).unwrap();
+    let configuration = Configuration {
+        state: &state,
+        lengths,
+    };
+    let mut solve = |rates: &[Vec<f64>]| model.solve(&Query::new(configuration, rates));
+    assert!(solve(&[]).unwrap().is_empty());
+    let first = solve(&rates(4)).unwrap();
     // starts from what is remembered, and takes one of its combinations
-    let again = model.instants(&state, lengths, &rates(2)[1..]).unwrap();
+    let again = solve(&rates(2)[1..]).unwrap();
     assert!(again[0].solver.iterations <= 1);
     for (a, b) in first[1].bodies.iter().zip(&again[0].bodies) {
         // both are solved to a residual of 1e-8, which errors of velocities exceed by a small factor
@@ -130,13 +137,12 @@ fn elements_go_on_after_no_question_and_after_several() {
     }
     // one rate too few is refused, whichever it is
     let short = [vec![1.0, 0.0], vec![1.0]];
-    assert!(model.instants(&state, lengths, &short).is_err());
+    assert!(solve(&short).is_err());
 }
 
 /// Counts how a model is asked.
 struct Counted {
     model: Box<dyn Hydrodynamics>,
-    alone: usize,
     at_once: Vec<usize>,
 }
 
@@ -145,23 +151,13 @@ impl Hydrodynamics for Counted {
         self.model.name()
     }
 
-    fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
-        self.alone += 1;
-        self.model.instant(placement)
+    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
+        self.at_once.push(query.rates.len());
+        self.model.solve(query)
     }
 
-    fn instants(
-        &mut self,
-        state: &State,
-        lengths: &[f64],
-        rates: &[Vec<f64>],
-    ) -> Result<Vec<Instant>, ModelError> {
-        self.at_once.push(rates.len());
-        self.model.instants(state, lengths, rates)
-    }
-
-    fn cost(&mut self, placement: &Placement<'_>) -> Result<Cost, ModelError> {
-        self.model.cost(placement)
+    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
+        self.model.cost(configuration)
     }
 }
 
@@ -170,12 +166,10 @@ fn tables_ask_once_a_shape() {
     let scene = swimmer(UNBOUNDED, "{ kind = \"multipole\" }", ON_LINE);
     let mut model = Counted {
         model: choose(&scene).unwrap().model,
-        alone: 0,
         at_once: Vec::new(),
     };
     let ranges = [(3.5, 5.0), (4.0, 6.0)];
     let space = ShapeSpace::tabulate(&scene, &mut model, &ranges, 1e-4).unwrap();
-    assert_eq!(model.alone, 0);
     assert_eq!(model.at_once, vec![2; space.points()]);
     assert!(space.connection(&[4.0, 5.0])[0].linear != Vector3::zeros());
 }

@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, Isometry3, Translation3, UnitQuaternion, Vector3};
 use rigid::State;
-use swimmer::model::{Choice, Hydrodynamics, Placement, choose};
-use swimmer::shape_space::{ShapeSpace, speed_up};
+use swimmer::models::ShapeSpace;
+use swimmer::models::{Configuration, Hydrodynamics, ModelError};
+use swimmer::{Choice, choose, with_tables};
 use swimmer::{Method, Outcome, Scene, SwimError, simulate};
 
 fn template(text: &str, overrides: &[&str]) -> Scene {
@@ -24,7 +25,7 @@ fn model(scene: &Scene) -> Box<dyn Hydrodynamics> {
 /// The gait with and without tables; the number of solves that were asked of the model in both.
 fn both_ways(scene: &Scene) -> (Outcome, Outcome) {
     let direct = simulate(scene, model(scene).as_mut(), Method::Collocation, &mut ()).unwrap();
-    let Choice { mut model, reasons } = speed_up(scene, choose(scene).unwrap());
+    let Choice { mut model, reasons } = with_tables(scene, choose(scene).unwrap());
     assert!(
         reasons.iter().any(|r| r.contains("tabulated")),
         "{reasons:?}"
@@ -96,18 +97,17 @@ fn connection_and_metric_are_those_of_the_model_anywhere_in_the_box() {
         for link in 0..2 {
             let mut rates = [0.0; 2];
             rates[link] = 1.0;
-            let placement = Placement {
+            let configuration = Configuration {
                 state: &state,
                 lengths: &lengths,
-                rates: &rates,
             };
-            let exact = model.instant(&placement).unwrap();
+            let exact = model.solve_one(configuration, &rates).unwrap();
             let found = space.connection(&lengths)[link];
             assert!((found.linear - exact.motion.frames[0].linear).norm() <= bar);
             assert!(found.angular.norm() < 1e-9);
             for (body, b) in exact.bodies.iter().enumerate() {
                 powers[(link, link)] += b.force.dot(&b.velocity);
-                let other = space.instant(&placement).bodies[body];
+                let other = space.solution(configuration, &rates).bodies[body];
                 assert!((other.velocity - b.velocity).norm() <= bar);
                 assert!((other.force - b.force).norm() <= 100.0 * bar);
             }
@@ -121,11 +121,11 @@ fn connection_and_metric_are_those_of_the_model_anywhere_in_the_box() {
         assert!(metric.cholesky().is_some());
         // a swimmer that was turned moves as one that was not, turned
         let rates = [0.7, -0.2];
-        let here = space.instant(&Placement {
+        let configuration = Configuration {
             state: &state,
             lengths: &lengths,
-            rates: &rates,
-        });
+        };
+        let here = space.solution(configuration, &rates);
         state = State {
             frames: state
                 .frames
@@ -136,13 +136,12 @@ fn connection_and_metric_are_those_of_the_model_anywhere_in_the_box() {
                 .collect(),
             ..state
         };
-        let placement = Placement {
+        let configuration = Configuration {
             state: &state,
             lengths: &lengths,
-            rates: &rates,
         };
-        let exact = model.instant(&placement).unwrap();
-        let there = space.instant(&placement);
+        let exact = model.solve_one(configuration, &rates).unwrap();
+        let there = space.solution(configuration, &rates);
         for ((a, b), c) in here.bodies.iter().zip(&there.bodies).zip(&exact.bodies) {
             assert!((turn * a.velocity - b.velocity).norm() < 1e-13);
             assert!((c.velocity - b.velocity).norm() <= bar);
@@ -155,7 +154,7 @@ fn tables_are_refused_where_more_than_the_shape_matters() {
     let refused = |scene: &Scene, ranges: &[(f64, f64)]| {
         let mut model = model(scene);
         let error = ShapeSpace::tabulate(scene, model.as_mut(), ranges, 1e-3).unwrap_err();
-        assert!(matches!(error, SwimError::NotApplicable { .. }), "{error}");
+        assert!(matches!(error, ModelError::ShapeSpace { .. }), "{error}");
         error.to_string()
     };
     let multipole = "model.kind=\"multipole\"";

@@ -3,10 +3,11 @@
 use std::f64::consts::PI;
 
 use nalgebra::Vector3;
-use swimmer::model::{Instant, choose};
+use swimmer::choose;
+use swimmer::models::InstantaneousSolution;
 use swimmer::{Method, Outcome, Scene, simulate, solve_start};
 
-fn start(text: &str) -> Instant {
+fn start(text: &str) -> InstantaneousSolution {
     let scene = Scene::parse(text).unwrap();
     let mut model = choose(&scene).unwrap().model;
     solve_start(&scene, model.as_mut()).unwrap()

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use swimmer::model::FemModel;
+use swimmer::models::FemModel;
 use swimmer::{Method, Scene, simulate, size_factor_for_target, solve_start};
 
 /// Two unit spheres dragged along their line of centres: speed over that of one alone, in a ball of radius 60.
@@ -57,7 +57,7 @@ fn a_factor_that_is_given_is_kept() {
     let plain = approach("fem.size_factor = 1.5");
     assert_eq!(fixed, plain);
     let scene = pair(4.0, "fem = { target = 1e-6, size_factor = 1.5 }");
-    let chosen = size_factor_for_target(&scene, &mut (), &mut |_| panic!("a stroke")).unwrap();
+    let chosen = size_factor_for_target(&scene, &mut NoStroke).unwrap();
     assert_eq!(chosen, None);
 }
 
@@ -73,7 +73,7 @@ fn strokes_meet_the_error_that_is_asked_for() {
     .unwrap();
     for target in [1e-2, 1e-3] {
         let mut scene = Scene::parse(&format!("{text}\n[fem]\ntarget = {target:?}\n")).unwrap();
-        let chosen = size_factor_for_target(&scene, &mut (), &mut |_| ()).unwrap();
+        let chosen = size_factor_for_target(&scene, &mut ()).unwrap();
         scene.fem.size_factor = chosen;
         let mut model = FemModel::new(&scene).unwrap();
         let outcome = simulate(&scene, &mut model, Method::Collocation, &mut ()).unwrap();
@@ -83,5 +83,16 @@ fn strokes_meet_the_error_that_is_asked_for() {
             error <= 1.4 * bar && bar <= 1.5 * target,
             "{target:e}: {error:.2e} {bar:.2e}"
         );
+    }
+}
+
+/// Fails at the first coarse stroke.
+struct NoStroke;
+
+impl swimmer::Observer for NoStroke {}
+
+impl swimmer::TrialObserver for NoStroke {
+    fn tried(&mut self, _: &swimmer::Trial) {
+        panic!("a stroke was tried");
     }
 }

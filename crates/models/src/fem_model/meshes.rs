@@ -267,7 +267,9 @@ impl Meshes {
         self.references.clear();
         self.current = None;
         let off = |pose: &Isometry3<f64>| (pose.rotation.norm() - 1.0).abs();
-        if let Some(off) = (poses.iter().map(off)).find(|off| off.is_nan() || *off > ROTATION_ROUNDING) {
+        if let Some(off) =
+            (poses.iter().map(off)).find(|off| off.is_nan() || *off > ROTATION_ROUNDING)
+        {
             return Err(ModelError::History(format!(
                 "is damaged: a rotation is {off:e} away from being one"
             )));

@@ -21,7 +21,7 @@ pub use self::mesher::{COARSEST_FACTOR, growth};
 use self::meshes::{Meshes, ShapeMesh};
 use self::options::options;
 use crate::error::ModelError;
-use crate::hydrodynamics::{Configuration, Cost, History, Hydrodynamics, Query};
+use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
 use crate::scaled::ScaledScene;
 use crate::solution::{FlowField, InstantaneousSolution};
 
@@ -185,7 +185,7 @@ impl FemModel {
             // Solutions on another mesh have other degrees of freedom.
             guesses.clear();
         }
-        let estimates = query.estimates && self.estimates_errors();
+        let estimates = self.error_estimates().given(query.estimates);
         if estimates {
             self.meshes.prepare_estimates()?;
         }
@@ -229,8 +229,11 @@ impl Hydrodynamics for FemModel {
         "fem"
     }
 
-    fn estimates_errors(&self) -> bool {
-        self.options.estimates == EstimatesKind::On
+    fn error_estimates(&self) -> ErrorEstimates {
+        match self.options.estimates {
+            EstimatesKind::On => ErrorEstimates::OnRequest,
+            EstimatesKind::Off => ErrorEstimates::Never,
+        }
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {

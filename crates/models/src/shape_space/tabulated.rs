@@ -7,7 +7,7 @@ use scene::Scene;
 
 use super::space::{ShapeSpace, covers};
 use crate::error::ModelError;
-use crate::hydrodynamics::{Configuration, Cost, History, Hydrodynamics, Query};
+use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
 use crate::solution::{FlowField, InstantaneousSolution};
 
 /// A model with tables over parts of its shape space, made when they are first asked for.
@@ -38,11 +38,7 @@ impl Tabulated {
     /// A table is made when a configuration in its box is first asked for. Solutions come with the
     /// errors of both the tables and the model. The same scene gives the same tables, so that
     /// interrupted runs end in the same bits.
-    pub fn new(
-        scene: &Scene,
-        model: Box<dyn Hydrodynamics>,
-        boxes: Vec<Vec<(f64, f64)>>,
-    ) -> Self {
+    pub fn new(scene: &Scene, model: Box<dyn Hydrodynamics>, boxes: Vec<Vec<(f64, f64)>>) -> Self {
         let table = |ranges| Table {
             ranges,
             state: Made::NotYet,
@@ -109,14 +105,16 @@ impl Hydrodynamics for Tabulated {
             })?,
         }
         .into_iter();
-        let solutions = solutions.into_iter().map(|known| known.or_else(|| solved.next()));
+        let solutions = solutions
+            .into_iter()
+            .map(|known| known.or_else(|| solved.next()));
         (solutions.collect::<Option<Vec<_>>>()).ok_or(ModelError::NoSolution {
             model: self.model.name(),
         })
     }
 
-    fn estimates_errors(&self) -> bool {
-        self.model.estimates_errors()
+    fn error_estimates(&self) -> ErrorEstimates {
+        self.model.error_estimates()
     }
 
     fn resistance(&mut self, configuration: Configuration<'_>) -> Result<DMatrix<f64>, ModelError> {

@@ -13,8 +13,8 @@ use crate::hydrodynamics::{Configuration, Cost, Hydrodynamics, Query};
 use crate::mobility::MobilitySolution;
 use crate::scaled::ScaledScene;
 use crate::solution::{FlowField, InstantaneousSolution};
-use stokes::{Dofs, Seconds, SolverReport};
 use scene::{Domain, Scene, Shape};
+use stokes::{Dofs, Seconds, SolverReport};
 
 /// Which of the models.
 #[derive(Clone, Copy, Debug, PartialEq)]

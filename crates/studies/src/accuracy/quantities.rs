@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant as Clock;
 
 use anyhow::{Context, Result, bail};
-use swimmer::model::{Instant, choose};
+use swimmer::choose;
+use swimmer::models::InstantaneousSolution;
 use swimmer::{Scene, solve_start};
 
 use super::{Point, Quantity, strokes};
@@ -67,7 +68,7 @@ fn instant(
     scene: &Scene,
     [method, choice]: [&str; 2],
     exact: f64,
-    value: impl Fn(&Instant) -> f64,
+    value: impl Fn(&InstantaneousSolution) -> f64,
 ) -> Result<Point> {
     let clock = Clock::now();
     let mut model = choose(scene)?.model;
@@ -98,7 +99,7 @@ fn by_size(
     quick: bool,
     base: &dyn Fn(&[String]) -> Result<Scene>,
     exact: f64,
-    value: impl Fn(&Instant) -> f64 + Copy,
+    value: impl Fn(&InstantaneousSolution) -> f64 + Copy,
 ) -> Result<Vec<Point>> {
     let mut points = Vec::new();
     for [method, geometry, mirror] in MESHES {
@@ -120,7 +121,7 @@ fn adapted(
     targets: &[f64],
     base: &dyn Fn(&[String]) -> Result<Scene>,
     exact: f64,
-    value: impl Fn(&Instant) -> f64 + Copy,
+    value: impl Fn(&InstantaneousSolution) -> f64 + Copy,
 ) -> Result<Vec<Point>> {
     targets
         .iter()
@@ -141,7 +142,7 @@ fn adapted(
 fn meridian(
     base: &dyn Fn(&[String]) -> Result<Scene>,
     exact: f64,
-    value: impl Fn(&Instant) -> f64 + Copy,
+    value: impl Fn(&InstantaneousSolution) -> f64 + Copy,
 ) -> Result<Vec<Point>> {
     [1e-2, 1e-4, 1e-6]
         .map(|tolerance| {
@@ -159,7 +160,8 @@ fn meridian(
 fn drag(quick: bool) -> Result<Quantity> {
     // A pulled sphere in a ball of ten radii: force over velocity.
     let exact = concentric_drag(0.1) * 6.0 * PI;
-    let value = |solved: &Instant| solved.bodies[0].force.x / solved.bodies[0].velocity.x;
+    let value =
+        |solved: &InstantaneousSolution| solved.bodies[0].force.x / solved.bodies[0].velocity.x;
     let base = |more: &[String]| -> Result<Scene> {
         let mut overrides = vec!["domain.radius=10".to_owned()];
         overrides.extend_from_slice(more);
@@ -179,7 +181,7 @@ fn pair(quick: bool) -> Result<Quantity> {
     // Two spheres pushed towards each other, half a radius apart: Stimson & Jeffery 1926. Forces add up to zero, so the wall, 800 radii
     // away, changes the speed by less than (2.5 / 800)^3.
     let exact = 2.772418679559134 * 6.0 * PI;
-    let value = |solved: &Instant| {
+    let value = |solved: &InstantaneousSolution| {
         let [front, back] = [0, 1].map(|body| solved.bodies[body]);
         (front.force.x - back.force.x) / (front.velocity.x - back.velocity.x)
     };
@@ -212,7 +214,7 @@ fn pair(quick: bool) -> Result<Quantity> {
 
 fn speed(quick: bool) -> Result<Quantity> {
     let case = &INSTANTANEOUS[0];
-    let value = |solved: &Instant| solved.bodies[1].velocity.x;
+    let value = |solved: &InstantaneousSolution| solved.bodies[1].velocity.x;
     let base = |more: &[String]| -> Result<Scene> {
         // The first phase moves by four: at unit rate when it takes four.
         let mut overrides = vec!["gait.phases.0.duration=4".to_owned()];

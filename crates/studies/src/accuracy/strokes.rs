@@ -3,7 +3,7 @@
 use std::time::Instant as Clock;
 
 use anyhow::Result;
-use swimmer::model::choose;
+use swimmer::choose;
 use swimmer::{Method, Observer, Scene, simulate, size_factor_for_target};
 
 use super::quantities::{MESHES, scene, sizes, targets};
@@ -24,10 +24,10 @@ impl Observer for Largest {
     fn solved(
         &mut self,
         _: &swimmer::Leg,
-        solved: &swimmer::Solved,
-        _: &dyn swimmer::model::Hydrodynamics,
+        solved: &swimmer::LegSolution,
+        _: &dyn swimmer::models::Hydrodynamics,
     ) -> std::result::Result<(), swimmer::SwimError> {
-        self.0 = self.0.max(solved.instant.dofs.total);
+        self.0 = self.0.max(solved.solution.dofs.total);
         Ok(())
     }
 }
@@ -56,7 +56,7 @@ fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) 
 fn stroke_for_target(name: &str, target: f64, exact: f64) -> Result<Point> {
     let clock = Clock::now();
     let mut scene = scene(name, &[format!("fem.target={target:e}")])?;
-    scene.fem.size_factor = size_factor_for_target(&scene, &mut (), &mut |_| ())?;
+    scene.fem.size_factor = size_factor_for_target(&scene, &mut ())?;
     let choice = format!("target {target:e}");
     let names = ["sizes chosen for an error, curved", &choice];
     let mut point = stroke(&scene, Method::Collocation, names, exact)?;

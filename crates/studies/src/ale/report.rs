@@ -317,7 +317,7 @@ fn drift_chart(runs: &[Run]) -> LogLog {
         ..series(run, |_| 0.0)
     });
     LogLog {
-        title: "Drift of the mesh over closed cycles, moved incrementally".into(),
+        title: "AccumulatedError of the mesh over closed cycles, moved incrementally".into(),
         x: "cycles".into(),
         y: "largest displacement of a node, in radii".into(),
         series: series.collect(),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use swimmer::model::choose;
+use swimmer::choose;
 use swimmer::scene::MeshMotionKind;
 use swimmer::{Method, Scene, simulate};
 

@@ -8,7 +8,7 @@ use std::time::Instant as Clock;
 
 use anyhow::{Result, bail};
 use nalgebra::Vector3;
-use swimmer::model::choose;
+use swimmer::choose;
 use swimmer::{Method, Scene, SwimError, simulate, solve_start};
 
 use self::scenes::{Case, Exact};
@@ -121,7 +121,7 @@ fn measure(case: &Case, model: &str, tolerance: f64) -> Result<Measured> {
 fn answer(
     scene: &Scene,
     exact: Exact,
-    model: &mut dyn swimmer::model::Hydrodynamics,
+    model: &mut dyn swimmer::models::Hydrodynamics,
 ) -> Result<(Vector3<f64>, f64, Vector3<f64>), SwimError> {
     match exact {
         Exact::Velocity(exact) => {

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 use rigid::Arms;
-use swimmer::model::{Hydrodynamics, Instant};
-use swimmer::{Leg, Observer, Scene, Solved, SwimError};
+use swimmer::models::{Hydrodynamics, InstantaneousSolution};
+use swimmer::{Leg, LegSolution, Observer, Scene, SwimError};
 
 /// The largest misfits of the balances over the instants of a scene.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,7 +26,7 @@ impl Observer for Watch<'_> {
     fn solved(
         &mut self,
         leg: &Leg,
-        solved: &Solved,
+        solved: &LegSolution,
         _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         let set = &self.scene.articulation;
@@ -40,7 +40,7 @@ impl Observer for Watch<'_> {
             .collect();
         let seen = of_instant(
             self.scene,
-            &solved.instant,
+            &solved.solution,
             &places,
             &directions,
             &leg.rates(),
@@ -55,7 +55,7 @@ impl Observer for Watch<'_> {
 /// The misfits of one instant.
 pub fn of_instant(
     scene: &Scene,
-    instant: &Instant,
+    instant: &InstantaneousSolution,
     places: &[Vector3<f64>],
     directions: &[Vector3<f64>],
     rates: &[f64],

@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant as Clock};
 
 use anyhow::{Context, Result, bail};
-use swimmer::model::{ModelError, choose};
+use swimmer::choose;
+use swimmer::models::ModelError;
 use swimmer::{Method, Outcome, Scene, SwimError, simulate, solve_start};
 
 use self::invariants::{Misfits, Watch};

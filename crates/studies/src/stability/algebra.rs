@@ -10,7 +10,7 @@ use linalg::{
 use nalgebra::DMatrix;
 use rigid::{Constrained, DirectRows, Eliminated, Formulation, Lagrange};
 use swimmer::Scene;
-use swimmer::model::{FemModel, Placement};
+use swimmer::models::{Configuration, FemModel};
 
 use super::faults;
 use super::ilu::Ilu0;
@@ -83,12 +83,11 @@ fn system(formulation: &dyn Formulation) -> Result<Constrained> {
     let scene = Scene::parse(&setup.toml(formulation.name(), "block"))?;
     let mut model = FemModel::new(&scene)?;
     let state = scene.initial_state();
-    let placement = Placement {
+    let configuration = Configuration {
         state: &state,
         lengths: scene.articulation.initial_lengths(),
-        rates: &[-0.5, 0.0],
     };
-    Ok(model.system(&placement, formulation)?)
+    Ok(model.system(configuration, &[-0.5, 0.0], formulation)?)
 }
 
 fn quadratic(system: &Constrained) -> Result<Tried> {

@@ -4,7 +4,8 @@ use std::time::Instant as Clock;
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
-use swimmer::model::{Instant, choose};
+use swimmer::choose;
+use swimmer::models::InstantaneousSolution;
 use swimmer::{Scene, SwimError, solve_start};
 
 use super::hardships::{self, Expected, Hardship, Truth};
@@ -79,18 +80,26 @@ fn cells(hardship: &Hardship) -> Result<Vec<Cell>> {
     Ok(cells)
 }
 
-fn truth(setup: &Setup) -> Result<Instant> {
+fn truth(setup: &Setup) -> Result<InstantaneousSolution> {
     solve(setup, "p-tilde", "direct").context("the reference of a hardship could not be solved")
 }
 
-fn solve(setup: &Setup, formulation: &str, solver: &str) -> Result<Instant, SwimError> {
+fn solve(
+    setup: &Setup,
+    formulation: &str,
+    solver: &str,
+) -> Result<InstantaneousSolution, SwimError> {
     let scene = Scene::parse(&setup.toml(formulation, solver))?;
     let mut model = choose(&scene)?.model;
     solve_start(&scene, model.as_mut())
 }
 
 /// Right or wrong against velocities times a factor; without a truth nothing should have answered.
-fn judge(instant: &Instant, truth: Option<&(Instant, f64)>, solver: &str) -> Outcome {
+fn judge(
+    instant: &InstantaneousSolution,
+    truth: Option<&(InstantaneousSolution, f64)>,
+    solver: &str,
+) -> Outcome {
     let Some((truth, factor)) = truth else {
         return Outcome::Wrong { error: f64::NAN };
     };

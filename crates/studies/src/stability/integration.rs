@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
-use swimmer::model::{SphereModel, SpheresModel};
+use swimmer::models::{SphereModel, SpheresModel};
 use swimmer::{Method, Outcome, Scene, SwimError, simulate};
 
 use super::map::Tried;
@@ -21,7 +21,7 @@ pub struct Point {
 /// Everything measured about integrators.
 pub struct Study {
     pub tried: Vec<Tried>,
-    /// Drift of a reciprocal stroke.
+    /// AccumulatedError of a reciprocal stroke.
     pub scallop: Vec<Point>,
     /// Error of a stroke that swims and turns.
     pub stroke: Vec<Point>,

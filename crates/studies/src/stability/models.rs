@@ -5,7 +5,8 @@ use std::time::Instant as Clock;
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
-use swimmer::model::{Instant, SphereModel, SpheresModel, choose};
+use swimmer::choose;
+use swimmer::models::{InstantaneousSolution, SphereModel, SpheresModel};
 use swimmer::{Scene, SwimError, solve_start};
 
 use super::hardships::Expected;
@@ -237,14 +238,14 @@ fn cells(setting: &Setting, models: &[&str]) -> Result<Vec<Cell>> {
     Ok(cells)
 }
 
-fn solve(text: &str) -> Result<Instant, SwimError> {
+fn solve(text: &str) -> Result<InstantaneousSolution, SwimError> {
     let scene = Scene::parse(text)?;
     let mut model = choose(&scene)?.model;
     solve_start(&scene, model.as_mut())
 }
 
 /// The best expansion there is: where a gap is too narrow for the accuracy wanted, a hundred times less, and so on.
-fn truth(setting: &Setting) -> Result<Instant> {
+fn truth(setting: &Setting) -> Result<InstantaneousSolution> {
     let scene = Scene::parse(&setting.toml("multipole"))?;
     let mut tolerance = TRUTH;
     loop {
@@ -259,7 +260,7 @@ fn truth(setting: &Setting) -> Result<Instant> {
     }
 }
 
-fn judge(instant: &Instant, truth: Option<&Instant>) -> Outcome {
+fn judge(instant: &InstantaneousSolution, truth: Option<&InstantaneousSolution>) -> Outcome {
     let Some(truth) = truth else {
         return Outcome::Wrong { error: f64::NAN };
     };

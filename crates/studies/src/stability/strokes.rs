@@ -3,7 +3,8 @@
 use std::time::Instant as Clock;
 
 use anyhow::Result;
-use swimmer::model::{SphereModel, SpheresModel, choose};
+use swimmer::choose;
+use swimmer::models::{SphereModel, SpheresModel};
 use swimmer::scene::MeshMotionKind;
 use swimmer::{Method, Outcome as Swum, Scene, SwimError, simulate};
 

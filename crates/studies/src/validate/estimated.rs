@@ -1,6 +1,6 @@
 //! What the program says of its own errors, beside the true ones.
 
-use swimmer::model::{Drift, ErrorEstimate, Instant};
+use swimmer::models::{AccumulatedError, ErrorEstimate, InstantaneousSolution};
 
 use super::table::Row;
 
@@ -24,7 +24,7 @@ const ALGEBRAIC: f64 = 3.0;
 
 impl Estimated {
     /// That of a body's velocity along x.
-    pub fn velocity(instant: &Instant, body: usize) -> Self {
+    pub fn velocity(instant: &InstantaneousSolution, body: usize) -> Self {
         let error = instant.mesh_error.as_ref();
         Self::new(
             error.map(|e| (e.bodies[body].x, e.uncertainty)),
@@ -33,13 +33,13 @@ impl Estimated {
     }
 
     /// That of a body's force along x; none where nobody knows.
-    pub fn force(instant: &Instant, body: usize) -> Option<Self> {
+    pub fn force(instant: &InstantaneousSolution, body: usize) -> Option<Self> {
         let errors = instant.mesh_error.as_ref()?;
         Some(Self::signed(errors.forces.get(body)?.x))
     }
 
     /// That of a displacement along x of a body without turns.
-    pub fn displacement(drift: Option<&Drift>, bars: &ErrorEstimate) -> Self {
+    pub fn displacement(drift: Option<&AccumulatedError>, bars: &ErrorEstimate) -> Self {
         Self::new(drift.map(|d| (d.moved[0].x, d.uncertainty)), bars)
     }
 

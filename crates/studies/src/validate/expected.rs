@@ -9,7 +9,8 @@ use std::f64::consts::PI;
 use anyhow::{Context, Result};
 use mesh::{GenerateParams, TetMesh};
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
-use swimmer::model::{Placement, choose};
+use swimmer::choose;
+use swimmer::models::Configuration;
 
 use super::flow::{Sphere, scene};
 use super::reference::{concentric_drag, concentric_torque};
@@ -86,13 +87,12 @@ fn ball_in_ball(size: f64, lambda: f64) -> Result<TetMesh> {
     };
     let scene = scene(1.0 / lambda, size, &[sphere], "")?;
     let state = scene.initial_state();
-    let placement = Placement {
+    let configuration = Configuration {
         state: &state,
         lengths: &[],
-        rates: &[],
     };
     let mut model = choose(&scene)?.model;
-    model.mesh(&placement)?.context("the model has no mesh")
+    model.mesh(configuration)?.context("the model has no mesh")
 }
 
 /// Error left by a method of second order or better, from the change between a mesh and one of half the size: a third.

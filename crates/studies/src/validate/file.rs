@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use swimmer::model::{Hydrodynamics, choose};
+use swimmer::choose;
+use swimmer::models::Hydrodynamics;
 use swimmer::{Scene, solve_start};
 
 use super::reference::INSTANTANEOUS;
@@ -65,7 +66,7 @@ fn first_instant(geometry: &str) -> Result<[Row; 2]> {
 /// How much smaller the ball of the same volume is than the sphere that the flat facets stand for.
 fn radius_deficit(model: &dyn Hydrodynamics) -> Result<f64> {
     let mesh = model
-        .flow()
+        .last_flow()
         .context("the model has no flow after a solve")?
         .mesh;
     let volume = fem::surface_measures(&mesh, mesh.tag("sphere1")?)?.volume;

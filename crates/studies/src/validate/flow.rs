@@ -2,7 +2,8 @@
 
 use anyhow::{Context, Result};
 use nalgebra::{DMatrix, Vector3};
-use swimmer::model::{Instant, choose};
+use swimmer::choose;
+use swimmer::models::InstantaneousSolution;
 use swimmer::{Scene, solve_start};
 
 use super::table::Cost;
@@ -41,7 +42,7 @@ pub fn scene_by(model: &str, container: f64, spheres: &[Sphere], more: &str) -> 
 }
 
 /// Solves the first instant of a scene.
-pub fn solve(scene: &Scene) -> Result<(Instant, Cost)> {
+pub fn solve(scene: &Scene) -> Result<(InstantaneousSolution, Cost)> {
     let mut model = choose(scene)?.model;
     let instant = solve_start(scene, model.as_mut())?;
     let cost = Cost::of(&instant);

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use anyhow::Result;
-use swimmer::model::{Drift, Hydrodynamics, Instant, choose};
-use swimmer::{Leg, LegResult, Method, Observer, Outcome, Scene, Solved, SwimError, simulate};
+use swimmer::choose;
+use swimmer::models::{AccumulatedError, Hydrodynamics, InstantaneousSolution};
+use swimmer::{Leg, LegResult, LegSolution, Method, Observer, Outcome, Scene, SwimError, simulate};
 
 use super::estimated::Estimated;
 use super::flow::{Sphere, scene_by, solve};
@@ -77,7 +78,7 @@ pub fn instant(
 pub fn compare(
     name: &str,
     case: &Instantaneous,
-    instant: &Instant,
+    instant: &InstantaneousSolution,
     [velocity, force]: [(f64, Basis); 2],
     cost: Cost,
 ) -> [Row; 2] {
@@ -117,12 +118,17 @@ fn at(case: &Instantaneous, model: &str) -> Result<Scene> {
 #[derive(Default)]
 struct Legs {
     cost: Cost,
-    drifts: Vec<Option<Drift>>,
+    drifts: Vec<Option<AccumulatedError>>,
 }
 
 impl Observer for Legs {
-    fn solved(&mut self, _: &Leg, solved: &Solved, _: &dyn Hydrodynamics) -> Result<(), SwimError> {
-        self.cost.add(&Cost::of(&solved.instant));
+    fn solved(
+        &mut self,
+        _: &Leg,
+        solved: &LegSolution,
+        _: &dyn Hydrodynamics,
+    ) -> Result<(), SwimError> {
+        self.cost.add(&Cost::of(&solved.solution));
         Ok(())
     }
 
@@ -133,7 +139,7 @@ impl Observer for Legs {
         _: &Outcome,
         _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        self.drifts.push(result.drift.clone());
+        self.drifts.push(result.accumulated_error.clone());
         Ok(())
     }
 }
@@ -182,7 +188,8 @@ pub fn stroke(
         })
         .collect();
     let pair = [case.net, outcome.displacement[1].x];
-    let estimated = Estimated::displacement(outcome.drift.as_ref(), &outcome.error_estimate);
+    let estimated =
+        Estimated::displacement(outcome.accumulated_error.as_ref(), &outcome.error_estimate);
     rows.push(Row::relative("E", name("net"), pair, net, cost).with(Some(estimated)));
     Ok(rows)
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use swimmer::model::Instant;
+use swimmer::models::InstantaneousSolution;
 
 use super::estimated::Estimated;
 
@@ -16,7 +16,7 @@ pub struct Cost {
 }
 
 impl Cost {
-    pub fn of(instant: &Instant) -> Self {
+    pub fn of(instant: &InstantaneousSolution) -> Self {
         Self {
             dofs: instant.dofs.total,
             iterations: instant.solver.iterations,

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use swimmer::model::{Choice, Placement, choose};
+use swimmer::models::Configuration;
 use swimmer::scene::closest_contact;
-use swimmer::{Scene, SwimError, legs};
+use swimmer::{Choice, Scene, SwimError, choose, legs};
 
 use super::{SceneArguments, duration};
 
@@ -24,11 +24,9 @@ pub fn check(arguments: &SceneArguments) -> Result<String, SwimError> {
         line(mirrors);
     }
     let lengths = scene.articulation.initial_lengths();
-    let rates = vec![0.0; lengths.len()];
-    let cost = model.cost(&Placement {
+    let cost = model.cost(Configuration {
         state: &scene.initial_state(),
         lengths,
-        rates: &rates,
     })?;
     line(format!(
         "cost: {} unknowns, about {} and {:.0} MiB a solve",

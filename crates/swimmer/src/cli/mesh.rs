@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use mesh::MeshError;
-use swimmer::SwimError;
-use swimmer::model::{ModelError, Placement, choose};
+use swimmer::models::{Configuration, ModelError};
+use swimmer::{SwimError, choose};
 
 use super::SceneArguments;
 
@@ -12,11 +12,9 @@ pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, SwimError>
     let scene = arguments.read()?;
     let mut model = choose(&scene)?.model;
     let lengths = scene.articulation.initial_lengths();
-    let rates = vec![0.0; lengths.len()];
-    let Some(mesh) = model.mesh(&Placement {
+    let Some(mesh) = model.mesh(Configuration {
         state: &scene.initial_state(),
         lengths,
-        rates: &rates,
     })?
     else {
         return Err(SwimError::NotApplicable {

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
-use swimmer::model::ErrorEstimate;
+use swimmer::models::ErrorEstimate;
 use swimmer::{Scene, SwimError};
 
 /// Rigid bodies and articulated micro-swimmers in Stokes flow.

@@ -1,11 +1,11 @@
-//! `swim solve`: one instant.
+//! `swim solve`: one solution.
 
 use std::fmt::Write;
 use std::path::Path;
 
-use swimmer::model::{ErrorEstimate, choose};
-use swimmer::output::{instant_json, matrix_json, peak_rss_mib, write_flow};
-use swimmer::{SwimError, solve_start, start_picture, start_resistance};
+use swimmer::models::ErrorEstimate;
+use swimmer::output::{matrix_json, peak_rss_mib, solution_json, write_flow};
+use swimmer::{SwimError, choose, solve_start, start_flow, start_resistance};
 
 use super::{SceneArguments, duration, errors};
 
@@ -17,22 +17,22 @@ pub fn solve(
 ) -> Result<String, SwimError> {
     let scene = arguments.read()?;
     let mut model = choose(&scene)?.model;
-    let instant = solve_start(&scene, model.as_mut())?;
+    let solution = solve_start(&scene, model.as_mut())?;
     if let Some(path) = flow {
-        write_flow(&start_picture(&scene, model.as_mut())?, path)?;
+        write_flow(&start_flow(&scene, model.as_mut())?, path)?;
     }
     let resistance = resistance
         .then(|| start_resistance(&scene, model.as_mut()))
         .transpose()?;
     if json {
-        let mut answer = instant_json(&scene, model.name(), &instant);
+        let mut answer = solution_json(&scene, model.name(), &solution);
         if let Some(resistance) = &resistance {
             answer["resistance"] = matrix_json(resistance);
         }
         return Ok(format!("{answer}\n"));
     }
     let mut text = format!("{} by {} at the start\n", scene.name, model.name());
-    for (body, motion) in scene.bodies.iter().zip(&instant.bodies) {
+    for (body, motion) in scene.bodies.iter().zip(&solution.bodies) {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "{}", body.name);
         for (what, v) in [
@@ -48,7 +48,7 @@ pub fn solve(
             );
         }
     }
-    for (link, force) in scene.articulation.links().iter().zip(&instant.link_forces) {
+    for (link, force) in scene.articulation.links().iter().zip(&solution.link_forces) {
         let _ = writeln!(
             text,
             "force of {} on {} {:>14.8} {:>14.8} {:>14.8}",
@@ -58,32 +58,32 @@ pub fn solve(
     let bars = ErrorEstimate {
         // nothing is integrated
         integration: Some(0.0),
-        ..instant.error_estimate
+        ..solution.error_estimate
     };
     let _ = writeln!(text, "velocities: {}", errors(&bars));
-    if let Some(error) = &instant.mesh_error {
+    if let Some(error) = &solution.mesh_error {
         let _ = writeln!(text, "forces: error {:.1e} by the mesh", error.force());
     }
-    if let Some(checks) = &instant.checks {
+    if let Some(checks) = &solution.checks {
         let _ = writeln!(
             text,
             "checks: forces by the stress on surfaces differ by {:.1e}, dissipation and power by {:.1e}, relative",
             checks.force_by_stress, checks.dissipation
         );
     }
-    let solver = &instant.solver;
+    let solver = &solution.solver;
     let _ = writeln!(
         text,
         "{} unknowns, {} {}: {} iterations to a true residual of {:.1e}, {}{}",
-        instant.dofs.total,
+        solution.dofs.total,
         solver.formulation,
         solver.solver,
         solver.iterations,
         solver.true_relative_residual,
-        duration(instant.seconds.total),
+        duration(solution.seconds.total),
         peak_rss_mib().map_or(String::new(), |mib| format!(", {mib:.0} MiB")),
     );
-    let [of_forces, of_velocities] = instant.relative_mesh_errors();
+    let [of_forces, of_velocities] = solution.relative_mesh_errors();
     if let Some(target) = scene.fem.target
         && of_forces.max(of_velocities) > target
     {

@@ -11,18 +11,13 @@ use nalgebra::Vector3;
 use rigid::{State, StateVelocity};
 
 use super::gauss::Gauss;
-use super::oracle::Oracle;
+use super::leg_evaluator::LegEvaluator;
+use super::leg_solution::LegSolution;
 use super::piece::{PathPiece, combination};
-use super::result::{LegResult, Rung, Solved};
+use super::result::{LegResult, Rung};
 use super::rotation::coordinate_rate;
+use super::step_size::{LEG_SHARE, MOST_PARTS, moved, size};
 use crate::SwimError;
-
-/// Share of the tolerance for the error of a leg, relative to the leg's displacement or change of length.
-///
-/// A stroke is a small difference of its legs: the three-sphere swimmer of Najafi & Golestanian moves by 1/25 of an arm's
-/// change, and the errors of four legs add up. A stroke that gains less, such as the planar swimmer's (1/370),
-/// may miss the tolerance; that is found at the end, when the net displacement is known.
-pub(super) const LEG_SHARE: f64 = 1.0 / 160.0;
 
 /// Rungs from this one on are asked with estimates of what the mesh gets wrong, because they may be the last. (The estimates of
 /// one rung do not serve another: its meshes err by other accidents.)
@@ -30,9 +25,6 @@ const ESTIMATED_POINTS: usize = 3;
 
 /// Rungs beyond this gain less than halving the step does.
 const MOST_POINTS: usize = 8;
-
-/// Steps below this part of a leg mean that something other than the step is wrong.
-pub(super) const MOST_PARTS: usize = 64;
 
 /// Rungs that still differ by less than this, but no longer come closer, differ by the model's own noise
 /// (a mesh of 28 thousand unknowns moves velocities by 1e-4, measured; coarser ones by more).
@@ -42,17 +34,17 @@ const NOISE: f64 = 1e-3;
 const LEAST_GAIN: f64 = 0.1;
 
 /// Integrates a leg, halving steps where the ladder of orders does not converge.
-pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimError> {
+pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResult, SwimError> {
     let mut result = LegResult::at(start);
     let mut todo = vec![(0.0, 1.0)];
     while let Some(span) = todo.pop() {
         let middle = 0.5 * (span.0 + span.1);
         let may_halve = span.1 - span.0 > 1.0 / MOST_PARTS as f64;
-        match step(oracle, &result.end, span) {
+        match step(evaluator, &result.end, span) {
             Ok(Step::Done { rung, error, met }) => {
-                let duration = oracle.leg.duration * (span.1 - span.0);
-                let drift = rung.drift(duration);
-                result.append(oracle, *rung, Some(error), drift.as_ref())?;
+                let duration = evaluator.leg.duration * (span.1 - span.0);
+                let accumulated = rung.accumulated_error(duration);
+                result.append(evaluator, *rung, Some(error), accumulated.as_ref())?;
                 result.tolerance_met &= met;
             }
             Ok(Step::Diverging { .. }) | Err(SwimError::Collision { .. }) if may_halve => {
@@ -60,8 +52,8 @@ pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimE
             }
             Ok(Step::Diverging { error, tolerance }) => {
                 return Err(SwimError::NotIntegrated {
-                    phase: oracle.leg.number + 1,
-                    what: oracle.what(),
+                    phase: evaluator.leg.number + 1,
+                    what: evaluator.what(),
                     error,
                     tolerance,
                     parts: MOST_PARTS,
@@ -70,7 +62,7 @@ pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimE
             Err(error) => return Err(error),
         }
     }
-    Ok(result.closed(oracle))
+    Ok(result.closed(evaluator))
 }
 
 enum Step {
@@ -86,26 +78,25 @@ enum Step {
 }
 
 /// Climbs the ladder over one part of a leg until a rung changes the step by less than the tolerance.
-fn step(oracle: &mut Oracle, start: &State, span: (f64, f64)) -> Result<Step, SwimError> {
-    let set = &oracle.scene.articulation;
+fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result<Step, SwimError> {
+    let set = &evaluator.scene.articulation;
     let width = span.1 - span.0;
     let guess = PathPiece::new(
         set,
         start,
         span,
-        vec![resting_centroids(oracle, start, span)?],
+        vec![resting_centroids(evaluator, start, span)?],
     )?;
-    oracle.want_estimates(false);
-    let mut before = climb(oracle, start, &guess, 1)?;
+    let mut before = climb(evaluator, start, &guess, 1, false)?;
     let mut last_change = None;
     let mut gain = LEAST_GAIN;
     for points in 2..=MOST_POINTS {
-        let estimated = oracle.want_estimates(points >= ESTIMATED_POINTS);
-        let mut rung = climb(oracle, start, &before.piece, points)?;
+        let requested = points >= ESTIMATED_POINTS;
+        let mut rung = climb(evaluator, start, &before.piece, points, requested)?;
         let (step, step_before) = (rung.piece.step(), before.piece.step());
-        let change = size(oracle, &(&step + &(&step_before * -1.0)));
-        let scale = size(oracle, &step).max(width * moved(oracle));
-        let tolerance = oracle.scene.model.tolerance * LEG_SHARE * scale;
+        let change = size(evaluator, &(&step + &(&step_before * -1.0)));
+        let scale = size(evaluator, &step).max(width * moved(evaluator));
+        let tolerance = evaluator.scene.model.tolerance * LEG_SHARE * scale;
         // A change is the error of the rung before; this rung's error is smaller by what a rung gains.
         if let Some(last) = last_change {
             gain = gain.max(change / last);
@@ -117,8 +108,9 @@ fn step(oracle: &mut Oracle, start: &State, span: (f64, f64)) -> Result<Step, Sw
         };
         if error <= tolerance {
             // Sooner than expected: the same points again, with estimates.
-            if !estimated && oracle.want_estimates(true) {
-                rung = climb(oracle, start, &before.piece, points)?;
+            let estimates = evaluator.error_estimates();
+            if !estimates.given(requested) && estimates.given(true) {
+                rung = climb(evaluator, start, &before.piece, points, true)?;
             }
             return Ok(Step::Done {
                 rung: Box::new(rung),
@@ -147,38 +139,40 @@ fn step(oracle: &mut Oracle, start: &State, span: (f64, f64)) -> Result<Step, Sw
 
 /// One rung: asks at the Gauss points of the path found so far.
 fn climb(
-    oracle: &mut Oracle,
+    evaluator: &mut LegEvaluator,
     start: &State,
     path: &PathPiece,
     points: usize,
+    estimates: bool,
 ) -> Result<Rung, SwimError> {
-    let set = &oracle.scene.articulation;
+    let set = &evaluator.scene.articulation;
     let span = (path.from, path.to);
-    let duration = oracle.leg.duration * (span.1 - span.0);
+    let duration = evaluator.leg.duration * (span.1 - span.0);
     let gauss = Gauss::new(points);
     let mut piece = path.clone();
     let mut solved = Vec::with_capacity(points);
     for &t in &gauss.nodes {
         let s = span.0 + t * (span.1 - span.0);
-        solved.push(oracle.solve(s, &piece.state(set, s)?)?);
+        solved.push(evaluator.solve(s, &piece.state(set, s)?, estimates)?);
     }
-    let rates = |piece: &PathPiece, solved: &[Solved]| -> Vec<StateVelocity> {
-        let rate = |(s, &t): (&Solved, &f64)| {
-            &coordinate_rate(&piece.coordinates(t), &s.instant.motion) * duration
+    let rates = |piece: &PathPiece, solved: &[LegSolution]| -> Vec<StateVelocity> {
+        let rate = |(s, &t): (&LegSolution, &f64)| {
+            &coordinate_rate(&piece.coordinates(t), &s.solution.motion) * duration
         };
         solved.iter().zip(&gauss.nodes).map(rate).collect()
     };
     piece = PathPiece::new(set, start, span, rates(&piece, &solved))?;
-    if oracle.scene.is_free() {
+    if evaluator.scene.is_free() {
         // The shape alone matters, so the same answers serve the corrected positions: iterate to rounding.
         for _ in 0..FREE_SWEEPS {
             for (solved, &t) in solved.iter_mut().zip(&gauss.nodes) {
-                *solved = oracle.turned(solved, &piece.state(set, span.0 + t * (span.1 - span.0))?);
+                *solved =
+                    evaluator.turned(solved, &piece.state(set, span.0 + t * (span.1 - span.0))?);
             }
             let next = PathPiece::new(set, start, span, rates(&piece, &solved))?;
-            let change = size(oracle, &(&next.step() + &(&piece.step() * -1.0)));
+            let change = size(evaluator, &(&next.step() + &(&piece.step() * -1.0)));
             piece = next;
-            if change <= f64::EPSILON * size(oracle, &piece.step()) {
+            if change <= f64::EPSILON * size(evaluator, &piece.step()) {
                 break;
             }
         }
@@ -195,13 +189,13 @@ const FREE_SWEEPS: usize = 40;
 
 /// A first guess of the motion over a span: the mean position of every linkage's bodies stays.
 fn resting_centroids(
-    oracle: &Oracle,
+    evaluator: &LegEvaluator,
     start: &State,
     span: (f64, f64),
 ) -> Result<StateVelocity, SwimError> {
-    let set = &oracle.scene.articulation;
-    let before = set.place(start, &oracle.leg.lengths(span.0))?;
-    let after = set.place(start, &oracle.leg.lengths(span.1))?;
+    let set = &evaluator.scene.articulation;
+    let before = set.place(start, &evaluator.leg.lengths(span.0))?;
+    let after = set.place(start, &evaluator.leg.lengths(span.1))?;
     let mut guess = combination(std::iter::empty(), start);
     for (frame, linkage) in guess.frames.iter_mut().zip(set.linkages()) {
         let shift =
@@ -210,30 +204,4 @@ fn resting_centroids(
             linkage.bodies.iter().map(shift).sum::<Vector3<f64>>() / linkage.bodies.len() as f64;
     }
     Ok(guess)
-}
-
-/// The largest change of a length over the leg.
-pub(super) fn moved(oracle: &Oracle) -> f64 {
-    let changes = oracle.leg.from.iter().zip(&oracle.leg.to);
-    changes.fold(0.0_f64, |m, (a, b)| m.max((b - a).abs()))
-}
-
-/// Size of a step as the largest displacement of a body's centre or, by spinning, of its surface.
-pub(super) fn size(oracle: &Oracle, step: &StateVelocity) -> f64 {
-    let reach = oracle
-        .leg
-        .from
-        .iter()
-        .chain(&oracle.leg.to)
-        .fold(0.0_f64, |m, l| m.max(*l));
-    let spins = step
-        .spins
-        .iter()
-        .zip(&oracle.scene.bodies)
-        .map(|(spin, body)| spin.norm() * body.bounding_radius());
-    step.frames
-        .iter()
-        .map(|f| f.linear.norm() + f.angular.norm() * reach)
-        .chain(spins)
-        .fold(0.0, f64::max)
 }

@@ -2,39 +2,38 @@
 
 use rigid::{State, StateVelocity};
 
-use super::collocation::size;
-use super::oracle::Oracle;
+use super::leg_evaluator::LegEvaluator;
 use super::piece::{PathPiece, combination};
 use super::result::{LegResult, Rung};
+use super::step_size::size;
 use crate::SwimError;
-use crate::model::Drift;
+use models::AccumulatedError;
 
 /// Integrates a leg in equal steps, each at the velocity of its start.
 pub(super) fn leg(
-    oracle: &mut Oracle,
+    evaluator: &mut LegEvaluator,
     start: &State,
     steps: usize,
 ) -> Result<LegResult, SwimError> {
     let mut result = LegResult::at(start);
-    oracle.want_estimates(true);
     let mut rates = Vec::with_capacity(steps);
     for k in 0..steps {
         let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
-        let solved = oracle.solve(span.0, &result.end)?;
-        let duration = oracle.leg.duration * (span.1 - span.0);
-        let rate = &solved.instant.motion * duration;
+        let solved = evaluator.solve(span.0, &result.end, true)?;
+        let duration = evaluator.leg.duration * (span.1 - span.0);
+        let rate = &solved.solution.motion * duration;
         rates.push(rate.clone());
-        let piece = PathPiece::new(&oracle.scene.articulation, &result.end, span, vec![rate])?;
+        let piece = PathPiece::new(&evaluator.scene.articulation, &result.end, span, vec![rate])?;
         let rung = Rung {
             piece,
             solved: vec![solved],
             weights: vec![1.0],
         };
-        let drift = rung.drift(duration);
-        result.append(oracle, rung, None, drift.as_ref())?;
+        let accumulated = rung.accumulated_error(duration);
+        result.append(evaluator, rung, None, accumulated.as_ref())?;
     }
-    result.integration_drift = missed(oracle, &rates, start);
-    Ok(result.closed(oracle))
+    result.accumulated_integration_error = missed(evaluator, &rates, start);
+    Ok(result.closed(evaluator))
 }
 
 /// What steps at the velocity of their start err by, from these velocities alone: the steps less the integrals of a polynomial through
@@ -43,7 +42,11 @@ pub(super) fn leg(
 /// With three steps and more the polynomials are quadratic (the weights of Adams & Moulton, Hairer, Nørsett & Wanner 1993, III.1), and the
 /// difference to linear ones is what the estimate may err by. Wrong turns move wrongly later; that a wrong place changes the velocity itself
 /// is left out, it matters beside walls by the part of the way to them that is missed.
-fn missed(oracle: &Oracle, rates: &[StateVelocity], start: &State) -> Option<Drift> {
+fn missed(
+    evaluator: &LegEvaluator,
+    rates: &[StateVelocity],
+    start: &State,
+) -> Option<AccumulatedError> {
     if rates.len() < 2 {
         return None;
     }
@@ -65,7 +68,7 @@ fn missed(oracle: &Oracle, rates: &[StateVelocity], start: &State) -> Option<Dri
         };
         mixed(&parts.map(|(step, weight)| (step, weight / 12.0)))
     };
-    let mut drift = Drift::default();
+    let mut accumulated = AccumulatedError::default();
     let mut unsure = combination(std::iter::empty(), start);
     for (step, rate) in rates.iter().enumerate() {
         let (error, other) = if last < 2 {
@@ -75,14 +78,14 @@ fn missed(oracle: &Oracle, rates: &[StateVelocity], start: &State) -> Option<Dri
             (quadratic(step), linear(step))
         };
         unsure = &unsure + &(&error + &(&other * -1.0));
-        let own = Drift {
+        let own = AccumulatedError {
             moved: error.frames.iter().map(|f| f.linear).collect(),
             turned: error.frames.iter().map(|f| f.angular).collect(),
             uncertainty: 0.0,
         };
         let way: Vec<_> = rate.frames.iter().map(|f| f.linear).collect();
-        drift.append(&own, &way);
+        accumulated.append(&own, &way);
     }
-    drift.uncertainty = size(oracle, &unsure);
-    Some(drift)
+    accumulated.uncertainty = size(evaluator, &unsure);
+    Some(accumulated)
 }

@@ -7,11 +7,12 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::{Drive, ExternalLoad, Reduction, State};
 
-use super::oracle::Oracle;
+use super::leg_evaluator::LegEvaluator;
+use super::leg_solution::LegSolution;
 use super::piece::PathPiece;
-use super::result::{LegResult, Rung, Solved};
+use super::result::{LegResult, Rung};
 use crate::SwimError;
-use crate::model::{BodyInstant, ErrorEstimate, Instant, ModelError, SolverInfo};
+use models::{BodySolution, InstantaneousSolution, ModelError};
 use scene::{Scene, SceneError};
 
 /// When the fluid's resistance is taken.
@@ -27,38 +28,37 @@ pub(super) enum Scheme {
 ///
 /// `velocity` holds `(U, omega)` of the bodies with surfaces at the start and, when it is done, at the end; none at rest.
 pub(super) fn leg(
-    oracle: &mut Oracle,
+    evaluator: &mut LegEvaluator,
     start: &State,
     steps: usize,
     scheme: Scheme,
     velocity: &mut Option<DVector<f64>>,
 ) -> Result<LegResult, SwimError> {
     let mut result = LegResult::at(start);
-    oracle.want_estimates(false);
-    let mass = masses(oracle.scene)?;
+    let mass = masses(evaluator.scene)?;
     let mut before = velocity
         .take()
         .unwrap_or_else(|| DVector::zeros(mass.len()));
-    let dt = oracle.leg.duration / steps as f64;
+    let dt = evaluator.leg.duration / steps as f64;
     for k in 0..steps {
         let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
         let at = match scheme {
             Scheme::Explicit => span.0,
             Scheme::Implicit => span.1,
         };
-        let (solved, after) = step(oracle, &result.end, at, dt, scheme, &mass, &before)?;
-        let rate = &solved.instant.motion * dt;
-        let set = &oracle.scene.articulation;
+        let (solved, after) = step(evaluator, &result.end, at, dt, scheme, &mass, &before)?;
+        let rate = &solved.solution.motion * dt;
+        let set = &evaluator.scene.articulation;
         let rung = Rung {
             piece: PathPiece::new(set, &result.end, span, vec![rate])?,
             solved: vec![solved],
             weights: vec![1.0],
         };
-        result.append(oracle, rung, None, None)?;
+        result.append(evaluator, rung, None, None)?;
         before = after;
     }
     *velocity = Some(before);
-    Ok(result.closed(oracle))
+    Ok(result.closed(evaluator))
 }
 
 /// Mass, three times, and moment of inertia, three times, of every body with a surface.
@@ -85,18 +85,18 @@ fn masses(scene: &Scene) -> Result<DVector<f64>, SwimError> {
 
 /// One step: the answer at its end and the bodies' velocities there.
 fn step(
-    oracle: &mut Oracle,
+    evaluator: &mut LegEvaluator,
     state: &State,
     s: f64,
     dt: f64,
     scheme: Scheme,
     mass: &DVector<f64>,
     before: &DVector<f64>,
-) -> Result<(Solved, DVector<f64>), SwimError> {
-    let resistance = oracle.resistance(s, state)?;
-    let scene = oracle.scene;
+) -> Result<(LegSolution, DVector<f64>), SwimError> {
+    let resistance = evaluator.resistance(s, state)?;
+    let scene = evaluator.scene;
     let set = &scene.articulation;
-    let constraints = set.constraints(state, &oracle.leg.lengths(s), &oracle.leg.rates())?;
+    let constraints = set.constraints(state, &evaluator.leg.lengths(s), &evaluator.leg.rates())?;
     let reduction = Reduction::of(set, &constraints)?;
     let load = |body: &scene::Body| ExternalLoad {
         force: body.force,
@@ -113,7 +113,7 @@ fn step(
     let external = reduction.all.basis.tr_mul(&drive.generalised_loads()?);
     let (matrix, rest) = match scheme {
         Scheme::Explicit => {
-            check_step(oracle, &resistance, mass, basis, dt)?;
+            check_step(evaluator, &resistance, mass, basis, dt)?;
             let rest = &inertia * (before - offset) - &resistance * before;
             (inertia.clone(), rest)
         }
@@ -123,14 +123,13 @@ fn step(
             (matrix, rest)
         }
     };
-    let not_finite = || ModelError::NotFinite {
-        model: "inertia",
-        what: "a velocity",
-    };
-    let unknowns = basis
-        .tr_mul(&(&matrix * basis))
+    let reduced = basis.tr_mul(&(&matrix * basis));
+    let unknowns = reduced
+        .clone()
         .cholesky()
-        .ok_or_else(not_finite)?
+        .ok_or_else(|| {
+            ModelError::not_positive_definite("mass over time step plus resistance", &reduced)
+        })?
         .solve(&(external + basis.tr_mul(&rest)));
     let generalised = reduction.velocities(&unknowns);
     let after = generalised.select_rows(&set.surface_velocities());
@@ -143,10 +142,10 @@ fn step(
     let mut surfaces = 0..;
     let bodies = (0..scene.bodies.len())
         .map(|body| {
-            let mut entry = BodyInstant {
+            let mut entry = BodySolution {
                 velocity: vector(&generalised, layout.body(body)),
                 angular_velocity: motion.spins[body],
-                ..BodyInstant::default()
+                ..BodySolution::default()
             };
             if scene.bodies[body].bounding_radius() > 0.0
                 && let Some(number) = surfaces.next()
@@ -157,27 +156,17 @@ fn step(
             entry
         })
         .collect();
-    let instant = Instant {
-        bodies,
-        link_forces: (0..set.links().len())
-            .map(|link| -> Vector3<f64> { vector(&carried, 3 * link) })
-            .collect(),
-        motion,
-        dofs: crate::model::Dofs::default(),
-        solver: SolverInfo::default(),
-        seconds: crate::model::Seconds::default(),
-        error_estimate: ErrorEstimate::default(),
-        mesh_error: None,
-        checks: None,
-        remeshed: None,
-    };
-    Ok((oracle.answered(s, state, instant)?, after))
+    let link_forces = (0..set.links().len())
+        .map(|link| -> Vector3<f64> { vector(&carried, 3 * link) })
+        .collect();
+    let solution = InstantaneousSolution::new(bodies, link_forces, motion);
+    Ok((evaluator.record(s, state, solution)?, after))
 }
 
 /// Refuses an explicit step beyond twice the shortest relaxation time: `2 / lambda` with the largest eigenvalue of
 /// $S^T R S\, x = \lambda\, S^T M S\, x$.
 fn check_step(
-    oracle: &Oracle,
+    evaluator: &LegEvaluator,
     resistance: &DMatrix<f64>,
     mass: &DVector<f64>,
     basis: &DMatrix<f64>,
@@ -188,11 +177,11 @@ fn check_step(
         return Ok(());
     }
     Err(SwimError::Unstable {
-        phase: oracle.leg.number + 1,
-        what: oracle.what(),
+        phase: evaluator.leg.number + 1,
+        what: evaluator.what(),
         step: dt,
         limit,
-        steps: (oracle.leg.duration / limit).ceil(),
+        steps: (evaluator.leg.duration / limit).ceil(),
     })
 }
 

@@ -8,24 +8,26 @@ mod collocation;
 mod euler;
 mod gauss;
 mod inertia;
-mod oracle;
+mod leg_evaluator;
+mod leg_solution;
 mod piece;
 mod result;
 mod rotation;
 mod runge_kutta;
+mod step_size;
 
 use inertia::Scheme;
+use leg_evaluator::LegEvaluator;
 use nalgebra::DVector;
-use oracle::Oracle;
 use rigid::State;
 
+pub use leg_solution::LegSolution;
 pub use piece::PathPiece;
-pub use result::{LegResult, Solved};
+pub use result::LegResult;
 
 use crate::SwimError;
-use crate::model::Hydrodynamics;
-use scene::Leg;
-use scene::Scene;
+use models::Hydrodynamics;
+use scene::{Leg, Scene};
 
 /// How a leg is integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,23 +89,25 @@ impl<'a> Integrator<'a> {
         &mut self,
         leg: &Leg,
         start: &State,
-        observe: &mut dyn FnMut(&Solved, &dyn Hydrodynamics) -> Result<(), SwimError>,
+        observe: &mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
     ) -> Result<LegResult, SwimError> {
-        self.model.begin_leg();
-        let mut oracle = Oracle::new(self.scene, self.model, leg, observe);
+        // A leg starts from the history of the model alone, as a resumed run does.
+        let history = self.model.history()?;
+        self.model.restore(&history)?;
+        let mut evaluator = LegEvaluator::new(self.scene, self.model, leg, observe);
         match self.method {
-            Method::Collocation => collocation::leg(&mut oracle, start),
-            Method::RungeKutta => runge_kutta::leg(&mut oracle, start),
-            Method::Euler { steps } => euler::leg(&mut oracle, start, steps.max(1)),
+            Method::Collocation => collocation::leg(&mut evaluator, start),
+            Method::RungeKutta => runge_kutta::leg(&mut evaluator, start),
+            Method::Euler { steps } => euler::leg(&mut evaluator, start, steps.max(1)),
             Method::BackwardEuler { steps } => inertia::leg(
-                &mut oracle,
+                &mut evaluator,
                 start,
                 steps.max(1),
                 Scheme::Implicit,
                 &mut self.velocity,
             ),
             Method::ExplicitInertia { steps } => inertia::leg(
-                &mut oracle,
+                &mut evaluator,
                 start,
                 steps.max(1),
                 Scheme::Explicit,

@@ -2,29 +2,17 @@
 
 use rigid::{Articulation, State};
 
-use super::oracle::Oracle;
+use super::leg_evaluator::LegEvaluator;
+use super::leg_solution::LegSolution;
 use super::piece::PathPiece;
 use crate::SwimError;
-use crate::model::{BodyInstant, Drift, ErrorEstimate, Instant, Seconds};
+use models::{AccumulatedError, BodySolution, ErrorEstimate, Seconds};
 
 /// One rung of the ladder, or one step: a path, the answers that made it, and the weights by which they stand for its duration.
 pub(super) struct Rung {
     pub piece: PathPiece,
-    pub solved: Vec<Solved>,
+    pub solved: Vec<LegSolution>,
     pub weights: Vec<f64>,
-}
-
-/// The model's answer at a point of a leg.
-#[derive(Clone, Debug)]
-pub struct Solved {
-    /// Number of the solve from zero, over the whole simulation.
-    pub number: usize,
-    /// Where on the leg.
-    pub s: f64,
-    /// The state it was asked for.
-    pub state: State,
-    /// The answer.
-    pub instant: Instant,
 }
 
 /// What became of a leg.
@@ -33,7 +21,7 @@ pub struct LegResult {
     /// The state at the end.
     pub end: State,
     /// The solves whose answers the result is made of, in the order of `s`.
-    pub solved: Vec<Solved>,
+    pub solved: Vec<LegSolution>,
     /// The path as polynomials, in order.
     pub pieces: Vec<PathPiece>,
     /// All solves made, the discarded ones included.
@@ -41,10 +29,10 @@ pub struct LegResult {
     /// Error bars of the displacement.
     pub error_estimate: ErrorEstimate,
     /// What the mesh's errors add up to; none where some part of the leg was not estimated.
-    pub drift: Option<Drift>,
+    pub accumulated_error: Option<AccumulatedError>,
     /// What the integration's errors add up to, for methods that know them with their signs; others enter
     /// [`ErrorEstimate::integration`] here.
-    pub integration_drift: Option<Drift>,
+    pub accumulated_integration_error: Option<AccumulatedError>,
     /// Whether the integration met its share of the tolerance.
     pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
@@ -55,13 +43,13 @@ pub struct LegResult {
 
 impl Rung {
     /// What the mesh's errors add up to over `duration`, by the rung's own points; none if they were not estimated.
-    pub fn drift(&self, duration: f64) -> Option<Drift> {
-        let mut drift = Drift::default();
+    pub fn accumulated_error(&self, duration: f64) -> Option<AccumulatedError> {
+        let mut accumulated = AccumulatedError::default();
         for (solved, weight) in self.solved.iter().zip(&self.weights) {
-            let error = solved.instant.mesh_error.as_ref()?;
-            drift.add(weight * duration, &solved.instant.motion, error);
+            let error = solved.solution.mesh_error.as_ref()?;
+            accumulated.add(weight * duration, &solved.solution.motion, error);
         }
-        Some(drift)
+        Some(accumulated)
     }
 }
 
@@ -85,8 +73,8 @@ impl LegResult {
             pieces: Vec::new(),
             solves: 0,
             error_estimate: ErrorEstimate::default(),
-            drift: Some(Drift::default()),
-            integration_drift: None,
+            accumulated_error: Some(AccumulatedError::default()),
+            accumulated_integration_error: None,
             tolerance_met: true,
             work: 0.0,
             seconds: Seconds::default(),
@@ -96,10 +84,10 @@ impl LegResult {
     /// Appends an accepted rung: its path, its answers and what they add up to.
     pub(super) fn append(
         &mut self,
-        oracle: &Oracle,
+        evaluator: &LegEvaluator,
         rung: Rung,
         error: Option<f64>,
-        drift: Option<&Drift>,
+        accumulated: Option<&AccumulatedError>,
     ) -> Result<(), SwimError> {
         let Rung {
             piece,
@@ -107,18 +95,18 @@ impl LegResult {
             weights,
         } = rung;
         let moved: Vec<_> = piece.step().frames.iter().map(|f| f.linear).collect();
-        self.drift = match (self.drift.take(), drift) {
+        self.accumulated_error = match (self.accumulated_error.take(), accumulated) {
             (Some(mut sum), Some(part)) => {
                 sum.append(part, &moved);
                 Some(sum)
             }
             _ => None,
         };
-        let duration = oracle.leg.duration * (piece.to - piece.from);
-        let power = |b: &BodyInstant| b.force.dot(&b.velocity) + b.torque.dot(&b.angular_velocity);
+        let duration = evaluator.leg.duration * (piece.to - piece.from);
+        let power = |b: &BodySolution| b.force.dot(&b.velocity) + b.torque.dot(&b.angular_velocity);
         for (solved, weight) in solved.iter().zip(weights) {
-            let instant = &solved.instant;
-            // Errors by the mesh are added up with their signs, in the drift.
+            let instant = &solved.solution;
+            // Errors by the mesh are added up with their signs, in the accumulated.
             let without_mesh = ErrorEstimate {
                 mesh: None,
                 ..instant.error_estimate
@@ -132,17 +120,17 @@ impl LegResult {
             ..ErrorEstimate::default()
         };
         self.error_estimate.accumulate(1.0, &integration);
-        self.end = piece.state(&oracle.scene.articulation, piece.to)?;
+        self.end = piece.state(&evaluator.scene.articulation, piece.to)?;
         self.solved.extend(solved);
         self.pieces.push(piece);
         Ok(())
     }
 
-    /// Enters what the oracle counted.
-    pub(super) fn closed(self, oracle: &Oracle) -> Self {
+    /// Enters what the evaluator counted.
+    pub(super) fn closed(self, evaluator: &LegEvaluator) -> Self {
         Self {
-            solves: oracle.solves,
-            seconds: oracle.seconds,
+            solves: evaluator.solves,
+            seconds: evaluator.seconds,
             ..self
         }
     }

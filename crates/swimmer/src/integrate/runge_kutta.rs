@@ -6,11 +6,12 @@
 
 use rigid::{State, StateVelocity};
 
-use super::collocation::{LEG_SHARE, MOST_PARTS, moved, size};
-use super::oracle::Oracle;
+use super::leg_evaluator::LegEvaluator;
+use super::leg_solution::LegSolution;
 use super::piece::{PathPiece, combination};
-use super::result::{LegResult, Rung, Solved};
+use super::result::{LegResult, Rung};
 use super::rotation::coordinate_rate;
+use super::step_size::{LEG_SHARE, MOST_PARTS, moved, size};
 use crate::SwimError;
 
 const NODES: [f64; 7] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
@@ -68,11 +69,10 @@ const DIFFERENCE: [f64; 7] = [
 const FIRST: f64 = 0.25;
 
 /// Integrates a leg with steps as long as the tolerance allows.
-pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimError> {
+pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResult, SwimError> {
     let mut result = LegResult::at(start);
-    oracle.want_estimates(false);
     let (mut s, mut width) = (0.0, FIRST);
-    let mut first = oracle.solve(0.0, start)?;
+    let mut first = evaluator.solve(0.0, start, false)?;
     while s < 1.0 {
         // A rest that rounding leaves is no step.
         let end = if s + 1.01 * width >= 1.0 {
@@ -80,15 +80,15 @@ pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimE
         } else {
             s + width
         };
-        let step = match step(oracle, &result.end, &first, (s, end)) {
+        let step = match step(evaluator, &result.end, &first, (s, end)) {
             Err(SwimError::Collision { .. }) if end - s > 1.0 / MOST_PARTS as f64 => {
                 width = 0.5 * (end - s);
                 continue;
             }
             other => other?,
         };
-        let scale = size(oracle, &step.sigma).max((end - s) * moved(oracle));
-        let tolerance = oracle.scene.model.tolerance * LEG_SHARE * scale;
+        let scale = size(evaluator, &step.sigma).max((end - s) * moved(evaluator));
+        let tolerance = evaluator.scene.model.tolerance * LEG_SHARE * scale;
         // Step sizes for a local error of order five; never more than five times up or down (Hairer, Nørsett & Wanner 1993, II.4).
         let factor = match step.error > 0.0 {
             true => (0.9 * (tolerance / step.error).powf(0.2)).clamp(0.2, 5.0),
@@ -97,8 +97,8 @@ pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimE
         if step.error > tolerance {
             if end - s <= 1.0 / MOST_PARTS as f64 {
                 return Err(SwimError::NotIntegrated {
-                    phase: oracle.leg.number + 1,
-                    what: oracle.what(),
+                    phase: evaluator.leg.number + 1,
+                    what: evaluator.what(),
                     error: step.error,
                     tolerance,
                     parts: MOST_PARTS,
@@ -108,7 +108,7 @@ pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimE
             continue;
         }
         let piece = PathPiece::new(
-            &oracle.scene.articulation,
+            &evaluator.scene.articulation,
             &result.end,
             (s, end),
             vec![step.sigma],
@@ -119,10 +119,10 @@ pub(super) fn leg(oracle: &mut Oracle, start: &State) -> Result<LegResult, SwimE
             weights: WEIGHTS[..step.solved.len()].to_vec(),
             solved: step.solved,
         };
-        result.append(oracle, rung, Some(step.error), None)?;
+        result.append(evaluator, rung, Some(step.error), None)?;
         (s, width) = (end, factor * (end - s));
     }
-    Ok(result.closed(oracle))
+    Ok(result.closed(evaluator))
 }
 
 struct Step {
@@ -130,33 +130,33 @@ struct Step {
     sigma: StateVelocity,
     error: f64,
     /// All stages but the last.
-    solved: Vec<Solved>,
+    solved: Vec<LegSolution>,
     /// The velocity at the end.
-    last: Solved,
+    last: LegSolution,
 }
 
 fn step(
-    oracle: &mut Oracle,
+    evaluator: &mut LegEvaluator,
     start: &State,
-    first: &Solved,
+    first: &LegSolution,
     span: (f64, f64),
 ) -> Result<Step, SwimError> {
     let width = span.1 - span.0;
-    let duration = oracle.leg.duration * width;
+    let duration = evaluator.leg.duration * width;
     let mut solved = vec![first.clone()];
-    let mut rates = vec![&first.instant.motion * duration];
+    let mut rates = vec![&first.solution.motion * duration];
     for (weights, node) in STAGES.iter().zip(&NODES[1..]) {
         let sigma = combination(rates.iter().zip(weights.iter().copied()), start);
-        let state = oracle.scene.articulation.advance(start, &sigma)?;
-        let stage = oracle.solve(span.0 + node * width, &state)?;
-        rates.push(&coordinate_rate(&sigma, &stage.instant.motion) * duration);
+        let state = evaluator.scene.articulation.advance(start, &sigma)?;
+        let stage = evaluator.solve(span.0 + node * width, &state, false)?;
+        rates.push(&coordinate_rate(&sigma, &stage.solution.motion) * duration);
         solved.push(stage);
     }
     let error = combination(rates.iter().zip(DIFFERENCE), start);
     let last = solved.split_off(NODES.len() - 1).swap_remove(0);
     Ok(Step {
         sigma: combination(rates.iter().zip(WEIGHTS), start),
-        error: size(oracle, &error),
+        error: size(evaluator, &error),
         solved,
         last,
     })

@@ -10,5 +10,5 @@ mod trajectory;
 pub use folder::Folder;
 pub use paraview::{FlowSeries, write_flow};
 pub use picture::trajectory_svg;
-pub use report::{instant_json, matrix_json, peak_rss_mib, summary_json};
+pub use report::{matrix_json, peak_rss_mib, solution_json, summary_json};
 pub use trajectory::trajectory_csv;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use mesh::{Pvd, Vtu};
 
-use crate::model::{Flow, ModelError};
 use crate::{Folder, LegResult, SwimError};
+use models::{FlowField, ModelError};
 use scene::Leg;
 
 /// The flows of a simulation as `trajectory.pvd`, a collection of `.vtu` files.
@@ -47,7 +47,7 @@ impl FlowSeries {
     ///
     /// # Errors
     /// [`SwimError::Write`], or what the mesh says of fields that do not fit it.
-    pub fn add(&mut self, solve: usize, flow: &Flow) -> Result<(), SwimError> {
+    pub fn add(&mut self, solve: usize, flow: &FlowField) -> Result<(), SwimError> {
         write_flow(flow, &self.folder.path().join(file_name(solve)))?;
         self.pending.push(solve);
         Ok(())
@@ -88,7 +88,7 @@ impl FlowSeries {
 ///
 /// # Errors
 /// [`SwimError::Write`], or what the mesh says of fields that do not fit it.
-pub fn write_flow(flow: &Flow, path: &Path) -> Result<(), SwimError> {
+pub fn write_flow(flow: &FlowField, path: &Path) -> Result<(), SwimError> {
     let velocity: Vec<f64> = flow.velocity.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
     let write = || {
         let file = Vtu::cells(&flow.mesh).point_field("velocity", 3, &velocity)?;

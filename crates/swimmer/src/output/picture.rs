@@ -5,7 +5,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use crate::SwimError;
-use crate::simulate::Outcome;
+use crate::outcome::Outcome;
 use scene::Scene;
 
 /// The palette of Okabe & Ito (2008), whose colours colour-blind readers can tell apart.

@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, Vector3};
 use serde_json::{Map, Value, json};
 
-use crate::model::{ErrorEstimate, Instant, Seconds};
-use crate::simulate::Outcome;
+use crate::outcome::Outcome;
+use models::{ErrorEstimate, InstantaneousSolution, Seconds};
 use scene::Scene;
 
 /// The summary of a run.
@@ -66,11 +66,11 @@ pub fn summary_json(
 /// `links` holds the force of each arm on the body that its key `body` names; the opposite acts on `to`.
 /// `error_estimate` is that of the velocities; its `force` that of the largest force. `corrected` has the velocities and forces less
 /// their estimated errors by the mesh, `checks` other ways to forces and power.
-pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
+pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolution) -> Value {
     let bodies: Vec<Value> = scene
         .bodies
         .iter()
-        .zip(&instant.bodies)
+        .zip(&solution.bodies)
         .map(|(body, motion)| {
             json!({
                 "name": body.name,
@@ -81,13 +81,13 @@ pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
             })
         })
         .collect();
-    let mut bars = estimate(&instant.error_estimate);
-    if let (Some(error), Value::Object(bars)) = (&instant.mesh_error, &mut bars) {
+    let mut bars = estimate(&solution.error_estimate);
+    if let (Some(error), Value::Object(bars)) = (&solution.mesh_error, &mut bars) {
         bars.insert("force".to_owned(), json!({ "mesh": error.force() }));
     }
-    let corrected = instant.mesh_error.as_ref().map(|error| {
+    let corrected = solution.mesh_error.as_ref().map(|error| {
         let errors = error.bodies.iter().zip(&error.forces);
-        let bodies = scene.bodies.iter().zip(&instant.bodies).zip(errors);
+        let bodies = scene.bodies.iter().zip(&solution.bodies).zip(errors);
         let entries = bodies.map(|((body, motion), (velocity, force))| {
             json!({
                 "name": body.name,
@@ -101,20 +101,20 @@ pub fn instant_json(scene: &Scene, model: &str, instant: &Instant) -> Value {
         .articulation
         .links()
         .iter()
-        .zip(&instant.link_forces)
+        .zip(&solution.link_forces)
         .map(|(link, force)| json!({ "name": link.name, "force": vector(force) }))
         .collect();
     json!({
         "model": model,
         "bodies": bodies,
         "links": links,
-        "dofs": instant.dofs,
-        "solver": instant.solver,
-        "seconds": instant.seconds,
+        "dofs": solution.dofs,
+        "solver": solution.solver,
+        "seconds": solution.seconds,
         "peak_rss_mib": peak_rss_mib(),
         "error_estimate": bars,
         "corrected": corrected,
-        "checks": instant.checks,
+        "checks": solution.checks,
     })
 }
 

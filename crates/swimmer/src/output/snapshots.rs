@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use plotters::prelude::*;
 
 use super::picture::{Area, COLOURS, GREY, INK, font, px};
-use crate::simulate::{Outcome, Sample};
+use crate::outcome::{Outcome, Sample};
 use scene::{Scene, Shape};
 
 /// More snapshots than this would be too small.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::simulate::Sample;
+use crate::outcome::Sample;
 use scene::Scene;
 
 /// Suffixes of the columns of a body: position, rotation vector, velocity, angular velocity, force and torque on the fluid.

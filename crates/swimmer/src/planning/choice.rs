@@ -1,9 +1,9 @@
 //! Which model computes a scene, and why.
 
-use crate::model::{
-    AxisymmetricModel, FemModel, Hydrodynamics, ModelError, SphereModel, SpheresModel, ladder,
-};
+use models::{AxisymmetricModel, FemModel, Hydrodynamics, ModelError, SphereModel, SpheresModel};
 use scene::{DomainKind, ModelKind, Scene};
+
+use crate::planning::ladder;
 
 /// The model taken for a scene, with the reasons.
 pub struct Choice {
@@ -18,10 +18,10 @@ pub struct Choice {
 /// `auto` gives three reasons: the symmetry found, what each rung of the ladder errs and costs, and what it took.
 ///
 /// # Errors
-/// [`ModelError::NotBuilt`] for models, domains and options that do not exist yet, naming what to use instead.
+/// [`ModelError::Unsupported`] for models, domains and options that do not exist yet, naming what to use instead.
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
-    let not_built = |key: &str, value: &str, instead: &str| {
-        Err(ModelError::NotBuilt {
+    let unsupported = |key: &str, value: &str, instead: &str| {
+        Err(ModelError::Unsupported {
             what: format!("{}: {key} = {value}", scene.place(key)),
             instead: instead.to_owned(),
         })
@@ -30,7 +30,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         for (name, value) in [("mass", body.mass), ("inertia", body.inertia)] {
             if value > 0.0 {
                 let key = format!("bodies[{number}].{name}");
-                return not_built(
+                return unsupported(
                     &key,
                     &value.to_string(),
                     "remove it: bodies without inertia are exact for slow, small swimmers",
@@ -90,7 +90,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         | DomainKind::Mesh => {}
         kind => {
             let instead = "use model.kind = \"auto\" for spheres beside a wall, or domain.kind = \"unbounded\" or \"ball\"";
-            return not_built("domain.kind", &format!("\"{}\"", kind.word()), instead);
+            return unsupported("domain.kind", &format!("\"{}\"", kind.word()), instead);
         }
     }
     let reasons = match scene.model.kind {

@@ -4,9 +4,10 @@ use std::time::Instant as Clock;
 
 use nalgebra::DVector;
 
-use super::{ModelError, SphereModel, SpheresModel};
 use crate::integrate::Method;
-use crate::simulate::{simulate, solve_start};
+use crate::simulate::simulate;
+use crate::start::solve_start;
+use models::{ModelError, SphereModel, SpheresModel};
 use scene::Scene;
 
 /// The rung taken, and why, in three sentences.

@@ -1,7 +1,9 @@
 //! Whether tables save evaluations of the model, and over which boxes.
 
-use scene::legs;
-use scene::{Gait, Scene};
+use models::Tabulated;
+use scene::{Gait, Scene, legs};
+
+use crate::planning::Choice;
 
 /// Points that a variable usually takes.
 const POINTS: usize = 9;
@@ -9,10 +11,28 @@ const POINTS: usize = 9;
 /// Solves that a phase usually takes without a table: rungs of one, two and three points.
 const SOLVES_A_PHASE: usize = 6;
 
+/// Puts tables before a model where that saves solves: free swimmers whose gait repeats shapes.
+///
+/// The reasons of the choice say so.
+pub fn with_tables(scene: &Scene, choice: Choice) -> Choice {
+    let Some(boxes) = boxes(scene) else {
+        return choice;
+    };
+    let mut reasons = choice.reasons;
+    reasons.push(match boxes.len() {
+        1 => "tabulated over the shapes of the gait, which come again in every cycle".to_owned(),
+        n => format!("tabulated along {n} lines of shape space, which come again in every cycle"),
+    });
+    Choice {
+        model: Box::new(Tabulated::new(scene, choice.model, boxes)),
+        reasons,
+    }
+}
+
 /// The boxes of lengths that a gait needs, if tables over them take fewer solves than the gait without them; none otherwise.
 ///
 /// Either one box for each line of shape space that a phase runs along, or one for all.
-pub(super) fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
+fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
     if !scene.is_free() {
         return None;
     }

@@ -2,8 +2,10 @@
 
 use crate::SwimError;
 use crate::integrate::Method;
-use crate::model::{choose, fem::COARSEST_FACTOR};
-use crate::simulate::{Observer, simulate};
+use crate::observer::Observer;
+use crate::planning::choose;
+use crate::simulate::simulate;
+use models::COARSEST_FACTOR;
 use scene::{GeometryKind, Scene};
 
 /// The error is taken to fall with this power of the sizes: the observed order is 3.7 (curved) and 1.8 (straight elements).
@@ -28,18 +30,28 @@ pub struct Trial {
     pub relative_error: f64,
 }
 
+/// What may be done while coarse strokes are tried.
+pub trait TrialObserver: Observer {
+    /// Sees every stroke that was tried.
+    fn tried(&mut self, trial: &Trial) {
+        let _ = trial;
+    }
+}
+
+/// An observer that does nothing.
+impl TrialObserver for () {}
+
 /// The `fem.size_factor` with which the error bar of the net displacement by the mesh meets `fem.target`, from strokes on
 /// coarse meshes.
 ///
-/// None if nothing is to choose: no target, sizes that are given, or a model without estimates. `tried` sees each stroke.
+/// None if nothing is to choose: no target, sizes that are given, or a model without estimates. The observer sees each stroke.
 /// Cost: the strokes have at most an eighth of the unknowns of the one that they are for, each an eighth of the next.
 ///
 /// # Errors
 /// Those of [`simulate`].
 pub fn size_factor_for_target(
     scene: &Scene,
-    observer: &mut dyn Observer,
-    tried: &mut dyn FnMut(Trial),
+    observer: &mut dyn TrialObserver,
 ) -> Result<Option<f64>, SwimError> {
     let (Some(target), None) = (scene.fem.target, scene.fem.size_factor) else {
         return Ok(None);
@@ -53,7 +65,7 @@ pub fn size_factor_for_target(
         let mut coarse = scene.clone();
         coarse.fem.size_factor = Some(size_factor);
         let mut model = choose(&coarse)?.model;
-        if !model.want_estimates(true) {
+        if !model.error_estimates().given(true) {
             return Ok(None);
         }
         let outcome = simulate(&coarse, model.as_mut(), Method::Collocation, observer)?;
@@ -61,7 +73,7 @@ pub fn size_factor_for_target(
             return Ok(None);
         };
         let relative_error = bar / outcome.net();
-        tried(Trial {
+        observer.tried(&Trial {
             size_factor,
             relative_error,
         });

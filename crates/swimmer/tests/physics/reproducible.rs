@@ -1,7 +1,7 @@
 //! The same scene by other ways: solvers, threads, units.
 
 use swimmer::Scene;
-use swimmer::model::Instant;
+use swimmer::models::InstantaneousSolution;
 
 use crate::scenes::{
     BALL, BODIES, COARSE, bent, force_error, largest_differences, parse, solve, solve_with_flow,
@@ -87,7 +87,12 @@ fn in_units(length: f64, viscosity: f64) -> Scene {
 }
 
 /// `unit` in units of length and viscosity: velocities times length, forces times viscosity and length squared.
-fn scaled(unit: &Instant, other: &Instant, length: f64, viscosity: f64) -> [f64; 2] {
+fn scaled(
+    unit: &InstantaneousSolution,
+    other: &InstantaneousSolution,
+    length: f64,
+    viscosity: f64,
+) -> [f64; 2] {
     let force = viscosity * length * length;
     let mut differences = largest_differences(unit, other, |[u, w, f, t]| {
         [u * length, w, f * force, t * (force * length)]

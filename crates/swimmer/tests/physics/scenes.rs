@@ -1,7 +1,8 @@
 //! Small scenes, and how far two answers to the same question may be apart.
 
 use nalgebra::Vector3;
-use swimmer::model::{Flow, Instant, Placement, choose};
+use swimmer::choose;
+use swimmer::models::{Configuration, FlowField, InstantaneousSolution};
 use swimmer::{Scene, legs, solve_start};
 
 /// Options of every scene here: coarse, but solved well beyond the mesh's accuracy.
@@ -44,29 +45,27 @@ pub fn parse(text: &str) -> Scene {
 }
 
 /// The first instant of a scene.
-pub fn solve(scene: &Scene) -> Instant {
+pub fn solve(scene: &Scene) -> InstantaneousSolution {
     solve_with_flow(scene).0
 }
 
-pub fn solve_with_flow(scene: &Scene) -> (Instant, Flow) {
+pub fn solve_with_flow(scene: &Scene) -> (InstantaneousSolution, FlowField) {
     let mut model = choose(scene).unwrap().model;
     let instant = solve_start(scene, model.as_mut()).unwrap();
-    let flow = model.flow().unwrap();
+    let flow = model.last_flow().unwrap();
     (instant, flow)
 }
 
 /// The mesh of a scene's start.
 pub fn mesh(scene: &Scene) -> mesh::TetMesh {
     let lengths = scene.articulation.initial_lengths();
-    let rates = legs(&scene.gait, lengths).next().unwrap().rates();
     let state = scene.initial_state();
-    let placement = Placement {
+    let configuration = Configuration {
         state: &state,
         lengths,
-        rates: &rates,
     };
     let mut model = choose(scene).unwrap().model;
-    model.mesh(&placement).unwrap().unwrap()
+    model.mesh(configuration).unwrap().unwrap()
 }
 
 /// Bound on the norm of a system's right-hand side, viscosity 1 and radii about 1.
@@ -74,7 +73,7 @@ pub fn mesh(scene: &Scene) -> mesh::TetMesh {
 /// Its entries are the nodal forces of spheres that move while every other node is held: a shear layer half an element
 /// thick, where the drag has one of 2/3 of a radius. That is at most four times the forces of the flow from `h` = 0.35 up,
 /// and a norm is at most a sum; incompressibility adds the sphere's flux, below its area. Ten covers both.
-pub fn right_side(instant: &Instant) -> f64 {
+pub fn right_side(instant: &InstantaneousSolution) -> f64 {
     let loads = instant
         .bodies
         .iter()
@@ -86,7 +85,7 @@ pub fn right_side(instant: &Instant) -> f64 {
 ///
 /// For a residual `r` it is `x . r`, `x` the solution for a unit load on that velocity. No node of `x` moves faster than the
 /// pulled sphere, `1 / 6 pi`, nor is a pressure larger than on it, `3/2 / 6 pi`: `|x| <= sqrt(dofs) / 4 pi`.
-pub fn velocity_error(instant: &Instant) -> f64 {
+pub fn velocity_error(instant: &InstantaneousSolution) -> f64 {
     // Below the rounding of sums over all unknowns a reported residual means nothing.
     let residual = instant.solver.true_relative_residual.max(1e-14);
     residual * right_side(instant) * (instant.dofs.total as f64).sqrt()
@@ -95,14 +94,14 @@ pub fn velocity_error(instant: &Instant) -> f64 {
 
 /// Error that the solve leaves in a force or torque: that of the velocity times the largest resistance, which is at
 /// most twice the torque of the largest sphere here, `8 pi 1.25^3`.
-pub fn force_error(instant: &Instant) -> f64 {
+pub fn force_error(instant: &InstantaneousSolution) -> f64 {
     100.0 * velocity_error(instant)
 }
 
 /// The answers with their motion and loads, one after the other: velocities, then loads.
 pub fn largest_differences(
-    a: &Instant,
-    b: &Instant,
+    a: &InstantaneousSolution,
+    b: &InstantaneousSolution,
     map: impl Fn([Vector3<f64>; 4]) -> [Vector3<f64>; 4],
 ) -> [f64; 2] {
     let mut largest = [0.0_f64; 2];

@@ -1,8 +1,9 @@
 //! Strokes: only their path through the shapes counts.
 
 use nalgebra::Vector3;
-use swimmer::model::{Hydrodynamics, choose};
-use swimmer::{Leg, Method, Observer, Outcome, Scene, Solved, SwimError, simulate};
+use swimmer::choose;
+use swimmer::models::Hydrodynamics;
+use swimmer::{Leg, LegSolution, Method, Observer, Outcome, Scene, SwimError, simulate};
 
 use crate::scenes::{BALL, BODIES, COARSE, parse};
 
@@ -11,8 +12,13 @@ use crate::scenes::{BALL, BODIES, COARSE, parse};
 struct Remeshes(usize);
 
 impl Observer for Remeshes {
-    fn solved(&mut self, _: &Leg, solved: &Solved, _: &dyn Hydrodynamics) -> Result<(), SwimError> {
-        self.0 += usize::from(solved.number > 0 && solved.instant.remeshed.is_some());
+    fn solved(
+        &mut self,
+        _: &Leg,
+        solved: &LegSolution,
+        _: &dyn Hydrodynamics,
+    ) -> Result<(), SwimError> {
+        self.0 += usize::from(solved.number > 0 && solved.solution.remeshed.is_some());
         Ok(())
     }
 }

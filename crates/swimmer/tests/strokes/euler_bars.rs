@@ -4,7 +4,8 @@ use std::path::Path;
 
 use crate::support::{Double, STROKE, Tensor, run_with, scene, three_spheres};
 use nalgebra::Vector3;
-use swimmer::model::{Hydrodynamics, choose};
+use swimmer::choose;
+use swimmer::models::Hydrodynamics;
 use swimmer::{Method, Outcome, Scene, simulate};
 
 fn follow(scene: &Scene, model: &mut dyn Hydrodynamics, method: Method) -> Outcome {

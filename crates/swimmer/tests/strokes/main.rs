@@ -7,7 +7,7 @@ use approx::assert_abs_diff_eq;
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use support::{Run, STROKE, Tensor, run, run_with, scene, three_spheres};
-use swimmer::model::{SphereModel, SpheresModel};
+use swimmer::models::{SphereModel, SpheresModel};
 use swimmer::{Method, SwimError};
 
 const FREE: &str = r#"{ kind = "unbounded" }"#;

@@ -6,7 +6,9 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rigid::{BodyKind, Reduction};
-use swimmer::model::{BodyInstant, Cost, Hydrodynamics, Instant, ModelError, Placement};
+use swimmer::models::{
+    BodySolution, Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError,
+};
 use swimmer::scene::Domain;
 use swimmer::{Integrator, LegResult, Method, Scene, SwimError, legs};
 
@@ -90,7 +92,10 @@ impl Hydrodynamics for Double {
         "rpy"
     }
 
-    fn instant(&mut self, placement: &Placement<'_>) -> Result<Instant, ModelError> {
+    fn instant(
+        &mut self,
+        placement: &Configuration<'_>,
+    ) -> Result<InstantaneousSolution, ModelError> {
         let set = &self.scene.articulation;
         let poses = set.place(placement.state, placement.lengths)?;
         let constraints = set.constraints(placement.state, placement.lengths, placement.rates)?;
@@ -132,7 +137,7 @@ impl Hydrodynamics for Double {
         let forces = &resistance * (s * &v + w);
         let at =
             |q: &DVector<f64>, first: usize| Vector3::new(q[first], q[first + 1], q[first + 2]);
-        let mut bodies = vec![BodyInstant::default(); poses.len()];
+        let mut bodies = vec![BodySolution::default(); poses.len()];
         for (b, body) in bodies.iter_mut().enumerate() {
             body.velocity = at(&q, layout.body(b));
         }
@@ -141,7 +146,7 @@ impl Hydrodynamics for Double {
             bodies[b].force = at(&forces, 6 * k);
             bodies[b].torque = at(&forces, 6 * k + 3);
         }
-        Ok(Instant {
+        Ok(InstantaneousSolution {
             bodies,
             link_forces: Vec::new(),
             motion: set.state_velocity(q.as_slice())?,
@@ -155,7 +160,7 @@ impl Hydrodynamics for Double {
         })
     }
 
-    fn cost(&mut self, _: &Placement<'_>) -> Result<Cost, ModelError> {
+    fn cost(&mut self, _: &Configuration<'_>) -> Result<Cost, ModelError> {
         Ok(Cost::default())
     }
 }

@@ -1,18 +1,19 @@
-//! What the integrator asks: the velocity at a point of a leg, with every answer checked.
+//! The velocity at a point of a leg, with every solution of the model checked.
 
 use nalgebra::{DMatrix, UnitQuaternion};
 use rigid::{State, StateVelocity, Twist};
 
-use super::Solved;
+use super::leg_solution::LegSolution;
 use crate::SwimError;
-use crate::model::{Hydrodynamics, Instant, ModelError, Placement, Seconds};
-use scene::Leg;
-use scene::{Scene, closest_contact};
+use models::{
+    Configuration, ErrorEstimates, Hydrodynamics, InstantaneousSolution, ModelError, Query, Seconds,
+};
+use scene::{Leg, Scene, closest_contact};
 
-type Observer<'a> = &'a mut dyn FnMut(&Solved, &dyn Hydrodynamics) -> Result<(), SwimError>;
+type Observer<'a> = &'a mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>;
 
 /// The model's answers along one leg.
-pub(super) struct Oracle<'a> {
+pub(super) struct LegEvaluator<'a> {
     pub scene: &'a Scene,
     pub leg: &'a Leg,
     pub seconds: Seconds,
@@ -21,7 +22,7 @@ pub(super) struct Oracle<'a> {
     observe: Observer<'a>,
 }
 
-impl<'a> Oracle<'a> {
+impl<'a> LegEvaluator<'a> {
     pub fn new(
         scene: &'a Scene,
         model: &'a mut dyn Hydrodynamics,
@@ -38,48 +39,65 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// The velocity at a point of the leg.
-    pub fn solve(&mut self, s: f64, state: &State) -> Result<Solved, SwimError> {
-        let instant = self.ask(s, state, |model, placement| model.instant(placement))?;
-        self.answered(s, state, instant)
+    /// The velocity at a point of the leg, with error estimates of the model or without.
+    pub fn solve(
+        &mut self,
+        s: f64,
+        state: &State,
+        estimates: bool,
+    ) -> Result<LegSolution, SwimError> {
+        let rates = [self.leg.rates()];
+        let mut solutions = self.ask(s, state, |model, configuration| {
+            model.solve(&Query::new(configuration, &rates).with_estimates(estimates))
+        })?;
+        let solution = solutions.pop().ok_or(ModelError::NoSolution {
+            model: self.model.name(),
+        })?;
+        self.record(s, state, solution)
     }
 
     /// The grand resistance at a point of the leg.
     pub fn resistance(&mut self, s: f64, state: &State) -> Result<DMatrix<f64>, SwimError> {
-        self.ask(s, state, |model, placement| model.resistance(placement))
+        self.ask(s, state, |model, configuration| {
+            model.resistance(configuration)
+        })
     }
 
-    /// Asks the model, after a look whether the bodies have room.
+    /// When the model estimates its discretisation errors.
+    pub fn error_estimates(&self) -> ErrorEstimates {
+        self.model.error_estimates()
+    }
+
+    /// Asks the model, after a check that bodies and walls do not touch.
     fn ask<T>(
         &mut self,
         s: f64,
         state: &State,
-        question: impl Fn(&mut dyn Hydrodynamics, &Placement<'_>) -> Result<T, ModelError>,
+        question: impl Fn(&mut dyn Hydrodynamics, Configuration<'_>) -> Result<T, ModelError>,
     ) -> Result<T, SwimError> {
         let lengths = self.leg.lengths(s);
-        self.check_room(s, state, &lengths)?;
-        let placement = Placement {
+        self.check_clearance(s, state, &lengths)?;
+        let configuration = Configuration {
             state,
             lengths: &lengths,
-            rates: &self.leg.rates(),
         };
-        Ok(question(self.model, &placement)?)
+        Ok(question(self.model, configuration)?)
     }
 
-    /// Counts an answer and shows it to whoever observes.
-    pub fn answered(
+    /// Counts a solution and shows it to the observer.
+    pub fn record(
         &mut self,
         s: f64,
         state: &State,
-        instant: Instant,
-    ) -> Result<Solved, SwimError> {
-        instant.check_finite(self.model.name())?;
-        self.seconds += instant.seconds;
-        let solved = Solved {
+        solution: InstantaneousSolution,
+    ) -> Result<LegSolution, SwimError> {
+        solution.check_finite(self.model.name())?;
+        self.seconds += solution.seconds;
+        let solved = LegSolution {
             number: self.solves,
             s,
             state: state.clone(),
-            instant,
+            solution,
         };
         self.solves += 1;
         (self.observe)(&solved, &*self.model)?;
@@ -87,20 +105,20 @@ impl<'a> Oracle<'a> {
     }
 
     /// The same answer seen from another state of a scene whose motion depends on its shape alone.
-    pub fn turned(&self, solved: &Solved, state: &State) -> Solved {
+    pub fn turned(&self, solved: &LegSolution, state: &State) -> LegSolution {
         let turn = state.frames[0].rotation * solved.state.frames[0].rotation.inverse();
-        let mut turned = Solved {
+        let mut turned = LegSolution {
             state: state.clone(),
             ..solved.clone()
         };
-        turn_motion(&turn, &mut turned.instant.motion);
-        if let Some(error) = &mut turned.instant.mesh_error {
-            turn_frames(&turn, &mut error.frames);
+        rotate_motion(&turn, &mut turned.solution.motion);
+        if let Some(error) = &mut turned.solution.mesh_error {
+            rotate_frames(&turn, &mut error.frames);
             for vector in error.bodies.iter_mut().chain(&mut error.forces) {
                 *vector = turn * *vector;
             }
         }
-        for body in &mut turned.instant.bodies {
+        for body in &mut turned.solution.bodies {
             for vector in [
                 &mut body.velocity,
                 &mut body.angular_velocity,
@@ -113,13 +131,6 @@ impl<'a> Oracle<'a> {
         turned
     }
 
-    /// Whether the next answers are to come with estimates of what the mesh gets wrong.
-    ///
-    /// Returns whether they will.
-    pub fn want_estimates(&mut self, wanted: bool) -> bool {
-        self.model.want_estimates(wanted)
-    }
-
     /// Name of what the leg moves, for messages.
     pub fn what(&self) -> String {
         match self.leg.link {
@@ -128,7 +139,7 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    fn check_room(&self, s: f64, state: &State, lengths: &[f64]) -> Result<(), SwimError> {
+    fn check_clearance(&self, s: f64, state: &State, lengths: &[f64]) -> Result<(), SwimError> {
         let poses = self.scene.articulation.place(state, lengths)?;
         let bodies = &self.scene.bodies;
         let Some(contact) = closest_contact(bodies, &self.scene.domain, &poses) else {
@@ -157,14 +168,14 @@ impl<'a> Oracle<'a> {
     }
 }
 
-fn turn_motion(turn: &UnitQuaternion<f64>, motion: &mut StateVelocity) {
-    turn_frames(turn, &mut motion.frames);
+fn rotate_motion(turn: &UnitQuaternion<f64>, motion: &mut StateVelocity) {
+    rotate_frames(turn, &mut motion.frames);
     for spin in &mut motion.spins {
         *spin = turn * *spin;
     }
 }
 
-fn turn_frames(turn: &UnitQuaternion<f64>, frames: &mut [Twist]) {
+fn rotate_frames(turn: &UnitQuaternion<f64>, frames: &mut [Twist]) {
     for frame in frames {
         frame.linear = turn * frame.linear;
         frame.angular = turn * frame.angular;

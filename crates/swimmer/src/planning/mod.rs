@@ -1,0 +1,10 @@
+//! Decisions before a run: the model, the element sizes, tables over shapes.
+
+mod choice;
+mod ladder;
+mod tables;
+mod target;
+
+pub use choice::{Choice, choose};
+pub use tables::with_tables;
+pub use target::{Trial, TrialObserver, size_factor_for_target};

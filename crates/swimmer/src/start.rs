@@ -1,0 +1,68 @@
+//! The instantaneous solution at the start of a scene.
+
+use models::{Configuration, FlowField, Hydrodynamics, InstantaneousSolution, ModelError, Query};
+use nalgebra::DMatrix;
+use scene::{Scene, legs};
+
+use crate::SwimError;
+
+/// The solution at the start of the gait's first phase, or at rest for a scene without a gait; on a
+/// mesh adapted to `fem.target`, if the scene has that key.
+///
+/// # Errors
+/// Those of the model.
+pub fn solve_start(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+) -> Result<InstantaneousSolution, SwimError> {
+    let solution = at_start(scene, |configuration, rates| {
+        let rates = [rates.to_vec()];
+        let query = Query::new(configuration, &rates).with_accuracy(scene.fem.target);
+        let mut solutions = model.solve(&query)?;
+        solutions.pop().ok_or(ModelError::NoSolution {
+            model: model.name(),
+        })
+    })?;
+    solution.check_finite(model.name())?;
+    Ok(solution)
+}
+
+/// The grand resistance of the bodies where the scene starts.
+///
+/// # Errors
+/// Those of the model.
+pub fn start_resistance(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+) -> Result<DMatrix<f64>, SwimError> {
+    Ok(at_start(scene, |configuration, _| {
+        model.resistance(configuration)
+    })?)
+}
+
+/// The flow field where the scene starts.
+///
+/// # Errors
+/// Those of the model.
+pub fn start_flow(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<FlowField, SwimError> {
+    Ok(at_start(scene, |configuration, rates| {
+        model.flow(configuration, rates)
+    })?)
+}
+
+/// Asks about the configuration and the rates at the start.
+fn at_start<T>(
+    scene: &Scene,
+    ask: impl FnOnce(Configuration<'_>, &[f64]) -> Result<T, ModelError>,
+) -> Result<T, ModelError> {
+    let lengths = scene.articulation.initial_lengths();
+    let rates = legs(&scene.gait, lengths)
+        .next()
+        .map_or(vec![0.0; lengths.len()], |leg| leg.rates());
+    let state = scene.initial_state();
+    let configuration = Configuration {
+        state: &state,
+        lengths,
+    };
+    ask(configuration, &rates)
+}
