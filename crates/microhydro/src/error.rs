@@ -1,28 +1,28 @@
-//! What keeps spheres from having a resistance.
+//! Errors of the sphere models.
 
-/// Spheres, surroundings or accuracies that cannot be computed, with what to change.
+/// Arrangements of spheres, media or accuracies that cannot be computed, with the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum HydroError {
-    /// Numbers of centres and radii, or of velocities, that differ.
+    /// Lists of different lengths, or a list of velocities of the wrong length.
     #[error("{what}: expected {expected}, found {found}")]
     Length {
-        /// What was counted.
+        /// Which list.
         what: &'static str,
-        /// How many there should be.
+        /// Expected number of entries.
         expected: usize,
-        /// How many there are.
+        /// Number of entries found.
         found: usize,
     },
     /// A radius that is not positive and finite.
     #[error("sphere {sphere} has radius {radius}; radii must be positive and finite")]
     BadRadius {
-        /// The sphere.
+        /// Index of the sphere.
         sphere: usize,
         /// Its radius.
         radius: f64,
     },
-    /// A number that is not finite.
+    /// A NaN or infinite number.
     #[error("{what} is not finite")]
     NotFinite {
         /// Which number.
@@ -33,21 +33,21 @@ pub enum HydroError {
         "spheres {first} and {second} touch or overlap (gap {gap:.3e}); move them apart or make them smaller"
     )]
     Touching {
-        /// One sphere.
+        /// Index of one sphere.
         first: usize,
-        /// The other.
+        /// Index of the other sphere.
         second: usize,
-        /// Distance of their surfaces, negative when they overlap.
+        /// Distance between the surfaces; negative when the spheres overlap.
         gap: f64,
     },
-    /// A sphere that touches the container or the wall, or lies behind it.
+    /// A sphere that touches the container or the wall, or lies beyond it.
     #[error(
         "sphere {sphere} touches the {boundary} or lies beyond it (clearance {clearance:.3e}); move it inside"
     )]
     OutsideMedium {
-        /// The sphere.
+        /// Index of the sphere.
         sphere: usize,
-        /// The container or the wall.
+        /// Name of the boundary: container or wall.
         boundary: &'static str,
         /// Distance from the sphere's surface to the boundary, negative beyond it.
         clearance: f64,
@@ -62,14 +62,14 @@ pub enum HydroError {
         surfaces: String,
         /// Distance of the surfaces over the smaller radius.
         gap: f64,
-        /// The relative error asked for.
+        /// The relative error requested.
         tolerance: f64,
-        /// The order that would do.
+        /// Order that would meet the tolerance.
         needed: usize,
-        /// The most that is allowed.
+        /// Highest order that is allowed.
         most: usize,
     },
-    /// A point where the flow is asked for that is not in the fluid.
+    /// A point outside the fluid, where the velocity field cannot be evaluated.
     #[error(
         "the point ({x:.4}, {y:.4}, {z:.4}) is not in the fluid; ask outside the spheres and inside the container"
     )]
@@ -113,27 +113,27 @@ pub enum HydroError {
         /// Number of its rows.
         size: usize,
     },
-    /// Surroundings that a model does not treat.
+    /// A medium that a model does not support.
     #[error("the {model} model does not support a {medium}; use {instead}")]
     Unsupported {
         /// Name of the model.
         model: &'static str,
-        /// The surroundings.
+        /// The unsupported medium.
         medium: &'static str,
         /// What to use instead.
         instead: &'static str,
     },
-    /// An iteration that did not converge.
+    /// Conjugate gradients that did not converge.
     #[error(
         "conjugate gradients left a relative residual of {residual:.1e} after {iterations} steps, {target:.1e} was asked; \
          widen the narrowest gap or ask for less accuracy"
     )]
     NotConverged {
-        /// Steps taken.
+        /// Number of iterations.
         iterations: usize,
-        /// What is left.
+        /// Largest norm of a residual over all right-hand sides.
         residual: f64,
-        /// What was asked for.
+        /// Norm of the residual that was requested.
         target: f64,
     },
 }

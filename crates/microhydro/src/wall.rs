@@ -1,14 +1,22 @@
-//! The image of a point force or torque in a plane wall where the fluid does not slip.
+//! Image system of a point force and a point torque at a plane no-slip wall.
 
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix6, UnitQuaternion, UnitVector3, Vector3};
 
-/// Velocity and angular velocity that the wall adds at `x` for a force and a torque at `y`: six columns, viscosity 1.
+/// Correction to the point mobility due to a plane wall.
 ///
-/// The image system of Blake (1971), in the form of Lorentz (1907): with $w, q$ the mirrored field and $z$ the height of `x`,
-/// $u^* = -J w - 2 z \nabla w_z + z^2 \nabla q$ and $\nabla \times u^* = -\nabla \times w - 4 e_z \times \nabla w_z + 2 z e_z \times \nabla q$. The wall goes through
-/// `point`; its `normal` points into the fluid, where `x` and `y` are (they may coincide).
+/// Velocity and angular velocity that the wall adds at `x` for a force (columns 0 to 2) and a
+/// torque (columns 3 to 5) at `y`; viscosity 1. The wall goes through `point`; its `normal` points
+/// into the fluid, which contains `x` and `y`. The two points may coincide.
+///
+/// The image system is that of Blake (1971), written in the form of Lorentz (1907). With the
+/// velocity `w` and the pressure `q` of the reflected flow, the height `z` of `x` above the wall,
+/// its normal `e_z`, and `J = diag(1, 1, -1)`:
+/// ```text
+/// u*     = -J w - 2 z ∇w_z + z² ∇q
+/// curl u* = -curl w - 4 e_z × ∇w_z + 2 z e_z × ∇q
+/// ```
 pub fn image(
     x: &Vector3<f64>,
     y: &Vector3<f64>,
@@ -39,7 +47,7 @@ pub fn image(
     matrix
 }
 
-/// The same for the wall z = 0 and one force and torque.
+/// Velocity and angular velocity of the image system for the wall `z = 0`.
 fn of(
     x: &Vector3<f64>,
     y: &Vector3<f64>,
@@ -47,7 +55,7 @@ fn of(
     torque: &Vector3<f64>,
 ) -> [Vector3<f64>; 2] {
     let mirror = |v: &Vector3<f64>| Vector3::new(v.x, v.y, -v.z);
-    // a torque is an axial vector: its mirror image has the other sign
+    // A torque is an axial vector: its reflection has the opposite sign.
     let (f, t) = (mirror(force), -mirror(torque));
     let r = x - mirror(y);
     let (d, z) = (r.norm(), x.z);
@@ -95,7 +103,9 @@ mod tests {
 
     #[test]
     fn a_point_force_feels_the_wall_as_lorentz_found() {
-        // 9/16 a/h parallel and 9/8 a/h normal to the wall, of 1/(6 pi a); rotation 1/8 and 5/16 (a/h)^3 of 1/(8 pi a^3)
+        // Leading corrections for the height h: translation -9/16 a/h parallel and -9/8 a/h normal
+        // to the wall, relative to 1/(6 pi a); rotation -1/8 (a/h)^3 about the normal and -5/16
+        // (a/h)^3 about a parallel axis, relative to 1/(8 pi a^3).
         let h = 3.0;
         let x = Vector3::new(0.0, 0.0, h);
         let m = image(&x, &x, &Vector3::zeros(), &Vector3::z_axis());

@@ -1,4 +1,6 @@
-//! Spheres on one axis of their surroundings: the unknowns decouple by azimuthal number, and rigid motions need 0 and 1 alone.
+//! Spheres on an axis of symmetry of their medium.
+//!
+//! The unknowns decouple by azimuthal number, and rigid motions have only `m = 0` and `m = 1`.
 
 use faer::Mat;
 
@@ -11,17 +13,17 @@ use super::order::Orders;
 use super::reflection::image;
 use crate::HydroError;
 
-/// What surrounds spheres on the z axis.
+/// Boundary of the fluid in the frame of the expansions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Around {
     Nothing,
-    /// A container of this radius about the origin.
+    /// A container of the given radius about the origin.
     Ball(f64),
-    /// The wall z = 0, with the fluid above.
+    /// The wall `z = 0`, with the fluid above it.
     Wall,
 }
 
-/// Modes of one azimuthal number that couple to each other.
+/// Families and azimuthal number of modes that couple to each other.
 struct Sector {
     m: usize,
     families: &'static [Family],
@@ -42,7 +44,7 @@ const SECTORS: [Sector; 3] = [
     },
 ];
 
-/// One unknown: a mode of a body (the container comes after the spheres).
+/// One degree of freedom: a mode of a sphere, or of the container, which comes last.
 #[derive(Clone, Copy)]
 struct Unknown {
     body: usize,
@@ -50,9 +52,11 @@ struct Unknown {
     l: usize,
 }
 
-/// Scaled mobilities of spheres at heights `z` on the axis, for the orders asked for and for two less.
+/// Scaled mobility matrices of spheres at heights `z` on the axis, for `orders` and two orders
+/// lower.
 ///
-/// Cost: `O((n L)^3)` for `n` spheres of order `L`, with small constants: the largest sector has `3 n L` unknowns.
+/// Cost: `O((n L)^3)` for `n` spheres of order `L`, with a small constant: the largest sector has
+/// `3 n L` degrees of freedom.
 pub(crate) fn mobility(
     z: &[f64],
     radii: &[f64],
@@ -72,8 +76,8 @@ pub(crate) fn mobility(
         let [full, lower] = eliminate(matrix, rigid.len(), kept)?;
         for (i, a) in rigid.iter().enumerate() {
             for (j, b) in rigid.iter().enumerate() {
-                // m = 0 is the second of the three modes of degree 1; m = 1 comes with the cosine and with the sine,
-                // where rotlets go with the other half and change their sign
+                // m = 0 is the second of the three modes of degree 1. m = 1 occurs with the cosine
+                // and with the sine; rotlets belong to the opposite symmetry class and change sign.
                 let halves: &[i32] = if sector.m == 0 { &[0] } else { &[1, -1] };
                 for &half in halves {
                     let at = |u: &Unknown| {
@@ -105,7 +109,8 @@ fn modes(body: usize, orders: &Orders) -> Modes {
     }
 }
 
-/// Order of elimination: what the lower orders keep, then the rest, then the rigid motions, which stay.
+/// Position in the elimination: modes of the lower order, then the others, then the rigid motions,
+/// which are kept.
 fn rank(u: &Unknown, orders: &Orders) -> usize {
     let rigid = u.body < orders.spheres.len() && u.l == 1 && u.family != Family::Source;
     match (rigid, modes(u.body, orders).in_lower_order(u.family, u.l)) {
@@ -130,7 +135,8 @@ fn unknowns(sector: &Sector, around: Around, orders: &Orders) -> Vec<Unknown> {
     all
 }
 
-/// The symmetric matrix of a sector: one on the diagonal, couplings below it (the upper triangle stays empty).
+/// Symmetric matrix of a sector: ones on the diagonal, couplings below it; the upper triangle stays
+/// zero.
 fn assemble(
     sector: &Sector,
     z: &[f64],
@@ -149,7 +155,7 @@ fn assemble(
         .iter()
         .map(|u| u.family.energy(u.l, radius(u.body)).sqrt())
         .collect();
-    // for each body: its unknowns by family and degree
+    // for each expansion: degree and index of its modes, by family
     let mut places = vec![[const { Vec::new() }; 3]; n + 1];
     for (index, u) in unknowns.iter().enumerate() {
         places[u.body][place(u.family)].push((u.l, index));
@@ -169,7 +175,8 @@ fn assemble(
                             * sign(family, l)
                             * sign(other, k);
                         let (row, column) = (source.max(target), source.min(target));
-                        // the image of a sphere in the wall couples the sphere to itself: each pair of modes comes twice
+                        // The image of a sphere in the wall couples the sphere to itself: each pair
+                        // of modes occurs twice.
                         if from != to || target >= source {
                             matrix[(row, column)] += value;
                         }
@@ -206,7 +213,7 @@ fn assemble(
                     (radii[j], top(j)),
                     z[j].abs(),
                 );
-                // below the centre the axis points the other way
+                // below the centre, the axis points the other way
                 let mirror = |f: Family, l: usize| if z[j] < 0.0 { f.parity(l, m) } else { 1.0 };
                 couple(
                     n,
@@ -233,7 +240,7 @@ fn assemble(
     matrix
 }
 
-/// Coefficients of degrees 0 ..= `top`, those below `m` and degree 0 being nothing.
+/// Coefficients of degrees `0 ..= top`; zero for degree 0 and degrees below `m`.
 pub(super) fn degrees(m: usize, top: usize, of: impl Fn(usize) -> Lamb) -> Vec<Lamb> {
     (0..=top)
         .map(|k| {

@@ -1,7 +1,8 @@
-//! Spheres anywhere, few multipoles on each: the whole matrix at once.
+//! Mobility by one factorisation of the whole matrix, for few multipoles per sphere.
 //!
-//! Iterations handle many small products for each pair of spheres and run at a twentieth of the speed of one large factorisation, which
-//! gives both orders at once and does not depend on how ill conditioned narrow gaps make the system.
+//! Iterations consist of many small products per pair of spheres and run at a twentieth of the
+//! speed of one large factorisation. The factorisation also gives both orders at once, and its cost
+//! does not depend on the condition number, which narrow gaps make large.
 
 use super::Scaled;
 use super::elimination::eliminate;
@@ -9,7 +10,9 @@ use super::modes::Family;
 use super::system::System;
 use crate::HydroError;
 
-/// Scaled mobilities for the orders of a system and for two less. Cost: `n^3/3` operations and `n^2` numbers for `n` unknowns.
+/// Scaled mobility matrices for the orders of a system and two orders lower.
+///
+/// Cost: `n^3/3` operations and `n^2` numbers for `n` degrees of freedom.
 ///
 /// # Errors
 /// [`HydroError::FactorisationFailed`].
@@ -20,7 +23,9 @@ pub(super) fn mobility(system: &System) -> Result<Scaled, HydroError> {
     Ok(Scaled { full, lower })
 }
 
-/// Row of every mode in the order of elimination: what the lower orders keep, then the rest, then the rigid motions; and the number of the first.
+/// Row of each mode in the order of elimination, and the number of rows of the lower order.
+///
+/// Modes of the lower order come first, then the others, then the rigid motions.
 fn places(system: &System) -> (Vec<Vec<usize>>, usize) {
     let lower = system.mask(|modes, family, l| modes.in_lower_order(family, l));
     let is_rigid = |family: Family, l: usize| l == 1 && family != Family::Source;

@@ -1,30 +1,34 @@
-//! The frame in which expansions are made: the axis of collinear spheres, the wall's normal, along z; the container's centre at the origin.
+//! Frame of the expansions.
+//!
+//! The z axis is the axis of collinear spheres or the normal of the wall; the origin is the centre
+//! of the container, or a point on the wall or the first sphere.
 
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 
 use super::collinear::Around;
 use crate::{Medium, Spheres};
 
-/// Centres and surroundings in the expansion's frame.
+/// Centres and boundary in the frame of the expansions.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
-    /// From the laboratory's axes to the frame's.
+    /// Rotation from the laboratory frame to this frame.
     pub turn: UnitQuaternion<f64>,
-    /// The frame's origin in the laboratory.
+    /// Origin of this frame in the laboratory frame.
     pub origin: Vector3<f64>,
-    /// Centres in the frame.
+    /// Centres of the spheres in this frame.
     pub centres: Vec<Vector3<f64>>,
-    /// The surroundings.
+    /// Boundary of the fluid in this frame.
     pub around: Around,
-    /// Whether the z axis is one of spheres and surroundings.
+    /// Whether spheres and boundary are symmetric about the z axis.
     pub collinear: bool,
 }
 
-/// Centres this much of the arrangement's extent off the axis are on it: the rounding of positions that were turned.
+/// Largest distance from the axis of a centre on it, relative to the extent of the arrangement. It
+/// covers the rounding of rotated positions.
 const OFF_AXIS: f64 = 1e-13;
 
 impl Frame {
-    /// The frame of spheres in a medium.
+    /// Frame of spheres in a medium.
     pub fn of(spheres: &Spheres, medium: &Medium) -> Self {
         let centres = spheres.centres();
         let (origin, around) = match medium {
@@ -41,7 +45,7 @@ impl Frame {
             .max_by(|a, b| a.norm().total_cmp(&b.norm()))
             .and_then(|x| x.try_normalize(0.0));
         let (axis, origin) = match medium {
-            // above the first sphere, so that spheres on one normal lie on the axis
+            // below the first sphere, so that spheres on one normal lie on the axis
             Medium::Wall { normal, .. } => {
                 let foot = centres.first().copied().unwrap_or(origin) - origin;
                 (
@@ -66,7 +70,8 @@ impl Frame {
         }
     }
 
-    /// A matrix over velocities of the frame's axes, three rows and columns a vector, in the laboratory's axes.
+    /// Transforms a matrix over vectors, three rows and columns each, from this frame to the
+    /// laboratory frame.
     pub fn to_laboratory(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
         let q = self.turn.to_rotation_matrix();
         let mut result = matrix.clone();

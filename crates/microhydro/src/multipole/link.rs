@@ -1,4 +1,7 @@
-//! The coupling of two bodies anywhere in space: rotated onto the axis between them, where it decouples by azimuthal number.
+//! Coupling of two expansions at any relative position.
+//!
+//! The coefficients are rotated onto the line of centres, where the coupling decouples by azimuthal
+//! number.
 
 use faer::linalg::matmul::matmul;
 use faer::prelude::ReborrowMut;
@@ -11,7 +14,7 @@ use super::modes::{Family, Modes};
 use super::order;
 use super::rotation::Rotation;
 
-/// A sphere or the container, with the modes of its expansion.
+/// Expansion on the surface of a sphere or of the container.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Body {
     pub radius: f64,
@@ -19,12 +22,13 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// Square root of a mode's self energy: the unknowns are scaled by it, which makes the diagonal of the system one.
+    /// Square root of the self energy of a mode. Scaling the unknowns by it makes the diagonal of
+    /// the system one.
     pub fn weight(&self, family: Family, l: usize) -> f64 {
         family.energy(l, self.radius).sqrt()
     }
 
-    /// The same body with its modes cut at an order.
+    /// The same expansion, limited to an order.
     fn up_to(&self, order: usize) -> Self {
         Self {
             modes: Modes {
@@ -35,7 +39,10 @@ impl Body {
     }
 }
 
-/// Half of the modes of an azimuthal number: those with the cosine ($X$ with the sine), or the other way round.
+/// Modes of one azimuthal number and one symmetry under reflection of the azimuth, `φ -> -φ`.
+///
+/// One class has `W` and `V` with the cosine and `X` with the sine, the other one the reverse.
+/// Flows of different classes do not couple along the axis.
 #[derive(Clone, Copy)]
 pub(crate) struct Half {
     pub m: usize,
@@ -43,7 +50,7 @@ pub(crate) struct Half {
 }
 
 impl Half {
-    /// All halves up to an azimuthal number; there is one for `m` = 0.
+    /// All classes up to an azimuthal number; `m = 0` has one only.
     pub fn all(top: usize) -> impl Iterator<Item = Self> {
         (0..=top).flat_map(|m| {
             [true, false]
@@ -53,7 +60,9 @@ impl Half {
         })
     }
 
-    /// Row of a mode of this half within its shell, and the sign that makes the sine half look like the cosine half.
+    /// Row of a mode of this class among the `2l + 1` modes of its family and degree, and its sign.
+    ///
+    /// With the sign, both classes have the same coupling matrix.
     pub fn row(self, family: Family, l: usize) -> (usize, f64) {
         let rotlet = family == Family::Rotlet;
         let row = if self.cosine == rotlet {
@@ -64,7 +73,7 @@ impl Half {
         (row, if rotlet && !self.cosine { -1.0 } else { 1.0 })
     }
 
-    /// The same for all modes of a body in this half, as [`Modes::sector`] lists them.
+    /// Rows and signs of all modes of this class, in the order of [`Modes::sector`].
     pub fn rows(self, modes: Modes) -> Vec<(usize, f64)> {
         modes
             .sector(self.m)
@@ -77,30 +86,33 @@ impl Half {
     }
 }
 
-/// Takes `offset` to the z axis.
+/// Rotation that takes `offset` to the z axis.
 pub(crate) fn onto_axis(offset: &Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(offset, &Vector3::z()).unwrap_or_else(|| {
-        // opposite, or no direction at all, which any turn serves
+        // `offset` is opposite to z, or zero, for which any rotation serves
         UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
     })
 }
 
-/// The coupling from one body to another that lies in a direction called the axis; transposed, the other way round.
+/// Coupling of two expansions, stored along their line of centres. Its transpose is the coupling in
+/// the opposite direction.
 #[derive(Clone, Debug)]
 pub(crate) struct Link {
-    /// The bodies: from, to.
+    /// Indices of the source and of the target.
     pub ends: (usize, usize),
-    /// The modes of the two ends that the coupling takes.
+    /// Modes of source and target that the coupling includes.
     modes: (Modes, Modes),
-    /// All modes of the two ends.
+    /// All modes of source and target.
     places: (Modes, Modes),
     rotation: Rotation,
-    /// One matrix an azimuthal number: from the modes of one body to those of the other, both as [`Modes::sector`] lists them.
+    /// One matrix per azimuthal number: columns are the modes of the source, rows those of the
+    /// target, in the order of [`Modes::sector`].
     sectors: Vec<Mat<f64>>,
 }
 
 impl Link {
-    /// From one sphere to another at `offset`, with no more modes than matter at that distance to `tolerance`.
+    /// Coupling of two spheres at `offset`, with only the modes that matter to `tolerance` at this
+    /// distance.
     pub fn between(
         ends: (usize, usize),
         (from, to): (&Body, &Body),
@@ -122,7 +134,7 @@ impl Link {
         })
     }
 
-    /// From the container to a sphere at `offset` from its centre.
+    /// Coupling of the container with a sphere at `offset` from its centre.
     pub fn inside(ends: (usize, usize), from: &Body, to: &Body, offset: &Vector3<f64>) -> Self {
         Self::new(
             ends,
@@ -158,7 +170,8 @@ impl Link {
                 let mut matrix = Mat::zeros(targets.len(), sources.len());
                 for (column, &(family, l)) in sources.iter().enumerate() {
                     let weight = 1.0 / from.weight(family, l);
-                    // all families of one degree come from the same coefficients, but lie apart
+                    // all families of one degree come from the same coefficients, but are not
+                    // adjacent
                     let mut traces = vec![None; to.modes.order + 1];
                     for (row, &(other, k)) in targets.iter().enumerate() {
                         let trace = *traces[k].get_or_insert_with(|| lamb(family, l, k).trace(k));
@@ -177,7 +190,7 @@ impl Link {
         }
     }
 
-    /// The coupling as a matrix from all modes of the first end to all of the second.
+    /// Dense matrix of the coupling, from all modes of the source to all modes of the target.
     pub fn dense(&self) -> Mat<f64> {
         let (from, to) = (self.places.0.len(), self.places.1.len());
         let mut matrix = Mat::zeros(to, from);
@@ -185,7 +198,9 @@ impl Link {
         matrix
     }
 
-    /// Adds the coupling times the unknowns `x` of one end to `y` of the other; `backward` is from the second end to the first.
+    /// Adds the coupling times the coefficients `x` of the source to those of the target, `y`.
+    ///
+    /// `backward` exchanges source and target.
     pub fn add(&self, x: MatRef<f64>, mut y: MatMut<f64>, backward: bool) {
         let ([source, target], [from, to]) = match backward {
             false => ([self.modes.0, self.modes.1], [self.places.0, self.places.1]),

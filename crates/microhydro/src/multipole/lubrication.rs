@@ -1,28 +1,37 @@
-//! Narrow gaps in space: the exact resistance of each close pair added to an expansion of bounded order.
+//! Narrow gaps off an axis: exact pair resistances added to expansions of bounded order.
 //!
-//! After Durlofsky, Brady & Bossis (1987): $R = R_L + \sum_{pairs} (R^2 - R^2_L)$, where $R_L$ is the expansion of order $L$ of all spheres,
-//! $R^2$ the exact resistance of the pair alone and $R^2_L$ what the same expansion gives for it. The pair is collinear, so $R^2$ is
-//! computed to any gap of use by a high order instead of the asymptotic series of Jeffrey & Onishi (1984). A sphere close to
-//! the container or the wall is treated in the same way.
+//! ```text
+//! R = R_L + sum over pairs (R² - R²_L)
+//! ```
+//! after Durlofsky, Brady & Bossis (1987), where `R_L` is the resistance of all spheres at order
+//! `L`, `R²` the exact resistance of the pair alone and `R²_L` that of the pair at order `L`. A
+//! pair is collinear, so a high order computes `R²` for all gaps of practical interest, instead of
+//! the asymptotic series of Jeffrey & Onishi (1984). A sphere close to the container or the wall is
+//! treated in the same way.
 
 use super::order::{self, Orders};
 use super::{at_orders, frame};
 use crate::{HydroError, Medium, Resistance, Spheres};
 
-/// Highest order in space: it does for gaps of 0.05 to 1e-4 and of 0.15 to 1e-8 without completion.
+/// Highest order off an axis. It suffices without corrections for gaps of 0.05 at a tolerance of
+/// 1e-4 and of 0.15 at 1e-8.
 pub const MOST_IN_SPACE: usize = 28;
 
-/// The same for the container.
+/// Highest order of the container off an axis.
 pub(super) const MOST_ON_CONTAINER: usize = 2 * MOST_IN_SPACE;
 
-/// Most multipoles with `m` = 1 on an axis; their elimination takes about a second.
+/// Highest number of multipoles with `m = 1` on an axis; their elimination takes about a second.
 const MOST_COLLINEAR: usize = 3000;
 
-/// Part of a pair's correction that may be wrong because other spheres change the flow in the gap. Three spheres around a gap of 0.02
-/// showed a sixth of it: errors of 1.8e-4 where the correction was 0.1.
+/// Relative uncertainty of a pair correction, because other spheres change the flow in the gap.
+///
+/// Three spheres around a gap of 0.02 showed a sixth of it: errors of 1.8e-4 where the correction
+/// was 0.1.
 const CHANGED_BY_OTHERS: f64 = 0.01;
 
-/// The resistance with orders cut at what can be afforded, and completed by exact pairs where they were cut; whether they were.
+/// Resistance with bounded orders and pair corrections, and whether there were corrections.
+///
+/// Corrections are added for the pairs whose gaps need more than the highest order.
 pub(super) fn completed(
     spheres: &Spheres,
     medium: &Medium,
@@ -58,7 +67,7 @@ pub(super) fn completed(
     Ok((result, true))
 }
 
-/// Adds what the cut orders miss of a few spheres alone, if they miss anything.
+/// Adds the correction of a pair (or of one sphere and the boundary), if its gap needs one.
 fn complete(
     result: &mut Resistance,
     spheres: &Spheres,
@@ -86,7 +95,7 @@ fn complete(
     if suffices {
         return Ok(());
     }
-    // cheap, so that its own error does not count
+    // Collinear expansions are cheap: a lower tolerance makes the error of the pair negligible.
     let needed = order::for_tolerance(&closeness, medium, 0.01 * tolerance);
     check_collinear(&alone, medium, &needed, tolerance)?;
     let exact = at_orders(&alone, medium, &closeness, &needed, tolerance)?;

@@ -1,4 +1,4 @@
-//! Spheres anywhere: the mobility by elimination of all multipoles beyond the rigid motions, at once or by iteration.
+//! Mobility of spheres at any positions: Schur complement by factorisation or by iteration.
 
 use nalgebra::DMatrix;
 
@@ -9,12 +9,14 @@ use super::system::{Panel, System};
 use super::{Scaled, dense};
 use crate::HydroError;
 
-/// Most unknowns that are eliminated at once: 288 MB and two seconds; spheres with so many modes each gain from iterations.
+/// Highest number of degrees of freedom for the dense factorisation: 288 MB and two seconds. Beyond
+/// it each sphere has so many modes that iterations are faster.
 const MOST_AT_ONCE: usize = 6000;
 
-/// Scaled mobilities of spheres in space, for the orders asked for and for two less.
+/// Scaled mobility matrices of spheres at any positions, for `orders` and two orders lower.
 ///
-/// Couplings below a tenth of `tolerance` are left out. Many unknowns are eliminated by iterations that stop at `residual`.
+/// Couplings below a tenth of `tolerance` are neglected. Large systems are solved by iterations
+/// that stop at `residual`.
 ///
 /// # Errors
 /// [`HydroError::NotConverged`], [`HydroError::FactorisationFailed`].
@@ -31,10 +33,10 @@ pub(crate) fn mobility(
     }
 }
 
-/// Scaled mobilities by conjugate gradients.
+/// Scaled mobility matrices by conjugate gradients.
 ///
-/// With the rigid motions `r` and all other modes `h`: $M = A_{rr} - A_{rh} A_{hh}^{-1} A_{hr}$: an error of the
-/// iteration enters squared, so that `residual` needs half its digits only.
+/// With the rigid motions `r` and all other modes `h` the mobility is `M = A_rr - A_rh A_hh^(-1)
+/// A_hr`. Errors of the iteration enter squared, so `residual` needs half of the digits only.
 ///
 /// # Errors
 /// [`HydroError::NotConverged`].
@@ -44,7 +46,7 @@ fn by_iteration(system: &System, residual: f64) -> Result<Scaled, HydroError> {
     let is_rigid = |family: Family, l: usize| l == 1 && family != Family::Source;
     let beyond = |kept: &dyn Fn(Modes, Family, usize) -> bool| {
         let mut mask = system.mask(|modes, f, l| kept(modes, f, l) && !is_rigid(f, l));
-        // the container has no rigid motion to keep: all its modes are eliminated
+        // the container has no rigid motion: all its modes are eliminated
         if let Some(container) = mask.get_mut(n) {
             let all = system.mask(kept);
             container.clone_from(&all[n]);
@@ -56,7 +58,7 @@ fn by_iteration(system: &System, residual: f64) -> Result<Scaled, HydroError> {
     let mut x = system.zeros(6 * n);
     let mut schur = |mask: &[Vec<bool>]| -> Result<DMatrix<f64>, HydroError> {
         let r = system.solve(mask, &coupled, &mut x, residual)?;
-        // x^T b + x^T r errs by the square of the residual
+        // the error of x^T b + x^T r is the square of that of x
         let product = transposed_product(&x, &coupled) + transposed_product(&x, &r);
         let symmetric = (&product + product.transpose()) * 0.5;
         Ok(&own - symmetric)
@@ -66,7 +68,8 @@ fn by_iteration(system: &System, residual: f64) -> Result<Scaled, HydroError> {
     Ok(Scaled { full, lower })
 }
 
-/// The scaled mobility of rigid motions alone, with the container eliminated: nothing is reflected between spheres.
+/// Scaled mobility of rigid motions with only the container eliminated: no reflections between
+/// spheres.
 pub(crate) fn rigid_mobility(frame: &Frame, radii: &[f64], orders: &Orders) -> DMatrix<f64> {
     let system = System::new(frame, radii, orders, 0.0);
     let (coupled, own) = rigid_columns(&system);
@@ -79,7 +82,7 @@ pub(crate) fn rigid_mobility(frame: &Frame, radii: &[f64], orders: &Orders) -> D
     }
 }
 
-/// The system's columns of the spheres' rigid motions, and their rigid rows.
+/// Columns of the matrix for the rigid motions of all spheres, and the rigid rows of these columns.
 fn rigid_columns(system: &System) -> (Panel, DMatrix<f64>) {
     let n = system.spheres;
     let mut rigid = system.zeros(6 * n);

@@ -1,4 +1,4 @@
-//! The Galerkin system of spheres in space and its solution by conjugate gradients.
+//! Galerkin system of spheres at any positions, and its solution by conjugate gradients.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
@@ -12,20 +12,23 @@ use super::order::Orders;
 use super::wall_block;
 use crate::HydroError;
 
-/// Unknowns of all bodies for several right-hand sides: one matrix a body.
+/// Coefficients of all expansions for several right-hand sides: one matrix per expansion, one
+/// column per right-hand side.
 pub(crate) type Panel = Vec<Mat<f64>>;
 
-/// The identity plus the couplings of all pairs of bodies: spheres, then the container.
+/// Galerkin matrix: the identity plus the couplings of all pairs of expansions.
 pub(crate) struct System {
     pub bodies: Vec<Body>,
     pub spheres: usize,
     links: Vec<Link>,
-    /// From the image of the first body to the second, first <= second.
+    /// Couplings from the image of the first sphere to the second one, first <= second.
     images: Vec<((usize, usize), Mat<f64>)>,
 }
 
 impl System {
-    /// All couplings that matter to `tolerance`. Cost: `O(L^3)` numbers a pair, `O(L^4)` beside a wall.
+    /// Computes all couplings that matter to `tolerance`.
+    ///
+    /// Storage: `O(L^3)` numbers per pair of spheres, `O(L^4)` beside a wall.
     pub fn new(frame: &Frame, radii: &[f64], orders: &Orders, tolerance: f64) -> Self {
         let spheres = radii.len();
         let mut bodies: Vec<Body> = radii
@@ -86,7 +89,7 @@ impl System {
         }
     }
 
-    /// Zeros for a number of right-hand sides.
+    /// Zero coefficients for a number of right-hand sides.
     pub fn zeros(&self, columns: usize) -> Panel {
         self.bodies
             .iter()
@@ -94,7 +97,9 @@ impl System {
             .collect()
     }
 
-    /// The system times `x`; bodies in parallel, each adding its couplings in a fixed order.
+    /// Product of the matrix and `x`.
+    ///
+    /// The expansions are computed in parallel; each adds its couplings in a fixed order.
     pub fn apply(&self, x: &Panel) -> Panel {
         (0..self.bodies.len())
             .into_par_iter()
@@ -122,14 +127,14 @@ impl System {
             .collect()
     }
 
-    /// The whole matrix on and below its diagonal, the modes of each body in the rows that `places` gives them.
+    /// Lower triangle of the matrix, with the modes of each expansion in the given rows.
     pub fn dense(&self, places: &[Vec<usize>]) -> Mat<f64> {
         let size = places.iter().map(Vec::len).sum();
         let mut matrix = Mat::<f64>::identity(size, size);
         let mut put = |block: &Mat<f64>, from: usize, to: usize| {
             for (j, &column) in places[from].iter().enumerate() {
                 for (i, &row) in places[to].iter().enumerate() {
-                    // a block of a sphere with itself has each pair of modes twice
+                    // the block of a sphere with itself contains each pair of modes twice
                     if from != to || row >= column {
                         matrix[(row.max(column), row.min(column))] += block[(i, j)];
                     }
@@ -148,7 +153,7 @@ impl System {
         matrix
     }
 
-    /// Rows of a sphere's rigid motions: translation `m` = -1, 0, 1, then rotation.
+    /// Rows of the rigid motions of a sphere: translation `m = -1, 0, 1`, then rotation.
     pub fn rigid_rows(&self, sphere: usize) -> [usize; 6] {
         let modes = self.bodies[sphere].modes;
         let (force, torque) = (
@@ -158,7 +163,7 @@ impl System {
         [force, force + 1, force + 2, torque, torque + 1, torque + 2]
     }
 
-    /// For each body and mode, whether a condition holds.
+    /// For each expansion and mode: whether the condition holds.
     pub fn mask(&self, condition: impl Fn(Modes, Family, usize) -> bool) -> Vec<Vec<bool>> {
         self.bodies
             .iter()
@@ -172,9 +177,11 @@ impl System {
             .collect()
     }
 
-    /// Solves for the unknowns where `mask` is true, all others held at zero, from a first guess `x`; returns the residual.
+    /// Solves for the coefficients with `mask` true, all others being zero; returns the residual.
     ///
-    /// Conjugate gradients for all right-hand sides at once, until every residual is below `target`. The diagonal is one already.
+    /// Conjugate gradients from the initial guess `x`, for all right-hand sides at once, until the
+    /// norm of each residual is below `target`. The diagonal of the matrix is one, so no
+    /// preconditioner is used.
     ///
     /// # Errors
     /// [`HydroError::NotConverged`].
@@ -243,13 +250,15 @@ impl System {
     }
 }
 
-/// Couplings that are written out before they go into the whole matrix: few enough not to need its memory again.
+/// Number of couplings expanded to dense blocks at a time. Few, so that the blocks need little
+/// memory beside the matrix.
 const BLOCKS_AT_A_TIME: usize = 32;
 
-/// More steps mean that a gap is far too narrow for the order: 60 do for gaps of a twentieth.
+/// Iteration limit. Gaps of a twentieth of a radius take 60 iterations; more than this limit means
+/// that a gap is far too narrow for the order.
 const MOST_STEPS: usize = 500;
 
-/// Puts zero where the mask is false.
+/// Sets coefficients to zero where the mask is false.
 fn keep(panel: &mut Panel, mask: &[Vec<bool>]) {
     for (block, mask) in panel.iter_mut().zip(mask) {
         for j in 0..block.ncols() {
@@ -262,7 +271,7 @@ fn keep(panel: &mut Panel, mask: &[Vec<bool>]) {
     }
 }
 
-/// Scalar products column by column, summed in a fixed order.
+/// Scalar products of corresponding columns, summed in a fixed order.
 fn dots(a: &Panel, b: &Panel) -> Vec<f64> {
     let columns = a.first().map_or(0, Mat::ncols);
     (0..columns)

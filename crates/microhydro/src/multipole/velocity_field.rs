@@ -1,4 +1,4 @@
-//! The flow between the spheres, for pictures and for checking boundary values.
+//! Velocity field around the spheres, for visualisation and for checks of boundary values.
 
 use std::f64::consts::PI;
 
@@ -20,24 +20,26 @@ use super::wall_block::Regular;
 use super::{AXES, FIXED_ORDER_TOLERANCE, drag_units};
 use crate::{Accuracy, HydroError, Medium, Spheres};
 
-/// A solved flow around moving spheres, to be evaluated anywhere in the fluid.
+/// Velocity field around moving spheres, evaluated at any point of the fluid.
 pub struct VelocityField {
     spheres: Spheres,
     medium: Medium,
     frame: Frame,
     bodies: Vec<Body>,
-    /// For each body, the harmonics of its flow on its own surface.
+    /// For each expansion, the coefficients of its own flow on its own surface.
     harmonics: Vec<Vec<f64>>,
 }
 
 impl VelocityField {
-    /// The flow for velocities and angular velocities of the spheres, six entries a sphere.
+    /// Solves for the flow of spheres with given velocities and angular velocities.
     ///
-    /// The velocity errs by about `accuracy.tolerance` of the spheres' velocities: its error is the root of that of the resistance, so
-    /// the expansions are twice as long. Cost: one solve of the system in space.
+    /// `velocities` has six entries per sphere. The error of the velocity field is about
+    /// `accuracy.tolerance` times the velocity of the spheres. It is the square root of the error
+    /// of the resistance, so the order is twice as high. Cost: one solve of the system of
+    /// [`super::resistance`] off an axis.
     ///
     /// # Errors
-    /// As [`super::resistance`]; velocities of the wrong number.
+    /// As [`super::resistance`]; [`HydroError::Length`] for velocities of the wrong length.
     pub fn new(
         spheres: &Spheres,
         medium: &Medium,
@@ -101,17 +103,17 @@ impl VelocityField {
     /// Velocities at points of the fluid, evaluated in parallel.
     ///
     /// # Errors
-    /// [`HydroError::NotInFluid`] for one of the points that are not.
+    /// [`HydroError::NotInFluid`] for one of the points outside the fluid.
     pub fn velocities(&self, points: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>, HydroError> {
         points.par_iter().map(|x| self.velocity(x)).collect()
     }
 
-    /// Velocity at a point of the fluid. Cost: `O(L^3)` a sphere.
+    /// Velocity at a point of the fluid. Cost: `O(L^3)` per sphere.
     ///
     /// # Errors
     /// [`HydroError::NotInFluid`].
     pub fn velocity(&self, point: &Vector3<f64>) -> Result<Vector3<f64>, HydroError> {
-        // on a surface is in the fluid, to rounding
+        // points on a surface, to rounding, belong to the fluid
         let within = |distance: f64, radius: f64| distance < -1e-12 * radius;
         let (x, a) = (self.spheres.centres(), self.spheres.radii());
         let inside_sphere = (0..a.len()).any(|k| within((point - x[k]).norm() - a[k], a[k]));
@@ -146,7 +148,9 @@ impl VelocityField {
         Ok(self.frame.turn.inverse() * velocity)
     }
 
-    /// Velocity from one body at an offset, whose direction becomes the axis: only `m` = 0 and 1 reach it.
+    /// Velocity of the flow of one expansion at an offset from its centre.
+    ///
+    /// With the axis along the offset only `m = 0` and `m = 1` contribute.
     fn on_axis(
         &self,
         body: usize,
@@ -170,7 +174,7 @@ impl VelocityField {
         turn.inverse() * vector(&constant)
     }
 
-    /// Velocity of a sphere's image in the wall z = 0.
+    /// Velocity of the image of a sphere in the wall `z = 0`.
     fn reflected(&self, sphere: usize, centre: &Vector3<f64>, seen: &Vector3<f64>) -> Vector3<f64> {
         let body = &self.bodies[sphere];
         let offset = seen - Vector3::new(centre.x, centre.y, -centre.z);
@@ -199,7 +203,7 @@ impl VelocityField {
     }
 }
 
-/// The vector of the harmonics $W_1$, `m` = -1, 0, 1.
+/// Vector with the given coefficients of `W_1`, `m = -1, 0, 1`.
 fn vector(modes: &[f64; 3]) -> Vector3<f64> {
     let mut vector = Vector3::zeros();
     for (axis, value) in AXES.into_iter().zip(modes) {

@@ -1,4 +1,4 @@
-//! The coupling of spheres by their images in a wall, anywhere above it: a dense matrix for each pair.
+//! Coupling of spheres through their images in a wall, at any position above it.
 
 use faer::Mat;
 use nalgebra::{DMatrix, Vector3};
@@ -10,10 +10,12 @@ use super::modes::Family;
 use super::reflection::image;
 use super::rotation::Rotation;
 
-/// The coupling from the image of one sphere to another sphere (or the same) above the wall z = 0.
+/// Dense coupling matrix from the image of one sphere to another (or the same) sphere above `z =
+/// 0`.
 ///
-/// The mirrored multipoles are turned onto the axis from the image's centre, seen from the other centre, turned back, and reflected
-/// after Lorentz there. Cost: `O(L^5)` for order `L`.
+/// The reflected multipoles are rotated onto the line from the centre of the image to the centre of
+/// the target, translated along it, rotated back, and transformed by Lorentz's reflection there.
+/// Cost: `O(L^5)` for order `L`.
 pub(crate) fn coupling(
     (from, below): (&Body, &Vector3<f64>),
     (to, centre): (&Body, &Vector3<f64>),
@@ -47,24 +49,25 @@ pub(crate) fn coupling(
     matrix
 }
 
-/// Lamb's coefficients of all degrees and azimuthal numbers about a centre.
+/// Lamb's coefficients of all degrees and azimuthal numbers about one centre.
 pub(super) struct Regular {
-    /// `phi`, `chi`, `p` for each degree from 0, `m` = -k ..= k.
+    /// For each degree from 0: columns `phi`, `chi`, `p`, rows `m = -k ..= k`.
     degrees: Vec<DMatrix<f64>>,
 }
 
 impl Regular {
-    /// Degrees that the velocity of the image at one point takes.
+    /// Highest degree that affects the velocity of the image flow at the centre.
     pub const FOR_A_POINT: usize = 3;
 
-    /// No flow, up to degree `top`.
+    /// Zero flow, up to degree `top`.
     pub fn zeros(top: usize) -> Self {
         Self {
             degrees: (0..=top).map(|k| DMatrix::zeros(2 * k + 1, 3)).collect(),
         }
     }
 
-    /// Adds the flow of the modes `m` = -l ..= l of one shell, seen along the axis.
+    /// Adds the flow of the modes `m = -l ..= l` of one family and degree, translated along the
+    /// axis.
     pub fn add(&mut self, axial: &[Outgoing], family: Family, l: usize, modes: &[f64]) {
         let top = self.degrees.len() - 1;
         for half in Half::all(l.min(top)) {
@@ -81,7 +84,9 @@ impl Regular {
         }
     }
 
-    /// Velocity of the reflected flow at the centre, as harmonics $W_1$ of `m` = -1, 0, 1; `height` as for [`image`].
+    /// Velocity of the image flow at the centre, as coefficients of `W_1` with `m = -1, 0, 1`.
+    ///
+    /// `height` as for [`image`].
     pub fn reflected_velocity(&self, height: f64) -> [f64; 3] {
         let mut modes = [0.0; 3];
         for half in Half::all(1) {
@@ -94,7 +99,7 @@ impl Regular {
         modes
     }
 
-    /// The same about the axes before they were turned.
+    /// The same flow in the axes before the rotation.
     pub fn turned_back(mut self, rotation: &Rotation) -> Self {
         for (k, degree) in self.degrees.iter_mut().enumerate().skip(1) {
             *degree = rotation.degree(k).tr_mul(degree);
@@ -117,7 +122,7 @@ impl Regular {
     }
 }
 
-/// Adds the modes of the image field on a sphere.
+/// Adds the modes of the image flow on a sphere.
 fn add_reflected(regular: &Regular, to: &Body, height: f64, modes: &mut [f64]) {
     let top = to.modes.order;
     for half in Half::all(top) {
