@@ -16,7 +16,7 @@ use crate::Spheres;
 /// ```
 /// With `s = 0` these are Oseen's tensor, the rotlet and their vorticities; with `s = a_i² + a_j²`
 /// the pair mobility of Rotne, Prager and Yamakawa for radii `a_i` and `a_j`.
-pub(crate) fn pair(r: &Vector3<f64>, s: f64) -> Matrix6<f64> {
+pub(crate) fn pair_mobility(r: &Vector3<f64>, s: f64) -> Matrix6<f64> {
     let distance = r.norm();
     let unit = r / distance;
     let (identity, along) = (Matrix3::identity(), unit * unit.transpose());
@@ -48,7 +48,7 @@ pub(crate) fn mobility(spheres: &Spheres, s: impl Fn(f64, f64) -> f64) -> DMatri
         for j in (0..n).filter(|&j| j != i) {
             matrix
                 .fixed_view_mut::<6, 6>(6 * i, 6 * j)
-                .copy_from(&pair(&(x[i] - x[j]), s(a[i], a[j])));
+                .copy_from(&pair_mobility(&(x[i] - x[j]), s(a[i], a[j])));
         }
     }
     matrix

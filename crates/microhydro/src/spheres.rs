@@ -35,7 +35,7 @@ pub enum Medium {
 
 /// Largest relative gap of touching spheres. Gaps below this fraction of the smaller radius are
 /// rounding errors of the centres.
-const TOUCHING: f64 = 1e-12;
+const CONTACT_TOLERANCE: f64 = 1e-12;
 
 impl Spheres {
     /// Spheres with the given centres and radii.
@@ -66,7 +66,7 @@ impl Spheres {
         for second in 0..spheres.len() {
             for first in 0..second {
                 let gap = spheres.gap(first, second);
-                if gap <= TOUCHING {
+                if gap <= CONTACT_TOLERANCE {
                     return Err(HydroError::Touching {
                         first,
                         second,
@@ -134,7 +134,7 @@ impl Spheres {
         for sphere in 0..self.len() {
             let clearance = medium.distance(&self.centres[sphere]) - self.radii[sphere];
             // The comparison also rejects a clearance that is NaN.
-            if clearance > TOUCHING * self.radii[sphere] {
+            if clearance > CONTACT_TOLERANCE * self.radii[sphere] {
                 continue;
             }
             return Err(HydroError::OutsideMedium {

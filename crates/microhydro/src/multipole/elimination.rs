@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 use crate::HydroError;
 
 /// Number of degrees of freedom below which threads cost more than they save.
-const LEAST_FOR_THREADS: usize = 500;
+const MIN_DOFS_FOR_THREADS: usize = 500;
 
 /// Schur complements on the last `rigid` rows: of the full matrix, and of a part of it.
 ///
@@ -24,11 +24,11 @@ const LEAST_FOR_THREADS: usize = 500;
 pub(super) fn eliminate(
     mut matrix: Mat<f64>,
     rigid: usize,
-    kept: usize,
+    lower: usize,
 ) -> Result<[DMatrix<f64>; 2], HydroError> {
     let size = matrix.nrows();
     // a fixed number of threads, so that the result does not depend on how many there are
-    let par = match size < LEAST_FOR_THREADS {
+    let par = match size < MIN_DOFS_FOR_THREADS {
         true => Par::Seq,
         false => Par::rayon(2),
     };
@@ -52,9 +52,9 @@ pub(super) fn eliminate(
             matrix[(first + i, first + j)]
         }
     });
-    let own = gram(corner.as_ref(), par);
-    let added = gram(matrix.submatrix(first, kept, rigid, first - kept), par);
-    Ok([own.clone(), own + added])
+    let full = gram(corner.as_ref(), par);
+    let omitted = gram(matrix.submatrix(first, lower, rigid, first - lower), par);
+    Ok([full.clone(), full + omitted])
 }
 
 /// `L L^T`.

@@ -5,39 +5,49 @@
 
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 
-use super::collinear::Around;
 use crate::{Medium, Spheres};
+
+/// Boundary of the fluid in the frame of the expansions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Surroundings {
+    /// No boundary.
+    Unbounded,
+    /// A container of the given radius about the origin.
+    Ball(f64),
+    /// The wall `z = 0`, with the fluid above it.
+    Wall,
+}
 
 /// Centres and boundary in the frame of the expansions.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
     /// Rotation from the laboratory frame to this frame.
-    pub turn: UnitQuaternion<f64>,
+    pub to_axes: UnitQuaternion<f64>,
     /// Origin of this frame in the laboratory frame.
     pub origin: Vector3<f64>,
     /// Centres of the spheres in this frame.
     pub centres: Vec<Vector3<f64>>,
     /// Boundary of the fluid in this frame.
-    pub around: Around,
+    pub surroundings: Surroundings,
     /// Whether spheres and boundary are symmetric about the z axis.
     pub collinear: bool,
 }
 
 /// Largest distance from the axis of a centre on it, relative to the extent of the arrangement. It
 /// covers the rounding of rotated positions.
-const OFF_AXIS: f64 = 1e-13;
+const AXIS_TOLERANCE: f64 = 1e-13;
 
 impl Frame {
     /// Frame of spheres in a medium.
     pub fn of(spheres: &Spheres, medium: &Medium) -> Self {
         let centres = spheres.centres();
-        let (origin, around) = match medium {
+        let (origin, surroundings) = match medium {
             Medium::Unbounded => (
                 centres.first().copied().unwrap_or_default(),
-                Around::Nothing,
+                Surroundings::Unbounded,
             ),
-            Medium::Ball { centre, radius } => (*centre, Around::Ball(*radius)),
-            Medium::Wall { point, .. } => (*point, Around::Wall),
+            Medium::Ball { centre, radius } => (*centre, Surroundings::Ball(*radius)),
+            Medium::Wall { point, .. } => (*point, Surroundings::Wall),
         };
         let farthest = centres
             .iter()
@@ -55,17 +65,19 @@ impl Frame {
             }
             _ => (farthest.unwrap_or_else(Vector3::z), origin),
         };
-        let turn = UnitQuaternion::rotation_between(&axis, &Vector3::z()).unwrap_or_else(|| {
+        let to_axes = UnitQuaternion::rotation_between(&axis, &Vector3::z()).unwrap_or_else(|| {
             UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
         });
-        let centres: Vec<Vector3<f64>> = centres.iter().map(|x| turn * (x - origin)).collect();
+        let centres: Vec<Vector3<f64>> = centres.iter().map(|x| to_axes * (x - origin)).collect();
         let extent = centres.iter().fold(0.0_f64, |m, x| m.max(x.norm()));
-        let collinear = centres.iter().all(|x| x.xy().norm() <= OFF_AXIS * extent);
+        let collinear = centres
+            .iter()
+            .all(|x| x.xy().norm() <= AXIS_TOLERANCE * extent);
         Self {
-            turn,
+            to_axes,
             origin,
             centres,
-            around,
+            surroundings,
             collinear,
         }
     }
@@ -73,7 +85,7 @@ impl Frame {
     /// Transforms a matrix over vectors, three rows and columns each, from this frame to the
     /// laboratory frame.
     pub fn to_laboratory(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
-        let q = self.turn.to_rotation_matrix();
+        let q = self.to_axes.to_rotation_matrix();
         let mut result = matrix.clone();
         for first in (0..matrix.ncols()).step_by(3) {
             let block = result.columns(first, 3) * q.matrix();

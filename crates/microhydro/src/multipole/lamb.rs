@@ -26,13 +26,13 @@ pub(crate) fn e(k: usize) -> f64 {
 
 /// Coefficients of one degree of Lamb's solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Lamb {
+pub(crate) struct LambCoefficients {
     pub phi: f64,
     pub chi: f64,
     pub p: f64,
 }
 
-impl Lamb {
+impl LambCoefficients {
     /// The same flow multiplied by a factor.
     pub fn scaled(self, factor: f64) -> Self {
         Self {
@@ -54,6 +54,6 @@ impl Lamb {
 }
 
 /// Index of a family in [`LambCoefficients::trace`].
-pub(crate) fn place(family: Family) -> usize {
+pub(crate) fn trace_index(family: Family) -> usize {
     family.shift()
 }

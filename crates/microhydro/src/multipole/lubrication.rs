@@ -9,25 +9,19 @@
 //! the asymptotic series of Jeffrey & Onishi (1984). A sphere close to the container or the wall is
 //! treated in the same way.
 
-use super::order::{self, Orders};
-use super::{at_orders, frame};
+use super::fixed_order;
+use super::frame::Frame;
+use super::order::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER, Orders};
 use crate::{HydroError, Medium, Resistance, Spheres};
 
-/// Highest order off an axis. It suffices without corrections for gaps of 0.05 at a tolerance of
-/// 1e-4 and of 0.15 at 1e-8.
-pub const MOST_IN_SPACE: usize = 28;
-
-/// Highest order of the container off an axis.
-pub(super) const MOST_ON_CONTAINER: usize = 2 * MOST_IN_SPACE;
-
 /// Highest number of multipoles with `m = 1` on an axis; their elimination takes about a second.
-const MOST_COLLINEAR: usize = 3000;
+const MAX_COLLINEAR_DOFS: usize = 3000;
 
 /// Relative uncertainty of a pair correction, because other spheres change the flow in the gap.
 ///
-/// Three spheres around a gap of 0.02 showed a sixth of it: errors of 1.8e-4 where the correction
-/// was 0.1.
-const CHANGED_BY_OTHERS: f64 = 0.01;
+/// Measured with three spheres around a gap of 0.02: a sixth of this value (an error of 1.8e-4 where
+/// the correction was 0.1).
+const PAIR_UNCERTAINTY: f64 = 0.01;
 
 /// Resistance with bounded orders and pair corrections, and whether there were corrections.
 ///
@@ -35,18 +29,18 @@ const CHANGED_BY_OTHERS: f64 = 0.01;
 pub(super) fn completed(
     spheres: &Spheres,
     medium: &Medium,
-    closeness: &(Vec<f64>, f64),
+    xi: &GapCoordinates,
     orders: &Orders,
     tolerance: f64,
 ) -> Result<(Resistance, bool), HydroError> {
-    if frame::Frame::of(spheres, medium).collinear {
+    if Frame::of(spheres, medium).collinear {
         check_collinear(spheres, medium, orders, tolerance)?;
-        let result = at_orders(spheres, medium, closeness, orders, tolerance)?;
+        let result = fixed_order::resistance(spheres, medium, xi, orders, tolerance)?;
         return Ok((result, false));
     }
-    let cut = orders.cut(MOST_IN_SPACE, MOST_ON_CONTAINER);
-    let mut result = at_orders(spheres, medium, closeness, &cut, tolerance)?;
-    if cut == *orders {
+    let limited = orders.limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER);
+    let mut result = fixed_order::resistance(spheres, medium, xi, &limited, tolerance)?;
+    if limited == *orders {
         return Ok((result, false));
     }
     for second in 0..spheres.len() {
@@ -56,12 +50,12 @@ pub(super) fn completed(
                 spheres,
                 &[first, second],
                 &Medium::Unbounded,
-                &cut,
+                &limited,
                 tolerance,
             )?;
         }
         if *medium != Medium::Unbounded {
-            complete(&mut result, spheres, &[second], medium, &cut, tolerance)?;
+            complete(&mut result, spheres, &[second], medium, &limited, tolerance)?;
         }
     }
     Ok((result, true))
@@ -73,18 +67,18 @@ fn complete(
     spheres: &Spheres,
     group: &[usize],
     medium: &Medium,
-    cut: &Orders,
+    limited: &Orders,
     tolerance: f64,
 ) -> Result<(), HydroError> {
     let alone = Spheres::new(
         group.iter().map(|&k| spheres.centres()[k]).collect(),
         group.iter().map(|&k| spheres.radii()[k]).collect(),
     )?;
-    let closeness = order::closeness(&alone, medium);
-    let needed = order::for_tolerance(&closeness, medium, tolerance);
+    let xi = order::gap_coordinates(&alone, medium);
+    let needed = order::for_tolerance(&xi, medium, tolerance);
     let used = Orders {
-        spheres: group.iter().map(|&k| cut.spheres[k]).collect(),
-        container: cut.container,
+        spheres: group.iter().map(|&k| limited.spheres[k]).collect(),
+        container: limited.container,
     };
     let suffices = needed.container <= used.container
         && needed
@@ -96,17 +90,17 @@ fn complete(
         return Ok(());
     }
     // Collinear expansions are cheap: a lower tolerance makes the error of the pair negligible.
-    let needed = order::for_tolerance(&closeness, medium, 0.01 * tolerance);
+    let needed = order::for_tolerance(&xi, medium, 0.01 * tolerance);
     check_collinear(&alone, medium, &needed, tolerance)?;
-    let exact = at_orders(&alone, medium, &closeness, &needed, tolerance)?;
-    let missed = at_orders(&alone, medium, &closeness, &used, tolerance)?;
+    let exact = fixed_order::resistance(&alone, medium, &xi, &needed, tolerance)?;
+    let missed = fixed_order::resistance(&alone, medium, &xi, &used, tolerance)?;
     let rows: Vec<usize> = group.iter().flat_map(|&k| 6 * k..6 * k + 6).collect();
     let correction = exact.matrix() - missed.matrix();
-    let uncertain = &correction * (CHANGED_BY_OTHERS / result.tail());
+    let uncertainty = &correction * (PAIR_UNCERTAINTY / result.tail());
     result.add(
         &rows,
         &correction,
-        &(exact.matrix() - missed.coarser() - uncertain),
+        &(exact.matrix() - missed.coarser() - uncertainty),
     );
     Ok(())
 }
@@ -117,8 +111,8 @@ fn check_collinear(
     orders: &Orders,
     tolerance: f64,
 ) -> Result<(), HydroError> {
-    let unknowns: usize = 3 * (orders.spheres.iter().sum::<usize>() + orders.container);
-    if unknowns <= MOST_COLLINEAR {
+    let dofs: usize = 3 * (orders.spheres.iter().sum::<usize>() + orders.container);
+    if dofs <= MAX_COLLINEAR_DOFS {
         return Ok(());
     }
     let (surfaces, gap) = spheres.narrowest_gap(medium);
@@ -132,6 +126,6 @@ fn check_collinear(
             .iter()
             .copied()
             .fold(orders.container, usize::max),
-        most: MOST_COLLINEAR / 3 / bodies,
+        most: MAX_COLLINEAR_DOFS / 3 / bodies,
     })
 }

@@ -76,27 +76,30 @@ pub(crate) struct Modes {
 
 impl Modes {
     /// Highest degree `l` of a family.
-    pub fn top(self, family: Family) -> usize {
+    pub fn max_degree(self, family: Family) -> usize {
         self.order.saturating_sub(family.shift())
     }
 
     /// Number of modes.
     pub fn len(self) -> usize {
-        FAMILIES.iter().map(|&f| Self::count(self.top(f))).sum()
+        FAMILIES
+            .iter()
+            .map(|&f| Self::count(self.max_degree(f)))
+            .sum()
     }
 
     /// Index of the first mode of a family.
-    pub fn offset(self, family: Family) -> usize {
+    pub fn first_index(self, family: Family) -> usize {
         FAMILIES
             .iter()
             .take_while(|&&f| f != family)
-            .map(|&f| Self::count(self.top(f)))
+            .map(|&f| Self::count(self.max_degree(f)))
             .sum()
     }
 
     /// Indices of the modes `m = -l ..= l` of a family and degree.
     pub fn shell(self, family: Family, l: usize) -> std::ops::Range<usize> {
-        let first = self.offset(family) + l * l - 1;
+        let first = self.first_index(family) + l * l - 1;
         first..first + 2 * l + 1
     }
 
@@ -104,7 +107,7 @@ impl Modes {
     pub fn shells(self) -> impl Iterator<Item = (Family, usize)> {
         FAMILIES
             .into_iter()
-            .flat_map(move |family| (1..=self.top(family)).map(move |l| (family, l)))
+            .flat_map(move |family| (1..=self.max_degree(family)).map(move |l| (family, l)))
     }
 
     /// Whether a mode belongs to the expansion whose order is lower by two.
@@ -121,7 +124,7 @@ impl Modes {
     pub fn sector(self, m: usize) -> Vec<(Family, usize)> {
         FAMILIES
             .iter()
-            .flat_map(|&family| (m.max(1)..=self.top(family)).map(move |l| (family, l)))
+            .flat_map(|&family| (m.max(1)..=self.max_degree(family)).map(move |l| (family, l)))
             .collect()
     }
 }

@@ -25,7 +25,7 @@ impl Orders {
     }
 
     /// These orders, limited by a highest order for spheres and one for the container.
-    pub(crate) fn cut(&self, spheres: usize, container: usize) -> Self {
+    pub(crate) fn limited(&self, spheres: usize, container: usize) -> Self {
         Self {
             spheres: self.spheres.iter().map(|&l| l.min(spheres)).collect(),
             container: self.container.min(container),
@@ -34,7 +34,7 @@ impl Orders {
 
     /// One order for all expansions, raised to the lowest order that the medium allows.
     pub fn all(spheres: usize, medium: &Medium, order: usize) -> Self {
-        let order = order.max(least(medium));
+        let order = order.max(min_order(medium));
         Self {
             spheres: vec![order; spheres],
             container: match medium {
@@ -45,24 +45,40 @@ impl Orders {
     }
 }
 
+/// Highest order off an axis. It suffices without corrections for gaps of 0.05 at a tolerance of
+/// 1e-4 and of 0.15 at 1e-8.
+pub(super) const MAX_ORDER_OFF_AXIS: usize = 28;
+
+/// Highest order of the container off an axis.
+pub(super) const MAX_ORDER_ON_CONTAINER: usize = 2 * MAX_ORDER_OFF_AXIS;
+
 /// Lowest order: rigid motions and stresslets. Two orders lower is the Rotne-Prager-Yamakawa
 /// mobility.
-pub(crate) const LEAST: usize = 2;
+pub(crate) const MIN_ORDER: usize = 2;
 
 /// Lowest order in a ball. A container and a sphere reflect each other's source modes even when
 /// concentric, and the expansion that is two orders lower must contain these modes.
-const LEAST_IN_A_BALL: usize = 4;
+const MIN_ORDER_IN_BALL: usize = 4;
 
 /// Lowest order in a medium.
-fn least(medium: &Medium) -> usize {
+fn min_order(medium: &Medium) -> usize {
     match medium {
-        Medium::Ball { .. } => LEAST_IN_A_BALL,
-        _ => LEAST,
+        Medium::Ball { .. } => MIN_ORDER_IN_BALL,
+        _ => MIN_ORDER,
     }
 }
 
+/// Smallest bispherical coordinate of each sphere and of the container over all their gaps.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct GapCoordinates {
+    /// Coordinate of each sphere.
+    pub spheres: Vec<f64>,
+    /// Coordinate of the container; infinite without one.
+    pub container: f64,
+}
+
 /// Smallest bispherical coordinates over all neighbours and the boundary.
-pub(crate) fn closeness(spheres: &Spheres, medium: &Medium) -> (Vec<f64>, f64) {
+pub(crate) fn gap_coordinates(spheres: &Spheres, medium: &Medium) -> GapCoordinates {
     let n = spheres.len();
     let mut xi = vec![f64::INFINITY; n];
     let mut container = f64::INFINITY;
@@ -83,23 +99,26 @@ pub(crate) fn closeness(spheres: &Spheres, medium: &Medium) -> (Vec<f64>, f64) {
             Medium::Wall { .. } => xi[j] = xi[j].min(acosh_1p((medium.distance(&x) - a) / a)),
         }
     }
-    (xi, container)
+    GapCoordinates {
+        spheres: xi,
+        container,
+    }
 }
 
 /// Order that a bispherical coordinate needs for a relative error of the resistance.
 ///
 /// The order `L` at which `e^(-2 ξ L)` equals `tolerance`, times `ξ²` in narrow gaps, where the
 /// resistance grows as `1/ξ²`.
-fn terms(xi: f64, tolerance: f64) -> usize {
+fn order_for(xi: f64, tolerance: f64) -> usize {
     let terms = -(tolerance * xi.min(1.0).powi(2)).ln() / (2.0 * xi);
     // An order beyond any use; larger values would saturate the cast to an integer.
-    LEAST.max(terms.min(1e6).ceil() as usize + 1)
+    MIN_ORDER.max(terms.min(1e6).ceil() as usize + 1)
 }
 
 /// Orders at which two spheres at a distance represent their interaction to a tolerance.
-pub(crate) fn of_pair(distance: f64, a: f64, b: f64, tolerance: f64) -> (usize, usize) {
+pub(crate) fn for_pair(distance: f64, a: f64, b: f64, tolerance: f64) -> (usize, usize) {
     let (first, second) = outside(distance, a, b);
-    (terms(first, tolerance), terms(second, tolerance))
+    (order_for(first, tolerance), order_for(second, tolerance))
 }
 
 /// Tolerance for the first choice of orders, such that the error estimate comes out below
@@ -108,22 +127,18 @@ pub(crate) fn of_pair(distance: f64, a: f64, b: f64, tolerance: f64) -> (usize, 
 /// [`order_for`] is accurate for narrow gaps. Reflections between distant spheres are weaker on the
 /// way there and back: error estimates were about `n e^(-4ξ)` times the tolerance put into
 /// [`order_for`], for `n` spheres. A factor of three is left as margin.
-pub(crate) fn first_goal(closeness: &(Vec<f64>, f64), spheres: usize, tolerance: f64) -> f64 {
-    let reflected = spheres as f64 * (-4.0 * narrowest(closeness)).exp();
+pub(crate) fn first_target(xi: &GapCoordinates, spheres: usize, tolerance: f64) -> f64 {
+    let reflected = spheres as f64 * (-4.0 * narrowest(xi)).exp();
     tolerance * (0.3 / reflected).clamp(1.0, (1.0 / tolerance).max(1.0))
 }
 
 /// Orders at which the relative error of the resistance is about `tolerance`.
-pub(crate) fn for_tolerance(
-    closeness: &(Vec<f64>, f64),
-    medium: &Medium,
-    tolerance: f64,
-) -> Orders {
-    let order = |xi: f64| terms(xi, tolerance).max(least(medium));
+pub(crate) fn for_tolerance(xi: &GapCoordinates, medium: &Medium, tolerance: f64) -> Orders {
+    let order = |xi: f64| order_for(xi, tolerance).max(min_order(medium));
     Orders {
-        spheres: closeness.0.iter().map(|&xi| order(xi)).collect(),
+        spheres: xi.spheres.iter().map(|&xi| order(xi)).collect(),
         container: match medium {
-            Medium::Ball { .. } => order(closeness.1),
+            Medium::Ball { .. } => order(xi.container),
             _ => 0,
         },
     }
@@ -133,14 +148,14 @@ pub(crate) fn for_tolerance(
 ///
 /// The largest factor of all expansions. Each expansion contributes to the change its own part of
 /// the dissipation, and that part determines its remaining error.
-pub(crate) fn tail(closeness: &(Vec<f64>, f64), orders: &Orders) -> f64 {
+pub(crate) fn tail(xi: &GapCoordinates, orders: &Orders) -> f64 {
     let lowest = match orders.container {
-        0 => LEAST,
-        _ => LEAST_IN_A_BALL,
+        0 => MIN_ORDER,
+        _ => MIN_ORDER_IN_BALL,
     };
-    let spheres = closeness.0.iter().zip(&orders.spheres);
+    let spheres = xi.spheres.iter().zip(&orders.spheres);
     spheres
-        .chain(Some((&closeness.1, &orders.container)))
+        .chain(Some((&xi.container, &orders.container)))
         .filter(|(_, order)| **order > 0)
         .map(|(&xi, &order)| tail_of_one(xi, order, lowest))
         .fold(0.0, f64::max)
@@ -165,8 +180,8 @@ fn tail_of_one(xi: f64, order: usize, lowest: usize) -> f64 {
 }
 
 /// Smallest bispherical coordinate of all spheres and the container.
-pub(crate) fn narrowest(closeness: &(Vec<f64>, f64)) -> f64 {
-    closeness.0.iter().fold(closeness.1, |m, &xi| m.min(xi))
+pub(crate) fn narrowest(xi: &GapCoordinates) -> f64 {
+    xi.spheres.iter().fold(xi.container, |m, &xi| m.min(xi))
 }
 
 /// Bispherical coordinates of two spheres outside each other, with radii `a` and `b`.

@@ -8,14 +8,19 @@
 //! section 12.1). The signs were derived independently: `∇·u* = 0` and `p* = q - 4 ∂_z w_z + 2 z
 //! ∂_z q` follow by differentiation.
 
-use super::lamb::{Lamb, c, e};
+use super::lamb::{LambCoefficients, c, e};
 
 /// Lamb's coefficients of the image flow about a centre at `height` above the wall.
 ///
 /// `height` is in radii of the sphere at that centre. `reflected` holds the coefficients of `w` of
 /// degrees 0 to `top + 2`; degree 0 is ignored. `m` carries the sign of the symmetry class:
 /// positive when `φ` goes with the cosine. The result has degrees `0 ..= top`.
-pub(crate) fn image(mirrored: &[Lamb], m: i32, height: f64, top: usize) -> Vec<Lamb> {
+pub(crate) fn image(
+    reflected: &[LambCoefficients],
+    m: i32,
+    height: f64,
+    top: usize,
+) -> Vec<LambCoefficients> {
     let order = m.unsigned_abs() as usize;
     let azimuth = f64::from(m);
     // d/dz of r^k Y_k is down(k) r^(k-1) Y_(k-1); the harmonic part of z r^(k-1) Y_(k-1) is up(k)
@@ -25,9 +30,9 @@ pub(crate) fn image(mirrored: &[Lamb], m: i32, height: f64, top: usize) -> Vec<L
     let up = |k: usize| (squares(k) / ((2.0 * k as f64 - 1.0) * (2 * k + 1) as f64)).sqrt();
     let at = |k: usize| {
         if k >= 1 {
-            mirrored.get(k).copied().unwrap_or_default()
+            reflected.get(k).copied().unwrap_or_default()
         } else {
-            Lamb::default()
+            LambCoefficients::default()
         }
     };
     // the harmonic part of w_z, nonzero from degree `order` on
@@ -42,16 +47,20 @@ pub(crate) fn image(mirrored: &[Lamb], m: i32, height: f64, top: usize) -> Vec<L
         };
         down(k + 1) * at(k + 1).phi - azimuth * at(k).chi - from_below
     };
-    let mut result = vec![Lamb::default(); top + 1];
+    let mut result = vec![LambCoefficients::default(); top + 1];
     for k in order.max(1)..=top {
         let kf = k as f64;
         let (own, below) = (at(k), at(k - 1));
-        let below2 = if k >= 2 { at(k - 2) } else { Lamb::default() };
+        let below2 = if k >= 2 {
+            at(k - 2)
+        } else {
+            LambCoefficients::default()
+        };
         let up_below = if k >= 2 { up(k - 1) } else { 0.0 };
         let gradient = down(k + 1) * (down(k + 2) * at(k + 2).phi - azimuth * at(k + 1).chi)
             + ((2.0 * c(k) - e(k)) * up(k) * down(k) - e(k)) * own.p;
         let (f, f_below) = (normal(k), normal(k - 1));
-        result[k] = Lamb {
+        result[k] = LambCoefficients {
             p: (1.0 + 2.0 * up(k) * down(k)) * own.p - 4.0 * gradient
                 + 2.0 * height * down(k + 1) * at(k + 1).p,
             chi: -own.chi

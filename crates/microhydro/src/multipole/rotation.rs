@@ -14,11 +14,11 @@ pub(crate) struct Rotation {
 
 impl Rotation {
     /// Matrices of degrees `1 ..= top` for a rotation `Q`.
-    pub fn new(turn: &UnitQuaternion<f64>, top: usize) -> Self {
-        let q: Matrix3<f64> = *turn.to_rotation_matrix().matrix();
+    pub fn new(rotation: &UnitQuaternion<f64>, top: usize) -> Self {
+        let q: Matrix3<f64> = *rotation.to_rotation_matrix().matrix();
         // degree 1 has m = -1, 0, 1 for y, z, x
-        const AXES: [usize; 3] = [1, 2, 0];
-        let first = DMatrix::from_fn(3, 3, |i, j| q[(AXES[i], AXES[j])]);
+        const AXIS_OF_M: [usize; 3] = [1, 2, 0];
+        let first = DMatrix::from_fn(3, 3, |i, j| q[(AXIS_OF_M[i], AXIS_OF_M[j])]);
         let mut degrees = vec![first];
         for l in 2..=top {
             let next = next_degree(&degrees[0], &degrees[l - 2], l as i32);

@@ -2,16 +2,17 @@
 
 use nalgebra::DMatrix;
 
+use super::dense;
 use super::frame::Frame;
 use super::modes::{Family, Modes};
 use super::order::Orders;
-use super::system::{Panel, System};
-use super::{Scaled, dense};
+use super::scaled::ScaledMobility;
+use super::system::{MultiVector, System};
 use crate::HydroError;
 
 /// Highest number of degrees of freedom for the dense factorisation: 288 MB and two seconds. Beyond
 /// it each sphere has so many modes that iterations are faster.
-const MOST_AT_ONCE: usize = 6000;
+const MAX_DENSE_DOFS: usize = 6000;
 
 /// Scaled mobility matrices of spheres at any positions, for `orders` and two orders lower.
 ///
@@ -25,9 +26,9 @@ pub(crate) fn mobility(
     radii: &[f64],
     orders: &Orders,
     (tolerance, residual): (f64, f64),
-) -> Result<Scaled, HydroError> {
+) -> Result<ScaledMobility, HydroError> {
     let system = System::new(frame, radii, orders, 0.1 * tolerance);
-    match orders.dofs() <= MOST_AT_ONCE {
+    match orders.dofs() <= MAX_DENSE_DOFS {
         true => dense::mobility(&system),
         false => by_iteration(&system, residual),
     }
@@ -40,7 +41,7 @@ pub(crate) fn mobility(
 ///
 /// # Errors
 /// [`HydroError::NotConverged`].
-fn by_iteration(system: &System, residual: f64) -> Result<Scaled, HydroError> {
+fn by_iteration(system: &System, residual: f64) -> Result<ScaledMobility, HydroError> {
     let n = system.spheres;
     let (coupled, own) = rigid_columns(system);
     let is_rigid = |family: Family, l: usize| l == 1 && family != Family::Source;
@@ -65,7 +66,7 @@ fn by_iteration(system: &System, residual: f64) -> Result<Scaled, HydroError> {
     };
     let lower = schur(&lower)?;
     let full = schur(&full)?;
-    Ok(Scaled { full, lower })
+    Ok(ScaledMobility { full, lower })
 }
 
 /// Scaled mobility of rigid motions with only the container eliminated: no reflections between
@@ -83,7 +84,7 @@ pub(crate) fn rigid_mobility(frame: &Frame, radii: &[f64], orders: &Orders) -> D
 }
 
 /// Columns of the matrix for the rigid motions of all spheres, and the rigid rows of these columns.
-fn rigid_columns(system: &System) -> (Panel, DMatrix<f64>) {
+fn rigid_columns(system: &System) -> (MultiVector, DMatrix<f64>) {
     let n = system.spheres;
     let mut rigid = system.zeros(6 * n);
     for sphere in 0..n {
@@ -98,7 +99,7 @@ fn rigid_columns(system: &System) -> (Panel, DMatrix<f64>) {
     (coupled, own)
 }
 
-fn transposed_product(a: &Panel, b: &Panel) -> DMatrix<f64> {
+fn transposed_product(a: &MultiVector, b: &MultiVector) -> DMatrix<f64> {
     let columns = a.first().map_or(0, faer::Mat::ncols);
     let mut product = DMatrix::zeros(columns, columns);
     for (a, b) in a.iter().zip(b) {

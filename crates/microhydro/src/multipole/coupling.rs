@@ -8,20 +8,20 @@ use faer::prelude::ReborrowMut;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 
-use super::axial::{Interior, Outgoing};
-use super::lamb::{Lamb, place};
+use super::axial_translation::{InteriorTranslation, OutgoingTranslation};
+use super::lamb::{LambCoefficients, trace_index};
 use super::modes::{Family, Modes};
 use super::order;
 use super::rotation::Rotation;
 
 /// Expansion on the surface of a sphere or of the container.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Body {
+pub(crate) struct Expansion {
     pub radius: f64,
     pub modes: Modes,
 }
 
-impl Body {
+impl Expansion {
     /// Square root of the self energy of a mode. Scaling the unknowns by it makes the diagonal of
     /// the system one.
     pub fn weight(&self, family: Family, l: usize) -> f64 {
@@ -44,12 +44,12 @@ impl Body {
 /// One class has `W` and `V` with the cosine and `X` with the sine, the other one the reverse.
 /// Flows of different classes do not couple along the axis.
 #[derive(Clone, Copy)]
-pub(crate) struct Half {
+pub(crate) struct SymmetryClass {
     pub m: usize,
     pub cosine: bool,
 }
 
-impl Half {
+impl SymmetryClass {
     /// All classes up to an azimuthal number; `m = 0` has one only.
     pub fn all(top: usize) -> impl Iterator<Item = Self> {
         (0..=top).flat_map(|m| {
@@ -87,7 +87,7 @@ impl Half {
 }
 
 /// Rotation that takes `offset` to the z axis.
-pub(crate) fn onto_axis(offset: &Vector3<f64>) -> UnitQuaternion<f64> {
+pub(crate) fn rotation_to_z(offset: &Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(offset, &Vector3::z()).unwrap_or_else(|| {
         // `offset` is opposite to z, or zero, for which any rotation serves
         UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
@@ -97,75 +97,80 @@ pub(crate) fn onto_axis(offset: &Vector3<f64>) -> UnitQuaternion<f64> {
 /// Coupling of two expansions, stored along their line of centres. Its transpose is the coupling in
 /// the opposite direction.
 #[derive(Clone, Debug)]
-pub(crate) struct Link {
+pub(crate) struct Coupling {
     /// Indices of the source and of the target.
-    pub ends: (usize, usize),
+    pub pair: (usize, usize),
     /// Modes of source and target that the coupling includes.
-    modes: (Modes, Modes),
+    used_modes: (Modes, Modes),
     /// All modes of source and target.
-    places: (Modes, Modes),
+    all_modes: (Modes, Modes),
     rotation: Rotation,
     /// One matrix per azimuthal number: columns are the modes of the source, rows those of the
     /// target, in the order of [`Modes::sector`].
     sectors: Vec<Mat<f64>>,
 }
 
-impl Link {
+impl Coupling {
     /// Coupling of two spheres at `offset`, with only the modes that matter to `tolerance` at this
     /// distance.
-    pub fn between(
-        ends: (usize, usize),
-        (from, to): (&Body, &Body),
+    pub fn between_spheres(
+        pair: (usize, usize),
+        (from, to): (&Expansion, &Expansion),
         offset: &Vector3<f64>,
         tolerance: f64,
     ) -> Self {
-        let places = (from.modes, to.modes);
-        let needed = order::of_pair(offset.norm(), from.radius, to.radius, tolerance);
+        let all_modes = (from.modes, to.modes);
+        let needed = order::for_pair(offset.norm(), from.radius, to.radius, tolerance);
         let from = &from.up_to(needed.0);
         let to = &to.up_to(needed.1);
-        Self::new(ends, from, to, offset, places, |m, distance| {
-            let pair = Outgoing::new(
+        Self::new(pair, from, to, offset, all_modes, |m, distance| {
+            let pair = OutgoingTranslation::new(
                 m,
                 (from.radius, from.modes.order),
                 (to.radius, to.modes.order),
                 distance,
             );
-            move |f, l, k| pair.lamb(f, l, k)
+            move |f, l, k| pair.coefficients(f, l, k)
         })
     }
 
     /// Coupling of the container with a sphere at `offset` from its centre.
-    pub fn inside(ends: (usize, usize), from: &Body, to: &Body, offset: &Vector3<f64>) -> Self {
+    pub fn with_container(
+        pair: (usize, usize),
+        from: &Expansion,
+        to: &Expansion,
+        offset: &Vector3<f64>,
+    ) -> Self {
         Self::new(
-            ends,
+            pair,
             from,
             to,
             offset,
             (from.modes, to.modes),
             |m, distance| {
-                let within = Interior::new(
+                let interior = InteriorTranslation::new(
                     m,
                     (from.radius, from.modes.order),
                     (to.radius, to.modes.order),
                     distance,
                 );
-                move |f, k, l| within.lamb(f, k, l)
+                move |f, k, l| interior.coefficients(f, k, l)
             },
         )
     }
 
-    fn new<F: Fn(Family, usize, usize) -> Lamb>(
-        ends: (usize, usize),
-        from: &Body,
-        to: &Body,
+    fn new<F: Fn(Family, usize, usize) -> LambCoefficients>(
+        pair: (usize, usize),
+        from: &Expansion,
+        to: &Expansion,
         offset: &Vector3<f64>,
-        places: (Modes, Modes),
-        flow: impl Fn(usize, f64) -> F,
+        all_modes: (Modes, Modes),
+        translation: impl Fn(usize, f64) -> F,
     ) -> Self {
         let top = from.modes.order.min(to.modes.order);
         let sectors = (0..=top)
             .map(|m| {
-                let lamb = flow(m, offset.norm());
+                let coefficients = translation(m, offset.norm());
                 let (sources, targets) = (from.modes.sector(m), to.modes.sector(m));
                 let mut matrix = Mat::zeros(targets.len(), sources.len());
                 for (column, &(family, l)) in sources.iter().enumerate() {
@@ -174,25 +179,27 @@ impl Link {
                     // adjacent
                     let mut traces = vec![None; to.modes.order + 1];
                     for (row, &(other, k)) in targets.iter().enumerate() {
-                        let trace = *traces[k].get_or_insert_with(|| lamb(family, l, k).trace(k));
-                        matrix[(row, column)] = trace[place(other)] * weight * to.weight(other, k);
+                        let trace =
+                            *traces[k].get_or_insert_with(|| coefficients(family, l, k).trace(k));
+                        matrix[(row, column)] =
+                            trace[trace_index(other)] * weight * to.weight(other, k);
                     }
                 }
                 matrix
             })
             .collect();
         Self {
-            ends,
-            modes: (from.modes, to.modes),
-            places,
-            rotation: Rotation::new(&onto_axis(offset), from.modes.order.max(to.modes.order)),
+            pair,
+            used_modes: (from.modes, to.modes),
+            all_modes,
+            rotation: Rotation::new(&rotation_to_z(offset), from.modes.order.max(to.modes.order)),
             sectors,
         }
     }
 
     /// Dense matrix of the coupling, from all modes of the source to all modes of the target.
     pub fn dense(&self) -> Mat<f64> {
-        let (from, to) = (self.places.0.len(), self.places.1.len());
+        let (from, to) = (self.all_modes.0.len(), self.all_modes.1.len());
         let mut matrix = Mat::zeros(to, from);
         self.add(Mat::identity(from, from).as_ref(), matrix.as_mut(), false);
         matrix
@@ -203,33 +210,39 @@ impl Link {
     /// `backward` exchanges source and target.
     pub fn add(&self, x: MatRef<f64>, mut y: MatMut<f64>, backward: bool) {
         let ([source, target], [from, to]) = match backward {
-            false => ([self.modes.0, self.modes.1], [self.places.0, self.places.1]),
-            true => ([self.modes.1, self.modes.0], [self.places.1, self.places.0]),
+            false => (
+                [self.used_modes.0, self.used_modes.1],
+                [self.all_modes.0, self.all_modes.1],
+            ),
+            true => (
+                [self.used_modes.1, self.used_modes.0],
+                [self.all_modes.1, self.all_modes.0],
+            ),
         };
         let columns = x.ncols();
-        let mut turned = Mat::zeros(source.len(), columns);
+        let mut rotated = Mat::zeros(source.len(), columns);
         for (family, l) in source.shells() {
             multiply(
-                rows_mut(turned.as_mut(), source.shell(family, l)),
+                rows_mut(rotated.as_mut(), source.shell(family, l)),
                 Accum::Replace,
                 dense(self.rotation.degree(l)),
                 x.subrows(from.shell(family, l).start, 2 * l + 1),
             );
         }
         let mut result = Mat::<f64>::zeros(target.len(), columns);
-        for half in Half::all(source.order.min(target.order)) {
-            let (take, give) = (half.rows(source), half.rows(target));
-            let gathered = Mat::from_fn(take.len(), columns, |i, j| {
-                take[i].1 * turned[(take[i].0, j)]
+        for class in SymmetryClass::all(source.order.min(target.order)) {
+            let (source_rows, target_rows) = (class.rows(source), class.rows(target));
+            let gathered = Mat::from_fn(source_rows.len(), columns, |i, j| {
+                source_rows[i].1 * rotated[(source_rows[i].0, j)]
             });
             let matrix = match backward {
-                false => self.sectors[half.m].as_ref(),
-                true => self.sectors[half.m].transpose(),
+                false => self.sectors[class.m].as_ref(),
+                true => self.sectors[class.m].transpose(),
             };
-            let mut product = Mat::zeros(give.len(), columns);
+            let mut product = Mat::zeros(target_rows.len(), columns);
             multiply(product.as_mut(), Accum::Replace, matrix, gathered.as_ref());
             for j in 0..columns {
-                for (i, &(row, sign)) in give.iter().enumerate() {
+                for (i, &(row, sign)) in target_rows.iter().enumerate() {
                     result[(row, j)] = sign * product[(i, j)];
                 }
             }

@@ -11,7 +11,7 @@
 //! and the scalars `r'·u` and `r'·(∇ × u)`, which determine Lamb's coefficients about the new
 //! centre. Each coefficient costs a few operations; none is a small difference of large numbers.
 
-use super::lamb::{Lamb, c, e};
+use super::lamb::{LambCoefficients, c, e};
 use super::modes::Family;
 
 /// `(k² - m²)/(2k - 1)`: coefficient of the degree-`k` harmonic in `z R_(k-1)`.
@@ -21,7 +21,7 @@ fn raise(k: usize, m: usize) -> f64 {
 
 /// Translation of the outgoing multipoles of a sphere to another sphere in the direction of the
 /// axis.
-pub(crate) struct Outgoing {
+pub(crate) struct OutgoingTranslation {
     m: usize,
     source: f64,
     target: f64,
@@ -37,7 +37,7 @@ pub(crate) struct Outgoing {
     width: usize,
 }
 
-impl Outgoing {
+impl OutgoingTranslation {
     /// Translation over `distance` between spheres of radii `source` and `target`, up to the
     /// degrees `top_l` and `top_k`.
     pub fn new(
@@ -80,17 +80,17 @@ impl Outgoing {
     ///
     /// The flow is the one that equals the harmonic of `family` and degree `l` on the source
     /// sphere.
-    pub fn lamb(&self, family: Family, l: usize, k: usize) -> Lamb {
+    pub fn coefficients(&self, family: Family, l: usize, k: usize) -> LambCoefficients {
         let m = self.m;
         let s = self.table[(l - m) * self.width + k - m];
         let (a, b, d) = (self.source, self.target, self.distance);
         let (lf, kf, mf) = (l as f64, k as f64, m as f64);
         match family {
-            Family::Source => Lamb {
+            Family::Source => LambCoefficients {
                 phi: a * a / (b * d) * s,
-                ..Lamb::default()
+                ..LambCoefficients::default()
             },
-            Family::Rotlet => Lamb {
+            Family::Rotlet => LambCoefficients {
                 phi: -a / b * mf / kf * s,
                 chi: a / d * lf / (kf + 1.0) * s,
                 p: 0.0,
@@ -107,7 +107,7 @@ impl Outgoing {
                     + alpha * (sum + 1.0 - 2.0 * up)
                     + beta)
                     / kf;
-                Lamb {
+                LambCoefficients {
                     phi: (strength * phi * d / b + potential * a * a / (b * d)) * s,
                     chi: -strength * mf / (lf * kf * (kf + 1.0)) * s,
                     p: strength * b / d * s,
@@ -118,7 +118,7 @@ impl Outgoing {
 }
 
 /// Translation of the flow inside a container to a sphere in the direction of the axis.
-pub(crate) struct Interior {
+pub(crate) struct InteriorTranslation {
     m: usize,
     container: f64,
     target: f64,
@@ -134,7 +134,7 @@ pub(crate) struct Interior {
     width: usize,
 }
 
-impl Interior {
+impl InteriorTranslation {
     /// Translation from a container to a sphere of radius `target` at distance `offset` from its
     /// centre.
     pub fn new(
@@ -167,17 +167,17 @@ impl Interior {
     /// Coefficients of degree `l` about the centre of the sphere.
     ///
     /// The flow is the one that equals the harmonic of `family` and degree `k` on the container.
-    pub fn lamb(&self, family: Family, k: usize, l: usize) -> Lamb {
+    pub fn coefficients(&self, family: Family, k: usize, l: usize) -> LambCoefficients {
         let m = self.m;
         let (a, b, z) = (self.target, self.container, self.offset);
         let (lf, kf, mf) = (l as f64, k as f64, m as f64);
         let s = self.table[(l - m) * self.width + k - m];
         match family {
-            Family::Stokeslet => Lamb {
+            Family::Stokeslet => LambCoefficients {
                 phi: b / a * s,
-                ..Lamb::default()
+                ..LambCoefficients::default()
             },
-            Family::Rotlet => Lamb {
+            Family::Rotlet => LambCoefficients {
                 phi: -z / a * mf / lf * s,
                 chi: -(kf + 1.0) / (lf + 1.0) * s,
                 p: 0.0,
@@ -200,7 +200,7 @@ impl Interior {
                 let phi = (z * z * s * (gamma - c(k) * (kf - lf + 2.0 * up) + e(k))
                     + z * below * up * (2.0 * gamma + e(k)))
                     / lf;
-                Lamb {
+                LambCoefficients {
                     phi: strength * phi / (a * b) - potential * b / a * s,
                     chi: strength * z / b * mf / ((kf + 1.0) * lf * (lf + 1.0)) * s,
                     p: strength * a / b * s,
