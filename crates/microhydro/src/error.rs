@@ -5,7 +5,7 @@
 #[non_exhaustive]
 pub enum HydroError {
     /// Lists of different lengths, or a list of velocities of the wrong length.
-    #[error("{what}: expected {expected}, found {found}")]
+    #[error("{what}: expected {expected} entries, found {found}")]
     Length {
         /// Which list.
         what: &'static str,
@@ -23,14 +23,15 @@ pub enum HydroError {
         radius: f64,
     },
     /// A NaN or infinite number.
-    #[error("{what} is not finite")]
+    #[error("{what} is NaN or infinite; check positions, radii and units")]
     NotFinite {
         /// Which number.
         what: &'static str,
     },
     /// Two spheres that touch or overlap.
     #[error(
-        "spheres {first} and {second} touch or overlap (gap {gap:.3e}); move them apart or make them smaller"
+        "spheres {first} and {second} touch or overlap (gap {gap:.3e}); \
+         move them apart or reduce their radii"
     )]
     Touching {
         /// Index of one sphere.
@@ -42,7 +43,8 @@ pub enum HydroError {
     },
     /// A sphere that touches the container or the wall, or lies beyond it.
     #[error(
-        "sphere {sphere} touches the {boundary} or lies beyond it (clearance {clearance:.3e}); move it inside"
+        "sphere {sphere} touches the {boundary} or lies beyond it (clearance {clearance:.3e}); \
+         move it into the fluid"
     )]
     OutsideMedium {
         /// Index of the sphere.
@@ -54,8 +56,9 @@ pub enum HydroError {
     },
     /// A gap so narrow that the expansion would need more terms than are allowed.
     #[error(
-        "{surfaces} leave a gap of {gap:.3e} smaller radii, where an expansion to {tolerance:.0e} needs order {needed}; \
-         the most is {most}: widen the gap, or ask for less accuracy"
+        "{surfaces} leave a gap of {gap:.3e} smaller radii, which needs an expansion of order \
+         {needed} for a tolerance of {tolerance:.0e}; the highest order is {highest}: \
+         widen the gap or increase the tolerance"
     )]
     TooClose {
         /// The surfaces with the narrowest gap.
@@ -67,11 +70,12 @@ pub enum HydroError {
         /// Order that would meet the tolerance.
         needed: usize,
         /// Highest order that is allowed.
-        most: usize,
+        highest: usize,
     },
     /// A point outside the fluid, where the velocity field cannot be evaluated.
     #[error(
-        "the point ({x:.4}, {y:.4}, {z:.4}) is not in the fluid; ask outside the spheres and inside the container"
+        "the point ({x:.4}, {y:.4}, {z:.4}) is not in the fluid; \
+         evaluate the velocity outside the spheres and inside the container"
     )]
     NotInFluid {
         /// Coordinates of the point.
@@ -83,9 +87,9 @@ pub enum HydroError {
     },
     /// An approximate mobility that is not positive definite, so that it has no resistance.
     #[error(
-        "the {model} mobility is not positive definite (smallest over largest eigenvalue \
-         {eigenvalue_ratio:.1e}): {surfaces} leave a gap of {gap:.3e} smaller radii, too narrow for \
-         this approximation; use {instead}"
+        "the Cholesky factorisation of the {model} mobility failed: the matrix is not positive \
+         definite (smallest over largest eigenvalue {eigenvalue_ratio:.1e}); {surfaces} leave a \
+         gap of {gap:.3e} smaller radii, too narrow for this approximation; use {instead}"
     )]
     NotPositiveDefinite {
         /// Name of the model.
@@ -103,9 +107,9 @@ pub enum HydroError {
     ///
     /// The exact system is positive definite: this is rounding in an expansion of high order.
     #[error(
-        "the Cholesky factorisation of the {matrix} ({size} x {size}) of the multipole expansion \
-         failed: it is not positive definite to rounding; widen the narrowest gap, or lower the \
-         order or the accuracy"
+        "the Cholesky factorisation of the {matrix} of the multipole expansion failed: the matrix \
+         ({size} x {size}) is not positive definite to rounding; widen the narrowest gap, lower \
+         the order or increase the tolerance"
     )]
     FactorisationFailed {
         /// Which matrix.
@@ -125,8 +129,8 @@ pub enum HydroError {
     },
     /// Conjugate gradients that did not converge.
     #[error(
-        "conjugate gradients left a relative residual of {residual:.1e} after {iterations} steps, {target:.1e} was asked; \
-         widen the narrowest gap or ask for less accuracy"
+        "conjugate gradients reached a residual of {residual:.1e} in {iterations} iterations, \
+         {target:.1e} was requested; widen the narrowest gap or increase the tolerance"
     )]
     NotConverged {
         /// Number of iterations.

@@ -14,8 +14,8 @@ use crate::Spheres;
 /// U = ((1 + s/(3 d²)) I + (1 - s/d²) n n^T) F / (8π d) + T × r / (8π d³)
 /// ω = F × r / (8π d³) + (3 n n^T - I) T / (16π d³)
 /// ```
-/// With `s = 0` these are Oseen's tensor, the rotlet and their vorticities; with `s = a_i² + a_j²`
-/// the pair mobility of Rotne, Prager and Yamakawa for radii `a_i` and `a_j`.
+/// With `s = 0` these are Oseen's tensor, the rotlet and their vorticities; with `s = a_i² +
+/// a_j²` the pair mobility of Rotne, Prager and Yamakawa for radii `a_i` and `a_j`.
 pub(crate) fn pair_mobility(r: &Vector3<f64>, s: f64) -> Matrix6<f64> {
     let distance = r.norm();
     let unit = r / distance;

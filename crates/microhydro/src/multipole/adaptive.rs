@@ -1,4 +1,4 @@
-//! Resistance to a requested accuracy: the order is raised until the error estimate is small enough.
+//! Resistance to a requested accuracy: raises the order until the error estimate is small enough.
 
 use super::accuracy::Accuracy;
 use super::fixed_order::{self, FIXED_ORDER_TOLERANCE};
@@ -39,14 +39,19 @@ pub fn resistance(
     let mut target = order::first_target(&xi, spheres.len(), tolerance);
     let mut orders = order::for_tolerance(&xi, medium, target);
     loop {
-        let (result, completed) =
-            lubrication::completed(spheres, medium, &xi, &orders, target.min(tolerance))?;
-        let claimed = result.relative_error();
-        let no_more = target <= tolerance && completed;
-        if no_more || claimed <= tolerance || target < MIN_TARGET_RATIO * tolerance {
+        let (result, corrected) = lubrication::with_pair_corrections(
+            spheres,
+            medium,
+            &xi,
+            &orders,
+            target.min(tolerance),
+        )?;
+        let estimate = result.relative_error();
+        let final_order = target <= tolerance && corrected;
+        if final_order || estimate <= tolerance || target < MIN_TARGET_RATIO * tolerance {
             return Ok(result);
         }
-        target *= (0.5 * tolerance / claimed).clamp(0.01, 0.5);
+        target *= (0.5 * tolerance / estimate).clamp(0.01, 0.5);
         // The lowest orders suffice for targets far below the one that selected them. The same
         // orders would give the same estimate, so the target is lowered until the orders rise.
         let mut raised = order::for_tolerance(&xi, medium, target);

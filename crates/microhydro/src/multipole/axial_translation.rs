@@ -96,7 +96,8 @@ impl OutgoingTranslation {
                 p: 0.0,
             },
             Family::Stokeslet => {
-                // u = K a^l (alpha r^2 grad p - beta r p) + G a^{l+2} grad(Y/r^{l+1}), p = Y/r^{l+1}
+                // u = K a^l (alpha r^2 grad p - beta r p) + G a^(l+2) grad(Y/r^(l+1)),
+                // p = Y/r^(l+1)
                 let strength = lf * (4.0 * lf * lf - 1.0) / (lf + 1.0);
                 let potential = 1.0 - (2.0 * lf + 1.0) * (2.0 - lf) / (2.0 * (lf + 1.0));
                 let alpha = (2.0 - lf) / (2.0 * lf * (2.0 * lf - 1.0));
@@ -183,7 +184,7 @@ impl InteriorTranslation {
                 p: 0.0,
             },
             Family::Source => {
-                // u = Q (c_k r^2 grad p - e_k r p) / b^{k+1} - g b^{1-k} grad(r^k Y), p = r^k Y
+                // u = Q (c_k r^2 grad p - e_k r p) / b^(k+1) - g b^(1-k) grad(r^k Y), p = r^k Y
                 let strength = (2.0 * kf + 1.0) / e(k);
                 let potential = strength * c(k) - 1.0;
                 // translation coefficient of degree l - 1, which is nonzero for l = k + 1 too

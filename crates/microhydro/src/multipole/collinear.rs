@@ -43,8 +43,9 @@ struct Dof {
     l: usize,
 }
 
-/// Scaled mobility matrices of spheres at heights `z` on the axis, for `orders` and two orders
-/// lower.
+/// Scaled mobility matrices of spheres at heights `z` on the axis.
+///
+/// For the given orders and for orders lower by two.
 ///
 /// Cost: `O((n L)^3)` for `n` spheres of order `L`, with a small constant: the largest sector has
 /// `3 n L` degrees of freedom.
@@ -137,8 +138,9 @@ fn dofs(sector: &Sector, surroundings: Surroundings, orders: &Orders) -> Vec<Dof
     all
 }
 
-/// Symmetric matrix of a sector: ones on the diagonal, couplings below it; the upper triangle stays
-/// zero.
+/// Symmetric matrix of a sector, in the lower triangle.
+///
+/// Ones on the diagonal, couplings below it; the upper triangle stays zero.
 fn assemble(
     sector: &Sector,
     z: &[f64],

@@ -94,8 +94,9 @@ pub(crate) fn rotation_to_z(offset: &Vector3<f64>) -> UnitQuaternion<f64> {
     })
 }
 
-/// Coupling of two expansions, stored along their line of centres. Its transpose is the coupling in
-/// the opposite direction.
+/// Coupling of two expansions, stored along their line of centres.
+///
+/// Its transpose is the coupling in the opposite direction.
 #[derive(Clone, Debug)]
 pub(crate) struct Coupling {
     /// Indices of the source and of the target.
@@ -111,8 +112,9 @@ pub(crate) struct Coupling {
 }
 
 impl Coupling {
-    /// Coupling of two spheres at `offset`, with only the modes that matter to `tolerance` at this
-    /// distance.
+    /// Coupling of two spheres at `offset`.
+    ///
+    /// Contains only the modes that matter to `tolerance` at this distance.
     pub fn between_spheres(
         pair: (usize, usize),
         (from, to): (&Expansion, &Expansion),
@@ -175,8 +177,8 @@ impl Coupling {
                 let mut matrix = Mat::zeros(targets.len(), sources.len());
                 for (column, &(family, l)) in sources.iter().enumerate() {
                     let weight = 1.0 / from.weight(family, l);
-                    // all families of one degree come from the same coefficients, but are not
-                    // adjacent
+                    // All families of one degree come from the same coefficients, but are not
+                    // adjacent.
                     let mut traces = vec![None; to.modes.order + 1];
                     for (row, &(other, k)) in targets.iter().enumerate() {
                         let trace =

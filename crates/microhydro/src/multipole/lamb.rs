@@ -7,8 +7,8 @@
 //! with solid harmonics `φ_k`, `χ_k`, `p_k` of degree `k` and the position vector `r` (Lamb 1932,
 //! art. 336; Happel & Brenner 1983, section 3-2). The coefficients belong to `r^k Y_km` and are
 //! scaled by the radius `a` of the sphere, such that `a^(k-1) φ`, `a^k χ` and `a^(k+1) p` are
-//! velocities on its surface. `φ` and `p` go with `cos mφ`, `χ` with `sin mφ`; the modes with sine
-//! and cosine exchanged follow by reversing the sign of `m`.
+//! velocities on its surface. `φ` and `p` go with `cos mφ`, `χ` with `sin mφ`; the modes with
+//! sine and cosine exchanged follow by reversing the sign of `m`.
 
 use super::modes::Family;
 

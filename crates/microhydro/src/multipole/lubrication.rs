@@ -19,14 +19,14 @@ const MAX_COLLINEAR_DOFS: usize = 3000;
 
 /// Relative uncertainty of a pair correction, because other spheres change the flow in the gap.
 ///
-/// Measured with three spheres around a gap of 0.02: a sixth of this value (an error of 1.8e-4 where
-/// the correction was 0.1).
+/// Measured with three spheres around a gap of 0.02: a sixth of this value (an error of 1.8e-4
+/// where the correction was 0.1).
 const PAIR_UNCERTAINTY: f64 = 0.01;
 
 /// Resistance with bounded orders and pair corrections, and whether there were corrections.
 ///
 /// Corrections are added for the pairs whose gaps need more than the highest order.
-pub(super) fn completed(
+pub(super) fn with_pair_corrections(
     spheres: &Spheres,
     medium: &Medium,
     xi: &GapCoordinates,
@@ -45,7 +45,7 @@ pub(super) fn completed(
     }
     for second in 0..spheres.len() {
         for first in 0..second {
-            complete(
+            add_pair_correction(
                 &mut result,
                 spheres,
                 &[first, second],
@@ -55,14 +55,14 @@ pub(super) fn completed(
             )?;
         }
         if *medium != Medium::Unbounded {
-            complete(&mut result, spheres, &[second], medium, &limited, tolerance)?;
+            add_pair_correction(&mut result, spheres, &[second], medium, &limited, tolerance)?;
         }
     }
     Ok((result, true))
 }
 
 /// Adds the correction of a pair (or of one sphere and the boundary), if its gap needs one.
-fn complete(
+fn add_pair_correction(
     result: &mut Resistance,
     spheres: &Spheres,
     group: &[usize],
@@ -70,11 +70,11 @@ fn complete(
     limited: &Orders,
     tolerance: f64,
 ) -> Result<(), HydroError> {
-    let alone = Spheres::new(
+    let group_alone = Spheres::new(
         group.iter().map(|&k| spheres.centres()[k]).collect(),
         group.iter().map(|&k| spheres.radii()[k]).collect(),
     )?;
-    let xi = order::gap_coordinates(&alone, medium);
+    let xi = order::gap_coordinates(&group_alone, medium);
     let needed = order::for_tolerance(&xi, medium, tolerance);
     let used = Orders {
         spheres: group.iter().map(|&k| limited.spheres[k]).collect(),
@@ -91,20 +91,21 @@ fn complete(
     }
     // Collinear expansions are cheap: a lower tolerance makes the error of the pair negligible.
     let needed = order::for_tolerance(&xi, medium, 0.01 * tolerance);
-    check_collinear(&alone, medium, &needed, tolerance)?;
-    let exact = fixed_order::resistance(&alone, medium, &xi, &needed, tolerance)?;
-    let missed = fixed_order::resistance(&alone, medium, &xi, &used, tolerance)?;
+    check_collinear(&group_alone, medium, &needed, tolerance)?;
+    let converged = fixed_order::resistance(&group_alone, medium, &xi, &needed, tolerance)?;
+    let bounded = fixed_order::resistance(&group_alone, medium, &xi, &used, tolerance)?;
     let rows: Vec<usize> = group.iter().flat_map(|&k| 6 * k..6 * k + 6).collect();
-    let correction = exact.matrix() - missed.matrix();
+    let correction = converged.matrix() - bounded.matrix();
     let uncertainty = &correction * (PAIR_UNCERTAINTY / result.tail());
     result.add(
         &rows,
         &correction,
-        &(exact.matrix() - missed.coarser() - uncertainty),
+        &(converged.matrix() - bounded.coarser() - uncertainty),
     );
     Ok(())
 }
 
+/// Checks that the factorisation of collinear expansions is affordable.
 fn check_collinear(
     spheres: &Spheres,
     medium: &Medium,
@@ -126,6 +127,6 @@ fn check_collinear(
             .iter()
             .copied()
             .fold(orders.container, usize::max),
-        most: MAX_COLLINEAR_DOFS / 3 / bodies,
+        highest: MAX_COLLINEAR_DOFS / 3 / bodies,
     })
 }

@@ -3,23 +3,26 @@
 //! Notation: `Y_lm` are real orthonormal spherical harmonics, `n` the outward normal of a sphere of
 //! radius `a`, `∇_S` the surface gradient of the unit sphere.
 //!
-//! 1. *Unknowns* (`modes`). The force density on each sphere (and on the container) is expanded in
-//! the vector spherical harmonics `W_lm`, `X_lm`, `V_lm`, the eigenfunctions of the single-layer
-//! operator of a sphere (Corona & Veerapaneni 2018). Outside the sphere they drive the three
-//! families of Lamb's solution: `W` those with pressure (force, stresslet, ...), `X` those with
-//! radial vorticity (torque, ...), `V` the potential flows (source multipoles).
+//! 1. *Unknowns* (`modes`). The force density on each sphere (and on the container) is expanded
+//!    in the vector spherical harmonics `W_lm`, `X_lm`, `V_lm`, the eigenfunctions of the
+//!    single-layer operator of a sphere (Corona & Veerapaneni 2018). Outside the sphere they
+//!    drive the three families of Lamb's solution: `W` those with pressure (force, stresslet,
+//!    ...), `X` those with radial vorticity (torque, ...), `V` the potential flows (source
+//!    multipoles).
 //! 2. *Translation* (`axial_translation`, `lamb`). The outgoing flow of one sphere is expanded
-//! about the centre of another in Lamb's general solution for the interior of a sphere (Lamb 1932,
-//! art. 336; Happel & Brenner 1983, section 3-2). Along the line of centres the coefficients have
-//! closed forms for each azimuthal number; `rotation` turns other directions onto it.
-//! 3. *Boundary* (`reflection`, `wall_image`). A wall adds the image of each sphere by Lorentz's
-//! reflection (Lorentz 1907; Kim & Karrila 1991, section 12.1). A container is one more expansion,
-//! whose flow is regular inside.
+//!    about the centre of another in Lamb's general solution for the interior of a sphere (Lamb
+//!    1932, art. 336; Happel & Brenner 1983, section 3-2). Along the line of centres the
+//!    coefficients have closed forms for each azimuthal number; `rotation` turns other
+//!    directions onto it.
+//! 3. *Boundary* (`reflection`, `wall_image`). A wall adds the image of each sphere by
+//!    Lorentz's reflection (Lorentz 1907; Kim & Karrila 1991, section 12.1). A container is one
+//!    more expansion, whose flow is regular inside.
 //! 4. *Galerkin system* (`collinear`, or `coupling` and `system`). Testing the velocity on each
-//! sphere with the same harmonics, scaled by the square roots of their self energies, gives the
-//! identity plus the couplings: a symmetric positive definite matrix.
-//! 5. *Mobility* (`elimination`, `dense`, `spatial`). A rigid motion is `W_1` and `X_1`; the Schur
-//! complement of all other modes is the mobility matrix of the spheres, its inverse the resistance.
+//!    sphere with the same harmonics, scaled by the square roots of their self energies, gives
+//!    the identity plus the couplings: a symmetric positive definite matrix.
+//! 5. *Mobility* (`elimination`, `dense`, `spatial`). A rigid motion is `W_1` and `X_1`; the
+//!    Schur complement of all other modes is the mobility matrix of the spheres, its inverse
+//!    the resistance.
 //!
 //! The resistance converges spectrally with the order, and from below; its error is the square of
 //! the error of the velocity field. Spheres on an axis of symmetry of their medium decouple by

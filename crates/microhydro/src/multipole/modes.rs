@@ -1,8 +1,8 @@
 //! Unknowns of the Galerkin system: vector spherical harmonics of the force density on a sphere.
 //!
-//! With real orthonormal `Y_lm`, the outward normal `n` and the surface gradient `∇_S` of the unit
-//! sphere, and the eigenvalue of the single-layer operator of a sphere of radius `a` (Corona &
-//! Veerapaneni 2018):
+//! With real orthonormal `Y_lm`, the outward normal `n` and the surface gradient `∇_S` of the
+//! unit sphere, and the eigenvalue of the single-layer operator of a sphere of radius `a` (Corona
+//! & Veerapaneni 2018):
 //! ```text
 //! harmonic                        eigenvalue                     inside    outside, l = 1
 //! W_l = ∇_S Y + l Y n             a (l+1) / ((2l+1) (2l-1))      r^(l-1)   force (Stokeslet)

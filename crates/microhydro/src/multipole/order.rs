@@ -2,8 +2,8 @@
 //!
 //! With the bispherical coordinate `ξ` of a sphere of radius `a`, the flow reflected by its
 //! neighbour has its nearest singularity at the focus inside the neighbour, at distance `a e^ξ`
-//! from the centre of the sphere. The coefficients of degree `l` therefore decay as `e^(-ξ l)`, and
-//! the Galerkin error of the resistance as `e^(-2 ξ L)` with the order `L`.
+//! from the centre of the sphere. The coefficients of degree `l` therefore decay as `e^(-ξ l)`,
+//! and the Galerkin error of the resistance as `e^(-2 ξ L)` with the order `L`.
 
 use super::modes::Modes;
 use crate::{Medium, Spheres};

@@ -5,8 +5,8 @@
 //! u* = -J w - 2 z ∇w_z + z² ∇q,   J = diag(1, 1, -1)
 //! ```
 //! is a Stokes flow that cancels the original one on the wall (Lorentz 1907; Kim & Karrila 1991,
-//! section 12.1). The signs were derived independently: `∇·u* = 0` and `p* = q - 4 ∂_z w_z + 2 z
-//! ∂_z q` follow by differentiation.
+//! section 12.1). The signs were derived independently: `∇·u* = 0` and `p* = q - 4 ∂_z w_z + 2
+//! z ∂_z q` follow by differentiation.
 
 use super::lamb::{LambCoefficients, c, e};
 

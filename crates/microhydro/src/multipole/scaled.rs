@@ -12,11 +12,14 @@ use crate::HydroError;
 /// translation, then rotation, each with `m = -1, 0, 1` (the axes y, z, x). Rotations have the sign
 /// of the harmonic `X_1 = n × e`.
 pub(super) struct ScaledMobility {
+    /// Matrix for the requested orders.
     pub full: DMatrix<f64>,
+    /// Matrix for orders lower by two.
     pub lower: DMatrix<f64>,
 }
 
 impl ScaledMobility {
+    /// Zero matrices for a number of spheres.
     pub fn zeros(spheres: usize) -> Self {
         Self {
             full: DMatrix::zeros(6 * spheres, 6 * spheres),
@@ -53,11 +56,11 @@ pub(super) fn unscaled(
 ) -> DMatrix<f64> {
     let n = matrix.nrows();
     let units: Vec<f64> = drag_units(radii).into_iter().map(factor).collect();
-    let place = |row: usize| 3 * (row / 3) + AXIS_OF_M[row % 3];
+    let physical_row = |row: usize| 3 * (row / 3) + AXIS_OF_M[row % 3];
     let mut result = DMatrix::zeros(n, n);
     for i in 0..n {
         for j in 0..n {
-            result[(place(i), place(j))] = units[i] * units[j] * matrix[(i, j)];
+            result[(physical_row(i), physical_row(j))] = units[i] * units[j] * matrix[(i, j)];
         }
     }
     result
@@ -65,7 +68,7 @@ pub(super) fn unscaled(
 
 /// Square roots of the drag coefficients of lone spheres, in the order of [`ScaledMobility`].
 ///
-/// Negative for rotations: the harmonic `X_1` is `n × e`, whereas a rotation about `e` is `e × n`.
+/// Negative for rotations: the harmonic `X_1` is `n × e`, but a rotation about `e` is `e × n`.
 pub(super) fn drag_units(radii: &[f64]) -> Vec<f64> {
     let of = |&a: &f64| {
         let (drag, torque) = ((6.0 * PI * a).sqrt(), (8.0 * PI * a.powi(3)).sqrt());

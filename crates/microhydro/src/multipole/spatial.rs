@@ -14,10 +14,10 @@ use crate::HydroError;
 /// it each sphere has so many modes that iterations are faster.
 const MAX_DENSE_DOFS: usize = 6000;
 
-/// Scaled mobility matrices of spheres at any positions, for `orders` and two orders lower.
+/// Scaled mobility matrices of spheres at any positions.
 ///
-/// Couplings below a tenth of `tolerance` are neglected. Large systems are solved by iterations
-/// that stop at `residual`.
+/// For the given orders and for orders lower by two. /// Couplings below a tenth of `tolerance` are
+/// neglected. Large systems are solved by iterations that stop at `residual`.
 ///
 /// # Errors
 /// [`HydroError::NotConverged`], [`HydroError::FactorisationFailed`].

@@ -198,7 +198,7 @@ impl VelocityField {
     ) -> Vector3<f64> {
         let expansion = &self.expansions[sphere];
         let offset = local - Vector3::new(centre.x, centre.y, -centre.z);
-        let degrees = LambExpansion::FOR_A_POINT;
+        let degrees = LambExpansion::MAX_DEGREE_AT_A_POINT;
         let axial: Vec<OutgoingTranslation> = (0..=degrees.min(expansion.modes.order))
             .map(|m| {
                 OutgoingTranslation::new(

@@ -10,8 +10,7 @@ use super::modes::Family;
 use super::reflection::image;
 use super::rotation::Rotation;
 
-/// Dense coupling matrix from the image of one sphere to another (or the same) sphere above `z =
-/// 0`.
+/// Dense coupling from the image of one sphere to another, or the same, sphere above `z = 0`.
 ///
 /// The reflected multipoles are rotated onto the line from the centre of the image to the centre of
 /// the target, translated along it, rotated back, and transformed by Lorentz's reflection there.
@@ -57,7 +56,7 @@ pub(super) struct LambExpansion {
 
 impl LambExpansion {
     /// Highest degree that affects the velocity of the image flow at the centre.
-    pub const FOR_A_POINT: usize = 3;
+    pub const MAX_DEGREE_AT_A_POINT: usize = 3;
 
     /// Zero flow, up to degree `top`.
     pub fn zeros(top: usize) -> Self {
@@ -90,7 +89,7 @@ impl LambExpansion {
     pub fn reflected_velocity(&self, height: f64) -> [f64; 3] {
         let mut modes = [0.0; 3];
         for class in SymmetryClass::all(1) {
-            let coefficients: Vec<LambCoefficients> = (0..=Self::FOR_A_POINT)
+            let coefficients: Vec<LambCoefficients> = (0..=Self::MAX_DEGREE_AT_A_POINT)
                 .map(|k| self.coefficients(class, k))
                 .collect();
             let (row, _) = class.row(Family::Stokeslet, 1);
