@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole};
+use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole, oseen};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 fn on_axis(z: &[f64], a: &[f64]) -> Spheres {
@@ -249,6 +249,23 @@ fn touching_spheres_and_narrow_gaps_are_errors() {
     let error =
         multipole::resistance(&close, &Medium::Unbounded, &Accuracy::relative(1e-4)).unwrap_err();
     assert!(matches!(error, HydroError::TooClose { .. }), "{error}");
+}
+
+#[test]
+fn a_mobility_that_is_not_positive_definite_names_the_narrowest_gap() {
+    // point forces give a normal mobility of 1 - 9/8 a/h < 0 for h < 1.125 a
+    let wall = Medium::wall(Vector3::zeros(), Vector3::z()).unwrap();
+    let error = oseen::resistance(&on_axis(&[1.05], &[1.0]), &wall).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("sphere 0 and the wall leave a gap of 5.000e-2"),
+        "{error}"
+    );
+    assert!(
+        matches!(error, HydroError::NotPositiveDefinite { eigenvalue_ratio, .. } if eigenvalue_ratio < 0.0),
+        "{error}"
+    );
 }
 
 #[test]
