@@ -99,6 +99,9 @@ impl Spheres {
     }
 
     /// Distance between the surfaces of two spheres, divided by the smaller radius.
+    ///
+    /// # Panics
+    /// If an index is not below [`Spheres::len`].
     pub fn gap(&self, first: usize, second: usize) -> f64 {
         let (a, b) = (self.radii[first], self.radii[second]);
         ((self.centres[first] - self.centres[second]).norm() - a - b) / a.min(b)

@@ -5,6 +5,8 @@
 #[non_exhaustive]
 pub struct Accuracy {
     /// Relative error of the resistance: the order is raised until the estimate is below it.
+    ///
+    /// Values below `1e-13` count as `1e-13`: rounding errors dominate there.
     pub tolerance: f64,
     /// Fixed order of all expansions; `None` derives the orders from the gaps and the tolerance.
     pub order: Option<usize>,

@@ -107,7 +107,7 @@ pub(crate) fn gap_coordinates(spheres: &Spheres, medium: &Medium) -> GapCoordina
 
 /// Order that a bispherical coordinate needs for a relative error of the resistance.
 ///
-/// The order `L` at which `e^(-2 ξ L)` equals `tolerance`, times `ξ²` in narrow gaps, where the
+/// The order `L` at which `e^(-2 ξ L)` equals `tolerance · min(ξ, 1)²`: in narrow gaps the
 /// resistance grows as `1/ξ²`.
 fn order_for(xi: f64, tolerance: f64) -> usize {
     let terms = -(tolerance * xi.min(1.0).powi(2)).ln() / (2.0 * xi);
@@ -124,9 +124,9 @@ pub(crate) fn for_pair(distance: f64, a: f64, b: f64, tolerance: f64) -> (usize,
 /// Tolerance for the first choice of orders, such that the error estimate comes out below
 /// `tolerance`.
 ///
-/// [`order_for`] is accurate for narrow gaps. Reflections between distant spheres are weaker on the
-/// way there and back: error estimates were about `n e^(-4ξ)` times the tolerance put into
-/// [`order_for`], for `n` spheres. A factor of three is left as margin.
+/// [`order_for`] is accurate for narrow gaps. Between distant spheres reflections decay on the way
+/// there and back, which [`order_for`] ignores: with `n` spheres the error estimates were about
+/// `n e^(-4ξ)` times the tolerance given to it. A factor of three is left as margin.
 pub(crate) fn first_target(xi: &GapCoordinates, spheres: usize, tolerance: f64) -> f64 {
     let reflected = spheres as f64 * (-4.0 * narrowest(xi)).exp();
     tolerance * (0.3 / reflected).clamp(1.0, (1.0 / tolerance).max(1.0))
@@ -214,7 +214,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coordinates_of_equal_spheres_are_those_of_the_text_books() {
+    fn coordinates_of_equal_spheres_are_those_of_the_textbooks() {
         let (a, b) = outside(3.0, 1.0, 1.0);
         assert!((a - 1.5_f64.acosh()).abs() < 1e-14 && a == b);
         // a sphere of very large radius acts as a wall

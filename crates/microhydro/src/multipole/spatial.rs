@@ -16,7 +16,7 @@ const MAX_DENSE_DOFS: usize = 6000;
 
 /// Scaled mobility matrices of spheres at any positions.
 ///
-/// For the given orders and for orders lower by two. /// Couplings below a tenth of `tolerance` are
+/// For the given orders and for orders lower by two. Couplings below a tenth of `tolerance` are
 /// neglected. Large systems are solved by iterations that stop at `residual`.
 ///
 /// # Errors
@@ -36,33 +36,34 @@ pub(crate) fn mobility(
 
 /// Scaled mobility matrices by conjugate gradients.
 ///
-/// With the rigid motions `r` and all other modes `h` the mobility is `M = A_rr - A_rh A_hh^(-1)
-/// A_hr`. Errors of the iteration enter squared, so `residual` needs half of the digits only.
+/// With the rigid motions `r` and all other modes `h` the mobility is
+/// `M = A_rr - A_rh A_hh^(-1) A_hr`. Errors of the iteration enter squared, so `residual` needs
+/// half of the digits only.
 ///
 /// # Errors
 /// [`HydroError::NotConverged`].
 fn by_iteration(system: &System, residual: f64) -> Result<ScaledMobility, HydroError> {
     let n = system.spheres;
-    let (coupled, own) = rigid_columns(system);
+    let (coupled, rigid_block) = rigid_columns(system);
     let is_rigid = |family: Family, l: usize| l == 1 && family != Family::Source;
-    let beyond = |kept: &dyn Fn(Modes, Family, usize) -> bool| {
-        let mut mask = system.mask(|modes, f, l| kept(modes, f, l) && !is_rigid(f, l));
+    let eliminated = |included: &dyn Fn(Modes, Family, usize) -> bool| {
+        let mut mask = system.mask(|modes, f, l| included(modes, f, l) && !is_rigid(f, l));
         // the container has no rigid motion: all its modes are eliminated
         if let Some(container) = mask.get_mut(n) {
-            let all = system.mask(kept);
+            let all = system.mask(included);
             container.clone_from(&all[n]);
         }
         mask
     };
-    let lower = beyond(&|modes, f, l| modes.in_lower_order(f, l));
-    let full = beyond(&|_, _, _| true);
+    let lower = eliminated(&|modes, f, l| modes.in_lower_order(f, l));
+    let full = eliminated(&|_, _, _| true);
     let mut x = system.zeros(6 * n);
     let mut schur = |mask: &[Vec<bool>]| -> Result<DMatrix<f64>, HydroError> {
         let r = system.solve(mask, &coupled, &mut x, residual)?;
         // the error of x^T b + x^T r is the square of that of x
         let product = transposed_product(&x, &coupled) + transposed_product(&x, &r);
         let symmetric = (&product + product.transpose()) * 0.5;
-        Ok(&own - symmetric)
+        Ok(&rigid_block - symmetric)
     };
     let lower = schur(&lower)?;
     let full = schur(&full)?;
@@ -73,13 +74,13 @@ fn by_iteration(system: &System, residual: f64) -> Result<ScaledMobility, HydroE
 /// spheres.
 pub(crate) fn rigid_mobility(frame: &Frame, radii: &[f64], orders: &Orders) -> DMatrix<f64> {
     let system = System::new(frame, radii, orders, 0.0);
-    let (coupled, own) = rigid_columns(&system);
+    let (coupled, rigid_block) = rigid_columns(&system);
     match coupled.get(radii.len()) {
         Some(container) => {
             let container = vec![container.clone()];
-            own - transposed_product(&container, &container)
+            rigid_block - transposed_product(&container, &container)
         }
-        None => own,
+        None => rigid_block,
     }
 }
 
@@ -93,10 +94,10 @@ fn rigid_columns(system: &System) -> (MultiVector, DMatrix<f64>) {
         }
     }
     let coupled = system.apply(&rigid);
-    let own = DMatrix::from_fn(6 * n, 6 * n, |i, j| {
+    let rigid_block = DMatrix::from_fn(6 * n, 6 * n, |i, j| {
         coupled[i / 6][(system.rigid_rows(i / 6)[i % 6], j)]
     });
-    (coupled, own)
+    (coupled, rigid_block)
 }
 
 fn transposed_product(a: &MultiVector, b: &MultiVector) -> DMatrix<f64> {
