@@ -1,4 +1,4 @@
-//! Whole resistances by arrangement and tolerance.
+//! Times of whole resistance computations, by arrangement and tolerance.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use microhydro::{Accuracy, Medium, Spheres, multipole};

@@ -1,77 +1,81 @@
-//! What keeps spheres from having a resistance.
+//! Errors of the sphere models.
 
-/// Spheres, surroundings or accuracies that cannot be computed, with what to change.
+/// Arrangements of spheres, media or accuracies that cannot be computed, with the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum HydroError {
-    /// Numbers of centres and radii, or of velocities, that differ.
-    #[error("{what}: expected {expected}, found {found}")]
+    /// Lists of different lengths, or a list of velocities of the wrong length.
+    #[error("{what}: expected {expected} entries, found {found}")]
     Length {
-        /// What was counted.
+        /// Which list.
         what: &'static str,
-        /// How many there should be.
+        /// Expected number of entries.
         expected: usize,
-        /// How many there are.
+        /// Number of entries found.
         found: usize,
     },
     /// A radius that is not positive and finite.
     #[error("sphere {sphere} has radius {radius}; radii must be positive and finite")]
     BadRadius {
-        /// The sphere.
+        /// Index of the sphere.
         sphere: usize,
         /// Its radius.
         radius: f64,
     },
-    /// A number that is not finite.
-    #[error("{what} is not finite")]
+    /// A NaN or infinite number.
+    #[error("{what} is NaN or infinite; check positions, radii and units")]
     NotFinite {
         /// Which number.
         what: &'static str,
     },
     /// Two spheres that touch or overlap.
     #[error(
-        "spheres {first} and {second} touch or overlap (gap {gap:.3e}); move them apart or make them smaller"
+        "spheres {first} and {second} touch or overlap (gap {gap:.3e}); \
+         move them apart or reduce their radii"
     )]
     Touching {
-        /// One sphere.
+        /// Index of one sphere.
         first: usize,
-        /// The other.
+        /// Index of the other sphere.
         second: usize,
-        /// Distance of their surfaces, negative when they overlap.
+        /// Distance between the surfaces; negative when the spheres overlap.
         gap: f64,
     },
-    /// A sphere that touches the container or the wall, or lies behind it.
+    /// A sphere that touches the container or the wall, or lies beyond it.
     #[error(
-        "sphere {sphere} touches the {boundary} or lies beyond it (clearance {clearance:.3e}); move it inside"
+        "sphere {sphere} touches the {boundary} or lies beyond it (clearance {clearance:.3e}); \
+         move it into the fluid"
     )]
     OutsideMedium {
-        /// The sphere.
+        /// Index of the sphere.
         sphere: usize,
-        /// The container or the wall.
+        /// Name of the boundary: container or wall.
         boundary: &'static str,
         /// Distance from the sphere's surface to the boundary, negative beyond it.
         clearance: f64,
     },
     /// A gap so narrow that the expansion would need more terms than are allowed.
     #[error(
-        "{surfaces} leave a gap of {gap:.3e} smaller radii, where an expansion to {tolerance:.0e} needs order {needed}; \
-         the most is {most}: widen the gap, or ask for less accuracy"
+        "{surfaces} leave a gap of {gap:.3e} smaller radii, which needs an expansion of order \
+         {needed} for a tolerance of {tolerance:.0e}; the highest order is {highest}: \
+         widen the gap or increase the tolerance"
     )]
     TooClose {
         /// The surfaces with the narrowest gap.
         surfaces: String,
         /// Distance of the surfaces over the smaller radius.
         gap: f64,
-        /// The relative error asked for.
+        /// The relative error requested.
         tolerance: f64,
-        /// The order that would do.
+        /// Order that would meet the tolerance.
         needed: usize,
-        /// The most that is allowed.
-        most: usize,
+        /// Highest order that is allowed.
+        highest: usize,
     },
-    /// A point where the flow is asked for that is not in the fluid.
+    /// A point outside the fluid, where the velocity field cannot be evaluated.
     #[error(
-        "the point ({x:.4}, {y:.4}, {z:.4}) is not in the fluid; ask outside the spheres and inside the container"
+        "the point ({x:.4}, {y:.4}, {z:.4}) is not in the fluid; \
+         evaluate the velocity outside the spheres and inside the container"
     )]
     NotInFluid {
         /// Coordinates of the point.
@@ -83,9 +87,9 @@ pub enum HydroError {
     },
     /// An approximate mobility that is not positive definite, so that it has no resistance.
     #[error(
-        "the {model} mobility is not positive definite (smallest over largest eigenvalue \
-         {eigenvalue_ratio:.1e}): {surfaces} leave a gap of {gap:.3e} smaller radii, too narrow for \
-         this approximation; use {instead}"
+        "the Cholesky factorisation of the {model} mobility failed: the matrix is not positive \
+         definite (smallest over largest eigenvalue {eigenvalue_ratio:.1e}); {surfaces} leave a \
+         gap of {gap:.3e} smaller radii, too narrow for this approximation; use {instead}"
     )]
     NotPositiveDefinite {
         /// Name of the model.
@@ -103,9 +107,9 @@ pub enum HydroError {
     ///
     /// The exact system is positive definite: this is rounding in an expansion of high order.
     #[error(
-        "the Cholesky factorisation of the {matrix} ({size} x {size}) of the multipole expansion \
-         failed: it is not positive definite to rounding; widen the narrowest gap, or lower the \
-         order or the accuracy"
+        "the Cholesky factorisation of the {matrix} of the multipole expansion failed: the matrix \
+         ({size} x {size}) is not positive definite to rounding; widen the narrowest gap, lower \
+         the order or increase the tolerance"
     )]
     FactorisationFailed {
         /// Which matrix.
@@ -113,27 +117,27 @@ pub enum HydroError {
         /// Number of its rows.
         size: usize,
     },
-    /// Surroundings that a model does not treat.
+    /// A medium that a model does not support.
     #[error("the {model} model does not support a {medium}; use {instead}")]
     Unsupported {
         /// Name of the model.
         model: &'static str,
-        /// The surroundings.
+        /// The unsupported medium.
         medium: &'static str,
         /// What to use instead.
         instead: &'static str,
     },
-    /// An iteration that did not converge.
+    /// Conjugate gradients that did not converge.
     #[error(
-        "conjugate gradients left a relative residual of {residual:.1e} after {iterations} steps, {target:.1e} was asked; \
-         widen the narrowest gap or ask for less accuracy"
+        "conjugate gradients reached a residual of {residual:.1e} in {iterations} iterations, \
+         {target:.1e} was requested; widen the narrowest gap or increase the tolerance"
     )]
     NotConverged {
-        /// Steps taken.
+        /// Number of iterations.
         iterations: usize,
-        /// What is left.
+        /// Largest norm of a residual over all right-hand sides.
         residual: f64,
-        /// What was asked for.
+        /// Norm of the residual that was requested.
         target: f64,
     },
 }

@@ -1,16 +1,20 @@
-//! Point forces: each sphere has its own drag and feels the others as points.
+//! Point-force model: each sphere has the drag of a lone sphere and acts on the others as a point.
 
 use nalgebra::DMatrix;
 
 use crate::{HydroError, Medium, Spheres, inverse, point, wall};
 
-/// Mobility of spheres that act on each other as point forces and torques (Oseen's tensor and rotlets), six rows a sphere, viscosity 1.
+/// Mobility matrix of spheres that interact as point forces and point torques.
 ///
-/// Beside a wall with the image of Blake (1971). Errs by $(a/d)^3$ of the radius over the distance, and may be indefinite for spheres
-/// closer than a few radii. Cost: microseconds a pair.
+/// The pair blocks are Oseen's tensor, the rotlet and their vorticities; the diagonal blocks are
+/// the mobility of a lone sphere. Six rows per sphere: velocity, then angular velocity; viscosity
+/// 1. Beside a wall, the image system of Blake (1971) is added.
+///
+/// For radius `a` and distance `d` the relative error is of the order `(a/d)^3`; the matrix may be
+/// indefinite for spheres closer than a few radii. Cost: microseconds per pair.
 ///
 /// # Errors
-/// Spheres outside the medium; a container, which this model does not treat.
+/// Spheres outside the medium; a container, which this model does not support.
 ///
 /// ```
 /// use microhydro::{Medium, Spheres, oseen};

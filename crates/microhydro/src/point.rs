@@ -1,4 +1,4 @@
-//! Point forces and torques in unbounded fluid: Stokeslet, rotlet, and what they make of each other.
+//! Stokeslets and rotlets in unbounded fluid, and the mobility matrices built from them.
 
 use std::f64::consts::PI;
 
@@ -6,12 +6,17 @@ use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 
 use crate::Spheres;
 
-/// Velocity and angular velocity at `r` from a force and a torque at the origin, viscosity 1.
+/// Velocity and angular velocity at `r` due to a force `F` and a torque `T` at the origin,
+/// viscosity 1.
 ///
-/// $U = \frac{1}{8 \pi r}((1 + \frac{s}{3 r^2}) I + (1 - \frac{s}{r^2}) \hat r \hat r) F + \frac{1}{8 \pi r^3} T \times r$,
-/// $\omega = \frac{1}{8 \pi r^3} F \times r + \frac{1}{16 \pi r^3}(3 \hat r \hat r - I) T$. With $s$ = 0 these are Oseen's tensor, the rotlet and their
-/// vorticities; with $s = a_i^2 + a_j^2$ the mobility of two spheres after Rotne, Prager and Yamakawa.
-pub(crate) fn pair(r: &Vector3<f64>, s: f64) -> Matrix6<f64> {
+/// With `d = |r|` and `n = r/d`:
+/// ```text
+/// U = ((1 + s/(3 d²)) I + (1 - s/d²) n n^T) F / (8π d) + T × r / (8π d³)
+/// ω = F × r / (8π d³) + (3 n n^T - I) T / (16π d³)
+/// ```
+/// With `s = 0` these are Oseen's tensor, the rotlet and their vorticities; with `s = a_i² +
+/// a_j²` the pair mobility of Rotne, Prager and Yamakawa for radii `a_i` and `a_j`.
+pub(crate) fn pair_mobility(r: &Vector3<f64>, s: f64) -> Matrix6<f64> {
     let distance = r.norm();
     let unit = r / distance;
     let (identity, along) = (Matrix3::identity(), unit * unit.transpose());
@@ -29,7 +34,8 @@ pub(crate) fn pair(r: &Vector3<f64>, s: f64) -> Matrix6<f64> {
     block
 }
 
-/// Mobility of spheres from their own drag and [`pair`], with $s$ given for each pair of radii.
+/// Mobility matrix with lone-sphere diagonal blocks and [`pair_mobility`] elsewhere; `s(a_i, a_j)`
+/// gives its parameter.
 pub(crate) fn mobility(spheres: &Spheres, s: impl Fn(f64, f64) -> f64) -> DMatrix<f64> {
     let (x, a) = (spheres.centres(), spheres.radii());
     let n = spheres.len();
@@ -42,7 +48,7 @@ pub(crate) fn mobility(spheres: &Spheres, s: impl Fn(f64, f64) -> f64) -> DMatri
         for j in (0..n).filter(|&j| j != i) {
             matrix
                 .fixed_view_mut::<6, 6>(6 * i, 6 * j)
-                .copy_from(&pair(&(x[i] - x[j]), s(a[i], a[j])));
+                .copy_from(&pair_mobility(&(x[i] - x[j]), s(a[i], a[j])));
         }
     }
     matrix

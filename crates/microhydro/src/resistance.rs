@@ -1,11 +1,13 @@
-//! The answer: how forces follow from motions.
+//! The grand resistance matrix with its error estimate.
 
 use nalgebra::{DMatrix, DVector};
 
-/// The grand resistance matrix of spheres, symmetric positive definite, with what a coarser expansion gives.
+/// Grand resistance matrix of spheres and its error estimate.
 ///
-/// Six rows and columns a sphere: force and torque about its centre that it exerts on the fluid, for its velocity and angular
-/// velocity; viscosity 1.
+/// Symmetric positive definite, six rows and columns per sphere. Each column holds the forces and
+/// torques (about the centres) that the spheres exert on the fluid for a unit velocity or angular
+/// velocity of one of them; viscosity 1. The error is estimated from the same matrix computed with
+/// expansions of lower order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resistance {
     matrix: DMatrix<f64>,
@@ -24,38 +26,44 @@ impl Resistance {
         }
     }
 
-    /// Number of multipoles on all surfaces.
+    /// Number of degrees of freedom: multipoles of all expansions.
     pub fn dofs(&self) -> usize {
         self.dofs
     }
 
-    /// The matrix.
+    /// The resistance matrix.
     pub fn matrix(&self) -> &DMatrix<f64> {
         &self.matrix
     }
 
-    /// The matrix from expansions of order two less: what is computed from both tells the error, see [`Resistance::tail`].
+    /// Resistance matrix from expansions whose orders are lower by two.
+    ///
+    /// A quantity computed from both matrices has an error estimate: see [`Resistance::tail`].
     pub fn coarser(&self) -> &DMatrix<f64> {
         &self.coarser
     }
 
-    /// The error of anything computed from [`Resistance::matrix`] is estimated as its change from [`Resistance::coarser`] times this.
+    /// Factor that turns a change of the order into an error estimate.
+    ///
+    /// The error of a quantity computed from [`Resistance::matrix`] is estimated as this factor
+    /// times its difference from the same quantity computed from [`Resistance::coarser`].
     pub fn tail(&self) -> f64 {
         self.tail
     }
 
-    /// Estimated error of each entry.
+    /// Estimated absolute error of each entry.
     pub fn error(&self) -> DMatrix<f64> {
         (&self.matrix - &self.coarser).abs() * self.tail
     }
 
-    /// Largest estimated error of an entry $R_{ij}$ relative to $\sqrt{R_{ii} R_{jj}}$.
+    /// Largest estimated error of an entry `R_ij`, relative to `sqrt(R_ii R_jj)`.
     pub fn relative_error(&self) -> f64 {
         self.tail * self.relative_difference(&self.coarser)
     }
 
-    /// Largest difference of an entry of another resistance of the same bodies, relative to $\sqrt{R_{ii} R_{jj}}$; infinite for a
-    /// matrix of another size.
+    /// Largest difference of an entry from `other`, relative to `sqrt(R_ii R_jj)`.
+    ///
+    /// Infinite for a matrix of another size.
     pub fn relative_difference(&self, other: &DMatrix<f64>) -> f64 {
         if other.shape() != self.matrix.shape() {
             return f64::INFINITY;
@@ -68,7 +76,7 @@ impl Resistance {
             .fold(0.0, f64::max)
     }
 
-    /// Adds to some rows and columns of the matrix and of the coarser one.
+    /// Adds blocks to the given rows and columns of both matrices.
     pub(crate) fn add(&mut self, rows: &[usize], matrix: &DMatrix<f64>, coarser: &DMatrix<f64>) {
         for (i, &row) in rows.iter().enumerate() {
             for (j, &column) in rows.iter().enumerate() {
@@ -78,10 +86,10 @@ impl Resistance {
         }
     }
 
-    /// Forces and torques on the fluid for velocities and angular velocities.
+    /// Forces and torques on the fluid for given velocities and angular velocities.
     ///
     /// # Panics
-    /// When `velocities` has not six entries a sphere.
+    /// If `velocities` does not have six entries per sphere.
     pub fn forces(&self, velocities: &DVector<f64>) -> DVector<f64> {
         &self.matrix * velocities
     }

@@ -1,15 +1,21 @@
-//! Rotne, Prager and Yamakawa: spheres of finite size that do not reflect each other's flow.
+//! Rotne-Prager-Yamakawa model: spheres of finite size, without reflections between them.
 
 use nalgebra::DMatrix;
 
 use crate::{HydroError, Medium, Spheres, inverse, multipole, point};
 
-/// Mobility of spheres after Rotne, Prager and Yamakawa, of any radii, translations and rotations, six rows a sphere, viscosity 1.
+/// Rotne-Prager-Yamakawa mobility matrix of spheres of any radii.
 ///
-/// Zuk, Wajnryb, Mizerski & Szymczak (2014), equations for spheres that do not overlap: the mobility for force densities that are uniform,
-/// or those of a lone rotating sphere. Positive definite always. Errs by $(a/d)^4$. In a ball and beside a wall it is
-/// the same definition with the Green's function that vanishes there: the lowest block of the multipole expansion, before its
-/// elimination. Cost: microseconds a pair, in a ball `O(L^3)` a sphere for the order `L` that the container's wall needs.
+/// Translation and rotation, six rows per sphere (velocity, then angular velocity), viscosity 1,
+/// after Zuk, Wajnryb, Mizerski & Szymczak (2014), the equations for spheres that do not overlap.
+/// It is the mobility for prescribed force densities: uniform ones for forces, those of a lone
+/// rotating sphere for torques. It is always positive definite, and its relative error is of the
+/// order `(a/d)^4` for radius `a` and distance `d`.
+///
+/// In a ball and beside a wall the definition is the same with the Green's function that vanishes
+/// on the boundary. It is computed as the rigid-motion block of the multipole system, with the
+/// container's wall eliminated and no other multipole. Cost: microseconds per pair; in a ball
+/// `O(L^3)` per sphere for the order `L` that the container's wall needs.
 ///
 /// # Errors
 /// Spheres outside the medium.

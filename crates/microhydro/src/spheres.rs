@@ -1,46 +1,48 @@
-//! Spheres and what surrounds them.
+//! Arrangements of spheres, and the boundary of the fluid around them.
 
 use nalgebra::{UnitVector3, Vector3};
 
 use crate::HydroError;
 
-/// Rigid spheres of any radii that do not touch.
+/// Rigid spheres of any radii that do not touch each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spheres {
     centres: Vec<Vector3<f64>>,
     radii: Vec<f64>,
 }
 
-/// Where the fluid around the spheres ends; there it does not slip.
+/// Domain of the fluid around the spheres. Its boundary, if any, is a no-slip surface at rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Medium {
-    /// Nowhere.
+    /// Fluid without boundary, at rest at infinity.
     #[default]
     Unbounded,
-    /// On a sphere around all others.
+    /// Fluid inside a spherical container.
     Ball {
-        /// Its centre.
+        /// Centre of the container.
         centre: Vector3<f64>,
-        /// Its radius.
+        /// Radius of the container.
         radius: f64,
     },
-    /// On a plane.
+    /// Half space above a plane wall.
     Wall {
-        /// A point of the plane.
+        /// A point on the wall.
         point: Vector3<f64>,
-        /// The normal that points into the fluid.
+        /// Unit normal of the wall, pointing into the fluid.
         normal: UnitVector3<f64>,
     },
 }
 
-/// Gaps below this part of the smaller radius are rounding errors of the centres: the spheres touch.
-const TOUCHING: f64 = 1e-12;
+/// Largest relative gap of touching spheres. Gaps below this fraction of the smaller radius are
+/// rounding errors of the centres.
+const CONTACT_TOLERANCE: f64 = 1e-12;
 
 impl Spheres {
-    /// Spheres with these centres and radii.
+    /// Spheres with the given centres and radii.
     ///
     /// # Errors
-    /// Lists of different lengths, a radius that is not positive, a centre that is not finite, two spheres that touch.
+    /// Lists of different lengths, a radius that is not positive and finite, a centre that is not
+    /// finite, two spheres that touch.
     pub fn new(centres: Vec<Vector3<f64>>, radii: Vec<f64>) -> Result<Self, HydroError> {
         if centres.len() != radii.len() {
             return Err(HydroError::Length {
@@ -64,7 +66,7 @@ impl Spheres {
         for second in 0..spheres.len() {
             for first in 0..second {
                 let gap = spheres.gap(first, second);
-                if gap <= TOUCHING {
+                if gap <= CONTACT_TOLERANCE {
                     return Err(HydroError::Touching {
                         first,
                         second,
@@ -81,28 +83,32 @@ impl Spheres {
         self.radii.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no spheres.
     pub fn is_empty(&self) -> bool {
         self.radii.is_empty()
     }
 
-    /// The centres.
+    /// Centres of the spheres.
     pub fn centres(&self) -> &[Vector3<f64>] {
         &self.centres
     }
 
-    /// The radii.
+    /// Radii of the spheres.
     pub fn radii(&self) -> &[f64] {
         &self.radii
     }
 
-    /// Distance between the surfaces of two spheres over the smaller radius.
+    /// Distance between the surfaces of two spheres, divided by the smaller radius.
+    ///
+    /// # Panics
+    /// If an index is not below [`Spheres::len`].
     pub fn gap(&self, first: usize, second: usize) -> f64 {
         let (a, b) = (self.radii[first], self.radii[second]);
         ((self.centres[first] - self.centres[second]).norm() - a - b) / a.min(b)
     }
 
-    /// The two surfaces with the narrowest gap, in words, and their distance over the smaller radius.
+    /// Narrowest gap of the arrangement: the two surfaces, in words, and their distance divided by
+    /// the smaller radius.
     pub(crate) fn narrowest_gap(&self, medium: &Medium) -> (String, f64) {
         let mut narrowest = (String::from("the spheres"), f64::INFINITY);
         for second in 0..self.len() {
@@ -122,15 +128,16 @@ impl Spheres {
         narrowest
     }
 
-    /// Refuses spheres that reach through the boundary of a medium.
+    /// Checks that all spheres lie inside the medium.
     ///
     /// # Errors
-    /// [`HydroError::OutsideMedium`] names the sphere; a radius of the container that is not positive.
+    /// [`HydroError::OutsideMedium`] for the first sphere that touches the boundary or lies beyond
+    /// it.
     pub fn check_inside(&self, medium: &Medium) -> Result<(), HydroError> {
         for sphere in 0..self.len() {
             let clearance = medium.distance(&self.centres[sphere]) - self.radii[sphere];
-            // Written so that a distance that is not a number is refused as well.
-            if clearance > TOUCHING * self.radii[sphere] {
+            // The comparison also rejects a clearance that is NaN.
+            if clearance > CONTACT_TOLERANCE * self.radii[sphere] {
                 continue;
             }
             return Err(HydroError::OutsideMedium {
@@ -144,10 +151,12 @@ impl Spheres {
 }
 
 impl Medium {
-    /// A wall through a point, with the fluid on the side of `normal`.
+    /// Half space bounded by a wall through `point`; `normal` points into the fluid.
+    ///
+    /// `normal` may have any length.
     ///
     /// # Errors
-    /// A normal without direction.
+    /// [`HydroError::NotFinite`] for a zero or non-finite normal.
     pub fn wall(point: Vector3<f64>, normal: Vector3<f64>) -> Result<Self, HydroError> {
         match UnitVector3::try_new(normal, 0.0) {
             Some(normal) if normal.iter().all(|x| x.is_finite()) => {
@@ -159,7 +168,9 @@ impl Medium {
         }
     }
 
-    /// Distance from a point in the fluid to the boundary, negative beyond it, infinite where there is none.
+    /// Distance from `x` to the boundary.
+    ///
+    /// Negative for points beyond the boundary, infinite in unbounded fluid.
     pub fn distance(&self, x: &Vector3<f64>) -> f64 {
         match self {
             Self::Unbounded => f64::INFINITY,
@@ -168,7 +179,7 @@ impl Medium {
         }
     }
 
-    /// What the boundary is called in messages.
+    /// Name of the boundary in error messages.
     pub(crate) fn boundary(&self) -> &'static str {
         match self {
             Self::Unbounded => "unbounded fluid",

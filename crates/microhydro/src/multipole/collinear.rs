@@ -1,27 +1,20 @@
-//! Spheres on one axis of their surroundings: the unknowns decouple by azimuthal number, and rigid motions need 0 and 1 alone.
+//! Spheres on an axis of symmetry of their medium.
+//!
+//! The unknowns decouple by azimuthal number, and rigid motions have only `m = 0` and `m = 1`.
 
 use faer::Mat;
 
-use super::Scaled;
-use super::axial::{Interior, Outgoing};
+use super::axial_translation::{InteriorTranslation, OutgoingTranslation};
 use super::elimination::eliminate;
-use super::lamb::{Lamb, place};
+use super::frame::Surroundings;
+use super::lamb::{LambCoefficients, trace_index};
 use super::modes::{FAMILIES, Family, Modes};
 use super::order::Orders;
 use super::reflection::image;
+use super::scaled::ScaledMobility;
 use crate::HydroError;
 
-/// What surrounds spheres on the z axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Around {
-    Nothing,
-    /// A container of this radius about the origin.
-    Ball(f64),
-    /// The wall z = 0, with the fluid above.
-    Wall,
-}
-
-/// Modes of one azimuthal number that couple to each other.
+/// Families and azimuthal number of modes that couple to each other.
 struct Sector {
     m: usize,
     families: &'static [Family],
@@ -42,46 +35,52 @@ const SECTORS: [Sector; 3] = [
     },
 ];
 
-/// One unknown: a mode of a body (the container comes after the spheres).
+/// One degree of freedom: a mode of a sphere, or of the container, which comes last.
 #[derive(Clone, Copy)]
-struct Unknown {
-    body: usize,
+struct Dof {
+    expansion: usize,
     family: Family,
     l: usize,
 }
 
-/// Scaled mobilities of spheres at heights `z` on the axis, for the orders asked for and for two less.
+/// Scaled mobility matrices of spheres at heights `z` on the axis.
 ///
-/// Cost: `O((n L)^3)` for `n` spheres of order `L`, with small constants: the largest sector has `3 n L` unknowns.
+/// For the given orders and for orders lower by two.
+///
+/// Cost: `O((n L)^3)` for `n` spheres of order `L`, with a small constant: the largest sector has
+/// `3 n L` degrees of freedom.
 pub(crate) fn mobility(
     z: &[f64],
     radii: &[f64],
-    around: Around,
+    surroundings: Surroundings,
     orders: &Orders,
-) -> Result<Scaled, HydroError> {
+) -> Result<ScaledMobility, HydroError> {
     let n = z.len();
-    let mut scaled = Scaled::zeros(n);
+    let mut scaled = ScaledMobility::zeros(n);
     for sector in &SECTORS {
-        let unknowns = unknowns(sector, around, orders);
-        let matrix = assemble(sector, z, radii, around, orders, &unknowns);
-        let kept = unknowns.iter().take_while(|u| rank(u, orders) == 0).count();
-        let rigid: Vec<Unknown> = unknowns
+        let dofs = dofs(sector, surroundings, orders);
+        let matrix = assemble(sector, z, radii, surroundings, orders, &dofs);
+        let lower = dofs
+            .iter()
+            .take_while(|u| elimination_stage(u, orders) == 0)
+            .count();
+        let rigid: Vec<Dof> = dofs
             .into_iter()
-            .filter(|u| rank(u, orders) == 2)
+            .filter(|u| elimination_stage(u, orders) == 2)
             .collect();
-        let [full, lower] = eliminate(matrix, rigid.len(), kept)?;
+        let [full, lower] = eliminate(matrix, rigid.len(), lower)?;
         for (i, a) in rigid.iter().enumerate() {
             for (j, b) in rigid.iter().enumerate() {
-                // m = 0 is the second of the three modes of degree 1; m = 1 comes with the cosine and with the sine,
-                // where rotlets go with the other half and change their sign
-                let halves: &[i32] = if sector.m == 0 { &[0] } else { &[1, -1] };
-                for &half in halves {
-                    let at = |u: &Unknown| {
+                // m = 0 is the second of the three modes of degree 1. m = 1 occurs with the cosine
+                // and with the sine; rotlets belong to the opposite symmetry class and change sign.
+                let classes: &[i32] = if sector.m == 0 { &[0] } else { &[1, -1] };
+                for &class in classes {
+                    let at = |u: &Dof| {
                         let rotlet = u.family == Family::Rotlet;
-                        let m = if rotlet { -half } else { half };
-                        let sign = if rotlet && half < 0 { -1.0 } else { 1.0 };
+                        let m = if rotlet { -class } else { class };
+                        let sign = if rotlet && class < 0 { -1.0 } else { 1.0 };
                         (
-                            6 * u.body + 3 * usize::from(rotlet) + (m + 1) as usize,
+                            6 * u.expansion + 3 * usize::from(rotlet) + (m + 1) as usize,
                             sign,
                         )
                     };
@@ -95,81 +94,93 @@ pub(crate) fn mobility(
     Ok(scaled)
 }
 
-fn modes(body: usize, orders: &Orders) -> Modes {
+fn modes(expansion: usize, orders: &Orders) -> Modes {
     Modes {
         order: orders
             .spheres
-            .get(body)
+            .get(expansion)
             .copied()
             .unwrap_or(orders.container),
     }
 }
 
-/// Order of elimination: what the lower orders keep, then the rest, then the rigid motions, which stay.
-fn rank(u: &Unknown, orders: &Orders) -> usize {
-    let rigid = u.body < orders.spheres.len() && u.l == 1 && u.family != Family::Source;
-    match (rigid, modes(u.body, orders).in_lower_order(u.family, u.l)) {
+/// Position in the elimination: modes of the lower order, then the others, then the rigid motions,
+/// which are kept.
+fn elimination_stage(u: &Dof, orders: &Orders) -> usize {
+    let rigid = u.expansion < orders.spheres.len() && u.l == 1 && u.family != Family::Source;
+    match (
+        rigid,
+        modes(u.expansion, orders).in_lower_order(u.family, u.l),
+    ) {
         (true, _) => 2,
         (false, true) => 0,
         (false, false) => 1,
     }
 }
 
-fn unknowns(sector: &Sector, around: Around, orders: &Orders) -> Vec<Unknown> {
-    let bodies = orders.spheres.len() + usize::from(matches!(around, Around::Ball(_)));
-    let mut all: Vec<Unknown> = (0..bodies)
-        .flat_map(|body| {
-            modes(body, orders)
+fn dofs(sector: &Sector, surroundings: Surroundings, orders: &Orders) -> Vec<Dof> {
+    let expansions =
+        orders.spheres.len() + usize::from(matches!(surroundings, Surroundings::Ball(_)));
+    let mut all: Vec<Dof> = (0..expansions)
+        .flat_map(|expansion| {
+            modes(expansion, orders)
                 .sector(sector.m)
                 .into_iter()
                 .filter(|(family, _)| sector.families.contains(family))
-                .map(move |(family, l)| Unknown { body, family, l })
+                .map(move |(family, l)| Dof {
+                    expansion,
+                    family,
+                    l,
+                })
         })
         .collect();
-    all.sort_by_key(|u| rank(u, orders));
+    all.sort_by_key(|u| elimination_stage(u, orders));
     all
 }
 
-/// The symmetric matrix of a sector: one on the diagonal, couplings below it (the upper triangle stays empty).
+/// Symmetric matrix of a sector, in the lower triangle.
+///
+/// Ones on the diagonal, couplings below it; the upper triangle stays zero.
 fn assemble(
     sector: &Sector,
     z: &[f64],
     radii: &[f64],
-    around: Around,
+    surroundings: Surroundings,
     orders: &Orders,
-    unknowns: &[Unknown],
+    dofs: &[Dof],
 ) -> Mat<f64> {
     let n = z.len();
-    let container = match around {
-        Around::Ball(radius) => radius,
+    let container = match surroundings {
+        Surroundings::Ball(radius) => radius,
         _ => f64::NAN,
     };
-    let radius = |body: usize| radii.get(body).copied().unwrap_or(container);
-    let weights: Vec<f64> = unknowns
+    let radius = |expansion: usize| radii.get(expansion).copied().unwrap_or(container);
+    let weights: Vec<f64> = dofs
         .iter()
-        .map(|u| u.family.energy(u.l, radius(u.body)).sqrt())
+        .map(|u| u.family.energy(u.l, radius(u.expansion)).sqrt())
         .collect();
-    // for each body: its unknowns by family and degree
-    let mut places = vec![[const { Vec::new() }; 3]; n + 1];
-    for (index, u) in unknowns.iter().enumerate() {
-        places[u.body][place(u.family)].push((u.l, index));
+    // for each expansion: degree and index of its modes, by family
+    let mut by_family = vec![[const { Vec::new() }; 3]; n + 1];
+    for (index, u) in dofs.iter().enumerate() {
+        by_family[u.expansion][trace_index(u.family)].push((u.l, index));
     }
-    let mut matrix = Mat::<f64>::identity(unknowns.len(), unknowns.len());
+    let mut matrix = Mat::<f64>::identity(dofs.len(), dofs.len());
     let mut couple = |from: usize,
                       to: usize,
-                      flow: &dyn Fn(Family, usize) -> Vec<Lamb>,
+                      flow: &dyn Fn(Family, usize) -> Vec<LambCoefficients>,
                       sign: &dyn Fn(Family, usize) -> f64| {
         for family in FAMILIES {
-            for &(l, source) in &places[from][place(family)] {
+            for &(l, source) in &by_family[from][trace_index(family)] {
                 let regular = flow(family, l);
                 for other in FAMILIES {
-                    for &(k, target) in &places[to][place(other)] {
-                        let value = regular[k].trace(k)[place(other)] * weights[target]
+                    for &(k, target) in &by_family[to][trace_index(other)] {
+                        let value = regular[k].trace(k)[trace_index(other)] * weights[target]
                             / weights[source]
                             * sign(family, l)
                             * sign(other, k);
                         let (row, column) = (source.max(target), source.min(target));
-                        // the image of a sphere in the wall couples the sphere to itself: each pair of modes comes twice
+                        // The image of a sphere in the wall couples the sphere to itself: each pair
+                        // of modes occurs twice.
                         if from != to || target >= source {
                             matrix[(row, column)] += value;
                         }
@@ -178,13 +189,13 @@ fn assemble(
             }
         }
     };
-    let top = |body: usize| modes(body, orders).order;
+    let top = |expansion: usize| modes(expansion, orders).order;
     let m = sector.m;
-    let plain = |_: Family, _: usize| 1.0;
+    let no_sign = |_: Family, _: usize| 1.0;
     for j in 0..n {
         for i in 0..j {
             let (low, high) = if z[i] < z[j] { (i, j) } else { (j, i) };
-            let pair = Outgoing::new(
+            let pair = OutgoingTranslation::new(
                 m,
                 (radii[low], top(low)),
                 (radii[high], top(high)),
@@ -193,39 +204,43 @@ fn assemble(
             couple(
                 low,
                 high,
-                &|f, l| degrees(m, top(high), |k| pair.lamb(f, l, k)),
-                &plain,
+                &|f, l| coefficients_by_degree(m, top(high), |k| pair.coefficients(f, l, k)),
+                &no_sign,
             );
         }
-        match around {
-            Around::Nothing => {}
-            Around::Ball(radius) => {
-                let within = Interior::new(
+        match surroundings {
+            Surroundings::Unbounded => {}
+            Surroundings::Ball(radius) => {
+                let interior = InteriorTranslation::new(
                     m,
                     (radius, orders.container),
                     (radii[j], top(j)),
                     z[j].abs(),
                 );
-                // below the centre the axis points the other way
-                let mirror = |f: Family, l: usize| if z[j] < 0.0 { f.parity(l, m) } else { 1.0 };
+                // below the centre, the axis points the other way
+                let sign = |f: Family, l: usize| if z[j] < 0.0 { f.parity(l, m) } else { 1.0 };
                 couple(
                     n,
                     j,
-                    &|f, k| degrees(m, top(j), |l| within.lamb(f, k, l)),
-                    &mirror,
+                    &|f, k| coefficients_by_degree(m, top(j), |l| interior.coefficients(f, k, l)),
+                    &sign,
                 );
             }
-            Around::Wall => {
+            Surroundings::Wall => {
                 for i in 0..=j {
-                    let reflected =
-                        Outgoing::new(m, (radii[i], top(i)), (radii[j], top(j) + 2), z[i] + z[j]);
+                    let reflected = OutgoingTranslation::new(
+                        m,
+                        (radii[i], top(i)),
+                        (radii[j], top(j) + 2),
+                        z[i] + z[j],
+                    );
                     let flow = |f: Family, l: usize| {
-                        let mirrored = degrees(m, top(j) + 2, |k| {
-                            reflected.lamb(f, l, k).scaled(f.parity(l, m))
+                        let reflected_flow = coefficients_by_degree(m, top(j) + 2, |k| {
+                            reflected.coefficients(f, l, k).scaled(f.parity(l, m))
                         });
-                        image(&mirrored, m as i32, z[j] / radii[j], top(j))
+                        image(&reflected_flow, m as i32, z[j] / radii[j], top(j))
                     };
-                    couple(i, j, &flow, &plain);
+                    couple(i, j, &flow, &no_sign);
                 }
             }
         }
@@ -233,14 +248,18 @@ fn assemble(
     matrix
 }
 
-/// Coefficients of degrees 0 ..= `top`, those below `m` and degree 0 being nothing.
-pub(super) fn degrees(m: usize, top: usize, of: impl Fn(usize) -> Lamb) -> Vec<Lamb> {
+/// Coefficients of degrees `0 ..= top`; zero for degree 0 and degrees below `m`.
+pub(super) fn coefficients_by_degree(
+    m: usize,
+    top: usize,
+    of: impl Fn(usize) -> LambCoefficients,
+) -> Vec<LambCoefficients> {
     (0..=top)
         .map(|k| {
             if k >= m.max(1) {
                 of(k)
             } else {
-                Lamb::default()
+                LambCoefficients::default()
             }
         })
         .collect()

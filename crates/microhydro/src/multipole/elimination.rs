@@ -1,4 +1,4 @@
-//! Elimination of everything but the rigid motions by one Cholesky factorisation.
+//! Schur complement on the rigid motions by one Cholesky factorisation.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
@@ -8,24 +8,27 @@ use nalgebra::DMatrix;
 
 use crate::HydroError;
 
-/// Below this many unknowns threads cost more than they save.
-const LEAST_FOR_THREADS: usize = 500;
+/// Number of degrees of freedom below which threads cost more than they save.
+const MIN_DOFS_FOR_THREADS: usize = 500;
 
-/// Schur complements of what comes before on the last `rigid` unknowns: of the whole matrix, and without the unknowns between `kept` and them.
+/// Schur complements on the last `rigid` rows: of the full matrix, and of a part of it.
 ///
-/// The symmetric positive definite `matrix` is read below its diagonal. With $A = L L^T$ the first is $L_{rr} L_{rr}^T$, and the rigid rows
-/// of $L$ under the unknowns left out are what these add: one factorisation gives both, without a difference of large numbers. Cost: `n^3/3`.
+/// The part is the matrix of the lower order: it has the first `lower` rows and the rigid ones. The
+/// symmetric positive definite `matrix` is read on and below its diagonal. With `A = L L^T` the
+/// first complement is `L_rr L_rr^T`, and the rows omitted in the part contribute the product of
+/// their columns in the rigid rows of `L`: one factorisation gives both, without a small difference
+/// of large numbers. Cost: `n^3/3`.
 ///
 /// # Errors
 /// [`HydroError::FactorisationFailed`].
 pub(super) fn eliminate(
     mut matrix: Mat<f64>,
     rigid: usize,
-    kept: usize,
+    lower: usize,
 ) -> Result<[DMatrix<f64>; 2], HydroError> {
     let size = matrix.nrows();
-    // a fixed degree, so that digits do not depend on the number of threads
-    let par = match size < LEAST_FOR_THREADS {
+    // a fixed number of threads, so that the result does not depend on how many there are
+    let par = match size < MIN_DOFS_FOR_THREADS {
         true => Par::Seq,
         false => Par::rayon(2),
     };
@@ -49,12 +52,12 @@ pub(super) fn eliminate(
             matrix[(first + i, first + j)]
         }
     });
-    let own = gram(corner.as_ref(), par);
-    let added = gram(matrix.submatrix(first, kept, rigid, first - kept), par);
-    Ok([own.clone(), own + added])
+    let full = gram(corner.as_ref(), par);
+    let omitted = gram(matrix.submatrix(first, lower, rigid, first - lower), par);
+    Ok([full.clone(), full + omitted])
 }
 
-/// $L L^T$.
+/// `L L^T`.
 fn gram(rows: MatRef<f64>, par: Par) -> DMatrix<f64> {
     let mut product = Mat::<f64>::zeros(rows.nrows(), rows.nrows());
     matmul(

@@ -1,39 +1,53 @@
-//! The frame in which expansions are made: the axis of collinear spheres, the wall's normal, along z; the container's centre at the origin.
+//! Frame of the expansions.
+//!
+//! The z axis is the axis of collinear spheres or the normal of the wall; the origin is the centre
+//! of the container, or a point on the wall or the first sphere.
 
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 
-use super::collinear::Around;
 use crate::{Medium, Spheres};
 
-/// Centres and surroundings in the expansion's frame.
+/// Boundary of the fluid in the frame of the expansions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Surroundings {
+    /// No boundary.
+    Unbounded,
+    /// A container of the given radius about the origin.
+    Ball(f64),
+    /// The wall `z = 0`, with the fluid above it.
+    Wall,
+}
+
+/// Centres and boundary in the frame of the expansions.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
-    /// From the laboratory's axes to the frame's.
-    pub turn: UnitQuaternion<f64>,
-    /// The frame's origin in the laboratory.
+    /// Rotation from the laboratory frame to this frame.
+    pub to_axes: UnitQuaternion<f64>,
+    /// Origin of this frame in the laboratory frame.
     pub origin: Vector3<f64>,
-    /// Centres in the frame.
+    /// Centres of the spheres in this frame.
     pub centres: Vec<Vector3<f64>>,
-    /// The surroundings.
-    pub around: Around,
-    /// Whether the z axis is one of spheres and surroundings.
+    /// Boundary of the fluid in this frame.
+    pub surroundings: Surroundings,
+    /// Whether spheres and boundary are symmetric about the z axis.
     pub collinear: bool,
 }
 
-/// Centres this much of the arrangement's extent off the axis are on it: the rounding of positions that were turned.
-const OFF_AXIS: f64 = 1e-13;
+/// Largest distance from the axis of a centre on it, relative to the extent of the arrangement. It
+/// covers the rounding of rotated positions.
+const AXIS_TOLERANCE: f64 = 1e-13;
 
 impl Frame {
-    /// The frame of spheres in a medium.
+    /// Frame of spheres in a medium.
     pub fn of(spheres: &Spheres, medium: &Medium) -> Self {
         let centres = spheres.centres();
-        let (origin, around) = match medium {
+        let (origin, surroundings) = match medium {
             Medium::Unbounded => (
                 centres.first().copied().unwrap_or_default(),
-                Around::Nothing,
+                Surroundings::Unbounded,
             ),
-            Medium::Ball { centre, radius } => (*centre, Around::Ball(*radius)),
-            Medium::Wall { point, .. } => (*point, Around::Wall),
+            Medium::Ball { centre, radius } => (*centre, Surroundings::Ball(*radius)),
+            Medium::Wall { point, .. } => (*point, Surroundings::Wall),
         };
         let farthest = centres
             .iter()
@@ -41,7 +55,7 @@ impl Frame {
             .max_by(|a, b| a.norm().total_cmp(&b.norm()))
             .and_then(|x| x.try_normalize(0.0));
         let (axis, origin) = match medium {
-            // above the first sphere, so that spheres on one normal lie on the axis
+            // below the first sphere, so that spheres on one normal lie on the axis
             Medium::Wall { normal, .. } => {
                 let foot = centres.first().copied().unwrap_or(origin) - origin;
                 (
@@ -51,24 +65,27 @@ impl Frame {
             }
             _ => (farthest.unwrap_or_else(Vector3::z), origin),
         };
-        let turn = UnitQuaternion::rotation_between(&axis, &Vector3::z()).unwrap_or_else(|| {
+        let to_axes = UnitQuaternion::rotation_between(&axis, &Vector3::z()).unwrap_or_else(|| {
             UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
         });
-        let centres: Vec<Vector3<f64>> = centres.iter().map(|x| turn * (x - origin)).collect();
+        let centres: Vec<Vector3<f64>> = centres.iter().map(|x| to_axes * (x - origin)).collect();
         let extent = centres.iter().fold(0.0_f64, |m, x| m.max(x.norm()));
-        let collinear = centres.iter().all(|x| x.xy().norm() <= OFF_AXIS * extent);
+        let collinear = centres
+            .iter()
+            .all(|x| x.xy().norm() <= AXIS_TOLERANCE * extent);
         Self {
-            turn,
+            to_axes,
             origin,
             centres,
-            around,
+            surroundings,
             collinear,
         }
     }
 
-    /// A matrix over velocities of the frame's axes, three rows and columns a vector, in the laboratory's axes.
+    /// Transforms a matrix over vectors, three rows and columns each, from this frame to the
+    /// laboratory frame.
     pub fn to_laboratory(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
-        let q = self.turn.to_rotation_matrix();
+        let q = self.to_axes.to_rotation_matrix();
         let mut result = matrix.clone();
         for first in (0..matrix.ncols()).step_by(3) {
             let block = result.columns(first, 3) * q.matrix();

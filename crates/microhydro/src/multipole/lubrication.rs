@@ -1,81 +1,84 @@
-//! Narrow gaps in space: the exact resistance of each close pair added to an expansion of bounded order.
+//! Narrow gaps off an axis: exact pair resistances added to expansions of bounded order.
 //!
-//! After Durlofsky, Brady & Bossis (1987): $R = R_L + \sum_{pairs} (R^2 - R^2_L)$, where $R_L$ is the expansion of order $L$ of all spheres,
-//! $R^2$ the exact resistance of the pair alone and $R^2_L$ what the same expansion gives for it. The pair is collinear, so $R^2$ is
-//! computed to any gap of use by a high order instead of the asymptotic series of Jeffrey & Onishi (1984). A sphere close to
-//! the container or the wall is treated in the same way.
+//! ```text
+//! R = R_L + sum over pairs (R² - R²_L)
+//! ```
+//! after Durlofsky, Brady & Bossis (1987), where `R_L` is the resistance of all spheres at order
+//! `L`, `R²` the exact resistance of the pair alone and `R²_L` that of the pair at order `L`. A
+//! pair is collinear, so a high order computes `R²` for all gaps of practical interest, instead of
+//! the asymptotic series of Jeffrey & Onishi (1984). A sphere close to the container or the wall is
+//! treated in the same way.
 
-use super::order::{self, Orders};
-use super::{at_orders, frame};
+use super::fixed_order;
+use super::frame::Frame;
+use super::order::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER, Orders};
 use crate::{HydroError, Medium, Resistance, Spheres};
 
-/// Highest order in space: it does for gaps of 0.05 to 1e-4 and of 0.15 to 1e-8 without completion.
-pub const MOST_IN_SPACE: usize = 28;
+/// Highest number of multipoles with `m = 1` on an axis; their elimination takes about a second.
+const MAX_COLLINEAR_DOFS: usize = 3000;
 
-/// The same for the container.
-pub(super) const MOST_ON_CONTAINER: usize = 2 * MOST_IN_SPACE;
+/// Relative uncertainty of a pair correction, because other spheres change the flow in the gap.
+///
+/// Measured with three spheres around a gap of 0.02: a sixth of this value (an error of 1.8e-4
+/// where the correction was 0.1).
+const PAIR_UNCERTAINTY: f64 = 0.01;
 
-/// Most multipoles with `m` = 1 on an axis; their elimination takes about a second.
-const MOST_COLLINEAR: usize = 3000;
-
-/// Part of a pair's correction that may be wrong because other spheres change the flow in the gap. Three spheres around a gap of 0.02
-/// showed a sixth of it: errors of 1.8e-4 where the correction was 0.1.
-const CHANGED_BY_OTHERS: f64 = 0.01;
-
-/// The resistance with orders cut at what can be afforded, and completed by exact pairs where they were cut; whether they were.
-pub(super) fn completed(
+/// Resistance with bounded orders and pair corrections, and whether there were corrections.
+///
+/// Corrections are added for the pairs whose gaps need more than the highest order.
+pub(super) fn with_pair_corrections(
     spheres: &Spheres,
     medium: &Medium,
-    closeness: &(Vec<f64>, f64),
+    xi: &GapCoordinates,
     orders: &Orders,
     tolerance: f64,
 ) -> Result<(Resistance, bool), HydroError> {
-    if frame::Frame::of(spheres, medium).collinear {
+    if Frame::of(spheres, medium).collinear {
         check_collinear(spheres, medium, orders, tolerance)?;
-        let result = at_orders(spheres, medium, closeness, orders, tolerance)?;
+        let result = fixed_order::resistance(spheres, medium, xi, orders, tolerance)?;
         return Ok((result, false));
     }
-    let cut = orders.cut(MOST_IN_SPACE, MOST_ON_CONTAINER);
-    let mut result = at_orders(spheres, medium, closeness, &cut, tolerance)?;
-    if cut == *orders {
+    let limited = orders.limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER);
+    let mut result = fixed_order::resistance(spheres, medium, xi, &limited, tolerance)?;
+    if limited == *orders {
         return Ok((result, false));
     }
     for second in 0..spheres.len() {
         for first in 0..second {
-            complete(
+            add_pair_correction(
                 &mut result,
                 spheres,
                 &[first, second],
                 &Medium::Unbounded,
-                &cut,
+                &limited,
                 tolerance,
             )?;
         }
         if *medium != Medium::Unbounded {
-            complete(&mut result, spheres, &[second], medium, &cut, tolerance)?;
+            add_pair_correction(&mut result, spheres, &[second], medium, &limited, tolerance)?;
         }
     }
     Ok((result, true))
 }
 
-/// Adds what the cut orders miss of a few spheres alone, if they miss anything.
-fn complete(
+/// Adds the correction of a pair (or of one sphere and the boundary), if its gap needs one.
+fn add_pair_correction(
     result: &mut Resistance,
     spheres: &Spheres,
     group: &[usize],
     medium: &Medium,
-    cut: &Orders,
+    limited: &Orders,
     tolerance: f64,
 ) -> Result<(), HydroError> {
-    let alone = Spheres::new(
+    let group_alone = Spheres::new(
         group.iter().map(|&k| spheres.centres()[k]).collect(),
         group.iter().map(|&k| spheres.radii()[k]).collect(),
     )?;
-    let closeness = order::closeness(&alone, medium);
-    let needed = order::for_tolerance(&closeness, medium, tolerance);
+    let xi = order::gap_coordinates(&group_alone, medium);
+    let needed = order::for_tolerance(&xi, medium, tolerance);
     let used = Orders {
-        spheres: group.iter().map(|&k| cut.spheres[k]).collect(),
-        container: cut.container,
+        spheres: group.iter().map(|&k| limited.spheres[k]).collect(),
+        container: limited.container,
     };
     let suffices = needed.container <= used.container
         && needed
@@ -86,30 +89,31 @@ fn complete(
     if suffices {
         return Ok(());
     }
-    // cheap, so that its own error does not count
-    let needed = order::for_tolerance(&closeness, medium, 0.01 * tolerance);
-    check_collinear(&alone, medium, &needed, tolerance)?;
-    let exact = at_orders(&alone, medium, &closeness, &needed, tolerance)?;
-    let missed = at_orders(&alone, medium, &closeness, &used, tolerance)?;
+    // Collinear expansions are cheap: a lower tolerance makes the error of the pair negligible.
+    let needed = order::for_tolerance(&xi, medium, 0.01 * tolerance);
+    check_collinear(&group_alone, medium, &needed, tolerance)?;
+    let converged = fixed_order::resistance(&group_alone, medium, &xi, &needed, tolerance)?;
+    let bounded = fixed_order::resistance(&group_alone, medium, &xi, &used, tolerance)?;
     let rows: Vec<usize> = group.iter().flat_map(|&k| 6 * k..6 * k + 6).collect();
-    let correction = exact.matrix() - missed.matrix();
-    let uncertain = &correction * (CHANGED_BY_OTHERS / result.tail());
+    let correction = converged.matrix() - bounded.matrix();
+    let uncertainty = &correction * (PAIR_UNCERTAINTY / result.tail());
     result.add(
         &rows,
         &correction,
-        &(exact.matrix() - missed.coarser() - uncertain),
+        &(converged.matrix() - bounded.coarser() - uncertainty),
     );
     Ok(())
 }
 
+/// Checks that the factorisation of collinear expansions is affordable.
 fn check_collinear(
     spheres: &Spheres,
     medium: &Medium,
     orders: &Orders,
     tolerance: f64,
 ) -> Result<(), HydroError> {
-    let unknowns: usize = 3 * (orders.spheres.iter().sum::<usize>() + orders.container);
-    if unknowns <= MOST_COLLINEAR {
+    let dofs: usize = 3 * (orders.spheres.iter().sum::<usize>() + orders.container);
+    if dofs <= MAX_COLLINEAR_DOFS {
         return Ok(());
     }
     let (surfaces, gap) = spheres.narrowest_gap(medium);
@@ -123,6 +127,6 @@ fn check_collinear(
             .iter()
             .copied()
             .fold(orders.container, usize::max),
-        most: MOST_COLLINEAR / 3 / bodies,
+        highest: MAX_COLLINEAR_DOFS / 3 / bodies,
     })
 }

@@ -1,25 +1,34 @@
-//! The unknowns: multipoles of the force density on each sphere.
+//! Unknowns of the Galerkin system: vector spherical harmonics of the force density on a sphere.
 //!
-//! On a sphere of radius $a$ the force density is expanded in vector spherical harmonics of real, orthonormal $Y_{lm}$:
-//! $W_l = \nabla_S Y + l Y n$, $X_l = n \times \nabla_S Y$, $V_l = \nabla_S Y - (l+1) Y n$. They diagonalise the single layer of a sphere
-//! (Corona & Veerapaneni 2018): a density $W_l$, $X_l$, $V_l$ makes a velocity of the same shape on the sphere, times
-//! $a (l+1)/((2l+1)(2l-1))$, $a/(2l+1)$, $a l/((2l+1)(2l+3))$. The density $W_1$ is a force, $X_1$ a torque.
+//! With real orthonormal `Y_lm`, the outward normal `n` and the surface gradient `∇_S` of the
+//! unit sphere, and the eigenvalue of the single-layer operator of a sphere of radius `a` (Corona
+//! & Veerapaneni 2018):
+//! ```text
+//! harmonic                        eigenvalue                     inside    outside, l = 1
+//! W_l = ∇_S Y + l Y n             a (l+1) / ((2l+1) (2l-1))      r^(l-1)   force (Stokeslet)
+//! X_l = n × ∇_S Y                 a / (2l+1)                     r^l       torque (rotlet)
+//! V_l = ∇_S Y - (l+1) Y n         a l / ((2l+1) (2l+3))          r^(l+1)   source dipole
+//! ```
+//! A force density with the shape of a harmonic thus gives a velocity on the sphere with the same
+//! shape, multiplied by the eigenvalue. Inside the sphere the velocity grows with the stated power
+//! of the radius.
 
-/// The three families of vector spherical harmonics, named by their first member or by what makes their flow.
+/// Families of vector spherical harmonics, named after the singularity of their lowest member.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Family {
-    /// $W_l$: the force and its multipoles.
+    /// `W_l`: force and its multipoles.
     Stokeslet,
-    /// $X_l$: the torque and its multipoles.
+    /// `X_l`: torque and its multipoles.
     Rotlet,
-    /// $V_l$: the flows without pressure outside, of sources and their multipoles.
+    /// `V_l`: sources and their multipoles; outside the sphere these flows have no pressure.
     Source,
 }
 
 pub(crate) const FAMILIES: [Family; 3] = [Family::Stokeslet, Family::Rotlet, Family::Source];
 
 impl Family {
-    /// The flow of degree `l` inside a sphere grows as $r^{l-1}$, $r^l$, $r^{l+1}$: what is added to `l` to get one more than that.
+    /// Degree of the polynomial velocity inside the sphere, plus one, minus `l`: the velocity grows
+    /// as `r^(l-1)`, `r^l`, `r^(l+1)`.
     pub fn shift(self) -> usize {
         match self {
             Self::Stokeslet => 0,
@@ -28,8 +37,10 @@ impl Family {
         }
     }
 
-    /// Self energy of a mode whose velocity on a sphere of radius `a` is the harmonic itself: its squared norm over the eigenvalue of
-    /// the single layer. $6 \pi a$ and $8 \pi a^3$ of translation and rotation are this at `l` = 1, up to the norm of a rigid motion.
+    /// Self energy of a mode whose velocity on a sphere of radius `a` is the harmonic itself.
+    ///
+    /// The squared norm of the harmonic over the eigenvalue of the single-layer operator. At `l =
+    /// 1` it gives the drag coefficients `6π a` and `8π a³`, up to the norm of a rigid motion.
     pub fn energy(self, l: usize, a: f64) -> f64 {
         let l = l as f64;
         a * match self {
@@ -39,7 +50,8 @@ impl Family {
         }
     }
 
-    /// Sign of a mode under reflection along the axis: that of $Y_{lm}$, reversed for the axial vectors $X$.
+    /// Sign of a mode under reflection along the axis: that of `Y_lm`, reversed for the axial
+    /// vectors `X`.
     pub fn parity(self, l: usize, m: usize) -> f64 {
         let odd = (l + m) % 2 == 1;
         if odd == (self == Self::Rotlet) {
@@ -50,38 +62,44 @@ impl Family {
     }
 }
 
-/// The modes of one sphere up to an order: all flows inside the sphere that are polynomials of degree below the order.
+/// Modes of one sphere up to an order.
 ///
-/// Closed under rotation, so that results do not depend on the frame. Order: family, `l`, `m` = -l ..= l
-/// (`m` < 0 is the sine). The modes of order `n - 2` are a subset.
+/// The order counts the polynomial degree of the velocity inside the sphere: all flows of a degree
+/// below the order are contained. The set is closed under rotation, so results do not depend on the
+/// frame, and contains the modes of all lower orders.
+///
+/// Sorted by family, degree `l`, then `m = -l ..= l` (`m < 0` is the sine).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Modes {
     pub order: usize,
 }
 
 impl Modes {
-    /// Highest `l` of a family.
-    pub fn top(self, family: Family) -> usize {
+    /// Highest degree `l` of a family.
+    pub fn max_degree(self, family: Family) -> usize {
         self.order.saturating_sub(family.shift())
     }
 
     /// Number of modes.
     pub fn len(self) -> usize {
-        FAMILIES.iter().map(|&f| Self::count(self.top(f))).sum()
-    }
-
-    /// First mode of a family.
-    pub fn offset(self, family: Family) -> usize {
         FAMILIES
             .iter()
-            .take_while(|&&f| f != family)
-            .map(|&f| Self::count(self.top(f)))
+            .map(|&f| Self::count(self.max_degree(f)))
             .sum()
     }
 
-    /// Place of the modes `m` = -l ..= l.
+    /// Index of the first mode of a family.
+    pub fn first_index(self, family: Family) -> usize {
+        FAMILIES
+            .iter()
+            .take_while(|&&f| f != family)
+            .map(|&f| Self::count(self.max_degree(f)))
+            .sum()
+    }
+
+    /// Indices of the modes `m = -l ..= l` of a family and degree.
     pub fn shell(self, family: Family, l: usize) -> std::ops::Range<usize> {
-        let first = self.offset(family) + l * l - 1;
+        let first = self.first_index(family) + l * l - 1;
         first..first + 2 * l + 1
     }
 
@@ -89,24 +107,24 @@ impl Modes {
     pub fn shells(self) -> impl Iterator<Item = (Family, usize)> {
         FAMILIES
             .into_iter()
-            .flat_map(move |family| (1..=self.top(family)).map(move |l| (family, l)))
+            .flat_map(move |family| (1..=self.max_degree(family)).map(move |l| (family, l)))
     }
 
-    /// Whether a mode is one of the next lower order but one.
+    /// Whether a mode belongs to the expansion whose order is lower by two.
     pub fn in_lower_order(self, family: Family, l: usize) -> bool {
         l + family.shift() + 2 <= self.order
     }
 
-    /// Harmonics of degree 1 ..= top.
+    /// Number of harmonics of degrees `1 ..= top`.
     fn count(top: usize) -> usize {
         top * (top + 2)
     }
 
-    /// The modes of azimuthal number `m`, families one after the other, `l` rising.
+    /// Families and degrees of the modes with azimuthal number `m`, family by family, `l` rising.
     pub fn sector(self, m: usize) -> Vec<(Family, usize)> {
         FAMILIES
             .iter()
-            .flat_map(|&family| (m.max(1)..=self.top(family)).map(move |l| (family, l)))
+            .flat_map(|&family| (m.max(1)..=self.max_degree(family)).map(move |l| (family, l)))
             .collect()
     }
 }
@@ -133,7 +151,7 @@ mod tests {
         let pi = std::f64::consts::PI;
         let unit = 4.0 * pi / 3.0;
         assert!((Family::Stokeslet.energy(1, 2.0) * unit - 12.0 * pi).abs() < 1e-13);
-        // a rotation has the velocity omega a on the equator
+        // a rotation has the velocity omega a on the equator, here with a = 2
         assert!((Family::Rotlet.energy(1, 2.0) * unit * 4.0 - 64.0 * pi).abs() < 1e-12);
     }
 }

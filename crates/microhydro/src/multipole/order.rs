@@ -1,38 +1,40 @@
-//! How many multipoles a gap needs.
+//! Order of the expansions that a gap needs, and the error estimate of an order.
 //!
-//! The flow that a neighbour reflects has its nearest singularity at the inner focus of the pair's bispherical coordinates, at
-//! $a e^{\xi}$ from the centre: the coefficients of degree $l$ fall as $e^{-\xi l}$, and the Galerkin error of the resistance as $e^{-2 \xi L}$.
+//! With the bispherical coordinate `ξ` of a sphere of radius `a`, the flow reflected by its
+//! neighbour has its nearest singularity at the focus inside the neighbour, at distance `a e^ξ`
+//! from the centre of the sphere. The coefficients of degree `l` therefore decay as `e^(-ξ l)`,
+//! and the Galerkin error of the resistance as `e^(-2 ξ L)` with the order `L`.
 
 use super::modes::Modes;
 use crate::{Medium, Spheres};
 
-/// Orders of the expansions on each sphere, and on the container if there is one.
+/// Orders of the expansions on the spheres, and on the container if there is one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Orders {
-    /// One a sphere.
+    /// Order of each sphere.
     pub spheres: Vec<usize>,
-    /// That of the container's wall; zero without one.
+    /// Order of the container; zero without one.
     pub container: usize,
 }
 
 impl Orders {
-    /// Number of multipoles of all expansions.
+    /// Number of degrees of freedom: multipoles of all expansions.
     pub fn dofs(&self) -> usize {
         let orders = self.spheres.iter().copied().chain(Some(self.container));
         orders.map(|order| Modes { order }.len()).sum()
     }
 
-    /// The same orders, but none above these.
-    pub(crate) fn cut(&self, spheres: usize, container: usize) -> Self {
+    /// These orders, limited by a highest order for spheres and one for the container.
+    pub(crate) fn limited(&self, spheres: usize, container: usize) -> Self {
         Self {
             spheres: self.spheres.iter().map(|&l| l.min(spheres)).collect(),
             container: self.container.min(container),
         }
     }
 
-    /// The same order everywhere, at least 2.
+    /// One order for all expansions, raised to the lowest order that the medium allows.
     pub fn all(spheres: usize, medium: &Medium, order: usize) -> Self {
-        let order = order.max(least(medium));
+        let order = order.max(min_order(medium));
         Self {
             spheres: vec![order; spheres],
             container: match medium {
@@ -43,22 +45,40 @@ impl Orders {
     }
 }
 
-/// The first order beyond rigid motions: the stresslet and its kin. Two less is then Rotne, Prager & Yamakawa's mobility.
-pub(crate) const LEAST: usize = 2;
+/// Highest order off an axis. It suffices without corrections for gaps of 0.05 at a tolerance of
+/// 1e-4 and of 0.15 at 1e-8.
+pub(super) const MAX_ORDER_OFF_AXIS: usize = 28;
 
-/// A container and a sphere reflect with their first source modes already, even when concentric; two less must not be without.
-const LEAST_IN_A_BALL: usize = 4;
+/// Highest order of the container off an axis.
+pub(super) const MAX_ORDER_ON_CONTAINER: usize = 2 * MAX_ORDER_OFF_AXIS;
 
-/// The least order in a medium.
-fn least(medium: &Medium) -> usize {
+/// Lowest order: rigid motions and stresslets. Two orders lower is the Rotne-Prager-Yamakawa
+/// mobility.
+pub(crate) const MIN_ORDER: usize = 2;
+
+/// Lowest order in a ball. A container and a sphere reflect each other's source modes even when
+/// concentric, and the expansion that is two orders lower must contain these modes.
+const MIN_ORDER_IN_BALL: usize = 4;
+
+/// Lowest order in a medium.
+fn min_order(medium: &Medium) -> usize {
     match medium {
-        Medium::Ball { .. } => LEAST_IN_A_BALL,
-        _ => LEAST,
+        Medium::Ball { .. } => MIN_ORDER_IN_BALL,
+        _ => MIN_ORDER,
     }
 }
 
-/// Smallest bispherical coordinate of each sphere with its neighbours and the boundary, then that of the container.
-pub(crate) fn closeness(spheres: &Spheres, medium: &Medium) -> (Vec<f64>, f64) {
+/// Smallest bispherical coordinate of each sphere and of the container over all their gaps.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct GapCoordinates {
+    /// Coordinate of each sphere.
+    pub spheres: Vec<f64>,
+    /// Coordinate of the container; infinite without one.
+    pub container: f64,
+}
+
+/// Smallest bispherical coordinates over all neighbours and the boundary.
+pub(crate) fn gap_coordinates(spheres: &Spheres, medium: &Medium) -> GapCoordinates {
     let n = spheres.len();
     let mut xi = vec![f64::INFINITY; n];
     let mut container = f64::INFINITY;
@@ -79,59 +99,63 @@ pub(crate) fn closeness(spheres: &Spheres, medium: &Medium) -> (Vec<f64>, f64) {
             Medium::Wall { .. } => xi[j] = xi[j].min(acosh_1p((medium.distance(&x) - a) / a)),
         }
     }
-    (xi, container)
+    GapCoordinates {
+        spheres: xi,
+        container,
+    }
 }
 
-/// The order for a bispherical coordinate at which $e^{-2 \xi L}$ is the tolerance, times $\xi^2$ in narrow gaps, where the
-/// resistance grows as the inverse of that.
-fn terms(xi: f64, tolerance: f64) -> usize {
-    let terms = -(tolerance * xi.min(1.0).powi(2)).ln() / (2.0 * xi);
-    // beyond any use; a cast of what is larger would be the largest integer
-    LEAST.max(terms.min(1e6).ceil() as usize + 1)
-}
-
-/// Orders that two spheres at a distance need of each other.
-pub(crate) fn of_pair(distance: f64, a: f64, b: f64, tolerance: f64) -> (usize, usize) {
-    let (first, second) = outside(distance, a, b);
-    (terms(first, tolerance), terms(second, tolerance))
-}
-
-/// What to aim at first for the estimate to come out below `tolerance`.
+/// Order that a bispherical coordinate needs for a relative error of the resistance.
 ///
-/// [`terms`] is right for narrow gaps. Spheres apart feel of each other's reflections what is left of them on the way back and forth:
-/// estimates were about $n e^{-4\xi}$ times the goal for `n` spheres; a third is left as margin.
-pub(crate) fn first_goal(closeness: &(Vec<f64>, f64), spheres: usize, tolerance: f64) -> f64 {
-    let reflected = spheres as f64 * (-4.0 * narrowest(closeness)).exp();
+/// The order `L` at which `e^(-2 ξ L)` equals `tolerance · min(ξ, 1)²`: in narrow gaps the
+/// resistance grows as `1/ξ²`.
+fn order_for(xi: f64, tolerance: f64) -> usize {
+    let terms = -(tolerance * xi.min(1.0).powi(2)).ln() / (2.0 * xi);
+    // An order beyond any use; larger values would saturate the cast to an integer.
+    MIN_ORDER.max(terms.min(1e6).ceil() as usize + 1)
+}
+
+/// Orders at which two spheres at a distance represent their interaction to a tolerance.
+pub(crate) fn for_pair(distance: f64, a: f64, b: f64, tolerance: f64) -> (usize, usize) {
+    let (first, second) = outside(distance, a, b);
+    (order_for(first, tolerance), order_for(second, tolerance))
+}
+
+/// Tolerance for the first choice of orders, such that the error estimate comes out below
+/// `tolerance`.
+///
+/// [`order_for`] is accurate for narrow gaps. Between distant spheres reflections decay on the way
+/// there and back, which [`order_for`] ignores: with `n` spheres the error estimates were about
+/// `n e^(-4ξ)` times the tolerance given to it. A factor of three is left as margin.
+pub(crate) fn first_target(xi: &GapCoordinates, spheres: usize, tolerance: f64) -> f64 {
+    let reflected = spheres as f64 * (-4.0 * narrowest(xi)).exp();
     tolerance * (0.3 / reflected).clamp(1.0, (1.0 / tolerance).max(1.0))
 }
 
-/// Orders at which the resistance errs by about `tolerance`.
-pub(crate) fn for_tolerance(
-    closeness: &(Vec<f64>, f64),
-    medium: &Medium,
-    tolerance: f64,
-) -> Orders {
-    let order = |xi: f64| terms(xi, tolerance).max(least(medium));
+/// Orders at which the relative error of the resistance is about `tolerance`.
+pub(crate) fn for_tolerance(xi: &GapCoordinates, medium: &Medium, tolerance: f64) -> Orders {
+    let order = |xi: f64| order_for(xi, tolerance).max(min_order(medium));
     Orders {
-        spheres: closeness.0.iter().map(|&xi| order(xi)).collect(),
+        spheres: xi.spheres.iter().map(|&xi| order(xi)).collect(),
         container: match medium {
-            Medium::Ball { .. } => order(closeness.1),
+            Medium::Ball { .. } => order(xi.container),
             _ => 0,
         },
     }
 }
 
-/// What a change from order `n - 2` to `n` says about the error of order `n`: the error is at most the change times this.
+/// Factor of the error estimate: error of order `n` over the change from order `n - 2` to `n`.
 ///
-/// The largest of all expansions: each adds to the change what it adds to the dissipation, and that part tells what it still misses.
-pub(crate) fn tail(closeness: &(Vec<f64>, f64), orders: &Orders) -> f64 {
+/// The largest factor of all expansions. Each expansion contributes to the change its own part of
+/// the dissipation, and that part determines its remaining error.
+pub(crate) fn tail(xi: &GapCoordinates, orders: &Orders) -> f64 {
     let lowest = match orders.container {
-        0 => LEAST,
-        _ => LEAST_IN_A_BALL,
+        0 => MIN_ORDER,
+        _ => MIN_ORDER_IN_BALL,
     };
-    let spheres = closeness.0.iter().zip(&orders.spheres);
+    let spheres = xi.spheres.iter().zip(&orders.spheres);
     spheres
-        .chain(Some((&closeness.1, &orders.container)))
+        .chain(Some((&xi.container, &orders.container)))
         .filter(|(_, order)| **order > 0)
         .map(|(&xi, &order)| tail_of_one(xi, order, lowest))
         .fold(0.0, f64::max)
@@ -139,8 +163,9 @@ pub(crate) fn tail(closeness: &(Vec<f64>, f64), orders: &Orders) -> f64 {
 
 /// [`tail`] of one expansion.
 ///
-/// A geometric series with ratio $e^{-4\xi}$, and $((n+2)/n)^2$ for the powers of the order that stand beside the exponential.
-/// Three times that: many spheres reflect more than a pair does. The true error was 0.2 to 0.8 of the estimate for pairs, chains
+/// The tail of a geometric series with ratio `e^(-4ξ)`, times `((n+2)/n)²` for the powers of the
+/// order that multiply the exponential, times a safety factor of three, because many spheres
+/// reflect more than a pair does. The true error was 0.2 to 0.8 of the estimate for pairs, chains
 /// and spheres near walls and in containers, at orders 2 to 10 and errors from 0.3 to 1e-13.
 fn tail_of_one(xi: f64, order: usize, lowest: usize) -> f64 {
     let (n, ratio) = (order as f64, (-4.0 * xi).exp());
@@ -148,26 +173,29 @@ fn tail_of_one(xi: f64, order: usize, lowest: usize) -> f64 {
     if order > lowest {
         return general;
     }
-    // two less than the least order lacks the first reflections: the change is that of one degree, and the next is $e^{-2\xi}$ of it
+    // The expansion two orders below the lowest one has no reflections at all: the change is that
+    // of one degree, and the next degree is smaller by e^(-2 xi).
     let step = ratio.sqrt();
     general.max(3.0 * step / (1.0 - step))
 }
 
-/// The smallest bispherical coordinate.
-pub(crate) fn narrowest(closeness: &(Vec<f64>, f64)) -> f64 {
-    closeness.0.iter().fold(closeness.1, |m, &xi| m.min(xi))
+/// Smallest bispherical coordinate of all spheres and the container.
+pub(crate) fn narrowest(xi: &GapCoordinates) -> f64 {
+    xi.spheres.iter().fold(xi.container, |m, &xi| m.min(xi))
 }
 
-/// Bispherical coordinates of two spheres that exclude each other: $\xi$ of each.
+/// Bispherical coordinates of two spheres outside each other, with radii `a` and `b`.
 fn outside(distance: f64, a: f64, b: f64) -> (f64, f64) {
-    // cosh(xi) - 1 as a product, exact in narrow gaps
+    // cosh(xi) - 1 as a product, which has no cancellation in narrow gaps
     let gap = distance - a - b;
     let excess = |own: f64, other: f64| gap * (gap + 2.0 * other) / (2.0 * own * distance);
     (acosh_1p(excess(a, b)), acosh_1p(excess(b, a)))
 }
 
-/// $\xi$ of a sphere of radius `a` at `offset` from the centre of a container of radius `b`, and of the container;
-/// infinite for a concentric sphere, which one degree describes.
+/// Bispherical coordinates of a sphere inside a container, and of the container.
+///
+/// The sphere has radius `a` and lies at distance `offset` from the centre of the container of
+/// radius `b`. Infinite for concentric spheres, whose flow has a single degree.
 fn inside(offset: f64, a: f64, b: f64) -> (f64, f64) {
     let gap = b - a - offset;
     (
@@ -176,7 +204,7 @@ fn inside(offset: f64, a: f64, b: f64) -> (f64, f64) {
     )
 }
 
-/// $\mathrm{acosh}(1 + x)$ without loss for small `x`.
+/// `acosh(1 + x)` without cancellation for small `x`.
 fn acosh_1p(x: f64) -> f64 {
     (x + (x * (x + 2.0)).sqrt()).ln_1p()
 }
@@ -186,10 +214,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coordinates_of_equal_spheres_are_those_of_the_text_books() {
+    fn coordinates_of_equal_spheres_are_those_of_the_textbooks() {
         let (a, b) = outside(3.0, 1.0, 1.0);
         assert!((a - 1.5_f64.acosh()).abs() < 1e-14 && a == b);
-        // a huge sphere is a wall
+        // a sphere of very large radius acts as a wall
         let (near, _) = outside(1e9 + 2.0, 1.0, 1e9);
         assert!((near - 2.0_f64.acosh()).abs() < 1e-6);
         let (within, _) = inside(1e9 - 2.0, 1.0, 1e9);

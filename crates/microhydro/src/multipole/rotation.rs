@@ -2,22 +2,23 @@
 
 use nalgebra::{DMatrix, Matrix3, UnitQuaternion};
 
-/// Matrices that rotate the coefficients of real harmonics, one a degree: $f = \sum c_m Y_{lm}$ turned by $Q$ has coefficients $D^l(Q) c$.
+/// Matrices that rotate the coefficients of real spherical harmonics, one per degree.
 ///
-/// By recursion over the degree (Ivanic & Ruedenberg 1996, with the corrections of 1998). Orthogonal; `D(PQ) = D(P) D(Q)`.
-/// Cost: `O(top^3)` numbers, a few operations each.
+/// A function `f = sum_m c_m Y_lm` rotated by `Q` has the coefficients `D^l(Q) c`. Computed by
+/// recursion over the degree (Ivanic & Ruedenberg 1996, with the corrections of 1998). The matrices
+/// are orthogonal, and `D(P Q) = D(P) D(Q)`. Cost: `O(top^3)` entries, a few operations each.
 #[derive(Clone, Debug)]
 pub(crate) struct Rotation {
     degrees: Vec<DMatrix<f64>>,
 }
 
 impl Rotation {
-    /// The matrices of degrees 1 ..= `top` for a rotation `Q`.
-    pub fn new(turn: &UnitQuaternion<f64>, top: usize) -> Self {
-        let q: Matrix3<f64> = *turn.to_rotation_matrix().matrix();
+    /// Matrices of degrees `1 ..= top` for a rotation `Q`.
+    pub fn new(rotation: &UnitQuaternion<f64>, top: usize) -> Self {
+        let q: Matrix3<f64> = *rotation.to_rotation_matrix().matrix();
         // degree 1 has m = -1, 0, 1 for y, z, x
-        const AXES: [usize; 3] = [1, 2, 0];
-        let first = DMatrix::from_fn(3, 3, |i, j| q[(AXES[i], AXES[j])]);
+        const AXIS_OF_M: [usize; 3] = [1, 2, 0];
+        let first = DMatrix::from_fn(3, 3, |i, j| q[(AXIS_OF_M[i], AXIS_OF_M[j])]);
         let mut degrees = vec![first];
         for l in 2..=top {
             let next = next_degree(&degrees[0], &degrees[l - 2], l as i32);
@@ -27,7 +28,7 @@ impl Rotation {
         Self { degrees }
     }
 
-    /// The matrix of degree `l`, rows and columns `m` = -l ..= l.
+    /// Matrix of degree `l`; rows and columns are `m = -l ..= l`.
     pub fn degree(&self, l: usize) -> &DMatrix<f64> {
         &self.degrees[l - 1]
     }
@@ -101,7 +102,7 @@ mod tests {
             Rotation::new(&(a * b), 40),
         );
         for l in [1, 2, 3, 7, 40] {
-            // every step of the recursion rounds anew
+            // each step of the recursion adds a rounding error
             let rounding = 1e-14 * l as f64;
             let identity = DMatrix::identity(2 * l + 1, 2 * l + 1);
             assert!((ra.degree(l).tr_mul(ra.degree(l)) - identity).amax() < rounding);
@@ -124,7 +125,7 @@ mod tests {
         let q = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -1.1, 0.7));
         let d = Rotation::new(&q, 2).degree(2).clone();
         let v = Vector3::new(0.2, 0.5, -0.8);
-        // the values of harmonics turn as coefficients do, because D is orthogonal
+        // the values of harmonics rotate as coefficients do, because D is orthogonal
         assert!((d * y2(v) - y2(q * v)).amax() < 1e-14);
     }
 }

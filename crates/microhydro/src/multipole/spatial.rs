@@ -1,20 +1,23 @@
-//! Spheres anywhere: the mobility by elimination of all multipoles beyond the rigid motions, at once or by iteration.
+//! Mobility of spheres at any positions: Schur complement by factorisation or by iteration.
 
 use nalgebra::DMatrix;
 
+use super::dense;
 use super::frame::Frame;
 use super::modes::{Family, Modes};
 use super::order::Orders;
-use super::system::{Panel, System};
-use super::{Scaled, dense};
+use super::scaled::ScaledMobility;
+use super::system::{MultiVector, System};
 use crate::HydroError;
 
-/// Most unknowns that are eliminated at once: 288 MB and two seconds; spheres with so many modes each gain from iterations.
-const MOST_AT_ONCE: usize = 6000;
+/// Highest number of degrees of freedom for the dense factorisation: 288 MB and two seconds. Beyond
+/// it each sphere has so many modes that iterations are faster.
+const MAX_DENSE_DOFS: usize = 6000;
 
-/// Scaled mobilities of spheres in space, for the orders asked for and for two less.
+/// Scaled mobility matrices of spheres at any positions.
 ///
-/// Couplings below a tenth of `tolerance` are left out. Many unknowns are eliminated by iterations that stop at `residual`.
+/// For the given orders and for orders lower by two. Couplings below a tenth of `tolerance` are
+/// neglected. Large systems are solved by iterations that stop at `residual`.
 ///
 /// # Errors
 /// [`HydroError::NotConverged`], [`HydroError::FactorisationFailed`].
@@ -23,64 +26,66 @@ pub(crate) fn mobility(
     radii: &[f64],
     orders: &Orders,
     (tolerance, residual): (f64, f64),
-) -> Result<Scaled, HydroError> {
+) -> Result<ScaledMobility, HydroError> {
     let system = System::new(frame, radii, orders, 0.1 * tolerance);
-    match orders.dofs() <= MOST_AT_ONCE {
+    match orders.dofs() <= MAX_DENSE_DOFS {
         true => dense::mobility(&system),
         false => by_iteration(&system, residual),
     }
 }
 
-/// Scaled mobilities by conjugate gradients.
+/// Scaled mobility matrices by conjugate gradients.
 ///
-/// With the rigid motions `r` and all other modes `h`: $M = A_{rr} - A_{rh} A_{hh}^{-1} A_{hr}$: an error of the
-/// iteration enters squared, so that `residual` needs half its digits only.
+/// With the rigid motions `r` and all other modes `h` the mobility is
+/// `M = A_rr - A_rh A_hh^(-1) A_hr`. Errors of the iteration enter squared, so `residual` needs
+/// half of the digits only.
 ///
 /// # Errors
 /// [`HydroError::NotConverged`].
-fn by_iteration(system: &System, residual: f64) -> Result<Scaled, HydroError> {
+fn by_iteration(system: &System, residual: f64) -> Result<ScaledMobility, HydroError> {
     let n = system.spheres;
-    let (coupled, own) = rigid_columns(system);
+    let (coupled, rigid_block) = rigid_columns(system);
     let is_rigid = |family: Family, l: usize| l == 1 && family != Family::Source;
-    let beyond = |kept: &dyn Fn(Modes, Family, usize) -> bool| {
-        let mut mask = system.mask(|modes, f, l| kept(modes, f, l) && !is_rigid(f, l));
-        // the container has no rigid motion to keep: all its modes are eliminated
+    let eliminated = |included: &dyn Fn(Modes, Family, usize) -> bool| {
+        let mut mask = system.mask(|modes, f, l| included(modes, f, l) && !is_rigid(f, l));
+        // the container has no rigid motion: all its modes are eliminated
         if let Some(container) = mask.get_mut(n) {
-            let all = system.mask(kept);
+            let all = system.mask(included);
             container.clone_from(&all[n]);
         }
         mask
     };
-    let lower = beyond(&|modes, f, l| modes.in_lower_order(f, l));
-    let full = beyond(&|_, _, _| true);
+    let lower = eliminated(&|modes, f, l| modes.in_lower_order(f, l));
+    let full = eliminated(&|_, _, _| true);
     let mut x = system.zeros(6 * n);
     let mut schur = |mask: &[Vec<bool>]| -> Result<DMatrix<f64>, HydroError> {
         let r = system.solve(mask, &coupled, &mut x, residual)?;
-        // x^T b + x^T r errs by the square of the residual
+        // the error of x^T b + x^T r is the square of that of x
         let product = transposed_product(&x, &coupled) + transposed_product(&x, &r);
         let symmetric = (&product + product.transpose()) * 0.5;
-        Ok(&own - symmetric)
+        Ok(&rigid_block - symmetric)
     };
     let lower = schur(&lower)?;
     let full = schur(&full)?;
-    Ok(Scaled { full, lower })
+    Ok(ScaledMobility { full, lower })
 }
 
-/// The scaled mobility of rigid motions alone, with the container eliminated: nothing is reflected between spheres.
+/// Scaled mobility of rigid motions with only the container eliminated: no reflections between
+/// spheres.
 pub(crate) fn rigid_mobility(frame: &Frame, radii: &[f64], orders: &Orders) -> DMatrix<f64> {
     let system = System::new(frame, radii, orders, 0.0);
-    let (coupled, own) = rigid_columns(&system);
+    let (coupled, rigid_block) = rigid_columns(&system);
     match coupled.get(radii.len()) {
         Some(container) => {
             let container = vec![container.clone()];
-            own - transposed_product(&container, &container)
+            rigid_block - transposed_product(&container, &container)
         }
-        None => own,
+        None => rigid_block,
     }
 }
 
-/// The system's columns of the spheres' rigid motions, and their rigid rows.
-fn rigid_columns(system: &System) -> (Panel, DMatrix<f64>) {
+/// Columns of the matrix for the rigid motions of all spheres, and the rigid rows of these columns.
+fn rigid_columns(system: &System) -> (MultiVector, DMatrix<f64>) {
     let n = system.spheres;
     let mut rigid = system.zeros(6 * n);
     for sphere in 0..n {
@@ -89,13 +94,13 @@ fn rigid_columns(system: &System) -> (Panel, DMatrix<f64>) {
         }
     }
     let coupled = system.apply(&rigid);
-    let own = DMatrix::from_fn(6 * n, 6 * n, |i, j| {
+    let rigid_block = DMatrix::from_fn(6 * n, 6 * n, |i, j| {
         coupled[i / 6][(system.rigid_rows(i / 6)[i % 6], j)]
     });
-    (coupled, own)
+    (coupled, rigid_block)
 }
 
-fn transposed_product(a: &Panel, b: &Panel) -> DMatrix<f64> {
+fn transposed_product(a: &MultiVector, b: &MultiVector) -> DMatrix<f64> {
     let columns = a.first().map_or(0, faer::Mat::ncols);
     let mut product = DMatrix::zeros(columns, columns);
     for (a, b) in a.iter().zip(b) {

@@ -1,37 +1,39 @@
-//! The Galerkin system of spheres in space and its solution by conjugate gradients.
+//! Galerkin system of spheres at any positions, and its solution by conjugate gradients.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use rayon::prelude::*;
 
-use super::collinear::Around;
-use super::frame::Frame;
-use super::link::{Body, Link};
+use super::coupling::{Coupling, Expansion};
+use super::frame::{Frame, Surroundings};
 use super::modes::{Family, Modes};
 use super::order::Orders;
-use super::wall_block;
+use super::wall_image;
 use crate::HydroError;
 
-/// Unknowns of all bodies for several right-hand sides: one matrix a body.
-pub(crate) type Panel = Vec<Mat<f64>>;
+/// Coefficients of all expansions for several right-hand sides: one matrix per expansion, one
+/// column per right-hand side.
+pub(crate) type MultiVector = Vec<Mat<f64>>;
 
-/// The identity plus the couplings of all pairs of bodies: spheres, then the container.
+/// Galerkin matrix: the identity plus the couplings of all pairs of expansions.
 pub(crate) struct System {
-    pub bodies: Vec<Body>,
+    pub expansions: Vec<Expansion>,
     pub spheres: usize,
-    links: Vec<Link>,
-    /// From the image of the first body to the second, first <= second.
+    couplings: Vec<Coupling>,
+    /// Couplings from the image of the first sphere to the second one, first <= second.
     images: Vec<((usize, usize), Mat<f64>)>,
 }
 
 impl System {
-    /// All couplings that matter to `tolerance`. Cost: `O(L^3)` numbers a pair, `O(L^4)` beside a wall.
+    /// Computes all couplings that matter to `tolerance`.
+    ///
+    /// Storage: `O(L^3)` numbers per pair of spheres, `O(L^4)` beside a wall.
     pub fn new(frame: &Frame, radii: &[f64], orders: &Orders, tolerance: f64) -> Self {
         let spheres = radii.len();
-        let mut bodies: Vec<Body> = radii
+        let mut expansions: Vec<Expansion> = radii
             .iter()
             .zip(&orders.spheres)
-            .map(|(&radius, &order)| Body {
+            .map(|(&radius, &order)| Expansion {
                 radius,
                 modes: Modes { order },
             })
@@ -40,30 +42,33 @@ impl System {
             .flat_map(|j| (0..j).map(move |i| (i, j)))
             .collect();
         let x = &frame.centres;
-        let mut links: Vec<Link> = pairs
+        let mut couplings: Vec<Coupling> = pairs
             .par_iter()
             .map(|&(i, j)| {
-                Link::between((i, j), (&bodies[i], &bodies[j]), &(x[j] - x[i]), tolerance)
+                Coupling::between_spheres(
+                    (i, j),
+                    (&expansions[i], &expansions[j]),
+                    &(x[j] - x[i]),
+                    tolerance,
+                )
             })
             .collect();
         let mut images = Vec::new();
-        match frame.around {
-            Around::Nothing => {}
-            Around::Ball(radius) => {
-                bodies.push(Body {
+        match frame.surroundings {
+            Surroundings::Unbounded => {}
+            Surroundings::Ball(radius) => {
+                expansions.push(Expansion {
                     radius,
                     modes: Modes {
                         order: orders.container,
                     },
                 });
-                let container = bodies[spheres];
-                links.par_extend(
-                    (0..spheres)
-                        .into_par_iter()
-                        .map(|j| Link::inside((spheres, j), &container, &bodies[j], &x[j])),
-                );
+                let container = expansions[spheres];
+                couplings.par_extend((0..spheres).into_par_iter().map(|j| {
+                    Coupling::with_container((spheres, j), &container, &expansions[j], &x[j])
+                }));
             }
-            Around::Wall => {
+            Surroundings::Wall => {
                 let with_self: Vec<(usize, usize)> = (0..spheres)
                     .flat_map(|j| (0..=j).map(move |i| (i, j)))
                     .collect();
@@ -72,48 +77,53 @@ impl System {
                     .map(|&(i, j)| {
                         (
                             (i, j),
-                            wall_block::coupling((&bodies[i], &x[i]), (&bodies[j], &x[j])),
+                            wall_image::image_coupling(
+                                (&expansions[i], &x[i]),
+                                (&expansions[j], &x[j]),
+                            ),
                         )
                     })
                     .collect();
             }
         }
         Self {
-            bodies,
+            expansions,
             spheres,
-            links,
+            couplings,
             images,
         }
     }
 
-    /// Zeros for a number of right-hand sides.
-    pub fn zeros(&self, columns: usize) -> Panel {
-        self.bodies
+    /// Zero coefficients for a number of right-hand sides.
+    pub fn zeros(&self, columns: usize) -> MultiVector {
+        self.expansions
             .iter()
-            .map(|body| Mat::zeros(body.modes.len(), columns))
+            .map(|expansion| Mat::zeros(expansion.modes.len(), columns))
             .collect()
     }
 
-    /// The system times `x`; bodies in parallel, each adding its couplings in a fixed order.
-    pub fn apply(&self, x: &Panel) -> Panel {
-        (0..self.bodies.len())
+    /// Product of the matrix and `x`.
+    ///
+    /// The expansions are computed in parallel; each adds its couplings in a fixed order.
+    pub fn apply(&self, x: &MultiVector) -> MultiVector {
+        (0..self.expansions.len())
             .into_par_iter()
-            .map(|body| {
-                let mut y = x[body].clone();
-                for link in &self.links {
-                    if link.ends.1 == body {
-                        link.add(x[link.ends.0].as_ref(), y.as_mut(), false);
-                    } else if link.ends.0 == body {
-                        link.add(x[link.ends.1].as_ref(), y.as_mut(), true);
+            .map(|expansion| {
+                let mut y = x[expansion].clone();
+                for coupling in &self.couplings {
+                    if coupling.pair.1 == expansion {
+                        coupling.add(x[coupling.pair.0].as_ref(), y.as_mut(), false);
+                    } else if coupling.pair.0 == expansion {
+                        coupling.add(x[coupling.pair.1].as_ref(), y.as_mut(), true);
                     }
                 }
                 for ((from, to), image) in &self.images {
                     let mut add = |a: faer::MatRef<f64>, other: usize| {
                         matmul(y.as_mut(), Accum::Add, a, x[other].as_ref(), 1.0, Par::Seq);
                     };
-                    if *to == body {
+                    if *to == expansion {
                         add(image.as_ref(), *from);
-                    } else if *from == body {
+                    } else if *from == expansion {
                         add(image.transpose(), *to);
                     }
                 }
@@ -122,24 +132,24 @@ impl System {
             .collect()
     }
 
-    /// The whole matrix on and below its diagonal, the modes of each body in the rows that `places` gives them.
-    pub fn dense(&self, places: &[Vec<usize>]) -> Mat<f64> {
-        let size = places.iter().map(Vec::len).sum();
+    /// Lower triangle of the matrix, with the modes of each expansion in the given rows.
+    pub fn dense(&self, rows: &[Vec<usize>]) -> Mat<f64> {
+        let size = rows.iter().map(Vec::len).sum();
         let mut matrix = Mat::<f64>::identity(size, size);
         let mut put = |block: &Mat<f64>, from: usize, to: usize| {
-            for (j, &column) in places[from].iter().enumerate() {
-                for (i, &row) in places[to].iter().enumerate() {
-                    // a block of a sphere with itself has each pair of modes twice
+            for (j, &column) in rows[from].iter().enumerate() {
+                for (i, &row) in rows[to].iter().enumerate() {
+                    // the block of a sphere with itself contains each pair of modes twice
                     if from != to || row >= column {
                         matrix[(row.max(column), row.min(column))] += block[(i, j)];
                     }
                 }
             }
         };
-        for some in self.links.chunks(BLOCKS_AT_A_TIME) {
-            let blocks: Vec<Mat<f64>> = some.par_iter().map(Link::dense).collect();
-            for (link, block) in some.iter().zip(&blocks) {
-                put(block, link.ends.0, link.ends.1);
+        for some in self.couplings.chunks(BLOCKS_PER_BATCH) {
+            let blocks: Vec<Mat<f64>> = some.par_iter().map(Coupling::dense).collect();
+            for (coupling, block) in some.iter().zip(&blocks) {
+                put(block, coupling.pair.0, coupling.pair.1);
             }
         }
         for ((from, to), image) in &self.images {
@@ -148,9 +158,9 @@ impl System {
         matrix
     }
 
-    /// Rows of a sphere's rigid motions: translation `m` = -1, 0, 1, then rotation.
+    /// Rows of the rigid motions of a sphere: translation `m = -1, 0, 1`, then rotation.
     pub fn rigid_rows(&self, sphere: usize) -> [usize; 6] {
-        let modes = self.bodies[sphere].modes;
+        let modes = self.expansions[sphere].modes;
         let (force, torque) = (
             modes.shell(Family::Stokeslet, 1).start,
             modes.shell(Family::Rotlet, 1).start,
@@ -158,37 +168,43 @@ impl System {
         [force, force + 1, force + 2, torque, torque + 1, torque + 2]
     }
 
-    /// For each body and mode, whether a condition holds.
+    /// For each expansion and mode: whether the condition holds.
     pub fn mask(&self, condition: impl Fn(Modes, Family, usize) -> bool) -> Vec<Vec<bool>> {
-        self.bodies
+        self.expansions
             .iter()
-            .map(|body| {
-                let mut mask = vec![false; body.modes.len()];
-                for (family, l) in body.modes.shells() {
-                    mask[body.modes.shell(family, l)].fill(condition(body.modes, family, l));
+            .map(|expansion| {
+                let mut mask = vec![false; expansion.modes.len()];
+                for (family, l) in expansion.modes.shells() {
+                    mask[expansion.modes.shell(family, l)].fill(condition(
+                        expansion.modes,
+                        family,
+                        l,
+                    ));
                 }
                 mask
             })
             .collect()
     }
 
-    /// Solves for the unknowns where `mask` is true, all others held at zero, from a first guess `x`; returns the residual.
+    /// Solves for the coefficients with `mask` true, all others being zero; returns the residual.
     ///
-    /// Conjugate gradients for all right-hand sides at once, until every residual is below `target`. The diagonal is one already.
+    /// Conjugate gradients from the initial guess `x`, for all right-hand sides at once, until the
+    /// norm of each residual is below `target`. The diagonal of the matrix is one, so no
+    /// preconditioner is used.
     ///
     /// # Errors
     /// [`HydroError::NotConverged`].
     pub fn solve(
         &self,
         mask: &[Vec<bool>],
-        right: &Panel,
-        x: &mut Panel,
+        rhs: &MultiVector,
+        x: &mut MultiVector,
         target: f64,
-    ) -> Result<Panel, HydroError> {
-        let columns = right.first().map_or(0, Mat::ncols);
+    ) -> Result<MultiVector, HydroError> {
+        let columns = rhs.first().map_or(0, Mat::ncols);
         let ax = self.apply(x);
-        let mut r: Panel = right.iter().zip(&ax).map(|(b, ax)| b - ax).collect();
-        keep(&mut r, mask);
+        let mut r: MultiVector = rhs.iter().zip(&ax).map(|(b, ax)| b - ax).collect();
+        apply_mask(&mut r, mask);
         let mut p = r.clone();
         let mut squares = dots(&r, &r);
         let worst = |squares: &[f64]| squares.iter().fold(0.0_f64, |m, s| m.max(s.sqrt()));
@@ -197,7 +213,7 @@ impl System {
             if residual <= target {
                 break;
             }
-            if iteration == MOST_STEPS || !residual.is_finite() {
+            if iteration == MAX_ITERATIONS || !residual.is_finite() {
                 return Err(HydroError::NotConverged {
                     iterations: iteration,
                     residual,
@@ -205,7 +221,7 @@ impl System {
                 });
             }
             let mut ap = self.apply(&p);
-            keep(&mut ap, mask);
+            apply_mask(&mut ap, mask);
             let curvature = dots(&p, &ap);
             let step: Vec<f64> = (0..columns)
                 .map(|j| {
@@ -216,24 +232,24 @@ impl System {
                     }
                 })
                 .collect();
-            for body in 0..self.bodies.len() {
+            for expansion in 0..self.expansions.len() {
                 for j in 0..columns {
-                    for i in 0..p[body].nrows() {
-                        x[body][(i, j)] += step[j] * p[body][(i, j)];
-                        r[body][(i, j)] -= step[j] * ap[body][(i, j)];
+                    for i in 0..p[expansion].nrows() {
+                        x[expansion][(i, j)] += step[j] * p[expansion][(i, j)];
+                        r[expansion][(i, j)] -= step[j] * ap[expansion][(i, j)];
                     }
                 }
             }
             let next = dots(&r, &r);
-            for body in 0..self.bodies.len() {
+            for expansion in 0..self.expansions.len() {
                 for j in 0..columns {
                     let factor = if squares[j] > 0.0 {
                         next[j] / squares[j]
                     } else {
                         0.0
                     };
-                    for i in 0..p[body].nrows() {
-                        p[body][(i, j)] = r[body][(i, j)] + factor * p[body][(i, j)];
+                    for i in 0..p[expansion].nrows() {
+                        p[expansion][(i, j)] = r[expansion][(i, j)] + factor * p[expansion][(i, j)];
                     }
                 }
             }
@@ -243,18 +259,20 @@ impl System {
     }
 }
 
-/// Couplings that are written out before they go into the whole matrix: few enough not to need its memory again.
-const BLOCKS_AT_A_TIME: usize = 32;
+/// Number of couplings expanded to dense blocks at a time. Few, so that the blocks need little
+/// memory beside the matrix.
+const BLOCKS_PER_BATCH: usize = 32;
 
-/// More steps mean that a gap is far too narrow for the order: 60 do for gaps of a twentieth.
-const MOST_STEPS: usize = 500;
+/// Iteration limit. Gaps of a twentieth of a radius take 60 iterations; more than this limit means
+/// that a gap is far too narrow for the order.
+const MAX_ITERATIONS: usize = 500;
 
-/// Puts zero where the mask is false.
-fn keep(panel: &mut Panel, mask: &[Vec<bool>]) {
+/// Sets coefficients to zero where the mask is false.
+fn apply_mask(panel: &mut MultiVector, mask: &[Vec<bool>]) {
     for (block, mask) in panel.iter_mut().zip(mask) {
         for j in 0..block.ncols() {
-            for (i, &keep) in mask.iter().enumerate() {
-                if !keep {
+            for (i, &free) in mask.iter().enumerate() {
+                if !free {
                     block[(i, j)] = 0.0;
                 }
             }
@@ -262,8 +280,8 @@ fn keep(panel: &mut Panel, mask: &[Vec<bool>]) {
     }
 }
 
-/// Scalar products column by column, summed in a fixed order.
-fn dots(a: &Panel, b: &Panel) -> Vec<f64> {
+/// Scalar products of corresponding columns, summed in a fixed order.
+fn dots(a: &MultiVector, b: &MultiVector) -> Vec<f64> {
     let columns = a.first().map_or(0, Mat::ncols);
     (0..columns)
         .map(|j| {

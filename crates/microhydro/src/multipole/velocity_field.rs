@@ -1,4 +1,4 @@
-//! The flow between the spheres, for pictures and for checking boundary values.
+//! Velocity field around the spheres, for visualisation and for checks of boundary values.
 
 use std::f64::consts::PI;
 
@@ -6,38 +6,39 @@ use faer::Mat;
 use nalgebra::{DVector, Vector3};
 use rayon::prelude::*;
 
-use super::axial::{Interior, Outgoing};
-use super::collinear::Around;
-use super::frame::Frame;
-use super::lamb::Lamb;
-use super::link::{Body, Half, onto_axis};
-use super::lubrication::{MOST_IN_SPACE, MOST_ON_CONTAINER};
+use super::axial_translation::{InteriorTranslation, OutgoingTranslation};
+use super::coupling::{Expansion, SymmetryClass, rotation_to_z};
+use super::fixed_order::FIXED_ORDER_TOLERANCE;
+use super::frame::{Frame, Surroundings};
+use super::lamb::LambCoefficients;
 use super::modes::Family;
-use super::order::{self, Orders};
+use super::order::{self, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER, Orders};
 use super::rotation::Rotation;
+use super::scaled::{AXIS_OF_M, drag_units};
 use super::system::System;
-use super::wall_block::Regular;
-use super::{AXES, FIXED_ORDER_TOLERANCE, drag_units};
+use super::wall_image::LambExpansion;
 use crate::{Accuracy, HydroError, Medium, Spheres};
 
-/// A solved flow around moving spheres, to be evaluated anywhere in the fluid.
+/// Velocity field around moving spheres, evaluated at any point of the fluid.
 pub struct VelocityField {
     spheres: Spheres,
     medium: Medium,
     frame: Frame,
-    bodies: Vec<Body>,
-    /// For each body, the harmonics of its flow on its own surface.
+    expansions: Vec<Expansion>,
+    /// For each expansion, the coefficients of its own flow on its own surface.
     harmonics: Vec<Vec<f64>>,
 }
 
 impl VelocityField {
-    /// The flow for velocities and angular velocities of the spheres, six entries a sphere.
+    /// Solves for the flow of spheres with given velocities and angular velocities.
     ///
-    /// The velocity errs by about `accuracy.tolerance` of the spheres' velocities: its error is the root of that of the resistance, so
-    /// the expansions are twice as long. Cost: one solve of the system in space.
+    /// `velocities` has six entries per sphere. The error of the velocity field is about
+    /// `accuracy.tolerance` times the velocity of the spheres. It is the square root of the error
+    /// of the resistance, so the order is twice as high. Cost: one solve of the system of
+    /// [`super::resistance`] off an axis.
     ///
     /// # Errors
-    /// As [`super::resistance`]; velocities of the wrong number.
+    /// As [`super::resistance`]; [`HydroError::Length`] for velocities of the wrong length.
     pub fn new(
         spheres: &Spheres,
         medium: &Medium,
@@ -53,45 +54,50 @@ impl VelocityField {
         }
         spheres.check_inside(medium)?;
         let tolerance = accuracy.tolerance.clamp(1e-12, 1.0);
-        let closeness = order::closeness(spheres, medium);
+        let xi = order::gap_coordinates(spheres, medium);
         let orders = match accuracy.order {
             Some(order) => Orders::all(spheres.len(), medium, order),
-            None => order::for_tolerance(&closeness, medium, tolerance * tolerance)
-                .cut(MOST_IN_SPACE, MOST_ON_CONTAINER),
+            None => order::for_tolerance(&xi, medium, tolerance * tolerance)
+                .limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER),
         };
         let frame = Frame::of(spheres, medium);
         let system = System::new(&frame, spheres.radii(), &orders, FIXED_ORDER_TOLERANCE);
         let units = drag_units(spheres.radii());
-        let mut right = system.zeros(1);
+        let mut rhs = system.zeros(1);
         let mut largest = 0.0_f64;
         for sphere in 0..spheres.len() {
             for (k, row) in system.rigid_rows(sphere).into_iter().enumerate() {
                 let first = 6 * sphere + 3 * (k / 3);
-                let turned = frame.turn * velocities.fixed_rows::<3>(first).into_owned();
-                let value = units[6 * sphere + k] * turned[AXES[k % 3]];
-                right[sphere][(row, 0)] = value;
+                let local = frame.to_axes * velocities.fixed_rows::<3>(first).into_owned();
+                let value = units[6 * sphere + k] * local[AXIS_OF_M[k % 3]];
+                rhs[sphere][(row, 0)] = value;
                 largest = largest.max(value.abs());
             }
         }
-        let mut unknowns = system.zeros(1);
+        let mut coefficients = system.zeros(1);
         let everything = system.mask(|_, _, _| true);
         let residual = match accuracy.order {
             Some(_) => 1e-12,
             None => 0.1 * tolerance,
         };
-        system.solve(&everything, &right, &mut unknowns, residual * largest)?;
-        let unscale = |(body, x): (&Body, &Mat<f64>)| {
-            let mut harmonics = vec![0.0; body.modes.len()];
-            for (family, l) in body.modes.shells() {
-                for row in body.modes.shell(family, l) {
-                    harmonics[row] = x[(row, 0)] / body.weight(family, l);
+        system.solve(&everything, &rhs, &mut coefficients, residual * largest)?;
+        let unscale = |(expansion, x): (&Expansion, &Mat<f64>)| {
+            let mut harmonics = vec![0.0; expansion.modes.len()];
+            for (family, l) in expansion.modes.shells() {
+                for row in expansion.modes.shell(family, l) {
+                    harmonics[row] = x[(row, 0)] / expansion.weight(family, l);
                 }
             }
             harmonics
         };
         Ok(Self {
-            harmonics: system.bodies.iter().zip(&unknowns).map(unscale).collect(),
-            bodies: system.bodies,
+            harmonics: system
+                .expansions
+                .iter()
+                .zip(&coefficients)
+                .map(unscale)
+                .collect(),
+            expansions: system.expansions,
             spheres: spheres.clone(),
             medium: *medium,
             frame,
@@ -101,108 +107,126 @@ impl VelocityField {
     /// Velocities at points of the fluid, evaluated in parallel.
     ///
     /// # Errors
-    /// [`HydroError::NotInFluid`] for one of the points that are not.
+    /// [`HydroError::NotInFluid`] for one of the points outside the fluid.
     pub fn velocities(&self, points: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>, HydroError> {
         points.par_iter().map(|x| self.velocity(x)).collect()
     }
 
-    /// Velocity at a point of the fluid. Cost: `O(L^3)` a sphere.
+    /// Velocity at a point of the fluid. Cost: `O(L^3)` per sphere.
     ///
     /// # Errors
     /// [`HydroError::NotInFluid`].
     pub fn velocity(&self, point: &Vector3<f64>) -> Result<Vector3<f64>, HydroError> {
-        // on a surface is in the fluid, to rounding
+        // points on a surface, to rounding, belong to the fluid
         let within = |distance: f64, radius: f64| distance < -1e-12 * radius;
         let (x, a) = (self.spheres.centres(), self.spheres.radii());
         let inside_sphere = (0..a.len()).any(|k| within((point - x[k]).norm() - a[k], a[k]));
-        let room = self.medium.distance(point);
-        if inside_sphere || room.is_nan() || within(room, a.iter().fold(0.0, |m, &r| r.max(m))) {
+        let clearance = self.medium.distance(point);
+        if inside_sphere
+            || clearance.is_nan()
+            || within(clearance, a.iter().fold(0.0, |m, &r| r.max(m)))
+        {
             return Err(HydroError::NotInFluid {
                 x: point.x,
                 y: point.y,
                 z: point.z,
             });
         }
-        let seen = self.frame.turn * (point - self.frame.origin);
+        let local = self.frame.to_axes * (point - self.frame.origin);
         let mut velocity = Vector3::zeros();
         for (sphere, centre) in self.frame.centres.iter().enumerate() {
-            let body = &self.bodies[sphere];
-            let offset = seen - centre;
+            let expansion = &self.expansions[sphere];
+            let offset = local - centre;
             let distance = offset.norm();
             let flows = [0, 1].map(|m| {
-                Outgoing::new(m, (body.radius, body.modes.order), (distance, 1), distance)
+                OutgoingTranslation::new(
+                    m,
+                    (expansion.radius, expansion.modes.order),
+                    (distance, 1),
+                    distance,
+                )
             });
-            velocity += self.on_axis(sphere, &offset, |m, f, l| flows[m].lamb(f, l, 1));
-            if self.frame.around == Around::Wall && seen.z > 0.0 {
-                velocity += self.reflected(sphere, centre, &seen);
+            velocity +=
+                self.expansion_velocity(sphere, &offset, |m, f, l| flows[m].coefficients(f, l, 1));
+            if self.frame.surroundings == Surroundings::Wall && local.z > 0.0 {
+                velocity += self.image_velocity(sphere, centre, &local);
             }
         }
-        if let Around::Ball(radius) = self.frame.around {
-            let container = self.bodies.len() - 1;
-            let order = self.bodies[container].modes.order;
-            let flows = [0, 1].map(|m| Interior::new(m, (radius, order), (radius, 1), seen.norm()));
-            velocity += self.on_axis(container, &seen, |m, f, k| flows[m].lamb(f, k, 1));
+        if let Surroundings::Ball(radius) = self.frame.surroundings {
+            let container = self.expansions.len() - 1;
+            let order = self.expansions[container].modes.order;
+            let flows = [0, 1]
+                .map(|m| InteriorTranslation::new(m, (radius, order), (radius, 1), local.norm()));
+            velocity += self
+                .expansion_velocity(container, &local, |m, f, k| flows[m].coefficients(f, k, 1));
         }
-        Ok(self.frame.turn.inverse() * velocity)
+        Ok(self.frame.to_axes.inverse() * velocity)
     }
 
-    /// Velocity from one body at an offset, whose direction becomes the axis: only `m` = 0 and 1 reach it.
-    fn on_axis(
+    /// Velocity of the flow of one expansion at an offset from its centre.
+    ///
+    /// With the axis along the offset only `m = 0` and `m = 1` contribute.
+    fn expansion_velocity(
         &self,
-        body: usize,
+        expansion: usize,
         offset: &Vector3<f64>,
-        flow: impl Fn(usize, Family, usize) -> Lamb,
+        flow: impl Fn(usize, Family, usize) -> LambCoefficients,
     ) -> Vector3<f64> {
-        let modes = self.bodies[body].modes;
-        let turn = onto_axis(offset);
-        let rotation = Rotation::new(&turn, modes.order);
+        let modes = self.expansions[expansion].modes;
+        let rotation_to_axis = rotation_to_z(offset);
+        let rotation = Rotation::new(&rotation_to_axis, modes.order);
         let mut constant = [0.0; 3];
         for (family, l) in modes.shells() {
-            let shell = &self.harmonics[body][modes.shell(family, l)];
-            for half in Half::all(1) {
-                let (row, sign) = half.row(family, l);
+            let shell = &self.harmonics[expansion][modes.shell(family, l)];
+            for class in SymmetryClass::all(1) {
+                let (row, sign) = class.row(family, l);
                 let matrix = rotation.degree(l);
                 let value: f64 = (0..shell.len()).map(|k| matrix[(row, k)] * shell[k]).sum();
-                let (plain, _) = half.row(Family::Stokeslet, 1);
-                constant[plain] += sign * value * flow(half.m, family, l).phi;
+                let (component, _) = class.row(Family::Stokeslet, 1);
+                constant[component] += sign * value * flow(class.m, family, l).phi;
             }
         }
-        turn.inverse() * vector(&constant)
+        rotation_to_axis.inverse() * vector(&constant)
     }
 
-    /// Velocity of a sphere's image in the wall z = 0.
-    fn reflected(&self, sphere: usize, centre: &Vector3<f64>, seen: &Vector3<f64>) -> Vector3<f64> {
-        let body = &self.bodies[sphere];
-        let offset = seen - Vector3::new(centre.x, centre.y, -centre.z);
-        let degrees = Regular::FOR_A_POINT;
-        let axial: Vec<Outgoing> = (0..=degrees.min(body.modes.order))
+    /// Velocity of the image of a sphere in the wall `z = 0`.
+    fn image_velocity(
+        &self,
+        sphere: usize,
+        centre: &Vector3<f64>,
+        local: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let expansion = &self.expansions[sphere];
+        let offset = local - Vector3::new(centre.x, centre.y, -centre.z);
+        let degrees = LambExpansion::MAX_DEGREE_AT_A_POINT;
+        let axial: Vec<OutgoingTranslation> = (0..=degrees.min(expansion.modes.order))
             .map(|m| {
-                Outgoing::new(
+                OutgoingTranslation::new(
                     m,
-                    (body.radius, body.modes.order),
-                    (seen.z, degrees),
+                    (expansion.radius, expansion.modes.order),
+                    (local.z, degrees),
                     offset.norm(),
                 )
             })
             .collect();
-        let rotation = Rotation::new(&onto_axis(&offset), body.modes.order.max(degrees));
-        let mut regular = Regular::zeros(degrees);
-        for (family, l) in body.modes.shells() {
-            let shell = &self.harmonics[sphere][body.modes.shell(family, l)];
-            let mirrored = DVector::from_fn(shell.len(), |k, _| {
+        let rotation = Rotation::new(&rotation_to_z(&offset), expansion.modes.order.max(degrees));
+        let mut regular = LambExpansion::zeros(degrees);
+        for (family, l) in expansion.modes.shells() {
+            let shell = &self.harmonics[sphere][expansion.modes.shell(family, l)];
+            let reflected = DVector::from_fn(shell.len(), |k, _| {
                 shell[k] * family.parity(l, k.abs_diff(l))
             });
-            let turned = rotation.degree(l) * mirrored;
-            regular.add(&axial, family, l, turned.as_slice());
+            let rotated = rotation.degree(l) * reflected;
+            regular.add(&axial, family, l, rotated.as_slice());
         }
-        vector(&regular.turned_back(&rotation).reflected_velocity(1.0))
+        vector(&regular.rotated_back(&rotation).reflected_velocity(1.0))
     }
 }
 
-/// The vector of the harmonics $W_1$, `m` = -1, 0, 1.
+/// Vector with the given coefficients of `W_1`, `m = -1, 0, 1`.
 fn vector(modes: &[f64; 3]) -> Vector3<f64> {
     let mut vector = Vector3::zeros();
-    for (axis, value) in AXES.into_iter().zip(modes) {
+    for (axis, value) in AXIS_OF_M.into_iter().zip(modes) {
         vector[axis] = value * (0.75 / PI).sqrt();
     }
     vector

@@ -1,8 +1,8 @@
-//! Exact answers: every arrangement for which the literature or a second spectral method has digits.
+//! Arrangements with known digits from the literature or from an independent spectral method.
 
 use std::f64::consts::PI;
 
-use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole};
+use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole, oseen};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 fn on_axis(z: &[f64], a: &[f64]) -> Spheres {
@@ -14,9 +14,13 @@ fn solve(spheres: &Spheres, medium: &Medium, tolerance: f64) -> Resistance {
     multipole::resistance(spheres, medium, &Accuracy::relative(tolerance)).unwrap()
 }
 
-/// Two equal spheres: distance, drag together and opposite, XA11, XA12, YA11, YA12 (over 6 pi), YC11, YC12, XC11, XC12 (over 8 pi),
-/// torque of each sphere for a transverse motion of the first. Bispherical series of Stimson & Jeffery (1926) and Maude (1961), and
-/// boundary collocation, which agree to the digits given (1e-9 at 2.01).
+/// Resistance functions of two equal spheres.
+///
+/// Columns: distance of the centres; drag of spheres that follow and that approach each other,
+/// XA11, XA12, YA11, YA12 (all over 6 pi); YC11, YC12, XC11, XC12 (over 8 pi); torque of each
+/// sphere for a transverse motion of the first. From the bispherical series of Stimson & Jeffery
+/// (1926) and Maude (1961) and from boundary collocation, which agree to the digits given (1e-9 at
+/// 2.01).
 #[rustfmt::skip]
 const TWO_SPHERES: [[f64; 13]; 7] = [
     [2.01, 0.6457220784694283, 53.422293653916505, 27.034007866189402, -26.38828578772003, 1.7669601661702743, -1.0414384235843006, 1.6350647188909804, 0.2055510790191471, 1.0467746330288854, -0.14419486273772844, 11.573346520607528, 14.536454293278666],
@@ -54,7 +58,7 @@ fn two_equal_spheres() {
             m[(10, 0)],
         ];
         for (k, (found, exact)) in found.iter().zip(row).enumerate() {
-            // the table's own agreement at the narrowest gap is 3e-10 of its largest number
+            // at the narrowest gap the sources of the table agree to 3e-10 of its largest number
             let digits = if row[0] < 2.05 { 2e-9 } else { 1e-10 };
             assert!(
                 (found - exact).abs() < digits * exact.abs().max(1.0),
@@ -65,8 +69,11 @@ fn two_equal_spheres() {
     }
 }
 
-/// One sphere above a wall at height h: drag normal and parallel (over 6 pi), torque about a parallel and the normal axis, torque per
-/// parallel velocity (over 8 pi). Brenner (1961), Goldman, Cox & Brenner (1967), Blake images; agreement 1e-10.
+/// Resistance functions of one sphere above a wall.
+///
+/// Columns: height of the centre; drag normal and parallel to the wall (over 6 pi); torque about a
+/// parallel axis and about the normal, torque per parallel velocity (over 8 pi). Brenner (1961),
+/// Goldman, Cox & Brenner (1967), Blake images; they agree to 1e-10.
 #[rustfmt::skip]
 const WALL: [[f64; 6]; 5] = [
     [1.1, 11.459157203409546, 2.264303035388026, 1.4548512100169821, 1.1170647529452848, -0.08876334417411287],
@@ -78,7 +85,7 @@ const WALL: [[f64; 6]; 5] = [
 
 #[test]
 fn a_sphere_near_a_wall() {
-    // an oblique wall: nothing may depend on its direction
+    // an oblique wall: the result must not depend on its direction
     let normal = Vector3::new(0.3, -0.8, 0.4).normalize();
     let across = normal.cross(&Vector3::x()).normalize();
     let third = normal.cross(&across);
@@ -95,7 +102,7 @@ fn a_sphere_near_a_wall() {
             (block(0, 0, across, across) / (6.0 * PI), par),
             (block(1, 1, across, across) / (8.0 * PI), rot_par),
             (block(1, 1, normal, normal) / (8.0 * PI), rot_normal),
-            // x, y, z of the table are across, third and the normal up to the sense of rotation
+            // x, y, z of the table are `across`, `third` and `normal`, up to the sign of a rotation
             (
                 block(1, 0, across.cross(&normal) * -1.0, across) / (8.0 * PI),
                 coupling,
@@ -110,7 +117,7 @@ fn a_sphere_near_a_wall() {
     }
 }
 
-/// Blocks of a reference file: name and rows of numbers.
+/// Cases of a reference file: names and rows of numbers.
 fn cases(text: &str) -> Vec<(String, Vec<Vec<f64>>)> {
     let mut cases: Vec<(String, Vec<Vec<f64>>)> = Vec::new();
     for line in text.lines().filter(|line| !line.starts_with('#')) {
@@ -182,7 +189,7 @@ fn spheres_in_space() {
 }
 
 #[test]
-fn one_sphere_has_the_drag_of_stokes_and_in_a_ball_that_of_haberman() {
+fn one_sphere_has_stokes_drag_and_in_a_concentric_ball_that_of_haberman_and_sayre() {
     let alone = Spheres::new(vec![Vector3::new(1.0, 2.0, 3.0)], vec![0.5]).unwrap();
     let r = solve(&alone, &Medium::Unbounded, 1e-12);
     let exact =
@@ -207,13 +214,13 @@ fn one_sphere_has_the_drag_of_stokes_and_in_a_ball_that_of_haberman() {
 }
 
 #[test]
-fn no_spheres_have_no_resistance() {
+fn no_spheres_give_an_empty_resistance() {
     let none = Spheres::new(vec![], vec![]).unwrap();
     assert_eq!(solve(&none, &Medium::Unbounded, 1e-8).matrix().len(), 0);
 }
 
 #[test]
-fn spheres_that_touch_are_named() {
+fn touching_spheres_and_narrow_gaps_are_errors() {
     let centres = vec![
         Vector3::zeros(),
         Vector3::new(5.0, 0.0, 0.0),
@@ -237,7 +244,7 @@ fn spheres_that_touch_are_named() {
         matches!(error, HydroError::OutsideMedium { sphere: 1, .. }),
         "{error}"
     );
-    // a gap of a millionth is refused with the order that it would take
+    // a relative gap of 1e-6 is refused with the order that it would need
     let close = on_axis(&[0.0, 2.000001], &[1.0; 2]);
     let error =
         multipole::resistance(&close, &Medium::Unbounded, &Accuracy::relative(1e-4)).unwrap_err();
@@ -245,8 +252,26 @@ fn spheres_that_touch_are_named() {
 }
 
 #[test]
-fn a_sphere_off_the_centre_of_a_large_ball_feels_a_wall() {
-    // at two radii from the wall of a ball of radius b: the plane wall's factor, up to what goes with the radius over b
+fn a_mobility_that_is_not_positive_definite_names_the_narrowest_gap() {
+    // point forces give a normal mobility of 1 - 9/8 a/h < 0 for h < 1.125 a
+    let wall = Medium::wall(Vector3::zeros(), Vector3::z()).unwrap();
+    let error = oseen::resistance(&on_axis(&[1.05], &[1.0]), &wall).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("sphere 0 and the wall leave a gap of 5.000e-2"),
+        "{error}"
+    );
+    assert!(
+        matches!(error, HydroError::NotPositiveDefinite { eigenvalue_ratio, .. } if eigenvalue_ratio < 0.0),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_large_ball_approaches_a_plane_wall() {
+    // Two radii from the wall of a ball of radius b: the resistance beside a plane wall, up to
+    // terms of the order of the sphere's radius over b.
     let factor = |b: f64| {
         let offset = Vector3::new(b - 2.0, 0.0, 0.0);
         let ball = Medium::Ball {
@@ -262,7 +287,7 @@ fn a_sphere_off_the_centre_of_a_large_ball_feels_a_wall() {
             m[(4, 4)] / (8.0 * PI),
         ]
     };
-    // twice as large a ball halves the difference: extrapolate it away
+    // Doubling the ball halves the difference: extrapolate to an infinite ball.
     let (near, far) = (factor(20.0), factor(40.0));
     for ((near, far), exact) in
         near.iter()

@@ -1,4 +1,4 @@
-//! The flow at points: boundary values, symmetry with the resistance, far field.
+//! Velocity field: values on every surface, exact flow of a lone sphere, points outside the fluid.
 
 use microhydro::{Accuracy, HydroError, Medium, Spheres, multipole};
 use nalgebra::{DVector, Vector3};
@@ -29,7 +29,7 @@ fn directions() -> impl Iterator<Item = Vector3<f64>> {
 }
 
 #[test]
-fn the_fluid_sticks_to_every_surface() {
+fn velocity_on_every_surface_is_that_of_the_surface() {
     let media = [
         Medium::Unbounded,
         Medium::Ball {
@@ -78,7 +78,7 @@ fn the_fluid_sticks_to_every_surface() {
 }
 
 #[test]
-fn a_lone_sphere_makes_the_flow_of_stokes() {
+fn a_lone_sphere_has_the_flow_of_stokes() {
     let one = Spheres::new(vec![Vector3::zeros()], vec![2.0]).unwrap();
     let mut u = DVector::zeros(6);
     u[0] = 1.0;

@@ -1,31 +1,45 @@
-//! Flows of multipoles seen from a centre on the axis: closed forms for each azimuthal number.
+//! Translation of multipoles along the axis: closed forms for each azimuthal number.
 //!
-//! Derived from the translation of solid harmonics, with $R_{km} = r^k P_k^m e^{im\varphi}/(k+m)!$ and $I_{lm} = (l-m)! P_l^m e^{im\varphi}/r^{l+1}$:
-//! $I_{lm}(r + d) = \sum_k (-1)^{k-m} (l+k)!/d^{l+k+1} R_{km}(r)$ and $R_{km}(r + d) = \sum_l d^{k-l}/(k-l)! R_{lm}(r)$ for $d$ along the axis, and from
-//! $r' \cdot u$ and $r' \cdot \nabla\times u$, which give Lamb's coefficients about the new centre. Every coefficient costs a few operations;
-//! none is the small difference of large numbers.
+//! The flow of a multipole about one centre is expanded in Lamb's general solution (`lamb`) about
+//! another centre at distance `d` along the axis. The derivation uses the translation of solid
+//! harmonics
+//! ```text
+//! R_km = r^k P_k^m e^(imφ) / (k+m)!        I_lm = (l-m)! P_l^m e^(imφ) / r^(l+1)
+//! I_lm(r + d) = sum_k (-1)^(k-m) (l+k)! / d^(l+k+1) R_km(r)
+//! R_km(r + d) = sum_l d^(k-l) / (k-l)! R_lm(r)
+//! ```
+//! and the scalars `r'·u` and `r'·(∇ × u)`, which determine Lamb's coefficients about the new
+//! centre. Each coefficient costs a few operations; none is a small difference of large numbers.
 
-use super::lamb::{Lamb, c, e};
+use super::lamb::{LambCoefficients, c, e};
 use super::modes::Family;
 
-/// $(k^2 - m^2)/(2k - 1)$: the part of $z R_{k-1}$ that is a harmonic of degree `k`.
+/// `(k² - m²)/(2k - 1)`: coefficient of the degree-`k` harmonic in `z R_(k-1)`.
 fn raise(k: usize, m: usize) -> f64 {
     ((k * k) as f64 - (m * m) as f64) / (2.0 * k as f64 - 1.0)
 }
 
-/// Multipoles of a sphere, seen inside another that lies in the direction of the axis.
-pub(crate) struct Outgoing {
+/// Translation of the outgoing multipoles of a sphere to another sphere in the direction of the
+/// axis.
+pub(crate) struct OutgoingTranslation {
     m: usize,
     source: f64,
     target: f64,
     distance: f64,
-    /// $\sqrt{(2l+1)/(2k+1)}\, (-1)^{k-m} a_i^l a_j^k/d^{l+k} (l+k)!/\sqrt{(l-m)!(l+m)!(k-m)!(k+m)!}$, `l` slowest, from `m` on.
+    /// Normalised translation coefficients, `l` slowest, both degrees from `m` on.
+    ///
+    /// For source radius `a_i` and target radius `a_j`:
+    /// ```text
+    /// sqrt((2l+1)/(2k+1)) (-1)^(k-m) a_i^l a_j^k / d^(l+k) (l+k)!
+    ///     / sqrt((l-m)! (l+m)! (k-m)! (k+m)!)
+    /// ```
     table: Vec<f64>,
     width: usize,
 }
 
-impl Outgoing {
-    /// Translation from a sphere of radius `source` over `distance` to one of radius `target`, for `l` and `k` up to these tops.
+impl OutgoingTranslation {
+    /// Translation over `distance` between spheres of radii `source` and `target`, up to the
+    /// degrees `top_l` and `top_k`.
     pub fn new(
         m: usize,
         (source, top_l): (f64, usize),
@@ -35,7 +49,7 @@ impl Outgoing {
         let (rows, width) = ((top_l + 1).saturating_sub(m), (top_k + 1).saturating_sub(m));
         let (s, t) = (source / distance, target / distance);
         let step = |l: usize, k: usize, ratio: f64| {
-            // from degree l to l + 1 beside k
+            // factor from degree l to l + 1 at fixed k
             (l + k + 1) as f64 * ratio / (((l + 1) * (l + 1) - m * m) as f64).sqrt()
         };
         let mut table = vec![0.0; rows * width];
@@ -62,24 +76,28 @@ impl Outgoing {
         }
     }
 
-    /// Coefficients of degree `k` about the target of the flow that is the harmonic of `family` and `l` on the source.
-    pub fn lamb(&self, family: Family, l: usize, k: usize) -> Lamb {
+    /// Coefficients of degree `k` about the target centre.
+    ///
+    /// The flow is the one that equals the harmonic of `family` and degree `l` on the source
+    /// sphere.
+    pub fn coefficients(&self, family: Family, l: usize, k: usize) -> LambCoefficients {
         let m = self.m;
         let s = self.table[(l - m) * self.width + k - m];
         let (a, b, d) = (self.source, self.target, self.distance);
         let (lf, kf, mf) = (l as f64, k as f64, m as f64);
         match family {
-            Family::Source => Lamb {
+            Family::Source => LambCoefficients {
                 phi: a * a / (b * d) * s,
-                ..Lamb::default()
+                ..LambCoefficients::default()
             },
-            Family::Rotlet => Lamb {
+            Family::Rotlet => LambCoefficients {
                 phi: -a / b * mf / kf * s,
                 chi: a / d * lf / (kf + 1.0) * s,
                 p: 0.0,
             },
             Family::Stokeslet => {
-                // u = K a^l (alpha r^2 grad p - beta r p) + G a^{l+2} grad(Y/r^{l+1}), p = Y/r^{l+1}
+                // u = K a^l (alpha r^2 grad p - beta r p) + G a^(l+2) grad(Y/r^(l+1)),
+                // p = Y/r^(l+1)
                 let strength = lf * (4.0 * lf * lf - 1.0) / (lf + 1.0);
                 let potential = 1.0 - (2.0 * lf + 1.0) * (2.0 - lf) / (2.0 * (lf + 1.0));
                 let alpha = (2.0 - lf) / (2.0 * lf * (2.0 * lf - 1.0));
@@ -90,7 +108,7 @@ impl Outgoing {
                     + alpha * (sum + 1.0 - 2.0 * up)
                     + beta)
                     / kf;
-                Lamb {
+                LambCoefficients {
                     phi: (strength * phi * d / b + potential * a * a / (b * d)) * s,
                     chi: -strength * mf / (lf * kf * (kf + 1.0)) * s,
                     p: strength * b / d * s,
@@ -100,19 +118,26 @@ impl Outgoing {
     }
 }
 
-/// Multipoles of a container's wall, seen inside a sphere whose centre lies in the direction of the axis from the container's.
-pub(crate) struct Interior {
+/// Translation of the flow inside a container to a sphere in the direction of the axis.
+pub(crate) struct InteriorTranslation {
     m: usize,
     container: f64,
     target: f64,
     offset: f64,
-    /// $\sqrt{(2k+1)/(2l+1)}\, a^l c^{k-l}/b^k /(k-l)! \sqrt{(k-m)!(k+m)!/((l-m)!(l+m)!)}$, `l` slowest, from `m` on; zero for `l > k`.
+    /// Normalised translation coefficients, `l` slowest, both degrees from `m` on; zero for `l >
+    /// k`.
+    ///
+    /// For the radius `a` of the sphere, `b` of the container and the offset `c` of the centres:
+    /// ```text
+    /// sqrt((2k+1)/(2l+1)) a^l c^(k-l) / b^k / (k-l)! sqrt((k-m)! (k+m)! / ((l-m)! (l+m)!))
+    /// ```
     table: Vec<f64>,
     width: usize,
 }
 
-impl Interior {
-    /// From a container of radius `container` to a sphere of radius `target` at distance `offset` from its centre.
+impl InteriorTranslation {
+    /// Translation from a container to a sphere of radius `target` at distance `offset` from its
+    /// centre.
     pub fn new(
         m: usize,
         (container, top_k): (f64, usize),
@@ -140,27 +165,29 @@ impl Interior {
         }
     }
 
-    /// Coefficients of degree `l` about the sphere of the flow that is the harmonic of `family` and `k` on the container.
-    pub fn lamb(&self, family: Family, k: usize, l: usize) -> Lamb {
+    /// Coefficients of degree `l` about the centre of the sphere.
+    ///
+    /// The flow is the one that equals the harmonic of `family` and degree `k` on the container.
+    pub fn coefficients(&self, family: Family, k: usize, l: usize) -> LambCoefficients {
         let m = self.m;
         let (a, b, z) = (self.target, self.container, self.offset);
         let (lf, kf, mf) = (l as f64, k as f64, m as f64);
         let s = self.table[(l - m) * self.width + k - m];
         match family {
-            Family::Stokeslet => Lamb {
+            Family::Stokeslet => LambCoefficients {
                 phi: b / a * s,
-                ..Lamb::default()
+                ..LambCoefficients::default()
             },
-            Family::Rotlet => Lamb {
+            Family::Rotlet => LambCoefficients {
                 phi: -z / a * mf / lf * s,
                 chi: -(kf + 1.0) / (lf + 1.0) * s,
                 p: 0.0,
             },
             Family::Source => {
-                // u = Q (c_k r^2 grad p - e_k r p) / b^{k+1} - g b^{1-k} grad(r^k Y), p = r^k Y
+                // u = Q (c_k r^2 grad p - e_k r p) / b^(k+1) - g b^(1-k) grad(r^k Y), p = r^k Y
                 let strength = (2.0 * kf + 1.0) / e(k);
                 let potential = strength * c(k) - 1.0;
-                // the scalar coefficient of degree l - 1, which is there also for l = k + 1
+                // translation coefficient of degree l - 1, which is nonzero for l = k + 1 too
                 let below = if l == k + 1 {
                     (a / b).powi(k as i32) * a / ((l * l - m * m) as f64).sqrt()
                         * ((2.0 * kf + 1.0) / (2.0 * lf + 1.0)).sqrt()
@@ -174,7 +201,7 @@ impl Interior {
                 let phi = (z * z * s * (gamma - c(k) * (kf - lf + 2.0 * up) + e(k))
                     + z * below * up * (2.0 * gamma + e(k)))
                     / lf;
-                Lamb {
+                LambCoefficients {
                     phi: strength * phi / (a * b) - potential * b / a * s,
                     chi: strength * z / b * mf / ((kf + 1.0) * lf * (lf + 1.0)) * s,
                     p: strength * a / b * s,

@@ -1,11 +1,11 @@
-//! What must hold for any spheres: symmetry, definiteness, frames, units, error estimates.
+//! Properties of all arrangements: symmetry, definiteness, invariance, units, error estimates.
 
 use microhydro::{Accuracy, Medium, Spheres, multipole, oseen, rpy};
 use nalgebra::{DMatrix, Rotation3, Unit, Vector3};
 use proptest::prelude::*;
 
-/// Spheres that keep a gap of at least `gap` smaller radii, found by moving those that come too close away.
-fn spread(raw: &[(f64, f64, f64, f64)], gap: f64) -> Spheres {
+/// Spheres with gaps of at least `gap` smaller radii; those that are too close are moved away.
+fn separated(raw: &[(f64, f64, f64, f64)], gap: f64) -> Spheres {
     let mut centres: Vec<Vector3<f64>> = Vec::new();
     let radii: Vec<f64> = raw.iter().map(|s| s.3).collect();
     for (k, &(x, y, z, a)) in raw.iter().enumerate() {
@@ -29,7 +29,7 @@ fn arrangement(most: usize) -> impl Strategy<Value = Vec<(f64, f64, f64, f64)>> 
     prop::collection::vec((-3.0..3.0, -3.0..3.0, -3.0..3.0, 0.4..1.6_f64), 1..=most)
 }
 
-/// A medium around spheres that lie within 12 of the origin.
+/// A medium that contains all spheres within a distance of 12 from the origin.
 fn medium() -> impl Strategy<Value = Medium> {
     prop_oneof![
         Just(Medium::Unbounded),
@@ -41,7 +41,7 @@ fn medium() -> impl Strategy<Value = Medium> {
     ]
 }
 
-fn turned(matrix: &DMatrix<f64>, q: &Rotation3<f64>) -> DMatrix<f64> {
+fn rotated(matrix: &DMatrix<f64>, q: &Rotation3<f64>) -> DMatrix<f64> {
     let n = matrix.nrows();
     let mut big = DMatrix::zeros(n, n);
     for k in (0..n).step_by(3) {
@@ -55,23 +55,23 @@ proptest! {
 
     #[test]
     fn resistance_is_symmetric_positive_and_grows_with_the_order(raw in arrangement(3), medium in medium()) {
-        let spheres = spread(&raw, 0.3);
+        let spheres = separated(&raw, 0.3);
         let r = multipole::resistance(&spheres, &medium, &Accuracy::order(6)).unwrap();
         let m = r.matrix();
         let size = m.amax();
         prop_assert!((m - m.transpose()).amax() < 1e-12 * size);
         prop_assert!(m.clone().cholesky().is_some());
-        // Galerkin: every order allows more force densities and dissipates no less
+        // Galerkin: a higher order allows more force densities and dissipates no less
         let growth = (m - r.coarser()).symmetric_eigenvalues().min();
         prop_assert!(growth > -1e-11 * size, "{growth}");
     }
 
     #[test]
-    fn nothing_depends_on_the_frame(
+    fn resistance_is_invariant_under_rigid_motions(
         raw in arrangement(3), medium in medium(),
         axis in (-1.0..1.0, -1.0..1.0, 0.1..1.0_f64), angle in -3.0..3.0_f64, shift in (-5.0..5.0, -5.0..5.0, -5.0..5.0),
     ) {
-        let spheres = spread(&raw, 0.3);
+        let spheres = separated(&raw, 0.3);
         let q = Rotation3::from_axis_angle(&Unit::new_normalize(Vector3::new(axis.0, axis.1, axis.2)), angle);
         let d = Vector3::new(shift.0, shift.1, shift.2);
         let there = Spheres::new(spheres.centres().iter().map(|x| q * x + d).collect(), spheres.radii().to_vec()).unwrap();
@@ -83,12 +83,12 @@ proptest! {
         let accuracy = Accuracy::order(5);
         let here = multipole::resistance(&spheres, &medium, &accuracy).unwrap();
         let found = multipole::resistance(&there, &moved, &accuracy).unwrap();
-        prop_assert!((turned(here.matrix(), &q) - found.matrix()).amax() < 1e-11 * here.matrix().amax());
+        prop_assert!((rotated(here.matrix(), &q) - found.matrix()).amax() < 1e-11 * here.matrix().amax());
     }
 
     #[test]
-    fn units_do_not_matter(raw in arrangement(3), medium in medium(), unit in prop_oneof![Just(1e-6), Just(1e5)]) {
-        let spheres = spread(&raw, 0.3);
+    fn resistance_scales_with_the_unit_of_length(raw in arrangement(3), medium in medium(), unit in prop_oneof![Just(1e-6), Just(1e5)]) {
+        let spheres = separated(&raw, 0.3);
         let small = Spheres::new(
             spheres.centres().iter().map(|x| x * unit).collect(),
             spheres.radii().iter().map(|a| a * unit).collect(),
@@ -111,8 +111,8 @@ proptest! {
     }
 
     #[test]
-    fn the_claimed_error_bounds_the_true_one(raw in arrangement(3), medium in medium(), digits in 2.0..4.5_f64) {
-        let spheres = spread(&raw, 0.8);
+    fn the_estimated_error_bounds_the_true_one(raw in arrangement(3), medium in medium(), digits in 2.0..4.5_f64) {
+        let spheres = separated(&raw, 0.8);
         let tolerance = 10.0_f64.powf(-digits);
         let r = multipole::resistance(&spheres, &medium, &Accuracy::relative(tolerance)).unwrap();
         let exact = multipole::resistance(&spheres, &medium, &Accuracy::relative(0.03 * tolerance)).unwrap();
@@ -127,9 +127,10 @@ proptest! {
     }
 
     #[test]
-    fn lesser_models_agree_far_apart(raw in arrangement(3), medium in medium()) {
-        // spheres a tenth as large as their distances allow: reflections are of the order of 1e-4, sizes of 1e-2
-        let spheres = spread(&raw, 0.5);
+    fn oseen_and_rpy_agree_with_multipoles_at_large_distances(raw in arrangement(3), medium in medium()) {
+        // Radii of 0.1 at distances above 1: reflections are of the order of 1e-4, effects of the
+        // finite size of 1e-2.
+        let spheres = separated(&raw, 0.5);
         let small = Spheres::new(spheres.centres().to_vec(), vec![0.1; spheres.len()]).unwrap();
         let exact = multipole::resistance(&small, &medium, &Accuracy::relative(1e-8)).unwrap();
         let exact = exact.matrix().clone().cholesky().unwrap().inverse();
@@ -154,7 +155,7 @@ proptest! {
     }
 }
 
-/// Largest difference of entries relative to the drags they couple.
+/// Largest difference of an entry, relative to the diagonal entries of its row and column.
 fn distance(found: &DMatrix<f64>, exact: &DMatrix<f64>) -> f64 {
     let scale = |i: usize| exact[(i, i)].sqrt();
     let n = exact.nrows();
@@ -165,8 +166,8 @@ fn distance(found: &DMatrix<f64>, exact: &DMatrix<f64>) -> f64 {
 }
 
 #[test]
-fn lubrication_completes_what_a_bounded_order_misses() {
-    // three spheres off a line, one gap of 0.02: the order that 1e-4 needs is above the most in space
+fn pair_corrections_add_what_a_bounded_order_misses() {
+    // Three spheres off a line, one gap of 0.02: 1e-4 needs an order above the highest one.
     let centres = vec![
         Vector3::zeros(),
         Vector3::new(2.02, 0.0, 0.0),
@@ -178,7 +179,7 @@ fn lubrication_completes_what_a_bounded_order_misses() {
         multipole::resistance(spheres, &Medium::Unbounded, &accuracy).unwrap()
     };
     let quick = solve(&spheres, Accuracy::relative(1e-4));
-    // a far higher order, and what it still misses of the pair, from the pair alone
+    // Reference: a far higher order, plus what it still misses, computed for the pair alone.
     let order = Accuracy::order(44);
     let mut exact = solve(&spheres, order).matrix().clone();
     let missed = solve(&pair, Accuracy::relative(1e-8)).matrix() - solve(&pair, order).matrix();
@@ -195,7 +196,7 @@ fn lubrication_completes_what_a_bounded_order_misses() {
 
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
-    let spheres = spread(
+    let spheres = separated(
         &[
             (0.0, 0.0, 0.0, 1.0),
             (3.0, 0.5, 0.0, 0.7),
@@ -216,9 +217,10 @@ fn results_do_not_depend_on_the_number_of_threads() {
     assert_eq!(run(1).matrix(), run(3).matrix());
 }
 
-/// Found by [`the_claimed_error_bounds_the_true_one`]: the least orders claimed more than was asked and were never raised.
+/// Found by [`the_estimated_error_bounds_the_true_one`]: the lowest orders gave an estimate above
+/// the tolerance and were never raised.
 #[test]
-fn a_small_sphere_far_from_its_container_claims_what_was_asked() {
+fn a_small_sphere_far_from_its_container_meets_the_tolerance() {
     let sphere = Spheres::new(
         vec![Vector3::new(0.0, 0.0, -0.23520989352722405)],
         vec![0.4],
