@@ -9,15 +9,14 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Result;
-use fem::{StokesMatrices, TaylorHood};
 use linalg::roofline::visit_kernels;
 use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use rigid::{
-    Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, FluidMatrices,
-    Formulation, Link, NodeRole, RigidFluid, SurfaceBody,
+    Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, Link,
 };
+use stokes::Problem;
 
 use crate::{folder, machine};
 
@@ -185,43 +184,8 @@ fn three_spheres(size: f64) -> Result<Constrained> {
         .chain([(Container::TAG, container.surface())])
         .collect();
     let mesh = TetMesh::curved(tets, &surfaces)?;
-
-    let mut roles = vec![NodeRole::Free; mesh.n_points()];
-    let mut surface_bodies = Vec::new();
-    for (number, name) in NAMES.iter().enumerate() {
-        let tag = mesh.tag(name)?;
-        for node in mesh.nodes_on(tag) {
-            roles[node as usize] = NodeRole::Body(number as u32);
-        }
-        surface_bodies.push(SurfaceBody {
-            centre: centres[number],
-            volume: fem::surface_measures(&mesh, tag)?.volume,
-        });
-    }
-    for node in mesh.nodes_on(mesh.tag(Container::TAG)?) {
-        roles[node as usize] = NodeRole::Fixed;
-    }
-    let space = TaylorHood::new(&mesh)?;
-    let StokesMatrices {
-        stiffness,
-        divergence,
-        pressure_mass,
-        interpolation,
-        vertex_stiffness,
-    } = space.matrices(&mesh)?;
-    let fluid = RigidFluid::new(
-        FluidMatrices {
-            stiffness,
-            divergence,
-            pressure_mass,
-            interpolation,
-            vertex_stiffness,
-            points: mesh.points(),
-            roles: &roles,
-            on_symmetry_planes: Vec::new(),
-        },
-        &surface_bodies,
-    )?;
+    let parts: Vec<_> = NAMES.into_iter().zip(centres).collect();
+    let problem = Problem::new(&mesh, &parts, &[Container::TAG])?;
     let link = |body: usize| Link {
         name: NAMES[body].into(),
         body,
@@ -234,14 +198,12 @@ fn three_spheres(size: f64) -> Result<Constrained> {
         &centres,
     )?;
     let constraints = set.constraints(&set.initial_state(), set.initial_lengths(), &[-1.0, 0.0])?;
-    Ok(Eliminated.constrain(
-        fluid,
-        &Drive {
-            set: &set,
-            constraints: &constraints,
-            loads: &[ExternalLoad::default(); 3],
-        },
-    )?)
+    let drive = Drive {
+        set: &set,
+        constraints: &constraints,
+        loads: &[ExternalLoad::default(); 3],
+    };
+    Ok(problem.assemble(&drive, &Eliminated)?)
 }
 
 fn markdown(rows: &[Row]) -> Result<String> {

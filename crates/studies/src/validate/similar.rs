@@ -1,4 +1,4 @@
-//! A sphere in a concentric ball on similar meshes, by the layers themselves: `mesh`, `fem`, `rigid`, `linalg`.
+//! A sphere in a concentric ball on similar meshes, by `stokes::Problem`.
 //!
 //! Scenes let elements grow at a fixed rate, whatever their size on the bodies; the order of a method shows on meshes that
 //! are alike everywhere, so here all sizes are proportional.
@@ -6,14 +6,10 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use fem::{StokesMatrices, TaylorHood};
-use linalg::{KrylovParams, fgmres};
 use mesh::{Container, GenerateParams, MeshedBody, Surface, TetMesh, generate};
 use nalgebra::Vector3;
-use rigid::{
-    Arms, Articulation, BodyKind, Drive, ExternalLoad, FluidMatrices, Formulation, Independent,
-    NodeRole, RigidFluid, SurfaceBody,
-};
+use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad, Independent};
+use stokes::{Options, Problem};
 
 use super::table::Cost;
 
@@ -51,70 +47,26 @@ pub struct Loads {
 pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<(Loads, Cost)> {
     let clock = Instant::now();
     let mesh = ball_in_ball(lambda, ICOSAHEDRON_EDGE / f64::from(parts), geometry)?;
-    let space = TaylorHood::new(&mesh)?;
-    let mut roles = vec![NodeRole::Free; mesh.n_points()];
-    for (tag, role) in [
-        ("sphere", NodeRole::Body(0)),
-        (Container::TAG, NodeRole::Fixed),
-    ] {
-        for node in mesh.nodes_on(mesh.tag(tag)?) {
-            roles[node as usize] = role;
-        }
-    }
-    let StokesMatrices {
-        stiffness,
-        divergence,
-        pressure_mass,
-        interpolation,
-        vertex_stiffness,
-    } = space.matrices(&mesh)?;
-    let fluid = RigidFluid::new(
-        FluidMatrices {
-            stiffness,
-            divergence,
-            pressure_mass,
-            interpolation,
-            vertex_stiffness,
-            points: mesh.points(),
-            roles: &roles,
-            on_symmetry_planes: Vec::new(),
-        },
-        &[SurfaceBody {
-            centre: Vector3::zeros(),
-            volume: fem::surface_measures(&mesh, mesh.tag("sphere")?)?.volume,
-        }],
-    )?;
+    let problem = Problem::new(&mesh, &[("sphere", Vector3::zeros())], &[Container::TAG])?;
     let set = Articulation::new(
         &[BodyKind::Rigid],
         vec![],
         Arms::Clamped,
         &[Vector3::zeros()],
     )?;
-    let constrained = Independent.constrain(
-        fluid,
-        &Drive {
-            set: &set,
-            constraints: &set.constraints(&set.initial_state(), &[], &[])?,
-            loads: &[ExternalLoad {
-                force: Vector3::x(),
-                torque: Vector3::z(),
-            }],
-        },
-    )?;
-    let system = &constrained.system;
-    let mut preconditioner = constrained.preconditioner()?;
-    let mut solution = vec![0.0; constrained.rhs.len()];
-    let report = fgmres(
-        system,
-        &mut preconditioner,
-        &constrained.rhs,
-        &mut solution,
-        &KrylovParams::default(),
-    )?;
-    let motion = constrained.flow(&solution, &set)?.bodies;
+    let drive = Drive {
+        set: &set,
+        constraints: &set.constraints(&set.initial_state(), &[], &[])?,
+        loads: &[ExternalLoad {
+            force: Vector3::x(),
+            torque: Vector3::z(),
+        }],
+    };
+    let solution = problem.solve(&drive, &Options::default().with_formulation(&Independent))?;
+    let motion = &solution.flow.bodies;
     let cost = Cost {
-        dofs: solution.len(),
-        iterations: report.iterations,
+        dofs: solution.dofs.total,
+        iterations: solution.solver.iterations,
         seconds: clock.elapsed().as_secs_f64(),
     };
     let loads = Loads {
