@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use rigid::{
     Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, FluidMatrices,
-    Formulation, Link, NodeRole, RigidFluid, SurfaceBody,
+    FluidNodes, Formulation, Link, NodeRole, RigidFluid, SurfaceBody,
 };
 
 use crate::{folder, machine};
@@ -216,10 +216,8 @@ fn three_spheres(size: f64) -> Result<Constrained> {
             pressure_mass,
             interpolation,
             vertex_stiffness,
-            points: mesh.points(),
-            roles: &roles,
-            on_symmetry_planes: Vec::new(),
         },
+        FluidNodes::new(mesh.points(), &roles),
         &surface_bodies,
     )?;
     let link = |body: usize| Link {

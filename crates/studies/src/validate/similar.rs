@@ -11,8 +11,8 @@ use linalg::{KrylovParams, fgmres};
 use mesh::{Container, GenerateParams, MeshedBody, Surface, TetMesh, generate};
 use nalgebra::Vector3;
 use rigid::{
-    Arms, Articulation, BodyKind, Drive, ExternalLoad, FluidMatrices, Formulation, Independent,
-    NodeRole, RigidFluid, SurfaceBody,
+    Arms, Articulation, BodyKind, Drive, ExternalLoad, FluidMatrices, FluidNodes, Formulation,
+    Independent, NodeRole, RigidFluid, SurfaceBody,
 };
 
 use super::table::Cost;
@@ -75,10 +75,8 @@ pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<(Loads, Cos
             pressure_mass,
             interpolation,
             vertex_stiffness,
-            points: mesh.points(),
-            roles: &roles,
-            on_symmetry_planes: Vec::new(),
         },
+        FluidNodes::new(mesh.points(), &roles),
         &[SurfaceBody {
             centre: Vector3::zeros(),
             volume: fem::surface_measures(&mesh, mesh.tag("sphere")?)?.volume,
