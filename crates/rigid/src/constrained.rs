@@ -207,9 +207,10 @@ impl Constrained {
         Ok(rhs)
     }
 
-    /// Block-triangular preconditioner with multigrid for velocities and border, for [`linalg::fgmres`].
+    /// Block-triangular preconditioner with multigrid for velocities and border.
     ///
-    /// It suits every formulation: the border dofs are part of every level of the multigrid.
+    /// For [`linalg::fgmres`] and every formulation: the border dofs are part of every level of the
+    /// multigrid.
     ///
     /// # Errors
     /// A matrix that multigrid cannot treat.
@@ -227,7 +228,7 @@ impl Constrained {
         })
     }
 
-    /// Number of velocities in formulation P, where each is a dof and nothing else is in the border.
+    /// Number of border dofs in formulation P: the velocities of all bodies and nothing else.
     pub(crate) fn independent_velocities(&self) -> Result<usize, RigidError> {
         let velocities = self.columns.nrows();
         let is_independent = self.link_loads.is_none()

@@ -5,7 +5,10 @@ use nalgebra::{DMatrix, DVector};
 use crate::border::Border;
 use crate::{Constrained, Constraints, Drive, Formulation, Reduction, RigidError, RigidFluid};
 
-/// The operator P of Berti et al. (2021), equation (13): `u = P (u_I, U, omega)`; bodies move independently.
+/// The operator P of Berti et al. (2021), equation (13): `u = P (u_I, U, ω)`.
+///
+/// Bodies move independently of each other. With symmetry planes, only their symmetric motions are
+/// dofs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Independent;
 

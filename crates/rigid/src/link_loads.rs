@@ -18,8 +18,9 @@ pub(crate) struct LinkLoads {
     external: DVector<f64>,
     /// Generalised velocities of bodies with surfaces.
     surface_rows: Vec<usize>,
-    /// Vectors along the links. The loads do not need them, but with [`Arms::Lab`](crate::Arms::Lab)
-    /// only they distinguish drives at other lengths: there `rows` contain no lengths.
+    /// Vectors along the links. They do not enter the loads, but with
+    /// [`Arms::Lab`](crate::Arms::Lab), where `rows` contain no lengths, only they differ between
+    /// drives at different lengths.
     link_vectors: Vec<Vector3<f64>>,
 }
 
@@ -85,9 +86,9 @@ impl LinkLoads {
         loads
     }
 
-    /// Loads that balance the forces `(F, T)` of the bodies on the fluid: `C^T λ = forces - external`.
+    /// Loads that balance the forces `(F, T)` of the bodies on the fluid.
     ///
-    /// The rows are independent, so that there is one least-squares solution. Its residual is that
+    /// `C^T λ = forces - external`. The rows are independent, so that there is one least-squares solution. Its residual is that
     /// of the force balances of the motions that the links allow.
     ///
     /// # Errors

@@ -130,9 +130,9 @@ impl NullSpace {
 
     /// Removes motions that move no surface: the fluid does not resist them.
     ///
-    /// An example is the rotation of a collinear free frame about its own axis. `surface_rows` lists
-    /// the generalised velocities of bodies with surfaces. The flow does not determine such motions;
-    /// they are set to zero.
+    /// An example is the rotation of a collinear free frame about its own axis. The flow does not
+    /// determine such motions; they are set to zero. `surface_rows` lists the generalised
+    /// velocities of bodies with surfaces.
     fn drop_unresisted(&mut self, surface_rows: &[usize]) {
         let moved = self.basis.select_rows(surface_rows);
         // an empty matrix has no singular value decomposition; without dofs there is nothing to do

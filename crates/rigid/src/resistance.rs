@@ -23,11 +23,11 @@ pub struct GrandResistance {
 }
 
 impl GrandResistance {
-    /// Condenses a system of formulation P ([`Independent`](crate::Independent)) with a given solver.
+    /// Condenses a system of the formulation [`Independent`](crate::Independent) by 6n solves.
     ///
-    /// `solve(rhs, solutions)` is called with unit loads on the bodies and zero solutions, `at_once`
-    /// of the 6n at a time (at least one); the velocities that it computes are columns of the
-    /// mobility. Memory: `at_once` right-hand sides and solutions.
+    /// `solve(rhs, solutions)` is called with unit loads on the bodies and zero solutions,
+    /// `at_once` of the 6n at a time (at least one); the velocities that it computes are columns
+    /// of the mobility. Memory: `at_once` right-hand sides and solutions.
     ///
     /// # Errors
     /// A system that is not of formulation P, an error of `solve`, a mobility that is not positive

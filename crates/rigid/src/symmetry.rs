@@ -83,7 +83,7 @@ impl SymmetryPlanes {
 }
 
 impl Constraints {
-    /// The constraints of a drive, followed by rows for the components that planes prescribe as zero.
+    /// The constraints of a drive, then one row for each component that planes prescribe as zero.
     ///
     /// # Errors
     /// [`RigidError::AsymmetricLoad`] for a load that is not symmetric about the planes.

@@ -10,8 +10,9 @@ const ROUNDING: f64 = 1e-10;
 
 /// What the velocity `u_W` of the wall nodes adds to the equations of the fluid.
 ///
-/// Test functions vanish on walls, so `∫ 2 D(u):D(v)` and three scalar stiffness matrices differ
-/// by the same volume term of the bodies, whatever `u_W` is (see [`RigidFluid`](crate::RigidFluid)).
+/// Test functions vanish on walls. Therefore `∫ 2 D(u):D(v)` and three scalar stiffness matrices
+/// differ by the volume term of the bodies only (see [`RigidFluid`](crate::RigidFluid)), for every
+/// `u_W`.
 #[derive(Clone, Debug)]
 pub(crate) struct WallMotion {
     /// `K_IW u_W`: three rows per free node.

@@ -41,7 +41,7 @@ pub fn tree() -> impl Strategy<Value = Articulation> {
                     .enumerate()
                     .map(|(i, x)| x + Vector3::new(20.0 * i as f64, 0.0, 0.0))
                     .collect();
-                // At least two bodies with a surface, so that a rotation about any axis is resisted.
+                // At least two bodies have a surface: rotations about any axis are resisted.
                 let kinds: Vec<_> = points
                     .iter()
                     .enumerate()
