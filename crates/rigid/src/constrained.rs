@@ -214,7 +214,7 @@ impl Constrained {
     ///
     /// # Errors
     /// A matrix that multigrid cannot treat.
-    pub fn preconditioner(&self) -> Result<BlockTriangular<'_>, RigidError> {
+    pub fn preconditioner(&self) -> Result<BlockTriangular, RigidError> {
         let multigrid = Multigrid::with_prolongation(
             self.system.velocity_block(),
             &self.prolongation,

@@ -154,9 +154,9 @@ impl RigidFluid {
     /// The same fluid with a preconditioner that knows its narrow gaps.
     ///
     /// `stiffness` is `∫ h^2 / 6 ∇ψ_q · ∇ψ_r` over the pressure functions, `h` the width of the gap
-    /// that a cell lies in and large elsewhere; see
-    /// [`BlockTriangular::with_pressure_laplacian`](linalg::BlockTriangular::with_pressure_laplacian). It changes the number
-    /// of iterations, not the solution.
+    /// that a cell lies in and large elsewhere. It changes the number of iterations, not the
+    /// solution; see
+    /// [`with_pressure_laplacian`](linalg::BlockTriangular::with_pressure_laplacian).
     ///
     /// # Errors
     /// A matrix of another size than the pressure mass matrix.

@@ -88,8 +88,8 @@ impl LinkLoads {
 
     /// Loads that balance the forces `(F, T)` of the bodies on the fluid.
     ///
-    /// `C^T λ = forces - external`. The rows are independent, so that there is one least-squares solution. Its residual is that
-    /// of the force balances of the motions that the links allow.
+    /// `C^T λ = forces - external`. The rows are independent, so that there is one least-squares
+    /// solution. Its residual is that of the force balances of the motions that the links allow.
     ///
     /// # Errors
     /// [`RigidError::DependentConstraints`] for rows that are linearly dependent to rounding.

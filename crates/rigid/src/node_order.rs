@@ -2,10 +2,10 @@
 
 use linalg::Csr;
 
-/// The free nodes in the order of the dofs: each vertex, then the midside nodes that it begins.
+/// The free nodes in the order of the dofs: each vertex, then midside nodes of its edges.
 ///
-/// A midside node begins at the end with the lower number. The columns of its row of
-/// `interpolation` are the two ends.
+/// A midside node follows the end of its edge with the lower number. The ends are the columns of
+/// its row of `interpolation`.
 ///
 /// Rows and columns then refer to dofs that are close together in memory. Meshes number all
 /// vertices before all midside nodes; in that order a product of the stiffness with three

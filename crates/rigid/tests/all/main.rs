@@ -1,5 +1,8 @@
 //! The tests of this crate in one binary.
 
+// every example contains its own copy of the module that assembles matrices
+#![allow(clippy::duplicate_mod)]
+
 mod articulation;
 mod examples;
 mod rates;
