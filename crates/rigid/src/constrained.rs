@@ -135,7 +135,7 @@ impl Constrained {
     /// same: the drive must be that of the configuration that the matrices were assembled for.
     pub fn imposed(&self, drive: &Drive) -> Result<Imposed, RigidError> {
         let (all, link_loads) = drive.reduced(self.surfaces.symmetry_planes)?;
-        // The link loads hold the independent constraint rows and the vectors along the links:
+        // The link loads contain the independent constraint rows and the vectors along the links:
         // everything in the matrix that links and their lengths determine.
         if self.link_loads.as_ref() != Some(&link_loads) {
             return Err(RigidError::OtherLinks);

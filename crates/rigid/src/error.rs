@@ -79,8 +79,8 @@ pub enum RigidError {
     },
     /// Links in a loop whose prescribed velocities contradict each other.
     #[error(
-        "the links contradict each other: the velocity of link '{link}' differs by {mismatch:.3e} \
-         from what the other links imply; in a loop the velocities must add up to zero"
+        "the links contradict each other: the velocity that '{link}' prescribes differs by \
+         {mismatch:.3e} from the one that the others imply; in a loop the rates must add up to zero"
     )]
     IncompatibleLinks {
         /// Name of the link whose constraint fails.

@@ -88,7 +88,7 @@ impl Constrained {
         let generalised = &self.columns * &border + offset;
         let bodies = generalised.select_rows(&self.surface_rows);
         let forces = self.surfaces.forces(free, &bodies, pressure);
-        // Where a symmetry plane cuts bodies, multipliers also hold the loads of the plane.
+        // Where a symmetry plane cuts bodies, multipliers also include the loads of the plane.
         let is_whole = self.surfaces.symmetry_planes.is_empty();
         let link_loads = match (&self.link_loads, self.first_multiplier.filter(|_| is_whole)) {
             (None, _) => DVector::zeros(0),
