@@ -1,4 +1,5 @@
-//! Each formulation on three linked spheres in a ball, at two sizes: the constrained system, one product with it, one preconditioner, the whole solve.
+//! Each formulation on three linked spheres in a ball, on two meshes: building the system, one
+//! product with it, one application of the preconditioner, the whole solve.
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use fem::TaylorHood;
@@ -9,14 +10,15 @@ use mesh::{
 use nalgebra::Vector3;
 use rigid::{
     Arms, Articulation, BodyKind, Constrained, Constraints, DirectRows, Drive, Eliminated,
-    ExternalLoad, FluidMatrices, Formulation, Lagrange, Link, NodeRole, RigidFluid, SurfaceBody,
+    ExternalLoad, FluidMatrices, FluidNodes, Formulation, Lagrange, Link, NodeRole, RigidFluid,
+    SurfaceBody,
 };
 
 const NAMES: [&str; 3] = ["left", "centre", "right"];
 const CENTRES: [f64; 3] = [-10.0, 0.0, 10.0];
 const FORMULATIONS: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
 
-/// Matrices over all nodes of the three-sphere scene, and its links with the left arm closing.
+/// Matrices over all nodes around three spheres, and their links; the left arm closes.
 struct Scene {
     mesh: TetMesh,
     stiffness: Csr,
@@ -116,11 +118,13 @@ impl Scene {
             pressure_mass: self.pressure_mass.clone(),
             interpolation: self.interpolation.clone(),
             vertex_stiffness: self.vertex_stiffness.clone(),
-            points: self.mesh.points(),
-            roles: &self.roles,
-            on_symmetry_planes: Vec::new(),
         };
-        RigidFluid::new(matrices, &self.bodies).expect("matrices of one mesh")
+        RigidFluid::new(
+            matrices,
+            FluidNodes::new(self.mesh.points(), &self.roles),
+            &self.bodies,
+        )
+        .expect("matrices of one mesh")
     }
 
     fn constrain(&self, formulation: &dyn Formulation, fluid: RigidFluid) -> Constrained {

@@ -1,14 +1,15 @@
-//! The velocity constraints that links put on bodies: rows of `C q = w`.
+//! Velocity constraints of links, clamps and fixed bodies: the rows of `C q = w`.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use crate::articulation::check_length;
+use crate::error::check_length;
 use crate::{Arms, Articulation, BodyKind, RigidError, State, StateVelocity, Twist};
 
-/// Where the velocities of bodies and frames stand in the vector of generalised velocities `q`.
+/// Positions of the velocities of bodies and frames in the vector of generalised velocities `q`.
 ///
-/// Order: the bodies one after the other (rigid: `U`, `omega`; point: `U`), then the angular velocity of the frame
-/// of each linkage of two or more bodies, unless arms keep their direction ([`Arms::Lab`]).
+/// Order: the bodies one after the other (rigid: `U`, `ω`; point: `U`), then the angular velocity
+/// of the frame of each linkage of two or more bodies, unless arms keep their direction
+/// ([`Arms::Lab`]).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VelocityLayout {
     bodies: Vec<usize>,
@@ -22,41 +23,45 @@ impl VelocityLayout {
         self.len
     }
 
-    /// Whether there is none.
+    /// Whether there are no generalised velocities.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// First entry of a body's velocity; a rigid body's angular velocity follows its velocity.
+    /// Index of the first velocity component of a body; for a rigid body `ω` follows `U`.
     pub fn body(&self, body: usize) -> usize {
         self.bodies[body]
     }
 
-    /// First entry of the angular velocity of a linkage's frame, when it is an unknown of its own.
+    /// Index of the first component of a frame's angular velocity, if the frame has its own.
     pub fn frame(&self, linkage: usize) -> Option<usize> {
         self.frames[linkage]
     }
 }
 
-/// The rows `C q = w` that links put on the generalised velocities.
+/// The velocity constraints `C q = w` of an articulated set in one configuration.
 ///
-/// For a link of length $l$ and direction $e$ from `to` to `body`, on a frame of angular velocity $\Omega$:
-/// $U_{body} - U_{to} - \Omega \times (x_{body} - x_{to}) = \dot l e$; bodies clamped to their arms add
-/// $\omega_i - \Omega = 0$, fixed ones $U_i = 0$, $\omega_i = 0$. With [`Arms::Lab`], $\Omega = 0$ and the rows are equation (11) of Berti et al. (2021).
+/// A link of length `l` and direction `e` from `to` to `body`, on a frame of angular velocity `Ω`:
+/// `U_body - U_to - Ω × (x_body - x_to) = (dl/dt) e`. A body clamped to its arms: `ω_i - Ω = 0`. A
+/// fixed body: `U_i = 0`, `ω_i = 0`. With [`Arms::Lab`], `Ω = 0` and the rows of links are equation
+/// (11) of Berti et al. (2021).
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Constraints {
-    /// `C`, one row a scalar constraint.
+    /// `C`, one row per scalar constraint.
     pub matrix: DMatrix<f64>,
-    /// `w`.
+    /// `w`, one entry per row.
     pub rates: DVector<f64>,
-    /// For each row, what to call it in a message: the link's or the body's name.
+    /// Name of each row for messages: that of its link or body.
     pub labels: Vec<String>,
     /// Meaning of the columns.
     pub layout: VelocityLayout,
+    /// Vector of each link, `x_body - x_to`.
+    pub(crate) link_vectors: Vec<Vector3<f64>>,
 }
 
 impl Articulation {
-    /// Where each velocity stands in the vector of generalised velocities.
+    /// Positions of all velocities in the vector of generalised velocities.
     pub fn velocity_layout(&self) -> VelocityLayout {
         let mut len = 0;
         let bodies = self
@@ -85,7 +90,7 @@ impl Articulation {
         }
     }
 
-    /// The generalised velocities `(U, omega)` of bodies with surfaces: six a body, in the bodies' order.
+    /// Indices of the generalised velocities `(U, ω)` of bodies with surfaces, six per body.
     pub fn surface_velocities(&self) -> Vec<usize> {
         let layout = self.velocity_layout();
         (0..self.kinds().len())
@@ -94,10 +99,11 @@ impl Articulation {
             .collect()
     }
 
-    /// The constraints in a state, when the lengths of the links change at `rates` (one a link).
+    /// The constraints in one configuration, where the lengths change at `rates` (one per link).
     ///
     /// # Errors
-    /// Arrays whose lengths do not fit the set, a rate that is not finite, lengths that [`Articulation::place`] refuses.
+    /// Arrays whose lengths do not fit the set, a rate that is not finite, lengths that
+    /// [`Articulation::place`] refuses.
     pub fn constraints(
         &self,
         state: &State,
@@ -127,6 +133,7 @@ impl Articulation {
         let mut matrix = DMatrix::zeros(rows, layout.len());
         let mut rhs = DVector::zeros(rows);
         let mut labels = Vec::with_capacity(rows);
+        let mut link_vectors = Vec::with_capacity(self.links().len());
         let identity = Matrix3::<f64>::identity();
         for (number, link) in self.links().iter().enumerate() {
             let row = 3 * number;
@@ -136,9 +143,10 @@ impl Articulation {
             matrix
                 .fixed_view_mut::<3, 3>(row, layout.body(link.to))
                 .copy_from(&-identity);
+            let arm = poses[link.body].translation.vector - poses[link.to].translation.vector;
+            link_vectors.push(arm);
             if let Some(frame) = layout.frame(self.linkage_of()[link.body]) {
-                let arm = poses[link.body].translation.vector - poses[link.to].translation.vector;
-                // -Omega x arm = [arm]x Omega
+                // -Ω × arm = [arm]_× Ω
                 matrix
                     .fixed_view_mut::<3, 3>(row, frame)
                     .copy_from(&arm.cross_matrix());
@@ -163,17 +171,18 @@ impl Articulation {
             matrix
                 .fixed_view_mut::<6, 6>(moving_rows + 6 * number, layout.body(body))
                 .fill_with_identity();
-            labels.extend(std::iter::repeat_n(format!("hold of body {body}"), 6));
+            labels.extend(std::iter::repeat_n(format!("fixed body {body}"), 6));
         }
         Ok(Constraints {
             matrix,
             rates: rhs,
             labels,
             layout,
+            link_vectors,
         })
     }
 
-    /// Rate of change of the state when the generalised velocities are `q`.
+    /// Rate of change of the state for generalised velocities `q`.
     ///
     /// # Errors
     /// A `q` of the wrong length.
@@ -184,7 +193,7 @@ impl Articulation {
         let frame_spin =
             |linkage: usize| match (layout.frame(linkage), &self.linkages()[linkage].bodies[..]) {
                 (Some(frame), _) => at(frame),
-                // A body without links is its own frame.
+                // The frame of a body without links rotates with the body.
                 (None, &[body]) if self.kinds()[body] == BodyKind::Rigid => {
                     at(layout.body(body) + 3)
                 }

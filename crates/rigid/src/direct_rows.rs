@@ -1,16 +1,16 @@
-//! The direct-row formulation: force rows of linked bodies are replaced by their constraints.
+//! The direct-row formulation: constraints replace force rows of linked bodies.
 
 use nalgebra::DMatrix;
 
-use crate::formulation::Border;
+use crate::border::Border;
 use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
 
-/// Row substitution of Berti et al. (2021), equation (23): every velocity stays an unknown, and rows of the force balance
-/// are replaced by `C q = w`.
+/// Row substitution of Berti et al. (2021), equation (23): `C q = w` replaces rows of forces.
 ///
-/// The rows that stay are the balances of what the links leave free, `S^T (force rows) = S^T F`: the *total* force and
-/// torque of each linkage. (Equation (23) as printed keeps the force row of the reference body alone, which would leave
-/// the swimmer pulled by the forces on the others.) The system is not symmetric.
+/// Every velocity stays a dof. The force rows that stay are the balances of the motions that the
+/// links allow, `S^T (force rows) = S^T F`: the *total* force and torque of each linkage. (Equation
+/// (23) as printed keeps the force row of the reference body alone, so that the forces on the other
+/// bodies would pull the swimmer.) The system is not symmetric.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DirectRows;
 
@@ -21,12 +21,14 @@ impl Formulation for DirectRows {
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
         let (all, link_loads) = drive.reduced(fluid.symmetry_planes())?;
-        let held = link_loads.held();
+        let linked = link_loads.rows();
         let (velocities, balances) = all.basis.shape();
         let mut rows = DMatrix::zeros(velocities, velocities);
         rows.columns_mut(0, balances).copy_from(&all.basis);
         let mut constraints = DMatrix::zeros(velocities, velocities);
-        constraints.rows_mut(balances, held.nrows()).copy_from(held);
+        constraints
+            .rows_mut(balances, linked.nrows())
+            .copy_from(linked);
         let loads = link_loads.external().clone();
         let border = Border {
             columns: DMatrix::identity(velocities, velocities),

@@ -1,32 +1,36 @@
-//! What drives an articulated set: constraints of its links and loads on its bodies.
+//! What drives an articulated set: constraints of its links and external loads on its bodies.
 
 use nalgebra::{DVector, Vector3};
 
-use crate::articulation::check_length;
-use crate::{Articulation, BodyKind, Constraints, RigidError, SymmetryPlanes};
+use crate::error::check_length;
+use crate::{Articulation, BodyKind, Constraints, RigidError};
 
-/// What drives an articulated set at one instant.
+/// What drives an articulated set in one configuration: rates of its links and external loads.
 #[derive(Clone, Debug)]
 pub struct Drive<'a> {
     /// The bodies and their links.
     pub set: &'a Articulation,
-    /// The constraints of the links at this instant.
+    /// The constraints of the links in this configuration.
     pub constraints: &'a Constraints,
-    /// External force and torque on each body (points take a force only).
+    /// External force and torque on each body; the torque on a point is ignored.
     pub loads: &'a [ExternalLoad],
 }
 
-/// External force and torque on a body.
+/// External force and torque that act on a body.
+///
+/// Without links the body passes them on: they are then the force and torque of the body on the
+/// fluid, the opposite of those of the fluid on the body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ExternalLoad {
     /// Force.
     pub force: Vector3<f64>,
-    /// Torque about the body's centre.
+    /// Torque about the centre of the body.
     pub torque: Vector3<f64>,
 }
 
 impl Drive<'_> {
-    /// External loads as work-conjugate of the generalised velocities.
+    /// External loads as a vector conjugate to the generalised velocities.
     ///
     /// # Errors
     /// A list of loads of the wrong length.
@@ -46,19 +50,5 @@ impl Drive<'_> {
             }
         }
         Ok(loads)
-    }
-
-    /// The loads of the links that balance the forces `(F, T)` of the rigid bodies on the fluid, as [`FlowSolution::link_loads`](crate::FlowSolution::link_loads):
-    /// for models of the fluid that know resistances only.
-    ///
-    /// # Errors
-    /// Links that contradict each other, lists of the wrong length.
-    pub fn link_loads(&self, forces: &DVector<f64>) -> Result<DVector<f64>, RigidError> {
-        check_length(
-            "forces and torques of the rigid bodies",
-            forces.len(),
-            self.set.surface_velocities().len(),
-        )?;
-        self.reduced(SymmetryPlanes::default())?.1.balancing(forces)
     }
 }

@@ -1,12 +1,13 @@
-//! The formulation P-tilde: linked velocities are eliminated.
+//! The formulation P-tilde: velocities of linked bodies are eliminated.
 
-use crate::formulation::Border;
+use crate::border::Border;
 use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
 
 /// The operator P-tilde of Berti et al. (2021), equations (19)-(22): body velocities `U = S v + W`.
 ///
-/// `S` is a null-space basis of the links' constraints, `W` a particular solution, so that the border has
-/// one column an independent motion (6 for a swimmer with clamped arms) and the system stays symmetric.
+/// `S` is a basis of the null space of the links' constraints and `W` a particular solution. The
+/// border has one column per independent motion (6 for a swimmer with clamped arms), and the
+/// system stays symmetric.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Eliminated;
 

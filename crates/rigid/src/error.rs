@@ -1,64 +1,91 @@
-//! What can go wrong with bodies, links and their constraints.
+//! Errors of bodies, links, constraints and fluid matrices.
 
-/// A set of bodies and links that cannot move as asked, with the names and the remedy.
+/// Why bodies, links or matrices cannot be used, with the remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RigidError {
-    /// A link that names a body that does not exist.
-    #[error("link '{link}' names body {body}, but there are only {bodies} bodies")]
+    /// A link to a body that does not exist.
+    #[error("link '{link}' refers to body {body}, but there are only {bodies} bodies")]
     NoSuchBody {
         /// Name of the link.
         link: String,
-        /// Index asked for.
+        /// Index of the body in the link.
         body: usize,
         /// Number of bodies.
         bodies: usize,
     },
-    /// A link from a body to itself or between two bodies at one place.
+    /// A link from a body to itself or between two bodies at the same position.
     #[error(
-        "link '{link}' has no direction: its ends are {distance:.3e} apart; link two bodies at different places"
+        "link '{link}' has no direction: its ends are {distance:.3e} apart; link two bodies at \
+         different positions"
     )]
     NoDirection {
         /// Name of the link.
         link: String,
-        /// Distance of the two ends.
+        /// Distance between the two ends.
         distance: f64,
     },
-    /// A load that mirror planes do not map onto itself.
+    /// A load that is not symmetric about the symmetry planes.
     #[error(
-        "the force or torque on body {body} is not its own mirror image; solve on the whole mesh"
+        "the force or torque on body {body} is not symmetric about the symmetry planes; solve on \
+         the whole mesh"
     )]
     AsymmetricLoad {
         /// Index of the body.
         body: usize,
     },
-    /// A body that a mirror plane does not cut in halves.
+    /// A rigid body whose centre is not on every symmetry plane.
     #[error(
-        "the centre of rigid body {body} is {distance:.3e} away from a mirror plane; solve on the whole mesh"
+        "the centre of rigid body {body} is {distance:.3e} away from a symmetry plane; solve on \
+         the whole mesh"
     )]
     OffSymmetryPlane {
-        /// Number of the body among those with a surface.
+        /// Index of the body among those with a surface.
         body: usize,
         /// Distance of its centre from the plane.
         distance: f64,
     },
-    /// A point that no link holds has no resistance, so its velocity is undetermined.
+    /// A wall velocity with a component normal to a symmetry plane that the node lies on.
     #[error(
-        "point {body} is not linked to any body, so nothing determines its velocity; link it or remove it"
+        "the wall velocity at node {node} crosses a symmetry plane at {normal:.3e}; solve on the \
+         whole mesh"
+    )]
+    AsymmetricWallVelocity {
+        /// Index of the node.
+        node: usize,
+        /// Component of the velocity normal to the plane.
+        normal: f64,
+    },
+    /// Wall velocities that push a net volume into or out of an enclosed fluid.
+    #[error(
+        "the wall velocities have a net flux of {flux:.3e} (relative size {relative:.1e}) through \
+         the boundary of an enclosed fluid, so no incompressible flow has them; subtract the mean \
+         normal velocity from them"
+    )]
+    NetWallFlux {
+        /// Sum of the discrete fluxes, `sum_q (B u_W)_q`.
+        flux: f64,
+        /// The sum over the sum of the absolute values of its terms.
+        relative: f64,
+    },
+    /// A point without a link: nothing resists its motion, so its velocity is undetermined.
+    #[error(
+        "point {body} is not linked to any body, so its velocity is undetermined; link it or \
+         remove it"
     )]
     LoosePoint {
         /// Index of the point.
         body: usize,
     },
-    /// Links that close a loop but ask for velocities that do not close.
+    /// Links in a loop whose prescribed velocities contradict each other.
     #[error(
-        "the links contradict each other: link '{link}' misses the velocity that the others imply by {mismatch:.3e}; \
-         in a loop the rates must add up to zero around it"
+        "the links contradict each other: the velocity that '{link}' prescribes differs by \
+         {mismatch:.3e} from the one that the others imply; in a loop the rates must add up to zero"
     )]
     IncompatibleLinks {
         /// Name of the link whose constraint fails.
         link: String,
-        /// Velocity by which it fails.
+        /// Residual of the constraint, a velocity.
         mismatch: f64,
     },
     /// A length that is zero, negative or not finite.
@@ -69,9 +96,10 @@ pub enum RigidError {
         /// The length.
         length: f64,
     },
-    /// A loop of links whose lengths do not meet.
+    /// A loop of links that does not close at the given lengths.
     #[error(
-        "the loop closed by link '{link}' does not meet: its ends are {gap:.3e} away from the link's length and direction"
+        "the loop closed by link '{link}' does not meet: its ends are {gap:.3e} away from the \
+         link's length and direction"
     )]
     OpenLoop {
         /// Name of the link.
@@ -79,38 +107,42 @@ pub enum RigidError {
         /// Distance by which the loop stays open.
         gap: f64,
     },
-    /// A body that cannot be held still.
+    /// A body that cannot be fixed in space.
     #[error("body {body} cannot be fixed: {problem}")]
     FixedBody {
         /// Index of the body.
         body: usize,
-        /// Why not.
+        /// The reason.
         problem: &'static str,
     },
-    /// Independent bodies were asked for, but one is held still.
+    /// A fixed body in the formulation of independent bodies, which has no constraints.
     #[error(
-        "body {body} is fixed, which independent bodies cannot be; choose a formulation with constraints, such as p-tilde"
+        "body {body} is fixed, which the formulation of independent bodies cannot impose; choose \
+         a formulation with constraints, such as p-tilde"
     )]
     FixedWithoutConstraint {
         /// Index of the body.
         body: usize,
     },
-    /// Independent bodies were asked for, but there is a link.
+    /// A link in the formulation of independent bodies, which has no constraints.
     #[error(
-        "link '{link}' cannot be imposed on independent bodies; choose a formulation with constraints, such as p-tilde"
+        "the formulation of independent bodies cannot impose link '{link}'; choose a formulation \
+         with constraints, such as p-tilde"
     )]
     LinkWithoutConstraint {
         /// Name of the link.
         link: String,
     },
-    /// A fluid that nothing holds.
+    /// A fluid without any node of prescribed velocity.
     #[error(
-        "no node is held: without a wall, velocities are determined only up to a rigid motion of everything; give some boundary no slip"
+        "no node has a prescribed velocity: without a wall, velocities are determined only up to \
+         a rigid motion of the whole fluid; make some boundary a no-slip wall"
     )]
     NoWall,
-    /// A body that no node of the mesh belongs to.
+    /// A rigid body without any node on its surface.
     #[error(
-        "body {body} has no node on its surface, so nothing resists its motion; give it the tag of a surface"
+        "body {body} has no node on its surface, so nothing resists its motion; give some nodes \
+         the role of its surface"
     )]
     NoSurface {
         /// Index among the bodies with surfaces.
@@ -118,31 +150,39 @@ pub enum RigidError {
     },
     /// A system of another formulation where that of independent bodies is needed.
     #[error(
-        "only the formulation of independent bodies can be condensed on them; build the system with Independent and without links"
+        "only the formulation of independent bodies can be condensed on them; build the system \
+         with Independent and without links"
     )]
     NotIndependent,
-    /// Other links, lengths or loads than those that a system was built for.
+    /// Links, lengths or loads other than those that a system was built with.
     #[error(
-        "a system answers for other rates of its own links only; build another one for other links, lengths or loads"
+        "a system can be reused for other rates of its links only; build another one for other \
+         links, lengths or loads"
     )]
     OtherLinks,
     /// A mobility matrix that is not positive definite.
     #[error(
-        "the mobility of the bodies is not positive definite (asymmetry {asymmetry:.1e}): the solves were not accurate \
-         enough; ask for a smaller tolerance"
+        "the mobility of the bodies is not positive definite (asymmetry {asymmetry:.1e}): the \
+         solves were not accurate enough; use a smaller tolerance"
     )]
     NotPositiveDefinite {
-        /// Largest difference to its transpose over its largest entry.
+        /// Largest difference from its transpose over its largest entry.
         asymmetry: f64,
     },
-    /// An array whose length does not fit.
-    #[error("{what}: expected {expected} entries, found {found}")]
+    /// Constraints that are linearly dependent to rounding, so that link loads are not unique.
+    #[error(
+        "the loads of the links are not unique: their constraints are linearly dependent to \
+         rounding; remove a redundant link or check nearly parallel ones"
+    )]
+    DependentConstraints,
+    /// An array or matrix of the wrong size.
+    #[error("{what}: expected {expected}, found {found}")]
     Length {
-        /// What the array holds.
+        /// What is counted.
         what: &'static str,
-        /// Wanted length.
+        /// Expected number.
         expected: usize,
-        /// Length found.
+        /// Number found.
         found: usize,
     },
     /// A number that is not finite.
@@ -151,7 +191,24 @@ pub enum RigidError {
         /// What the number is.
         what: &'static str,
     },
-    /// The assembled matrices do not fit together.
+    /// Assembled matrices that do not fit together, or that a solver cannot treat.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),
+}
+
+/// Refuses an array of the wrong length.
+pub(crate) fn check_length(
+    what: &'static str,
+    found: usize,
+    expected: usize,
+) -> Result<(), RigidError> {
+    if found == expected {
+        Ok(())
+    } else {
+        Err(RigidError::Length {
+            what,
+            expected,
+            found,
+        })
+    }
 }

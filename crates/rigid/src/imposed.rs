@@ -1,28 +1,32 @@
-//! What the rates of links put into a system: velocities that they impose, and the right-hand side these make.
+//! Right-hand sides of prescribed velocities: rates of links and moving walls.
 
 use linalg::Csr;
 use nalgebra::{DMatrix, DVector};
 
-use crate::RigidFluid;
+use crate::surfaces::Surfaces;
 
-/// Right-hand side and velocities of one set of rates, from [`Constrained::imposed`](crate::Constrained::imposed).
+/// Right-hand side and velocities for one set of rates, from
+/// [`Constrained::imposed`](crate::Constrained::imposed).
 ///
-/// The matrix of a system knows where bodies are and which links hold them, not how fast the links change: several rates at one shape are
-/// several right-hand sides of one matrix.
+/// The matrix of a system depends on the configuration and on which links there are, but not on the
+/// rates of the links: several rates are several right-hand sides of one matrix.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Imposed {
     /// Right-hand side.
     pub rhs: Vec<f64>,
-    /// The velocities that the links impose, `W`.
+    /// The velocities `W` that the links impose.
     pub(crate) offset: DVector<f64>,
 }
 
-/// The right-hand side for loads `F` and imposed velocities `W` = `offset`, which satisfy every constraint.
+/// The right-hand side for loads `F` and imposed velocities `W` = `offset` that satisfy every
+/// constraint.
 ///
-/// It is `-C W` for the flow, `L^T (F - M W)` for the border (`L` = `tests`; zero where a row is a constraint) and `-E W` for
-/// incompressibility. It is the same for all formulations, and so is what a relative residual means.
+/// `-C W` for the flow, `L^T (F - M W)` for the border (`L` = `tests`; zero where a row is a
+/// constraint) and `-E W` for incompressibility, each minus the terms of moving walls. It is the
+/// same for all formulations, so that a relative residual means the same in all of them.
 pub(crate) fn imposed_rhs(
-    fluid: &RigidFluid,
+    surfaces: &Surfaces,
     tests: &DMatrix<f64>,
     surface_rows: &[usize],
     loads: &DVector<f64>,
@@ -30,22 +34,19 @@ pub(crate) fn imposed_rhs(
 ) -> Vec<f64> {
     let of_surfaces = offset.select_rows(surface_rows);
     let surface_tests = tests.select_rows(surface_rows);
-    let mut rhs = negated_product(&fluid.border, &of_surfaces);
-    clear(&fluid.held, &mut rhs);
-    let border = tests.tr_mul(loads) / fluid.symmetry_planes().parts()
-        - surface_tests.tr_mul(&(&fluid.corner * &of_surfaces));
-    rhs.extend(border.iter());
-    rhs.extend(negated_product(&fluid.rigid_divergence, &of_surfaces));
-    rhs
-}
-
-/// Zeroes the components that mirror planes hold.
-pub(crate) fn clear(held: &[(u32, [bool; 3])], velocity: &mut [f64]) {
-    for (node, planes) in held {
-        for axis in (0..3).filter(|&axis| planes[axis]) {
-            velocity[3 * *node as usize + axis] = 0.0;
-        }
+    let mut rhs = negated_product(&surfaces.border, &of_surfaces);
+    let mut border = tests.tr_mul(loads) / surfaces.symmetry_planes.parts()
+        - surface_tests.tr_mul(&(&surfaces.corner * &of_surfaces));
+    let mut flux = negated_product(&surfaces.rigid_divergence, &of_surfaces);
+    if let Some(walls) = &surfaces.walls {
+        subtract(&mut rhs, &walls.momentum);
+        border -= surface_tests.tr_mul(&walls.loads);
+        subtract(&mut flux, &walls.flux);
     }
+    surfaces.zero_constrained(&mut rhs);
+    rhs.extend(border.iter());
+    rhs.extend(flux);
+    rhs
 }
 
 fn negated_product(matrix: &Csr, x: &DVector<f64>) -> Vec<f64> {
@@ -53,4 +54,8 @@ fn negated_product(matrix: &Csr, x: &DVector<f64>) -> Vec<f64> {
         .outer_iterator()
         .map(|row| -row.iter().map(|(j, &a)| a * x[j]).sum::<f64>())
         .collect()
+}
+
+fn subtract(from: &mut [f64], other: &[f64]) {
+    from.iter_mut().zip(other).for_each(|(a, b)| *a -= b);
 }

@@ -1,11 +1,14 @@
-//! The formulation P: bodies without links, every velocity an unknown.
+//! The formulation P: bodies without links, every velocity a dof.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::formulation::Border;
+use crate::border::Border;
 use crate::{Constrained, Constraints, Drive, Formulation, Reduction, RigidError, RigidFluid};
 
-/// The operator P of Berti et al. (2021), equation (13): `u = P (u_I, U, omega)`; bodies move independently.
+/// The operator P of Berti et al. (2021), equation (13): `u = P (u_I, U, ω)`.
+///
+/// Bodies move independently of each other. With symmetry planes, only their symmetric motions are
+/// dofs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Independent;
 
@@ -25,9 +28,9 @@ impl Formulation for Independent {
         }
         let velocities = drive.constraints.layout.len();
         let columns = match fluid.symmetry_planes() {
-            mirrors if mirrors.is_empty() => DMatrix::identity(velocities, velocities),
-            mirrors => {
-                let constraints = Constraints::with_symmetry(drive, mirrors)?;
+            planes if planes.is_empty() => DMatrix::identity(velocities, velocities),
+            planes => {
+                let constraints = Constraints::with_symmetry(drive, planes)?;
                 Reduction::of(drive.set, &constraints)?.all.basis
             }
         };

@@ -1,16 +1,18 @@
-//! The Lagrange formulation: every velocity an unknown, links held by multipliers.
+//! The Lagrange formulation: every velocity a dof, links imposed by multipliers.
 
 use nalgebra::DMatrix;
 
-use crate::formulation::Border;
+use crate::border::Border;
 use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
 
-/// Lagrange multipliers of Berti et al. (2021), equations (16)-(18): `M q + ... + C^T alpha = F`, `C q = w`.
+/// Lagrange multipliers of Berti et al. (2021), equations (16)-(18).
 ///
-/// The border holds all velocities, then one multiplier for each constraint that does not follow from the others
-/// (redundant ones would make the system singular). `-C^T alpha` are the loads that links put on bodies
-/// ([`FlowSolution::link_loads`](crate::FlowSolution::link_loads)). The system is
-/// symmetric with an indefinite border: multigrid solves it exactly on the coarsest level, where it is dense.
+/// `M q + ... + C^T α = F`, `C q = w`.
+///
+/// The border contains all velocities, then one multiplier for each independent constraint
+/// (redundant ones would make the system singular). `-C^T α` are the loads of the links on bodies
+/// ([`FlowSolution::link_loads`](crate::FlowSolution::link_loads)). The system is symmetric with an
+/// indefinite border: multigrid solves it exactly on the coarsest level, where it is dense.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lagrange;
 
@@ -21,7 +23,7 @@ impl Formulation for Lagrange {
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
         let (all, link_loads) = drive.reduced(fluid.symmetry_planes())?;
-        let rows = link_loads.held();
+        let rows = link_loads.rows();
         let (velocities, multipliers) = (rows.ncols(), rows.nrows());
         let size = velocities + multipliers;
         let mut constraints = DMatrix::zeros(size, size);

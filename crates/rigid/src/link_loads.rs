@@ -1,60 +1,83 @@
-//! The loads that links put on bodies: multipliers of the constraints, whichever formulation imposed them.
+//! Loads of the links on bodies: multipliers of the constraints, in every formulation.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 
+use crate::error::check_length;
 use crate::{Constraints, Drive, NullSpace, Reduction, RigidError, SymmetryPlanes};
 
-/// What determines the loads of the links: `C^T lambda` is what the fluid takes and nothing outside gives.
+/// Data for the loads `λ` of the links: `C^T λ` balances the fluid's forces and the external loads.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LinkLoads {
     /// Independent rows of `C`, gauge rows below them.
-    held: DMatrix<f64>,
-    /// The rows of `C` that are held; the others are redundant and carry nothing.
+    rows: DMatrix<f64>,
+    /// Indices of the independent rows of `C`; the other rows are redundant and carry no load.
     independent: Vec<usize>,
     /// Number of rows of `C`.
     constraints: usize,
-    /// External loads, conjugate of the generalised velocities.
+    /// External loads, conjugate to the generalised velocities.
     external: DVector<f64>,
     /// Generalised velocities of bodies with surfaces.
     surface_rows: Vec<usize>,
+    /// Vectors along the links. They do not enter the loads, but with
+    /// [`Arms::Lab`](crate::Arms::Lab), where `rows` contain no lengths, only they differ between
+    /// drives at different lengths.
+    link_vectors: Vec<Vector3<f64>>,
 }
 
 impl Drive<'_> {
-    /// The velocities that links and mirrors leave, and what determines the loads of the links.
+    /// The velocities that links and symmetry planes allow, and data for the loads of the links.
     ///
-    /// Of the two only [`NullSpace::offset`] depends on the links' rates.
+    /// Of both results only [`NullSpace::offset`] depends on the rates of the links.
     ///
     /// # Errors
-    /// Links that contradict each other, loads that are not their own mirror images, a list of loads of the wrong length.
+    /// Links that contradict each other, loads that are not symmetric about the planes, a list of
+    /// loads of the wrong length.
     pub(crate) fn reduced(
         &self,
-        mirrors: SymmetryPlanes,
+        symmetry_planes: SymmetryPlanes,
     ) -> Result<(NullSpace, LinkLoads), RigidError> {
-        let constraints = Constraints::with_symmetry(self, mirrors)?;
+        let constraints = Constraints::with_symmetry(self, symmetry_planes)?;
         let Reduction { all, .. } = Reduction::of(self.set, &constraints)?;
         let loads = LinkLoads {
-            held: all.constrained_rows(&constraints),
+            rows: all.constraint_rows(&constraints),
             independent: all.independent.clone(),
             constraints: constraints.matrix.nrows(),
             external: self.generalised_loads()?,
             surface_rows: self.set.surface_velocities(),
+            link_vectors: constraints.link_vectors.clone(),
         };
         Ok((all, loads))
+    }
+
+    /// Loads of the links that balance given forces `(F, T)` of the rigid bodies on the fluid.
+    ///
+    /// For models of the fluid that know resistances only. The layout is that of
+    /// [`FlowSolution::link_loads`](crate::FlowSolution::link_loads).
+    ///
+    /// # Errors
+    /// Links that contradict each other, lists of the wrong length.
+    pub fn link_loads(&self, forces: &DVector<f64>) -> Result<DVector<f64>, RigidError> {
+        check_length(
+            "forces and torques of the rigid bodies",
+            forces.len(),
+            self.set.surface_velocities().len(),
+        )?;
+        self.reduced(SymmetryPlanes::default())?.1.balancing(forces)
     }
 }
 
 impl LinkLoads {
-    /// The rows of constraints that do not follow from each other, gauge rows below them.
-    pub(crate) fn held(&self) -> &DMatrix<f64> {
-        &self.held
+    /// Independent rows of `C`, gauge rows below them.
+    pub(crate) fn rows(&self) -> &DMatrix<f64> {
+        &self.rows
     }
 
-    /// External loads, conjugate of the generalised velocities.
+    /// External loads, conjugate to the generalised velocities.
     pub(crate) fn external(&self) -> &DVector<f64> {
         &self.external
     }
 
-    /// Loads from the multipliers `alpha` of the held rows, `M q + C^T alpha = F`: `lambda = -alpha`.
+    /// Loads from the multipliers `α` of the independent rows: `M q + C^T α = F`, so `λ = -α`.
     pub(crate) fn of_multipliers(&self, multipliers: &[f64]) -> DVector<f64> {
         let mut loads = DVector::zeros(self.constraints);
         for (&row, alpha) in self.independent.iter().zip(multipliers) {
@@ -63,27 +86,24 @@ impl LinkLoads {
         loads
     }
 
-    /// Loads that balance the forces `(F, T)` of the rigid bodies on the fluid: `C^T lambda = forces - external`.
+    /// Loads that balance the forces `(F, T)` of the bodies on the fluid.
     ///
-    /// The held rows are independent, so there is one least-squares solution, and its residual is that of the balances of
-    /// the free motions.
+    /// `C^T λ = forces - external`. The rows are independent, so that there is one least-squares
+    /// solution. Its residual is that of the force balances of the motions that the links allow.
     ///
     /// # Errors
-    /// Held rows that depend on each other to rounding.
+    /// [`RigidError::DependentConstraints`] for rows that are linearly dependent to rounding.
     pub(crate) fn balancing(&self, forces: &DVector<f64>) -> Result<DVector<f64>, RigidError> {
         let mut unbalanced = -&self.external;
         for (&row, force) in self.surface_rows.iter().zip(forces.iter()) {
             unbalanced[row] += force;
         }
-        let normal =
-            (&self.held * self.held.transpose())
-                .cholesky()
-                .ok_or(RigidError::NotFinite {
-                    what: "a load of a link",
-                })?;
-        let held = normal.solve(&(&self.held * unbalanced));
+        let normal = (&self.rows * self.rows.transpose())
+            .cholesky()
+            .ok_or(RigidError::DependentConstraints)?;
+        let multipliers = normal.solve(&(&self.rows * unbalanced));
         let mut loads = DVector::zeros(self.constraints);
-        for (&row, &load) in self.independent.iter().zip(held.iter()) {
+        for (&row, &load) in self.independent.iter().zip(multipliers.iter()) {
             loads[row] = load;
         }
         Ok(loads)

@@ -1,24 +1,27 @@
-//! Velocities of an articulated set and the exponential that advances its state.
+//! Velocities of an articulated set, and the exponential map that advances its state.
 
 use std::ops::{Add, Mul};
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use crate::error::check_length;
 use crate::{Articulation, RigidError, State};
 
-/// Linear and angular velocity of a rigid body or frame, in the laboratory's axes.
+/// Linear and angular velocity of a rigid body or frame, in the laboratory axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Twist {
-    /// Velocity of the body's centre or the frame's origin.
+    /// Velocity of the centre of the body or the origin of the frame.
     pub linear: Vector3<f64>,
     /// Angular velocity.
     pub angular: Vector3<f64>,
 }
 
-/// Rate of change of a [`State`]: one twist a linkage's frame and one angular velocity a body.
+/// Rate of change of a [`State`]: one twist per linkage and one angular velocity per body.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StateVelocity {
-    /// Twist of each linkage's frame, the linear part taken at its root.
+    /// Twist of the frame of each linkage; the linear part is the velocity of the root body.
     pub frames: Vec<Twist>,
     /// Angular velocity of each body.
     pub spins: Vec<Vector3<f64>>,
@@ -75,22 +78,18 @@ impl Mul<f64> for &StateVelocity {
 }
 
 impl Articulation {
-    /// The state reached from `state` by moving for one unit of time at the constant velocity `step`.
+    /// The state after one unit of time at the constant velocity `step`.
     ///
-    /// Positions and attitudes are advanced on $R^3 \times SO(3)$: $x + U$ and $\exp(\omega)\, Q$, both in the
-    /// laboratory's axes, so that the exponential is exact for any step and attitudes stay rotations.
+    /// Positions and attitudes are advanced on `R^3 × SO(3)`: `x + U` and `exp(ω) Q`, both in the
+    /// laboratory axes. The exponential is exact for any step, and attitudes stay rotations.
     ///
     /// # Errors
     /// Arrays whose lengths do not fit the set, or a velocity that is not finite.
     pub fn advance(&self, state: &State, step: &StateVelocity) -> Result<State, RigidError> {
-        self.check(state)?;
-        crate::articulation::check_length(
-            "frame velocities",
-            step.frames.len(),
-            state.frames.len(),
-        )?;
-        crate::articulation::check_length(
-            "spins of the bodies",
+        self.check_state(state)?;
+        check_length("frame velocities", step.frames.len(), state.frames.len())?;
+        check_length(
+            "angular velocities of the bodies",
             step.spins.len(),
             state.attitudes.len(),
         )?;
@@ -127,7 +126,8 @@ impl Articulation {
 
 fn rotated(attitude: &UnitQuaternion<f64>, rotation: &Vector3<f64>) -> UnitQuaternion<f64> {
     let mut q = UnitQuaternion::from_scaled_axis(*rotation) * attitude;
-    // Products of unit quaternions drift from unit length by rounding alone; one Newton step removes it.
+    // The norm of a product of unit quaternions differs from 1 by rounding only, which accumulates
+    // over many steps; one Newton step of the normalisation removes it.
     q.renormalize_fast();
     q
 }

@@ -1,4 +1,4 @@
-//! Blocks of finite-element matrices by the roles of their nodes: free rows and columns, and rigid motions.
+//! Blocks of finite-element matrices by the roles of their nodes: free nodes and rigid motions.
 
 use linalg::{Csr, Csr3};
 use nalgebra::{DMatrix, Matrix3, Vector3};
@@ -7,17 +7,17 @@ use sprs::{CsMatI, CsVecViewI};
 
 use crate::NodeRole;
 
-/// Marks a node that is no unknown.
+/// Marks a node that is not free.
 pub(crate) const NOT_FREE: u32 = u32::MAX;
 
-/// Nodes sorted by role, to cut matrices over all nodes into blocks.
+/// Products of matrices over all nodes with the rigid motions `P` of bodies.
 pub(crate) struct NodeBlocks<'a> {
     pub roles: &'a [NodeRole],
     pub arms: &'a [Vector3<f64>],
     pub bodies: usize,
 }
 
-/// Weighted sum of rigid motions of one body: $\sum_b w_b u_b = s U + \omega \times g$.
+/// Weighted sum of rigid motions of one body: `sum_b w_b u_b = s U + ω × g`.
 struct RigidSum {
     body: usize,
     weight: f64,
@@ -25,7 +25,7 @@ struct RigidSum {
 }
 
 impl RigidSum {
-    /// The sum of `body`, made if it is new; sums stay sorted by body.
+    /// The sum of `body`, inserted as zero if there is none; sums stay sorted by body.
     fn of(sums: &mut Vec<RigidSum>, body: usize) -> &mut RigidSum {
         let place = sums
             .binary_search_by_key(&body, |s| s.body)
@@ -46,9 +46,10 @@ impl RigidSum {
 }
 
 impl NodeBlocks<'_> {
-    /// `A_{IB} P`: three rows for each of `rows`, six columns a body.
+    /// `A_IB P`: three rows for each of `rows`, six columns per body.
     pub fn border(&self, matrix: &Csr, rows: &[u32]) -> Csr {
-        // most rows meet no body: a byte a node stays in the cache while they are looked through
+        // most rows have no column on a body: flags of one byte per node stay in the cache while
+        // the rows are searched
         let is_body = |role: &NodeRole| matches!(role, NodeRole::Body(_));
         let on_body: Vec<bool> = self.roles.iter().map(is_body).collect();
         from_groups(
@@ -74,7 +75,7 @@ impl NodeBlocks<'_> {
                 }
                 for axis in 0..3 {
                     for sum in &sums {
-                        // (omega x g)_axis = omega_{a+1} g_{a+2} - omega_{a+2} g_{a+1}
+                        // (ω × g)_a = ω_{a+1} g_{a+2} - ω_{a+2} g_{a+1}, indices modulo 3
                         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
                         let mut entries = [
                             (axis, sum.weight),
@@ -92,7 +93,7 @@ impl NodeBlocks<'_> {
         )
     }
 
-    /// `B_B P`: row `q` holds `(sum b, sum r x b)` for each body.
+    /// `B_B P`: row `q` contains `(sum b, sum r × b)` for each body.
     pub fn rigid_divergence(&self, divergence: &Csr3) -> Csr {
         from_groups(
             6 * self.bodies,
@@ -126,7 +127,7 @@ impl NodeBlocks<'_> {
         )
     }
 
-    /// `P^T K_{BB} P`, dense.
+    /// `P^T K_BB P`, dense.
     pub fn corner(&self, stiffness: &Csr) -> DMatrix<f64> {
         let mut corner = DMatrix::zeros(6 * self.bodies, 6 * self.bodies);
         for (row, role) in self.roles.iter().enumerate() {
@@ -154,9 +155,10 @@ impl NodeBlocks<'_> {
     }
 }
 
-/// Some rows of a matrix in the order given and the columns that have a number, renumbered.
+/// The given rows of a matrix, in that order, and the columns that have a number, renumbered.
 ///
-/// Takes the matrix, stored by rows, so that its memory is free as soon as the block stands. Cost: two passes over the rows.
+/// Takes the matrix by value, compressed by rows, and frees it as soon as the block is complete.
+/// Cost: two passes over the rows.
 pub(crate) fn block<T: Copy + Default + Send + Sync>(
     matrix: CsMatI<T, u32, usize>,
     rows: &[u32],
@@ -188,9 +190,9 @@ pub(crate) fn block<T: Copy + Default + Send + Sync>(
     }
     let (mut indices, mut values) = (vec![0; end], vec![T::default(); end]);
     let (mut later_indices, mut later_values) = (&mut indices[..], &mut values[..]);
-    let mut tasks = Vec::with_capacity(rows.len().div_ceil(GROUPS_A_TASK));
-    for (task, rows) in rows.chunks(GROUPS_A_TASK).enumerate() {
-        let first = task * GROUPS_A_TASK;
+    let mut tasks = Vec::with_capacity(rows.len().div_ceil(GROUPS_PER_TASK));
+    for (task, rows) in rows.chunks(GROUPS_PER_TASK).enumerate() {
+        let first = task * GROUPS_PER_TASK;
         let own = starts[first + rows.len()] - starts[first];
         let (indices, others) = later_indices.split_at_mut(own);
         later_indices = others;
@@ -205,7 +207,8 @@ pub(crate) fn block<T: Copy + Default + Send + Sync>(
             for &row in rows {
                 let old = entries(row);
                 let (old_columns, old_values) = (&old_columns[old.clone()], &old_values[old]);
-                // a column and its old place in one word, which sorts several times as fast as a column with its value
+                // a column and its old position in one word, which is sorted several times as fast
+                // as pairs of a column and a value
                 sorted.clear();
                 for (place, &column) in old_columns.iter().enumerate() {
                     let column = number[column as usize];
@@ -225,20 +228,20 @@ pub(crate) fn block<T: Copy + Default + Send + Sync>(
     CsMatI::new((rows.len(), columns), starts, indices, values)
 }
 
-/// Groups of rows that are built together by one task.
-const GROUPS_A_TASK: usize = 4096;
+/// Number of row groups that one task builds.
+const GROUPS_PER_TASK: usize = 4096;
 
 /// Consecutive rows of a compressed matrix.
 struct Part<T> {
     lengths: Vec<usize>,
     columns: Vec<u32>,
     values: Vec<T>,
-    /// Entries before the row that is being built.
+    /// Number of entries before the current row.
     before: usize,
 }
 
 impl<T> Part<T> {
-    /// Appends an entry to the row; columns rise.
+    /// Appends an entry to the current row; columns ascend.
     fn push(&mut self, column: usize, value: T) {
         self.columns.push(column as u32);
         self.values.push(value);
@@ -256,7 +259,7 @@ fn from_groups<T: Copy + Send + Sync>(
     groups: usize,
     group: impl Fn(usize, &mut Part<T>) + Sync,
 ) -> CsMatI<T, u32, usize> {
-    let parts: Vec<Part<T>> = (0..groups.div_ceil(GROUPS_A_TASK))
+    let parts: Vec<Part<T>> = (0..groups.div_ceil(GROUPS_PER_TASK))
         .into_par_iter()
         .map(|task| {
             let mut part = Part {
@@ -265,7 +268,7 @@ fn from_groups<T: Copy + Send + Sync>(
                 values: Vec::new(),
                 before: 0,
             };
-            for g in task * GROUPS_A_TASK..groups.min((task + 1) * GROUPS_A_TASK) {
+            for g in task * GROUPS_PER_TASK..groups.min((task + 1) * GROUPS_PER_TASK) {
                 group(g, &mut part);
             }
             part
@@ -285,7 +288,7 @@ fn from_groups<T: Copy + Send + Sync>(
         indices.extend(part.columns);
         values.extend(part.values);
     }
-    // Rows come in order with ascending columns by construction, so the structure is valid.
+    // Rows are in order and their columns ascend by construction, so the structure is valid.
     CsMatI::new((rows, columns), pointers, indices, values)
 }
 
@@ -293,7 +296,7 @@ fn from_groups<T: Copy + Send + Sync>(
 mod tests {
     use super::*;
 
-    /// Rows 2 and 0 of three, columns 2 and 1 under the numbers 0 and 1.
+    /// Rows 2 and 0 of three, columns 2 and 1 renumbered as 0 and 1.
     #[test]
     fn a_block_is_renumbered_and_sorted() {
         let matrix = Csr::new(
@@ -312,10 +315,10 @@ mod tests {
         assert_eq!(found, expected);
     }
 
-    /// A band of three with reversed numbers, over several tasks: every entry says where it was.
+    /// A tridiagonal matrix in reversed order, over several tasks: each value encodes its position.
     #[test]
-    fn long_blocks_are_cut_into_tasks() {
-        let n = 2 * GROUPS_A_TASK + 100;
+    fn long_blocks_are_split_into_tasks() {
+        let n = 2 * GROUPS_PER_TASK + 100;
         let band = |i: usize| i.saturating_sub(1)..(i + 2).min(n);
         let mut starts = vec![0];
         (0..n).for_each(|i| starts.push(starts[i] + band(i).len()));

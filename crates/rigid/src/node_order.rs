@@ -1,12 +1,17 @@
-//! The order of the free nodes among the unknowns.
+//! The order of the free nodes among the dofs.
 
 use linalg::Csr;
 
-/// The free nodes: each vertex is followed by the midside nodes of which it is the lower end. `interpolation` tells the ends of a node, its columns.
+/// The free nodes in the order of the dofs: each vertex, then midside nodes of its edges.
 ///
-/// Rows and columns then refer to unknowns that lie close together. Meshes number all vertices before all midside nodes; in that order a product of
-/// the stiffness with three components takes 1.2, 1.9, 1.7 times as long, in f32 1.3, 1.4, 1.8 (111, 294 and 698 thousand nodes, one core, Nov 2026;
-/// along a Hilbert curve, midside nodes among vertices, 1.2 to 1.3 and 1.1 to 1.5 times).
+/// A midside node follows the end of its edge with the lower number. The ends are the columns of
+/// its row of `interpolation`.
+///
+/// Rows and columns then refer to dofs that are close together in memory. Meshes number all
+/// vertices before all midside nodes; in that order a product of the stiffness with three
+/// components takes 1.2, 1.9, 1.7 times as long, in f32 1.3, 1.4, 1.8 (111, 294 and 698 thousand
+/// nodes, one core, Nov 2026). Along a Hilbert curve, with midside nodes among the vertices, it
+/// takes 1.2 to 1.3 and 1.1 to 1.5 times as long.
 pub(crate) fn free_nodes(interpolation: &Csr, is_free: impl Fn(usize) -> bool) -> Vec<u32> {
     let vertices = interpolation.cols();
     let lower_end = |node: usize| {
@@ -33,7 +38,8 @@ pub(crate) fn free_nodes(interpolation: &Csr, is_free: impl Fn(usize) -> bool) -
 mod tests {
     use super::*;
 
-    /// Vertices 0, 1, 2 and the nodes 3 between 0 and 1, 4 between 1 and 2, 5 between 0 and 2; vertex 1 is not free.
+    /// Vertices 0, 1, 2 and midside nodes 3 of edge 0-1, 4 of edge 1-2, 5 of edge 0-2; vertex 1 is
+    /// not free.
     #[test]
     fn midside_nodes_follow_their_lower_end() {
         let interpolation = Csr::new(

@@ -4,35 +4,38 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::{Articulation, Constraints, RigidError};
 
-/// All velocities that satisfy the constraints: `q = basis v + offset`.
+/// All velocities that satisfy a set of constraints: `q = basis v + offset`.
 #[derive(Clone, Debug)]
 pub struct NullSpace {
-    /// Null-space basis of the constraints, full column rank. Its columns are single velocities
-    /// (of roots, frames and free spins) that the others follow, as in the operator P-tilde of Berti et al. (2021).
+    /// Basis of the null space of the constraints, of full column rank.
+    ///
+    /// Each column is a unit value of one velocity (of a root, a frame or a freely rotating body)
+    /// and the values of the others that follow from it, as in the operator P-tilde of Berti et
+    /// al. (2021).
     pub basis: DMatrix<f64>,
     /// A particular solution of the constraints.
     pub offset: DVector<f64>,
-    /// A largest set of constraint rows that do not follow from each other; the others are redundant.
+    /// Indices of a largest set of linearly independent rows; the other rows are redundant.
     pub independent: Vec<usize>,
-    /// Rows `g` with `g q = 0` that hold still what no constraint and no fluid resists, such as the spin of a
-    /// collinear free frame about its own axis.
+    /// Gauge rows `g q = 0` for motions that neither constraints nor the fluid determine, such as
+    /// the rotation of a collinear free frame about its own axis.
     pub gauge: DMatrix<f64>,
-    /// The velocities that are unknowns before any are dropped.
+    /// Indices of the free velocities, before motions without resistance are removed.
     free: Vec<usize>,
 }
 
-/// Entries this small against the largest are rounding: constraint entries are 1 or arm lengths.
+/// Relative size below which an entry is rounding: constraint entries are 1 or arm lengths.
 const RANK_TOLERANCE: f64 = 1e-10;
 
-/// How much less a column that should stay free is liked as a pivot.
+/// Factor on the size of a pivot in a column that should stay free.
 const MASTER_WEIGHT: f64 = 1e-3;
 
 impl NullSpace {
     /// Eliminates the constraints by Gauss-Jordan steps with complete pivoting.
     ///
-    /// `masters[j]` marks velocities that should stay unknowns (roots and frames); the others become functions
-    /// of them. Redundant constraints are dropped if they agree with the rest.
-    /// Cost: `O(rows^2 columns)` of a small dense matrix.
+    /// `masters[j]` marks velocities that should stay free (those of roots and frames); the others
+    /// become functions of them. Redundant constraints are dropped if they agree with the rest.
+    /// Cost: `O(rows^2 columns)` for a small dense matrix.
     ///
     /// # Errors
     /// [`RigidError::IncompatibleLinks`] names a link that contradicts the others.
@@ -77,7 +80,7 @@ impl NullSpace {
             pivots.push(column);
         }
         for row in pivots.len()..rows {
-            // A row whose left side vanished must have a right side that vanished with it.
+            // A row without entries left is redundant if its right-hand side vanished too.
             if rhs[row].abs() > 1e-9 * rate_scale {
                 return Err(RigidError::IncompatibleLinks {
                     link: constraints.labels[labels[row]].clone(),
@@ -108,9 +111,11 @@ impl NullSpace {
         })
     }
 
-    /// The constraint rows that do not follow from each other, and the gauge rows below them: together with the
-    /// balances of the free motions they are as many as there are velocities.
-    pub(crate) fn constrained_rows(&self, constraints: &Constraints) -> DMatrix<f64> {
+    /// The independent constraint rows, gauge rows below them.
+    ///
+    /// Together with the force balances of the free motions they are as many as there are
+    /// velocities.
+    pub(crate) fn constraint_rows(&self, constraints: &Constraints) -> DMatrix<f64> {
         let independent = constraints.matrix.select_rows(&self.independent);
         let mut rows = DMatrix::zeros(
             independent.nrows() + self.gauge.nrows(),
@@ -123,12 +128,17 @@ impl NullSpace {
         rows
     }
 
-    /// Drops motions that move no surface, such as the spin of a collinear free frame about its own axis.
+    /// Removes motions that move no surface: the fluid does not resist them.
     ///
-    /// `surface_rows` lists the generalised velocities of bodies with surfaces. Such motions meet no resistance,
-    /// so the flow does not determine them; they are set to zero.
+    /// An example is the rotation of a collinear free frame about its own axis. The flow does not
+    /// determine such motions; they are set to zero. `surface_rows` lists the generalised
+    /// velocities of bodies with surfaces.
     fn drop_unresisted(&mut self, surface_rows: &[usize]) {
         let moved = self.basis.select_rows(surface_rows);
+        // an empty matrix has no singular value decomposition; without dofs there is nothing to do
+        if moved.is_empty() {
+            return;
+        }
         let decomposition = moved.svd(false, true);
         let Some(v_t) = decomposition.v_t else { return };
         let largest = decomposition.singular_values.amax();
@@ -137,7 +147,8 @@ impl NullSpace {
             .collect();
         if kept.len() < self.basis.ncols() {
             let kept = v_t.select_rows(&kept).transpose();
-            // The unknowns `v` are the free velocities themselves; hold still their combinations that were dropped.
+            // The dofs `v` are the free velocities themselves: one gauge row for each of their
+            // combinations that was removed.
             let dropped = orthonormal_columns(
                 DMatrix::identity(kept.nrows(), kept.nrows()) - &kept * kept.transpose(),
             );
@@ -163,14 +174,14 @@ fn orthonormal_columns(projector: DMatrix<f64>) -> DMatrix<f64> {
         .unwrap_or_else(|| DMatrix::zeros(0, 0))
 }
 
-/// The motions that links leave to the bodies with surfaces: `U = S v + W`, and all other velocities with them.
+/// The motions that links allow: `U = S v + W` for bodies with surfaces, and all other velocities.
 #[derive(Clone, Debug)]
 pub struct Reduction {
-    /// Velocities `(U, omega)` of the rigid bodies for each unknown: 6 rows a body, full column rank.
+    /// `S`: velocities `(U, ω)` of the rigid bodies, six rows per body, full column rank.
     pub surface_basis: DMatrix<f64>,
-    /// Velocities of the rigid bodies that the rates impose.
+    /// `W`: velocities of the rigid bodies that the rates impose.
     pub surface_offset: DVector<f64>,
-    /// The same for all generalised velocities.
+    /// The same motions in all generalised velocities.
     pub all: NullSpace,
 }
 
@@ -198,12 +209,12 @@ impl Reduction {
         })
     }
 
-    /// Number of unknowns `v`.
+    /// Number of dofs `v`.
     pub fn dofs(&self) -> usize {
         self.surface_basis.ncols()
     }
 
-    /// All generalised velocities for the unknowns `v`.
+    /// All generalised velocities for the dofs `v`.
     pub fn velocities(&self, v: &DVector<f64>) -> DVector<f64> {
         &self.all.basis * v + &self.all.offset
     }

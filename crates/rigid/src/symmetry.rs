@@ -1,4 +1,4 @@
-//! Mirror planes: the motions and loads that they leave, and what a part of the fluid knows of the whole.
+//! Symmetry planes: the motions and loads that they allow, and forces on whole bodies from parts.
 
 use std::borrow::Cow;
 
@@ -6,11 +6,13 @@ use nalgebra::DVector;
 
 use crate::{Articulation, BodyKind, Constraints, Drive, ExternalLoad, RigidError};
 
-/// Planes through the origin, normal to coordinate axes, that mirror bodies, loads and flow onto themselves; the mesh covers one side of each.
+/// Symmetry planes through the origin, normal to coordinate axes; the mesh covers one side of each.
 ///
-/// On the plane normal to axis `c` the velocity's component `c` is zero and the other two are free of traction. A body whose centre is on all planes
-/// moves along axis `c` only if no plane is normal to it, and turns about `c` only if no plane is normal to another axis (angular velocities
-/// are pseudovectors). A mesh of $2^{-k}$ of the fluid carries as much of forces and torques.
+/// Bodies, loads and flow are symmetric about each plane. On the plane normal to axis `c` the
+/// velocity component `c` is zero and the traction in the other two directions is zero. A body
+/// whose centre is on all planes moves along axis `c` only if no plane is normal to it, and rotates
+/// about `c` only if no plane is normal to another axis (angular velocities are pseudovectors).
+/// With `k` planes, a mesh of `2^-k` of the fluid carries that part of forces and torques.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SymmetryPlanes {
     /// Whether there is a plane normal to each axis.
@@ -18,7 +20,7 @@ pub struct SymmetryPlanes {
 }
 
 impl SymmetryPlanes {
-    /// The planes that some of these nodes are on.
+    /// The planes that at least one of these nodes lies on.
     pub fn of(on_symmetry_planes: &[(u32, [bool; 3])]) -> Self {
         let any = |axis: usize| on_symmetry_planes.iter().any(|(_, on)| on[axis]);
         Self {
@@ -31,12 +33,12 @@ impl SymmetryPlanes {
         *self == Self::default()
     }
 
-    /// In how many parts the planes cut the fluid: $2^k$.
+    /// Number of parts that the planes cut the fluid into, `2^k`.
     pub fn parts(&self) -> f64 {
         2_f64.powi(self.planes.iter().filter(|&&plane| plane).count() as i32)
     }
 
-    /// Whether each component of a velocity or force, then of an angular velocity or torque, may differ from zero.
+    /// Whether each component of `(U, ω)`, or of `(F, T)`, may differ from zero.
     pub fn allowed(&self) -> [bool; 6] {
         let planes = self.planes;
         std::array::from_fn(|k| match k {
@@ -45,7 +47,7 @@ impl SymmetryPlanes {
         })
     }
 
-    /// Forces and torques on whole bodies from those on their parts, six a body.
+    /// Forces and torques on whole bodies from those on their parts, six per body.
     pub(crate) fn whole(&self, mut parts: DVector<f64>) -> DVector<f64> {
         if self.is_empty() {
             return parts;
@@ -61,19 +63,19 @@ impl SymmetryPlanes {
         parts
     }
 
-    /// That loads are their own mirror images.
+    /// Refuses loads that are not symmetric about the planes.
     ///
     /// # Errors
-    /// [`RigidError::AsymmetricLoad`] names a body whose load is not.
+    /// [`RigidError::AsymmetricLoad`] names the first such body.
     fn check_loads(&self, drive: &Drive) -> Result<(), RigidError> {
         let allowed = self.allowed();
-        let is_mirrored = |load: &ExternalLoad| {
+        let is_symmetric = |load: &ExternalLoad| {
             let components = load.force.iter().chain(load.torque.iter());
             components
                 .zip(allowed)
                 .all(|(&load, allowed)| allowed || load == 0.0)
         };
-        match drive.loads.iter().position(|load| !is_mirrored(load)) {
+        match drive.loads.iter().position(|load| !is_symmetric(load)) {
             Some(body) => Err(RigidError::AsymmetricLoad { body }),
             None => Ok(()),
         }
@@ -81,25 +83,25 @@ impl SymmetryPlanes {
 }
 
 impl Constraints {
-    /// With rows that hold at zero what `mirrors` do not allow, after all others.
+    /// The constraints of a drive, then one row for each component that planes prescribe as zero.
     ///
     /// # Errors
-    /// [`RigidError::AsymmetricLoad`] for a load that is not its own mirror image.
+    /// [`RigidError::AsymmetricLoad`] for a load that is not symmetric about the planes.
     pub(crate) fn with_symmetry<'a>(
         drive: &Drive<'a>,
-        mirrors: SymmetryPlanes,
+        symmetry_planes: SymmetryPlanes,
     ) -> Result<Cow<'a, Constraints>, RigidError> {
         let own = drive.constraints;
-        if mirrors.is_empty() {
+        if symmetry_planes.is_empty() {
             return Ok(Cow::Borrowed(own));
         }
-        mirrors.check_loads(drive)?;
-        let held = constrained_velocities(drive.set, mirrors);
+        symmetry_planes.check_loads(drive)?;
+        let constrained = constrained_velocities(drive.set, symmetry_planes);
         let mut all = own.clone();
         let rows = all.matrix.nrows();
-        all.matrix = all.matrix.resize_vertically(rows + held.len(), 0.0);
-        all.rates = all.rates.resize_vertically(rows + held.len(), 0.0);
-        for (number, (velocity, label)) in held.into_iter().enumerate() {
+        all.matrix = all.matrix.resize_vertically(rows + constrained.len(), 0.0);
+        all.rates = all.rates.resize_vertically(rows + constrained.len(), 0.0);
+        for (number, (velocity, label)) in constrained.into_iter().enumerate() {
             all.matrix[(rows + number, velocity)] = 1.0;
             all.labels.push(label);
         }
@@ -107,11 +109,14 @@ impl Constraints {
     }
 }
 
-/// The generalised velocities that mirrors hold at zero, with what to call them.
-fn constrained_velocities(set: &Articulation, mirrors: SymmetryPlanes) -> Vec<(usize, String)> {
+/// The generalised velocities that symmetry planes prescribe as zero, with labels for messages.
+fn constrained_velocities(
+    set: &Articulation,
+    symmetry_planes: SymmetryPlanes,
+) -> Vec<(usize, String)> {
     let layout = set.velocity_layout();
-    let allowed = mirrors.allowed();
-    let held = |first: usize, components: std::ops::Range<usize>| {
+    let allowed = symmetry_planes.allowed();
+    let constrained = |first: usize, components: std::ops::Range<usize>| {
         let offset = components.start;
         components
             .filter(|&k| !allowed[k])
@@ -120,13 +125,13 @@ fn constrained_velocities(set: &Articulation, mirrors: SymmetryPlanes) -> Vec<(u
     let mut all = Vec::new();
     for (body, kind) in set.kinds().iter().enumerate() {
         let components = if *kind == BodyKind::Rigid { 0..6 } else { 0..3 };
-        let label = format!("mirror plane of body {body}");
-        all.extend(held(layout.body(body), components).map(|v| (v, label.clone())));
+        let label = format!("symmetry plane of body {body}");
+        all.extend(constrained(layout.body(body), components).map(|v| (v, label.clone())));
     }
     for number in 0..set.linkages().len() {
         if let Some(frame) = layout.frame(number) {
-            let label = format!("mirror plane of frame {number}");
-            all.extend(held(frame, 3..6).map(|v| (v, label.clone())));
+            let label = format!("symmetry plane of frame {number}");
+            all.extend(constrained(frame, 3..6).map(|v| (v, label.clone())));
         }
     }
     all
@@ -137,15 +142,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn motions_that_planes_leave() {
+    fn planes_allow_symmetric_motions_only() {
         let allowed = |planes| SymmetryPlanes { planes }.allowed();
         assert_eq!(allowed([false; 3]), [true; 6]);
-        // the plane normal to z: along x and y, about z
+        // the plane normal to z: translation along x and y, rotation about z
         assert_eq!(
             allowed([false, false, true]),
             [true, true, false, false, false, true]
         );
-        // normal to y and to z: along x
+        // planes normal to y and to z: translation along x
         assert_eq!(
             allowed([false, true, true]),
             [true, false, false, false, false, false]

@@ -3,7 +3,9 @@
 use fem::{CurvedBoundary, FacetGeometry, StokesMatrices, TaylorHood};
 use mesh::{Sphere, TetMesh};
 use nalgebra::Vector3;
-use rigid::{Constrained, Drive, FluidMatrices, Formulation, NodeRole, RigidFluid, SurfaceBody};
+use rigid::{
+    Constrained, Drive, FluidMatrices, FluidNodes, Formulation, NodeRole, RigidFluid, SurfaceBody,
+};
 
 use crate::StokesError;
 
@@ -152,23 +154,22 @@ impl<'a> Problem<'a> {
             interpolation,
             vertex_stiffness,
         } = space.matrices(mesh)?;
-        let fluid = RigidFluid::new(
+        let mut fluid = RigidFluid::new(
             FluidMatrices {
                 stiffness,
                 divergence,
                 pressure_mass,
                 interpolation,
                 vertex_stiffness,
-                points: mesh.points(),
-                roles: &roles,
-                on_symmetry_planes: mesh.nodes_on_symmetry_planes(),
             },
+            FluidNodes::new(mesh.points(), &roles)
+                .with_symmetry_planes(mesh.nodes_on_symmetry_planes()),
             &bodies,
         )?;
-        let mut system = formulation.constrain(fluid, drive)?;
         if let Some(permeability) = &self.permeability {
-            system.gap_stiffness = Some(space.weighted_vertex_stiffness(mesh, permeability)?);
+            let stiffness = space.weighted_vertex_stiffness(mesh, permeability)?;
+            fluid = fluid.with_gap_stiffness(stiffness)?;
         }
-        Ok(system)
+        Ok(formulation.constrain(fluid, drive)?)
     }
 }

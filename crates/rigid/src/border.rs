@@ -1,0 +1,22 @@
+//! The border that a formulation adds to the equations of the fluid.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::link_loads::LinkLoads;
+
+/// Velocities, constraints and multipliers that a formulation adds to the equations of the fluid.
+pub(crate) struct Border {
+    /// Generalised velocities for each border dof; zero columns for multipliers.
+    pub columns: DMatrix<f64>,
+    /// The velocities that test each border row, where they differ from `columns`; zero columns
+    /// for rows that are constraints.
+    pub rows: Option<DMatrix<f64>>,
+    /// The velocities `W` that the links impose: a particular solution of all constraints.
+    pub offset: DVector<f64>,
+    /// Entries of constraint rows and multiplier columns, added to the corner.
+    pub constraints: Option<DMatrix<f64>>,
+    /// Data for the loads of the links; none without links.
+    pub link_loads: Option<LinkLoads>,
+    /// The first border dof that is a multiplier.
+    pub first_multiplier: Option<usize>,
+}

@@ -1,0 +1,259 @@
+//! The linear system of one configuration: how it is built, its right-hand sides, its solver.
+
+use linalg::{
+    BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, Prolongation, SaddleSystem,
+};
+use nalgebra::{DMatrix, DVector};
+
+use crate::border::Border;
+use crate::error::check_length;
+use crate::fluid::FluidBlocks;
+use crate::imposed::{Imposed, imposed_rhs};
+use crate::link_loads::LinkLoads;
+use crate::surfaces::Surfaces;
+use crate::{Drive, RigidError, RigidFluid};
+
+/// The linear system of one configuration, with what its solvers and its solution need.
+///
+/// Built by [`Formulation::constrain`](crate::Formulation::constrain). Solve
+/// `system x = rhs` with any method of `linalg`, then read the answer with
+/// [`flow`](Constrained::flow).
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Constrained {
+    /// The system `[velocity | border | pressure]`.
+    pub system: SaddleSystem,
+    /// Right-hand side.
+    pub rhs: Vec<f64>,
+    /// Prolongation from the functions of free vertices to those of all free nodes.
+    pub prolongation: Prolongation,
+    /// Stiffness of the free vertices: the coarse operator of `prolongation`.
+    pub vertex_stiffness: Csr,
+    gap_stiffness: Option<Csr>,
+    /// Generalised velocities from the border dofs: `q = columns v + offset`.
+    pub(crate) columns: DMatrix<f64>,
+    /// The velocities that test the border rows; none if those of `columns`.
+    tests: Option<DMatrix<f64>>,
+    pub(crate) offset: DVector<f64>,
+    pub(crate) surface_rows: Vec<usize>,
+    pub(crate) link_loads: Option<LinkLoads>,
+    pub(crate) first_multiplier: Option<usize>,
+    /// The couplings before the constraints were imposed: forces are computed from them.
+    pub(crate) surfaces: Surfaces,
+}
+
+impl Constrained {
+    /// Joins the equations of the fluid and a border; the right-hand side is [`imposed_rhs`].
+    pub(crate) fn build(
+        fluid: RigidFluid,
+        border: Border,
+        surface_rows: Vec<usize>,
+        loads: &DVector<f64>,
+    ) -> Result<Self, RigidError> {
+        let RigidFluid { blocks, surfaces } = fluid;
+        check_length(
+            "velocities of rigid surfaces",
+            surface_rows.len(),
+            surfaces.corner.nrows(),
+        )?;
+        surfaces.check_determined()?;
+        let Border {
+            columns,
+            rows,
+            offset,
+            constraints,
+            link_loads,
+            first_multiplier,
+        } = border;
+        let surface_columns = columns.select_rows(&surface_rows);
+        let tests = rows.as_ref().unwrap_or(&columns);
+        let surface_tests = tests.select_rows(&surface_rows);
+        let rhs = imposed_rhs(&surfaces, tests, &surface_rows, loads, &offset);
+        let mut corner = surface_tests.tr_mul(&(&surfaces.corner * &surface_columns));
+        if let Some(constraints) = &constraints {
+            corner += constraints;
+        }
+        let trial = to_csr(&surface_columns);
+        let test = rows.is_some().then(|| to_csr(&surface_tests));
+        let FluidBlocks {
+            stiffness,
+            divergence,
+            pressure_mass,
+            interpolation,
+            interpolation_border,
+            vertex_stiffness,
+            gap_stiffness,
+        } = blocks;
+        let (a, prolongation) = rayon::join(
+            || {
+                let left = test.as_ref().map(|test| &surfaces.border * test);
+                Bordered::new(stiffness, &surfaces.border * &trial, left, corner)?
+                    .with_constrained_dofs(&surfaces.constrained)
+            },
+            || {
+                let prolongation =
+                    Prolongation::new(interpolation, &interpolation_border * &trial)?;
+                match &test {
+                    Some(test) => prolongation.with_left_border(&interpolation_border * test),
+                    None => Ok(prolongation),
+                }
+            },
+        );
+        drop(interpolation_border);
+        let system = SaddleSystem::new(
+            a?,
+            divergence,
+            &surfaces.rigid_divergence * &trial,
+            test.as_ref().map(|test| &surfaces.rigid_divergence * test),
+            pressure_mass,
+        )?;
+        Ok(Self {
+            system,
+            rhs,
+            prolongation: prolongation?,
+            vertex_stiffness,
+            gap_stiffness,
+            columns,
+            tests: rows,
+            offset,
+            surface_rows,
+            link_loads,
+            first_multiplier,
+            surfaces,
+        })
+    }
+
+    /// Right-hand side and imposed velocities for other rates of the links, for the same matrix.
+    ///
+    /// Bitwise those of a system built with these rates. Cost: an elimination of the small dense
+    /// constraints and a pass over the border.
+    ///
+    /// # Errors
+    /// [`RigidError::OtherLinks`] for a drive with other links, lengths or loads, and for
+    /// independent bodies, which have no rates; rates that contradict each other. A motion of all
+    /// bodies without a change of the links is not noticed where it leaves the constraints the
+    /// same: the drive must be that of the configuration that the matrices were assembled for.
+    pub fn imposed(&self, drive: &Drive) -> Result<Imposed, RigidError> {
+        let (all, link_loads) = drive.reduced(self.surfaces.symmetry_planes)?;
+        // The link loads contain the independent constraint rows and the vectors along the links:
+        // everything in the matrix that links and their lengths determine.
+        if self.link_loads.as_ref() != Some(&link_loads) {
+            return Err(RigidError::OtherLinks);
+        }
+        let loads = link_loads.external();
+        Ok(Imposed {
+            rhs: imposed_rhs(
+                &self.surfaces,
+                self.tests(),
+                &self.surface_rows,
+                loads,
+                &all.offset,
+            ),
+            offset: all.offset,
+        })
+    }
+
+    /// Right-hand side for generalised loads alone, all rates and wall velocities zero.
+    ///
+    /// Its solution is the adjoint solution of a velocity: in a symmetric system the error of the
+    /// velocity that is conjugate to `loads` is the solution times the residual.
+    ///
+    /// # Errors
+    /// Loads of the wrong length.
+    pub fn rhs_of_loads(&self, loads: &DVector<f64>) -> Result<Vec<f64>, RigidError> {
+        let tests = self.tests();
+        check_length("generalised loads", loads.len(), tests.nrows())?;
+        let mut rhs = vec![0.0; self.rhs.len()];
+        let loads = tests.tr_mul(loads) / self.surfaces.symmetry_planes.parts();
+        rhs[self.system.border_range()].copy_from_slice(loads.as_slice());
+        Ok(rhs)
+    }
+
+    /// Right-hand side for nodal forces and volume sources, all rates and wall velocities zero.
+    ///
+    /// Shapes: `velocity` three entries per node of the mesh, of which those on walls have no
+    /// effect; `pressure` one entry per pressure dof, with zero sum in enclosed flow. In a
+    /// symmetric system this is the transpose of [`Constrained::flow_of_loads`].
+    ///
+    /// # Errors
+    /// Arrays of the wrong length.
+    pub fn rhs_of_forces(
+        &self,
+        velocity: &[f64],
+        pressure: &[f64],
+    ) -> Result<Vec<f64>, RigidError> {
+        check_length(
+            "forces on the nodes",
+            velocity.len(),
+            3 * self.surfaces.nodes(),
+        )?;
+        let pressures = self.system.pressure_range();
+        check_length("volume sources", pressure.len(), pressures.len())?;
+        let on_surfaces = self.surfaces.loads_of_forces(velocity);
+        let surface_tests = self.tests().select_rows(&self.surface_rows);
+        let border = surface_tests.tr_mul(&on_surfaces);
+        let nodes = self
+            .surfaces
+            .free_nodes
+            .iter()
+            .map(|&node| 3 * node as usize);
+        let mut rhs: Vec<f64> = nodes
+            .flat_map(|first| &velocity[first..first + 3])
+            .copied()
+            .collect();
+        self.surfaces.zero_constrained(&mut rhs);
+        rhs.extend(border.iter());
+        rhs.extend(pressure);
+        Ok(rhs)
+    }
+
+    /// Block-triangular preconditioner with multigrid for velocities and border.
+    ///
+    /// For [`linalg::fgmres`] and every formulation: the border dofs are part of every level of the
+    /// multigrid.
+    ///
+    /// # Errors
+    /// A matrix that multigrid cannot treat.
+    pub fn preconditioner(&self) -> Result<BlockTriangular, RigidError> {
+        let multigrid = Multigrid::with_prolongation(
+            self.system.velocity_block(),
+            &self.prolongation,
+            Some(self.vertex_stiffness.clone()),
+            &MultigridParams::default(),
+        )?;
+        let block = BlockTriangular::new(&self.system, multigrid)?;
+        Ok(match &self.gap_stiffness {
+            Some(stiffness) => block.with_pressure_laplacian(stiffness)?,
+            None => block,
+        })
+    }
+
+    /// Number of border dofs in formulation P: the velocities of all bodies and nothing else.
+    pub(crate) fn independent_velocities(&self) -> Result<usize, RigidError> {
+        let velocities = self.columns.nrows();
+        let is_independent = self.link_loads.is_none()
+            && velocities == self.columns.ncols()
+            && velocities == 6 * self.surfaces.bodies();
+        is_independent
+            .then_some(velocities)
+            .ok_or(RigidError::NotIndependent)
+    }
+
+    /// The velocities that test the border rows.
+    fn tests(&self) -> &DMatrix<f64> {
+        self.tests.as_ref().unwrap_or(&self.columns)
+    }
+}
+
+/// The nonzeros of a small dense matrix.
+fn to_csr(dense: &DMatrix<f64>) -> Csr {
+    let (mut pointers, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
+    for row in dense.row_iter() {
+        for (column, &value) in row.iter().enumerate().filter(|(_, v)| **v != 0.0) {
+            indices.push(column as u32);
+            values.push(value);
+        }
+        pointers.push(indices.len());
+    }
+    Csr::new(dense.shape(), pointers, indices, values)
+}

@@ -1,0 +1,149 @@
+//! From the solution vector of a system back to velocities, pressure and forces.
+
+use nalgebra::{DVector, Vector3};
+
+use crate::error::check_length;
+use crate::{Articulation, Constrained, Imposed, RigidError, StateVelocity};
+
+/// Velocities, pressure and forces of one configuration.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct FlowSolution {
+    /// Velocity of each node.
+    pub velocity: Vec<Vector3<f64>>,
+    /// Pressure at each pressure dof, as the solver left it: in enclosed flow up to a constant.
+    pub pressure: Vec<f64>,
+    /// Generalised velocities (see [`VelocityLayout`](crate::VelocityLayout)).
+    pub generalised: DVector<f64>,
+    /// `(U, ω)` of each rigid body.
+    pub bodies: DVector<f64>,
+    /// `(F, T)` that each rigid body exerts on the fluid.
+    pub forces: DVector<f64>,
+    /// Loads `λ` of the links, one per row of [`Constraints::matrix`](crate::Constraints::matrix).
+    ///
+    /// Bodies receive `C^T λ` in addition to the external loads. Redundant rows carry zero. Rows
+    /// 3l, 3l+1, 3l+2 are the force of link l on its `body`, the opposite force acts on `to`; after
+    /// the links come the torques of clamps and the loads that fix bodies.
+    pub link_loads: DVector<f64>,
+    /// Rate of change of the state of the articulated set.
+    pub state: StateVelocity,
+}
+
+impl FlowSolution {
+    /// Force of a link on its `body`; the opposite force acts on `to`.
+    ///
+    /// Every formulation gives it: the multipliers of Berti et al. (2021), equations (16)-(18), up
+    /// to sign, or the loads that balance the bodies where velocities were eliminated.
+    pub fn link_force(&self, link: usize) -> Vector3<f64> {
+        Vector3::from_fn(|axis, _| self.link_loads[3 * link + axis])
+    }
+}
+
+/// A solution vector split into its blocks.
+struct Blocks<'s> {
+    /// Velocities of the free nodes.
+    free: &'s [f64],
+    border: DVector<f64>,
+    pressure: &'s [f64],
+}
+
+impl Constrained {
+    /// Velocities, forces and pressure from a solution of the system.
+    ///
+    /// # Errors
+    /// A solution of the wrong length.
+    pub fn flow(&self, solution: &[f64], set: &Articulation) -> Result<FlowSolution, RigidError> {
+        self.flow_with(solution, &self.offset, set)
+    }
+
+    /// As [`Constrained::flow`], from a solution for the right-hand side of other rates.
+    ///
+    /// # Errors
+    /// A solution of the wrong length, or another number of imposed velocities.
+    pub fn flow_at(
+        &self,
+        solution: &[f64],
+        imposed: &Imposed,
+        set: &Articulation,
+    ) -> Result<FlowSolution, RigidError> {
+        check_length(
+            "imposed velocities",
+            imposed.offset.len(),
+            self.offset.len(),
+        )?;
+        self.flow_with(solution, &imposed.offset, set)
+    }
+
+    fn flow_with(
+        &self,
+        solution: &[f64],
+        offset: &DVector<f64>,
+        set: &Articulation,
+    ) -> Result<FlowSolution, RigidError> {
+        let Blocks {
+            free,
+            border,
+            pressure,
+        } = self.split(solution)?;
+        let generalised = &self.columns * &border + offset;
+        let bodies = generalised.select_rows(&self.surface_rows);
+        let forces = self.surfaces.forces(free, &bodies, pressure);
+        // Where a symmetry plane cuts bodies, multipliers also include the loads of the plane.
+        let is_whole = self.surfaces.symmetry_planes.is_empty();
+        let link_loads = match (&self.link_loads, self.first_multiplier.filter(|_| is_whole)) {
+            (None, _) => DVector::zeros(0),
+            (Some(loads), Some(first)) => loads.of_multipliers(&border.as_slice()[first..]),
+            (Some(loads), None) => loads.balancing(&forces)?,
+        };
+        Ok(FlowSolution {
+            velocity: self.surfaces.with_walls(free, &bodies),
+            forces,
+            link_loads,
+            pressure: pressure.to_vec(),
+            state: set.state_velocity(generalised.as_slice())?,
+            generalised,
+            bodies,
+        })
+    }
+
+    /// Generalised velocities of a solution for [`Constrained::rhs_of_loads`] or
+    /// [`Constrained::rhs_of_forces`].
+    ///
+    /// # Errors
+    /// A solution of the wrong length.
+    pub fn generalised_of_loads(&self, solution: &[f64]) -> Result<DVector<f64>, RigidError> {
+        Ok(&self.columns * self.split(solution)?.border)
+    }
+
+    /// Velocity of each node and pressure of a solution for [`Constrained::rhs_of_loads`] or
+    /// [`Constrained::rhs_of_forces`].
+    ///
+    /// # Errors
+    /// A solution of the wrong length.
+    pub fn flow_of_loads(
+        &self,
+        solution: &[f64],
+    ) -> Result<(Vec<Vector3<f64>>, Vec<f64>), RigidError> {
+        let Blocks {
+            free,
+            border,
+            pressure,
+        } = self.split(solution)?;
+        let bodies = (&self.columns * border).select_rows(&self.surface_rows);
+        Ok((
+            self.surfaces.all_velocities(free, &bodies),
+            pressure.to_vec(),
+        ))
+    }
+
+    fn split<'s>(&self, solution: &'s [f64]) -> Result<Blocks<'s>, RigidError> {
+        check_length("entries of the solution", solution.len(), self.rhs.len())?;
+        let (free, rest) = solution.split_at(3 * self.surfaces.free_nodes.len());
+        let (border, pressure) = rest.split_at(self.columns.ncols());
+        Ok(Blocks {
+            free,
+            border: DVector::from_column_slice(border),
+            pressure,
+        })
+    }
+}

@@ -1,0 +1,169 @@
+//! The input of the crate: assembled finite-element matrices and the roles of the nodes.
+
+use linalg::{Csr, Csr3};
+use nalgebra::Vector3;
+
+use crate::error::check_length;
+use crate::{RigidError, SymmetryPlanes};
+
+/// What determines the velocity of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NodeRole {
+    /// The momentum equation: the velocity is unknown.
+    Free,
+    /// A no-slip wall, at rest unless [`FluidNodes::with_wall_velocity`] prescribes its velocity.
+    Fixed,
+    /// The surface of the rigid body with this index: `u = U + ω × (x - c)`.
+    Body(u32),
+}
+
+/// Reference point and volume of a rigid body whose surface is meshed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceBody {
+    /// The point `c` that velocities and torques refer to.
+    pub centre: Vector3<f64>,
+    /// Volume `|B_h|` enclosed by the discrete surface and the symmetry planes.
+    pub volume: f64,
+}
+
+/// Finite-element matrices over all nodes, Dirichlet nodes included, for viscosity 1.
+///
+/// They are passed by value: [`RigidFluid::new`](crate::RigidFluid::new) frees each matrix as soon
+/// as its block is extracted. The first nodes are the vertices, in the same order.
+#[derive(Clone, Debug)]
+pub struct FluidMatrices {
+    /// Scalar stiffness `K_ij = ∫ ∇N_i · ∇N_j`, nodes x nodes.
+    pub stiffness: Csr,
+    /// Divergence `b_qj = -∫ ψ_q ∇N_j`, pressure dofs x nodes.
+    pub divergence: Csr3,
+    /// Pressure mass matrix `∫ ψ_q ψ_r`.
+    pub pressure_mass: Csr,
+    /// Interpolation `I` from values at the vertices to values at all nodes, nodes x vertices.
+    pub interpolation: Csr,
+    /// Stiffness of the linear functions, `I^T K I`, vertices x vertices: the coarse operator.
+    pub vertex_stiffness: Csr,
+}
+
+/// Positions and roles of the nodes, symmetry planes and wall velocities.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct FluidNodes<'a> {
+    /// Position of each node.
+    pub points: &'a [Vector3<f64>],
+    /// Role of each node.
+    pub roles: &'a [NodeRole],
+    /// Nodes on symmetry planes, ascending, with the axes that their planes are normal to.
+    pub on_symmetry_planes: Vec<(u32, [bool; 3])>,
+    /// Prescribed velocity, one per node, of which those at [`NodeRole::Fixed`] nodes are used.
+    pub wall_velocity: Option<&'a [Vector3<f64>]>,
+}
+
+impl<'a> FluidNodes<'a> {
+    /// Nodes of a mesh without symmetry planes, all walls at rest.
+    pub fn new(points: &'a [Vector3<f64>], roles: &'a [NodeRole]) -> Self {
+        Self {
+            points,
+            roles,
+            on_symmetry_planes: Vec::new(),
+            wall_velocity: None,
+        }
+    }
+
+    /// The same nodes of a mesh that ends at symmetry planes; see [`SymmetryPlanes`].
+    ///
+    /// `nodes` lists the nodes on the planes, ascending, each with the axes that its planes are
+    /// normal to. An empty list means that the mesh covers the whole fluid.
+    pub fn with_symmetry_planes(mut self, nodes: Vec<(u32, [bool; 3])>) -> Self {
+        self.on_symmetry_planes = nodes;
+        self
+    }
+
+    /// The same nodes with walls that move: one velocity per node of the mesh.
+    ///
+    /// Only the values at [`NodeRole::Fixed`] nodes are used. They enter the right-hand side and
+    /// the forces on bodies; the matrix does not change.
+    pub fn with_wall_velocity(mut self, velocity: &'a [Vector3<f64>]) -> Self {
+        self.wall_velocity = Some(velocity);
+        self
+    }
+
+    /// The symmetry planes that some node lies on.
+    pub(crate) fn symmetry(&self) -> SymmetryPlanes {
+        SymmetryPlanes::of(&self.on_symmetry_planes)
+    }
+
+    /// Refuses arrays of the wrong length and roles of bodies that do not exist.
+    pub(crate) fn check(&self, bodies: usize) -> Result<(), RigidError> {
+        let nodes = self.points.len();
+        check_length("roles of the nodes", self.roles.len(), nodes)?;
+        if let Some(velocity) = self.wall_velocity {
+            check_length("wall velocities of the nodes", velocity.len(), nodes)?;
+        }
+        let is_unknown =
+            |role: &&NodeRole| matches!(role, NodeRole::Body(b) if *b as usize >= bodies);
+        match self.roles.iter().find(is_unknown) {
+            Some(NodeRole::Body(body)) => Err(RigidError::Length {
+                what: "rigid bodies",
+                expected: *body as usize + 1,
+                found: bodies,
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl FluidMatrices {
+    /// The same matrices, each compressed by rows: sprs matrices may also be compressed by columns.
+    pub(crate) fn by_rows(self) -> Self {
+        Self {
+            stiffness: self.stiffness.into_csr(),
+            divergence: self.divergence.into_csr(),
+            interpolation: self.interpolation.into_csr(),
+            vertex_stiffness: self.vertex_stiffness.into_csr(),
+            pressure_mass: self.pressure_mass,
+        }
+    }
+
+    /// Refuses matrices whose shapes do not fit each other or the number of nodes.
+    pub(crate) fn check(&self, nodes: usize) -> Result<(), RigidError> {
+        let Self {
+            stiffness,
+            divergence,
+            pressure_mass,
+            interpolation,
+            vertex_stiffness,
+        } = self;
+        let vertices = vertex_stiffness.rows();
+        if vertices > nodes {
+            return Err(RigidError::Length {
+                what: "nodes, including all vertices",
+                expected: vertices,
+                found: nodes,
+            });
+        }
+        for (what, found, expected) in [
+            (
+                "columns of the vertex stiffness",
+                vertex_stiffness.cols(),
+                vertices,
+            ),
+            ("columns of the stiffness", stiffness.cols(), nodes),
+            ("rows of the stiffness", stiffness.rows(), nodes),
+            ("columns of the divergence", divergence.cols(), nodes),
+            (
+                "rows of the pressure mass matrix",
+                pressure_mass.rows(),
+                divergence.rows(),
+            ),
+            ("rows of the interpolation", interpolation.rows(), nodes),
+            (
+                "columns of the interpolation",
+                interpolation.cols(),
+                vertices,
+            ),
+        ] {
+            check_length(what, found, expected)?;
+        }
+        Ok(())
+    }
+}

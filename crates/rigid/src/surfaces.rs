@@ -1,0 +1,144 @@
+//! Rigid surfaces in the fluid: velocities of all nodes, and the forces of bodies on the fluid.
+
+use std::ops::AddAssign;
+
+use linalg::Csr;
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use crate::wall_motion::WallMotion;
+use crate::{NodeRole, RigidError, SymmetryPlanes};
+
+/// The couplings between free nodes and rigid surfaces, and the way back from dofs to nodes.
+///
+/// Columns and rows of bodies are `(U, ω)` and `(F, T)`, six per body.
+#[derive(Clone, Debug)]
+pub(crate) struct Surfaces {
+    /// `K_IB P`: three rows per free node.
+    pub border: Csr,
+    /// `P^T K_BB P` with the volume term.
+    pub corner: DMatrix<f64>,
+    /// `B_B P`: one row per pressure dof.
+    pub rigid_divergence: Csr,
+    /// Node number of each free node, in the order of the dofs.
+    pub free_nodes: Vec<u32>,
+    /// Free nodes on symmetry planes, by their index among the free nodes, with the components
+    /// that are zero there.
+    pub constrained: Vec<(u32, [bool; 3])>,
+    /// The symmetry planes of the mesh.
+    pub symmetry_planes: SymmetryPlanes,
+    /// Terms of a prescribed wall velocity; none if all walls are at rest.
+    pub walls: Option<WallMotion>,
+    /// Role of each node.
+    pub roles: Vec<NodeRole>,
+    /// Position of each surface node relative to the centre of its body; zero for other nodes.
+    pub arms: Vec<Vector3<f64>>,
+}
+
+impl Surfaces {
+    /// Refuses a fluid in which some velocity is undetermined.
+    ///
+    /// A Krylov method would not notice: the right-hand side of a force-free swimmer is compatible.
+    ///
+    /// # Errors
+    /// [`RigidError::NoWall`], [`RigidError::NoSurface`].
+    pub fn check_determined(&self) -> Result<(), RigidError> {
+        if !self.roles.contains(&NodeRole::Fixed) {
+            return Err(RigidError::NoWall);
+        }
+        let is_bare = |body: &usize| !self.roles.contains(&NodeRole::Body(*body as u32));
+        match (0..self.bodies()).find(is_bare) {
+            Some(body) => Err(RigidError::NoSurface { body }),
+            None => Ok(()),
+        }
+    }
+
+    /// Number of rigid bodies with a surface.
+    pub fn bodies(&self) -> usize {
+        self.corner.nrows() / 6
+    }
+
+    /// Number of nodes of the mesh.
+    pub fn nodes(&self) -> usize {
+        self.roles.len()
+    }
+
+    /// Zeroes the velocity components that symmetry planes prescribe, three rows per free node.
+    pub fn zero_constrained(&self, velocity: &mut [f64]) {
+        for (node, planes) in &self.constrained {
+            for axis in (0..3).filter(|&axis| planes[axis]) {
+                velocity[3 * *node as usize + axis] = 0.0;
+            }
+        }
+    }
+
+    /// Forces and torques `(F, T)` on the bodies from forces on all nodes, interleaved.
+    pub fn loads_of_forces(&self, forces: &[f64]) -> DVector<f64> {
+        let mut loads = DVector::zeros(6 * self.bodies());
+        let nodes = self.roles.iter().zip(&self.arms);
+        for ((role, arm), force) in nodes.zip(forces.chunks_exact(3)) {
+            if let NodeRole::Body(body) = role {
+                let force = Vector3::from_column_slice(force);
+                let first = 6 * *body as usize;
+                let mut own = loads.fixed_rows_mut::<6>(first);
+                own.fixed_rows_mut::<3>(0).add_assign(&force);
+                own.fixed_rows_mut::<3>(3).add_assign(&arm.cross(&force));
+            }
+        }
+        loads
+    }
+
+    /// Velocities of all nodes, walls at rest, from those of free nodes (interleaved) and bodies.
+    pub fn all_velocities(&self, free: &[f64], bodies: &DVector<f64>) -> Vec<Vector3<f64>> {
+        let mut velocity: Vec<Vector3<f64>> = self
+            .roles
+            .iter()
+            .zip(&self.arms)
+            .map(|(role, arm)| match role {
+                NodeRole::Body(body) => {
+                    let first = 6 * *body as usize;
+                    let angular = bodies.fixed_rows::<3>(first + 3).into_owned();
+                    bodies.fixed_rows::<3>(first) + angular.cross(arm)
+                }
+                _ => Vector3::zeros(),
+            })
+            .collect();
+        for (&node, value) in self.free_nodes.iter().zip(free.chunks_exact(3)) {
+            velocity[node as usize] = Vector3::from_column_slice(value);
+        }
+        velocity
+    }
+
+    /// As [`all_velocities`](Self::all_velocities), with the prescribed velocities of walls.
+    pub fn with_walls(&self, free: &[f64], bodies: &DVector<f64>) -> Vec<Vector3<f64>> {
+        let mut velocity = self.all_velocities(free, bodies);
+        if let Some(walls) = &self.walls {
+            walls.write_velocity(&mut velocity);
+        }
+        velocity
+    }
+
+    /// Consistent forces and torques `(F, T)` that the bodies exert on the fluid, six per body.
+    ///
+    /// The residual of the momentum equation tested with rigid motions,
+    /// `F = (K_IB P)^T u_I + M U + (B_B P)^T p + P^T K_BW u_W`, `M` the corner. Fourth order on
+    /// curved quadratic surfaces, because it is the energy of the flow. Where symmetry planes cut
+    /// bodies, these are the forces on the whole bodies.
+    pub fn forces(&self, free: &[f64], bodies: &DVector<f64>, pressure: &[f64]) -> DVector<f64> {
+        let mut forces = &self.corner * bodies;
+        add_transposed(&self.border, free, &mut forces);
+        add_transposed(&self.rigid_divergence, pressure, &mut forces);
+        if let Some(walls) = &self.walls {
+            forces += &walls.loads;
+        }
+        self.symmetry_planes.whole(forces)
+    }
+}
+
+/// `y += A^T x` for a matrix with few columns; serial, so that the order of the sum is fixed.
+fn add_transposed(matrix: &Csr, x: &[f64], y: &mut DVector<f64>) {
+    for (row, &value) in matrix.outer_iterator().zip(x) {
+        for (column, &entry) in row.iter() {
+            y[column] += entry * value;
+        }
+    }
+}

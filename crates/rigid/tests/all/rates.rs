@@ -1,0 +1,94 @@
+//! Several rates of the links are several right-hand sides of one system.
+
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use rigid::{
+    Arms, Articulation, BodyKind, Constraints, DirectRows, Drive, Eliminated, ExternalLoad,
+    Formulation, Independent, Lagrange, RigidError,
+};
+
+use crate::support::sets::{constraints, moved_state, random_fluid, tree, vector};
+
+fn drive<'a>(
+    set: &'a Articulation,
+    constraints: &'a Constraints,
+    loads: &'a [ExternalLoad],
+) -> Drive<'a> {
+    Drive {
+        set,
+        constraints,
+        loads,
+    }
+}
+
+/// Compares a system at the second of two rates with a system that was built with it.
+fn check_rates(
+    set: &Articulation,
+    rotation: Vector3<f64>,
+    rates: &[f64],
+    loads: &[ExternalLoad],
+    seed: &[f64],
+) {
+    let links = set.links().len();
+    let state = moved_state(set, &[rotation]);
+    let [first, second] =
+        [&rates[..links], &rates[6..6 + links]].map(|rates| constraints(set, &state, rates));
+    let fluid = random_fluid(set.surface_velocities().len() / 6, seed);
+    let formulations: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
+    for formulation in formulations {
+        let [system, direct] = [&first, &second].map(|c| {
+            formulation
+                .constrain(fluid.clone(), &drive(set, c, loads))
+                .unwrap()
+        });
+        let imposed = system.imposed(&drive(set, &second, loads)).unwrap();
+        assert_eq!(imposed.rhs, direct.rhs);
+        // Any vector is the solution for some right-hand side.
+        let solution: Vec<f64> = (0..direct.rhs.len()).map(|i| seed[(i * 7) % 50]).collect();
+        let [a, b] = [
+            system.flow_at(&solution, &imposed, set).unwrap(),
+            direct.flow(&solution, set).unwrap(),
+        ];
+        assert_eq!(
+            [a.generalised, a.bodies, a.forces, a.link_loads],
+            [b.generalised, b.bodies, b.forces, b.link_loads]
+        );
+        assert_eq!(a.velocity, b.velocity);
+        // Other loads have other link loads, other lengths another matrix.
+        let mut other_loads = loads.to_vec();
+        other_loads[0].force.x += 1.0;
+        let refused = system.imposed(&drive(set, &second, &other_loads)).err();
+        assert_eq!(refused, Some(RigidError::OtherLinks));
+        let longer: Vec<f64> = set.initial_lengths().iter().map(|l| 1.1 * l).collect();
+        let longer = set.constraints(&state, &longer, &rates[..links]).unwrap();
+        let refused = system.imposed(&drive(set, &longer, loads)).err();
+        assert_eq!(refused, Some(RigidError::OtherLinks), "{:?}", set.arms());
+    }
+}
+
+proptest! {
+    #[test]
+    fn other_rates_are_another_right_hand_side_of_the_same_system(
+        set in tree(),
+        rotation in vector(1.0),
+        rates in prop::collection::vec(-2.0..2.0, 12),
+        vectors in prop::collection::vec(vector(1.0), 12),
+        seed in prop::collection::vec(-1.0..1.0, 50),
+    ) {
+        let load = |body| ExternalLoad { force: vectors[body], torque: vectors[body + 5] };
+        let loads: Vec<ExternalLoad> = (0..set.kinds().len()).map(load).collect();
+        check_rates(&set, rotation, &rates, &loads, &seed);
+    }
+}
+
+#[test]
+fn independent_bodies_have_no_rates() {
+    let x = [Vector3::zeros(), 5.0 * Vector3::x()];
+    let set = Articulation::new(&[BodyKind::Rigid; 2], vec![], Arms::Clamped, &x).unwrap();
+    let constraints = constraints(&set, &set.initial_state(), &[]);
+    let loads = [ExternalLoad::default(); 2];
+    let drive = drive(&set, &constraints, &loads);
+    let fluid = random_fluid(2, &[0.3, -0.1, 0.7]);
+    let system = Independent.constrain(fluid, &drive).unwrap();
+    assert_eq!(system.imposed(&drive).err(), Some(RigidError::OtherLinks));
+}

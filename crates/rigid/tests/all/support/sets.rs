@@ -1,0 +1,146 @@
+//! Random and simple articulated sets, and a fluid with random matrices.
+
+use linalg::{Csr, Csr3};
+use nalgebra::{DMatrix, Isometry3, Translation3, UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use rigid::{
+    Arms, Articulation, BodyKind, Constraints, FluidMatrices, FluidNodes, Link, NodeRole,
+    RigidFluid, State, SurfaceBody,
+};
+
+pub fn link(body: usize, to: usize) -> Link {
+    Link {
+        name: format!("{body}-{to}"),
+        body,
+        to,
+    }
+}
+
+pub fn vector(range: f64) -> impl Strategy<Value = Vector3<f64>> {
+    prop::array::uniform3(-range..range).prop_map(Vector3::from)
+}
+
+fn arms() -> impl Strategy<Value = Arms> {
+    prop_oneof![Just(Arms::Clamped), Just(Arms::Free), Just(Arms::Lab)]
+}
+
+/// A random tree of 2 to 6 bodies, some of them points, at random positions.
+pub fn tree() -> impl Strategy<Value = Articulation> {
+    (2usize..7).prop_flat_map(|n| {
+        let parents: Vec<_> = (1..n).map(|child| 0..child).collect();
+        (
+            parents,
+            prop::collection::vec(vector(5.0), n),
+            prop::collection::vec(any::<bool>(), n),
+            arms(),
+        )
+            .prop_filter_map("bodies too close", |(parents, jitter, points, arms)| {
+                // The bodies are far enough apart that no two coincide.
+                let positions: Vec<_> = jitter
+                    .iter()
+                    .enumerate()
+                    .map(|(i, x)| x + Vector3::new(20.0 * i as f64, 0.0, 0.0))
+                    .collect();
+                // At least two bodies have a surface: rotations about any axis are resisted.
+                let kinds: Vec<_> = points
+                    .iter()
+                    .enumerate()
+                    .map(|(i, &p)| {
+                        if p && i > 1 {
+                            BodyKind::Point
+                        } else {
+                            BodyKind::Rigid
+                        }
+                    })
+                    .collect();
+                let links = parents
+                    .iter()
+                    .enumerate()
+                    .map(|(i, &to)| Link {
+                        name: format!("arm {i}"),
+                        body: i + 1,
+                        to,
+                    })
+                    .collect();
+                Articulation::new(&kinds, links, arms, &positions).ok()
+            })
+    })
+}
+
+/// The initial state with its first frames translated and rotated.
+pub fn moved_state(set: &Articulation, rotations: &[Vector3<f64>]) -> State {
+    let mut state = set.initial_state();
+    for (frame, rotation) in state.frames.iter_mut().zip(rotations) {
+        *frame = Isometry3::from_parts(
+            Translation3::from(frame.translation.vector + rotation),
+            UnitQuaternion::from_scaled_axis(*rotation),
+        );
+    }
+    state
+}
+
+/// The constraints at the initial lengths.
+pub fn constraints(set: &Articulation, state: &State, rates: &[f64]) -> Constraints {
+    set.constraints(state, set.initial_lengths(), rates)
+        .unwrap()
+}
+
+/// A fluid with random matrices: three free nodes, one on a moving wall, one on each body.
+pub fn random_fluid(bodies: usize, seed: &[f64]) -> RigidFluid {
+    let (vertices, nodes) = (3, 4 + bodies);
+    let entry = |i: usize, j: usize| seed[(11 * i + 5 * j) % seed.len()];
+    let roles: Vec<NodeRole> = (0..nodes)
+        .map(|node| match node {
+            0..3 => NodeRole::Free,
+            3 => NodeRole::Fixed,
+            body => NodeRole::Body(body as u32 - 4),
+        })
+        .collect();
+    let points: Vec<Vector3<f64>> = (0..nodes)
+        .map(|i| Vector3::from_fn(|axis, _| entry(i, axis)))
+        .collect();
+    // The diagonal is larger than the sum of the other entries of its row.
+    let stiffness = DMatrix::from_fn(nodes, nodes, |i, j| match i == j {
+        true => 2.0 * nodes as f64,
+        false => entry(i, j) + entry(j, i),
+    });
+    let interpolation = DMatrix::from_fn(nodes, vertices, |i, j| match i < vertices {
+        true => f64::from(i == j),
+        false => 1.0 / vertices as f64,
+    });
+    let divergence = Csr3::new(
+        (vertices, nodes),
+        (0..=vertices).map(|row| row * nodes).collect(),
+        (0..vertices).flat_map(|_| 0..nodes as u32).collect(),
+        (0..vertices * nodes)
+            .map(|k| std::array::from_fn(|axis| entry(k, axis)))
+            .collect(),
+    );
+    let surfaces: Vec<SurfaceBody> = (0..bodies)
+        .map(|body| SurfaceBody {
+            centre: Vector3::repeat(entry(body, 3)),
+            volume: 1.0,
+        })
+        .collect();
+    let matrices = FluidMatrices {
+        stiffness: csr(&stiffness),
+        divergence,
+        pressure_mass: csr(&DMatrix::identity(vertices, vertices)),
+        interpolation: csr(&interpolation),
+        vertex_stiffness: csr(&DMatrix::identity(vertices, vertices)),
+    };
+    let nodes = FluidNodes::new(&points, &roles).with_wall_velocity(&points);
+    RigidFluid::new(matrices, nodes, &surfaces).unwrap()
+}
+
+fn csr(dense: &DMatrix<f64>) -> Csr {
+    let (mut pointers, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
+    for row in dense.row_iter() {
+        for (j, &v) in row.iter().enumerate().filter(|e| *e.1 != 0.0) {
+            indices.push(j as u32);
+            values.push(v);
+        }
+        pointers.push(indices.len());
+    }
+    Csr::new(dense.shape(), pointers, indices, values)
+}
