@@ -97,6 +97,7 @@ fn part(axes: &[usize]) -> TetMesh {
             .map(|(face, tag)| (face.map(number), *tag))
             .collect(),
         tags: tets.tags,
+        ..LinearTets::default()
     })
     .expect("a mesh")
 }
