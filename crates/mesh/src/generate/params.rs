@@ -2,7 +2,6 @@
 
 /// Parameters of mesh generation: grading of the edge lengths, symmetry planes, effort.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct GenerateParams {
     /// Growth of the edge length per unit of distance from the nearest body, above 0 and at most
@@ -14,9 +13,9 @@ pub struct GenerateParams {
     pub growth: f64,
     /// Largest ratio of the edge length in a gap to the sum of the distances from its two surfaces.
     ///
-    /// 0.6 puts one layer of vertices into the middle of a gap, with regular tets (of height `0.816
-    /// h`) on both sides. From 0.83 on, tets extend from surface to surface: their velocities are
-    /// those of the bodies, and their angles cannot be improved.
+    /// 0.6 puts one layer of vertices into the middle of a gap, with regular tets on both sides, whose
+    /// height is 0.816 edges. From 0.83 on, tets extend from surface to surface: their velocities
+    /// are those of the bodies, and their angles cannot be improved.
     pub gap: f64,
     /// Longest edge anywhere.
     pub max_size: f64,

@@ -5,6 +5,8 @@ mod examples;
 mod generate;
 mod properties;
 mod quality;
+#[cfg(feature = "serde")]
+mod serde_feature;
 mod shapes;
 mod symmetry;
 
