@@ -3,7 +3,7 @@
 //! Tets are stored in flat arrays with their four neighbours. Ghost tets, which share one vertex at
 //! infinity, close the hull. Cospherical points need no perturbation: with exact signs, and points
 //! on a sphere counted as outside, every cavity is star-shaped with respect to the new point (see
-//! [`Builder::dig`]).
+//! [`Builder::find_cavity`]).
 
 use super::hilbert::insertion_order;
 use super::predicates::{in_sphere, orientation};
@@ -84,7 +84,7 @@ struct Builder<'a> {
     last: u32,
     cavity: Vec<u32>,
     /// Boundary faces of the cavity: a cavity tet and one of its local faces.
-    walls: Vec<(u32, u32)>,
+    boundary: Vec<(u32, u32)>,
 }
 
 impl<'a> Builder<'a> {
@@ -113,15 +113,15 @@ impl<'a> Builder<'a> {
             free: Vec::new(),
             last: 0,
             cavity: Vec::new(),
-            walls: Vec::new(),
+            boundary: Vec::new(),
         }
     }
 
     /// Inserts point `p`.
     fn insert(&mut self, p: u32) -> Result<(), MeshError> {
-        let seat = self.locate(p);
+        let start = self.locate(p);
         let at = self.points[p as usize];
-        for &v in &self.tets[seat as usize] {
+        for &v in &self.tets[start as usize] {
             if v != GHOST && self.points[v as usize] == at {
                 return Err(MeshError::DuplicateVertices {
                     first: v as usize,
@@ -130,8 +130,8 @@ impl<'a> Builder<'a> {
                 });
             }
         }
-        self.dig(seat, &at);
-        self.fill(p);
+        self.find_cavity(start, &at);
+        self.fill_cavity(p);
         Ok(())
     }
 
@@ -190,13 +190,13 @@ impl<'a> Builder<'a> {
 
     /// Collects the tets whose open circumball contains `at`, and the boundary faces of this
     /// cavity.
-    fn dig(&mut self, seat: u32, at: &Vec3) {
+    fn find_cavity(&mut self, start: u32, at: &Vec3) {
         self.stamp += 1;
         let (outside, inside) = (2 * self.stamp, 2 * self.stamp + 1);
         self.cavity.clear();
-        self.walls.clear();
-        self.cavity.push(seat);
-        self.marks[seat as usize] = inside;
+        self.boundary.clear();
+        self.cavity.push(start);
+        self.marks[start as usize] = inside;
         let mut next = 0;
         while next < self.cavity.len() {
             let t = self.cavity[next];
@@ -211,16 +211,16 @@ impl<'a> Builder<'a> {
                     }
                 }
                 if self.marks[n as usize] == outside {
-                    self.walls.push((t, i as u32));
+                    self.boundary.push((t, i as u32));
                 }
             }
         }
     }
 
     /// Fills the cavity with the tets that join its boundary faces to `p`.
-    fn fill(&mut self, p: u32) {
-        let walls = std::mem::take(&mut self.walls);
-        for &(t, i) in &walls {
+    fn fill_cavity(&mut self, p: u32) {
+        let boundary = std::mem::take(&mut self.boundary);
+        for &(t, i) in &boundary {
             let (t, i) = (t as usize, i as usize);
             let mut tet = self.tets[t];
             tet[i] = p;
@@ -245,24 +245,24 @@ impl<'a> Builder<'a> {
             self.neighbours[beyond as usize][back] = new;
             self.neighbours[t][i] = NEW | new;
         }
-        for &(t, i) in &walls {
+        for &(t, i) in &boundary {
             let new = (self.neighbours[t as usize][i as usize] & !NEW) as usize;
             for j in 0..4 {
                 if j != i as usize {
-                    self.neighbours[new][j] = self.across(t as usize, i as usize, j);
+                    self.neighbours[new][j] = self.new_neighbour(t as usize, i as usize, j);
                 }
             }
         }
-        self.last = self.neighbours[walls[0].0 as usize][walls[0].1 as usize] & !NEW;
+        self.last = self.neighbours[boundary[0].0 as usize][boundary[0].1 as usize] & !NEW;
         self.free.append(&mut self.cavity);
-        self.walls = walls;
+        self.boundary = boundary;
     }
 
-    /// Neighbour of the new tet on wall `(t, i)` across its face opposite vertex `j`.
+    /// Neighbour of the new tet on boundary face `(t, i)` across its face opposite vertex `j`.
     ///
     /// Rotates through the cavity about the edge common to the faces `i` and `j` of `t`, until the
-    /// next wall.
-    fn across(&self, t: usize, i: usize, j: usize) -> u32 {
+    /// next boundary face.
+    fn new_neighbour(&self, t: usize, i: usize, j: usize) -> u32 {
         let (mut t, mut i, mut j) = (t, i, j);
         loop {
             let next = self.neighbours[t][j];

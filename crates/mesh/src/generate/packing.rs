@@ -93,6 +93,7 @@ pub(super) fn pack(
     Ok(packing.accepted)
 }
 
+/// A packing under construction.
 struct Packing<'a> {
     field: &'a SizeField<'a>,
     surfaces: &'a [&'a dyn Surface],

@@ -5,10 +5,10 @@ use crate::{LinearTets, MeshError, NamedSurface, QuadraticTets, Regions, TetMesh
 /// Contents of a MSH file: tets and tagged boundary triangles of first or second order.
 ///
 /// Boundary parts are the physical groups of surfaces, in the order of their numbers. A group
-/// without a name is called by its number, and geometric surface 7 by `surface 7` if it is in no
+/// without a name is named by its number; geometric surface 7 is named `surface 7` if it is in no
 /// group. All tets count as fluid. If they belong to several physical groups of volumes, these
-/// become named [`Regions`]; a volume in several groups belongs to the first one, and a volume in
-/// no group is called `volume 7` by its number. Points, curves and unused nodes are dropped. Nodes
+/// become named [`Regions`]; a volume in several groups belongs to the first one, and volume 7
+/// is named `volume 7` if it is in no group. Points, curves and unused nodes are dropped. Nodes
 /// are in the order of their numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MshFile {
