@@ -1,4 +1,4 @@
-//! Three spheres in a ball, at two sizes: tets a second of the whole generation.
+//! Generation of a mesh around three spheres in a ball, at two element sizes, in tets per second.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use mesh::{Container, GenerateParams, MeshedBody, Sphere, Vec3, generate};

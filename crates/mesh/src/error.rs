@@ -1,28 +1,30 @@
-//! What can go wrong with a mesh.
+//! Errors of mesh construction, generation, reading and writing.
 
 use std::path::PathBuf;
 
-/// A mesh that cannot be made, read or used, with the place and the remedy.
+/// A mesh that cannot be built, read or written, with the location and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
     /// A cell whose geometry map is not one-to-one.
     #[error(
-        "cell {cell} near ({:.4}, {:.4}, {:.4}) is inverted: smallest Jacobian {jacobian:.3e} of its mean; \
-         use smaller elements there or remesh", at[0], at[1], at[2]
+        "cell {cell} near ({:.4}, {:.4}, {:.4}) is inverted: its smallest scaled Jacobian is \
+         {jacobian:.3e}; use smaller elements there or remesh", at[0], at[1], at[2]
     )]
     InvertedCell {
         /// Index of the cell.
         cell: usize,
         /// Its centroid.
         at: [f64; 3],
-        /// Lower bound of the Jacobian determinant over the cell, divided by six times the straight volume.
+        /// Lower bound of the Jacobian determinant over the cell, divided by six times the volume
+        /// of the straight cell.
         jacobian: f64,
     },
 
-    /// A node on a mirror plane that is not where the plane is.
+    /// A node of the boundary part on a symmetry plane that is not in the plane.
     #[error(
-        "node {node} of the boundary '{plane}' is {distance:.3e} away from that plane, which goes through the origin; move the mesh there"
+        "node {node} of the boundary part '{plane}' is {distance:.3e} away from its plane, which goes \
+         through the origin; translate the mesh"
     )]
     OffSymmetryPlane {
         /// Number of the node.
@@ -33,9 +35,10 @@ pub enum MeshError {
         distance: f64,
     },
 
-    /// A body or container that is not its own image in a mirror plane.
+    /// A body or container that is not symmetric about a symmetry plane.
     #[error(
-        "'{part}' is not its own mirror image in the plane '{plane}' through the origin; put its centre on the plane or mesh the whole"
+        "'{part}' is not symmetric about the plane '{plane}' through the origin; put its centre on the \
+         plane or mesh the whole fluid"
     )]
     NotSymmetric {
         /// Name of the body or of the container.
@@ -46,23 +49,24 @@ pub enum MeshError {
 
     /// A mesh without cells.
     #[error(
-        "the mesh has no tetrahedra; mesh a volume, and if it was saved by groups give the fluid a group"
+        "the mesh has no tetrahedra; mesh the volume, and if only physical groups are saved give the \
+         fluid one"
     )]
     Empty,
 
-    /// More nodes or cells than 31-bit numbers can count.
+    /// More nodes or cells than 31-bit numbers can index.
     #[error(
         "the mesh has {count} {what}, more than the {} that its numbering can hold",
         i32::MAX
     )]
     TooLarge {
-        /// What there are too many of.
+        /// Name of the items.
         what: &'static str,
-        /// How many.
+        /// Number of items.
         count: usize,
     },
 
-    /// A number that is NaN or infinite.
+    /// A coordinate that is NaN or infinite.
     #[error("coordinates of point {point} are not finite")]
     NotFinite {
         /// Index of the point.
@@ -72,13 +76,13 @@ pub enum MeshError {
     /// A tet or face that refers to a point or tag that does not exist.
     #[error("{what} {index} refers to number {number}, but there are only {len}")]
     OutOfRange {
-        /// "tet", "face" or "tag of face".
+        /// "tet", "face", "tag of face" or "region of tet".
         what: &'static str,
-        /// Its index.
+        /// Index of the item.
         index: usize,
-        /// The number it holds.
+        /// The number to which it refers.
         number: usize,
-        /// How many there are.
+        /// Number of points, tags or regions.
         len: usize,
     },
 
@@ -88,61 +92,65 @@ pub enum MeshError {
         at[0], at[1], at[2]
     )]
     FlatCell {
-        /// Index of the tet as given.
+        /// Index of the tet in the input.
         cell: usize,
         /// Its centroid.
         at: [f64; 3],
     },
 
     /// Two tets with the same vertices.
-    #[error("a tet near ({:.4}, {:.4}, {:.4}) is there twice; remove one", at[0], at[1], at[2])]
+    #[error(
+        "a tet near ({:.4}, {:.4}, {:.4}) occurs twice; remove one",
+        at[0], at[1], at[2]
+    )]
     DuplicateCell {
         /// Its centroid.
         at: [f64; 3],
     },
 
-    /// A vertex that no tet uses.
+    /// A vertex that belongs to no tet.
     #[error(
         "vertex {vertex} at ({:.4}, {:.4}, {:.4}) belongs to no tetrahedron; remove it",
         at[0], at[1], at[2]
     )]
     UnusedVertex {
-        /// Index of the vertex as given.
+        /// Index of the vertex in the input.
         vertex: usize,
-        /// Where it is.
+        /// Position of the vertex.
         at: [f64; 3],
     },
 
-    /// Two vertices at one place.
+    /// Two vertices at the same position.
     #[error(
         "vertices {first} and {second} are both at ({:.4}, {:.4}, {:.4}); merge them \
          (Gmsh: \"Coherence Mesh\")", at[0], at[1], at[2]
     )]
     DuplicateVertices {
-        /// Index of one as given.
+        /// Index of one vertex in the input.
         first: usize,
-        /// Index of the other.
+        /// Index of the other vertex.
         second: usize,
-        /// Where they are.
+        /// Their position.
         at: [f64; 3],
     },
 
     /// A face that three or more tets share.
     #[error(
-        "{cells} tetrahedra share the face near ({:.4}, {:.4}, {:.4}), where two can; the mesh overlaps itself there",
+        "{cells} tetrahedra share the face near ({:.4}, {:.4}, {:.4}), but at most two can; the mesh \
+         overlaps itself there",
         at[0], at[1], at[2]
     )]
     NonManifoldFace {
-        /// How many share it.
+        /// Number of tets that share the face.
         cells: usize,
         /// Centroid of the face.
         at: [f64; 3],
     },
 
-    /// A boundary face that no part of the boundary claims.
+    /// A boundary face that belongs to no boundary part.
     #[error(
-        "the boundary face near ({:.4}, {:.4}, {:.4}) has no tag; give every surface of the fluid a name \
-         (Gmsh: a physical group), or close the gap if none should be there", at[0], at[1], at[2]
+        "the boundary face near ({:.4}, {:.4}, {:.4}) has no tag; give every surface of the fluid a \
+         name (Gmsh: a physical group), or close the gap if there should be no boundary", at[0], at[1], at[2]
     )]
     UntaggedFace {
         /// Centroid of the face.
@@ -151,91 +159,100 @@ pub enum MeshError {
 
     /// A tagged face that does not bound the fluid.
     #[error(
-        "the face of '{tag}' near ({:.4}, {:.4}, {:.4}) is no boundary face: it belongs to {cells} tetrahedra \
-         instead of one; tag surfaces of the fluid only, and mesh the fluid only", at[0], at[1], at[2]
+        "the face of '{tag}' near ({:.4}, {:.4}, {:.4}) is not a boundary face: it belongs to {cells} \
+         tetrahedra instead of one; tag surfaces of the fluid only, and mesh the fluid only", at[0], at[1], at[2]
     )]
     NotOnBoundary {
         /// Name of the part.
         tag: String,
-        /// Tets that have this face: 0 or 2.
+        /// Number of tets with this face: 0 or 2.
         cells: usize,
         /// Centroid of the face.
         at: [f64; 3],
     },
 
-    /// A boundary face that is listed twice.
+    /// A boundary face that is tagged twice.
     #[error(
         "the face near ({:.4}, {:.4}, {:.4}) is tagged twice, '{first}' and '{second}'; keep one",
         at[0], at[1], at[2]
     )]
     FaceTaggedTwice {
-        /// One name.
+        /// Name of one tag.
         first: String,
-        /// The other (or the same).
+        /// Name of the other tag, which may be the same.
         second: String,
         /// Centroid of the face.
         at: [f64; 3],
     },
 
-    /// A part of the boundary that no list knows.
+    /// A boundary part that the mesh does not have.
     #[error("the mesh has no boundary part '{name}'; it has: {}", known.join(", "))]
     UnknownTag {
-        /// The name asked for.
+        /// The unknown name.
         name: String,
-        /// The names there are.
+        /// The names of all boundary parts.
         known: Vec<String>,
     },
 
-    /// Two parts of one name, or a part without faces.
+    /// A boundary part with a bad or duplicate name, or without faces.
     #[error("boundary part '{name}' {problem}")]
     BadTag {
         /// Name of the part.
         name: String,
-        /// What is wrong with it.
+        /// The problem and its remedy.
+        problem: &'static str,
+    },
+
+    /// A region of the volume with a bad or duplicate name.
+    #[error("region '{name}' {problem}")]
+    BadRegion {
+        /// Name of the region.
+        name: String,
+        /// The problem and its remedy.
         problem: &'static str,
     },
 
     /// A boundary node that is not on the surface given for its part.
     #[error(
-        "node at ({:.6}, {:.6}, {:.6}) of '{tag}' is {distance:.3e} away from the surface given for it \
-         (allowed: {allowed:.1e}); correct the shape, position or size of '{tag}'", at[0], at[1], at[2]
+        "node at ({:.6}, {:.6}, {:.6}) of '{tag}' is {distance:.3e} away from the surface given for \
+         it (allowed: {allowed:.1e}); correct the shape, position or size of '{tag}'", at[0], at[1], at[2]
     )]
     OffSurface {
         /// Name of the part.
         tag: String,
-        /// Where the node is.
+        /// Position of the node.
         at: [f64; 3],
-        /// Its distance from the surface.
+        /// Distance of the node from the surface.
         distance: f64,
-        /// The largest distance taken for rounding.
+        /// Largest allowed distance, which covers the rounding of mesh files.
         allowed: f64,
     },
 
     /// Midside nodes that do not fit the vertices.
     #[error(
-        "the edge midpoint near ({:.4}, {:.4}, {:.4}): {problem}; the second-order mesh is not conforming",
+        "midside node near ({:.4}, {:.4}, {:.4}): {problem}; the second-order mesh is not conforming",
         at[0], at[1], at[2]
     )]
     BadMidside {
-        /// Where the node is.
+        /// Position of the node.
         at: [f64; 3],
-        /// What is wrong with it.
+        /// The problem.
         problem: &'static str,
     },
 
     /// An array whose length does not fit the mesh.
-    #[error("{what} has {found} entries, but the mesh asks for {expected}")]
+    #[error("{what} has {found} entries, but the mesh needs {expected}")]
     WrongLength {
         /// Name of the array.
         what: String,
-        /// Entries needed.
+        /// Number of entries that the mesh needs.
         expected: usize,
-        /// Entries given.
+        /// Number of entries found.
         found: usize,
     },
 
     /// A field with a value that is NaN or infinite.
-    #[error("{what} has the value {value} at entry {index}; nothing is written")]
+    #[error("{what} has the value {value} at entry {index}; no file was written")]
     BadValue {
         /// Name of the field.
         what: String,
@@ -245,14 +262,21 @@ pub enum MeshError {
         value: f64,
     },
 
+    /// Two fields of the same name.
+    #[error("the file already has a field '{name}'; give every field its own name")]
+    DuplicateField {
+        /// The name of both fields.
+        name: String,
+    },
+
     /// A malformed or unsupported mesh file.
-    #[error("{file}: {place}: {problem}")]
+    #[error("{file}: {location}: {problem}")]
     Malformed {
         /// Path of the file.
         file: String,
         /// Line of a text file, offset of a binary one.
-        place: Place,
-        /// What is wrong, with the remedy.
+        location: FileLocation,
+        /// The problem and its remedy.
         problem: String,
     },
 
@@ -261,95 +285,100 @@ pub enum MeshError {
     Io {
         /// Path of the file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
 
-    /// A file name whose ending names no format.
-    #[error("{}: cannot tell the format; end the name in .msh or .vtu", path.display())]
+    /// A file name whose extension is not that of a mesh format.
+    #[error("{}: unknown file extension; use .msh or .vtu", path.display())]
     UnknownFormat {
         /// Path of the file.
         path: PathBuf,
     },
 
-    /// A length or coefficient that makes no sense.
-    #[error("{what} is {value}; {need}")]
+    /// A length or coefficient outside its range.
+    #[error("{what} is {value}; {requirement}")]
     BadParameter {
-        /// Which one.
+        /// Name of the parameter.
         what: String,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
-        /// What it must be.
-        need: &'static str,
+        /// The range of allowed values.
+        requirement: &'static str,
     },
 
-    /// Bodies that touch or overlap, or that are too close to be meshed apart.
+    /// Bodies that touch or overlap, or that are too close to be meshed.
     #[error(
-        "bodies '{first}' and '{second}' are {distance:.3e} apart, which must be more than {least:.1e}; move them apart"
+        "the distance between the bodies '{first}' and '{second}' is {distance:.3e}, but must be more \
+         than {minimum:.1e}; move them apart"
     )]
     BodiesTouch {
-        /// Name of one.
+        /// Name of one body.
         first: String,
-        /// Name of the other.
+        /// Name of the other body.
         second: String,
-        /// Their distance, negative when they overlap.
+        /// Distance between the bodies, negative when they overlap.
         distance: f64,
-        /// The least distance that can be meshed.
-        least: f64,
+        /// Smallest distance that can be meshed.
+        minimum: f64,
     },
 
     /// A body that is not inside the container.
     #[error(
-        "body '{body}' is {distance:.3e} from the container's wall (negative: outside), which must be more than {least:.1e}; move it inwards or enlarge the container"
+        "the distance of body '{body}' from the container's wall is {distance:.3e} (negative: \
+         outside), but must be more than {minimum:.1e}; move it inwards or enlarge the container"
     )]
     BodyAtWall {
         /// Name of the body.
         body: String,
-        /// Its distance to the wall, negative when it crosses it.
+        /// Distance of the body from the wall, negative when they overlap.
         distance: f64,
-        /// The least distance that can be meshed.
-        least: f64,
+        /// Smallest distance that can be meshed.
+        minimum: f64,
     },
 
-    /// Sizes that ask for more vertices than allowed.
+    /// Element sizes that need more vertices than allowed.
     #[error(
-        "the sizes ask for more than {limit} vertices; enlarge the sizes or the growth, or raise the limit"
+        "the element sizes need more than {limit} vertices; increase the sizes or the growth, or raise \
+         the limit"
     )]
     TooManyVertices {
-        /// The limit.
+        /// Largest allowed number of vertices.
         limit: usize,
     },
 
-    /// Points that span no volume.
+    /// Points that lie in one plane.
     #[error("{points} points lie in one plane and span no tetrahedra")]
     FlatPoints {
-        /// How many points there are.
+        /// Number of points.
         points: usize,
     },
 
-    /// A surface triangulation that the tets do not contain.
+    /// A surface that the faces of the generated tets do not follow.
     #[error(
-        "the mesh near ({:.4}, {:.4}, {:.4}) does not follow the surface of '{body}'; use a smaller size on it, or a less slender shape",
+        "the mesh near ({:.4}, {:.4}, {:.4}) does not follow the surface of '{body}'; use a smaller \
+         element size on it, or a less slender shape",
         at[0], at[1], at[2]
     )]
     SurfaceNotRecovered {
         /// Name of the body or container.
         body: String,
-        /// Where.
+        /// Position of the failure.
         at: [f64; 3],
     },
 }
 
-/// A place in a file.
+/// Location of an error in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+#[non_exhaustive]
+pub enum FileLocation {
     /// Line of a text file, counted from 1.
     Line(usize),
-    /// Offset in a binary file, in bytes from 0.
+    /// Byte offset in a binary file, counted from 0.
     Byte(usize),
 }
 
-impl std::fmt::Display for Place {
+impl std::fmt::Display for FileLocation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Line(line) => write!(f, "line {line}"),

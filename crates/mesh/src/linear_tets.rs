@@ -1,9 +1,13 @@
-//! A first-order tet mesh: what the generator makes and what readers read, before edges get their midside nodes.
+//! A first-order tet mesh, as the generator and the file reader produce it.
 
-use crate::Vec3;
+use crate::{Regions, Vec3};
 
 /// Vertices, tets and tagged boundary triangles.
+///
+/// [`TetMesh::straight`](crate::TetMesh::straight) and [`TetMesh::curved`](crate::TetMesh::curved)
+/// turn it into a mesh with midside nodes.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinearTets {
     /// Vertices.
     pub points: Vec<Vec3>,
@@ -13,12 +17,15 @@ pub struct LinearTets {
     pub faces: Vec<([u32; 3], u16)>,
     /// Names of the boundary parts.
     pub tags: Vec<String>,
+    /// Named parts of the volume.
+    pub regions: Regions,
 }
 
 impl LinearTets {
-    /// The unit cube cut into `n`^3 cubes of six tets each (Kuhn 1960), its sides tagged `x0 x1 y0 y1 z0 z1`.
+    /// The unit cube divided into `n^3` cubes of six tets each (Kuhn 1960).
     ///
-    /// `(n + 1)^3` vertices, `6 n^3` tets, `12 n^2` faces; the mesh for exactness tests. `n = 0` counts as 1.
+    /// It has `(n + 1)^3` vertices, `6 n^3` tets and `12 n^2` boundary faces, with sides tagged
+    /// `x0 x1 y0 y1 z0 z1`: a mesh for tests of exactness. `n = 0` counts as 1.
     ///
     /// ```
     /// let cube = mesh::LinearTets::cube(2);
@@ -30,7 +37,8 @@ impl LinearTets {
         let grid = |end: u32| {
             (0..end).flat_map(move |i| (0..end).flat_map(move |j| (0..end).map(move |k| [i, j, k])))
         };
-        // From corner (0,0,0) to (1,1,1) along the axes in any order; odd orders are mirrored.
+        // Each tet follows a path from corner (0,0,0) to (1,1,1) along the axes in one order; for
+        // odd permutations the orientation is reversed.
         const PATHS: [([usize; 3], bool); 6] = [
             ([0, 1, 2], false),
             ([1, 2, 0], false),
@@ -41,7 +49,7 @@ impl LinearTets {
         ];
         let mut tets = Vec::new();
         for corner in grid(n) {
-            for (path, mirrored) in PATHS {
+            for (path, is_odd) in PATHS {
                 let mut at = corner;
                 let [a, b, c, d] =
                     [None, Some(path[0]), Some(path[1]), Some(path[2])].map(|axis| {
@@ -50,7 +58,7 @@ impl LinearTets {
                         }
                         vertex(at)
                     });
-                tets.push(if mirrored { [a, c, b, d] } else { [a, b, c, d] });
+                tets.push(if is_odd { [a, c, b, d] } else { [a, b, c, d] });
             }
         }
         let mut faces = Vec::new();
@@ -64,7 +72,8 @@ impl LinearTets {
                         at[(axis + 2) % 3] = k + v;
                         vertex(at)
                     };
-                    // Each square is cut along the diagonal from its lowest to its highest corner, as the tets are.
+                    // Each square is divided along the diagonal from its lowest to its highest
+                    // corner, as the faces of the tets are.
                     let tag = 2 * axis as u16 + side as u16;
                     for [a, b, c] in [
                         [corner(0, 0), corner(1, 0), corner(1, 1)],
@@ -85,6 +94,7 @@ impl LinearTets {
             tags: ["x0", "x1", "y0", "y1", "z0", "z1"]
                 .map(String::from)
                 .into(),
+            regions: Regions::default(),
         }
     }
 }

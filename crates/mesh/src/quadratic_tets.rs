@@ -1,29 +1,34 @@
-//! A second-order tet mesh as a file has it.
+//! A second-order tet mesh as mesh files store it.
 
 use crate::topology::EdgeIndex;
-use crate::{LinearTets, MeshError, TET_EDGES, Vec3};
+use crate::{LinearTets, MeshError, Regions, TET_EDGES, Vec3};
 
-/// Nodes, 10-node tets and tagged 6-node boundary triangles, numbered and oriented in any way.
-/// Nodes that no cell has are ignored.
+/// Nodes, 10-node tets and tagged 6-node boundary triangles, in any numbering and orientation.
 ///
-/// [`crate::TetMesh::quadratic`] makes a mesh of it, with vertices first.
+/// [`TetMesh::quadratic`](crate::TetMesh::quadratic) turns it into a mesh with vertices numbered
+/// first. Nodes that belong to no cell are ignored.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct QuadraticTets {
     /// All nodes, vertices and midside nodes mixed.
     pub points: Vec<Vec3>,
-    /// Four vertices, then the midside nodes of [`crate::TET_EDGES`].
+    /// Four vertices, then the midside nodes of [`TET_EDGES`].
     pub tets: Vec<[u32; 10]>,
     /// Three vertices, then the midside nodes of edges 01, 12, 20, with the index of the tag.
     pub faces: Vec<([u32; 6], u16)>,
     /// Names of the boundary parts.
     pub tags: Vec<String>,
+    /// Named parts of the volume.
+    pub regions: Regions,
 }
 
 impl QuadraticTets {
-    /// The straight tets between the vertices, and the middle of every edge in the numbering of `EdgeIndex`.
+    /// The straight tets between the vertices, and the midside node of every edge in the numbering
+    /// of [`EdgeIndex`].
     ///
     /// # Errors
-    /// [`MeshError::OutOfRange`]; [`MeshError::BadMidside`] if an edge has two middles or a node is both vertex and midside.
+    /// [`MeshError::OutOfRange`]; [`MeshError::BadMidside`] if an edge has two midside nodes or a
+    /// node is both vertex and midside node.
     pub(crate) fn split(self) -> Result<(LinearTets, Vec<Vec3>), MeshError> {
         let len = self.points.len();
         let in_range = |what, index, nodes: &[u32]| match nodes.iter().find(|&&v| v as usize >= len)
@@ -43,7 +48,7 @@ impl QuadraticTets {
             in_range("face", i, face)?;
         }
         let corners = |tet: &[u32; 10]| [tet[0], tet[1], tet[2], tet[3]];
-        // Vertices keep their order; the number of a node that is none is never used.
+        // Vertices keep their order; nodes that are not vertices keep the number `u32::MAX`.
         let mut number = vec![u32::MAX; len];
         for tet in &self.tets {
             for v in corners(tet) {
@@ -77,7 +82,10 @@ impl QuadraticTets {
                 }
                 if let Some(edge) = edges.find(vertices[i], vertices[j]) {
                     if middle[edge] != u32::MAX && middle[edge] != node {
-                        return bad(node, "another cell has another node there");
+                        return bad(
+                            node,
+                            "another cell has a different midside node on this edge",
+                        );
                     }
                     middle[edge] = node;
                 }
@@ -86,7 +94,7 @@ impl QuadraticTets {
         let mut taken = vec![false; len];
         for &node in &middle {
             if std::mem::replace(&mut taken[node as usize], true) {
-                return bad(node, "two edges have the same node in the middle");
+                return bad(node, "two edges have the same midside node");
             }
         }
         let mut faces = Vec::new();
@@ -95,12 +103,15 @@ impl QuadraticTets {
             let [x, y, z] = [a, b, c].map(|v| number[v as usize]);
             for (v, old) in [(x, a), (y, b), (z, c)] {
                 if v == u32::MAX {
-                    return bad(old, "a face has it as a vertex, but no cell has");
+                    return bad(old, "it is a vertex of a face, but not of a cell");
                 }
             }
             for (i, j, node) in [(x, y, ab), (y, z, bc), (z, x, ca)] {
                 if edges.find(i, j).is_some_and(|edge| middle[edge] != node) {
-                    return bad(node, "a face and a cell have different nodes there");
+                    return bad(
+                        node,
+                        "a face and a cell have different midside nodes on this edge",
+                    );
                 }
             }
             faces.push(([x, y, z], *tag));
@@ -114,6 +125,7 @@ impl QuadraticTets {
             tets,
             faces,
             tags: self.tags,
+            regions: self.regions,
         };
         Ok((linear, middles))
     }

@@ -1,41 +1,48 @@
-//! Meshes of one side of mirror planes, and the whole meshes that they stand for.
+//! Meshes cut at symmetry planes, and the whole meshes that they represent.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::tet_mesh::Topology;
-use crate::{Facet, MeshError, TetMesh, Vec3};
+use crate::{Facet, MeshError, Regions, TetMesh, Vec3};
 
-/// Tags of the boundary parts on mirror planes through the origin, normal to x, y and z; the fluid is where the coordinate is positive.
+/// Tags of the boundary parts on the symmetry planes through the origin normal to x, y and z.
+///
+/// The meshed part of the fluid is where the coordinate is positive.
 pub const SYMMETRY_PLANE_TAGS: [&str; 3] = ["mirror-x", "mirror-y", "mirror-z"];
 
-/// A whole mesh made of a part and its mirror images.
+/// A whole mesh, composed of a part and its reflections.
 #[derive(Clone, Debug)]
 pub struct Unfolded {
-    /// The whole mesh; its first nodes and cells are not those of the part, see `sources`.
+    /// The whole mesh. Its nodes are numbered differently from those of the part, see `sources`.
     pub mesh: TetMesh,
-    /// For each node the node of the part that it is an image of, and the signs (1 or -1) that the components of a vector change by.
+    /// For each node of the whole, the node of the part of which it is an image, and the factors (1
+    /// or -1) by which the reflection multiplies the components of a vector.
     pub sources: Vec<(u32, Vec3)>,
 }
 
 impl TetMesh {
-    /// Whether there is a mirror plane normal to each axis: a boundary part tagged as in [`SYMMETRY_PLANE_TAGS`].
+    /// For each axis, whether the mesh has a symmetry plane normal to it.
+    ///
+    /// Symmetry planes are the boundary parts with the tags [`SYMMETRY_PLANE_TAGS`].
     pub fn symmetry_planes(&self) -> [bool; 3] {
         SYMMETRY_PLANE_TAGS.map(|name| self.tags().iter().any(|tag| tag == name))
     }
 
-    /// The axis that the boundary part `tag` is normal to, if it is a mirror plane.
+    /// The axis to which the boundary part `tag` is normal, if it is a symmetry plane.
     pub fn symmetry_plane_axis(&self, tag: u16) -> Option<usize> {
         let name = self.tags().get(usize::from(tag))?;
-        SYMMETRY_PLANE_TAGS.iter().position(|mirror| mirror == name)
+        SYMMETRY_PLANE_TAGS.iter().position(|plane| plane == name)
     }
 
-    /// Whether the boundary part `tag` is a mirror plane.
+    /// Whether the boundary part `tag` is a symmetry plane.
     pub fn is_symmetry_plane(&self, tag: u16) -> bool {
         self.symmetry_plane_axis(tag).is_some()
     }
 
-    /// The nodes on mirror planes, ascending, each with the axes that its planes are normal to. Cost: a pass over the facets and a sort.
+    /// Nodes on symmetry planes, ascending; for each node, the axes to which its planes are normal.
+    ///
+    /// Cost: one pass over the facets and a sort.
     pub fn nodes_on_symmetry_planes(&self) -> Vec<(u32, [bool; 3])> {
         let mut nodes: BTreeMap<u32, [bool; 3]> = BTreeMap::new();
         for facet in self.facets() {
@@ -48,10 +55,12 @@ impl TetMesh {
         nodes.into_iter().collect()
     }
 
-    /// The whole mesh that this part stands for: itself and its images in all mirror planes, which are joined there.
+    /// The whole mesh that this part represents: the part and its reflections in all symmetry
+    /// planes.
     ///
-    /// A mesh without mirror planes is its own whole. Vertices come first, as in every mesh; parts come one after the other.
-    /// Cost: a pass over nodes and cells a part.
+    /// The reflections share the nodes on the planes. A mesh without symmetry planes is returned
+    /// unchanged. Vertices come first, as in every mesh; cells come image by image.
+    /// Cost: one pass over nodes and cells per image.
     ///
     /// ```
     /// use mesh::{LinearTets, SYMMETRY_PLANE_TAGS, TetMesh};
@@ -63,7 +72,8 @@ impl TetMesh {
     /// ```
     ///
     /// # Errors
-    /// [`MeshError::OffSymmetryPlane`] for a node on a mirror plane that is not at zero; [`MeshError::TooLarge`].
+    /// [`MeshError::OffSymmetryPlane`] for a node on a symmetry plane whose coordinate is not
+    /// exactly zero; [`MeshError::TooLarge`].
     pub fn unfolded(&self) -> Result<Unfolded, MeshError> {
         let planes = self.symmetry_planes();
         let on_planes = self.nodes_on_symmetry_planes();
@@ -79,7 +89,7 @@ impl TetMesh {
                 });
             }
         }
-        // Which axes each part is mirrored in.
+        // For each image, the axes along which it is reflected.
         let images: Vec<[bool; 3]> = (0..8usize)
             .map(|bits| [0, 1, 2].map(|axis| bits >> axis & 1 == 1))
             .filter(|image| (0..3).all(|axis| planes[axis] || !image[axis]))
@@ -96,7 +106,7 @@ impl TetMesh {
         for range in [0..self.n_vertices(), self.n_vertices()..self.n_points()] {
             for (k, image) in images.iter().enumerate() {
                 for node in range.clone() {
-                    // Nodes on a plane are their own images in it.
+                    // A node on a plane is its own image in that plane.
                     let moved = [0, 1, 2].map(|axis| image[axis] && !on[node][axis]);
                     number[k][node] = if moved == *image {
                         sources.push((node as u32, signs(*image)));
@@ -157,6 +167,10 @@ impl TetMesh {
             cells,
             facets,
             tags,
+            regions: Regions {
+                names: self.regions().names.clone(),
+                of_cells: self.regions().of_cells.repeat(images.len()),
+            },
         };
         Ok(Unfolded {
             mesh: TetMesh::checked(points, Arc::new(topology))?,
@@ -165,8 +179,9 @@ impl TetMesh {
     }
 }
 
+/// Factors by which the reflection along the axes of `image` multiplies the components of a vector.
 fn signs(image: [bool; 3]) -> Vec3 {
-    Vec3::from(image.map(|mirrored| if mirrored { -1.0 } else { 1.0 }))
+    Vec3::from(image.map(|reflected| if reflected { -1.0 } else { 1.0 }))
 }
 
 #[cfg(test)]
@@ -174,7 +189,7 @@ mod tests {
     use super::*;
     use crate::LinearTets;
 
-    /// The part of a cube with planes normal to the axes in `planes`, with its boundary at zero tagged as symmetry planes.
+    /// A unit cube whose sides at zero, normal to the axes in `planes`, are symmetry planes.
     fn part(n: u32, planes: &[usize]) -> TetMesh {
         let mut cube = LinearTets::cube(n);
         for &axis in planes {
@@ -184,14 +199,15 @@ mod tests {
     }
 
     #[test]
-    fn images_fill_the_whole() {
+    fn images_fill_the_whole_mesh() {
         for planes in [&[][..], &[1], &[0, 2], &[0, 1, 2]] {
             let part = part(2, planes);
             let whole = part.unfolded().unwrap();
             let parts = 1 << planes.len();
             assert_eq!(whole.mesh.n_cells(), parts * part.n_cells());
             assert!((whole.mesh.volume() - parts as f64).abs() < 1e-13);
-            // every midside node is amid its own edge, every facet on its cell: all cells are affine, and the boundary closes
+            // All cells are affine: every midside node is the midpoint of its edge. Facets lie on
+            // their cells and point outwards.
             assert!((0..whole.mesh.n_cells()).all(|cell| whole.mesh.is_affine(cell)));
             let facets = whole.mesh.facets();
             assert_eq!(facets.len(), 8 * (6 - planes.len()) * parts);
@@ -207,7 +223,7 @@ mod tests {
                 assert!((x[5] - 0.5 * (x[2] + x[0])).norm() < 1e-14);
                 assert!(whole.mesh.cells()[facet.cell as usize].contains(&facet.nodes[4]));
             }
-            // no two nodes at one place
+            // No two nodes coincide.
             let mut places: Vec<[i64; 3]> = whole
                 .mesh
                 .points()
@@ -221,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn nodes_know_their_planes() {
+    fn nodes_on_symmetry_planes_have_a_zero_coordinate() {
         let part = part(1, &[0, 2]);
         for (node, planes) in part.nodes_on_symmetry_planes() {
             let x = part.points()[node as usize];

@@ -1,23 +1,16 @@
-//! The quadratic tetrahedral mesh that every crate of the workspace works on.
+//! The quadratic tetrahedral mesh on which every crate of the workspace works.
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
-
-use crate::quality::curved_volume;
-use crate::{MeshError, Surface};
-
-/// A point or a displacement in space.
-pub type Vec3 = Vector3<f64>;
-
-/// The local vertex pairs whose midside nodes are local nodes 4..10 (VTK order of `VTK_QUADRATIC_TETRA`).
-pub const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]];
+use crate::jacobian::curved_volume;
+use crate::{MeshError, Regions, Surface, TET_EDGES, Vec3};
 
 /// A face of the fluid's boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Facet {
     /// Three vertices, then the midside nodes of edges 01, 12, 20; ordered so that
-    /// `(x1 - x0) x (x2 - x0)` points out of the fluid.
+    /// `(x1 - x0) × (x2 - x0)` points out of the fluid.
     pub nodes: [u32; 6],
     /// The cell that the face belongs to.
     pub cell: u32,
@@ -25,24 +18,27 @@ pub struct Facet {
     pub tag: u16,
 }
 
-/// What stays when nodes move.
+/// The part of a mesh that stays the same when its nodes move.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Topology {
     pub(crate) n_vertices: usize,
     pub(crate) cells: Vec<[u32; 10]>,
     pub(crate) facets: Vec<Facet>,
     pub(crate) tags: Vec<String>,
+    pub(crate) regions: Regions,
 }
 
 /// A mesh of 10-node (isoparametric quadratic) tetrahedra with named boundary parts.
 ///
-/// Points are numbered vertices first (`0..n_vertices`), then midside nodes, so a P1 unknown is a
-/// vertex index and a P2 function a point index (solvers may number their unknowns anew). A straight-sided mesh is one whose midside
-/// nodes are the midpoints of their edges. Every mesh is valid: its cells are one-to-one images of the reference
-/// tet, and each face of their boundary has one tag. Copies share the topology.
+/// Vertices are numbered first (`0..n_vertices`), then midside nodes. A P1 degree of freedom is
+/// therefore a vertex number and a P2 degree of freedom a node number (solvers may renumber
+/// theirs). In a straight-sided mesh every midside node is the midpoint of its edge. Every mesh is
+/// valid: its cells are one-to-one images of the reference tet, and each boundary face has exactly
+/// one tag. Clones share the topology.
 ///
-/// Vertices are in reverse Cuthill-McKee order, midside nodes and cells follow their vertices: matrices over
-/// the points have their entries near the diagonal of the four vertex/midside blocks.
+/// Vertices are in reverse Cuthill-McKee order; midside nodes and cells follow their vertices. The
+/// nonzeros of a matrix over the nodes then lie near the diagonals of its four vertex/midside
+/// blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TetMesh {
     pub(crate) points: Vec<Vec3>,
@@ -50,12 +46,12 @@ pub struct TetMesh {
 }
 
 impl TetMesh {
-    /// All nodes: vertices first, then midside nodes.
+    /// Positions of all nodes: vertices first, then midside nodes.
     pub fn points(&self) -> &[Vec3] {
         &self.points
     }
 
-    /// Number of vertices; points `0..n_vertices` are vertices.
+    /// Number of vertices; nodes `0..n_vertices` are vertices.
     pub fn n_vertices(&self) -> usize {
         self.topology.n_vertices
     }
@@ -72,7 +68,7 @@ impl TetMesh {
 
     /// Node numbers of each cell: four vertices, then the midside nodes of [`TET_EDGES`].
     ///
-    /// Positively oriented: `det(x1 - x0, x2 - x0, x3 - x0) > 0`.
+    /// Cells are positively oriented: `det(x1 - x0, x2 - x0, x3 - x0) > 0`.
     pub fn cells(&self) -> &[[u32; 10]] {
         &self.topology.cells
     }
@@ -87,15 +83,20 @@ impl TetMesh {
         &self.topology.tags
     }
 
-    /// The index of the boundary part `name`.
+    /// Named parts of the volume, with the region of each cell; empty if no region is named.
+    pub fn regions(&self) -> &Regions {
+        &self.topology.regions
+    }
+
+    /// Index of the boundary part `name`.
     ///
     /// # Errors
-    /// [`MeshError::UnknownTag`] with the names there are.
+    /// [`MeshError::UnknownTag`] with the names of all parts.
     pub fn tag(&self, name: &str) -> Result<u16, MeshError> {
         find_tag(self.tags(), name)
     }
 
-    /// The nodes on boundary part `tag`, ascending, each once.
+    /// Nodes on boundary part `tag`, ascending, each once.
     ///
     /// Cost: one pass over the facets and a sort.
     pub fn nodes_on(&self, tag: u16) -> Vec<u32> {
@@ -123,8 +124,9 @@ impl TetMesh {
 
     /// Whether the geometry map of a cell is affine: midside nodes at midpoints up to rounding.
     ///
-    /// The tolerance is 16 units of rounding of the largest coordinate: a rigid motion of vertices and midside
-    /// nodes (nine multiplications and additions each) leaves less, and within it the two maps cannot be told apart.
+    /// The tolerance is 16 units of rounding of the cell's largest coordinate. A rigid motion of
+    /// the nodes (nine multiplications and additions each) leaves a smaller error, and within this
+    /// tolerance the affine and the quadratic map cannot be told apart.
     pub fn is_affine(&self, cell: usize) -> bool {
         let x = self.cell_points(cell);
         let size = x.iter().map(Vec3::amax).fold(0.0, f64::max);
@@ -133,12 +135,12 @@ impl TetMesh {
         })
     }
 
-    /// The volume of a (curved) cell, exact up to rounding.
+    /// Volume of a (curved) cell, exact up to rounding.
     pub fn cell_volume(&self, cell: usize) -> f64 {
         curved_volume(&self.cell_points(cell))
     }
 
-    /// The volume of the fluid, exact up to rounding for the curved cells.
+    /// Volume of the fluid: the sum of the volumes of the curved cells, exact up to rounding.
     pub fn volume(&self) -> f64 {
         (0..self.n_cells()).map(|cell| self.cell_volume(cell)).sum()
     }
@@ -150,41 +152,15 @@ impl TetMesh {
             .iter()
             .fold([far, -far], |[low, high], p| [low.inf(p), high.sup(p)])
     }
-
-    /// The same mesh with its nodes elsewhere: `points[i]` is the new place of node `i`.
-    ///
-    /// The topology is shared, not copied. Cost: one Jacobian bound a curved cell, parallel.
-    ///
-    /// # Errors
-    /// [`MeshError::WrongLength`], [`MeshError::NotFinite`]; [`MeshError::InvertedCell`] with the worst cell if the
-    /// motion turns one inside out anywhere.
-    pub fn with_points(&self, points: Vec<Vec3>) -> Result<Self, MeshError> {
-        if points.len() != self.n_points() {
-            return Err(MeshError::WrongLength {
-                what: "list of moved nodes".into(),
-                expected: self.n_points(),
-                found: points.len(),
-            });
-        }
-        check_finite(&points)?;
-        Self::checked(points, Arc::clone(&self.topology))
-    }
-
-    /// The mesh of these parts, if no cell is turned inside out.
-    ///
-    /// # Errors
-    /// [`MeshError::InvertedCell`] with the worst cell.
-    pub(crate) fn checked(points: Vec<Vec3>, topology: Arc<Topology>) -> Result<Self, MeshError> {
-        let mesh = Self { points, topology };
-        mesh.check_jacobians()?;
-        Ok(mesh)
-    }
 }
 
-/// The true surface of a boundary part.
+/// The name of a boundary part and its true surface.
 pub type NamedSurface<'a> = (&'a str, &'a dyn Surface);
 
-/// The index of `name` in `tags`.
+/// Index of `name` in `tags`.
+///
+/// # Errors
+/// [`MeshError::UnknownTag`].
 pub(crate) fn find_tag(tags: &[String], name: &str) -> Result<u16, MeshError> {
     match tags.iter().position(|tag| tag == name) {
         Some(index) => Ok(index as u16),
@@ -195,7 +171,10 @@ pub(crate) fn find_tag(tags: &[String], name: &str) -> Result<u16, MeshError> {
     }
 }
 
-/// That all coordinates are finite.
+/// Checks that all coordinates are finite.
+///
+/// # Errors
+/// [`MeshError::NotFinite`] with the first point that has a NaN or infinite coordinate.
 pub(crate) fn check_finite(points: &[Vec3]) -> Result<(), MeshError> {
     let bad = |p: &Vec3| p.iter().any(|x| !x.is_finite());
     match points.iter().position(bad) {

@@ -1,20 +1,18 @@
-//! Edges and faces of a set of tets: who shares what.
+//! Edges and faces of a set of tets, and which tets share them.
 
+use crate::tet::TET_FACES;
 use crate::{MeshError, TET_EDGES, Vec3};
 
-/// The local vertices of face `i`, opposite vertex `i`; the normal of a positively oriented tet points outwards.
-pub(crate) const TET_FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
-
-/// All edges of a mesh, stored by their lower vertex: edge `e` joins `lower` to `upper[e]`.
+/// All edges of a mesh, numbered by lower, then by upper vertex.
 pub(crate) struct EdgeIndex {
-    /// Edges of lower vertex `v` are `start[v]..start[v + 1]`.
+    /// The edges with lower vertex `v` are `start[v]..start[v + 1]`.
     start: Vec<usize>,
-    /// Upper vertices, ascending within each lower vertex.
+    /// Upper vertex of each edge, ascending among the edges of one lower vertex.
     upper: Vec<u32>,
 }
 
 impl EdgeIndex {
-    /// Numbers the edges of `tets` by (lower vertex, upper vertex). O(n log valence).
+    /// Numbers the edges of `tets`. Cost: O(n log valence).
     pub(crate) fn new(n_vertices: usize, tets: &[[u32; 4]]) -> Self {
         let pairs = || {
             tets.iter()
@@ -46,7 +44,7 @@ impl EdgeIndex {
         self.upper.len()
     }
 
-    /// The number of edge `ab`, in either order, if a tet has it.
+    /// Number of the edge between `a` and `b`, in either order, if a tet has it.
     pub(crate) fn find(&self, a: u32, b: u32) -> Option<usize> {
         let low = a.min(b) as usize;
         let range = self.start[low]..self.start[low + 1];
@@ -54,7 +52,7 @@ impl EdgeIndex {
         Some(range.start + at)
     }
 
-    /// The edges in order of their numbers, lower vertex first.
+    /// The edges in the order of their numbers, each with its lower vertex first.
     pub(crate) fn iter(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
         (0..self.start.len() - 1).flat_map(|v| {
             self.upper[self.start[v]..self.start[v + 1]]
@@ -64,7 +62,9 @@ impl EdgeIndex {
     }
 }
 
-/// Sorts `(key, value)` pairs into buckets of equal key: offsets of the buckets and their values in order of arrival.
+/// Sorts `(key, value)` pairs into buckets of equal key.
+///
+/// Returns the offsets of the buckets and the values, in order of arrival within each bucket.
 fn bucket<T: Copy + Default, I: Iterator<Item = (u32, T)>>(
     n_keys: usize,
     pairs: impl Fn() -> I,
@@ -85,25 +85,28 @@ fn bucket<T: Copy + Default, I: Iterator<Item = (u32, T)>>(
     (start, values)
 }
 
-/// A face of a tet that no other tet shares.
+/// A face that belongs to exactly one tet.
 #[derive(Clone, Copy)]
 pub(crate) struct BoundaryFace {
-    /// Vertices, normal out of the fluid.
+    /// Vertices; the normal points out of the fluid.
     pub(crate) vertices: [u32; 3],
     pub(crate) cell: u32,
     pub(crate) tag: u16,
 }
 
-/// Upper two vertices of a face, and the tet (or `FACE +` tagged face) it belongs to.
+/// The two higher vertices of a face, the index of the tet or tagged face, and the local face of
+/// the tet or [`TAGGED`].
 type FaceEntry = ([u32; 2], u32, u8);
 
-/// Marks a [`FaceEntry`] of a tagged face; below are the local faces of a tet.
+/// Marks a [`FaceEntry`] of a tagged face; smaller numbers are local faces of a tet.
 const TAGGED: u8 = 4;
 
-/// Matches the boundary of `tets` (positively oriented) with the tagged `faces`, one to one.
+/// Matches the boundary faces of `tets` (positively oriented) with the tagged `faces`, one to one.
 ///
 /// # Errors
-/// A tagged face that is no boundary face, a boundary face with no tag or with two, three tets on one face.
+/// [`MeshError::NotOnBoundary`] for a tagged face that is not a boundary face,
+/// [`MeshError::UntaggedFace`], [`MeshError::FaceTaggedTwice`], and
+/// [`MeshError::NonManifoldFace`] where three or more tets share a face.
 pub(crate) fn match_boundary(
     points: &[Vec3],
     tets: &[[u32; 4]],
@@ -126,7 +129,7 @@ pub(crate) fn match_boundary(
     let mut boundary = Vec::with_capacity(faces.len());
     for low in 0..points.len() {
         let around = &mut entries[start[low]..start[low + 1]];
-        // Tets come before tagged faces, so the first of a group tells whether it is a tet's.
+        // Within a group of equal faces the tets come before the tagged faces.
         around.sort_unstable_by_key(|&(upper, owner, side)| (upper, side == TAGGED, owner));
         for group in around.chunk_by(|a, b| a.0 == b.0) {
             let n_tets = group.iter().filter(|entry| entry.2 != TAGGED).count();
@@ -173,15 +176,6 @@ pub(crate) fn match_boundary(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn faces_of_the_reference_tet_point_outwards() {
-        let x = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
-        for (opposite, face) in TET_FACES.iter().enumerate() {
-            let [a, b, c] = face.map(|i| x[i]);
-            assert!((b - a).cross(&(c - a)).dot(&(x[opposite] - a)) < 0.0);
-        }
-    }
 
     #[test]
     fn edges_are_numbered_by_lower_then_upper_vertex() {

@@ -1,4 +1,4 @@
-//! Memory that reading takes is bounded by the file's size, whatever the file announces.
+//! The memory for reading a file is bounded by its size, regardless of the counts it announces.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use mesh::MshFile;
 
-/// Counts the bytes of every request; it never gives any back, so it overstates.
+/// Counts the bytes of every request. Freed memory is not subtracted, so the count is an upper
+/// bound.
 struct Counting;
 
 static REQUESTED: AtomicUsize = AtomicUsize::new(0);
 
-// SAFETY: both methods hand their arguments to the system's allocator unchanged, whose contract is the same; the
-// default `realloc` and `alloc_zeroed` are made of these two.
+// SAFETY: both methods pass their arguments unchanged to the system's allocator, which has the same
+// contract; the default `realloc` and `alloc_zeroed` call these two.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         REQUESTED.fetch_add(layout.size(), Ordering::Relaxed);
@@ -29,7 +30,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Bytes that reading requests.
+/// Bytes requested while reading a file, which must be refused.
 fn requested(bytes: &[u8]) -> usize {
     let before = REQUESTED.load(Ordering::Relaxed);
     let file = MshFile::parse("file.msh", bytes);
@@ -66,7 +67,8 @@ fn announced_counts_reserve_nothing_beyond_the_size_of_the_file() {
         ] {
             let file = format!("$MeshFormat\n{section}{padding}");
             let bytes = requested(file.as_bytes());
-            // A node takes 8 bytes of text at least and 32 of memory; lists of tags grow by doubling; messages are short.
+            // A node takes at least 8 bytes of text and 32 of memory; lists of tags grow by
+            // doubling; messages are short.
             assert!(
                 bytes < 8 * file.len() + 4096,
                 "{bytes} for {}: {section}",

@@ -55,6 +55,7 @@ fn shell(n: usize, outer: f64) -> LinearTets {
         tets,
         faces,
         tags: vec!["sphere".into(), "outer".into()],
+        ..LinearTets::default()
     }
 }
 
@@ -88,6 +89,7 @@ pub fn fan(n: usize) -> TetMesh {
         tets,
         faces,
         tags: vec!["surface".into()],
+        ..LinearTets::default()
     })
     .unwrap()
 }

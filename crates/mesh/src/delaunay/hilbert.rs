@@ -1,12 +1,14 @@
-//! The order in which points are inserted: biased randomised rounds, each along a Hilbert curve.
+//! Insertion order of the points: biased randomised rounds, each along a Hilbert curve.
 
 use crate::Vec3;
 
-/// Bits a coordinate keeps on the curve; three of them fill a `u64`.
+/// Bits per coordinate on the curve; those of three coordinates fit into a `u64`.
 const BITS: u32 = 21;
 
-/// Point indices in insertion order: rounds of geometrically growing size (Amenta, Choi & Rote 2003), each sorted
-/// along a Hilbert curve, so that a walk from the last tet is short and no input order is a bad one.
+/// Point indices in insertion order.
+///
+/// Rounds of geometrically growing size (Amenta, Choi & Rote 2003), each sorted along a Hilbert
+/// curve: the walk from the last tet to the next point is short for any order of the input.
 pub(crate) fn insertion_order(points: &[Vec3]) -> Vec<u32> {
     let Some(first) = points.first() else {
         return Vec::new();
@@ -29,7 +31,10 @@ pub(crate) fn insertion_order(points: &[Vec3]) -> Vec<u32> {
     keyed.into_iter().map(|(_, _, i)| i).collect()
 }
 
-/// Round of a point: each round holds seven eighths of what the later ones left, drawn by hashing the index.
+/// Round of a point, drawn by hashing its index.
+///
+/// The last round has seven eighths of all points, the one before it seven eighths of the others,
+/// and so on.
 fn round(index: u64) -> u32 {
     // The finaliser of splitmix64 (Steele, Lea & Flood 2014).
     let mut z = index.wrapping_add(0x9e37_79b9_7f4a_7c15);

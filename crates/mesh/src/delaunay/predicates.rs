@@ -1,4 +1,4 @@
-//! Signs of the orientation and in-sphere determinants, exact by Shewchuk's adaptive arithmetic.
+//! Exact signs of the orientation and in-sphere determinants, by Shewchuk's adaptive arithmetic.
 
 use crate::Vec3;
 use robust::Coord3D;
@@ -11,14 +11,14 @@ fn coord(p: &Vec3) -> Coord3D<f64> {
     }
 }
 
-/// Has the sign of `det(b - a, c - a, d - a)`: positive for a positively oriented tet.
+/// A number with the sign of `det(b - a, c - a, d - a)`: positive for a positively oriented tet.
 #[inline]
 pub(super) fn orientation(a: &Vec3, b: &Vec3, c: &Vec3, d: &Vec3) -> f64 {
     -robust::orient3d(coord(a), coord(b), coord(c), coord(d))
 }
 
-/// Positive when `e` lies strictly inside the circumsphere of the positively oriented tet `a b c d`,
-/// exactly zero when it lies on it.
+/// A number that is positive if `e` lies strictly inside the circumsphere of the positively
+/// oriented tet `a b c d`, and zero if `e` lies on it.
 #[inline]
 pub(super) fn in_sphere(a: &Vec3, b: &Vec3, c: &Vec3, d: &Vec3, e: &Vec3) -> f64 {
     -robust::insphere(coord(a), coord(b), coord(c), coord(d), coord(e))

@@ -1,29 +1,33 @@
 //! Incremental construction by cavities (Bowyer 1981, Watson 1981).
 //!
-//! Tets live in flat arrays with their four neighbours; the hull is closed by ghost tets that share one vertex at
-//! infinity. Ties need no perturbation: with exact signs and "on the sphere counts as outside" every cavity is
-//! star-shaped as seen from the new point, whatever is cospherical (see [`Builder::dig`]).
+//! Tets are stored in flat arrays with their four neighbours. Ghost tets, which share one vertex at
+//! infinity, close the hull. Cospherical points need no perturbation: with exact signs, and points
+//! on a sphere counted as outside, every cavity is star-shaped with respect to the new point (see
+//! [`Builder::find_cavity`]).
 
-use super::insertion_order;
+use super::hilbert::insertion_order;
 use super::predicates::{in_sphere, orientation};
 use crate::{MeshError, Vec3};
 
 /// The vertex at infinity.
 const GHOST: u32 = u32::MAX;
-/// In the neighbour array of a cavity tet: marks a face of the cavity's boundary, with the new tet behind it.
+/// Flag in the neighbour array of a cavity tet: the face is on the boundary of the cavity, and the
+/// other bits are the new tet behind it.
 const NEW: u32 = 1 << 31;
 
-/// For each face (named by the opposite vertex) its vertices, ordered such that `(face, opposite vertex)` is a
-/// positive tet.
+/// Vertices of the face opposite each vertex, ordered such that `(face, opposite vertex)` is a
+/// positively oriented tet.
 const FACE: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]];
 
-/// The Delaunay tets of `points`, positively oriented.
+/// Delaunay tets of `points`, positively oriented.
 ///
-/// Every tet's open circumball holds no point; of several valid choices among cospherical points the insertion order
-/// takes one, the same on every machine. Cost: O(n log n) for points of a graded mesh, some microseconds a point.
+/// The open circumball of every tet contains no point. Among cospherical points there are several
+/// valid choices; the insertion order determines one, the same on every machine. Cost: O(n log n)
+/// for the points of a graded mesh, some microseconds per point.
 ///
 /// # Errors
-/// Coordinates that are not finite, two equal points, and fewer than four points out of one plane.
+/// [`MeshError::NotFinite`], [`MeshError::DuplicateVertices`], and [`MeshError::FlatPoints`] if all
+/// points lie in one plane.
 pub(crate) fn delaunay(points: &[Vec3]) -> Result<Vec<[u32; 4]>, MeshError> {
     if let Some(i) = points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
         return Err(MeshError::NotFinite { point: i });
@@ -41,18 +45,18 @@ pub(crate) fn delaunay(points: &[Vec3]) -> Result<Vec<[u32; 4]>, MeshError> {
     Ok(builder.finish())
 }
 
-/// Four points out of one plane, positively oriented, early in the order.
+/// Four points that do not lie in one plane, positively oriented, early in the order.
 fn first_tet(points: &[Vec3], order: &[u32]) -> Option<[u32; 4]> {
     let at = |i: u32| &points[i as usize];
     let (&a, rest) = order.split_first()?;
     let b = *rest.iter().find(|&&i| at(i) != at(a))?;
-    // Three points are in line when every projection of their triangle has no area.
-    let in_line = |c: u32| {
+    // Three points are collinear if all projections of their triangle have no area.
+    let collinear = |c: u32| {
         let axes = [Vec3::x(), Vec3::y(), Vec3::z()];
         axes.iter()
             .all(|axis| orientation(at(a), at(b), at(c), &(at(a) + axis)) == 0.0)
     };
-    let c = *rest.iter().find(|&&i| !in_line(i))?;
+    let c = *rest.iter().find(|&&i| !collinear(i))?;
     let d = *rest
         .iter()
         .find(|&&i| orientation(at(a), at(b), at(c), at(i)) != 0.0)?;
@@ -63,29 +67,36 @@ fn first_tet(points: &[Vec3], order: &[u32]) -> Option<[u32; 4]> {
     }
 }
 
+/// A Delaunay triangulation under construction.
 struct Builder<'a> {
     points: &'a [Vec3],
     tets: Vec<[u32; 4]>,
-    /// Neighbour behind the face opposite each vertex.
+    /// Neighbour across the face opposite each vertex.
     neighbours: Vec<[u32; 4]>,
-    /// `2 stamp + 1` for tets of the present cavity, `2 stamp` for tested tets outside it, less for others.
+    /// `2 stamp + 1` for tets in the current cavity, `2 stamp` for tested tets outside it, smaller
+    /// values for others.
     marks: Vec<u32>,
+    /// Number of the current insertion.
     stamp: u32,
+    /// Unused slots of the arrays.
     free: Vec<u32>,
+    /// A tet of the last insertion, where the next walk starts.
     last: u32,
     cavity: Vec<u32>,
-    walls: Vec<(u32, u32)>,
+    /// Boundary faces of the cavity: a cavity tet and one of its local faces.
+    boundary: Vec<(u32, u32)>,
 }
 
 impl<'a> Builder<'a> {
     fn new(points: &'a [Vec3], start: [u32; 4]) -> Self {
-        // Tet 0 is real; ghost 1 + i lies behind its face i.
+        // Tet 0 is the start; ghost 1 + i is the neighbour across its face i.
         let mut tets = vec![start];
         let mut neighbours = vec![[1, 2, 3, 4]];
         for face in &FACE {
             let [a, b, c] = face.map(|k| start[k]);
             tets.push([a, c, b, GHOST]);
-            // Ghost faces opposite a, c, b lie against the ghosts opposite the same vertex of the start tet.
+            // The neighbours across the faces opposite a, c, b are the ghosts across the faces of
+            // the start tet opposite the same vertices.
             neighbours.push([
                 1 + face[0] as u32,
                 1 + face[2] as u32,
@@ -102,14 +113,15 @@ impl<'a> Builder<'a> {
             free: Vec::new(),
             last: 0,
             cavity: Vec::new(),
-            walls: Vec::new(),
+            boundary: Vec::new(),
         }
     }
 
+    /// Inserts point `p`.
     fn insert(&mut self, p: u32) -> Result<(), MeshError> {
-        let seat = self.locate(p);
+        let start = self.locate(p);
         let at = self.points[p as usize];
-        for &v in &self.tets[seat as usize] {
+        for &v in &self.tets[start as usize] {
             if v != GHOST && self.points[v as usize] == at {
                 return Err(MeshError::DuplicateVertices {
                     first: v as usize,
@@ -118,15 +130,16 @@ impl<'a> Builder<'a> {
                 });
             }
         }
-        self.dig(seat, &at);
-        self.fill(p);
+        self.find_cavity(start, &at);
+        self.fill_cavity(p);
         Ok(())
     }
 
-    /// Walks from the last new tet to one that contains point `p`, or to a ghost whose hull face sees it.
+    /// Walks from the last new tet to one that contains point `p`, or to a ghost whose hull face is
+    /// visible from `p`.
     ///
-    /// The walk crosses any face that separates the tet from `p`; in a Delaunay triangulation it cannot cycle
-    /// (Edelsbrunner 1990).
+    /// Each step crosses a face that separates the tet from `p`. In a Delaunay triangulation such a
+    /// walk cannot cycle (Edelsbrunner 1990).
     fn locate(&self, p: u32) -> u32 {
         let at = &self.points[p as usize];
         let mut here = self.last;
@@ -151,7 +164,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Orientation of `tet` with its vertex `i` moved to `at`: positive on the vertex's own side of the face.
+    /// Orientation of `tet` with its vertex `i` moved to `at`: positive on the side of the vertex.
     #[inline]
     fn side(&self, tet: &[u32; 4], i: usize, at: &Vec3) -> f64 {
         let [a, b, c] = FACE[i].map(|k| &self.points[tet[k] as usize]);
@@ -160,8 +173,10 @@ impl<'a> Builder<'a> {
 
     /// Whether the open circumball of tet `t` contains `at`.
     ///
-    /// A ghost's ball is the open half-space beyond its hull face, together with the open circumdisc of that face.
-    /// Balls of neighbours cut their common plane in the same disc, hence no face of a cavity is seen edge-on.
+    /// The ball of a ghost is the open half-space beyond its hull face, together with the open
+    /// circumdisc of that face. The balls of two neighbours intersect the plane of their common
+    /// face in the same disc, so the new point never lies in the plane of a boundary face of the
+    /// cavity.
     #[inline]
     fn conflicts(&self, t: u32, at: &Vec3) -> bool {
         let tet = &self.tets[t as usize];
@@ -173,14 +188,15 @@ impl<'a> Builder<'a> {
         in_sphere(a, b, c, d, at) > 0.0
     }
 
-    /// Collects the tets whose open circumball contains `at`, and the faces around them.
-    fn dig(&mut self, seat: u32, at: &Vec3) {
+    /// Collects the tets whose open circumball contains `at`, and the boundary faces of this
+    /// cavity.
+    fn find_cavity(&mut self, start: u32, at: &Vec3) {
         self.stamp += 1;
         let (outside, inside) = (2 * self.stamp, 2 * self.stamp + 1);
         self.cavity.clear();
-        self.walls.clear();
-        self.cavity.push(seat);
-        self.marks[seat as usize] = inside;
+        self.boundary.clear();
+        self.cavity.push(start);
+        self.marks[start as usize] = inside;
         let mut next = 0;
         while next < self.cavity.len() {
             let t = self.cavity[next];
@@ -195,16 +211,16 @@ impl<'a> Builder<'a> {
                     }
                 }
                 if self.marks[n as usize] == outside {
-                    self.walls.push((t, i as u32));
+                    self.boundary.push((t, i as u32));
                 }
             }
         }
     }
 
-    /// Fills the cavity with the tets that join its walls to `p`.
-    fn fill(&mut self, p: u32) {
-        let walls = std::mem::take(&mut self.walls);
-        for &(t, i) in &walls {
+    /// Fills the cavity with the tets that join its boundary faces to `p`.
+    fn fill_cavity(&mut self, p: u32) {
+        let boundary = std::mem::take(&mut self.boundary);
+        for &(t, i) in &boundary {
             let (t, i) = (t as usize, i as usize);
             let mut tet = self.tets[t];
             tet[i] = p;
@@ -229,22 +245,24 @@ impl<'a> Builder<'a> {
             self.neighbours[beyond as usize][back] = new;
             self.neighbours[t][i] = NEW | new;
         }
-        for &(t, i) in &walls {
+        for &(t, i) in &boundary {
             let new = (self.neighbours[t as usize][i as usize] & !NEW) as usize;
             for j in 0..4 {
                 if j != i as usize {
-                    self.neighbours[new][j] = self.across(t as usize, i as usize, j);
+                    self.neighbours[new][j] = self.new_neighbour(t as usize, i as usize, j);
                 }
             }
         }
-        self.last = self.neighbours[walls[0].0 as usize][walls[0].1 as usize] & !NEW;
+        self.last = self.neighbours[boundary[0].0 as usize][boundary[0].1 as usize] & !NEW;
         self.free.append(&mut self.cavity);
-        self.walls = walls;
+        self.boundary = boundary;
     }
 
-    /// The new tet that shares with the one on wall `(t, i)` the face opposite vertex `j`: turns through the cavity
-    /// about the edge that lies on faces `i` and `j` of `t`, until the next wall.
-    fn across(&self, t: usize, i: usize, j: usize) -> u32 {
+    /// Neighbour of the new tet on boundary face `(t, i)` across its face opposite vertex `j`.
+    ///
+    /// Rotates through the cavity about the edge common to the faces `i` and `j` of `t`, until the
+    /// next boundary face.
+    fn new_neighbour(&self, t: usize, i: usize, j: usize) -> u32 {
         let (mut t, mut i, mut j) = (t, i, j);
         loop {
             let next = self.neighbours[t][j];
@@ -252,13 +270,15 @@ impl<'a> Builder<'a> {
                 return next & !NEW;
             }
             let next = next as usize;
-            // Through face j: vertex i of `t` lies in `next` too and is what the next face is opposite to.
+            // Cross face j. Vertex i of `t` is also a vertex of `next`; the next face is opposite
+            // to it.
             let pivot = slot_of(&self.tets[next], self.tets[t][i]);
             i = slot_of(&self.neighbours[next], t as u32);
             (t, j) = (next, pivot);
         }
     }
 
+    /// The tets without ghosts and unused slots.
     fn finish(mut self) -> Vec<[u32; 4]> {
         for &slot in &self.free {
             self.tets[slot as usize] = [GHOST; 4];
@@ -268,7 +288,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Position of `value` in `slots`, which hold it.
+/// Position of `value`, which must be in `slots`.
 #[inline]
 fn slot_of(slots: &[u32; 4], value: u32) -> usize {
     (0..3).find(|&k| slots[k] == value).unwrap_or(3)
@@ -278,7 +298,7 @@ fn slot_of(slots: &[u32; 4], value: u32) -> usize {
 mod tests {
     use super::*;
 
-    /// Checks orientation, that balls are empty (against every point), and the volume of the hull.
+    /// Checks orientation, empty circumballs (against every point), and the volume of the hull.
     fn check(points: &[Vec3], volume: f64) {
         let tets = delaunay(points).expect("points span a volume");
         let mut sum = 0.0;
@@ -288,13 +308,13 @@ mod tests {
             sum += (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0;
             assert!(points.iter().all(|e| in_sphere(a, b, c, d, e) <= 0.0));
         }
-        // Each of the sums of tets rounds by an ulp of the total.
+        // Each addition rounds by at most one unit in the last place of the total.
         let rounding = tets.len() as f64 * f64::EPSILON * volume;
         assert!((sum - volume).abs() <= rounding, "{sum} {volume}");
     }
 
     #[test]
-    fn a_lattice_full_of_ties_fills_its_cube() {
+    fn cospherical_points_of_a_lattice_fill_its_cube() {
         let mut points = Vec::new();
         for i in 0..6 {
             for j in 0..6 {
@@ -307,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn points_of_an_octahedron_and_its_centre() {
+    fn octahedron_with_and_without_its_centre() {
         let axes = [Vec3::x(), Vec3::y(), Vec3::z()];
         let mut points: Vec<Vec3> = axes.iter().flat_map(|&a| [a, -a]).collect();
         check(&points, 4.0 / 3.0);
@@ -316,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_points_are_errors() {
+    fn flat_duplicate_and_nan_points_are_errors() {
         let plane: Vec<Vec3> = (0..20)
             .map(|i| Vec3::new(f64::from(i % 5), f64::from(i / 5), 1.0))
             .collect();

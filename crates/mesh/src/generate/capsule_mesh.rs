@@ -1,43 +1,48 @@
-//! Triangulation of a cylinder closed by hemispheres, with triangles on the cylinder that are the convex hull of its vertices.
+//! Triangulation of a cylinder closed by hemispheres; on the cylinder it is the convex hull of the
+//! vertices.
 
 use super::surface_mesh::SurfaceMesh;
 use crate::{Capsule, MeshError, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Height of a regular triangle over its edge.
+/// Ratio of the height of a regular triangle to its edge.
 const HEIGHT: f64 = 0.866_025_403_784_438_6;
 
-/// Height of the row of triangles that joins the zigzag end of the cylinder to the first circle of a hemisphere, over the edge.
+/// Ratio of the height of the seam to the edge.
+///
+/// The seam is the row of triangles between the zigzag end of the cylinder and the first circle of
+/// a hemisphere.
 const SEAM: f64 = 0.6;
 
-/// Places along the axis and around it at which the smallest edge on the wall is looked for.
+/// Numbers of sample points, along the axis and around it, for the smallest edge on the wall.
 const SAMPLES: (usize, usize) = (256, 24);
 
-/// The smallest edge wanted anywhere on the wall.
+/// Smallest wanted edge length on the wall.
 pub(super) fn smallest_edge(capsule: &Capsule, size: &dyn Fn(Vec3) -> f64) -> f64 {
     let (along, around) = SAMPLES;
-    let reach = capsule.half_length + capsule.radius;
-    let mut least = f64::INFINITY;
+    let half_extent = capsule.half_length + capsule.radius;
+    let mut smallest = f64::INFINITY;
     for i in 0..=along {
-        let x = reach * (2.0 * i as f64 / along as f64 - 1.0);
+        let x = half_extent * (2.0 * i as f64 / along as f64 - 1.0);
         for j in 0..around {
             let (sin, cos) = (2.0 * PI * j as f64 / around as f64).sin_cos();
             let out = Vec3::new(0.0, cos, sin) * capsule.radius;
             let at = capsule.centre + Vec3::x() * x + out;
-            least = least.min(size(crate::Surface::closest_point(capsule, at)));
+            smallest = smallest.min(size(crate::Surface::closest_point(capsule, at)));
         }
     }
-    least
+    smallest
 }
 
-/// Triangulates the surface with edges of one length about `edge`.
+/// Triangulates the surface with edges of about the length `edge` everywhere.
 ///
-/// The faces of the fluid's tets on the wall are the hull of its vertices, and the hull of points on a cylinder joins neighbours in angle,
-/// however far apart they are along it. So the points lie on straight lines along it, at every second place each: the
-/// hull is then flat between neighbouring lines, and divided into regular triangles.
+/// The faces of the fluid's tets on the wall are the convex hull of its vertices, and the hull of
+/// points on a cylinder joins neighbours in angle, however far apart they are along the axis. The
+/// points therefore lie on straight lines along the cylinder, staggered between neighbouring lines:
+/// the hull is then flat between two lines and consists of regular triangles.
 ///
 /// # Errors
-/// More than `limit` vertices would be needed.
+/// [`MeshError::TooManyVertices`] if more than `limit` vertices are needed.
 pub(super) fn triangulate_capsule(
     capsule: &Capsule,
     edge: f64,
@@ -48,7 +53,7 @@ pub(super) fn triangulate_capsule(
     if area > HEIGHT * edge * edge * limit as f64 {
         return Err(MeshError::TooManyVertices { limit });
     }
-    // Points on a circle of the cylinder are two lines apart.
+    // Neighbouring points on a circle of the cylinder are two lines apart.
     let on_circle = ((PI * radius / (HEIGHT * edge)).ceil() as usize).max(3);
     let rows = ((4.0 * capsule.half_length / edge).ceil() as usize).max(1);
     let angle = |line: usize| PI * line as f64 / on_circle as f64;
@@ -62,11 +67,12 @@ pub(super) fn triangulate_capsule(
         let points = (0..on_circle).map(|i| place(x, radius, angle(2 * i + row % 2)));
         mesh.points.extend(points);
     }
-    // The point of a row on a line, modulo a turn; rows have every second line.
+    // The point of a row on a line, modulo a full turn; a row has points on every second line.
     let at = |row: usize, line: usize| (row * on_circle + (line % (2 * on_circle)) / 2) as u32;
     let lines = 2 * on_circle;
     for row in 0..rows.saturating_sub(1) {
-        // Each point has two triangles: to the points on the lines beside it, and to the next one on its own.
+        // Each point has two triangles: with the next point on its own line and the points on the
+        // neighbouring lines.
         for i in 0..on_circle {
             let line = 2 * i + row % 2;
             let (left, right) = (line + lines - 1, line + 1);
@@ -75,7 +81,7 @@ pub(super) fn triangulate_capsule(
             mesh.triangles.push([own, next, at(row + 1, left)]);
         }
     }
-    // The ends of the cylinder are zigzags of two rows, one point a line.
+    // The ends of the cylinder are zigzags of two rows with one point per line.
     for side in [-1.0, 1.0] {
         let zigzag: Vec<(f64, u32)> = (0..lines)
             .map(|line| {
@@ -94,7 +100,7 @@ pub(super) fn triangulate_capsule(
     Ok(mesh)
 }
 
-/// Closes one end: circles of points from the seam to the pole, joined by strips of triangles.
+/// Closes one end with circles of points from the seam to the pole, joined by strips of triangles.
 fn cap(
     mesh: &mut SurfaceMesh,
     capsule: &Capsule,
@@ -110,11 +116,11 @@ fn cap(
     for k in 0..circles {
         let latitude = first + (FRAC_PI_2 - first) * k as f64 / circles as f64;
         let count = ((2.0 * PI * radius * latitude.cos() / edge).round() as usize).max(3);
-        // Turned by half a step from circle to circle, so that no two points are above each other everywhere.
-        let turn = PI * (k % 2) as f64 / count as f64;
+        // Successive circles are rotated by half a step, so that their points are staggered.
+        let rotation = PI * (k % 2) as f64 / count as f64;
         let circle: Vec<(f64, u32)> = (0..count)
             .map(|i| {
-                let theta = turn + 2.0 * PI * i as f64 / count as f64;
+                let theta = rotation + 2.0 * PI * i as f64 / count as f64;
                 let (sin, cos) = theta.sin_cos();
                 let x = side * (capsule.half_length + radius * latitude.sin());
                 let r = radius * latitude.cos();
@@ -131,11 +137,11 @@ fn cap(
     let pole = mesh.points.len() as u32 - 1;
     for (i, &(_, a)) in below.iter().enumerate() {
         let b = below[(i + 1) % below.len()].1;
-        mesh.triangles.push(turned([a, b, pole], side));
+        mesh.triangles.push(oriented([a, b, pole], side));
     }
 }
 
-/// Joins two closed circles of points, given with their angles in rising order, by triangles.
+/// Joins two closed circles of points, given with their ascending angles, by triangles.
 fn strip(triangles: &mut Vec<[u32; 3]>, below: &[(f64, u32)], above: &[(f64, u32)], side: f64) {
     let point = |circle: &[(f64, u32)], i: usize| {
         let (angle, vertex) = circle[i % circle.len()];
@@ -144,21 +150,23 @@ fn strip(triangles: &mut Vec<[u32; 3]>, below: &[(f64, u32)], above: &[(f64, u32
     let (mut i, mut j) = (0, 0);
     while i < below.len() || j < above.len() {
         let (a, b) = (point(below, i).1, point(above, j).1);
-        // The circle whose next point comes first goes on.
+        // Advance on the circle whose next point has the smaller angle.
         let next = (point(below, i + 1), point(above, j + 1));
         let lower = j == above.len() || (i < below.len() && next.0.0 <= next.1.0);
         if lower {
-            triangles.push(turned([a, next.0.1, b], side));
+            triangles.push(oriented([a, next.0.1, b], side));
             i += 1;
         } else {
-            triangles.push(turned([a, next.1.1, b], side));
+            triangles.push(oriented([a, next.1.1, b], side));
             j += 1;
         }
     }
 }
 
-/// A triangle that is counterclockwise seen from outside at the end of positive `x`, at the end on this side.
-fn turned([a, b, c]: [u32; 3], side: f64) -> [u32; 3] {
+/// Orients a triangle of the end on `side` counterclockwise as seen from outside.
+///
+/// It is given as counterclockwise at the end of positive `x`.
+fn oriented([a, b, c]: [u32; 3], side: f64) -> [u32; 3] {
     if side > 0.0 { [a, b, c] } else { [a, c, b] }
 }
 
@@ -168,7 +176,7 @@ mod tests {
     use crate::Surface;
 
     #[test]
-    fn triangles_close_the_surface_and_are_the_hull_on_the_cylinder() {
+    fn surface_is_closed_and_convex_on_the_cylinder() {
         for (half_length, edge) in [(3.0, 0.5), (5.0, 0.31), (0.4, 0.7)] {
             let capsule = Capsule {
                 centre: Vec3::new(0.25, -0.5, 1.0),
@@ -176,7 +184,7 @@ mod tests {
                 half_length,
             };
             let mesh = triangulate_capsule(&capsule, edge, 100_000).unwrap();
-            // closed, and of the topology of a sphere
+            // The surface is closed and has the topology of a sphere.
             assert_eq!(mesh.neighbours().len(), mesh.triangles.len());
             assert_eq!(mesh.triangles.len(), 2 * mesh.points.len() - 4);
             let mut volume = 0.0;
@@ -194,7 +202,7 @@ mod tests {
                 if ![a, b, c].iter().all(on_cylinder) {
                     continue;
                 }
-                // no vertex lies outside the plane of the triangle
+                // No vertex lies outside the plane of the triangle.
                 let normal = normal.normalize();
                 for p in &mesh.points {
                     assert!(normal.dot(&(p - a)) < 1e-12, "{}", normal.dot(&(p - a)));

@@ -1,15 +1,19 @@
-//! What holds the fluid.
+//! Containers of the fluid.
 
 use crate::{BoxSurface, Capsule, Sphere, Surface};
 
-/// Edges on a ball or a cylinder are at most this part of its radius: quadratic edges then stay within `0.4^4 / 384` radii, below 1e-4, of it.
+/// Largest edge on a ball or cylinder, as a fraction of its radius.
+///
+/// Quadratic edges then stay within `0.4^4 / 384` radii, below 1e-4, of the surface.
 const OF_RADIUS: f64 = 0.4;
 
-/// Edges in a box are at most this part of its shortest side, for three layers of cells between opposite walls.
+/// Largest edge in a box, as a fraction of its shortest side: three layers of cells between
+/// opposite walls.
 const OF_SIDE: f64 = 1.0 / 3.0;
 
 /// The container of the fluid; its facets are tagged [`Container::TAG`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Container {
     /// The inside of a sphere.
     Ball(Sphere),
@@ -17,7 +21,8 @@ pub enum Container {
     Box(BoxSurface),
     /// The inside of a cylinder closed by hemispheres.
     ///
-    /// Edges on its wall have one length, the smallest that is wanted anywhere on it: bodies close to the wall make it fine all along.
+    /// All edges on its wall have the same length, the smallest needed anywhere on it: one body
+    /// close to the wall makes the whole wall fine.
     Capsule(Capsule),
 }
 
@@ -25,7 +30,7 @@ impl Container {
     /// Tag of the container's facets.
     pub const TAG: &'static str = "outer";
 
-    /// The wall; negative distances are inside the container, where the fluid is.
+    /// Surface of the container; distances are negative inside, where the fluid is.
     pub fn surface(&self) -> &dyn Surface {
         match self {
             Self::Ball(sphere) => sphere,
@@ -34,7 +39,7 @@ impl Container {
         }
     }
 
-    /// The longest edges that make sense in it.
+    /// Longest edge with which the container is resolved.
     pub(super) fn largest_size(&self) -> f64 {
         match self {
             Self::Ball(sphere) => OF_RADIUS * sphere.radius,

@@ -1,19 +1,25 @@
-//! Geodesic triangulations of the unit sphere: the icosahedron with each face cut into `T` triangles, or the octahedron where planes cut the sphere.
+//! Geodesic triangulations of the unit sphere, from the icosahedron or the octahedron.
+//!
+//! Each face is divided into `T` triangles. The octahedron serves where symmetry planes cut the
+//! sphere.
 
 use super::surface_mesh::SurfaceMesh;
 use crate::Vec3;
 use std::collections::HashMap;
 
-/// Edge length of an equilateral triangle of area `4 pi / 20`: a geodesic sphere has edges of about this over `sqrt(T)`.
+/// Edge length of an equilateral triangle of area `4 pi / 20`; the edges of a geodesic sphere are
+/// about this over `sqrt(T)`.
 const EDGE: f64 = 1.2045910058552547;
 
-/// How much longer than asked the edges may be before the next finer triangulation is taken.
+/// Largest allowed ratio of the edges to the wanted length.
 const TOLERANCE: f64 = 1.12;
 
-/// The coarsest geodesic triangulation of the unit sphere with edges of length `size`, up to 12 %.
+/// The coarsest geodesic triangulation of the unit sphere whose edges are at most 12 % longer than
+/// `size`.
 ///
-/// Only the mirror-symmetric classes are used (Caspar & Klug 1962): `T = b^2` and `T = 3 b^2`. Each has the symmetry of the
-/// icosahedron with its edges along the axes, hence is its own mirror image in the coordinate planes.
+/// Only the classes with reflection symmetry are used (Caspar & Klug 1962): `T = b^2` and `T = 3
+/// b^2`. They have the symmetry of the icosahedron with edges along the axes and are therefore
+/// symmetric about the coordinate planes.
 pub(super) fn geodesic_sphere(size: f64) -> SurfaceMesh {
     let (corners, faces) = icosahedron();
     let wanted = (EDGE / (TOLERANCE * size)).powi(2);
@@ -26,7 +32,7 @@ pub(super) fn geodesic_sphere(size: f64) -> SurfaceMesh {
     }
 }
 
-/// Number of triangles that [`geodesic_sphere`] spends for edges of length `size`.
+/// Approximate number of triangles of [`geodesic_sphere`] for edges of length `size`.
 pub(super) fn triangles_for(size: f64) -> f64 {
     20.0 * (EDGE / size).powi(2)
 }
@@ -34,10 +40,12 @@ pub(super) fn triangles_for(size: f64) -> f64 {
 /// Edge length of an equilateral triangle of area `4 pi / 8`.
 const OCTAHEDRAL_EDGE: f64 = 1.904_625_757_294_174_5;
 
-/// The coarsest triangulation of the unit sphere by the octahedron with edges of length `size`, up to 12 %, that no coordinate plane cuts through
-/// a triangle: vertices on a plane have a coordinate of exactly zero.
+/// The coarsest octahedral triangulation of the unit sphere whose edges are at most 12 % longer
+/// than `size`.
 ///
-/// Four triangles meet at its corners, where they have right angles; smoothing evens out what is around.
+/// No triangle crosses a coordinate plane; vertices on a plane have a coordinate of exactly zero.
+/// Four triangles with right angles meet at each corner of the octahedron; smoothing evens out the
+/// triangles around them.
 pub(super) fn octahedral_sphere(size: f64) -> SurfaceMesh {
     let frequency = (OCTAHEDRAL_EDGE / (TOLERANCE * size)).ceil().max(1.0);
     let (corners, faces) = octahedron();
@@ -52,7 +60,7 @@ fn octahedron() -> ([Vec3; 6], [[usize; 3]; 8]) {
     });
     let faces = [0, 1, 2, 3, 4, 5, 6, 7].map(|k: usize| {
         let [x, y, z] = [k & 1, 2 + (k >> 1 & 1), 4 + (k >> 2 & 1)];
-        // Each reflection turns the face round.
+        // Each reflection reverses the orientation.
         if k.count_ones().is_multiple_of(2) {
             [x, y, z]
         } else {
@@ -79,7 +87,7 @@ fn icosahedron() -> ([Vec3; 12], [[usize; 3]; 20]) {
         v(-g, 0.0, 1.0),
         v(-g, 0.0, -1.0),
     ];
-    // Three corners at the edge length 2 from each other are a face.
+    // Three corners at a mutual distance of the edge length 2 form a face.
     let mut faces = [[0; 3]; 20];
     let mut n = 0;
     let near = |i: usize, j: usize| (corners[i] - corners[j]).norm() < 2.1;
@@ -97,10 +105,12 @@ fn icosahedron() -> ([Vec3; 12], [[usize; 3]; 20]) {
     (corners.map(|c| c.normalize()), faces)
 }
 
-/// Every face of a regular polyhedron cut into `frequency^2` triangles.
+/// Regular polyhedron with every face divided into `frequency^2` triangles, projected onto the unit
+/// sphere.
 ///
-/// A point with barycentric coordinates `u_i` goes to the direction of `sum_i sin(u_i w) x_i`, `w` the angle between
-/// corners: equal arcs along the edges (Shoemake 1985), and nearly equal triangles between them.
+/// The point with barycentric coordinates `u_i` is in the direction of `sum_i sin(u_i w) x_i`,
+/// where `w` is the angle between corners. This gives equal arcs along the edges (Shoemake 1985)
+/// and nearly equal triangles between them.
 fn subdivided(corners: &[Vec3], faces: &[[usize; 3]], frequency: u32) -> SurfaceMesh {
     let arc = corners[faces[0][0]].dot(&corners[faces[0][1]]).acos();
     let mut mesh = SurfaceMesh::default();
@@ -108,7 +118,7 @@ fn subdivided(corners: &[Vec3], faces: &[[usize; 3]], frequency: u32) -> Surface
     for &face in faces {
         let mut number = |i: u32, j: u32| {
             let mut key = [(face[0], frequency - i - j), (face[1], i), (face[2], j)];
-            // Points on an edge are known by its two corners alone.
+            // Points on an edge are identified by its two corners alone.
             for part in &mut key {
                 if part.1 == 0 {
                     part.0 = usize::MAX;
@@ -141,7 +151,8 @@ fn subdivided(corners: &[Vec3], faces: &[[usize; 3]], frequency: u32) -> Surface
     mesh
 }
 
-/// Three triangles for each: a point amid every triangle, and every edge turned to join two of them.
+/// Root-three subdivision: the centre of every triangle becomes a point, and every edge is replaced
+/// by the one between the centres of its two triangles.
 fn root_three(coarse: &SurfaceMesh) -> SurfaceMesh {
     let mut points = coarse.points.clone();
     let n = points.len() as u32;
@@ -183,19 +194,20 @@ mod tests {
                 let (lo, hi) = edges
                     .iter()
                     .fold((f64::MAX, 0f64), |(l, h), &e| (l.min(e), h.max(e)));
-                // The worst triangle of the pentakis dodecahedron family stays near equilateral.
+                // The worst triangle, in the family of the pentakis dodecahedron, is nearly
+                // equilateral.
                 assert!(hi < 1.25 * lo, "size {size}: {lo} {hi}");
             }
         }
     }
 
     #[test]
-    fn sphere_is_its_own_mirror_image() {
+    fn sphere_is_symmetric_about_the_coordinate_planes() {
         let mesh = geodesic_sphere(0.3);
         assert_eq!(mesh.triangles.len(), 320);
         for p in &mesh.points {
-            let mirrored = Vec3::new(-p.x, p.y, p.z);
-            assert!(mesh.points.iter().any(|q| (q - mirrored).norm() < 1e-14));
+            let image = Vec3::new(-p.x, p.y, p.z);
+            assert!(mesh.points.iter().any(|q| (q - image).norm() < 1e-14));
         }
     }
 }

@@ -1,143 +1,61 @@
-//! All vertices of a mesh in the making, and whose they are.
+//! The vertices of a mesh during its generation, with the body or container to which each belongs.
 
+use super::boundary_faces::boundary_faces;
 use super::capsule_mesh::triangulate_capsule;
-use super::climb::Bulges;
+use super::container::Container;
+use super::hill_climbing::MidsideOffsets;
+use super::meshed_body::MeshedBody;
 use super::packing::{is_near, pack};
-use super::planes::Planes;
-use super::size::SizeField;
-use super::surface_mesh::{SurfaceMesh, triangulate, triangulate_box};
-use super::verify::boundary_faces;
-use super::{Container, GenerateParams, MeshedBody};
+use super::params::GenerateParams;
+use super::size_field::SizeField;
+use super::surface_mesh::SurfaceMesh;
+use super::surface_triangulation::{triangulate, triangulate_box};
+use super::symmetry_planes::SymmetryPlanes;
 use crate::delaunay::insertion_order;
 use crate::{MeshError, Surface, Vec3};
-use std::collections::{HashSet, VecDeque};
+use std::collections::VecDeque;
 use std::ops::Range;
 
 /// Height of a regular tet over its edge.
 const TET_HEIGHT: f64 = 0.816_496_580_927_726;
 
-/// Volume over the third power of the longest edge below which a tet is flat: a regular one has 0.118, and four vertices of a wall
-/// with edges of 0.4 of its radius of curvature have at most 0.02.
+/// Ratio of volume to cubed longest edge below which a tet is flat.
+///
+/// A regular tet has 0.118; four vertices of a wall whose edges are 0.4 of its radius of curvature
+/// have at most 0.02.
 const FLAT: f64 = 0.03;
 
-/// Owner of a vertex of the fluid.
+/// Owner of a vertex inside the fluid.
 const FLUID: u32 = u32::MAX;
 
+/// The vertices of a mesh during its generation.
 pub(super) struct Layout<'a> {
+    /// Positions.
     pub points: Vec<Vec3>,
     /// Whether a vertex may move.
     pub free: Vec<bool>,
-    /// The body that has this vertex on its surface or at its centre; `bodies.len()` for the container.
+    /// For each vertex, the body that has it on its surface or at its centre; `bodies.len()` for
+    /// the container, [`FLUID`] inside the fluid.
     pub owner: Vec<u32>,
-    /// Vertices of each body, then of the container.
+    /// Vertices on each body, then on the container.
     pub vertices: Vec<Range<u32>>,
-    /// Their designed triangles.
+    /// Designed triangles of each body, then of the container.
     pub triangles: Vec<Vec<[u32; 3]>>,
-    /// Vertices that are centres of bodies, not of the fluid.
+    /// Vertices at the centres of bodies; they are not part of the final mesh.
     pub centres: Range<u32>,
-    /// What cuts all this off where coordinates are negative.
-    pub planes: Planes,
+    /// Symmetry planes, which cut off all negative coordinates.
+    pub planes: SymmetryPlanes,
     surfaces: Vec<&'a dyn Surface>,
     container: &'a dyn Surface,
-    /// Whether the curvature of the container jumps.
-    jumps: bool,
-}
-
-/// Checks the numbers and names of the input.
-///
-/// # Errors
-/// A length, coefficient or name that makes no sense.
-pub(super) fn check(
-    bodies: &[MeshedBody<'_>],
-    container: &Container,
-    params: &GenerateParams,
-) -> Result<(), MeshError> {
-    let demand = |ok: bool, what: &str, value: f64, need: &'static str| {
-        if ok {
-            Ok(())
-        } else {
-            Err(MeshError::BadParameter {
-                what: what.into(),
-                value,
-                need,
-            })
-        }
-    };
-    let length = |what: &str, value: f64| {
-        demand(
-            value > 0.0 && value.is_finite(),
-            what,
-            value,
-            "it must be positive and finite",
-        )
-    };
-    demand(
-        params.growth > 0.0 && params.growth <= 0.6,
-        "growth",
-        params.growth,
-        "it must be above 0 and at most 0.6",
-    )?;
-    length("gap coefficient", params.gap)?;
-    length("least gap", params.min_gap)?;
-    demand(
-        params.max_size > 0.0,
-        "largest size",
-        params.max_size,
-        "it must be positive",
-    )?;
-    demand(
-        (0.0..60.0).contains(&params.target_dihedral),
-        "target dihedral angle",
-        params.target_dihedral,
-        "it must be at least 0 and below 60 degrees",
-    )?;
-    let finite = |what: &str, x: Vec3| {
-        x.iter()
-            .try_for_each(|&c| demand(c.is_finite(), what, c, "it must be finite"))
-    };
-    match container {
-        Container::Ball(ball) => {
-            finite("centre of the container", ball.centre)?;
-            length("radius of the container", ball.radius)?;
-        }
-        Container::Box(sides) => {
-            finite("corner of the container", sides.min)?;
-            finite("corner of the container", sides.max)?;
-            for side in (sides.max - sides.min).iter() {
-                length("side of the container", *side)?;
-            }
-        }
-        Container::Capsule(capsule) => {
-            finite("centre of the container", capsule.centre)?;
-            length("radius of the container", capsule.radius)?;
-            length("length of the container", capsule.half_length)?;
-        }
-    }
-    let mut names = HashSet::from([Container::TAG]);
-    for body in bodies {
-        if !names.insert(body.name) {
-            return Err(MeshError::BadTag {
-                name: body.name.into(),
-                problem: "is used twice; give every body its own name",
-            });
-        }
-        let (centre, radius) = body.surface.bounding_ball();
-        finite(&format!("position of '{}'", body.name), centre)?;
-        length(&format!("radius of '{}'", body.name), radius)?;
-        length(&format!("size of '{}'", body.name), body.size)?;
-        length(
-            &format!("radius of curvature of '{}'", body.name),
-            body.surface.smallest_curvature_radius(),
-        )?;
-    }
-    Planes(params.symmetry_planes).check(bodies, container)
+    /// Whether the curvature of the container is discontinuous.
+    curvature_jumps: bool,
 }
 
 impl<'a> Layout<'a> {
     /// Places all vertices: surfaces first, then centres of bodies, then the fluid.
     ///
     /// # Errors
-    /// Too many vertices.
+    /// [`MeshError::TooManyVertices`], [`MeshError::SurfaceNotRecovered`].
     pub fn new(
         bodies: &[MeshedBody<'a>],
         container: &'a Container,
@@ -146,7 +64,7 @@ impl<'a> Layout<'a> {
         params: &GenerateParams,
     ) -> Result<Self, MeshError> {
         let limit = params.max_vertices;
-        let planes = Planes(params.symmetry_planes);
+        let planes = SymmetryPlanes(params.symmetry_planes);
         let mut meshes: Vec<SurfaceMesh> = Vec::new();
         let grid = offset_grid(bodies);
         let size = |x: Vec3| field.at(x);
@@ -182,12 +100,12 @@ impl<'a> Layout<'a> {
             planes,
             surfaces: bodies.iter().map(|b| b.surface).collect(),
             container: wall,
-            jumps: matches!(container, Container::Capsule(_)),
+            curvature_jumps: matches!(container, Container::Capsule(_)),
         };
         let mut seeds = Vec::new();
         for (k, mesh) in meshes.into_iter().enumerate() {
-            let inwards = if k == bodies.len() { -1.0 } else { 1.0 };
-            seeds.extend(apexes(&mesh, inwards, field));
+            let side = if k == bodies.len() { -1.0 } else { 1.0 };
+            seeds.extend(apexes(&mesh, side, field));
             let mesh = planes.cut(mesh);
             let first = layout.points.len() as u32;
             layout.triangles.push(
@@ -206,7 +124,7 @@ impl<'a> Layout<'a> {
             layout.add(&[body.surface.centre()], k as u32, false);
         }
         layout.centres = first_centre..layout.points.len() as u32;
-        // Along a curve through space: neighbours in the mesh are neighbours in memory.
+        // Along a space-filling curve neighbours in the mesh are neighbours in memory.
         let ordered: Vec<Vec3> = insertion_order(&packed)
             .into_iter()
             .map(|i| packed[i as usize])
@@ -221,36 +139,38 @@ impl<'a> Layout<'a> {
         self.free.resize(self.points.len(), free);
     }
 
-    /// How far the midside nodes of boundary edges lie from the midpoints.
-    pub fn bulges(&self, tets: &[[u32; 4]]) -> Bulges {
-        let mut bulges = Bulges::new();
+    /// Offsets of the midside nodes of boundary edges from the midpoints.
+    pub fn midside_offsets(&self, tets: &[[u32; 4]]) -> MidsideOffsets {
+        let mut offsets = MidsideOffsets::new();
         for [a, b, c] in boundary_faces(tets) {
             let owner = self.owner[a as usize] as usize;
             let surface = self.surfaces.get(owner).unwrap_or(&self.container);
             let is_flat = self.plane_of([a, b, c]).is_some();
             for [i, j] in [[a, b], [b, c], [c, a]] {
                 let [at, to] = [i, j].map(|v| self.points[v as usize]);
-                // Each edge belongs to two faces, which turn about it in opposite senses; at a plane one of them is flat.
+                // Each edge belongs to two faces with opposite directions; at a symmetry plane one
+                // of them is flat.
                 if !is_flat && (i < j || !self.planes.through(&[at, to]).is_empty()) {
                     let middle = 0.5 * (at + to);
-                    bulges.insert([i.min(j), i.max(j)], surface.closest_point(middle) - middle);
+                    offsets.insert([i.min(j), i.max(j)], surface.closest_point(middle) - middle);
                 }
             }
         }
-        bulges
+        offsets
     }
 
-    /// The axis that a face is normal to, if it is on a mirror plane.
+    /// The axis to which a face is normal, if it lies on a symmetry plane.
     pub fn plane_of(&self, face: [u32; 3]) -> Option<usize> {
         let corners = face.map(|v| self.points[v as usize]);
         self.planes.through(&corners).axis()
     }
 
-    /// Keeps the tets of the fluid: those that do not have all vertices on (or in) one body, which is convex, and are no flat ones on a wall
-    /// whose curvature jumps.
+    /// Removes the tets that are not in the fluid: those with all vertices on (or in) one body,
+    /// which is convex, and flat tets on a wall with discontinuous curvature.
     ///
-    /// There, as at the ends of a cylinder, four of its vertices may lie nearly on a circle: the Delaunay tet
-    /// between them has no height. Without it the wall runs along the other diagonal.
+    /// On such a wall, as at the ends of a cylinder, four vertices may lie nearly on a circle, and
+    /// the Delaunay tet between them is nearly flat. Without it the wall follows the other
+    /// diagonal.
     pub fn fluid(&self, mut tets: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
         let n_bodies = self.surfaces.len() as u32;
         tets.retain(|tet| {
@@ -258,12 +178,12 @@ impl<'a> Layout<'a> {
             if owner[0] < n_bodies {
                 return owner.iter().any(|&o| o != owner[0]);
             }
-            !self.jumps || owner.iter().any(|&o| o != n_bodies) || !self.is_flat(tet)
+            !self.curvature_jumps || owner.iter().any(|&o| o != n_bodies) || !self.is_flat(tet)
         });
         tets
     }
 
-    /// Whether a tet's volume is far below that of a regular one with edges as long as its longest.
+    /// Whether the volume of a tet is far below that of a regular tet with its longest edge.
     fn is_flat(&self, tet: &[u32; 4]) -> bool {
         let [a, b, c, d] = tet.map(|v| self.points[v as usize]);
         let volume = (b - a).cross(&(c - a)).dot(&(d - a)).abs() / 6.0;
@@ -272,9 +192,10 @@ impl<'a> Layout<'a> {
         volume < FLAT * longest.powi(3)
     }
 
-    /// Moves free vertices to their targets, except where they would come too close to a surface; those on planes move in them.
+    /// Moves free vertices to their targets, except where they would come too close to a surface.
     ///
-    /// By symmetry the mean over the tets on both sides of a plane is that over one side less what is normal to it.
+    /// Vertices on symmetry planes move in them: by symmetry, the mean over the tets on both sides
+    /// of a plane is the mean over one side minus its normal component.
     pub fn move_free(&mut self, target: &[Vec3], field: &SizeField<'_>) {
         for (i, &to) in target.iter().enumerate() {
             if self.free[i] {
@@ -292,34 +213,24 @@ impl<'a> Layout<'a> {
     }
 }
 
-/// Spacing of the grid on which surface points lie relative to their centre: the last bit of the largest coordinate of a body.
+/// Spacing of the grid on which surface points lie relative to their centre: the last bit of the
+/// largest coordinate of any body.
 ///
-/// Then adding a centre that lies on the grid is exact, and copies differ by the same bits everywhere.
+/// Adding a centre that lies on the grid is then exact, and copies are bitwise equal up to
+/// translation.
 fn offset_grid(bodies: &[MeshedBody<'_>]) -> f64 {
-    let reach = bodies.iter().map(|b| {
+    let extents = bodies.iter().map(|b| {
         let (centre, radius) = b.surface.bounding_ball();
         centre.amax() + radius
     });
-    let largest = reach.fold(f64::MIN_POSITIVE, f64::max);
+    let largest = extents.fold(f64::MIN_POSITIVE, f64::max);
     2f64.powi(largest.log2().ceil() as i32) * f64::EPSILON
 }
 
-impl SurfaceMesh {
-    /// The same triangulation about another centre, with offsets from it rounded to `grid`.
-    fn translated(&self, from: Vec3, to: Vec3, grid: f64) -> Self {
-        let points = self
-            .points
-            .iter()
-            .map(|p| to + (p - from).map(|c| (c / grid).round() * grid))
-            .collect();
-        SurfaceMesh {
-            points,
-            triangles: self.triangles.clone(),
-        }
-    }
-}
-
-/// Apexes of nearly regular tets on the triangles, neighbour after neighbour, so that a packing takes every other one.
+/// Apexes of nearly regular tets on the triangles, `side` 1 on the outer side and -1 on the inner
+/// one.
+///
+/// They are ordered from neighbour to neighbour, so that the packing accepts about every other one.
 fn apexes(mesh: &SurfaceMesh, side: f64, field: &SizeField<'_>) -> Vec<Vec3> {
     let neighbours = mesh.neighbours();
     let mut seen = vec![false; mesh.triangles.len()];

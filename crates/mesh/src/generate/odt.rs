@@ -1,22 +1,27 @@
-//! Smoothing towards an optimal Delaunay triangulation (Chen & Xu 2004; Alliez, Cohen-Steiner, Yvinec & Desbrun 2005).
+//! Smoothing towards an optimal Delaunay triangulation (Chen & Xu 2004; Alliez, Cohen-Steiner,
+//! Yvinec & Desbrun 2005).
 
-use super::size::SizeField;
+use super::size_field::SizeField;
 use crate::Vec3;
 use rayon::prelude::*;
 
-/// Tets a task; fixed, so that the work is divided alike for any number of threads.
+/// Tets per parallel task; fixed, so that the work is divided equally for any number of threads.
 const CHUNK: usize = 2048;
 
-/// A circumcentre counts as at most this part of the wanted edge length away from the centroid: beyond it the tet is a
-/// sliver or a boundary tet, whose circumcentre says nothing about where vertices should go. Anything from 0.3 to 0.8 does
-/// (mean quality 0.881, 0.880, 0.880 at 0.3, 0.5, 0.8).
+/// Largest distance between circumcentre and centroid that is used, as a fraction of the wanted
+/// edge length.
+///
+/// Circumcentres farther away belong to slivers and boundary tets and say nothing about where
+/// vertices should go. The value is not critical: mean quality 0.881, 0.880, 0.880 at 0.3, 0.5,
+/// 0.8.
 const CLAMP: f64 = 0.5;
 
-/// New places for the vertices: each goes to the weighted mean of the circumcentres of its tets.
+/// Smoothed positions of the vertices: weighted means of the circumcentres of the tets around them.
 ///
-/// `x_i = sum_T w_T c_T / sum_T w_T` over the tets around vertex i, with `w_T = |T| / h(T)^4`: the stationary points of the
-/// interpolation error of `|x|^2` with a density that spaces vertices by `h`. The exponent is measured: mean quality 0.854, 0.878,
-/// 0.880, 0.876 for 2, 3, 4, 5. Vertices without tets stay.
+/// `x_i = sum_T w_T c_T / sum_T w_T` over the tets `T` around vertex `i`, with circumcentres `c_T`
+/// and weights `w_T = |T| / h(T)^4`. Its fixed points are stationary points of the interpolation
+/// error of `|x|^2` with a density that spaces vertices by `h`. The exponent was measured: mean
+/// quality 0.854, 0.878, 0.880, 0.876 for 2, 3, 4, 5. Vertices without tets stay.
 pub(super) fn smoothed(points: &[Vec3], tets: &[[u32; 4]], field: &SizeField<'_>) -> Vec<Vec3> {
     let targets: Vec<(Vec3, f64)> = tets
         .par_iter()

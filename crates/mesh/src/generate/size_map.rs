@@ -1,29 +1,29 @@
-//! A wanted edge length everywhere, from lengths wanted at points.
+//! An edge length everywhere, from edge lengths at given points.
 
 use crate::{MeshError, Vec3};
 
-/// Points of a leaf: below this, looking at all is faster than branching.
+/// Largest number of points in a leaf; for so few, comparing all is faster than branching.
 const LEAF: usize = 8;
 
-/// The largest field that is at most $h_i$ at each point $x_i$ and grows by no more than `growth` a unit of length:
-/// $h(x) = \min_i (h_i + g |x - x_i|)$.
+/// Edge length everywhere, from edge lengths `h_i` at points `x_i`.
 ///
-/// For [`generate_sized`](crate::generate_sized). A tree over the points whose nodes know their boxes and their least lengths answers
-/// without looking at most of them.
+/// `h(x) = min_i (h_i + g |x - x_i|)`: the largest field that is at most `h_i` at each `x_i` and
+/// grows by no more than `g` per unit of length. For [`generate_sized`](crate::generate_sized). A
+/// tree of bounding boxes with their smallest lengths skips most of the points.
 pub struct SizeMap {
-    /// Points with their lengths, the halves of every node beside each other.
+    /// Points with their lengths; the points of each tree node are contiguous.
     points: Vec<(Vec3, f64)>,
-    /// Nodes of a complete binary tree, the children of node `k` at `2 k + 1` and `2 k + 2`.
+    /// Nodes of a complete binary tree; the children of node `k` are `2 k + 1` and `2 k + 2`.
     nodes: Vec<Node>,
     growth: f64,
 }
 
-/// What a part of the points allows at least.
+/// Bounding box and smallest length of some of the points.
 #[derive(Clone, Copy)]
 struct Node {
     low: Vec3,
     high: Vec3,
-    least: f64,
+    smallest: f64,
 }
 
 impl Node {
@@ -31,46 +31,56 @@ impl Node {
         let empty = Self {
             low: Vec3::repeat(f64::INFINITY),
             high: Vec3::repeat(f64::NEG_INFINITY),
-            least: f64::INFINITY,
+            smallest: f64::INFINITY,
         };
         points.iter().fold(empty, |node, (x, h)| Self {
             low: node.low.inf(x),
             high: node.high.sup(x),
-            least: node.least.min(*h),
+            smallest: node.smallest.min(*h),
         })
     }
 
-    /// A lower bound of what its points allow at `x`.
+    /// Lower bound of the length that the points of the node allow at `x`.
     fn bound(&self, x: &Vec3, growth: f64) -> f64 {
         let nearest = x.sup(&self.low).inf(&self.high);
-        self.least + growth * (x - nearest).norm()
+        self.smallest + growth * (x - nearest).norm()
     }
 }
 
 impl SizeMap {
-    /// Sorts the points, each with its wanted length.
+    /// Builds the tree over the points, each given with its edge length.
     ///
-    /// Cost: `n log^2 n`.
+    /// Cost: O(n log² n).
+    ///
     /// # Errors
-    /// [`MeshError::BadParameter`] when there is no point, a coordinate is not finite, a length is not positive, or `growth` is negative.
+    /// [`MeshError::BadParameter`] if there is no point, a coordinate is not finite, a length is
+    /// not positive, or `growth` is negative.
     pub fn new(mut points: Vec<(Vec3, f64)>, growth: f64) -> Result<Self, MeshError> {
-        let bad = |what: &str, value: f64, need: &'static str| MeshError::BadParameter {
+        let bad = |what: &str, value: f64, requirement: &'static str| MeshError::BadParameter {
             what: what.into(),
             value,
-            need,
+            requirement,
         };
         if points.is_empty() {
-            return Err(bad("points of the size map", 0.0, "at least one"));
+            return Err(bad(
+                "number of points of the size map",
+                0.0,
+                "it must be at least one",
+            ));
         }
         if !(growth >= 0.0 && growth.is_finite()) {
-            return Err(bad("growth of the size map", growth, "zero or positive"));
+            return Err(bad(
+                "growth of the size map",
+                growth,
+                "it must be zero or positive",
+            ));
         }
         for (x, h) in &points {
             if !(*h > 0.0 && h.is_finite()) {
-                return Err(bad("size of the size map", *h, "positive"));
+                return Err(bad("length in the size map", *h, "it must be positive"));
             }
             if let Some(c) = x.iter().find(|c| !c.is_finite()) {
-                return Err(bad("coordinate of the size map", *c, "finite"));
+                return Err(bad("coordinate in the size map", *c, "it must be finite"));
             }
         }
         let mut nodes = Vec::new();
@@ -82,7 +92,7 @@ impl SizeMap {
         })
     }
 
-    /// The wanted length at `x`.
+    /// Edge length at `x`.
     pub fn at(&self, x: Vec3) -> f64 {
         let mut best = f64::INFINITY;
         self.search(0, &self.points, &x, &mut best);
@@ -113,7 +123,7 @@ impl SizeMap {
     }
 }
 
-/// Halves the points along the longest side of their box, down to the leaves.
+/// Divides the points in halves along the longest side of their box, down to the leaves.
 fn divide(points: &mut [(Vec3, f64)], node: usize, nodes: &mut Vec<Node>) {
     let own = Node::of(points);
     if nodes.len() <= node {
@@ -135,7 +145,7 @@ fn divide(points: &mut [(Vec3, f64)], node: usize, nodes: &mut Vec<Node>) {
 mod tests {
     use super::*;
 
-    /// Points on a spiral, lengths that jump.
+    /// Points on a spiral, with lengths that vary strongly.
     fn spiral(n: usize) -> Vec<(Vec3, f64)> {
         (0..n)
             .map(|i| {
@@ -147,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tree_finds_the_least_of_all_points() {
+    fn tree_search_finds_the_minimum_over_all_points() {
         let points = spiral(333);
         for growth in [0.0, 0.3, 2.0] {
             let map = SizeMap::new(points.clone(), growth).unwrap();
@@ -164,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_length_is_refused() {
+    fn bad_lengths_coordinates_and_growth_are_refused() {
         let at = |h: f64| vec![(Vec3::zeros(), h)];
         for points in [vec![], at(0.0), at(f64::NAN), at(f64::INFINITY)] {
             assert!(SizeMap::new(points, 0.3).is_err());

@@ -1,66 +1,69 @@
-//! Files that are either whole or not there.
+//! Atomic writing of files: a file is either complete or absent.
 
-use std::fs::{self, File};
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::Path;
+
+use tempfile::Builder;
 
 use crate::MeshError;
 
-/// Tells apart the files that this process is writing.
-static SERIAL: AtomicU64 = AtomicU64::new(0);
-
-/// Writes the file at `path` by way of a neighbour that takes its name when complete.
+/// Writes the file at `path` through a temporary file in the same folder.
 ///
-/// A reader (or a killed writer) never leaves or sees half a file; on an error the old file stays.
+/// The temporary file is renamed when it is complete. Readers therefore never see an incomplete
+/// file, and after an error the previous file is unchanged.
+///
+/// # Errors
+/// [`MeshError::Io`].
 pub(super) fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), MeshError> {
-    let io_error = |source| MeshError::Io {
+    replace(path, write).map_err(|source| MeshError::Io {
         path: path.into(),
         source,
-    };
-    let temporary = neighbour(path).map_err(io_error)?;
-    let result = fill(&temporary, write).and_then(|()| fs::rename(&temporary, path));
-    if result.is_err() {
-        // The error that matters is the first one.
-        let _ = fs::remove_file(&temporary);
-    }
-    result.map_err(io_error)
+    })
 }
 
-fn fill(
+fn replace(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
-    let mut out = BufWriter::new(File::create_new(path)?);
-    write(&mut out)?;
-    // Buffered bytes must reach the disk before the name does.
-    out.into_inner()?.sync_all()
-}
-
-/// A name in the same folder, as renaming works within a file system only.
-fn neighbour(path: &Path) -> std::io::Result<PathBuf> {
     let Some(name) = path.file_name() else {
         return Err(std::io::Error::new(
             std::io::ErrorKind::InvalidInput,
             "the path names no file",
         ));
     };
-    let serial = SERIAL.fetch_add(1, Ordering::Relaxed);
-    let mut hidden = std::ffi::OsString::from(".");
-    hidden.push(name);
-    hidden.push(format!(".{}-{serial}.tmp", std::process::id()));
-    Ok(path.with_file_name(hidden))
+    let mut prefix = std::ffi::OsString::from(".");
+    prefix.push(name);
+    let mut builder = Builder::new();
+    builder.prefix(&prefix).suffix(".tmp");
+    // Temporary files are private by default; this file gets the permissions of any new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    // Renaming works within one file system only, hence the same folder.
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut temporary = builder.tempfile_in(folder)?;
+    let mut out = BufWriter::new(temporary.as_file_mut());
+    write(&mut out)?;
+    out.flush()?;
+    drop(out);
+    // The contents must reach the disk before the name does.
+    temporary.as_file().sync_all()?;
+    temporary.persist(path)?;
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
-    fn failed_write_keeps_the_old_file_and_leaves_nothing_behind() {
+    fn failed_write_keeps_the_old_file_and_leaves_no_temporary_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.vtu");
         write_atomically(&path, |out| out.write_all(b"old")).unwrap();
@@ -74,11 +77,26 @@ mod tests {
     }
 
     #[test]
-    fn missing_folder_is_an_error_that_names_the_file() {
+    fn missing_folder_is_an_error_with_the_name_of_the_file() {
         let error = write_atomically(Path::new("no/such/folder/a.vtu"), |_| Ok(())).unwrap_err();
         assert!(
             error.to_string().starts_with("no/such/folder/a.vtu: "),
             "{error}"
         );
+    }
+
+    /// Temporary files are readable by their owner only; the finished file must not be.
+    #[cfg(unix)]
+    #[test]
+    fn written_file_has_the_permissions_of_a_new_file() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let mode = |name: &str| {
+            let file = fs::metadata(folder.path().join(name)).unwrap();
+            file.permissions().mode()
+        };
+        fs::write(folder.path().join("plain"), b"").unwrap();
+        write_atomically(&folder.path().join("atomic"), |_| Ok(())).unwrap();
+        assert_eq!(mode("atomic"), mode("plain"));
     }
 }

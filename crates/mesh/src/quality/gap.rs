@@ -1,16 +1,16 @@
-//! Whether the fluid between two close surfaces is resolved.
+//! Resolution of the gaps between close surfaces.
 
 use rayon::prelude::*;
 
 use crate::{Surface, TET_EDGES, TetMesh};
 
 impl TetMesh {
-    /// The largest edge of a cell over the sum of the distances of the cell's middle to the two nearest of `bodies` and `wall`; zero
-    /// with fewer than two surfaces.
+    /// Largest ratio of a cell's longest edge to the local gap width, see [`TetMesh::gap_widths`].
     ///
-    /// Across a gap of width `g` the sum is `g`: from 1 on, cells are longer than the gap is wide and the flow in it is not resolved, however
-    /// well they are shaped otherwise. The wall is a surface with the fluid inside.
-    /// Cost: cells times surfaces, parallel, the same for any number of threads.
+    /// From 1 on, cells are longer than the gap is wide and do not resolve the flow in it, however
+    /// good their shape. Zero with fewer than two surfaces. The fluid is inside `wall` and outside
+    /// `bodies`. Cost: cells times surfaces, in parallel; the result does not depend on the number
+    /// of threads.
     pub fn gap_ratio(&self, bodies: &[&dyn Surface], wall: Option<&dyn Surface>) -> f64 {
         if bodies.len() + usize::from(wall.is_some()) < 2 {
             return 0.0;
@@ -29,10 +29,12 @@ impl TetMesh {
             .reduce(|| 0.0, f64::max)
     }
 
-    /// For each cell the sum of the distances of its middle to the two nearest of `bodies` and `wall`: across a gap, its width.
+    /// Local gap width at each cell: the sum of the distances from its centroid to the two nearest
+    /// surfaces.
     ///
-    /// Infinite with fewer than two surfaces. The wall is a surface with the fluid inside.
-    /// Cost: cells times surfaces, parallel, the same for any number of threads.
+    /// On the line across a gap this sum is the width of the gap. Infinite with fewer than two
+    /// surfaces. The fluid is inside `wall` and outside `bodies`. Cost: cells times surfaces, in
+    /// parallel; the result does not depend on the number of threads.
     pub fn gap_widths(&self, bodies: &[&dyn Surface], wall: Option<&dyn Surface>) -> Vec<f64> {
         (0..self.n_cells())
             .into_par_iter()
@@ -42,14 +44,14 @@ impl TetMesh {
     }
 
     fn gap_width(&self, cell: usize, bodies: &[&dyn Surface], wall: Option<&dyn Surface>) -> f64 {
-        let middle = self.cell_vertices(cell).iter().sum::<crate::Vec3>() / 4.0;
-        let to_wall = wall.map(|wall| -wall.signed_distance(middle));
+        let centroid = self.cell_vertices(cell).iter().sum::<crate::Vec3>() / 4.0;
+        let to_wall = wall.map(|wall| -wall.signed_distance(centroid));
         let distances = bodies
             .iter()
-            .map(|body| body.signed_distance(middle))
+            .map(|body| body.signed_distance(centroid))
             .chain(to_wall);
         let [first, second] = distances.fold([f64::INFINITY; 2], |[a, b], d| {
-            // The middle of a cell at a curved surface may lie a little behind it.
+            // The centroid of a cell at a curved surface may lie slightly inside the body.
             let d = d.max(0.0);
             if d < a { [d, a] } else { [a, b.min(d)] }
         });

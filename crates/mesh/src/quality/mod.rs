@@ -1,22 +1,22 @@
-//! How good the cells are: angles and mean ratio of the straight tets, Jacobian of the curved ones.
+//! Quality of cells: angles and mean ratio of the straight tets, Jacobian of the curved ones.
 
 mod gap;
-mod jacobian;
 mod shape;
 
 use rayon::prelude::*;
 
-pub use jacobian::scaled_jacobian_bound;
-pub(crate) use jacobian::{curved_volume, straight_jacobian};
 pub use shape::{dihedral_angles, mean_ratio};
 
-use crate::{LinearTets, MeshError, TetMesh, Vec3};
+use crate::jacobian::scaled_jacobian_of_straight_tet;
+use crate::{LinearTets, TetMesh, Vec3};
 
-/// Cells a task; fixed, so that sums do not depend on the number of threads.
+/// Cells per parallel task; fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 1024;
 
-/// The worst and the mean of the cells of a mesh.
+/// Worst and mean quality of the cells of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Quality {
     /// Number of cells.
     pub cells: usize,
@@ -28,14 +28,14 @@ pub struct Quality {
     pub min_quality: f64,
     /// Mean of [`mean_ratio`]; NaN if there are no cells.
     pub mean_quality: f64,
-    /// Smallest [`scaled_jacobian_bound`]; 1 if all cells are straight.
+    /// Smallest [`TetMesh::scaled_jacobian`]; 1 if all cells are straight.
     pub min_jacobian: f64,
-    /// The (first) cell that has it.
+    /// The first cell with the smallest scaled Jacobian.
     pub worst_cell: usize,
 }
 
 impl Quality {
-    /// What is left when there are no cells, and the start of every minimum.
+    /// Neutral element of the minima and maxima: the quality of no cells.
     const NONE: Self = Self {
         cells: 0,
         min_dihedral: f64::INFINITY,
@@ -46,7 +46,7 @@ impl Quality {
         worst_cell: 0,
     };
 
-    /// Measures `n_cells` cells, given the corners and the scaled Jacobian of each.
+    /// Measures `n_cells` cells; `cell` returns the corners and the scaled Jacobian of each.
     fn measure(n_cells: usize, cell: impl Fn(usize) -> ([Vec3; 4], f64) + Sync) -> Self {
         let chunks: Vec<(Self, f64)> = (0..n_cells.div_ceil(CHUNK))
             .into_par_iter()
@@ -87,15 +87,16 @@ impl Quality {
 }
 
 impl LinearTets {
-    /// Quality of the tets; the Jacobian is 1 or, if some tet is inverted or flat, -1 or 0.
+    /// Quality of the tets; the scaled Jacobian of a straight tet is 1, 0 (flat) or -1 (inverted).
     ///
-    /// Cost: one pass over the tets, parallel, bitwise the same for any number of threads.
+    /// Cost: one pass over the tets, in parallel; bitwise the same for any number of threads.
+    ///
     /// # Panics
     /// If a tet refers to a point that does not exist.
     pub fn quality(&self) -> Quality {
         Quality::measure(self.tets.len(), |c| {
             let corners = self.tets[c].map(|v| self.points[v as usize]);
-            (corners, sign(straight_jacobian(corners)))
+            (corners, scaled_jacobian_of_straight_tet(corners))
         })
     }
 }
@@ -103,59 +104,10 @@ impl LinearTets {
 impl TetMesh {
     /// Quality of the cells: shape of their straight tets, Jacobian of the curved ones.
     ///
-    /// Cost: one pass over the cells, parallel, bitwise the same for any number of threads.
+    /// Cost: one pass over the cells, in parallel; bitwise the same for any number of threads.
     pub fn quality(&self) -> Quality {
         Quality::measure(self.n_cells(), |c| {
             (self.cell_vertices(c), self.scaled_jacobian(c))
         })
-    }
-
-    /// [`scaled_jacobian_bound`] of one cell; straight cells need no bound: 1, or -1 if inverted, or 0 if flat.
-    pub fn scaled_jacobian(&self, cell: usize) -> f64 {
-        if self.is_affine(cell) {
-            sign(straight_jacobian(self.cell_vertices(cell)))
-        } else {
-            scaled_jacobian_bound(&self.cell_points(cell))
-        }
-    }
-
-    /// That the geometry map of every cell is one-to-one.
-    ///
-    /// # Errors
-    /// [`MeshError::InvertedCell`] with the worst cell.
-    pub(crate) fn check_jacobians(&self) -> Result<(), MeshError> {
-        let worst: Vec<(f64, usize)> = (0..self.n_cells().div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                (chunk * CHUNK..self.n_cells().min((chunk + 1) * CHUNK))
-                    .map(|cell| (self.scaled_jacobian(cell), cell))
-                    .fold((f64::INFINITY, 0), |a, b| if b.0 < a.0 { b } else { a })
-            })
-            .collect();
-        let (jacobian, cell) = worst
-            .into_iter()
-            .fold((f64::INFINITY, 0), |a, b| if b.0 < a.0 { b } else { a });
-        if jacobian > 0.0 {
-            return Ok(());
-        }
-        let [a, b, c, d] = self.cell_vertices(cell);
-        Err(MeshError::InvertedCell {
-            cell,
-            at: ((a + b + c + d) / 4.0).into(),
-            jacobian,
-        })
-    }
-}
-
-/// 1, 0 or -1; -infinity for NaN, which is as bad as a cell gets.
-fn sign(x: f64) -> f64 {
-    if x > 0.0 {
-        1.0
-    } else if x < 0.0 {
-        -1.0
-    } else if x == 0.0 {
-        0.0
-    } else {
-        f64::NEG_INFINITY
     }
 }

@@ -1,12 +1,12 @@
 //! Shape measures of straight tets.
 
-use super::jacobian::straight_jacobian;
+use crate::jacobian::straight_jacobian;
 use crate::{TET_EDGES, Vec3};
 
 /// Mean-ratio quality of a straight tet: `q = 12 (3 V)^(2/3) / sum of squared edge lengths`.
 ///
-/// One for a regular tet, zero for a flat one, negative for an inverted one; it does not depend on position, attitude
-/// or size. Liu & Joe, BIT 34 (1994).
+/// One for a regular tet, zero for a flat one, negative for an inverted one; invariant under
+/// translation, rotation and scaling (Liu & Joe, BIT 34, 1994).
 ///
 /// ```
 /// use mesh::{Vec3, mean_ratio};
@@ -30,11 +30,12 @@ pub fn mean_ratio(x: [Vec3; 4]) -> f64 {
 
 /// Dihedral angles of a straight tet at the edges [`TET_EDGES`], in degrees.
 ///
-/// Between 0 and 180; 70.53 at every edge of a regular tet. A tet with coincident vertices has some NaN-free
-/// but meaningless angles.
+/// Between 0 and 180; 70.53 at every edge of a regular tet. The angles of a tet with coincident
+/// vertices are finite but meaningless.
 pub fn dihedral_angles(x: [Vec3; 4]) -> [f64; 6] {
     TET_EDGES.map(|[i, j]| {
-        // The other two vertices, seen along the edge; atan2 is accurate for flat and for needle-like angles.
+        // The angle between the other two vertices, seen along the edge; atan2 is accurate for
+        // angles near 0 and near 180 degrees.
         let mut others = (0..4).filter(|&v| v != i && v != j);
         let (k, l) = (others.next().unwrap_or(i), others.next().unwrap_or(j));
         let edge = x[j] - x[i];
@@ -55,7 +56,7 @@ mod tests {
     ];
 
     #[test]
-    fn regular_tet_is_best() {
+    fn regular_tet_has_mean_ratio_one_and_equal_angles() {
         let x = REGULAR.map(Vec3::from);
         let q = mean_ratio(x);
         assert!((q.abs() - 1.0).abs() < 1e-15);
@@ -65,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn sign_tells_orientation() {
+    fn sign_of_the_mean_ratio_is_the_orientation() {
         let [a, b, c, d] = REGULAR.map(Vec3::from);
         assert_eq!(mean_ratio([a, b, c, d]), -mean_ratio([b, a, c, d]));
     }
@@ -74,15 +75,15 @@ mod tests {
     fn corner_tet_has_three_right_angles() {
         let angles = dihedral_angles([Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()]);
         let steep = (1.0 / 3.0_f64.sqrt()).acos().to_degrees();
-        // Edges 01, 02, 03 carry the right angles, 12, 13, 23 lie on the slope.
+        // Right angles at the edges 01, 02, 03; the edges 12, 13, 23 bound the oblique face.
         let expected = [90.0, steep, 90.0, 90.0, steep, steep];
-        for (angle, right) in angles.into_iter().zip(expected) {
-            assert!((angle - right).abs() < 1e-13, "{angle} {right}");
+        for (angle, exact) in angles.into_iter().zip(expected) {
+            assert!((angle - exact).abs() < 1e-13, "{angle} {exact}");
         }
     }
 
     #[test]
-    fn a_point_is_no_tet() {
+    fn coincident_vertices_have_mean_ratio_zero() {
         assert_eq!(mean_ratio([Vec3::zeros(); 4]), 0.0);
     }
 }

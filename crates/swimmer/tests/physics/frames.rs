@@ -22,6 +22,7 @@ fn mapped(
         tets: original.cells().to_vec(),
         faces: original.facets().iter().map(|f| (f.nodes, f.tag)).collect(),
         tags: original.tags().to_vec(),
+        ..QuadraticTets::default()
     };
     let file = folder.join("mapped.msh");
     TetMesh::quadratic(loose, &[])

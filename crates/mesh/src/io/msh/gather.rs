@@ -1,24 +1,24 @@
-//! Nodes, elements and groups as they come out of a file, whatever its version.
+//! Collects nodes, elements and groups from files of any version.
 
 use std::collections::BTreeMap;
 
-use super::MshFile;
+use super::msh_file::MshFile;
 use super::scan::Scanner;
-use crate::{LinearTets, MeshError, QuadraticTets, Vec3};
+use crate::{LinearTets, MeshError, QuadraticTets, Regions, Vec3};
 
-/// What a boundary triangle belongs to; the order is the order of the tags.
+/// The group of a triangle or tet; tags and regions are in this order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Group {
     /// A physical group of the file.
     Physical(i32),
-    /// A geometric surface that is in no group.
-    Surface(i32),
+    /// A geometric surface or volume that is in no group.
+    Entity(i32),
 }
 
-/// What to do with an element type of Gmsh.
+/// Kinds of elements, by their use in a mesh.
 #[derive(Clone, Copy)]
 pub(super) enum Kind {
-    /// Points and curves: not needed.
+    /// Points and curves, which are skipped.
     Skip { nodes: usize },
     /// Triangles with 3 or 6 nodes.
     Triangle { nodes: usize },
@@ -30,7 +30,8 @@ impl Kind {
     /// Reads an element type (Gmsh reference manual, "MSH file format").
     ///
     /// # Errors
-    /// Volume elements other than tets, surface elements other than triangles, orders above two.
+    /// [`MeshError::Malformed`] for volume elements other than tets, surface elements other than
+    /// triangles, and orders above two.
     pub(super) fn read(scanner: &mut Scanner) -> Result<Self, MeshError> {
         let code = scanner.int()?;
         let name = match code {
@@ -55,7 +56,7 @@ impl Kind {
         ))
     }
 
-    /// Nodes of the element.
+    /// Number of nodes of the element.
     pub(super) fn nodes(self) -> usize {
         match self {
             Self::Skip { nodes } | Self::Triangle { nodes } | Self::Tet { nodes } => nodes,
@@ -63,20 +64,22 @@ impl Kind {
     }
 }
 
-/// What has been read so far.
+/// The contents of the file read so far.
 #[derive(Default)]
 pub(super) struct Gather {
-    /// Tags and places of the nodes, sorted by tag once all are read.
+    /// Tags and positions of the nodes, sorted by tag once all are read.
     nodes: Vec<(u64, Vec3)>,
     nodes_read: bool,
-    /// Nodes of the triangles; first-order ones use three.
+    /// Nodes of the triangles; first-order triangles use the first three.
     triangles: Vec<([u32; 6], Group)>,
-    /// Nodes of the tets in VTK order; first-order ones use four.
+    /// Nodes of the tets in VTK order; first-order tets use the first four.
     tets: Vec<[u32; 10]>,
-    /// Whether elements are of second order, once one is read.
+    /// Groups of the tets, each with the first tet of a run of that group.
+    regions: Vec<(Group, usize)>,
+    /// Whether elements are of second order; known after the first element.
     second_order: Option<bool>,
-    /// Names of the physical surface groups.
-    names: BTreeMap<i32, String>,
+    /// Names of the physical groups, by dimension and number.
+    names: BTreeMap<(i32, i32), String>,
 }
 
 impl Gather {
@@ -98,11 +101,11 @@ impl Gather {
         Ok(())
     }
 
-    pub(super) fn add_node(&mut self, tag: u64, place: Vec3) {
-        self.nodes.push((tag, place));
+    pub(super) fn add_node(&mut self, tag: u64, position: Vec3) {
+        self.nodes.push((tag, position));
     }
 
-    /// Ends the nodes. Sorting by tag makes the mesh independent of the order in the file.
+    /// Sorts the nodes by tag, which makes the mesh independent of their order in the file.
     pub(super) fn finish_nodes(&mut self, scanner: &Scanner) -> Result<(), MeshError> {
         self.nodes.sort_by_key(|node| node.0);
         self.nodes_read = true;
@@ -112,7 +115,7 @@ impl Gather {
         }
     }
 
-    /// That elements can refer to nodes.
+    /// Checks that the nodes have been read, so that elements can refer to them.
     pub(super) fn need_nodes(&self, scanner: &Scanner) -> Result<(), MeshError> {
         if self.nodes_read {
             Ok(())
@@ -121,7 +124,8 @@ impl Gather {
         }
     }
 
-    /// Reads the nodes of one element, each by `next`, and keeps it if it is a triangle or a tet.
+    /// Reads the nodes of one element, each by `next`, and keeps the element if it is a triangle or
+    /// a tet.
     pub(super) fn read_element<'a>(
         &mut self,
         scanner: &mut Scanner<'a>,
@@ -145,19 +149,23 @@ impl Gather {
             }
             Kind::Tet { nodes: n } => {
                 self.same_order(scanner, n == 10)?;
-                // Gmsh has the middles of edges 23 and 13 last, VTK those of 13 and 23.
+                // The last two midside nodes are those of edges 23 and 13 in Gmsh, 13 and 23 in
+                // VTK.
                 nodes.swap(8, 9);
+                if self.regions.last().is_none_or(|run| run.0 != group) {
+                    self.regions.push((group, self.tets.len()));
+                }
                 self.tets.push(nodes);
             }
         }
         Ok(())
     }
 
-    pub(super) fn name_group(&mut self, group: i32, name: String) {
-        self.names.insert(group, name);
+    pub(super) fn name_group(&mut self, dimension: i32, group: i32, name: String) {
+        self.names.insert((dimension, group), name);
     }
 
-    /// Index of the node with this tag; tags without gaps need no search.
+    /// Index of the node with this tag; consecutive tags need no search.
     fn find(&self, scanner: &Scanner, tag: u64) -> Result<u32, MeshError> {
         let first = self.nodes.first().map_or(0, |node| node.0);
         let guess = tag.wrapping_sub(first) as usize;
@@ -173,6 +181,7 @@ impl Gather {
         }
     }
 
+    /// Checks that all elements have the same order.
     fn same_order(&mut self, scanner: &Scanner, second: bool) -> Result<(), MeshError> {
         if *self.second_order.get_or_insert(second) == second {
             Ok(())
@@ -183,7 +192,7 @@ impl Gather {
         }
     }
 
-    /// The mesh in plain arrays: nodes that no kept element has are dropped, tags come in order of their groups' numbers.
+    /// The mesh in plain arrays, without the nodes that belong to no triangle or tet.
     pub(super) fn finish(self, scanner: &Scanner) -> Result<MshFile, MeshError> {
         if self.tets.is_empty() {
             return scanner.error(
@@ -218,14 +227,9 @@ impl Gather {
         let mut tags = Vec::new();
         for (group, tag) in &mut tag_of {
             *tag = tags.len() as u16;
-            tags.push(match group {
-                Group::Physical(number) => match self.names.get(number) {
-                    Some(name) => name.clone(),
-                    None => number.to_string(),
-                },
-                Group::Surface(number) => format!("surface {number}"),
-            });
+            tags.push(self.name_of(2, *group));
         }
+        let regions = self.regions(scanner)?;
         let tets = self.tets.iter();
         let faces = self
             .triangles
@@ -239,6 +243,7 @@ impl Gather {
                     .map(|(face, tag)| (face.map(|v| new[v as usize]), tag))
                     .collect(),
                 tags,
+                regions,
             })
         } else {
             let corners =
@@ -250,7 +255,50 @@ impl Gather {
                     .map(|(face, tag)| ([face[0], face[1], face[2]].map(|v| new[v as usize]), tag))
                     .collect(),
                 tags,
+                regions,
             })
         })
+    }
+
+    /// Regions of the tets if there are several.
+    fn regions(&self, scanner: &Scanner) -> Result<Regions, MeshError> {
+        let mut number_of: BTreeMap<Group, u16> =
+            self.regions.iter().map(|run| (run.0, 0)).collect();
+        if number_of.len() < 2 {
+            return Ok(Regions::default());
+        }
+        if number_of.len() > u16::MAX as usize {
+            return scanner.error(format!(
+                "{} regions, more than {}",
+                number_of.len(),
+                u16::MAX
+            ));
+        }
+        let mut names = Vec::new();
+        for (group, number) in &mut number_of {
+            *number = names.len() as u16;
+            names.push(self.name_of(3, *group));
+        }
+        let mut of_cells = Vec::with_capacity(self.tets.len());
+        for (k, (group, _)) in self.regions.iter().enumerate() {
+            let end = self
+                .regions
+                .get(k + 1)
+                .map_or(self.tets.len(), |next| next.1);
+            of_cells.resize(end, number_of[group]);
+        }
+        Ok(Regions { names, of_cells })
+    }
+
+    /// Name of a group of surfaces (dimension 2) or volumes (dimension 3).
+    fn name_of(&self, dimension: i32, group: Group) -> String {
+        match group {
+            Group::Physical(number) => match self.names.get(&(dimension, number)) {
+                Some(name) => name.clone(),
+                None => number.to_string(),
+            },
+            Group::Entity(number) if dimension == 2 => format!("surface {number}"),
+            Group::Entity(number) => format!("volume {number}"),
+        }
     }
 }

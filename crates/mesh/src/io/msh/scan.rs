@@ -1,8 +1,8 @@
-//! Numbers of a MSH file, text or binary, each with its place.
+//! Reads the words and numbers of a MSH file, text or binary, and knows their locations.
 
-use crate::{MeshError, Place};
+use crate::{FileLocation, MeshError};
 
-/// How numbers are written.
+/// Encoding of the numbers in a file.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Encoding {
     Text,
@@ -10,12 +10,12 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
-/// A place in the bytes of a file, and how to read on from there.
+/// A reading position in the bytes of a file.
 pub(super) struct Scanner<'a> {
     file: &'a str,
     bytes: &'a [u8],
     next: usize,
-    /// Where the item began that was read last: the place of errors.
+    /// Start of the item read last, where errors are reported.
     item: usize,
     section: String,
     pub(super) encoding: Encoding,
@@ -38,29 +38,31 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// An error at the item read last.
+    /// Error at the item read last.
     pub(super) fn error<T>(&self, problem: impl Into<String>) -> Scan<T> {
-        let place = if self.encoding == Encoding::Text {
+        let location = if self.encoding == Encoding::Text {
             let before = &self.bytes[..self.item];
-            Place::Line(1 + before.iter().filter(|&&b| b == b'\n').count())
+            FileLocation::Line(1 + before.iter().filter(|&&b| b == b'\n').count())
         } else {
-            Place::Byte(self.item)
+            FileLocation::Byte(self.item)
         };
         Err(MeshError::Malformed {
             file: self.file.into(),
-            place,
+            location,
             problem: problem.into(),
         })
     }
 
-    fn ends<T>(&self) -> Scan<T> {
+    /// Error at an unexpected end of the file.
+    fn unexpected_end<T>(&self) -> Scan<T> {
         self.error(format!(
             "the file ends in the middle of ${}; save it again",
             self.section
         ))
     }
 
-    /// Opens the next section and gives its name without the dollar sign, or `None` at the end of the file.
+    /// Opens the next section; returns its name without the dollar sign, or `None` at the end of
+    /// the file.
     pub(super) fn open(&mut self) -> Scan<Option<String>> {
         self.skip_space();
         self.item = self.next;
@@ -80,20 +82,20 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// Closes the section: the next word must be its `$End...`.
+    /// Closes the section: the next word must be `$End` with its name.
     pub(super) fn close(&mut self) -> Scan<()> {
         let word = self.word()?;
         if word == format!("$End{}", self.section) {
             return Ok(());
         }
         self.error(format!(
-            "${0} should end here by its counts, but here is '{1}' instead of $End{0}",
+            "according to its counts ${0} should end here, but '{1}' is here instead of $End{0}",
             self.section,
             brief(&word)
         ))
     }
 
-    /// Skips the section unread.
+    /// Skips the section without reading it.
     pub(super) fn skip(&mut self) -> Scan<()> {
         let end = format!("$End{}", self.section);
         let rest = &self.bytes[self.next..];
@@ -105,7 +107,7 @@ impl<'a> Scanner<'a> {
                 self.next += offset + end.len();
                 Ok(())
             }
-            None => self.error(format!("{end} is missing; the file is cut off")),
+            None => self.error(format!("{end} is missing; the file is truncated")),
         }
     }
 
@@ -120,13 +122,13 @@ impl<'a> Scanner<'a> {
         String::from_utf8_lossy(&rest[..len]).trim().to_string()
     }
 
-    /// A word of text, in binary files too.
+    /// The next word of text, also in binary files.
     pub(super) fn word(&mut self) -> Scan<String> {
         self.word_bytes()
             .map(|word| String::from_utf8_lossy(word).into_owned())
     }
 
-    /// A number written as text, in binary files too.
+    /// The next number written as text, also in binary files.
     pub(super) fn number<T: std::str::FromStr>(&mut self) -> Scan<T> {
         let word = self.word_bytes()?;
         match std::str::from_utf8(word)
@@ -141,7 +143,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// An `int` of the format.
+    /// The next `int` in the encoding of the file.
     pub(super) fn int(&mut self) -> Scan<i32> {
         match self.encoding {
             Encoding::Text => self.number(),
@@ -150,7 +152,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// A `size_t` of the format.
+    /// The next `size_t` in the encoding of the file.
     pub(super) fn size(&mut self) -> Scan<u64> {
         match (self.encoding, self.size_width) {
             (Encoding::Text, _) => self.number(),
@@ -161,7 +163,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// A `double` of the format, finite.
+    /// The next `double` in the encoding of the file, which must be finite.
     pub(super) fn real(&mut self) -> Scan<f64> {
         let value: f64 = match self.encoding {
             Encoding::Text => self.number()?,
@@ -175,24 +177,24 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// Checks that `count` items fit into the rest of the file if each takes `numbers` numbers at least.
+    /// Checks that `count` items of at least `numbers` numbers each fit into the rest of the file.
     ///
-    /// Numbers take four bytes in binary files and two (a digit and a space) in text. Memory reserved for a count is
-    /// bounded by the file's size in this way.
+    /// A number takes at least four bytes in binary files and two (a digit and a space) in text.
+    /// This bounds the memory reserved for a count by the size of the file.
     pub(super) fn fits(&self, what: &str, count: u64, numbers: u64) -> Scan<usize> {
         let width = if self.encoding == Encoding::Text {
             2
         } else {
             4
         };
-        // The last number of a text may stand at the very end, without a space.
-        let room = (self.bytes.len() - self.next) as u64 + 1;
-        let at_most = room / (width * numbers);
+        // The last number of a text file may be at its very end, without a space.
+        let remaining = (self.bytes.len() - self.next) as u64 + 1;
+        let at_most = remaining / (width * numbers);
         if count <= at_most {
             return Ok(count as usize);
         }
         self.error(format!(
-            "${} announces {count} {what}, but the rest of the file has room for {at_most} at most",
+            "${} announces {count} {what}, but the rest of the file can hold at most {at_most}",
             self.section
         ))
     }
@@ -204,7 +206,7 @@ impl<'a> Scanner<'a> {
                 self.next += N;
                 Ok(*chunk)
             }
-            None => self.ends(),
+            None => self.unexpected_end(),
         }
     }
 
@@ -217,7 +219,7 @@ impl<'a> Scanner<'a> {
             .position(u8::is_ascii_whitespace)
             .unwrap_or(rest.len());
         if len == 0 {
-            return self.ends();
+            return self.unexpected_end();
         }
         self.next += len;
         Ok(&rest[..len])
@@ -232,7 +234,7 @@ impl<'a> Scanner<'a> {
     }
 }
 
-/// The beginning of a text, for messages.
+/// The beginning of a text, for error messages.
 fn brief(text: &str) -> String {
     const SHOWN: usize = 30;
     let printable = |c: char| if c.is_control() { '\u{fffd}' } else { c };

@@ -4,7 +4,7 @@ use super::gather::{Gather, Group, Kind};
 use super::scan::{Encoding, Scanner};
 use crate::{MeshError, Vec3};
 
-/// `$Nodes`: a count (text in binary files too), then tag and coordinates of each node.
+/// Reads `$Nodes`: a count (text in binary files too), then tag and coordinates of each node.
 pub(super) fn nodes(scanner: &mut Scanner, gather: &mut Gather) -> Result<(), MeshError> {
     let count = counted(scanner, "nodes", 4)?;
     gather.reserve_nodes(scanner, count)?;
@@ -18,7 +18,8 @@ pub(super) fn nodes(scanner: &mut Scanner, gather: &mut Gather) -> Result<(), Me
     gather.finish_nodes(scanner)
 }
 
-/// `$Elements`: a count, then in text each element with its type and tags, in binary blocks of one type.
+/// Reads `$Elements`: a count, then each element with its type and tags (text) or blocks of
+/// elements of one type (binary).
 pub(super) fn elements(scanner: &mut Scanner, gather: &mut Gather) -> Result<(), MeshError> {
     gather.need_nodes(scanner)?;
     let count = counted(scanner, "elements", 2)?;
@@ -36,7 +37,7 @@ pub(super) fn elements(scanner: &mut Scanner, gather: &mut Gather) -> Result<(),
         let in_block = scanner.int()?;
         if in_block < 1 || in_block as usize > count - read {
             return scanner.error(format!(
-                "a block of {in_block} elements, where {} of {count} are to come",
+                "a block of {in_block} elements, although only {} of {count} are left",
                 count - read
             ));
         }
@@ -50,7 +51,9 @@ pub(super) fn elements(scanner: &mut Scanner, gather: &mut Gather) -> Result<(),
     Ok(())
 }
 
-/// The tags (physical group, geometric entity, then partitions that are skipped) and nodes of an element.
+/// Reads tags and nodes of an element.
+///
+/// Tags are the physical group, the geometric entity, and partitions, which are skipped.
 fn element(
     scanner: &mut Scanner,
     gather: &mut Gather,
@@ -64,14 +67,15 @@ fn element(
             *slot = tag;
         }
     }
-    // Group 0 is "no group"; a negative number is a group of turned faces.
+    // Group 0 means "no group"; the number of a group of reversed faces is negative.
     let group = match tags {
-        [0, entity] => Group::Surface(entity),
+        [0, entity] => Group::Entity(entity),
         [physical, _] => Group::Physical(physical.saturating_abs()),
     };
     gather.read_element(scanner, kind, group, node_tag)
 }
 
+/// Reads the count of a section and checks that its items fit into the file.
 fn counted(scanner: &mut Scanner, what: &str, numbers: u64) -> Result<usize, MeshError> {
     let count = scanner.number()?;
     let count = scanner.fits(what, count, numbers)?;
@@ -79,7 +83,7 @@ fn counted(scanner: &mut Scanner, what: &str, numbers: u64) -> Result<usize, Mes
     Ok(count)
 }
 
-/// Node tags are `int`s in version 2.
+/// Reads a node tag, which is an `int` in version 2.
 fn node_tag(scanner: &mut Scanner) -> Result<u64, MeshError> {
     let tag = scanner.int()?;
     match u64::try_from(tag) {

@@ -6,13 +6,17 @@ use super::gather::{Gather, Group, Kind};
 use super::scan::Scanner;
 use crate::{MeshError, Vec3};
 
-/// Physical groups of each geometric surface; `None` if the file has no `$Entities`.
-pub(super) type SurfaceGroups = Option<HashMap<i32, Vec<i32>>>;
+/// Physical groups of each geometric surface and volume, by dimension and tag.
+///
+/// `None` if the file has no `$Entities`.
+pub(super) type EntityGroups = Option<HashMap<(i32, i32), Vec<i32>>>;
 
-/// `$Entities`: of points, curves, surfaces and volumes only the physical groups of surfaces are kept.
-pub(super) fn entities(scanner: &mut Scanner) -> Result<SurfaceGroups, MeshError> {
+/// Reads `$Entities`: points, curves, surfaces and volumes.
+///
+/// Only the physical groups of surfaces and volumes are kept.
+pub(super) fn entities(scanner: &mut Scanner) -> Result<EntityGroups, MeshError> {
     let mut groups = HashMap::new();
-    // An entity has its tag, a place (points) or bounding box, and one or two counts.
+    // An entity has a tag, a position (points) or bounding box, and one or two counts.
     const NUMBERS: [u64; 4] = [5, 9, 9, 9];
     let mut counts = [0; 4];
     for count in &mut counts {
@@ -29,21 +33,22 @@ pub(super) fn entities(scanner: &mut Scanner) -> Result<SurfaceGroups, MeshError
             if dimension > 0 {
                 ints(scanner, "bounding entities")?;
             }
-            if dimension == 2 {
-                groups.insert(entity, of_entity);
+            if dimension >= 2 {
+                groups.insert((dimension as i32, entity), of_entity);
             }
         }
     }
     Ok(Some(groups))
 }
 
+/// Reads a count and as many `int`s.
 fn ints(scanner: &mut Scanner, what: &str) -> Result<Vec<i32>, MeshError> {
     let count = scanner.size()?;
     let count = scanner.fits(what, count, 1)?;
     (0..count).map(|_| scanner.int()).collect()
 }
 
-/// `$Nodes`: blocks of nodes on one entity, first their tags, then their coordinates.
+/// Reads `$Nodes`: blocks of nodes on one entity, first their tags, then their coordinates.
 pub(super) fn nodes(scanner: &mut Scanner, gather: &mut Gather) -> Result<(), MeshError> {
     let [blocks, total, lowest, highest] = header(scanner)?;
     let total = scanner.fits("nodes", total, 4)?;
@@ -60,7 +65,7 @@ pub(super) fn nodes(scanner: &mut Scanner, gather: &mut Gather) -> Result<(), Me
             .collect::<Result<_, _>>()?;
         if let Some(tag) = tags.iter().find(|&tag| !(lowest..=highest).contains(tag)) {
             return scanner.error(format!(
-                "node {tag} is outside the range {lowest} to {highest} that $Nodes announces"
+                "node {tag} is outside the range {lowest} to {highest} announced by $Nodes"
             ));
         }
         for tag in tags {
@@ -84,11 +89,11 @@ pub(super) fn nodes(scanner: &mut Scanner, gather: &mut Gather) -> Result<(), Me
     gather.finish_nodes(scanner)
 }
 
-/// `$Elements`: blocks of elements of one type on one entity.
+/// Reads `$Elements`: blocks of elements of one type on one entity.
 pub(super) fn elements(
     scanner: &mut Scanner,
     gather: &mut Gather,
-    groups: &SurfaceGroups,
+    groups: &EntityGroups,
 ) -> Result<(), MeshError> {
     gather.need_nodes(scanner)?;
     let [blocks, total, ..] = header(scanner)?;
@@ -100,7 +105,8 @@ pub(super) fn elements(
         let kind = Kind::read(scanner)?;
         let group = match kind {
             Kind::Triangle { .. } => surface_group(scanner, entity, groups)?,
-            _ => Group::Surface(entity),
+            Kind::Tet { .. } => volume_group(entity, groups),
+            Kind::Skip { .. } => Group::Entity(entity),
         };
         let count = scanner.size()?;
         let count = in_block(scanner, "elements", count, total - read)?;
@@ -126,37 +132,48 @@ fn header(scanner: &mut Scanner) -> Result<[u64; 4], MeshError> {
         scanner.size()?,
         scanner.size()?,
     ];
-    // A block has four numbers of its own.
+    // Each block begins with four numbers.
     scanner.fits("blocks", header[0], 4)?;
     Ok(header)
 }
 
+/// The number of items in a block, if no more than `to_come`.
 fn in_block(scanner: &Scanner, what: &str, count: u64, to_come: usize) -> Result<usize, MeshError> {
     if count <= to_come as u64 {
         return Ok(count as usize);
     }
     scanner.error(format!(
-        "a block of {count} {what}, where {to_come} are to come"
+        "a block of {count} {what}, although only {to_come} are left"
     ))
 }
 
+/// The physical group of a surface, which must be in one at most.
 fn surface_group(
     scanner: &Scanner,
     entity: i32,
-    groups: &SurfaceGroups,
+    groups: &EntityGroups,
 ) -> Result<Group, MeshError> {
     let Some(groups) = groups else {
-        return Ok(Group::Surface(entity));
+        return Ok(Group::Entity(entity));
     };
-    match groups.get(&entity).map(Vec::as_slice) {
-        Some([]) => Ok(Group::Surface(entity)),
-        // A negative number is a group of turned faces.
+    match groups.get(&(2, entity)).map(Vec::as_slice) {
+        Some([]) => Ok(Group::Entity(entity)),
+        // The number of a group of reversed faces is negative.
         Some([physical]) => Ok(Group::Physical(physical.saturating_abs())),
         Some(several) => scanner.error(format!(
-            "surface {entity} is in the physical groups {several:?}; put it in one"
+            "surface {entity} is in the physical groups {several:?}; keep it in one only"
         )),
         None => scanner.error(format!(
-            "triangles on surface {entity}, which $Entities does not have"
+            "triangles on surface {entity}, which is missing in $Entities"
         )),
+    }
+}
+
+/// The first physical group of a volume; volumes may be in several.
+fn volume_group(entity: i32, groups: &EntityGroups) -> Group {
+    let of_volume = groups.as_ref().and_then(|groups| groups.get(&(3, entity)));
+    match of_volume.and_then(|of_volume| of_volume.first()) {
+        Some(physical) => Group::Physical(physical.saturating_abs()),
+        None => Group::Entity(entity),
     }
 }

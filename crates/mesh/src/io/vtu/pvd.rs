@@ -1,4 +1,4 @@
-//! PVD files: which VTU file belongs to which time.
+//! PVD files: the VTU files of a time series.
 
 use std::path::Path;
 
@@ -8,29 +8,29 @@ use crate::MeshError;
 
 /// A time series for ParaView: times and the names of their files, relative to the PVD file.
 ///
-/// Write it again after each step: the file on disk is whole at any time.
+/// Write it again after each step: the file on disk is complete at any time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pvd {
     frames: Vec<(f64, String)>,
 }
 
 impl Pvd {
-    /// A series without frames.
+    /// Series without frames.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a frame.
+    /// Adds the file of one time.
     pub fn push(&mut self, time: f64, file: impl Into<String>) {
         self.frames.push((time, file.into()));
     }
 
-    /// The frames so far.
+    /// The times and their files.
     pub fn frames(&self) -> &[(f64, String)] {
         &self.frames
     }
 
-    /// Writes the file: whole, or not at all.
+    /// Writes the file; it is complete or absent, never half written.
     ///
     /// # Errors
     /// [`MeshError::BadValue`] for a time that is NaN or infinite, [`MeshError::Io`].

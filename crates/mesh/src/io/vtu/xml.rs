@@ -1,11 +1,22 @@
-//! The XML of a VTU file and the numbers in or behind it.
+//! The XML of a VTU file, and the encoding of its numbers.
 
 use std::fmt::Write;
 
-use super::VtuEncoding;
-use super::base64::base64;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 
-/// Numbers of one type.
+/// Encoding of the numbers in a VTU file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum VtuEncoding {
+    /// Raw bytes after the XML: smallest and fastest, but not well-formed XML.
+    #[default]
+    Appended,
+    /// Base64 inside the XML: a third larger, but well-formed XML.
+    Base64,
+}
+
+/// Values of an array, all of one type.
 pub(super) enum Values {
     Reals(Vec<f64>),
     Integers(Vec<i64>),
@@ -21,7 +32,7 @@ impl Values {
         }
     }
 
-    /// The length in bytes as a `UInt64`, then the numbers, little-endian.
+    /// Bytes of the array: its length in bytes as a `UInt64`, then the numbers, little-endian.
     fn block(&self) -> Vec<u8> {
         let data = match self {
             Self::Reals(values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
@@ -47,9 +58,13 @@ impl Array {
             values,
         }
     }
+
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
 }
 
-/// The one piece of a file.
+/// Contents of a file, which has a single piece.
 pub(super) struct Piece<'a> {
     pub(super) n_points: usize,
     pub(super) n_cells: usize,
@@ -60,7 +75,7 @@ pub(super) struct Piece<'a> {
     pub(super) encoding: VtuEncoding,
 }
 
-/// The whole file.
+/// Bytes of the file.
 pub(super) fn document(piece: &Piece) -> Vec<u8> {
     let mut text = String::from(
         "<?xml version=\"1.0\"?>\n\
@@ -104,7 +119,10 @@ pub(super) fn document(piece: &Piece) -> Vec<u8> {
                 VtuEncoding::Base64 => {
                     push(
                         &mut text,
-                        format_args!("format=\"binary\">\n{}\n</DataArray>\n", base64(&block)),
+                        format_args!(
+                            "format=\"binary\">\n{}\n</DataArray>\n",
+                            STANDARD.encode(&block)
+                        ),
                     );
                 }
             }
@@ -114,7 +132,7 @@ pub(super) fn document(piece: &Piece) -> Vec<u8> {
     text.push_str("</Piece>\n</UnstructuredGrid>\n");
     let mut bytes = text.into_bytes();
     if piece.encoding == VtuEncoding::Appended {
-        // Offsets count from behind the underscore.
+        // Offsets count from the byte after the underscore.
         bytes.extend(b"<AppendedData encoding=\"raw\">\n_");
         bytes.append(&mut appended);
         bytes.extend(b"\n</AppendedData>\n");
@@ -123,12 +141,12 @@ pub(super) fn document(piece: &Piece) -> Vec<u8> {
     bytes
 }
 
-/// Writing to a string cannot fail.
+/// Appends formatted text; writing to a string cannot fail.
 fn push(text: &mut String, arguments: std::fmt::Arguments) {
     let _ = text.write_fmt(arguments);
 }
 
-/// A text as the value of an XML attribute.
+/// Text with XML escapes, for the value of an attribute.
 pub(super) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -137,7 +155,7 @@ pub(super) fn escape(text: &str) -> String {
             '<' => escaped.push_str("&lt;"),
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
-            // XML 1.0 knows no other control characters, escaped or not.
+            // XML 1.0 forbids most control characters, escaped or not.
             c if c.is_control() => escaped.push(' '),
             c => escaped.push(c),
         }

@@ -99,6 +99,7 @@ pub fn part(axes: &[usize]) -> TetMesh {
             .map(|(face, tag)| (face.map(number), *tag))
             .collect(),
         tags: tets.tags,
+        ..LinearTets::default()
     })
     .expect("a mesh")
 }

@@ -1,0 +1,216 @@
+//! Construction of a checked, renumbered 10-node mesh from separate tets and tagged triangles.
+
+mod boundary_nodes;
+mod input_checks;
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::jacobian::straight_jacobian;
+use crate::reverse_cuthill_mckee::reverse_cuthill_mckee;
+use crate::tet_mesh::{NamedSurface, Topology, check_finite};
+use crate::topology::{EdgeIndex, match_boundary};
+use crate::{Facet, LinearTets, MeshError, QuadraticTets, TET_EDGES, TetMesh, Vec3};
+use boundary_nodes::project;
+use input_checks::{check_numbers, check_regions, check_tags, check_vertices};
+
+/// Ratio of a tet's determinant to the product of its edge lengths below which rounding hides its
+/// sign.
+///
+/// The determinant of three rounded edge vectors has an error of at most about 16 units of rounding
+/// of the product of their lengths (Higham 2002, 3.5).
+const FLAT: f64 = 16.0 * f64::EPSILON;
+
+impl TetMesh {
+    /// Straight-sided mesh of `tets`: midside nodes are midpoints.
+    ///
+    /// Inverted tets are reoriented; tagged faces are matched with the boundary faces one to one
+    /// and oriented out of the fluid; vertices and cells are renumbered for locality. Cost: O(n log
+    /// n); about 2 microseconds per tet (71 614 tets, Nov 2026).
+    ///
+    /// ```
+    /// use mesh::{LinearTets, TetMesh};
+    /// let mesh = TetMesh::straight(LinearTets::cube(2))?;
+    /// assert_eq!((mesh.n_vertices(), mesh.n_points()), (27, 125));
+    /// assert!((mesh.volume() - 1.0).abs() < 1e-14);
+    /// # Ok::<(), mesh::MeshError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A [`MeshError`] that says what is wrong with `tets` and where: no tets, NaN, flat or
+    /// duplicate tets, unused or duplicate vertices, untagged boundary faces, tagged faces that are
+    /// not boundary faces, tags without faces, bad names.
+    pub fn straight(tets: LinearTets) -> Result<Self, MeshError> {
+        Self::curved(tets, &[])
+    }
+
+    /// Mesh of `tets` whose boundary follows the given surfaces.
+    ///
+    /// Vertices and midside nodes on a named boundary part move to the closest point of its
+    /// surface; vertices must be within 1e-6 of the surface's radius of it. Other parts stay flat.
+    ///
+    /// # Errors
+    /// As [`TetMesh::straight`]; also [`MeshError::UnknownTag`], [`MeshError::OffSurface`], and
+    /// [`MeshError::InvertedCell`] where elements are too large to follow the surface.
+    pub fn curved(tets: LinearTets, surfaces: &[NamedSurface]) -> Result<Self, MeshError> {
+        build(tets, &[], surfaces)
+    }
+
+    /// Mesh of a second-order file; nodes on named parts move to their surfaces as in
+    /// [`TetMesh::curved`].
+    ///
+    /// # Errors
+    /// As [`TetMesh::curved`]; also [`MeshError::BadMidside`] if two cells have different midside
+    /// nodes on the same edge.
+    pub fn quadratic(tets: QuadraticTets, surfaces: &[NamedSurface]) -> Result<Self, MeshError> {
+        let (linear, middles) = tets.split()?;
+        build(linear, &middles, surfaces)
+    }
+}
+
+/// Builds the mesh; `middles` has the midside node of every edge, in the numbering of [`EdgeIndex`]
+/// of the given tets, or is empty for midpoints.
+fn build(
+    mut linear: LinearTets,
+    middles: &[Vec3],
+    surfaces: &[NamedSurface],
+) -> Result<TetMesh, MeshError> {
+    check_numbers(&linear)?;
+    check_vertices(&linear)?;
+    check_regions(&linear)?;
+    orient(&mut linear)?;
+    let old_edges = EdgeIndex::new(linear.points.len(), &linear.tets);
+    let order = reverse_cuthill_mckee(linear.points.len(), &old_edges);
+    let tets = renumber(&mut linear, &order)?;
+    let boundary = match_boundary(&linear.points, &tets, &linear.faces, &linear.tags)?;
+
+    let edges = EdgeIndex::new(linear.points.len(), &tets);
+    let n_vertices = linear.points.len();
+    if n_vertices + edges.len() > i32::MAX as usize {
+        return Err(MeshError::TooLarge {
+            what: "nodes",
+            count: n_vertices + edges.len(),
+        });
+    }
+    // `find` succeeds because every pair is an edge of some tet; the default is never used.
+    let node = |a: u32, b: u32| (n_vertices + edges.find(a, b).unwrap_or_default()) as u32;
+    let cells = tets
+        .iter()
+        .map(|v| {
+            let m = TET_EDGES.map(|[i, j]| node(v[i], v[j]));
+            [v[0], v[1], v[2], v[3], m[0], m[1], m[2], m[3], m[4], m[5]]
+        })
+        .collect();
+    let mut facets: Vec<Facet> = boundary
+        .iter()
+        .map(|face| {
+            let [a, b, c] = face.vertices;
+            Facet {
+                nodes: [a, b, c, node(a, b), node(b, c), node(c, a)],
+                cell: face.cell,
+                tag: face.tag,
+            }
+        })
+        .collect();
+    facets.sort_unstable_by_key(|facet| (facet.tag, facet.cell, facet.nodes));
+    check_tags(&linear.tags, &facets)?;
+    let mut points = linear.points;
+    // Vertices first: midpoints lie between their final positions.
+    project(&mut points, &facets, 0..3, &linear.tags, surfaces)?;
+    let middle = |[a, b]: [u32; 2]| {
+        let [old_a, old_b] = [a, b].map(|v| order[v as usize]);
+        let given = old_edges.find(old_a, old_b).and_then(|e| middles.get(e));
+        let midpoint = || 0.5 * (points[a as usize] + points[b as usize]);
+        given.copied().unwrap_or_else(midpoint)
+    };
+    let middles: Vec<Vec3> = edges.iter().map(middle).collect();
+    points.extend(middles);
+    project(&mut points, &facets, 3..6, &linear.tags, surfaces)?;
+    check_finite(&points)?;
+    let topology = Topology {
+        n_vertices,
+        cells,
+        facets,
+        tags: linear.tags,
+        regions: linear.regions,
+    };
+    TetMesh::checked(points, Arc::new(topology))
+}
+
+/// Makes every tet positively oriented.
+///
+/// # Errors
+/// [`MeshError::FlatCell`].
+fn orient(linear: &mut LinearTets) -> Result<(), MeshError> {
+    for (cell, tet) in linear.tets.iter_mut().enumerate() {
+        let x = tet.map(|v| linear.points[v as usize]);
+        let volume = straight_jacobian(x);
+        let lengths: f64 = (1..4).map(|i| (x[i] - x[0]).norm()).product();
+        // Written so that NaN, from overflow, counts as flat.
+        let solid = volume.abs() > FLAT * lengths;
+        if !solid {
+            return Err(MeshError::FlatCell {
+                cell,
+                at: ((x[0] + x[1] + x[2] + x[3]) / 4.0).into(),
+            });
+        }
+        if volume < 0.0 {
+            tet.swap(2, 3);
+        }
+    }
+    Ok(())
+}
+
+/// Renumbers points and faces by `order[new] = old`; returns the renumbered tets, sorted by their
+/// vertices.
+///
+/// The regions of the cells follow the tets.
+///
+/// # Errors
+/// [`MeshError::DuplicateCell`].
+fn renumber(linear: &mut LinearTets, order: &[u32]) -> Result<Vec<[u32; 4]>, MeshError> {
+    let mut new = vec![0; order.len()];
+    for (number, &old) in order.iter().enumerate() {
+        new[old as usize] = number as u32;
+    }
+    linear.points = order
+        .iter()
+        .map(|&old| linear.points[old as usize])
+        .collect();
+    for (face, _) in &mut linear.faces {
+        *face = face.map(|v| new[v as usize]);
+    }
+    let mut tets: Vec<[u32; 4]> = linear
+        .tets
+        .iter()
+        .map(|tet| tet.map(|v| new[v as usize]))
+        .collect();
+    let of_cells = &mut linear.regions.of_cells;
+    if of_cells.is_empty() {
+        tets.par_sort_unstable_by_key(|tet| (sorted(tet), *tet));
+    } else {
+        let mut pairs: Vec<([u32; 4], u16)> = tets.into_iter().zip(of_cells.drain(..)).collect();
+        pairs.par_sort_unstable_by_key(|(tet, _)| (sorted(tet), *tet));
+        (tets, *of_cells) = pairs.into_iter().unzip();
+    }
+    match tets
+        .windows(2)
+        .find(|pair| sorted(&pair[0]) == sorted(&pair[1]))
+    {
+        Some(pair) => {
+            let x = pair[0].map(|v| linear.points[v as usize]);
+            Err(MeshError::DuplicateCell {
+                at: ((x[0] + x[1] + x[2] + x[3]) / 4.0).into(),
+            })
+        }
+        None => Ok(tets),
+    }
+}
+
+/// The vertices of a tet in ascending order.
+fn sorted(tet: &[u32; 4]) -> [u32; 4] {
+    let mut key = *tet;
+    key.sort_unstable();
+    key
+}

@@ -1,0 +1,144 @@
+//! Checks of the scene and the parameters of mesh generation.
+
+use super::container::Container;
+use super::geodesic::geodesic_sphere;
+use super::meshed_body::MeshedBody;
+use super::params::GenerateParams;
+use super::symmetry_planes::SymmetryPlanes;
+use crate::{MeshError, SYMMETRY_PLANE_TAGS, Surface, Vec3};
+use std::collections::HashSet;
+
+/// Checks the numbers and names of the scene, the parameters, and the symmetry of the scene.
+///
+/// # Errors
+/// [`MeshError::BadParameter`], [`MeshError::BadTag`], [`MeshError::NotSymmetric`].
+pub(super) fn check(
+    bodies: &[MeshedBody<'_>],
+    container: &Container,
+    params: &GenerateParams,
+) -> Result<(), MeshError> {
+    let demand = |ok: bool, what: &str, value: f64, requirement: &'static str| {
+        if ok {
+            Ok(())
+        } else {
+            Err(MeshError::BadParameter {
+                what: what.into(),
+                value,
+                requirement,
+            })
+        }
+    };
+    let length = |what: &str, value: f64| {
+        demand(
+            value > 0.0 && value.is_finite(),
+            what,
+            value,
+            "it must be positive and finite",
+        )
+    };
+    demand(
+        params.growth > 0.0 && params.growth <= 0.6,
+        "growth",
+        params.growth,
+        "it must be above 0 and at most 0.6",
+    )?;
+    length("gap coefficient", params.gap)?;
+    length("smallest gap", params.min_gap)?;
+    demand(
+        params.max_size > 0.0,
+        "largest size",
+        params.max_size,
+        "it must be positive",
+    )?;
+    demand(
+        (0.0..60.0).contains(&params.target_dihedral),
+        "target dihedral angle",
+        params.target_dihedral,
+        "it must be at least 0 and below 60 degrees",
+    )?;
+    let finite = |what: &str, x: Vec3| {
+        x.iter()
+            .try_for_each(|&c| demand(c.is_finite(), what, c, "it must be finite"))
+    };
+    match container {
+        Container::Ball(ball) => {
+            finite("centre of the container", ball.centre)?;
+            length("radius of the container", ball.radius)?;
+        }
+        Container::Box(sides) => {
+            finite("corner of the container", sides.min)?;
+            finite("corner of the container", sides.max)?;
+            for side in (sides.max - sides.min).iter() {
+                length("side of the container", *side)?;
+            }
+        }
+        Container::Capsule(capsule) => {
+            finite("centre of the container", capsule.centre)?;
+            length("radius of the container", capsule.radius)?;
+            length("length of the container", capsule.half_length)?;
+        }
+    }
+    let mut names = HashSet::from([Container::TAG]);
+    for body in bodies {
+        if !names.insert(body.name) {
+            return Err(MeshError::BadTag {
+                name: body.name.into(),
+                problem: "is used twice; give every body its own name",
+            });
+        }
+        let (centre, radius) = body.surface.bounding_ball();
+        finite(&format!("position of '{}'", body.name), centre)?;
+        length(&format!("radius of '{}'", body.name), radius)?;
+        length(&format!("size of '{}'", body.name), body.size)?;
+        length(
+            &format!("radius of curvature of '{}'", body.name),
+            body.surface.smallest_curvature_radius(),
+        )?;
+    }
+    check_symmetry(SymmetryPlanes(params.symmetry_planes), bodies, container)
+}
+
+/// Checks that every body and the container are symmetric about every plane.
+///
+/// # Errors
+/// [`MeshError::NotSymmetric`]; [`MeshError::BadParameter`] for a capsule, whose triangles would
+/// cross the planes.
+fn check_symmetry(
+    planes: SymmetryPlanes,
+    bodies: &[MeshedBody<'_>],
+    container: &Container,
+) -> Result<(), MeshError> {
+    if let (false, Container::Capsule(_)) = (planes.is_empty(), container) {
+        return Err(MeshError::BadParameter {
+            what: "number of symmetry planes".into(),
+            value: planes.len() as f64,
+            requirement: "it must be zero in a capsule",
+        });
+    }
+    let own = (Container::TAG, container.surface());
+    for (name, surface) in bodies.iter().map(|b| (b.name, b.surface)).chain([own]) {
+        if let Some(axis) =
+            (0..3).find(|&axis| planes.normal_to(axis) && !is_symmetric(surface, axis))
+        {
+            return Err(MeshError::NotSymmetric {
+                part: name.into(),
+                plane: SYMMETRY_PLANE_TAGS[axis],
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Whether a surface is symmetric about the plane normal to `axis`, according to the distances of
+/// points around it.
+fn is_symmetric(surface: &dyn Surface, axis: usize) -> bool {
+    let (centre, radius) = surface.bounding_ball();
+    let rounding = 64.0 * f64::EPSILON * centre.norm().max(radius);
+    centre[axis] == 0.0
+        && geodesic_sphere(0.5).points.iter().all(|d| {
+            let mut image = *d;
+            image[axis] = -image[axis];
+            let [a, b] = [*d, image].map(|d| surface.signed_distance(centre + 1.5 * radius * d));
+            (a - b).abs() <= rounding
+        })
+}

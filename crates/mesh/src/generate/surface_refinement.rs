@@ -1,0 +1,333 @@
+//! Refinement of surface triangulations to a varying edge length.
+
+use super::surface_mesh::SurfaceMesh;
+use super::symmetry_planes::SymmetryPlanes;
+use crate::surface::sphere_radius;
+use crate::{MeshError, Surface, Vec3};
+
+/// Ratio to the wanted length above which edges are split; the halves are then shorter than the
+/// wanted length by at most the same factor.
+const SPLIT: f64 = std::f64::consts::SQRT_2;
+
+/// Smoothing rounds at the end; after them no vertex moves by more than about a hundredth of an
+/// edge.
+const FINAL_ROUNDS: usize = 20;
+
+/// Largest number of splitting passes; each shortens the longest edges by `sqrt(2)`, so these span
+/// more than ten orders of magnitude.
+const MAX_PASSES: usize = 100;
+
+/// Cosine of the angle between normals (84 degrees) beyond which an edge is a ridge.
+///
+/// Faces of a box meet at right angles, triangles that follow a smooth surface do not.
+const RIDGE: f64 = 0.1;
+
+/// Splits, flips and smooths a triangulation until its edges have the wanted length.
+pub(super) struct Refiner<'a> {
+    surface: &'a dyn Surface,
+    size: &'a dyn Fn(Vec3) -> f64,
+    mesh: SurfaceMesh,
+    /// Neighbour of each triangle across the edge opposite each vertex.
+    neighbours: Vec<[u32; 3]>,
+    /// Radius, if the surface is a sphere.
+    sphere: Option<f64>,
+    /// Cosine between normals below which an edge is a ridge.
+    ridge: f64,
+    /// Symmetry planes; edges on them stay there.
+    planes: SymmetryPlanes,
+    name: &'a str,
+}
+
+impl<'a> Refiner<'a> {
+    pub fn new(
+        mesh: SurfaceMesh,
+        name: &'a str,
+        surface: &'a dyn Surface,
+        size: &'a dyn Fn(Vec3) -> f64,
+        planes: SymmetryPlanes,
+    ) -> Self {
+        let neighbours = mesh.neighbours();
+        Refiner {
+            surface,
+            size,
+            mesh,
+            neighbours,
+            sphere: sphere_radius(surface),
+            // A smooth surface has no ridges, even while its triangles are coarse.
+            ridge: if surface.smallest_curvature_radius() > 0.0 {
+                -2.0
+            } else {
+                RIDGE
+            },
+            planes,
+            name,
+        }
+    }
+
+    /// Refines the triangulation.
+    ///
+    /// # Errors
+    /// [`MeshError::TooManyVertices`] if more than `limit` vertices are needed,
+    /// [`MeshError::SurfaceNotRecovered`] if splitting does not end.
+    pub fn run(mut self, limit: usize) -> Result<SurfaceMesh, MeshError> {
+        let mut passes = 0;
+        while self.split_longest() {
+            passes += 1;
+            if self.mesh.triangles.len() > 2 * limit {
+                return Err(MeshError::TooManyVertices { limit });
+            }
+            if passes > MAX_PASSES {
+                return Err(MeshError::SurfaceNotRecovered {
+                    body: self.name.into(),
+                    at: self.mesh.points[0].into(),
+                });
+            }
+            self.flip_all();
+            self.smooth();
+            self.flip_all();
+        }
+        for _ in 0..FINAL_ROUNDS {
+            self.smooth();
+            self.flip_all();
+        }
+        Ok(self.mesh)
+    }
+
+    fn corners(&self, t: usize) -> [Vec3; 3] {
+        self.mesh.triangles[t].map(|v| self.mesh.points[v as usize])
+    }
+
+    fn normal(&self, t: usize) -> Vec3 {
+        let [a, b, c] = self.corners(t);
+        (b - a).cross(&(c - a))
+    }
+
+    /// Length of the edge opposite vertex `i` of `t`, relative to the wanted length.
+    fn stretch(&self, t: usize, i: usize) -> f64 {
+        let x = self.corners(t);
+        let (b, c) = (x[(i + 1) % 3], x[(i + 2) % 3]);
+        (b - c).norm() / (self.size)(0.5 * (b + c))
+    }
+
+    /// Splits the longest edges, up to a factor of `sqrt(2)`; returns whether any edge was too
+    /// long.
+    fn split_longest(&mut self) -> bool {
+        let mut long: Vec<(f64, [u32; 2])> = Vec::new();
+        for t in 0..self.mesh.triangles.len() {
+            for i in 0..3 {
+                let tri = self.mesh.triangles[t];
+                let (b, c) = (tri[(i + 1) % 3], tri[(i + 2) % 3]);
+                if b < c {
+                    let stretch = self.stretch(t, i);
+                    if stretch > SPLIT {
+                        long.push((stretch, [t as u32, i as u32]));
+                    }
+                }
+            }
+        }
+        let longest = long.iter().fold(SPLIT, |m, e| m.max(e.0));
+        long.retain(|e| e.0 * SPLIT > longest);
+        long.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+        let mut touched = vec![false; self.mesh.triangles.len()];
+        let any = !long.is_empty();
+        for (_, [t, i]) in long {
+            let (t, i) = (t as usize, i as usize);
+            let u = self.neighbours[t][i] as usize;
+            // The edges of a triangle that was split in this pass wait for the next pass.
+            if !touched[t] && !touched[u] {
+                touched[t] = true;
+                touched[u] = true;
+                self.split(t, i);
+                touched.resize(self.mesh.triangles.len(), true);
+            }
+        }
+        any
+    }
+
+    /// Splits the edge opposite vertex `i` of `t`: `a b c | d c b` become `a b m, a m c | d c m, d
+    /// m b`.
+    fn split(&mut self, t: usize, i: usize) {
+        let u = self.neighbours[t][i] as usize;
+        let j = self.slot(u, t);
+        let [a, b, c] = self.rotated(t, i);
+        let d = self.mesh.triangles[u][j];
+        let [_, t_b, t_c] = [0, 1, 2].map(|k| self.neighbours[t][(i + k) % 3]);
+        let [_, u_c, u_b] = [0, 1, 2].map(|k| self.neighbours[u][(j + k) % 3]);
+        let middle = 0.5 * (self.mesh.points[b as usize] + self.mesh.points[c as usize]);
+        let m = self.mesh.points.len() as u32;
+        let planes = self.planes.at(middle);
+        self.mesh
+            .points
+            .push(planes.along(self.surface.closest_point(middle)));
+        let (t2, u2) = (
+            self.mesh.triangles.len() as u32,
+            self.mesh.triangles.len() as u32 + 1,
+        );
+        let (t1, u1) = (t as u32, u as u32);
+        self.mesh.triangles[t] = [a, b, m];
+        self.neighbours[t] = [u2, t2, t_c];
+        self.mesh.triangles.push([a, m, c]);
+        self.neighbours.push([u1, t_b, t1]);
+        self.mesh.triangles[u] = [d, c, m];
+        self.neighbours[u] = [t2, u2, u_b];
+        self.mesh.triangles.push([d, m, b]);
+        self.neighbours.push([t1, u_c, u1]);
+        self.relink(t_b, t1, t2);
+        self.relink(u_c, u1, u2);
+    }
+
+    /// Flips the edge opposite vertex `i` of `t`: `a b c | d c b` become `a b d | d c a`.
+    fn flip(&mut self, t: usize, i: usize) {
+        let u = self.neighbours[t][i] as usize;
+        let j = self.slot(u, t);
+        let [a, b, c] = self.rotated(t, i);
+        let d = self.mesh.triangles[u][j];
+        let [_, t_b, t_c] = [0, 1, 2].map(|k| self.neighbours[t][(i + k) % 3]);
+        let [_, u_c, u_b] = [0, 1, 2].map(|k| self.neighbours[u][(j + k) % 3]);
+        let (t1, u1) = (t as u32, u as u32);
+        self.mesh.triangles[t] = [a, b, d];
+        self.neighbours[t] = [u_c, u1, t_c];
+        self.mesh.triangles[u] = [d, c, a];
+        self.neighbours[u] = [t_b, t1, u_b];
+        self.relink(t_b, t1, u1);
+        self.relink(u_c, u1, t1);
+    }
+
+    /// Position of `neighbour` among the neighbours of `t`.
+    fn slot(&self, t: usize, neighbour: usize) -> usize {
+        let around = &self.neighbours[t];
+        (0..2)
+            .find(|&k| around[k] as usize == neighbour)
+            .unwrap_or(2)
+    }
+
+    /// The vertices of `t`, rotated to begin with vertex `i`.
+    fn rotated(&self, t: usize, i: usize) -> [u32; 3] {
+        let tri = self.mesh.triangles[t];
+        [tri[i], tri[(i + 1) % 3], tri[(i + 2) % 3]]
+    }
+
+    /// Replaces neighbour `old` of `t` by `new`.
+    fn relink(&mut self, t: u32, old: u32, new: u32) {
+        let k = self.slot(t as usize, old as usize);
+        self.neighbours[t as usize][k] = new;
+    }
+
+    /// Flips edges until the Delaunay ball of no triangle contains the opposite corner of a
+    /// neighbour.
+    ///
+    /// On a sphere the balls touch the triangles from inside: they are empty exactly if the
+    /// triangles lie on the convex hull, and those are the faces of the tets. On other surfaces the
+    /// criterion is that the angles opposite an edge add up to less than 180 degrees (Delaunay on
+    /// the surface itself); the tets may then join four points near one circle across the other
+    /// diagonal.
+    fn flip_all(&mut self) {
+        // In a plane the flips are known to end; the bound is for curved surfaces.
+        for _ in 0..100 {
+            let mut flipped = false;
+            for t in 0..self.mesh.triangles.len() {
+                for i in 0..3 {
+                    if self.wants_flip(t, i) {
+                        self.flip(t, i);
+                        flipped = true;
+                    }
+                }
+            }
+            if !flipped {
+                break;
+            }
+        }
+    }
+
+    /// Whether the edge opposite vertex `i` of `t` is to be flipped.
+    fn wants_flip(&self, t: usize, i: usize) -> bool {
+        let u = self.neighbours[t][i] as usize;
+        let [a, b, c] = self.rotated(t, i).map(|v| self.mesh.points[v as usize]);
+        let d = self.mesh.points[self.mesh.triangles[u][self.slot(u, t)] as usize];
+        if !self.planes.through(&[b, c]).is_empty() {
+            return false;
+        }
+        // The new triangles must be oriented like the old ones.
+        let facing = self.normal(t) + self.normal(u);
+        let faces = |x: Vec3, y: Vec3| (x - a).cross(&(y - a)).dot(&facing) > 0.0;
+        faces(b, d) && faces(d, c) && self.contains_opposite_corner(t, i)
+    }
+
+    /// Whether the Delaunay ball of triangle `t` contains the corner beyond the edge opposite
+    /// vertex `i`.
+    fn contains_opposite_corner(&self, t: usize, i: usize) -> bool {
+        let u = self.neighbours[t][i] as usize;
+        let j = self.slot(u, t);
+        let (n_t, n_u) = (self.normal(t), self.normal(u));
+        // Ridges are not flipped, nor edges where the surface would fold.
+        if n_t.dot(&n_u) < self.ridge * n_t.norm() * n_u.norm() {
+            return false;
+        }
+        // The diagonals of cocircular points (squares on a box) stay unchanged.
+        let decided = 1e-10;
+        match self.sphere {
+            Some(radius) => {
+                let d = self.mesh.points[self.mesh.triangles[u][j] as usize];
+                let (centre, r) = circumcircle(self.corners(t));
+                // Slightly smaller than the sphere itself, on which rounding would decide, but
+                // larger than the circumcircle.
+                let radius = (0.9 * radius).max(1.05 * r);
+                let centre = centre - (radius * radius - r * r).sqrt() * n_t.normalize();
+                (d - centre).norm() < radius * (1.0 - decided)
+            }
+            None => self.angle(t, i) + self.angle(u, j) > std::f64::consts::PI * (1.0 + decided),
+        }
+    }
+
+    /// Angle of triangle `t` at its vertex `i`.
+    fn angle(&self, t: usize, i: usize) -> f64 {
+        let x = self.corners(t);
+        let (u, v) = (x[(i + 1) % 3] - x[i], x[(i + 2) % 3] - x[i]);
+        u.cross(&v).norm().atan2(u.dot(&v))
+    }
+
+    /// Moves each vertex to the weighted centroid of its triangles, projected onto the surface;
+    /// vertices on ridges stay.
+    ///
+    /// The weight of a triangle is its area relative to the wanted one, `area / h^2`. This evens
+    /// out shapes and leaves the number of vertices in each region to the splitting. (The density
+    /// `h^-4` of a centroidal Voronoi tessellation attracts vertices from far away during the
+    /// splitting, and doubles the triangles around a gap of 0.02 radii.)
+    fn smooth(&mut self) {
+        let n = self.mesh.points.len();
+        let mut sums = vec![(Vec3::zeros(), 0.0); n];
+        let mut first_normal = vec![Vec3::zeros(); n];
+        let mut ridge = vec![false; n];
+        for t in 0..self.mesh.triangles.len() {
+            let [a, b, c] = self.corners(t);
+            let normal = self.normal(t);
+            let centroid = (a + b + c) / 3.0;
+            let weight = normal.norm() * (self.size)(centroid).powi(-2);
+            for v in self.mesh.triangles[t].map(|v| v as usize) {
+                sums[v].0 += weight * centroid;
+                sums[v].1 += weight;
+                if first_normal[v] == Vec3::zeros() {
+                    first_normal[v] = normal;
+                }
+                ridge[v] |=
+                    normal.dot(&first_normal[v]) < 0.1 * normal.norm() * first_normal[v].norm();
+            }
+        }
+        for v in 0..n {
+            if !ridge[v] && sums[v].1 > 0.0 {
+                let planes = self.planes.at(self.mesh.points[v]);
+                let centre = planes.along(sums[v].0 / sums[v].1);
+                self.mesh.points[v] = planes.along(self.surface.closest_point(centre));
+            }
+        }
+    }
+}
+
+/// Centre and radius of the circle through three points.
+fn circumcircle([a, b, c]: [Vec3; 3]) -> (Vec3, f64) {
+    let (u, v) = (b - a, c - a);
+    let n = u.cross(&v);
+    let arm = (v.norm_squared() * n.cross(&u) + u.norm_squared() * v.cross(&n))
+        / (2.0 * n.norm_squared()).max(f64::MIN_POSITIVE);
+    (a + arm, arm.norm())
+}

@@ -1,0 +1,112 @@
+//! Quality of meshes: known numbers, and the same bits for any number of threads.
+
+use crate::shapes::{ball, curved_ball};
+use mesh::{LinearTets, Quality, TetMesh};
+
+#[test]
+fn kuhn_cube_has_its_known_angles_and_quality() {
+    let quality = TetMesh::straight(LinearTets::cube(4)).unwrap().quality();
+    // Edges 1, 1, 1, sqrt 2, sqrt 2, sqrt 3 and volume 1/6 give q = 12 (1/2)^(2/3) / 10; the
+    // dihedral angles are 45, 60 and 90 degrees.
+    let q = 1.2 * 0.25_f64.cbrt();
+    assert!((quality.min_quality - q).abs() < 1e-14);
+    assert!((quality.mean_quality - q).abs() < 1e-14);
+    assert!((quality.min_dihedral - 45.0).abs() < 1e-12);
+    assert!((quality.max_dihedral - 90.0).abs() < 1e-12);
+    assert_eq!((quality.min_jacobian, quality.cells), (1.0, 384));
+}
+
+#[test]
+fn linear_and_quadratic_meshes_agree_on_the_shape() {
+    let linear = ball(4).quality();
+    let quadratic = curved_ball(4).quality();
+    // The order of cells and of their vertices differs, and so does the rounding of sums and
+    // products.
+    assert!((linear.mean_quality - quadratic.mean_quality).abs() < 1e-13);
+    assert!((linear.min_quality - quadratic.min_quality).abs() < 1e-13);
+    assert!((linear.min_dihedral - quadratic.min_dihedral).abs() < 1e-11);
+    assert_eq!(linear.min_jacobian, 1.0);
+    assert!(quadratic.min_jacobian < 1.0 && quadratic.min_jacobian > 0.0);
+    let worst = quadratic.worst_cell;
+    assert_eq!(
+        curved_ball(4).scaled_jacobian(worst),
+        quadratic.min_jacobian
+    );
+}
+
+#[test]
+fn an_inverted_tet_has_a_negative_quality() {
+    let mut tets = LinearTets::cube(2);
+    tets.tets[13].swap(1, 2);
+    let quality = tets.quality();
+    assert!(quality.min_quality < 0.0);
+    assert_eq!((quality.min_jacobian, quality.worst_cell), (-1.0, 13));
+}
+
+#[test]
+fn quality_is_bitwise_the_same_for_any_number_of_threads() {
+    let mesh = curved_ball(8);
+    let with = |threads| -> Quality {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| mesh.quality())
+    };
+    let one = with(1);
+    for threads in [2, 3, 7] {
+        assert_eq!(with(threads), one);
+    }
+}
+
+#[test]
+fn meshes_are_bitwise_the_same_for_any_number_of_threads() {
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| curved_ball(6))
+    };
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn gap_ratio_is_about_one_after_generation_and_larger_in_a_closing_gap() {
+    use mesh::{Container, GenerateParams, MeshedBody, Sphere, Surface, Vec3};
+    let sphere = |x: f64| Sphere {
+        centre: Vec3::new(x, 0.0, 0.0),
+        radius: 1.0,
+    };
+    let ball = Container::Ball(Sphere {
+        centre: Vec3::zeros(),
+        radius: 12.0,
+    });
+    for gap in [1.0, 0.2] {
+        let (a, b) = (sphere(-1.0 - gap / 2.0), sphere(1.0 + gap / 2.0));
+        let body = |name, surface| MeshedBody {
+            name,
+            surface,
+            size: 0.8,
+        };
+        let tets = mesh::generate(
+            &[body("a", &a), body("b", &b)],
+            &ball,
+            &GenerateParams::default(),
+        )
+        .unwrap()
+        .mesh;
+        let surfaces: [(&str, &dyn Surface); 3] =
+            [("a", &a), ("b", &b), (Container::TAG, ball.surface())];
+        let mesh = TetMesh::curved(tets, &surfaces).unwrap();
+        let fresh = mesh.gap_ratio(&[&a, &b], Some(ball.surface()));
+        // The wanted edges are 0.6 of the gap; the longest edge of a regular pair of tets across it
+        // is 1.2 of the gap.
+        assert!((0.5..1.3).contains(&fresh), "{gap}: {fresh}");
+        // With spheres moved into the gap, the same cells are too long.
+        let (near_a, near_b) = (sphere(-1.0 - gap / 8.0), sphere(1.0 + gap / 8.0));
+        let squeezed = mesh.gap_ratio(&[&near_a, &near_b], Some(ball.surface()));
+        assert!(squeezed > 1.5 * fresh, "{gap}: {squeezed}");
+        assert_eq!(mesh.gap_ratio(&[&a], None), 0.0);
+    }
+}
