@@ -21,8 +21,8 @@ pub(crate) struct Lagrange {
 /// Basis functions at the points of a rule: one function per row, one point per column.
 pub(crate) struct Table {
     pub values: DMatrix<f64>,
-    /// Derivatives by the second and the third barycentric coordinate, with the first one eliminated
-    /// by `λ_1 = 1 - λ_2 - λ_3`.
+    /// Derivatives by the second and the third barycentric coordinate, with the first one
+    /// eliminated by `λ_1 = 1 - λ_2 - λ_3`.
     pub gradients: [DMatrix<f64>; 2],
 }
 
@@ -31,8 +31,8 @@ impl Lagrange {
     /// (Blyth & Pozrikidis, IMA J. Appl. Math. 71, 2006).
     ///
     /// # Errors
-    /// [`AxisymmetricError::NoNodalBasis`] if the matrix of nodal values is singular, which does not
-    /// happen for orders below twenty.
+    /// [`AxisymmetricError::NoNodalBasis`] if the matrix of nodal values is singular, which does
+    /// not happen for orders below twenty.
     pub fn new(order: usize) -> Result<Self, AxisymmetricError> {
         let v = lobatto(order);
         // barycentric coordinates of the node with exponents i, j, k

@@ -4,7 +4,8 @@ use crate::AxisymmetricError;
 use crate::curve::{BoundaryPart, Curve};
 use crate::point::Point;
 
-/// A spheroid whose axis of revolution is the axis of the flow; a sphere if the semi-axes are equal.
+/// A spheroid whose axis of revolution is the axis of the flow; a sphere if the semi-axes are
+/// equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spheroid {
     /// Position of the centre on the axis.

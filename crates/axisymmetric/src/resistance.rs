@@ -15,9 +15,9 @@ use crate::system::Solution;
 
 /// Resistance matrix `R` of motions along the axis or about it, with an error estimate.
 ///
-/// `F_i = sum_j R_ij U_j` are the forces (torques) that the bodies exert on the fluid when they move
-/// with the velocities (angular velocities) `U_j`. The viscosity is 1. `R` is symmetric positive
-/// definite.
+/// `F_i = sum_j R_ij U_j` are the forces (torques) that the bodies exert on the fluid when they
+/// move with the velocities (angular velocities) `U_j`. The viscosity is 1. `R` is symmetric
+/// positive definite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxialResistance {
     matrix: DMatrix<f64>,
@@ -275,8 +275,9 @@ impl AxialResistance {
 
     /// Ratio of the estimated error to the last change.
     ///
-    /// A quantity computed from both [`AxialResistance::matrix`] and [`AxialResistance::lower_order`]
-    /// has an estimated error of this factor times the difference of the two results.
+    /// A quantity computed from both [`AxialResistance::matrix`] and
+    /// [`AxialResistance::lower_order`] has an estimated error of this factor times the difference
+    /// of the two results.
     pub fn error_factor(&self) -> f64 {
         self.error_factor
     }

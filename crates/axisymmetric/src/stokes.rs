@@ -179,7 +179,8 @@ mod tests {
     fn polynomial_flows_have_zero_residual_on_straight_elements() {
         let bodies = [Spheroid::sphere(-1.5, 1.0), Spheroid::sphere(2.0, 0.5)];
         let mesh = mesh(&bodies, Surroundings::Cylinder { radius: 4.0 }, 0.4);
-        // (u_z, u_r, p) of Poiseuille flow plus a stagnation flow whose strength grows along the axis
+        // (u_z, u_r, p) of Poiseuille flow plus a stagnation flow whose strength grows along the
+        // axis
         let flow = |x: &Point| [x.y * x.y + x.x * x.x, -x.y * x.x, 6.0 * x.x];
         for order in [2, 3, 5] {
             let stokes = stokes(&mesh, order).expect("solvable");
