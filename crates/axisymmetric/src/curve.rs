@@ -38,7 +38,7 @@ pub(crate) enum BoundaryPart {
 /// Number of intervals at whose ends a curve is sampled.
 const SAMPLES: usize = 64;
 
-/// Step length along a curve relative to the edge length wanted there.
+/// Step length along a curve relative to the target edge length there.
 const STEP: f64 = 0.05;
 
 impl Curve {
@@ -90,12 +90,12 @@ impl Curve {
         let (mut t, mut count) = (0.0, 0.0);
         while t < 1.0 {
             let here = self.point(t);
-            let wanted = size(&here);
+            let local_size = size(&here);
             let speed = self.speed(t).max(f64::MIN_POSITIVE);
             // the step in t is bounded because the speed of an ellipse varies along it
-            let next = (t + (STEP * wanted / speed).clamp(1e-9, 0.01)).min(1.0);
+            let next = (t + (STEP * local_size / speed).clamp(1e-9, 0.01)).min(1.0);
             let chord = (self.point(next) - here).norm();
-            count += chord / wanted;
+            count += chord / local_size;
             t = next;
             table.push((t, count));
         }

@@ -8,7 +8,7 @@ use crate::meridian::Meridian;
 use crate::mesh::MeridianMesh;
 use crate::point::Point;
 
-/// Circumradius relative to the wanted edge length above which a triangle is refined; it is 0.58
+/// Circumradius relative to the target edge length above which a triangle is refined; it is 0.58
 /// for the equilateral triangle.
 const MAX_CIRCUMRADIUS: f64 = 0.75;
 
@@ -81,7 +81,7 @@ fn refine(
     size: &impl Fn(&Point) -> f64,
 ) -> Result<Vec<Point>, AxisymmetricError> {
     let mut mesh = triangulate(polygon, &[]);
-    // circumradius over the wanted size; zero for triangles that must not be refined
+    // circumradius over the target size; zero for triangles that must not be refined
     let excess = |mesh: &Delaunay, t: usize| -> f64 {
         let corners = mesh.triangles[t];
         if corners.iter().any(|&v| v < OUTER) || polygon.is_in_body(&corners.map(|v| v - OUTER)) {
@@ -120,7 +120,7 @@ fn refine(
 
 /// Inner points moved to the weighted mean of the centroids of their triangles.
 ///
-/// The weight is the triangle's area in units of the square of the wanted size.
+/// The weight is the triangle's area in units of the square of the target size.
 fn smooth(polygon: &BoundaryPolygon, inner: &[Point], size: &impl Fn(&Point) -> f64) -> Vec<Point> {
     let mesh = triangulate(polygon, inner);
     let first = OUTER + polygon.points.len();
@@ -131,8 +131,8 @@ fn smooth(polygon: &BoundaryPolygon, inner: &[Point], size: &impl Fn(&Point) -> 
         }
         let [a, b, c] = corners.map(|v| mesh.points[v]);
         let centre = (a + b + c) / 3.0;
-        let wanted = size(&centre);
-        let weight = (b - a).perp(&(c - a)) / (wanted * wanted);
+        let target = size(&centre);
+        let weight = (b - a).perp(&(c - a)) / (target * target);
         for &v in corners.iter().filter(|&&v| v >= first) {
             sums[v - first].0 += weight * centre;
             sums[v - first].1 += weight;

@@ -1,4 +1,4 @@
-//! The meridian domain: bodies, wall, distances to them and the element size wanted at a point.
+//! The meridian domain: bodies, wall, distances to them and the target element size.
 
 use crate::AxisymmetricError;
 use crate::curve::{BoundaryPart, Curve};
@@ -250,7 +250,7 @@ impl Meridian {
         curves
     }
 
-    /// Edge length wanted at a point.
+    /// Target edge length at a point.
     ///
     /// It is `growth` times the distance to the nearest singularity of the continued flow, and at
     /// most [`GAP`] times the width of the gap between the two nearest surfaces.

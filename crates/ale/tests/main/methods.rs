@@ -239,8 +239,8 @@ fn results_are_bitwise_equal_for_one_and_two_threads() {
             .unwrap();
         pool.install(|| {
             let map = ReferenceMap::new(mesh.clone(), &bead(true), motion).unwrap();
-            let turn = UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.0, 0.1));
-            let motion = Isometry3::from_parts(Translation3::new(0.3, 0.1, 0.0), turn);
+            let rotation = UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.0, 0.1));
+            let motion = Isometry3::from_parts(Translation3::new(0.3, 0.1, 0.0), rotation);
             map.moved(&[motion]).unwrap().points().to_vec()
         })
     };

@@ -150,8 +150,8 @@ fn cases() -> Vec<Case> {
 
 fn symmetric(upper: &[f64], n: usize) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(n, n);
-    let places = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
-    for ((i, j), &value) in places.zip(upper) {
+    let indices = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
+    for ((i, j), &value) in indices.zip(upper) {
         matrix[(i, j)] = value;
         matrix[(j, i)] = value;
     }
@@ -331,8 +331,8 @@ proptest! {
             prop_assert!(found.relative_error() < tolerance, "{:e}", found.relative_error());
             prop_assert!(found.matrix().clone().cholesky().is_some());
             let added = found.matrix() - free.matrix();
-            let least = added.symmetric_eigenvalues().min();
-            prop_assert!(least > -2.0 * tolerance * found.matrix().amax(), "{least:e}");
+            let smallest = added.symmetric_eigenvalues().min();
+            prop_assert!(smallest > -2.0 * tolerance * found.matrix().amax(), "{smallest:e}");
         }
     }
 }
