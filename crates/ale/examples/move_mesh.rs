@@ -1,7 +1,7 @@
 //! A sphere moves along the axis of a ball, and the mesh of the fluid around it follows.
 //!
 //! ```text
-//! cargo run --example move_mesh
+//! cargo run -p microswim-ale --example move_mesh
 //! ```
 
 use std::error::Error;

@@ -1,7 +1,7 @@
 //! Drag of a spheroid along its axis in unbounded fluid, against the exact formula.
 //!
 //! ```text
-//! cargo run --example spheroid_drag
+//! cargo run -p microswim-axisymmetric --example spheroid_drag
 //! ```
 
 use std::f64::consts::PI;

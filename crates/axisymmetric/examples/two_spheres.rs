@@ -2,7 +2,7 @@
 //! the series of Stimson & Jeffery (1926).
 //!
 //! ```text
-//! cargo run --example two_spheres
+//! cargo run -p microswim-axisymmetric --example two_spheres
 //! ```
 
 use std::f64::consts::PI;
