@@ -1,4 +1,4 @@
-//! Extension by the biharmonic equation, whose normal derivative vanishes on the boundary.
+//! Extension by the biharmonic equation with zero normal derivative on the boundary.
 
 use linalg::{
     Bordered, Csr, LinearOperator, Multigrid, MultigridParams, Preconditioner, PreconditionerKind,
@@ -8,22 +8,26 @@ use mesh::{TetMesh, Vec3};
 use crate::split::{Split, krylov, scalar_product};
 use crate::{AleError, MeshMotion, MovingMesh};
 
-/// $\Delta^2 d = 0$ for each component with $\partial d/\partial n = 0$: bodies carry the mesh around them along as if it were rigid (Helenbrook,
-/// Int. J. Numer. Meth. Engng 56, 2003).
+/// Biharmonic extension: `Δ² d = 0` for each component, with `∂d/∂n = 0` on the boundary.
 ///
-/// Mixed linear elements with lumped mass, $K M^{-1} K d = 0$ at free vertices; rows of $K d$ on the boundary impose the
-/// derivative weakly. Cost: CG preconditioned by a multigrid cycle before and one after `M`; iterations grow as elements shrink.
+/// The mesh close to a body moves with it almost rigidly (Helenbrook, Int. J. Numer. Meth. Engng
+/// 56, 2003).
+///
+/// Mixed linear elements with lumped mass: `K M^-1 K d = 0` at free vertices. The rows of `K d` on
+/// the boundary impose the normal derivative weakly. Cost: CG preconditioned by two multigrid
+/// cycles, one on each side of `M`; the number of iterations grows as elements become smaller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Biharmonic;
 
-/// `K M^-1 K` between free vertices.
-struct Squared<'a> {
+/// The operator `K M^-1 K` on the free vertices.
+struct BiharmonicOperator<'a> {
     split: &'a Split,
     stiffness: &'a Csr,
     inverse_mass: &'a [f64],
 }
 
-impl Squared<'_> {
+impl BiharmonicOperator<'_> {
+    /// `K M^-1 K d` at all vertices.
     fn image(&self, d: &[Vec3]) -> Vec<Vec3> {
         let mut flux = scalar_product(self.stiffness, d);
         flux.iter_mut()
@@ -33,7 +37,7 @@ impl Squared<'_> {
     }
 }
 
-impl LinearOperator for Squared<'_> {
+impl LinearOperator for BiharmonicOperator<'_> {
     fn rows(&self) -> usize {
         3 * self.split.len()
     }
@@ -53,10 +57,11 @@ impl LinearOperator for Squared<'_> {
     }
 }
 
-/// `V M V` with the multigrid cycle `V` of `K`.
+/// The preconditioner `V M V` with the multigrid cycle `V` of `K`.
 struct TwoCycles {
     cycle: Multigrid,
     mass: Vec<f64>,
+    /// `V r`, between the two cycles.
     between: Vec<f64>,
 }
 
@@ -67,14 +72,14 @@ impl Preconditioner for TwoCycles {
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
         self.cycle.apply(r, &mut self.between);
-        for (entry, mass) in self
+        for (components, mass) in self
             .between
             .as_chunks_mut::<3>()
             .0
             .iter_mut()
             .zip(&self.mass)
         {
-            entry.iter_mut().for_each(|w| *w *= mass);
+            components.iter_mut().for_each(|w| *w *= mass);
         }
         self.cycle.apply(&self.between, z);
     }
@@ -84,7 +89,8 @@ impl Preconditioner for TwoCycles {
     }
 }
 
-/// Relative residual: that of `K M^-1 K` can be computed to rounding times its condition number, which is 1e8 on graded meshes.
+/// Relative residual. Rounding limits it to the machine precision times the condition number of
+/// `K M^-1 K`, which is 1e8 on graded meshes.
 const TOLERANCE: f64 = 1e-6;
 
 impl MeshMotion for Biharmonic {
@@ -113,7 +119,7 @@ impl MeshMotion for Biharmonic {
             mass: free_mass.collect(),
             between: vec![0.0; 3 * split.len()],
         };
-        let operator = Squared {
+        let operator = BiharmonicOperator {
             split: &split,
             stiffness: &stiffness,
             inverse_mass: &inverse_mass,
@@ -124,7 +130,7 @@ impl MeshMotion for Biharmonic {
     }
 }
 
-/// A quarter of the volume of the cells around each vertex.
+/// The lumped mass of each vertex: a quarter of the volume of the cells around it.
 fn lumped_mass(mesh: &TetMesh) -> Vec<f64> {
     let mut mass = vec![0.0; mesh.n_vertices()];
     for (cell, nodes) in mesh.cells().iter().enumerate() {

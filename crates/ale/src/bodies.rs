@@ -1,22 +1,24 @@
-//! Bodies that move a mesh, and what their motion is on its boundary.
+//! Moving bodies and the displacement of the mesh boundary that they prescribe.
 
 use mesh::{TET_EDGES, TetMesh, Vec3};
 use nalgebra::{Isometry3, Matrix3};
 
 use crate::AleError;
 
-/// A body that moves the mesh.
+/// A rigid body whose surface is part of the mesh boundary and moves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingBody {
-    /// Tag of its surface.
+    /// Boundary tag of its surface.
     pub tag: String,
     /// Its centre in the reference mesh.
     pub centre: Vec3,
-    /// Whether its surface turns with it. A sphere's surface need not: turned by any angle it is the same sphere.
-    pub turns: bool,
+    /// Whether the nodes on its surface rotate with it.
+    ///
+    /// A sphere does not need this: its surface does not change when the sphere rotates.
+    pub rotates: bool,
 }
 
-/// The nodes on each body's surface.
+/// The nodes on the surface of each body.
 pub(crate) fn nodes_of(mesh: &TetMesh, bodies: &[MovingBody]) -> Result<Vec<Vec<u32>>, AleError> {
     bodies
         .iter()
@@ -24,7 +26,9 @@ pub(crate) fn nodes_of(mesh: &TetMesh, bodies: &[MovingBody]) -> Result<Vec<Vec<
         .collect()
 }
 
-/// Whether each vertex is on some boundary that is no mirror plane: on planes vertices follow, and stay in them if all bodies move along them.
+/// Whether each vertex is on a boundary other than a symmetry plane.
+///
+/// Vertices on symmetry planes are free. They stay in the plane if all bodies move parallel to it.
 pub(crate) fn boundary_vertices(mesh: &TetMesh) -> Vec<bool> {
     let mut on_boundary = vec![false; mesh.n_vertices()];
     for facet in mesh
@@ -39,7 +43,7 @@ pub(crate) fn boundary_vertices(mesh: &TetMesh) -> Vec<bool> {
     on_boundary
 }
 
-/// An error unless there is one motion a body.
+/// Fails with [`AleError::Motions`] unless there is one motion per body.
 pub(crate) fn check_count(expected: usize, motions: &[Isometry3<f64>]) -> Result<(), AleError> {
     match motions.len() {
         found if found == expected => Ok(()),
@@ -47,16 +51,18 @@ pub(crate) fn check_count(expected: usize, motions: &[Isometry3<f64>]) -> Result
     }
 }
 
-/// `Q - I` of a motion.
-pub(crate) fn turn(motion: &Isometry3<f64>) -> Matrix3<f64> {
+/// `Q - I` for the rotation `Q` of a motion.
+pub(crate) fn rotation_increment(motion: &Isometry3<f64>) -> Matrix3<f64> {
     motion.rotation.to_rotation_matrix().into_inner() - Matrix3::identity()
 }
 
-/// Nodes on a body and the field there.
+/// Nodes on a body and the values of a field there.
 pub(crate) type OnBody<'a, T> = (&'a [u32], &'a dyn Fn(u32) -> T);
 
-/// A field at the vertices continued to all nodes: midside nodes take the mean of their edge's ends, boundary nodes what `boundary` says:
-/// one list of nodes with a function a part; on parts not listed the field is zero.
+/// Extends a field from the vertices to all nodes.
+///
+/// Midside nodes in the fluid get the mean of the ends of their edge; nodes of bodies get the
+/// values in `on_bodies`; midside nodes of other boundaries get zero.
 pub(crate) fn at_all_nodes<T>(
     mesh: &TetMesh,
     mut field: Vec<T>,

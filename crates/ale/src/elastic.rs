@@ -1,4 +1,4 @@
-//! Extension as the displacement of an elastic solid whose small elements are stiff.
+//! Extension as the displacement of a linear elastic solid with stiff small elements.
 
 use linalg::{Bordered, Csr, LinearOperator, Multigrid, MultigridParams};
 use mesh::Vec3;
@@ -6,19 +6,24 @@ use mesh::Vec3;
 use crate::split::{Split, krylov, product};
 use crate::{AleError, MeshMotion, MovingMesh, Stiffening};
 
-/// $\int c\,(2 D(d):D(v) + \lambda\, \nabla\cdot d\; \nabla\cdot v) = 0$, $\lambda = 2\nu/(1-2\nu)$, $c = V_{max}/V_e$: linear
-/// elasticity with Jacobian-based stiffening of exponent one (Stein, Tezduyar & Benney, J. Appl. Mech. 70, 2003).
+/// Linear elasticity with Jacobian-based stiffening of exponent one (Stein, Tezduyar & Benney,
+/// J. Appl. Mech. 70, 2003).
 ///
-/// Components couple, so a body needs three vector fields where scalar methods need one scalar field. Cost: CG on a matrix
-/// with nine times the entries, preconditioned by the multigrid cycle of the scalar operator with the same coefficient, which
-/// Korn's inequality makes an equivalent one.
+/// ```text
+/// ∫ c (2 D(d):D(v) + λ ∇·d ∇·v) = 0,   λ = 2ν / (1 - 2ν),   c = V_max / V_e
+/// ```
+///
+/// The components are coupled, so each body needs three vector fields where scalar methods need one
+/// scalar field. Cost: CG on a matrix with nine times as many nonzeros, preconditioned by the
+/// multigrid cycle of the scalar operator with the same coefficient, which is spectrally equivalent
+/// by Korn's inequality.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Elastic {
-    /// Poisson's ratio, from 0 to below 1/2: how much a volume resists being changed.
+    /// Poisson's ratio `ν`, at least 0 and below 1/2; the larger, the more cells keep their volume.
     pub poisson: f64,
 }
 
-/// The free block of the elastic matrix.
+/// The elasticity matrix on the free vertices.
 struct FreeBlock(Csr);
 
 impl LinearOperator for FreeBlock {
@@ -53,7 +58,7 @@ impl MeshMotion for Elastic {
             return Err(AleError::Parameter {
                 name: "Poisson's ratio",
                 value: self.poisson,
-                range: "from 0 to below 1/2",
+                range: "at least 0 and below 1/2",
             });
         }
         let split = Split::new(moving.prescribed);
@@ -71,9 +76,9 @@ impl MeshMotion for Elastic {
         let scalar = Bordered::scalar(split.free_block(&scalar, 1))?;
         let mut multigrid = Multigrid::new(&scalar, &MultigridParams::default())?;
         let apply = |field: &[Vec3]| {
-            let flat: Vec<f64> = field.iter().flat_map(|&d| <[f64; 3]>::from(d)).collect();
-            let mut image = vec![0.0; flat.len()];
-            product(&elastic, &flat, &mut image);
+            let interleaved: Vec<f64> = field.iter().flat_map(|&d| <[f64; 3]>::from(d)).collect();
+            let mut image = vec![0.0; interleaved.len()];
+            product(&elastic, &interleaved, &mut image);
             image
                 .as_chunks::<3>()
                 .0

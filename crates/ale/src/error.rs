@@ -1,14 +1,14 @@
-//! What can go wrong when a mesh is moved.
+//! Errors of the crate.
 
-/// A mesh that cannot follow its bodies, with the remedy.
+/// A mesh that cannot follow its bodies, with the offending numbers and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AleError {
-    /// The moved mesh is not valid.
+    /// A moved mesh with an inverted element.
     #[error("the moved mesh is not valid ({0}); remesh at the new shape")]
     Invalid(#[from] mesh::MeshError),
-    /// An array whose length does not fit.
-    #[error("expected {expected} motions, one a body, found {found}")]
+    /// A number of motions that is not the number of bodies.
+    #[error("expected {expected} motions, one per body, found {found}")]
     Motions {
         /// Number of moving bodies.
         expected: usize,
@@ -16,34 +16,36 @@ pub enum AleError {
         found: usize,
     },
     /// A parameter of a method outside its range.
-    #[error("{name} is {value}, it must be {range}")]
+    #[error("{name} is {value}; it must be {range}")]
     Parameter {
-        /// Which one.
+        /// Name of the parameter.
         name: &'static str,
-        /// What it is.
+        /// Its value.
         value: f64,
-        /// What it may be.
+        /// The valid range.
         range: &'static str,
     },
-    /// A boundary too fine for radial basis functions.
+    /// A boundary with too many vertices for radial basis functions.
     #[error(
-        "the boundary has {centres} vertices, radial basis functions take {most} at most; use another mesh motion"
+        "the boundary has {centres} vertices, more than the limit of {limit} for radial basis \
+         functions; use another mesh motion"
     )]
     TooManyCentres {
         /// Vertices on the boundary.
         centres: usize,
-        /// The most there may be.
-        most: usize,
+        /// Largest number supported.
+        limit: usize,
     },
     /// An interpolation problem without a unique solution.
     #[error(
-        "the boundary's vertices do not determine an interpolation by radial basis functions; look for coincident vertices"
+        "the interpolation by radial basis functions is singular; \
+         look for coincident boundary vertices"
     )]
     Singular,
-    /// Assembly failed.
+    /// An assembly that failed.
     #[error(transparent)]
     Fem(#[from] fem::FemError),
-    /// The extension equations could not be solved.
+    /// A solver that failed on the equations of the extension.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),
 }

@@ -1,4 +1,4 @@
-//! Extension by a scalar diffusion equation.
+//! Harmonic extension: a scalar diffusion equation.
 
 use linalg::{Bordered, Multigrid, MultigridParams};
 use mesh::Vec3;
@@ -6,12 +6,13 @@ use mesh::Vec3;
 use crate::split::{Split, krylov, scalar_product};
 use crate::{AleError, MeshMotion, MovingMesh, Stiffening};
 
-/// $\nabla\cdot(c\,\nabla d) = 0$ for each component, with the coefficient of a [`Stiffening`].
+/// Harmonic extension: `∇·(c ∇d) = 0` for each component, with the coefficient of a [`Stiffening`].
 ///
-/// Linear elements on the vertices. Cost: one scalar multigrid set-up a mesh, 10 to 15 iterations of CG a field.
+/// Linear elements on the vertices. Cost: one scalar multigrid set-up per mesh and 10 to 15
+/// iterations of CG per field.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Harmonic(
-    /// The coefficient.
+    /// The coefficient `c`.
     pub Stiffening,
 );
 

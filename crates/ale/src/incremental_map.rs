@@ -1,4 +1,4 @@
-//! Mesh motion step by step: each mesh is made from the one before.
+//! Incremental mesh motion: each mesh is obtained from the previous one.
 
 use fem::TaylorHood;
 use mesh::{TetMesh, Vec3};
@@ -7,10 +7,11 @@ use nalgebra::Isometry3;
 use crate::bodies::{OnBody, at_all_nodes, boundary_vertices, check_count, nodes_of};
 use crate::{AleError, MeshMotion, MovingBody, MovingMesh};
 
-/// A mesh that is moved on and on, the extension computed anew on the mesh of every step.
+/// A mesh that moves step by step, with an extension computed on the current mesh at each step.
 ///
-/// Larger motions stay valid than from a reference, as elements that have become small are stiffened; in return a closed stroke
-/// does not come back to the mesh it started from, and every step costs a solve.
+/// Larger motions stay valid than with a [`ReferenceMap`](crate::ReferenceMap), because elements
+/// that have become small are stiffened. However, a closed stroke does not return to the initial
+/// mesh, and every step costs a solve.
 pub struct IncrementalMap {
     mesh: TetMesh,
     space: TaylorHood,
@@ -19,19 +20,20 @@ pub struct IncrementalMap {
     motion: Box<dyn MeshMotion>,
 }
 
-/// A body's centre and surface in the first mesh.
+/// A body's centre and surface in the initial mesh.
 struct Surface {
     centre: Vec3,
-    turns: bool,
+    rotates: bool,
     nodes: Vec<u32>,
+    /// Vectors from the centre to the nodes.
     arms: Vec<Vec3>,
 }
 
 impl IncrementalMap {
-    /// Starts from `mesh`.
+    /// The map with `mesh` as its initial mesh.
     ///
     /// # Errors
-    /// A tag that the mesh does not have.
+    /// A body's tag that the mesh does not have.
     pub fn new(
         mesh: TetMesh,
         bodies: &[MovingBody],
@@ -39,7 +41,7 @@ impl IncrementalMap {
     ) -> Result<Self, AleError> {
         let surface = |(body, nodes): (&MovingBody, Vec<u32>)| Surface {
             centre: body.centre,
-            turns: body.turns,
+            rotates: body.rotates,
             arms: nodes
                 .iter()
                 .map(|&n| mesh.points()[n as usize] - body.centre)
@@ -60,22 +62,26 @@ impl IncrementalMap {
         })
     }
 
-    /// The mesh of the last step.
+    /// The current mesh.
     pub fn mesh(&self) -> &TetMesh {
         &self.mesh
     }
 
-    /// Moves on to where body `i` is moved by `motions[i]` from the *first* mesh, as for [`ReferenceMap::moved`](crate::ReferenceMap::moved).
+    /// Moves the mesh to the configuration where body `i` has moved by `motions[i]` in total.
+    ///
+    /// Motions are relative to the *initial* mesh, as in
+    /// [`ReferenceMap::moved`](crate::ReferenceMap::moved).
     ///
     /// # Errors
-    /// [`AleError::Invalid`] if an element would be inverted: the mesh stays as it was, try a smaller step or remesh.
+    /// [`AleError::Invalid`] if an element would be inverted. The mesh is then unchanged: try a
+    /// smaller step or remesh.
     pub fn advance(&mut self, motions: &[Isometry3<f64>]) -> Result<&TetMesh, AleError> {
         check_count(self.bodies.len(), motions)?;
         let old = self.mesh.points();
         let mut displacement = vec![Vec3::zeros(); self.mesh.n_points()];
         for (body, motion) in self.bodies.iter().zip(motions) {
             for (&node, arm) in body.nodes.iter().zip(&body.arms) {
-                let arm = if body.turns {
+                let arm = if body.rotates {
                     motion.rotation * arm
                 } else {
                     *arm

@@ -1,37 +1,41 @@
-//! What every extension of boundary motion into a mesh offers.
+//! The trait of all methods that extend a boundary displacement into a mesh.
 
 use fem::TaylorHood;
 use mesh::{TetMesh, Vec3};
 
 use crate::AleError;
 
-/// A mesh whose boundary is to move.
+/// A mesh with a prescribed displacement on its boundary.
 #[derive(Clone, Copy)]
 pub struct MovingMesh<'a> {
     /// The mesh before the motion.
     pub mesh: &'a TetMesh,
-    /// What depends on its connectivity.
+    /// The finite-element space on it.
     pub space: &'a TaylorHood,
-    /// Whether a vertex is on the boundary, where displacements are given.
+    /// Whether each vertex has a prescribed displacement.
     pub prescribed: &'a [bool],
 }
 
-/// A linear map from displacements of the boundary to displacements of all vertices.
+/// A linear extension of boundary displacements to all vertices.
 ///
-/// The map depends on the mesh it is applied to. Applied to one reference mesh it gives meshes that follow the shape
-/// ([`ReferenceMap`](crate::ReferenceMap)); applied again and again to the mesh of the step before, meshes that follow the
-/// history ([`IncrementalMap`](crate::IncrementalMap)).
+/// The extension depends on the mesh. Computed once on a reference mesh, it gives meshes that
+/// depend on the configuration only ([`ReferenceMap`](crate::ReferenceMap)); computed at every step
+/// on the current mesh, it gives meshes that depend on the history
+/// ([`IncrementalMap`](crate::IncrementalMap)).
 pub trait MeshMotion: Send + Sync {
-    /// Its name in scenes and tables.
+    /// Name of the method in scenes and tables.
     fn name(&self) -> &'static str;
 
-    /// Whether one scalar operator extends each component by itself: one scalar field then serves a body's translations in all directions.
+    /// Whether the components are uncoupled and have the same scalar operator.
+    ///
+    /// One scalar field then extends a body's translations in all directions.
     fn is_scalar(&self) -> bool;
 
-    /// Extends each field: its values at prescribed vertices are kept, the others are overwritten.
+    /// Extends each field from the prescribed vertices to all others, whose values are overwritten.
     ///
-    /// Shapes: one vector a vertex.
+    /// Shapes: one vector per vertex.
+    ///
     /// # Errors
-    /// A solve that fails, or too large a problem for the method.
+    /// A parameter out of range, a solver that fails, or a problem too large for the method.
     fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError>;
 }

@@ -1,4 +1,4 @@
-//! Extension by radial basis functions on the boundary's vertices.
+//! Extension by radial basis functions centred at the boundary vertices.
 
 use mesh::Vec3;
 use nalgebra::{DMatrix, Matrix4x3, RowVector3, Vector4};
@@ -6,28 +6,34 @@ use rayon::prelude::*;
 
 use crate::{AleError, MeshMotion, MovingMesh};
 
-/// A radial function of the distance `r`.
+/// A radial basis function of the distance `r`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Kernel {
-    /// $r$, the fundamental solution of the biharmonic equation in space.
+    /// `φ(r) = r`, the fundamental solution of the biharmonic equation in three dimensions.
     Linear,
-    /// $r^3$, that of the triharmonic equation: smoother.
+    /// `φ(r) = r^3`, the fundamental solution of the triharmonic equation; smoother.
     #[default]
     Cubic,
 }
 
-/// $d(X) = \sum_j \alpha_j \varphi(|X - x_j|) + a + A X$ through the displacements of all boundary vertices $x_j$, with $\sum_j \alpha_j = 0$ and
-/// $\sum_j \alpha_j x_j = 0$ (de Boer, van der Schoot & Bijl, Computers & Structures 85, 2007).
+/// Interpolation of the displacements of all boundary vertices `x_j` by radial basis functions
+/// (de Boer, van der Schoot & Bijl, Computers & Structures 85, 2007).
 ///
-/// No mesh is needed. Cost: a dense factorisation, $n_B^3$ operations and $8 n_B^2$ bytes for $n_B$ boundary vertices, and $n_B$ evaluations a vertex.
+/// ```text
+/// d(X) = sum_j α_j φ(|X - x_j|) + a + A X,   sum_j α_j = 0,   sum_j α_j x_j = 0
+/// ```
+///
+/// It uses no connectivity. Cost for `n_B` boundary vertices: a dense factorisation with `n_B^3`
+/// operations and `8 n_B^2` bytes, and `n_B` evaluations of `φ` per vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rbf(
-    /// The radial function.
+    /// The radial basis function `φ`.
     pub Kernel,
 );
 
-/// Boundary vertices at most: 200 MB and half a minute.
-const MOST_CENTRES: usize = 5000;
+/// Largest number of boundary vertices, for which the matrix takes 200 MB and half a minute.
+const MAX_CENTRES: usize = 5000;
 
 impl Kernel {
     fn at(self, r: f64) -> f64 {
@@ -51,20 +57,21 @@ impl MeshMotion for Rbf {
     }
 
     fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError> {
-        // Coordinates of size one: rows of the polynomial and of the kernel are then of one size.
+        // Coordinates scaled to order one, so that polynomial and kernel rows have similar
+        // magnitude.
         let [low, high] = moving.mesh.bounding_box();
         let scale = 1.0 / (high - low).amax();
-        let place = |vertex: usize| scale * (moving.mesh.points()[vertex] - low);
+        let position = |vertex: usize| scale * (moving.mesh.points()[vertex] - low);
         let fixed: Vec<usize> = (0..moving.prescribed.len())
             .filter(|&vertex| moving.prescribed[vertex])
             .collect();
-        if fixed.len() > MOST_CENTRES {
+        if fixed.len() > MAX_CENTRES {
             return Err(AleError::TooManyCentres {
                 centres: fixed.len(),
-                most: MOST_CENTRES,
+                limit: MAX_CENTRES,
             });
         }
-        let centres: Vec<Vec3> = fixed.iter().map(|&vertex| place(vertex)).collect();
+        let centres: Vec<Vec3> = fixed.iter().map(|&vertex| position(vertex)).collect();
         let n = centres.len();
         let polynomial = |x: &Vec3, k: usize| if k == 0 { 1.0 } else { x[k - 1] };
         let matrix = DMatrix::from_fn(n + 4, n + 4, |i, j| match (i < n, j < n) {
@@ -73,14 +80,14 @@ impl MeshMotion for Rbf {
             (false, true) => polynomial(&centres[j], i - n),
             (false, false) => 0.0,
         });
-        let right = DMatrix::from_fn(n + 4, 3 * fields.len(), |i, j| {
+        let rhs = DMatrix::from_fn(n + 4, 3 * fields.len(), |i, j| {
             if i < n {
                 fields[j / 3][fixed[i]][j % 3]
             } else {
                 0.0
             }
         });
-        let weights = matrix.lu().solve(&right).ok_or(AleError::Singular)?;
+        let weights = matrix.lu().solve(&rhs).ok_or(AleError::Singular)?;
         if weights.iter().any(|w| !w.is_finite()) {
             return Err(AleError::Singular);
         }
@@ -92,7 +99,7 @@ impl MeshMotion for Rbf {
             let affine = Matrix4x3::from_fn(|k, c| weights[(n + k, c)]);
             field.par_iter_mut().enumerate().for_each(|(vertex, d)| {
                 if !moving.prescribed[vertex] {
-                    let x = place(vertex);
+                    let x = position(vertex);
                     let ones = Vector4::new(1.0, x.x, x.y, x.z);
                     let radial: RowVector3<f64> = alpha
                         .iter()

@@ -1,30 +1,39 @@
-//! Mesh motion as a map from a reference mesh: the moved mesh depends on where bodies are, not on how they came there.
+//! Mesh motion as a map from a reference mesh: the moved mesh depends on the configuration of the
+//! bodies, not on their path.
 
 use fem::TaylorHood;
 use mesh::{TetMesh, Vec3};
 use nalgebra::{Isometry3, Matrix3};
 
-use crate::bodies::{at_all_nodes, boundary_vertices, check_count, nodes_of, turn};
+use crate::bodies::{at_all_nodes, boundary_vertices, check_count, nodes_of, rotation_increment};
 use crate::{AleError, MeshMotion, MovingBody, MovingMesh};
 
-/// Extensions of the rigid motions of each body into a reference mesh.
+/// Precomputed extensions of the rigid motions of all bodies into a reference mesh.
 ///
-/// For a body at `c` that is moved by `t` and turned by `Q`, the displacement of a node at `X` is
-/// $d(X) = \sum_i \Phi_i(X) t_i + \sum_{ib} \Psi_{ib}(X) (Q_i - I) e_b$, where the matrix field $\Phi_i$ extends $I$ on body `i` and 0 on every other
-/// boundary, and $\Psi_{ib}$ likewise $I (X - c_i)_b$. The extensions are computed once;
-/// a new shape then costs no solve, and a closed stroke returns to exactly the mesh it started from. For
-/// [scalar](MeshMotion::is_scalar) motions the matrices are numbers times `I`: one field a body, four if it turns.
+/// When body `i` with centre `c_i` is translated by `t_i` and rotated by `Q_i`, a node at `X` has
+/// the displacement
 ///
-/// Extensions are piecewise linear on the vertices. Midside nodes in the fluid follow the mean of their edge's
-/// ends, nodes on a body move exactly with it, nodes on other boundaries stay.
+/// ```text
+/// d(X) = sum_i Φ_i(X) t_i + sum_ib Ψ_ib(X) (Q_i - I) e_b
+/// ```
+///
+/// The matrix field `Φ_i` equals `I` on body `i` and `Ψ_ib` equals `(X - c_i)_b I` there; both are
+/// zero on all other boundaries. The extensions are computed once. A new configuration then costs
+/// no solve, and a closed stroke returns exactly to the initial mesh. For
+/// [scalar](MeshMotion::is_scalar) motions the matrices are multiples of `I`: one scalar field per
+/// body, four if it rotates.
+///
+/// Extensions are piecewise linear on the vertices. Midside nodes in the fluid move with the mean
+/// of the ends of their edge, nodes on a body move exactly with it, nodes on other boundaries are
+/// fixed.
 #[derive(Clone, Debug)]
 pub struct ReferenceMap {
     mesh: TetMesh,
-    /// Of each body: of its translation and, if it turns, of the three columns of `Q - I`.
+    /// Per body: the field of its translation and, if it rotates, those of the columns of `Q - I`.
     influences: Vec<Vec<Influence>>,
 }
 
-/// What every node takes of a vector that a body is moved by.
+/// The displacement of each node caused by a unit vector of a body's motion.
 #[derive(Clone, Debug)]
 enum Influence {
     Scalar(Vec<f64>),
@@ -34,10 +43,11 @@ enum Influence {
 impl ReferenceMap {
     /// Computes the extensions of the bodies' motions into `mesh`.
     ///
-    /// Cost: one [`MeshMotion::extend`]; of a third of a field a body (four thirds if it turns) for scalar motions, of three (twelve) for others.
+    /// Cost: one call of [`MeshMotion::extend`]. Scalar motions need a third of a vector field per
+    /// body (four thirds if it rotates), others three (twelve).
     ///
     /// # Errors
-    /// A tag that the mesh does not have, or a solve that fails.
+    /// A body's tag that the mesh does not have, or a failure of [`MeshMotion::extend`].
     pub fn new(
         mesh: TetMesh,
         bodies: &[MovingBody],
@@ -45,17 +55,19 @@ impl ReferenceMap {
     ) -> Result<Self, AleError> {
         let on_body = nodes_of(&mesh, bodies)?;
         let prescribed = boundary_vertices(&mesh);
-        // One scalar boundary condition an influence: 1 on the body, then the components of its arms.
+        // One scalar boundary condition per influence: 1 on the body, then each component of X - c.
         let mut conditions: Vec<(usize, Condition)> = Vec::new();
         for (number, body) in bodies.iter().enumerate() {
             conditions.push((number, Condition::One));
-            if body.turns {
+            if body.rotates {
                 conditions.extend((0..3).map(|axis| (number, Condition::Arm(body.centre, axis))));
             }
         }
-        // A field carries three conditions of a scalar motion, one in each component; others need a field a component.
+        // For scalar motions a vector field carries three conditions, one in each component; for
+        // others each condition needs three fields.
         let scalar = motion.is_scalar();
-        let places: Vec<(usize, usize, usize)> = (0..conditions.len())
+        // (condition, field, component)
+        let slots: Vec<(usize, usize, usize)> = (0..conditions.len())
             .flat_map(|k| (0..if scalar { 1 } else { 3 }).map(move |axis| (k, axis)))
             .enumerate()
             .map(|(index, (k, axis))| {
@@ -66,9 +78,9 @@ impl ReferenceMap {
                 }
             })
             .collect();
-        let n_fields = places.last().map_or(0, |&(_, field, _)| field + 1);
+        let n_fields = slots.last().map_or(0, |&(_, field, _)| field + 1);
         let mut fields = vec![vec![Vec3::zeros(); mesh.n_vertices()]; n_fields];
-        for &(k, field, component) in &places {
+        for &(k, field, component) in &slots {
             let (body, condition) = &conditions[k];
             for &node in on_body[*body]
                 .iter()
@@ -89,7 +101,7 @@ impl ReferenceMap {
             let nodes = on_body[*body].as_slice();
             let value = |node: u32| condition.at(&mesh.points()[node as usize]);
             influences[*body].push(if scalar {
-                let (_, field, component) = places[k];
+                let (_, field, component) = slots[k];
                 let share = fields[field].iter().map(|d| d[component]).collect();
                 Influence::Scalar(at_all_nodes(&mesh, share, 0.0, &[(nodes, &value)]))
             } else {
@@ -109,34 +121,38 @@ impl ReferenceMap {
         &self.mesh
     }
 
-    /// The mesh when body `i` is moved by `motions[i]`: its centre by the translation, its surface turned about it.
+    /// The mesh after body `i` has moved by `motions[i]` from the reference mesh.
+    ///
+    /// The translation moves the body's centre; the rotation is about that centre.
     ///
     /// # Errors
-    /// [`AleError::Invalid`] if an element is inverted, curved elements included: then remesh.
+    /// [`AleError::Invalid`] if an element is inverted, curved elements included: remesh then.
     pub fn moved(&self, motions: &[Isometry3<f64>]) -> Result<TetMesh, AleError> {
         check_count(self.influences.len(), motions)?;
         let mut points = self.mesh.points().to_vec();
         for (motion, influences) in motions.iter().zip(&self.influences) {
-            let turn = turn(motion);
-            let parts = [motion.translation.vector]
+            let increment = rotation_increment(motion);
+            let vectors = [motion.translation.vector]
                 .into_iter()
-                .chain((0..3).map(|axis| turn.column(axis).into_owned()));
-            for (influence, part) in influences.iter().zip(parts) {
-                influence.add(&part, &mut points);
+                .chain((0..3).map(|axis| increment.column(axis).into_owned()));
+            for (influence, vector) in influences.iter().zip(vectors) {
+                influence.add(&vector, &mut points);
             }
         }
         Ok(self.mesh.with_points(points)?)
     }
 }
 
-/// A scalar condition on a body's surface.
+/// A scalar boundary condition on a body's surface.
 enum Condition {
+    /// The constant 1.
     One,
-    /// A component of the arm from the body's centre.
+    /// A component of the vector from the body's centre.
     Arm(Vec3, usize),
 }
 
 impl Condition {
+    /// The prescribed value at `x`.
     fn at(&self, x: &Vec3) -> f64 {
         match self {
             Self::One => 1.0,
@@ -146,19 +162,20 @@ impl Condition {
 }
 
 impl Influence {
-    fn add(&self, part: &Vec3, points: &mut [Vec3]) {
+    /// Adds the displacement caused by `vector` to all points.
+    fn add(&self, vector: &Vec3, points: &mut [Vec3]) {
         match self {
             Self::Scalar(share) => {
                 points
                     .iter_mut()
                     .zip(share)
-                    .for_each(|(x, &s)| *x += s * part);
+                    .for_each(|(x, &s)| *x += s * vector);
             }
             Self::Matrix(share) => {
                 points
                     .iter_mut()
                     .zip(share)
-                    .for_each(|(x, s)| *x += s * part);
+                    .for_each(|(x, s)| *x += s * vector);
             }
         }
     }

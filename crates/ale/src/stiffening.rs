@@ -1,18 +1,21 @@
-//! Coefficients that make small elements stiffer than large ones in the extension of boundary motion.
+//! Coefficients that make small elements stiffer than large ones.
 
 use mesh::TetMesh;
 use rayon::prelude::*;
 
-/// The coefficient of $\nabla\cdot(c\,\nabla d) = 0$ on each cell.
+/// The coefficient `c` of `∇·(c ∇d) = 0` on each cell, from its volume `V_e`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Stiffening {
-    /// $c = 1$: plain Laplace. Inverts small cells for motions of a body's size; for comparison only.
+    /// `c = 1`, the Laplace equation; for comparison only.
+    ///
+    /// Motions as large as a body invert small cells.
     None,
-    /// $c = 1 + \tau_e$, $\tau_e = (1 - V_{min}/V_{max}) / (V_e / V_{max})$ (Kanchi & Masud 2007; equation (2) of
-    /// Berti et al. 2021).
+    /// `c = 1 + τ_e`, `τ_e = (1 - V_min / V_max) / (V_e / V_max)` (Kanchi & Masud 2007; equation
+    /// (2) of Berti et al. 2021).
     #[default]
     KanchiMasud,
-    /// $c = V_{max}/V_e$, which the former approaches for graded meshes.
+    /// `c = V_max / V_e`, the limit of [`Stiffening::KanchiMasud`] for strongly graded meshes.
     InverseVolume,
 }
 

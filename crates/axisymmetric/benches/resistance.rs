@@ -1,4 +1,4 @@
-//! Seconds of an axial resistance, mesh and error estimate included.
+//! Time of an axial resistance matrix, including the mesh and the error estimate.
 
 use axisymmetric::{Spheroid, Surroundings, axial_resistance};
 use criterion::{Criterion, criterion_group, criterion_main};

@@ -1,39 +1,54 @@
-//! The pieces of a meridian boundary.
+//! Curves that bound the meridian domain.
 
 use std::f64::consts::PI;
 
-use crate::meridian::{Point, Side};
+use crate::point::Point;
 
-/// A piece of the boundary with a parameter from 0 to 1, the domain to its left.
+/// A boundary curve with a parameter from 0 to 1 and the domain on its left.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Curve {
     /// A straight line.
-    Line { from: Point, to: Point, side: Side },
-    /// An ellipse about a point of the axis, from pole to pole through the upper half-plane.
+    Line {
+        from: Point,
+        to: Point,
+        part: BoundaryPart,
+    },
+    /// The upper half of an ellipse centred on the axis, from one pole to the other.
     HalfEllipse {
         centre: f64,
         axial: f64,
         equatorial: f64,
         /// Whether it runs from the right pole to the left one.
         leftward: bool,
-        side: Side,
+        part: BoundaryPart,
     },
 }
 
-/// Points that a curve is probed at.
+/// What a piece of the boundary belongs to. The order matters: see [`crate::space::Space::parts`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum BoundaryPart {
+    /// The axis of symmetry.
+    Axis,
+    /// The container's wall.
+    Wall,
+    /// The body with this index in the caller's list.
+    Body(usize),
+}
+
+/// Number of intervals at whose ends a curve is sampled.
 const SAMPLES: usize = 64;
 
-/// Step of a walk along a curve over the size wanted there.
+/// Step length along a curve relative to the target edge length there.
 const STEP: f64 = 0.05;
 
 impl Curve {
-    pub fn side(&self) -> Side {
+    pub fn part(&self) -> BoundaryPart {
         match self {
-            Self::Line { side, .. } | Self::HalfEllipse { side, .. } => *side,
+            Self::Line { part, .. } | Self::HalfEllipse { part, .. } => *part,
         }
     }
 
-    /// The point at parameter `t`; ends on the axis are on it exactly.
+    /// The point at parameter `t`. Ends on the axis are on it exactly.
     pub fn point(&self, t: f64) -> Point {
         match *self {
             Self::Line { from, to, .. } => from * (1.0 - t) + to * t,
@@ -45,7 +60,7 @@ impl Curve {
                 ..
             } => {
                 let direction = if leftward { 1.0 } else { -1.0 };
-                // the sine of pi is not zero in floating point
+                // sin(π) is not zero in floating point
                 let y = if t == 0.0 || t == 1.0 {
                     0.0
                 } else {
@@ -56,42 +71,44 @@ impl Curve {
         }
     }
 
-    /// Whether edges between its points bend.
-    pub fn bends(&self) -> bool {
+    /// Whether the curve is not straight.
+    pub fn is_curved(&self) -> bool {
         matches!(self, Self::HalfEllipse { .. })
     }
 
-    /// Points spread over the curve, ends included.
+    /// Points at equally spaced parameters, both ends included.
     pub fn samples(&self) -> impl Iterator<Item = Point> + '_ {
         (0..=SAMPLES).map(|i| self.point(i as f64 / SAMPLES as f64))
     }
 
-    /// Parameters, from 0 to 1, of points whose distances are in proportion to `size` and at most as large.
-    pub fn divide(&self, least: usize, size: impl Fn(&Point) -> f64) -> Vec<f64> {
-        // length over size, counted along the curve
-        let mut walked = vec![(0.0, 0.0)];
+    /// Parameters from 0 to 1 of points that divide the curve into edges of about length `size`.
+    ///
+    /// Edge lengths are proportional to `size` and at most `size`; there are at least `min_edges`.
+    pub fn divide(&self, min_edges: usize, size: impl Fn(&Point) -> f64) -> Vec<f64> {
+        // (t, integral of ds / size up to t)
+        let mut table = vec![(0.0, 0.0)];
         let (mut t, mut count) = (0.0, 0.0);
         while t < 1.0 {
             let here = self.point(t);
-            let wanted = size(&here);
+            let local_size = size(&here);
             let speed = self.speed(t).max(f64::MIN_POSITIVE);
-            // not a larger step than a part of the curve: an ellipse changes its speed along it
-            let next = (t + (STEP * wanted / speed).clamp(1e-9, 0.01)).min(1.0);
+            // the step in t is bounded because the speed of an ellipse varies along it
+            let next = (t + (STEP * local_size / speed).clamp(1e-9, 0.01)).min(1.0);
             let chord = (self.point(next) - here).norm();
-            count += chord / wanted;
+            count += chord / local_size;
             t = next;
-            walked.push((t, count));
+            table.push((t, count));
         }
-        let parts = (count.ceil() as usize).max(least);
-        let mut places = walked.windows(2).peekable();
+        let parts = (count.ceil() as usize).max(min_edges);
+        let mut intervals = table.windows(2).peekable();
         let inner = (1..parts).map(|k| {
             let target = count * k as f64 / parts as f64;
-            while let Some(pair) = places.peek() {
+            while let Some(pair) = intervals.peek() {
                 let [(t0, c0), (t1, c1)] = [pair[0], pair[1]];
                 if c1 >= target {
                     return t0 + (t1 - t0) * (target - c0) / (c1 - c0);
                 }
-                places.next();
+                intervals.next();
             }
             1.0
         });
@@ -99,6 +116,7 @@ impl Curve {
         std::iter::once(0.0).chain(inner).chain([1.0]).collect()
     }
 
+    /// Norm of the derivative of the point by the parameter.
     fn speed(&self, t: f64) -> f64 {
         match *self {
             Self::Line { from, to, .. } => (to - from).norm(),

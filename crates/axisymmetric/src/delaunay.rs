@@ -2,29 +2,32 @@
 
 use robust::{Coord, incircle, orient2d};
 
-use crate::meridian::Point;
+use crate::point::Point;
 
 const NONE: usize = usize::MAX;
 
-/// A Delaunay triangulation that points are added to; its first three points are the corners of a triangle around everything.
+/// An incremental Delaunay triangulation. Its first [`OUTER`] points are the corners of a triangle
+/// that contains all others.
 pub(crate) struct Delaunay {
     pub points: Vec<Point>,
     /// Corners, counter-clockwise.
     pub triangles: Vec<[usize; 3]>,
-    /// The triangle across the edge opposite to each corner.
+    /// The neighbour across the edge opposite to each corner, or [`NONE`].
     neighbours: Vec<[usize; 3]>,
-    /// Where the search for the next point starts.
+    /// The triangle where the search for the next point starts.
     last: usize,
 }
 
-/// Corners of the triangle around everything.
+/// Number of corners of the outer triangle.
 pub(crate) const OUTER: usize = 3;
 
-/// Size of that triangle over the size of what is in it: so large that edges of a hull bent by a thousandth are its edges.
+/// Size of the outer triangle relative to the radius of the point set.
+///
+/// So large that boundary edges survive even where the hull is convex by only a thousandth.
 const FAR_OUT: f64 = 1e5;
 
 impl Delaunay {
-    /// Around points within `radius` of `centre`.
+    /// The outer triangle alone, for points within `radius` of `centre`.
     pub fn around(centre: Point, radius: f64) -> Self {
         let far = FAR_OUT * radius;
         let points = [(-2.0, -1.0), (2.0, -1.0), (0.0, 3.0)]
@@ -38,16 +41,19 @@ impl Delaunay {
         }
     }
 
-    /// Inserts a point by retriangulating the triangles whose circumcircles hold it (Bowyer 1981, Watson 1981). Returns its number
-    /// and leaves the triangles made in `made`; `None` for a point that is there already.
-    pub fn insert(&mut self, x: Point, made: &mut Vec<usize>) -> Option<usize> {
-        made.clear();
+    /// Inserts a point and returns its index, or `None` if the point exists already.
+    ///
+    /// Replaces the triangles whose circumcircles contain the point (Bowyer 1981, Watson 1981) and
+    /// stores the indices of the new triangles in `created`.
+    pub fn insert(&mut self, x: Point, created: &mut Vec<usize>) -> Option<usize> {
+        created.clear();
         let start = self.locate(&x);
         if self.triangles[start].iter().any(|&v| self.points[v] == x) {
             return None;
         }
         let mut cavity = vec![start];
-        let mut rim = Vec::new();
+        // boundary edges of the cavity with the triangles outside
+        let mut cavity_boundary = Vec::new();
         let mut next = 0;
         while next < cavity.len() {
             let triangle = cavity[next];
@@ -62,12 +68,16 @@ impl Delaunay {
                     continue;
                 }
                 let corners = self.triangles[triangle];
-                rim.push((corners[(corner + 1) % 3], corners[(corner + 2) % 3], across));
+                cavity_boundary.push((
+                    corners[(corner + 1) % 3],
+                    corners[(corner + 2) % 3],
+                    across,
+                ));
             }
         }
         let new = self.points.len();
         self.points.push(x);
-        for &(from, to, across) in &rim {
+        for &(from, to, across) in &cavity_boundary {
             let triangle = cavity.pop().unwrap_or_else(|| {
                 self.triangles.push([0; 3]);
                 self.neighbours.push([NONE; 3]);
@@ -83,12 +93,12 @@ impl Delaunay {
             }
             self.triangles[triangle] = [from, to, new];
             self.neighbours[triangle] = [NONE, NONE, across];
-            made.push(triangle);
+            created.push(triangle);
         }
-        // around the new point, each triangle ends where the next begins
-        for &triangle in made.iter() {
+        // neighbours around the new point: each triangle ends where the next begins
+        for &triangle in created.iter() {
             let [from, to, _] = self.triangles[triangle];
-            for &other in made.iter() {
+            for &other in created.iter() {
                 if self.triangles[other][0] == to {
                     self.neighbours[triangle][0] = other;
                 }
@@ -97,11 +107,12 @@ impl Delaunay {
                 }
             }
         }
-        self.last = made[0];
+        self.last = created[0];
         Some(new)
     }
 
-    /// A triangle that holds `x`, by walking towards it; walks in a Delaunay triangulation end.
+    /// A triangle that contains `x`, found by walking towards it. The walk terminates because the
+    /// triangulation is Delaunay.
     fn locate(&self, x: &Point) -> usize {
         let mut at = self.last;
         'walk: loop {
@@ -109,7 +120,7 @@ impl Delaunay {
             for corner in 0..3 {
                 let [a, b] = [corners[(corner + 1) % 3], corners[(corner + 2) % 3]];
                 let across = self.neighbours[at][corner];
-                if across != NONE && self.turn(a, b, x) < 0.0 {
+                if across != NONE && self.orientation(a, b, x) < 0.0 {
                     at = across;
                     continue 'walk;
                 }
@@ -118,10 +129,12 @@ impl Delaunay {
         }
     }
 
-    fn turn(&self, a: usize, b: usize, x: &Point) -> f64 {
+    /// Positive if `x` is on the left of the line from point `a` to point `b`.
+    fn orientation(&self, a: usize, b: usize, x: &Point) -> f64 {
         orient2d(coord(&self.points[a]), coord(&self.points[b]), coord(x))
     }
 
+    /// Whether `x` is inside the circumcircle of a triangle.
     fn in_circle(&self, triangle: usize, x: &Point) -> bool {
         let [a, b, c] = self.triangles[triangle].map(|v| coord(&self.points[v]));
         incircle(a, b, c, coord(x)) > 0.0
@@ -132,7 +145,7 @@ fn coord(x: &Point) -> Coord<f64> {
     Coord { x: x.x, y: x.y }
 }
 
-/// Centre of the circle through three points; not finite when they are on a line.
+/// Centre of the circle through three points; not finite if they are collinear.
 pub(crate) fn circumcentre([a, b, c]: [Point; 3]) -> Point {
     let (u, v) = (b - a, c - a);
     let twice_cross = 2.0 * u.perp(&v);
@@ -144,25 +157,25 @@ pub(crate) fn circumcentre([a, b, c]: [Point; 3]) -> Point {
 mod tests {
     use super::*;
 
-    /// A grid, whose points are on circles and lines by the dozen.
+    /// A square grid, which has many collinear and cocircular points.
     fn grid(n: usize) -> Delaunay {
         let mut mesh = Delaunay::around(Point::new(0.5, 0.5), 1.0);
-        let mut made = Vec::new();
+        let mut created = Vec::new();
         for k in 0..n * n {
-            // in an order that jumps about
+            // in an order without locality
             let k = k * 7 % (n * n);
             let x = Point::new((k % n) as f64, (k / n) as f64) / (n - 1) as f64;
-            assert!(mesh.insert(x, &mut made).is_some());
+            assert!(mesh.insert(x, &mut created).is_some());
         }
         mesh
     }
 
     #[test]
-    fn grids_are_filled_once() {
+    fn triangles_of_a_grid_cover_the_square_once() {
         let n = 20;
         let mut mesh = grid(n);
-        let mut made = Vec::new();
-        assert_eq!(mesh.insert(Point::zeros(), &mut made), None);
+        let mut created = Vec::new();
+        assert_eq!(mesh.insert(Point::zeros(), &mut created), None);
         let inner = mesh
             .triangles
             .iter()
@@ -179,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_agree_and_circles_are_empty() {
+    fn neighbours_are_mutual_and_circumcircles_are_empty() {
         let mesh = grid(12);
         for (t, corners) in mesh.triangles.iter().enumerate() {
             for (c, &across) in mesh.neighbours[t].iter().enumerate() {
@@ -197,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn circumcentres_are_equally_far_from_the_corners() {
+    fn circumcentre_is_equidistant_from_the_corners() {
         let corners = [(0.0, 0.0), (3.0, 1.0), (1.0, 2.0)].map(|(x, y)| Point::new(x, y));
         let centre = circumcentre(corners);
         let radii = corners.map(|c| (c - centre).norm());

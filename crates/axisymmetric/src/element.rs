@@ -1,35 +1,41 @@
-//! Lagrange elements of any order on the triangle.
+//! Lagrange elements of arbitrary order on the triangle.
 
 use nalgebra::DMatrix;
 
 use crate::AxisymmetricError;
 use crate::rule::{RulePoint, lobatto};
 
-/// The nodal basis of degree `order`: nodes at the corners, then along the edges in their direction, then inside.
+/// The nodal basis of degree `order`.
+///
+/// Nodes are numbered: corners, then edges in their direction, then the interior.
 pub(crate) struct Lagrange {
     order: usize,
     /// Barycentric coordinates of the nodes.
     pub nodes: Vec<[f64; 3]>,
-    /// Exponents of the Bernstein polynomials.
+    /// Exponents of the Bernstein polynomials, one for each node.
     exponents: Vec<[usize; 3]>,
-    /// Nodal functions by Bernstein polynomials, one a row.
+    /// Bernstein coefficients of the nodal basis functions, one function per row.
     coefficients: DMatrix<f64>,
 }
 
-/// Basis functions at points, one function a row and one point a column.
+/// Basis functions at the points of a rule: one function per row, one point per column.
 pub(crate) struct Table {
     pub values: DMatrix<f64>,
-    /// Derivatives by the second and the third barycentric coordinate, the first making up for them.
+    /// Derivatives by the second and the third barycentric coordinate, with the first one
+    /// eliminated by `λ_1 = 1 - λ_2 - λ_3`.
     pub gradients: [DMatrix<f64>; 2],
 }
 
 impl Lagrange {
-    /// Nodes are symmetric under the triangle's symmetries and Lobatto points on its edges (Blyth & Pozrikidis, IMA J. Appl. Math. 71, 2006).
+    /// The basis whose nodes have the triangle's symmetries and are Lobatto points on its edges
+    /// (Blyth & Pozrikidis, IMA J. Appl. Math. 71, 2006).
     ///
     /// # Errors
-    /// None for orders below twenty, where the nodes' matrix is well conditioned.
+    /// [`AxisymmetricError::NoNodalBasis`] if the matrix of nodal values is singular, which does
+    /// not happen for orders below twenty.
     pub fn new(order: usize) -> Result<Self, AxisymmetricError> {
         let v = lobatto(order);
+        // barycentric coordinates of the node with exponents i, j, k
         let node = |i: usize, j: usize, k: usize| {
             [
                 (1.0 + 2.0 * v[i] - v[j] - v[k]) / 3.0,
@@ -68,22 +74,23 @@ impl Lagrange {
         self.nodes.len()
     }
 
-    /// Nodes on each edge, corners apart.
-    pub fn edge_nodes(&self) -> usize {
+    /// Number of nodes inside each edge, corners excluded.
+    pub fn n_edge_nodes(&self) -> usize {
         self.order - 1
     }
 
-    /// Nodes inside.
-    pub fn inner_nodes(&self) -> usize {
+    /// Number of nodes in the interior.
+    pub fn n_inner_nodes(&self) -> usize {
         self.len() - 3 * self.order
     }
 
+    /// Values and derivatives of the basis functions at `points`.
     pub fn tabulate(&self, points: &[RulePoint]) -> Table {
         let table = |f: &dyn Fn(&[usize; 3], &[f64; 3]) -> f64| {
-            let raw = DMatrix::from_fn(self.len(), points.len(), |b, q| {
+            let bernstein_values = DMatrix::from_fn(self.len(), points.len(), |b, q| {
                 f(&self.exponents[b], &points[q].barycentric)
             });
-            &self.coefficients * raw
+            &self.coefficients * bernstein_values
         };
         let derivative = |exponents: &[usize; 3], x: &[f64; 3], by: usize| {
             if exponents[by] == 0 {
@@ -104,7 +111,7 @@ impl Lagrange {
     }
 }
 
-/// $\frac{n!}{i!\,j!\,k!} \lambda_1^i \lambda_2^j \lambda_3^k$ with `n = i + j + k`.
+/// The Bernstein polynomial `n! / (i! j! k!) λ_1^i λ_2^j λ_3^k` with `n = i + j + k`.
 fn bernstein(exponents: &[usize; 3], x: &[f64; 3]) -> f64 {
     let mut value = 1.0;
     let mut n = 0;
@@ -123,7 +130,7 @@ mod tests {
     use crate::rule::triangle_rule;
 
     #[test]
-    fn polynomials_and_their_derivatives_are_reproduced() {
+    fn interpolates_polynomials_and_their_derivatives_exactly() {
         let rule = triangle_rule(4);
         for order in 1..=10 {
             let element = Lagrange::new(order).expect("low order");
@@ -149,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn nodes_are_inside_and_lobatto_on_edges() {
+    fn nodes_are_in_the_triangle_and_lobatto_points_on_edges() {
         let element = Lagrange::new(6).expect("low order");
         assert!(
             element
@@ -158,10 +165,10 @@ mod tests {
                 .flatten()
                 .all(|l| (-1e-15..=1.0 + 1e-15).contains(l))
         );
-        let edge = &element.nodes[3..3 + element.edge_nodes()];
+        let edge = &element.nodes[3..3 + element.n_edge_nodes()];
         for (node, v) in edge.iter().zip(&lobatto(6)[1..]) {
             assert!((node[1] - v).abs() < 1e-15 && node[2].abs() < 1e-15);
         }
-        assert_eq!(element.inner_nodes(), 10);
+        assert_eq!(element.n_inner_nodes(), 10);
     }
 }

@@ -1,36 +1,40 @@
 //! The weak form of Stokes flow without swirl, in cylindrical coordinates.
 //!
-//! With velocity $(u_z, u_r)$ and $\int \cdot = 2\pi \int \cdot\, r\, dr\, dz$,
+//! With velocity `(u_z, u_r)` and `∫ f = 2π ∫ f r dr dz`,
 //!
-//! $$a(u, v) = \int \nabla u_z \cdot \nabla v_z + \nabla u_r \cdot \nabla v_r + \frac{u_r v_r}{r^2}, \qquad
-//!   b(v, q) = -\int q \Big( \frac{\partial v_z}{\partial z} + \frac{\partial v_r}{\partial r} + \frac{v_r}{r} \Big)$$
+//! ```text
+//! a(u, v) =  ∫ ∇u_z·∇v_z + ∇u_r·∇v_r + u_r v_r / r^2
+//! b(v, q) = -∫ q (∂v_z/∂z + ∂v_r/∂r + v_r / r)
+//! ```
 //!
-//! which are $\int \nabla u : \nabla v$ and $-\int q \operatorname{div} v$ of the flow in space. Forces on bodies that do not turn are those of the form
-//! with the symmetric gradient. On the axis $u_r = 0$. (Bernardi, Dauge & Maday, Spectral Methods for Axisymmetric Domains, 1999.)
+//! These are `∫ ∇u:∇v` and `-∫ q ∇·v` of the three-dimensional flow. Forces on bodies that do not
+//! rotate are the same as those of the form with the symmetric gradient. On the axis `u_r = 0`.
+//! (Bernardi, Dauge & Maday, Spectral Methods for Axisymmetric Domains, 1999.)
 
 use nalgebra::DMatrix;
 
 use crate::element::Table;
-use crate::shape::MapPoint;
+use crate::geometry_map::MapPoint;
 
 /// The matrices of one element.
 pub(crate) struct ElementMatrices {
-    /// Of the velocity along the axis.
+    /// Stiffness of the axial velocity `u_z`.
     pub axial: DMatrix<f64>,
-    /// Of the velocity away from the axis.
+    /// Stiffness of the radial velocity `u_r`, which includes the term `u_r v_r / r^2`.
     pub radial: DMatrix<f64>,
-    /// Rows pressures, columns velocities along the axis.
+    /// Divergence: rows are pressures, columns axial velocities.
     pub divergence_axial: DMatrix<f64>,
-    /// Rows pressures, columns velocities away from the axis.
+    /// Divergence: rows are pressures, columns radial velocities.
     pub divergence_radial: DMatrix<f64>,
-    /// Diagonal of the pressures' mass matrix.
+    /// Diagonal of the pressure mass matrix.
     pub pressure_mass: Vec<f64>,
 }
 
 impl ElementMatrices {
+    /// The matrices of an element with the geometry `points` and these basis functions.
     pub fn new(points: &[MapPoint], velocity: &Table, pressure: &Table) -> Self {
         let (n, m) = (velocity.values.nrows(), points.len());
-        // derivatives in space, one function a row
+        // derivatives by position: one function per row, one point per column
         let derivative = |d: usize| {
             let [by_x, by_y] = &velocity.gradients;
             DMatrix::from_fn(n, m, |i, q| {
@@ -38,13 +42,13 @@ impl ElementMatrices {
                 inverse[(d, 0)] * by_x[(i, q)] + inverse[(d, 1)] * by_y[(i, q)]
             })
         };
-        let [along, away] = [derivative(0), derivative(1)];
+        let [by_z, by_r] = [derivative(0), derivative(1)];
         let over_radius = scaled(&velocity.values, |q| 1.0 / points[q].radius);
         let measure = |q: usize| points[q].measure;
-        let axial = &along * scaled(&along, measure).transpose()
-            + &away * scaled(&away, measure).transpose();
+        let axial =
+            &by_z * scaled(&by_z, measure).transpose() + &by_r * scaled(&by_r, measure).transpose();
         let radial = &axial + &over_radius * scaled(&over_radius, measure).transpose();
-        let weighed = scaled(&pressure.values, |q| -points[q].measure);
+        let weighted = scaled(&pressure.values, |q| -points[q].measure);
         let pressure_mass = (0..pressure.values.nrows())
             .map(|i| {
                 (0..m)
@@ -53,8 +57,8 @@ impl ElementMatrices {
             })
             .collect();
         Self {
-            divergence_axial: &weighed * along.transpose(),
-            divergence_radial: &weighed * (away + over_radius).transpose(),
+            divergence_axial: &weighted * by_z.transpose(),
+            divergence_radial: &weighted * (by_r + over_radius).transpose(),
             axial,
             radial,
             pressure_mass,
@@ -62,7 +66,7 @@ impl ElementMatrices {
     }
 }
 
-/// Columns times factors.
+/// The matrix with column `q` multiplied by `factor(q)`.
 fn scaled(matrix: &DMatrix<f64>, factor: impl Fn(usize) -> f64) -> DMatrix<f64> {
     let mut scaled = matrix.clone();
     for (q, mut column) in scaled.column_iter_mut().enumerate() {

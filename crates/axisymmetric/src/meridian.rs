@@ -1,58 +1,62 @@
-//! What lies on the axis and what surrounds it: shapes, distances and the size that elements should have.
-
-use nalgebra::Vector2;
+//! The meridian domain: bodies, wall, distances to them and the target element size.
 
 use crate::AxisymmetricError;
-use crate::curve::Curve;
+use crate::curve::{BoundaryPart, Curve};
+use crate::point::Point;
 
-/// A point of the meridian half-plane: along the axis, and away from it.
-pub(crate) type Point = Vector2<f64>;
-
-/// A spheroid whose axis of revolution is the axis of the flow; a sphere where both semi-axes are equal.
+/// A spheroid whose axis of revolution is the axis of the flow; a sphere if the semi-axes are
+/// equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spheroid {
-    /// Place of the centre on the axis.
+    /// Position of the centre on the axis.
     pub centre: f64,
-    /// Semi-axis along the axis.
+    /// Semi-axis along the axis of the flow.
     pub axial: f64,
-    /// Semi-axis across it.
+    /// Semi-axis perpendicular to it.
     pub equatorial: f64,
 }
 
-/// What surrounds the bodies.
+/// The container around the bodies, if any.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surroundings {
-    /// Nothing.
+    /// Unbounded fluid, at rest at infinity.
     Unbounded,
-    /// A ball about the origin of the axis, with no slip.
+    /// A ball centred at the origin of the axis, with no slip on its wall.
     Ball {
         /// Radius.
         radius: f64,
     },
-    /// An infinite circular cylinder about the axis, with no slip and the fluid at rest far away.
+    /// An infinite circular cylinder about the axis, with no slip on its wall and fluid at rest
+    /// far from the bodies.
     Cylinder {
         /// Radius.
         radius: f64,
     },
 }
 
-/// Radius of the ball that stands for unbounded fluid over half the length of what is in it. What its exact image
-/// to first order leaves is of the order of the third power of the inverse.
+/// Radius of the ball that replaces unbounded fluid, relative to half the length of the bodies.
+///
+/// After the first-order correction for this ball its relative error is of order `FAR^-3`.
 const FAR: f64 = 1000.0;
 
-/// The narrowest gap over a radius: elements along it grow in number as its root falls, to some hundred here.
-const LEAST_GAP: f64 = 1e-4;
+/// Smallest gap supported, relative to a radius.
+///
+/// The number of elements along a gap grows with the inverse square root of its width, to about a
+/// hundred here.
+const MIN_GAP: f64 = 1e-4;
 
-/// Length of a cylinder beyond the bodies over its radius: axisymmetric flow decays by `exp(-4.466 z / radius)` (first root of
-/// $\lambda (J_0^2 + J_1^2) = 2 J_0 J_1$), to 2e-9 there.
+/// Length of a cylinder beyond the bodies at each end, relative to its radius.
+///
+/// Axisymmetric flow decays as `exp(-4.466 z / radius)`, where 4.466 is the first root λ of
+/// `λ (J_0^2 + J_1^2) = 2 J_0 J_1`; that is 2e-9 at this length.
 const CYLINDER_ENDS: f64 = 4.5;
 
-/// Bodies on an axis and the wall that the computed flow ends at.
+/// Bodies on an axis and the wall that bounds the computed flow.
 #[derive(Clone, Debug)]
 pub(crate) struct Meridian {
-    /// From the left to the right.
+    /// Bodies from left to right.
     bodies: Vec<Spheroid>,
-    /// Place of each of them among the bodies given.
+    /// Index of each of them in the caller's list.
     given: Vec<usize>,
     wall: Wall,
 }
@@ -63,17 +67,8 @@ enum Wall {
     Tube { from: f64, to: f64, radius: f64 },
 }
 
-/// What a piece of the boundary belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Side {
-    Axis,
-    Wall,
-    /// The number of the body among those given.
-    Body(usize),
-}
-
 impl Spheroid {
-    /// A sphere.
+    /// The sphere with this centre and radius.
     pub fn sphere(centre: f64, radius: f64) -> Self {
         Self {
             centre,
@@ -82,7 +77,7 @@ impl Spheroid {
         }
     }
 
-    /// Sum of the distances to the foci, halved, and the mean of the directions from them: the confocal coordinate and its gradient.
+    /// The confocal coordinate, half the sum of the distances to the foci, and its gradient.
     fn confocal(&self, x: &Point) -> (f64, Point) {
         let square = self.axial * self.axial - self.equatorial * self.equatorial;
         let c = square.abs().sqrt();
@@ -100,14 +95,15 @@ impl Spheroid {
         )
     }
 
-    /// About the distance to the surface, to first order; negative inside.
+    /// Signed distance to the surface, accurate to first order near it; negative inside.
     fn distance(&self, x: &Point) -> f64 {
         let (coordinate, gradient) = self.confocal(x);
         let outside = coordinate - self.axial.max(self.equatorial);
         outside / gradient.norm().max(f64::MIN_POSITIVE)
     }
 
-    /// Distance to the segment or disc between the foci, where the flow outside would be singular if it were continued.
+    /// Distance to the segment or disc between the foci, which contains the singularities of the
+    /// analytic continuation of the exterior flow.
     fn focal_distance(&self, x: &Point) -> f64 {
         let square = self.axial * self.axial - self.equatorial * self.equatorial;
         let c = square.abs().sqrt();
@@ -121,8 +117,11 @@ impl Spheroid {
 }
 
 impl Meridian {
+    /// The domain around `bodies`.
+    ///
     /// # Errors
-    /// [`AxisymmetricError`] for sizes that are not positive and finite, and bodies that touch each other or the wall.
+    /// [`AxisymmetricError`] for sizes that are not positive and finite, and for bodies that touch
+    /// each other or the wall.
     pub fn new(bodies: &[Spheroid], surroundings: Surroundings) -> Result<Self, AxisymmetricError> {
         if bodies.is_empty() {
             return Err(AxisymmetricError::NoBodies);
@@ -147,22 +146,22 @@ impl Meridian {
         let sorted: Vec<Spheroid> = given.iter().map(|&i| bodies[i]).collect();
         for (pair, numbers) in sorted.windows(2).zip(given.windows(2)) {
             let gap = pair[1].centre - pair[1].axial - pair[0].centre - pair[0].axial;
-            if gap.is_nan() || gap < LEAST_GAP * pair[0].equatorial.min(pair[1].equatorial) {
+            if gap.is_nan() || gap < MIN_GAP * pair[0].equatorial.min(pair[1].equatorial) {
                 return Err(AxisymmetricError::BodiesTooClose {
                     bodies: [numbers[0], numbers[1]],
                     gap,
-                    limit: LEAST_GAP,
+                    limit: MIN_GAP,
                 });
             }
         }
         let from = sorted[0].centre - sorted[0].axial;
         let last = sorted[sorted.len() - 1];
         let to = last.centre + last.axial;
-        let widest = bodies.iter().map(|b| b.equatorial).fold(0.0, f64::max);
+        let largest_radius = bodies.iter().map(|b| b.equatorial).fold(0.0, f64::max);
         let wall = match surroundings {
             Surroundings::Unbounded => Wall::Ball {
                 centre: 0.5 * (from + to),
-                radius: FAR * (0.5 * (to - from)).max(widest),
+                radius: FAR * (0.5 * (to - from)).max(largest_radius),
             },
             Surroundings::Ball { radius } => Wall::Ball {
                 centre: 0.0,
@@ -181,22 +180,23 @@ impl Meridian {
         };
         for (body, number) in meridian.bodies.iter().zip(&meridian.given) {
             let gap = body
-                .upper_half(Side::Body(*number))
+                .upper_half(BoundaryPart::Body(*number))
                 .samples()
                 .map(|x| meridian.distance_to_wall(&x))
                 .fold(f64::INFINITY, f64::min);
-            if gap.is_nan() || gap < LEAST_GAP * body.equatorial {
+            if gap.is_nan() || gap < MIN_GAP * body.equatorial {
                 return Err(AxisymmetricError::WallTooClose {
                     body: *number,
                     gap,
-                    limit: LEAST_GAP,
+                    limit: MIN_GAP,
                 });
             }
         }
         Ok(meridian)
     }
 
-    /// Half the length of everything on the axis, and its largest radius.
+    /// Half the length from the first body's left pole to the last one's right, and the largest
+    /// radius.
     pub fn extent(&self) -> [f64; 2] {
         let last = self.bodies[self.bodies.len() - 1];
         let length = last.centre + last.axial - self.bodies[0].centre + self.bodies[0].axial;
@@ -204,7 +204,7 @@ impl Meridian {
         [0.5 * length, radii.fold(0.0, f64::max)]
     }
 
-    /// Radius of the ball around; none for a tube.
+    /// Radius of the surrounding ball; `None` for a tube.
     pub fn ball_radius(&self) -> Option<f64> {
         match self.wall {
             Wall::Ball { radius, .. } => Some(radius),
@@ -212,42 +212,48 @@ impl Meridian {
         }
     }
 
-    /// The closed boundary of the meridian domain, which lies to its left.
+    /// The closed boundary of the meridian domain, with the domain on its left.
     pub fn boundary(&self) -> Vec<Curve> {
         let (from, to) = match self.wall {
             Wall::Ball { centre, radius } => (centre - radius, centre + radius),
             Wall::Tube { from, to, .. } => (from, to),
         };
         let on_axis = |x: f64| Point::new(x, 0.0);
-        let line = |from, to, side| Curve::Line { from, to, side };
+        let line = |from, to, part| Curve::Line { from, to, part };
         let mut curves = Vec::new();
         let mut at = on_axis(from);
         for (body, number) in self.bodies.iter().zip(&self.given) {
             let left = on_axis(body.centre - body.axial);
-            curves.push(line(at, left, Side::Axis));
-            curves.push(body.upper_half(Side::Body(*number)));
+            curves.push(line(at, left, BoundaryPart::Axis));
+            curves.push(body.upper_half(BoundaryPart::Body(*number)));
             at = on_axis(body.centre + body.axial);
         }
-        curves.push(line(at, on_axis(to), Side::Axis));
+        curves.push(line(at, on_axis(to), BoundaryPart::Axis));
         match self.wall {
             Wall::Ball { centre, radius } => curves.push(Curve::HalfEllipse {
                 centre,
                 axial: radius,
                 equatorial: radius,
                 leftward: true,
-                side: Side::Wall,
+                part: BoundaryPart::Wall,
             }),
             Wall::Tube { from, to, radius } => {
                 let corners = [(to, 0.0), (to, radius), (from, radius), (from, 0.0)];
                 let corners = corners.map(|(x, y)| Point::new(x, y));
-                curves.extend(corners.windows(2).map(|c| line(c[0], c[1], Side::Wall)));
+                curves.extend(
+                    corners
+                        .windows(2)
+                        .map(|c| line(c[0], c[1], BoundaryPart::Wall)),
+                );
             }
         }
         curves
     }
 
-    /// Edge length wanted at a point: `growth` times the distance to the nearest continued singularity, and not more than the room
-    /// between the two nearest surfaces.
+    /// Target edge length at a point.
+    ///
+    /// It is `growth` times the distance to the nearest singularity of the continued flow, and at
+    /// most [`GAP`] times the width of the gap between the two nearest surfaces.
     pub fn size(&self, x: &Point, growth: f64) -> f64 {
         let mut size = match self.wall {
             Wall::Ball { .. } => f64::INFINITY,
@@ -267,8 +273,8 @@ impl Meridian {
         size.min(GAP * (nearest[0] + nearest[1]))
     }
 
-    /// Whether a point is in the fluid and not on its boundary.
-    pub fn holds(&self, x: &Point) -> bool {
+    /// Whether a point is in the interior of the fluid.
+    pub fn contains(&self, x: &Point) -> bool {
         x.y > 0.0
             && self.distance_to_wall(x) > 0.0
             && self.bodies.iter().all(|body| body.distance(x) > 0.0)
@@ -282,18 +288,18 @@ impl Meridian {
     }
 }
 
-/// Elements in a gap, as a part of its width.
+/// Largest element size in a gap, relative to its width.
 const GAP: f64 = 0.75;
 
 impl Spheroid {
-    /// From the left pole to the right one.
-    fn upper_half(&self, side: Side) -> Curve {
+    /// The boundary curve from the left pole to the right one.
+    fn upper_half(&self, part: BoundaryPart) -> Curve {
         Curve::HalfEllipse {
             centre: self.centre,
             axial: self.axial,
             equatorial: self.equatorial,
             leftward: false,
-            side,
+            part,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Axial resistance matrices with error estimates: elements of rising order on one mesh.
+//! Resistance matrices with error estimates, from elements of increasing order on one mesh.
 
 use std::f64::consts::PI;
 
@@ -6,54 +6,68 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::AxisymmetricError;
+use crate::generate::generate;
 use crate::meridian::{Meridian, Spheroid, Surroundings};
 use crate::mesh::MeridianMesh;
 use crate::stokes::stokes;
-use crate::swirl::{missing_torque, swirl};
+use crate::swirl::{omitted_torque, swirl};
 use crate::system::Solution;
 
-/// How forces follow from velocities along the axis, or torques from angular velocities about it, with what lower orders of elements give.
+/// Resistance matrix `R` of motions along the axis or about it, with an error estimate.
 ///
-/// $F_i = R_{ij} U_j$ is what the bodies exert on the fluid; viscosity 1. Symmetric positive definite.
+/// `F_i = sum_j R_ij U_j` are the forces (torques) that the bodies exert on the fluid when they
+/// move with the velocities (angular velocities) `U_j`. The viscosity is 1. `R` is symmetric
+/// positive definite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxialResistance {
     matrix: DMatrix<f64>,
-    coarser: DMatrix<f64>,
-    tail: f64,
-    far: f64,
-    unknowns: usize,
+    lower_order: DMatrix<f64>,
+    error_factor: f64,
+    truncation_error: f64,
+    dofs: usize,
     order: usize,
     triangles: usize,
     residual: f64,
 }
 
-/// Edges over the distance from the focus of the nearest body. Smaller ones need more unknowns for the same error, larger ones more
-/// orders; between 0.6 and 1 it matters little (measured on spheres and spheroids in balls and tubes).
+/// Edge length relative to the distance from the focus of the nearest body.
+///
+/// Shorter edges need more degrees of freedom for the same error, longer ones a higher order;
+/// between 0.6 and 1 it matters little (measured on spheres and spheroids in balls and tubes).
 const GROWTH: f64 = 0.65;
 
-/// Order of the last rung: above, the tables of the nodal basis lose digits.
-const LAST: usize = 10;
+/// Highest order: above it the tabulated nodal basis loses digits.
+const MAX_ORDER: usize = 10;
 
-/// The first of three orders of which the last is likely to meet a tolerance: errors are about a tenth to the power of the order. Not below
-/// three, five and above fall evenly enough for the estimate.
+/// The first of three orders, of which the last is likely to meet the tolerance.
+///
+/// The error of order `k` is about `10^-k`. The three orders are at least 3, 4, 5: from five on the
+/// error decreases regularly enough for the estimate.
 fn first_order(tolerance: f64) -> usize {
-    ((-tolerance.log10()).ceil() as usize).clamp(5, LAST) - 2
+    ((-tolerance.log10()).ceil() as usize).clamp(5, MAX_ORDER) - 2
 }
 
-/// Bounds on the factor by which an order lessens the error, where it is used to continue the last change: below, luck; above, no
-/// convergence yet.
-const FALL: [f64; 2] = [0.08, 0.6];
-
-/// Least tolerance: rounding in the factors leaves about a hundredth of it.
-const FINEST: f64 = 1e-11;
-
-/// Computes the resistance to relative `tolerance`, 1e-11 or what orders up to ten reach at the finest.
+/// Bounds on the factor by which one order reduces the error, when the last change is extrapolated.
 ///
-/// Velocities of degree `k` and pressures of degree `k - 1` on curved triangles, `k` from three on until the change from the order below,
-/// continued geometrically, is less than the tolerance. For smooth bodies the error falls by a factor of five to ten an order.
-/// Unbounded fluid is a ball a thousand times as large, whose image is taken out to first order in the inverse radius.
+/// A smaller observed factor is taken as chance, a larger one as not yet converging.
+const REDUCTION: [f64; 2] = [0.08, 0.6];
+
+/// Smallest tolerance; rounding in the factorisation causes errors of about a hundredth of it.
+const MIN_TOLERANCE: f64 = 1e-11;
+
+/// Computes the resistance to motion along the axis to a relative `tolerance`.
 ///
-/// Cost: 1500 to 3000 unknowns a body for 1e-6, 4000 more in unbounded fluid; 0.1 s to 1 s.
+/// Uses velocities of degree `k` and pressures of degree `k - 1` on curved triangles. The order `k`
+/// increases from three or more until the estimated error, the change from order `k - 1`
+/// extrapolated as a geometric series, is below the tolerance. For smooth bodies each order reduces
+/// the error by a factor of five to ten. Tolerances below 1e-11, or below the error of order ten,
+/// are not reached: see [`AxialResistance::relative_error`].
+///
+/// Unbounded fluid is replaced by a ball a thousand times as large as the bodies, whose effect is
+/// removed to first order in the inverse radius.
+///
+/// Cost: 1500 to 3000 degrees of freedom per body for 1e-6, 4000 more in unbounded fluid; 0.1 s to
+/// 1 s.
 ///
 /// ```
 /// use axisymmetric::{Spheroid, Surroundings, axial_resistance};
@@ -66,19 +80,21 @@ const FINEST: f64 = 1e-11;
 /// ```
 ///
 /// # Errors
-/// [`AxisymmetricError`] for bodies that touch, gaps below 1e-4 of a radius, sizes that are not positive; failures of the solve.
+/// [`AxisymmetricError`] for sizes that are not positive, bodies that overlap or touch, gaps below
+/// 1e-4 of a radius, a tolerance outside (0, 1), and failures of the solver.
 pub fn axial_resistance(
     bodies: &[Spheroid],
     surroundings: Surroundings,
     tolerance: f64,
 ) -> Result<AxialResistance, AxisymmetricError> {
-    climb(bodies, surroundings, tolerance, Motion::Along)
+    converged(bodies, surroundings, tolerance, Motion::Translation)
 }
 
-/// Computes how torques follow from angular velocities about the axis, as [`axial_resistance`] does for forces.
+/// Computes the resistance to rotation about the axis to a relative `tolerance`.
 ///
-/// A scalar equation without pressure, a third of the unknowns. The ball that stands for unbounded fluid changes torques by the third power of
-/// the inverse of its size over the bodies', 1e-9.
+/// Solves a scalar equation without pressure, with a third of the degrees of freedom of
+/// [`axial_resistance`]. The ball that replaces unbounded fluid changes torques by the third power
+/// of the bodies' size relative to its own, 1e-9.
 ///
 /// ```
 /// use axisymmetric::{Spheroid, Surroundings, spin_resistance};
@@ -91,25 +107,26 @@ pub fn axial_resistance(
 /// ```
 ///
 /// # Errors
-/// As [`axial_resistance`].
+/// Those of [`axial_resistance`].
 pub fn spin_resistance(
     bodies: &[Spheroid],
     surroundings: Surroundings,
     tolerance: f64,
 ) -> Result<AxialResistance, AxisymmetricError> {
-    climb(bodies, surroundings, tolerance, Motion::About)
+    converged(bodies, surroundings, tolerance, Motion::Rotation)
 }
 
-/// How bodies move.
+/// The motion of the bodies.
 #[derive(Clone, Copy, PartialEq)]
 enum Motion {
     /// Along the axis.
-    Along,
-    /// About it.
-    About,
+    Translation,
+    /// About the axis.
+    Rotation,
 }
 
-fn climb(
+/// Raises the order until the estimated error is below `tolerance`.
+fn converged(
     bodies: &[Spheroid],
     surroundings: Surroundings,
     tolerance: f64,
@@ -119,8 +136,8 @@ fn climb(
         return Err(AxisymmetricError::InvalidTolerance { tolerance });
     }
     let meridian = Meridian::new(bodies, surroundings)?;
-    let mesh = MeridianMesh::generate(&meridian, GROWTH)?;
-    let climb = Climb {
+    let mesh = generate(&meridian, GROWTH)?;
+    let discretisation = Discretisation {
         meridian: &meridian,
         mesh: &mesh,
         unbounded: surroundings == Surroundings::Unbounded,
@@ -128,57 +145,64 @@ fn climb(
         motion,
     };
     let first = first_order(tolerance);
-    // the factors are too small to be computed by many threads, but there are three of them
+    // each factorisation is too small for many threads, so the three run in parallel
     let mut last: Vec<Solution> = [first, first + 1, first + 2]
         .into_par_iter()
-        .map(|order| climb.solve(order))
+        .map(|order| discretisation.solve(order))
         .collect::<Result<_, AxisymmetricError>>()?;
     let mut order = first + 2;
     loop {
-        let found = climb.judged(order, &last);
-        if found.relative_error() <= tolerance.max(FINEST) || order == LAST {
+        let found = discretisation.estimated(order, &last);
+        if found.relative_error() <= tolerance.max(MIN_TOLERANCE) || order == MAX_ORDER {
             return Ok(found);
         }
         order += 1;
         last.rotate_left(1);
-        last[2] = climb.solve(order)?;
+        last[2] = discretisation.solve(order)?;
     }
 }
 
-/// What solutions of all orders have in common.
-struct Climb<'a> {
+/// The problem and its mesh, which solutions of all orders share.
+struct Discretisation<'a> {
     meridian: &'a Meridian,
     mesh: &'a MeridianMesh,
     unbounded: bool,
-    /// In the order given.
+    /// Bodies in the caller's order.
     bodies: &'a [Spheroid],
     motion: Motion,
 }
 
-impl Climb<'_> {
+impl Discretisation<'_> {
+    /// The resistance by elements of this order.
     fn solve(&self, order: usize) -> Result<Solution, AxisymmetricError> {
         let n = self.bodies.len();
         match self.motion {
-            Motion::Along => {
+            Motion::Translation => {
                 let mut solution = stokes(self.mesh, order)?.resistance(n)?;
                 if self.unbounded {
-                    solution.resistance = self.without_image(&solution.resistance)?;
+                    solution.resistance = self.without_container(&solution.resistance)?;
                 }
                 Ok(solution)
             }
-            Motion::About => {
+            Motion::Rotation => {
                 let mut solution = swirl(self.mesh, order)?.resistance(n)?;
                 for (i, body) in self.bodies.iter().enumerate() {
-                    solution.resistance[(i, i)] += missing_torque(body);
+                    solution.resistance[(i, i)] += omitted_torque(body);
                 }
                 Ok(solution)
             }
         }
     }
 
-    /// The resistance without the ball around: its image of a force `F` anywhere near its centre is the uniform flow
-    /// $-\tfrac94 F / (6 \pi R)$ to first order (Haberman & Sayre 1958; Maul & Kim 1994), the same for all mobilities.
-    fn without_image(&self, resistance: &DMatrix<f64>) -> Result<DMatrix<f64>, AxisymmetricError> {
+    /// The resistance in unbounded fluid from that in the large ball of radius `R`.
+    ///
+    /// To first order in `1 / R`, the wall adds to a force `F` near the centre the uniform flow
+    /// `-9/4 F / (6 π R)` (Haberman & Sayre 1958; Maul & Kim 1994). All entries of the mobility
+    /// matrix change by this same amount.
+    fn without_container(
+        &self,
+        resistance: &DMatrix<f64>,
+    ) -> Result<DMatrix<f64>, AxisymmetricError> {
         let inverse =
             |m: DMatrix<f64>| m.try_inverse().ok_or(AxisymmetricError::SingularResistance);
         let radius = self.meridian.ball_radius().unwrap_or(f64::INFINITY);
@@ -186,43 +210,45 @@ impl Climb<'_> {
         inverse(mobility)
     }
 
-    /// The last of three rungs, by elements of `order`, with its error.
-    fn judged(&self, order: usize, rungs: &[Solution]) -> AxialResistance {
-        let [first, second, last] = [0, 1, 2].map(|k| &rungs[k]);
-        let before = distance(&first.resistance, &second.resistance);
+    /// The last of three solutions of successive orders, with its estimated error.
+    fn estimated(&self, order: usize, solutions: &[Solution]) -> AxialResistance {
+        let [first, second, last] = [0, 1, 2].map(|k| &solutions[k]);
+        let change_before = distance(&first.resistance, &second.resistance);
         let change = distance(&second.resistance, &last.resistance);
-        let fall = (change / before).clamp(FALL[0], FALL[1]);
+        let reduction = (change / change_before).clamp(REDUCTION[0], REDUCTION[1]);
         AxialResistance {
             matrix: last.resistance.clone(),
-            coarser: second.resistance.clone(),
-            // the rest of a geometric series
-            tail: if fall.is_nan() {
+            lower_order: second.resistance.clone(),
+            // the remaining sum of the geometric series
+            error_factor: if reduction.is_nan() {
                 1.0
             } else {
-                fall / (1.0 - fall)
+                reduction / (1.0 - reduction)
             },
-            far: if self.unbounded {
-                self.left_by_image()
+            truncation_error: if self.unbounded {
+                self.truncation_error()
             } else {
                 0.0
             },
-            unknowns: last.unknowns,
+            dofs: last.n_dofs,
             order,
             triangles: self.mesh.triangles.len(),
             residual: last.residual,
         }
     }
 
-    /// What the image leaves of errors relative to a body's own mobility, $1 / (6 \pi a)$: terms in the inverse third power of the ball's radius,
-    /// with the factors 5/2 for a sphere at the centre and about 8/3 for the places of force and body off the centre each.
-    fn left_by_image(&self) -> f64 {
+    /// Error left by [`Self::without_container`], relative to a body's own mobility `1 / (6 π a)`.
+    ///
+    /// The remaining terms are of order `R^-3`, with the factor 5/2 for a sphere at the centre and
+    /// about 8/3 each for the distances of the force and of the body from the centre.
+    fn truncation_error(&self) -> f64 {
         let radius = self.meridian.ball_radius().unwrap_or(f64::INFINITY);
         let [length, width] = self.meridian.extent();
         8.0 * width * length.max(width).powi(2) / radius.powi(3)
     }
 }
 
-/// Largest difference of an entry $R_{ij}$ over $\sqrt{R_{ii} R_{jj}}$ of the second.
+/// Largest difference of entries `R_ij`, relative to `sqrt(R_ii R_jj)` of the second matrix.
 fn distance(one: &DMatrix<f64>, other: &DMatrix<f64>) -> f64 {
     let mut largest = 0.0_f64;
     for i in 0..one.nrows() {
@@ -235,42 +261,49 @@ fn distance(one: &DMatrix<f64>, other: &DMatrix<f64>) -> f64 {
 }
 
 impl AxialResistance {
-    /// The matrix, bodies in the order given.
+    /// The resistance matrix, with the bodies in the caller's order.
     pub fn matrix(&self) -> &DMatrix<f64> {
         &self.matrix
     }
 
-    /// The matrix by elements of one order less: what is computed from both tells the error, see [`AxialResistance::tail`].
-    pub fn coarser(&self) -> &DMatrix<f64> {
-        &self.coarser
+    /// The resistance matrix by elements of one order less, for error estimates.
+    ///
+    /// See [`AxialResistance::error_factor`].
+    pub fn lower_order(&self) -> &DMatrix<f64> {
+        &self.lower_order
     }
 
-    /// The error of anything computed from [`AxialResistance::matrix`] is estimated as its change from [`AxialResistance::coarser`] times this.
-    pub fn tail(&self) -> f64 {
-        self.tail
+    /// Ratio of the estimated error to the last change.
+    ///
+    /// A quantity computed from both [`AxialResistance::matrix`] and
+    /// [`AxialResistance::lower_order`] has an estimated error of this factor times the difference
+    /// of the two results.
+    pub fn error_factor(&self) -> f64 {
+        self.error_factor
     }
 
-    /// Relative error by the ball that stands for unbounded fluid; zero for others.
-    pub fn far_error(&self) -> f64 {
-        self.far
+    /// Relative error caused by the ball that replaces unbounded fluid; zero in a container.
+    pub fn truncation_error(&self) -> f64 {
+        self.truncation_error
     }
 
-    /// Largest estimated error by the elements of an entry $R_{ij}$ relative to $\sqrt{R_{ii} R_{jj}}$.
+    /// Estimated discretisation error: the largest of an entry `R_ij`, relative to
+    /// `sqrt(R_ii R_jj)`.
     pub fn relative_error(&self) -> f64 {
-        self.tail * distance(&self.coarser, &self.matrix)
+        self.error_factor * distance(&self.lower_order, &self.matrix)
     }
 
-    /// Velocities and pressures of the last system.
-    pub fn unknowns(&self) -> usize {
-        self.unknowns
+    /// Number of velocity and pressure degrees of freedom of the last system.
+    pub fn dofs(&self) -> usize {
+        self.dofs
     }
 
-    /// Degree of the velocities.
+    /// Polynomial degree of the velocities.
     pub fn order(&self) -> usize {
         self.order
     }
 
-    /// Number of triangles.
+    /// Number of triangles of the mesh.
     pub fn triangles(&self) -> usize {
         self.triangles
     }

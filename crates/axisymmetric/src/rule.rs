@@ -1,21 +1,23 @@
-//! Quadrature on the reference triangle, and the points that one-dimensional rules are made of.
+//! Quadrature on the reference triangle, and Lobatto points on the unit interval.
 
 use std::f64::consts::PI;
 
-/// A point of the reference triangle in barycentric coordinates, with its weight; weights add up to 1/2.
+/// A quadrature point of the reference triangle. The weights of a rule add up to 1/2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RulePoint {
     pub barycentric: [f64; 3],
     pub weight: f64,
 }
 
-/// `n` Gauss points a direction of a square collapsed into the triangle: exact for polynomials of degree `2 n - 2`; all points are inside.
+/// Collapsed Gauss rule with `n^2` points, exact for polynomials of degree `2 n - 2`.
+///
+/// All points are in the interior of the triangle.
 pub(crate) fn triangle_rule(n: usize) -> Vec<RulePoint> {
     let line = gauss(n);
     let mut points = Vec::with_capacity(n * n);
     for &(s, along) in &line {
         for &(t, across) in &line {
-            // x = s (1 - t), y = t, the Jacobian of which is 1 - t
+            // x = s (1 - t), y = t; the Jacobian of this map is 1 - t
             points.push(RulePoint {
                 barycentric: [(1.0 - s) * (1.0 - t), s * (1.0 - t), t],
                 weight: along * across * (1.0 - t),
@@ -40,7 +42,8 @@ fn gauss(n: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Lobatto points on [0, 1], ends included: the ends and the zeros of the derivative of the Legendre polynomial of degree `n`.
+/// The `n + 1` Lobatto points on [0, 1]: both ends and the zeros of the derivative of the Legendre
+/// polynomial of degree `n`.
 pub(crate) fn lobatto(n: usize) -> Vec<f64> {
     (0..=n)
         .map(|i| match i {
@@ -58,7 +61,7 @@ pub(crate) fn lobatto(n: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Newton's method from a guess that is close: the step at which it has converged to rounding comes early.
+/// Newton's method from a close initial guess, which converges to rounding in a few steps.
 fn newton(guess: f64, step: impl Fn(f64) -> f64) -> f64 {
     let mut x = guess;
     for _ in 0..50 {
@@ -71,15 +74,15 @@ fn newton(guess: f64, step: impl Fn(f64) -> f64) -> f64 {
     x
 }
 
-/// The Legendre polynomial of degree `n` with two derivatives, inside (-1, 1).
+/// The Legendre polynomial of degree `n` and its first two derivatives at `x` in (-1, 1).
 fn legendre(n: usize, x: f64) -> [f64; 3] {
-    let (mut before, mut p) = (0.0, 1.0);
+    let (mut previous, mut p) = (0.0, 1.0);
     for k in 0..n {
-        let next = ((2 * k + 1) as f64 * x * p - k as f64 * before) / (k + 1) as f64;
-        (before, p) = (p, next);
+        let next = ((2 * k + 1) as f64 * x * p - k as f64 * previous) / (k + 1) as f64;
+        (previous, p) = (p, next);
     }
     let n = n as f64;
-    let dp = n * (before - x * p) / (1.0 - x * x);
+    let dp = n * (previous - x * p) / (1.0 - x * x);
     // (1 - x^2) p'' = 2 x p' - n (n + 1) p
     [p, dp, (2.0 * x * dp - n * (n + 1.0) * p) / (1.0 - x * x)]
 }
@@ -89,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn collapsed_rules_are_exact_to_their_degree() {
+    fn collapsed_rules_are_exact_up_to_their_degree() {
         for n in 1..8 {
             let rule = triangle_rule(n);
             for a in 0..2 * n {

@@ -1,32 +1,33 @@
-//! Where the nodes of elements of one order are among all nodes.
+//! Global node numbers of a continuous finite-element space.
 
+use crate::curve::BoundaryPart;
 use crate::element::Lagrange;
-use crate::meridian::Side;
 use crate::mesh::MeridianMesh;
 
-/// Continuous functions of one order on a mesh: node numbers by triangle.
+/// The space of continuous functions of one polynomial order on a mesh.
 pub(crate) struct Space {
-    /// Number of nodes: vertices of the mesh, then nodes on edges, then inside triangles.
+    /// Number of nodes. Vertices come first, then nodes inside edges, then inside triangles.
     pub len: usize,
-    /// Nodes of each triangle in the order of [`Lagrange::nodes`].
+    /// Global nodes of each triangle in the order of [`Lagrange::nodes`].
     pub nodes: Vec<Vec<u32>>,
 }
 
 impl Space {
+    /// Numbers the nodes of `element` on `mesh`.
     pub fn new(mesh: &MeridianMesh, element: &Lagrange) -> Self {
-        let on_edge = element.edge_nodes();
+        let on_edge = element.n_edge_nodes();
         let first_on_edges = mesh.points.len();
         let first_inside = first_on_edges + on_edge * mesh.ends.len();
-        let inside = element.inner_nodes();
+        let inside = element.n_inner_nodes();
         let nodes = (0..mesh.triangles.len()).map(|t| {
             let corners = mesh.triangles[t];
             let mut nodes: Vec<usize> = corners.to_vec();
             for (e, &edge) in mesh.edges[t].iter().enumerate() {
-                // nodes of an edge are numbered from its smaller end
+                // nodes of an edge are numbered from its end with the smaller index
                 let forward = mesh.ends[edge][0] == corners[e];
                 nodes.extend((0..on_edge).map(|m| {
-                    let place = if forward { m } else { on_edge - 1 - m };
-                    first_on_edges + on_edge * edge + place
+                    let position = if forward { m } else { on_edge - 1 - m };
+                    first_on_edges + on_edge * edge + position
                 }));
             }
             nodes.extend((0..inside).map(|m| first_inside + inside * t + m));
@@ -38,31 +39,35 @@ impl Space {
         }
     }
 
-    /// The vertex, edge or triangle that each node is in, numbered in this order.
+    /// Index of the mesh entity that each node is in: vertices first, then edges, then triangles.
     pub fn entities(&self, mesh: &MeridianMesh, element: &Lagrange) -> Vec<u32> {
         let (vertices, edges) = (mesh.points.len(), mesh.ends.len());
         (0..vertices)
-            .chain((0..edges * element.edge_nodes()).map(|i| vertices + i / element.edge_nodes()))
             .chain(
-                (0..mesh.triangles.len() * element.inner_nodes())
-                    .map(|i| vertices + edges + i / element.inner_nodes()),
+                (0..edges * element.n_edge_nodes()).map(|i| vertices + i / element.n_edge_nodes()),
+            )
+            .chain(
+                (0..mesh.triangles.len() * element.n_inner_nodes())
+                    .map(|i| vertices + edges + i / element.n_inner_nodes()),
             )
             .map(|entity| entity as u32)
             .collect()
     }
 
-    /// The boundary that each node is on: the wall or a body before the axis.
-    pub fn sides(&self, mesh: &MeridianMesh, element: &Lagrange) -> Vec<Option<Side>> {
-        let mut sides: Vec<Option<Side>> = vec![None; self.len];
-        let on_edge = element.edge_nodes();
+    /// The boundary part that each node is on; `None` in the interior.
+    ///
+    /// A node on both the axis and a body or wall counts as on the body or wall.
+    pub fn parts(&self, mesh: &MeridianMesh, element: &Lagrange) -> Vec<Option<BoundaryPart>> {
+        let mut parts: Vec<Option<BoundaryPart>> = vec![None; self.len];
+        let on_edge = element.n_edge_nodes();
         for (edge, boundary) in mesh.boundary.iter().enumerate() {
             let Some(boundary) = boundary else { continue };
             let inner = (0..on_edge).map(|m| mesh.points.len() + on_edge * edge + m);
             for node in mesh.ends[edge].into_iter().chain(inner) {
-                // sides are ordered, the axis first
-                sides[node] = sides[node].max(Some(boundary.side()));
+                // in the order of parts the axis comes first
+                parts[node] = parts[node].max(Some(boundary.part()));
             }
         }
-        sides
+        parts
     }
 }

@@ -1,40 +1,42 @@
-//! The linear system of pure swirl by one order of elements: bodies that turn about the axis.
+//! The linear system of pure swirl for one element order: bodies that rotate about the axis.
 //!
-//! The velocity around the axis has no divergence and no pressure: $\int \nabla u \cdot \nabla v + u v / r^2 = 0$ with `u = omega r` on bodies, zero on
-//! walls and on the axis, which is the form of the velocity away from the axis.
+//! The azimuthal velocity `u` is divergence-free and causes no pressure:
+//! `∫ ∇u·∇v + u v / r^2 = 0` with `u = ω r` on bodies and zero on walls and on the axis. The
+//! bilinear form is that of the radial velocity in flow without swirl.
 
 use std::f64::consts::PI;
 
 use nalgebra::DMatrix;
 
 use crate::AxisymmetricError;
+use crate::curve::BoundaryPart;
 use crate::element::Lagrange;
-use crate::meridian::{Side, Spheroid};
+use crate::geometry_map::node_positions;
+use crate::meridian::Spheroid;
 use crate::mesh::MeridianMesh;
-use crate::shape::node_places;
 use crate::space::Space;
 use crate::stokes::element_matrices;
-use crate::system::{Dof, Element, System, without_gaps};
+use crate::system::{Dof, Element, System, numbered_consecutively};
 
-/// Swirl by velocities of degree `order`.
+/// Assembles the azimuthal flow around rotating bodies with velocities of degree `order`.
 ///
 /// # Errors
-/// [`AxisymmetricError::InvertedTriangle`] where an element is inverted.
+/// [`AxisymmetricError::InvertedTriangle`].
 pub(crate) fn swirl(mesh: &MeridianMesh, order: usize) -> Result<System, AxisymmetricError> {
     let (velocity, pressure) = (Lagrange::new(order)?, Lagrange::new(order - 1)?);
     let space = Space::new(mesh, &velocity);
     let entities = space.entities(mesh, &velocity);
     let mut group = Vec::new();
     let dofs: Vec<Dof> = space
-        .sides(mesh, &velocity)
+        .parts(mesh, &velocity)
         .into_iter()
         .zip(entities)
-        .map(|(side, entity)| match side {
-            Some(Side::Body(body)) => Dof::Body(body),
-            Some(Side::Wall | Side::Axis) => Dof::Held,
+        .map(|(part, entity)| match part {
+            Some(BoundaryPart::Body(body)) => Dof::Body(body),
+            Some(BoundaryPart::Wall | BoundaryPart::Axis) => Dof::Constrained,
             None => {
                 group.push(entity);
-                Dof::Unknown(group.len() as u32 - 1)
+                Dof::Free(group.len() as u32 - 1)
             }
         })
         .collect();
@@ -43,12 +45,12 @@ pub(crate) fn swirl(mesh: &MeridianMesh, order: usize) -> Result<System, Axisymm
         .enumerate()
         .map(|(t, matrices)| {
             let dofs: Vec<Dof> = space.nodes[t].iter().map(|&i| dofs[i as usize]).collect();
-            let places = node_places(mesh, t, &velocity);
+            let positions = node_positions(mesh, t, &velocity);
             // a body's degree of freedom is its angular velocity
-            let factors: Vec<f64> = (dofs.iter().zip(&places))
-                .map(|(dof, place)| match dof {
-                    Dof::Body(_) => place.y,
-                    Dof::Unknown(_) | Dof::Held => 1.0,
+            let factors: Vec<f64> = (dofs.iter().zip(&positions))
+                .map(|(dof, position)| match dof {
+                    Dof::Body(_) => position.y,
+                    Dof::Free(_) | Dof::Constrained => 1.0,
                 })
                 .collect();
             let n = dofs.len();
@@ -62,14 +64,16 @@ pub(crate) fn swirl(mesh: &MeridianMesh, order: usize) -> Result<System, Axisymm
         .collect();
     Ok(System {
         elements,
-        unknowns: group.len(),
+        n_dofs: group.len(),
         shift: vec![0.0; group.len()],
-        group: without_gaps(group),
+        group: numbered_consecutively(group),
     })
 }
 
-/// What the torque of a turning body in the form of full gradients lacks of that of symmetric ones: twice its volume, from
-/// $2 \int D(u) : D(v) = \int \nabla u : \nabla v + 2 \sum_i |B_i|\, \omega_i \cdot \Omega_i$ for velocities rigid on bodies and without divergence.
-pub(crate) fn missing_torque(body: &Spheroid) -> f64 {
+/// Torque per angular velocity that the form `∫ ∇u:∇v` omits: twice the volume of the body.
+///
+/// For divergence-free velocities that are rigid on the bodies `B_i`, with angular velocities
+/// `ω_i` (of `u`) and `Ω_i` (of `v`), `2 ∫ D(u):D(v) = ∫ ∇u:∇v + 2 sum_i |B_i| ω_i·Ω_i`.
+pub(crate) fn omitted_torque(body: &Spheroid) -> f64 {
     2.0 * (4.0 / 3.0) * PI * body.axial * body.equatorial * body.equatorial
 }

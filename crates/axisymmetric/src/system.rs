@@ -1,100 +1,107 @@
-//! A linear system assembled of elements, in which bodies move nodes together, and the forces that this takes.
+//! A linear system assembled from elements whose nodes on bodies move rigidly, and the forces that
+//! the bodies exert.
 
 use linalg::{Csr, ShiftedLdlt};
 use nalgebra::DMatrix;
 
 use crate::AxisymmetricError;
 
-/// Elements and what their degrees of freedom are.
+/// Element matrices and their degrees of freedom.
 pub(crate) struct System {
     pub elements: Vec<Element>,
-    pub unknowns: usize,
-    /// Subtracted from the diagonal of the factors.
+    /// Number of free degrees of freedom.
+    pub n_dofs: usize,
+    /// Shift subtracted from the diagonal before the factorisation.
     pub shift: Vec<f64>,
-    /// The vertex, edge or triangle of each unknown.
+    /// Index of the mesh entity (vertex, edge or triangle) of each degree of freedom.
     pub group: Vec<u32>,
 }
 
-/// Resistance matrix and what it took.
+/// A resistance matrix with the size and the accuracy of its linear system.
 pub(crate) struct Solution {
     pub resistance: DMatrix<f64>,
-    pub unknowns: usize,
+    pub n_dofs: usize,
+    /// Largest true relative residual of a solve.
     pub residual: f64,
 }
 
-/// A symmetric matrix over some degrees of freedom.
+/// A symmetric element matrix over its degrees of freedom.
 pub(crate) struct Element {
     pub dofs: Vec<Dof>,
     pub matrix: DMatrix<f64>,
 }
 
-/// What a velocity component or a pressure at a node is.
+/// The role of a velocity component or a pressure at a node.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Dof {
-    Unknown(u32),
-    /// Zero.
-    Held,
-    /// The velocity of a body.
+    /// Unknown of the linear system with this index.
+    Free(u32),
+    /// Prescribed zero.
+    Constrained,
+    /// Velocity of the body with this index.
     Body(usize),
 }
 
 impl System {
-    /// Forces on the fluid, one column for each of `bodies` moving at unit speed: what the momentum equation at the nodes of a body
-    /// leaves (the consistent force), in which errors are second order.
+    /// Forces that the bodies exert on the fluid, one column for each body moving at unit speed.
+    ///
+    /// A force is the residual of the momentum equation summed over a body's nodes (the consistent
+    /// force); its error is the square of the velocity's error.
     ///
     /// # Errors
-    /// A factorisation or refinement that fails.
-    pub fn resistance(&self, bodies: usize) -> Result<Solution, AxisymmetricError> {
+    /// [`AxisymmetricError::Linalg`] if the factorisation or its iterative refinement fails.
+    pub fn resistance(&self, n_bodies: usize) -> Result<Solution, AxisymmetricError> {
         let mut solver = ShiftedLdlt::factor(self.matrix(), &self.shift, &self.group)?;
-        let mut resistance = DMatrix::zeros(bodies, bodies);
-        let mut worst = 0.0_f64;
-        let mut flow = vec![0.0; self.unknowns];
-        for body in 0..bodies {
-            let mut right = vec![0.0; self.unknowns];
+        let mut resistance = DMatrix::zeros(n_bodies, n_bodies);
+        let mut largest_residual = 0.0_f64;
+        let mut flow = vec![0.0; self.n_dofs];
+        for body in 0..n_bodies {
+            let mut rhs = vec![0.0; self.n_dofs];
             for element in &self.elements {
-                element.rows_of(body, |dof, value| {
-                    if let Dof::Unknown(i) = dof {
-                        right[i as usize] -= value;
+                element.body_columns(body, |dof, value| {
+                    if let Dof::Free(i) = dof {
+                        rhs[i as usize] -= value;
                     }
                 });
             }
-            worst = worst.max(solver.solve(&right, &mut flow)?);
+            largest_residual = largest_residual.max(solver.solve(&rhs, &mut flow)?);
             for element in &self.elements {
                 element.forces(body, &flow, |on, force| resistance[(on, body)] += force);
             }
         }
         Ok(Solution {
-            // symmetric up to the residual of the solve
+            // symmetric up to the residual of the solves
             resistance: 0.5 * (&resistance + resistance.transpose()),
-            unknowns: self.unknowns,
-            residual: worst,
+            n_dofs: self.n_dofs,
+            residual: largest_residual,
         })
     }
 
-    /// The system of the unknowns.
+    /// The assembled matrix of the free degrees of freedom.
     fn matrix(&self) -> Csr {
-        let n = self.unknowns;
-        let mut visits: Vec<Vec<(u32, u32)>> = vec![Vec::new(); n];
+        let n = self.n_dofs;
+        // elements and local indices at which each degree of freedom occurs
+        let mut occurrences: Vec<Vec<(u32, u32)>> = vec![Vec::new(); n];
         for (e, element) in self.elements.iter().enumerate() {
             for (local, dof) in element.dofs.iter().enumerate() {
-                if let Dof::Unknown(i) = dof {
-                    visits[*i as usize].push((e as u32, local as u32));
+                if let Dof::Free(i) = dof {
+                    occurrences[*i as usize].push((e as u32, local as u32));
                 }
             }
         }
         let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
         let mut sums = vec![0.0; n];
-        let mut met_by = vec![usize::MAX; n];
-        for (i, visits) in visits.iter().enumerate() {
+        let mut last_row = vec![usize::MAX; n];
+        for (i, occurrences) in occurrences.iter().enumerate() {
             let first = columns.len();
-            for &(e, local) in visits {
+            for &(e, local) in occurrences {
                 let element = &self.elements[e as usize];
-                // symmetric: a column is a row
+                // the matrix is symmetric: its columns are its rows
                 let row = element.matrix.column(local as usize);
                 for (dof, value) in element.dofs.iter().zip(row.iter()) {
-                    let Dof::Unknown(j) = *dof else { continue };
-                    if met_by[j as usize] != i {
-                        met_by[j as usize] = i;
+                    let Dof::Free(j) = *dof else { continue };
+                    if last_row[j as usize] != i {
+                        last_row[j as usize] = i;
                         sums[j as usize] = 0.0;
                         columns.push(j);
                     }
@@ -110,8 +117,8 @@ impl System {
 }
 
 impl Element {
-    /// Calls `add` with every row's sum over the columns of a body.
-    fn rows_of(&self, body: usize, mut add: impl FnMut(Dof, f64)) {
+    /// Calls `add` with the entries of each row in the columns of a body.
+    fn body_columns(&self, body: usize, mut add: impl FnMut(Dof, f64)) {
         for (local, dof) in self.dofs.iter().enumerate() {
             if *dof == Dof::Body(body) {
                 for (row, value) in self.dofs.iter().zip(self.matrix.column(local).iter()) {
@@ -121,7 +128,8 @@ impl Element {
         }
     }
 
-    /// Calls `add` with forces on bodies in the flow of one of them moving at unit speed.
+    /// Calls `add` with this element's share of the force of each body while body `moving` has unit
+    /// speed.
     fn forces(&self, moving: usize, flow: &[f64], mut add: impl FnMut(usize, f64)) {
         for (local, dof) in self.dofs.iter().enumerate() {
             let Dof::Body(on) = *dof else { continue };
@@ -131,9 +139,9 @@ impl Element {
                 .iter()
                 .zip(column.iter())
                 .map(|(dof, value)| match *dof {
-                    Dof::Unknown(i) => value * flow[i as usize],
+                    Dof::Free(i) => value * flow[i as usize],
                     Dof::Body(body) if body == moving => *value,
-                    Dof::Body(_) | Dof::Held => 0.0,
+                    Dof::Body(_) | Dof::Constrained => 0.0,
                 })
                 .sum();
             add(on, sum);
@@ -141,10 +149,10 @@ impl Element {
     }
 }
 
-/// Group numbers without those that nothing is in.
-pub(crate) fn without_gaps(group: Vec<u32>) -> Vec<u32> {
-    let most = group.iter().max().map_or(0, |&g| g as usize + 1);
-    let mut new = vec![None; most];
+/// Renumbers groups from zero in order of first appearance, without unused numbers.
+pub(crate) fn numbered_consecutively(group: Vec<u32>) -> Vec<u32> {
+    let n_old = group.iter().max().map_or(0, |&g| g as usize + 1);
+    let mut new = vec![None; n_old];
     let mut count = 0;
     group
         .into_iter()

@@ -144,7 +144,7 @@ impl AxisymmetricModel {
         Ok(format!(
             "models without a mesh know no {unknown}; axisymmetric errs {:.1e} in the resistance with {} unknowns at {:.0} ms a solve",
             axial.relative_error(),
-            axial.unknowns(),
+            axial.dofs(),
             1e3 * clock.elapsed().as_secs_f64()
         ))
     }
@@ -227,7 +227,7 @@ impl AxisymmetricModel {
             MobilitySolution::new(&matrix, set, &constraints, loads)
         };
         let solved = solve(AxialResistance::matrix)?;
-        let coarser = solve(AxialResistance::coarser)?;
+        let coarser = solve(AxialResistance::lower_order)?;
         let bodies = solved.bodies(set, scale)?;
         let coarser_bodies = coarser.bodies(set, scale)?;
         let motion = |solved: &MobilitySolution| -> Result<_, ModelError> {
@@ -236,8 +236,8 @@ impl AxisymmetricModel {
         };
         let (moves, coarser_moves) = (motion(&solved)?, motion(&coarser)?);
         // computed less exact: what the order before errs more by, continued
-        let tail = axial.tail();
-        let tail_of_spin = spin.map_or(0.0, AxialResistance::tail);
+        let tail = axial.error_factor();
+        let tail_of_spin = spin.map_or(0.0, AxialResistance::error_factor);
         let velocities: Vec<Vector3<f64>> = (bodies.iter().zip(&coarser_bodies))
             .map(|(last, before)| tail * (before.velocity - last.velocity))
             .collect();
@@ -250,7 +250,7 @@ impl AxisymmetricModel {
         let link_forces = solved.link_forces(set, &constraints, loads, scale)?;
         Ok(InstantaneousSolution {
             dofs: Dofs {
-                total: axial.unknowns() + spin.map_or(0, AxialResistance::unknowns),
+                total: axial.dofs() + spin.map_or(0, AxialResistance::dofs),
                 ..Dofs::default()
             },
             solver: SolverReport {
@@ -267,7 +267,7 @@ impl AxisymmetricModel {
             error_estimate: ErrorEstimate {
                 mesh: Some(error.hypot(UNSURE * error)),
                 container: (self.surroundings == Surroundings::Unbounded)
-                    .then(|| axial.far_error() * fastest),
+                    .then(|| axial.truncation_error() * fastest),
                 ..ErrorEstimate::default()
             },
             mesh_error: Some(MeshError {

@@ -300,7 +300,7 @@ impl Meshes {
             .map(|(tag, &centre)| MovingBody {
                 tag: tag.to_owned(),
                 centre,
-                turns: false,
+                rotates: false,
             })
             .collect();
         let gap_ratio = self.mesher.gap_ratio(&mesh, &centres);

@@ -165,7 +165,7 @@ impl Case {
         let body = |(name, sphere): (&&str, Sphere)| MovingBody {
             tag: (*name).to_owned(),
             centre: sphere.centre,
-            turns: false,
+            rotates: false,
         };
         NAMES.iter().zip(self.spheres()).map(body).collect()
     }

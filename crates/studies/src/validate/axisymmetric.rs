@@ -119,14 +119,14 @@ fn resistance(
     let clock = Clock::now();
     let found = axial_resistance(bodies, surroundings, PROMISED)?;
     let cost = Cost {
-        dofs: found.unknowns(),
+        dofs: found.dofs(),
         iterations: 0,
         seconds: clock.elapsed().as_secs_f64(),
     };
     let exact = symmetric(exact, bodies.len());
     let (i, j) = (found.matrix() - &exact).icamax_full();
-    let error = found.tail() * (found.coarser()[(i, j)] - found.matrix()[(i, j)]);
-    let far = found.far_error() * found.matrix()[(i, i)];
+    let error = found.error_factor() * (found.lower_order()[(i, j)] - found.matrix()[(i, j)]);
+    let far = found.truncation_error() * found.matrix()[(i, i)];
     Ok(Row::scaled(
         group,
         format!("axisymmetric, {name}"),

@@ -1,4 +1,5 @@
-//! Every mesh motion: what it reproduces exactly, that both ways to use it agree, that threads do not matter.
+//! Properties of every extension method: fields it reproduces exactly, agreement of the reference
+//! map with the incremental one, independence of the number of threads.
 
 use ale::{
     AleError, Biharmonic, Elastic, Harmonic, IncrementalMap, Kernel, MeshMotion, MovingBody,
@@ -8,11 +9,11 @@ use fem::TaylorHood;
 use mesh::{Container, GenerateParams, MeshedBody, Sphere, Spheroid, Surface, TetMesh, Vec3};
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion};
 
-/// Extensions are solved to a residual of 1e-8 (1e-6 for the fourth-order one) of the right-hand side; the condition of these coarse
-/// meshes is below 1e3.
-const SOLVED: f64 = 1e-4;
+/// Bound on the solver's error: the relative residual is 1e-8 (1e-6 for the biharmonic extension)
+/// and the condition number on these coarse meshes below 1e3.
+const SOLVER_ERROR: f64 = 1e-4;
 
-fn all() -> Vec<Box<dyn MeshMotion>> {
+fn all_methods() -> Vec<Box<dyn MeshMotion>> {
     vec![
         Box::new(Harmonic(Stiffening::None)),
         Box::new(Harmonic(Stiffening::KanchiMasud)),
@@ -52,15 +53,15 @@ fn sphere() -> Sphere {
     }
 }
 
-fn bead(turns: bool) -> [MovingBody; 1] {
+fn bead(rotates: bool) -> [MovingBody; 1] {
     [MovingBody {
         tag: "bead".into(),
         centre: sphere().centre,
-        turns,
+        rotates,
     }]
 }
 
-/// The largest difference of the extension of a field's boundary values from the field.
+/// Largest difference between a field and the extension of its boundary values.
 fn error_of(motion: &dyn MeshMotion, mesh: &TetMesh, exact: impl Fn(&Vec3) -> Vec3) -> f64 {
     let mut prescribed = vec![false; mesh.n_vertices()];
     for facet in mesh.facets() {
@@ -69,7 +70,7 @@ fn error_of(motion: &dyn MeshMotion, mesh: &TetMesh, exact: impl Fn(&Vec3) -> Ve
             .for_each(|&v| prescribed[v as usize] = true);
     }
     let vertices = &mesh.points()[..mesh.n_vertices()];
-    // Garbage inside must not matter.
+    // Interior values of the input are arbitrary.
     let start = vertices.iter().zip(&prescribed);
     let field = start.map(|(x, &on)| if on { exact(x) } else { Vec3::repeat(7.0) });
     let mut fields = [field.collect::<Vec<_>>()];
@@ -86,8 +87,9 @@ fn error_of(motion: &dyn MeshMotion, mesh: &TetMesh, exact: impl Fn(&Vec3) -> Ve
 }
 
 #[test]
-fn what_each_method_reproduces() {
-    // Straight sides: on curved cells a function that is linear on the vertices is not linear in space.
+fn methods_reproduce_translations_and_some_linear_fields() {
+    // Straight edges: on curved cells the interpolant of a linear function's vertex values is not
+    // linear.
     let body = sphere();
     let mesh = mesh_around(&body, 5.0);
     let (vertices, n) = (mesh.points().to_vec(), mesh.n_vertices());
@@ -102,32 +104,38 @@ fn what_each_method_reproduces() {
     let shift = Vec3::new(0.3, -0.2, 0.1);
     let spin = Vec3::new(0.2, 0.1, -0.3);
     let strain = Matrix3::new(0.1, 0.2, 0.0, -0.1, 0.05, 0.3, 0.2, 0.0, -0.1);
-    for motion in all() {
+    for motion in all_methods() {
         let name = motion.name();
         let moved = error_of(motion.as_ref(), &mesh, |_| shift);
-        assert!(moved < SOLVED, "{name}: a translation errs by {moved:e}");
-        // Elasticity knows no strain in a rotation, whatever its coefficients.
+        assert!(
+            moved < SOLVER_ERROR,
+            "{name}: error of a translation {moved:e}"
+        );
+        // A linearised rotation has no strain, so elasticity reproduces it for any coefficient.
         if name == "elastic" {
-            let turned = error_of(motion.as_ref(), &mesh, |x| spin.cross(x));
-            assert!(turned < SOLVED, "{name}: a rotation errs by {turned:e}");
+            let rotated = error_of(motion.as_ref(), &mesh, |x| spin.cross(x));
+            assert!(
+                rotated < SOLVER_ERROR,
+                "{name}: error of a rotation {rotated:e}"
+            );
         }
-        // Linear fields have no Laplacian, and radial functions come with linear polynomials.
+        // Linear fields are harmonic, and radial interpolation includes linear polynomials.
         if ["laplace", "rbf-linear", "rbf-cubic"].contains(&name) {
             let strained = error_of(motion.as_ref(), &mesh, |x| strain * x);
             assert!(
-                strained < SOLVED,
-                "{name}: a linear field errs by {strained:e}"
+                strained < SOLVER_ERROR,
+                "{name}: error of a linear field {strained:e}"
             );
         }
     }
 }
 
 #[test]
-fn a_first_step_is_the_same_from_the_reference_and_incrementally() {
+fn first_incremental_step_equals_the_reference_map() {
     let body = sphere();
     let mesh = mesh_around(&body, 6.0);
     let motion = [Isometry3::translation(0.4, 0.2, -0.1)];
-    for (fixed, moving) in all().into_iter().zip(all()) {
+    for (fixed, moving) in all_methods().into_iter().zip(all_methods()) {
         let name = fixed.name();
         let map = ReferenceMap::new(mesh.clone(), &bead(false), fixed.as_ref()).unwrap();
         let from_reference = map.moved(&motion).unwrap();
@@ -135,8 +143,8 @@ fn a_first_step_is_the_same_from_the_reference_and_incrementally() {
         let stepped = steps.advance(&motion).unwrap();
         let pairs = from_reference.points().iter().zip(stepped.points());
         let difference = pairs.map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
-        assert!(difference < SOLVED, "{name}: {difference:e}");
-        // On the surface both are exact, however the solve ended.
+        assert!(difference < SOLVER_ERROR, "{name}: {difference:e}");
+        // On the surface both are exact, independent of the solver's error.
         for node in mesh.nodes_on(mesh.tag("bead").unwrap()) {
             let expected = mesh.points()[node as usize] + motion[0].translation.vector;
             for moved in [&from_reference, stepped] {
@@ -150,7 +158,7 @@ fn a_first_step_is_the_same_from_the_reference_and_incrementally() {
 }
 
 #[test]
-fn turned_bodies_carry_their_surface_with_every_method() {
+fn surface_nodes_follow_a_rotating_body_with_every_method() {
     let spheroid = Spheroid {
         centre: sphere().centre,
         axis: Vec3::x(),
@@ -162,7 +170,7 @@ fn turned_bodies_carry_their_surface_with_every_method() {
         Translation3::new(0.2, 0.1, 0.0),
         UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.1, 0.2)),
     );
-    for (fixed, moving) in all().into_iter().zip(all()) {
+    for (fixed, moving) in all_methods().into_iter().zip(all_methods()) {
         let name = fixed.name();
         let map = ReferenceMap::new(mesh.clone(), &bead(true), fixed.as_ref()).unwrap();
         let mut steps = IncrementalMap::new(mesh.clone(), &bead(true), moving).unwrap();
@@ -183,10 +191,10 @@ fn turned_bodies_carry_their_surface_with_every_method() {
 }
 
 #[test]
-fn a_step_that_would_invert_a_cell_leaves_the_mesh_as_it_was() {
+fn a_refused_step_leaves_the_mesh_unchanged() {
     let body = sphere();
     let mesh = mesh_around(&body, 5.0);
-    for motion in all() {
+    for motion in all_methods() {
         let mut steps = IncrementalMap::new(mesh.clone(), &bead(false), motion).unwrap();
         let through_the_wall = [Isometry3::translation(5.0, 0.0, 0.0)];
         assert!(matches!(
@@ -208,7 +216,7 @@ fn a_step_that_would_invert_a_cell_leaves_the_mesh_as_it_was() {
 }
 
 #[test]
-fn an_incompressible_solid_is_refused() {
+fn poisson_ratios_out_of_range_are_refused() {
     let body = sphere();
     let mesh = mesh_around(&body, 5.0);
     for poisson in [0.5, -0.1, f64::NAN] {
@@ -221,7 +229,7 @@ fn an_incompressible_solid_is_refused() {
 }
 
 #[test]
-fn one_thread_or_two_give_the_same_bits() {
+fn results_are_bitwise_equal_for_one_and_two_threads() {
     let body = sphere();
     let mesh = mesh_around(&body, 8.0);
     let moved = |threads: usize, motion: &dyn MeshMotion| -> Vec<Vec3> {
@@ -231,12 +239,12 @@ fn one_thread_or_two_give_the_same_bits() {
             .unwrap();
         pool.install(|| {
             let map = ReferenceMap::new(mesh.clone(), &bead(true), motion).unwrap();
-            let turn = UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.0, 0.1));
-            let motion = Isometry3::from_parts(Translation3::new(0.3, 0.1, 0.0), turn);
+            let rotation = UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.0, 0.1));
+            let motion = Isometry3::from_parts(Translation3::new(0.3, 0.1, 0.0), rotation);
             map.moved(&[motion]).unwrap().points().to_vec()
         })
     };
-    for motion in all() {
+    for motion in all_methods() {
         let (one, two) = (moved(1, motion.as_ref()), moved(2, motion.as_ref()));
         assert!(one == two, "{}", motion.name());
     }

@@ -1,4 +1,4 @@
-//! Axial resistance by elements in the meridian plane against exact values, and the honesty of its error estimates.
+//! Resistance matrices against exact values, and the accuracy of their error estimates.
 
 use std::f64::consts::PI;
 
@@ -28,7 +28,7 @@ fn spheroid(axial: f64, equatorial: f64) -> Spheroid {
     }
 }
 
-/// Happel & Brenner (1983), 4-22.
+/// Drag of a sphere at the centre of a ball; Happel & Brenner (1983), 4-22.
 fn concentric(l: f64) -> f64 {
     6.0 * PI * (1.0 - l.powi(5)) / (1.0 - 2.25 * l + 2.5 * l.powi(3) - 2.25 * l.powi(5) + l.powi(6))
 }
@@ -50,11 +50,12 @@ struct Case {
     name: &'static str,
     bodies: Vec<Spheroid>,
     surroundings: Surroundings,
-    /// Upper triangle by rows.
+    /// Upper triangle of the resistance matrix, row by row.
     exact: Vec<f64>,
 }
 
-/// Spectral values (bispherical coordinates, multipoles, fundamental solutions; they agree to 1e-12) besides the closed forms.
+/// Cases with closed-form values, or spectral ones (bispherical coordinates, multipoles and
+/// fundamental solutions, which agree to 1e-12).
 fn cases() -> Vec<Case> {
     let case = |name, bodies: &[Spheroid], surroundings, exact: &[f64]| Case {
         name,
@@ -94,7 +95,7 @@ fn cases() -> Vec<Case> {
             &[28.053090742016554, -2.5710663381106063, 27.052609255108717],
         ),
         case(
-            // given out of order
+            // bodies not sorted along the axis
             "unequal in 12",
             &[sphere(1.0, 1.5), sphere(-5.0, 1.0), sphere(6.0, 0.7)],
             ball(12.0),
@@ -149,16 +150,16 @@ fn cases() -> Vec<Case> {
 
 fn symmetric(upper: &[f64], n: usize) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(n, n);
-    let places = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
-    for ((i, j), &value) in places.zip(upper) {
+    let indices = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
+    for ((i, j), &value) in indices.zip(upper) {
         matrix[(i, j)] = value;
         matrix[(j, i)] = value;
     }
     matrix
 }
 
-/// As [`AxialResistance::relative_error`] measures.
-fn error(found: &AxialResistance, exact: &DMatrix<f64>) -> f64 {
+/// Largest error of an entry, in the norm of [`AxialResistance::relative_error`].
+fn relative_error(found: &AxialResistance, exact: &DMatrix<f64>) -> f64 {
     let n = exact.nrows();
     let each = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
     each.map(|(i, j)| {
@@ -169,36 +170,37 @@ fn error(found: &AxialResistance, exact: &DMatrix<f64>) -> f64 {
 }
 
 #[test]
-fn tolerances_are_met_and_errors_are_as_claimed() {
+fn errors_meet_the_tolerance_and_their_estimates() {
     for case in cases() {
         let exact = symmetric(&case.exact, case.bodies.len());
         for tolerance in [1e-3, 1e-6] {
             let found =
                 axial_resistance(&case.bodies, case.surroundings, tolerance).expect(case.name);
-            let (is, claimed) = (
-                error(&found, &exact),
-                found.relative_error() + found.far_error(),
+            let (error, estimate) = (
+                relative_error(&found, &exact),
+                found.relative_error() + found.truncation_error(),
             );
-            assert!(is < 2.0 * tolerance, "{}: {is:e}", case.name);
-            let effectivity = claimed / is;
+            assert!(error < 2.0 * tolerance, "{}: error {error:e}", case.name);
+            let effectivity = estimate / error;
             assert!(
                 (0.7..2.0).contains(&effectivity),
-                "{} to {tolerance:e}: {is:e}, claimed {effectivity:.2} times",
+                "{} to {tolerance:e}: error {error:e}, estimated {effectivity:.2} times this",
                 case.name
             );
             assert!(
-                found.unknowns() < 12_000,
-                "{}: {}",
+                found.dofs() < 12_000,
+                "{}: {} dofs",
                 case.name,
-                found.unknowns()
+                found.dofs()
             );
         }
     }
 }
 
-/// Happel & Brenner (1983); Kim & Karrila (1991), table 3.4; spectral values of Jeffrey & Onishi's functions for the pair.
+/// Happel & Brenner (1983); Kim & Karrila (1991), table 3.4; for the pair, spectral values of the
+/// functions of Jeffrey & Onishi.
 #[test]
-fn torques_of_turning_bodies_are_exact() {
+fn torques_of_rotating_bodies_match_exact_values() {
     let pair = [sphere(0.0, 1.0), sphere(2.1, 1.0)];
     let about_pair = [25.844185785947275, -2.936246987520766, 25.844185785947257];
     for (bodies, surroundings, exact) in [
@@ -212,49 +214,52 @@ fn torques_of_turning_bodies_are_exact() {
         (&pair, UNBOUNDED, &about_pair),
     ] {
         let exact = symmetric(exact, bodies.len());
-        let found = spin_resistance(bodies, surroundings, 1e-6).expect("sound");
-        let (is, claimed) = (
-            error(&found, &exact),
-            found.relative_error() + found.far_error(),
+        let found = spin_resistance(bodies, surroundings, 1e-6).expect("solvable");
+        let (error, estimate) = (
+            relative_error(&found, &exact),
+            found.relative_error() + found.truncation_error(),
         );
-        assert!(is < 1e-6, "{is:e}");
-        // errors may be smaller than claimed: energies of swirl fall faster than those of the whole flow
-        assert!(is < 1.5 * claimed, "{is:e} of {claimed:e}");
+        assert!(error < 1e-6, "error {error:e}");
+        // the error may be smaller than estimated: that of pure swirl falls faster with the order
+        assert!(
+            error < 1.5 * estimate,
+            "error {error:e}, estimate {estimate:e}"
+        );
     }
 }
 
 #[test]
-fn finest_tolerances_reach_the_level_of_rounding() {
-    let found = axial_resistance(&[sphere(2.0, 1.0)], ball(5.0), 1e-9).expect("sound");
-    let is = (found.matrix()[(0, 0)] / 37.96695415767978 - 1.0).abs();
-    assert!(is < 2e-9);
+fn tolerance_1e_9_is_not_limited_by_rounding() {
+    let found = axial_resistance(&[sphere(2.0, 1.0)], ball(5.0), 1e-9).expect("solvable");
+    let error = (found.matrix()[(0, 0)] / 37.96695415767978 - 1.0).abs();
+    assert!(error < 2e-9);
 }
 
-/// Spectral, expansions of order 300.
+/// Reference values: multipole expansions of order 300.
 #[test]
-fn narrow_gaps_are_resolved() {
+fn spheres_with_a_gap_of_a_hundredth_match_exact_values() {
     let [together, opposite] = [0.6457220784694283, 53.422293653916505].map(|f| 6.0 * PI * f);
-    let found =
-        axial_resistance(&[sphere(0.0, 1.0), sphere(2.01, 1.0)], UNBOUNDED, 1e-6).expect("sound");
+    let found = axial_resistance(&[sphere(0.0, 1.0), sphere(2.01, 1.0)], UNBOUNDED, 1e-6)
+        .expect("solvable");
     let r = found.matrix();
     let (sum, difference) = (r[(0, 0)] + r[(0, 1)], r[(0, 0)] - r[(0, 1)]);
     assert!((difference / opposite - 1.0).abs() < 2e-6);
-    // a small difference of large entries
+    // the sum of a row is a small difference of large entries
     assert!((sum - together).abs() < 2e-6 * r[(0, 0)]);
 }
 
 #[test]
-fn sizes_that_differ_a_hundredfold_are_no_obstacle() {
-    let found =
-        axial_resistance(&[sphere(0.0, 1.0), sphere(1.03, 0.01)], UNBOUNDED, 1e-5).expect("sound");
-    // the small one hardly shows in the drag of the large one
+fn radii_may_differ_by_a_factor_of_a_hundred() {
+    let found = axial_resistance(&[sphere(0.0, 1.0), sphere(1.03, 0.01)], UNBOUNDED, 1e-5)
+        .expect("solvable");
+    // the small sphere hardly changes the drag of the large one
     let both = found.matrix().sum();
     assert!((found.matrix()[(0, 0)] / (6.0 * PI) - 1.0).abs() < 0.03);
     assert!((both / (6.0 * PI) - 1.0).abs() < 1e-2);
 }
 
 #[test]
-fn what_cannot_be_computed_is_refused_with_the_reason() {
+fn invalid_input_is_refused_with_the_reason() {
     for (bodies, surroundings, tolerance, reason) in [
         (vec![], UNBOUNDED, 1e-3, "no body"),
         (vec![sphere(0.0, -1.0)], UNBOUNDED, 1e-3, "positive"),
@@ -276,19 +281,20 @@ fn what_cannot_be_computed_is_refused_with_the_reason() {
 }
 
 #[test]
-fn answers_do_not_depend_on_the_number_of_threads() {
+fn result_is_the_same_bits_for_any_number_of_threads() {
     let solve = || axial_resistance(&[sphere(-2.0, 1.0), sphere(2.0, 0.5)], ball(6.0), 1e-4);
     let [one, three] = [1, 3].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
             .expect("threads");
-        pool.install(solve).expect("sound")
+        pool.install(solve).expect("solvable")
     });
     assert_eq!(one, three);
 }
 
-/// One to three spheroids of aspects 1/3 to 3 with gaps from 0.02 to 3, about the origin.
+/// One to three spheroids with aspect ratios 1/3 to 3 and gaps from 0.02 to 3, centred at the
+/// origin.
 fn chain() -> impl Strategy<Value = Vec<Spheroid>> {
     let body = (0.3_f64..1.5, 0.33_f64..3.0, -1.7_f64..0.5);
     prop::collection::vec(body, 1..=3).prop_map(|list| {
@@ -311,21 +317,22 @@ fn chain() -> impl Strategy<Value = Vec<Spheroid>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(6))]
 
-    /// A wall takes room from the fluid, so less is dissipated without it: the difference of resistances is positive semidefinite.
+    /// A wall can only increase the dissipation, so the resistance with it minus the resistance
+    /// without it is positive semidefinite.
     #[test]
-    fn walls_only_add_resistance(bodies in chain(), room in 0.05_f64..3.0) {
+    fn walls_increase_the_resistance(bodies in chain(), clearance in 0.05_f64..3.0) {
         let tolerance = 1e-3;
         let ends = bodies.iter().map(|b| (b.centre.abs() + b.axial).hypot(b.equatorial));
-        let radius = ends.fold(0.0, f64::max) + room;
+        let radius = ends.fold(0.0, f64::max) + clearance;
         let widest = bodies.iter().map(|b| b.equatorial).fold(0.0, f64::max);
         let free = axial_resistance(&bodies, UNBOUNDED, tolerance)?;
-        for surroundings in [ball(radius), tube(widest + room)] {
+        for surroundings in [ball(radius), tube(widest + clearance)] {
             let found = axial_resistance(&bodies, surroundings, tolerance)?;
             prop_assert!(found.relative_error() < tolerance, "{:e}", found.relative_error());
             prop_assert!(found.matrix().clone().cholesky().is_some());
             let added = found.matrix() - free.matrix();
-            let least = added.symmetric_eigenvalues().min();
-            prop_assert!(least > -2.0 * tolerance * found.matrix().amax(), "{least:e}");
+            let smallest = added.symmetric_eigenvalues().min();
+            prop_assert!(smallest > -2.0 * tolerance * found.matrix().amax(), "{smallest:e}");
         }
     }
 }
