@@ -1,52 +1,54 @@
-//! Stokes flow with Dirichlet data: sparse Cholesky of the stiffness, conjugate gradients on the pressure Schur complement.
+//! Stokes flow with Dirichlet data.
+//!
+//! The stiffness matrix is factorised (sparse Cholesky); conjugate gradients solve for the pressure
+//! with its Schur complement.
 
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::Llt;
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, Side};
-use fem::TaylorHood;
+use fem::{DirichletCondition, TaylorHood, continuity_residual, momentum_residual};
 use linalg::{Csr, Csr3};
 use mesh::{TetMesh, Vec3};
 
 use super::dot;
 
+/// A discrete flow and the matrices over all nodes.
 pub struct Flow {
     pub stiffness: Csr,
     pub divergence: Csr3,
-    pub velocity: Vec<f64>,
+    pub velocity: Vec<Vec3>,
     pub pressure: Vec<f64>,
 }
 
-/// The discrete flow with `velocity` kept on the boundary, driven by the nodal loads (`3 n_points`).
-pub fn solve(mesh: &TetMesh, mut velocity: Vec<f64>, loads: &[f64]) -> Flow {
+/// Discrete flow with the boundary values of `velocity`, driven by nodal loads.
+pub fn solve(mesh: &TetMesh, mut velocity: Vec<Vec3>, loads: &[Vec3]) -> Flow {
     let space = TaylorHood::new(mesh).unwrap();
     let stiffness = space.stiffness(mesh).unwrap();
     let divergence = space.divergence(mesh).unwrap();
     let mass = space.pressure_mass(mesh).unwrap().diag().to_dense();
 
-    let mut fixed = vec![false; mesh.n_points()];
-    for node in mesh.facets().iter().flat_map(|facet| facet.nodes) {
-        fixed[node as usize] = true;
-    }
-    let free: Vec<usize> = (0..mesh.n_points()).filter(|&i| !fixed[i]).collect();
-    for &i in &free {
-        velocity[3 * i..3 * i + 3].fill(0.0);
-    }
-    let inner = Inner::new(&stiffness, &free);
+    let condition = DirichletCondition::on_boundary(mesh);
+    condition.lift(&mut velocity);
+    let interior = Interior::new(&stiffness, &condition);
 
-    // u = u_D + K^-1 (g - B^T p) with g = f - K u_D, and B u = 0: (B K^-1 B^T) p = B (u_D + K^-1 g).
+    // u = u_D + K^-1 (g - B^T p) with g = f - K u_D. Then B u = 0 reads
+    // (B K^-1 B^T) p = B (u_D + K^-1 g).
     let zero = vec![0.0; mesh.n_vertices()];
-    let mut g = fem::momentum_residual(&stiffness, &divergence, &velocity, &zero).unwrap();
-    g.iter_mut().zip(loads).for_each(|(g, f)| *g = f - *g);
-    let mut particular = inner.solve(&g);
+    let image = momentum_residual(&stiffness, &divergence, &velocity, &zero).unwrap();
+    let mut particular = interior.solve(&condition.rhs(loads, &image));
     particular
         .iter_mut()
         .zip(&velocity)
         .for_each(|(u, v)| *u += v);
-    let still = vec![0.0; velocity.len()];
-    let gradient = |p: &[f64]| fem::momentum_residual(&stiffness, &divergence, &still, p).unwrap();
+    let at_rest = vec![Vec3::zeros(); velocity.len()];
+    let gradient = |p: &[f64]| {
+        let image = momentum_residual(&stiffness, &divergence, &at_rest, p).unwrap();
+        condition.restrict(&image)
+    };
+    let apply = |u: &[Vec3]| continuity_residual(&divergence, u).unwrap();
 
-    let mut r = apply(&divergence, &particular);
+    let mut r = apply(&particular);
     let mut pressure = zero;
     let precondition =
         |r: &[f64]| -> Vec<f64> { r.iter().zip(mass.iter()).map(|(r, m)| r / m).collect() };
@@ -55,16 +57,16 @@ pub fn solve(mesh: &TetMesh, mut velocity: Vec<f64>, loads: &[f64]) -> Flow {
     let mut rho = dot(&r, &z);
     let first = rho;
     for iteration in 0.. {
-        // The velocity's defect is the square root of this: 1e-14.
+        // The error of the velocity is of the size of the square root of this number, 1e-14.
         if rho <= 1e-28 * first {
             break;
         }
         assert!(
             iteration < 300,
-            "pressure iteration stalls at {:e}",
+            "pressure iteration stagnates at {:e}",
             rho / first
         );
-        let s = apply(&divergence, &inner.solve(&gradient(&d)));
+        let s = apply(&interior.solve(&gradient(&d)));
         let alpha = rho / dot(&d, &s);
         for q in 0..r.len() {
             pressure[q] += alpha * d[q];
@@ -77,7 +79,7 @@ pub fn solve(mesh: &TetMesh, mut velocity: Vec<f64>, loads: &[f64]) -> Flow {
         }
         rho = next;
     }
-    let correction = inner.solve(&gradient(&pressure));
+    let correction = interior.solve(&gradient(&pressure));
     let velocity = particular
         .iter()
         .zip(&correction)
@@ -91,64 +93,49 @@ pub fn solve(mesh: &TetMesh, mut velocity: Vec<f64>, loads: &[f64]) -> Flow {
     }
 }
 
-/// The flow in a container at rest around a body that moves with `translation + rotation x r`.
+/// Flow in a container at rest around a body with the velocity `translation + rotation × x`.
 pub fn solve_rigid(mesh: &TetMesh, body: u16, translation: Vec3, rotation: Vec3) -> Flow {
-    let mut velocity = vec![0.0; 3 * mesh.n_points()];
+    let mut velocity = vec![Vec3::zeros(); mesh.n_points()];
     for node in mesh.nodes_on(body) {
-        let u = translation + rotation.cross(&mesh.points()[node as usize]);
-        velocity[3 * node as usize..][..3].copy_from_slice(u.as_slice());
+        let node = node as usize;
+        velocity[node] = translation + rotation.cross(&mesh.points()[node]);
     }
-    let loads = vec![0.0; velocity.len()];
+    let loads = vec![Vec3::zeros(); velocity.len()];
     solve(mesh, velocity, &loads)
 }
 
-pub fn apply(divergence: &Csr3, velocity: &[f64]) -> Vec<f64> {
-    let row = |row: sprs::CsVecViewI<[f64; 3], u32>| -> f64 {
-        row.iter()
-            .map(|(j, b)| dot(b, &velocity[3 * j..3 * j + 3]))
-            .sum()
-    };
-    divergence.outer_iterator().map(row).collect()
-}
-
-/// The factored stiffness of the free nodes.
-struct Inner<'a> {
-    free: &'a [usize],
+/// Factorised stiffness matrix of the free nodes.
+struct Interior<'a> {
+    condition: &'a DirichletCondition,
+    n_nodes: usize,
     factor: Llt<usize, f64>,
 }
 
-impl<'a> Inner<'a> {
-    fn new(stiffness: &Csr, free: &'a [usize]) -> Self {
-        let mut number = vec![None; stiffness.rows()];
-        for (k, &i) in free.iter().enumerate() {
-            number[i] = Some(k);
-        }
+impl<'a> Interior<'a> {
+    fn new(stiffness: &Csr, condition: &'a DirichletCondition) -> Self {
         let mut triplets = Vec::new();
-        for (&value, (i, j)) in stiffness.iter() {
-            if let (Some(i), Some(j)) = (number[i as usize], number[j as usize])
-                && j <= i
-            {
-                triplets.push(Triplet::new(i, j, value));
+        for (&value, (i, j)) in condition.restrict_matrix(stiffness, 1).iter() {
+            if j <= i {
+                triplets.push(Triplet::new(i as usize, j as usize, value));
             }
         }
-        let matrix =
-            SparseColMat::try_new_from_triplets(free.len(), free.len(), &triplets).unwrap();
+        let n = condition.n_free();
+        let matrix = SparseColMat::try_new_from_triplets(n, n, &triplets).unwrap();
         Self {
-            free,
+            condition,
+            n_nodes: stiffness.rows(),
             factor: matrix.sp_cholesky(Side::Lower).unwrap(),
         }
     }
 
-    /// `K^-1` on the free nodes, zero on the others.
-    fn solve(&self, rhs: &[f64]) -> Vec<f64> {
-        let mut x = Mat::from_fn(self.free.len(), 3, |k, c| rhs[3 * self.free[k] + c]);
+    /// `K^-1` at the free nodes, zero at the others.
+    fn solve(&self, rhs: &[f64]) -> Vec<Vec3> {
+        let n = self.condition.n_free();
+        let mut x = Mat::from_fn(n, 3, |k, c| rhs[3 * k + c]);
         self.factor.solve_in_place(x.as_mut());
-        let mut result = vec![0.0; rhs.len()];
-        for (k, &i) in self.free.iter().enumerate() {
-            for c in 0..3 {
-                result[3 * i + c] = x[(k, c)];
-            }
-        }
+        let values: Vec<f64> = (0..3 * n).map(|i| x[(i / 3, i % 3)]).collect();
+        let mut result = vec![Vec3::zeros(); self.n_nodes];
+        self.condition.expand(&values, &mut result);
         result
     }
 }
