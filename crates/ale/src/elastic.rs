@@ -1,9 +1,10 @@
 //! Extension as the displacement of an elastic solid whose small elements are stiff.
 
+use fem::DirichletCondition;
 use linalg::{Bordered, Csr, LinearOperator, Multigrid, MultigridParams};
 use mesh::Vec3;
 
-use crate::split::{Split, krylov, product};
+use crate::extension::{extend, krylov, product};
 use crate::{AleError, MeshMotion, MovingMesh, Stiffening};
 
 /// $\int c\,(2 D(d):D(v) + \lambda\, \nabla\cdot d\; \nabla\cdot v) = 0$, $\lambda = 2\nu/(1-2\nu)$, $c = V_{max}/V_e$: linear
@@ -56,8 +57,8 @@ impl MeshMotion for Elastic {
                 range: "from 0 to below 1/2",
             });
         }
-        let split = Split::new(moving.prescribed);
-        if split.len() == 0 {
+        let condition = DirichletCondition::new(moving.prescribed);
+        if condition.n_free() == 0 {
             return Ok(());
         }
         let coefficients = Stiffening::InverseVolume.coefficients(moving.mesh);
@@ -68,7 +69,7 @@ impl MeshMotion for Elastic {
         let scalar = moving
             .space
             .weighted_vertex_stiffness(moving.mesh, &coefficients)?;
-        let scalar = Bordered::scalar(split.free_block(&scalar, 1))?;
+        let scalar = Bordered::scalar(condition.restrict_matrix(&scalar, 1))?;
         let mut multigrid = Multigrid::new(&scalar, &MultigridParams::default())?;
         let apply = |field: &[Vec3]| {
             let flat: Vec<f64> = field.iter().flat_map(|&d| <[f64; 3]>::from(d)).collect();
@@ -81,7 +82,16 @@ impl MeshMotion for Elastic {
                 .map(|&d| Vec3::from(d))
                 .collect()
         };
-        let operator = FreeBlock(split.free_block(&elastic, 3));
-        Ok(split.solve(&apply, &operator, &mut multigrid, &krylov(1000), fields)?)
+        let operator = FreeBlock(condition.restrict_matrix(&elastic, 3));
+        let params = krylov(1000);
+        extend(
+            &condition,
+            &apply,
+            &operator,
+            &mut multigrid,
+            &params,
+            fields,
+        )?;
+        Ok(())
     }
 }
