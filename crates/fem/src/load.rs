@@ -14,6 +14,7 @@ use crate::surface::{facet_nodes, position_and_normal, surface_measures, tagged_
 ///
 /// The force of a body that moves through fluid at rest has the direction of its velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LoadOnFluid {
     /// Force.
     pub force: Vec3,

@@ -51,6 +51,7 @@ pub fn mean_pressure(mesh: &TetMesh, pressure: &[f64]) -> Result<f64, FemError> 
 
 /// Error norms of a velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct VelocityError {
     /// L2 norm of the error, `(∫ |u_h - u|^2)^(1/2)`.
     pub l2: f64,

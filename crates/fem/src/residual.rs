@@ -7,6 +7,9 @@ use rayon::prelude::*;
 use crate::FemError;
 use crate::check::{check_array, check_length, check_vectors};
 
+/// Number of rows per task: enough work to outweigh its start.
+const ROWS_PER_TASK: usize = 256;
+
 /// Residual of the momentum equation without load, `r = K u + B^T p`.
 ///
 /// For a solution without body force it is zero at the free nodes; at the nodes on a body it is the
@@ -36,7 +39,7 @@ pub fn momentum_residual(
     residual
         .par_iter_mut()
         .enumerate()
-        .with_min_len(256)
+        .with_min_len(ROWS_PER_TASK)
         .for_each(|(row, r)| {
             for k in starts.outer_inds_sz(row) {
                 *r += values[k] * velocity[columns[k] as usize];

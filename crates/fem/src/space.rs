@@ -118,7 +118,7 @@ impl TaylorHood {
     }
 }
 
-/// Number of cells per task of the hash.
+/// Number of cells per task of the hash, fixed, because the hash depends on it.
 const CELLS_PER_HASH: usize = 4096;
 
 /// Hash of the connectivity.

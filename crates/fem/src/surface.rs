@@ -10,6 +10,7 @@ use crate::sum::sum_over;
 ///
 /// The part is closed by itself or together with symmetry planes.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SurfaceMeasures {
     /// Area of the discrete surface.
     pub area: f64,

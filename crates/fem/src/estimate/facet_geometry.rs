@@ -11,8 +11,12 @@ use crate::load::{facet_cell_point, velocity_gradient};
 use crate::quadrature::facet_degree_6;
 use crate::surface::{facet_nodes, position_and_normal, tagged_facets};
 
+/// Number of facets per task: enough work to outweigh its start.
+const FACETS_PER_TASK: usize = 64;
+
 /// A sphere that is approximated by the facets with a tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CurvedBoundary {
     /// Index into [`TetMesh::tags`].
     pub tag: u16,
@@ -22,6 +26,18 @@ pub struct CurvedBoundary {
     pub radius: f64,
     /// Whether the fluid is inside the sphere.
     pub is_wall: bool,
+}
+
+impl CurvedBoundary {
+    /// Sphere for the facets with `tag`; `is_wall` if the fluid is inside it.
+    pub fn sphere(tag: u16, centre: Vec3, radius: f64, is_wall: bool) -> Self {
+        Self {
+            tag,
+            centre,
+            radius,
+            is_wall,
+        }
+    }
 }
 
 /// Geometry error: effect on functionals of the flow of straight facets that approximate spheres.
@@ -134,7 +150,7 @@ impl<'a> FacetGeometry<'a> {
         &self,
         f: impl Fn(&Facet, &CurvedBoundary) -> Result<T, FemError> + Sync,
     ) -> Result<Vec<T>, FemError> {
-        let facets = self.facets.par_iter().with_min_len(64);
+        let facets = self.facets.par_iter().with_min_len(FACETS_PER_TASK);
         facets.map(|(facet, boundary)| f(facet, boundary)).collect()
     }
 
@@ -189,12 +205,8 @@ mod tests {
     #[test]
     fn shear_is_zero_for_rigid_motion_and_the_rate_for_shear_flow() {
         let mesh = cube();
-        let ball = CurvedBoundary {
-            tag: mesh.tag("z1").unwrap(),
-            centre: Vec3::new(0.5, 0.5, 0.5),
-            radius: 1.0,
-            is_wall: true,
-        };
+        let tag = mesh.tag("z1").unwrap();
+        let ball = CurvedBoundary::sphere(tag, Vec3::new(0.5, 0.5, 0.5), 1.0, true);
         let geometry = FacetGeometry::new(&mesh, &[ball]).unwrap();
         let flow = |f: fn(&Vec3) -> Vec3| -> Vec<Vec3> { mesh.points().iter().map(f).collect() };
         let rigid = flow(|x| Vec3::new(1.0, 2.0, 3.0) + Vec3::new(0.3, -0.2, 0.1).cross(x));

@@ -10,6 +10,7 @@ use crate::sum::accumulate_cells;
 
 /// Estimate of `K(e_a, e_b)` as a functional of the flow `b`: `velocity · u_b + pressure · p_b`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ErrorFunctional {
     /// Load at each node.
     pub velocity: Vec<Vec3>,

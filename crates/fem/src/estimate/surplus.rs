@@ -20,7 +20,8 @@ use crate::sum::{accumulate_cells, sum_over};
 ///             = M_ab - M_h,ab    mobilities, with the flows of unit loads a, b
 /// ```
 ///
-/// The adjoint solution of such a functional is a flow of the same kind.
+/// These functionals are self-adjoint: the flows `a` and `b` are their adjoint solutions, so no
+/// other problem has to be solved.
 ///
 /// Estimate: the velocity is extended by bubbles `φ_i`, six edge and four face functions per cell.
 /// Bubbles on the boundary, where the velocity is prescribed, and the normal components on symmetry
@@ -39,8 +40,8 @@ use crate::sum::{accumulate_cells, sum_over};
 /// Without the second term the ratio is 0.9 to 1.6, larger where the pressure matters more. With
 /// fewer than three elements between body and wall it is up to 1.45.
 ///
-/// On a part of the fluid between symmetry planes ([`mesh::SYMMETRY_PLANE_TAGS`]) all estimates are those
-/// of the part: those of the whole divided by the number of parts.
+/// On a part of the fluid between symmetry planes ([`mesh::SYMMETRY_PLANE_TAGS`]) all estimates are
+/// those of the part: those of the whole divided by the number of parts.
 pub struct SurplusSpace {
     pub(super) bubbles: Bubbles,
 }
@@ -54,7 +55,7 @@ pub struct Surplus {
     pub(super) divergence: Vec<[f64; POINTS]>,
 }
 
-/// Number of cells per task.
+/// Number of cells per task: enough work to outweigh its start.
 const CELLS_PER_TASK: usize = 256;
 
 impl SurplusSpace {
