@@ -179,10 +179,9 @@ impl Estimator<'_> {
         for (value, of_facets) in functional.velocity.iter_mut().zip(of_facets) {
             *value -= of_facets;
         }
-        let forces: Vec<f64> = (functional.velocity.iter())
-            .flat_map(|force| [force.x, force.y, force.z])
-            .collect();
-        Ok(self.system.rhs_of_forces(&forces, &functional.pressure)?)
+        Ok(self
+            .system
+            .rhs_of_forces(&functional.velocity, &functional.pressure)?)
     }
 
     /// The loads for the spreads of a flow's velocities, one a linkage.
