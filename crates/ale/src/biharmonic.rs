@@ -1,11 +1,12 @@
 //! Extension by the biharmonic equation with zero normal derivative on the boundary.
 
+use fem::DirichletCondition;
 use linalg::{
     Bordered, Csr, LinearOperator, Multigrid, MultigridParams, Preconditioner, PreconditionerKind,
 };
 use mesh::{TetMesh, Vec3};
 
-use crate::split::{Split, krylov, scalar_product};
+use crate::extension::{extend, krylov, scalar_product};
 use crate::{AleError, MeshMotion, MovingMesh};
 
 /// Biharmonic extension: `Δ² d = 0` for each component, with `∂d/∂n = 0` on the boundary.
@@ -21,7 +22,7 @@ pub struct Biharmonic;
 
 /// The operator `K M^-1 K` on the free vertices.
 struct BiharmonicOperator<'a> {
-    split: &'a Split,
+    condition: &'a DirichletCondition,
     stiffness: &'a Csr,
     inverse_mass: &'a [f64],
 }
@@ -39,7 +40,7 @@ impl BiharmonicOperator<'_> {
 
 impl LinearOperator for BiharmonicOperator<'_> {
     fn rows(&self) -> usize {
-        3 * self.split.len()
+        3 * self.condition.n_free()
     }
 
     fn cols(&self) -> usize {
@@ -48,8 +49,8 @@ impl LinearOperator for BiharmonicOperator<'_> {
 
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         let mut d = vec![Vec3::zeros(); self.inverse_mass.len()];
-        self.split.scatter(x, &mut d);
-        y.copy_from_slice(&self.split.gather(&self.image(&d)));
+        self.condition.expand(x, &mut d);
+        y.copy_from_slice(&self.condition.restrict(&self.image(&d)));
     }
 
     fn is_symmetric(&self) -> bool {
@@ -103,30 +104,38 @@ impl MeshMotion for Biharmonic {
     }
 
     fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError> {
-        let split = Split::new(moving.prescribed);
-        if split.len() == 0 {
+        let condition = DirichletCondition::new(moving.prescribed);
+        if condition.n_free() == 0 {
             return Ok(());
         }
         let stiffness = moving.space.vertex_stiffness(moving.mesh)?;
         let mass = lumped_mass(moving.mesh);
         let inverse_mass: Vec<f64> = mass.iter().map(|m| 1.0 / m).collect();
-        let free = Bordered::scalar(split.free_block(&stiffness, 1))?;
+        let free = Bordered::scalar(condition.restrict_matrix(&stiffness, 1))?;
         let free_mass = (0..mass.len())
             .filter(|&v| !moving.prescribed[v])
             .map(|v| mass[v]);
         let mut preconditioner = TwoCycles {
             cycle: Multigrid::new(&free, &MultigridParams::default())?,
             mass: free_mass.collect(),
-            between: vec![0.0; 3 * split.len()],
+            between: vec![0.0; 3 * condition.n_free()],
         };
         let operator = BiharmonicOperator {
-            split: &split,
+            condition: &condition,
             stiffness: &stiffness,
             inverse_mass: &inverse_mass,
         };
         let params = krylov(3000).with_rel_tol(TOLERANCE);
         let apply = |field: &[Vec3]| operator.image(field);
-        Ok(split.solve(&apply, &operator, &mut preconditioner, &params, fields)?)
+        extend(
+            &condition,
+            &apply,
+            &operator,
+            &mut preconditioner,
+            &params,
+            fields,
+        )?;
+        Ok(())
     }
 }
 

@@ -1,9 +1,10 @@
 //! Extension as the displacement of a linear elastic solid with stiff small elements.
 
+use fem::DirichletCondition;
 use linalg::{Bordered, Csr, LinearOperator, Multigrid, MultigridParams};
 use mesh::Vec3;
 
-use crate::split::{Split, krylov, product};
+use crate::extension::{extend, krylov, product};
 use crate::{AleError, MeshMotion, MovingMesh, Stiffening};
 
 /// Linear elasticity with Jacobian-based stiffening of exponent one (Stein, Tezduyar & Benney,
@@ -61,8 +62,8 @@ impl MeshMotion for Elastic {
                 range: "at least 0 and below 1/2",
             });
         }
-        let split = Split::new(moving.prescribed);
-        if split.len() == 0 {
+        let condition = DirichletCondition::new(moving.prescribed);
+        if condition.n_free() == 0 {
             return Ok(());
         }
         let coefficients = Stiffening::InverseVolume.coefficients(moving.mesh);
@@ -73,7 +74,7 @@ impl MeshMotion for Elastic {
         let scalar = moving
             .space
             .weighted_vertex_stiffness(moving.mesh, &coefficients)?;
-        let scalar = Bordered::scalar(split.free_block(&scalar, 1))?;
+        let scalar = Bordered::scalar(condition.restrict_matrix(&scalar, 1))?;
         let mut multigrid = Multigrid::new(&scalar, &MultigridParams::default())?;
         let apply = |field: &[Vec3]| {
             let interleaved: Vec<f64> = field.iter().flat_map(|&d| <[f64; 3]>::from(d)).collect();
@@ -86,7 +87,16 @@ impl MeshMotion for Elastic {
                 .map(|&d| Vec3::from(d))
                 .collect()
         };
-        let operator = FreeBlock(split.free_block(&elastic, 3));
-        Ok(split.solve(&apply, &operator, &mut multigrid, &krylov(1000), fields)?)
+        let operator = FreeBlock(condition.restrict_matrix(&elastic, 3));
+        let params = krylov(1000);
+        extend(
+            &condition,
+            &apply,
+            &operator,
+            &mut multigrid,
+            &params,
+            fields,
+        )?;
+        Ok(())
     }
 }

@@ -1,9 +1,10 @@
 //! Harmonic extension: a scalar diffusion equation.
 
+use fem::DirichletCondition;
 use linalg::{Bordered, Multigrid, MultigridParams};
 use mesh::Vec3;
 
-use crate::split::{Split, krylov, scalar_product};
+use crate::extension::{extend, krylov, scalar_product};
 use crate::{AleError, MeshMotion, MovingMesh, Stiffening};
 
 /// Harmonic extension: `∇·(c ∇d) = 0` for each component, with the coefficient of a [`Stiffening`].
@@ -30,17 +31,26 @@ impl MeshMotion for Harmonic {
     }
 
     fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError> {
-        let split = Split::new(moving.prescribed);
-        if split.len() == 0 {
+        let condition = DirichletCondition::new(moving.prescribed);
+        if condition.n_free() == 0 {
             return Ok(());
         }
         let coefficients = self.0.coefficients(moving.mesh);
         let stiffness = moving
             .space
             .weighted_vertex_stiffness(moving.mesh, &coefficients)?;
-        let operator = Bordered::scalar(split.free_block(&stiffness, 1))?;
+        let operator = Bordered::scalar(condition.restrict_matrix(&stiffness, 1))?;
         let mut multigrid = Multigrid::new(&operator, &MultigridParams::default())?;
         let apply = |field: &[Vec3]| scalar_product(&stiffness, field);
-        Ok(split.solve(&apply, &operator, &mut multigrid, &krylov(300), fields)?)
+        let params = krylov(300);
+        extend(
+            &condition,
+            &apply,
+            &operator,
+            &mut multigrid,
+            &params,
+            fields,
+        )?;
+        Ok(())
     }
 }

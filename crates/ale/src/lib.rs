@@ -5,12 +5,12 @@ mod biharmonic;
 mod bodies;
 mod elastic;
 mod error;
+mod extension;
 mod harmonic;
 mod incremental_map;
 mod motion;
 mod rbf;
 mod reference_map;
-mod split;
 mod stiffening;
 
 pub use biharmonic::Biharmonic;

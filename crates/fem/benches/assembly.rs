@@ -1,4 +1,4 @@
-//! Cells a second of the symbolic phase and of the matrices of a saddle system, on affine and on curved meshes.
+//! Cells per second of the symbolic phase and of the assembly, on affine and on curved meshes.
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
@@ -26,13 +26,15 @@ fn assembly(c: &mut Criterion) {
             &mut c.benchmark_group(format!("affine_{}", affine.n_cells())),
             &affine,
         );
-        // A shear that bends every cell a little: x + 0.1 y^2.
+        // The shear x + 0.1 y^2 bends every cell slightly.
         let bent = affine
             .points()
             .iter()
             .map(|x| x + mesh::Vec3::x() * (0.1 * x.y * x.y))
             .collect();
-        let curved = affine.with_points(bent).expect("a shear inverts no cell");
+        let curved = affine
+            .with_points(bent)
+            .expect("no cell is inverted by a shear");
         matrices(
             &mut c.benchmark_group(format!("curved_{}", curved.n_cells())),
             &curved,

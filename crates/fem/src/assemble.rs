@@ -1,9 +1,10 @@
-//! Numeric phase: one parallel kernel for every form.
+//! Numeric phase of the assembly: one parallel kernel for every bilinear form.
 //!
-//! Rows are gathered, not scattered: the row of a node collects the contributions of the cells around it in ascending
-//! order, so tasks own disjoint rows, need no locks, and the result does not depend on how many threads there are.
-//! What a cell has in common for all its rows is prepared once: a few numbers on an affine cell, the whole element
-//! matrix on a curved one.
+//! Matrices are assembled row by row: the row of a node collects the contributions of the cells
+//! around the node in ascending order of the cells. Tasks therefore own disjoint rows, need no
+//! locks, and the result does not depend on the number of threads. The data that all rows of a
+//! cell use is computed once per cell: a few numbers for an affine cell, the whole element matrix
+//! for a curved one.
 
 use mesh::TetMesh;
 use rayon::prelude::*;
@@ -13,25 +14,25 @@ use crate::geometry::{Affine, CellNodes};
 use crate::pattern::{ROWS_PER_TASK, split_rows};
 use crate::{FemError, TaylorHood};
 
-/// A bilinear form with `R` rows and `C` columns a cell.
+/// A bilinear form whose element matrices have `R` rows and `C` columns.
 pub(crate) trait Form<const R: usize, const C: usize>: Sync {
-    /// What a pair of unknowns contributes.
+    /// Entry of the element matrix for a pair of shape functions.
     type Entry: Entry;
-    /// What all rows of an affine cell share.
-    type Shared: Copy + Send + Sync;
+    /// Data of an affine cell that all its rows use.
+    type AffineData: Copy + Send + Sync;
 
-    /// The shared part of an affine cell.
-    fn share(&self, cell: usize, affine: &Affine) -> Self::Shared;
+    /// Computes the data of an affine cell that all its rows use.
+    fn affine_data(&self, cell: usize, affine: &Affine) -> Self::AffineData;
 
     /// Row `local` of the element matrix of an affine cell.
-    fn affine_row(shared: &Self::Shared, local: usize) -> [Self::Entry; C];
+    fn affine_row(data: &Self::AffineData, local: usize) -> [Self::Entry; C];
 
-    /// The element matrix of a curved cell.
+    /// Element matrix of a curved cell.
     fn curved(&self, cell: usize, nodes: &CellNodes) -> Result<[[Self::Entry; C]; R], FemError>;
 }
 
-/// The matrix of assembled values on a sparsity that others share.
-pub(crate) fn on_pattern<T: Copy>(
+/// Matrix of assembled values with a copy of the given sparsity pattern.
+pub(crate) fn matrix_on_pattern<T: Copy>(
     shape: (usize, usize),
     row_starts: &[usize],
     columns: &[u32],
@@ -39,13 +40,13 @@ pub(crate) fn on_pattern<T: Copy>(
 ) -> CsMatI<T, u32, usize> {
     let (starts, columns) = rayon::join(
         || row_starts.to_vec(),
-        // every thread touches its share of the copy's pages first
+        // In parallel, so that each thread is the first to touch its part of the pages of the copy.
         || columns.par_iter().copied().collect(),
     );
     CsMatI::new(shape, starts, columns, values)
 }
 
-/// A matrix entry that contributions can be added to.
+/// A matrix entry to which the contributions of cells are added.
 pub(crate) trait Entry: Copy + Default + Send + Sync {
     /// `self <- self + contribution`.
     fn add(&mut self, contribution: Self);
@@ -65,15 +66,15 @@ impl Entry for [f64; 3] {
     }
 }
 
-/// A prepared cell.
+/// Data of a cell, computed before the rows are assembled.
 enum Prepared<S> {
     Affine(S),
-    /// Index into the element matrices of the curved cells.
+    /// Index into the list of the element matrices of the curved cells.
     Curved(usize),
 }
 
 impl TaylorHood {
-    /// The values of `form` in the rows that `row_starts` describes.
+    /// Values of `form` in the rows of the pattern that `row_starts` delimits.
     pub(crate) fn assemble<const R: usize, const C: usize, F: Form<R, C>>(
         &self,
         mesh: &TetMesh,
@@ -87,22 +88,25 @@ impl TaylorHood {
             .into_par_iter()
             .enumerate()
             .for_each(|(task, values)| {
-                // A page of fresh memory that is read before it is written is mapped twice, the second time with all cores interrupted.
+                // A fresh page of memory that is read before it is written is mapped twice, and
+                // the second mapping interrupts all cores.
                 values.fill(F::Entry::default());
                 let first = task * ROWS_PER_TASK;
                 let last = (first + ROWS_PER_TASK).min(row_starts.len() - 1);
                 for row in first..last {
                     let start = row_starts[row] - row_starts[first];
                     let values = &mut values[start..];
-                    for visit in self.pattern.first_visit[row]..self.pattern.first_visit[row + 1] {
-                        let places = &self.pattern.places[visit];
-                        let visit = self.pattern.visits[visit];
-                        let contributions = match &prepared[visit.cell()] {
-                            Prepared::Affine(shared) => F::affine_row(shared, visit.local()),
-                            Prepared::Curved(index) => curved[*index][visit.local()],
+                    for k in
+                        self.pattern.incidence_starts[row]..self.pattern.incidence_starts[row + 1]
+                    {
+                        let positions = &self.pattern.positions[k];
+                        let incidence = self.pattern.incidences[k];
+                        let contributions = match &prepared[incidence.cell()] {
+                            Prepared::Affine(data) => F::affine_row(data, incidence.local()),
+                            Prepared::Curved(index) => curved[*index][incidence.local()],
                         };
                         for j in 0..C {
-                            values[places[j] as usize].add(contributions[j]);
+                            values[positions[j] as usize].add(contributions[j]);
                         }
                     }
                 }
@@ -110,20 +114,21 @@ impl TaylorHood {
         Ok(values)
     }
 
-    /// A matrix of quadratic elements.
-    pub(crate) fn on_nodes<T: Copy>(&self, values: Vec<T>) -> CsMatI<T, u32, usize> {
+    /// Matrix on the quadratic elements with the given values.
+    pub(crate) fn node_matrix<T: Copy>(&self, values: Vec<T>) -> CsMatI<T, u32, usize> {
         let shape = (self.n_points(), self.n_points());
         let pattern = &self.pattern;
-        on_pattern(shape, &pattern.row_starts, &pattern.columns, values)
+        matrix_on_pattern(shape, &pattern.row_starts, &pattern.columns, values)
     }
 }
 
-/// Shared parts of the affine cells and element matrices of the curved ones.
+/// Data of all cells, and the element matrices of the curved ones.
 type PreparedCells<const R: usize, const C: usize, F> = (
-    Vec<Prepared<<F as Form<R, C>>::Shared>>,
+    Vec<Prepared<<F as Form<R, C>>::AffineData>>,
     Vec<[[<F as Form<R, C>>::Entry; C]; R]>,
 );
 
+/// Prepares all cells in parallel.
 fn prepare<const R: usize, const C: usize, F: Form<R, C>>(
     mesh: &TetMesh,
     form: &F,
@@ -133,8 +138,9 @@ fn prepare<const R: usize, const C: usize, F: Form<R, C>>(
         .with_min_len(ROWS_PER_TASK)
         .map(|_| Prepared::Curved(0))
         .collect();
-    // In place, for results are collected in lists that one thread joins. The lowest cell is named, whichever thread meets its own first.
-    let refused = prepared
+    // In place, because one thread would have to join the lists of collected results. The error
+    // names the invalid cell of the lowest number, for any number of threads.
+    let first_error = prepared
         .par_iter_mut()
         .with_min_len(ROWS_PER_TASK)
         .enumerate()
@@ -142,14 +148,14 @@ fn prepare<const R: usize, const C: usize, F: Form<R, C>>(
         .filter_map(
             |(cell, prepared)| match Affine::new(cell, &mesh.cell_points(cell)) {
                 Ok(affine) => {
-                    *prepared = Prepared::Affine(form.share(cell, &affine));
+                    *prepared = Prepared::Affine(form.affine_data(cell, &affine));
                     None
                 }
                 Err(error) => Some((cell, error)),
             },
         )
         .min_by_key(|(cell, _)| *cell);
-    if let Some((_, error)) = refused {
+    if let Some((_, error)) = first_error {
         return Err(error);
     }
     let mut curved_cells = Vec::new();
@@ -161,7 +167,7 @@ fn prepare<const R: usize, const C: usize, F: Form<R, C>>(
     }
     let matrix = |&cell: &usize| form.curved(cell, &mesh.cell_points(cell));
     let curved: Result<Vec<_>, _> = curved_cells.par_iter().map(matrix).collect();
-    // again, for the first error in the order of the cells
+    // If a cell is invalid, repeat in order: the error names the invalid cell of the lowest number.
     let curved = curved.or_else(|_| curved_cells.iter().map(matrix).collect())?;
     Ok((prepared, curved))
 }

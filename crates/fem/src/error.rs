@@ -1,83 +1,79 @@
-//! What can go wrong between a mesh and its matrices.
+//! Errors of the assembly and of integrals over a mesh.
 
-/// An assembly or an integral that cannot be done, with the place and the remedy.
+/// Error of an assembly or an integral, with its place and the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FemError {
     /// The Jacobian of a cell's geometry map is not positive at a quadrature point.
     #[error(
-        "cell {cell} near ({:.4}, {:.4}, {:.4}) is inverted, flat or not finite: Jacobian {jacobian:.3e}; \
-         check the mesh's quality, use smaller elements there or remesh", at[0], at[1], at[2]
+        "cell {cell} near ({:.4}, {:.4}, {:.4}) is inverted, flat or not finite: \
+         Jacobian determinant {jacobian:.3e}; use smaller elements there or remesh",
+        at[0], at[1], at[2]
     )]
     InvertedCell {
         /// Index of the cell.
         cell: usize,
-        /// Mean of its vertices.
+        /// Mean position of its vertices.
         at: [f64; 3],
-        /// The offending Jacobian determinant.
+        /// Jacobian determinant.
         jacobian: f64,
     },
-    /// The mesh given is not the one whose sparsity the space holds.
+    /// The mesh differs from the one for which the space was built.
     #[error(
-        "the mesh has other cells than the one the space was made for ({found} cells, {expected} expected); \
-         call TaylorHood::new again after remeshing"
+        "the cells of the mesh are not those for which the space was built \
+         ({found} cells, {expected} expected); build the space again after remeshing"
     )]
     OtherMesh {
-        /// Cells of the mesh the space was made for.
+        /// Number of cells of the mesh for which the space was built.
         expected: usize,
-        /// Cells of the mesh given.
+        /// Number of cells of the given mesh.
         found: usize,
     },
-    /// A mesh too large for the index types.
-    #[error(
-        "{what} is {found}, more than the {limit} that the sparsity tables can hold; use a smaller mesh"
-    )]
+    /// A mesh that is too large for the index types.
+    #[error("{what} is {found}, but the index types allow at most {limit}; use a smaller mesh")]
     TooLarge {
-        /// The quantity.
+        /// Name of the quantity.
         what: &'static str,
         /// Its value.
         found: usize,
-        /// The largest value possible.
+        /// Largest allowed value.
         limit: usize,
     },
     /// An array of the wrong length.
-    #[error("{what} has {found} entries, {expected} expected")]
+    #[error("{what} has length {found}, expected {expected}")]
     Length {
-        /// The array.
+        /// Name of the array.
         what: &'static str,
         /// Its length.
         found: usize,
-        /// The length it should have.
+        /// Expected length.
         expected: usize,
     },
     /// A number that is NaN or infinite.
     #[error("{what} is not finite at index {index}")]
     NotFinite {
-        /// The array or quantity.
+        /// Name of the array or quantity.
         what: &'static str,
-        /// Where in it.
+        /// Index of the first entry, or nodal vector, that is not finite.
         index: usize,
     },
     /// A boundary tag without facets.
     #[error("no facet has tag {tag}; the mesh has {n_tags} tags")]
     EmptyTag {
-        /// The tag asked for.
+        /// The tag.
         tag: u16,
         /// Number of tags of the mesh.
         n_tags: usize,
     },
-    /// A solve that failed.
-    #[error(transparent)]
-    Linalg(#[from] linalg::LinalgError),
-    /// A boundary part that encloses no volume.
+    /// A part of the boundary that is not a closed surface.
     #[error(
-        "the facets with tag {tag} do not close: |oint n dS| is {gap:.3e} of their area; \
-         give every facet of a body the same tag"
+        "the facets with tag {tag} are not a closed surface: |∮ n dS| is {gap:.3e} of their area; \
+         give all facets of a body the same tag"
     )]
     OpenSurface {
         /// The tag.
         tag: u16,
-        /// Norm of the vector area over the area.
+        /// `|∮ n dS|` divided by the area.
         gap: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! Geometry of cells: affine ones in closed form, curved ones point by point.
+//! Geometry maps of cells: in closed form for affine cells, at quadrature points for curved ones.
 
 use mesh::{TET_EDGES, Vec3};
 use nalgebra::Matrix3;
@@ -7,24 +7,24 @@ use crate::FemError;
 use crate::quadrature::CellPoint;
 use crate::reference::vertex_gradients;
 
-/// The ten node positions of a cell.
+/// Positions of the ten nodes of a cell.
 pub(crate) type CellNodes = [Vec3; 10];
 
-/// An affine cell.
+/// Geometry of an affine cell.
 #[derive(Clone, Copy)]
 pub(crate) struct Affine {
-    /// `|T| grad l_a`, the gradients of the barycentric coordinates times the volume.
+    /// Gradients of the barycentric coordinates times the volume, `|T| ∇l_a`.
     pub scaled_gradients: [Vec3; 4],
-    /// `|T|`.
+    /// Volume `|T|`.
     pub volume: f64,
 }
 
 impl Affine {
-    /// The straight cell of the four vertices; an error unless its volume is positive.
+    /// Straight cell of the first four nodes; an error unless its volume is positive.
     pub fn new(cell: usize, nodes: &CellNodes) -> Result<Self, FemError> {
         let [x0, x1, x2, x3] = [nodes[0], nodes[1], nodes[2], nodes[3]];
         let (a, b, c) = (x1 - x0, x2 - x0, x3 - x0);
-        // grad l_1 = (b x c) / det and |T| = det / 6.
+        // ∇l_1 = (b × c) / det J and |T| = det J / 6.
         let (g1, g2, g3) = (b.cross(&c) / 6.0, c.cross(&a) / 6.0, a.cross(&b) / 6.0);
         let volume = g1.dot(&a);
         if !(volume > 0.0 && volume.is_finite()) {
@@ -36,13 +36,13 @@ impl Affine {
         })
     }
 
-    /// `g_e = |T| grad l_a . grad l_b` for the edges of [`TET_EDGES`].
+    /// `g_e = |T| ∇l_a · ∇l_b` for the edges `e = (a, b)` of [`TET_EDGES`].
     pub fn edge_weights(&self) -> [f64; 6] {
         let g = &self.scaled_gradients;
         TET_EDGES.map(|[a, b]| g[a].dot(&g[b]) / self.volume)
     }
 
-    /// The geometry map, the same everywhere; its measure is the Jacobian determinant.
+    /// Geometry map of the cell; its `measure` is the Jacobian determinant without a weight.
     pub fn map(&self) -> MapAt {
         let [_, g1, g2, g3] = self.scaled_gradients;
         MapAt {
@@ -51,7 +51,7 @@ impl Affine {
         }
     }
 
-    /// The geometry map at `point`, the same everywhere but for the weight.
+    /// Geometry map with the quadrature weight of `point`.
     pub fn map_at(&self, point: &CellPoint) -> MapAt {
         let map = self.map();
         MapAt {
@@ -61,18 +61,18 @@ impl Affine {
     }
 }
 
-/// The geometry map of a cell at one quadrature point.
+/// Geometry map of a cell at a quadrature point.
 pub(crate) struct MapAt {
-    /// Inverse transposed Jacobian: takes reference gradients to physical ones.
+    /// `J^-T`, which maps reference gradients to physical gradients.
     inverse_transpose: Matrix3<f64>,
-    /// Quadrature weight times Jacobian determinant.
+    /// Quadrature weight times the Jacobian determinant.
     pub measure: f64,
 }
 
 impl MapAt {
-    /// The map at `point`; an error unless its Jacobian is positive there.
+    /// Geometry map at `point`; an error unless its Jacobian determinant is positive there.
     pub fn new(cell: usize, nodes: &CellNodes, point: &CellPoint) -> Result<Self, FemError> {
-        // Columns of the Jacobian J: derivatives of the position by the reference coordinates.
+        // The columns of J are the derivatives of the position by the reference coordinates.
         let (mut a, mut b, mut c) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
         for (x, g) in nodes.iter().zip(&point.gradients) {
             a += x * g.x;
@@ -96,32 +96,33 @@ impl MapAt {
         point.gradients.map(|g| self.inverse_transpose * g)
     }
 
-    /// The physical gradient of a function with this gradient by the reference coordinates.
+    /// Physical gradient `J^-T g` of a function with the reference gradient `g`.
     pub fn physical(&self, reference: &Vec3) -> Vec3 {
         self.inverse_transpose * reference
     }
 
-    /// `(c, k) -> d u_c / d x_k` of a field with the derivatives `(c, k) -> d u_c / d xi_k`.
-    pub fn gradient(&self, slope: &Matrix3<f64>) -> Matrix3<f64> {
-        slope * self.inverse_transpose.transpose()
+    /// Physical gradient `∂u_c/∂x_k` of a vector field from its reference gradient `∂u_c/∂ξ_k`.
+    pub fn gradient(&self, reference: &Matrix3<f64>) -> Matrix3<f64> {
+        reference * self.inverse_transpose.transpose()
     }
 
-    /// The divergence of a field with the derivatives `(c, k) -> d u_c / d xi_k`.
-    pub fn divergence(&self, slope: &Matrix3<f64>) -> f64 {
-        slope.dot(&self.inverse_transpose)
+    /// Divergence of a vector field from its reference gradient `∂u_c/∂ξ_k`.
+    pub fn divergence(&self, reference: &Matrix3<f64>) -> f64 {
+        reference.dot(&self.inverse_transpose)
     }
 
-    /// The matrix of the product of physical gradients, `J^-1 J^-T`.
+    /// `J^-1 J^-T`: the product of two physical gradients is `g · (J^-1 J^-T) h` for reference
+    /// gradients `g` and `h`.
     pub fn metric(&self) -> Matrix3<f64> {
         self.inverse_transpose.tr_mul(&self.inverse_transpose)
     }
 
-    /// What gives a vector times a physical gradient from the reference gradient.
+    /// `J^-1 v`, whose product with a reference gradient is that of `v` with the physical gradient.
     pub fn pulled_back_vector(&self, vector: &Vec3) -> Vec3 {
         self.inverse_transpose.tr_mul(vector)
     }
 
-    /// What takes reference gradients to what `matrix` makes of the physical ones.
+    /// `M J^-T`, whose product with a reference gradient is that of `M` with the physical gradient.
     pub fn pulled_back(&self, matrix: &Matrix3<f64>) -> Matrix3<f64> {
         matrix * self.inverse_transpose
     }
@@ -132,6 +133,7 @@ impl MapAt {
     }
 }
 
+/// The error for a cell whose Jacobian determinant is not positive.
 fn inverted(cell: usize, nodes: &CellNodes, jacobian: f64) -> FemError {
     let at = (nodes[0] + nodes[1] + nodes[2] + nodes[3]) / 4.0;
     FemError::InvertedCell {
@@ -146,7 +148,7 @@ mod tests {
     use super::*;
     use crate::quadrature::{degree_2, degree_5};
 
-    /// The reference tet with its midside nodes halfway.
+    /// Nodes of the straight reference tetrahedron.
     fn reference() -> CellNodes {
         let x = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
         let m = TET_EDGES.map(|[i, j]| 0.5 * (x[i] + x[j]));
@@ -154,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn affine_and_pointwise_maps_agree() {
+    fn affine_map_equals_the_map_at_quadrature_points() {
         let nodes =
             reference().map(|x| Vec3::new(x.x + 0.3 * x.y, 2.0 * x.y - x.z, 0.1 * x.x + x.z));
         let affine = Affine::new(0, &nodes).unwrap();
@@ -171,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn inverted_flat_and_infinite_cells_are_errors_with_their_place() {
+    fn inverted_flat_and_non_finite_cells_are_errors() {
         let mirrored = reference().map(|x| Vec3::new(-x.x, x.y, x.z));
         let flat = reference().map(|x| Vec3::new(x.x, x.y, 0.0));
         let nan = reference().map(|x| Vec3::new(f64::NAN, x.y, x.z));
@@ -190,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_folded_by_one_midside_node_is_an_error() {
+    fn a_cell_folded_by_a_displaced_midside_node_is_an_error() {
         let mut nodes = reference();
         nodes[4] = Vec3::new(1.2, 0.0, 0.0);
         assert!(

@@ -1,100 +1,52 @@
-//! Forces and torques that bodies exert on the fluid, by residual and by stress.
+//! Forces and torques that bodies exert on the fluid, from the residual and from the stress.
 
-use linalg::{Csr, Csr3};
 use mesh::{Facet, TetMesh, Vec3};
 use nalgebra::Matrix3;
-use rayon::prelude::*;
 
 use crate::FemError;
-use crate::check::check_array;
+use crate::check::{check_array, check_vectors};
 use crate::geometry::MapAt;
 use crate::quadrature::{CellPoint, FacetPoint, facet_degree_6};
 use crate::sum::sum_over;
 use crate::surface::{facet_nodes, position_and_normal, surface_measures, tagged_facets};
 
-/// Force and torque exerted by a body on the fluid, at viscosity 1: the drag on a moving body has the sign of its
-/// velocity.
+/// Force and torque that a body exerts on the fluid, at viscosity 1.
+///
+/// The force of a body that moves through fluid at rest has the direction of its velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LoadOnFluid {
     /// Force.
     pub force: Vec3,
-    /// Torque about the centre asked for.
+    /// Torque about the given centre.
     pub torque: Vec3,
 }
 
-/// The residual of momentum without loads, `r = K u + B^T p`: zero at free nodes of a solution, the nodal forces of
-/// the bodies on the fluid at theirs.
+/// Force and torque of a body from the residual of the momentum equation (consistent load).
 ///
-/// Shapes: `stiffness` and `divergence` as [`TaylorHood::stiffness`](crate::TaylorHood::stiffness) and
-/// [`TaylorHood::divergence`](crate::TaylorHood::divergence) make them, over all points; `velocity` and the result
-/// `3 n_points` (`3 j + c` is component `c` at point `j`); `pressure` `n_vertices`.
-/// # Errors
-/// Shapes that do not fit; a velocity or pressure that is not finite.
-pub fn momentum_residual(
-    stiffness: &Csr,
-    divergence: &Csr3,
-    velocity: &[f64],
-    pressure: &[f64],
-) -> Result<Vec<f64>, FemError> {
-    let n = stiffness.rows();
-    let expect = |what, found, expected| {
-        if found == expected {
-            Ok(())
-        } else {
-            Err(FemError::Length {
-                what,
-                found,
-                expected,
-            })
-        }
-    };
-    expect("a row of the stiffness matrix", stiffness.cols(), n)?;
-    expect("a row of the divergence", divergence.cols(), n)?;
-    check_array("the velocity", velocity, 3 * n)?;
-    check_array("the pressure", pressure, divergence.rows())?;
-
-    let mut residual = vec![0.0; 3 * n];
-    let (starts, columns, values) = (stiffness.indptr(), stiffness.indices(), stiffness.data());
-    residual
-        .par_chunks_mut(3)
-        .enumerate()
-        .with_min_len(256)
-        .for_each(|(row, r)| {
-            for k in starts.outer_inds_sz(row) {
-                let u = &velocity[3 * columns[k] as usize..][..3];
-                for c in 0..3 {
-                    r[c] += values[k] * u[c];
-                }
-            }
-        });
-    for (b, (row, column)) in divergence.iter() {
-        let (p, r) = (pressure[row as usize], 3 * column as usize);
-        for c in 0..3 {
-            residual[r + c] += b[c] * p;
-        }
-    }
-    Ok(residual)
-}
-
-/// Force and torque about `centre` of the body whose facets have `tag`, from the momentum residual:
-/// `F = sum r_b`, `T = sum (x_b - centre) x r_b + 2 |B_h| omega`.
+/// ```text
+/// F = sum_b r_b,   T = sum_b (x_b - centre) × r_b + 2 |B_h| ω
+/// ```
 ///
-/// These are the consistent loads: their error is the energy of the discretisation error, fourth order on curved
-/// cells. The last term turns the torque of the grad-grad form into that of the stress; `omega` is the angular
-/// velocity of the body, `|B_h|` its discrete volume. Needs velocities that are rigid on the body and zero or rigid
-/// on the rest of the boundary.
-/// Shapes: `residual` `3 n_points`, of [`momentum_residual`]. The force does not depend on the mean of the pressure
-/// beyond rounding: the surface is closed.
+/// The sums run over the nodes of the facets with `tag`. The error is the energy of the
+/// discretisation error, of fourth order on curved cells. The last term of the torque is the
+/// difference between the grad-grad form and the stress; `ω` is the angular velocity of the body
+/// and `|B_h|` its discrete volume. The velocity must be rigid on the body and zero or rigid on the
+/// rest of the boundary. The surface is closed, so the force does not depend on the mean of the
+/// pressure beyond rounding.
+///
+/// Shapes: `residual` `n_points`, from [`momentum_residual`].
+///
 /// # Errors
-/// As [`surface_measures`]; a residual of the wrong length or not finite.
+/// Those of [`surface_measures`]; a residual of the wrong length or not finite.
 pub fn consistent_load(
     mesh: &TetMesh,
     tag: u16,
-    residual: &[f64],
+    residual: &[Vec3],
     centre: Vec3,
     angular_velocity: Vec3,
 ) -> Result<LoadOnFluid, FemError> {
-    check_array("the residual", residual, 3 * mesh.n_points())?;
+    check_vectors("the residual", residual, mesh.n_points())?;
     let volume = surface_measures(mesh, tag)?.volume;
     let mut load = LoadOnFluid {
         force: Vec3::zeros(),
@@ -102,29 +54,35 @@ pub fn consistent_load(
     };
     for node in mesh.nodes_on(tag) {
         let node = node as usize;
-        let r = Vec3::from_column_slice(&residual[3 * node..3 * node + 3]);
+        let r = &residual[node];
         load.force += r;
-        load.torque += (mesh.points()[node] - centre).cross(&r);
+        load.torque += (mesh.points()[node] - centre).cross(r);
     }
     Ok(load)
 }
 
-/// Force and torque about `centre` of the body whose facets have `tag`, from the stress on its surface:
-/// `F = oint s n dS`, `T = oint (x - centre) x s n dS` with `s = -p 1 + grad u + grad u^T` and `n` out of the fluid.
+/// Force and torque of a body from the stress on its surface.
 ///
-/// A second path, independent of the matrices and right for every boundary condition, but of lower order (1.3 to 2
-/// measured) than [`consistent_load`]: for checks.
-/// Shapes: `velocity` `3 n_points`, `pressure` `n_vertices`.
+/// ```text
+/// F = ∮ σ n dS,   T = ∮ (x - centre) × σ n dS,   σ = -p I + ∇u + ∇u^T
+/// ```
+///
+/// The integrals run over the facets with `tag`; `n` points out of the fluid. This check of
+/// [`consistent_load`] does not use the matrices and holds for every boundary condition, but its
+/// order is lower (1.3 to 2 measured).
+///
+/// Shapes: `velocity` `n_points`, `pressure` `n_vertices`.
+///
 /// # Errors
 /// No facet has the tag; arrays of the wrong length or not finite; an inverted cell at the surface.
 pub fn stress_load(
     mesh: &TetMesh,
     tag: u16,
-    velocity: &[f64],
+    velocity: &[Vec3],
     pressure: &[f64],
     centre: Vec3,
 ) -> Result<LoadOnFluid, FemError> {
-    check_array("the velocity", velocity, 3 * mesh.n_points())?;
+    check_vectors("the velocity", velocity, mesh.n_points())?;
     check_array("the pressure", pressure, mesh.n_vertices())?;
     let facets = tagged_facets(mesh, tag)?;
     let [fx, fy, fz, tx, ty, tz] = sum_over(facets.len(), |k| {
@@ -155,9 +113,9 @@ pub fn stress_load(
     })
 }
 
-/// A point of a facet as one of its cell, which has these nodes.
+/// Quadrature point of a facet as a point of its cell, whose nodes are `nodes`.
 pub(crate) fn facet_cell_point(facet: &Facet, nodes: &[u32; 10], point: &FacetPoint) -> CellPoint {
-    // Of the cell's four vertices three are the facet's; the coordinate of the fourth is zero.
+    // Three of the four vertices of the cell are on the facet; the coordinate of the fourth is 0.
     let barycentric = [0, 1, 2, 3].map(|local| {
         let corner = facet.nodes[..3]
             .iter()
@@ -167,16 +125,15 @@ pub(crate) fn facet_cell_point(facet: &Facet, nodes: &[u32; 10], point: &FacetPo
     CellPoint::new(barycentric, point.weight)
 }
 
-/// `(c, k) -> d u_c / d x_k` in a cell with the given shape gradients.
+/// Velocity gradient `∂u_c/∂x_k` in a cell with the given gradients of the shape functions.
 pub(crate) fn velocity_gradient(
     nodes: &[u32; 10],
-    velocity: &[f64],
+    velocity: &[Vec3],
     gradients: &[Vec3; 10],
 ) -> Matrix3<f64> {
     let mut gradient = Matrix3::zeros();
     for (&node, g) in nodes.iter().zip(gradients) {
-        let u = Vec3::from_column_slice(&velocity[3 * node as usize..][..3]);
-        gradient += u * g.transpose();
+        gradient += velocity[node as usize] * g.transpose();
     }
     gradient
 }

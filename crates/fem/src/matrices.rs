@@ -1,11 +1,11 @@
-//! All matrices of Stokes flow on one mesh.
+//! All matrices of Stokes flow on a mesh.
 
 use linalg::{Csr, Csr3};
 use mesh::TetMesh;
 
 use crate::{FemError, TaylorHood};
 
-/// The matrices of Stokes flow with viscosity 1 over all nodes, and what multigrid needs to coarsen them.
+/// Matrices of Stokes flow with viscosity 1 over all nodes, and those that multigrid needs.
 #[derive(Clone, Debug)]
 pub struct StokesMatrices {
     /// [`TaylorHood::stiffness`].
@@ -21,9 +21,11 @@ pub struct StokesMatrices {
 }
 
 impl TaylorHood {
-    /// Assembles all matrices, side by side: while one is handed over, which one thread does, the others are computed.
+    /// Assembles all matrices concurrently.
     ///
-    /// Cost: the sum of the single ones'. The same for any number of threads.
+    /// Each matrix ends with a copy that a single thread makes; meanwhile the other threads
+    /// assemble. Cost: the sum of the costs of the matrices. The same for any number of threads.
+    ///
     /// # Errors
     /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
     pub fn matrices(&self, mesh: &TetMesh) -> Result<StokesMatrices, FemError> {

@@ -1,23 +1,25 @@
-//! Integrals over the fluid: dissipation, mean pressure, errors against a given flow.
+//! Integrals over the fluid: dissipation, mean pressure, errors against an exact flow.
 
 use mesh::{TetMesh, Vec3};
 use nalgebra::Matrix3;
 
 use crate::FemError;
-use crate::check::check_array;
+use crate::check::{check_array, check_vectors};
 use crate::geometry::{CellNodes, MapAt};
 use crate::load::velocity_gradient;
 use crate::quadrature::{CellPoint, degree_2, degree_5, degree_6};
 use crate::sum::sum_over;
 
-/// Rate of dissipation `2 int D(u):D(u)` at viscosity 1, `D` the symmetric gradient.
+/// Rate of dissipation `∫ 2 D(u):D(u)` at viscosity 1, with the symmetric gradient `D`.
 ///
-/// Shapes: `velocity` `3 n_points`. Quadrature is that of the stiffness matrix, so it equals
-/// `u^T (viscous block) u` to rounding.
+/// The quadrature is that of the viscous matrix `V` of
+/// [`TaylorHood::viscous_block`](crate::TaylorHood::viscous_block), so the result equals `u^T V u`
+/// to rounding. Shapes: `velocity` `n_points`.
+///
 /// # Errors
 /// A velocity of the wrong length or not finite; [`FemError::InvertedCell`].
-pub fn dissipation(mesh: &TetMesh, velocity: &[f64]) -> Result<f64, FemError> {
-    check_array("the velocity", velocity, 3 * mesh.n_points())?;
+pub fn dissipation(mesh: &TetMesh, velocity: &[Vec3]) -> Result<f64, FemError> {
+    check_vectors("the velocity", velocity, mesh.n_points())?;
     let [dissipation] = sum_over(mesh.cells().len(), |cell| {
         let nodes = mesh.cell_points(cell);
         let rule = if mesh.is_affine(cell) {
@@ -29,7 +31,7 @@ pub fn dissipation(mesh: &TetMesh, velocity: &[f64]) -> Result<f64, FemError> {
         for point in rule {
             let map = MapAt::new(cell, &nodes, point)?;
             let gradient = velocity_gradient(&mesh.cells()[cell], velocity, &map.gradients(point));
-            // 2 D:D = (G + G^T):(G + G^T) / 2.
+            // 2 D:D = (G + G^T):(G + G^T) / 2 for the velocity gradient G.
             sum += 0.5 * map.measure * (gradient + gradient.transpose()).norm_squared();
         }
         Ok([sum])
@@ -37,35 +39,38 @@ pub fn dissipation(mesh: &TetMesh, velocity: &[f64]) -> Result<f64, FemError> {
     Ok(dissipation)
 }
 
-/// Mean of the pressure over the fluid, `int p / |Omega|`.
+/// Mean of the pressure over the fluid, `∫ p / |Ω|`.
 ///
-/// Shapes: `pressure` `n_vertices`. Exact for quadratic cells.
+/// Exact on quadratic cells. Shapes: `pressure` `n_vertices`.
+///
 /// # Errors
 /// A pressure of the wrong length or not finite; [`FemError::InvertedCell`].
 pub fn mean_pressure(mesh: &TetMesh, pressure: &[f64]) -> Result<f64, FemError> {
     pressure_mean_error(mesh, pressure, &|_| 0.0)
 }
 
-/// Errors of a velocity.
+/// Error norms of a velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct VelocityError {
-    /// `(int |u_h - u|^2)^(1/2)`.
+    /// L2 norm of the error, `(∫ |u_h - u|^2)^(1/2)`.
     pub l2: f64,
-    /// `(int |grad u_h - grad u|^2)^(1/2)`.
+    /// H1 seminorm of the error, `(∫ |∇u_h - ∇u|^2)^(1/2)`.
     pub h1_seminorm: f64,
 }
 
-/// Errors of `velocity` against the flow `exact`, which gives `u` and its gradient `(c, k) -> d u_c / d x_k`.
+/// Error norms of `velocity` against the velocity and gradient `∂u_c/∂x_k` that `exact` returns.
 ///
-/// Shapes: `velocity` `3 n_points`. 24-point rule of degree 6 on every cell.
+/// Quadrature: 24 points per cell, degree 6. Shapes: `velocity` `n_points`.
+///
 /// # Errors
 /// A velocity of the wrong length or not finite; `exact` not finite; [`FemError::InvertedCell`].
 pub fn velocity_error(
     mesh: &TetMesh,
-    velocity: &[f64],
+    velocity: &[Vec3],
     exact: impl Fn(Vec3) -> (Vec3, Matrix3<f64>) + Sync,
 ) -> Result<VelocityError, FemError> {
-    check_array("the velocity", velocity, 3 * mesh.n_points())?;
+    check_vectors("the velocity", velocity, mesh.n_points())?;
     let sums = sum_over(mesh.cells().len(), |cell| {
         let positions = mesh.cell_points(cell);
         let nodes = &mesh.cells()[cell];
@@ -75,7 +80,7 @@ pub fn velocity_error(
             let (u, gradient) = exact(position(&positions, point));
             let mut difference = -u;
             for (&node, value) in nodes.iter().zip(point.shape) {
-                difference += value * Vec3::from_column_slice(&velocity[3 * node as usize..][..3]);
+                difference += value * velocity[node as usize];
             }
             let gradient = velocity_gradient(nodes, velocity, &map.gradients(point)) - gradient;
             sums[0] += map.measure * difference.norm_squared();
@@ -90,13 +95,13 @@ pub fn velocity_error(
     })
 }
 
-/// L2 error of `pressure` against `exact` with the best constant subtracted, `min_c (int (p_h - p - c)^2)^(1/2)`:
-/// the pressure of an enclosed flow is known up to a constant.
+/// L2 error of `pressure` up to a constant, `min_c (∫ (p_h - p - c)^2)^(1/2)`.
 ///
-/// Shapes: `pressure` `n_vertices`. 24-point rule of degree 6.
+/// The pressure of an enclosed flow is determined up to a constant, so the mean error is removed.
+/// Quadrature: 24 points per cell, degree 6. Shapes: `pressure` `n_vertices`.
+///
 /// # Errors
-/// A pressure of the wrong length or not finite; `exact` not finite;
-/// [`FemError::InvertedCell`].
+/// A pressure of the wrong length or not finite; `exact` not finite; [`FemError::InvertedCell`].
 pub fn pressure_error(
     mesh: &TetMesh,
     pressure: &[f64],
@@ -144,7 +149,8 @@ fn pressure_moments(
     })
 }
 
-fn position(nodes: &CellNodes, point: &CellPoint) -> Vec3 {
+/// Position of a quadrature point of a cell.
+pub(crate) fn position(nodes: &CellNodes, point: &CellPoint) -> Vec3 {
     nodes
         .iter()
         .zip(point.shape)

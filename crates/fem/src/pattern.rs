@@ -1,20 +1,22 @@
-//! Symbolic phase: which cells meet which nodes, and where each of their contributions goes.
+//! Symbolic phase of the assembly: sparsity pattern and positions of element-matrix entries in it.
 
 use mesh::TetMesh;
 use rayon::prelude::*;
 
 use crate::FemError;
 
-/// Matrix rows handled as one task. Fixed, so that results do not depend on the thread count; some thousand entries
-/// a task is enough work to hide its start.
+/// Number of matrix rows per task.
+///
+/// Fixed, so that results do not depend on the number of threads. A task then has some thousand
+/// nonzeros, enough work to outweigh its start.
 pub(crate) const ROWS_PER_TASK: usize = 512;
 
-/// A cell seen from one of its nodes: the cell and the node's local number, in one word.
+/// Incidence of a node and a cell: the cell and the local number of the node, packed in one word.
 #[derive(Clone, Copy)]
-pub(crate) struct Visit(u32);
+pub(crate) struct Incidence(u32);
 
-impl Visit {
-    /// Largest cell number that leaves four bits for the local number.
+impl Incidence {
+    /// Largest number of cells that leaves four bits for the local number.
     const MAX_CELLS: usize = 1 << 28;
 
     pub fn cell(self) -> usize {
@@ -26,33 +28,46 @@ impl Visit {
     }
 }
 
-/// The node-to-node sparsity of quadratic elements, and for every pair of a row and a cell the places in that row
-/// of the cell's ten columns.
+/// Sparsity pattern of quadratic elements, and where each row of each element matrix is added.
 ///
-/// Vertices come first and columns are sorted. Hence the first `n_vertices` rows are also the sparsity of the
-/// divergence, and the leading columns of these rows that of linear elements, with the same places.
+/// Vertices are numbered before midside nodes and columns are sorted. Therefore the first
+/// `n_vertices` rows are the pattern of the divergence, the leading columns of these rows are that
+/// of linear elements, and the positions within the rows are the same for all three.
 pub(crate) struct Pattern {
-    /// Visits of node `i` are `first_visit[i]..first_visit[i + 1]`, cells ascending.
-    pub first_visit: Vec<usize>,
-    pub visits: Vec<Visit>,
-    /// Places, counted from the start of the row, of the ten nodes of the visited cell.
-    pub places: Vec<[u16; 10]>,
+    /// The incidences of node `i` are `incidence_starts[i]..incidence_starts[i + 1]`, in ascending
+    /// order of the cells.
+    pub incidence_starts: Vec<usize>,
+    pub incidences: Vec<Incidence>,
+    /// For each incidence, positions of the ten nodes of the cell in the row of the node, counted
+    /// from the start of the row.
+    pub positions: Vec<[u16; 10]>,
     pub row_starts: Vec<usize>,
     pub columns: Vec<u32>,
 }
 
 impl Pattern {
-    /// The pattern of `mesh`.
+    /// Builds the pattern of `mesh`.
     pub fn new(mesh: &TetMesh) -> Result<Self, FemError> {
-        let (first_visit, visits) = visit_lists(mesh)?;
-        let mut places = vec![[0u16; 10]; visits.len()];
+        let (incidence_starts, incidences) = incidences_of_nodes(mesh)?;
+        let mut positions = vec![[0u16; 10]; incidences.len()];
         let rows = (0..mesh.n_points()).step_by(ROWS_PER_TASK);
-        let tasks: Vec<_> = rows.zip(split_rows(&mut places, &first_visit)).collect();
+        let tasks: Vec<_> = rows
+            .zip(split_rows(&mut positions, &incidence_starts))
+            .collect();
         let parts = tasks
             .into_par_iter()
             .map_init(
                 || vec![Mark::default(); mesh.n_points()],
-                |marks, (first, places)| rows_of(mesh, &first_visit, &visits, first, places, marks),
+                |marks, (first, positions)| {
+                    rows_of(
+                        mesh,
+                        &incidence_starts,
+                        &incidences,
+                        first,
+                        positions,
+                        marks,
+                    )
+                },
             )
             .collect::<Result<Vec<_>, _>>()?;
 
@@ -66,16 +81,17 @@ impl Pattern {
             columns.extend_from_slice(&part);
         }
         Ok(Self {
-            first_visit,
-            visits,
-            places,
+            incidence_starts,
+            incidences,
+            positions,
             row_starts,
             columns,
         })
     }
 }
 
-/// Splits `data`, whose row `i` is `starts[i]..starts[i + 1]`, into slices of [`ROWS_PER_TASK`] rows.
+/// Splits `data`, whose row `i` is `starts[i]..starts[i + 1]`, into slices of [`ROWS_PER_TASK`]
+/// rows.
 pub(crate) fn split_rows<'a, T>(mut data: &'a mut [T], starts: &[usize]) -> Vec<&'a mut [T]> {
     let n_rows = starts.len() - 1;
     (0..n_rows)
@@ -89,14 +105,14 @@ pub(crate) fn split_rows<'a, T>(mut data: &'a mut [T], starts: &[usize]) -> Vec<
         .collect()
 }
 
-/// The visits of every node, by counting.
-fn visit_lists(mesh: &TetMesh) -> Result<(Vec<usize>, Vec<Visit>), FemError> {
+/// Starts of the incidences of each node, and all incidences, by a counting sort.
+fn incidences_of_nodes(mesh: &TetMesh) -> Result<(Vec<usize>, Vec<Incidence>), FemError> {
     let cells = mesh.cells();
-    if cells.len() > Visit::MAX_CELLS {
+    if cells.len() > Incidence::MAX_CELLS {
         return Err(FemError::TooLarge {
             what: "the number of cells",
             found: cells.len(),
-            limit: Visit::MAX_CELLS,
+            limit: Incidence::MAX_CELLS,
         });
     }
     let mut first = vec![0usize; mesh.n_points() + 1];
@@ -107,42 +123,42 @@ fn visit_lists(mesh: &TetMesh) -> Result<(Vec<usize>, Vec<Visit>), FemError> {
         first[i] += first[i - 1];
     }
     let mut next = first.clone();
-    let mut visits = vec![Visit(0); 10 * cells.len()];
+    let mut incidences = vec![Incidence(0); 10 * cells.len()];
     for (cell, nodes) in cells.iter().enumerate() {
         for (local, &node) in nodes.iter().enumerate() {
-            visits[next[node as usize]] = Visit((cell as u32) << 4 | local as u32);
+            incidences[next[node as usize]] = Incidence((cell as u32) << 4 | local as u32);
             next[node as usize] += 1;
         }
     }
-    Ok((first, visits))
+    Ok((first, incidences))
 }
 
-/// Scratch of one column while a row is built.
+/// State of a column while rows are built.
 #[derive(Clone, Copy, Default)]
 struct Mark {
-    /// One more than the last row that had this column.
+    /// One more than the last row in which this column occurred.
     row: u32,
-    /// Its place in that row.
-    place: u16,
+    /// Its position in that row.
+    position: u16,
 }
 
-/// Lengths and columns of the rows from `first` on, as many as `places` covers, which is filled.
+/// Builds the [`ROWS_PER_TASK`] rows from `first` on: their lengths and columns; fills `positions`.
 fn rows_of(
     mesh: &TetMesh,
-    first_visit: &[usize],
-    visits: &[Visit],
+    incidence_starts: &[usize],
+    incidences: &[Incidence],
     first: usize,
-    places: &mut [[u16; 10]],
+    positions: &mut [[u16; 10]],
     marks: &mut [Mark],
 ) -> Result<(Vec<usize>, Vec<u32>), FemError> {
     let last = (first + ROWS_PER_TASK).min(mesh.n_points());
     let mut lengths = Vec::with_capacity(last - first);
     let mut columns: Vec<u32> = Vec::new();
     for row in first..last {
-        let visited = first_visit[row]..first_visit[row + 1];
+        let of_row = incidence_starts[row]..incidence_starts[row + 1];
         let start = columns.len();
-        for visit in &visits[visited.clone()] {
-            for &node in &mesh.cells()[visit.cell()] {
+        for incidence in &incidences[of_row.clone()] {
+            for &node in &mesh.cells()[incidence.cell()] {
                 let mark = &mut marks[node as usize];
                 if mark.row != row as u32 + 1 {
                     mark.row = row as u32 + 1;
@@ -159,12 +175,13 @@ fn rows_of(
             });
         }
         columns.sort_unstable();
-        for (place, &column) in columns.iter().enumerate() {
-            marks[column as usize].place = place as u16;
+        for (position, &column) in columns.iter().enumerate() {
+            marks[column as usize].position = position as u16;
         }
-        for visit in visited {
-            let nodes = &mesh.cells()[visits[visit].cell()];
-            places[visit - first_visit[first]] = nodes.map(|node| marks[node as usize].place);
+        for k in of_row {
+            let nodes = &mesh.cells()[incidences[k].cell()];
+            positions[k - incidence_starts[first]] =
+                nodes.map(|node| marks[node as usize].position);
         }
         lengths.push(columns.len());
     }

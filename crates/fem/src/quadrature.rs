@@ -1,7 +1,12 @@
-//! Symmetric quadrature rules with positive weights and inner points on the reference tetrahedron and triangle.
+//! Symmetric quadrature rules on the reference tetrahedron and triangle.
 //!
-//! Symmetric, so that a mirrored mesh gives mirrored matrices; positive, so that mass and stiffness matrices stay
-//! definite on every valid cell. Weights add up to the reference measure, 1/6 and 1/2.
+//! The rules are symmetric, so that a reflected mesh gives reflected matrices. Weights are positive
+//! and points lie inside, so that mass matrices are positive definite and stiffness matrices
+//! semidefinite on every valid cell. The weights sum to the reference measure, 1/6 and 1/2.
+//!
+//! Crates of Gauss rules, such as gauss-quad, are one-dimensional. Collapsed tensor products of
+//! Gauss-Jacobi rules are not symmetric and need more points: 27 instead of 14 for degree 5 and 64
+//! instead of 24 for degree 6.
 
 use std::sync::LazyLock;
 
@@ -9,7 +14,7 @@ use mesh::Vec3;
 
 use crate::reference::{shape_functions, shape_gradients};
 
-/// A quadrature point of the reference tetrahedron with the shape functions there.
+/// Quadrature point of the reference tetrahedron, with the values of the shape functions.
 pub(crate) struct CellPoint {
     /// Barycentric coordinates, which are the linear shape functions.
     pub barycentric: [f64; 4],
@@ -17,12 +22,12 @@ pub(crate) struct CellPoint {
     pub weight: f64,
     /// Quadratic shape functions.
     pub shape: [f64; 10],
-    /// Their derivatives by the reference coordinates.
+    /// Their gradients by the reference coordinates.
     pub gradients: [Vec3; 10],
 }
 
 impl CellPoint {
-    /// The shape functions at `barycentric`, to be weighted by `weight`.
+    /// Quadrature point at `barycentric` with the given weight.
     pub fn new(barycentric: [f64; 4], weight: f64) -> Self {
         Self {
             barycentric,
@@ -33,7 +38,7 @@ impl CellPoint {
     }
 }
 
-/// A quadrature point of the reference triangle.
+/// Quadrature point of the reference triangle.
 #[derive(Clone, Copy)]
 pub(crate) struct FacetPoint {
     /// Barycentric coordinates.
@@ -42,16 +47,16 @@ pub(crate) struct FacetPoint {
     pub weight: f64,
 }
 
-/// 4 points, exact for degree 2: enough for products of first derivatives on affine cells.
+/// Rule of 4 points and degree 2: exact for products of first derivatives on affine cells.
 pub(crate) fn degree_2() -> &'static [CellPoint] {
     static RULE: LazyLock<Vec<CellPoint>> = LazyLock::new(|| {
-        // a = (5 - sqrt 5) / 20; Hammer and Stroud, 1956.
+        // a = (5 - √5) / 20: Hammer and Stroud, 1956.
         tetrahedron(&[(0.25, orbit_31((5.0 - 5f64.sqrt()) / 20.0))])
     });
     &RULE
 }
 
-/// 14 points, exact for degree 5 (Walkington, 2000).
+/// Rule of 14 points and degree 5 (Walkington, 2000).
 pub(crate) fn degree_5() -> &'static [CellPoint] {
     static RULE: LazyLock<Vec<CellPoint>> = LazyLock::new(|| {
         tetrahedron(&[
@@ -66,7 +71,7 @@ pub(crate) fn degree_5() -> &'static [CellPoint] {
     &RULE
 }
 
-/// 24 points, exact for degree 6 (Keast, 1986).
+/// Rule of 24 points and degree 6 (Keast, 1986).
 pub(crate) fn degree_6() -> &'static [CellPoint] {
     static RULE: LazyLock<Vec<CellPoint>> = LazyLock::new(|| {
         tetrahedron(&[
@@ -85,7 +90,7 @@ pub(crate) fn degree_6() -> &'static [CellPoint] {
     &RULE
 }
 
-/// 12 points on the triangle, exact for degree 6 (Dunavant, 1985).
+/// Rule of 12 points and degree 6 on the triangle (Dunavant, 1985).
 pub(crate) fn facet_degree_6() -> &'static [FacetPoint] {
     static RULE: LazyLock<Vec<FacetPoint>> = LazyLock::new(|| {
         let mut points = Vec::with_capacity(12);
@@ -121,7 +126,7 @@ pub(crate) fn facet_degree_6() -> &'static [FacetPoint] {
     &RULE
 }
 
-/// Points of a rule from its orbits under the symmetry group, weights given for a tetrahedron of measure one.
+/// Points of a rule from its orbits under the symmetry group; weights are for a unit volume.
 fn tetrahedron(orbits: &[(f64, Vec<[f64; 4]>)]) -> Vec<CellPoint> {
     orbits
         .iter()
@@ -129,7 +134,7 @@ fn tetrahedron(orbits: &[(f64, Vec<[f64; 4]>)]) -> Vec<CellPoint> {
         .collect()
 }
 
-/// The four points `(b, a, a, a)`.
+/// The four permutations of `(b, a, a, a)`, `b = 1 - 3 a`.
 fn orbit_31(a: f64) -> Vec<[f64; 4]> {
     (0..4)
         .map(|i| {
@@ -140,7 +145,7 @@ fn orbit_31(a: f64) -> Vec<[f64; 4]> {
         .collect()
 }
 
-/// The six points `(a, a, b, b)`.
+/// The six permutations of `(a, a, b, b)`, `b = 1/2 - a`.
 fn orbit_22(a: f64) -> Vec<[f64; 4]> {
     pairs()
         .filter(|&(i, j)| i < j)
@@ -152,7 +157,7 @@ fn orbit_22(a: f64) -> Vec<[f64; 4]> {
         .collect()
 }
 
-/// The twelve points `(a, a, b, c)`.
+/// The twelve permutations of `(a, a, b, c)`, `c = 1 - 2 a - b`.
 fn orbit_211(a: f64, b: f64) -> Vec<[f64; 4]> {
     pairs()
         .map(|(i, j)| {
@@ -163,6 +168,7 @@ fn orbit_211(a: f64, b: f64) -> Vec<[f64; 4]> {
         .collect()
 }
 
+/// Ordered pairs of different vertices.
 fn pairs() -> impl Iterator<Item = (usize, usize)> {
     (0..4).flat_map(|i| (0..4).filter(move |&j| j != i).map(move |j| (i, j)))
 }
@@ -175,9 +181,9 @@ mod tests {
         (1..=n).map(f64::from).product()
     }
 
-    /// Largest error over the monomials `x^i y^j z^k` of total degree up to `degree`, relative to the integral.
-    fn worst(rule: &[CellPoint], degree: i32) -> f64 {
-        let mut worst = 0f64;
+    /// Largest relative error over the monomials `x^i y^j z^k` of total degree up to `degree`.
+    fn largest_error(rule: &[CellPoint], degree: i32) -> f64 {
+        let mut largest = 0f64;
         for i in 0..=degree {
             for j in 0..=degree - i {
                 for k in 0..=degree - i - j {
@@ -190,24 +196,25 @@ mod tests {
                         .sum();
                     let exact =
                         factorial(i) * factorial(j) * factorial(k) / factorial(i + j + k + 3);
-                    worst = worst.max((sum / exact - 1.0).abs());
+                    largest = largest.max((sum / exact - 1.0).abs());
                 }
             }
         }
-        worst
+        largest
     }
 
     #[test]
-    fn tetrahedron_rules_are_exact_up_to_their_degree_and_no_further() {
+    fn tetrahedron_rules_have_exactly_their_degree() {
         for (rule, degree) in [(degree_2(), 2), (degree_5(), 5), (degree_6(), 6)] {
             assert!(
-                worst(rule, degree) < 2e-14,
+                largest_error(rule, degree) < 2e-14,
                 "degree {degree}: {:e}",
-                worst(rule, degree)
+                largest_error(rule, degree)
             );
             assert!(
-                worst(rule, degree + 1) > 1e-6,
-                "degree {degree} is more than it says"
+                largest_error(rule, degree + 1) > 1e-6,
+                "a rule of degree {degree} is exact for degree {}",
+                degree + 1
             );
             assert!(
                 rule.iter()

@@ -1,13 +1,13 @@
-//! The reference tetrahedron: shape functions in barycentric coordinates and the integrals that affine cells need.
+//! Shape functions of the reference tetrahedron, and their integrals for affine cells.
 //!
-//! Node order is the mesh's: four vertices, then the midside nodes of [`TET_EDGES`]. The quadratic functions are
-//! `N_i = l_i (2 l_i - 1)` at vertices and `N_ij = 4 l_i l_j` at midside nodes, `l` the barycentric coordinates,
-//! which are also the linear (pressure) functions `psi_i = l_i`. Integrals are by
-//! `int l_a^p l_b^q ... / |T| = 3! p! q! ... / (3 + p + q + ...)!`.
+//! The node order is that of the mesh: four vertices, then the midside nodes of [`TET_EDGES`]. With
+//! the barycentric coordinates `l` the quadratic functions are `N_i = l_i (2 l_i - 1)` at vertices
+//! and `N_ij = 4 l_i l_j` at midside nodes; the linear (pressure) functions are `ψ_i = l_i`.
+//! Integrals use `∫ l_a^p l_b^q ... / |T| = 3! p! q! ... / (3 + p + q + ...)!`.
 
 use mesh::{TET_EDGES, Vec3};
 
-/// The ten quadratic shape functions at barycentric coordinates `l`.
+/// Values of the ten quadratic shape functions at barycentric coordinates `l`.
 pub(crate) fn shape_functions(l: [f64; 4]) -> [f64; 10] {
     let mut n = [0.0; 10];
     for i in 0..4 {
@@ -19,7 +19,9 @@ pub(crate) fn shape_functions(l: [f64; 4]) -> [f64; 10] {
     n
 }
 
-/// Derivatives of the ten shape functions by the reference coordinates `xi_k = l_{k+1}` (so `l_0 = 1 - sum xi`).
+/// Gradients of the ten shape functions by the reference coordinates `ξ_k = l_{k+1}`.
+///
+/// The first barycentric coordinate is `l_0 = 1 - sum_k ξ_k`.
 pub(crate) fn shape_gradients(l: [f64; 4]) -> [Vec3; 10] {
     let by_reference = |d: [f64; 4]| Vec3::new(d[1] - d[0], d[2] - d[0], d[3] - d[0]);
     let mut gradients = [Vec3::zeros(); 10];
@@ -37,27 +39,30 @@ pub(crate) fn shape_gradients(l: [f64; 4]) -> [Vec3; 10] {
     gradients
 }
 
-/// Derivatives of the four barycentric coordinates by the reference coordinates.
+/// Gradients of the four barycentric coordinates by the reference coordinates.
 pub(crate) fn vertex_gradients() -> [Vec3; 4] {
     [-Vec3::repeat(1.0), Vec3::x(), Vec3::y(), Vec3::z()]
 }
 
-/// Stiffness of an affine cell by edge weights: `K_ij = sum_e S[i][e][j] g_e` with `g_e = |T| grad l_a . grad l_b`
-/// for edge `e = (a, b)` of [`TET_EDGES`].
+/// Table `S` of the stiffness matrix of an affine cell, `K_ij = sum_e S[i][e][j] g_e`.
 ///
-/// With `C_ijab = int d_a N_i d_b N_j / |T|` one has `K_ij = sum_ab C_ijab g_ab`; the barycentric gradients add up to
-/// zero, hence `g_aa = -sum_(b != a) g_ab` and six weights are left: `S = C_ijab + C_ijba - C_ijaa - C_ijbb`.
+/// `g_e = g_ab = |T| ∇l_a · ∇l_b` is the weight of the edge `e = (a, b)` of [`TET_EDGES`]. With
+/// `C_ijab = ∫ ∂_a N_i ∂_b N_j / |T|` the stiffness is `K_ij = sum_ab C_ijab g_ab`. The barycentric
+/// gradients sum to zero, so `g_aa = -sum_(b≠a) g_ab`, six weights remain, and
+/// `S = C_ijab + C_ijba - C_ijaa - C_ijbb`.
 pub(crate) const STIFFNESS_BY_EDGE: [[[f64; 10]; 6]; 10] = stiffness_by_edge();
 
-/// Mass of an affine cell of volume one: `int N_i N_j / |T|`.
+/// Mass matrix of an affine cell of unit volume, `∫ N_i N_j / |T|`.
 pub(crate) const QUADRATIC_MASS: [[f64; 10]; 10] = quadratic_mass();
 
-/// `int l_m l_n / |T|`.
+/// `∫ l_m l_n / |T|`.
 pub(crate) const fn linear_mass(m: usize, n: usize) -> f64 {
     if m == n { 2.0 / 20.0 } else { 1.0 / 20.0 }
 }
 
-/// `D[i][a][m]` with `d N_i / d l_a = sum_m D[i][a][m] l_m`; the constant -1 of the vertex functions is `-sum_m l_m`.
+/// Coefficients `D` in `∂N_i/∂l_a = sum_m D[i][a][m] l_m`.
+///
+/// The constant -1 in the derivative of a vertex function is written as `-sum_m l_m`.
 const fn derivative_coefficients() -> [[[f64; 4]; 4]; 10] {
     let mut d = [[[0.0; 4]; 4]; 10];
     let mut i = 0;
@@ -76,6 +81,7 @@ const fn derivative_coefficients() -> [[[f64; 4]; 4]; 10] {
     d
 }
 
+/// `∫ f g / |T|` of two linear functions given by their vertex values.
 const fn linear_product(f: [f64; 4], g: [f64; 4]) -> f64 {
     let mut sum = 0.0;
     let mut m = 0;
@@ -112,7 +118,7 @@ const fn stiffness_by_edge() -> [[[f64; 10]; 6]; 10] {
     s
 }
 
-/// The vertices a node lies between: itself twice for a vertex.
+/// Vertices between which a node lies; a vertex counts as lying between itself and itself.
 const fn parents(node: usize) -> [usize; 2] {
     if node < 4 {
         [node, node]
@@ -128,15 +134,16 @@ const fn quadratic_mass() -> [[f64; 10]; 10] {
         let mut j = 0;
         while j < 10 {
             let ([a, b], [c, d]) = (parents(i), parents(j));
-            let touching = a == c || a == d || b == c || b == d;
-            // 420 = 7!/(3! 2), the denominator common to all quartic integrals of these products.
+            let shares_vertex = a == c || a == d || b == c || b == d;
+            // 420 = 7! / (3! 2) is the common denominator of the integrals of these quartic
+            // products.
             m[i][j] = match (i < 4, j < 4) {
                 (true, true) if i == j => 6.0,
                 (true, true) => 1.0,
                 (false, false) if i == j => 32.0,
-                (false, false) if touching => 16.0,
+                (false, false) if shares_vertex => 16.0,
                 (false, false) => 8.0,
-                _ if touching => -4.0,
+                _ if shares_vertex => -4.0,
                 _ => -6.0,
             } / 420.0;
             j += 1;
@@ -182,7 +189,7 @@ mod tests {
 
     #[test]
     fn shape_gradients_are_the_derivatives() {
-        // Central differences of quadratics are exact: only rounding, eps / step, is left.
+        // Central differences of quadratics are exact up to rounding errors of size eps / step.
         let step = 1e-3;
         let gradients = shape_gradients(AT);
         for k in 0..3 {
@@ -201,8 +208,8 @@ mod tests {
     }
 
     #[test]
-    fn vertex_functions_are_their_quadratic_interpolants() {
-        // psi_a = N_a + 1/2 sum of the midside functions of the edges at a.
+    fn linear_functions_equal_their_quadratic_interpolants() {
+        // ψ_a = N_a + half the sum of the midside functions of the edges at a.
         let n = shape_functions(AT);
         for a in 0..4 {
             let mut sum = n[a];
@@ -216,8 +223,8 @@ mod tests {
     }
 
     #[test]
-    fn tables_agree_with_quadrature() {
-        // On the reference tet, |T| = 1/6 and grad l = vertex_gradients.
+    fn tables_equal_quadrature() {
+        // On the reference tetrahedron |T| = 1/6, and ∇l is `vertex_gradients`.
         let gradients = vertex_gradients();
         let weights = TET_EDGES.map(|[a, b]| gradients[a].dot(&gradients[b]) / 6.0);
         for i in 0..10 {

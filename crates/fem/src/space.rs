@@ -1,4 +1,4 @@
-//! The Taylor-Hood pair on a mesh: what depends on the connectivity alone.
+//! The Taylor-Hood space of a mesh: the data that depends on the connectivity alone.
 
 use linalg::Csr;
 use mesh::{TET_EDGES, TetMesh};
@@ -7,15 +7,19 @@ use rayon::prelude::*;
 use crate::FemError;
 use crate::pattern::Pattern;
 
-/// The Taylor-Hood pair on a mesh: continuous quadratic velocity, one unknown (a 3-vector) a point, and continuous
-/// linear pressure, one unknown a vertex; Dirichlet nodes are not treated specially.
+/// Taylor-Hood space of a mesh: continuous quadratic velocity and continuous linear pressure.
 ///
-/// Holds what depends on the connectivity alone - the sparsity of every matrix and the place of every cell's
-/// contribution in it - so that a mesh whose points move is assembled again at little cost. Numeric calls take the
-/// mesh with its present points and are refused ([`FemError::OtherMesh`]) if its cells are not those seen here.
+/// The velocity has one nodal value (a 3-vector) per point of the mesh, the pressure one per
+/// vertex. Matrices cover all nodes; essential boundary conditions are imposed afterwards
+/// ([`DirichletCondition`](crate::DirichletCondition)).
 ///
-/// Memory: about 240 bytes a cell beside the sparsity pattern itself.
-/// Every matrix is the same bitwise for any number of threads: an entry is the sum over its cells in ascending order.
+/// The space stores what depends on the connectivity alone: the sparsity patterns, and the position
+/// of every entry of an element matrix in them. A mesh whose points move is therefore assembled
+/// again at little cost. Assembly takes the mesh with its current points; it is an error
+/// ([`FemError::OtherMesh`]) if the cells differ from those for which the space was built.
+///
+/// Memory: about 240 bytes per cell besides the sparsity pattern itself. Every matrix is bitwise
+/// the same for any number of threads: an entry is the sum over its cells in ascending order.
 pub struct TaylorHood {
     pub(crate) pattern: Pattern,
     pub(crate) vertex_row_starts: Vec<usize>,
@@ -29,9 +33,10 @@ pub struct TaylorHood {
 impl TaylorHood {
     /// Builds the sparsity patterns for `mesh`.
     ///
-    /// Cost: about as much as one assembly of each matrix.
+    /// Cost: about that of assembling each matrix once.
+    ///
     /// # Errors
-    /// [`FemError::TooLarge`]: more than 2^28 cells or 65535 neighbours of a node.
+    /// [`FemError::TooLarge`] for more than 2^28 cells or 65535 neighbours of a node.
     pub fn new(mesh: &TetMesh) -> Result<Self, FemError> {
         let pattern = Pattern::new(mesh)?;
         let n_vertices = mesh.n_vertices();
@@ -55,18 +60,19 @@ impl TaylorHood {
         })
     }
 
-    /// Number of pressure unknowns.
+    /// Number of vertices, which is that of the pressure dofs.
     pub fn n_vertices(&self) -> usize {
         self.n_vertices
     }
 
-    /// Number of velocity nodes.
+    /// Number of points, each of which is a velocity node.
     pub fn n_points(&self) -> usize {
         self.n_points
     }
 
-    /// Interpolation from linear to quadratic elements, `n_points` x `n_vertices`: 1 at a vertex, 1/2 and 1/2 at a
-    /// midside node.
+    /// Interpolation from linear to quadratic elements, `n_points` × `n_vertices`.
+    ///
+    /// The row of a vertex holds 1, that of a midside node 1/2 for each end of its edge.
     ///
     /// # Errors
     /// [`FemError::OtherMesh`].
@@ -95,7 +101,7 @@ impl TaylorHood {
         ))
     }
 
-    /// An error unless `mesh` has the cells this space was made for.
+    /// Checks that `mesh` has the cells for which this space was built.
     pub(crate) fn check(&self, mesh: &TetMesh) -> Result<(), FemError> {
         let same = mesh.cells().len() == self.n_cells
             && mesh.n_points() == self.n_points
@@ -112,12 +118,12 @@ impl TaylorHood {
     }
 }
 
-/// Cells hashed as one sequential task.
+/// Number of cells per task of the hash, fixed, because the hash depends on it.
 const CELLS_PER_HASH: usize = 4096;
 
-/// A hash of the connectivity.
+/// Hash of the connectivity.
 fn fingerprint(mesh: &TetMesh) -> u64 {
-    // The multiplier of the FxHash used by rustc; any odd number with well spread bits would do.
+    // The multiplier of FxHash in rustc; any odd number with well distributed bits would do.
     let mix =
         |hash: u64, word: u64| (hash.rotate_left(5) ^ word).wrapping_mul(0x51_7c_c1_b7_27_22_0a_95);
     let parts: Vec<u64> = mesh

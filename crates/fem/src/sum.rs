@@ -1,13 +1,22 @@
-//! Integrals as sums over cells, in a fixed order.
+//! Sums over cells in a fixed order, so that they do not depend on the number of threads.
 
+use mesh::TetMesh;
 use rayon::prelude::*;
 
 use crate::FemError;
 
-/// Items summed as one sequential task. Fixed, so that sums do not depend on the thread count.
+/// Number of terms per task, fixed, so that sums do not depend on the number of threads.
 const ITEMS_PER_TASK: usize = 1024;
 
-/// Sums of the `N` numbers that `term` gives for each of `0..n`: partial sums over fixed chunks, added in order.
+/// Number of cells whose results are stored at the same time, to bound the memory.
+const CELLS_PER_BATCH: usize = 1 << 14;
+
+/// Number of cells per task: enough work to outweigh its start.
+const CELLS_PER_TASK: usize = 256;
+
+/// Sum of `term(i)`, an array of `N` numbers, over `0..n`.
+///
+/// Partial sums over chunks of fixed length are computed in parallel and added in order.
 pub(crate) fn sum_over<const N: usize>(
     n: usize,
     term: impl Fn(usize) -> Result<[f64; N], FemError> + Sync,
@@ -29,4 +38,24 @@ pub(crate) fn sum_over<const N: usize>(
     parts
         .into_iter()
         .try_fold([0.0; N], |sum, part| Ok(add(sum, part?)))
+}
+
+/// Computes a result for every cell in parallel and adds the results in the order of the cells.
+pub(crate) fn accumulate_cells<T: Send>(
+    mesh: &TetMesh,
+    compute: impl Fn(usize) -> Result<T, FemError> + Sync,
+    mut add: impl FnMut(usize, T),
+) -> Result<(), FemError> {
+    for first in (0..mesh.n_cells()).step_by(CELLS_PER_BATCH) {
+        let last = mesh.n_cells().min(first + CELLS_PER_BATCH);
+        let results = (first..last)
+            .into_par_iter()
+            .with_min_len(CELLS_PER_TASK)
+            .map(&compute)
+            .collect::<Result<Vec<_>, FemError>>()?;
+        for (cell, result) in (first..last).zip(results) {
+            add(cell, result);
+        }
+    }
+    Ok(())
 }

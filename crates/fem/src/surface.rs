@@ -1,4 +1,4 @@
-//! Parts of the boundary: area, enclosed volume and centroid.
+//! Area, enclosed volume and centroid of parts of the boundary.
 
 use mesh::{Facet, TetMesh, Vec3};
 
@@ -6,8 +6,11 @@ use crate::FemError;
 use crate::quadrature::{FacetPoint, facet_degree_6};
 use crate::sum::sum_over;
 
-/// Area, enclosed volume and centroid of a part of the boundary that is closed, by itself or by mirror planes, from its curved facets.
+/// Area, enclosed volume and centroid of a closed part of the boundary, from its curved facets.
+///
+/// The part is closed by itself or together with symmetry planes.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SurfaceMeasures {
     /// Area of the discrete surface.
     pub area: f64,
@@ -17,23 +20,29 @@ pub struct SurfaceMeasures {
     pub centroid: Vec3,
 }
 
-/// How far a surface may be from closed, `|oint n dS|` over its area: rounding of the sum over its facets.
+/// Largest `|∮ n dS|` of a closed surface divided by its area: rounding of the sum over its facets.
 const CLOSED: f64 = 1e-9;
 
-/// Area, enclosed volume `|B_h| = |oint x.n dS| / 3` and centroid `oint x_k^2 n_k dS / (2 |B_h|)` of the surface
-/// made of the facets with `tag`.
+/// Area, enclosed volume and centroid of the surface that consists of the facets with `tag`.
 ///
-/// Volume and centroid are exact for the quadratic facets (degrees 4 and 6, 12-point rule of degree 6); the area's
-/// integrand is a square root. With curved facets the volume of a sphere is fourth order in the facet size.
-/// Where mirror planes cut the surface, all is of the part in the mesh: the planes through the origin add nothing to the integrals.
+/// ```text
+/// |B_h| = |∮ x·n dS| / 3,   centroid_k = ∮ x_k^2 n_k dS / (2 |B_h|)
+/// ```
+///
+/// Volume and centroid are exact for the quadratic facets (degrees 4 and 6, 12-point rule of
+/// degree 6); the integrand of the area is a square root. With curved facets the volume of a sphere
+/// is of fourth order in the facet size. If symmetry planes cut the surface, the results are those
+/// of the part in the mesh: planes through the origin contribute nothing to the integrals.
+///
 /// # Errors
-/// No facet has the tag; the facets do not close; a point is not finite.
+/// No facet has the tag; the facets are not a closed surface; a point is not finite.
 pub fn surface_measures(mesh: &TetMesh, tag: u16) -> Result<SurfaceMeasures, FemError> {
     let facets = tagged_facets(mesh, tag)?;
-    let mirrors = mesh.symmetry_planes();
-    // The integrals of a closed surface do not depend on the origin, as long as it is on the mirror planes; a near one loses no digits.
+    let symmetry_planes = mesh.symmetry_planes();
+    // The integrals of a closed surface do not depend on the origin if it is on the symmetry
+    // planes; an origin near the surface avoids cancellation.
     let mut origin = facet_nodes(mesh, facets[0])[0];
-    for axis in (0..3).filter(|&axis| mirrors[axis]) {
+    for axis in (0..3).filter(|&axis| symmetry_planes[axis]) {
         origin[axis] = 0.0;
     }
     let sums = sum_over(facets.len(), |k| {
@@ -58,9 +67,9 @@ pub fn surface_measures(mesh: &TetMesh, tag: u16) -> Result<SurfaceMeasures, Fem
             index,
         });
     }
-    // What is missing on a mirror plane is normal to it.
+    // The open part of the surface on a symmetry plane contributes to the normal component only.
     let open = [0, 1, 2].map(|axis| {
-        if mirrors[axis] {
+        if symmetry_planes[axis] {
             0.0
         } else {
             [nx, ny, nz][axis]
@@ -78,7 +87,7 @@ pub fn surface_measures(mesh: &TetMesh, tag: u16) -> Result<SurfaceMeasures, Fem
     })
 }
 
-/// The facets with `tag`, at least one.
+/// Facets with `tag`; an error if there is none.
 pub(crate) fn tagged_facets(mesh: &TetMesh, tag: u16) -> Result<Vec<&Facet>, FemError> {
     let facets: Vec<&Facet> = mesh
         .facets()
@@ -99,11 +108,13 @@ pub(crate) fn facet_nodes(mesh: &TetMesh, facet: &Facet) -> [Vec3; 6] {
     facet.nodes.map(|node| mesh.points()[node as usize])
 }
 
-/// Position and normal `x_,1 x x_,2` (out of the fluid, length the surface element) at a point of a quadratic facet.
+/// Position and normal `∂_1 x × ∂_2 x` at a quadrature point of a quadratic facet.
+///
+/// The normal points out of the fluid; its length is the surface element.
 pub(crate) fn position_and_normal(nodes: &[Vec3; 6], point: &FacetPoint) -> (Vec3, Vec3) {
     let l = point.barycentric;
     let (mut x, mut by_1, mut by_2) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
-    // l_0 = 1 - l_1 - l_2: derivatives by l_1 and l_2 subtract that by l_0.
+    // l_0 = 1 - l_1 - l_2, so the derivative by l_0 is subtracted from those by l_1 and l_2.
     let mut add = |node: &Vec3, value: f64, d: [f64; 3]| {
         x += node * value;
         by_1 += node * (d[1] - d[0]);

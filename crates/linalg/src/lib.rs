@@ -78,6 +78,7 @@ mod row_blocks;
 mod saddle;
 mod scalar;
 mod schwarz;
+mod submatrix;
 mod transpose;
 mod vector;
 mod warm_start;
@@ -96,4 +97,5 @@ pub use operator::{Identity, LinearOperator, Preconditioner, PreconditionerKind}
 pub use prolongation::Prolongation;
 pub use saddle::SaddleSystem;
 pub use schwarz::{BorderPlacement, Schwarz, SchwarzParams};
+pub use submatrix::{OMITTED, submatrix};
 pub use warm_start::WarmStart;

@@ -3,7 +3,7 @@
 use linalg::{
     BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, Prolongation, SaddleSystem,
 };
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::border::Border;
 use crate::error::check_length;
@@ -171,7 +171,7 @@ impl Constrained {
 
     /// Right-hand side for nodal forces and volume sources, all rates and wall velocities zero.
     ///
-    /// Shapes: `velocity` three entries per node of the mesh, of which those on walls have no
+    /// Shapes: `velocity` one force per node of the mesh, of which those on walls have no
     /// effect; `pressure` one entry per pressure dof, with zero sum in enclosed flow. In a
     /// symmetric system this is the transpose of [`Constrained::flow_of_loads`].
     ///
@@ -179,27 +179,18 @@ impl Constrained {
     /// Arrays of the wrong length.
     pub fn rhs_of_forces(
         &self,
-        velocity: &[f64],
+        velocity: &[Vector3<f64>],
         pressure: &[f64],
     ) -> Result<Vec<f64>, RigidError> {
-        check_length(
-            "forces on the nodes",
-            velocity.len(),
-            3 * self.surfaces.nodes(),
-        )?;
+        check_length("forces on the nodes", velocity.len(), self.surfaces.nodes())?;
         let pressures = self.system.pressure_range();
         check_length("volume sources", pressure.len(), pressures.len())?;
         let on_surfaces = self.surfaces.loads_of_forces(velocity);
         let surface_tests = self.tests().select_rows(&self.surface_rows);
         let border = surface_tests.tr_mul(&on_surfaces);
-        let nodes = self
-            .surfaces
-            .free_nodes
-            .iter()
-            .map(|&node| 3 * node as usize);
-        let mut rhs: Vec<f64> = nodes
-            .flat_map(|first| &velocity[first..first + 3])
-            .copied()
+        let free = self.surfaces.free_nodes.iter();
+        let mut rhs: Vec<f64> = free
+            .flat_map(|&node| <[f64; 3]>::from(velocity[node as usize]))
             .collect();
         self.surfaces.zero_constrained(&mut rhs);
         rhs.extend(border.iter());

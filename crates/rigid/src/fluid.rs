@@ -1,10 +1,10 @@
 //! The equations of the fluid that all formulations share: blocks of the free nodes, and bodies.
 
-use linalg::{Csr, Csr3};
+use linalg::{Csr, Csr3, OMITTED};
 use nalgebra::Vector3;
 
 use crate::error::check_length;
-use crate::node_blocks::{NOT_FREE, NodeBlocks, block};
+use crate::node_blocks::{NodeBlocks, block};
 use crate::node_order;
 use crate::surfaces::Surfaces;
 use crate::wall_motion::WallMotion;
@@ -75,7 +75,7 @@ impl RigidFluid {
             .iter()
             .filter_map(|&(node, planes)| {
                 let number = *free_number.get(node as usize)?;
-                (number != NOT_FREE).then_some((number, planes))
+                (number != OMITTED).then_some((number, planes))
             })
             .collect();
         constrained.sort_unstable_by_key(|&(number, _)| number);
@@ -196,9 +196,9 @@ fn check_centres(
     Ok(())
 }
 
-/// The position of each of `0..len` in a list; [`NOT_FREE`] for those that are not in it.
+/// The position of each of `0..len` in a list; [`OMITTED`] for those that are not in it.
 fn numbers(len: usize, list: &[u32]) -> Vec<u32> {
-    let mut numbers = vec![NOT_FREE; len];
+    let mut numbers = vec![OMITTED; len];
     for (number, &item) in list.iter().enumerate() {
         numbers[item as usize] = number as u32;
     }

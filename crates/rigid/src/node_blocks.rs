@@ -1,14 +1,11 @@
 //! Blocks of finite-element matrices by the roles of their nodes: free nodes and rigid motions.
 
-use linalg::{Csr, Csr3};
+use linalg::{Csr, Csr3, submatrix};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use rayon::prelude::*;
 use sprs::{CsMatI, CsVecViewI};
 
 use crate::NodeRole;
-
-/// Marks a node that is not free.
-pub(crate) const NOT_FREE: u32 = u32::MAX;
 
 /// Products of matrices over all nodes with the rigid motions `P` of bodies.
 pub(crate) struct NodeBlocks<'a> {
@@ -155,77 +152,14 @@ impl NodeBlocks<'_> {
     }
 }
 
-/// The given rows of a matrix, in that order, and the columns that have a number, renumbered.
-///
-/// Takes the matrix by value, compressed by rows, and frees it as soon as the block is complete.
-/// Cost: two passes over the rows.
+/// [`submatrix`] of a matrix whose memory is released as soon as the block is complete.
 pub(crate) fn block<T: Copy + Default + Send + Sync>(
     matrix: CsMatI<T, u32, usize>,
     rows: &[u32],
-    number: &[u32],
+    numbers: &[u32],
     columns: usize,
 ) -> CsMatI<T, u32, usize> {
-    let (from, old_columns, old_values) = (
-        matrix.indptr().into_raw_storage(),
-        matrix.indices(),
-        matrix.data(),
-    );
-    let entries = |row: u32| from[row as usize]..from[row as usize + 1];
-    let is_kept = |column: &u32| number[*column as usize] != NOT_FREE;
-    let lengths: Vec<usize> = rows
-        .par_iter()
-        .map(|&row| {
-            old_columns[entries(row)]
-                .iter()
-                .filter(|c| is_kept(c))
-                .count()
-        })
-        .collect();
-    let mut starts = Vec::with_capacity(rows.len() + 1);
-    starts.push(0);
-    let mut end = 0;
-    for length in lengths {
-        end += length;
-        starts.push(end);
-    }
-    let (mut indices, mut values) = (vec![0; end], vec![T::default(); end]);
-    let (mut later_indices, mut later_values) = (&mut indices[..], &mut values[..]);
-    let mut tasks = Vec::with_capacity(rows.len().div_ceil(GROUPS_PER_TASK));
-    for (task, rows) in rows.chunks(GROUPS_PER_TASK).enumerate() {
-        let first = task * GROUPS_PER_TASK;
-        let own = starts[first + rows.len()] - starts[first];
-        let (indices, others) = later_indices.split_at_mut(own);
-        later_indices = others;
-        let (values, others) = later_values.split_at_mut(own);
-        later_values = others;
-        tasks.push((rows, indices, values));
-    }
-    tasks.into_par_iter().for_each_init(
-        Vec::new,
-        |sorted: &mut Vec<u64>, (rows, indices, values)| {
-            let mut place = 0;
-            for &row in rows {
-                let old = entries(row);
-                let (old_columns, old_values) = (&old_columns[old.clone()], &old_values[old]);
-                // a column and its old position in one word, which is sorted several times as fast
-                // as pairs of a column and a value
-                sorted.clear();
-                for (place, &column) in old_columns.iter().enumerate() {
-                    let column = number[column as usize];
-                    if column != NOT_FREE {
-                        sorted.push(u64::from(column) << 32 | place as u64);
-                    }
-                }
-                sorted.sort_unstable();
-                for &word in sorted.iter() {
-                    indices[place] = (word >> 32) as u32;
-                    values[place] = old_values[word as u32 as usize];
-                    place += 1;
-                }
-            }
-        },
-    );
-    CsMatI::new((rows.len(), columns), starts, indices, values)
+    submatrix(&matrix, rows, numbers, columns)
 }
 
 /// Number of row groups that one task builds.
@@ -290,49 +224,4 @@ fn from_groups<T: Copy + Send + Sync>(
     }
     // Rows are in order and their columns ascend by construction, so the structure is valid.
     CsMatI::new((rows, columns), pointers, indices, values)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Rows 2 and 0 of three, columns 2 and 1 renumbered as 0 and 1.
-    #[test]
-    fn a_block_is_renumbered_and_sorted() {
-        let matrix = Csr::new(
-            (3, 3),
-            vec![0, 3, 4, 6],
-            vec![0, 1, 2, 0, 1, 2],
-            vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
-        );
-        let found = block(matrix, &[2, 0], &[NOT_FREE, 1, 0], 2);
-        let expected = Csr::new(
-            (2, 2),
-            vec![0, 2, 4],
-            vec![0, 1, 0, 1],
-            vec![6.0, 5.0, 3.0, 2.0],
-        );
-        assert_eq!(found, expected);
-    }
-
-    /// A tridiagonal matrix in reversed order, over several tasks: each value encodes its position.
-    #[test]
-    fn long_blocks_are_split_into_tasks() {
-        let n = 2 * GROUPS_PER_TASK + 100;
-        let band = |i: usize| i.saturating_sub(1)..(i + 2).min(n);
-        let mut starts = vec![0];
-        (0..n).for_each(|i| starts.push(starts[i] + band(i).len()));
-        let columns = (0..n).flat_map(band).map(|j| j as u32).collect();
-        let values = (0..n)
-            .flat_map(|i| band(i).map(move |j| (i * n + j) as f64))
-            .collect();
-        let matrix = Csr::new((n, n), starts, columns, values);
-        let reversed: Vec<u32> = (0..n as u32).rev().collect();
-        let found = block(matrix, &reversed, &reversed, n);
-        for (i, row) in found.outer_iterator().enumerate() {
-            let old = n - 1 - i;
-            let expected = band(old).rev().map(|j| (n - 1 - j, (old * n + j) as f64));
-            assert!(row.iter().map(|(j, &v)| (j, v)).eq(expected), "row {i}");
-        }
-    }
 }

@@ -71,17 +71,16 @@ impl Surfaces {
         }
     }
 
-    /// Forces and torques `(F, T)` on the bodies from forces on all nodes, interleaved.
-    pub fn loads_of_forces(&self, forces: &[f64]) -> DVector<f64> {
+    /// Forces and torques `(F, T)` on the bodies from forces on all nodes.
+    pub fn loads_of_forces(&self, forces: &[Vector3<f64>]) -> DVector<f64> {
         let mut loads = DVector::zeros(6 * self.bodies());
         let nodes = self.roles.iter().zip(&self.arms);
-        for ((role, arm), force) in nodes.zip(forces.chunks_exact(3)) {
+        for ((role, arm), force) in nodes.zip(forces) {
             if let NodeRole::Body(body) = role {
-                let force = Vector3::from_column_slice(force);
                 let first = 6 * *body as usize;
                 let mut own = loads.fixed_rows_mut::<6>(first);
-                own.fixed_rows_mut::<3>(0).add_assign(&force);
-                own.fixed_rows_mut::<3>(3).add_assign(&arm.cross(&force));
+                own.fixed_rows_mut::<3>(0).add_assign(force);
+                own.fixed_rows_mut::<3>(3).add_assign(&arm.cross(force));
             }
         }
         loads

@@ -116,8 +116,8 @@ pub struct Estimator<'a> {
 }
 
 /// What a flow lacks on its mesh.
-struct DiscretisationError {
-    velocity: Vec<f64>,
+struct DiscretisationError<'f> {
+    velocity: &'f [Vector3<f64>],
     surplus: Surplus,
     /// Each facet's share in $G(u, u)$.
     of_facets: Vec<f64>,
@@ -139,14 +139,17 @@ impl UnitLoad {
 }
 
 impl Estimator<'_> {
-    fn discretisation_error(
+    fn discretisation_error<'f>(
         &self,
-        flow: &FlowSolution,
-    ) -> Result<DiscretisationError, StokesError> {
-        let velocity = flat(&flow.velocity);
-        let surplus = self.space.surplus(self.mesh, &velocity, &flow.pressure)?;
+        flow: &'f FlowSolution,
+    ) -> Result<DiscretisationError<'f>, StokesError> {
+        let surplus = self
+            .space
+            .surplus(self.mesh, &flow.velocity, &flow.pressure)?;
         let power = flow.forces.dot(&flow.bodies);
-        let of_facets = self.facet_geometry.indicators(&velocity, &velocity)?;
+        let of_facets = self
+            .facet_geometry
+            .indicators(&flow.velocity, &flow.velocity)?;
         let energy = surplus.energy(&surplus)? - of_facets.iter().sum::<f64>();
         let relative_energy = match self.parts() * energy / power {
             ratio if ratio.is_finite() => ratio,
@@ -154,7 +157,7 @@ impl Estimator<'_> {
             _ => 0.0,
         };
         Ok(DiscretisationError {
-            velocity,
+            velocity: &flow.velocity,
             surplus,
             of_facets,
             relative_energy,
@@ -172,7 +175,7 @@ impl Estimator<'_> {
     /// The load whose flow gives the errors of all velocities.
     fn rhs_of_errors(&self, error: &DiscretisationError) -> Result<Vec<f64>, StokesError> {
         let mut functional = self.space.functional(self.mesh, &error.surplus)?;
-        let of_facets = self.facet_geometry.functional(&error.velocity)?;
+        let of_facets = self.facet_geometry.functional(error.velocity)?;
         for (value, of_facets) in functional.velocity.iter_mut().zip(of_facets) {
             *value -= of_facets;
         }
@@ -226,9 +229,8 @@ impl Estimator<'_> {
     }
 
     /// The velocity of a pull's flow and what it lacks.
-    fn response(&self, adjoint: &[f64]) -> Result<(Vec<f64>, Surplus), StokesError> {
+    fn response(&self, adjoint: &[f64]) -> Result<(Vec<Vector3<f64>>, Surplus), StokesError> {
         let (velocity, pressure) = self.system.flow_of_loads(adjoint)?;
-        let velocity = flat(&velocity);
         let surplus = self.space.surplus(self.mesh, &velocity, &pressure)?;
         Ok((velocity, surplus))
     }
@@ -238,7 +240,7 @@ impl Estimator<'_> {
         &self,
         error: DiscretisationError,
         frames: Vec<Twist>,
-        responses: &[&(Vec<f64>, Surplus)],
+        responses: &[&(Vec<Vector3<f64>>, Surplus)],
     ) -> Result<Estimate, StokesError> {
         let parts = self.parts();
         let mut of_frames = vec![0.0; self.mesh.n_cells()];
@@ -247,7 +249,7 @@ impl Estimator<'_> {
             let mut cells = self.space.indicators(self.mesh, its, &error.surplus)?;
             let of_facets = self
                 .facet_geometry
-                .indicators(its_velocity, &error.velocity)?;
+                .indicators(its_velocity, error.velocity)?;
             let mut by_walls = 0.0;
             let facets = self
                 .facet_geometry
@@ -349,9 +351,4 @@ fn frame_rows(drive: &Drive, number: usize) -> (usize, Option<usize>) {
         (alone && drive.set.kinds()[linkage.root] == BodyKind::Rigid).then_some(linear + 3)
     });
     (linear, angular)
-}
-
-/// Velocities as the forms take them, three components a node.
-pub(crate) fn flat(velocity: &[Vector3<f64>]) -> Vec<f64> {
-    velocity.iter().flat_map(|u| [u.x, u.y, u.z]).collect()
 }

@@ -83,12 +83,10 @@ impl<'a> Problem<'a> {
     pub fn with_spheres(mut self, parts: &[(&str, Sphere)]) -> Result<Self, StokesError> {
         for (name, sphere) in parts {
             let tag = self.mesh.tag(name)?;
-            self.curved.push(CurvedBoundary {
-                tag,
-                centre: sphere.centre,
-                radius: sphere.radius,
-                is_wall: self.walls.contains(&tag),
-            });
+            let (centre, radius) = (sphere.centre, sphere.radius);
+            let is_wall = self.walls.contains(&tag);
+            self.curved
+                .push(CurvedBoundary::sphere(tag, centre, radius, is_wall));
         }
         Ok(self)
     }

@@ -183,7 +183,9 @@ fn forces_on_nodes_move_bodies_as_the_reciprocal_theorem_says() {
         lengths: scene.articulation.initial_lengths(),
     };
     let mesh = model.mesh(configuration).unwrap().unwrap();
-    let forces: Vec<f64> = (0..3 * mesh.n_points()).map(|i| (i as f64).sin()).collect();
+    let forces: Vec<_> = (0..mesh.n_points())
+        .map(|i| nalgebra::Vector3::from_fn(|c, _| ((3 * i + c) as f64).sin()))
+        .collect();
     // What flows in flows out: the fluid is enclosed.
     let mut sources: Vec<f64> = (0..mesh.n_vertices()).map(|i| (i as f64).cos()).collect();
     let mean = sources.iter().sum::<f64>() / sources.len() as f64;

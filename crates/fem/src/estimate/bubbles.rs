@@ -1,4 +1,4 @@
-//! The cubic bubbles of a mesh: which cell has which, and their gradients on the reference tetrahedron.
+//! Cubic bubble functions of a mesh: numbering, and gradients on the reference tetrahedron.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -10,28 +10,30 @@ use rayon::prelude::*;
 use crate::FemError;
 use crate::quadrature::{CellPoint, degree_5};
 
-/// Bubbles of a cell: one an edge, in the order of [`TET_EDGES`], then one a face, opposite vertex 0 to 3.
+/// Number of bubbles of a cell: one per edge, in the order of [`TET_EDGES`], then one per face,
+/// opposite vertex 0 to 3.
 pub(super) const PER_CELL: usize = 10;
 
-/// Most cells that four faces each can be numbered for in 32 bits.
+/// Largest number of cells whose four faces each can be numbered in 32 bits.
 const MAX_CELLS: usize = 1 << 29;
 
-/// The cubic functions that quadratic elements lack: `l_a l_b (l_a - l_b)` on each edge and `l_a l_b l_c` on each face.
+/// Cubic bubbles: `l_a l_b (l_a - l_b)` on each edge and `l_a l_b l_c` on each face.
 ///
-/// An edge's bubble is odd; it points from the lower to the higher vertex, so that cells agree on it.
-/// Edges are numbered as the midside nodes of the mesh, faces after them.
+/// They extend the quadratic elements to cubic ones. The bubble of an edge is odd; it is oriented
+/// from the vertex of the lower number to the other, so that all cells of the edge agree on its
+/// sign. Edges are numbered like the midside nodes of the mesh, faces after them.
 pub(super) struct Bubbles {
-    /// The face bubbles of each cell.
+    /// Numbers of the face bubbles of each cell.
     faces: Vec<[u32; 4]>,
-    /// Components of a bubble, a bit each, in which there is nothing to estimate: all on the boundary, where velocities are given; those across mirror
-    /// planes on these.
-    fixed: Vec<u8>,
+    /// Constrained components of each bubble, one bit per component: all components on the
+    /// boundary, where the velocity is prescribed, and the normal one on symmetry planes.
+    constrained: Vec<u8>,
     n_vertices: u32,
     n_edges: usize,
 }
 
 impl Bubbles {
-    /// Numbers the bubbles of `mesh`. Cost: a sort of its faces.
+    /// Numbers the bubbles of `mesh`. Cost: one sort of its faces.
     pub fn new(mesh: &TetMesh) -> Result<Self, FemError> {
         let cells = mesh.cells();
         if cells.len() > MAX_CELLS {
@@ -55,13 +57,13 @@ impl Bubbles {
         sides.par_sort_unstable();
 
         let n_edges = mesh.n_points() - mesh.n_vertices();
-        let on_mirrors = on_mirrors(mesh);
+        let on_symmetry_planes = on_symmetry_planes(mesh);
         let mut faces = vec![[0; 4]; cells.len()];
-        let mut fixed = vec![0; n_edges];
+        let mut constrained = vec![0; n_edges];
         for shared in sides.chunk_by(|a, b| a.0 == b.0) {
-            let number = fixed.len() as u32;
-            fixed.push(match shared.len() {
-                1 => on_mirrors.get(&shared[0].0).copied().unwrap_or(ALL),
+            let number = constrained.len() as u32;
+            constrained.push(match shared.len() {
+                1 => on_symmetry_planes.get(&shared[0].0).copied().unwrap_or(ALL),
                 _ => 0,
             });
             for &(_, side) in shared {
@@ -70,22 +72,22 @@ impl Bubbles {
         }
         let n_vertices = mesh.n_vertices();
         for facet in mesh.facets() {
-            let components = mirror_of(mesh, facet.tag).unwrap_or(ALL);
+            let components = normal_component(mesh, facet.tag).unwrap_or(ALL);
             for &node in &facet.nodes[3..] {
-                fixed[node as usize - n_vertices] |= components;
+                constrained[node as usize - n_vertices] |= components;
             }
         }
         Ok(Self {
             faces,
-            fixed,
+            constrained,
             n_vertices: n_vertices as u32,
             n_edges,
         })
     }
 
-    /// Number of bubbles, those on the boundary included.
+    /// Number of bubbles, including those on the boundary.
     pub fn len(&self) -> usize {
-        self.fixed.len()
+        self.constrained.len()
     }
 
     /// Number of cells.
@@ -93,22 +95,22 @@ impl Bubbles {
         self.faces.len()
     }
 
-    /// Whether `mesh` has as many cells, nodes and vertices as the one whose bubbles these are.
+    /// Whether `mesh` has the numbers of cells, nodes and vertices of the mesh of these bubbles.
     pub fn fits(&self, mesh: &TetMesh) -> bool {
         mesh.n_cells() == self.n_cells()
             && mesh.n_vertices() == self.n_vertices as usize
             && mesh.n_points() == self.n_vertices as usize + self.n_edges
     }
 
-    /// Without the components of a bubble in which there is nothing to estimate.
-    pub fn estimated(&self, bubble: usize, mut value: Vec3) -> Vec3 {
-        for axis in (0..3).filter(|axis| self.fixed[bubble] >> axis & 1 == 1) {
+    /// `value` with zeros in the constrained components of a bubble.
+    pub fn without_constrained(&self, bubble: usize, mut value: Vec3) -> Vec3 {
+        for axis in (0..3).filter(|axis| self.constrained[bubble] >> axis & 1 == 1) {
             value[axis] = 0.0;
         }
         value
     }
 
-    /// The bubbles of a cell with the given nodes.
+    /// Numbers of the bubbles of a cell with the given nodes.
     pub fn of_cell(&self, cell: usize, nodes: &[u32; 10]) -> [usize; PER_CELL] {
         std::array::from_fn(|k| {
             let number = match k {
@@ -123,23 +125,23 @@ impl Bubbles {
 /// All components.
 const ALL: u8 = 0b111;
 
-/// The component across a mirror plane; none for other parts of the boundary.
-fn mirror_of(mesh: &TetMesh, tag: u16) -> Option<u8> {
+/// Bit of the component normal to a symmetry plane; `None` for other parts of the boundary.
+fn normal_component(mesh: &TetMesh, tag: u16) -> Option<u8> {
     mesh.symmetry_plane_axis(tag).map(|axis| 1 << axis)
 }
 
-/// The faces on mirror planes, by their vertices in order, with the component across.
-fn on_mirrors(mesh: &TetMesh) -> HashMap<[u32; 3], u8> {
+/// Normal components of the faces on symmetry planes, by their sorted vertices.
+fn on_symmetry_planes(mesh: &TetMesh) -> HashMap<[u32; 3], u8> {
     let face = |facet: &mesh::Facet| {
         let [a, b, c, ..] = facet.nodes;
         let mut key = [a, b, c];
         key.sort_unstable();
-        Some((key, mirror_of(mesh, facet.tag)?))
+        Some((key, normal_component(mesh, facet.tag)?))
     };
     mesh.facets().iter().filter_map(face).collect()
 }
 
-/// The signs of a cell's bubbles: `-1` for an edge whose local order is not that of its vertices' numbers.
+/// Signs of the bubbles of a cell: `-1` for an edge whose first local vertex has the higher number.
 pub(super) fn signs(nodes: &[u32; 10]) -> [f64; PER_CELL] {
     std::array::from_fn(|k| match TET_EDGES.get(k) {
         Some(&[a, b]) if nodes[a] > nodes[b] => -1.0,
@@ -147,21 +149,23 @@ pub(super) fn signs(nodes: &[u32; 10]) -> [f64; PER_CELL] {
     })
 }
 
-/// The vertices of the face opposite a vertex.
+/// Vertices of the face opposite a vertex.
 fn corners(opposite: usize) -> [usize; 3] {
     std::array::from_fn(|k| (opposite + 1 + k) % 4)
 }
 
-/// A quadrature point with the derivatives of the bubbles by the reference coordinates.
+/// Quadrature point with the gradients of the bubbles by the reference coordinates.
 pub(super) struct BubblePoint {
     pub at: &'static CellPoint,
     pub gradients: [Vec3; PER_CELL],
 }
 
-/// Points of [`rule`].
+/// Number of points of [`rule`].
 pub(super) const POINTS: usize = 14;
 
-/// The 14-point rule of degree 5: exact for the residuals (degree 3) and energies (degree 4) of affine cells.
+/// Rule of 14 points and degree 5.
+///
+/// Exact for the residuals (degree 3) and energies (degree 4) of the bubbles of affine cells.
 pub(super) fn rule() -> &'static [BubblePoint] {
     static RULE: LazyLock<Vec<BubblePoint>> = LazyLock::new(|| {
         degree_5()
@@ -175,15 +179,15 @@ pub(super) fn rule() -> &'static [BubblePoint] {
     &RULE
 }
 
-/// Integrals over the reference tetrahedron that affine cells need.
+/// Integrals over the reference tetrahedron for affine cells.
 pub(super) struct Integrals {
-    /// $\int l_m \hat\nabla\phi_k$.
+    /// `∫ l_m ∇φ_k`, with the gradient by the reference coordinates.
     pub moments: [[Vec3; 4]; PER_CELL],
-    /// $\int \hat\nabla\phi_k \otimes \hat\nabla\phi_k$.
+    /// `∫ ∇φ_k ∇φ_k^T`, with the gradients by the reference coordinates.
     pub squares: [Matrix3<f64>; PER_CELL],
 }
 
-/// The integrals, computed once.
+/// Integrals of the bubbles, computed once.
 pub(super) fn integrals() -> &'static Integrals {
     static INTEGRALS: LazyLock<Integrals> = LazyLock::new(|| {
         let mut sums = Integrals {
@@ -203,6 +207,7 @@ pub(super) fn integrals() -> &'static Integrals {
     &INTEGRALS
 }
 
+/// Gradients of the bubbles by the reference coordinates.
 fn gradients(l: [f64; 4]) -> [Vec3; PER_CELL] {
     std::array::from_fn(|k| {
         let mut d = [0.0; 4];
@@ -214,7 +219,7 @@ fn gradients(l: [f64; 4]) -> [Vec3; PER_CELL] {
             let [a, b, c] = corners(k - TET_EDGES.len());
             (d[a], d[b], d[c]) = (l[b] * l[c], l[a] * l[c], l[a] * l[b]);
         }
-        // By xi_k = l_(k+1), with l_0 = 1 - sum xi.
+        // The reference coordinates are ξ_k = l_(k+1), and l_0 = 1 - sum_k ξ_k.
         Vec3::new(d[1] - d[0], d[2] - d[0], d[3] - d[0])
     })
 }
@@ -231,7 +236,7 @@ mod tests {
             None => corners(k - 6).iter().map(|&v| l[v]).product(),
         };
         let l = [0.15, 0.37, 0.28, 0.2];
-        // Central differences of cubics err by the square of the step.
+        // The error of central differences of cubics is the square of the step.
         let step = 1e-4;
         let gradients = gradients(l);
         for k in 0..PER_CELL {
@@ -249,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn bubbles_are_as_many_as_edges_and_faces_and_cells_share_them() {
+    fn neighbouring_cells_share_the_bubbles_of_edges_and_faces() {
         let mesh = TetMesh::straight(LinearTets::cube(2)).unwrap();
         let bubbles = Bubbles::new(&mesh).unwrap();
         let (cells, facets) = (mesh.cells().len(), mesh.facets().len());
@@ -264,11 +269,17 @@ mod tests {
         for bubble in edges..bubbles.len() {
             assert_eq!(
                 seen[bubble],
-                if bubbles.fixed[bubble] == ALL { 1 } else { 2 }
+                if bubbles.constrained[bubble] == ALL {
+                    1
+                } else {
+                    2
+                }
             );
         }
-        // A boundary of triangles that closes has three edges to two triangles.
-        let fixed_edges = (0..edges).filter(|&e| bubbles.fixed[e] == ALL).count();
-        assert_eq!(2 * fixed_edges, 3 * facets);
+        // A closed surface of triangles has three edges per two triangles.
+        let boundary_edges = (0..edges)
+            .filter(|&e| bubbles.constrained[e] == ALL)
+            .count();
+        assert_eq!(2 * boundary_edges, 3 * facets);
     }
 }

@@ -1,4 +1,4 @@
-//! One cell: bubbles against a quadratic velocity and a linear pressure.
+//! Integrals of bubbles, a quadratic velocity and a linear pressure over one cell.
 
 use std::sync::LazyLock;
 
@@ -12,7 +12,7 @@ use crate::load::velocity_gradient;
 use crate::quadrature::CellPoint;
 use crate::reference::shape_gradients;
 
-/// The geometry of a cell.
+/// Geometry of a cell.
 enum Shape {
     Affine(Affine),
     Curved(usize, CellNodes),
@@ -36,17 +36,17 @@ impl Shape {
     }
 }
 
-/// A quadratic velocity on a cell.
+/// Quadratic velocity on a cell.
 pub(super) struct CellFlow<'a> {
     shape: Shape,
     nodes: &'a [u32; 10],
-    /// Derivatives `(c, k) -> d u_c / d xi_k` by the reference coordinates at the four vertices; linear between them.
-    slopes: [Matrix3<f64>; 4],
+    /// Gradients `∂u_c/∂ξ_k` by the reference coordinates at the four vertices; they vary linearly.
+    vertex_gradients: [Matrix3<f64>; 4],
 }
 
 impl<'a> CellFlow<'a> {
-    /// The velocity's part on a cell.
-    pub fn new(mesh: &'a TetMesh, cell: usize, velocity: &[f64]) -> Result<Self, FemError> {
+    /// The velocity on a cell.
+    pub fn new(mesh: &'a TetMesh, cell: usize, velocity: &[Vec3]) -> Result<Self, FemError> {
         static AT_VERTICES: LazyLock<[[Vec3; 10]; 4]> = LazyLock::new(|| {
             std::array::from_fn(|vertex| {
                 let mut l = [0.0; 4];
@@ -58,22 +58,22 @@ impl<'a> CellFlow<'a> {
         Ok(Self {
             shape: Shape::new(mesh, cell)?,
             nodes,
-            slopes: AT_VERTICES
+            vertex_gradients: AT_VERTICES
                 .each_ref()
                 .map(|gradients| velocity_gradient(nodes, velocity, gradients)),
         })
     }
 
-    /// A cell for what concerns its bubbles alone: the velocity is zero.
-    pub fn of_bubbles(mesh: &'a TetMesh, cell: usize) -> Result<Self, FemError> {
+    /// A cell with zero velocity, for integrals of the bubbles alone.
+    pub fn at_rest(mesh: &'a TetMesh, cell: usize) -> Result<Self, FemError> {
         Ok(Self {
             shape: Shape::new(mesh, cell)?,
             nodes: &mesh.cells()[cell],
-            slopes: [Matrix3::zeros(); 4],
+            vertex_gradients: [Matrix3::zeros(); 4],
         })
     }
 
-    /// Energies $\int |\nabla\phi_k|^2$ of the cell's bubbles.
+    /// Energies `∫ |∇φ_k|^2` of the bubbles of the cell.
     pub fn bubble_energies(&self) -> Result<[f64; PER_CELL], FemError> {
         if let Shape::Affine(affine) = &self.shape {
             let map = affine.map();
@@ -90,23 +90,25 @@ impl<'a> CellFlow<'a> {
         Ok(energies)
     }
 
-    fn slope(&self, point: &CellPoint) -> Matrix3<f64> {
+    /// Velocity gradient by the reference coordinates at a quadrature point.
+    fn gradient(&self, point: &CellPoint) -> Matrix3<f64> {
         let l = &point.barycentric;
-        self.slopes[0] * l[0]
-            + self.slopes[1] * l[1]
-            + self.slopes[2] * l[2]
-            + self.slopes[3] * l[3]
+        self.vertex_gradients[0] * l[0]
+            + self.vertex_gradients[1] * l[1]
+            + self.vertex_gradients[2] * l[2]
+            + self.vertex_gradients[3] * l[3]
     }
 
-    /// Residuals of momentum $-\int (\nabla u - p 1) \nabla\phi_k$ for a pressure.
+    /// Residuals of the momentum equation, `-∫ (∇u - p I) ∇φ_k`.
     pub fn residuals(&self, pressure: &[f64]) -> Result<[Vec3; PER_CELL], FemError> {
         let p: [f64; 4] = std::array::from_fn(|m| pressure[self.nodes[m] as usize]);
         let mut sums = [Vec3::zeros(); PER_CELL];
         if let Shape::Affine(affine) = &self.shape {
-            // The stress is linear: its values at the vertices and the bubbles' moments tell all.
+            // The stress is linear, so its vertex values and the moments of the bubbles suffice.
             let map = affine.map();
             for m in 0..4 {
-                let stress = map.gradient(&self.slopes[m]) - Matrix3::from_diagonal_element(p[m]);
+                let stress =
+                    map.gradient(&self.vertex_gradients[m]) - Matrix3::from_diagonal_element(p[m]);
                 let pulled = map.pulled_back(&stress) * -map.measure;
                 for (sum, moments) in sums.iter_mut().zip(&integrals().moments) {
                     *sum += pulled * moments[m];
@@ -117,7 +119,7 @@ impl<'a> CellFlow<'a> {
         for point in rule() {
             let map = self.shape.at(point.at)?;
             let p: f64 = (0..4).map(|m| point.at.barycentric[m] * p[m]).sum();
-            let stress = map.gradient(&self.slope(point.at)) - Matrix3::from_diagonal_element(p);
+            let stress = map.gradient(&self.gradient(point.at)) - Matrix3::from_diagonal_element(p);
             let pulled = map.pulled_back(&stress) * -map.measure;
             for (sum, g) in sums.iter_mut().zip(&point.gradients) {
                 *sum += pulled * g;
@@ -126,7 +128,9 @@ impl<'a> CellFlow<'a> {
         Ok(sums)
     }
 
-    /// Divergence of the velocity with bubbles added, and the measures, at the quadrature points.
+    /// Divergence of the velocity plus bubbles at the quadrature points, and their measures.
+    ///
+    /// `bubbles` holds the coefficients of the bubbles.
     pub fn divergence(
         &self,
         bubbles: &[Vec3; PER_CELL],
@@ -134,10 +138,12 @@ impl<'a> CellFlow<'a> {
         let (mut values, mut measures) = ([0.0; POINTS], [0.0; POINTS]);
         if let Shape::Affine(affine) = &self.shape {
             let map = affine.map();
-            let own = self.slopes.each_ref().map(|slope| map.divergence(slope));
+            let divergences = self.vertex_gradients.each_ref().map(|g| map.divergence(g));
             let pulled = bubbles.map(|c| map.pulled_back_vector(&c));
             for (q, point) in rule().iter().enumerate() {
-                values[q] = (0..4).map(|m| point.at.barycentric[m] * own[m]).sum();
+                values[q] = (0..4)
+                    .map(|m| point.at.barycentric[m] * divergences[m])
+                    .sum();
                 for (c, g) in pulled.iter().zip(&point.gradients) {
                     values[q] += c.dot(g);
                 }
@@ -147,18 +153,18 @@ impl<'a> CellFlow<'a> {
         }
         for (q, point) in rule().iter().enumerate() {
             let map = self.shape.at(point.at)?;
-            let mut slope = self.slope(point.at);
+            let mut gradient = self.gradient(point.at);
             for (c, g) in bubbles.iter().zip(&point.gradients) {
-                slope += c * g.transpose();
+                gradient += c * g.transpose();
             }
-            values[q] = map.divergence(&slope);
+            values[q] = map.divergence(&gradient);
             measures[q] = map.measure;
         }
         Ok((values, measures))
     }
 
-    /// $\int \delta \nabla\phi_k$ for values of $\delta$ at the quadrature points, times the roots of their measures.
-    pub fn against_gradients(
+    /// `∫ δ ∇φ_k`; `weighted` holds `δ` at the quadrature points times the roots of their measures.
+    pub fn tested_with_bubble_gradients(
         &self,
         weighted: &[f64; POINTS],
     ) -> Result<[Vec3; PER_CELL], FemError> {
@@ -173,8 +179,10 @@ impl<'a> CellFlow<'a> {
         Ok(sums)
     }
 
-    /// $-\int (\nabla v + \delta 1) \nabla N_a$ for the ten nodes and $\int l_b \nabla\cdot v$ for the four vertices, with `v` given by
-    /// its bubbles and $\delta$ as in [`CellFlow::against_gradients`].
+    /// `-∫ (∇v + δ I) ∇N_a` for the ten nodes and `∫ l_b ∇·v` for the four vertices.
+    ///
+    /// `bubbles` holds the coefficients of `v`; `weighted` is as for
+    /// [`CellFlow::tested_with_bubble_gradients`].
     pub fn functional(
         &self,
         bubbles: &[Vec3; PER_CELL],
@@ -183,11 +191,11 @@ impl<'a> CellFlow<'a> {
         let (mut velocity, mut pressure) = ([Vec3::zeros(); 10], [0.0; 4]);
         for (point, delta) in rule().iter().zip(weighted) {
             let map = self.shape.at(point.at)?;
-            let mut slope = Matrix3::zeros();
+            let mut reference = Matrix3::zeros();
             for (c, g) in bubbles.iter().zip(&point.gradients) {
-                slope += c * g.transpose();
+                reference += c * g.transpose();
             }
-            let gradient = map.gradient(&slope);
+            let gradient = map.gradient(&reference);
             let divergence = gradient.trace() * map.measure;
             for (sum, l) in pressure.iter_mut().zip(&point.at.barycentric) {
                 *sum += l * divergence;
@@ -203,7 +211,7 @@ impl<'a> CellFlow<'a> {
     }
 }
 
-/// Sum of the products of values at the quadrature points.
+/// Dot product of values at the quadrature points.
 pub(super) fn dot(a: &[f64; POINTS], b: &[f64; POINTS]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
@@ -214,21 +222,23 @@ mod tests {
     use mesh::LinearTets;
 
     #[test]
-    fn the_short_cuts_of_affine_cells_agree_with_quadrature() {
+    fn closed_forms_of_affine_cells_equal_quadrature() {
         let mesh = TetMesh::straight(LinearTets::cube(2)).unwrap();
-        let velocity: Vec<f64> = (0..3 * mesh.n_points()).map(|i| (i as f64).sin()).collect();
+        let velocity: Vec<Vec3> = (0..mesh.n_points())
+            .map(|i| Vec3::from_fn(|c, _| ((3 * i + c) as f64).sin()))
+            .collect();
         let pressure: Vec<f64> = (0..mesh.n_vertices()).map(|i| (i as f64).cos()).collect();
         let bubbles = std::array::from_fn(|k| Vec3::new(1.0, k as f64, 0.5 - k as f64));
         for cell in 0..mesh.n_cells() {
-            let short = CellFlow::new(&mesh, cell, &velocity).unwrap();
-            let long = CellFlow {
+            let closed = CellFlow::new(&mesh, cell, &velocity).unwrap();
+            let quadrature = CellFlow {
                 shape: Shape::Curved(cell, mesh.cell_points(cell)),
                 ..CellFlow::new(&mesh, cell, &velocity).unwrap()
             };
             let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
-            let energies = [&short, &long].map(|flow| flow.bubble_energies().unwrap());
-            let residuals = [&short, &long].map(|flow| flow.residuals(&pressure).unwrap());
-            let divergences = [&short, &long].map(|flow| flow.divergence(&bubbles).unwrap());
+            let energies = [&closed, &quadrature].map(|flow| flow.bubble_energies().unwrap());
+            let residuals = [&closed, &quadrature].map(|flow| flow.residuals(&pressure).unwrap());
+            let divergences = [&closed, &quadrature].map(|flow| flow.divergence(&bubbles).unwrap());
             for k in 0..PER_CELL {
                 close(energies[0][k], energies[1][k]);
                 close((residuals[0][k] - residuals[1][k]).norm(), 0.0);

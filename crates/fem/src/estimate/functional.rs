@@ -1,33 +1,40 @@
-//! The errors of all functionals at once: what an estimate does to any other flow, as a load on the mesh.
+//! The error estimate as a functional of the second flow: a load for an adjoint solution.
 
 use mesh::{TetMesh, Vec3};
 
 use super::bubbles::{PER_CELL, signs};
 use super::cell::CellFlow;
-use super::surplus::{Surplus, SurplusSpace, in_batches};
+use super::surplus::{Surplus, SurplusSpace};
 use crate::FemError;
+use crate::sum::accumulate_cells;
 
-/// The estimate of $K(e_a, e_b)$ as a functional of the flow `b`: `velocity . u_b + pressure . p_b`.
+/// Estimate of `K(e_a, e_b)` as a functional of the flow `b`: `velocity · u_b + pressure · p_b`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ErrorFunctional {
-    /// Three entries a node.
-    pub velocity: Vec<f64>,
-    /// One entry a vertex.
+    /// Load at each node.
+    pub velocity: Vec<Vec3>,
+    /// Load at each vertex.
     pub pressure: Vec<f64>,
 }
 
 impl SurplusSpace {
-    /// The functional $b \mapsto K(e_a, e_b)$ for the flow `a` of a surplus.
+    /// The functional `b -> K(e_a, e_b)` for the flow `a` whose surplus is given.
     ///
-    /// Taken as a load, it moves bodies as `a`'s error does: with $b = A^{-1} l_k$ the flow of a unit load on the velocity `k`,
-    /// $K(e_a, e_b) = l_k \cdot A^{-1} w$, so one solve for the load `w` serves all velocities `k`.
+    /// As a load `w` it gives the errors of all velocities by one solve: if `b = A^-1 l_k` is the
+    /// flow of a unit load on velocity `k`, then `K(e_a, e_b) = l_k · A^-1 w`.
     ///
-    /// With $\delta = g_a - \bar g_a$ and the bubbles' field $v = \sum_i (r_{a,i} - \int \delta \nabla\phi_i) \phi_i / d_i$ it is
-    /// $w(u, p) = -\int (\nabla v + \delta 1) : \nabla u + \int p \nabla\cdot v$, the transpose of [`Surplus::energy`].
+    /// ```text
+    /// w(u, p) = -∫ (∇v + δ I):∇u + ∫ p ∇·v
+    /// δ = g_a - mean(g_a),   v = sum_i (r_a,i - ∫ δ ∇φ_i) φ_i / d_i
+    /// ```
+    ///
+    /// in the notation of [`SurplusSpace`]; `w` is the transpose of [`Surplus::energy`].
     ///
     /// Cost: two passes over the cells. The same for any number of threads.
+    ///
     /// # Errors
-    /// A surplus or a mesh that is not of this space, an inverted cell.
+    /// A surplus or a mesh that does not belong to this space; an inverted cell.
     pub fn functional(
         &self,
         mesh: &TetMesh,
@@ -35,24 +42,23 @@ impl SurplusSpace {
     ) -> Result<ErrorFunctional, FemError> {
         self.check(mesh)?;
         surplus.check_length(self.bubbles.len())?;
-        let field = self.field(mesh, surplus)?;
+        let coefficients = self.coefficients(mesh, surplus)?;
         let mut functional = ErrorFunctional {
-            velocity: vec![0.0; 3 * mesh.n_points()],
+            velocity: vec![Vec3::zeros(); mesh.n_points()],
             pressure: vec![0.0; mesh.n_vertices()],
         };
-        let of_cell = |cell: usize| {
+        let cell_load = |cell: usize| {
             let nodes = &mesh.cells()[cell];
             let numbers = self.bubbles.of_cell(cell, nodes);
             let signs = signs(nodes);
-            let own: [Vec3; PER_CELL] = std::array::from_fn(|k| signs[k] * field[numbers[k]]);
-            CellFlow::of_bubbles(mesh, cell)?.functional(&own, &surplus.divergence[cell])
+            let bubbles: [Vec3; PER_CELL] =
+                std::array::from_fn(|k| signs[k] * coefficients[numbers[k]]);
+            CellFlow::at_rest(mesh, cell)?.functional(&bubbles, &surplus.divergence[cell])
         };
-        in_batches(mesh, of_cell, |cell, (velocity, pressure)| {
+        accumulate_cells(mesh, cell_load, |cell, (velocity, pressure)| {
             let nodes = &mesh.cells()[cell];
             for (&node, value) in nodes.iter().zip(&velocity) {
-                for axis in 0..3 {
-                    functional.velocity[3 * node as usize + axis] += value[axis];
-                }
+                functional.velocity[node as usize] += value;
             }
             for (&vertex, value) in nodes.iter().zip(&pressure) {
                 functional.pressure[vertex as usize] += value;
@@ -61,16 +67,16 @@ impl SurplusSpace {
         Ok(functional)
     }
 
-    /// Coefficients of `v`, zero on the boundary.
-    fn field(&self, mesh: &TetMesh, surplus: &Surplus) -> Result<Vec<Vec3>, FemError> {
-        let (energies, sums) = self.gathered(mesh, |cell| {
-            let flow = CellFlow::of_bubbles(mesh, cell)?;
-            let against = flow.against_gradients(&surplus.divergence[cell])?;
-            Ok((flow.bubble_energies()?, against))
+    /// Coefficients of the bubbles in `v`, zero on the boundary.
+    fn coefficients(&self, mesh: &TetMesh, surplus: &Surplus) -> Result<Vec<Vec3>, FemError> {
+        let (energies, sums) = self.bubble_sums(mesh, |cell| {
+            let flow = CellFlow::at_rest(mesh, cell)?;
+            let tested = flow.tested_with_bubble_gradients(&surplus.divergence[cell])?;
+            Ok((flow.bubble_energies()?, tested))
         })?;
-        let parts = surplus.coefficients.iter().zip(&energies).zip(&sums);
-        Ok(parts
-            .map(|((own, energy), sum)| own / energy.sqrt() - sum / *energy)
+        let bubbles = surplus.coefficients.iter().zip(&energies).zip(&sums);
+        Ok(bubbles
+            .map(|((coefficient, energy), sum)| coefficient / energy.sqrt() - sum / *energy)
             .collect())
     }
 }

@@ -1,4 +1,4 @@
-//! Estimates of the discretisation error: the cubic part of the residual, and what straight facets cut off.
+//! Error estimates: hierarchical surplus of the discretisation, geometry error of straight facets.
 
 mod bubbles;
 mod cell;

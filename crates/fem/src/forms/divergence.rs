@@ -1,22 +1,25 @@
-//! `b_qj = -int psi_q grad N_j`.
+//! Discrete divergence, `b_qj = -∫ ψ_q ∇N_j`.
 
 use linalg::Csr3;
 use mesh::{TET_EDGES, TetMesh, Vec3};
 
-use crate::assemble::{Form, on_pattern};
+use crate::assemble::{Form, matrix_on_pattern};
 use crate::geometry::{Affine, CellNodes, MapAt};
 use crate::quadrature::degree_5;
 use crate::reference::linear_mass;
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {
-    /// The discrete divergence with the sign of the saddle system, `b_qj = -int psi_q grad N_j`, so that momentum
-    /// reads `K u + B^T p = f` and incompressibility `B u = 0`.
+    /// Discrete divergence with the sign of the saddle-point system, `b_qj = -∫ ψ_q ∇N_j`.
     ///
-    /// Shape: `n_vertices` x `n_points`, entries 3-vectors. Exact on affine and on curved cells (there the integrand
-    /// is a polynomial of degree 4, for the Jacobian cancels); hence `B^T 1 = 0` at inner nodes and `B u` of a
-    /// constant `u` is zero to rounding.
-    /// Cost: about 0.6 us an affine cell and core; 4 us and 960 bytes of scratch a curved cell.
+    /// The momentum equation is `K u + B^T p = f`, incompressibility `B u = 0`.
+    ///
+    /// Shape: `n_vertices` × `n_points`, entries are 3-vectors. Exact on affine cells and on curved
+    /// cells (there the Jacobian cancels and the integrand is a polynomial of degree 4); hence
+    /// `B^T 1 = 0` at interior nodes, and `B u = 0` for constant `u`, to rounding.
+    /// Cost per cell and core: about 0.6 μs for an affine cell; 4 μs and 960 bytes of temporary
+    /// memory for a curved cell.
+    ///
     /// # Errors
     /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
     pub fn divergence(&self, mesh: &TetMesh) -> Result<Csr3, FemError> {
@@ -24,7 +27,7 @@ impl TaylorHood {
         let values = self.assemble(mesh, row_starts, &Divergence)?;
         let shape = (self.n_vertices(), self.n_points());
         let columns = &self.pattern.columns[..values.len()];
-        Ok(on_pattern(shape, row_starts, columns, values))
+        Ok(matrix_on_pattern(shape, row_starts, columns, values))
     }
 }
 
@@ -32,20 +35,20 @@ struct Divergence;
 
 impl Form<4, 10> for Divergence {
     type Entry = [f64; 3];
-    type Shared = [Vec3; 4];
+    type AffineData = [Vec3; 4];
 
-    fn share(&self, _: usize, affine: &Affine) -> [Vec3; 4] {
+    fn affine_data(&self, _: usize, affine: &Affine) -> [Vec3; 4] {
         affine.scaled_gradients
     }
 
     fn affine_row(g: &[Vec3; 4], q: usize) -> [[f64; 3]; 10] {
         let mut row = [[0.0; 3]; 10];
         for j in 0..4 {
-            // grad N_j = (4 l_j - 1) grad l_j, and int psi_q / |T| = 1/4.
+            // ∇N_j = (4 l_j - 1) ∇l_j, and ∫ ψ_q / |T| = 1/4.
             row[j] = ((0.25 - 4.0 * linear_mass(q, j)) * g[j]).into();
         }
         for (k, [i, j]) in TET_EDGES.into_iter().enumerate() {
-            // grad N_ij = 4 (l_i grad l_j + l_j grad l_i).
+            // ∇N_ij = 4 (l_i ∇l_j + l_j ∇l_i).
             row[4 + k] = (-4.0 * (linear_mass(q, i) * g[j] + linear_mass(q, j) * g[i])).into();
         }
         row

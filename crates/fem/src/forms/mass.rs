@@ -1,4 +1,4 @@
-//! `int psi_p psi_q` on linear and `int N_i N_j` on quadratic elements.
+//! Mass matrices: `∫ ψ_p ψ_q` on linear and `∫ N_i N_j` on quadratic elements.
 
 use linalg::Csr;
 use mesh::TetMesh;
@@ -10,25 +10,28 @@ use crate::reference::{QUADRATIC_MASS, linear_mass};
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {
-    /// The pressure mass matrix, `int psi_p psi_q`.
+    /// Mass matrix of the pressure, `∫ ψ_p ψ_q`.
     ///
-    /// Shape: `n_vertices` x `n_vertices`, symmetric positive definite; its entries add up to the volume. Exact on
-    /// affine and on curved cells (degree 5).
+    /// Shape: `n_vertices` × `n_vertices`, symmetric positive definite; the sum of its entries is
+    /// the volume. Exact on affine and on curved cells (degree 5).
+    ///
     /// # Errors
     /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
     pub fn pressure_mass(&self, mesh: &TetMesh) -> Result<Csr, FemError> {
         self.vertex_matrix(mesh, &LinearMass)
     }
 
-    /// The scalar mass matrix of quadratic elements, `int N_i N_j`.
+    /// Scalar mass matrix of quadratic elements, `∫ N_i N_j`.
     ///
-    /// Shape: `n_points` x `n_points`, symmetric positive definite. Exact on affine cells; on curved cells the
-    /// integrand has degree 7 and the 24-point rule degree 6, which is of higher order than the element's own error.
+    /// Shape: `n_points` × `n_points`, symmetric positive definite. Exact on affine cells. On
+    /// curved cells the integrand has degree 7 and the 24-point rule degree 6; its error is of
+    /// higher order than the discretisation error.
+    ///
     /// # Errors
     /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
     pub fn velocity_mass(&self, mesh: &TetMesh) -> Result<Csr, FemError> {
         let values = self.assemble(mesh, &self.pattern.row_starts, &QuadraticMass)?;
-        Ok(self.on_nodes(values))
+        Ok(self.node_matrix(values))
     }
 }
 
@@ -36,9 +39,9 @@ struct LinearMass;
 
 impl Form<4, 4> for LinearMass {
     type Entry = f64;
-    type Shared = f64;
+    type AffineData = f64;
 
-    fn share(&self, _: usize, affine: &Affine) -> f64 {
+    fn affine_data(&self, _: usize, affine: &Affine) -> f64 {
         affine.volume
     }
 
@@ -64,9 +67,9 @@ struct QuadraticMass;
 
 impl Form<10, 10> for QuadraticMass {
     type Entry = f64;
-    type Shared = f64;
+    type AffineData = f64;
 
-    fn share(&self, _: usize, affine: &Affine) -> f64 {
+    fn affine_data(&self, _: usize, affine: &Affine) -> f64 {
         affine.volume
     }
 

@@ -1,4 +1,4 @@
-//! `K_ij = int grad N_i . grad N_j` on quadratic elements.
+//! Scalar stiffness matrix of quadratic elements, `K_ij = ∫ ∇N_i · ∇N_j`.
 
 use linalg::Csr;
 use mesh::TetMesh;
@@ -10,20 +10,24 @@ use crate::reference::STIFFNESS_BY_EDGE;
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {
-    /// The scalar stiffness matrix of quadratic elements, `K_ij = int grad N_i . grad N_j`, which serves each of the
-    /// three velocity components.
+    /// Scalar stiffness matrix of quadratic elements, `K_ij = ∫ ∇N_i · ∇N_j`.
     ///
-    /// Shape: `n_points` x `n_points`, symmetric; constants are its null space. It stands for `2 D:D` wherever
-    /// velocities vanish or are rigid on the boundary, once `2 |B_h| omega . Omega` is added for each turning body.
-    /// Affine cells are exact. On curved cells the integrand is rational (degree 6 over the cubic Jacobian) and the
-    /// 14-point rule of degree 5 leaves an error of higher order than the element's own.
-    /// Cost: about 0.6 us an affine cell and core; 4 us and 800 bytes
-    /// of scratch a curved cell.
+    /// The matrix applies to each of the three velocity components. If the velocity is zero or
+    /// rigid on the boundary, it is equivalent to the form `∫ 2 D(u):D(v)` up to a term
+    /// `2 |B_h| ω · Ω` for each body that rotates with the angular velocity `ω` (of `u`) or `Ω` (of
+    /// `v`).
+    ///
+    /// Shape: `n_points` × `n_points`, symmetric; constants are its null space. Exact on affine
+    /// cells. On curved cells the integrand is rational (degree 6 over the cubic Jacobian), and the
+    /// error of the 14-point rule of degree 5 is of higher order than the discretisation error.
+    /// Cost per cell and core: about 0.6 μs for an affine cell; 4 μs and 800 bytes of temporary
+    /// memory for a curved cell.
+    ///
     /// # Errors
     /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
     pub fn stiffness(&self, mesh: &TetMesh) -> Result<Csr, FemError> {
         let values = self.assemble(mesh, &self.pattern.row_starts, &Stiffness)?;
-        Ok(self.on_nodes(values))
+        Ok(self.node_matrix(values))
     }
 }
 
@@ -31,9 +35,9 @@ struct Stiffness;
 
 impl Form<10, 10> for Stiffness {
     type Entry = f64;
-    type Shared = [f64; 6];
+    type AffineData = [f64; 6];
 
-    fn share(&self, _: usize, affine: &Affine) -> [f64; 6] {
+    fn affine_data(&self, _: usize, affine: &Affine) -> [f64; 6] {
         affine.edge_weights()
     }
 

@@ -1,4 +1,4 @@
-//! `int c (2 D(u):D(v) + lambda div u div v)` on linear elements.
+//! Elasticity on linear elements, `∫ c (2 D(u):D(v) + λ ∇·u ∇·v)`.
 
 use linalg::Csr;
 use mesh::{TetMesh, Vec3};
@@ -12,12 +12,16 @@ use crate::quadrature::degree_5;
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {
-    /// The matrix of linear elasticity on linear elements, `int c (2 D(u):D(v) + lame div u div v)` with one coefficient a cell, for
-    /// the motion of meshes.
+    /// Matrix of linear elasticity on linear elements, `∫ c (2 D(u):D(v) + λ ∇·u ∇·v)`.
     ///
-    /// Shapes: `coefficient` one a cell; result `3 n_vertices` x `3 n_vertices`, unknown `3 j + c` is component `c` at vertex `j`; symmetric.
+    /// For mesh motion: `coefficient` holds `c`, one value per cell, and `lame` is `λ`.
+    ///
+    /// Shape: `3 n_vertices` × `3 n_vertices`, symmetric; dof `3 j + k` is component `k` at vertex
+    /// `j`.
+    ///
     /// # Errors
-    /// A coefficient of the wrong length or not finite; [`FemError::OtherMesh`], [`FemError::InvertedCell`].
+    /// A coefficient of the wrong length or not finite; [`FemError::OtherMesh`],
+    /// [`FemError::InvertedCell`].
     pub fn vertex_elasticity(
         &self,
         mesh: &TetMesh,
@@ -25,7 +29,7 @@ impl TaylorHood {
         lame: f64,
     ) -> Result<Csr, FemError> {
         check_array("the coefficient", coefficient, mesh.cells().len())?;
-        check_array("the Lame parameter", &[lame], 1)?;
+        check_array("the Lamé parameter", &[lame], 1)?;
         let form = VertexElasticity { coefficient, lame };
         let blocks = self.assemble(mesh, &self.vertex_row_starts, &form)?;
         Ok(interleaved(
@@ -41,7 +45,7 @@ struct VertexElasticity<'a> {
     lame: f64,
 }
 
-/// An affine cell: gradients, what their products are weighed with, and the Lame parameter.
+/// Data of an affine cell: gradients, the weight of their products, and the Lamé parameter.
 #[derive(Clone, Copy)]
 struct Weighted {
     gradients: [Vec3; 4],
@@ -49,16 +53,16 @@ struct Weighted {
     lame: f64,
 }
 
-/// The block of `v` with gradient `a` and `u` with gradient `b`.
+/// Block for a test function of gradient `a` and a trial function of gradient `b`.
 fn block(a: &Vec3, b: &Vec3, lame: f64) -> Matrix3<f64> {
     pair(a, b) + a * (lame * b).transpose()
 }
 
 impl Form<4, 4> for VertexElasticity<'_> {
     type Entry = Matrix3<f64>;
-    type Shared = Weighted;
+    type AffineData = Weighted;
 
-    fn share(&self, cell: usize, affine: &Affine) -> Weighted {
+    fn affine_data(&self, cell: usize, affine: &Affine) -> Weighted {
         Weighted {
             gradients: affine.scaled_gradients,
             weight: self.coefficient[cell] / affine.volume,
@@ -66,9 +70,9 @@ impl Form<4, 4> for VertexElasticity<'_> {
         }
     }
 
-    fn affine_row(shared: &Weighted, local: usize) -> [Matrix3<f64>; 4] {
-        let g = &shared.gradients;
-        [0, 1, 2, 3].map(|j| shared.weight * block(&g[local], &g[j], shared.lame))
+    fn affine_row(data: &Weighted, local: usize) -> [Matrix3<f64>; 4] {
+        let g = &data.gradients;
+        [0, 1, 2, 3].map(|j| data.weight * block(&g[local], &g[j], data.lame))
     }
 
     fn curved(&self, cell: usize, nodes: &CellNodes) -> Result<[[Matrix3<f64>; 4]; 4], FemError> {

@@ -1,20 +1,21 @@
-//! `int c grad psi_p . grad psi_q` on linear elements.
+//! Scalar stiffness matrix of linear elements, `∫ c ∇ψ_p · ∇ψ_q`.
 
 use linalg::Csr;
 use mesh::{TET_EDGES, TetMesh};
 
-use crate::assemble::{Form, on_pattern};
+use crate::assemble::{Form, matrix_on_pattern};
 use crate::check::check_array;
 use crate::geometry::{Affine, CellNodes, MapAt};
 use crate::quadrature::degree_5;
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {
-    /// The scalar stiffness matrix of linear elements, `int grad psi_p . grad psi_q`, on the same, possibly curved,
-    /// geometry.
+    /// Scalar stiffness matrix of linear elements, `∫ ∇ψ_p · ∇ψ_q`, on the same curved geometry.
     ///
-    /// Shape: `n_vertices` x `n_vertices`, symmetric. It equals `I^T K I` with `K` of [`TaylorHood::stiffness`] and
-    /// `I` of [`TaylorHood::vertex_interpolation`], without their product: `psi_q` is a quadratic function too.
+    /// It equals `I^T K I` with `K` of [`TaylorHood::stiffness`] and `I` of
+    /// [`TaylorHood::vertex_interpolation`], because `ψ_q` is a quadratic function too, but it is
+    /// assembled directly. Shape: `n_vertices` × `n_vertices`, symmetric.
+    ///
     /// # Errors
     /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
     pub fn vertex_stiffness(&self, mesh: &TetMesh) -> Result<Csr, FemError> {
@@ -26,12 +27,14 @@ impl TaylorHood {
         )
     }
 
-    /// The stiffness matrix of linear elements with one coefficient a cell, `int c grad psi_p . grad psi_q`, for the
-    /// motion of meshes.
+    /// Stiffness matrix of linear elements with a coefficient, `∫ c ∇ψ_p · ∇ψ_q`.
     ///
-    /// Shapes: `coefficient` one a cell; result `n_vertices` x `n_vertices`, symmetric.
+    /// For mesh motion: `coefficient` holds `c`, one value per cell.
+    /// Shape: `n_vertices` × `n_vertices`, symmetric.
+    ///
     /// # Errors
-    /// A coefficient of the wrong length or not finite; [`FemError::OtherMesh`], [`FemError::InvertedCell`].
+    /// A coefficient of the wrong length or not finite; [`FemError::OtherMesh`],
+    /// [`FemError::InvertedCell`].
     pub fn weighted_vertex_stiffness(
         &self,
         mesh: &TetMesh,
@@ -46,7 +49,7 @@ impl TaylorHood {
         )
     }
 
-    /// A matrix of linear elements.
+    /// Assembles a matrix on the linear elements.
     pub(crate) fn vertex_matrix<F: Form<4, 4, Entry = f64>>(
         &self,
         mesh: &TetMesh,
@@ -55,7 +58,7 @@ impl TaylorHood {
         let values = self.assemble(mesh, &self.vertex_row_starts, form)?;
         let shape = (self.n_vertices(), self.n_vertices());
         let (starts, columns) = (&self.vertex_row_starts, &self.vertex_columns);
-        Ok(on_pattern(shape, starts, columns, values))
+        Ok(matrix_on_pattern(shape, starts, columns, values))
     }
 }
 
@@ -65,9 +68,9 @@ struct VertexStiffness<C> {
 
 impl<C: Fn(usize) -> f64 + Sync> Form<4, 4> for VertexStiffness<C> {
     type Entry = f64;
-    type Shared = [f64; 6];
+    type AffineData = [f64; 6];
 
-    fn share(&self, cell: usize, affine: &Affine) -> [f64; 6] {
+    fn affine_data(&self, cell: usize, affine: &Affine) -> [f64; 6] {
         let coefficient = (self.coefficient)(cell);
         affine.edge_weights().map(|weight| coefficient * weight)
     }
@@ -75,7 +78,7 @@ impl<C: Fn(usize) -> f64 + Sync> Form<4, 4> for VertexStiffness<C> {
     fn affine_row(weights: &[f64; 6], local: usize) -> [f64; 4] {
         let mut row = [0.0; 4];
         for (weight, [i, j]) in weights.iter().zip(TET_EDGES) {
-            // Rows add up to zero, so the diagonal is minus the sum of the others.
+            // The row sums are zero, so the diagonal entry is minus the sum of the others.
             if i == local {
                 row[j] += weight;
                 row[i] -= weight;

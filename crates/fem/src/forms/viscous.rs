@@ -1,4 +1,4 @@
-//! `2 int D(u):D(v)`, the reference path beside the scalar stiffness matrix.
+//! Full viscous form `∫ 2 D(u):D(v)`, the reference for the scalar stiffness matrix.
 
 use linalg::Csr;
 use mesh::{TetMesh, Vec3};
@@ -10,14 +10,16 @@ use crate::quadrature::{degree_2, degree_5};
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {
-    /// The full viscous matrix `2 int D(u):D(v)`, `D` the symmetric gradient, for traction boundaries and as a check
-    /// of the scalar path.
+    /// Full viscous matrix `∫ 2 D(u):D(v)` with the symmetric gradient `D`.
     ///
-    /// Shape: `3 n_points` x `3 n_points`, unknown `3 j + c` is component `c` at point `j`; symmetric; rigid motions
-    /// are its null space to rounding on affine and curved cells. Block `(i, j)` is
-    /// `int (grad N_i . grad N_j) 1 + grad N_j (x) grad N_i` (row: component of `v = N_i`).
-    /// Quadrature is that of [`TaylorHood::stiffness`].
-    /// Cost: nine times the memory of the scalar matrix, and 7.2 kB a curved cell while it runs.
+    /// For traction boundaries, and as a check of the scalar stiffness matrix. Block `(i, j)` is
+    /// `∫ (∇N_i · ∇N_j) I + ∇N_j ∇N_i^T`; its rows are the components of the test function `N_i`.
+    ///
+    /// Shape: `3 n_points` × `3 n_points`, symmetric; dof `3 j + c` is component `c` at point `j`.
+    /// Rigid motions are its null space, to rounding, on affine and on curved cells. The quadrature
+    /// is that of [`TaylorHood::stiffness`]. Cost: nine times the memory of the scalar matrix, and
+    /// 7.2 kB of temporary memory per curved cell.
+    ///
     /// # Errors
     /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
     pub fn viscous_block(&self, mesh: &TetMesh) -> Result<Csr, FemError> {
@@ -27,7 +29,7 @@ impl TaylorHood {
     }
 }
 
-/// Rows and columns of 3 x 3 blocks as rows and columns of numbers.
+/// Scalar matrix with interleaved components from a matrix of 3 × 3 blocks.
 pub(super) fn interleaved(starts: &[usize], columns: &[u32], blocks: &[Matrix3<f64>]) -> Csr {
     let nodes = starts.len() - 1;
     let mut row_starts = vec![0];
@@ -53,16 +55,17 @@ impl Entry for Matrix3<f64> {
 
 struct Viscous;
 
-/// `(a . b) 1 + b (x) a`: the contribution of `v` with gradient `a` and `u` with gradient `b`.
+/// `(a · b) I + b a^T`: block for a test function of gradient `a` and a trial function of gradient
+/// `b`.
 pub(super) fn pair(a: &Vec3, b: &Vec3) -> Matrix3<f64> {
     b * a.transpose() + Matrix3::from_diagonal_element(a.dot(b))
 }
 
 impl Form<10, 10> for Viscous {
     type Entry = Matrix3<f64>;
-    type Shared = Affine;
+    type AffineData = Affine;
 
-    fn share(&self, _: usize, affine: &Affine) -> Affine {
+    fn affine_data(&self, _: usize, affine: &Affine) -> Affine {
         *affine
     }
 

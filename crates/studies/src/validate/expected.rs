@@ -73,8 +73,7 @@ fn interpolation_energy(
     mesh: &TetMesh,
     flow: impl Fn(Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) + Sync,
 ) -> Result<f64> {
-    let at_nodes = mesh.points().iter().map(|&x| flow(x).0);
-    let velocity: Vec<f64> = at_nodes.flat_map(|u| [u.x, u.y, u.z]).collect();
+    let velocity: Vec<_> = mesh.points().iter().map(|&x| flow(x).0).collect();
     Ok(fem::velocity_error(mesh, &velocity, flow)?
         .h1_seminorm
         .powi(2))

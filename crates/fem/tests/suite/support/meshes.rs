@@ -1,4 +1,4 @@
-//! A cube of random affine tets and a shell between two concentric spheres.
+//! Meshes of the shell between two concentric spheres and of a ball.
 
 use std::collections::BTreeMap;
 
@@ -10,15 +10,17 @@ use super::noise;
 pub const BODY: u16 = 0;
 pub const CONTAINER: u16 = 1;
 
-/// A random affine image of [`straight_shell`] to radius 3, inner vertices jittered: affine cells of all shapes, each
-/// with a vertex inside, without which a Dirichlet problem leaves pressures undetermined.
+/// Random affine image of [`straight_shell`] with outer radius 3 and displaced interior vertices.
+///
+/// The cells are affine and of all shapes. Each has a vertex in the interior; otherwise a Dirichlet
+/// problem might not determine the pressure.
 pub fn random_affine(n: usize, seed: u64) -> TetMesh {
     let mut tets = shell(n, 3.0);
     // Diagonally dominant, so never singular.
     let map = Matrix3::identity() + 0.3 * Matrix3::from_fn(|r, c| noise(seed, 3 * r + c));
     for (index, x) in tets.points.iter_mut().enumerate() {
         if x.norm() > 1.01 && x.norm() < 2.99 {
-            // A tenth of an edge in each direction.
+            // About a tenth of an edge in each direction.
             let step = 0.06 * x.norm() / n as f64;
             *x += Vec3::from_fn(|c, _| step * noise(seed, 9 + 3 * index + c));
         }
@@ -27,8 +29,10 @@ pub fn random_affine(n: usize, seed: u64) -> TetMesh {
     TetMesh::straight(tets).unwrap()
 }
 
-/// The shell between spheres of radius 1 and `outer` about the origin: icosphere prisms, `n` to an edge of the
-/// icosahedron and `n` layers in geometric progression, each split into three tets. Tags "sphere" and "outer".
+/// Shell between spheres of radius 1 and `outer` about the origin, with tags "sphere" and "outer".
+///
+/// Prisms over the triangles of an icosphere, `n` per edge of the icosahedron, in `n` layers in
+/// geometric progression; each prism is split into three tetrahedra.
 fn shell(n: usize, outer: f64) -> LinearTets {
     let (directions, triangles) = icosphere(n);
     let n_directions = directions.len() as u32;
@@ -44,7 +48,8 @@ fn shell(n: usize, outer: f64) -> LinearTets {
         for layer in 0..n as u32 {
             let [a, b, c] = s.map(|v| v + layer * n_directions);
             let [ta, tb, tc] = s.map(|v| v + (layer + 1) * n_directions);
-            // Every quadrilateral is cut from the bottom of its lower to the top of its higher direction.
+            // The diagonal of a quadrilateral goes from the bottom at its lower direction number to
+            // the top at its higher one.
             tets.extend([[a, b, c, tc], [a, b, tb, tc], [a, ta, tb, tc]]);
         }
         faces.push((triangle, BODY));
@@ -69,12 +74,12 @@ pub fn curved_shell(n: usize, outer: f64) -> TetMesh {
     TetMesh::curved(shell(n, outer), &[("sphere", &body), ("outer", &container)]).unwrap()
 }
 
-/// [`shell`] with midside nodes halfway.
+/// [`shell`] with straight edges.
 pub fn straight_shell(n: usize, outer: f64) -> TetMesh {
     TetMesh::straight(shell(n, outer)).unwrap()
 }
 
-/// The ball as a fan of tets around its centre, on an icosphere of `n` to an edge.
+/// Ball of tetrahedra that share its centre, on an icosphere with `n` triangles per edge.
 pub fn fan(n: usize) -> TetMesh {
     let (mut points, triangles) = icosphere(n);
     let centre = points.len() as u32;
@@ -94,7 +99,7 @@ pub fn fan(n: usize) -> TetMesh {
     .unwrap()
 }
 
-/// Unit vectors and triangles of the icosahedron with edges cut into `n`.
+/// Unit vectors and triangles of an icosphere: each edge of the icosahedron is divided into `n`.
 fn icosphere(n: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let golden = 0.5 * (1.0 + 5f64.sqrt());
     let mut corners = Vec::new();
@@ -115,7 +120,7 @@ fn icosphere(n: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     for i in 0..12 {
         for j in i + 1..12 {
             for k in j + 1..12 {
-                // Corners of a face are two apart, the edge length for this size.
+                // The edge length for corners of this size is 2.
                 let near = |a: usize, b: usize| (corners[a] - corners[b]).norm() < 2.1;
                 if !(near(i, j) && near(j, k) && near(i, k)) {
                     continue;

@@ -1,9 +1,9 @@
-//! Estimates and measures of a part between mirror planes are those of the whole.
+//! Estimates and surface measures on a part between symmetry planes agree with those of the whole.
 
 use fem::SurplusSpace;
 use mesh::{LinearTets, SYMMETRY_PLANE_TAGS, TetMesh, Vec3};
 
-/// An eighth or less of a box, cells pushed about but for the planes.
+/// Part of a box between symmetry planes normal to `axes`, with displaced interior vertices.
 fn part(axes: &[usize]) -> TetMesh {
     let mut cube = LinearTets::cube(3);
     for &axis in axes {
@@ -11,13 +11,16 @@ fn part(axes: &[usize]) -> TetMesh {
     }
     for x in &mut cube.points {
         let inside = x.map(|c| if c > 0.0 && c < 1.0 { 0.05 } else { 0.0 });
-        let push = Vec3::new((7.0 * x.y).sin(), (9.0 * x.z).cos(), (5.0 * x.x).sin());
-        *x += inside.component_mul(&push);
+        let displacement = Vec3::new((7.0 * x.y).sin(), (9.0 * x.z).cos(), (5.0 * x.x).sin());
+        *x += inside.component_mul(&displacement);
     }
     TetMesh::straight(cube).expect("a mesh")
 }
 
-/// A flow that is its own image in all coordinate planes: components odd across their plane, all else even.
+/// Flow that is symmetric about all coordinate planes.
+///
+/// Each velocity component is odd across the plane normal to it and even across the others; the
+/// pressure is even.
 fn flow(x: Vec3) -> (Vec3, f64) {
     let even = |x: Vec3| (1.3 * x.x * x.x).cos() + (x.y * x.y * x.z * x.z).exp();
     let u = Vec3::new(
@@ -28,11 +31,8 @@ fn flow(x: Vec3) -> (Vec3, f64) {
     (u, even(x.yxz()))
 }
 
-fn sampled(mesh: &TetMesh) -> (Vec<f64>, Vec<f64>) {
-    let velocity = mesh
-        .points()
-        .iter()
-        .flat_map(|x| <[f64; 3]>::from(flow(*x).0));
+fn sampled(mesh: &TetMesh) -> (Vec<Vec3>, Vec<f64>) {
+    let velocity = mesh.points().iter().map(|x| flow(*x).0);
     let pressure = mesh.points()[..mesh.n_vertices()]
         .iter()
         .map(|x| flow(*x).1);
@@ -40,7 +40,7 @@ fn sampled(mesh: &TetMesh) -> (Vec<f64>, Vec<f64>) {
 }
 
 #[test]
-fn estimates_of_a_part_are_those_of_the_whole() {
+fn estimates_of_a_part_equal_those_of_the_whole() {
     for axes in [&[1][..], &[0, 2], &[0, 1, 2]] {
         let part = part(axes);
         let whole = part.unfolded().expect("planes at zero");
@@ -48,40 +48,38 @@ fn estimates_of_a_part_are_those_of_the_whole() {
         let estimated = [&part, &whole.mesh].map(|mesh| {
             let space = SurplusSpace::new(mesh).expect("a mesh");
             let (velocity, pressure) = sampled(mesh);
-            let own = space.surplus(mesh, &velocity, &pressure).expect("a flow");
-            let energy = own.energy(&own).expect("one space");
-            let shares = space.indicators(mesh, &own, &own).expect("one space");
-            let functional = space.functional(mesh, &own).expect("one space");
-            (energy, shares, functional)
+            let surplus = space.surplus(mesh, &velocity, &pressure).expect("a flow");
+            let energy = surplus.energy(&surplus).expect("one space");
+            let indicators = space
+                .indicators(mesh, &surplus, &surplus)
+                .expect("one space");
+            let functional = space.functional(mesh, &surplus).expect("one space");
+            (energy, indicators, functional)
         });
         let [
-            (energy, shares, functional),
-            (all_energy, all_shares, all_functional),
+            (energy, indicators, functional),
+            (all_energy, all_indicators, all_functional),
         ] = estimated;
-        // sums of some thousand terms of the size of the whole
+        // Rounding of sums of some thousand terms of the size of the whole.
         let close = |a: f64, b: f64, size: f64| (a - b).abs() <= 1e-11 * size;
-        // no solution, so the sign of the estimate says nothing
+        // The flow is not a discrete solution, so the estimate may be negative.
         let whole_size = all_energy.abs();
         assert!(close(parts * energy, all_energy, whole_size));
-        assert!((0..shares.len()).all(|k| close(shares[k], all_shares[k], whole_size)));
-        // nodes on planes belong to as many parts as meet there; across planes loads cancel
+        assert!((0..indicators.len()).all(|k| close(indicators[k], all_indicators[k], whole_size)));
+        // A node on symmetry planes belongs to all parts that meet there; normal components cancel.
         let planes: std::collections::BTreeMap<_, _> =
             part.nodes_on_symmetry_planes().into_iter().collect();
         let size = all_functional
             .velocity
             .iter()
-            .fold(0.0_f64, |m, f| m.max(f.abs()));
+            .fold(0.0_f64, |m, f| m.max(f.amax()));
         for (image, (node, signs)) in whole.sources.iter().enumerate() {
             let on = planes.get(node).copied().unwrap_or_default();
             let meeting = (1 << on.iter().filter(|&&on| on).count()) as f64;
             for axis in 0..3 {
-                let own = functional.velocity[3 * *node as usize + axis] * signs[axis];
-                let expected = if on[axis] { 0.0 } else { meeting * own };
-                assert!(close(
-                    all_functional.velocity[3 * image + axis],
-                    expected,
-                    size
-                ));
+                let of_part = functional.velocity[*node as usize][axis] * signs[axis];
+                let expected = if on[axis] { 0.0 } else { meeting * of_part };
+                assert!(close(all_functional.velocity[image][axis], expected, size));
             }
             if image < whole.mesh.n_vertices() {
                 let expected = meeting * functional.pressure[*node as usize];
@@ -92,8 +90,8 @@ fn estimates_of_a_part_are_those_of_the_whole() {
 }
 
 #[test]
-fn measures_of_a_part_are_its_share() {
-    // the outer sides of an eighth of a cube enclose it together with the planes
+fn surface_measures_of_a_part_are_closed_by_symmetry_planes() {
+    // Together with the symmetry planes the outer sides of an eighth of a cube enclose it.
     let mut cube = LinearTets::cube(2);
     cube.faces.iter_mut().for_each(|face| {
         face.1 = if face.1.is_multiple_of(2) {
@@ -109,7 +107,7 @@ fn measures_of_a_part_are_its_share() {
     let measures = fem::surface_measures(&mesh, tag).expect("closed by planes");
     assert!((measures.volume - 1.0).abs() < 1e-14 && (measures.area - 3.0).abs() < 1e-14);
     assert!((measures.centroid - Vec3::repeat(0.5)).norm() < 1e-14);
-    // without planes the same faces are open
+    // Without symmetry planes the same faces do not form a closed surface.
     let mut cube = LinearTets::cube(2);
     cube.faces.iter_mut().for_each(|face| face.1 %= 2);
     cube.tags = ["lower", "upper"].map(String::from).into();

@@ -1,20 +1,21 @@
-//! One thread or several: the same bits.
+//! Results are bitwise the same for one thread and for several.
 
-mod support;
-
-use fem::{TaylorHood, consistent_load, dissipation, momentum_residual, stress_load};
+use crate::support::meshes::{BODY, curved_shell};
+use crate::support::{interleaved, noise_field, noise_vector};
+use fem::{
+    TaylorHood, consistent_load, continuity_residual, dissipation, load_vector, momentum_residual,
+    stress_load,
+};
 use mesh::Vec3;
-use support::meshes::{BODY, curved_shell};
-use support::noise_vector;
 
-/// Bits of everything this crate computes in parallel, on `threads` threads.
+/// Bits of all parallel results of this crate, computed with `threads` threads.
 fn everything(threads: usize) -> Vec<u64> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
         .unwrap();
     pool.install(|| {
-        // Enough cells for several tasks of every loop.
+        // Enough cells for several tasks in every parallel loop.
         let mesh = curved_shell(5, 3.0);
         let space = TaylorHood::new(&mesh).unwrap();
         let (k, b) = (
@@ -22,7 +23,7 @@ fn everything(threads: usize) -> Vec<u64> {
             space.divergence(&mesh).unwrap(),
         );
         let (u, p) = (
-            noise_vector(1, 3 * mesh.n_points()),
+            noise_field(1, mesh.n_points()),
             noise_vector(2, mesh.n_vertices()),
         );
         let residual = momentum_residual(&k, &b, &u, &p).unwrap();
@@ -33,7 +34,9 @@ fn everything(threads: usize) -> Vec<u64> {
         ] {
             numbers.extend(load.force.iter().chain(&load.torque));
         }
-        numbers.extend(residual);
+        numbers.extend(interleaved(&residual));
+        numbers.extend(continuity_residual(&b, &u).unwrap());
+        numbers.extend(interleaved(&load_vector(&mesh, |x| x * x.y).unwrap()));
         numbers.extend(b.data().as_flattened());
         for matrix in [
             k,
@@ -62,7 +65,7 @@ fn everything(threads: usize) -> Vec<u64> {
 }
 
 #[test]
-fn results_are_the_same_bitwise_for_any_number_of_threads() {
+fn results_are_bitwise_the_same_for_any_number_of_threads() {
     let one = everything(1);
     for threads in [2, 3] {
         assert!(

@@ -1,15 +1,13 @@
-//! What holds for every mesh and every field: symmetry, null spaces, adjointness, identities between the matrices.
+//! Properties for every mesh and field: symmetry, null spaces, adjointness, identities of matrices.
 
-mod support;
-
-use fem::{TaylorHood, dissipation, momentum_residual, surface_measures};
+use crate::support::meshes::{BODY, curved_shell, random_affine};
+use crate::support::{dot, interleaved, nodal, noise, noise_field, noise_vector};
+use fem::{TaylorHood, continuity_residual, dissipation, momentum_residual, surface_measures};
 use linalg::Csr;
 use mesh::{TetMesh, Vec3};
 use proptest::prelude::*;
-use support::meshes::{BODY, curved_shell, random_affine};
-use support::{dot, noise, noise_vector, stokes};
 
-/// A shell whose every cell is curved: all nodes are moved by up to a fiftieth.
+/// Shell whose cells are all curved: each coordinate of each node is moved by up to 0.02.
 fn bent_shell(seed: u64) -> TetMesh {
     let mesh = curved_shell(2, 3.0);
     let points = mesh.points().iter().enumerate();
@@ -17,7 +15,7 @@ fn bent_shell(seed: u64) -> TetMesh {
     mesh.with_points(moved.collect()).unwrap()
 }
 
-/// Affine, mixed and curved meshes.
+/// Strategy for affine, mixed and curved meshes.
 fn meshes() -> impl Strategy<Value = TetMesh> {
     prop_oneof![
         any::<u64>().prop_map(|seed| random_affine(2, seed)),
@@ -35,7 +33,7 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |a, b| b.abs().max(a))
 }
 
-/// Largest entry of `a - b`, which have one sparsity, relative to the largest of `a`.
+/// Largest entry of `a - b` relative to the largest of `a`; the patterns must be equal.
 fn difference(a: &Csr, b: &Csr) -> f64 {
     assert_eq!(
         (a.indptr().raw_storage(), a.indices()),
@@ -57,14 +55,15 @@ fn on_boundary(mesh: &TetMesh) -> Vec<bool> {
     boundary
 }
 
-/// Rounding of a sum of a row's entries (at most a few hundred, each from at most a few dozen cells).
+/// Rounding of the sum of a row: at most a few hundred entries, each from at most a few dozen
+/// cells.
 const ROUNDING: f64 = 1e-12;
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
     #[test]
-    fn stiffness_is_symmetric_and_kills_constants(mesh in meshes()) {
+    fn stiffness_is_symmetric_and_zero_for_constants(mesh in meshes()) {
         let space = TaylorHood::new(&mesh).unwrap();
         for k in [space.stiffness(&mesh).unwrap(), space.vertex_stiffness(&mesh).unwrap()] {
             prop_assert!(is_symmetric(&k));
@@ -73,7 +72,7 @@ proptest! {
     }
 
     #[test]
-    fn vertex_elasticity_is_the_viscous_form_on_linear_fields_plus_the_divergence(mesh in meshes(), seed in any::<u64>()) {
+    fn vertex_elasticity_is_the_viscous_form_of_linear_fields_plus_the_divergence(mesh in meshes(), seed in any::<u64>()) {
         let space = TaylorHood::new(&mesh).unwrap();
         let ones = vec![1.0; mesh.n_cells()];
         let plain = space.vertex_elasticity(&mesh, &ones, 0.0).unwrap();
@@ -81,15 +80,15 @@ proptest! {
         prop_assert!(is_symmetric(&plain) && is_symmetric(&stiff));
         let n = mesh.n_vertices();
         let spin = noise_vector(seed, 3);
-        let turned: Vec<f64> = mesh.points()[..n]
+        let rotation: Vec<f64> = mesh.points()[..n]
             .iter()
             .flat_map(|x| <[f64; 3]>::from(Vec3::from_column_slice(&spin).cross(x)))
             .collect();
-        // On curved cells vertices that turn do not carry the geometry with them.
+        // On curved cells the midside nodes do not follow the rotation of the vertices.
         if (0..mesh.n_cells()).all(|cell| mesh.is_affine(cell)) {
-            prop_assert!(largest(&product(&stiff, &turned)) < ROUNDING * largest(stiff.data()));
+            prop_assert!(largest(&product(&stiff, &rotation)) < ROUNDING * largest(stiff.data()));
         }
-        // The same energy as the quadratic form for the interpolated field.
+        // The energy is that of the viscous form for the interpolated field.
         let u = noise_vector(seed, 3 * n);
         let interpolation = space.vertex_interpolation(&mesh).unwrap();
         let mut fine = vec![0.0; 3 * mesh.n_points()];
@@ -102,7 +101,7 @@ proptest! {
         let viscous = space.viscous_block(&mesh).unwrap();
         let (energy, expected) = (dot(&u, &product(&plain, &u)), dot(&fine, &product(&viscous, &fine)));
         prop_assert!((energy - expected).abs() < ROUNDING * expected);
-        // A uniform expansion: 2 D:D = 6 and (div u)^2 = 9.
+        // Uniform expansion: 2 D:D = 6 and (∇·u)^2 = 9.
         if (0..mesh.n_cells()).all(|cell| mesh.is_affine(cell)) {
             let x: Vec<f64> = mesh.points()[..n].iter().flat_map(|x| <[f64; 3]>::from(*x)).collect();
             let expected = 2.0 * (6.0 + 0.7 * 9.0) * mesh.volume();
@@ -126,7 +125,7 @@ proptest! {
     }
 
     #[test]
-    fn weights_enter_the_vertex_stiffness_linearly(mesh in meshes(), seed: u64) {
+    fn vertex_stiffness_is_linear_in_its_coefficient(mesh in meshes(), seed: u64) {
         let space = TaylorHood::new(&mesh).unwrap();
         let (c, d) = (noise_vector(seed, mesh.n_cells()), noise_vector(!seed, mesh.n_cells()));
         let weighted = |c: &[f64]| space.weighted_vertex_stiffness(&mesh, c).unwrap();
@@ -142,12 +141,12 @@ proptest! {
     }
 
     #[test]
-    fn divergence_of_constants_and_inner_column_sums_vanish(mesh in meshes()) {
+    fn divergence_of_constants_and_interior_column_sums_are_zero(mesh in meshes()) {
         let space = TaylorHood::new(&mesh).unwrap();
         let b = space.divergence(&mesh).unwrap();
         let scale = b.data().iter().map(|b| largest(b)).fold(0.0, f64::max);
-        let constant: Vec<f64> = (0..3 * mesh.n_points()).map(|i| [1.0, -2.0, 0.5][i % 3]).collect();
-        prop_assert!(largest(&stokes::apply(&b, &constant)) < ROUNDING * scale);
+        let constant = vec![Vec3::new(1.0, -2.0, 0.5); mesh.n_points()];
+        prop_assert!(largest(&continuity_residual(&b, &constant).unwrap()) < ROUNDING * scale);
 
         let mut sums = vec![[0.0; 3]; mesh.n_points()];
         for (value, (_, j)) in b.iter() {
@@ -158,20 +157,20 @@ proptest! {
         for (sum, boundary) in sums.iter().zip(on_boundary(&mesh)) {
             prop_assert!(boundary || largest(sum) < ROUNDING * scale);
         }
-        // On the position, div x = 3: -B x is three times the integral of each pressure function.
-        let position: Vec<f64> = mesh.points().iter().flat_map(|&x| <[f64; 3]>::from(x)).collect();
+        // The divergence of the position is 3, so -B x is three times the integral of each pressure
+        // function.
         let mass = space.pressure_mass(&mesh).unwrap();
         let integrals = product(&mass, &vec![1.0; mesh.n_vertices()]);
-        for (b, integral) in stokes::apply(&b, &position).iter().zip(&integrals) {
+        for (b, integral) in continuity_residual(&b, mesh.points()).unwrap().iter().zip(&integrals) {
             prop_assert!((b + 3.0 * integral).abs() < ROUNDING);
         }
     }
 
     #[test]
-    fn masses_are_symmetric_positive_and_add_up_to_the_volume(mesh in meshes(), seed: u64) {
+    fn mass_matrices_are_symmetric_positive_definite_and_sum_to_the_volume(mesh in meshes(), seed: u64) {
         let space = TaylorHood::new(&mesh).unwrap();
-        // The rule for quadratic masses is one degree short on curved cells, of which this integrand
-        // (the Jacobian, degree 3) is not aware.
+        // On curved cells the rule of the quadratic mass matrix is one degree short, but the sum of
+        // the entries is the integral of the Jacobian, of degree 3, and exact.
         for m in [space.pressure_mass(&mesh).unwrap(), space.velocity_mass(&mesh).unwrap()] {
             prop_assert!(is_symmetric(&m));
             let sum: f64 = m.data().iter().sum();
@@ -182,7 +181,7 @@ proptest! {
     }
 
     #[test]
-    fn viscous_matrix_is_symmetric_kills_rigid_motions_and_dissipates(mesh in meshes(), seed: u64) {
+    fn viscous_matrix_is_symmetric_zero_for_rigid_motions_and_gives_the_dissipation(mesh in meshes(), seed: u64) {
         let space = TaylorHood::new(&mesh).unwrap();
         let viscous = space.viscous_block(&mesh).unwrap();
         prop_assert!(is_symmetric(&viscous));
@@ -191,11 +190,11 @@ proptest! {
         prop_assert!(largest(&product(&viscous, &rigid)) < ROUNDING * largest(viscous.data()) * largest(&rigid));
         let u = noise_vector(seed, viscous.rows());
         let power = dot(&u, &product(&viscous, &u));
-        prop_assert!((dissipation(&mesh, &u).unwrap() / power - 1.0).abs() < ROUNDING);
+        prop_assert!((dissipation(&mesh, &nodal(&u)).unwrap() / power - 1.0).abs() < ROUNDING);
     }
 
-    /// `2 int D:D = int grad:grad + int div div + 2 |B_h| omega . Omega` for fields that are rigid on the body and
-    /// vanish on the container, whatever they do between and however curved the cells are.
+    /// `∫ 2 D(u):D(v) = ∫ ∇u:∇v + ∫ ∇·u ∇·v + 2 |B_h| ω · Ω` for all fields that are rigid on the
+    /// body and zero on the container, on curved cells too.
     #[test]
     fn grad_grad_identity(seed: u64, bent: bool) {
         let mesh = if bent { bent_shell(seed) } else { curved_shell(2, 3.0) };
@@ -221,8 +220,8 @@ proptest! {
         let component = |u: &[f64], c: usize| u.iter().skip(c).step_by(3).copied().collect::<Vec<f64>>();
         let grad_grad: f64 = (0..3).map(|c| dot(&component(&v, c), &product(&k, &component(&u, c)))).sum();
         let twice_dd = dot(&v, &product(&viscous, &u));
-        // Block (i, j) of the viscous matrix is k_ij 1 + grad N_j (x) grad N_i, that of div div grad N_i (x) grad N_j:
-        // its transpose less the stiffness.
+        // Block (i, j) of the viscous matrix is k_ij I + ∇N_j ∇N_i^T; that of ∇·u ∇·v is ∇N_i
+        // ∇N_j^T, the transpose minus the stiffness.
         let transposed: f64 = viscous
             .iter()
             .map(|(value, (row, column))| {
@@ -232,59 +231,57 @@ proptest! {
             .sum();
         let div_div = transposed - grad_grad;
         let volume = surface_measures(&mesh, BODY).unwrap().volume;
-        let turning = 2.0 * volume * omega_u.dot(&omega_v);
+        let rotational = 2.0 * volume * omega_u.dot(&omega_v);
         let scale = (dot(&u, &product(&viscous, &u)) * dot(&v, &product(&viscous, &v))).sqrt();
-        let gap = twice_dd - (grad_grad + div_div + turning);
+        let gap = twice_dd - (grad_grad + div_div + rotational);
         prop_assert!(gap.abs() < 1e-12 * scale, "{} of {}", gap, scale);
-        // The turning term is far above the tolerance: the identity does not hold without it.
-        prop_assert!(turning.abs() > 1e-8 * scale || omega_u.dot(&omega_v).abs() < 1e-6);
+        // The rotational term is far above the tolerance, so the identity fails without it.
+        prop_assert!(rotational.abs() > 1e-8 * scale || omega_u.dot(&omega_v).abs() < 1e-6);
     }
 
     #[test]
     fn residual_is_the_product_of_the_matrices(mesh in meshes(), seed: u64) {
         let space = TaylorHood::new(&mesh).unwrap();
         let (k, b) = (space.stiffness(&mesh).unwrap(), space.divergence(&mesh).unwrap());
-        let (u, p) = (noise_vector(seed, 3 * mesh.n_points()), noise_vector(!seed, mesh.n_vertices()));
-        let v = noise_vector(seed / 2, 3 * mesh.n_points());
+        let (u, p) = (noise_field(seed, mesh.n_points()), noise_vector(!seed, mesh.n_vertices()));
+        let v = noise_field(seed / 2, mesh.n_points());
         let residual = momentum_residual(&k, &b, &u, &p).unwrap();
-        // v.(K u + B^T p) = u.(K v) + p.(B v).
+        // v · (K u + B^T p) = u · (K v) + p · (B v).
         let adjoint = momentum_residual(&k, &b, &v, &vec![0.0; p.len()]).unwrap();
-        let expected = dot(&u, &adjoint) + dot(&p, &stokes::apply(&b, &v));
-        prop_assert!((dot(&v, &residual) - expected).abs() < ROUNDING * largest(k.data()) * u.len() as f64);
+        let inner = |a: &[Vec3], b: &[Vec3]| dot(&interleaved(a), &interleaved(b));
+        let expected = inner(&u, &adjoint) + dot(&p, &continuity_residual(&b, &v).unwrap());
+        let scale = largest(k.data()) * 3.0 * u.len() as f64;
+        prop_assert!((inner(&v, &residual) - expected).abs() < ROUNDING * scale);
     }
 
     #[test]
-    fn matrices_scale_and_turn_with_the_mesh(mesh in meshes(), scale in 1e-6..1e6f64, angle in -3.0..3.0f64) {
-        let turn = nalgebra::Rotation3::from_axis_angle(&Vec3::z_axis(), angle);
-        let moved = mesh.points().iter().map(|x| turn * x * scale).collect();
+    fn matrices_follow_scaling_and_rotation_of_the_mesh(mesh in meshes(), scale in 1e-6..1e6f64, angle in -3.0..3.0f64) {
+        let rotation = nalgebra::Rotation3::from_axis_angle(&Vec3::z_axis(), angle);
+        let moved = mesh.points().iter().map(|x| rotation * x * scale).collect();
         let moved = mesh.with_points(moved).unwrap();
         let space = TaylorHood::new(&mesh).unwrap();
         let mut k = space.stiffness(&mesh).unwrap();
         k.data_mut().iter_mut().for_each(|value| *value *= scale);
         prop_assert!(difference(&k, &space.stiffness(&moved).unwrap()) < ROUNDING);
-        let (b, turned) = (space.divergence(&mesh).unwrap(), space.divergence(&moved).unwrap());
+        let (b, rotated) = (space.divergence(&mesh).unwrap(), space.divergence(&moved).unwrap());
         let entry = |b: &[f64; 3]| Vec3::from(*b);
         let size = b.data().iter().map(|b| entry(b).norm()).fold(0.0, f64::max);
-        for (b, turned) in b.data().iter().zip(turned.data()) {
-            prop_assert!((turn * entry(b) - entry(turned) / scale.powi(2)).norm() < ROUNDING * size);
+        for (b, rotated) in b.data().iter().zip(rotated.data()) {
+            prop_assert!((rotation * entry(b) - entry(rotated) / scale.powi(2)).norm() < ROUNDING * size);
         }
     }
 }
 
 #[test]
-fn div_div_part_of_the_viscous_matrix_is_the_square_of_the_divergence() {
-    // u = x has divergence 3, so with the transposed blocks u.V'u - u.Ku = 9 |Omega|.
+fn the_divergence_part_of_the_viscous_matrix_gives_the_squared_divergence() {
+    // u = x has divergence 3, so with transposed blocks u · V' u - u · K u = 9 |Ω|.
     let mesh = curved_shell(2, 3.0);
     let space = TaylorHood::new(&mesh).unwrap();
     let (k, viscous) = (
         space.stiffness(&mesh).unwrap(),
         space.viscous_block(&mesh).unwrap(),
     );
-    let u: Vec<f64> = mesh
-        .points()
-        .iter()
-        .flat_map(|&x| <[f64; 3]>::from(x))
-        .collect();
+    let u = interleaved(mesh.points());
     let transposed: f64 = viscous
         .iter()
         .map(|(value, (row, column))| {
@@ -295,9 +292,9 @@ fn div_div_part_of_the_viscous_matrix_is_the_square_of_the_divergence() {
     let residual = momentum_residual(
         &k,
         &space.divergence(&mesh).unwrap(),
-        &u,
+        mesh.points(),
         &vec![0.0; mesh.n_vertices()],
     );
-    let div_div = transposed - dot(&u, &residual.unwrap());
+    let div_div = transposed - dot(&u, &interleaved(&residual.unwrap()));
     assert!((div_div / (9.0 * mesh.volume()) - 1.0).abs() < 1e-12);
 }

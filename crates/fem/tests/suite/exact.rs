@@ -1,19 +1,19 @@
-//! Flows inside the finite element space come out to rounding; integrals of polynomials are exact.
+//! Flows in the finite element space are reproduced to rounding; integrals of polynomials are
+//! exact.
 
-mod support;
-
+use crate::support::meshes::{BODY, curved_shell, random_affine, straight_shell};
+use crate::support::{noise, stokes};
 use fem::{
-    TaylorHood, mean_pressure, pressure_error, stress_load, surface_measures, velocity_error,
+    TaylorHood, load_vector, mean_pressure, pressure_error, stress_load, surface_measures,
+    velocity_error,
 };
-use mesh::{TetMesh, Vec3};
+use mesh::{LinearTets, TetMesh, Vec3};
 use nalgebra::Matrix3;
-use support::meshes::{BODY, curved_shell, random_affine, straight_shell};
-use support::{noise, stokes};
 
-/// A quadratic velocity without divergence and a linear pressure with random coefficients.
+/// Divergence-free quadratic velocity and linear pressure with random coefficients.
 ///
-/// `u_c = a_c + G_ck x_k + x.Q_c x`; `div u = tr G + 2 sum_ck (Q_c)_ck x_k` is made zero by choice of `G_zz` and of
-/// `(Q_z)_zk`. Symmetric `Q_c`, so `laplace u_c = 2 tr Q_c`.
+/// `u_c = a_c + G_ck x_k + x · Q_c x` with symmetric `Q_c`, so that `Δu_c = 2 tr Q_c`. The entries
+/// `G_zz` and `(Q_z)_zk` make the divergence `tr G + 2 sum_ck (Q_c)_ck x_k` zero.
 struct Polynomial {
     constant: Vec3,
     linear: Matrix3<f64>,
@@ -58,16 +58,13 @@ impl Polynomial {
         self.pressure_gradient.dot(&x)
     }
 
-    /// `div stress = laplace u - grad p`, constant.
+    /// Divergence of the stress, `Δu - ∇p`, which is constant.
     fn stress_divergence(&self) -> Vec3 {
         Vec3::from_fn(|c, _| 2.0 * self.quadratic[c].trace()) - self.pressure_gradient
     }
 
-    fn nodal_velocity(&self, mesh: &TetMesh) -> Vec<f64> {
-        mesh.points()
-            .iter()
-            .flat_map(|&x| <[f64; 3]>::from(self.velocity(x).0))
-            .collect()
+    fn nodal_velocity(&self, mesh: &TetMesh) -> Vec<Vec3> {
+        mesh.points().iter().map(|&x| self.velocity(x).0).collect()
     }
 
     fn nodal_pressure(&self, mesh: &TetMesh) -> Vec<f64> {
@@ -83,7 +80,7 @@ fn quadratic_velocity_and_linear_pressure_are_reproduced_on_random_affine_meshes
     for (n, seed) in [(2, 1), (2, 2), (3, 3)] {
         let mesh = random_affine(n, seed);
         let exact = Polynomial::random(seed);
-        // -laplace u + grad p = f: the load of the constant f is f int N_i.
+        // -Δu + ∇p = f: the load vector of the constant f is f ∫ N_i.
         let mass = TaylorHood::new(&mesh)
             .unwrap()
             .velocity_mass(&mesh)
@@ -91,7 +88,7 @@ fn quadratic_velocity_and_linear_pressure_are_reproduced_on_random_affine_meshes
         let mut loads = Vec::new();
         for row in mass.outer_iterator() {
             let integral: f64 = row.data().iter().sum();
-            loads.extend_from_slice((-integral * exact.stress_divergence()).as_slice());
+            loads.push(-integral * exact.stress_divergence());
         }
         let flow = stokes::solve(&mesh, exact.nodal_velocity(&mesh), &loads);
         let error = velocity_error(&mesh, &flow.velocity, |x| exact.velocity(x)).unwrap();
@@ -101,11 +98,21 @@ fn quadratic_velocity_and_linear_pressure_are_reproduced_on_random_affine_meshes
     }
 }
 
+/// Unit cube divided into `n` cubes in each direction.
+fn cube(n: u32) -> TetMesh {
+    TetMesh::straight(LinearTets::cube(n)).unwrap()
+}
+
 #[test]
 fn error_norms_measure_a_known_difference() {
-    // u_h = (x, 0, 0) against 0 on the unit cube: |u|^2 = 1/3, |grad u|^2 = 1; p_h = x against 0: variance 1/12.
-    let mesh = TetMesh::straight(mesh::LinearTets::cube(2)).unwrap();
-    let u: Vec<f64> = mesh.points().iter().flat_map(|x| [x.x, 0.0, 0.0]).collect();
+    // u_h = (x, 0, 0) against 0 on the unit cube: ∫ |u|^2 = 1/3, ∫ |∇u|^2 = 1. The variance of
+    // p_h = x is 1/12.
+    let mesh = cube(2);
+    let u: Vec<Vec3> = mesh
+        .points()
+        .iter()
+        .map(|x| Vec3::new(x.x, 0.0, 0.0))
+        .collect();
     let p: Vec<f64> = mesh.points()[..mesh.n_vertices()]
         .iter()
         .map(|x| x.x)
@@ -121,8 +128,37 @@ fn error_norms_measure_a_known_difference() {
 }
 
 #[test]
-fn stress_of_a_polynomial_flow_balances_its_divergence_inside_the_body() {
-    // On flat facets: with n into the body, oint s n = -|B_h| div s and oint (x - c) x s n = -|B_h| (x_B - c) x div s.
+fn load_vectors_of_quartic_forces_are_exact_on_affine_cells() {
+    let mesh = cube(2);
+    let force = |x: Vec3| Vec3::new(x.x.powi(4), (x.x * x.y).powi(2), x.y * x.z.powi(3));
+    let velocity = |x: &Vec3| Vec3::new(x.y * x.z, x.x * x.x, x.z * x.z);
+    let load = load_vector(&mesh, force).unwrap();
+    let powers = load
+        .iter()
+        .zip(mesh.points())
+        .map(|(f, x)| f.dot(&velocity(x)));
+    // ∫ x^4 y z = 1/20, ∫ x^4 y^2 = 1/15 and ∫ y z^5 = 1/12 on the unit cube.
+    assert!((powers.sum::<f64>() - 0.2).abs() < 1e-14);
+}
+
+#[test]
+fn load_vectors_of_smooth_forces_have_the_order_of_the_rule() {
+    // The sum of the load vector is the integral of the force. A rule of degree 6 is of order 7; on
+    // this mesh, which is symmetric about the centre of each cube, of order 8.
+    let exact = (1f64.exp() - 1.0).powi(3);
+    let error = |n: u32| {
+        let force = |x: Vec3| Vec3::x() * (x.x + x.y + x.z).exp();
+        let load = load_vector(&cube(n), force).unwrap();
+        load.iter().map(|f| f.x).sum::<f64>() - exact
+    };
+    let order = (error(1) / error(2)).abs().log2();
+    assert!((order - 8.0).abs() < 0.5, "order {order}");
+}
+
+#[test]
+fn surface_stress_of_a_polynomial_flow_equals_the_integral_of_its_divergence() {
+    // On flat facets, with n into the body: ∮ σ n = -|B_h| ∇·σ and
+    // ∮ (x - c) × σ n = -|B_h| (x_B - c) × ∇·σ.
     let mesh = straight_shell(2, 3.0);
     let exact = Polynomial::random(7);
     let (u, p) = (exact.nodal_velocity(&mesh), exact.nodal_pressure(&mesh));
@@ -140,7 +176,7 @@ fn stress_of_a_polynomial_flow_balances_its_divergence_inside_the_body() {
 }
 
 #[test]
-fn enclosed_volumes_and_the_fluid_add_up_on_curved_cells() {
+fn the_container_volume_is_that_of_body_and_fluid_on_curved_cells() {
     let mesh = curved_shell(2, 3.0);
     let [body, container] = [0, 1].map(|tag| surface_measures(&mesh, tag).unwrap().volume);
     assert!((container - body - mesh.volume()).abs() < 1e-12 * container);

@@ -1,22 +1,21 @@
-//! Observed orders on a sphere in a concentric ball, where geometry, drag and torque are known exactly.
+//! Observed orders for a sphere in a concentric ball with exactly known geometry, drag and torque.
 //!
-//! The meshes of a family are similar: icosphere edges cut into n, n layers in geometric progression, so h ~ 1/n.
-
-mod support;
+//! The meshes of a family are similar: each edge of the icosahedron is divided into n, and there
+//! are n layers in geometric progression, so h is proportional to 1/n.
 
 use std::f64::consts::PI;
 
+use crate::support::meshes::{BODY, CONTAINER, curved_shell, straight_shell};
+use crate::support::stokes::solve_rigid;
 use fem::{SurfaceMeasures, consistent_load, momentum_residual, stress_load, surface_measures};
 use mesh::{TetMesh, Vec3};
-use support::meshes::{BODY, CONTAINER, curved_shell, straight_shell};
-use support::stokes::solve_rigid;
 
 /// Radius of the ball around the unit sphere.
 const OUTER: f64 = 3.0;
-/// Coarse and fine mesh of the orders.
+/// Numbers n of the coarse and the fine mesh.
 const LEVELS: [usize; 2] = [4, 6];
 
-/// Relative errors of the loads on a sphere that moves along x and turns about z.
+/// Relative errors of drag and torque of a sphere that moves along x and rotates about z.
 struct Errors {
     drag: f64,
     torque: f64,
@@ -25,7 +24,7 @@ struct Errors {
 }
 
 fn load_errors(mesh: &TetMesh) -> Errors {
-    // Exact: Happel and Brenner 1983 (4-22.12) for the drag, 8 pi / (1 - l^3) for the torque.
+    // Exact drag: Happel and Brenner 1983 (4-22.12). Exact torque: 8 π / (1 - l^3).
     let l = 1.0 / OUTER;
     let factor =
         (1.0 - l.powi(5)) / (1.0 - 2.25 * l + 2.5 * l.powi(3) - 2.25 * l.powi(5) + l.powi(6));
@@ -44,7 +43,7 @@ fn load_errors(mesh: &TetMesh) -> Errors {
     }
 }
 
-/// Order at which an error falls from the coarse to the fine level.
+/// Observed order of convergence from the coarse to the fine level.
 fn order([coarse, fine]: [f64; 2]) -> f64 {
     (coarse / fine).abs().ln() / (LEVELS[1] as f64 / LEVELS[0] as f64).ln()
 }
@@ -52,7 +51,7 @@ fn order([coarse, fine]: [f64; 2]) -> f64 {
 #[test]
 fn loads_on_curved_cells_are_of_fourth_order() {
     let [coarse, fine] = LEVELS.map(|n| load_errors(&curved_shell(n, OUTER)));
-    // The theory's order is 4; 3.3 leaves room for the meshes not yet being asymptotic.
+    // The theoretical order is 4; the bound 3.3 allows for meshes that are not yet asymptotic.
     assert!(
         order([coarse.drag, fine.drag]) > 3.3,
         "{} {}",
@@ -65,18 +64,19 @@ fn loads_on_curved_cells_are_of_fourth_order() {
         coarse.torque,
         fine.torque
     );
-    // The error is an energy: the resistance comes out too large.
+    // The error is an energy, so the computed resistance is too large.
     assert!(fine.drag > 0.0 && fine.drag < 1e-3);
     assert!(fine.torque > 0.0 && fine.torque < 1e-3);
-    // Stress integrals are an independent path to the same loads, at least of first order.
+    // Integrals of the stress give the same loads independently, at least of first order.
     assert!(order([coarse.stress_drag, fine.stress_drag]) > 1.0);
     assert!(fine.stress_drag.abs() < 0.01 && fine.stress_torque.abs() < 0.01);
 }
 
 #[test]
-fn loads_on_straight_cells_are_of_the_order_of_their_geometry() {
+fn loads_on_straight_cells_have_the_order_of_the_geometry_error() {
     let [coarse, fine] = LEVELS.map(|n| load_errors(&straight_shell(n, OUTER)));
-    // Facets cut off volume of order h^2, theory 2; too slow an order would be as wrong as too good a one.
+    // The geometry error of straight facets is of order 2; a higher order would be as wrong as a
+    // lower one.
     for pair in [[coarse.drag, fine.drag], [coarse.torque, fine.torque]] {
         assert!(
             (1.2..2.5).contains(&order(pair)),
@@ -86,7 +86,7 @@ fn loads_on_straight_cells_are_of_the_order_of_their_geometry() {
     }
     assert!(
         fine.torque < 0.0,
-        "a polyhedron inside the sphere resists less"
+        "the resistance of an inscribed polyhedron is smaller"
     );
 }
 
@@ -98,7 +98,7 @@ fn measure_errors(measures: SurfaceMeasures, radius: f64) -> [f64; 2] {
 }
 
 #[test]
-fn area_and_volume_are_of_fourth_order_curved_and_of_second_straight() {
+fn area_and_volume_are_of_fourth_order_on_curved_and_second_on_straight_cells() {
     for (tag, radius) in [(BODY, 1.0), (CONTAINER, OUTER)] {
         for (family, expected) in [
             (curved_shell as fn(usize, f64) -> TetMesh, 4.0),
@@ -106,7 +106,7 @@ fn area_and_volume_are_of_fourth_order_curved_and_of_second_straight() {
         ] {
             let [coarse, fine] = LEVELS.map(|n| {
                 let measures = surface_measures(&family(n, OUTER), tag).unwrap();
-                // The icosahedron's symmetry puts the centroid at the centre.
+                // By the symmetry of the icosahedron the centroid is at the centre.
                 assert!(measures.centroid.norm() < 1e-14 * radius);
                 measure_errors(measures, radius)
             });

@@ -1,0 +1,74 @@
+//! Extension of prescribed boundary displacements to the free vertices.
+
+use fem::DirichletCondition;
+use linalg::{Csr, KrylovParams, LinalgError, LinearOperator, Preconditioner, cg};
+use mesh::Vec3;
+use rayon::prelude::*;
+
+/// Relative residual to which extensions are solved.
+///
+/// An extension need not be accurate, only smooth: any field with the correct boundary values is a
+/// valid mesh motion. 1e-8 keeps its error below that of the f32 coordinates in pictures and costs
+/// a few iterations.
+const TOLERANCE: f64 = 1e-8;
+
+/// Number of rows per task.
+const ROWS_PER_TASK: usize = 512;
+
+/// Solves `A d = 0` at the free vertices, with the prescribed values of each field.
+///
+/// `apply` is the product with `A` over all vertices, `operator` its block of the free vertices.
+pub(crate) fn extend(
+    condition: &DirichletCondition,
+    apply: &dyn Fn(&[Vec3]) -> Vec<Vec3>,
+    operator: &dyn LinearOperator,
+    preconditioner: &mut dyn Preconditioner,
+    params: &KrylovParams,
+    fields: &mut [Vec<Vec3>],
+) -> Result<(), LinalgError> {
+    for field in fields {
+        condition.lift(field);
+        let mut rhs = condition.restrict(&apply(field));
+        rhs.iter_mut().for_each(|value| *value = -*value);
+        let mut solution = vec![0.0; rhs.len()];
+        cg(operator, preconditioner, &rhs, &mut solution, params)?;
+        condition.expand(&solution, field);
+    }
+    Ok(())
+}
+
+/// Parameters of the solver with a limit on the number of iterations.
+pub(crate) fn krylov(max_iterations: usize) -> KrylovParams {
+    KrylovParams::default()
+        .with_rel_tol(TOLERANCE)
+        .with_max_iterations(max_iterations)
+}
+
+/// Product `K d` of a scalar matrix and a vector field.
+///
+/// Rows are summed in the order of their columns: bitwise the same for any number of threads.
+pub(crate) fn scalar_product(matrix: &Csr, d: &[Vec3]) -> Vec<Vec3> {
+    let mut product = vec![Vec3::zeros(); matrix.rows()];
+    product
+        .par_iter_mut()
+        .with_min_len(ROWS_PER_TASK)
+        .enumerate()
+        .for_each(|(row, sum)| {
+            if let Some(row) = matrix.outer_view(row) {
+                *sum = row.iter().map(|(column, &value)| value * d[column]).sum();
+            }
+        });
+    product
+}
+
+/// Product `y = A x`, summed like [`scalar_product`].
+pub(crate) fn product(matrix: &Csr, x: &[f64], y: &mut [f64]) {
+    y.par_iter_mut()
+        .with_min_len(ROWS_PER_TASK)
+        .enumerate()
+        .for_each(|(row, sum)| {
+            if let Some(row) = matrix.outer_view(row) {
+                *sum = row.iter().map(|(column, &value)| value * x[column]).sum();
+            }
+        });
+}

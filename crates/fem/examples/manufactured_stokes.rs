@@ -1,0 +1,100 @@
+//! A manufactured Stokes solution on the unit cube: errors and observed orders on three meshes.
+//!
+//! `u = (sin πy, sin πz, sin πx)` is divergence-free and `-Δu = π² u`, so `u` and `p = x y z` solve
+//! `-Δu + ∇p = f`, `∇·u = 0` with the body force `f = π² u + ∇p`. The velocity is prescribed on the
+//! boundary. Theory: the errors of the velocity are of order 3 in L2 and 2 in H1, that of the
+//! pressure is at least of order 2 in L2.
+
+use std::error::Error;
+use std::f64::consts::PI;
+
+use fem::nalgebra::{Matrix3, Vector3};
+use fem::{
+    DirichletCondition, TaylorHood, continuity_residual, load_vector, momentum_residual,
+    pressure_error, velocity_error,
+};
+use linalg::{
+    BlockTriangular, Bordered, Csr, KrylovParams, Multigrid, MultigridParams, SaddleSystem, fgmres,
+};
+use mesh::{LinearTets, TetMesh};
+
+/// Exact velocity and its gradient.
+fn velocity(x: Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+    let cyclic = PI * Vector3::new(x.y, x.z, x.x);
+    let slope = PI * cyclic.map(f64::cos);
+    let gradient = Matrix3::new(
+        0.0, slope.x, 0.0, //
+        0.0, 0.0, slope.y, //
+        slope.z, 0.0, 0.0,
+    );
+    (cyclic.map(f64::sin), gradient)
+}
+
+/// Exact pressure, up to a constant.
+fn pressure(x: Vector3<f64>) -> f64 {
+    x.x * x.y * x.z
+}
+
+fn force(x: Vector3<f64>) -> Vector3<f64> {
+    PI * PI * velocity(x).0 + Vector3::new(x.y * x.z, x.x * x.z, x.x * x.y)
+}
+
+/// Errors of the velocity in L2 and H1 and of the pressure in L2, with `6 n^3` cells.
+fn errors(n: u32) -> Result<[f64; 3], Box<dyn Error>> {
+    let mesh = TetMesh::straight(LinearTets::cube(n))?;
+    let space = TaylorHood::new(&mesh)?;
+    let matrices = space.matrices(&mesh)?;
+    let (stiffness, divergence) = (matrices.stiffness, matrices.divergence);
+
+    // The lift of the boundary values moves to the right-hand side.
+    let condition = DirichletCondition::on_boundary(&mesh);
+    let mut u: Vec<_> = mesh.points().iter().map(|&x| velocity(x).0).collect();
+    condition.lift(&mut u);
+    let no_pressure = vec![0.0; mesh.n_vertices()];
+    let image = momentum_residual(&stiffness, &divergence, &u, &no_pressure)?;
+    let mut rhs = condition.rhs(&load_vector(&mesh, force)?, &image);
+    rhs.extend(continuity_residual(&divergence, &u)?.iter().map(|r| -r));
+
+    // [K B^T; B 0] of the free nodes, without rigid bodies: an empty border.
+    let system = SaddleSystem::new(
+        Bordered::scalar(condition.restrict_matrix(&stiffness, 1))?,
+        condition.restrict_divergence(&divergence),
+        Csr::zero((mesh.n_vertices(), 0)),
+        None,
+        matrices.pressure_mass,
+    )?;
+    let multigrid = Multigrid::new(system.velocity_block(), &MultigridParams::default())?;
+    let mut preconditioner = BlockTriangular::new(&system, multigrid)?;
+    let mut solution = vec![0.0; rhs.len()];
+    let params = KrylovParams::default();
+    fgmres(&system, &mut preconditioner, &rhs, &mut solution, &params)?;
+
+    let (free, p) = solution.split_at(3 * condition.n_free());
+    condition.expand(free, &mut u);
+    let error = velocity_error(&mesh, &u, velocity)?;
+    Ok([
+        error.l2,
+        error.h1_seminorm,
+        pressure_error(&mesh, p, pressure)?,
+    ])
+}
+
+/// Prints the errors and orders and checks the orders.
+pub fn main() -> Result<(), Box<dyn Error>> {
+    println!(" n  velocity L2  order  velocity H1  order  pressure L2  order");
+    let mut coarse = errors(3)?;
+    for n in [6, 12] {
+        let fine = errors(n)?;
+        let order = [0, 1, 2].map(|k| (coarse[k] / fine[k]).log2());
+        print!("{n:2}");
+        for k in 0..3 {
+            print!("  {:11.3e}  {:5.2}", fine[k], order[k]);
+        }
+        println!();
+        assert!((order[0] - 3.0).abs() < 0.2, "velocity in L2: {}", order[0]);
+        assert!((order[1] - 2.0).abs() < 0.2, "velocity in H1: {}", order[1]);
+        assert!(order[2] > 1.8, "pressure in L2: {}", order[2]);
+        coarse = fine;
+    }
+    Ok(())
+}

@@ -1,0 +1,236 @@
+//! Essential (Dirichlet) boundary conditions by elimination.
+
+use linalg::{Csr, Csr3, OMITTED, submatrix};
+use mesh::{TetMesh, Vec3};
+
+/// Nodes with prescribed values, and the reduction of systems to the free nodes.
+///
+/// Let the nodes consist of free nodes `F` and prescribed nodes `D`. A system `A u = f` with given
+/// values on `D` reduces to
+///
+/// ```text
+/// A_FF u_F = f_F - (A u_D)_F
+/// ```
+///
+/// where the lift `u_D` has the given values on `D` and zeros on `F`. [`lift`](Self::lift) makes
+/// the lift of a field, [`rhs`](Self::rhs) the right-hand side,
+/// [`restrict_matrix`](Self::restrict_matrix) the matrix `A_FF`, and [`expand`](Self::expand)
+/// writes the solution into a nodal field.
+///
+/// All components of a prescribed node are prescribed. Rigid bodies whose velocities are unknown
+/// are another kind of constraint, a static condensation of nodal velocities to rigid motions; the
+/// crate `rigid` does it, and symmetry planes, without this type.
+///
+/// ```
+/// use fem::{DirichletCondition, TaylorHood};
+/// use mesh::{LinearTets, TetMesh};
+/// let mesh = TetMesh::straight(LinearTets::cube(2))?;
+/// let condition = DirichletCondition::on_boundary(&mesh);
+/// assert_eq!(condition.n_free(), 27); // of 125 nodes
+/// let stiffness = TaylorHood::new(&mesh)?.stiffness(&mesh)?;
+/// assert_eq!(condition.restrict_matrix(&stiffness, 1).shape(), (27, 27));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct DirichletCondition {
+    /// Free nodes in ascending order.
+    free: Vec<u32>,
+    /// For each node its number among the free nodes; [`OMITTED`] for a prescribed node.
+    numbers: Vec<u32>,
+}
+
+impl DirichletCondition {
+    /// Condition on the nodes that are marked as prescribed.
+    pub fn new(prescribed: &[bool]) -> Self {
+        let mut numbers = vec![OMITTED; prescribed.len()];
+        let mut free = Vec::new();
+        for (node, _) in prescribed.iter().enumerate().filter(|(_, is)| !**is) {
+            numbers[node] = free.len() as u32;
+            free.push(node as u32);
+        }
+        Self { free, numbers }
+    }
+
+    /// Condition on all nodes of the boundary facets of a mesh.
+    pub fn on_boundary(mesh: &TetMesh) -> Self {
+        let mut prescribed = vec![false; mesh.n_points()];
+        for node in mesh.facets().iter().flat_map(|facet| facet.nodes) {
+            prescribed[node as usize] = true;
+        }
+        Self::new(&prescribed)
+    }
+
+    /// Number of free nodes.
+    pub fn n_free(&self) -> usize {
+        self.free.len()
+    }
+
+    /// Free nodes in ascending order.
+    pub fn free_nodes(&self) -> &[u32] {
+        &self.free
+    }
+
+    /// Sets a field to zero at the free nodes, which makes it the lift of its boundary values.
+    ///
+    /// # Panics
+    /// If the field has another number of nodes.
+    pub fn lift(&self, field: &mut [Vec3]) {
+        self.check_nodes(field.len());
+        for &node in &self.free {
+            field[node as usize] = Vec3::zeros();
+        }
+    }
+
+    /// Right-hand side `f_F - (A u_D)_F` of the free nodes, three interleaved components per node.
+    ///
+    /// `image` is `A u_D`, the product of the matrix over all nodes and the lift.
+    ///
+    /// # Panics
+    /// If an array has another number of nodes.
+    pub fn rhs(&self, load: &[Vec3], image: &[Vec3]) -> Vec<f64> {
+        self.check_nodes(load.len());
+        self.check_nodes(image.len());
+        self.gather(|node| load[node] - image[node])
+    }
+
+    /// Values of a field at the free nodes, three interleaved components per node.
+    ///
+    /// # Panics
+    /// If the field has another number of nodes.
+    pub fn restrict(&self, field: &[Vec3]) -> Vec<f64> {
+        self.check_nodes(field.len());
+        self.gather(|node| field[node])
+    }
+
+    /// Writes values at the free nodes into a field and keeps its prescribed values.
+    ///
+    /// Shape: `values` `3 n_free`, three interleaved components per node.
+    ///
+    /// # Panics
+    /// If an array has the wrong length.
+    pub fn expand(&self, values: &[f64], field: &mut [Vec3]) {
+        self.check_nodes(field.len());
+        assert_eq!(values.len(), 3 * self.free.len(), "values at free nodes");
+        for (value, &node) in values.as_chunks::<3>().0.iter().zip(&self.free) {
+            field[node as usize] = Vec3::from(*value);
+        }
+    }
+
+    /// Rows and columns `A_FF` of the free nodes, for a matrix with `components` rows per node.
+    ///
+    /// Cost: two passes over the rows, in parallel.
+    ///
+    /// # Panics
+    /// If the matrix has another shape.
+    pub fn restrict_matrix(&self, matrix: &Csr, components: usize) -> Csr {
+        let n = components * self.numbers.len();
+        assert_eq!(matrix.shape(), (n, n), "shape of the matrix");
+        if components == 1 {
+            return submatrix(matrix, &self.free, &self.numbers, self.free.len());
+        }
+        let per_node = components as u32;
+        let expanded = |node: u32| (0..per_node).map(move |c| per_node * node + c);
+        let rows: Vec<u32> = self.free.iter().flat_map(|&node| expanded(node)).collect();
+        let mut numbers = vec![OMITTED; n];
+        for (number, &row) in rows.iter().enumerate() {
+            numbers[row as usize] = number as u32;
+        }
+        submatrix(matrix, &rows, &numbers, rows.len())
+    }
+
+    /// Columns of the free nodes of a discrete divergence, all rows.
+    ///
+    /// # Panics
+    /// If the divergence has another number of columns.
+    pub fn restrict_divergence(&self, divergence: &Csr3) -> Csr3 {
+        self.check_nodes(divergence.cols());
+        let rows: Vec<u32> = (0..divergence.rows() as u32).collect();
+        submatrix(divergence, &rows, &self.numbers, self.free.len())
+    }
+
+    fn gather(&self, value: impl Fn(usize) -> Vec3) -> Vec<f64> {
+        let values = self.free.iter().map(|&node| value(node as usize));
+        values.flat_map(<[f64; 3]>::from).collect()
+    }
+
+    fn check_nodes(&self, found: usize) {
+        assert_eq!(found, self.numbers.len(), "number of nodes");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Five nodes, of which the second and the fourth are prescribed.
+    fn condition() -> DirichletCondition {
+        DirichletCondition::new(&[false, true, false, true, false])
+    }
+
+    #[test]
+    fn expansion_inverts_restriction_and_keeps_prescribed_values() {
+        let condition = condition();
+        let field: Vec<Vec3> = (0..5).map(|i| Vec3::new(f64::from(i), 1.0, 2.0)).collect();
+        let values = condition.restrict(&field);
+        assert_eq!(values, [0.0, 1.0, 2.0, 2.0, 1.0, 2.0, 4.0, 1.0, 2.0]);
+        let mut lift = field.clone();
+        condition.lift(&mut lift);
+        let zero = Vec3::zeros();
+        assert_eq!(lift, [zero, field[1], zero, field[3], zero]);
+        condition.expand(&values, &mut lift);
+        assert_eq!(lift, field);
+    }
+
+    /// `A_FF u_F = f_F - (A u_D)_F` for a matrix with one and with three rows per node.
+    #[test]
+    fn the_reduced_system_has_the_solution_of_the_whole() {
+        let condition = condition();
+        for components in [1, 3] {
+            let n = 5 * components;
+            let entry = |i: usize, j: usize| ((3 * i + 7 * j) % 11) as f64;
+            let columns = (0..n).flat_map(|_| 0..n as u32).collect();
+            let values = (0..n)
+                .flat_map(|i| (0..n).map(move |j| entry(i, j)))
+                .collect();
+            let matrix = Csr::new((n, n), (0..=n).map(|i| i * n).collect(), columns, values);
+            let product = |matrix: &Csr, u: &[f64]| -> Vec<f64> {
+                let rows = matrix.outer_iterator();
+                rows.map(|row| row.iter().map(|(j, a)| a * u[j]).sum())
+                    .collect()
+            };
+            // A u for nodal vectors: each component by the scalar matrix, or all by the full one.
+            let image = |matrix: &Csr, u: &[f64]| -> Vec<f64> {
+                if components == 3 {
+                    return product(matrix, u);
+                }
+                let mut result = vec![0.0; u.len()];
+                for c in 0..3 {
+                    let component: Vec<f64> = u.iter().skip(c).step_by(3).copied().collect();
+                    for (i, value) in product(matrix, &component).into_iter().enumerate() {
+                        result[3 * i + c] = value;
+                    }
+                }
+                result
+            };
+            let nodal = |values: &[f64]| -> Vec<Vec3> {
+                values
+                    .as_chunks::<3>()
+                    .0
+                    .iter()
+                    .map(|&v| v.into())
+                    .collect()
+            };
+            let flat = |field: &[Vec3]| -> Vec<f64> {
+                field.iter().flat_map(|&v| <[f64; 3]>::from(v)).collect()
+            };
+            let u: Vec<f64> = (0..15).map(|i| f64::from(i) - 4.0).collect();
+            let load = nodal(&image(&matrix, &u));
+            let mut lift = nodal(&u);
+            condition.lift(&mut lift);
+            let rhs = condition.rhs(&load, &nodal(&image(&matrix, &flat(&lift))));
+            let reduced = condition.restrict_matrix(&matrix, components);
+            // Integers, so that sums are exact.
+            assert_eq!(image(&reduced, &condition.restrict(&nodal(&u))), rhs);
+        }
+    }
+}

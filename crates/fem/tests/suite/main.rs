@@ -1,0 +1,11 @@
+//! Tests of the crate through its public interface, in one binary to save link time.
+
+mod errors;
+mod estimate;
+mod exact;
+mod examples;
+mod properties;
+mod sphere;
+mod support;
+mod symmetry;
+mod threads;
