@@ -71,8 +71,9 @@ impl BlockTriangular {
         )
     }
 
-    /// Adds the inverse of a Laplacian `L` to that of the mass matrix:
-    /// `z_p = -(M_p^-1 + L^-1) r_p`.
+    /// Adds the inverse of a Laplacian `L` to that of the mass matrix.
+    ///
+    /// The pressure becomes `z_p = -(M_p^-1 + L^-1) r_p`.
     ///
     /// `L` (np x np) is symmetric and positive semidefinite, with the constants in its null space.
     ///

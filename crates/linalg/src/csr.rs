@@ -8,8 +8,9 @@ use sprs::CsMatI;
 use crate::LinalgError;
 use crate::vector::CHUNK;
 
-/// Sparse matrix in compressed rows: `u32` columns, `usize` row pointers, columns sorted in each
-/// row.
+/// Sparse matrix in compressed rows.
+///
+/// Columns are `u32` and sorted in each row, row pointers `usize`.
 ///
 /// The interchange type of all public functions; sprs keeps the structure valid.
 pub type Csr = CsMatI<f64, u32, usize>;

@@ -10,8 +10,9 @@ use crate::csr::{Rows, check_finite, diagonal, into_rows};
 use crate::row_blocks::RowBlocks;
 use crate::{Csr, LinalgError, LinearOperator};
 
-/// Entries `a_ij` and `a_ji` that differ by this much of their rows' diagonals are equal: assembly
-/// sums the two in different orders, which leaves some roundings.
+/// Relative difference up to which `a_ij` and `a_ji` count as equal.
+///
+/// Assembly sums the two in different orders, which leaves a few roundings.
 const SYMMETRY_TOLERANCE: f64 = 1e3 * f64::EPSILON;
 
 /// A sparse matrix `A` as a [`LinearOperator`]: `y = A x`, one number per row.

@@ -55,8 +55,9 @@ pub enum LinalgError {
         method: &'static str,
         /// Number of iterations.
         iterations: usize,
-        /// Relative residual of the iterate left in `x`: the larger one if the operator has
-        /// weights.
+        /// Relative residual of the iterate left in `x`.
+        ///
+        /// The larger of both norms if the operator has weights.
         true_rel_residual: f64,
         /// The requested tolerance.
         target: f64,
@@ -70,8 +71,9 @@ pub enum LinalgError {
         method: &'static str,
         /// Number of iterations.
         iterations: usize,
-        /// Relative residual of the iterate left in `x`: the larger one if the operator has
-        /// weights.
+        /// Relative residual of the iterate left in `x`.
+        ///
+        /// The larger of both norms if the operator has weights.
         true_rel_residual: f64,
         /// The requested tolerance.
         target: f64,

@@ -9,8 +9,9 @@ use crate::{LinalgError, SaddleSystem};
 /// Largest number of pressure dofs; the dense eigenproblem of 2000 takes about half a minute.
 const MOST_PRESSURES: usize = 2000;
 
-/// Eigenvalues of the Schur complement below this multiple of the largest count as zero, such as
-/// that of the constant pressure in enclosed flow.
+/// Relative size up to which an eigenvalue of the Schur complement counts as zero.
+///
+/// That of the constant pressure in enclosed flow does.
 const ZERO: f64 = 1e-10;
 
 /// Constants of the inf-sup condition of a pair of velocity and pressure spaces.

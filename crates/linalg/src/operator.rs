@@ -14,10 +14,10 @@ pub trait LinearOperator: Sync {
     /// If the length of `x` is not `cols` or that of `y` not `rows`; the solvers check this first.
     fn apply(&self, x: &[f64], y: &mut [f64]);
 
-    /// Overwrites each column of `y` with `A` times that of `x`, if possible in one pass over the
-    /// matrix.
+    /// Overwrites each column of `y` with `A` times that of `x`.
     ///
-    /// Each column comes out as from [`apply`](LinearOperator::apply), to the last bit.
+    /// Takes one pass over the matrix if the operator supports it. Each column comes out as from
+    /// [`apply`](LinearOperator::apply), to the last bit.
     ///
     /// # Panics
     /// As [`apply`](LinearOperator::apply).
@@ -27,17 +27,18 @@ pub trait LinearOperator: Sync {
         }
     }
 
-    /// Weights `w_i > 0` of a residual norm `(sum w_i r_i^2)^(1/2)` that reflects errors of the
-    /// solution.
+    /// Weights `w_i > 0` of a residual norm that reflects errors of the solution.
     ///
-    /// With the reciprocal diagonal of a symmetric operator as weights, the norm depends neither on
-    /// units nor on the sizes of elements. `None` if the operator has no such weights.
+    /// The norm is `(sum w_i r_i^2)^(1/2)`. With the reciprocal diagonal of a symmetric operator as
+    /// weights it depends neither on units nor on the sizes of elements. `None` if the operator has
+    /// no such weights.
     fn residual_weights(&self) -> Option<&[f32]> {
         None
     }
 
-    /// Whether `A = A^T` is known; [`cg`](crate::cg) and [`minres`](crate::minres) refuse other
-    /// operators.
+    /// Whether `A = A^T` is known.
+    ///
+    /// [`cg`](crate::cg) and [`minres`](crate::minres) refuse other operators.
     fn is_symmetric(&self) -> bool {
         false
     }
@@ -54,11 +55,11 @@ pub trait Preconditioner {
     /// If the length of `r` or `z` is not `size`; the solvers check this first.
     fn apply(&mut self, r: &[f64], z: &mut [f64]);
 
-    /// Overwrites each column of `z` with the approximate solution for that of `r`, if possible in
-    /// one pass over the matrices.
+    /// Overwrites each column of `z` with the approximate solution for that of `r`.
     ///
-    /// Each column comes out as from [`apply`](Preconditioner::apply), to the last bit. Buffers
-    /// grow with the number of columns.
+    /// Takes one pass over the matrices if the preconditioner supports it. Each column comes out as
+    /// from [`apply`](Preconditioner::apply), to the last bit. Buffers grow with the number of
+    /// columns.
     ///
     /// # Panics
     /// As [`apply`](Preconditioner::apply).

@@ -4,8 +4,9 @@ use crate::{
     Bordered, Csr, LinalgError, MassInverse, MultigridParams, SaddleSystem, ScalarMultigrid, csr,
 };
 
-/// Chebyshev steps on the pressure mass matrix: two or three need the same iterations, one needs
-/// three more (methods note 1.2).
+/// Chebyshev steps on the pressure mass matrix.
+///
+/// Two or three need the same iterations, one needs three more (methods note 1.2).
 pub(crate) const MASS_STEPS: usize = 3;
 
 /// Multiple of the mass matrix that is added to the Laplacian, whose null space is the constants.

@@ -108,8 +108,9 @@ impl Prolongation {
         )
     }
 
-    /// The Galerkin operator `[P Q_l; 0 I]^T [K C; C_l^T M] [P Q; 0 I]`, with `K (x) I3` and
-    /// `P (x) I3`.
+    /// The Galerkin operator `[P Q_l; 0 I]^T [K C; C_l^T M] [P Q; 0 I]`.
+    ///
+    /// `K` and `P` stand for `K (x) I3` and `P (x) I3`.
     ///
     /// ```text
     /// K_c  = P^T K P               C_c = P^T (C + K Q)

@@ -9,13 +9,14 @@ use crate::{BlockTriangular, Csr3, LinearOperator, Preconditioner, SaddleSystem}
 pub struct Kernel {
     /// What it computes.
     pub name: &'static str,
-    /// Bytes that must be read or written once: matrices with columns and row pointers, and
-    /// vectors.
+    /// Bytes that must be read or written once.
     ///
-    /// A cache line that is overwritten counts once, as in STREAM (McCalpin 1995).
+    /// Matrices with columns and row pointers, and vectors. A cache line that is overwritten counts
+    /// once, as in STREAM (McCalpin 1995).
     pub bytes: usize,
-    /// Number of separate runs per iteration of [`fgmres`](crate::fgmres); zero for sums of other
-    /// kernels.
+    /// Number of separate runs per iteration of [`fgmres`](crate::fgmres).
+    ///
+    /// Zero for sums of other kernels.
     pub runs: f64,
 }
 

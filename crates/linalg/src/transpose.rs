@@ -7,8 +7,9 @@ use sprs::CsMatI;
 
 use crate::csr::Rows;
 
-/// Tasks that gather rows of the transpose: enough to balance the work, few enough to keep the
-/// searches in every row cheap.
+/// Tasks that gather rows of the transpose.
+///
+/// Enough to balance the work, few enough to keep the searches in every row cheap.
 const TASKS: usize = 8;
 
 /// Nonzeros per row and task above which several tasks are worth their searches.

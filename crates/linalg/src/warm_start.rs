@@ -8,12 +8,14 @@ use crate::csr::check_shape;
 use crate::vector::{CHUNK, axpy, dot};
 use crate::{LinalgError, LinearOperator};
 
-/// A product that keeps less than this part of its length beside the others adds only rounding
-/// errors: f64 leaves eight digits of the coefficients.
+/// Part of its length below which a product counts as dependent on the others.
+///
+/// It would add only rounding errors: f64 leaves eight digits of the coefficients.
 const DEPENDENT: f64 = 1e-8;
 
-/// Initial guess of a *new* system from a few earlier solutions: the combination with the least
-/// residual.
+/// Initial guesses of *new* systems from the solutions of a few earlier ones.
+///
+/// The guess is the combination of solutions with the least residual.
 ///
 /// For sequences of systems whose matrices and right-hand sides change little, such as time steps.
 /// `min_c || b - A X c ||` over the last few solutions `X`, with the new `A` and `b`, gains several
@@ -114,8 +116,9 @@ impl WarmStart {
         Ok(residuals.first().copied().unwrap_or_default())
     }
 
-    /// As [`WarmStart::guess`] for several right-hand sides, to the last bit; they share the
-    /// products with `A`.
+    /// As [`WarmStart::guess`] for several right-hand sides, to the last bit.
+    ///
+    /// They share the products with `A`.
     ///
     /// # Errors
     /// Those of [`WarmStart::guess`]; [`LinalgError::Shape`] if the numbers of solutions and

@@ -14,10 +14,9 @@ use crate::{Csr, LinalgError, Preconditioner, PreconditionerKind, SaddleSystem};
 /// Right-hand sides solved together: enough for level-3 kernels, with little memory.
 const GROUP: usize = 6;
 
-/// Factors of `[K (x) I3, B^T; B, -shift diag(M_p)]`, the border eliminated by its Schur
-/// complement.
+/// Factors of `[K (x) I3, B^T; B, -shift diag(M_p)]` with the border eliminated.
 ///
-/// The Schur complement is dense and factorised with pivoting.
+/// The Schur complement of the border is dense and factorised with pivoting.
 ///
 /// Rows and columns are scaled by powers of two so that diagonals are near one: in any units
 /// factors in f32 do not overflow.
@@ -108,8 +107,9 @@ impl Preconditioner for SaddleFactor {
         self.fluid.len() + self.border.len()
     }
 
-    /// Overwrites `z` with the solution of the shifted system for `r`, in enclosed flow with zero
-    /// mean pressure.
+    /// Overwrites `z` with the solution of the shifted system for `r`.
+    ///
+    /// In enclosed flow it has zero mean pressure.
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
         let (split, m) = (self.velocity, self.border.len());
         let t = &mut self.fluid;

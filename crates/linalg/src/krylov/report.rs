@@ -11,15 +11,16 @@ use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct KrylovParams {
-    /// Bound on `||b - A x|| / ||b||`, and on [`SolveReport::error_estimate`] if the operator has
-    /// weights.
+    /// Bound on the relative residual `||b - A x|| / ||b||`.
     ///
-    /// Always relative to `b`, so that a good initial guess saves iterations.
+    /// If the operator has weights, also on [`SolveReport::error_estimate`]. Always relative to
+    /// `b`, so that a good initial guess saves iterations.
     pub rel_tol: f64,
     /// Bound on iterations; each one takes one product and one preconditioner application.
     pub max_iterations: usize,
-    /// Basis vectors stored before a restart ([`fgmres`](crate::fgmres) only): 8 to 12 bytes per
-    /// dof each.
+    /// Basis vectors stored before a restart, 8 to 12 bytes per dof each.
+    ///
+    /// Used by [`fgmres`](crate::fgmres) only.
     pub restart: usize,
     /// Null vectors of a singular operator; `None` for a regular one.
     pub null_vectors: Option<Arc<NullVectors>>,
@@ -80,8 +81,9 @@ pub struct SolveReport {
     pub iterations: usize,
     /// `||b - A x|| / ||b||`, recomputed from the returned `x`; zero for `b = 0`.
     pub true_rel_residual: f64,
-    /// The same in the norm of the operator's [weights](crate::LinearOperator::residual_weights),
-    /// if it has any.
+    /// The same in the norm of the operator's [weights](crate::LinearOperator::residual_weights).
+    ///
+    /// Equal to `true_rel_residual` if the operator has none.
     pub weighted_rel_residual: f64,
     /// Relative residual of the recurrence before the first and after each iteration.
     pub history: Vec<f64>,
@@ -122,8 +124,9 @@ impl SolveReport {
     }
 }
 
-/// Refuses an operator that is not symmetric, or a preconditioner that is not symmetric positive
-/// definite.
+/// Refuses an operator or a preconditioner that a symmetric method cannot use.
+///
+/// The operator must be symmetric, the preconditioner symmetric positive definite.
 pub(super) fn check_symmetric(
     method: &'static str,
     operator: &dyn LinearOperator,

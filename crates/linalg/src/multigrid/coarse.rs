@@ -1,6 +1,7 @@
 //! The exact solver on the coarsest level.
 
-use std::array::from_fn;
+use std::borrow::Cow;
+use std::iter;
 
 use nalgebra::DVector;
 
@@ -51,10 +52,10 @@ impl CoarseSolver {
         let k = shift_diagonal(k, params.coarsest_shift);
         let constrained = operator.constrained_dofs();
         let mut factors = if constrained.is_empty() {
-            CoarseFactor::all(&[k], 3)?
+            CoarseFactor::all(&k, iter::once(Cow::Borrowed(&k)), 3)?
         } else {
-            let pinned: [Csr; 3] = from_fn(|d| constrained.pinned(&k, d));
-            CoarseFactor::all(&pinned, 1)?
+            let pinned = (0..3).map(|d| Cow::Owned(constrained.pinned(&k, d)));
+            CoarseFactor::all(&k, pinned, 1)?
         };
         let border_rows = operator.border_rows().map(|v| v * unit);
         let mut lifted = vec![0.0; 3 * n * m];
@@ -99,8 +100,9 @@ impl CoarseSolver {
         })
     }
 
-    /// Solves for the right-hand sides in `vectors`, one by one: the factor is small and stays in
-    /// the cache.
+    /// Solves for the right-hand sides in `vectors`.
+    ///
+    /// One by one: the factor is small and stays in the cache.
     pub fn solve<const S: usize>(&mut self) {
         for s in 0..S {
             self.solve_column::<S>(s);

@@ -10,6 +10,8 @@ const WHAT: &str = "coarsest stiffness matrix";
 
 #[cfg(feature = "direct")]
 mod sparse {
+    use std::borrow::Cow;
+
     use super::WHAT;
     use crate::csr::Rows;
     use crate::direct::{Definiteness, Precision, SparseFactor, nested_dissection};
@@ -19,21 +21,24 @@ mod sparse {
     pub struct CoarseFactor(SparseFactor);
 
     impl CoarseFactor {
-        /// Factorises matrices of one pattern, each for `columns` right-hand sides at a time.
+        /// Factorises matrices with the sparsity pattern of `pattern`, one after the other.
+        ///
+        /// Each factor solves for `columns` right-hand sides at a time.
         ///
         /// # Errors
         /// [`LinalgError::Factorisation`] for a matrix that is not positive definite.
-        pub fn all(matrices: &[Csr], columns: usize) -> Result<Vec<Self>, LinalgError> {
-            let Some(first) = matrices.first() else {
-                return Ok(Vec::new());
-            };
-            let order = nested_dissection(&adjacency(first), &vec![1; first.rows()])?;
-            let factorise = |k: &Csr| {
+        pub fn all<'a>(
+            pattern: &Csr,
+            matrices: impl Iterator<Item = Cow<'a, Csr>>,
+            columns: usize,
+        ) -> Result<Vec<Self>, LinalgError> {
+            let order = nested_dissection(&adjacency(pattern), &vec![1; pattern.rows()])?;
+            let factorise = |k: Cow<Csr>| {
                 let (definite, double) = (Definiteness::Positive, Precision::Double);
-                let factor = SparseFactor::new(WHAT, k, &order, definite, double, columns);
+                let factor = SparseFactor::new(WHAT, &k, &order, definite, double, columns);
                 factor.map(CoarseFactor)
             };
-            matrices.iter().map(factorise).collect()
+            matrices.map(factorise).collect()
         }
 
         /// Overwrites columns, one after another, with the solutions.
@@ -58,6 +63,8 @@ mod sparse {
 
 #[cfg(not(feature = "direct"))]
 mod dense {
+    use std::borrow::Cow;
+
     use nalgebra::{Cholesky, DMatrix, DMatrixViewMut, Dyn};
 
     use super::WHAT;
@@ -70,13 +77,17 @@ mod dense {
     pub struct CoarseFactor(Cholesky<f64, Dyn>);
 
     impl CoarseFactor {
-        /// Factorises matrices of one pattern.
+        /// Factorises matrices one after the other.
         ///
         /// # Errors
         /// [`LinalgError::Factorisation`] for a matrix that is not positive definite, or too large
         /// to be stored as a dense one.
-        pub fn all(matrices: &[Csr], _columns: usize) -> Result<Vec<Self>, LinalgError> {
-            matrices.iter().map(Self::new).collect()
+        pub fn all<'a>(
+            _pattern: &Csr,
+            matrices: impl Iterator<Item = Cow<'a, Csr>>,
+            _columns: usize,
+        ) -> Result<Vec<Self>, LinalgError> {
+            matrices.map(|matrix| Self::new(&matrix)).collect()
         }
 
         fn new(matrix: &Csr) -> Result<Self, LinalgError> {

@@ -9,8 +9,9 @@ use crate::row_blocks::RowBlocks;
 use crate::transpose::transpose;
 use crate::{Bordered, Prolongation};
 
-/// A level above the coarsest. The smoother changes nodes only; the coarsest level solves for
-/// border dofs.
+/// A level above the coarsest.
+///
+/// The smoother changes nodes only; the coarsest level solves for border dofs.
 pub(super) struct Level {
     k: Rounded,
     c: SparseNodes<f32>,
@@ -81,8 +82,9 @@ impl Level {
         self.vectors.advance();
     }
 
-    /// Smoothing before the coarse correction, from a zero guess: the first step needs no pass over
-    /// the matrix.
+    /// Smoothing before the coarse correction, from a zero guess.
+    ///
+    /// The first step needs no pass over the matrix.
     pub fn smooth_from_zero<const S: usize>(&mut self) {
         let (first, inverse_diagonal) = (self.factors[0], &self.inverse_diagonal);
         let Columns { b, x, .. } = self.vectors.columns::<S>();
@@ -108,8 +110,9 @@ impl Level {
         }
     }
 
-    /// Restricts the residual of `x` with zero border: `b_c = P^T r`, `border b_c = r_v + Q_l^T r`.
-    /// One pass.
+    /// Restricts the residual of `x` with zero border, in one pass.
+    ///
+    /// `b_c = P^T r`, and for the border `b_c = r_v + Q_l^T r`.
     pub fn restrict<const S: usize>(&mut self, coarse: &mut Vectors) {
         let Columns {
             b,

@@ -196,8 +196,9 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// One V-cycle from zero on the first of `levels` for `S` columns; leaves each level's solution in
-/// its vectors.
+/// One V-cycle from zero on the first of `levels`, for `S` columns.
+///
+/// Leaves each level's solution in its vectors.
 fn cycle<const S: usize>(levels: &mut [Level], coarse: &mut CoarseSolver) {
     let Some((fine, rest)) = levels.split_first_mut() else {
         return coarse.solve::<S>();
@@ -217,8 +218,9 @@ fn top<'a>(levels: &'a mut [Level], coarse: &'a mut CoarseSolver) -> &'a mut Vec
 }
 
 impl Multigrid {
-    /// One cycle for each right-hand side `(nodes(i), border)`, whose entries are of about the
-    /// given size.
+    /// One cycle for each right-hand side `(nodes(i), border)`.
+    ///
+    /// `size` is about the size of their entries.
     pub(crate) fn apply_to<const S: usize>(
         &mut self,
         size: [f64; S],

@@ -12,11 +12,13 @@ pub struct MultigridParams {
     pub sweeps: usize,
     /// Smoothing steps on coarser levels, whose passes are cheap.
     pub coarse_sweeps: usize,
-    /// Range of eigenvalues that the smoother damps: `upper / smoothing_range` to `upper`, of
-    /// `D^-1 K`.
+    /// Ratio of the largest to the smallest eigenvalue that the smoother damps.
+    ///
+    /// It acts on eigenvalues of `D^-1 K` from `upper / smoothing_range` to `upper`.
     pub smoothing_range: f64,
-    /// Threshold of strong connections: neighbours with `a_ij^2 > strength^2 a_ii a_jj` may be
-    /// aggregated.
+    /// Threshold of strong connections.
+    ///
+    /// Neighbours with `a_ij^2 > strength^2 a_ii a_jj` may be aggregated.
     pub strength: f64,
     /// Largest number of nodes of a level that is solved exactly.
     pub coarsest_nodes: usize,

@@ -30,8 +30,9 @@ pub struct SchwarzParams {
 /// Treatment of the border dofs, such as velocities of bodies and Lagrange multipliers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BorderPlacement {
-    /// All are eliminated by the Schur complement `M - C_l^T N C` of the preconditioner `N`, so
-    /// that they act as a coarse space.
+    /// All are eliminated, so that they act as a coarse space.
+    ///
+    /// The Schur complement is `M - C_l^T N C` with the preconditioner `N`.
     Eliminated,
     /// Each belongs to the given subdomain, as in a partition by matrix rows.
     ///
