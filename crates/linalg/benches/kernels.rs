@@ -1,9 +1,7 @@
-//! The kernels of an iteration, each with the unknowns or bytes it handles.
+//! The kernels of an iteration, each with its throughput in dofs or bytes.
 
-// the support module serves the tests; the benches need one of its systems
-#[allow(dead_code, unused_imports)]
-#[path = "../tests/support/mod.rs"]
-mod support;
+#[path = "../tests/suite/support/system/mod.rs"]
+mod system;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use linalg::{
@@ -11,18 +9,18 @@ use linalg::{
     Multigrid, MultigridParams, Preconditioner, SaddleLdlt, Schwarz, SchwarzParams, fgmres, minres,
 };
 
-/// Bytes of a pass over a matrix with `entries` values of `value` bytes, its columns, and vectors.
-fn bytes(entries: usize, value: usize, vector_entries: usize) -> Throughput {
-    Throughput::Bytes((entries * (value + 4) + 8 * vector_entries) as u64)
+/// Bytes of a pass over a matrix with `nnz` values of `value` bytes, its columns, and vectors.
+fn bytes(nnz: usize, value: usize, vector_entries: usize) -> Throughput {
+    Throughput::Bytes((nnz * (value + 4) + 8 * vector_entries) as u64)
 }
 
 fn kernels(c: &mut Criterion) {
     for k in [3, 5] {
-        let stokes = support::one_body(k);
+        let stokes = system::one_body(k);
         let (system, a) = (&stokes.system, stokes.system.velocity_block());
         let x: Vec<f64> = (0..system.cols()).map(|i| (i as f64).sin()).collect();
         let mut y = vec![0.0; x.len()];
-        let mut group = c.benchmark_group(format!("{} unknowns", x.len()));
+        let mut group = c.benchmark_group(format!("{} dofs", x.len()));
 
         group.throughput(bytes(a.stiffness().nnz(), 8, 2 * a.rows()));
         let size = a.rows();
@@ -30,8 +28,8 @@ fn kernels(c: &mut Criterion) {
             b.iter(|| a.apply(&x[..size], &mut y[..size]));
         });
 
-        let entries = a.stiffness().nnz() * 12 + 2 * system.divergence().nnz() * 28;
-        group.throughput(Throughput::Bytes((entries + 16 * x.len()) as u64));
+        let matrices = a.stiffness().nnz() * 12 + 2 * system.divergence().nnz() * 28;
+        group.throughput(Throughput::Bytes((matrices + 16 * x.len()) as u64));
         group.bench_function("saddle-point operator", |b| {
             b.iter(|| system.apply(&x, &mut y))
         });
@@ -84,7 +82,7 @@ fn kernels(c: &mut Criterion) {
 
         group.throughput(Throughput::Elements(x.len() as u64));
         group.sample_size(10);
-        let forces = support::body_forces(system);
+        let forces = system::body_forces(system);
         let krylov = KrylovParams::default();
         group.bench_function("FGMRES to 1e-8", |b| {
             b.iter(|| {

@@ -6,23 +6,29 @@ use crate::{
     Preconditioner, PreconditionerKind, Prolongation, SaddleSystem,
 };
 
-/// `[A 0; 0 M_p]^-1`, with a V-cycle for the velocity and border block `A` and Chebyshev steps for the pressure mass matrix.
+/// Preconditioner `[A 0; 0 M_p]^-1` for a symmetric saddle-point system.
 ///
-/// Symmetric positive definite: for [`minres`](crate::minres). Where the border holds multipliers the cycle must invert its absolute
-/// value, [`BorderInverse::Absolute`]. The mass matrix must carry `1 / viscosity`, see [`SaddleSystem`].
-/// It needs about twice the iterations of [`BlockTriangular`](crate::BlockTriangular) with
-/// [`fgmres`](crate::fgmres), and a fifth of the memory for vectors.
+/// A V-cycle approximates the inverse of the velocity and border block `A`, Chebyshev steps that of
+/// the pressure mass matrix `M_p`.
+///
+/// Symmetric positive definite, as [`minres`](crate::minres) requires. If the border contains
+/// Lagrange multipliers, the cycle must use the absolute value of the border's Schur complement,
+/// [`BorderInverse::Absolute`]. The mass matrix must carry the factor `1 / viscosity`, see
+/// [`SaddleSystem`]. With this preconditioner MINRES takes about twice the iterations of
+/// [`fgmres`](crate::fgmres) with [`BlockTriangular`](crate::BlockTriangular), and a fifth of the
+/// memory for vectors.
 pub struct BlockDiagonal {
     velocity: Multigrid,
     mass: MassInverse,
 }
 
 impl BlockDiagonal {
-    /// With a multigrid made for [`SaddleSystem::velocity_block`].
+    /// Uses `velocity`, a multigrid hierarchy built for [`SaddleSystem::velocity_block`].
     ///
     /// # Errors
-    /// [`LinalgError::NotSymmetric`], [`LinalgError::UnsuitablePreconditioner`] when `velocity` is not positive definite, [`LinalgError::Shape`] when it
-    /// was made for another operator, and those of [`MassInverse::new`].
+    /// [`LinalgError::NotSymmetric`], [`LinalgError::UnsuitablePreconditioner`] if `velocity` is
+    /// not positive definite, [`LinalgError::Shape`] if it was built for another operator, and
+    /// those of [`MassInverse::new`].
     pub fn new(system: &SaddleSystem, velocity: Multigrid) -> Result<Self, LinalgError> {
         let method = "the block-diagonal preconditioner";
         let size = system.velocity_block().rows();
@@ -41,7 +47,9 @@ impl BlockDiagonal {
         Ok(BlockDiagonal { velocity, mass })
     }
 
-    /// With the multigrid P2 -> P1 -> smoothed aggregation of default parameters and [`BorderInverse::Absolute`].
+    /// Builds a multigrid hierarchy with default parameters and [`BorderInverse::Absolute`].
+    ///
+    /// `prolongation` leads to the first coarse level, smoothed aggregation to the others.
     ///
     /// # Errors
     /// Those of [`BlockDiagonal::new`] and [`Multigrid::with_prolongation`].

@@ -15,11 +15,19 @@ use crate::{
     PreconditionerKind, Prolongation, SaddleSystem,
 };
 
-/// `[A B^T; 0 -M_p]^-1`, with a V-cycle for the velocity and border block `A` and Chebyshev steps for the pressure mass matrix.
-/// [`with_pressure_laplacian`](BlockTriangular::with_pressure_laplacian) is for systems with narrow gaps.
+/// Preconditioner `[A B^T; 0 -M_p]^-1` for a saddle-point system.
 ///
-/// `z_p = -M_p^-1 r_p`, then `z_a = V (r_a - [B^T; E_l^T] z_p)`. Linear, not symmetric: use [`fgmres`](crate::fgmres).
-/// The mass matrix must carry `1 / viscosity`, see [`SaddleSystem`].
+/// A V-cycle `V` approximates the inverse of the velocity and border block `A`, Chebyshev steps
+/// that of the pressure mass matrix `M_p`. Use
+/// [`with_pressure_laplacian`](BlockTriangular::with_pressure_laplacian) where `M_p` is a poor
+/// approximation of the Schur complement.
+///
+/// One application computes `z_p = -M_p^-1 r_p`, then `z_a = V (r_a - [B^T; E_l^T] z_p)`. It is
+/// linear but not symmetric: use [`fgmres`](crate::fgmres). The mass matrix must carry the factor
+/// `1 / viscosity`, see [`SaddleSystem`].
+///
+/// The preconditioner shares the matrices of its system and has no lifetime, so that both can be
+/// fields of one struct.
 pub struct BlockTriangular {
     system: SaddleSystem,
     velocity: Multigrid,
@@ -29,10 +37,11 @@ pub struct BlockTriangular {
 }
 
 impl BlockTriangular {
-    /// With a multigrid made for [`SaddleSystem::velocity_block`].
+    /// Uses `velocity`, a multigrid hierarchy built for [`SaddleSystem::velocity_block`].
     ///
     /// # Errors
-    /// [`LinalgError::Shape`] when `velocity` was made for another operator, and those of [`MassInverse::new`](crate::MassInverse::new).
+    /// [`LinalgError::Shape`] if `velocity` was built for another operator, and those of
+    /// [`MassInverse::new`](crate::MassInverse::new).
     pub fn new(system: &SaddleSystem, velocity: Multigrid) -> Result<Self, LinalgError> {
         let size = system.velocity_block().rows();
         crate::csr::check_shape("velocity multigrid", (velocity.size(), 1), (size, 1))?;
@@ -44,7 +53,9 @@ impl BlockTriangular {
         })
     }
 
-    /// With the multigrid P2 -> P1 -> smoothed aggregation of default parameters.
+    /// Builds a multigrid hierarchy with default parameters.
+    ///
+    /// `prolongation` leads to the first coarse level, smoothed aggregation to the others.
     ///
     /// # Errors
     /// Those of [`Multigrid::with_prolongation`] and [`MassInverse::new`](crate::MassInverse::new).
@@ -60,18 +71,27 @@ impl BlockTriangular {
         )
     }
 
-    /// With the stiffness of narrow gaps `L` (np x np, symmetric, semidefinite) beside the pressure mass matrix: `z_p = -(M_p^-1 + L^-1) r_p`.
+    /// Adds the inverse of a Laplacian `L` to that of the mass matrix.
     ///
-    /// In a gap of width h the pressure drives a flux of `h^2 / 12` times its gradient: `L = int h^2 / 6 grad psi_p . grad psi_q`, twice that, was measured
-    /// to need the fewest iterations. Where nothing is narrow `h` is large, and the mass matrix is all there is.
-    /// Cost: a V-cycle for a matrix of the pressure's size an application.
+    /// The pressure becomes `z_p = -(M_p^-1 + L^-1) r_p`.
+    ///
+    /// `L` (np x np) is symmetric and positive semidefinite, with the constants in its null space.
+    ///
+    /// The sum approximates the inverse of a Schur complement that behaves like a mass matrix for
+    /// some pressures and like a Laplacian for others (Cahouet, Chabert, Int. J. Numer. Methods
+    /// Fluids 8, 1988). In Stokes flow this happens in narrow gaps: between walls at the distance h
+    /// a pressure gradient drives a flux of `h^2 / 12` times itself.
+    /// `L = ∫ h^2 / 6 ∇psi_p · ∇psi_q`, twice that, was measured to need the fewest iterations.
+    /// Where no walls are close, h and `L` are large, and `M_p^-1` dominates the sum.
+    ///
+    /// Cost per application: one V-cycle for a matrix of the size of the pressure.
     ///
     /// # Errors
     /// [`LinalgError::Shape`], and those of [`Multigrid::new`].
-    pub fn with_pressure_laplacian(mut self, stiffness: &Csr) -> Result<Self, LinalgError> {
+    pub fn with_pressure_laplacian(mut self, laplacian: &Csr) -> Result<Self, LinalgError> {
         self.pressure = self
             .pressure
-            .with_pressure_laplacian(&self.system, stiffness)?;
+            .with_pressure_laplacian(&self.system, laplacian)?;
         Ok(self)
     }
 
@@ -92,7 +112,7 @@ impl BlockTriangular {
         }
         system.subtract_border_gradient(zp, of_buffer(&mut self.border, m));
         let border = of_buffer(&mut self.border, m).map(|b| &*b);
-        // of about the size of `r_a`: the gradient balances a part of it
+        // of about the size of `r_a`, a part of which the gradient balances
         let size = from_fn(|s| max_abs(ra[s]).max(max_abs(border[s])));
         let (gradient, ru) = (system.gradient_rows(zp), ru.map(nodes));
         let residual = |i: usize| {
@@ -102,7 +122,7 @@ impl BlockTriangular {
         self.velocity.apply_to(size, residual, border, za);
     }
 
-    /// The velocity multigrid, for its table of levels.
+    /// The multigrid hierarchy of the velocity block, for its table of levels.
     pub fn velocity(&self) -> &Multigrid {
         &self.velocity
     }
@@ -110,12 +130,12 @@ impl BlockTriangular {
 
 #[cfg(feature = "roofline")]
 impl BlockTriangular {
-    /// Bytes that the cycle and the mass inverse move at least.
+    /// Lower bound on the bytes moved by the cycle and the mass inverse.
     pub(crate) fn bytes(&self) -> usize {
         self.velocity.bytes() + self.pressure.bytes()
     }
 
-    /// Hands the kernels that are not the system's to `measure`.
+    /// Passes the kernels of the preconditioner, apart from those of the system, to `measure`.
     pub(crate) fn visit_kernels(&mut self, measure: &mut Measure) {
         self.velocity.visit_kernels(measure);
         let mass = self.pressure.mass();

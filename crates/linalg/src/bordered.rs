@@ -1,4 +1,4 @@
-//! A scalar matrix for three components with a border of a few dense columns.
+//! A scalar matrix for three components, bordered by a few dense columns.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -13,13 +13,14 @@ use crate::row_blocks::RowBlocks;
 use crate::transpose::transpose;
 use crate::{Csr, LinalgError, LinearOperator};
 
-/// The operator `[K (x) I3, C; C_l^T, M]` on `[3 interleaved components a node | border]`.
+/// The operator `[K (x) I3, C; C_l^T, M]` on vectors `[nodes: 3n | border: m]`.
 ///
-/// `K` is scalar, n x n, symmetric with positive diagonal; `C` is 3n x m with three rows a node, most
-/// of them empty; `M` is m x m. `C_l = C` unless given. With m = 0 it is a plain scalar matrix
-/// applied to three right-hand sides at once.
+/// A node has three interleaved components. `K` is a scalar matrix, n x n, symmetric with positive
+/// diagonal; `C` is 3n x m and has three rows per node, most of them empty; `M` is m x m. `C_l = C`
+/// unless given. With m = 0 it is a scalar matrix applied to three right-hand sides at once.
 ///
-/// Cost of [`apply`](LinearOperator::apply): one pass over `K`, allocates nothing, bitwise the same on any number of threads.
+/// Cost of [`apply`](LinearOperator::apply): one pass over `K`; allocates nothing, and is bitwise
+/// the same on any number of threads.
 ///
 /// ```
 /// use linalg::{Bordered, Csr, LinearOperator};
@@ -36,7 +37,7 @@ pub struct Bordered {
     k: Arc<Csr>,
     border: Csr,
     border_left: Option<Csr>,
-    /// `C_l^T`, so that border rows are gathered, never scattered.
+    /// `C_l^T`, so that products gather border rows and never scatter.
     border_rows: Csr,
     border_nodes: SparseNodes<f64>,
     corner: DMatrix<f64>,
@@ -46,7 +47,9 @@ pub struct Bordered {
 }
 
 impl Bordered {
-    /// Checks shapes, finiteness and a positive diagonal; symmetry of `k` is the caller's promise.
+    /// Assembles the operator after checking shapes, finiteness and a positive diagonal.
+    ///
+    /// The caller guarantees that `k` is symmetric.
     ///
     /// # Errors
     /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::NotPositive`].
@@ -76,28 +79,46 @@ impl Bordered {
         ))
     }
 
-    /// The operator `K (x) I3` without border: three right-hand sides of one scalar matrix.
+    /// The operator `K (x) I3` without a border: one matrix for three right-hand sides.
     ///
     /// # Errors
-    /// As [`Bordered::new`].
+    /// Those of [`Bordered::new`].
     pub fn scalar(k: Csr) -> Result<Self, LinalgError> {
         let border = empty(3 * k.rows(), 0);
         Self::new(k, border, None, DMatrix::zeros(0, 0))
     }
 
-    /// From parts known to be sound.
+    /// The operator `K (x) I3` for a matrix with finite values that is shared with others.
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`], [`LinalgError::NotPositive`].
+    pub(crate) fn shared(k: &Arc<Csr>) -> Result<Self, LinalgError> {
+        let n = k.rows();
+        check_shape("sparse matrix", k.shape(), (n, n))?;
+        positive_diagonal("sparse matrix", k)?;
+        let corner = DMatrix::zeros(0, 0);
+        Ok(Self::from_parts(
+            Arc::clone(k),
+            empty(3 * n, 0),
+            None,
+            corner,
+        ))
+    }
+
+    /// Assembles the operator from blocks that were checked before.
     pub(crate) fn from_parts(
-        k: Csr,
+        k: impl Into<Arc<Csr>>,
         border: Csr,
         border_left: Option<Csr>,
         corner: DMatrix<f64>,
     ) -> Self {
+        let k = k.into();
         let border_rows = transpose(border_left.as_ref().unwrap_or(&border));
         Bordered {
             blocks: RowBlocks::new(Rows::of(&k).indptr),
             border_blocks: RowBlocks::new(Rows::of(&border_rows).indptr),
             border_nodes: SparseNodes::new(&border, |v| v),
-            k: Arc::new(k),
+            k,
             border,
             border_left,
             border_rows,
@@ -106,10 +127,14 @@ impl Bordered {
         }
     }
 
-    /// The operator on vectors that are zero in some components of some nodes, `S A S` with `S` the projector on them: `held` lists nodes in ascending
-    /// order, each with the components held. The one scalar matrix serves the three components all the same.
+    /// Constrains single components of nodes to zero.
     ///
-    /// Products are zero in what is held and expect vectors that are. It costs a pass over `held` a product.
+    /// The operator becomes `S A S`, with `S` the projector that zeroes the constrained components.
+    /// `constrained` lists nodes in ascending order, each with the components constrained. The
+    /// scalar matrix still serves all three components.
+    ///
+    /// Products are zero in the constrained dofs, and `x` must be. Cost per product: one pass over
+    /// `constrained`.
     ///
     /// ```
     /// use linalg::{Bordered, Csr, LinearOperator};
@@ -122,7 +147,7 @@ impl Bordered {
     /// ```
     ///
     /// # Errors
-    /// [`LinalgError::Shape`] for nodes that there are not, or not in ascending order.
+    /// [`LinalgError::Shape`] for a node that does not exist or is out of order.
     pub fn with_constrained_dofs(
         self,
         constrained: &[(u32, [bool; 3])],
@@ -131,7 +156,7 @@ impl Bordered {
         Ok(self.constrain(constrained))
     }
 
-    /// As [`Bordered::with_constrained_dofs`].
+    /// Applies constraints that were checked before.
     pub(crate) fn constrain(mut self, constrained: ConstrainedDofs) -> Self {
         if constrained.is_empty() {
             return self;
@@ -145,17 +170,17 @@ impl Bordered {
         self
     }
 
-    /// What is held at zero.
+    /// The dofs that are constrained to zero.
     pub(crate) fn constrained_dofs(&self) -> &ConstrainedDofs {
         &self.constrained
     }
 
-    /// Number of nodes n: the operator has 3n + m rows.
+    /// Number of nodes n; the operator has 3n + m rows.
     pub fn nodes(&self) -> usize {
         self.k.rows()
     }
 
-    /// Number of border unknowns m.
+    /// Number of border dofs m.
     pub fn border_len(&self) -> usize {
         self.corner.nrows()
     }
@@ -165,7 +190,7 @@ impl Bordered {
         &self.k
     }
 
-    /// The scalar matrix `K`, for those who keep its pattern.
+    /// The scalar matrix `K`, for owners that keep its sparsity pattern.
     pub(crate) fn shared_stiffness(&self) -> &Arc<Csr> {
         &self.k
     }
@@ -175,7 +200,7 @@ impl Bordered {
         &self.border
     }
 
-    /// The left border `C_l`, 3n x m, where it differs from `C`.
+    /// The left border `C_l`, 3n x m, if it differs from `C`.
     pub fn border_left(&self) -> Option<&Csr> {
         self.border_left.as_ref()
     }
@@ -200,7 +225,9 @@ impl Bordered {
         &self.border_blocks
     }
 
-    /// The node rows of the operator with whatever `extra(i, a_i)` adds, into the columns `y`.
+    /// Writes the node rows of the product to the columns `y`.
+    ///
+    /// `extra(i, a_i)` may add to the sums of node `i`.
     pub(crate) fn apply_nodes<const S: usize>(
         &self,
         u: [&[f64]; S],
@@ -230,7 +257,7 @@ impl Bordered {
         y.into_iter().for_each(|y| self.constrained.clear(y));
     }
 
-    /// The border rows of the operator with whatever `extra(c)` adds, into the columns `y`.
+    /// Writes the border rows of the product to the columns `y`, `extra(c)` added.
     pub(crate) fn apply_border<const S: usize>(
         &self,
         u: [&[f64]; S],
@@ -280,25 +307,27 @@ impl LinearOperator for Bordered {
         in_passes!(self.pass(x, y));
     }
 
-    /// No left border is given and the corner equals its mirror to rounding; `K` is symmetric by contract.
+    /// Whether no left border is given and the corner is symmetric to rounding.
+    ///
+    /// The caller of [`Bordered::new`] guarantees that `K` is symmetric.
     fn is_symmetric(&self) -> bool {
         let (m, corner) = (self.border_len(), &self.corner);
-        let mirrored = |c: usize, d: usize| {
-            // products that make up a corner are summed over surface points: some thousand roundings
+        let is_symmetric = |c: usize, d: usize| {
+            // entries of the corner are sums over many surface points: about a thousand roundings
             let rounding = 1e3 * f64::EPSILON * corner[(c, c)].abs().max(corner[(d, d)].abs());
             let (upper, lower) = (corner[(c, d)], corner[(d, c)]);
             (upper - lower).abs() <= rounding.max(1e3 * f64::EPSILON * upper.abs())
         };
-        self.border_left.is_none() && (0..m).all(|c| (0..c).all(|d| mirrored(c, d)))
+        self.border_left.is_none() && (0..m).all(|c| (0..c).all(|d| is_symmetric(c, d)))
     }
 }
 
-/// A flat vector as one triple a node.
+/// A flat vector as one triple per node.
 pub(crate) fn nodes(u: &[f64]) -> &[[f64; 3]] {
     u.as_chunks().0
 }
 
-/// A flat vector as one triple a node.
+/// A flat vector as one triple per node.
 pub(crate) fn nodes_mut(u: &mut [f64]) -> &mut [[f64; 3]] {
     u.as_chunks_mut().0
 }

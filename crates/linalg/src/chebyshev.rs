@@ -1,4 +1,4 @@
-//! Chebyshev polynomials in a Jacobi-scaled matrix: smoother coefficients and the mass inverse.
+//! Chebyshev iterations with Jacobi scaling: the smoother and the mass inverse.
 
 use std::mem::swap;
 use std::ops::Range;
@@ -9,21 +9,28 @@ use crate::lanczos::jacobi_spectrum;
 use crate::row_blocks::RowBlocks;
 use crate::{Csr, LinalgError, Preconditioner, PreconditionerKind};
 
-/// Lanczos finds the largest eigenvalue from below; Chebyshev polynomials grow fast above their interval.
+/// Safety factor of the largest eigenvalue, which Lanczos approaches from below.
+///
+/// Above their interval Chebyshev polynomials grow fast.
 const UPPER_MARGIN: f64 = 1.05;
 
-/// It finds the smallest eigenvalue from above, close for a mass matrix; slow modes below the interval stay bounded.
+/// Safety factor of the smallest eigenvalue, which Lanczos approaches from above.
+///
+/// For a mass matrix the estimate is close; slow modes below the interval stay bounded.
 const LOWER_MARGIN: f64 = 0.9;
 
-/// The largest eigenvalue of `D^-1 K` with its margin.
+/// Upper bound on the eigenvalues of `D^-1 K`, with its safety factor.
 pub(crate) fn upper_bound(k: &Csr, diagonal: &[f64]) -> Result<f64, LinalgError> {
     Ok(UPPER_MARGIN * jacobi_spectrum(k, diagonal)?.1)
 }
 
-/// Relaxation factors `w_k` of `degree` damped Jacobi sweeps `x <- x + w_k D^-1 (b - A x)` that together are a Chebyshev smoother.
+/// Relaxation factors `w_k` of a Chebyshev smoother made of `degree` damped Jacobi sweeps.
 ///
-/// The error is multiplied by `prod (1 - w_k t)` at eigenvalue `t` of `D^-1 A`: with the reciprocal roots for factors this is the Chebyshev
-/// polynomial on `[upper / range, upper]`, `T((a - t) / d) / T(a / d)` with midpoint a, half-width d.
+/// A sweep is `x <- x + w_k D^-1 (b - A x)`.
+///
+/// All sweeps together multiply the error at eigenvalue `t` of `D^-1 A` by `prod (1 - w_k t)`. With
+/// the reciprocal roots as factors this is the Chebyshev polynomial on `[upper / range, upper]`,
+/// `T((a - t) / d) / T(a / d)` with the midpoint a and the half-width d of the interval.
 pub(crate) fn sweeps(upper: f64, range: f64, degree: usize) -> Vec<f64> {
     let lower = upper / range;
     let (a, d) = (0.5 * (upper + lower), 0.5 * (upper - lower));
@@ -35,28 +42,29 @@ pub(crate) fn sweeps(upper: f64, range: f64, degree: usize) -> Vec<f64> {
         .collect()
 }
 
-/// An approximate inverse of a mass matrix: a few Chebyshev-Jacobi steps from zero.
+/// Approximate inverse of a mass matrix: a few Chebyshev-Jacobi steps from zero.
 ///
-/// A mass matrix is well conditioned after Jacobi scaling (1/2 .. 5/2 for linear tetrahedra: Wathen 1987):
-/// three steps leave about a tenth of the error. Linear, symmetric and positive definite.
-/// Reference: Saad, Iterative Methods for Sparse Linear Systems, algorithm 12.1.
+/// After Jacobi scaling a mass matrix is well conditioned (eigenvalues from 1/2 to 5/2 for linear
+/// tetrahedra: Wathen 1987): three steps leave about a tenth of the error. Linear, symmetric and
+/// positive definite. Reference: Saad, Iterative Methods for Sparse Linear Systems, algorithm 12.1.
 ///
-/// Cost: `degree - 1` passes over the matrix, allocates nothing.
+/// Cost: `degree - 1` passes over the matrix; allocates nothing.
 #[derive(Debug, Clone)]
 pub struct MassInverse {
     mass: Csr,
     inverse_diagonal: Vec<f64>,
     blocks: RowBlocks,
     factors: Vec<f64>,
-    /// Every other step, one column after another.
+    /// Buffer of every other step, one column after another.
     next: Vec<f64>,
 }
 
 impl MassInverse {
-    /// From a symmetric positive definite matrix and the number of steps, at least one.
+    /// Prepares `degree` steps, at least one, for a symmetric positive definite matrix.
     ///
     /// # Errors
-    /// [`LinalgError::NotPositive`], [`LinalgError::Parameter`], or what the eigenvalue estimate reports.
+    /// [`LinalgError::NotPositive`], [`LinalgError::Parameter`], [`LinalgError::Factorisation`] for
+    /// a matrix with an eigenvalue that is not positive, [`LinalgError::Breakdown`] for overflow.
     pub fn new(mass: &Csr, degree: usize) -> Result<Self, LinalgError> {
         if degree == 0 {
             return Err(LinalgError::Parameter {
@@ -89,7 +97,7 @@ impl MassInverse {
 
 #[cfg(feature = "roofline")]
 impl MassInverse {
-    /// Bytes that one application moves at least.
+    /// Lower bound on the bytes moved by one application.
     pub(crate) fn bytes(&self) -> usize {
         let pass = 12 * self.mass.nnz() + (8 + 4 * 8) * self.mass.rows();
         (self.factors.len() - 1) * pass + 24 * self.mass.rows()
@@ -105,7 +113,7 @@ impl MassInverse {
             self.mass.rows(),
         );
         self.next.resize(self.next.len().max(S * n), 0.0);
-        // the steps go to and fro; the last one must end in `z`
+        // steps alternate between two buffers; the last one must end in `z`
         let (mut from, mut to) = (z, of_buffer(&mut self.next, n));
         if self.factors.len().is_multiple_of(2) {
             swap(&mut from, &mut to);
@@ -164,7 +172,8 @@ impl Preconditioner for MassInverse {
 mod tests {
     use super::*;
 
-    /// The residual polynomial of the smoother is the Chebyshev polynomial: equal ripples on the interval.
+    /// The error polynomial of the smoother is the Chebyshev polynomial, whose extrema on the
+    /// interval have equal size.
     #[test]
     fn smoother_ripples_equally() {
         let (upper, range) = (2.0, 8.0);
@@ -182,7 +191,7 @@ mod tests {
         }
     }
 
-    /// On a diagonal matrix with spectrum inside the bounds the error obeys the Chebyshev bound `1 / T3`.
+    /// The error obeys the Chebyshev bound `1 / T3` on a circulant matrix.
     #[test]
     fn mass_inverse_obeys_the_chebyshev_bound() {
         let n = 60;
@@ -209,7 +218,7 @@ mod tests {
             .sum::<f64>()
             .sqrt();
         let size: f64 = exact.iter().map(|a| a * a).sum::<f64>().sqrt();
-        // eigenvalues 1 +- cos(2 pi k / n) / 2 with the margins of the bounds
+        // eigenvalues `1 ± cos(2 pi k / n) / 2`, with the safety factors of the bounds
         let (upper, lower) = (1.5 * UPPER_MARGIN, 0.5 * LOWER_MARGIN);
         let s = (upper + lower) / (upper - lower);
         assert!(error <= size / (4.0 * s.powi(3) - 3.0 * s) && error > 0.0);

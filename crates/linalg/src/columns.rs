@@ -1,9 +1,12 @@
-//! Several vectors that one pass over a matrix serves.
+//! Several vectors multiplied in one pass over a matrix.
 
 use std::array::from_fn;
 
-/// How many of `columns` the next pass takes. With more than three the sums no longer fit the sixteen registers of the baseline's
-/// vectors: four at once were measured to take as long a column as one alone in the V-cycle, three 0.58 of it.
+/// Number of columns, of `columns` left, that the next pass takes.
+///
+/// The sums of more than three columns do not fit into the sixteen vector registers of the baseline
+/// instruction set: in the V-cycle four columns at once took as long per column as one alone, three
+/// took 0.58 of it.
 pub(crate) fn width(columns: usize) -> usize {
     match columns {
         4 => 2,
@@ -11,7 +14,7 @@ pub(crate) fn width(columns: usize) -> usize {
     }
 }
 
-/// Calls a method that is generic over the number of columns on `x` and `y`, [`width`] of them at a time.
+/// Calls a method that is generic over the number of columns on `x` and `y`, [`width`] at a time.
 macro_rules! in_passes {
     ($owner:ident.$pass:ident($x:expr, $y:expr)) => {{
         use $crate::columns::{first, first_mut, width};
@@ -30,23 +33,23 @@ macro_rules! in_passes {
 }
 pub(crate) use in_passes;
 
-/// The first columns; empty where there are fewer.
+/// The first `S` columns, empty where there are fewer.
 pub(crate) fn first<'a, const S: usize>(x: &[&'a [f64]]) -> [&'a [f64]; S] {
     from_fn(|s| x.get(s).copied().unwrap_or_default())
 }
 
-/// The first columns; empty where there are fewer.
+/// The first `S` columns, empty where there are fewer.
 pub(crate) fn first_mut<'a, const S: usize>(y: &'a mut [&mut [f64]]) -> [&'a mut [f64]; S] {
     let mut y = y.iter_mut();
     from_fn(|_| y.next().map(|y| &mut **y).unwrap_or_default())
 }
 
-/// Both parts of every column.
+/// Every column split at `at`.
 pub(crate) fn split<const S: usize>(x: [&[f64]; S], at: usize) -> ([&[f64]; S], [&[f64]; S]) {
     (x.map(|x| &x[..at]), x.map(|x| &x[at..]))
 }
 
-/// Both parts of every column.
+/// Every column split at `at`.
 pub(crate) fn split_mut<T, const S: usize>(
     y: [&mut [T]; S],
     at: usize,
@@ -63,7 +66,7 @@ pub(crate) fn split_mut<T, const S: usize>(
     (low, high)
 }
 
-/// The columns of a buffer that holds them one after another, `len` each.
+/// The columns of a buffer that stores them one after another, `len` entries each.
 pub(crate) fn of_buffer<const S: usize>(buffer: &mut [f64], len: usize) -> [&mut [f64]; S] {
     let mut rest = buffer;
     from_fn(|_| {

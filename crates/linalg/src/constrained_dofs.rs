@@ -1,26 +1,28 @@
-//! Components of nodes that are held at zero, as on a mirror plane the one across it.
+//! Components of nodes that are constrained to zero, such as normal velocities on a symmetry plane.
 
 use crate::LinalgError;
 use crate::csr::{Csr, Rows};
 use crate::node_kernel::Padded;
 use crate::product::build_rows;
 
-/// Which of the three components of which nodes are zero; all other nodes are free in all of them.
+/// The constrained components of nodes; all other components are free.
 ///
-/// With `S` the projector that zeroes them, an operator `A` becomes `S A S`. A scalar matrix still serves all three components, on every level of
-/// a hierarchy: if a node that is held in some components interpolates only from coarse nodes held in them too, then `S P S_c = P S_c`, and the
-/// Galerkin product `(P S_c)^T S (K (x) I3) S (P S_c)` is `S_c (P^T K P (x) I3) S_c`.
+/// Let `S` be the projector that zeroes the constrained components, so that an operator `A` becomes
+/// `S A S`. One scalar matrix still serves all three components, on every level of a hierarchy: if
+/// a constrained node interpolates only from coarse nodes that are constrained in the same
+/// components, then `S P S_c = P S_c`, and the Galerkin product `(P S_c)^T S (K (x) I3) S (P S_c)`
+/// is `S_c (P^T K P (x) I3) S_c`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct ConstrainedDofs {
-    /// Nodes in ascending order, each with a bit for each component held, none without.
+    /// Nodes in ascending order with one bit per constrained component, at least one bit set.
     nodes: Vec<(u32, u8)>,
 }
 
 impl ConstrainedDofs {
-    /// From nodes in ascending order.
+    /// Takes nodes in ascending order, each with the components constrained.
     ///
     /// # Errors
-    /// [`LinalgError::Shape`] for a node that is not below `n`, or not above the one before it.
+    /// [`LinalgError::Shape`] for a node that is not below `n` or not above the one before it.
     pub fn new(n: usize, constrained: &[(u32, [bool; 3])]) -> Result<Self, LinalgError> {
         for (k, &(node, _)) in constrained.iter().enumerate() {
             let least = k
@@ -45,19 +47,19 @@ impl ConstrainedDofs {
         })
     }
 
-    /// Whether nothing is held.
+    /// Whether all components are free.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// Zeroes what is held: `u <- S u`.
+    /// Zeroes the constrained components: `u <- S u`.
     pub fn clear(&self, u: &mut [[f64; 3]]) {
         for &(node, bits) in &self.nodes {
             components(bits).for_each(|d| u[node as usize][d] = 0.0);
         }
     }
 
-    /// The same for the columns of a level.
+    /// Zeroes the constrained components of all columns of a multigrid level.
     pub fn clear_columns<const S: usize>(&self, u: &mut [[Padded; S]]) {
         for &(node, bits) in &self.nodes {
             for column in &mut u[node as usize] {
@@ -75,7 +77,7 @@ impl ConstrainedDofs {
         all
     }
 
-    /// A matrix with three rows a node without the rows of what is held.
+    /// Empties the rows of constrained dofs in a matrix with three rows per node.
     pub fn drop_rows(&self, matrix: Csr) -> Csr {
         if self.is_empty() || matrix.nnz() == 0 {
             return matrix;
@@ -91,7 +93,9 @@ impl ConstrainedDofs {
         })
     }
 
-    /// What to hold of the coarse nodes of a prolongation: all that would move something held.
+    /// The constraints of the coarse nodes of a prolongation.
+    ///
+    /// A coarse node is constrained in every component in which it would move a constrained node.
     pub fn coarse(&self, prolongation: &Csr) -> Self {
         if self.is_empty() {
             return ConstrainedDofs::default();
@@ -111,7 +115,9 @@ impl ConstrainedDofs {
         }
     }
 
-    /// `matrix` with the rows and columns of the nodes that are held in component `d` replaced by their diagonals.
+    /// Eliminates the nodes that are constrained in component `d` from a scalar matrix.
+    ///
+    /// Their rows and columns are replaced by the diagonal entries.
     pub fn pinned(&self, matrix: &Csr, d: usize) -> Csr {
         let bits = self.bits(matrix.rows());
         let is_constrained = |i: usize| bits[i] >> d & 1 == 1;
@@ -126,10 +132,11 @@ impl ConstrainedDofs {
         pinned
     }
 
-    /// An error for methods that do not know of held components.
+    #[cfg(feature = "direct")]
+    /// Refuses constraints on behalf of a method that does not support them.
     ///
     /// # Errors
-    /// [`LinalgError::ConstrainedDofs`] if something is held.
+    /// [`LinalgError::ConstrainedDofs`] if a component is constrained.
     pub fn refuse(&self, method: &'static str) -> Result<(), LinalgError> {
         match self.nodes.len() {
             0 => Ok(()),
@@ -148,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_moves_something_held_is_held() {
+    fn coarse_nodes_that_move_constrained_ones_are_constrained() {
         // coarse 0 moves fine 0 and 1, coarse 1 moves 1 and 2
         let p = Csr::new(
             (3, 2),

@@ -1,4 +1,4 @@
-//! The compressed-row types every crate exchanges: scalar entries and 3-vector entries.
+//! The compressed-row matrix types that crates exchange, and kernels on their arrays.
 
 use std::sync::Arc;
 
@@ -8,28 +8,32 @@ use sprs::CsMatI;
 use crate::LinalgError;
 use crate::vector::CHUNK;
 
-/// Compressed sparse rows: `u32` columns, `usize` row pointers, columns sorted within a row.
+/// Sparse matrix in compressed rows.
 ///
-/// The interchange type of the workspace; sprs keeps the structure valid (sorted, in bounds).
+/// Columns are `u32` and sorted in each row, row pointers `usize`.
+///
+/// The interchange type of all public functions; sprs keeps the structure valid.
 pub type Csr = CsMatI<f64, u32, usize>;
 
-/// Compressed sparse rows whose entries are 3-vectors: row `q`, column `j` holds `(b_x, b_y, b_z)`.
+/// Sparse matrix in compressed rows whose entries are 3-vectors.
 ///
-/// The discrete divergence has this form: `(B u)_q = sum_j b_qj . u_j`, one row a pressure
-/// unknown, one column a velocity node.
+/// Row `q`, column `j` stores `(b_x, b_y, b_z)`.
+///
+/// The discrete divergence has this form: `(B u)_q = sum_j b_qj · u_j`, with one row per pressure
+/// dof and one column per velocity node.
 pub type Csr3 = CsMatI<[f64; 3], u32, usize>;
 
-/// A compressed-row matrix of the preconditioner: half the bytes, which is twice the speed.
+/// Sparse matrix in f32 for preconditioners: half the bytes, hence twice the speed.
 pub(crate) type Csr32 = CsMatI<f32, u32, usize>;
 
-/// The three arrays of a compressed-row matrix, borrowed once so that kernels index plain slices.
+/// The arrays of a sparse matrix, borrowed once so that kernels index plain slices.
 pub(crate) struct Rows<'a, V> {
     pub indptr: &'a [usize],
     columns: &'a [u32],
     values: &'a [V],
 }
 
-// Derived `Copy` would ask for `V: Copy`, which references do not need.
+// a derived `Copy` would require `V: Copy`, which references do not need
 impl<V> Clone for Rows<'_, V> {
     fn clone(&self) -> Self {
         *self
@@ -46,7 +50,7 @@ impl<'a, V: Copy> Rows<'a, V> {
         }
     }
 
-    /// Number of stored entries.
+    /// Number of nonzeros.
     pub fn nnz(self) -> usize {
         self.values.len()
     }
@@ -58,7 +62,7 @@ impl<'a, V: Copy> Rows<'a, V> {
         (&self.columns[range.clone()], &self.values[range])
     }
 
-    /// The (column, value) pairs of row `i`, columns rising.
+    /// The (column, value) pairs of row `i` in ascending order of columns.
     #[inline(always)]
     pub fn row(self, i: usize) -> impl Iterator<Item = (usize, V)> + 'a {
         let (columns, values) = self.entries(i);
@@ -66,31 +70,33 @@ impl<'a, V: Copy> Rows<'a, V> {
     }
 }
 
-/// `matrix` by rows: a `CsMatI` may also hold columns.
+/// Converts a matrix to storage by rows; sprs also stores matrices by columns.
 pub(crate) fn into_rows<V: Clone + Default>(
     matrix: CsMatI<V, u32, usize>,
 ) -> CsMatI<V, u32, usize> {
     matrix.into_csr()
 }
 
-/// A matrix without entries.
+/// A matrix without nonzeros.
 pub(crate) fn empty<V>(rows: usize, cols: usize) -> CsMatI<V, u32, usize> {
     CsMatI::new((rows, cols), vec![0; rows + 1], Vec::new(), Vec::new())
 }
 
-/// Rounds to the precision of the preconditioner after scaling by `factor`.
+/// Scales by `factor` and rounds to the precision of preconditioners.
 pub(crate) fn to_f32(matrix: &Csr, factor: f64) -> Csr32 {
     matrix.map(|&v| (v * factor) as f32)
 }
 
-/// An f32 copy of the values of a matrix that somebody else holds: half the memory of a copy with its own columns.
+/// Values of a matrix in f32 beside the sparsity pattern of the original.
+///
+/// Half the memory of a copy with column indices.
 pub(crate) struct Rounded {
     pattern: Arc<Csr>,
     values: Vec<f32>,
 }
 
 impl Rounded {
-    /// Rounds `matrix` times `factor`.
+    /// Rounds `factor` times `matrix`.
     pub fn new(matrix: &Arc<Csr>, factor: f64) -> Self {
         let values = matrix.data().par_iter();
         Rounded {
@@ -123,9 +129,9 @@ pub(crate) fn check_shape(
     })
 }
 
-/// Refuses NaN and infinity, naming the place.
+/// Refuses NaN and infinity, naming the position.
 pub(crate) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), LinalgError> {
-    // without an early exit, so that the loop is vectorised
+    // no early exit, so that the loop is vectorised
     let finite = |chunk: &[f64]| chunk.iter().fold(true, |all, v| all & v.is_finite());
     if values.par_chunks(CHUNK).all(finite) {
         return Ok(());
@@ -148,7 +154,9 @@ pub(crate) fn diagonal(matrix: &Csr) -> Vec<f64> {
         .collect()
 }
 
-/// The diagonal, refused unless every entry is positive: Jacobi smoothing divides by it.
+/// The diagonal of a matrix; an entry that is not positive is an error.
+///
+/// Jacobi smoothing divides by it.
 pub(crate) fn positive_diagonal(what: &'static str, matrix: &Csr) -> Result<Vec<f64>, LinalgError> {
     let diagonal = diagonal(matrix);
     match diagonal.iter().position(|d| d.is_nan() || *d <= 0.0) {

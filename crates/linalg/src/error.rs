@@ -1,19 +1,19 @@
-//! What can go wrong, with the numbers and the remedy.
+//! Errors of the crate, with numbers and remedies.
 
 use crate::PreconditionerKind;
 
-/// Every failure of this crate.
+/// An error of this crate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinalgError {
     /// A matrix or vector does not fit the others.
-    #[error("{what} has shape {found:?} where {expected:?} is needed")]
+    #[error("{what} has shape {found:?}, expected {expected:?}")]
     Shape {
         /// Which matrix or vector.
         what: &'static str,
         /// Rows and columns that would fit.
         expected: (usize, usize),
-        /// Rows and columns handed in.
+        /// Rows and columns given.
         found: (usize, usize),
     },
     /// An entry is NaN or infinite.
@@ -21,12 +21,12 @@ pub enum LinalgError {
     NotFinite {
         /// Which matrix or vector.
         what: &'static str,
-        /// Position in its array of values.
+        /// Position in the array of values.
         index: usize,
     },
     /// A diagonal entry of a matrix that must be positive definite is not positive.
     #[error(
-        "diagonal entry {row} of {what} is {value:e}, not positive; is a row without element left in, or an element inverted?"
+        "diagonal entry {row} of {what} is {value:e}, not positive; look for a row without elements or an inverted element"
     )]
     NotPositive {
         /// Which matrix.
@@ -48,71 +48,89 @@ pub enum LinalgError {
     },
     /// The iteration limit was reached.
     #[error(
-        "{method} reached {true_rel_residual:e} in {iterations} iterations, {target:e} was asked; allow more iterations or use a better preconditioner"
+        "{method} reached a relative residual of {true_rel_residual:e} in {iterations} iterations, {target:e} was requested; allow more iterations or use a better preconditioner"
     )]
     NotConverged {
         /// The Krylov method.
         method: &'static str,
-        /// Iterations done.
+        /// Number of iterations.
         iterations: usize,
-        /// `||b - A x|| / ||b||` of the iterate left in `x`.
+        /// Relative residual of the iterate left in `x`.
+        ///
+        /// The larger of both norms if the operator has weights.
         true_rel_residual: f64,
-        /// The tolerance asked.
+        /// The requested tolerance.
         target: f64,
     },
     /// Further iterations no longer reduce the true residual.
     #[error(
-        "{method} stagnates at {true_rel_residual:e} after {iterations} iterations, {target:e} was asked; the right-hand side may be incompatible with a singular matrix, or the tolerance be below rounding"
+        "{method} stagnates at a relative residual of {true_rel_residual:e} after {iterations} iterations, {target:e} was requested; the tolerance may be below rounding, or the matrix singular (see KrylovParams::with_null_vectors)"
     )]
     Stagnated {
         /// The method.
         method: &'static str,
-        /// Iterations done.
+        /// Number of iterations.
         iterations: usize,
-        /// `||b - A x|| / ||b||` of the iterate left in `x`.
+        /// Relative residual of the iterate left in `x`.
+        ///
+        /// The larger of both norms if the operator has weights.
         true_rel_residual: f64,
-        /// The tolerance asked.
+        /// The requested tolerance.
         target: f64,
     },
-    /// The iteration cannot go on: NaN, or an operator that is not what the method needs.
+    /// The iteration cannot continue: NaN, or an operator without the required properties.
     #[error("{method} broke down in iteration {iteration}: {cause}")]
     Breakdown {
         /// The method.
         method: &'static str,
-        /// Iteration where it happened.
+        /// Iteration in which it happened.
         iteration: usize,
-        /// What was seen.
+        /// The cause.
         cause: &'static str,
     },
-    /// The method may not be used with this preconditioner.
+    /// The method cannot be used with this preconditioner.
     #[error(
-        "{method} needs a preconditioner that is {needed:?}, this one is {found:?}; use fgmres"
+        "{method} needs a preconditioner of kind {needed:?}, this one is {found:?}; use fgmres"
     )]
     UnsuitablePreconditioner {
         /// The method.
         method: &'static str,
-        /// What it needs.
+        /// The kind that it needs.
         needed: PreconditionerKind,
-        /// What it got.
+        /// The kind that was given.
         found: PreconditionerKind,
     },
-    /// The method may not be used on this operator.
-    #[error(
-        "{method} needs a symmetric operator, this one has other rows than columns; use fgmres"
-    )]
+    /// The method cannot be used on this operator.
+    #[error("{method} needs a symmetric operator, this one is not; use fgmres")]
     NotSymmetric {
         /// The method.
         method: &'static str,
     },
-    /// The method does not know of components that are held at zero.
+    /// The method does not support single components constrained to zero.
     #[error(
-        "{method} cannot hold single components at zero, as {nodes} nodes ask; use fgmres with BlockTriangular or minres with BlockDiagonal"
+        "{method} does not support single components constrained to zero, which {nodes} nodes have; use fgmres with BlockTriangular or minres with BlockDiagonal"
     )]
     ConstrainedDofs {
         /// The method.
         method: &'static str,
         /// Number of nodes with such components.
         nodes: usize,
+    },
+    /// A vector that was given as a null vector is linearly dependent on those before it.
+    #[error("null vector {index} is zero or depends linearly on those before it")]
+    Dependent {
+        /// Position of the vector.
+        index: usize,
+    },
+    /// A vector that was given as a null vector is not mapped to zero.
+    #[error(
+        "vector {index} is not a null vector: the operator reduces it only to {ratio:e} of the operator norm"
+    )]
+    NotNullVector {
+        /// Position of the vector.
+        index: usize,
+        /// `||A v|| / ||A||` for the vector scaled to `||v|| = 1`.
+        ratio: f64,
     },
     /// A matrix to be factorised is singular or not definite to working precision.
     #[error("{what} cannot be factorised: {detail}")]
@@ -122,30 +140,30 @@ pub enum LinalgError {
         /// What the factorisation reported.
         detail: String,
     },
-    /// Momentum and divergence are of so different sizes that no residual norm sees both.
+    /// The stiffness and the divergence differ so much in size that no residual norm sees both.
     #[error(
-        "the largest entry of the divergence is {ratio:e} of that of the stiffness: a small residual would not bound the divergence; use units in which viscosity and element size are about one"
+        "the largest entry of the divergence is only {ratio:e} times that of the stiffness, so a small residual would not bound the divergence; scale the system so that both are of similar size"
     )]
     Unbalanced {
         /// Largest entry of the divergence over largest diagonal entry of the stiffness matrix.
         ratio: f64,
     },
-    /// Pressures that velocities do not see.
+    /// The inf-sup constant of the velocity and pressure spaces is too small.
     #[error(
         "the inf-sup constant is {constant:.1e}, below {least:.1e}: the pressure space is too rich for the velocity space; use quadratic velocities with linear pressures"
     )]
     NotInfSupStable {
-        /// The constant measured.
+        /// The computed constant.
         constant: f64,
-        /// The least that was asked.
+        /// The smallest constant accepted.
         least: f64,
     },
-    /// A subdomain of a domain decomposition cannot be solved on its own.
+    /// The restriction of the system to a subdomain is singular.
     #[error("subdomain {subdomain}: {cause}")]
     Subdomain {
         /// Which subdomain.
         subdomain: usize,
-        /// What is wrong with its restricted system.
+        /// The error of its restricted system.
         cause: Box<LinalgError>,
     },
 }

@@ -6,32 +6,42 @@ use crate::csr::Rows;
 use crate::direct::{Definiteness, Precision, SparseFactor};
 use crate::{LinalgError, SaddleSystem};
 
-/// More pressures than this make the dense eigenproblem slow: 2000 take about half a minute.
+/// Largest number of pressure dofs; the dense eigenproblem of 2000 takes about half a minute.
 const MOST_PRESSURES: usize = 2000;
 
-/// Schur eigenvalues this small against the largest are zero: the hydrostatic pressure between no-slip walls.
+/// Relative size up to which an eigenvalue of the Schur complement counts as zero.
+///
+/// That of the constant pressure in enclosed flow does.
 const ZERO: f64 = 1e-10;
 
-/// How well pressures are seen by velocities: $\beta^2 \le q^T B K^{-1} B^T q / (q^T M_p q) \le \gamma^2$.
+/// Constants of the inf-sup condition of a pair of velocity and pressure spaces.
+///
+/// ```text
+/// β^2 q^T M_p q <= q^T B K^-1 B^T q <= γ^2 q^T M_p q
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct InfSup {
-    /// $\beta$, the hydrostatic pressure left out: 0.4 to 0.5 for P2-P1 on sound meshes, near zero for unstable pairs.
+    /// Inf-sup constant `β`, not counting the constant pressure.
+    ///
+    /// From 0.4 to 0.5 for P2-P1 elements on good meshes, near zero for unstable pairs.
     pub constant: f64,
-    /// $\gamma$, at most 1 for gradients against the whole gradient.
+    /// Upper bound `γ`, at most 1 if `K` is the stiffness matrix of the full gradient.
     pub largest: f64,
-    /// Number of pressures that no velocity sees, the hydrostatic one included.
+    /// Dimension of the null space of `B^T`, the constant pressure included.
     pub null_space_dimension: usize,
 }
 
 impl InfSup {
-    /// Measures the constant of a system's velocity and pressure spaces, bodies held still.
+    /// Computes the constants for the spaces of a system, with the border fixed to zero.
     ///
-    /// Brezzi (1974); Elman, Silvester & Wathen (2014), section 3.3. Dense: `O(np^3)` and `np` solves with `K`; for small meshes of the
-    /// kind that is to be used.
+    /// Cost: `O(np^3)` for a dense eigenproblem, and `np` solves with `K`; meant for small meshes
+    /// of the same kind as the large ones. References: Brezzi (1974); Elman, Silvester & Wathen
+    /// (2014), section 3.3.
     ///
     /// # Errors
-    /// [`LinalgError::Parameter`] for more than 2000 pressures, [`LinalgError::Factorisation`] of `K` or of the mass matrix.
+    /// [`LinalgError::Parameter`] for more than 2000 pressure dofs, [`LinalgError::Factorisation`]
+    /// of `K` or of the mass matrix, [`LinalgError::ConstrainedDofs`].
     pub fn of(system: &SaddleSystem) -> Result<Self, LinalgError> {
         system
             .velocity_block()
@@ -98,7 +108,8 @@ impl InfSup {
         eigenvalues.as_mut_slice().sort_unstable_by(f64::total_cmp);
         let largest = eigenvalues.iter().copied().fold(0.0, f64::max);
         let null_space_dimension = eigenvalues.iter().filter(|&&e| e <= ZERO * largest).count();
-        // One pressure is hydrostatic where every wall is closed; a second one that is unseen is spurious.
+        // In enclosed flow the constant pressure is in the null space; a second dimension is
+        // spurious.
         let smallest = eigenvalues
             .get(null_space_dimension.min(1))
             .copied()
@@ -111,7 +122,10 @@ impl InfSup {
         })
     }
 
-    /// Refuses a pair whose constant is below `least`; 0.1 separates P2-P1 (0.4) from equal orders (0.08 on coarse meshes, less on fine ones).
+    /// Refuses a pair of spaces whose inf-sup constant is below `least`.
+    ///
+    /// A value of 0.1 separates P2-P1 elements (0.4) from equal orders (0.08 on coarse meshes, less
+    /// on fine ones).
     ///
     /// # Errors
     /// [`LinalgError::NotInfSupStable`].

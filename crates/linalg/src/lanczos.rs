@@ -8,14 +8,17 @@ use crate::row_blocks::RowBlocks;
 use crate::vector::{axpy, dot, norm, scale};
 use crate::{Csr, LinalgError};
 
-/// Steps of the recurrence: the largest eigenvalue comes out within one or two per cent, which is
-/// what a Chebyshev smoother needs; fewer steps lose iterations, more gain none.
+/// Steps of the recurrence.
+///
+/// They give the largest eigenvalue within one or two per cent, as a Chebyshev smoother needs;
+/// fewer steps cost iterations, more gain none.
 const STEPS: usize = 16;
 
-/// Estimates `(min, max)` of the spectrum of `D^-1 K`, `D = diag(K)`, for a symmetric positive definite `K`.
+/// Estimates the `(min, max)` eigenvalues of `D^-1 K`, `D = diag(K)`, for a positive definite `K`.
 ///
-/// Lanczos from a fixed pseudo-random vector: the Ritz values lie inside the spectrum, so the largest is
-/// a little small and the smallest may be far too large. Reference: Saad, Iterative Methods, 6.6.
+/// Lanczos iteration from a fixed pseudo-random vector. The Ritz values lie inside the spectrum, so
+/// the largest is slightly too small and the smallest may be far too large. Reference: Saad,
+/// Iterative Methods, 6.6.
 pub(crate) fn jacobi_spectrum(k: &Csr, diagonal: &[f64]) -> Result<(f64, f64), LinalgError> {
     let n = k.rows();
     if n == 0 {
@@ -83,8 +86,9 @@ pub(crate) fn jacobi_spectrum(k: &Csr, diagonal: &[f64]) -> Result<(f64, f64), L
     })
 }
 
-/// A number in [-1/2, 1/2) from the bits of `i`: the splitmix64 finaliser (Steele, Lea, Flood 2014).
-fn pseudo_random(i: u64) -> f64 {
+/// A pseudo-random number in [-1/2, 1/2) from `i`: the splitmix64 finaliser (Steele, Lea, Flood
+/// 2014).
+pub(crate) fn pseudo_random(i: u64) -> f64 {
     let mut z = i.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

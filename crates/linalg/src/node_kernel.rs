@@ -1,6 +1,7 @@
-//! The kernels on which everything runs: three components of one or several columns per pass over a scalar matrix.
+//! Innermost kernels: three components of one or several columns per pass over a scalar matrix.
 //!
-//! Each column is summed in the order in which it would be summed alone, so that results do not depend on the company.
+//! Each column is summed in the same order as it would be alone, so results do not depend on the
+//! number of columns.
 
 use std::array::from_fn;
 use std::ops::Range;
@@ -9,10 +10,10 @@ use crate::Csr;
 use crate::csr::Rows;
 use crate::scalar::Scalar;
 
-/// Three components of a node in f32, padded to the width of a vector register; the fourth stays zero.
+/// Three components of a node in f32, padded to the width of a vector register; the fourth is zero.
 pub(crate) type Padded = [f32; 4];
 
-/// `sum_j k_ij x_j` for three components in f64, in two sums for the reason given at [`padded_row`].
+/// `sum_j k_ij x_j` for three components in f64, in two partial sums as in [`padded_row`].
 #[inline(always)]
 pub(crate) fn node_row<const S: usize>(
     k: Rows<'_, f64>,
@@ -41,9 +42,10 @@ pub(crate) fn node_row<const S: usize>(
     from_fn(|s| from_fn(|d| even[s][d] + odd[s][d]))
 }
 
-/// `sum_j k_ij x_j` for three components in f32; the columns of a node lie side by side.
+/// `sum_j k_ij x_j` for three components in f32; the columns of a node are adjacent in memory.
 ///
-/// Four sums at a time: one alone waits three or four cycles for each addition, which is longer than memory takes.
+/// Four partial sums: a single one would wait three or four cycles for each addition, which is
+/// longer than a memory access takes.
 #[inline(always)]
 pub(crate) fn padded_row<const S: usize>(
     k: Rows<'_, f32>,
@@ -74,20 +76,21 @@ pub(crate) fn padded_row<const S: usize>(
     from_fn(|s| from_fn(|k| (a[s][k] + b[s][k]) + (c[s][k] + d[s][k])))
 }
 
-/// A matrix with three rows a node, empty at most nodes: the rows of the nodes that have entries.
+/// The nonempty rows of a matrix with three rows per node, most of them empty.
 ///
-/// Products then read nothing of the other nodes, not even row pointers, which would be a tenth of a pass over `K`.
+/// Products read nothing of the empty rows, not even row pointers, which would take a tenth of a
+/// pass over `K`.
 #[derive(Debug, Clone)]
 pub(crate) struct SparseNodes<T> {
     nodes: Vec<u32>,
-    /// Entries of node `nodes[k]` are `starts[k]..starts[k + 1]`.
+    /// Entries `starts[k]..starts[k + 1]` belong to node `nodes[k]`.
     starts: Vec<usize>,
     /// Component and column of each entry, `4 column + component`, with its value.
     entries: Vec<(u32, T)>,
 }
 
 impl<T: Scalar> SparseNodes<T> {
-    /// From `matrix` with three rows a node, each value through `convert`.
+    /// Collects the nonempty rows of `matrix`, each value converted by `convert`.
     pub fn new(matrix: &Csr, convert: impl Fn(f64) -> T) -> Self {
         let rows = Rows::of(matrix);
         let (mut nodes, mut starts, mut entries) = (Vec::new(), vec![0], Vec::new());
@@ -124,7 +127,9 @@ impl<T: Scalar> SparseNodes<T> {
     }
 }
 
-/// `sum_j a_ij x_j` of one row for the columns `x(j)`, accumulated in f64: border rows may have 10^5 entries.
+/// `sum_j a_ij x_j` of one row for the columns `x(j)`, accumulated in f64.
+///
+/// Border rows may have 10^5 nonzeros.
 #[inline]
 pub(crate) fn long_row<T: Scalar, const S: usize>(
     a: Rows<'_, T>,

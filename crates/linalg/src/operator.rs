@@ -1,6 +1,6 @@
-//! What a Krylov method needs to know of a matrix and of a preconditioner.
+//! Interfaces of the Krylov methods to matrices and preconditioners.
 
-/// A linear map `y <- A x` between flat vectors.
+/// A linear map `y <- A x` on flat vectors.
 pub trait LinearOperator: Sync {
     /// Length of `y`.
     fn rows(&self) -> usize;
@@ -11,12 +11,13 @@ pub trait LinearOperator: Sync {
     /// Overwrites `y` with `A x`; allocates nothing.
     ///
     /// # Panics
-    /// When `x` or `y` has another length than `cols` or `rows`; the solvers check before.
+    /// If the length of `x` is not `cols` or that of `y` not `rows`; the solvers check this first.
     fn apply(&self, x: &[f64], y: &mut [f64]);
 
-    /// Overwrites each of the columns `y` with `A` times that of `x`, in one pass over the matrix where the operator knows how.
+    /// Overwrites each column of `y` with `A` times that of `x`.
     ///
-    /// Each column comes out as [`apply`](LinearOperator::apply) would make it, to the last bit.
+    /// Takes one pass over the matrix if the operator supports it. Each column comes out as from
+    /// [`apply`](LinearOperator::apply), to the last bit.
     ///
     /// # Panics
     /// As [`apply`](LinearOperator::apply).
@@ -26,20 +27,24 @@ pub trait LinearOperator: Sync {
         }
     }
 
-    /// Weights `w_i > 0` of a norm `(sum w_i r_i^2)^(1/2)` that weighs residuals by what they do to the solution, if the operator knows one.
+    /// Weights `w_i > 0` of a residual norm that reflects errors of the solution.
     ///
-    /// With the reciprocal diagonal of a symmetric operator it does not depend on units, nor on the size of the elements a row belongs to.
+    /// The norm is `(sum w_i r_i^2)^(1/2)`. With the reciprocal diagonal of a symmetric operator as
+    /// weights it depends neither on units nor on the sizes of elements. `None` if the operator has
+    /// no such weights.
     fn residual_weights(&self) -> Option<&[f32]> {
         None
     }
 
-    /// Whether `A = A^T` is known to hold: [`cg`](crate::cg) and [`minres`](crate::minres) refuse other operators.
+    /// Whether `A = A^T` is known.
+    ///
+    /// [`cg`](crate::cg) and [`minres`](crate::minres) refuse other operators.
     fn is_symmetric(&self) -> bool {
         false
     }
 }
 
-/// An approximate inverse `z <- N r`; it owns its work space, hence `&mut self`.
+/// An approximate inverse `z <- N r`. It owns its workspace, hence `&mut self`.
 pub trait Preconditioner {
     /// Length of `r` and of `z`.
     fn size(&self) -> usize;
@@ -47,13 +52,14 @@ pub trait Preconditioner {
     /// Overwrites `z` with the approximate solution of `A z = r`; allocates nothing.
     ///
     /// # Panics
-    /// When `r` or `z` has another length than `size`; the solvers check before.
+    /// If the length of `r` or `z` is not `size`; the solvers check this first.
     fn apply(&mut self, r: &[f64], z: &mut [f64]);
 
-    /// Overwrites each of the columns `z` with the approximate solution for that of `r`, in one pass over the matrices where the
-    /// preconditioner knows how.
+    /// Overwrites each column of `z` with the approximate solution for that of `r`.
     ///
-    /// Each column comes out as [`apply`](Preconditioner::apply) would make it, to the last bit. Buffers may grow when there are more columns than before.
+    /// Takes one pass over the matrices if the preconditioner supports it. Each column comes out as
+    /// from [`apply`](Preconditioner::apply), to the last bit. Buffers grow with the number of
+    /// columns.
     ///
     /// # Panics
     /// As [`apply`](Preconditioner::apply).
@@ -63,18 +69,18 @@ pub trait Preconditioner {
         }
     }
 
-    /// What solvers may assume of the map `r -> z`.
+    /// Properties of the map `r -> z`.
     fn kind(&self) -> PreconditionerKind;
 }
 
-/// What a solver may assume of a preconditioner; each kind includes those before it.
+/// Properties of a preconditioner; each kind includes those before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PreconditionerKind {
-    /// Linear, symmetric and positive definite (to its own precision): any method.
+    /// Linear, symmetric and positive definite (to its own precision): suits all methods.
     PositiveDefinite,
-    /// A fixed linear map: any GMRES.
+    /// A fixed linear map: suits every GMRES method.
     Linear,
-    /// Changes from call to call: flexible methods only.
+    /// Changes from call to call: suits flexible methods only.
     Variable,
 }
 

@@ -1,13 +1,13 @@
-//! Sparse products, built row by row in parallel.
+//! Products of sparse matrices, built row by row in parallel.
 
 use rayon::prelude::*;
 
 use crate::csr::{Csr, Rows};
 
-/// Rows built by one task; large enough that its three arrays are worth allocating.
+/// Rows per task, enough to make the allocation of three arrays worthwhile.
 const ROWS_PER_TASK: usize = 1024;
 
-/// One row under construction: a dense scratch row with the list of touched columns.
+/// A row under construction: dense values and the list of columns in use.
 pub(crate) struct RowAccumulator {
     values: Vec<f64>,
     touched_by: Vec<u32>,
@@ -38,7 +38,9 @@ impl RowAccumulator {
     }
 }
 
-/// The matrix whose row `i` is what `fill(i, row)` adds up. Cost: that of `fill` plus sorting each row.
+/// The matrix whose row `i` is the sum of what `fill(i, row)` adds.
+///
+/// Cost: that of `fill` plus sorting each row.
 pub(crate) fn build_rows(
     rows: usize,
     cols: usize,
@@ -96,9 +98,10 @@ pub(crate) fn multiply(a: &Csr, b: &Csr) -> Csr {
     })
 }
 
-/// `(A (x) I3) X + Y` for `X` and `Y` with three interleaved rows a node.
+/// `(A (x) I3) X + Y` for `X` and `Y` with three interleaved rows per node.
 ///
-/// Borders are empty at most nodes: the columns of `A` are looked at once a node, and no more where they meet nothing.
+/// Borders are empty at most nodes: the columns of `A` are examined once per node, and skipped if
+/// all rows of `X` that they select are empty.
 pub(crate) fn kron3_multiply_add(a: &Csr, x: &Csr, y: &Csr) -> Csr {
     let (a_rows, x_rows, y_rows) = (Rows::of(a), Rows::of(x), Rows::of(y));
     let filled: Vec<bool> = (0..a.cols())

@@ -1,4 +1,4 @@
-//! Prolongation of a bordered operator and the Galerkin products with it.
+//! Prolongation of a bordered operator, and Galerkin products with it.
 
 use std::borrow::Cow;
 
@@ -12,8 +12,9 @@ use crate::{Bordered, Csr, LinalgError};
 
 /// The prolongation `u_fine = (P (x) I3) u_coarse + Q v`, `v_fine = v_coarse` of nodes and border.
 ///
-/// From P1 to P2 on a mesh with rigid bodies `P` interpolates (1 at vertices, 1/2 at both ends of an
-/// edge) and `Q` holds half the rigid motion at free midside nodes whose edge has one end on a body.
+/// From P1 to P2 elements `P` interpolates: 1 at vertices, 1/2 at both ends of an edge. `Q`
+/// contains the motion that border dofs impose on fine nodes only: with a rigid body in the border,
+/// half the rigid motion at a free midside node whose edge has one end on the body.
 #[derive(Debug, Clone)]
 pub struct Prolongation {
     nodes: Csr,
@@ -22,7 +23,7 @@ pub struct Prolongation {
 }
 
 impl Prolongation {
-    /// From `nodes` P (n x n_coarse) and `border` Q (3n x m).
+    /// Takes `nodes`, P (n x n_coarse), and `border`, Q (3n x m).
     ///
     /// # Errors
     /// [`LinalgError::Shape`], [`LinalgError::NotFinite`].
@@ -38,8 +39,10 @@ impl Prolongation {
         ))
     }
 
-    /// With other border columns `Q_l` (3n x m) for the restriction, `r_v + Q_l^T r`: where border rows are not tested with the
-    /// motions of their columns, as rows that are constraints are not, their residuals must not be mixed with the nodes'.
+    /// Uses other border columns `Q_l` (3n x m) in the restriction `r_v + Q_l^T r`.
+    ///
+    /// Needed if border rows are not tested with the motions of their columns, as rows of
+    /// constraints: their residuals must not be mixed with those of the nodes.
     ///
     /// # Errors
     /// [`LinalgError::Shape`], [`LinalgError::NotFinite`].
@@ -54,7 +57,7 @@ impl Prolongation {
         Ok(self)
     }
 
-    /// From parts known to be sound.
+    /// Assembles a prolongation from matrices that were checked before.
     pub(crate) fn from_parts(nodes: Csr, border: Csr, border_left: Option<Csr>) -> Self {
         Prolongation {
             nodes,
@@ -73,12 +76,12 @@ impl Prolongation {
         &self.border
     }
 
-    /// The border columns of the restriction `Q_l`, 3n x m: `Q` unless given.
+    /// The border columns of the restriction `Q_l`, 3n x m; `Q` unless given.
     pub fn border_left(&self) -> &Csr {
         self.border_left.as_ref().unwrap_or(&self.border)
     }
 
-    /// Without motions of bodies in what is held.
+    /// Removes the border motions of constrained dofs.
     pub(crate) fn constrain(&self, constrained: &ConstrainedDofs) -> Cow<'_, Self> {
         if constrained.is_empty() {
             return Cow::Borrowed(self);
@@ -105,11 +108,16 @@ impl Prolongation {
         )
     }
 
-    /// The Galerkin operator `[P Q_l; 0 I]^T [K C; C_l^T M] [P Q; 0 I]`, K and P three times over:
+    /// The Galerkin operator `[P Q_l; 0 I]^T [K C; C_l^T M] [P Q; 0 I]`.
     ///
-    /// `K_c = P^T K P`, `C_c = P^T (C + K Q)`, `C_lc = P^T (C_l + K Q_l)`, `M_c = M + Q_l^T (C + K Q) + C_l^T Q`.
+    /// `K` and `P` stand for `K (x) I3` and `P (x) I3`.
     ///
-    /// `k_coarse` replaces the first product where it is known, as on straight-sided meshes.
+    /// ```text
+    /// K_c  = P^T K P               C_c = P^T (C + K Q)
+    /// C_lc = P^T (C_l + K Q_l)     M_c = M + Q_l^T (C + K Q) + C_l^T Q
+    /// ```
+    ///
+    /// `k_coarse` replaces the first product if it is known, as on straight-sided meshes.
     pub(crate) fn galerkin(&self, fine: &Bordered, k_coarse: Option<Csr>) -> Bordered {
         let k = fine.stiffness();
         let restrict = transpose(&self.nodes);
@@ -131,7 +139,7 @@ impl Prolongation {
     }
 }
 
-/// `(R (x) I3) X` for `X` with three interleaved rows a node.
+/// `(R (x) I3) X` for `X` with three interleaved rows per node.
 fn restrict3(restrict: &Csr, x: &Csr) -> Csr {
     let (r, x_rows) = (Rows::of(restrict), Rows::of(x));
     build_rows(3 * restrict.rows(), x.cols(), |i, row| {
@@ -143,7 +151,7 @@ fn restrict3(restrict: &Csr, x: &Csr) -> Csr {
     })
 }
 
-/// `M <- M + X^T Y`, row by row in order.
+/// `M <- M + X^T Y`, summed row by row in order.
 fn add_transposed_product(x: &Csr, y: &Csr, m: &mut DMatrix<f64>) {
     let (x_rows, y_rows) = (Rows::of(x), Rows::of(y));
     for i in 0..x.rows() {
@@ -179,7 +187,7 @@ mod tests {
     }
 
     proptest! {
-        /// Every block of the Galerkin operator against `T^T A T` with dense matrices.
+        /// Compares every block of the Galerkin operator with `T^T A T` of dense matrices.
         #[test]
         fn galerkin_matches_dense(
             n in 1..9usize, nc in 1..5usize, m in 0..5usize,

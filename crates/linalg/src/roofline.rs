@@ -1,38 +1,44 @@
-//! The kernels of an iteration one by one, each with the bytes it has to move.
+//! The kernels of an iteration one by one, each with the bytes that it has to move.
 
 use crate::krylov::visit_basis_kernels;
 use crate::vector::axpy;
 use crate::{BlockTriangular, Csr3, LinearOperator, Preconditioner, SaddleSystem};
 
-/// A kernel of the block solver and what it costs at least.
+/// A kernel of the block solver and its least memory traffic.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kernel {
     /// What it computes.
     pub name: &'static str,
-    /// Bytes that have to be read or written once: matrices with their columns and row pointers, vectors. A cache line that is written over counts
-    /// once, as it does in STREAM (McCalpin 1995).
+    /// Bytes that must be read or written once.
+    ///
+    /// Matrices with columns and row pointers, and vectors. A cache line that is overwritten counts
+    /// once, as in STREAM (McCalpin 1995).
     pub bytes: usize,
-    /// How often an iteration of [`fgmres`](crate::fgmres) runs it by itself; zero for sums of others.
+    /// Number of separate runs per iteration of [`fgmres`](crate::fgmres).
+    ///
+    /// Zero for sums of other kernels.
     pub runs: f64,
 }
 
-/// Takes a kernel and a way to run it.
+/// Receives a kernel and a function that runs it.
 pub type Measure<'a> = dyn FnMut(Kernel, &mut dyn FnMut()) + 'a;
 
-/// Basis vectors against which Gram-Schmidt is measured: the mean over a solve of some twenty iterations.
+/// Basis vectors in the measured Gram-Schmidt step: the mean over a solve of about twenty
+/// iterations.
 const BASIS: usize = 10;
 
-/// Hands every kernel of the block solver on `system` to `measure`, to be run as often as it likes.
+/// Passes every kernel of the block solver on `system` to `measure`, which may run it repeatedly.
 ///
-/// The time of a kernel over its bytes is to be compared with the bandwidth of memory: nothing else should limit it.
+/// The ratio of bytes to time should equal the memory bandwidth: nothing else should limit a
+/// kernel.
 pub fn visit_kernels(
     system: &SaddleSystem,
     preconditioner: &mut BlockTriangular,
     measure: &mut Measure,
 ) {
-    let unknowns = system.rows();
-    let x: Vec<f64> = (0..unknowns).map(|i| (i as f64).sin()).collect();
-    let mut y = vec![0.0; unknowns];
+    let dofs = system.rows();
+    let x: Vec<f64> = (0..dofs).map(|i| (i as f64).sin()).collect();
+    let mut y = vec![0.0; dofs];
     let (nodes, vertices) = (
         system.velocity_block().nodes(),
         system.pressure_range().len(),
@@ -58,16 +64,16 @@ pub fn visit_kernels(
         &mut || system.apply_gradient(p, &mut y[..3 * nodes]),
     );
     preconditioner.visit_kernels(measure);
-    visit_basis_kernels(BASIS, unknowns, system.residual_weights(), measure);
-    measure(kernel("y + alpha x", 24 * unknowns, 0.0), &mut || {
+    visit_basis_kernels(BASIS, dofs, system.residual_weights(), measure);
+    measure(kernel("y + alpha x", 24 * dofs, 0.0), &mut || {
         axpy(1e-9, &x, &mut y);
     });
     let both = divergence(system.divergence()) + divergence(system.gradient());
     measure(
-        kernel("whole operator", stiffness + both + 16 * unknowns, 0.0),
+        kernel("whole operator", stiffness + both + 16 * dofs, 0.0),
         &mut || system.apply(&x, &mut y),
     );
-    let bytes = preconditioner.bytes() + divergence(system.gradient()) + 16 * unknowns;
+    let bytes = preconditioner.bytes() + divergence(system.gradient()) + 16 * dofs;
     measure(kernel("whole preconditioner", bytes, 0.0), &mut || {
         preconditioner.apply(&x, &mut y);
     });

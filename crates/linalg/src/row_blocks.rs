@@ -1,20 +1,20 @@
-//! Rows cut into blocks of about equal work, done in parallel.
+//! Blocks of rows with about equal work, processed in parallel.
 
 use std::ops::Range;
 
 use crate::columns::split_mut;
 
-/// Work a block should hold, in stored entries: some 10 microseconds, far above the cost of a fork.
+/// Nonzeros per block: about 10 microseconds of work, far above the cost of a fork.
 const BLOCK_ENTRIES: usize = 1 << 14;
 
-/// Boundaries of row blocks with about equal numbers of stored entries.
+/// Boundaries of row blocks with about equal numbers of nonzeros.
 ///
-/// A row is always computed by one thread in one order, so results never depend on the blocks.
+/// One thread computes a row in one order, so results never depend on the blocks.
 #[derive(Debug, Clone)]
 pub(crate) struct RowBlocks(Vec<usize>);
 
 impl RowBlocks {
-    /// Cuts the rows of `indptr`; an empty row costs as much as one entry.
+    /// Divides the rows of `indptr`; an empty row counts as one nonzero.
     pub fn new(indptr: &[usize]) -> Self {
         let rows = indptr.len() - 1;
         let mut bounds = vec![0];
@@ -40,7 +40,7 @@ impl RowBlocks {
         });
     }
 
-    /// Calls `f(rows, y[rows])` for every block of rows, with all of several columns `y`.
+    /// Calls `f(rows, y[rows])` for every block of rows, with all columns of `y`.
     pub fn for_each_block<T: Send, const S: usize>(
         &self,
         y: [&mut [T]; S],

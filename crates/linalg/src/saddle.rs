@@ -1,9 +1,9 @@
-//! The bordered saddle-point system of rigid bodies in Stokes flow.
+//! The bordered saddle-point system.
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::bordered::{nodes, nodes_mut};
+use crate::bordered::nodes;
 use crate::columns::{in_passes, split, split_mut};
 use crate::csr::{Rows, check_finite, check_shape, diagonal, into_rows, positive_diagonal};
 use crate::node_kernel::long_row;
@@ -11,7 +11,7 @@ use crate::row_blocks::RowBlocks;
 use crate::transpose::transpose;
 use crate::{Bordered, Csr, Csr3, LinalgError, LinearOperator};
 
-/// The system on `[velocity, 3 interleaved components a node | border: m | pressure: np]`:
+/// A saddle-point system on vectors `[velocity: 3n | border: m | pressure: np]`.
 ///
 /// ```text
 /// [ K (x) I3   C    B^T  ]
@@ -19,12 +19,16 @@ use crate::{Bordered, Csr, Csr3, LinalgError, LinearOperator};
 /// [ B          E     0   ]
 /// ```
 ///
-/// `B` (np x n, entries 3-vectors) and `E` (np x m) hold `-int q div v`; the pressure mass matrix must
-/// carry `1 / viscosity` so that it approximates the Schur complement. `B` is stored with its
-/// transpose (56 bytes an entry pair), so that both products gather.
+/// The blocks are named after incompressible flow, where `B` (np x n, entries 3-vectors) and `E`
+/// (np x m) are the discrete divergence `-∫ q div v`, and `B^T` and `E^T` the gradient. A velocity
+/// node has three interleaved components. The pressure mass matrix serves the preconditioners: with
+/// the factor `1 / viscosity` it approximates the Schur complement.
+///
+/// `B` is stored with its transpose (56 bytes per pair of entries), so that both products gather.
+/// Cloning a system shares its matrices.
 ///
 /// Cost of [`apply`](LinearOperator::apply): one pass over `K`, `B` and `B^T`; allocates nothing,
-/// bitwise the same on any number of threads.
+/// and is bitwise the same on any number of threads.
 #[derive(Debug, Clone)]
 pub struct SaddleSystem {
     blocks: Arc<Blocks>,
@@ -45,10 +49,14 @@ struct Blocks {
 }
 
 impl SaddleSystem {
-    /// Checks shapes, finiteness, a positive mass diagonal, and that a residual norm sees the divergence.
+    /// Assembles the system after checking its blocks.
+    ///
+    /// Shapes must fit, values be finite, the diagonal of the mass matrix positive, and the
+    /// divergence large enough to count in a residual norm.
     ///
     /// # Errors
-    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::NotPositive`], [`LinalgError::Unbalanced`].
+    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::NotPositive`],
+    /// [`LinalgError::Unbalanced`].
     pub fn new(
         a: Bordered,
         b: Csr3,
@@ -98,6 +106,7 @@ impl SaddleSystem {
     }
 
     /// The gradient `B^T`, n x np.
+    #[cfg(any(feature = "direct", feature = "roofline"))]
     pub(crate) fn gradient(&self) -> &Csr3 {
         &self.blocks.bt
     }
@@ -107,37 +116,38 @@ impl SaddleSystem {
         &self.blocks.e
     }
 
-    /// The left border divergence `E_l`, np x m, where it differs from `E`.
+    /// The left border divergence `E_l`, np x m, if it differs from `E`.
     pub fn border_divergence_left(&self) -> Option<&Csr> {
         self.blocks.e_left.as_ref()
     }
 
     /// `E_l^T`, m x np.
+    #[cfg(feature = "direct")]
     pub(crate) fn border_gradient(&self) -> &Csr {
         &self.blocks.et
     }
 
-    /// The pressure mass matrix over the viscosity, np x np.
+    /// The pressure mass matrix, np x np, with the factor `1 / viscosity`.
     pub fn pressure_mass(&self) -> &Csr {
         &self.blocks.pressure_mass
     }
 
-    /// Positions of the velocity unknowns, `0..3n`.
+    /// Positions of the velocity dofs, `0..3n`.
     pub fn velocity_range(&self) -> Range<usize> {
         0..3 * self.blocks.a.nodes()
     }
 
-    /// Positions of the border unknowns, `3n..3n+m`.
+    /// Positions of the border dofs, `3n..3n+m`.
     pub fn border_range(&self) -> Range<usize> {
         self.velocity_range().end..self.blocks.a.rows()
     }
 
-    /// Positions of the pressure unknowns, `3n+m..3n+m+np`.
+    /// Positions of the pressure dofs, `3n+m..3n+m+np`.
     pub fn pressure_range(&self) -> Range<usize> {
         self.blocks.a.rows()..self.rows()
     }
 
-    /// `i -> (B^T p)_i` for every column `p`.
+    /// The function `i -> (B^T p)_i` for every column `p`.
     pub(crate) fn gradient_rows<const S: usize>(
         &self,
         p: [&[f64]; S],
@@ -151,12 +161,13 @@ impl SaddleSystem {
     }
 
     /// `y <- B^T p` on velocity rows.
+    #[cfg(feature = "roofline")]
     pub(crate) fn apply_gradient(&self, p: &[f64], y: &mut [f64]) {
         let gradient = self.gradient_rows([p]);
         self.blocks
             .a
             .node_blocks()
-            .for_each(nodes_mut(y), &|i, yi| [*yi] = gradient(i));
+            .for_each(crate::bordered::nodes_mut(y), &|i, yi| [*yi] = gradient(i));
     }
 
     /// `y <- y - E_l^T p` on border rows.
@@ -176,7 +187,7 @@ impl SaddleSystem {
         self.blocks.a.border_blocks().for_each_block(y, &rows);
     }
 
-    /// `c -> (E_l^T p)_c` for every column `p`.
+    /// The function `c -> (E_l^T p)_c` for every column `p`.
     fn border_gradient_rows<const S: usize>(
         &self,
         p: [&[f64]; S],
@@ -236,8 +247,10 @@ impl SaddleSystem {
     }
 }
 
-/// Reciprocal sizes of the rows: diagonals of `K` and of the pressure mass matrix, which is the Schur complement's, and the largest entry of each
-/// row of the corner, scaled so that f32 holds them.
+/// Reciprocal sizes of the rows, scaled so that they fit into f32.
+///
+/// The sizes are the diagonals of `K` and of the pressure mass matrix, which is close to the Schur
+/// complement, and the largest entry of each row of the corner.
 fn residual_weights(a: &Bordered, mass_diagonal: &[f64]) -> Vec<f32> {
     let stiffness = diagonal(a.stiffness());
     let border = a.corner().row_iter().map(|row| match row.amax() {
@@ -255,10 +268,15 @@ fn residual_weights(a: &Bordered, mass_diagonal: &[f64]) -> Vec<f32> {
     sizes.iter().map(weight).collect()
 }
 
-/// Below this ratio a residual of 1e-8 leaves more than 1e-4 of the divergence unseen: velocities are of size `b / K`, fluxes `B b / K`.
+/// Least ratio of the divergence to the stiffness.
+///
+/// Velocities are of size `b / K` and fluxes of size `B b / K`: below this ratio a residual of 1e-8
+/// would allow more than 1e-4 of the divergence to go unnoticed.
 const SMALLEST_RATIO: f64 = 1e-4;
 
-/// Refuses a divergence that is small beside the stiffness. A large one needs no check: iterations then stagnate.
+/// Refuses a divergence that is small compared with the stiffness.
+///
+/// A large one needs no check: iterations then stagnate.
 fn check_balance(a: &Bordered, b: &Csr3, e: &Csr) -> Result<(), LinalgError> {
     let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let divergence = largest(b.data().as_flattened()).max(largest(e.data()));
@@ -304,13 +322,15 @@ impl LinearOperator for SaddleSystem {
         in_passes!(self.pass(x, y));
     }
 
-    /// Reciprocal diagonals: with them a residual is about as large as the relative error of the border unknowns that it leaves
-    /// (in the Euclidean norm 25 to 40 times smaller on the graded meshes measured).
+    /// Reciprocal diagonals.
+    ///
+    /// The relative residual in this norm is about as large as the relative error of the border
+    /// dofs. In the Euclidean norm it was 25 to 40 times smaller on the graded meshes measured.
     fn residual_weights(&self) -> Option<&[f32]> {
         Some(&self.blocks.weights)
     }
 
-    /// No left borders are given and the corner equals its mirror.
+    /// Whether no left borders are given and the corner is symmetric.
     fn is_symmetric(&self) -> bool {
         self.blocks.a.is_symmetric() && self.blocks.e_left.is_none()
     }

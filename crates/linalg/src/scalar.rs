@@ -1,4 +1,4 @@
-//! The two precisions in which kernels run.
+//! The two precisions of the kernels.
 
 use std::ops::{Add, AddAssign, Mul, Sub};
 

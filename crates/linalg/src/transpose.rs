@@ -7,16 +7,19 @@ use sprs::CsMatI;
 
 use crate::csr::Rows;
 
-/// Tasks that gather rows of the transpose: enough to balance the work, few enough that searching every row for each of them costs little.
+/// Tasks that gather rows of the transpose.
+///
+/// Enough to balance the work, few enough to keep the searches in every row cheap.
 const TASKS: usize = 8;
 
-/// Entries a row and task from which on several tasks pay for their searches.
+/// Nonzeros per row and task above which several tasks are worth their searches.
 const ENTRIES_A_SEARCH: usize = 4;
 
-/// The transpose of a matrix stored by rows, stored by rows.
+/// The transpose of a matrix, both stored by rows.
 ///
-/// A task owns a range of its rows: an interval of columns in every row of `matrix`, found by bisection, for columns are sorted.
-/// Cost: two passes over `matrix`, two bisections a row and task. The result does not depend on the number of tasks.
+/// Each task owns a range of rows of the transpose, which is an interval of columns in every row of
+/// `matrix`, found by bisection. Cost: two passes over `matrix`, two bisections per row and task.
+/// The result does not depend on the number of tasks.
 pub(crate) fn transpose<V: Copy + Default + Send + Sync>(
     matrix: &CsMatI<V, u32, usize>,
 ) -> CsMatI<V, u32, usize> {
@@ -66,7 +69,8 @@ pub(crate) fn transpose<V: Copy + Default + Send + Sync>(
     CsMatI::new((cols, matrix.rows()), starts, columns, values)
 }
 
-/// Calls `take(row, column - range.start, value)` for the entries whose columns lie in a range, row by row.
+/// Calls `take(row, column - range.start, value)` for all entries with columns in `range`, row by
+/// row.
 #[inline(always)]
 fn visit<V: Copy>(matrix: Rows<'_, V>, range: &Range<usize>, mut take: impl FnMut(u32, usize, V)) {
     for row in 0..matrix.indptr.len() - 1 {
@@ -89,7 +93,7 @@ mod tests {
     use crate::Csr;
 
     proptest! {
-        /// Few and many entries a row, with one task and with several.
+        /// Few and many nonzeros per row, with one task and with several.
         #[test]
         fn every_entry_changes_row_and_column(
             cols in 1..90usize,

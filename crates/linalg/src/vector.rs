@@ -1,16 +1,18 @@
-//! Dot products and updates whose results do not depend on the number of threads.
+//! Vector operations whose results do not depend on the number of threads.
 
 use rayon::prelude::*;
 
-/// Entries summed serially before partial sums are combined: 16 kB of f64, half of a first-level cache.
+/// Vector entries summed serially: 16 kB of f64, half of a first-level cache.
 pub(crate) const CHUNK: usize = 2048;
 
-/// `x . y`, summed by a tree that depends on the length alone.
+/// `x · y`, summed by a tree that depends on the length only.
 pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     tree(x.len(), 0, &|lo, hi| lanes_dot(&x[lo..hi], &y[lo..hi]))
 }
 
-/// `x . y` in eight sums at a time: one alone would wait for each addition, which is longer than memory takes.
+/// `x · y` in eight partial sums.
+///
+/// A single sum would wait for each addition, which is longer than a memory access takes.
 #[inline]
 pub(crate) fn lanes_dot<T: Copy + Into<f64>>(x: &[T], y: &[f64]) -> f64 {
     let (x_lanes, x_rest) = x.as_chunks::<8>();
@@ -43,7 +45,7 @@ pub(crate) fn norm(x: &[f64]) -> f64 {
     dot(x, x).sqrt()
 }
 
-/// Largest magnitude; a NaN is passed over.
+/// Largest magnitude, ignoring NaN.
 pub(crate) fn max_abs(x: &[f64]) -> f64 {
     x.par_chunks(CHUNK)
         .map(|c| c.iter().fold(0.0_f64, |m, v| m.max(v.abs())))
@@ -89,17 +91,19 @@ pub(crate) fn subtract_from(b: &[f64], r: &mut [f64]) {
         });
 }
 
-/// The largest power of two not above `|x|`: scaling by it rounds nothing. One for zero, NaN and infinity.
+/// The largest power of two not above `|x|`, and one for zero, NaN and infinity.
+///
+/// Scaling by it causes no rounding error.
 pub(crate) fn power_of_two_below(x: f64) -> f64 {
     let exponent_bits = x.abs().to_bits() & (0x7ff << 52);
     match exponent_bits >> 52 {
-        // the last few exponents are kept away from, so that the reciprocal is normal too
+        // the last few exponents are avoided, so that the reciprocal is normal too
         0 | 0x7fd.. => 1.0,
         _ => f64::from_bits(exponent_bits),
     }
 }
 
-/// Sums of `part(lo, hi)` over chunks of `[start, start + len)` by halving at chunk boundaries.
+/// The sum of `part(lo, hi)` over chunks of `[start, start + len)`, halved at chunk boundaries.
 fn tree(len: usize, start: usize, part: &(impl Fn(usize, usize) -> f64 + Sync)) -> f64 {
     if len <= CHUNK {
         return part(start, start + len);

@@ -1,4 +1,4 @@
-//! First guesses from earlier solutions of neighbouring systems.
+//! Initial guesses from earlier solutions of similar systems.
 
 use std::collections::VecDeque;
 
@@ -8,27 +8,36 @@ use crate::csr::check_shape;
 use crate::vector::{CHUNK, axpy, dot};
 use crate::{LinalgError, LinearOperator};
 
-/// A product that keeps less than this part of its length beside the others adds nothing but rounding: f64 leaves eight digits of the
-/// coefficients.
+/// Part of its length below which a product counts as dependent on the others.
+///
+/// It would add only rounding errors: f64 leaves eight digits of the coefficients.
 const DEPENDENT: f64 = 1e-8;
 
-/// Remembers solutions and combines them into the guess with the smallest residual in a *new* system.
+/// Initial guesses of *new* systems from the solutions of a few earlier ones.
 ///
-/// Along a stroke matrices and right-hand sides change little and smoothly: `min_c || b - A X c ||` over the last few solutions `X`, with the new
-/// `A` and `b`, starts a solve several digits down, wherever extrapolation in time would not know the way. Fischer, Comput.
-/// Methods Appl. Mech. Engrg. 163 (1998), with the new matrix in place of the old. Vectors whose products are linearly dependent are left out.
-/// The norm is the operator's [own](LinearOperator::residual_weights).
+/// The guess is the combination of solutions with the least residual.
 ///
-/// A solver's tolerance must stay relative to `||b||`, as those of this crate are: then the guess changes what a solve costs, and its answer
-/// only within the tolerance. For answers that are *bitwise* those of an uninterrupted run a checkpoint has to carry
-/// [`solutions`](WarmStart::solutions) in their order, all digits of them, to be given to [`remember`](WarmStart::remember) on return.
+/// For sequences of systems whose matrices and right-hand sides change little, such as time steps.
+/// `min_c || b - A X c ||` over the last few solutions `X`, with the new `A` and `b`, gains several
+/// digits, also where extrapolation in time fails. Method: Fischer, Comput. Methods Appl. Mech.
+/// Engrg. 163 (1998), with the new matrix in place of the old one. Vectors with linearly dependent
+/// products are omitted. The norm is that of the operator's
+/// [weights](LinearOperator::residual_weights).
 ///
-/// Cost: one product with `A` (several a pass, [`LinearOperator::apply_columns`]) and one pass over the others a remembered solution; 8 bytes an unknown each,
-/// another 16 while guesses are made, and 8 a right-hand side.
+/// The tolerance of the solver must be relative to `||b||`, as in this crate: then the guess
+/// affects the cost of a solve, and the answer only within the tolerance. A restarted run gives
+/// *bitwise* the answers of an uninterrupted one if the checkpoint stores all digits of
+/// [`solutions`](WarmStart::solutions) in their order, and [`remember`](WarmStart::remember)
+/// receives them again.
+///
+/// Cost per stored solution: one product with `A` (several per pass,
+/// [`LinearOperator::apply_columns`]) and one pass over the other solutions. Memory: 8 bytes per
+/// dof and solution, another 16 while a guess is computed, and 8 per right-hand side.
 ///
 /// ```
 /// use linalg::{Bordered, Csr, LinearOperator, WarmStart};
-/// let a = Bordered::scalar(Csr::new((2, 2), vec![0, 2, 4], vec![0, 1, 0, 1], vec![2.0, -1.0, -1.0, 2.0]))?;
+/// let k = Csr::new((2, 2), vec![0, 2, 4], vec![0, 1, 0, 1], vec![2.0, -1.0, -1.0, 2.0]);
+/// let a = Bordered::scalar(k)?;
 /// let mut warm = WarmStart::new(3);
 /// warm.remember(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 /// warm.remember(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
@@ -45,7 +54,7 @@ pub struct WarmStart {
 }
 
 impl WarmStart {
-    /// Remembers up to `capacity` solutions, five being enough for strokes; none is a cold start.
+    /// Stores up to `capacity` solutions; five suffice for a smooth sequence, zero is a cold start.
     pub fn new(capacity: usize) -> Self {
         WarmStart {
             capacity,
@@ -53,7 +62,10 @@ impl WarmStart {
         }
     }
 
-    /// Adds a solution and forgets the oldest beyond the capacity; all of them where the number of unknowns has changed, as on a new mesh.
+    /// Adds a solution and drops the oldest beyond the capacity.
+    ///
+    /// All are dropped if the number of dofs has changed, as on a new mesh. A solution that is not
+    /// finite is ignored.
     pub fn remember(&mut self, solution: &[f64]) {
         if self
             .solutions
@@ -65,7 +77,7 @@ impl WarmStart {
         if self.capacity == 0 || !solution.iter().all(|v| v.is_finite()) {
             return;
         }
-        // the memory of the oldest is used again
+        // reuse the memory of the oldest
         let mut kept = match self.solutions.len() == self.capacity {
             true => self.solutions.pop_front().unwrap_or_default(),
             false => Vec::new(),
@@ -75,23 +87,25 @@ impl WarmStart {
         self.solutions.push_back(kept);
     }
 
-    /// Forgets everything: unknowns have another meaning, as after remeshing.
+    /// Drops all solutions, as after remeshing, when dofs have another meaning.
     pub fn clear(&mut self) {
         self.solutions.clear();
     }
 
-    /// What is remembered, oldest first.
+    /// The stored solutions, oldest first.
     pub fn solutions(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.solutions.iter().map(Vec::as_slice)
     }
 
-    /// Overwrites `x` with the combination of solutions whose residual is smallest, zero if there are none of this size; returns
-    /// `||b - A x|| / ||b||`, zero for `b = 0`.
+    /// Overwrites `x` with the guess and returns its relative residual `||b - A x|| / ||b||`.
     ///
-    /// Newest first, so that dependent vectors dropped are the old ones. Bitwise the same on any number of threads.
+    /// The guess is zero if no solution of this size is stored; the residual of `b = 0` is zero.
+    ///
+    /// Solutions are used newest first, so that old ones are omitted if they depend on newer ones.
+    /// Bitwise the same on any number of threads.
     ///
     /// # Errors
-    /// [`LinalgError::Shape`] when `b` or `x` do not fit the operator.
+    /// [`LinalgError::Shape`] if `b` or `x` do not fit the operator.
     pub fn guess(
         &self,
         operator: &dyn LinearOperator,
@@ -102,10 +116,13 @@ impl WarmStart {
         Ok(residuals.first().copied().unwrap_or_default())
     }
 
-    /// As [`WarmStart::guess`] for each of several right-hand sides, to the last bit; the products with `A` serve all of them.
+    /// As [`WarmStart::guess`] for several right-hand sides, to the last bit.
+    ///
+    /// They share the products with `A`.
     ///
     /// # Errors
-    /// Those of [`WarmStart::guess`]; [`LinalgError::Shape`] when there are not as many vectors `x` as right-hand sides.
+    /// Those of [`WarmStart::guess`]; [`LinalgError::Shape`] if the numbers of solutions and
+    /// right-hand sides differ.
     pub fn guess_columns(
         &self,
         operator: &dyn LinearOperator,
@@ -115,7 +132,7 @@ impl WarmStart {
         let n = operator.rows();
         check_shape("operator (columns)", (operator.cols(), 1), (n, 1))?;
         check_shape("solutions", (x.len(), 1), (b.len(), 1))?;
-        // residual and products in the operator's norm: rows times the square roots of their weights
+        // residual and products in the operator's norm: rows times square roots of weights
         let weights = operator.residual_weights();
         let mut columns = Vec::with_capacity(b.len());
         for (b, x) in b.iter().zip(x) {
@@ -143,7 +160,7 @@ impl WarmStart {
         Ok(columns.into_iter().map(relative).collect())
     }
 
-    /// `X = U C` with `A U` orthonormal: each solution with its product made orthogonal to those before (modified Gram-Schmidt).
+    /// Pairs `(u, A u)` with orthonormal `A u` that span the solutions (modified Gram-Schmidt).
     fn basis(&self, operator: &dyn LinearOperator) -> Vec<(Vec<f64>, Vec<f64>)> {
         let n = operator.rows();
         let weights = operator.residual_weights();
@@ -202,7 +219,7 @@ mod tests {
     use super::*;
     use crate::{Bordered, Csr};
 
-    /// A diagonal operator on `3 diagonal.len()` unknowns.
+    /// A diagonal operator with `3 diagonal.len()` dofs.
     fn operator(diagonal: &[f64]) -> Bordered {
         let n = diagonal.len();
         let (starts, columns) = ((0..=n).collect(), (0..n as u32).collect());

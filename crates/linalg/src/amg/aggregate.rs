@@ -3,16 +3,19 @@
 use crate::Csr;
 use crate::csr::Rows;
 
-/// Which aggregate each node belongs to; `None` for nodes without strong neighbour, which smoothing alone solves.
+/// The aggregate of each node; `None` for a node without strong neighbours.
+///
+/// Smoothing alone solves for such nodes.
 pub(super) struct Aggregates {
     pub of_node: Vec<Option<u32>>,
     pub count: usize,
 }
 
-/// Standard aggregation in three passes over the nodes in their order (Vanek, Mandel, Brezina 1996, algorithm 2).
+/// Aggregates nodes in three passes in their order (Vanek, Mandel, Brezina 1996, algorithm 2).
 ///
-/// First whole neighbourhoods none of whose nodes is taken, then left-over nodes join a neighbouring aggregate of
-/// the first pass, then what remains forms its own. Only nodes of the same `class` join. Deterministic; O(nnz).
+/// First, neighbourhoods without aggregated nodes become aggregates; then remaining nodes join a
+/// neighbouring aggregate of the first pass; then the rest forms its own. Only nodes of the same
+/// `class` are aggregated. Deterministic; O(nnz).
 pub(super) fn standard(strong: &Csr, class: &[u8]) -> Aggregates {
     let rows = Rows::of(strong);
     let n = strong.rows();
@@ -66,7 +69,8 @@ mod tests {
             t.add_triplet(i - 1, i, -1.0);
         }
         let aggregates = standard(&t.to_csr(), &[0; 10]);
-        // node 0 takes 1, node 3 takes 2 and 4, node 6 takes 5 and 7, node 8 joins; node 9 is isolated
+        // node 0 takes 1, node 3 takes 2 and 4, node 6 takes 5 and 7, node 8 joins; node 9 is
+        // isolated
         let expected = [0, 0, 1, 1, 1, 2, 2, 2, 2].map(Some);
         assert_eq!(aggregates.of_node[..n], expected);
         assert_eq!(aggregates.of_node[n], None);

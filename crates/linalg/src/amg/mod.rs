@@ -1,7 +1,8 @@
-//! Smoothed aggregation for a scalar matrix with a border, one step a file.
+//! Smoothed aggregation for a scalar matrix with a border, one step per file.
 //!
-//! strength -> aggregate -> tentative -> smooth, after Vanek, Mandel, Brezina (Computing 56, 1996); the split
-//! follows PyAMG. The near-null space is the constant; border unknowns pass through un-aggregated.
+//! The steps are strength -> aggregate -> tentative -> smooth, after Vanek, Mandel, Brezina
+//! (Computing 56, 1996); the division into steps follows PyAMG. The near-null space is the
+//! constants; border dofs are not aggregated.
 
 mod aggregate;
 mod smooth;
@@ -10,9 +11,9 @@ mod tentative;
 
 use crate::{Bordered, Prolongation};
 
-/// Prolongation to the next coarser level, or `None` when aggregation no longer coarsens.
+/// Prolongation from the next coarser level, or `None` if aggregation no longer coarsens.
 ///
-/// `upper` bounds the spectrum of `D^-1 K`, `threshold` is that of the strength of connection.
+/// `upper` bounds the spectrum of `D^-1 K`; `threshold` is that of strong connections.
 pub(crate) fn prolongation(
     fine: &Bordered,
     diagonal: &[f64],
@@ -20,11 +21,11 @@ pub(crate) fn prolongation(
     threshold: f64,
 ) -> Option<Prolongation> {
     let strong = strength::symmetric(fine.stiffness(), diagonal, threshold);
-    // nodes that are held in different components must not be moved together
+    // nodes that are constrained in different components must not be aggregated
     let constrained = fine.constrained_dofs().bits(fine.nodes());
     let aggregates = aggregate::standard(&strong, &constrained);
     let tentative = tentative::constant(&aggregates);
-    // less than a fifth fewer unknowns a level: cheaper to factorise here than to go on
+    // if a level has more than four fifths of the dofs of the finer one, it is cheaper to factorise
     if tentative.cols() == 0 || 5 * tentative.cols() > 4 * fine.nodes() {
         return None;
     }

@@ -1,16 +1,20 @@
-//! One damped Jacobi step on the tentative prolongation, border columns included.
+//! One damped Jacobi step on the tentative prolongation, including border columns.
 
 use crate::csr::Rows;
 use crate::product::build_rows;
 use crate::{Bordered, Csr, Prolongation};
 
-/// `P = (I - w D^-1 K) T` and `Q = -w D^-1 C` (and `Q_l` from `C_l`) with `w = 4 / (3 upper)`, the minimiser of the energy bound.
+/// The smoothed prolongation `P = (I - w D^-1 K) T`, with border columns `Q = -w D^-1 C`.
 ///
-/// The border columns are the same Jacobi step applied to the tentative prolongation `[T 0; 0 I]` of the bordered operator:
-/// a body that moves drags the nodes around it along.
+/// `Q_l` follows from `C_l`. `w = 4 / (3 upper)` minimises the bound on the energy.
 ///
-/// A node takes only from aggregates held in all components that it is held in itself (bits of `held`); what it would take of others stays with its
-/// own aggregate, so that constants are still interpolated (a filtered matrix, as for weak couplings in Vanek, Mandel, Brezina 1996).
+/// The border columns result from the same Jacobi step on the tentative prolongation `[T 0; 0 I]`
+/// of the bordered operator: a border dof moves the nodes around it.
+///
+/// A node interpolates only from aggregates that are constrained in all components in which it is
+/// (bits of `constrained`). The weights of other aggregates are added to that of its own, so that
+/// constants are still interpolated (a filtered matrix, as for weak connections in Vanek, Mandel,
+/// Brezina 1996).
 pub(super) fn jacobi(
     fine: &Bordered,
     diagonal: &[f64],

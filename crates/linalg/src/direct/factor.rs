@@ -1,4 +1,4 @@
-//! Sparse symmetric factorisations by faer on a nested-dissection ordering.
+//! Sparse symmetric factorisations by faer in a given elimination order.
 
 use std::num::NonZeroUsize;
 
@@ -16,25 +16,28 @@ use crate::csr::Rows;
 use crate::vector::{max_abs, power_of_two_below};
 use crate::{Csr, LinalgError};
 
-/// Parts faer's dense kernels are cut into. The cut decides the rounding, so it is fixed, whatever the number of threads:
-/// `Par::rayon(0)` (one part a thread) gave other digits on one thread than on two.
+/// Number of parts into which faer's dense kernels divide their work.
+///
+/// The division determines the rounding, so it is fixed for any number of threads: with
+/// `Par::rayon(0)` (one part per thread) the digits on one thread differed from those on two.
 const PARALLEL: Par = Par::Rayon(NonZeroUsize::new(4).unwrap());
 
-/// Which factorisation a matrix admits without pivoting.
+/// The factorisation that a matrix admits without pivoting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Definiteness {
     /// `L L^T`: symmetric positive definite.
     Positive,
-    /// `L D L^T`: quasi-definite, `[A B^T; B -C]` with `A` and `C` positive definite (Vanderbei 1995).
+    /// `L D L^T`: quasi-definite, `[A B^T; B -C]` with `A` and `C` positive definite (Vanderbei
+    /// 1995).
     Quasi,
 }
 
-/// In which precision factors are computed and kept.
+/// Precision in which factors are computed and stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Precision {
-    /// 8 bytes an entry.
+    /// 8 bytes per nonzero.
     Double,
-    /// 4 bytes an entry and about half the time; the factors are a preconditioner then.
+    /// 4 bytes per nonzero and about half the time; the factors are then a preconditioner.
     Single,
 }
 
@@ -50,15 +53,17 @@ pub(crate) struct SparseFactor {
     definiteness: Definiteness,
     scratch: MemBuffer,
     rounded: Vec<f32>,
-    /// Right-hand sides `scratch` is large enough for.
+    /// Number of right-hand sides for which `scratch` is large enough.
     columns: usize,
 }
 
 impl SparseFactor {
-    /// Factorises `matrix`, symmetric with both triangles stored, in the elimination order `order[k]` = k-th pivot.
+    /// Factorises a symmetric `matrix` with both triangles stored.
+    ///
+    /// `order[k]` is the k-th pivot; `columns` right-hand sides are solved together.
     ///
     /// # Errors
-    /// [`LinalgError::Factorisation`] for a zero, negative or NaN pivot or lack of memory.
+    /// [`LinalgError::Factorisation`] for a zero, negative or NaN pivot, or lack of memory.
     pub fn new(
         what: &'static str,
         matrix: &Csr,
@@ -76,7 +81,7 @@ impl SparseFactor {
         let permutation = PermRef::new_checked(order, &inverse, n);
         let row_pointers = Rows::of(matrix).indptr;
         let indices: Vec<usize> = matrix.indices().iter().map(|&j| j as usize).collect();
-        // rows of a symmetric matrix are its columns
+        // the rows of a symmetric matrix are its columns
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, row_pointers, None, &indices);
         let symbolic = factorize_symbolic_cholesky(
             pattern,
@@ -113,7 +118,7 @@ impl SparseFactor {
         })
     }
 
-    /// Stored entries of the factor.
+    /// Number of nonzeros of the factor.
     pub fn nnz(&self) -> usize {
         self.symbolic.len_val()
     }
@@ -126,7 +131,7 @@ impl SparseFactor {
         }
     }
 
-    /// Overwrites the columns of `rhs` (n each, one after another) with the solutions, in groups of `columns`.
+    /// Overwrites the columns of `rhs` (n entries each, one after another) with the solutions.
     pub fn solve_in_place(&mut self, rhs: &mut [f64]) {
         let n = self.symbolic.nrows();
         if n == 0 {
@@ -139,7 +144,7 @@ impl SparseFactor {
                 match &self.values {
                     Values::Double(values) => solve(symbolic, values, definiteness, group, stack),
                     Values::Single(values) => {
-                        // right-hand sides of any size fit, a power of two rounds nothing
+                        // scaled to fit f32, by a power of two that causes no rounding error
                         let scale = power_of_two_below(max_abs(group));
                         self.rounded.clear();
                         self.rounded
@@ -155,8 +160,10 @@ impl SparseFactor {
     }
 }
 
-/// Runs `work` on a thread of the pool. faer forks once a supernode; from outside the pool each fork would be handed over and waited
-/// for: a million hand-overs and a quarter of the time on 283 000 unknowns.
+/// Runs `work` on a thread of the pool.
+///
+/// faer forks once per supernode. From outside the pool each fork would be handed over and awaited:
+/// a million times, a quarter of the run time with 283 000 dofs.
 fn in_pool<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     rayon::scope(|_| work())
 }
@@ -199,7 +206,7 @@ fn factorise<T: RealField>(
                 .map_err(|e| format!("{e:?}"))?;
         }
     }
-    // faer reports an exactly zero pivot only; a tiny one ends in NaN or infinity
+    // faer only reports a pivot of exactly zero; a tiny one leads to NaN or infinity
     if values.iter().any(|v| !T::is_finite_impl(v)) {
         return Err("a pivot vanished, the factors are not finite".into());
     }

@@ -1,17 +1,21 @@
-//! Orderings and partitions of graphs by METIS, the one file with foreign calls.
+//! Orderings and partitions of graphs by METIS; the only file with foreign calls.
 #![allow(unsafe_code)]
 
 use std::sync::{Mutex, PoisonError};
 
 use metis_sys::{METIS_NodeND, METIS_PartGraphKway, idx_t, rstatus_et_METIS_OK};
 
+use super::ordering::{check_undirected, failed};
 use crate::LinalgError;
 
-/// METIS draws from the C library's `rand`, one sequence for the whole process, and seeds it at the start of a call: two
-/// calls at once get each other's numbers, and other orderings each time.
+/// Lock for all calls of METIS.
+///
+/// METIS uses the C library's `rand`, which has one sequence per process, and seeds it at the start
+/// of a call: two calls at the same time would take each other's numbers and return other orderings
+/// each time.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// An undirected graph in the form METIS reads.
+/// An undirected graph in the format of METIS.
 pub(crate) struct Graph {
     starts: Vec<idx_t>,
     neighbours: Vec<idx_t>,
@@ -19,11 +23,13 @@ pub(crate) struct Graph {
 }
 
 impl Graph {
-    /// `adjacency` holds the neighbours of each vertex, rising and without the vertex itself; `weights` the unknowns a
-    /// vertex stands for.
+    /// Converts a graph.
+    ///
+    /// `adjacency` lists the neighbours of each vertex in ascending order and without the vertex;
+    /// `weights` are the numbers of dofs that the vertices represent.
     ///
     /// # Errors
-    /// [`LinalgError::Factorisation`] when the graph is not symmetric or has over 2^31 edges.
+    /// [`LinalgError::Factorisation`] if the graph is not symmetric or has over 2^31 edges.
     pub fn new(adjacency: &[Vec<u32>], weights: &[u32]) -> Result<Self, LinalgError> {
         let n = adjacency.len();
         assert_eq!(weights.len(), n);
@@ -31,16 +37,7 @@ impl Graph {
         let too_large = |_| failed("the graph is too large for the 32-bit METIS".into());
         idx_t::try_from(n.max(edges)).map_err(too_large)?;
         // METIS trusts the graph to be undirected and writes out of bounds when it is not
-        for (i, list) in adjacency.iter().enumerate() {
-            let one_way = |&&j: &&u32| {
-                j as usize >= n || adjacency[j as usize].binary_search(&(i as u32)).is_err()
-            };
-            if let Some(j) = list.iter().find(one_way) {
-                return Err(failed(format!(
-                    "the pattern of the matrix has entry ({i}, {j}) but not ({j}, {i}); it must be symmetric"
-                )));
-            }
-        }
+        check_undirected(adjacency)?;
         let mut starts: Vec<idx_t> = Vec::with_capacity(n + 1);
         starts.push(0);
         let mut neighbours: Vec<idx_t> = Vec::with_capacity(edges);
@@ -60,13 +57,14 @@ impl Graph {
     }
 
     /// A nested-dissection elimination order: `order[k]` is the k-th vertex to eliminate.
+    ///
     /// Reference: Karypis, Kumar, SIAM J. Sci. Comput. 20 (1998).
     ///
     /// # Errors
-    /// [`LinalgError::Factorisation`] when METIS lacks memory.
+    /// [`LinalgError::Factorisation`] if METIS lacks memory.
     pub fn nested_dissection(mut self) -> Result<Vec<usize>, LinalgError> {
         let n = self.vertices();
-        // METIS recurses on empty separators of an edgeless graph; any order will do there
+        // METIS recurses on empty separators of a graph without edges; any order suits it
         if self.neighbours.is_empty() {
             return Ok((0..n).collect());
         }
@@ -74,9 +72,10 @@ impl Graph {
         let mut order = vec![0 as idx_t; n];
         let mut position = vec![0 as idx_t; n];
         let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: `starts` has n + 1 rising entries ending at `neighbours.len()`, every neighbour is a vertex below n and lists
-        // its neighbour in turn (checked by `new`),
-        // `weights`, `order` and `position` have n entries; null options mean the defaults. METIS keeps no pointer.
+        // SAFETY: `starts` has n + 1 ascending entries, the last of which is `neighbours.len()`.
+        // Every neighbour is a vertex below n and lists its neighbour in turn (checked by `new`).
+        // `weights`, `order` and `position` have n entries. Null options select the defaults. METIS
+        // keeps no pointer.
         let status = unsafe {
             METIS_NodeND(
                 &mut vertices,
@@ -93,14 +92,16 @@ impl Graph {
         Ok(order.into_iter().map(|i| i as usize).collect())
     }
 
-    /// The part, below `parts`, of each vertex: parts of about equal weight with few edges between them. A part may be empty.
+    /// The part of each vertex, below `parts`.
+    ///
+    /// The parts have about equal weight and few edges between them; a part may be empty.
     /// Reference: Karypis, Kumar, J. Parallel Distrib. Comput. 48 (1998).
     ///
     /// # Errors
-    /// [`LinalgError::Factorisation`] when METIS lacks memory.
+    /// [`LinalgError::Factorisation`] if METIS lacks memory.
     pub fn partition(mut self, parts: usize) -> Result<Vec<usize>, LinalgError> {
         let n = self.vertices();
-        // METIS divides by zero on one part, and by the number of edges
+        // METIS divides by zero if there is one part, or no edge
         if parts <= 1 || n <= parts || self.neighbours.is_empty() {
             return Ok((0..n).map(|i| i % parts.max(1)).collect());
         }
@@ -108,8 +109,9 @@ impl Graph {
         let mut parts = parts as idx_t;
         let mut part = vec![0 as idx_t; n];
         let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: the graph is as in `nested_dissection`; there is one weight a vertex, hence one balance constraint; null sizes, edge
-        // weights, targets, tolerances and options mean the defaults; `part` has n entries. METIS keeps no pointer.
+        // SAFETY: the graph is as in `nested_dissection`. There is one weight per vertex, hence one
+        // balance constraint. Null sizes, edge weights, targets, tolerances and options select the
+        // defaults. `part` has n entries. METIS keeps no pointer.
         let status = unsafe {
             METIS_PartGraphKway(
                 &mut vertices,
@@ -140,13 +142,6 @@ fn check(status: i32) -> Result<(), LinalgError> {
     Err(failed(format!("METIS returned status {status}")))
 }
 
-fn failed(detail: String) -> LinalgError {
-    LinalgError::Factorisation {
-        what: "graph of the unknowns",
-        detail,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -163,7 +158,7 @@ mod tests {
         (0..n).map(|i| neighbours(i).collect()).collect()
     }
 
-    /// A separator of a path of 200 vertices is one vertex: it is eliminated last.
+    /// A path of 200 vertices has a separator of one vertex, which is eliminated last.
     #[test]
     fn the_last_vertex_separates_a_path() {
         let n = 200u32;
@@ -178,7 +173,7 @@ mod tests {
 
     #[test]
     fn bug_orderings_differed_when_two_threads_called_metis() {
-        // a triangulated grid: ties everywhere, which METIS breaks by chance
+        // a triangulated grid has many ties, which METIS breaks at random
         let side = 60i64;
         let neighbours = |v: i64| {
             let (x, y) = (v % side, v / side);
@@ -209,7 +204,7 @@ mod tests {
         assert!(matches!(error, LinalgError::Factorisation { .. }));
     }
 
-    /// Parts of a path are intervals: one edge is cut between each two.
+    /// Parts of a path are intervals: one edge is cut between neighbouring parts.
     #[test]
     fn a_path_is_cut_into_balanced_intervals() {
         let (n, parts) = (400, 4);

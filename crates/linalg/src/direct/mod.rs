@@ -1,16 +1,19 @@
 //! Sparse direct solvers.
 
 mod factor;
+#[cfg(feature = "metis")]
 mod graph;
+mod ordering;
 mod saddle_factor;
 mod saddle_ldlt;
-mod schur;
 mod shifted_ldlt;
 
 pub use factor::Precision;
 pub(crate) use factor::{Definiteness, SparseFactor};
+#[cfg(feature = "metis")]
 pub(crate) use graph::Graph;
+pub(crate) use ordering::nested_dissection;
+#[cfg(feature = "metis")]
 pub(crate) use saddle_factor::{SaddleFactor, adjacency, weights};
 pub use saddle_ldlt::{DirectParams, SaddleLdlt};
-pub(crate) use schur::SchurFactor;
 pub use shifted_ldlt::ShiftedLdlt;

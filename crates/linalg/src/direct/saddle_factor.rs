@@ -1,41 +1,44 @@
-//! Factors of a shifted saddle-point system, one application of which is a preconditioner of the true one.
+//! Factors of a shifted saddle-point system, a preconditioner of the true one.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::factor::{Definiteness, Precision, SparseFactor};
-use super::graph::Graph;
-use super::schur::SchurFactor;
+use super::ordering::nested_dissection;
 use crate::csr::{Rows, diagonal};
 use crate::node_kernel::long_row;
 use crate::product::build_rows;
+use crate::schur::SchurFactor;
 use crate::vector::{axpy, power_of_two_below};
 use crate::{Csr, LinalgError, Preconditioner, PreconditionerKind, SaddleSystem};
 
-/// Right-hand sides solved together: enough for level-3 kernels, little memory.
+/// Right-hand sides solved together: enough for level-3 kernels, with little memory.
 const GROUP: usize = 6;
 
-/// `[K (x) I3, B^T; B, -shift diag(M_p)]` in factors, with the border eliminated by a dense, pivoted Schur complement.
+/// Factors of `[K (x) I3, B^T; B, -shift diag(M_p)]` with the border eliminated.
 ///
-/// Rows and columns are scaled by powers of two to diagonals near one, so that factors in f32 do not overflow, whatever the units.
+/// The Schur complement of the border is dense and factorised with pivoting.
+///
+/// Rows and columns are scaled by powers of two so that diagonals are near one: in any units
+/// factors in f32 do not overflow.
 pub(crate) struct SaddleFactor {
     factor: SparseFactor,
-    /// Velocity unknowns.
+    /// Number of velocity dofs.
     velocity: usize,
-    /// Powers of two, velocities then pressures.
+    /// Powers of two for the velocity dofs, then for the pressure dofs.
     scales: Vec<f64>,
     /// Solutions of the fluid block for the border columns `[C; E]`, one after another.
     lifted: Vec<f64>,
     /// `C_l^T` and `E_l^T`.
     border_rows: [Csr; 2],
     schur: SchurFactor,
-    /// Whether pressures are determined up to a constant only.
+    /// Whether the pressure is determined up to a constant only.
     enclosed: bool,
     fluid: Vec<f64>,
     border: DVector<f64>,
 }
 
 impl SaddleFactor {
-    /// Orders and factorises.
+    /// Orders and factorises the shifted system.
     ///
     /// # Errors
     /// [`LinalgError::Factorisation`] for a singular block or lack of memory.
@@ -79,7 +82,7 @@ impl SaddleFactor {
         })
     }
 
-    /// Entries of the factor.
+    /// Number of nonzeros of the factor.
     pub fn nnz(&self) -> usize {
         self.factor.nnz()
     }
@@ -89,7 +92,7 @@ impl SaddleFactor {
         self.factor.bytes()
     }
 
-    /// Takes the mean from the pressures of `z` where nothing determines it.
+    /// Removes the mean pressure from `z` if it is undetermined.
     pub fn remove_constant(&self, z: &mut [f64]) {
         if self.enclosed {
             let p = &mut z[self.velocity + self.border.len()..];
@@ -104,7 +107,9 @@ impl Preconditioner for SaddleFactor {
         self.fluid.len() + self.border.len()
     }
 
-    /// Overwrites `z` with the solution of the shifted system for `r`, its pressure free of the constant in enclosed flow.
+    /// Overwrites `z` with the solution of the shifted system for `r`.
+    ///
+    /// In enclosed flow it has zero mean pressure.
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
         let (split, m) = (self.velocity, self.border.len());
         let t = &mut self.fluid;
@@ -127,7 +132,7 @@ impl Preconditioner for SaddleFactor {
         self.remove_constant(z);
     }
 
-    /// Linear but for rounding, which the shifted pressure block amplifies: in f32 to a part in a thousand.
+    /// Linear up to rounding errors, which the shifted pressure block amplifies to 1e-3 in f32.
     fn kind(&self) -> PreconditionerKind {
         PreconditionerKind::Variable
     }
@@ -171,7 +176,9 @@ fn scale_columns(columns: &mut [f64], scales: &[f64]) {
     }
 }
 
-/// About `K_ii^-1/2` for the velocities of node i, `M_p,qq^-1/2` for pressure q: the Schur complement is `M_p` up to a factor of six.
+/// About `K_ii^-1/2` for the velocities of node i, `M_p,qq^-1/2` for pressure q.
+///
+/// The Schur complement equals `M_p` up to a factor of six.
 fn scales(system: &SaddleSystem) -> Vec<f64> {
     let inverse_root = |d: &f64| power_of_two_below(d.sqrt().recip());
     let k = diagonal(system.velocity_block().stiffness());
@@ -213,7 +220,9 @@ fn fluid_block(system: &SaddleSystem, shift: f64, scales: &[f64]) -> Csr {
     })
 }
 
-/// Neighbours of each velocity node (three unknowns), then of each pressure (one); pressures follow the `n` nodes.
+/// Neighbours of each velocity node (three dofs), then of each pressure (one dof).
+///
+/// The pressures are numbered after the `n` nodes.
 pub(crate) fn adjacency(system: &SaddleSystem) -> Vec<Vec<u32>> {
     let a = system.velocity_block();
     let n = a.nodes();
@@ -237,7 +246,7 @@ pub(crate) fn adjacency(system: &SaddleSystem) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// Unknowns of each vertex of [`adjacency`].
+/// Number of dofs of each vertex of [`adjacency`].
 pub(crate) fn weights(system: &SaddleSystem) -> Vec<u32> {
     let (n, np) = (
         system.velocity_block().nodes(),
@@ -246,15 +255,15 @@ pub(crate) fn weights(system: &SaddleSystem) -> Vec<u32> {
     (0..n + np).map(|v| if v < n { 3 } else { 1 }).collect()
 }
 
-/// Nested dissection of the graph of nodes and pressures, expanded.
+/// Elimination order of the dofs: nested dissection of the graph of nodes and pressures.
 ///
-/// Figures on 283 000 unknowns: 484 million entries, 2.4e12 operations; with pressures joined to a node 12 % and 24 % more; four separators
-/// tried for each cut save 4 % and 9 % and cost as much in ordering.
+/// With 283 000 dofs the factor has 484 million nonzeros and takes 2.4e12 operations. Joining each
+/// pressure to a node costs 12 % and 24 % more; trying four separators per cut saves 4 % and 9 %
+/// and takes as much time in the ordering.
 fn elimination_order(system: &SaddleSystem) -> Result<Vec<usize>, LinalgError> {
     let n = system.velocity_block().nodes();
     let mut order = Vec::with_capacity(system.velocity_range().len());
-    let graph = Graph::new(&adjacency(system), &weights(system))?;
-    for vertex in graph.nested_dissection()? {
+    for vertex in nested_dissection(&adjacency(system), &weights(system))? {
         if vertex < n {
             order.extend(3 * vertex..3 * vertex + 3);
         } else {
@@ -264,13 +273,14 @@ fn elimination_order(system: &SaddleSystem) -> Result<Vec<usize>, LinalgError> {
     Ok(order)
 }
 
-/// Whether `[B^T; E_l^T] 1 = 0` to rounding: nothing then determines the constant pressure.
+/// Whether `[B^T; E_l^T] 1 = 0` to rounding, so that a constant pressure is undetermined.
 fn is_enclosed(system: &SaddleSystem) -> bool {
     let (bt, et) = (
         Rows::of(system.gradient()),
         Rows::of(system.border_gradient()),
     );
-    // a sum of k terms of size s is zero up to k epsilon s; the factor allows for the rounding of the terms themselves
+    // a sum of k terms of size s is zero up to k epsilon s; 1e-10 also allows for rounding in the
+    // terms
     let vanishes = |terms: &mut dyn Iterator<Item = f64>| {
         let (mut sum, mut size) = (0.0, 0.0);
         for t in terms {

@@ -7,18 +7,20 @@ use crate::{
     KrylovParams, LinalgError, LinearOperator, Preconditioner, SaddleSystem, SolveReport, fgmres,
 };
 
-/// Choices of the direct solver.
+/// Parameters of the direct solver.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct DirectParams {
-    /// Of the factors; residuals and solutions are always f64.
+    /// Precision of the factors; residuals and solutions are always f64.
     pub precision: Precision,
-    /// The pressure block becomes `-shift diag(M_p)`. The Schur complement is `M_p` up to a factor of six, so a refinement step
-    /// gains about `1 / shift`, until rounding, which small pivots amplify, takes over.
+    /// Shift of the pressure block, which becomes `-shift diag(M_p)`.
+    ///
+    /// The Schur complement equals `M_p` up to a factor of six, so a refinement step reduces the
+    /// error by about `shift`, until rounding errors dominate, which small pivots amplify.
     pub shift: f64,
     /// Bound on the true `||b - A x|| / ||b||`.
     pub rel_tol: f64,
-    /// Solves with the factor allowed.
+    /// Largest number of solves with the factor.
     pub max_refinements: usize,
 }
 
@@ -26,7 +28,8 @@ impl Default for DirectParams {
     fn default() -> Self {
         DirectParams {
             precision: Precision::Single,
-            // balances both errors in f32: a step gains four digits on 283 000 unknowns, four steps reach 1e-15
+            // balances both errors in f32: a step gains four digits with 283 000 dofs, four steps
+            // reach 1e-15
             shift: 1e-4,
             rel_tol: 1e-12,
             max_refinements: 30,
@@ -35,7 +38,9 @@ impl Default for DirectParams {
 }
 
 impl DirectParams {
-    /// Factors in f64, twice the memory and time: one or two refinements, for systems too ill-conditioned for f32.
+    /// Parameters for systems that are too ill-conditioned for f32: factors in f64.
+    ///
+    /// Twice the memory and time; one or two refinement steps.
     pub fn double() -> Self {
         DirectParams {
             precision: Precision::Double,
@@ -72,19 +77,24 @@ impl DirectParams {
     }
 }
 
-/// Steps of refinement before a look at the true residual: more than any sound system needs.
+/// Refinement steps before the true residual is computed: more than any well-posed system needs.
 const CYCLE: usize = 10;
 
-/// An `L D L^T` of the fluid block with the border eliminated by a dense, pivoted Schur complement.
+/// Direct solver: `L D L^T` factors with a shifted pressure block, and refinement.
 ///
-/// `[K (x) I3, B^T; B, -shift diag(M_p)]` is quasi-definite: it has such factors in any elimination order (Vanderbei 1995), here
-/// METIS nested dissection of the graph of velocity nodes and pressures. The shift, and the rounding of factors in
-/// f32, are removed by refinement on the true system, accelerated by [`fgmres`]. In enclosed flow the undetermined constant is
-/// taken out of each correction.
+/// The border is eliminated by its Schur complement, dense and factorised with pivoting.
 ///
-/// Cost: `N^1.4` memory, `N^1.8` time for N unknowns; 283 000 take a minute of processor time and 2.3 GB for 574 million entries. A quarter of
-/// that memory and a third of the time go where pressures may be iterated: [`BlockTriangular`](crate::BlockTriangular) with a
-/// [`Multigrid`](crate::Multigrid) of [`MultigridParams::direct`](crate::MultigridParams::direct), 25 iterations to 1e-12.
+/// `[K (x) I3, B^T; B, -shift diag(M_p)]` is quasi-definite, so it has such factors in any
+/// elimination order (Vanderbei 1995); the order is nested dissection of the graph of velocity
+/// nodes and pressures. Refinement on the true system, accelerated by [`fgmres`], removes the shift
+/// and the rounding errors of factors in f32. In enclosed flow each correction has zero mean
+/// pressure.
+///
+/// Cost: `N^1.4` memory and `N^1.8` time for N dofs; 283 000 dofs take a minute of processor time
+/// and 2.3 GB for 574 million nonzeros. [`BlockTriangular`](crate::BlockTriangular) with a
+/// [`Multigrid`](crate::Multigrid) of [`MultigridParams::direct`](crate::MultigridParams::direct),
+/// which iterates on the pressure, takes a quarter of the memory, a third of the time and 25
+/// iterations to 1e-12.
 pub struct SaddleLdlt {
     system: SaddleSystem,
     krylov: KrylovParams,
@@ -92,10 +102,11 @@ pub struct SaddleLdlt {
 }
 
 impl SaddleLdlt {
-    /// Orders and factorises.
+    /// Orders and factorises `system`, whose matrices the solver shares.
     ///
     /// # Errors
-    /// [`LinalgError::Factorisation`] for a singular block or lack of memory, [`LinalgError::Parameter`].
+    /// [`LinalgError::Factorisation`] for a singular block or lack of memory,
+    /// [`LinalgError::Parameter`], [`LinalgError::ConstrainedDofs`].
     pub fn factor(system: &SaddleSystem, params: &DirectParams) -> Result<Self, LinalgError> {
         system
             .velocity_block()
@@ -109,16 +120,15 @@ impl SaddleLdlt {
         }
         Ok(SaddleLdlt {
             system: system.clone(),
-            krylov: KrylovParams {
-                rel_tol: params.rel_tol,
-                max_iterations: params.max_refinements,
-                restart: CYCLE,
-            },
+            krylov: KrylovParams::default()
+                .with_rel_tol(params.rel_tol)
+                .with_max_iterations(params.max_refinements)
+                .with_restart(CYCLE),
             factor: SaddleFactor::new(system, params.shift, params.precision)?,
         })
     }
 
-    /// Entries of the factor.
+    /// Number of nonzeros of the factor.
     pub fn nnz(&self) -> usize {
         self.factor.nnz()
     }
@@ -128,24 +138,26 @@ impl SaddleLdlt {
         self.factor.bytes()
     }
 
-    /// Solves `A x = b`; refines until the true residual reaches `rel_tol`, and once more, which takes it to the level of rounding.
+    /// Solves `A x = b`, refining until the true residual is at most `rel_tol`.
     ///
-    /// `iterations` of the report counts solves with the factor. In enclosed flow the pressure has mean zero over its unknowns.
+    /// One more step then reduces it to the level of rounding. `iterations` of the report counts
+    /// solves with the factor. In enclosed flow the pressure has zero mean over its dofs.
     ///
     /// # Errors
-    /// Those of [`fgmres`]; [`LinalgError::Stagnated`] where f32 does not suffice: use [`DirectParams::double`].
+    /// Those of [`fgmres`]; [`LinalgError::Stagnated`] if f32 does not suffice: use
+    /// [`DirectParams::double`].
     pub fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<SolveReport, LinalgError> {
         x.fill(0.0);
         let mut report = fgmres(&self.system, &mut self.factor, b, x, &self.krylov)?;
         if report.true_rel_residual > 0.0 {
             self.polish(b, x, &mut report);
         }
-        // a basis rounded to f32 brings a constant back, which no residual shows
+        // a basis in f32 brings back a constant, which no residual shows
         self.factor.remove_constant(x);
         Ok(report)
     }
 
-    /// One more step of refinement, kept if it is one.
+    /// Does one more refinement step, and keeps it if the residual decreases.
     fn polish(&mut self, b: &[f64], x: &mut [f64], report: &mut SolveReport) {
         let [mut r, mut polished] = [(); 2].map(|()| vec![0.0; b.len()]);
         self.system.apply(x, &mut r);

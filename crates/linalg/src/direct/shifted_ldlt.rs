@@ -1,23 +1,27 @@
-//! Direct solution of a sparse symmetric saddle-point system of any shape, given as one matrix.
+//! Direct solver for a sparse symmetric saddle-point system given as one matrix.
 
 use super::factor::{Definiteness, Precision, SparseFactor};
-use super::graph::Graph;
+use super::ordering::nested_dissection;
 use crate::csr::{Rows, check_finite, check_shape};
 use crate::product::build_rows;
 use crate::vector::norm;
 use crate::{Csr, LinalgError};
 
-/// Steps of refinement after which a system counts as singular: a step gains seven digits on sound ones.
+/// Refinement steps after which a system counts as singular: a step gains seven digits otherwise.
 const MOST_REFINEMENTS: usize = 12;
 
-/// Relative true residual that every answer reaches; two more digits are usual.
+/// Relative true residual that every solution reaches; two more digits are usual.
 const RESIDUAL: f64 = 1e-11;
 
-/// `A = [K B^T; B 0]`, symmetric with `K` positive definite, by factors of the quasi-definite `A - diag(shift)`.
+/// Direct solver for `A = [K B^T; B 0]` by factors of `A - diag(shift)`, and refinement.
 ///
-/// With a positive shift on the rows of `B`, factors exist in any elimination order (Vanderbei 1995). A shift of `1e-8` of the
-/// diagonal of `B K^-1 B^T` gains seven digits a step of refinement on the true system, and an undetermined constant in the rows of `B`
-/// stays harmless. For a few ten thousand unknowns: small problems in two dimensions, where no multigrid pays.
+/// `A` is symmetric and `K` positive definite.
+///
+/// With a positive shift on the rows of `B` the matrix is quasi-definite and has factors in any
+/// elimination order (Vanderbei 1995). With a shift of `1e-8` times the diagonal of `B K^-1 B^T`
+/// each refinement step on the true system gains seven digits, and an undetermined constant in the
+/// rows of `B` does no harm. Meant for a few ten thousand dofs in two dimensions, where multigrid
+/// does not pay.
 ///
 /// Cost: `N log N` memory and `N^1.5` time for elements in the plane.
 pub struct ShiftedLdlt {
@@ -26,18 +30,20 @@ pub struct ShiftedLdlt {
 }
 
 impl ShiftedLdlt {
-    /// Orders and factorises.
+    /// Orders and factorises `matrix`, which contains both triangles.
     ///
-    /// `matrix` holds both triangles; `shift` one number an unknown, zero on the rows of `K`; `group` the number of the group that an
-    /// unknown is eliminated with, from zero on: unknowns of one cell, edge or node, whose rows have one pattern.
+    /// `shift` has one number per dof, zero on the rows of `K`. `group` numbers from zero the
+    /// groups in which dofs are eliminated: dofs of one cell, edge or node, whose rows have the
+    /// same pattern.
     ///
     /// # Errors
-    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::Factorisation`] for a singular matrix or an unsymmetric pattern.
+    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::Factorisation`] for a
+    /// singular matrix or an unsymmetric pattern.
     pub fn factor(matrix: Csr, shift: &[f64], group: &[u32]) -> Result<Self, LinalgError> {
         let n = matrix.rows();
         check_shape("saddle-point matrix", matrix.shape(), (n, n))?;
         check_shape("shift", (shift.len(), 1), (n, 1))?;
-        check_shape("groups of unknowns", (group.len(), 1), (n, 1))?;
+        check_shape("groups of dofs", (group.len(), 1), (n, 1))?;
         check_finite("saddle-point matrix", matrix.data())?;
         check_finite("shift", shift)?;
         let rows = Rows::of(&matrix);
@@ -59,7 +65,7 @@ impl ShiftedLdlt {
         Ok(Self { matrix, factor })
     }
 
-    /// Entries of the factor.
+    /// Number of nonzeros of the factor.
     pub fn nnz(&self) -> usize {
         self.factor.nnz()
     }
@@ -67,7 +73,8 @@ impl ShiftedLdlt {
     /// Solves `A x = b` and returns the relative true residual.
     ///
     /// # Errors
-    /// [`LinalgError::Stagnated`] when refinement does not reach a residual of `1e-11`: the matrix is singular and `b` does not fit it.
+    /// [`LinalgError::Stagnated`] if refinement does not reach a residual of `1e-11`: the matrix is
+    /// singular, and `b` is not in its range.
     pub fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<f64, LinalgError> {
         check_finite("right-hand side", b)?;
         x.fill(0.0);
@@ -85,7 +92,7 @@ impl ShiftedLdlt {
             }
             self.residual(b, x, &mut residual);
             let left = norm(&residual) / size;
-            // a factor of two is no progress but rounding
+            // a gain below a factor of two is rounding
             let stalls = left.is_nan() || left > 0.5 * best;
             best = left.min(best);
             if stalls || left == 0.0 || step == MOST_REFINEMENTS {
@@ -111,7 +118,9 @@ impl ShiftedLdlt {
     }
 }
 
-/// Nested dissection of the graph of groups, expanded; within a group by number.
+/// Elimination order of the dofs: nested dissection of the graph of groups.
+///
+/// The dofs of a group are ordered by number.
 fn elimination_order(matrix: &Csr, group: &[u32]) -> Result<Vec<usize>, LinalgError> {
     let groups = group.iter().max().map_or(0, |&g| g as usize + 1);
     let mut members = vec![Vec::new(); groups];
@@ -132,7 +141,7 @@ fn elimination_order(matrix: &Csr, group: &[u32]) -> Result<Vec<usize>, LinalgEr
         })
         .collect();
     let weights: Vec<u32> = members.iter().map(|m| m.len() as u32).collect();
-    let order = Graph::new(&adjacency, &weights)?.nested_dissection()?;
+    let order = nested_dissection(&adjacency, &weights)?;
     Ok(order.into_iter().flat_map(|g| members[g].clone()).collect())
 }
 
@@ -140,7 +149,8 @@ fn elimination_order(matrix: &Csr, group: &[u32]) -> Result<Vec<usize>, LinalgEr
 mod tests {
     use super::*;
 
-    /// A chain of `n` unknowns of `K = tridiag(-1, 2, -1)`, whose neighbouring differences are constrained in every fourth place.
+    /// A chain of `n` dofs with `K = tridiag(-1, 2, -1)`, and a constraint on every fourth
+    /// difference of neighbours.
     fn chain(n: usize, zero_sum: bool) -> (Csr, Vec<f64>, Vec<u32>) {
         let constraints = n / 4;
         let size = n + constraints;
@@ -157,7 +167,7 @@ mod tests {
                     let sign = if i % 4 == 0 { 1.0 } else { -1.0 };
                     row.add(n + i / 4, sign);
                     if zero_sum {
-                        // each constraint less the next, cyclic: they add up to nothing
+                        // each constraint minus the next, cyclically: they sum to zero
                         row.add(n + (i / 4 + 1) % constraints, -sign);
                     }
                 }
@@ -186,7 +196,7 @@ mod tests {
     fn solutions_fulfil_the_unshifted_system() {
         for zero_sum in [false, true] {
             let (matrix, shift, group) = chain(400, zero_sum);
-            // a right-hand side in the range, also where constraints are dependent
+            // a right-hand side in the range, also for dependent constraints
             let exact: Vec<f64> = (0..matrix.rows()).map(|i| (i as f64).sin()).collect();
             let rows = Rows::of(&matrix);
             let b: Vec<f64> = (0..matrix.rows())

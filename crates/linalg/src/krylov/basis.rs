@@ -6,11 +6,13 @@ use rayon::prelude::*;
 use crate::roofline::{Kernel, Measure};
 use crate::vector::{CHUNK, lanes_dot, max_abs, power_of_two_below};
 
-/// Entries one task orthogonalises: enough that its partial sums cost nothing.
+/// Vector entries per parallel task: enough that its partial sums cost nothing.
 const TASK: usize = 16 * CHUNK;
 
-/// Orthogonalise again when a vector loses more than this part of its length. Each time costs as much as the first, and a loss of ten costs
-/// one digit of orthogonality out of sixteen (Hoffmann, Computing 41, 1989).
+/// A vector that keeps less than this part of its length is orthogonalised a second time.
+///
+/// The second time costs as much as the first; a loss of a factor of ten costs one digit of
+/// orthogonality out of sixteen (Hoffmann, Computing 41, 1989).
 const CANCELLATION: f64 = 0.1;
 
 /// A basis vector in the precision it needs.
@@ -19,13 +21,14 @@ enum Vector {
     Single(Vec<f32>),
 }
 
-/// Vectors orthonormal in `x . y = sum w_i x_i y_i`, `w = 1` unless given.
+/// Vectors that are orthonormal in `x · y = sum w_i x_i y_i`, with `w = 1` unless given.
 ///
-/// Vectors are made as they are needed and kept over restarts. Products read each of them twice: coefficients first, differences second.
+/// Vectors are allocated on demand and kept over restarts. Orthogonalisation reads each of them
+/// twice: for the coefficients, then for the differences.
 pub(super) struct Orthonormal<'a> {
     weights: Option<&'a [f32]>,
     vectors: Vec<Vector>,
-    /// Partial sums of every task, in the order in which they are added.
+    /// Partial sums of all tasks, in the order in which they are added.
     partial: Vec<f64>,
 }
 
@@ -38,10 +41,10 @@ impl<'a> Orthonormal<'a> {
         }
     }
 
-    /// Stores `w / norm` as vector `j`; in f32 if `single`.
+    /// Stores `w / norm` as vector `j`, in f32 if `single`.
     pub fn store(&mut self, j: usize, w: &[f64], norm: f64, single: bool) {
         let factor = norm.recip();
-        // a vector kept from before a restart is reused where it has the right precision
+        // a vector from before a restart is reused if it has the right precision
         self.vectors.truncate(j.max(self.reusable(j, single)));
         if j == self.vectors.len() {
             self.vectors.push(if single {
@@ -56,7 +59,7 @@ impl<'a> Orthonormal<'a> {
         }
     }
 
-    /// How many vectors may stay when vector `j` is stored again.
+    /// Number of vectors that may stay when vector `j` is stored again.
     fn reusable(&self, j: usize, single: bool) -> usize {
         match self.vectors.get(j) {
             Some(Vector::Double(_)) if !single => self.vectors.len(),
@@ -65,7 +68,7 @@ impl<'a> Orthonormal<'a> {
         }
     }
 
-    /// Vector `j` in f64, written to `buffer` if it is not stored so.
+    /// Vector `j` in f64, written to `buffer` if it is stored in f32.
     pub fn vector<'b>(&'b self, j: usize, buffer: &'b mut [f64]) -> &'b [f64] {
         match &self.vectors[j] {
             Vector::Double(v) => v,
@@ -82,9 +85,10 @@ impl<'a> Orthonormal<'a> {
         self.partial[0].sqrt()
     }
 
-    /// Makes `w` orthogonal to the first `k` vectors; `h[..k]` receives the coefficients. Returns its norm.
+    /// Makes `w` orthogonal to the first `k` vectors and returns its norm.
     ///
-    /// Classical Gram-Schmidt: two sweeps through memory, once more where rounding would cost orthogonality.
+    /// `h[..k]` receives the coefficients. Classical Gram-Schmidt: two sweeps through memory, and
+    /// two more where rounding would cost orthogonality.
     pub fn orthogonalise(&mut self, k: usize, w: &mut [f64], h: &mut [f64]) -> f64 {
         h[..k].fill(0.0);
         let mut coefficients = vec![0.0; k];
@@ -119,7 +123,10 @@ impl<'a> Orthonormal<'a> {
         });
     }
 
-    /// `w <- w - sum_i c_i v_i`; then `w . w` and, if asked for, `v_i . w` of the first `k` vectors into the first partial sums.
+    /// Subtracts `sum_i c_i v_i` from `w`, then sums products.
+    ///
+    /// The first partial sums receive `w · w` and, if `products` is set, `v_i · w` for the first
+    /// `k` vectors.
     fn sweep(&mut self, k: usize, w: &mut [f64], coefficients: &[f64], products: bool) {
         let (width, vectors, weights) = (k + 1, &self.vectors, self.weights);
         let tasks = w.len().div_ceil(TASK).max(1);
@@ -182,16 +189,17 @@ fn zip_chunks<A: Send, B: Sync>(a: &mut [A], b: &[B], f: impl Fn(&mut A, &B) + S
         .for_each(|(a, b)| a.iter_mut().zip(b).for_each(|(a, b)| f(a, b)));
 }
 
-/// A vector in f32 with a power of two for its size: half the memory of the preconditioned basis.
+/// A vector in f32, scaled by a power of two: half the memory of f64.
 struct Rounded {
     scale: f64,
     values: Vec<f32>,
 }
 
-/// The preconditioned vectors.
+/// The preconditioned basis vectors.
 ///
-/// Rounding counts as part of the preconditioner: the operator is applied to the *rounded* vector, so the method loses
-/// nothing (flexible GMRES admits any preconditioner, and the solution is combined from the very same vectors).
+/// Rounding counts as a part of the preconditioner: the operator is applied to the *rounded*
+/// vector, so the method loses nothing. Flexible GMRES admits any preconditioner, and the solution
+/// is combined from the same rounded vectors.
 pub(super) struct RoundedBasis {
     vectors: Vec<Rounded>,
 }
@@ -238,9 +246,9 @@ impl RoundedBasis {
     }
 }
 
-/// Hands the orthogonalisation of a vector of length `n` against `k` others, in both precisions, to `measure`.
+/// Passes the orthogonalisation of a vector of length `n` against `k` others to `measure`.
 ///
-/// An iteration of a solve to 1e-8 runs the one in f64 for a third of its vectors, the other for the rest.
+/// For a solve to 1e-8 a third of the vectors is stored in f64, the others in f32.
 #[cfg(feature = "roofline")]
 pub(crate) fn visit_basis_kernels(
     k: usize,
@@ -256,7 +264,7 @@ pub(crate) fn visit_basis_kernels(
     ] {
         let mut basis = Orthonormal::new(weights);
         for j in 0..k {
-            // nearly orthogonal to the vector measured, so that one round is enough
+            // nearly orthogonal to the measured vector, so that one round is enough
             let sparse: Vec<f64> = (0..n).map(|i| f64::from(i % k == j)).collect();
             basis.store(j, &sparse, n as f64, single);
         }
@@ -278,7 +286,7 @@ mod tests {
     use super::*;
     use crate::vector::axpy;
 
-    /// Vectors that differ in the ninth digit, orthogonalised one after the other.
+    /// Three vectors that differ in the ninth digit, orthogonalised one after the other.
     fn nearly_dependent(n: usize, weights: Option<&[f32]>, single: bool) -> Vec<Vec<f64>> {
         let mut basis = Orthonormal::new(weights);
         let mut h = [0.0; 3];

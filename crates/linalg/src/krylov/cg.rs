@@ -1,5 +1,6 @@
-//! Preconditioned conjugate gradients.
+//! The preconditioned conjugate-gradient method.
 
+use super::null_vectors;
 use super::progress::Progress;
 use super::report::{KrylovParams, SolveReport, check_start, check_symmetric};
 use crate::vector::{axpy, dot, norm, xpby};
@@ -7,16 +8,42 @@ use crate::{LinalgError, LinearOperator, Preconditioner};
 
 const METHOD: &str = "CG";
 
-/// Solves `A x = b` for a symmetric positive definite `A`, starting from `x`.
+/// Solves `A x = b` for a symmetric positive definite `A` by conjugate gradients from `x`.
 ///
-/// Three right-hand sides of one scalar matrix are one system, `K (x) I3` ([`Bordered::scalar`](crate::Bordered::scalar)): a
-/// matrix pass serves all three. Stops on the *true* `||b - A x|| / ||b||`, as [`fgmres`](crate::fgmres); the step
-/// is the flexible (Polak-Ribiere) one, which forgives the rounding of an f32 preconditioner (Notay 2000).
+/// A semidefinite `A` needs its null vectors, [`KrylovParams::with_null_vectors`]. Three right-hand
+/// sides of one scalar matrix are one system, `K (x) I3`
+/// ([`Bordered::scalar`](crate::Bordered::scalar)): one pass over the matrix serves all three.
+///
+/// Stops on the *true* `||b - A x|| / ||b||`, as [`fgmres`](crate::fgmres) does. The search
+/// directions are the flexible (Polak-Ribiere) ones, which tolerate the rounding errors of a
+/// preconditioner in f32 (Notay 2000).
 ///
 /// # Errors
-/// [`LinalgError::NotSymmetric`]; [`LinalgError::UnsuitablePreconditioner`] unless it is positive definite; [`LinalgError::Breakdown`] when `A` shows not to be;
-/// otherwise those of [`fgmres`](crate::fgmres).
+/// [`LinalgError::NotSymmetric`], [`LinalgError::UnsuitablePreconditioner`] unless it is positive
+/// definite, [`LinalgError::Breakdown`] if the iteration finds that `A` is not; otherwise those of
+/// [`fgmres`](crate::fgmres).
 pub fn cg(
+    operator: &dyn LinearOperator,
+    preconditioner: &mut dyn Preconditioner,
+    b: &[f64],
+    x: &mut [f64],
+    params: &KrylovParams,
+) -> Result<SolveReport, LinalgError> {
+    let mut reports = null_vectors::solve(
+        operator,
+        preconditioner,
+        &[b],
+        &mut [x],
+        params,
+        |preconditioner, b, x| {
+            let report = iterate(operator, preconditioner, b[0], x[0], params)?;
+            Ok(vec![report])
+        },
+    )?;
+    Ok(reports.remove(0))
+}
+
+fn iterate(
     operator: &dyn LinearOperator,
     preconditioner: &mut dyn Preconditioner,
     b: &[f64],
@@ -31,7 +58,7 @@ pub fn cg(
     let mut progress = Progress::unweighted(METHOD, params, b_norm);
     let [mut r, mut z, mut p, mut q] = [(); 4].map(|()| vec![0.0; n]);
     loop {
-        if let Some(report) = progress.look(operator, b, x, &mut r)? {
+        if let Some(report) = progress.check(operator, b, x, &mut r)? {
             return Ok(report);
         }
         preconditioner.apply(&r, &mut z);
@@ -54,7 +81,7 @@ pub fn cg(
             if progress.step(norm(&r)) {
                 break;
             }
-            // r . z_old is what an exactly symmetric preconditioner would make zero
+            // zero for an exactly symmetric preconditioner
             let stale = dot(&r, &z);
             preconditioner.apply(&r, &mut z);
             let next = dot(&r, &z);

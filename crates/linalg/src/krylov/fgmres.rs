@@ -2,6 +2,7 @@
 
 use super::basis::{Orthonormal, RoundedBasis};
 use super::hessenberg::Hessenberg;
+use super::null_vectors;
 use super::progress::Progress;
 use super::report::{KrylovParams, SolveReport, check_start};
 use crate::csr::check_shape;
@@ -10,28 +11,35 @@ use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 
 const METHOD: &str = "FGMRES";
 
-/// Solves `A x = b` by right-preconditioned flexible GMRES, starting from `x`.
+/// Solves `A x = b` by right-preconditioned flexible GMRES with restarts, starting from `x`.
 ///
-/// Stops when the *true* `||b - A x|| / ||b||` is at most `rel_tol`: it is recomputed when the recurrence says so, and the
-/// iteration goes on if it is not. Where the operator has [weights](LinearOperator::residual_weights) the method minimises the residual in their
-/// norm (Essai, Numer. Algorithms 18, 1998), and twice that, an estimate of the error, must fall below `rel_tol` too. A zero `b` gives a zero `x`.
+/// Stops when the *true* residual `||b - A x|| / ||b||` is at most `rel_tol`: it is recomputed when
+/// the recurrence predicts so, and the iteration continues if it is not. If the operator has
+/// [weights](LinearOperator::residual_weights), the method minimises the residual in their norm
+/// (Essai, Numer. Algorithms 18, 1998); twice that norm, an estimate of the error, must be at most
+/// `rel_tol` as well. A zero `b` gives a zero `x`.
 ///
-/// Memory: 12 bytes an unknown and iteration, taken as needed, and 4 once the residual is so small that f32 leaves the result alone: the error
-/// of a basis vector enters multiplied with the residual of its step, so precision may fall as the residual does (van den Eshof,
-/// Sleijpen, SIAM J. Matrix Anal. Appl. 26, 2004). From there on only the vectors before the preconditioner are kept, where it is linear, and what they
-/// add to the solution is preconditioned once at the end. Reference: Saad, SIAM J. Sci. Comput. 14 (1993).
+/// Memory: 12 bytes per dof and iteration, allocated on demand. When the residual is so small that
+/// f32 does not affect the result, 4 bytes: the error of a basis vector is multiplied by the
+/// residual of its step, so precision may decrease with the residual (van den Eshof, Sleijpen, SIAM
+/// J. Matrix Anal. Appl. 26, 2004). From then on, if the preconditioner is linear, only the vectors
+/// before preconditioning are kept; their contribution to the solution is preconditioned once at
+/// the end. Reference: Saad, SIAM J. Sci. Comput. 14 (1993).
 ///
 /// # Errors
-/// [`LinalgError::NotConverged`], [`LinalgError::Stagnated`] (both with the best iterate left in `x`), [`LinalgError::Breakdown`] for NaN,
-/// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::Parameter`].
+/// [`LinalgError::NotConverged`] and [`LinalgError::Stagnated`] (both leave the last iterate in
+/// `x`), [`LinalgError::Breakdown`] for NaN, [`LinalgError::Shape`], [`LinalgError::NotFinite`],
+/// [`LinalgError::Parameter`], [`LinalgError::NotNullVector`].
 ///
 /// ```
 /// use linalg::{Bordered, Csr, Identity, KrylovParams, fgmres};
 /// let k = Csr::new((2, 2), vec![0, 2, 4], vec![0, 1, 0, 1], vec![2.0, -1.0, -1.0, 2.0]);
 /// let a = Bordered::scalar(k)?;
 /// let mut x = [0.0; 6];
-/// let report = fgmres(&a, &mut Identity(6), &[1.0, 2.0, 3.0, 1.0, 2.0, 3.0], &mut x, &KrylovParams::default())?;
-/// assert!(report.true_rel_residual <= 1e-8); // the right-hand side is an eigenvector of eigenvalue 1
+/// // the right-hand side is an eigenvector with eigenvalue 1
+/// let (b, params) = ([1.0, 2.0, 3.0, 1.0, 2.0, 3.0], KrylovParams::default());
+/// let report = fgmres(&a, &mut Identity(6), &b, &mut x, &params)?;
+/// assert!(report.true_rel_residual <= 1e-8);
 /// assert!((x[5] - 3.0).abs() < 1e-7);
 /// # Ok::<(), linalg::LinalgError>(())
 /// ```
@@ -42,19 +50,22 @@ pub fn fgmres(
     x: &mut [f64],
     params: &KrylovParams,
 ) -> Result<SolveReport, LinalgError> {
-    let mut column = Column::new(operator, preconditioner, b, x, params)?;
-    iterate(operator, preconditioner, std::slice::from_mut(&mut column))?;
-    Ok(column.report)
+    let mut reports = fgmres_columns(operator, preconditioner, &[b], &mut [x], params)?;
+    Ok(reports.remove(0))
 }
 
-/// Solves `A x = b` for several right-hand sides, each as [`fgmres`] does, to the last bit: the same iterations, tolerance and report.
+/// Solves `A x = b` for several right-hand sides, sharing the passes over the matrices.
 ///
-/// Only the passes over the matrices are shared: each iteration takes one through the preconditioner and one through the operator
-/// for all right-hand sides that have not converged yet ([`LinearOperator::apply_columns`], [`Preconditioner::apply_columns`]).
-/// Memory: that of [`fgmres`] for each right-hand side at the same time.
+/// Each comes out as from [`fgmres`], to the last bit: same iterations, tolerance and report.
+///
+/// Each iteration takes one pass through the preconditioner and one through the operator for all
+/// right-hand sides that have not converged yet ([`LinearOperator::apply_columns`],
+/// [`Preconditioner::apply_columns`]). Memory: that of [`fgmres`] for all right-hand sides at the
+/// same time.
 ///
 /// # Errors
-/// Those of [`fgmres`], as soon as one right-hand side fails; [`LinalgError::Shape`] when there are not as many solutions as right-hand sides.
+/// Those of [`fgmres`] as soon as one right-hand side fails; [`LinalgError::Shape`] if the numbers
+/// of solutions and right-hand sides differ.
 ///
 /// ```
 /// use linalg::{Bordered, Csr, Identity, KrylovParams, fgmres_columns};
@@ -62,8 +73,10 @@ pub fn fgmres(
 /// let a = Bordered::scalar(k)?;
 /// let (mut x, mut y) = ([0.0; 6], [0.0; 6]);
 /// let b: [&[f64]; 2] = [&[1.0, 2.0, 3.0, 1.0, 2.0, 3.0], &[3.0, 0.0, 0.0, -3.0, 0.0, 0.0]];
-/// let reports = fgmres_columns(&a, &mut Identity(6), &b, &mut [&mut x, &mut y], &KrylovParams::default())?;
-/// assert!((x[5] - 3.0).abs() < 1e-7 && (y[3] + 1.0).abs() < 1e-7); // eigenvectors of eigenvalues 1 and 3
+/// let params = KrylovParams::default();
+/// let reports = fgmres_columns(&a, &mut Identity(6), &b, &mut [&mut x, &mut y], &params)?;
+/// // the right-hand sides are eigenvectors with eigenvalues 1 and 3
+/// assert!((x[5] - 3.0).abs() < 1e-7 && (y[3] + 1.0).abs() < 1e-7);
 /// assert!(reports.iter().all(|report| report.true_rel_residual <= 1e-8));
 /// # Ok::<(), linalg::LinalgError>(())
 /// ```
@@ -75,15 +88,24 @@ pub fn fgmres_columns(
     params: &KrylovParams,
 ) -> Result<Vec<SolveReport>, LinalgError> {
     check_shape("solutions", (x.len(), 1), (b.len(), 1))?;
-    let mut columns = Vec::with_capacity(b.len());
-    for (b, x) in b.iter().zip(x) {
-        columns.push(Column::new(operator, preconditioner, b, x, params)?);
-    }
-    iterate(operator, preconditioner, &mut columns)?;
-    Ok(columns.into_iter().map(|column| column.report).collect())
+    null_vectors::solve(
+        operator,
+        preconditioner,
+        b,
+        x,
+        params,
+        |preconditioner, b, x| {
+            let mut columns = Vec::with_capacity(b.len());
+            for (b, x) in b.iter().zip(x) {
+                columns.push(Column::new(operator, preconditioner, b, x, params)?);
+            }
+            iterate(operator, preconditioner, &mut columns)?;
+            Ok(columns.into_iter().map(|column| column.report).collect())
+        },
+    )
 }
 
-/// Runs all columns to their ends, a pass through the preconditioner and one through the operator at a time.
+/// Iterates all columns to convergence, one pass through preconditioner and operator at a time.
 fn iterate(
     operator: &dyn LinearOperator,
     preconditioner: &mut dyn Preconditioner,
@@ -108,20 +130,20 @@ fn iterate(
     Ok(())
 }
 
-/// What a column does with the next product.
+/// The meaning of the next product of a column.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Stage {
-    /// It is the product with the solution: a look at the true residual, after which a cycle begins.
-    Look,
-    /// It is that of the basis vector of an Arnoldi step, which is to be kept in f32 if `single`.
+    /// The product with the solution: the true residual is computed, then a cycle begins.
+    TrueResidual,
+    /// The product with the basis vector of an Arnoldi step, which is stored in f32 if `single`.
     Step { single: bool },
-    /// As `Look`, but first the cycle that ends is added to the solution.
+    /// As `TrueResidual`, after the result of the finished cycle was added to the solution.
     EndOfCycle,
-    /// There is none.
+    /// No product: the column has converged.
     Done,
 }
 
-/// One right-hand side on its way.
+/// The iteration for one right-hand side.
 struct Column<'a> {
     b: &'a [f64],
     x: &'a mut [f64],
@@ -135,12 +157,12 @@ struct Column<'a> {
     w: Vec<f64>,
     work: Vec<f64>,
     stage: Stage,
-    /// Norm of `w` where it is the next basis vector.
+    /// Norm of `w` if it is the next basis vector.
     size: f64,
-    /// Steps of the cycle, and how many of them keep their preconditioned vectors.
+    /// Steps of the cycle so far.
     steps: usize,
     stored: usize,
-    /// How it went, once it is done.
+    /// The report, once the column has converged.
     report: SolveReport,
 }
 
@@ -153,7 +175,7 @@ impl<'a> Column<'a> {
         params: &'a KrylovParams,
     ) -> Result<Self, LinalgError> {
         let stage = match check_start(operator, preconditioner, b, x, params)? {
-            Some(_) => Stage::Look,
+            Some(_) => Stage::TrueResidual,
             None => Stage::Done,
         };
         let restart = params.restart.min(params.max_iterations).max(1);
@@ -180,7 +202,7 @@ impl<'a> Column<'a> {
         })
     }
 
-    /// The next vector to be preconditioned and where it goes.
+    /// The next vector to be preconditioned and the buffer for the result.
     fn before_preconditioner(&mut self) -> Option<(&[f64], &mut [f64])> {
         match self.stage {
             Stage::Step { single } => {
@@ -188,7 +210,7 @@ impl<'a> Column<'a> {
                 let v = self.v.vector(self.steps, &mut self.w);
                 Some((v, &mut self.work))
             }
-            // what vectors of the cycle whose preconditioned ones were not kept add to the solution
+            // contribution of the vectors whose preconditioned ones were not stored
             Stage::EndOfCycle => {
                 let y = self.hessenberg.solve(self.steps);
                 self.z.add_combination(&y[..self.stored], self.x);
@@ -197,14 +219,14 @@ impl<'a> Column<'a> {
                     (&*self.w, &mut *self.work)
                 })
             }
-            Stage::Look | Stage::Done => None,
+            Stage::TrueResidual | Stage::Done => None,
         }
     }
 
-    /// Takes the preconditioned vector.
+    /// Continues with the preconditioned vector.
     fn after_preconditioner(&mut self) {
         match self.stage {
-            // the residual never grows, so that the vectors kept are the first ones
+            // the residual never grows within a cycle, so the stored vectors are the first ones
             Stage::Step { single } if !(single && self.fixed) => {
                 self.z.store(self.steps, &mut self.work);
                 self.stored = self.steps + 1;
@@ -214,27 +236,27 @@ impl<'a> Column<'a> {
         }
     }
 
-    /// The next vector to be multiplied and where its product goes.
+    /// The next vector to be multiplied and the buffer for the product.
     fn before_product(&mut self) -> Option<(&[f64], &mut [f64])> {
         match self.stage {
             Stage::Step { .. } => Some((&self.work, &mut self.w)),
-            Stage::Look | Stage::EndOfCycle => Some((self.x, &mut self.w)),
+            Stage::TrueResidual | Stage::EndOfCycle => Some((self.x, &mut self.w)),
             Stage::Done => None,
         }
     }
 
-    /// Takes the product.
+    /// Continues with the product.
     fn after_product(&mut self) -> Result<(), LinalgError> {
         match self.stage {
             Stage::Step { .. } => self.step(),
-            Stage::Look | Stage::EndOfCycle => self.look(),
+            Stage::TrueResidual | Stage::EndOfCycle => self.check_convergence(),
             Stage::Done => Ok(()),
         }
     }
 
-    /// Ends, or begins a cycle with the true residual.
-    fn look(&mut self) -> Result<(), LinalgError> {
-        if let Some(report) = self.progress.judge(self.b, &mut self.w)? {
+    /// Finishes, or begins a cycle with the true residual.
+    fn check_convergence(&mut self) -> Result<(), LinalgError> {
+        if let Some(report) = self.progress.check_product(self.b, &mut self.w)? {
             (self.report, self.stage) = (report, Stage::Done);
             return Ok(());
         }
@@ -245,7 +267,7 @@ impl<'a> Column<'a> {
         Ok(())
     }
 
-    /// Ends an Arnoldi step.
+    /// Finishes an Arnoldi step.
     fn step(&mut self) -> Result<(), LinalgError> {
         let (column, progress) = (self.hessenberg.column(self.steps), &mut self.progress);
         self.size = self.v.orthogonalise(self.steps + 1, &mut self.w, column);
@@ -255,7 +277,8 @@ impl<'a> Column<'a> {
         let residual = self.hessenberg.rotate(self.steps, self.size);
         self.steps += 1;
         let small = progress.step(residual);
-        // an invariant subspace holds the solution, or the operator is singular: the true residual tells
+        // an invariant subspace contains the solution, or the operator is singular: the true
+        // residual decides
         let invariant = self.size <= f64::EPSILON * self.hessenberg.column_norm(self.steps - 1);
         if small || invariant || self.steps == self.restart || !progress.may_iterate() {
             tracing::debug!(iterations = progress.iterations, "{METHOD} cycle");
@@ -266,7 +289,7 @@ impl<'a> Column<'a> {
         Ok(())
     }
 
-    /// A step follows, after a residual of this norm.
+    /// Continues with a step after a residual of this norm.
     fn continue_from(&mut self, residual: f64) {
         let single = self.progress.single_is_enough(residual);
         self.stage = Stage::Step { single };

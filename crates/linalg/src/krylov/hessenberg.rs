@@ -9,7 +9,7 @@ pub(super) struct Hessenberg {
 }
 
 impl Hessenberg {
-    /// For up to `restart` steps.
+    /// Allocates for up to `restart` steps.
     pub fn new(restart: usize) -> Self {
         Hessenberg {
             columns: (0..restart).map(|j| vec![0.0; j + 2]).collect(),
@@ -19,23 +19,23 @@ impl Hessenberg {
         }
     }
 
-    /// A new cycle from a residual of norm `beta`.
+    /// Starts a new cycle from a residual of norm `beta`.
     pub fn start(&mut self, beta: f64) {
         self.rhs.fill(0.0);
         self.rhs[0] = beta;
     }
 
-    /// Column `j`, whose first `j + 1` entries are for the caller to fill.
+    /// Column `j`, whose first `j + 1` entries the caller fills.
     pub fn column(&mut self, j: usize) -> &mut [f64] {
         &mut self.columns[j]
     }
 
-    /// Norm of column `j`, which rotations leave as it was.
+    /// Norm of column `j`, which rotations do not change.
     pub fn column_norm(&self, j: usize) -> f64 {
         self.columns[j].iter().map(|h| h * h).sum::<f64>().sqrt()
     }
 
-    /// Ends column `j` with `below` under the diagonal; returns the residual norm.
+    /// Finishes column `j` with `below` under the diagonal and returns the residual norm.
     pub fn rotate(&mut self, j: usize, below: f64) -> f64 {
         let column = &mut self.columns[j];
         for (i, &(c, s)) in self.rotations[..j].iter().enumerate() {
@@ -58,7 +58,7 @@ impl Hessenberg {
         self.rhs[j + 1].abs()
     }
 
-    /// The coefficients of the first `steps` vectors; a singular last pivot gets none.
+    /// The coefficients of the first `steps` vectors, zero at a singular last pivot.
     pub fn solve(&mut self, steps: usize) -> &[f64] {
         for i in (0..steps).rev() {
             let known: f64 = (i + 1..steps).map(|j| self.columns[j][i] * self.y[j]).sum();

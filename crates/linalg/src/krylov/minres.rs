@@ -1,5 +1,6 @@
-//! Preconditioned minimal residuals.
+//! The preconditioned minimal-residual method.
 
+use super::null_vectors;
 use super::progress::Progress;
 use super::report::{KrylovParams, SolveReport, check_start, check_symmetric};
 use crate::vector::{axpy, dot, norm, scale};
@@ -7,30 +8,56 @@ use crate::{LinalgError, LinearOperator, Preconditioner};
 
 const METHOD: &str = "MINRES";
 
-/// Solves `A x = b` for a symmetric, possibly indefinite `A`, starting from `x`.
+/// Solves `A x = b` for a symmetric, possibly indefinite `A` by MINRES, starting from `x`.
 ///
-/// Three-term recurrences: seven vectors whatever the number of iterations, where [`fgmres`](crate::fgmres) keeps two an iteration.
-/// The preconditioner must be symmetric positive definite, as [`BlockDiagonal`](crate::BlockDiagonal) is. The method minimises the residual in the
-/// norm of the preconditioner; the residual itself is carried by a recurrence, `r_k = s^2 r_{k-1} + c phi_k v_{k+1}`, and
-/// the iteration stops on the *true* `||b - A x|| / ||b||`, recomputed, as [`fgmres`](crate::fgmres) does.
-/// Reference: Paige, Saunders, SIAM J. Numer. Anal. 12 (1975); Elman, Silvester, Wathen, Finite Elements and Fast Iterative Solvers, algorithm 4.1.
+/// Three-term recurrences need seven vectors for any number of iterations, where
+/// [`fgmres`](crate::fgmres) stores two per iteration. The preconditioner must be symmetric
+/// positive definite, as [`BlockDiagonal`](crate::BlockDiagonal) is. The method minimises the
+/// residual in the norm of the preconditioner. A second recurrence carries the residual itself,
+/// `r_k = s^2 r_{k-1} + c phi_k v_{k+1}`, and the iteration stops on the *true*
+/// `||b - A x|| / ||b||`, recomputed as in [`fgmres`](crate::fgmres). References: Paige, Saunders,
+/// SIAM J. Numer. Anal. 12 (1975); Elman, Silvester, Wathen, Finite Elements and Fast Iterative
+/// Solvers, algorithm 4.1.
 ///
 /// # Errors
-/// [`LinalgError::NotSymmetric`], [`LinalgError::UnsuitablePreconditioner`] unless it is positive definite, [`LinalgError::Breakdown`] when it
-/// shows not to be; otherwise those of [`fgmres`](crate::fgmres).
+/// [`LinalgError::NotSymmetric`], [`LinalgError::UnsuitablePreconditioner`] unless it is positive
+/// definite, [`LinalgError::Breakdown`] if the iteration finds that it is not; otherwise those of
+/// [`fgmres`](crate::fgmres).
 ///
 /// ```
 /// use linalg::{Bordered, Csr, Identity, KrylovParams, minres};
-/// // x = 0 held by a multiplier l: [I3 C; C^T 0] with C = e_x is indefinite
+/// // x = 0 by a Lagrange multiplier l: [I3 C; C^T 0] with C = e_x is indefinite
 /// let (k, c) = (Csr::eye(1), Csr::new((3, 1), vec![0, 1, 1, 1], vec![0], vec![1.0]));
 /// let a = Bordered::new(k, c, None, nalgebra::DMatrix::zeros(1, 1))?;
 /// let mut x = [0.0; 4];
-/// let report = minres(&a, &mut Identity(4), &[5.0, 6.0, 7.0, 0.0], &mut x, &KrylovParams::default())?;
+/// let (b, params) = ([5.0, 6.0, 7.0, 0.0], KrylovParams::default());
+/// let report = minres(&a, &mut Identity(4), &b, &mut x, &params)?;
 /// assert!(report.iterations <= 3); // as many as there are distinct eigenvalues
 /// assert!((x[0] - 0.0).abs() < 1e-7 && (x[1] - 6.0).abs() < 1e-7 && (x[3] - 5.0).abs() < 1e-7);
 /// # Ok::<(), linalg::LinalgError>(())
 /// ```
 pub fn minres(
+    operator: &dyn LinearOperator,
+    preconditioner: &mut dyn Preconditioner,
+    b: &[f64],
+    x: &mut [f64],
+    params: &KrylovParams,
+) -> Result<SolveReport, LinalgError> {
+    let mut reports = null_vectors::solve(
+        operator,
+        preconditioner,
+        &[b],
+        &mut [x],
+        params,
+        |preconditioner, b, x| {
+            let report = iterate(operator, preconditioner, b[0], x[0], params)?;
+            Ok(vec![report])
+        },
+    )?;
+    Ok(reports.remove(0))
+}
+
+fn iterate(
     operator: &dyn LinearOperator,
     preconditioner: &mut dyn Preconditioner,
     b: &[f64],
@@ -45,7 +72,7 @@ pub fn minres(
     let mut progress = Progress::unweighted(METHOD, params, b_norm);
     let [mut r, mut v, mut z, mut v_old, mut w, mut w_old, mut q] = [(); 7].map(|()| vec![0.0; n]);
     loop {
-        if let Some(report) = progress.look(operator, b, x, &mut r)? {
+        if let Some(report) = progress.check(operator, b, x, &mut r)? {
             return Ok(report);
         }
         v.copy_from_slice(&r);
@@ -57,7 +84,7 @@ pub fn minres(
         for vector in [&mut v_old, &mut w, &mut w_old] {
             vector.fill(0.0);
         }
-        // the last two Givens rotations (c, s) that make T triangular
+        // the last two Givens rotations (c, s), which make T triangular
         let (mut rotation, mut rotation_old) = ((1.0, 0.0), (1.0, 0.0));
         while progress.may_iterate() {
             operator.apply(&z, &mut q);
@@ -65,7 +92,7 @@ pub fn minres(
             axpy(-alpha, &v, &mut q);
             axpy(-beta, &v_old, &mut q);
 
-            // column of T: (beta, alpha, beta_next); both rotations, then a new one
+            // column of T: (beta, alpha, beta_next); the last two rotations, then a new one
             let above = rotation_old.1 * beta;
             let middle = rotation_old.0 * beta;
             let (c, s) = rotation;
@@ -89,7 +116,7 @@ pub fn minres(
             axpy(c * phi, &w, x);
             phi *= -s;
             (rotation_old, rotation) = (rotation, (c, s));
-            // an invariant subspace: it holds the solution
+            // an invariant subspace contains the solution
             if beta <= f64::EPSILON * pivot {
                 progress.step(0.0);
                 break;

@@ -1,10 +1,11 @@
-//! Krylov methods that stop on, and report, the true residual.
+//! Krylov methods that stop on the true residual and report it.
 
 mod basis;
 mod cg;
 mod fgmres;
 mod hessenberg;
 mod minres;
+mod null_vectors;
 mod progress;
 mod report;
 
@@ -13,4 +14,5 @@ pub(crate) use basis::visit_basis_kernels;
 pub use cg::cg;
 pub use fgmres::{fgmres, fgmres_columns};
 pub use minres::minres;
+pub use null_vectors::NullVectors;
 pub use report::{KrylovParams, SolveReport};

@@ -1,4 +1,4 @@
-//! The book-keeping of true residuals that all methods share.
+//! Convergence control on the true residual, shared by all methods.
 
 use super::report::{ERROR_OVER_RESIDUAL, KrylovParams, SolveReport};
 use crate::vector::{norm, subtract_from, weighted_norm};
@@ -7,24 +7,24 @@ use crate::{LinalgError, LinearOperator};
 /// A cycle that leaves more than this part of the true residual, in both norms, has stagnated.
 const STAGNATION: f64 = 0.99;
 
-/// The state of an iteration between its looks at the true residual.
+/// Convergence state between two evaluations of the true residual.
 pub(super) struct Progress<'a> {
     method: &'static str,
     params: &'a KrylovParams,
     b_norm: f64,
     weights: Option<&'a [f32]>,
-    /// Norm of `b` in which recurrences measure.
+    /// Norm of `b` in which the recurrence measures residuals.
     b_weighted: f64,
     pub iterations: usize,
     history: Vec<f64>,
-    /// At the last look, what was held against the tolerance and the part of it in the norm of the recurrence.
+    /// At the last evaluation: the larger of both residuals, and that in the recurrence's norm.
     previous: [f64; 2],
-    /// What a recurrence has to reach before the next look.
+    /// Residual that the recurrence must reach before the next evaluation.
     target: f64,
 }
 
 impl<'a> Progress<'a> {
-    /// For residuals in the operator's weights.
+    /// Measures residuals of the recurrence in the operator's weights.
     pub fn new(
         method: &'static str,
         operator: &'a dyn LinearOperator,
@@ -39,7 +39,7 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// For recurrences of the Euclidean norm.
+    /// Measures residuals of the recurrence in the Euclidean norm.
     pub fn unweighted(method: &'static str, params: &'a KrylovParams, b_norm: f64) -> Self {
         Progress {
             method,
@@ -54,8 +54,10 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Writes `b - A x` into `r`; `Ok(Some(report))` when its norm is small enough, an error when there is no point in going on.
-    pub fn look(
+    /// Writes `b - A x` into `r` and decides whether to stop.
+    ///
+    /// `Ok(Some(report))` if its norm is small enough, an error if further iterations are useless.
+    pub fn check(
         &mut self,
         operator: &dyn LinearOperator,
         b: &[f64],
@@ -63,11 +65,15 @@ impl<'a> Progress<'a> {
         r: &mut [f64],
     ) -> Result<Option<SolveReport>, LinalgError> {
         operator.apply(x, r);
-        self.judge(b, r)
+        self.check_product(b, r)
     }
 
-    /// As [`look`](Progress::look), with the product `A x` in `r`.
-    pub fn judge(&mut self, b: &[f64], r: &mut [f64]) -> Result<Option<SolveReport>, LinalgError> {
+    /// As [`check`](Progress::check), with the product `A x` in `r`.
+    pub fn check_product(
+        &mut self,
+        b: &[f64],
+        r: &mut [f64],
+    ) -> Result<Option<SolveReport>, LinalgError> {
         subtract_from(b, r);
         let true_rel_residual = norm(r) / self.b_norm;
         let weighted_rel_residual = self
@@ -88,6 +94,7 @@ impl<'a> Progress<'a> {
                 true_rel_residual,
                 weighted_rel_residual,
                 history: std::mem::take(&mut self.history),
+                rhs_removed: 0.0,
             }));
         }
         if !self.may_iterate() {
@@ -108,15 +115,17 @@ impl<'a> Progress<'a> {
             });
         }
         if self.previous[0].is_finite() {
-            // After a restart or a false convergence: leave room for the recurrence to differ from the truth. The recurrence falls in one norm;
-            // where the other is behind by some factor, it has to fall so much farther.
+            // After a restart or a false convergence the recurrence may differ from the true
+            // residual, hence the factor 0.5. The recurrence converges in one norm; if the residual
+            // in the other norm is larger by some factor, the recurrence has to converge further by
+            // this factor.
             self.target = 0.5 * target * estimate / larger;
         }
         self.previous = [larger, estimate];
         Ok(None)
     }
 
-    /// Counts an iteration with the residual norm its recurrence found; whether that is small enough.
+    /// Counts an iteration and returns whether the recurrence's residual norm is small enough.
     pub fn step(&mut self, residual_norm: f64) -> bool {
         self.iterations += 1;
         let residual = residual_norm / self.b_weighted;
@@ -124,7 +133,7 @@ impl<'a> Progress<'a> {
         self.error_estimate(residual) <= self.target
     }
 
-    /// What is held against the tolerance for a relative residual in the norm of the recurrence.
+    /// The number compared with the tolerance, from a relative residual in the recurrence's norm.
     fn error_estimate(&self, residual: f64) -> f64 {
         match self.weights {
             Some(_) => ERROR_OVER_RESIDUAL * residual,
@@ -132,10 +141,12 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Whether rounding a basis vector to f32 after a residual of `residual_norm` leaves the result alone.
+    /// Whether rounding a basis vector to f32 after a residual of `residual_norm` is harmless.
     ///
-    /// The vector's error, half of f32's epsilon, is multiplied with its coefficient, at most the residual over the smallest singular value of the
-    /// preconditioned operator (0.1 and above in the bordered Stokes systems measured); a tenth of the target is left for it.
+    /// The relative error of the vector, half of f32's epsilon, is multiplied by its coefficient.
+    /// The coefficient is at most the residual over the smallest singular value of the
+    /// preconditioned operator (0.1 and above in the bordered Stokes systems measured). A tenth of
+    /// the target is reserved for this error.
     pub fn single_is_enough(&self, residual_norm: f64) -> bool {
         let amplified = 10.0 * residual_norm / self.b_weighted;
         0.5 * f64::from(f32::EPSILON) * amplified <= 0.1 * self.target

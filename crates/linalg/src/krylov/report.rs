@@ -1,34 +1,52 @@
-//! What goes into a Krylov method and what comes out.
+//! Parameters and reports of the Krylov methods.
 
+use std::sync::Arc;
+
+use super::null_vectors::NullVectors;
 use crate::csr::check_finite;
 use crate::vector::norm;
 use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 
-/// When to stop.
+/// Parameters of the Krylov methods.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct KrylovParams {
-    /// Bound on `||b - A x|| / ||b||`, and on twice its value in the weights of an operator that has them. Always relative to `b`: a good initial guess then saves iterations.
+    /// Bound on the relative residual `||b - A x|| / ||b||`.
+    ///
+    /// If the operator has weights, also on [`SolveReport::error_estimate`]. Always relative to
+    /// `b`, so that a good initial guess saves iterations.
     pub rel_tol: f64,
-    /// Bound on iterations, each one product and one preconditioner.
+    /// Bound on iterations; each one takes one product and one preconditioner application.
     pub max_iterations: usize,
-    /// Basis vectors kept before a restart ([`fgmres`](crate::fgmres) only): 8 to 12 bytes an unknown each.
+    /// Basis vectors stored before a restart, 8 to 12 bytes per dof each.
+    ///
+    /// Used by [`fgmres`](crate::fgmres) only.
     pub restart: usize,
+    /// Null vectors of a singular operator; `None` for a regular one.
+    pub null_vectors: Option<Arc<NullVectors>>,
 }
 
 impl Default for KrylovParams {
     fn default() -> Self {
         KrylovParams {
-            // errors of 1e-8 in velocity stay below those of any affordable mesh
+            // an error of 1e-8 is below the discretisation error of any affordable mesh
             rel_tol: 1e-8,
-            // about ten times what the block preconditioner needs: more means that something is wrong
+            // about ten times the iterations with a block preconditioner: more means that something
+            // is wrong
             max_iterations: 300,
             restart: 60,
+            null_vectors: None,
         }
     }
 }
 
 impl KrylovParams {
+    /// The same parameters for a singular operator with these null vectors.
+    pub fn with_null_vectors(mut self, null_vectors: NullVectors) -> Self {
+        self.null_vectors = Some(Arc::new(null_vectors));
+        self
+    }
+
     /// The same parameters with another [`rel_tol`](KrylovParams::rel_tol).
     pub fn with_rel_tol(mut self, rel_tol: f64) -> Self {
         self.rel_tol = rel_tol;
@@ -48,34 +66,44 @@ impl KrylovParams {
     }
 }
 
-/// What the weighted residual is multiplied with to stand for the error of the border unknowns, both relative. Measured are 0.2 to 2.3 for the
-/// velocity of a swimmer at tolerances from 1e-5 to 1e-9 and less than 0.1 for spheres under forces, whose velocities are energies; with two, the error
-/// stayed below every one of those tolerances.
+/// Ratio of the estimated relative error of the border dofs to the weighted residual.
+///
+/// Measured ratios were 0.2 to 2.3 for the velocity of a swimmer at tolerances from 1e-5 to 1e-9,
+/// and less than 0.1 for spheres under forces, whose velocities are energies. With a factor of two
+/// the error was below each of these tolerances.
 pub(super) const ERROR_OVER_RESIDUAL: f64 = 2.0;
 
-/// How a solve went.
+/// Result of a solve.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SolveReport {
-    /// Products with the preconditioned operator.
+    /// Number of products with the preconditioned operator.
     pub iterations: usize,
     /// `||b - A x|| / ||b||`, recomputed from the returned `x`; zero for `b = 0`.
     pub true_rel_residual: f64,
-    /// The same in the norm of the operator's [weights](crate::LinearOperator::residual_weights); equal where it has none.
+    /// The same in the norm of the operator's [weights](crate::LinearOperator::residual_weights).
+    ///
+    /// Equal to `true_rel_residual` if the operator has none.
     pub weighted_rel_residual: f64,
-    /// Relative residual before the first and after each iteration, as the recurrence sees it.
+    /// Relative residual of the recurrence before the first and after each iteration.
     pub history: Vec<f64>,
+    /// Part of `b` outside the range of a singular operator, `||b - P b|| / ||b||`.
+    ///
+    /// Zero unless [`KrylovParams::null_vectors`] is given. The residuals are then those of the
+    /// projected right-hand side, relative to `||P b||`.
+    pub rhs_removed: f64,
 }
 
 impl SolveReport {
-    /// Estimated relative error of the border unknowns, the bodies' velocities: twice the weighted residual.
+    /// Estimated relative error of the border dofs: twice the weighted residual.
     ///
-    /// Measured: the error is 0.2 to 2.3 weighted residuals for swimmers, less than 0.1 for spheres under forces.
+    /// In Stokes flow, where the border contains the velocities of rigid bodies, the error was 0.2
+    /// to 2.3 weighted residuals for swimmers and less than 0.1 for spheres under forces.
     pub fn error_estimate(&self) -> f64 {
         ERROR_OVER_RESIDUAL * self.weighted_rel_residual
     }
 
-    /// `b = 0`: overwrites `x` with the solution.
+    /// The report for `b = 0`; overwrites `x` with the zero solution.
     pub(super) fn zero(x: &mut [f64]) -> Self {
         x.fill(0.0);
         SolveReport {
@@ -84,18 +112,21 @@ impl SolveReport {
         }
     }
 
-    /// Of a solve that has not begun.
+    /// The report of a solve that has not begun.
     pub(super) fn none() -> Self {
         SolveReport {
             iterations: 0,
             true_rel_residual: 0.0,
             weighted_rel_residual: 0.0,
             history: Vec::new(),
+            rhs_removed: 0.0,
         }
     }
 }
 
-/// Refuses an operator that is not symmetric, or a preconditioner that is not symmetric positive definite.
+/// Refuses an operator or a preconditioner that a symmetric method cannot use.
+///
+/// The operator must be symmetric, the preconditioner symmetric positive definite.
 pub(super) fn check_symmetric(
     method: &'static str,
     operator: &dyn LinearOperator,
@@ -115,7 +146,7 @@ pub(super) fn check_symmetric(
     Ok(())
 }
 
-/// Refuses what no method can start from; `Some(||b||)` unless `b` is zero.
+/// Checks sizes, finiteness and parameters; returns `Some(||b||)` unless `b` is zero.
 pub(super) fn check_start(
     operator: &dyn LinearOperator,
     preconditioner: &dyn Preconditioner,
@@ -149,7 +180,7 @@ pub(super) fn check_start(
     if b.iter().all(|v| *v == 0.0) {
         return Ok(None);
     }
-    // squares of the entries overflow or underflow
+    // squares of the entries overflowed or underflowed
     if !(b_norm.is_finite() && b_norm > 0.0) {
         return Err(LinalgError::Parameter {
             name: "norm of the right-hand side",

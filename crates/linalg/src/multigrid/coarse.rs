@@ -1,27 +1,38 @@
 //! The exact solver on the coarsest level.
 
+use std::borrow::Cow;
+use std::iter;
+
 use nalgebra::DVector;
 
-use super::{BorderInverse, vectors::Vectors};
+use super::coarse_factor::CoarseFactor;
+use super::{BorderInverse, MultigridParams, vectors::Vectors};
 use crate::csr::Rows;
-use crate::direct::{Definiteness, Graph, Precision, SchurFactor, SparseFactor};
 use crate::node_kernel::long_row;
+use crate::schur::SchurFactor;
 use crate::{Bordered, Csr, LinalgError, LinearOperator};
 
-/// `[K (x) I3, C; C_l^T, M]` solved by one factor of `K` and a dense, pivoted Schur complement of the border.
+/// Solves with `[K (x) I3, C; C_l^T, M]`: factors of `K`, and a Schur complement of the border.
 ///
-/// Where components are held each has a factor of its own, of `K` with what is held left out.
+/// The Schur complement is dense and factorised with pivoting.
 ///
-/// `S = M - C_l^T W`, `W = (K (x) I3)^-1 C`; `v = S^-1 (b_v - C_l^T t)`, `u = t - W v`, `t = (K (x) I3)^-1 b_u`. Only `K` need be
-/// definite: pivoting admits borders with constraints and nonsymmetric ones.
+/// If components are constrained, each component has its own factor of `K`, without its constrained
+/// dofs.
+///
+/// ```text
+/// W = (K (x) I3)^-1 C       S = M - C_l^T W
+/// t = (K (x) I3)^-1 b_u     v = S^-1 (b_v - C_l^T t)     u = t - W v
+/// ```
+///
+/// Only `K` must be definite: pivoting admits borders with constraints and nonsymmetric ones.
 pub(super) struct CoarseSolver {
-    /// One for all components, or one for each.
-    factors: Vec<SparseFactor>,
+    /// One factor for all components, or one for each.
+    factors: Vec<CoarseFactor>,
     border_rows: Csr,
     /// `W`, column by column, each interleaved by node.
     lifted: Vec<f64>,
     schur: SchurFactor,
-    /// Whether what `solve` applies is symmetric positive definite.
+    /// Whether the map computed by `solve` is symmetric positive definite.
     pub definite: bool,
     pub vectors: Vectors,
     components: Vec<f64>,
@@ -30,32 +41,21 @@ pub(super) struct CoarseSolver {
 }
 
 impl CoarseSolver {
-    /// Factorises `operator` times `unit`.
+    /// Factorises `unit` times `operator`.
     pub fn new(
         operator: &Bordered,
         unit: f64,
-        inverse: BorderInverse,
+        params: &MultigridParams,
     ) -> Result<Self, LinalgError> {
         let (n, m) = (operator.nodes(), operator.border_len());
         let k = operator.stiffness().map(|v| v * unit);
-        let order = Graph::new(&adjacency(&k), &vec![1; n])?.nested_dissection()?;
-        let factorise = |k: &Csr, columns| {
-            let (definite, double) = (Definiteness::Positive, Precision::Double);
-            SparseFactor::new(
-                "coarsest stiffness matrix",
-                k,
-                &order,
-                definite,
-                double,
-                columns,
-            )
-        };
+        let k = shift_diagonal(k, params.coarsest_shift);
         let constrained = operator.constrained_dofs();
         let mut factors = if constrained.is_empty() {
-            vec![factorise(&k, 3)?]
+            CoarseFactor::all(&k, iter::once(Cow::Borrowed(&k)), 3)?
         } else {
-            let factors = (0..3).map(|d| factorise(&constrained.pinned(&k, d), 1));
-            factors.collect::<Result<_, _>>()?
+            let pinned = (0..3).map(|d| Cow::Owned(constrained.pinned(&k, d)));
+            CoarseFactor::all(&k, pinned, 1)?
         };
         let border_rows = operator.border_rows().map(|v| v * unit);
         let mut lifted = vec![0.0; 3 * n * m];
@@ -80,7 +80,7 @@ impl CoarseSolver {
             }
         }
         let symmetric = operator.is_symmetric();
-        let absolute = symmetric && inverse == BorderInverse::Absolute;
+        let absolute = symmetric && params.border == BorderInverse::Absolute;
         let definite = absolute || symmetric && schur.clone().cholesky().is_some();
         let schur = if absolute {
             SchurFactor::absolute(schur)?
@@ -100,7 +100,9 @@ impl CoarseSolver {
         })
     }
 
-    /// Solves for the right-hand sides in `vectors`, one by one: the factor is small, and kept near.
+    /// Solves for the right-hand sides in `vectors`.
+    ///
+    /// One by one: the factor is small and stays in the cache.
     pub fn solve<const S: usize>(&mut self) {
         for s in 0..S {
             self.solve_column::<S>(s);
@@ -141,7 +143,7 @@ impl CoarseSolver {
 }
 
 /// `(K (x) I3)^-1` of three columns, one after the other.
-fn solve_components(factors: &mut [SparseFactor], columns: &mut [f64]) {
+fn solve_components(factors: &mut [CoarseFactor], columns: &mut [f64]) {
     let each = columns.len() / factors.len();
     for (factor, part) in factors
         .iter_mut()
@@ -151,20 +153,21 @@ fn solve_components(factors: &mut [SparseFactor], columns: &mut [f64]) {
     }
 }
 
-/// Neighbours of each row, without the diagonal.
-fn adjacency(k: &Csr) -> Vec<Vec<u32>> {
-    let rows = Rows::of(k);
-    (0..k.rows())
-        .map(|i| {
-            rows.row(i)
-                .map(|(j, _)| j as u32)
-                .filter(|&j| j as usize != i)
-                .collect()
-        })
-        .collect()
+/// `K + shift diag(K)`.
+fn shift_diagonal(mut k: Csr, shift: f64) -> Csr {
+    if shift > 0.0 {
+        for (i, mut row) in k.outer_iterator_mut().enumerate() {
+            for (j, value) in row.iter_mut() {
+                if i == j {
+                    *value += shift * *value;
+                }
+            }
+        }
+    }
+    k
 }
 
-/// From one triple a node to three columns.
+/// Converts one triple per node to three columns.
 fn separate(interleaved: &[f64], components: &mut [f64]) {
     let n = components.len() / 3;
     for (i, triple) in interleaved.as_chunks::<3>().0.iter().enumerate() {
@@ -174,7 +177,7 @@ fn separate(interleaved: &[f64], components: &mut [f64]) {
     }
 }
 
-/// From three columns to one triple a node.
+/// Converts three columns to one triple per node.
 fn interleave(components: &[f64], interleaved: &mut [f64]) {
     let n = components.len() / 3;
     for (i, triple) in interleaved.as_chunks_mut::<3>().0.iter_mut().enumerate() {

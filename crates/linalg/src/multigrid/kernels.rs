@@ -1,10 +1,10 @@
-//! The cycle's kernels, to be measured against the bandwidth of memory.
+//! The kernels of the cycle, for comparison with the memory bandwidth.
 
 use super::{Multigrid, cycle, top};
 use crate::roofline::{Kernel, Measure};
 
 impl Multigrid {
-    /// Bytes that a cycle moves at least, in and out included.
+    /// Lower bound on the bytes moved by a cycle, input and output included.
     pub(crate) fn bytes(&self) -> usize {
         let levels = self.levels.iter();
         let inside: usize = levels
@@ -17,7 +17,7 @@ impl Multigrid {
         inside + 2 * 40 * self.sizes[0].nodes
     }
 
-    /// Hands the kernels of a cycle to `measure`.
+    /// Passes the kernels of a cycle to `measure`.
     pub(crate) fn visit_kernels(&mut self, measure: &mut Measure) {
         let whole = self.bytes();
         let Some((fine, rest)) = self.levels.split_first_mut() else {

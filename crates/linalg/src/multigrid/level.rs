@@ -1,4 +1,4 @@
-//! One level of the cycle: its smoother and its prolongation, in single precision.
+//! One level of the cycle in single precision: smoother and prolongation.
 
 use std::array::from_fn;
 
@@ -9,19 +9,21 @@ use crate::row_blocks::RowBlocks;
 use crate::transpose::transpose;
 use crate::{Bordered, Prolongation};
 
-/// A level above the coarsest. The smoother moves nodes only; border unknowns are the coarsest level's business.
+/// A level above the coarsest.
+///
+/// The smoother changes nodes only; the coarsest level solves for border dofs.
 pub(super) struct Level {
     k: Rounded,
     c: SparseNodes<f32>,
-    /// `C_l^T`, columns counted in padded nodes.
+    /// `C_l^T`, with columns numbered in padded nodes.
     border_rows: Csr32,
     inverse_diagonal: Vec<f32>,
-    /// Relaxation factors of the sweeps, the same before and after the coarse correction.
+    /// Relaxation factors of the smoothing steps, the same before and after the coarse correction.
     factors: Vec<f32>,
     p: Csr32,
     p_transposed: Csr32,
     q: SparseNodes<f32>,
-    /// `Q_l^T`, columns counted in padded nodes.
+    /// `Q_l^T`, with columns numbered in padded nodes.
     q_transposed: Csr32,
     blocks: RowBlocks,
     coarse_blocks: RowBlocks,
@@ -30,7 +32,7 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// Rounds `operator` times `unit` and `prolongation`.
+    /// Rounds `unit` times `operator`, and `prolongation`, to f32.
     pub fn new(
         operator: &Bordered,
         prolongation: &Prolongation,
@@ -57,7 +59,7 @@ impl Level {
         }
     }
 
-    /// `x' = x + w D^-1 (b - K x)`: one pass.
+    /// One smoothing step, `x' = x + w D^-1 (b - K x)`: one pass.
     fn sweep<const S: usize>(&mut self, factor: f32) {
         let (k, inverse_diagonal) = (self.k.rows(), &self.inverse_diagonal);
         let Columns {
@@ -80,7 +82,9 @@ impl Level {
         self.vectors.advance();
     }
 
-    /// The sweeps before the coarse correction, from a zero guess: the first needs no pass over the matrix.
+    /// Smoothing before the coarse correction, from a zero guess.
+    ///
+    /// The first step needs no pass over the matrix.
     pub fn smooth_from_zero<const S: usize>(&mut self) {
         let (first, inverse_diagonal) = (self.factors[0], &self.inverse_diagonal);
         let Columns { b, x, .. } = self.vectors.columns::<S>();
@@ -92,10 +96,10 @@ impl Level {
         }
     }
 
-    /// The sweeps after the coarse correction.
+    /// Smoothing after the coarse correction.
     pub fn smooth<const S: usize>(&mut self) {
         let Columns { b, border_x, .. } = self.vectors.columns::<S>();
-        // border unknowns do not change in the sweeps
+        // border dofs do not change in the smoothing steps
         self.c.for_each(0..b.len(), |i, d, c, value| {
             for s in 0..S {
                 b[i][s][d] -= value * border_x[c][s];
@@ -106,7 +110,9 @@ impl Level {
         }
     }
 
-    /// The residual of `x` with zero border, restricted: `b_c = P^T r`, `border b_c = r_v + Q_l^T r`. One pass.
+    /// Restricts the residual of `x` with zero border, in one pass.
+    ///
+    /// `b_c = P^T r`, and for the border `b_c = r_v + Q_l^T r`.
     pub fn restrict<const S: usize>(&mut self, coarse: &mut Vectors) {
         let Columns {
             b,
@@ -160,7 +166,7 @@ impl Level {
 
 #[cfg(feature = "roofline")]
 impl Level {
-    /// Smoothing steps on each side of the coarse correction.
+    /// Number of smoothing steps before and after the coarse correction.
     pub fn steps(&self) -> usize {
         self.factors.len()
     }
@@ -184,13 +190,13 @@ impl Level {
         8 * self.p.nnz() + n * (8 + 32) + 16 * nc
     }
 
-    /// One smoothing step on whatever the vectors hold.
+    /// One smoothing step on the present contents of the vectors.
     pub fn sweep_once(&mut self) {
         self.sweep::<1>(self.factors[0]);
     }
 }
 
-/// Columns `3 node + d` become `4 node + d`.
+/// Renumbers columns `3 node + d` as `4 node + d`.
 fn padded_columns(rows: &Csr32) -> Csr32 {
     let columns = rows.indices().iter().map(|&c| c / 3 * 4 + c % 3).collect();
     Csr32::new(

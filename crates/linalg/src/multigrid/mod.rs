@@ -1,10 +1,18 @@
-//! V-cycle for a bordered operator: P2 -> P1 -> smoothed aggregation, border unknowns kept on every level.
+//! V-cycle for a bordered operator: given levels, then smoothed aggregation.
+//!
+//! Border dofs are kept on every level.
 
 mod coarse;
+mod coarse_factor;
 #[cfg(feature = "roofline")]
 mod kernels;
 mod level;
+mod params;
+mod scalar;
 mod vectors;
+
+pub use params::{BorderInverse, MultigridParams};
+pub use scalar::ScalarMultigrid;
 
 use std::array::from_fn;
 use std::borrow::Cow;
@@ -24,163 +32,53 @@ use crate::{
     csr,
 };
 
-/// Choices of the hierarchy.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct MultigridParams {
-    /// Smoothing steps before and after the coarse correction on the finest level: as many passes over its matrix each.
-    pub sweeps: usize,
-    /// The same on coarser levels, whose passes cost next to nothing.
-    pub coarse_sweeps: usize,
-    /// The smoother works on eigenvalues of `D^-1 K` from `upper / smoothing_range` to `upper`.
-    pub smoothing_range: f64,
-    /// Neighbours with `a_ij^2 > strength^2 a_ii a_jj` may be aggregated.
-    pub strength: f64,
-    /// A level with at most so many nodes is solved exactly.
-    pub coarsest_nodes: usize,
-    /// What the coarsest level does with an indefinite border, as multipliers make it.
-    pub border: BorderInverse,
-}
-
-/// How the coarsest level inverts the Schur complement `S = Q diag(s) Q^T` of the border.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BorderInverse {
-    /// `S^-1`: the best preconditioner, indefinite where `S` is.
-    Exact,
-    /// `|S|^-1 = Q diag(1 / |s|) Q^T` for a symmetric `S`: the cycle is then positive definite, as [`minres`](crate::minres) needs, and
-    /// preconditioned eigenvalues lie near 1 and -1 (Vecharynski, Knyazev, SIAM J. Sci. Comput. 35, 2013). The same as `Exact` for
-    /// a definite `S`.
-    Absolute,
-}
-
-impl Default for MultigridParams {
-    fn default() -> Self {
-        MultigridParams {
-            // three spheres, 243 000 unknowns, FGMRES iterations with 1, 2, 3, 4 steps: 22, 21, 21, 20; a pass is a tenth of an iteration
-            sweeps: 1,
-            // 26 iterations instead of 22 with one step, 22 with three
-            coarse_sweeps: 2,
-            // iterations for 3, 4, 5, 7, 10: 23, 22, 22, 22, 22
-            smoothing_range: 7.0,
-            // structured meshes have couplings that cancel to rounding: with zero they count, and cost four to six iterations
-            strength: 0.02,
-            // a factor of such a matrix costs less than a sweep over the finest
-            coarsest_nodes: 500,
-            border: BorderInverse::Exact,
-        }
-    }
-}
-
-impl MultigridParams {
-    /// One level, solved exactly: a factor of the scalar `K`, which serves three components and so has a ninth of the entries and a
-    /// twenty-seventh of the operations of the factors of `K (x) I3`. The "cycle" is then the inverse to f32 precision.
-    pub fn direct() -> Self {
-        MultigridParams {
-            coarsest_nodes: usize::MAX,
-            ..MultigridParams::default()
-        }
-    }
-
-    fn check(&self) -> Result<(), LinalgError> {
-        let parameter = |name, value, range| Err(LinalgError::Parameter { name, value, range });
-        if !(self.smoothing_range > 1.0 && self.smoothing_range.is_finite()) {
-            return parameter(
-                "smoothing_range",
-                self.smoothing_range,
-                "above 1 and finite",
-            );
-        }
-        if self.sweeps == 0 || self.coarse_sweeps == 0 {
-            return parameter("sweeps", 0.0, "at least 1");
-        }
-        if !(0.0..1.0).contains(&self.strength) {
-            return parameter("strength", self.strength, "in [0, 1)");
-        }
-        Ok(())
-    }
-}
-
-impl MultigridParams {
-    /// The same parameters with another [`sweeps`](MultigridParams::sweeps).
-    pub fn with_sweeps(mut self, sweeps: usize) -> Self {
-        self.sweeps = sweeps;
-        self
-    }
-
-    /// The same parameters with another [`coarse_sweeps`](MultigridParams::coarse_sweeps).
-    pub fn with_coarse_sweeps(mut self, coarse_sweeps: usize) -> Self {
-        self.coarse_sweeps = coarse_sweeps;
-        self
-    }
-
-    /// The same parameters with another [`smoothing_range`](MultigridParams::smoothing_range).
-    pub fn with_smoothing_range(mut self, smoothing_range: f64) -> Self {
-        self.smoothing_range = smoothing_range;
-        self
-    }
-
-    /// The same parameters with another [`strength`](MultigridParams::strength).
-    pub fn with_strength(mut self, strength: f64) -> Self {
-        self.strength = strength;
-        self
-    }
-
-    /// The same parameters with another [`coarsest_nodes`](MultigridParams::coarsest_nodes).
-    pub fn with_coarsest_nodes(mut self, coarsest_nodes: usize) -> Self {
-        self.coarsest_nodes = coarsest_nodes;
-        self
-    }
-
-    /// The same parameters with another [`border`](MultigridParams::border).
-    pub fn with_border(mut self, border: BorderInverse) -> Self {
-        self.border = border;
-        self
-    }
-}
-
 /// Size of one level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct LevelSize {
-    /// Nodes n.
+    /// Number of nodes n.
     pub nodes: usize,
-    /// Entries of the scalar matrix K.
+    /// Number of nonzeros of the scalar matrix K.
     pub nnz: usize,
-    /// Entries of the border C.
+    /// Number of nonzeros of the border C.
     pub border_nnz: usize,
 }
 
 /// One V-cycle as an approximate inverse of a [`Bordered`] operator.
 ///
-/// Jacobi-Chebyshev steps before and after each coarse correction act on the nodes, one on the finest level, where passes cost, two below; the border unknowns are carried
-/// un-aggregated through all levels and solved exactly, with the coarsest nodes, at the bottom. The cycle runs
-/// in f32 on values scaled by powers of two; right-hand sides may have any size. It is symmetric (to f32
-/// precision) and positive definite where the operator is.
+/// Chebyshev-Jacobi steps before and after each coarse correction smooth the nodes: one on the
+/// finest level, where passes are expensive, two on coarser ones. Border dofs are kept on all
+/// levels and solved for exactly on the coarsest one. The cycle runs in f32 on values scaled by
+/// powers of two, so right-hand sides may have any size. It is symmetric (to f32 precision) and
+/// positive definite if the operator is.
 ///
-/// Cost of `apply`: two passes over the finest K, four over the others'. `{}` prints the table of levels.
+/// Cost of `apply`: two passes over the finest K, four over the others. `{}` prints the table of
+/// levels.
 pub struct Multigrid {
     levels: Vec<Level>,
     coarse: CoarseSolver,
     sizes: Vec<LevelSize>,
-    /// Power of two by which the operator was divided.
+    /// Power of two by which the operator is divided.
     unit: f64,
 }
 
 impl Multigrid {
-    /// Smoothed aggregation from the given operator on.
+    /// Builds all coarse levels by smoothed aggregation.
     ///
     /// # Errors
-    /// [`LinalgError::NotPositive`], [`LinalgError::Parameter`], [`LinalgError::Factorisation`] for a singular matrix or border.
+    /// [`LinalgError::NotPositive`], [`LinalgError::Parameter`], [`LinalgError::Factorisation`] for
+    /// a singular matrix or border.
     pub fn new(operator: &Bordered, params: &MultigridParams) -> Result<Self, LinalgError> {
         params.check()?;
         let diagonal = positive_diagonal("stiffness matrix", operator.stiffness())?;
         Builder::new(&diagonal, params).aggregate(Cow::Borrowed(operator))
     }
 
-    /// A given prolongation first (P2 -> P1), then smoothed aggregation.
+    /// Builds the first coarse level by a given prolongation, the others by smoothed aggregation.
     ///
-    /// `coarse_stiffness` is the scalar matrix of the coarse space where it is known (on straight-sided meshes the
-    /// P1 stiffness matrix is the Galerkin product); without it the product is formed.
+    /// The prolongation is usually that from P1 to P2 elements. `coarse_stiffness` is the scalar
+    /// matrix of the coarse space if it is known (on straight-sided meshes the P1 stiffness matrix
+    /// is the Galerkin product); otherwise the product is computed.
     ///
     /// # Errors
     /// Those of [`Multigrid::new`], and [`LinalgError::Shape`].
@@ -217,14 +115,14 @@ impl Multigrid {
         &self.sizes
     }
 
-    /// Entries of all levels' K over those of the finest.
+    /// Operator complexity: nonzeros of K on all levels over those on the finest.
     pub fn operator_complexity(&self) -> f64 {
         let all: usize = self.sizes.iter().map(|s| s.nnz).sum();
         all as f64 / self.sizes[0].nnz.max(1) as f64
     }
 }
 
-/// Levels made so far.
+/// The levels built so far.
 struct Builder<'a> {
     params: &'a MultigridParams,
     unit: f64,
@@ -271,7 +169,7 @@ impl<'a> Builder<'a> {
         ));
     }
 
-    /// Aggregates down to the coarsest level.
+    /// Aggregates until the coarsest level is reached.
     fn aggregate(mut self, mut operator: Cow<Bordered>) -> Result<Multigrid, LinalgError> {
         while operator.nodes() > self.params.coarsest_nodes {
             let diagonal = positive_diagonal("coarse stiffness matrix", operator.stiffness())?;
@@ -290,7 +188,7 @@ impl<'a> Builder<'a> {
         }
         self.record(&operator);
         Ok(Multigrid {
-            coarse: CoarseSolver::new(&operator, self.unit.recip(), self.params.border)?,
+            coarse: CoarseSolver::new(&operator, self.unit.recip(), self.params)?,
             levels: self.levels,
             sizes: self.sizes,
             unit: self.unit,
@@ -298,7 +196,9 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// One V-cycle from zero on the first of `levels` for `S` columns; each level's solution is left in its vectors.
+/// One V-cycle from zero on the first of `levels`, for `S` columns.
+///
+/// Leaves each level's solution in its vectors.
 fn cycle<const S: usize>(levels: &mut [Level], coarse: &mut CoarseSolver) {
     let Some((fine, rest)) = levels.split_first_mut() else {
         return coarse.solve::<S>();
@@ -318,7 +218,9 @@ fn top<'a>(levels: &'a mut [Level], coarse: &'a mut CoarseSolver) -> &'a mut Vec
 }
 
 impl Multigrid {
-    /// One cycle for each of the right-hand sides `(nodes(i), border)`, whose sizes are about `size`.
+    /// One cycle for each right-hand side `(nodes(i), border)`.
+    ///
+    /// `size` is about the size of their entries.
     pub(crate) fn apply_to<const S: usize>(
         &mut self,
         size: [f64; S],

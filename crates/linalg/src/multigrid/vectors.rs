@@ -3,7 +3,9 @@
 use crate::constrained_dofs::ConstrainedDofs;
 use crate::node_kernel::Padded;
 
-/// `b` and `x` of one level, nodes and border, in the precision of the cycle; `S` columns of a node or border unknown lie side by side.
+/// The vectors `b` and `x` of one level, nodes and border, in the precision of the cycle.
+///
+/// The `S` columns of a node or border dof are adjacent in memory.
 pub(super) struct Vectors {
     nodes: usize,
     border: usize,
@@ -13,7 +15,7 @@ pub(super) struct Vectors {
     next: Vec<Padded>,
     border_b: Vec<f32>,
     border_x: Vec<f32>,
-    /// Zero in `b` and in `x`.
+    /// Components that are zero in `b` and in `x`.
     constrained: ConstrainedDofs,
 }
 
@@ -43,7 +45,7 @@ impl Vectors {
         vectors
     }
 
-    /// Makes room for so many columns; buffers never shrink.
+    /// Enlarges the buffers for `columns` columns; they never shrink.
     pub fn widen(&mut self, columns: usize) {
         let (nodes, border) = (self.nodes * columns, self.border * columns);
         for nodal in [&mut self.b, &mut self.x, &mut self.next] {
@@ -54,17 +56,18 @@ impl Vectors {
         }
     }
 
-    /// Nodes of the level.
+    /// Number of nodes of the level.
+    #[cfg(feature = "roofline")]
     pub fn nodes(&self) -> usize {
         self.nodes
     }
 
-    /// Border unknowns of the level.
+    /// Number of border dofs of the level.
     pub fn border(&self) -> usize {
         self.border
     }
 
-    /// The first `S` columns; [`widen`](Vectors::widen) made room for them.
+    /// The first `S` columns, for which [`widen`](Vectors::widen) was called.
     pub fn columns<const S: usize>(&mut self) -> Columns<'_, S> {
         let (n, m) = (self.nodes, self.border);
         Columns {
@@ -77,7 +80,7 @@ impl Vectors {
         }
     }
 
-    /// The smoothing step becomes `x`.
+    /// Makes the result of a smoothing step the new `x`.
     pub fn advance(&mut self) {
         std::mem::swap(&mut self.x, &mut self.next);
     }

@@ -7,32 +7,37 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::csr::Rows;
-use crate::direct::SchurFactor;
 use crate::node_kernel::long_row;
+use crate::schur::SchurFactor;
 use crate::vector::axpy;
 use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind, SaddleSystem};
 use subdomain::Subdomain;
 
-/// How the domain is cut and what becomes of the border.
+/// Parameters of the decomposition into subdomains.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SchwarzParams {
     /// Number of subdomains.
     pub subdomains: usize,
-    /// Layers of neighbours in the graph of nodes and pressures by which subdomains are extended; the velocities of all their pressures
-    /// come on top.
+    /// Layers of neighbours by which subdomains are extended, in the graph of nodes and pressures.
+    ///
+    /// The velocities of all pressures in a subdomain are added as well.
     pub overlap: usize,
-    /// Where border unknowns are solved for.
+    /// Treatment of the border dofs.
     pub border: BorderPlacement,
 }
 
-/// Where the border unknowns, bodies' velocities and multipliers, are solved for.
+/// Treatment of the border dofs, such as velocities of bodies and Lagrange multipliers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BorderPlacement {
-    /// Eliminated from the subdomains together, by the Schur complement `M - C_l^T N C` of the preconditioner `N`: they act as a coarse space.
+    /// All are eliminated, so that they act as a coarse space.
+    ///
+    /// The Schur complement is `M - C_l^T N C` with the preconditioner `N`.
     Eliminated,
-    /// Each in the subdomain given, as a matrix partitioned without knowledge of bodies has it. A multiplier
-    /// apart from its bodies makes its subdomain singular, which is an error.
+    /// Each belongs to the given subdomain, as in a partition by matrix rows.
+    ///
+    /// A multiplier without the border dofs that it couples makes its subdomain singular, which is
+    /// an error.
     Assigned(Vec<usize>),
 }
 
@@ -40,7 +45,8 @@ impl Default for SchwarzParams {
     fn default() -> Self {
         SchwarzParams {
             subdomains: 8,
-            // iterations to 1e-6 and bytes of factors on 283 000 unknowns for 0, 1, 2: 32, 20, 16 and 1.3, 2.1, 3.3 GB
+            // overlap 0, 1, 2 with 283 000 dofs: 32, 20, 16 iterations to 1e-6, and 1.3, 2.1, 3.3
+            // GB of factors
             overlap: 1,
             border: BorderPlacement::Eliminated,
         }
@@ -67,26 +73,30 @@ impl SchwarzParams {
     }
 }
 
-/// `sum_i R_i0^T A_i^-1 R_i`: the system is solved on overlapping subdomains, each keeps the unknowns it owns.
+/// Additive Schwarz preconditioner `sum_i R_i0^T A_i^-1 R_i` on overlapping subdomains.
 ///
-/// `R_i` restricts to subdomain i with its overlap, `R_i0` to what METIS gave it: *restricted* additive Schwarz (Cai, Sarkis, SIAM J.
-/// Sci. Comput. 21, 1999), which is PETSc's default too. `A_i` are factorised by `L D L^T` in f32 on the quasi-definite shifted system. Linear,
-/// not symmetric: use [`fgmres`](crate::fgmres).
+/// `R_i` restricts to subdomain i with its overlap, `R_i0` to its part of the METIS partition:
+/// *restricted* additive Schwarz (Cai, Sarkis, SIAM J. Sci. Comput. 21, 1999), which is also
+/// PETSc's default. The shifted, quasi-definite `A_i` are factorised as `L D L^T` in f32. Linear,
+/// but not symmetric: use [`fgmres`](crate::fgmres).
 ///
-/// Iterations grow with the number of subdomains: there to be compared with [`BlockTriangular`](crate::BlockTriangular), and for
-/// systems without a mesh hierarchy.
+/// The number of iterations grows with that of subdomains. Meant for systems without a mesh
+/// hierarchy, and for comparison with [`BlockTriangular`](crate::BlockTriangular). It shares the
+/// matrices of its system.
 pub struct Schwarz {
     system: SaddleSystem,
     subdomains: Vec<Subdomain>,
-    /// Present where the border is eliminated.
+    /// Present if the border is eliminated.
     border: Option<EliminatedBorder>,
 }
 
 impl Schwarz {
-    /// Cuts, restricts and factorises, subdomains in parallel.
+    /// Partitions the system and factorises its subdomains in parallel.
     ///
     /// # Errors
-    /// [`LinalgError::Subdomain`] naming the one that is singular, [`LinalgError::Parameter`], [`LinalgError::Shape`], [`LinalgError::Factorisation`] of the border.
+    /// [`LinalgError::Subdomain`] for a singular one, [`LinalgError::Parameter`],
+    /// [`LinalgError::Shape`], [`LinalgError::ConstrainedDofs`], [`LinalgError::Factorisation`] of
+    /// the border.
     pub fn new(system: &SaddleSystem, params: &SchwarzParams) -> Result<Self, LinalgError> {
         system
             .velocity_block()
@@ -117,9 +127,9 @@ impl Schwarz {
         })
     }
 
-    /// Unknowns of each subdomain, the overlap included.
+    /// Number of dofs of each subdomain, the overlap included.
     pub fn subdomain_sizes(&self) -> Vec<usize> {
-        self.subdomains.iter().map(Subdomain::unknowns).collect()
+        self.subdomains.iter().map(Subdomain::dofs).collect()
     }
 
     /// Bytes of all factors.
@@ -140,21 +150,21 @@ impl Preconditioner for Schwarz {
         }
     }
 
-    /// Linear but for rounding, which the shifted pressure block amplifies: in f32 to a part in a thousand.
+    /// Linear up to rounding errors, which the shifted pressure block amplifies to 1e-3 in f32.
     fn kind(&self) -> PreconditionerKind {
         PreconditionerKind::Variable
     }
 }
 
-/// `z <- sum_i R_i0^T A_i^-1 R_i r`; unknowns in no subdomain are left alone.
+/// `z <- sum_i R_i0^T A_i^-1 R_i r`; dofs in no subdomain are not changed.
 fn solve_all(subdomains: &mut [Subdomain], r: &[f64], z: &mut [f64]) {
     subdomains.par_iter_mut().for_each(|s| s.solve(r));
     subdomains.iter().for_each(|s| s.write_owned(z));
 }
 
-/// The Schur complement of the border in the preconditioner of the rest.
+/// The Schur complement of the border in the preconditioner of all other dofs.
 struct EliminatedBorder {
-    /// `N [C; E]`, one after another, zero in the border.
+    /// The columns `N [C; E]`, one after another, zero in the border.
     lifted: Vec<f64>,
     schur: SchurFactor,
     values: DVector<f64>,
@@ -172,7 +182,7 @@ impl EliminatedBorder {
             system.apply(&unit, &mut column);
             unit[border.start + d] = 0.0;
             column[border.clone()].fill(0.0);
-            // multipliers touch the border only
+            // multipliers couple border dofs only
             if column.iter().any(|v| *v != 0.0) {
                 solve_all(subdomains, &column, z);
             }
@@ -187,7 +197,7 @@ impl EliminatedBorder {
         })
     }
 
-    /// From `z = N r` without border to the solution with it.
+    /// Corrects `z = N r`, computed without the border, to the solution with it.
     fn correct(&mut self, system: &SaddleSystem, r: &[f64], z: &mut [f64]) {
         let border = system.border_range();
         for (c, v) in self.values.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! Overlapping subdomains of the graph of velocity nodes and pressures.
+//! Overlapping subdomains in the graph of velocity nodes and pressures.
 
 use super::subdomain::Members;
 use super::{BorderPlacement, SchwarzParams};
@@ -6,13 +6,15 @@ use crate::csr::check_shape;
 use crate::direct::{Graph, adjacency, weights};
 use crate::{LinalgError, SaddleSystem};
 
-/// Parts of about equal size by METIS, each extended by layers of neighbours.
+/// Partitions by METIS into parts of about equal size and extends each by layers of neighbours.
 ///
-/// A subdomain then takes in all velocities of its pressures: their rows of the divergence are complete, so that local problems
-/// are Stokes problems with velocities held at the rim, never with more pressures than velocities can satisfy.
+/// A subdomain then includes all velocities of its pressures. Their rows of the divergence are
+/// complete, so that local problems are saddle-point problems with zero velocity at the rim, and
+/// never have more pressures than velocities can satisfy.
 ///
 /// # Errors
-/// [`LinalgError::Parameter`] for no subdomains, or a border assigned to one that does not exist; [`LinalgError::Shape`]; those of METIS.
+/// [`LinalgError::Parameter`] for zero subdomains or a border dof assigned to a missing one,
+/// [`LinalgError::Shape`], and those of METIS.
 pub(super) fn cut(
     system: &SaddleSystem,
     params: &SchwarzParams,
@@ -28,7 +30,7 @@ pub(super) fn cut(
         check_shape("assignment of the border", (to.len(), 1), (m, 1))?;
         if let Some(&outside) = to.iter().find(|&&s| s >= parts) {
             return Err(LinalgError::Parameter {
-                name: "subdomain of a border unknown",
+                name: "subdomain of a border dof",
                 value: outside as f64,
                 range: "below the number of subdomains",
             });
@@ -43,7 +45,7 @@ pub(super) fn cut(
             .filter(|&v| inside[v as usize])
             .collect();
         for layer in 0..=params.overlap {
-            // the last half layer: velocities of the pressures
+            // the last layer adds only the velocities of pressures
             let from_all = layer < params.overlap;
             let mut next = Vec::new();
             for &v in rim.iter().filter(|&&v| from_all || v as usize >= nodes) {

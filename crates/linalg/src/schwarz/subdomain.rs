@@ -1,4 +1,4 @@
-//! One subdomain: its unknowns and its factors.
+//! One subdomain: its dofs and its factors.
 
 use nalgebra::DMatrix;
 
@@ -7,10 +7,12 @@ use crate::direct::{Precision, SaddleFactor};
 use crate::product::build_rows;
 use crate::{Bordered, LinalgError, Preconditioner, SaddleSystem};
 
-/// The pressure shift of local factors, as [`DirectParams`](crate::DirectParams) has it for f32.
+/// Pressure shift of local factors, that of [`DirectParams`](crate::DirectParams) for f32.
 const SHIFT: f64 = 1e-4;
 
-/// Which nodes, border unknowns and pressures a subdomain solves for, all rising, and which of them it alone updates.
+/// The nodes, border dofs and pressures of a subdomain, in ascending order.
+///
+/// `owned` marks those that no other subdomain updates.
 pub(super) struct Members {
     pub nodes: Vec<u32>,
     pub border: Vec<u32>,
@@ -21,8 +23,8 @@ pub(super) struct Members {
 
 /// The factors of the system restricted to the members.
 pub(super) struct Subdomain {
-    /// Positions of the local unknowns in the whole system.
-    unknowns: Vec<u32>,
+    /// Positions of the local dofs in the whole system.
+    dofs: Vec<u32>,
     owned: Vec<bool>,
     factor: SaddleFactor,
     residual: Vec<f64>,
@@ -30,7 +32,7 @@ pub(super) struct Subdomain {
 }
 
 impl Subdomain {
-    /// Restricts and factorises.
+    /// Restricts the system to the members and factorises it.
     ///
     /// # Errors
     /// [`LinalgError::Factorisation`] for a singular restriction.
@@ -38,7 +40,7 @@ impl Subdomain {
         let local = restrict(system, members)?;
         if let Some(c) = uncoupled(&local) {
             let detail = format!(
-                "border unknown {} is coupled to nothing in it (a multiplier without its bodies); assign both to one subdomain, or eliminate the border",
+                "border dof {} has no coupling in it (a multiplier without its bodies); assign both to one subdomain, or eliminate the border",
                 members.border[c]
             );
             let what = "the restricted system";
@@ -46,10 +48,10 @@ impl Subdomain {
         }
         let (border, pressure) = (system.border_range().start, system.pressure_range().start);
         let velocities = members.nodes.iter().flat_map(|i| 3 * i..3 * i + 3);
-        let unknowns = velocities
+        let dofs = velocities
             .chain(members.border.iter().map(|c| border as u32 + c))
             .chain(members.pressures.iter().map(|q| pressure as u32 + q));
-        let unknowns: Vec<u32> = unknowns.collect();
+        let dofs: Vec<u32> = dofs.collect();
         let (nodes, pressures) = members.owned.split_at(members.nodes.len());
         let owned = nodes.iter().flat_map(|o| [*o; 3]);
         let owned = owned
@@ -57,33 +59,33 @@ impl Subdomain {
             .chain(pressures.iter().copied());
         Ok(Subdomain {
             owned: owned.collect(),
-            residual: vec![0.0; unknowns.len()],
-            solution: vec![0.0; unknowns.len()],
-            unknowns,
+            residual: vec![0.0; dofs.len()],
+            solution: vec![0.0; dofs.len()],
+            dofs,
             factor: SaddleFactor::new(&local, SHIFT, Precision::Single)?,
         })
     }
 
     /// Solves for the residual `r` of the whole system.
     pub fn solve(&mut self, r: &[f64]) {
-        for (local, i) in self.residual.iter_mut().zip(&self.unknowns) {
+        for (local, i) in self.residual.iter_mut().zip(&self.dofs) {
             *local = r[*i as usize];
         }
         self.factor.apply(&self.residual, &mut self.solution);
     }
 
-    /// Writes the last solution into the unknowns of `z` that the subdomain owns.
+    /// Writes the last solution to the dofs of `z` that the subdomain owns.
     pub fn write_owned(&self, z: &mut [f64]) {
-        for ((i, owned), v) in self.unknowns.iter().zip(&self.owned).zip(&self.solution) {
+        for ((i, owned), v) in self.dofs.iter().zip(&self.owned).zip(&self.solution) {
             if *owned {
                 z[*i as usize] = *v;
             }
         }
     }
 
-    /// Unknowns, the overlap included.
-    pub fn unknowns(&self) -> usize {
-        self.unknowns.len()
+    /// Number of dofs, the overlap included.
+    pub fn dofs(&self) -> usize {
+        self.dofs.len()
     }
 
     /// Bytes of the factors.
@@ -92,7 +94,7 @@ impl Subdomain {
     }
 }
 
-/// The rows and columns of the members.
+/// The system restricted to the members.
 fn restrict(system: &SaddleSystem, members: &Members) -> Result<SaddleSystem, LinalgError> {
     let a = system.velocity_block();
     let Members {
@@ -120,7 +122,7 @@ fn restrict(system: &SaddleSystem, members: &Members) -> Result<SaddleSystem, Li
     )
 }
 
-/// A border unknown whose row is zero.
+/// The first border dof whose row is zero.
 fn uncoupled(local: &SaddleSystem) -> Option<usize> {
     let a = local.velocity_block();
     let (u, p) = (Rows::of(a.border_rows()), Rows::of(local.border_gradient()));
@@ -155,7 +157,7 @@ fn submatrix3(matrix: &Csr3, rows: &[u32], cols: &[u32]) -> Csr3 {
     let (all, local) = (Rows::of(matrix), positions(cols, matrix.cols()));
     let (mut indptr, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
     for i in rows {
-        // `cols` rise, so that the restricted columns do
+        // `cols` are in ascending order, hence the restricted columns too
         for (j, v) in all.row(*i as usize).filter(|(j, _)| local[*j] != u32::MAX) {
             columns.push(local[j]);
             values.push(v);

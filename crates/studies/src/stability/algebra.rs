@@ -151,7 +151,7 @@ fn separated_multipliers(lagrange: &Constrained) -> Tried {
             &cut(2, BorderPlacement::Assigned(placement)),
         )
         .map(drop),
-        "border unknown",
+        "border dof",
     )
 }
 

@@ -5,25 +5,25 @@ use nalgebra::{DMatrix, DVector, Dyn, LU, SymmetricEigen};
 use crate::LinalgError;
 use crate::csr::check_finite;
 
-/// The pivoted factors of the border's Schur complement.
+/// Pivoted LU factors of the border's Schur complement.
 ///
 /// Pivoting admits borders with constraints (zeros on the diagonal) and nonsymmetric ones.
 pub(crate) struct SchurFactor(LU<f64, Dyn, Dyn>);
 
 impl SchurFactor {
-    /// Factorises, and refuses a matrix that is singular to working precision.
+    /// Factorises `schur`; a matrix that is singular to working precision is an error.
     pub fn new(schur: DMatrix<f64>) -> Result<Self, LinalgError> {
         let m = schur.nrows();
         let lu = schur.lu();
         let pivots = lu.u().diagonal().abs();
         let (smallest, largest) = (pivots.min(), pivots.max());
-        // below m epsilon relative to the largest, a pivot is rounding error
+        // a pivot below m epsilon relative to the largest is rounding error
         let sound = smallest > m as f64 * f64::EPSILON * largest && largest.is_finite();
         if m > 0 && !sound {
             return Err(LinalgError::Factorisation {
                 what: "Schur complement of the border",
                 detail: format!(
-                    "pivots from {smallest:e} to {largest:e}; are two border unknowns the same motion, or constraints redundant?"
+                    "pivots from {smallest:e} to {largest:e}; look for border dofs with the same motion, or redundant constraints"
                 ),
             });
         }
@@ -46,7 +46,7 @@ impl SchurFactor {
 
     /// Overwrites `v` with the solution.
     pub fn solve(&self, v: &mut DVector<f64>) {
-        // nalgebra underflows on systems of size zero; others were found invertible when factorised
+        // nalgebra underflows for size zero; all other factors are known to be invertible
         if !v.is_empty() {
             self.0.solve_mut(v);
         }
@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn absolute_value_of_a_matrix() {
-        // eigenvalues 1 and -1: the absolute value is the identity
+        // the eigenvalues are 1 and -1: the absolute value is the identity
         let constrained = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 1.0, 0.0]);
         let factor = SchurFactor::absolute(constrained).expect("regular");
         let mut v = DVector::from_column_slice(&[3.0, 4.0]);

@@ -1,11 +1,11 @@
-//! Borders beyond the bodies' rigid motions: multipliers, and other rows than columns.
+//! Borders with multipliers, and with rows that differ from columns.
 
 use linalg::{Bordered, Csr, LinalgError, Prolongation, SaddleSystem};
 use nalgebra::DMatrix;
 
 use super::{Stokes, cube};
 
-/// The system with another corner, maybe larger, and other left borders.
+/// The system with another, possibly larger corner and scaled left borders.
 pub fn with_border(
     stokes: &Stokes,
     corner: DMatrix<f64>,
@@ -20,13 +20,13 @@ pub fn with_border(
     SaddleSystem::new(a, s.divergence().clone(), e.clone(), scaled(e), mass)
 }
 
-/// The prolongation for a border of `m` unknowns, the additional ones without motion.
+/// The prolongation for a border of `m` dofs; additional ones have no motion.
 pub fn prolongation_for(stokes: &Stokes, m: usize) -> Prolongation {
     let border = widen(stokes.prolongation.border(), m);
     Prolongation::new(stokes.prolongation.nodes().clone(), border).expect("a prolongation")
 }
 
-/// Appends multipliers that hold the relative velocities of neighbouring bodies, all three components, to the corner.
+/// Appends multipliers to the corner that keep neighbouring bodies at the same velocity.
 pub fn chained(corner: &DMatrix<f64>) -> DMatrix<f64> {
     let m = corner.nrows();
     let bodies = m / 6;
@@ -45,7 +45,7 @@ pub fn chained(corner: &DMatrix<f64>) -> DMatrix<f64> {
     all
 }
 
-/// Two small bodies held together by multipliers, and the mesh they are on.
+/// Two small bodies linked by multipliers, and the system without them.
 pub fn linked_pair() -> (Stokes, SaddleSystem) {
     let stokes = Stokes::new(5, &[cube([1, 2, 2], 1), cube([3, 2, 2], 1)], 5.0);
     let corner = chained(stokes.system.velocity_block().corner());
@@ -53,7 +53,7 @@ pub fn linked_pair() -> (Stokes, SaddleSystem) {
     (stokes, system)
 }
 
-/// The same entries in a matrix of `m` columns.
+/// The matrix with `m` columns, the additional ones empty.
 fn widen(matrix: &Csr, m: usize) -> Csr {
     let (indptr, columns, values) = matrix.clone().into_raw_storage();
     Csr::new((matrix.rows(), m), indptr, columns, values)

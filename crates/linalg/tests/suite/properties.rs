@@ -1,4 +1,4 @@
-//! Invariants on random systems, against dense matrices written down from the definitions.
+//! Invariants of random systems, compared with dense matrices built from the definitions.
 
 use faer::linalg::solvers::Solve;
 use linalg::{
@@ -9,7 +9,9 @@ use nalgebra::DMatrix;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-/// Sizes and a pool of entries from which a system is filled; about half of the entries are zero.
+use super::support::{dot, noise};
+
+/// Sizes, and a pool of entries from which a system is filled; about half of them are zero.
 #[derive(Debug, Clone)]
 struct Recipe {
     n: usize,
@@ -102,7 +104,7 @@ impl Recipe {
 }
 
 impl Blocks {
-    /// The matrix of the crate documentation.
+    /// The matrix of the crate's documentation.
     fn assemble(&self) -> DMatrix<f64> {
         let (u, m, np) = (self.c.nrows(), self.corner.nrows(), self.b.nrows());
         let k3 = self.k.kronecker(&DMatrix::identity(3, 3));
@@ -133,7 +135,7 @@ fn sparse(matrix: &DMatrix<f64>) -> Csr {
     t.to_csr()
 }
 
-/// Rows of 3-vectors from a matrix with three columns a node.
+/// Rows of 3-vectors from a matrix with three columns per node.
 fn sparse3(matrix: &DMatrix<f64>) -> Csr3 {
     let (rows, nodes) = (matrix.nrows(), matrix.ncols() / 3);
     let (mut indptr, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
@@ -148,14 +150,6 @@ fn sparse3(matrix: &DMatrix<f64>) -> Csr3 {
         indptr.push(columns.len());
     }
     Csr3::new((rows, nodes), indptr, columns, values)
-}
-
-fn noise(n: usize) -> Vec<f64> {
-    (0..n).map(|i| (i as f64 * 12.9898).sin()).collect()
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(a, b)| a * b).sum()
 }
 
 fn multiply(matrix: &DMatrix<f64>, x: &[f64]) -> Vec<f64> {
@@ -179,7 +173,7 @@ fn distance(x: &[f64], y: &[f64]) -> f64 {
         .sqrt()
 }
 
-/// No nodes, no border, no pressures, or none of all three: nothing to solve is no reason to panic.
+/// Systems without nodes, border, pressures, or all three are solved without a panic.
 #[test]
 fn empty_blocks_are_solved() {
     let recipe = |n, m, np| Recipe {
@@ -234,7 +228,8 @@ proptest! {
         prop_assert!((divergence - gradient).abs() < 1e-12 * (1.0 + divergence.abs()));
     }
 
-    /// A hierarchy of one level is an exact solver up to the f32 rounding of what enters and leaves.
+    /// A hierarchy of one level is an exact solver up to the rounding of its input and output to
+    /// f32.
     #[test]
     fn a_single_level_inverts_exactly(recipe in recipe()) {
         let (system, _) = recipe.system();
@@ -270,7 +265,7 @@ proptest! {
         }
     }
 
-    /// The shifted factor and refinement against dense LU, borders of either kind.
+    /// The shifted factors with refinement, compared with dense LU, for borders of either kind.
     #[test]
     fn direct_solves_every_regular_system(recipe in recipe()) {
         let (system, matrix) = recipe.system();
@@ -278,13 +273,15 @@ proptest! {
         let mut x = vec![0.0; b.len()];
         let solved = SaddleLdlt::factor(&system, &DirectParams::default())
             .and_then(|mut direct| direct.solve(&b, &mut x));
-        // more pressures than velocities, or border columns that cancel: singular, and an error is the right answer
+        // a system with more pressures than velocities, or with border columns that cancel, is
+        // singular, and an error is right
         let singular_values = matrix.singular_values();
         let regular = singular_values.min() > 1e-5 * singular_values.max();
         match solved {
             Ok(report) => {
                 let residual = distance(&multiply(&matrix, &x), &b) / dot(&b, &b).sqrt();
-                // each of the two products rounds to n epsilon ||A|| ||x||; x is large where A is nearly singular
+                // each of the two products has rounding errors of n epsilon ||A|| ||x||; x is large
+                // if A is nearly singular
                 let rounding = 2.0 * b.len() as f64 * f64::EPSILON * matrix.norm() * dot(&x, &x).sqrt();
                 let difference = (residual - report.true_rel_residual).abs();
                 prop_assert!(difference <= rounding / dot(&b, &b).sqrt(), "{difference:e} {residual:e}");
@@ -294,7 +291,7 @@ proptest! {
         }
     }
 
-    /// A matrix stored by columns is the same matrix.
+    /// A matrix stored by columns gives the same operator.
     #[test]
     fn storage_order_does_not_matter(recipe in recipe()) {
         let blocks = recipe.blocks();
@@ -308,9 +305,9 @@ proptest! {
         prop_assert_eq!(y, z);
     }
 
-    /// Blocks that do not fit are refused, never a panic.
+    /// Blocks of wrong shape or with infinite values are refused without a panic.
     #[test]
-    fn misfits_are_errors(recipe in recipe(), which in 0..4usize) {
+    fn bad_blocks_are_refused(recipe in recipe(), which in 0..4usize) {
         let blocks = recipe.blocks();
         let grown = |m: &DMatrix<f64>, grow: bool| {
             let (rows, cols) = m.shape();

@@ -1,16 +1,12 @@
-//! MINRES with the block-diagonal preconditioner against the direct solver, with and without multipliers.
+//! MINRES with the block-diagonal preconditioner, compared with the direct solver.
 
-// other tests use the rest
-#[allow(dead_code, unused_imports)]
-mod support;
-
+use super::support::{
+    body_forces, chained, dot, linked_pair, noise, one_body, prolongation_for, relative_difference,
+    three_spheres, tolerance, true_residual, two_bodies, with_border,
+};
 use linalg::{
     BlockDiagonal, DirectParams, LinalgError, LinearOperator, Multigrid, MultigridParams,
     Preconditioner, PreconditionerKind, Prolongation, SaddleLdlt, SaddleSystem, minres,
-};
-use support::{
-    body_forces, chained, dot, linked_pair, noise, one_body, prolongation_for, relative_difference,
-    three_spheres, tolerance, true_residual, two_bodies, with_border,
 };
 
 fn solve(
@@ -26,7 +22,7 @@ fn solve(
     (x, report.iterations)
 }
 
-/// Definite borders and borders with multipliers, to the accuracy of the direct solver.
+/// Definite borders, and borders with multipliers, to the accuracy of the direct solver.
 #[test]
 fn agrees_with_the_direct_solver() {
     let plain = two_bodies(1);
@@ -48,16 +44,17 @@ fn agrees_with_the_direct_solver() {
     }
 }
 
-/// Methods note 1.3: 60 .. 75 iterations at 1e-8 on other meshes, in another norm.
+/// Other meshes took 60 to 75 iterations to 1e-8 in another norm (methods note 1.3).
 #[test]
 fn iterations_are_flat_under_refinement() {
     let [coarse, fine] = [one_body(2), one_body(4)]
         .map(|s| solve(&s.system, &s.prolongation, &body_forces(&s.system), 1e-8).1);
-    println!("{coarse} at 10 000 unknowns, {fine} at 92 000");
+    println!("{coarse} at 10 000 dofs, {fine} at 92 000");
     assert!(fine <= coarse + coarse / 5 && fine <= 100);
 }
 
-/// Eigenvalues near 1 and -1 instead of 1 cost at most a factor two: MINRES is then CG on the square of the operator.
+/// Eigenvalues near 1 and -1 instead of 1 cost at most a factor of two: MINRES then acts as CG on
+/// the square of the operator.
 #[test]
 fn three_spheres_with_and_without_multipliers() {
     let Some(stokes) = three_spheres() else {
@@ -83,7 +80,8 @@ fn three_spheres_with_and_without_multipliers() {
     assert!(without <= 100 && with <= 2 * without);
 }
 
-/// `<N x, y> = <x, N y>` to the f32 rounding of the cycle, and `<x, N x> > 0`, though the system is indefinite in its border.
+/// `<N x, y> = <x, N y>` up to the rounding errors of the cycle in f32, and `<x, N x> > 0`, though
+/// the border makes the system indefinite.
 #[test]
 fn the_preconditioner_is_positive_definite_with_multipliers() {
     let (stokes, constrained) = linked_pair();
@@ -97,12 +95,12 @@ fn the_preconditioner_is_positive_definite_with_multipliers() {
     pre.apply(&y, &mut ny);
     let size = (dot(&x, &nx) * dot(&y, &ny)).sqrt();
     let defect = (dot(&nx, &y) - dot(&x, &ny)).abs();
-    // as for the cycle alone: some ten roundings a level on the way down and up, three levels
+    // as for the cycle alone: about ten roundings per level on the way down and up, three levels
     assert!(
         defect < 60.0 * f64::from(f32::EPSILON) * size,
         "{defect:e} {size:e}"
     );
-    // a vector of the multipliers alone is where an indefinite inverse would show
+    // an indefinite inverse would show in a vector of multipliers
     let mut multipliers = vec![0.0; x.len()];
     multipliers[constrained.border_range()][12..].fill(1.0);
     pre.apply(&multipliers, &mut nx);
@@ -110,18 +108,18 @@ fn the_preconditioner_is_positive_definite_with_multipliers() {
 }
 
 #[test]
-fn refuses_what_it_cannot_treat() {
+fn unsuitable_input_is_refused() {
     let (stokes, constrained) = linked_pair();
     let plain = stokes.system.velocity_block().corner();
     let nonsymmetric = with_border(&stokes, plain * 1.1, Some(1.1)).expect("a sound system");
     let refusal = BlockDiagonal::with_prolongation(&nonsymmetric, &stokes.prolongation).map(|_| ());
     assert!(matches!(refusal, Err(LinalgError::NotSymmetric { .. })));
-    // a corner that is not its mirror is as bad as a left border
+    // a corner that is not symmetric is refused like a left border
     let mut tilted = plain.clone();
     tilted[(0, 1)] += 1.0;
     let tilted = with_border(&stokes, tilted, None).expect("a sound system");
     assert!(!tilted.is_symmetric());
-    // the exact inverse of an indefinite border
+    // the exact inverse of an indefinite border is refused
     let params = MultigridParams::default();
     let prolongation = prolongation_for(&stokes, constrained.border_range().len());
     let cycle =
@@ -131,7 +129,7 @@ fn refuses_what_it_cannot_treat() {
         refusal,
         Err(LinalgError::UnsuitablePreconditioner { .. })
     ));
-    // the method itself, whatever the preconditioner claims
+    // the method refuses as well, with any preconditioner
     let b = body_forces(&nonsymmetric);
     let mut x = vec![0.0; b.len()];
     let error = minres(
@@ -147,7 +145,7 @@ fn refuses_what_it_cannot_treat() {
     ));
 }
 
-/// No flow out of an enclosed domain can have a net flux.
+/// Flow in an enclosed domain cannot have a net flux.
 #[test]
 fn an_incompatible_right_hand_side_is_an_error() {
     let stokes = two_bodies(1);

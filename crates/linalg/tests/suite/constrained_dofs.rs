@@ -1,18 +1,14 @@
-//! Components held at zero: the answer satisfies the equations of what is not held, and multigrid is about as good as without.
+//! Single components constrained to zero: solutions, convergence, and methods that refuse them.
 
-// other tests use the rest
-#[allow(dead_code, unused_imports)]
-mod support;
-
+use super::support::{
+    Stokes, body_forces, noise, one_body, relative_difference, tolerance, true_residual,
+};
 use linalg::{
     BlockDiagonal, BlockTriangular, Bordered, Csr, InfSup, LinalgError, LinearOperator, Multigrid,
     MultigridParams, SaddleLdlt, SaddleSystem, Schwarz, SchwarzParams, cg, fgmres, minres,
 };
-use support::{
-    Stokes, body_forces, noise, one_body, relative_difference, tolerance, true_residual,
-};
 
-/// Every fifth node holds its first component, every seventh the last two.
+/// Constrains the first component of every fifth node, the last two of every seventh.
 fn scattered(nodes: usize) -> Vec<(u32, [bool; 3])> {
     let constrained = |i: usize| [5, 7, 7].map(|k| i.is_multiple_of(k));
     (0..nodes)
@@ -37,8 +33,8 @@ fn with_constrained_dofs(
     )
 }
 
-/// The places of the held components in a vector of the system.
-fn places(constrained: &[(u32, [bool; 3])]) -> Vec<usize> {
+/// Positions of the constrained components in a vector of the system.
+fn positions(constrained: &[(u32, [bool; 3])]) -> Vec<usize> {
     let of = |(node, constrained): &(u32, [bool; 3])| {
         let (node, constrained) = (*node as usize, *constrained);
         (0..3)
@@ -49,7 +45,7 @@ fn places(constrained: &[(u32, [bool; 3])]) -> Vec<usize> {
 }
 
 #[test]
-fn what_is_not_held_satisfies_the_equations_without() {
+fn free_dofs_satisfy_the_unconstrained_equations() {
     let stokes = one_body(2);
     let constrained = scattered(stokes.system.velocity_block().nodes());
     let system = with_constrained_dofs(&stokes, &constrained).expect("sound");
@@ -58,33 +54,35 @@ fn what_is_not_held_satisfies_the_equations_without() {
     let mut preconditioner =
         BlockTriangular::with_prolongation(&system, &stokes.prolongation).expect("multigrid");
     fgmres(&system, &mut preconditioner, &b, &mut x, &tolerance(1e-10)).expect("a solution");
-    assert!(places(&constrained).iter().all(|&i| x[i] == 0.0));
-    // the operator that knows nothing of it: only the rows held may have residuals
+    assert!(positions(&constrained).iter().all(|&i| x[i] == 0.0));
+    // in the unconstrained operator only the constrained rows may have residuals
     let mut ax = vec![0.0; b.len()];
     stokes.system.apply(&x, &mut ax);
-    let largest = places(&constrained)
+    let largest = positions(&constrained)
         .iter()
         .fold(0.0_f64, |m, &i| m.max((b[i] - ax[i]).abs()));
     assert!(largest > 1e-3);
-    places(&constrained).iter().for_each(|&i| ax[i] = b[i]);
+    positions(&constrained).iter().for_each(|&i| ax[i] = b[i]);
     assert!(relative_difference(&ax, &b) <= 1e-10);
 
     let mut y = vec![0.0; b.len()];
     let mut preconditioner =
         BlockDiagonal::with_prolongation(&system, &stokes.prolongation).expect("definite");
     minres(&system, &mut preconditioner, &b, &mut y, &tolerance(1e-10)).expect("a solution");
-    // both errors are within the condition of the system times the residuals
+    // both errors are at most the condition number of the system times the residuals
     assert!(relative_difference(&y, &x) <= 1e-6);
 }
 
-/// The seven-point Laplacian of a cube whose normal derivative is zero at one side, where the normal component is held.
+/// The seven-point Laplacian of a cube with a symmetry plane on one side.
+///
+/// The normal derivative is zero on the plane, and the normal component is constrained.
 fn half_cube(n: usize) -> (Csr, Vec<(u32, [bool; 3])>) {
     let index = |i: usize, j: usize, k: usize| (i * n + j) * n + k;
     let mut t = sprs::TriMatI::<f64, u32>::new((n * n * n, n * n * n));
     for i in 0..n {
         for j in 0..n {
             for k in 0..n {
-                // rows on the plane count half
+                // rows on the plane have half the weight
                 let half = if i == 0 { 0.5 } else { 1.0 };
                 let diagonal = 4.0 * half + if i == 0 { 1.0 } else { 2.0 };
                 let mut add = |to: usize, value: f64| t.add_triplet(index(i, j, k), to, value);
@@ -123,9 +121,10 @@ fn half_cube(n: usize) -> (Csr, Vec<(u32, [bool; 3])>) {
     (t.to_csr(), plane)
 }
 
-/// Conjugate gradients need as many iterations with a plane as without, give or take few, on four times as many nodes too.
+/// Conjugate gradients take about as many iterations with a symmetry plane as without, also with
+/// eight times as many nodes.
 #[test]
-fn a_plane_costs_multigrid_nothing() {
+fn a_symmetry_plane_costs_multigrid_no_iterations() {
     for n in [16, 32] {
         let (k, plane) = half_cube(n);
         let free = Bordered::scalar(k).expect("sound");
@@ -133,7 +132,7 @@ fn a_plane_costs_multigrid_nothing() {
         let iterations = [&free, &constrained].map(|a| {
             let mut b = noise(3 * n * n * n);
             if std::ptr::eq(a, &constrained) {
-                places(&plane).iter().for_each(|&i| b[i] = 0.0);
+                positions(&plane).iter().for_each(|&i| b[i] = 0.0);
             }
             let mut x = vec![0.0; b.len()];
             let mut multigrid = Multigrid::new(a, &MultigridParams::default()).expect("definite");
@@ -146,7 +145,7 @@ fn a_plane_costs_multigrid_nothing() {
 }
 
 #[test]
-fn nothing_held_changes_no_bit() {
+fn an_empty_constraint_changes_no_bit() {
     let stokes = one_body(1);
     let system = with_constrained_dofs(&stokes, &[(3, [false; 3])]).expect("sound");
     let b = body_forces(&system);
@@ -161,7 +160,7 @@ fn nothing_held_changes_no_bit() {
 }
 
 #[test]
-fn methods_that_know_nothing_of_it_refuse() {
+fn methods_without_support_for_constraints_refuse() {
     let stokes = one_body(1);
     let system = with_constrained_dofs(&stokes, &[(3, [true, false, false])]).expect("sound");
     let refused = |error: Option<LinalgError>| {

@@ -1,16 +1,12 @@
-//! Several right-hand sides at once come out as they do one by one, to the last bit.
+//! Several right-hand sides solved together give the results of single solves, to the last bit.
 
-// other tests use the rest
-#[allow(dead_code, unused_imports)]
-mod support;
-
+use super::support::{Stokes, body_forces, noise, tolerance, two_bodies};
 use linalg::{
     BlockDiagonal, BlockTriangular, Bordered, Identity, KrylovParams, LinalgError, LinearOperator,
     Multigrid, MultigridParams, Preconditioner, SaddleSystem, SolveReport, fgmres, fgmres_columns,
 };
-use support::{Stokes, body_forces, noise, tolerance, two_bodies};
 
-/// Balanced right-hand sides of different kinds: forces on the bodies, wild ones, zero, and a tiny one.
+/// Right-hand sides in the range of the system: forces on the bodies, random, zero, and tiny.
 fn right_hand_sides(system: &SaddleSystem, count: usize) -> Vec<Vec<f64>> {
     let product = |seed: usize| {
         let x = &noise(system.rows() + seed)[seed..];
@@ -60,13 +56,13 @@ fn one_by_one(stokes: &Stokes, b: &[Vec<f64>], params: &KrylovParams) -> Solved 
 }
 
 #[test]
-fn solves_together_are_those_one_by_one() {
+fn solving_together_equals_solving_one_by_one() {
     let stokes = two_bodies(1);
     for (count, params) in [
         (1, tolerance(1e-8)),
         (3, tolerance(1e-4)),
         (7, tolerance(1e-8)),
-        // columns that are at different places of their cycles
+        // columns that restart in different iterations
         (5, tolerance(1e-6).with_restart(4)),
     ] {
         let b = right_hand_sides(&stokes.system, count);
@@ -75,7 +71,7 @@ fn solves_together_are_those_one_by_one() {
 }
 
 #[test]
-fn solves_together_are_bitwise_the_same_on_one_and_two_threads() {
+fn solving_together_is_bitwise_the_same_on_one_and_two_threads() {
     let stokes = two_bodies(1);
     let b = right_hand_sides(&stokes.system, 4);
     let on = |threads| {
@@ -86,9 +82,10 @@ fn solves_together_are_bitwise_the_same_on_one_and_two_threads() {
     assert!(on(1) == on(2));
 }
 
-/// Every operator and preconditioner, after one of another width so that buffers hold what others left.
+/// Every operator and preconditioner, after a pass of another width, so that buffers contain old
+/// data.
 #[test]
-fn passes_for_several_columns_are_passes_for_each() {
+fn passes_for_several_columns_equal_single_passes() {
     let stokes = two_bodies(1);
     let system = &stokes.system;
     let a = system.velocity_block();
@@ -120,7 +117,7 @@ fn passes_for_several_columns_are_passes_for_each() {
         }
         for preconditioner in &mut preconditioners {
             let n = preconditioner.size();
-            // of different sizes: each column has its own scale
+            // columns of different sizes, since each is scaled separately
             let column = |c: usize| {
                 noise(n + c)[c..]
                     .iter()

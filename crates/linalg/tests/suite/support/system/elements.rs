@@ -5,11 +5,12 @@ use nalgebra::{Matrix3, Vector3};
 /// Ends of the midside nodes 4..10.
 pub const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// Positions of the four-point rule of degree two, `(5 -+ sqrt 5) / 20`: (Keast 1986, rule 1).
+/// Barycentric coordinates of the four-point rule of degree two, `(5 ∓ sqrt 5) / 20` (Keast 1986,
+/// rule 1).
 const FAR: f64 = 0.138_196_601_125_010_5;
 const NEAR: f64 = 1.0 - 3.0 * FAR;
 
-/// The six tetrahedra of a cell, one for each order in which the directions are walked (Kuhn).
+/// The six tetrahedra of a cell, one for each order of the three directions (Kuhn).
 pub fn kuhn_tets(cell: [usize; 3]) -> [[[usize; 3]; 4]; 6] {
     let orders = [
         [0, 1, 2],
@@ -60,7 +61,7 @@ fn quadrature_points() -> [[f64; 4]; 4] {
     })
 }
 
-/// `int grad phi_i . grad phi_j`.
+/// Stiffness matrix `∫ ∇phi_i · ∇phi_j`.
 pub fn stiffness(x: &[Vector3<f64>; 4]) -> [[f64; 10]; 10] {
     let (g, volume) = geometry(x);
     let mut k = [[0.0; 10]; 10];
@@ -75,7 +76,7 @@ pub fn stiffness(x: &[Vector3<f64>; 4]) -> [[f64; 10]; 10] {
     k
 }
 
-/// `-int psi_q grad phi_j`.
+/// Divergence `-∫ psi_q ∇phi_j`.
 pub fn divergence(x: &[Vector3<f64>; 4]) -> [[Vector3<f64>; 10]; 4] {
     let (g, volume) = geometry(x);
     let mut b = [[Vector3::zeros(); 10]; 4];
@@ -90,7 +91,7 @@ pub fn divergence(x: &[Vector3<f64>; 4]) -> [[Vector3<f64>; 10]; 4] {
     b
 }
 
-/// `int psi_p psi_q = V (1 + delta_pq) / 20`.
+/// Mass matrix `∫ psi_p psi_q = V (1 + delta_pq) / 20`.
 pub fn mass(x: &[Vector3<f64>; 4]) -> [[f64; 4]; 4] {
     let (_, volume) = geometry(x);
     let mut m = [[volume / 20.0; 4]; 4];

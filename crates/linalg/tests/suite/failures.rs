@@ -1,19 +1,15 @@
-//! Solvers against hardships: each cell is a right answer or an error that names the cause, never a wrong answer marked converged.
+//! Every solver on hard cases: each gives a right answer or an error that names the cause.
 
-// other tests use the rest
-#[allow(dead_code, unused_imports)]
-mod support;
-
+use super::support::{
+    Stokes, body_forces, cube, linked_pair, prolongation_for, relative_difference, tolerance,
+    true_residual, with_border,
+};
 use linalg::{
     BlockDiagonal, BlockTriangular, Bordered, Csr, Csr3, DirectParams, KrylovParams, LinalgError,
     LinearOperator, Prolongation, SaddleLdlt, SaddleSystem, Schwarz, SchwarzParams, SolveReport,
     fgmres, minres,
 };
 use nalgebra::DMatrix;
-use support::{
-    Stokes, body_forces, cube, linked_pair, prolongation_for, relative_difference, tolerance,
-    true_residual, with_border,
-};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Solver {
@@ -62,7 +58,7 @@ impl Solver {
                 SaddleLdlt::factor(system, &DirectParams::double())?.solve(b, &mut x)
             }
         }?;
-        // nobody's word is taken for it
+        // the reported residual is not trusted
         assert!(x.iter().all(|v| v.is_finite()), "{self:?}");
         assert!(
             b.iter().all(|v| *v == 0.0) || true_residual(system, b, &x) <= params.rel_tol,
@@ -87,7 +83,7 @@ fn zero_right_hand_sides_have_the_zero_solution() {
     }
 }
 
-/// The parts of a system, to be spoilt one at a time.
+/// The blocks of a system, to be corrupted one at a time.
 #[derive(Clone)]
 struct Parts {
     k: Csr,
@@ -152,9 +148,9 @@ fn nan_and_infinity_are_found_in_every_block() {
     }
 }
 
-/// Two multipliers for one constraint, and a border unknown that touches nothing.
+/// Two multipliers for one constraint, and a border dof without any coupling.
 #[test]
-fn rank_deficient_borders_are_named() {
+fn rank_deficient_borders_are_reported() {
     let stokes = small();
     let plain = stokes.system.velocity_block().corner();
     let mut redundant = plain.clone().resize(8, 8, 0.0);
@@ -174,9 +170,10 @@ fn rank_deficient_borders_are_named() {
     }
 }
 
-/// Right-hand sides from 1e-140 to 1e140, and systems times powers of two that f32 cannot hold.
+/// Right-hand sides from 1e-140 to 1e140, and systems scaled by powers of two outside the range of
+/// f32.
 #[test]
-fn sizes_do_not_matter() {
+fn solvers_do_not_depend_on_scaling() {
     let stokes = small();
     let b = body_forces(&stokes.system);
     let params = tolerance(1e-8);
@@ -191,7 +188,7 @@ fn sizes_do_not_matter() {
         for size in [1e-140, 1e140] {
             let large: Vec<f64> = b.iter().map(|v| v * size).collect();
             let scaled: Vec<f64> = unit.iter().map(|v| v * size).collect();
-            // two solves to 1e-8, which the condition of the resistance, about ten, amplifies
+            // two solves to 1e-8, amplified by the condition number of the resistance, about ten
             assert!(relative_difference(&solve(&stokes.system, &large), &scaled) < 1e-6);
         }
         for exponent in [-300, 300] {
@@ -215,7 +212,7 @@ fn sizes_do_not_matter() {
             );
         }
     }
-    // squares underflow: no norm to be relative to
+    // squares underflow: there is no norm for relative residuals
     let tiny: Vec<f64> = b.iter().map(|v| v * 1e-200).collect();
     for solver in ALL {
         let error = solver.solve(&stokes.system, &stokes.prolongation, &tiny, &params);
@@ -223,7 +220,8 @@ fn sizes_do_not_matter() {
     }
 }
 
-/// Units in which momentum dwarfs the divergence: a small residual would say nothing of the flow, so the system is refused.
+/// A stiffness much larger than the divergence: a small residual would not bound the divergence, so
+/// the system is refused.
 #[test]
 fn bug_a_huge_viscosity_hid_the_divergence_from_the_residual() {
     let mut parts = Parts::of(&small().system);
@@ -239,7 +237,7 @@ fn bug_a_huge_viscosity_hid_the_divergence_from_the_residual() {
     );
 }
 
-/// A tiny viscosity asks for a divergence below rounding: right, or stagnated.
+/// A tiny viscosity requires a divergence below rounding: the solver converges or stagnates.
 #[test]
 fn a_tiny_viscosity_is_solved_or_stagnates() {
     let unit = small();
@@ -303,7 +301,7 @@ fn iteration_limits_are_errors_with_the_residual() {
     }
 }
 
-/// Without a shift the pressure pivots are what elimination leaves of zeros.
+/// With a shift of almost zero, the pressure pivots are rounding errors.
 #[test]
 fn factors_without_a_shift_are_refused_or_refined() {
     let system = small().system;
@@ -336,9 +334,9 @@ fn factors_without_a_shift_are_refused_or_refined() {
     );
 }
 
-/// Stiffness matrices that are not what they must be.
+/// Stiffness matrices that are not symmetric positive definite.
 #[test]
-fn indefinite_or_one_way_stiffness_is_named() {
+fn indefinite_or_unsymmetric_stiffness_is_reported() {
     let stokes = small();
     let b = body_forces(&stokes.system);
     let system = |change: &dyn Fn(usize, usize, f64) -> f64| {
@@ -355,13 +353,14 @@ fn indefinite_or_one_way_stiffness_is_named() {
     };
     // positive diagonal, negative eigenvalue
     let indefinite = system(&|i, j, v| if i == j { v } else { 3.0 * v }).expect("sound to look at");
-    // an entry whose mirror is missing
+    // an entry whose symmetric counterpart is missing
     let one_way = system(&|i, j, v| if i == 0 && j != 0 { 0.0 } else { v });
     let one_way = one_way.expect("sound to look at");
     for solver in ALL {
         let solve = |system| solver.solve(system, &stokes.prolongation, &b, &tolerance(1e-8));
         let preconditioned = matches!(solver, Solver::Block | Solver::Minres);
-        // what orders a graph sees the missing entry; what only multiplies gets a right answer, which solve has checked, or stalls
+        // solvers that order a graph find the missing entry; others stagnate or get a right answer,
+        // as checked by `solve`
         match solve(&one_way) {
             Ok(_) => assert!(preconditioned, "{solver:?}"),
             Err(LinalgError::Factorisation { .. }) => {}
@@ -370,7 +369,7 @@ fn indefinite_or_one_way_stiffness_is_named() {
             }
             Err(error) => panic!("{solver:?} {error}"),
         }
-        // an LDLT may get through, and is then refined: solve has checked the residual
+        // factors may exist and are then refined: `solve` has checked the residual
         if let Err(error) = solve(&indefinite) {
             println!("{solver:?}: {error}");
         }

@@ -9,7 +9,7 @@ use sprs::TriMatI;
 use super::Stokes;
 use super::elements::{EDGES, divergence, mass, stiffness};
 
-/// What a point lies on.
+/// The part of the domain on which a point lies.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Owner {
     Wall,
@@ -17,7 +17,7 @@ pub enum Owner {
     Fluid,
 }
 
-/// A mesh with rigid bodies: points that no tetrahedron uses are passed over.
+/// A mesh with rigid bodies; points that no tetrahedron uses are ignored.
 pub struct Domain {
     pub points: Vec<Vector3<f64>>,
     /// Four vertices, then the midside nodes of [`EDGES`].
@@ -27,7 +27,7 @@ pub struct Domain {
     pub volumes: Vec<f64>,
 }
 
-/// Where a point's unknowns are.
+/// Location of a point's dofs.
 #[derive(Clone, Copy, PartialEq)]
 enum Place {
     Absent,
@@ -37,7 +37,9 @@ enum Place {
 }
 
 impl Domain {
-    /// The system with the rigid motions of the bodies, three translations and three rotations each, as border.
+    /// Assembles the system, with the rigid motions of the bodies as border.
+    ///
+    /// Three translations and three rotations per body.
     pub fn assemble(&self, viscosity: f64) -> Stokes {
         let (tets, points) = (&self.tets, &self.points);
         // vertices first, then midside nodes, as in the meshes of this workspace
@@ -67,7 +69,7 @@ impl Domain {
         }
 
         let m = 6 * self.centres.len();
-        // rows of the rigid motion u = U + w x r at a body node: (component, unknown, value)
+        // rows of the rigid motion u = U + w × r at a body node: (component, dof, value)
         let rigid = |b: usize, node: usize| {
             let r = points[node] - self.centres[b];
             let mut entries: Vec<(usize, usize, f64)> = Vec::new();
@@ -136,13 +138,13 @@ impl Domain {
             }
         }
         for (index, volume) in self.volumes.iter().enumerate() {
-            // grad:grad becomes D:D by 2 |B| w.w: see the methods note 1.1
+            // ∇u:∇v becomes 2 D:D by the term 2 |B| w·w: see the methods note 1.1
             for d in 3..6 {
                 corner[(6 * index + d, 6 * index + d)] += 2.0 * viscosity * volume;
             }
         }
 
-        // P1 -> P2: lattice points between two vertices take half of each, vertices come first
+        // P1 -> P2: midside nodes take half of each end; vertices come first
         let mut edges: BTreeMap<usize, [usize; 2]> = BTreeMap::new();
         for tet in tets {
             for (e, [a, b]) in EDGES.iter().enumerate() {
@@ -172,7 +174,6 @@ impl Domain {
 
         let k: Csr = k.to_csr();
         let p: Csr = p.to_csr();
-        let coarse_stiffness = &(&p.transpose_view().to_csr() * &k) * &p;
         let a = Bordered::new(k, c.to_csr(), None, corner).expect("a sound velocity block");
         let b = csr3(np, free, &b);
         let system = SaddleSystem::new(a, b, e.to_csr(), None, q.to_csr()).expect("a sound system");
@@ -180,13 +181,12 @@ impl Domain {
         Stokes {
             system,
             prolongation,
-            coarse_stiffness,
         }
     }
 }
 
 /// Rows of 3-vectors from a sorted map.
-pub fn csr3(rows: usize, cols: usize, entries: &BTreeMap<(usize, usize), [f64; 3]>) -> Csr3 {
+fn csr3(rows: usize, cols: usize, entries: &BTreeMap<(usize, usize), [f64; 3]>) -> Csr3 {
     let mut indptr = vec![0; rows + 1];
     for (row, _) in entries.keys() {
         indptr[row + 1] += 1;

@@ -1,15 +1,6 @@
 //! Right-hand sides and residuals.
 
-use linalg::{KrylovParams, LinearOperator, SaddleSystem};
-
-/// Forces and torques on the bodies, nothing else.
-pub fn body_forces(system: &SaddleSystem) -> Vec<f64> {
-    let mut b = vec![0.0; system.rows()];
-    for (c, v) in b[system.border_range()].iter_mut().enumerate() {
-        *v = 1.0 + (c as f64 * 0.7).sin();
-    }
-    b
-}
+use linalg::{KrylovParams, LinearOperator};
 
 /// Deterministic numbers in [-1, 1].
 pub fn noise(n: usize) -> Vec<f64> {

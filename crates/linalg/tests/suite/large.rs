@@ -1,18 +1,17 @@
-//! The three-sphere mesh of 283 000 unknowns against what PETSc does on it; run one at a time with `--ignored --nocapture`.
-
-// other tests use the rest
-#[allow(dead_code, unused_imports)]
-mod support;
+//! The mesh of three spheres with 283 000 dofs, compared with PETSc.
+//!
+//! Run one test at a time with `--ignored --nocapture`.
 
 use std::time::Instant;
 
+use super::support::{body_forces, chained, three_spheres, tolerance, true_residual, with_border};
 use linalg::{
     BlockTriangular, DirectParams, Multigrid, MultigridParams, SaddleLdlt, Schwarz, SchwarzParams,
     fgmres,
 };
-use support::{body_forces, chained, three_spheres, tolerance, true_residual, with_border};
 
-/// PETSc's additive Schwarz (restricted, overlap 1, LU) needs 75 iterations on this mesh without and 265 with multipliers.
+/// PETSc's additive Schwarz (restricted, overlap 1, LU) takes 75 iterations on this mesh without
+/// multipliers and 265 with them.
 #[test]
 #[ignore = "slow: a minute of processor time a system, 3 GB"]
 fn schwarz_on_three_spheres() {
@@ -34,7 +33,7 @@ fn schwarz_on_three_spheres() {
     }
 }
 
-/// The fixed point of comparison with MUMPS: 142 s and 10.5 GB on one rank, 83 s and 13.2 GB on two.
+/// The reference is MUMPS: 142 s and 10.5 GB on one rank, 83 s and 13.2 GB on two.
 #[test]
 #[ignore = "slow: a minute of processor time and 3 GB"]
 fn direct_on_three_spheres() {
@@ -52,7 +51,8 @@ fn direct_on_three_spheres() {
     assert!(true_residual(&stokes.system, &b, &x) <= 1e-12 && bytes < 2_625_000_000);
 }
 
-/// Half-way to direct: the scalar stiffness matrix in factors serves all three components, pressures are iterated.
+/// The scalar stiffness matrix is factorised once for all three components, and the pressure
+/// iterated.
 #[test]
 #[ignore = "slow: ten seconds"]
 fn factorised_velocities_on_three_spheres() {

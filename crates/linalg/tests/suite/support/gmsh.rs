@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use super::Stokes;
-use super::domain::{Domain, Owner};
-use super::elements::EDGES;
+use super::system::domain::{Domain, Owner};
+use super::system::elements::EDGES;
 
-/// The system of `ball_311k_v22.msh`, or `None` where the file is not at hand.
+/// The system of `ball_311k_v22.msh`, or `None` if the file is missing.
 pub fn three_spheres() -> Option<Stokes> {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
@@ -53,7 +53,8 @@ pub fn three_spheres() -> Option<Stokes> {
             let ends = (tet[*a].min(tet[*b]), tet[*a].max(tet[*b]));
             tet[4 + e] = *midside.entry(ends).or_insert_with(|| {
                 points.push(0.5 * (points[ends.0] + points[ends.1]));
-                // in this mesh an edge with both ends on one surface lies in it: the spheres are resolved
+                // in this mesh an edge with both ends on one surface lies in it: the spheres are
+                // resolved
                 let same = owners[ends.0] == owners[ends.1];
                 owners.push(if same { owners[ends.0] } else { Owner::Fluid });
                 points.len() - 1

@@ -1,16 +1,12 @@
-//! Additive Schwarz: right answers, iteration counts, and the ways it fails.
+//! Additive Schwarz: solutions, iteration counts and failures.
 
-// other tests use the rest
-#[allow(dead_code, unused_imports)]
-mod support;
-
+use super::support::{
+    body_forces, linked_pair, one_body, relative_difference, tolerance, true_residual, two_bodies,
+    with_border,
+};
 use linalg::{
     BorderPlacement, DirectParams, LinalgError, SaddleLdlt, SaddleSystem, Schwarz, SchwarzParams,
     fgmres, minres,
-};
-use support::{
-    body_forces, linked_pair, one_body, relative_difference, tolerance, true_residual, two_bodies,
-    with_border,
 };
 
 fn solve(system: &SaddleSystem, b: &[f64], params: &SchwarzParams, tol: f64) -> (Vec<f64>, usize) {
@@ -27,7 +23,7 @@ fn cut(subdomains: usize, overlap: usize) -> SchwarzParams {
         .with_overlap(overlap)
 }
 
-/// Body and multiplier unknowns, definite and indefinite borders.
+/// Definite borders, and indefinite ones with multipliers.
 #[test]
 fn agrees_with_the_direct_solver() {
     let plain = two_bodies(1).system;
@@ -45,7 +41,7 @@ fn agrees_with_the_direct_solver() {
     }
 }
 
-/// One subdomain is the direct solver: the shift and the rounding of f32 are all that is left.
+/// One subdomain is the direct solver up to its shift and the rounding errors of f32.
 #[test]
 fn one_subdomain_is_the_direct_solver() {
     let system = two_bodies(1).system;
@@ -54,7 +50,7 @@ fn one_subdomain_is_the_direct_solver() {
 }
 
 #[test]
-fn overlap_saves_and_subdomains_cost_iterations() {
+fn overlap_saves_iterations_and_subdomains_cost_them() {
     let system = one_body(2).system;
     let b = body_forces(&system);
     let count = |subdomains, overlap| solve(&system, &b, &cut(subdomains, overlap), 1e-6).1;
@@ -63,9 +59,9 @@ fn overlap_saves_and_subdomains_cost_iterations() {
     assert!(thick < thin && many >= thick);
 }
 
-/// Naive placement: a multiplier in a subdomain without its bodies has a row of zeros there.
+/// A multiplier in a subdomain without its bodies has a zero row there.
 #[test]
-fn multipliers_without_their_bodies_are_named() {
+fn multipliers_without_their_bodies_are_reported() {
     let system = linked_pair().1;
     let m = system.border_range().len();
     let apart: Vec<usize> = (0..m).map(|c| usize::from(c >= 12)).collect();
@@ -78,8 +74,8 @@ fn multipliers_without_their_bodies_are_named() {
     else {
         panic!("{error:?}");
     };
-    assert!(cause.to_string().contains("border unknown 12"), "{cause}");
-    // with its bodies it can be solved for
+    assert!(cause.to_string().contains("border dof 12"), "{cause}");
+    // together with its bodies it is solved for
     let b = body_forces(&system);
     let together = solve(&system, &b, &params(vec![0; m]), 1e-8).1;
     let eliminated = solve(&system, &b, &cut(2, 1), 1e-8).1;
@@ -87,7 +83,7 @@ fn multipliers_without_their_bodies_are_named() {
     assert!(eliminated <= together);
 }
 
-/// Other rows than columns: bodies whose force rows are replaced.
+/// Rows that differ from columns, as for bodies whose force rows are replaced.
 #[test]
 fn nonsymmetric_borders_are_solved() {
     let stokes = two_bodies(1);
@@ -97,7 +93,7 @@ fn nonsymmetric_borders_are_solved() {
 }
 
 #[test]
-fn refuses_what_it_cannot_treat() {
+fn unsuitable_input_is_refused() {
     let system = two_bodies(1).system;
     let set_up = |params: &SchwarzParams| Schwarz::new(&system, params).map(|_| ());
     let none = set_up(&cut(0, 1));
@@ -123,9 +119,9 @@ fn refuses_what_it_cannot_treat() {
     ));
 }
 
-/// More subdomains than nodes leave some empty.
+/// More subdomains than nodes: some are empty.
 #[test]
-fn empty_subdomains_do_no_harm() {
+fn empty_subdomains_are_allowed() {
     let system = one_body(1).system;
     let b = body_forces(&system);
     let vertices = system.velocity_block().nodes() + system.pressure_range().len();

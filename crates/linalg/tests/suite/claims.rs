@@ -1,15 +1,13 @@
-//! Operators and preconditioners that are not what a method needs, or not what they claim: residuals are computed, not believed.
+//! Operators and preconditioners without the properties that a method needs, or that they claim.
+//!
+//! Residuals are computed, so that a false claim never gives a wrong answer.
 
-// other tests use the rest
-#[allow(dead_code, unused_imports)]
-mod support;
-
+use super::support::{noise, relative_difference, tolerance, true_residual};
 use linalg::{
     Identity, KrylovParams, LinalgError, LinearOperator, Preconditioner, PreconditionerKind,
     SolveReport, cg, fgmres, minres,
 };
 use nalgebra::{DMatrix, DVector};
-use support::{noise, relative_difference, tolerance, true_residual};
 
 #[test]
 fn bug_minres_took_a_large_right_hand_side_for_a_singular_operator() {
@@ -24,7 +22,7 @@ fn bug_minres_took_a_large_right_hand_side_for_a_singular_operator() {
     assert!(relative_difference(&x, &b) < 1e-14);
 }
 
-/// A dense operator that says of itself what a test wants.
+/// A dense operator that claims the properties a test gives it.
 struct Claims {
     matrix: DMatrix<f64>,
     symmetric: bool,
@@ -54,10 +52,13 @@ impl LinearOperator for Claims {
     }
 }
 
-/// The norm that FGMRES minimises had converged and the Euclidean one had not: a single step after that look, by which the latter rose, was
-/// taken for stagnation. The second half of the unknowns hardly counts in that norm and lies outside the interval that is minimised over. Seen between mirror planes, two spheres a tenth of a radius apart in a ball of 400.
+/// The norm that FGMRES minimises had converged and the Euclidean one had not. After the next
+/// evaluation of both, a single step that raised the Euclidean norm was taken for stagnation. The
+/// second half of the dofs hardly counts in the minimised norm, and lies outside the interval over
+/// which it is minimised. Found with symmetry planes and two spheres a tenth of a radius apart in a
+/// ball of radius 400.
 #[test]
-fn bug_fgmres_called_a_residual_stagnant_that_its_weights_did_not_see() {
+fn bug_fgmres_reported_stagnation_of_a_residual_outside_its_norm() {
     let half = 20;
     let seen = (0..half).map(|k| 1.0 + k as f64 / 19.0);
     let diagonal = seen.chain(std::iter::repeat_n(3.5, half)).collect();
@@ -78,7 +79,7 @@ fn bug_fgmres_called_a_residual_stagnant_that_its_weights_did_not_see() {
     assert!(report.unwrap().true_rel_residual <= 1e-8);
 }
 
-/// `z = factor r`, said to be positive definite.
+/// `z = factor r`, claimed to be positive definite.
 struct Multiple(usize, f64);
 
 impl Preconditioner for Multiple {
@@ -135,9 +136,9 @@ fn symmetric_methods_refuse_other_operators() {
     assert!(relative_difference(&x, &[2.0, -1.0]) < 1e-8);
 }
 
-/// Claims that are not true end in an error or in the right answer: residuals are computed, not believed.
+/// False claims lead to an error or to the right answer, since residuals are computed.
 #[test]
-fn false_claims_do_no_harm() {
+fn false_claims_never_give_wrong_answers() {
     let n = 30;
     let numbers = noise(n * n);
     let wild = DMatrix::from_fn(n, n, |i, j| {
@@ -173,9 +174,9 @@ fn false_claims_do_no_harm() {
     }
 }
 
-/// NaN that appears on the way.
+/// NaN that the operator returns.
 #[test]
-fn operators_that_return_nan_are_named() {
+fn operators_that_return_nan_are_reported() {
     let operator = Claims {
         matrix: DMatrix::from_diagonal_element(3, 3, f64::NAN),
         symmetric: true,

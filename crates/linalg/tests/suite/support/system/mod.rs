@@ -1,28 +1,24 @@
-//! Taylor-Hood elements on a Kuhn-split cube with cubic rigid bodies cut out: a Stokes system without a mesh crate.
+//! A Stokes system of Taylor-Hood elements without a mesh crate.
+//!
+//! The mesh is a cube divided by Kuhn's rule, with cubic rigid bodies cut out.
 
-mod borders;
-mod domain;
-mod elements;
-mod gmsh;
-mod vectors;
+pub mod domain;
+pub mod elements;
 
-use linalg::{Csr, Prolongation, SaddleSystem};
+use linalg::{LinearOperator, Prolongation, SaddleSystem};
 use nalgebra::Vector3;
 
-pub use borders::{chained, linked_pair, prolongation_for, with_border};
 use domain::{Domain, Owner};
 use elements::{EDGES, kuhn_tets};
-pub use gmsh::three_spheres;
-pub use vectors::{body_forces, dot, noise, relative_difference, tolerance, true_residual};
 
-/// A body: the cells `low .. high` of the lattice in each direction.
+/// A body that fills the cells `low .. high` of the grid in each direction.
 #[derive(Clone, Copy)]
 pub struct Body {
     pub low: [usize; 3],
     pub high: [usize; 3],
 }
 
-/// A body of `size` cells a side at `low`.
+/// A cubic body with `size` cells per side and its lowest corner at `low`.
 pub fn cube(low: [usize; 3], size: usize) -> Body {
     Body {
         low,
@@ -30,27 +26,19 @@ pub fn cube(low: [usize; 3], size: usize) -> Body {
     }
 }
 
-/// Two bodies beside each other, an eighth of the cube wide, in a cube of `8 k` cells a side.
-pub fn two_bodies(k: usize) -> Stokes {
-    let bodies = [[2, 3, 3], [5, 4, 4]].map(|low| cube(low.map(|l| l * k), k));
-    Stokes::new(8 * k, &bodies, 8.0)
-}
-
-/// One body, a quarter of the cube wide, in a cube of `4 k` cells a side.
+/// One body, a quarter of the cube wide, in a cube of `4 k` cells per side.
 pub fn one_body(k: usize) -> Stokes {
     Stokes::new(4 * k, &[cube([k + k / 2; 3], k)], 4.0)
 }
 
-/// The assembled system and what multigrid needs of its mesh.
+/// The assembled system and the prolongation from P1 to P2 elements.
 pub struct Stokes {
     pub system: SaddleSystem,
     pub prolongation: Prolongation,
-    /// P1 stiffness matrix of the free vertices.
-    pub coarse_stiffness: Csr,
 }
 
 impl Stokes {
-    /// `cells` a side of a cube of `length`, viscosity 1, no slip outside.
+    /// A cube of side `length` with `cells` cells per side, no slip on its walls and viscosity 1.
     pub fn new(cells: usize, bodies: &[Body], length: f64) -> Self {
         Self::with_viscosity(cells, bodies, length, 1.0)
     }
@@ -106,4 +94,13 @@ impl Stokes {
         }
         .assemble(viscosity)
     }
+}
+
+/// A right-hand side of forces and torques on the bodies.
+pub fn body_forces(system: &SaddleSystem) -> Vec<f64> {
+    let mut b = vec![0.0; system.rows()];
+    for (c, v) in b[system.border_range()].iter_mut().enumerate() {
+        *v = 1.0 + (c as f64 * 0.7).sin();
+    }
+    b
 }

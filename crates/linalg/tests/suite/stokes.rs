@@ -1,19 +1,16 @@
-//! Rigid bodies in Stokes flow on structured meshes: every solver against every other.
+//! Rigid bodies in Stokes flow on structured meshes: all solvers compared with each other.
 
-// other tests use the rest
-#[allow(dead_code, unused_imports)]
-mod support;
-
+use super::support::{
+    Stokes, body_forces, coarse_stiffness, cube, dot, linked_pair, noise, one_body,
+    prolongation_for, relative_difference, three_spheres, tolerance, true_residual, two_bodies,
+    with_border,
+};
 use faer::linalg::solvers::Solve;
 use linalg::{
     BlockTriangular, Bordered, DirectParams, KrylovParams, LinalgError, LinearOperator, Multigrid,
     MultigridParams, Preconditioner, PreconditionerKind, SaddleLdlt, SaddleSystem, cg, fgmres,
 };
 use nalgebra::DMatrix;
-use support::{
-    Stokes, body_forces, cube, dot, linked_pair, noise, one_body, prolongation_for,
-    relative_difference, three_spheres, tolerance, true_residual, two_bodies, with_border,
-};
 
 fn block_solve(stokes: &Stokes, b: &[f64], params: &KrylovParams) -> (Vec<f64>, usize) {
     let mut pre =
@@ -37,7 +34,9 @@ fn dense(operator: &dyn LinearOperator) -> DMatrix<f64> {
     matrix
 }
 
-/// The solution with mean-free pressure: `1 1^T` on the pressure block removes the null vector of enclosed flow.
+/// The solution with zero mean pressure.
+///
+/// `1 1^T` added to the pressure block makes the matrix of enclosed flow regular.
 fn dense_solution(system: &SaddleSystem, b: &[f64]) -> Vec<f64> {
     let mut matrix = dense(system);
     let p = system.pressure_range();
@@ -62,7 +61,7 @@ fn the_assembled_system_is_symmetric_and_galerkin_is_the_p1_stiffness() {
     let params = MultigridParams::default();
     let a = stokes.system.velocity_block();
     let galerkin = Multigrid::with_prolongation(a, &stokes.prolongation, None, &params);
-    let given = Some(stokes.coarse_stiffness.clone());
+    let given = Some(coarse_stiffness(&stokes));
     let given = Multigrid::with_prolongation(a, &stokes.prolongation, given, &params);
     let r = noise(a.rows());
     let [mut z, mut w] = [(); 2].map(|()| vec![0.0; r.len()]);
@@ -76,7 +75,7 @@ fn direct_matches_dense() {
     let stokes = small();
     let b = body_forces(&stokes.system);
     let exact = dense_solution(&stokes.system, &b);
-    // a step gains 1 / shift, less the factor of six in the Schur complement; one more step polishes
+    // a step gains 1 / shift over the factor of six in the Schur complement; one more step follows
     for (params, solves) in [(DirectParams::default(), 5), (DirectParams::double(), 3)] {
         let mut x = vec![0.0; b.len()];
         let mut direct = SaddleLdlt::factor(&stokes.system, &params).expect("factors");
@@ -103,17 +102,18 @@ fn block_solver_matches_direct() {
     assert!(difference < 1e-10, "{difference:e}");
 }
 
-/// Structured meshes need twice the iterations of designed ones (46 and 47 here against 21 and 22), as flat in mesh size.
+/// Structured meshes take twice the iterations of designed ones (46 and 47 here, 21 and 22 there),
+/// as independent of the mesh size.
 #[test]
 fn iterations_are_flat_under_refinement() {
     let count =
         |stokes: &Stokes| block_solve(stokes, &body_forces(&stokes.system), &tolerance(1e-8)).1;
     let (coarse, fine) = (count(&one_body(2)), count(&one_body(4)));
-    println!("one body: {coarse} at 10 000 unknowns, {fine} at 92 000");
+    println!("one body: {coarse} at 10 000 dofs, {fine} at 92 000");
     assert!(coarse <= 50 && fine <= 50 && fine <= coarse + 2);
 }
 
-/// The three-sphere scene on an unstructured, graded mesh: 1e-8 in at most 35 iterations is what the solver is for.
+/// Three spheres on an unstructured, graded mesh: at most 35 iterations to 1e-8.
 #[test]
 fn three_spheres_in_a_graded_ball() {
     let Some(stokes) = three_spheres() else {
@@ -123,7 +123,7 @@ fn three_spheres_in_a_graded_ball() {
     let start = std::time::Instant::now();
     let (_, iterations) = block_solve(&stokes, &b, &tolerance(1e-8));
     println!(
-        "{iterations} iterations, {} unknowns, {:.1?}",
+        "{iterations} iterations, {} dofs, {:.1?}",
         b.len(),
         start.elapsed()
     );
@@ -143,7 +143,7 @@ fn iterations_are_flat_in_the_number_of_bodies() {
     assert!(two <= one + 4 && eight <= one + 6);
 }
 
-/// `<V x, y> = <x, V y>` to the f32 rounding of sums over a cycle, and `0 < <x, V A x>`.
+/// `<V x, y> = <x, V y>` up to the rounding errors of sums in f32, and `0 < <x, V x>`.
 #[test]
 fn the_v_cycle_is_symmetric_and_positive() {
     let stokes = two_bodies(1);
@@ -159,7 +159,7 @@ fn the_v_cycle_is_symmetric_and_positive() {
     cycle.apply(&y, &mut vy);
     let size = (dot(&x, &vx) * dot(&y, &vy)).sqrt();
     let defect = (dot(&vx, &y) - dot(&x, &vy)).abs();
-    // some ten roundings a level on the way down and up, three levels
+    // about ten roundings per level on the way down and up, three levels
     assert!(
         defect < 60.0 * f64::from(f32::EPSILON) * size,
         "{defect:e} {size:e}"
@@ -167,7 +167,7 @@ fn the_v_cycle_is_symmetric_and_positive() {
     assert!(dot(&x, &vx) > 0.0 && dot(&y, &vy) > 0.0);
 }
 
-/// Powers of two pass through every rounding: the cycle knows neither the unit of viscosity nor that of force.
+/// Scaling by powers of two causes no rounding, so the cycle does not depend on units.
 #[test]
 fn the_v_cycle_scales_exactly() {
     let params = MultigridParams::default();
@@ -190,11 +190,12 @@ fn the_v_cycle_scales_exactly() {
     }
 }
 
-/// The hierarchy without border as an algebraic multigrid for three right-hand sides: mesh motion.
+/// The hierarchy without a border: algebraic multigrid for three right-hand sides, as in mesh
+/// motion.
 #[test]
 fn cg_with_smoothed_aggregation_on_a_scalar_matrix() {
     let stokes = one_body(4);
-    let k = Bordered::scalar(stokes.coarse_stiffness).expect("positive");
+    let k = Bordered::scalar(coarse_stiffness(&stokes)).expect("positive");
     let mut amg = Multigrid::new(&k, &MultigridParams::default()).expect("set-up");
     let b = noise(k.rows());
     let mut x = vec![0.0; b.len()];
@@ -205,7 +206,7 @@ fn cg_with_smoothed_aggregation_on_a_scalar_matrix() {
     assert!(relative_difference(&ax, &b) <= 1e-10);
 }
 
-/// One definition for all thread counts: fixed chunks, fixed orders.
+/// Chunks and orders of summation do not depend on the number of threads.
 #[test]
 fn results_are_bitwise_the_same_on_one_and_two_threads() {
     let solve = |threads| {
@@ -226,7 +227,7 @@ fn results_are_bitwise_the_same_on_one_and_two_threads() {
     assert!(one.1 == two.1, "direct solver");
 }
 
-/// Bordered systems beyond the symmetric definite: constraints as multipliers, and other left columns.
+/// Borders with constraints as multipliers, and left borders that differ.
 #[test]
 fn indefinite_and_nonsymmetric_borders_are_solved() {
     let (stokes, constrained) = linked_pair();
@@ -285,18 +286,18 @@ fn starts_restarts_and_refusals() {
     let mut pre = BlockTriangular::with_prolongation(system, &stokes.prolongation).expect("set-up");
     let mut solve =
         |b: &[f64], x: &mut [f64], params: &KrylovParams| fgmres(system, &mut pre, b, x, params);
-    // a zero right-hand side has the zero solution, whatever the guess
+    // a zero right-hand side has the zero solution for any guess
     let mut x = noise(b.len());
     let report = solve(&vec![0.0; b.len()], &mut x, &tolerance(1e-8)).expect("zero");
     assert!(report.iterations == 0 && x.iter().all(|v| *v == 0.0));
-    // restarts cost iterations, not the answer
+    // restarts cost iterations but do not change the answer
     let restarted = tolerance(1e-10).with_restart(10);
     let report = solve(&b, &mut x, &restarted).expect("convergence");
     assert!(report.iterations > 10 && true_residual(system, &b, &x) <= 1e-10);
-    // a solution as guess needs nothing: residuals are relative to b
+    // the solution as guess takes no iteration: residuals are relative to b
     let report = solve(&b, &mut x, &tolerance(1e-9)).expect("convergence");
     assert_eq!(report.iterations, 0);
-    // the limit is an error with the residual in it
+    // the iteration limit is an error with the residual in it
     x.fill(0.0);
     let short = tolerance(1e-8).with_max_iterations(3);
     let error = solve(&b, &mut x, &short).expect_err("three iterations");
@@ -306,7 +307,7 @@ fn starts_restarts_and_refusals() {
     else {
         panic!("{error}");
     };
-    // the larger of the two norms in which it is measured
+    // the larger of the two norms is reported
     assert!(true_rel_residual >= 0.99 * true_residual(system, &b, &x));
     // net flux out of an enclosed domain: no solution exists
     let mut incompatible = b.clone();
@@ -334,4 +335,33 @@ fn starts_restarts_and_refusals() {
         matches!(error, LinalgError::UnsuitablePreconditioner { .. }),
         "{error}"
     );
+}
+
+/// A system and its preconditioner, without a lifetime.
+struct Solver {
+    system: SaddleSystem,
+    preconditioner: BlockTriangular,
+}
+
+#[test]
+fn a_preconditioner_can_be_stored_beside_its_system() {
+    let build = || {
+        let Stokes {
+            system,
+            prolongation,
+        } = small();
+        let preconditioner = BlockTriangular::with_prolongation(&system, &prolongation);
+        Solver {
+            preconditioner: preconditioner.expect("set-up"),
+            system,
+        }
+    };
+    let mut solver = build();
+    let b = body_forces(&solver.system);
+    let mut x = vec![0.0; b.len()];
+    let Solver {
+        system,
+        preconditioner,
+    } = &mut solver;
+    fgmres(system, preconditioner, &b, &mut x, &tolerance(1e-8)).expect("convergence");
 }

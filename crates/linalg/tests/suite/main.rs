@@ -1,0 +1,15 @@
+//! Integration tests of `linalg`, in one binary.
+
+mod claims;
+mod columns;
+mod constrained_dofs;
+mod examples;
+mod failures;
+mod large;
+mod minres;
+mod null_vectors;
+mod properties;
+mod scalar;
+mod schwarz;
+mod stokes;
+mod support;
