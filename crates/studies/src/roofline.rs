@@ -13,9 +13,7 @@ use linalg::roofline::visit_kernels;
 use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh};
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use rigid::{
-    Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, Link,
-};
+use rigid::{Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, Link};
 use stokes::Problem;
 
 use crate::{folder, machine};

@@ -24,7 +24,7 @@ impl Observer for Keep<'_> {
         _: &swimmer::Leg,
         result: &LegResult,
         so_far: &Outcome,
-        model: &dyn swimmer::models::Hydrodynamics,
+        model: &dyn models::Hydrodynamics,
     ) -> Result<(), SwimError> {
         let checkpoint = Checkpoint::new(self.0, &result.end, so_far, model, &[])?;
         self.1

@@ -553,7 +553,7 @@ fn models_and_domains_that_are_not_built_are_named_with_what_to_use() {
         ),
     ] {
         let scene = Scene::parse(&GOOD.replacen(part, by, 1)).unwrap();
-        let error = swimmer::models::choose(&scene).err().expect("not built");
+        let error = swimmer::choose(&scene).err().expect("not built");
         assert!(error.to_string().contains(fragment), "{error}");
         assert!(error.is_bad_input());
     }

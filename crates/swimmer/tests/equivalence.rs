@@ -163,7 +163,7 @@ proptest! {
         };
         let mut truth: Option<FlowSolution> = None;
         for formulation in FORMULATIONS {
-            let system = model.system(&placement, formulation).unwrap();
+            let system = model.system(configuration, &rates, formulation).unwrap();
             let exact = system.flow(&direct(&system), &scene.articulation).unwrap();
             let truth = truth.get_or_insert_with(|| exact.clone());
             for (what, error) in difference(truth, &exact).into_iter().enumerate() {

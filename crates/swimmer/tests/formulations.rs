@@ -192,7 +192,9 @@ fn forces_on_nodes_move_bodies_as_the_reciprocal_theorem_says() {
     sources.iter_mut().for_each(|s| *s -= mean);
     let formulations: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
     for formulation in formulations {
-        let system = model.system(&placement, formulation).unwrap();
+        let system = model
+            .system(configuration, &[0.0, 0.0], formulation)
+            .unwrap();
         let mut factor = SaddleLdlt::factor(&system.system, &Default::default()).unwrap();
         let mut solve = |right: &[f64]| {
             let mut solution = vec![0.0; right.len()];
@@ -206,11 +208,7 @@ fn forces_on_nodes_move_bodies_as_the_reciprocal_theorem_says() {
             load[k] = 1.0;
             let unit = solve(&system.rhs_of_loads(&load).unwrap());
             let (velocity, pressure) = system.flow_of_loads(&unit).unwrap();
-            let by_velocity: f64 = velocity
-                .iter()
-                .zip(forces.chunks_exact(3))
-                .map(|(u, f)| u.x * f[0] + u.y * f[1] + u.z * f[2])
-                .sum();
+            let by_velocity: f64 = velocity.iter().zip(&forces).map(|(u, f)| u.dot(f)).sum();
             let by_pressure: f64 = pressure.iter().zip(&sources).map(|(p, s)| p * s).sum();
             // Refined to true residuals of 1e-12.
             let miss = moved[k] - by_velocity - by_pressure;

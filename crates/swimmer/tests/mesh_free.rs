@@ -379,7 +379,7 @@ fn a_sphere_pulled_along_a_wall_is_slowed_as_goldman_found() {
     let exact = 1.0 / (6.0 * std::f64::consts::PI * 2.0 * 0.5 * 2.1255355667600404);
     assert!((instant.bodies[0].velocity.z / exact - 1.0).abs() < 1e-8);
     let resistance = model
-        .resistance(swimmer::models::Configuration {
+        .resistance(models::Configuration {
             state: &scene.initial_state(),
             lengths: &[],
         })

@@ -1,7 +1,6 @@
 //! Several rates of the links at one shape: one system with several right-hand sides.
 
 use nalgebra::Vector3;
-use rigid::State;
 use swimmer::Scene;
 use swimmer::choose;
 use swimmer::models::ShapeSpace;

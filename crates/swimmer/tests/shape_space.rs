@@ -5,7 +5,7 @@ use rigid::State;
 use swimmer::models::ShapeSpace;
 use swimmer::models::{Configuration, Hydrodynamics, ModelError};
 use swimmer::{Choice, choose, with_tables};
-use swimmer::{Method, Outcome, Scene, SwimError, simulate};
+use swimmer::{Method, Outcome, Scene, simulate};
 
 fn template(text: &str, overrides: &[&str]) -> Scene {
     let mut document = scene::Document::parse(text, std::path::Path::new("scene.toml")).unwrap();

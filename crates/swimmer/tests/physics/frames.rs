@@ -73,9 +73,8 @@ fn check(linear: Matrix3<f64>, shift: Vector3<f64>) {
     let [velocities, forces] = largest_differences(&reference, &answer, |[u, w, f, t]| {
         [linear * u, axial * w, linear * f, axial * t]
     });
-    let both = |error: fn(&swimmer::models::InstantaneousSolution) -> f64| {
-        error(&reference) + error(&answer)
-    };
+    let both =
+        |error: fn(&models::InstantaneousSolution) -> f64| error(&reference) + error(&answer);
     assert!(velocities <= both(velocity_error), "{velocities:e}");
     assert!(forces <= both(force_error), "{forces:e}");
 }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use swimmer::choose;
 use swimmer::models::{Configuration, FlowField, InstantaneousSolution};
-use swimmer::{Scene, legs, solve_start};
+use swimmer::{Scene, solve_start};
 
 /// Options of every scene here: coarse, but solved well beyond the mesh's accuracy.
 pub const COARSE: &str = "model.kind = \"fem\"\nfem.surface_size = 0.7\nfem.rtol = 1e-10\n";

@@ -21,7 +21,7 @@ fn miss(text: &str, steps: usize) -> [f64; 3] {
     let exact = run_with(&scene, &mut model, Method::Collocation).unwrap();
     let errors = euler.displacement.iter().enumerate();
     let worst = errors.fold(0.0_f64, |m, (body, d)| m.max((d - exact.net(body)).norm()));
-    let uncertainty = euler.integration_drift.unwrap().uncertainty;
+    let uncertainty = euler.accumulated_integration_error.unwrap().uncertainty;
     [
         worst,
         euler.error_estimate.integration.unwrap(),

@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rigid::{BodyKind, Reduction};
 use swimmer::models::{
-    BodySolution, Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError,
+    BodySolution, Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
 };
 use swimmer::scene::Domain;
 use swimmer::{Integrator, LegResult, Method, Scene, SwimError, legs};
@@ -92,13 +92,26 @@ impl Hydrodynamics for Double {
         "rpy"
     }
 
-    fn instant(
-        &mut self,
-        placement: &Configuration<'_>,
+    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
+        (query.rates.iter())
+            .map(|rates| self.solution(query.configuration, rates))
+            .collect()
+    }
+
+    fn cost(&mut self, _: Configuration<'_>) -> Result<Cost, ModelError> {
+        Ok(Cost::default())
+    }
+}
+
+impl Double {
+    fn solution(
+        &self,
+        configuration: Configuration<'_>,
+        rates: &[f64],
     ) -> Result<InstantaneousSolution, ModelError> {
         let set = &self.scene.articulation;
-        let poses = set.place(placement.state, placement.lengths)?;
-        let constraints = set.constraints(placement.state, placement.lengths, placement.rates)?;
+        let poses = set.place(configuration.state, configuration.lengths)?;
+        let constraints = set.constraints(configuration.state, configuration.lengths, rates)?;
         let reduction = Reduction::of(set, &constraints)?;
         let layout = set.velocity_layout();
         let rigid: Vec<usize> = (0..poses.len())
@@ -146,22 +159,8 @@ impl Hydrodynamics for Double {
             bodies[b].force = at(&forces, 6 * k);
             bodies[b].torque = at(&forces, 6 * k + 3);
         }
-        Ok(InstantaneousSolution {
-            bodies,
-            link_forces: Vec::new(),
-            motion: set.state_velocity(q.as_slice())?,
-            dofs: Default::default(),
-            solver: Default::default(),
-            seconds: Default::default(),
-            error_estimate: Default::default(),
-            mesh_error: None,
-            checks: None,
-            remeshed: None,
-        })
-    }
-
-    fn cost(&mut self, _: &Configuration<'_>) -> Result<Cost, ModelError> {
-        Ok(Cost::default())
+        let motion = set.state_velocity(q.as_slice())?;
+        Ok(InstantaneousSolution::new(bodies, Vec::new(), motion))
     }
 }
 
