@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use crate::bordered::nodes;
 use crate::columns::{in_passes, of_buffer, split, split_mut};
-use crate::pressure::PressureInverse;
 #[cfg(feature = "roofline")]
-use crate::roofline::{Kernel, Measure};
+use crate::kernel::{Kernel, Measure};
+use crate::pressure::PressureInverse;
 use crate::vector::max_abs;
 use crate::{
     Csr, LinalgError, LinearOperator, Multigrid, MultigridParams, Preconditioner,

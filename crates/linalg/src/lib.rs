@@ -15,6 +15,8 @@ mod direct;
 mod error;
 #[cfg(feature = "direct")]
 mod inf_sup;
+#[cfg(feature = "roofline")]
+mod kernel;
 mod krylov;
 mod lanczos;
 mod multigrid;

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use metis_sys::{METIS_NodeND, METIS_PartGraphKway, idx_t, rstatus_et_METIS_OK};
 
-use super::ordering::{check_undirected, failed};
+use super::undirected::{check_undirected, failed};
 use crate::LinalgError;
 
 /// Lock for all calls of METIS.

@@ -7,6 +7,7 @@ mod ordering;
 mod saddle_factor;
 mod saddle_ldlt;
 mod shifted_ldlt;
+mod undirected;
 
 pub use factor::Precision;
 pub(crate) use factor::{Definiteness, SparseFactor};

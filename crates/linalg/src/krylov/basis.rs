@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 #[cfg(feature = "roofline")]
-use crate::roofline::{Kernel, Measure};
+use crate::kernel::{Kernel, Measure};
 use crate::vector::{CHUNK, lanes_dot, max_abs, power_of_two_below};
 
 /// Vector entries per parallel task: enough that its partial sums cost nothing.

@@ -1,6 +1,6 @@
 //! The preconditioned conjugate-gradient method.
 
-use super::null_vectors;
+use super::complement;
 use super::progress::Progress;
 use super::report::{KrylovParams, SolveReport, check_start, check_symmetric};
 use crate::vector::{axpy, dot, norm, xpby};
@@ -29,7 +29,7 @@ pub fn cg(
     x: &mut [f64],
     params: &KrylovParams,
 ) -> Result<SolveReport, LinalgError> {
-    let mut reports = null_vectors::solve(
+    let mut reports = complement::solve(
         operator,
         preconditioner,
         &[b],

@@ -1,8 +1,8 @@
 //! Flexible GMRES with restarts, for one or several right-hand sides.
 
 use super::basis::{Orthonormal, RoundedBasis};
+use super::complement;
 use super::hessenberg::Hessenberg;
-use super::null_vectors;
 use super::progress::Progress;
 use super::report::{KrylovParams, SolveReport, check_start};
 use crate::csr::check_shape;
@@ -88,7 +88,7 @@ pub fn fgmres_columns(
     params: &KrylovParams,
 ) -> Result<Vec<SolveReport>, LinalgError> {
     check_shape("solutions", (x.len(), 1), (b.len(), 1))?;
-    null_vectors::solve(
+    complement::solve(
         operator,
         preconditioner,
         b,

@@ -1,6 +1,6 @@
 //! The preconditioned minimal-residual method.
 
-use super::null_vectors;
+use super::complement;
 use super::progress::Progress;
 use super::report::{KrylovParams, SolveReport, check_start, check_symmetric};
 use crate::vector::{axpy, dot, norm, scale};
@@ -43,7 +43,7 @@ pub fn minres(
     x: &mut [f64],
     params: &KrylovParams,
 ) -> Result<SolveReport, LinalgError> {
-    let mut reports = null_vectors::solve(
+    let mut reports = complement::solve(
         operator,
         preconditioner,
         &[b],

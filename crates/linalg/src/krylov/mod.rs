@@ -2,6 +2,7 @@
 
 mod basis;
 mod cg;
+mod complement;
 mod fgmres;
 mod hessenberg;
 mod minres;

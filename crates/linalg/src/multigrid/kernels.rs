@@ -1,7 +1,7 @@
 //! The kernels of the cycle, for comparison with the memory bandwidth.
 
 use super::{Multigrid, cycle, top};
-use crate::roofline::{Kernel, Measure};
+use crate::kernel::{Kernel, Measure};
 
 impl Multigrid {
     /// Lower bound on the bytes moved by a cycle, input and output included.

@@ -1,0 +1,108 @@
+//! Krylov methods on the complement of a null space.
+
+use super::null_vectors::{NullVectors, project_out};
+use super::report::{KrylovParams, SolveReport};
+use crate::csr::{check_finite, check_shape};
+use crate::vector::norm;
+use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
+
+/// A right-hand side of which no more than this part is left by the projection is rounding error.
+const ROUNDING: f64 = 1e-14;
+
+/// A preconditioner `N` between projections: `z = P_right N P_left r`.
+///
+/// Without the projections a preconditioner of a singular matrix returns a large multiple of a null
+/// vector, in whose rounding error the rest is lost.
+struct Projected<'a> {
+    preconditioner: &'a mut dyn Preconditioner,
+    null_vectors: &'a NullVectors,
+    projected: Vec<Vec<f64>>,
+}
+
+impl Preconditioner for Projected<'_> {
+    fn size(&self) -> usize {
+        self.preconditioner.size()
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        self.apply_columns(&[r], &mut [z]);
+    }
+
+    fn apply_columns(&mut self, r: &[&[f64]], z: &mut [&mut [f64]]) {
+        if self.projected.len() < r.len() {
+            self.projected.resize(r.len(), Vec::new());
+        }
+        for (r, projected) in r.iter().zip(&mut self.projected) {
+            projected.clear();
+            projected.extend_from_slice(r);
+            project_out(self.null_vectors.left(), projected);
+        }
+        let columns: Vec<&[f64]> = self.projected.iter().map(Vec::as_slice).collect();
+        self.preconditioner.apply_columns(&columns[..r.len()], z);
+        for z in z {
+            self.null_vectors.project_out(z);
+        }
+    }
+
+    fn kind(&self) -> PreconditionerKind {
+        self.preconditioner.kind()
+    }
+}
+
+/// Runs `method` on the complement of the null space of `params`, and on all vectors without one.
+pub(super) fn solve(
+    operator: &dyn LinearOperator,
+    preconditioner: &mut dyn Preconditioner,
+    b: &[&[f64]],
+    x: &mut [&mut [f64]],
+    params: &KrylovParams,
+    method: impl FnOnce(
+        &mut dyn Preconditioner,
+        &[&[f64]],
+        &mut [&mut [f64]],
+    ) -> Result<Vec<SolveReport>, LinalgError>,
+) -> Result<Vec<SolveReport>, LinalgError> {
+    let Some(null_vectors) = params.null_vectors.as_deref() else {
+        return method(preconditioner, b, x);
+    };
+    null_vectors.check(operator)?;
+    let mut projected = Vec::with_capacity(b.len());
+    let mut removed = Vec::with_capacity(b.len());
+    for b in b {
+        check_shape("right-hand side", (b.len(), 1), (operator.rows(), 1))?;
+        check_finite("right-hand side", b)?;
+        let before = norm(b);
+        let mut rest = b.to_vec();
+        project_out(null_vectors.left(), &mut rest);
+        if norm(&rest) <= ROUNDING * before {
+            rest.fill(0.0);
+        }
+        let difference: Vec<f64> = b.iter().zip(&rest).map(|(b, rest)| b - rest).collect();
+        removed.push(if before > 0.0 {
+            norm(&difference) / before
+        } else {
+            0.0
+        });
+        projected.push(rest);
+    }
+    for x in x.iter_mut() {
+        check_shape("solution vector", (x.len(), 1), (operator.cols(), 1))?;
+        check_finite("initial guess", x)?;
+        null_vectors.project_out(x);
+    }
+    let mut preconditioner = Projected {
+        preconditioner,
+        null_vectors,
+        projected: Vec::new(),
+    };
+    let b: Vec<&[f64]> = projected.iter().map(Vec::as_slice).collect();
+    let mut reports = method(&mut preconditioner, &b, x)?;
+    for (report, removed) in reports.iter_mut().zip(removed) {
+        report.rhs_removed = removed;
+    }
+    // vectors kept in f32 bring back a component of the order of rounding
+    for x in x {
+        null_vectors.project_out(x);
+    }
+    Ok(reports)
+}
