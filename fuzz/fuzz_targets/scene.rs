@@ -6,6 +6,6 @@ use swimmer::Scene;
 
 fuzz_target!(|text: &str| {
     if let Ok(scene) = Scene::parse(text) {
-        assert!(Scene::parse(&scene.to_toml()).is_ok());
+        assert!(Scene::parse(&scene.to_toml().unwrap()).is_ok());
     }
 });

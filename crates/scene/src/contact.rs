@@ -1,32 +1,34 @@
-//! Which bodies touch each other or a wall, at a placement or along a leg of the gait.
+//! Gaps between bodies, and between bodies and walls.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use crate::scene::{Body, Domain};
+use crate::body::Body;
+use crate::domain::Domain;
 
-/// The least room between two bodies, or between a body and the wall.
+/// Gap between two bodies, or between a body and the nearest wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// One body.
     pub body: usize,
-    /// The other, or none for the wall.
+    /// The other body; `None` for the wall.
     pub other: Option<usize>,
-    /// Distance between the surfaces, negative when they overlap.
+    /// Distance between the surfaces, negative if they overlap.
     pub gap: f64,
 }
 
 impl Contact {
-    /// Whether the surfaces touch or overlap; `size` is the length whose rounding counts as touching.
+    /// Whether the surfaces touch or overlap.
+    ///
+    /// A gap of less than `1e-12 size` is a rounding error and counts as touching.
     pub fn touches(&self, size: f64) -> bool {
-        // A gap that is a rounding error of the positions is no gap.
         self.gap <= 1e-12 * size
     }
 }
 
-/// The closest pair of surfaces of a placement; `None` if there is no pair (one body, no wall).
+/// The smallest gap of a configuration; `None` if there is no pair (one body and no wall).
 ///
-/// Points have no surface and touch nothing; gaps of spheroids are seen along the line of centres, where they are smallest at most.
-/// Cost: all pairs.
+/// Points have no surface and touch nothing. The gap between spheroids is a lower bound, measured
+/// along the line of centres. Cost: all pairs.
 pub fn closest_contact(
     bodies: &[Body],
     domain: &Domain,
@@ -43,12 +45,12 @@ pub fn closest_contact(
         }
     };
     for (k, &body) in solid.iter().enumerate() {
-        let room = domain.room(&bodies[body], &poses[body]);
-        if room.is_finite() {
+        let clearance = domain.clearance(&bodies[body], &poses[body]);
+        if clearance.is_finite() {
             take(Contact {
                 body,
                 other: None,
-                gap: room,
+                gap: clearance,
             });
         }
         for &other in &solid[..k] {
@@ -57,27 +59,31 @@ pub fn closest_contact(
             take(Contact {
                 body: other,
                 other: Some(body),
-                gap: apart.norm() - reaches(pair, &apart),
+                gap: apart.norm() - support_along_centres(pair, &apart),
             });
         }
     }
     closest
 }
 
-/// How far two bodies, with their attitudes, reach towards each other along the line of their centres.
+/// Sum of the support distances of two bodies, with rotations, along the line of centres.
 ///
-/// Distances less this are the gaps of spheres, and at most those of others: the bodies then are on two sides of a plane.
-pub(crate) fn reaches(bodies: [(&Body, &UnitQuaternion<f64>); 2], apart: &Vector3<f64>) -> f64 {
+/// `apart` is the difference of the centres. The distance of the centres minus this sum is the gap
+/// of two spheres. For other shapes it is a lower bound: if it is positive, a plane separates them.
+pub(crate) fn support_along_centres(
+    bodies: [(&Body, &UnitQuaternion<f64>); 2],
+    apart: &Vector3<f64>,
+) -> f64 {
     let direction = apart.try_normalize(0.0).unwrap_or_else(Vector3::x);
     bodies
         .iter()
-        .map(|(body, attitude)| body.shape.reach(attitude, &direction))
+        .map(|(body, rotation)| body.shape.support_distance(rotation, &direction))
         .sum()
 }
 
-/// The `s` in [0, 1] at which two points moving on straight lines at constant speed are closest, and how close.
+/// Parameter `s` in `[0, 1]` at which `|from + s (to - from)|` is smallest, and this minimum.
 ///
-/// The points' difference is `from + s (to - from)`.
+/// `from` and `to` are the differences of two points that move at constant velocities.
 pub(crate) fn closest_approach(from: &Vector3<f64>, to: &Vector3<f64>) -> (f64, f64) {
     let change = to - from;
     let squared = change.norm_squared();
@@ -94,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_closest_approach_of_two_points_is_found_between_the_ends() {
+    fn the_closest_approach_is_inside_the_interval_or_at_its_end() {
         let (s, distance) =
             closest_approach(&Vector3::new(-1.0, 2.0, 0.0), &Vector3::new(3.0, 2.0, 0.0));
         assert_eq!((s, distance), (0.25, 2.0));

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// A scene that cannot be used, with the place and the remedy.
+/// Defect of a scene, with its place and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -22,17 +22,17 @@ pub enum SceneError {
         /// The parser's reason.
         message: String,
     },
-    /// A key that no scene has.
+    /// A key that scenes do not have.
     #[error("{place}: unknown key '{key}'; {remedy}")]
     UnknownKey {
         /// File and line, or the `--set` it came from.
         place: String,
         /// The key.
         key: String,
-        /// The nearest key, or where the list of keys is.
+        /// The nearest key, or the list of keys.
         remedy: String,
     },
-    /// A value that makes no sense for its key.
+    /// A value that is not valid for its key.
     #[error("{place}: {key} {problem}")]
     BadValue {
         /// File and line, or the `--set` it came from.
@@ -53,9 +53,9 @@ pub enum SceneError {
         first: String,
         /// The other.
         second: String,
-        /// When: at the start, or in which phase at which lengths.
+        /// When: in the initial configuration, or in which phase.
         when: String,
-        /// Distance of the surfaces, not positive.
+        /// Distance between the surfaces, not positive.
         gap: f64,
         /// What to do.
         remedy: &'static str,
@@ -76,12 +76,30 @@ pub enum SceneError {
     /// A command that does not fit the scene.
     #[error("{place}: {problem}")]
     NotApplicable {
-        /// The scene file.
+        /// File and line.
         place: String,
-        /// What is missing or too much, and what to do.
+        /// What is missing or not supported, and what to do.
         problem: String,
     },
+    /// A scene that cannot be written as TOML.
+    #[error("the scene cannot be written as TOML: {0}")]
+    Unwritable(#[from] toml::ser::Error),
     /// Bodies and links that cannot be placed.
     #[error(transparent)]
     Rigid(#[from] rigid::RigidError),
+}
+
+/// One line of a readable length, for texts that messages quote.
+pub(crate) fn one_line(text: &str) -> String {
+    const MAX_CHARACTERS: usize = 120;
+    let flat: String = text
+        .chars()
+        .take(MAX_CHARACTERS)
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect();
+    if text.chars().count() > MAX_CHARACTERS {
+        flat + "…"
+    } else {
+        flat
+    }
 }

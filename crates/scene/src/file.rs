@@ -1,6 +1,12 @@
-//! The keys of a scene file as serde sees them: everything optional, nothing judged.
+//! The keys of a scene file as serde reads and writes them.
+//!
+//! A key is an `Option` if it has no default, or if being present without need is an error. The
+//! defaults of all other keys are here and in [`crate::options`].
 
 use serde::{Deserialize, Serialize};
+
+use crate::options::{FemOptions, ModelOptions};
+use crate::words::{ArmsKind, DomainKind, ShapeKind};
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
@@ -11,18 +17,26 @@ pub(crate) struct SceneFile {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub links: Vec<LinkFile>,
     pub gait: GaitFile,
-    pub model: ModelFile,
-    pub fem: FemFile,
+    pub model: ModelOptions,
+    pub fem: FemOptions,
 }
 
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default)]
 pub(crate) struct FluidFile {
-    pub viscosity: Option<f64>,
+    pub viscosity: f64,
 }
 
+impl Default for FluidFile {
+    fn default() -> Self {
+        Self { viscosity: 1.0 }
+    }
+}
+
+/// An absent `kind` is the default kind; it is an error if another key is given.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct DomainFile {
-    pub kind: Option<String>,
+    pub kind: Option<DomainKind>,
     pub radius: Option<f64>,
     pub size: Option<[f64; 3]>,
     pub file: Option<String>,
@@ -30,19 +44,31 @@ pub(crate) struct DomainFile {
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
 pub(crate) struct BodyFile {
     pub name: Option<String>,
-    pub shape: Option<String>,
+    pub shape: ShapeKind,
     pub radius: Option<f64>,
     pub half_length: Option<f64>,
     pub axis: Option<[f64; 3]>,
     pub position: Option<[f64; 3]>,
     pub surface: Option<String>,
-    pub force: Option<[f64; 3]>,
+    pub force: [f64; 3],
     pub torque: Option<[f64; 3]>,
-    pub fixed: Option<bool>,
-    pub mass: Option<f64>,
-    pub inertia: Option<f64>,
+    #[serde(skip_serializing_if = "is_false")]
+    pub fixed: bool,
+    pub mass: f64,
+    pub inertia: f64,
+}
+
+/// Default of `bodies[].axis`, which only spheroids have.
+pub(crate) const DEFAULT_AXIS: [f64; 3] = [1.0, 0.0, 0.0];
+
+/// Default of `bodies[].torque`, which points do not have.
+pub(crate) const DEFAULT_TORQUE: [f64; 3] = [0.0; 3];
+
+fn is_false(flag: &bool) -> bool {
+    !flag
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -52,39 +78,40 @@ pub(crate) struct LinkFile {
     pub to: Option<String>,
 }
 
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+/// Present `phases` must not be empty.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default)]
 pub(crate) struct GaitFile {
-    pub arms: Option<String>,
-    pub cycles: Option<u32>,
+    pub arms: ArmsKind,
+    pub cycles: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phases: Option<Vec<PhaseFile>>,
 }
 
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+impl Default for GaitFile {
+    fn default() -> Self {
+        Self {
+            arms: ArmsKind::default(),
+            cycles: 1,
+            phases: None,
+        }
+    }
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default)]
 pub(crate) struct PhaseFile {
     pub link: Option<String>,
     pub length: Option<f64>,
-    pub duration: Option<f64>,
+    pub duration: f64,
 }
 
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct ModelFile {
-    pub kind: Option<String>,
-    pub tolerance: Option<f64>,
-}
-
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct FemFile {
-    pub formulation: Option<String>,
-    pub solver: Option<String>,
-    pub subdomains: Option<u32>,
-    pub overlap: Option<u32>,
-    pub rtol: Option<f64>,
-    pub surface_size: Option<f64>,
-    pub size_factor: Option<f64>,
-    pub target: Option<f64>,
-    pub estimates: Option<String>,
-    pub geometry: Option<String>,
-    pub mesh_motion: Option<String>,
-    pub mirror: Option<String>,
+impl Default for PhaseFile {
+    fn default() -> Self {
+        Self {
+            link: None,
+            length: None,
+            duration: 1.0,
+        }
+    }
 }

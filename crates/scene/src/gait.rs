@@ -1,27 +1,27 @@
-//! Gaits: phases, and the legs that they make of a stroke.
+//! Gaits: their phases, and the legs of a stroke.
 
-/// How the links' lengths change in time.
+/// How the lengths of the links change in time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gait {
-    /// How often the phases are repeated.
+    /// Number of times that the phases are repeated.
     pub cycles: u32,
-    /// The phases of one cycle; none when the scene has no gait.
+    /// Phases of one cycle; empty if the scene has no gait.
     pub phases: Vec<Phase>,
 }
 
 /// One phase of a gait: at most one link changes its length, at a constant rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phase {
-    /// The link and its length at the end; none when all lengths are held.
+    /// The link and its length at the end; `None` if all lengths are constant.
     pub change: Option<(usize, f64)>,
     /// Duration.
     pub duration: f64,
 }
 
-/// One phase of one cycle: all lengths are linear in the parameter `s` from 0 to 1.
+/// One phase of one cycle, along which all lengths are linear in the parameter `s` from 0 to 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leg {
-    /// Number of the leg from zero, over all cycles.
+    /// Number of the leg over all cycles, from zero.
     pub number: usize,
     /// Number of the phase within its cycle, from zero.
     pub phase: usize,
@@ -40,7 +40,7 @@ pub struct Leg {
 impl Leg {
     /// Lengths of the links at `s`.
     pub fn lengths(&self, s: f64) -> Vec<f64> {
-        // Written so that a length that is held stays the same to the last bit.
+        // In this form a constant length is reproduced to the last bit.
         self.from
             .iter()
             .zip(&self.to)
@@ -70,7 +70,7 @@ impl Gait {
     }
 }
 
-/// The legs of a gait one after the other, all cycles through, from the given lengths.
+/// The legs of all cycles of a gait in order, from the given initial lengths.
 ///
 /// ```
 /// use scene::{Gait, Phase, legs};
@@ -126,7 +126,7 @@ mod tests {
                 phase(1, 9.0, 0.5),
             ],
         };
-        // The first cycle starts from a length that the gait never comes back to.
+        // The first cycle starts from a length to which the gait never returns.
         let all: Vec<Leg> = legs(&gait, &[10.0, 8.0]).collect();
         for pair in all.windows(2) {
             assert_eq!(pair[0].to, pair[1].from);
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_held_length_does_not_change_by_rounding() {
+    fn a_constant_length_does_not_change_by_rounding() {
         let hold = Phase {
             change: None,
             duration: 1.0,

@@ -1,6 +1,8 @@
-//! Shapes of bodies: what they are read from, and how far they reach.
+//! Shapes of bodies and their support functions.
 
 use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::words::ShapeKind;
 
 /// Shape of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,21 +12,30 @@ pub enum Shape {
         /// Radius.
         radius: f64,
     },
-    /// A spheroid: prolate where it is longer than wide, oblate else.
+    /// A spheroid: prolate if `half_length > radius`, oblate if `half_length < radius`.
     Spheroid {
-        /// Radius of its equator.
+        /// Radius of the equator.
         radius: f64,
-        /// Half its length along its axis of revolution.
+        /// Half of the length along the axis of revolution.
         half_length: f64,
-        /// Direction of that axis at the start, a unit vector.
+        /// Direction of the axis of revolution in the initial configuration, a unit vector.
         axis: Vector3<f64>,
     },
-    /// A massless point without surface.
+    /// A massless point without a surface.
     Point,
 }
 
 impl Shape {
-    /// Radius of the smallest ball about the centre that holds the body; zero for points.
+    /// Kind of the shape, as in the scene file.
+    pub fn kind(&self) -> ShapeKind {
+        match self {
+            Self::Sphere { .. } => ShapeKind::Sphere,
+            Self::Spheroid { .. } => ShapeKind::Spheroid,
+            Self::Point => ShapeKind::Point,
+        }
+    }
+
+    /// Radius of the smallest ball about the centre that contains the body; zero for points.
     pub fn bounding_radius(&self) -> f64 {
         match *self {
             Self::Sphere { radius } => radius,
@@ -37,8 +48,14 @@ impl Shape {
         }
     }
 
-    /// How far the body reaches from its centre in a direction, a unit vector, when turned by `attitude` since the start.
-    pub fn reach(&self, attitude: &UnitQuaternion<f64>, direction: &Vector3<f64>) -> f64 {
+    /// Support distance `max n · (x - c)` over the points `x` of the body with centre `c`.
+    ///
+    /// `direction` is the unit vector `n`; `rotation` is relative to the initial configuration.
+    pub fn support_distance(
+        &self,
+        rotation: &UnitQuaternion<f64>,
+        direction: &Vector3<f64>,
+    ) -> f64 {
         match *self {
             Self::Sphere { radius } => radius,
             Self::Spheroid {
@@ -46,7 +63,7 @@ impl Shape {
                 half_length,
                 axis,
             } => {
-                let along = (attitude * axis).dot(direction);
+                let along = (rotation * axis).dot(direction);
                 let across = (1.0 - along * along).max(0.0).sqrt();
                 (half_length * along).hypot(radius * across)
             }
@@ -54,17 +71,24 @@ impl Shape {
         }
     }
 
-    /// The farthest that the body reaches across a direction, a unit vector.
-    pub fn reach_across(&self, attitude: &UnitQuaternion<f64>, direction: &Vector3<f64>) -> f64 {
+    /// Largest support distance over all directions perpendicular to `direction`, a unit vector.
+    ///
+    /// `rotation` is relative to the initial configuration.
+    pub fn transverse_support_distance(
+        &self,
+        rotation: &UnitQuaternion<f64>,
+        direction: &Vector3<f64>,
+    ) -> f64 {
         match *self {
             Self::Sphere { radius } => radius,
             Self::Spheroid { radius, axis, .. } => {
-                let axis = attitude * axis;
+                let axis = rotation * axis;
                 let across = axis - axis.dot(direction) * direction;
-                // the direction nearest to the axis, or that of the equator
-                across
-                    .try_normalize(0.0)
-                    .map_or(radius, |across| self.reach(attitude, &across).max(radius))
+                // The maximum is attained at the direction nearest to the axis (prolate) or on the
+                // equator (oblate).
+                across.try_normalize(0.0).map_or(radius, |across| {
+                    self.support_distance(rotation, &across).max(radius)
+                })
             }
             Self::Point => 0.0,
         }
@@ -76,21 +100,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spheroids_reach_their_semi_axes() {
+    fn support_distances_of_a_spheroid_along_its_axes_are_its_semi_axes() {
         let shape = Shape::Spheroid {
             radius: 1.0,
             half_length: 3.0,
             axis: Vector3::x(),
         };
-        let turned = UnitQuaternion::from_scaled_axis(Vector3::z() * std::f64::consts::FRAC_PI_2);
-        for (direction, reach) in [
+        let rotation = UnitQuaternion::from_scaled_axis(Vector3::z() * std::f64::consts::FRAC_PI_2);
+        for (direction, expected) in [
             (Vector3::x(), 1.0),
             (Vector3::y(), 3.0),
             (Vector3::z(), 1.0),
         ] {
-            assert!((shape.reach(&turned, &direction) - reach).abs() < 1e-12);
+            assert!((shape.support_distance(&rotation, &direction) - expected).abs() < 1e-12);
         }
-        assert!((shape.reach_across(&turned, &Vector3::x()) - 3.0).abs() < 1e-12);
-        assert!((shape.reach_across(&turned, &Vector3::y()) - 1.0).abs() < 1e-12);
+        assert!((shape.transverse_support_distance(&rotation, &Vector3::x()) - 3.0).abs() < 1e-12);
+        assert!((shape.transverse_support_distance(&rotation, &Vector3::y()) - 1.0).abs() < 1e-12);
     }
 }

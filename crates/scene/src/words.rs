@@ -1,160 +1,210 @@
-//! The words that keys of a scene take, and what they stand for.
+//! Words that keys of a scene file take, and what they stand for.
+//!
+//! The word of a variant is its name in kebab case: `FormulationKind::PTilde` is `"p-tilde"`.
 
-/// An enum whose variants are words of the scene file: the words are written down once.
+use serde::{Deserialize, Serialize};
+use strum::{IntoStaticStr, VariantNames};
+
+/// Gives the enums of this file their words as inherent items.
 macro_rules! words {
-    ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $word:literal,)+ }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum $name { $($(#[$variant_doc])* $variant,)+ }
-
-        impl $name {
+    ($($kind:ident),+) => { $(
+        impl $kind {
             /// All words, in the order of the variants.
-            pub const WORDS: &[&str] = &[$($word),+];
+            pub const WORDS: &[&str] = <Self as VariantNames>::VARIANTS;
 
             /// The word of the scene file.
-            pub const fn word(self) -> &'static str {
-                match self { $(Self::$variant => $word,)+ }
-            }
-
-            pub(crate) fn of(word: &str) -> Option<Self> {
-                match word { $($word => Some(Self::$variant),)+ _ => None }
+            pub fn word(self) -> &'static str {
+                self.into()
             }
         }
-    };
+    )+ };
 }
 
-words! {
-    /// Where the fluid is.
-    DomainKind {
-        /// Everywhere.
-        Unbounded = "unbounded",
-        /// In a ball.
-        Ball = "ball",
-        /// In a box.
-        Box = "box",
-        /// In a circular cylinder.
-        Cylinder = "cylinder",
-        /// On one side of a plane.
-        Wall = "wall",
-        /// In the volume of a mesh file.
-        Mesh = "mesh",
-    }
+words!(
+    DomainKind,
+    ShapeKind,
+    ArmsKind,
+    ModelKind,
+    FormulationKind,
+    SolverKind,
+    MeshMotionKind,
+    GeometryKind,
+    MirrorKind,
+    EstimatesKind
+);
+
+/// Kind of domain: where the fluid is.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum DomainKind {
+    /// The whole space.
+    #[default]
+    Unbounded,
+    /// The interior of a ball.
+    Ball,
+    /// The interior of a box.
+    Box,
+    /// The interior of an infinite circular cylinder.
+    Cylinder,
+    /// The half-space above a plane.
+    Wall,
+    /// The volume of a mesh file.
+    Mesh,
 }
 
-words! {
-    /// Kind of body.
-    ShapeKind {
-        /// A sphere.
-        Sphere = "sphere",
-        /// A spheroid.
-        Spheroid = "spheroid",
-        /// A massless point without surface.
-        Point = "point",
-    }
+/// Kind of body.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum ShapeKind {
+    /// A sphere.
+    #[default]
+    Sphere,
+    /// A spheroid.
+    Spheroid,
+    /// A massless point without a surface.
+    Point,
 }
 
-words! {
-    /// How bodies sit on arms that turn; see [`rigid::Arms`].
-    ArmsKind {
-        /// Bodies keep their attitude to the frame.
-        Clamped = "clamped",
-        /// Bodies spin freely.
-        Free = "free",
-        /// Arms keep their direction in the laboratory.
-        Lab = "lab",
-    }
+/// How bodies are attached to arms that rotate; see [`rigid::Arms`].
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum ArmsKind {
+    /// Bodies keep their orientation relative to the frame of the swimmer.
+    #[default]
+    Clamped,
+    /// Bodies rotate freely.
+    Free,
+    /// Arms keep their direction in the laboratory frame.
+    Lab,
 }
 
-words! {
-    /// Model of the flow.
-    ModelKind {
-        /// The least model that meets the tolerance.
-        Auto = "auto",
-        /// Point forces.
-        Oseen = "oseen",
-        /// Rotne-Prager-Yamakawa.
-        Rpy = "rpy",
-        /// Multipole expansions.
-        Multipole = "multipole",
-        /// Finite elements in the meridian plane.
-        Axisymmetric = "axisymmetric",
-        /// Finite elements in space.
-        Fem = "fem",
-    }
+/// Model of the flow.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum ModelKind {
+    /// The cheapest model that meets the tolerance.
+    #[default]
+    Auto,
+    /// Point forces (Oseen tensor).
+    Oseen,
+    /// Rotne-Prager-Yamakawa tensor.
+    Rpy,
+    /// Multipole expansions.
+    Multipole,
+    /// Finite elements in the meridian plane.
+    Axisymmetric,
+    /// Finite elements in three dimensions.
+    Fem,
 }
 
-words! {
-    /// How the finite-element model imposes the links.
-    FormulationKind {
-        /// Elimination of relative velocities.
-        PTilde = "p-tilde",
-        /// Lagrange multipliers.
-        Lagrange = "lagrange",
-        /// Substitution into rows.
-        DirectRow = "direct-row",
-    }
+/// How the finite-element model imposes the constraints of the links.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum FormulationKind {
+    /// Elimination of the relative velocities.
+    #[default]
+    PTilde,
+    /// Lagrange multipliers.
+    Lagrange,
+    /// Constraint rows that replace rows of the system.
+    DirectRow,
 }
 
-words! {
-    /// How the finite-element model solves its systems.
-    SolverKind {
-        /// Krylov method with the block preconditioner.
-        Block = "block",
-        /// Sparse factorisation.
-        Direct = "direct",
-        /// Krylov method with additive Schwarz.
-        Schwarz = "schwarz",
-        /// Minimal residuals with the block-diagonal preconditioner, for symmetric formulations.
-        Minres = "minres",
-    }
+/// How the finite-element model solves its linear systems.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum SolverKind {
+    /// Krylov method with the block preconditioner.
+    #[default]
+    Block,
+    /// Sparse factorisation.
+    Direct,
+    /// Krylov method with additive Schwarz.
+    Schwarz,
+    /// Minimal residuals with the block-diagonal preconditioner, for symmetric formulations.
+    Minres,
 }
 
-words! {
-    /// How the finite-element model moves its mesh; see [`ale::MeshMotion`].
-    MeshMotionKind {
-        /// Laplace's equation.
-        Laplace = "laplace",
-        /// Diffusion with the coefficient of Kanchi & Masud.
-        KanchiMasud = "kanchi-masud",
-        /// Diffusion with the reciprocal volume as coefficient.
-        InverseVolume = "inverse-volume",
-        /// Linear elasticity, small elements stiff.
-        Elastic = "elastic",
-        /// The biharmonic equation.
-        Biharmonic = "biharmonic",
-        /// Cubic radial basis functions.
-        Rbf = "rbf",
-    }
+/// How the finite-element model moves its mesh with the bodies.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum MeshMotionKind {
+    /// Laplace's equation.
+    Laplace,
+    /// Diffusion with the coefficient of Kanchi & Masud.
+    #[default]
+    KanchiMasud,
+    /// Diffusion with the reciprocal of the element volume as coefficient.
+    InverseVolume,
+    /// Linear elasticity with small elements stiffer than large ones.
+    Elastic,
+    /// The biharmonic equation.
+    Biharmonic,
+    /// Cubic radial basis functions.
+    Rbf,
 }
 
-words! {
-    /// Shape of the elements at the bodies.
-    GeometryKind {
-        /// Isoparametric quadratic.
-        Curved = "curved",
-        /// Flat facets.
-        Straight = "straight",
-    }
+/// Shape of the elements at the surfaces of the bodies.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum GeometryKind {
+    /// Isoparametric quadratic elements.
+    #[default]
+    Curved,
+    /// Elements with flat facets.
+    Straight,
 }
 
-words! {
-    /// Whether the finite-element model looks for mirror planes.
-    MirrorKind {
-        /// It meshes the whole fluid.
-        Off = "off",
-        /// It meshes what is on one side of the planes that it finds.
-        Auto = "auto",
-    }
+/// Whether the finite-element model uses symmetry planes.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum MirrorKind {
+    /// It meshes the whole fluid.
+    Off,
+    /// It meshes one side of each symmetry plane that it finds.
+    #[default]
+    Auto,
 }
 
-words! {
-    /// Whether errors are estimated.
-    EstimatesKind {
-        /// With every answer that is reported.
-        On = "on",
-        /// Not at all.
-        Off = "off",
-    }
+/// Whether discretisation errors are estimated.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum EstimatesKind {
+    /// For every reported answer.
+    #[default]
+    On,
+    /// For none.
+    Off,
 }
 
 impl From<ArmsKind> for rigid::Arms {
@@ -164,5 +214,49 @@ impl From<ArmsKind> for rigid::Arms {
             ArmsKind::Free => Self::Free,
             ArmsKind::Lab => Self::Lab,
         }
+    }
+}
+
+impl From<rigid::Arms> for ArmsKind {
+    fn from(arms: rigid::Arms) -> Self {
+        match arms {
+            rigid::Arms::Clamped => Self::Clamped,
+            rigid::Arms::Free => Self::Free,
+            rigid::Arms::Lab => Self::Lab,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::de::DeserializeOwned;
+
+    use super::*;
+
+    /// Every word of the list is read by serde as the variant that has this word, and written back.
+    fn check<T>(words: &[&'static str])
+    where
+        T: Copy + Serialize + DeserializeOwned + Into<&'static str>,
+    {
+        for &word in words {
+            let text = toml::Value::String(word.to_owned());
+            let kind: T = text.clone().try_into().unwrap();
+            assert_eq!(kind.into(), word);
+            assert_eq!(toml::Value::try_from(kind).unwrap(), text);
+        }
+    }
+
+    #[test]
+    fn serde_and_the_lists_of_words_agree() {
+        check::<DomainKind>(DomainKind::WORDS);
+        check::<ShapeKind>(ShapeKind::WORDS);
+        check::<ArmsKind>(ArmsKind::WORDS);
+        check::<ModelKind>(ModelKind::WORDS);
+        check::<FormulationKind>(FormulationKind::WORDS);
+        check::<SolverKind>(SolverKind::WORDS);
+        check::<MeshMotionKind>(MeshMotionKind::WORDS);
+        check::<GeometryKind>(GeometryKind::WORDS);
+        check::<MirrorKind>(MirrorKind::WORDS);
+        check::<EstimatesKind>(EstimatesKind::WORDS);
     }
 }

@@ -1,84 +1,37 @@
 //! From a scene back to its file, with every key written out.
 
-use crate::file::{
-    BodyFile, DomainFile, FemFile, FluidFile, GaitFile, LinkFile, ModelFile, PhaseFile, SceneFile,
-};
+use crate::body::Body;
+use crate::domain::Domain;
+use crate::error::SceneError;
+use crate::file::{BodyFile, DomainFile, FluidFile, GaitFile, LinkFile, PhaseFile, SceneFile};
 use crate::gait::Phase;
-use crate::scene::{Body, Domain, Scene};
+use crate::scene::Scene;
 use crate::shape::Shape;
-use crate::words::{ArmsKind, ShapeKind};
 
 impl Scene {
     /// The scene as TOML with every key written out, overrides and defaults included.
-    pub fn to_toml(&self) -> String {
-        to_toml(self)
+    ///
+    /// # Errors
+    /// [`SceneError::Unwritable`]. No scene is known for which this happens.
+    pub fn to_toml(&self) -> Result<String, SceneError> {
+        Ok(toml::to_string(&scene_file(self))?)
     }
 }
 
-fn to_toml(scene: &Scene) -> String {
+fn scene_file(scene: &Scene) -> SceneFile {
     let links = scene.articulation.links();
     let name = |body: usize| scene.bodies[body].name.clone();
-    let (radius, size, file, walls) = match &scene.domain {
-        Domain::Unbounded | Domain::Wall => (None, None, None, None),
-        Domain::Ball { radius } | Domain::Cylinder { radius } => (Some(*radius), None, None, None),
-        Domain::Box { size } => (None, Some((*size).into()), None, None),
-        Domain::Mesh { file, walls } => (
-            None,
-            None,
-            Some(file.display().to_string()),
-            Some(walls.clone()),
-        ),
-    };
-    let arms = match scene.articulation.arms() {
-        rigid::Arms::Clamped => ArmsKind::Clamped,
-        rigid::Arms::Free => ArmsKind::Free,
-        rigid::Arms::Lab => ArmsKind::Lab,
-    };
-    let text = |word: &str| Some(word.to_owned());
-    let body = |body: &Body| BodyFile {
-        name: Some(body.name.clone()),
-        shape: text(match body.shape {
-            Shape::Sphere { .. } => ShapeKind::Sphere.word(),
-            Shape::Spheroid { .. } => ShapeKind::Spheroid.word(),
-            Shape::Point => ShapeKind::Point.word(),
-        }),
-        radius: match body.shape {
-            Shape::Sphere { radius } | Shape::Spheroid { radius, .. } => Some(radius),
-            Shape::Point => None,
-        },
-        half_length: match body.shape {
-            Shape::Spheroid { half_length, .. } => Some(half_length),
-            Shape::Sphere { .. } | Shape::Point => None,
-        },
-        axis: match body.shape {
-            Shape::Spheroid { axis, .. } => Some(axis.into()),
-            Shape::Sphere { .. } | Shape::Point => None,
-        },
-        position: Some(body.position.into()),
-        surface: body.surface.clone(),
-        force: Some(body.force.into()),
-        torque: Some(body.torque.into()).filter(|_| body.shape != Shape::Point),
-        fixed: Some(body.fixed).filter(|&fixed| fixed),
-        mass: Some(body.mass),
-        inertia: Some(body.inertia),
-    };
     let phase = |phase: &Phase| PhaseFile {
         link: phase.change.map(|(link, _)| links[link].name.clone()),
         length: phase.change.map(|(_, length)| length),
-        duration: Some(phase.duration),
+        duration: phase.duration,
     };
-    let file = SceneFile {
+    SceneFile {
         fluid: FluidFile {
-            viscosity: Some(scene.viscosity),
+            viscosity: scene.viscosity,
         },
-        domain: DomainFile {
-            kind: text(scene.domain.kind().word()),
-            radius,
-            size,
-            file,
-            walls,
-        },
-        bodies: scene.bodies.iter().map(body).collect(),
+        domain: domain_file(&scene.domain),
+        bodies: scene.bodies.iter().map(body_file).collect(),
         links: links
             .iter()
             .map(|link| LinkFile {
@@ -88,30 +41,56 @@ fn to_toml(scene: &Scene) -> String {
             })
             .collect(),
         gait: GaitFile {
-            arms: text(arms.word()),
-            cycles: Some(scene.gait.cycles),
+            arms: scene.articulation.arms().into(),
+            cycles: scene.gait.cycles,
             phases: Some(scene.gait.phases.iter().map(phase).collect())
                 .filter(|list: &Vec<_>| !list.is_empty()),
         },
-        model: ModelFile {
-            kind: text(scene.model.kind.word()),
-            tolerance: Some(scene.model.tolerance),
-        },
-        fem: FemFile {
-            formulation: text(scene.fem.formulation.word()),
-            solver: text(scene.fem.solver.word()),
-            subdomains: Some(scene.fem.subdomains),
-            overlap: Some(scene.fem.overlap),
-            rtol: Some(scene.fem.rtol),
-            surface_size: scene.fem.surface_size,
-            size_factor: scene.fem.size_factor,
-            target: scene.fem.target,
-            estimates: text(scene.fem.estimates.word()),
-            geometry: text(scene.fem.geometry.word()),
-            mesh_motion: text(scene.fem.mesh_motion.word()),
-            mirror: text(scene.fem.mirror.word()),
-        },
+        model: scene.model,
+        fem: scene.fem,
+    }
+}
+
+/// The group `domain` of a scene file.
+pub(crate) fn domain_file(domain: &Domain) -> DomainFile {
+    let mut file = DomainFile {
+        kind: Some(domain.kind()),
+        ..DomainFile::default()
     };
-    // Every field is a number, a text or a list of them: nothing that TOML cannot hold.
-    toml::to_string(&file).unwrap_or_default()
+    match domain {
+        Domain::Unbounded | Domain::Wall => {}
+        Domain::Ball { radius } | Domain::Cylinder { radius } => file.radius = Some(*radius),
+        Domain::Box { size } => file.size = Some((*size).into()),
+        Domain::Mesh { file: path, walls } => {
+            file.file = Some(path.display().to_string());
+            file.walls = Some(walls.clone());
+        }
+    }
+    file
+}
+
+fn body_file(body: &Body) -> BodyFile {
+    let (radius, half_length, axis) = match body.shape {
+        Shape::Sphere { radius } => (Some(radius), None, None),
+        Shape::Spheroid {
+            radius,
+            half_length,
+            axis,
+        } => (Some(radius), Some(half_length), Some(axis.into())),
+        Shape::Point => (None, None, None),
+    };
+    BodyFile {
+        name: Some(body.name.clone()),
+        shape: body.shape.kind(),
+        radius,
+        half_length,
+        axis,
+        position: Some(body.position.into()),
+        surface: body.surface.clone(),
+        force: body.force.into(),
+        torque: Some(body.torque.into()).filter(|_| body.shape != Shape::Point),
+        fixed: body.fixed,
+        mass: body.mass,
+        inertia: body.inertia,
+    }
 }

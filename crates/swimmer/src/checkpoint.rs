@@ -43,6 +43,9 @@ pub struct Checkpoint {
 
 impl Checkpoint {
     /// Everything that the rest of the run depends on.
+    ///
+    /// # Errors
+    /// A scene that cannot be written as TOML.
     pub fn new(
         scene: &Scene,
         state: &State,
@@ -52,7 +55,7 @@ impl Checkpoint {
     ) -> Result<Self, SwimError> {
         Ok(Self {
             version: VERSION,
-            scene: scene.to_toml(),
+            scene: scene.to_toml()?,
             frames: state.frames.clone(),
             attitudes: state.attitudes.clone(),
             history: model.history()?,
@@ -131,7 +134,7 @@ impl Checkpoint {
             path: folder.join(FILE),
             problem,
         };
-        let now = scene.to_toml();
+        let now = scene.to_toml()?;
         let kept = |text: &str| -> Vec<String> {
             let lines = text.lines().filter(|line| !line.starts_with("cycles ="));
             lines.map(str::to_owned).collect()

@@ -233,7 +233,7 @@ fn a_narrow_gap_between_planes_resists_as_the_whole() {
           { name = \"b\", radius = 1, position = [1.1, 0, 0], force = [-1, 0, 0] },
         ]";
     let scene = scene(pair, &[]);
-    assert_eq!(scene.fem_mirrors(), [false, true, true]);
+    assert_eq!(scene.fem_symmetry_planes(), [false, true, true]);
     let (mut model, instant) = solve(&scene);
     let resistance = start_resistance(&scene, &mut model).unwrap();
     let forces = &resistance * DVector::from_vec(velocities(&instant));
@@ -263,7 +263,7 @@ fn bug_a_mesh_that_is_poor_when_new_was_not_kept() {
 
 #[test]
 fn planes_are_found_where_they_are_and_used_where_they_can_be() {
-    let planes = |text: &str, settings: &[&str]| scene(text, settings).fem_mirrors();
+    let planes = |text: &str, settings: &[&str]| scene(text, settings).fem_symmetry_planes();
     assert_eq!(planes(COLLINEAR, &[]), [false, true, true]);
     assert_eq!(planes(PLANAR, &[]), [false, false, true]);
     for without in [

@@ -175,7 +175,7 @@ impl Mesher {
             surfaced,
             tags,
             geometry: scene.fem.geometry,
-            mirrors: scene.fem_mirrors(),
+            mirrors: scene.fem_symmetry_planes(),
             sizes: None,
         })
     }

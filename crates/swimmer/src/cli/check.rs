@@ -55,7 +55,7 @@ fn mirrors(scene: &Scene) -> Option<String> {
         let part = ["", "a half", "a quarter", "an eighth"][normals.len()];
         (!normals.is_empty()).then(|| (normals.join(" and "), part))
     };
-    match (words(scene.fem_mirrors()), words(scene.mirror_planes())) {
+    match (words(scene.fem_symmetry_planes()), words(scene.symmetry_planes())) {
         (Some((normals, part)), _) => Some(format!(
             "mirror planes normal to {normals}: {part} of the fluid is meshed"
         )),

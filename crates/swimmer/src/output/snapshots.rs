@@ -138,7 +138,7 @@ fn outline<'a>(
     let pose = &sample.poses[body];
     let reach = move |angle: f64| {
         let direction = axis * angle.cos() + across * angle.sin();
-        scene.bodies[body].shape.reach(&pose.rotation, &direction)
+        scene.bodies[body].shape.support_distance(&pose.rotation, &direction)
     };
     (0..CORNERS).map(move |k| {
         let angle = std::f64::consts::TAU * k as f64 / CORNERS as f64;

@@ -1,36 +1,42 @@
-//! What the arrangement of bodies allows a model to leave out.
+//! Arrangement of the bodies, and the symmetry planes and axes that models can use.
 
 use nalgebra::Vector3;
 
-use crate::scene::{Domain, Scene};
+use crate::domain::Domain;
+use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::words::{GeometryKind, MeshMotionKind, MirrorKind, SolverKind};
 
-/// How the bodies, their loads and the domain lie.
+/// Arrangement of the bodies, their loads and the domain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Arrangement {
-    /// On one line, which is an axis of the domain, with loads along it: the flow is axisymmetric.
+    /// Bodies on one line that is an axis of the domain, with loads along it: the flow is
+    /// axisymmetric.
     Axisymmetric,
-    /// On one line, but the domain or the loads are not symmetric about it.
+    /// Bodies on one line about which the domain or the loads are not symmetric.
     Collinear,
-    /// In one plane.
+    /// Bodies in one plane.
     Planar,
-    /// In space.
+    /// All other arrangements.
     Spatial,
 }
 
-/// A line through bodies.
+/// The line through the first body and the body farthest from it.
 struct Line {
-    /// From the first body to each.
+    /// Difference of each body's position and that of the first body.
     arms: Vec<Vector3<f64>>,
+    /// Direction of the line, a unit vector.
     axis: Vector3<f64>,
-    /// Distances that count as none.
-    off: f64,
+    /// Distances up to this length count as zero.
+    tolerance: f64,
+    /// Whether all bodies are on the line.
     is_straight: bool,
 }
 
 impl Scene {
-    /// How the bodies lie at the start; links keep it so, unless walls or loads turn the bodies away.
+    /// Arrangement of the bodies in the initial configuration.
+    ///
+    /// The links preserve it, unless walls or loads rotate the bodies out of it.
     pub fn arrangement(&self) -> Arrangement {
         let line = self.line();
         if line.is_straight {
@@ -47,59 +53,63 @@ impl Scene {
         match line
             .arms
             .iter()
-            .all(|arm| arm.dot(&normal).abs() <= line.off)
+            .all(|arm| arm.dot(&normal).abs() <= line.tolerance)
         {
             true => Arrangement::Planar,
             false => Arrangement::Spatial,
         }
     }
 
-    /// The direction of the axis about which everything is symmetric, for [`Arrangement::Axisymmetric`]; it runs through the bodies.
+    /// Direction of the axis of symmetry, which runs through the bodies, for
+    /// [`Arrangement::Axisymmetric`].
     pub fn axis(&self) -> Option<Vector3<f64>> {
         let line = self.line();
         (line.is_straight && self.is_axis(&line)).then_some(line.axis)
     }
 
-    /// The coordinate planes through the origin, by the axes they are normal to, that mirror everything for the whole run.
+    /// Which coordinate planes through the origin, normal to x, y and z, are symmetry planes of the
+    /// whole run.
     ///
-    /// All centres are on them and so is what links do; forces lie in them, torques are normal to all of them, and the domain is its own
-    /// image. Nothing can then leave them.
-    pub fn mirror_planes(&self) -> [bool; 3] {
+    /// All centres and forces lie in such a plane, torques are normal to it, and the domain is
+    /// symmetric about it. No body can then leave the plane.
+    pub fn symmetry_planes(&self) -> [bool; 3] {
         let domain = matches!(
             self.domain,
             Domain::Unbounded | Domain::Ball { .. } | Domain::Box { .. }
         );
-        let of_body = |axis: usize| {
+        let holds_for_bodies = |axis: usize| {
             self.bodies.iter().all(|body| {
-                let turned = match body.shape {
-                    Shape::Sphere { .. } | Shape::Point => false,
-                    Shape::Spheroid { .. } => true,
+                let is_isotropic = match body.shape {
+                    Shape::Sphere { .. } | Shape::Point => true,
+                    Shape::Spheroid { .. } => false,
                 };
-                let across = (0..3).filter(|&other| other != axis);
+                let in_plane = (0..3).filter(|&other| other != axis);
                 body.position[axis] == 0.0
                     && body.force[axis] == 0.0
-                    && across.map(|other| body.torque[other]).all(|t| t == 0.0)
-                    && !turned
+                    && in_plane.map(|other| body.torque[other]).all(|t| t == 0.0)
+                    && is_isotropic
             })
         };
-        [0, 1, 2].map(|axis| domain && of_body(axis))
+        [0, 1, 2].map(|axis| domain && holds_for_bodies(axis))
     }
 
-    /// The planes of [`Scene::mirror_planes`] that `fem.mirror` asks for and the options of `fem` can use.
+    /// The planes of [`Scene::symmetry_planes`] that the finite-element model uses.
     ///
-    /// Factorisations do not know of them, elastic mesh motion would leave them, what flat facets cut off is known for whole surfaces only,
-    /// and inertia asks for the resistance to all motions.
-    pub fn fem_mirrors(&self) -> [bool; 3] {
-        let is_able = matches!(self.fem.solver, SolverKind::Block | SolverKind::Minres)
+    /// None if `fem.mirror` is off or the other options do not support symmetry planes: sparse
+    /// factorisations and additive Schwarz do not, elastic mesh motion does not keep nodes on the
+    /// planes, the geometry error of flat facets is known for whole surfaces only, and inertia needs
+    /// the resistance to all motions.
+    pub fn fem_symmetry_planes(&self) -> [bool; 3] {
+        let is_supported = matches!(self.fem.solver, SolverKind::Block | SolverKind::Minres)
             && self.fem.mesh_motion != MeshMotionKind::Elastic
             && self.fem.geometry == GeometryKind::Curved
             && self
                 .bodies
                 .iter()
                 .all(|body| body.mass == 0.0 && body.inertia == 0.0);
-        if self.fem.mirror == MirrorKind::Auto && is_able {
-            match self.mirror_planes() {
-                // One body at the origin: of all its motions one is left for a load to come.
+        if self.fem.mirror == MirrorKind::Auto && is_supported {
+            match self.symmetry_planes() {
+                // One body at the origin: a motion is left free for a load along x.
                 [true, true, true] => [false, true, true],
                 planes => planes,
             }
@@ -108,7 +118,7 @@ impl Scene {
         }
     }
 
-    /// The line through the first body and the farthest from it.
+    /// The line through the first body and the body farthest from it.
     fn line(&self) -> Line {
         let origin = self.bodies[0].position;
         let arms: Vec<Vector3<f64>> = self
@@ -121,44 +131,49 @@ impl Scene {
             .copied()
             .max_by(|a, b| a.norm().total_cmp(&b.norm()))
             .unwrap_or_default();
-        // Positions are typed with a few digits: farther off than this is meant to be off.
-        let off = 1e-9 * longest.norm();
+        // Positions are written with a few digits: larger deviations are intended.
+        let tolerance = 1e-9 * longest.norm();
         let axis = longest
             .try_normalize(0.0)
-            .unwrap_or_else(|| self.lone_axis());
+            .unwrap_or_else(|| self.single_body_axis());
         Line {
-            is_straight: arms.iter().all(|arm| arm.cross(&axis).norm() <= off),
+            is_straight: arms.iter().all(|arm| arm.cross(&axis).norm() <= tolerance),
             arms,
             axis,
-            off,
+            tolerance,
         }
     }
 
-    /// Whether domain and loads are symmetric about a line that the bodies are on.
+    /// Whether shapes, loads and domain are symmetric about a line on which the bodies are.
     fn is_axis(&self, line: &Line) -> bool {
-        let (origin, axis, off) = (self.bodies[0].position, line.axis, line.off);
+        let (origin, axis, tolerance) = (self.bodies[0].position, line.axis, line.tolerance);
         let is_along = |v: &Vector3<f64>| v.cross(&axis).norm() <= 1e-9 * v.norm();
         let loads_along = self
             .bodies
             .iter()
             .all(|body| is_along(&body.force) && is_along(&body.torque));
-        let turned_along = self.bodies.iter().all(|body| match body.shape {
+        let shapes_along = self.bodies.iter().all(|body| match body.shape {
             Shape::Spheroid { axis: own, .. } => is_along(&own),
             Shape::Sphere { .. } | Shape::Point => true,
         });
         loads_along
-            && turned_along
+            && shapes_along
             && match self.domain {
                 Domain::Unbounded => true,
-                Domain::Ball { .. } => origin.cross(&axis).norm() <= off.max(1e-9 * origin.norm()),
-                Domain::Cylinder { .. } => axis.yz().norm() <= 1e-9 && origin.yz().norm() <= off,
+                Domain::Ball { .. } => {
+                    origin.cross(&axis).norm() <= tolerance.max(1e-9 * origin.norm())
+                }
+                Domain::Cylinder { .. } => {
+                    axis.yz().norm() <= 1e-9 && origin.yz().norm() <= tolerance
+                }
                 Domain::Wall => axis.xy().norm() <= 1e-9,
                 Domain::Box { .. } | Domain::Mesh { .. } => false,
             }
     }
 
-    /// The axis of a single body: along its load, or else through the middle of the domain.
-    fn lone_axis(&self) -> Vector3<f64> {
+    /// Axis of a scene with one body: its axis of revolution, or else the direction of its load, or
+    /// else the line through the centre of the domain.
+    fn single_body_axis(&self) -> Vector3<f64> {
         let body = &self.bodies[0];
         let own = match body.shape {
             Shape::Spheroid { axis, .. } => axis,
@@ -173,7 +188,7 @@ impl Scene {
 }
 
 impl Arrangement {
-    /// In words.
+    /// The arrangement in words.
     pub fn describe(self) -> &'static str {
         match self {
             Self::Axisymmetric => {
@@ -182,7 +197,7 @@ impl Arrangement {
             Self::Collinear => {
                 "bodies on one line, in surroundings that are not symmetric about it"
             }
-            Self::Planar => "bodies in one plane: one mirror plane",
+            Self::Planar => "bodies in one plane: one symmetry plane",
             Self::Spatial => "bodies in space: no symmetry found",
         }
     }

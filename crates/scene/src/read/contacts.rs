@@ -1,14 +1,14 @@
-//! Whether the bodies have room: at the start and along the whole stroke.
+//! Checks that bodies do not touch: in the initial configuration and along the whole stroke.
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 
-use crate::contact::{Contact, closest_approach, closest_contact, reaches};
+use crate::contact::{Contact, closest_approach, closest_contact, support_along_centres};
 use crate::error::SceneError;
 use crate::gait::{Gait, Leg, legs};
 use crate::scene::Scene;
 
-/// Refuses bodies that touch each other or the wall at the start.
-pub(crate) fn check_start(scene: &Scene) -> Result<(), SceneError> {
+/// Refuses bodies that touch each other or a wall in the initial configuration.
+pub(super) fn check_initial(scene: &Scene) -> Result<(), SceneError> {
     let poses = scene
         .articulation
         .place(&scene.initial_state(), scene.articulation.initial_lengths())?;
@@ -37,9 +37,11 @@ pub(crate) fn check_start(scene: &Scene) -> Result<(), SceneError> {
     })
 }
 
-/// Refuses a gait along which bodies of one linkage touch: that depends on the lengths alone.
-pub(crate) fn check_stroke(scene: &Scene) -> Result<(), SceneError> {
-    // From the second cycle on, all cycles run through the same lengths.
+/// Refuses a gait along which bodies of one linkage touch.
+///
+/// Their relative positions depend on the lengths of the links alone, so that no flow is needed.
+pub(super) fn check_stroke(scene: &Scene) -> Result<(), SceneError> {
+    // All cycles after the second one repeat the lengths of the second one.
     let gait = Gait {
         cycles: scene.gait.cycles.min(2),
         phases: scene.gait.phases.clone(),
@@ -69,12 +71,12 @@ fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SceneError> {
         let solid: Vec<usize> = solid.collect();
         for (k, &one) in solid.iter().enumerate() {
             for &other in &solid[..k] {
-                let apart = |poses: &[nalgebra::Isometry3<f64>]| -> Vector3<f64> {
+                let apart = |poses: &[Isometry3<f64>]| -> Vector3<f64> {
                     poses[one].translation.vector - poses[other].translation.vector
                 };
                 let (s, distance) = closest_approach(&apart(&from), &apart(&to));
                 let pair = [one, other].map(|b| (&scene.bodies[b], &from[b].rotation));
-                let radii = reaches(pair, &apart(&from).lerp(&apart(&to), s));
+                let radii = support_along_centres(pair, &apart(&from).lerp(&apart(&to), s));
                 let contact = Contact {
                     body: other,
                     other: Some(one),

@@ -1,0 +1,45 @@
+//! A body of a scene.
+
+use nalgebra::Vector3;
+use rigid::BodyKind;
+
+use crate::shape::Shape;
+
+/// A body.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Body {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// Shape.
+    pub shape: Shape,
+    /// Centre in the initial configuration.
+    pub position: Vector3<f64>,
+    /// Name of the body's part of the mesh boundary, if the domain is a mesh.
+    pub surface: Option<String>,
+    /// External force.
+    pub force: Vector3<f64>,
+    /// External torque about the centre.
+    pub torque: Vector3<f64>,
+    /// Whether the body is an obstacle at rest.
+    pub fixed: bool,
+    /// Mass; zero if inertia is neglected.
+    pub mass: f64,
+    /// Moment of inertia about the centre; zero if inertia is neglected.
+    pub inertia: f64,
+}
+
+impl Body {
+    /// Radius of the smallest ball about the centre that contains the body; zero for points.
+    pub fn bounding_radius(&self) -> f64 {
+        self.shape.bounding_radius()
+    }
+
+    /// Kind of body in the articulation: rigid, or a point without rotation.
+    pub fn kind(&self) -> BodyKind {
+        match self.shape {
+            Shape::Sphere { .. } | Shape::Spheroid { .. } => BodyKind::Rigid,
+            Shape::Point => BodyKind::Point,
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Checks of keys and values against the table of all keys.
+
+use toml::{Table, Value};
+
+use super::places::Places;
+use crate::error::{SceneError, one_line};
+use crate::keys::{self, Key, Kind, join, without_indices};
+use crate::nearest::nearest;
+
+/// Refuses unknown keys and values that are not of their key's kind, below a group.
+pub(super) fn check_table(places: &Places, table: &Table, group: &str) -> Result<(), SceneError> {
+    table
+        .iter()
+        .try_for_each(|(key, value)| check_value(places, value, &join(group, key)))
+}
+
+/// As [`check_table`], for the value of one key or group.
+pub(super) fn check_value(places: &Places, value: &Value, path: &str) -> Result<(), SceneError> {
+    let schema = without_indices(path);
+    let bad = |problem: String| SceneError::BadValue {
+        place: places.find(path),
+        key: path.to_owned(),
+        problem,
+    };
+    if let Some(key) = keys::find(&schema) {
+        return check_kind(value, key.kind).map_err(bad);
+    }
+    if !keys::is_group(&schema) {
+        return Err(unknown_key(places, path));
+    }
+    let not_a_list = || bad(format!("must be a list of tables, written as [[{schema}]]"));
+    let is_list = keys::is_group(&format!("{schema}[]"));
+    match value {
+        Value::Table(table) if !is_list => check_table(places, table, path),
+        Value::Array(list) if is_list => {
+            list.iter()
+                .enumerate()
+                .try_for_each(|(index, entry)| match entry {
+                    Value::Table(table) => check_table(places, table, &format!("{path}[{index}]")),
+                    _ => Err(not_a_list()),
+                })
+        }
+        _ if is_list => Err(not_a_list()),
+        _ => {
+            let header = schema
+                .strip_suffix("[]")
+                .map_or(format!("[{schema}]"), |list| format!("[[{list}]]"));
+            Err(bad(format!("must be a table, written as {header}")))
+        }
+    }
+}
+
+/// Suggests a key of the same group, or else the key of this name in another group.
+fn unknown_key(places: &Places, path: &str) -> SceneError {
+    let schema = without_indices(path);
+    let (group, last) = schema.rsplit_once('.').unwrap_or(("", &schema));
+    let here = keys::KEYS.iter().filter_map(|key| {
+        let below = if group.is_empty() {
+            key.path
+        } else {
+            key.path.strip_prefix(group)?.strip_prefix('.')?
+        };
+        below.split(['.', '[']).next()
+    });
+    let same_name = |key: &&Key| key.path.rsplit('.').next() == Some(last);
+    let remedy = if let Some(near) = nearest(last, here.clone()) {
+        format!("did you mean '{}'?", join(group, near))
+    } else if let Some(elsewhere) = keys::KEYS.iter().find(same_name) {
+        format!("did you mean '{}'?", elsewhere.path)
+    } else {
+        let mut known: Vec<&str> = here.collect();
+        known.dedup();
+        let owner = if group.is_empty() { "a scene" } else { group };
+        format!("{owner} has {}", known.join(", "))
+    };
+    SceneError::UnknownKey {
+        place: places.find(path),
+        key: path.to_owned(),
+        remedy,
+    }
+}
+
+fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
+    let number = |value: &Value| match value {
+        Value::Float(x) => Some(*x).filter(|x| x.is_finite()),
+        Value::Integer(i) => Some(*i as f64),
+        _ => None,
+    };
+    let three_numbers = |accept: fn(f64) -> bool| match value {
+        Value::Array(list) => list.len() == 3 && list.iter().all(|x| number(x).is_some_and(accept)),
+        _ => false,
+    };
+    let is_full = |value: &Value| value.as_str().is_some_and(|text| !text.trim().is_empty());
+    let is_right = match kind {
+        Kind::Positive => number(value).is_some_and(|x| x > 0.0),
+        Kind::NonNegative => number(value).is_some_and(|x| x >= 0.0),
+        Kind::Vector => three_numbers(|_| true),
+        Kind::PositiveVector => three_numbers(|x| x > 0.0),
+        Kind::Count => value
+            .as_integer()
+            .is_some_and(|n| n > 0 && u32::try_from(n).is_ok()),
+        Kind::Flag => value.is_bool(),
+        Kind::Text => is_full(value),
+        Kind::Texts => value
+            .as_array()
+            .is_some_and(|list| list.iter().all(is_full)),
+        Kind::Word(words) => match value.as_str() {
+            Some(word) if !words.contains(&word) => {
+                return Err(match nearest(word, words.iter().copied()) {
+                    Some(near) => format!("cannot be \"{word}\"; did you mean \"{near}\"?"),
+                    None => format!("cannot be \"{word}\"; it is one of {}", words.join(", ")),
+                });
+            }
+            word => word.is_some(),
+        },
+    };
+    match is_right {
+        true => Ok(()),
+        false => Err(format!("must be {}, not {}", kind.describe(), quote(value))),
+    }
+}
+
+/// A value in the words of a message.
+fn quote(value: &Value) -> String {
+    match value {
+        Value::String(text) if text.trim().is_empty() => "an empty text".to_owned(),
+        Value::String(text) => format!("the text \"{}\"", one_line(text)),
+        Value::Table(_) => "a table".to_owned(),
+        Value::Array(list) if list.len() > 6 => format!("a list of {}", list.len()),
+        value => one_line(&value.to_string()),
+    }
+}

@@ -1,0 +1,232 @@
+//! A scene file as text: which keys it has, on which lines, and what `--set` changed.
+
+mod check;
+mod places;
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use toml::de::DeTable;
+use toml::{Table, Value};
+
+use crate::error::{SceneError, one_line};
+use crate::keys::{self, join, without_indices};
+use check::{check_table, check_value};
+use places::{Places, place_in_file};
+
+/// The keys and values of a scene, each with the place where it is written.
+///
+/// Paths look like `bodies[1].radius`. Every path is in the table [`keys::KEYS`] and every value is
+/// of the kind given there.
+#[derive(Clone, Debug)]
+pub struct Document {
+    path: PathBuf,
+    root: Value,
+    places: Places,
+}
+
+/// One step from the root of a document to a value.
+enum Step {
+    Key(String),
+    Entry(usize),
+}
+
+impl Document {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and as [`Document::parse`].
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        let text = std::fs::read_to_string(path).map_err(|source| SceneError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        Self::parse(&text, path)
+    }
+
+    /// Parses the text of a file; `path` is used in messages and to find files named in it.
+    ///
+    /// # Errors
+    /// Text that is not TOML, an unknown key, a value that is not of its key's kind.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
+        let name = path.display().to_string();
+        let syntax = |error: toml::de::Error| SceneError::Syntax {
+            place: place_in_file(&name, text, error.span().map_or(0, |span| span.start)),
+            message: one_line(error.message()),
+        };
+        let spanned = DeTable::parse(text).map_err(syntax)?;
+        let places = Places::of_table(name.clone(), text, spanned.get_ref());
+        let table: Table = toml::from_str(text).map_err(syntax)?;
+        check_table(&places, &table, "")?;
+        Ok(Self {
+            path: path.to_owned(),
+            root: Value::Table(table),
+            places,
+        })
+    }
+
+    /// Takes the keys and values of a scene made by a program; `origin` stands for the file in
+    /// messages.
+    pub(crate) fn of_values(values: &impl Serialize, origin: &str) -> Result<Self, SceneError> {
+        let places = Places::empty(origin.to_owned());
+        let table = Table::try_from(values)?;
+        check_table(&places, &table, "")?;
+        Ok(Self {
+            path: PathBuf::from(origin),
+            root: Value::Table(table),
+            places,
+        })
+    }
+
+    /// Sets the keys of a group whose values are not those of `before`; `origin` is their place.
+    pub(crate) fn replace(
+        &mut self,
+        group: &str,
+        before: &impl Serialize,
+        after: &impl Serialize,
+        origin: &str,
+    ) -> Result<(), SceneError> {
+        let (before, after) = (Table::try_from(before)?, Table::try_from(after)?);
+        for (key, value) in &after {
+            if before.get(key) != Some(value) {
+                self.places.set(join(group, key), origin.to_owned());
+            }
+        }
+        check_table(&self.places, &after, group)?;
+        if let Value::Table(root) = &mut self.root {
+            root.insert(group.to_owned(), Value::Table(after));
+        }
+        Ok(())
+    }
+
+    /// Overrides one key, such as `gait.cycles=3`, `bodies.left.radius=0.5`, `bodies.0.radius=0.5`.
+    ///
+    /// Entries of a list are chosen by name or by number from zero. A value that is not TOML is a
+    /// text: `fem.solver=direct`.
+    ///
+    /// # Errors
+    /// An assignment without `=`, an unknown key, an entry that does not exist, a value that is not
+    /// of its key's kind.
+    pub fn set(&mut self, assignment: &str) -> Result<(), SceneError> {
+        let place = format!("--set {assignment}");
+        let Some((key, value)) = assignment.split_once('=') else {
+            return Err(SceneError::BadValue {
+                place,
+                key: assignment.to_owned(),
+                problem: "has no value; write key=value".to_owned(),
+            });
+        };
+        let value = parse_value(value.trim());
+        let (path, steps) = match self.resolve(key.trim()) {
+            Ok(found) => found,
+            Err((key, problem)) => {
+                return Err(SceneError::BadValue {
+                    place,
+                    key,
+                    problem,
+                });
+            }
+        };
+        self.places.set(path.clone(), place);
+        check_value(&self.places, &value, &path)?;
+        let mut slot = &mut self.root;
+        for step in steps {
+            slot = match (slot, step) {
+                (Value::Table(table), Step::Key(key)) => {
+                    table.entry(key).or_insert(Value::Table(Table::new()))
+                }
+                (Value::Array(list), Step::Entry(index)) => &mut list[index],
+                // The check against the table ensures that groups are tables and lists are lists.
+                (slot, _) => slot,
+            };
+        }
+        *slot = value;
+        Ok(())
+    }
+
+    /// The full path of a key written as for `--set`, and the steps that lead to its value.
+    ///
+    /// On failure: the path as far as it exists, and the problem.
+    fn resolve(&self, key: &str) -> Result<(String, Vec<Step>), (String, String)> {
+        let mut segments = key
+            .split(['.', '[', ']'])
+            .filter(|segment| !segment.is_empty());
+        let mut path = String::new();
+        let mut steps = Vec::new();
+        let mut value = Some(&self.root);
+        while let Some(segment) = segments.next() {
+            path = join(&path, segment);
+            steps.push(Step::Key(segment.to_owned()));
+            value = value.and_then(|value| value.get(segment));
+            if !keys::is_group(&format!("{}[]", without_indices(&path))) {
+                continue;
+            }
+            let list = value
+                .and_then(Value::as_array)
+                .map_or(&[][..], Vec::as_slice);
+            let Some(entry) = segments.next() else { break };
+            let Some(index) = find_entry(list, entry) else {
+                return Err((path, no_such_entry(list, entry)));
+            };
+            path = format!("{path}[{index}]");
+            steps.push(Step::Entry(index));
+            value = list.get(index);
+        }
+        Ok((path, steps))
+    }
+
+    /// File and line of a key, or else of the nearest group around it.
+    pub fn place(&self, path: &str) -> String {
+        self.places.find(path)
+    }
+
+    /// The scene file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// All values in one table.
+    pub fn values(&self) -> &Value {
+        &self.root
+    }
+}
+
+/// A TOML value, or the text itself if it is not TOML.
+fn parse_value(text: &str) -> Value {
+    let parsed: Option<Table> = toml::from_str(&format!("value = {text}")).ok();
+    match parsed {
+        Some(mut table) if table.len() == 1 => table
+            .remove("value")
+            .unwrap_or(Value::String(text.to_owned())),
+        _ => Value::String(text.to_owned()),
+    }
+}
+
+/// Position of the entry with this name, or else of this number.
+fn find_entry(list: &[Value], entry: &str) -> Option<usize> {
+    list.iter()
+        .position(|value| value.get("name").and_then(Value::as_str) == Some(entry))
+        .or_else(|| {
+            entry
+                .parse()
+                .ok()
+                .filter(|&index: &usize| index < list.len())
+        })
+}
+
+fn no_such_entry(list: &[Value], entry: &str) -> String {
+    let names: Vec<String> = list
+        .iter()
+        .enumerate()
+        .map(|(index, value)| {
+            value
+                .get("name")
+                .and_then(Value::as_str)
+                .map_or(index.to_string(), str::to_owned)
+        })
+        .collect();
+    match names.is_empty() {
+        true => format!("has no entry '{entry}': the scene has none at all"),
+        false => format!("has no entry '{entry}'; there are {}", names.join(", ")),
+    }
+}

@@ -1,0 +1,78 @@
+//! The region that the fluid fills.
+
+use std::path::PathBuf;
+
+use nalgebra::{Isometry3, Vector3};
+
+use crate::body::Body;
+use crate::words::DomainKind;
+
+/// The region that the fluid fills. There is no slip on its walls.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Domain {
+    /// The whole space.
+    Unbounded,
+    /// A ball centred at the origin.
+    Ball {
+        /// Radius.
+        radius: f64,
+    },
+    /// A box centred at the origin.
+    Box {
+        /// Edge lengths.
+        size: Vector3<f64>,
+    },
+    /// An infinite circular cylinder about the x axis.
+    Cylinder {
+        /// Radius.
+        radius: f64,
+    },
+    /// The half-space above the wall `z = 0`.
+    Wall,
+    /// The volume of a mesh.
+    Mesh {
+        /// Gmsh file; a relative path was resolved from the folder of the scene file.
+        file: PathBuf,
+        /// Names of the parts of the boundary that are walls.
+        walls: Vec<String>,
+    },
+}
+
+impl Domain {
+    /// Kind of the domain, as in the scene file.
+    pub fn kind(&self) -> DomainKind {
+        match self {
+            Self::Unbounded => DomainKind::Unbounded,
+            Self::Ball { .. } => DomainKind::Ball,
+            Self::Box { .. } => DomainKind::Box,
+            Self::Cylinder { .. } => DomainKind::Cylinder,
+            Self::Wall => DomainKind::Wall,
+            Self::Mesh { .. } => DomainKind::Mesh,
+        }
+    }
+
+    /// Clearance between a body and the nearest wall, negative if the body crosses the wall.
+    ///
+    /// Exact for spheres, a lower bound for spheroids. Infinite without walls, and for a mesh,
+    /// whose walls are not known here.
+    pub fn clearance(&self, body: &Body, pose: &Isometry3<f64>) -> f64 {
+        let (centre, rotation) = (&pose.translation.vector, &pose.rotation);
+        let support = |direction: &Vector3<f64>| body.shape.support_distance(rotation, direction);
+        match self {
+            Self::Unbounded | Self::Mesh { .. } => f64::INFINITY,
+            Self::Ball { radius } => radius - centre.norm() - body.bounding_radius(),
+            Self::Box { size } => {
+                let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+                let supports = Vector3::from(axes.map(|axis| support(&axis)));
+                (size / 2.0 - centre.abs() - supports).min()
+            }
+            Self::Cylinder { radius } => {
+                let widest = body
+                    .shape
+                    .transverse_support_distance(rotation, &Vector3::x());
+                radius - centre.yz().norm() - widest
+            }
+            Self::Wall => centre.z - support(&Vector3::z()),
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! What is known about a key.
+
+/// A key of the scene file.
+#[derive(Clone, Copy, Debug)]
+pub struct Key {
+    /// Full name; `[]` stands for an entry of a list.
+    pub path: &'static str,
+    /// Kind of its values.
+    pub kind: Kind,
+    /// What holds if the key is absent.
+    pub default: KeyDefault,
+    /// What it means.
+    pub meaning: &'static str,
+}
+
+/// What holds if a key is absent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeyDefault {
+    /// The key has this value, written as for `--set`.
+    Value(&'static str),
+    /// There is no fixed value; the text says what holds instead.
+    Described(&'static str),
+}
+
+/// Kind of the values of a key.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// A finite number greater than zero.
+    Positive,
+    /// A finite number that is not negative.
+    NonNegative,
+    /// Three finite numbers.
+    Vector,
+    /// Three finite numbers greater than zero.
+    PositiveVector,
+    /// A whole number of at least one.
+    Count,
+    /// A text that is not empty.
+    Text,
+    /// A list of texts that are not empty.
+    Texts,
+    /// `true` or `false`.
+    Flag,
+    /// One of these words.
+    Word(&'static [&'static str]),
+}
+
+impl Kind {
+    /// The admissible values, as in "must be ...".
+    pub fn describe(self) -> String {
+        match self {
+            Self::Positive => "a number greater than zero".to_owned(),
+            Self::NonNegative => "a number that is not negative".to_owned(),
+            Self::Vector => "three numbers, such as [0, 0, 1]".to_owned(),
+            Self::PositiveVector => "three numbers greater than zero".to_owned(),
+            Self::Count => "a whole number of at least 1".to_owned(),
+            Self::Text => "a text that is not empty".to_owned(),
+            Self::Texts => "a list of texts that are not empty".to_owned(),
+            Self::Flag => "true or false".to_owned(),
+            Self::Word(words) => format!("one of {}", words.join(", ")),
+        }
+    }
+}

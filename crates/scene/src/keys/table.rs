@@ -1,0 +1,272 @@
+//! The table of all keys.
+
+use super::key::KeyDefault::{self, Described, Value};
+use super::key::{Key, Kind};
+use crate::words::{
+    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind,
+    ModelKind, ShapeKind, SolverKind,
+};
+
+const fn key(path: &'static str, kind: Kind, default: KeyDefault, meaning: &'static str) -> Key {
+    Key {
+        path,
+        kind,
+        default,
+        meaning,
+    }
+}
+
+/// All keys of a scene file, in the order in which scenes are written.
+pub const KEYS: &[Key] = &[
+    key(
+        "fluid.viscosity",
+        Kind::Positive,
+        Value("1"),
+        "dynamic viscosity",
+    ),
+    key(
+        "domain.kind",
+        Kind::Word(DomainKind::WORDS),
+        Value("unbounded"),
+        "region that the fluid fills: the whole space, a ball or a box about the origin, a \
+         cylinder about the x axis, the half-space above the wall `z = 0`, or the volume of a \
+         mesh file",
+    ),
+    key(
+        "domain.radius",
+        Kind::Positive,
+        Described("required for ball and cylinder"),
+        "radius of the ball or the cylinder",
+    ),
+    key(
+        "domain.size",
+        Kind::PositiveVector,
+        Described("required for box"),
+        "edge lengths of the box",
+    ),
+    key(
+        "domain.file",
+        Kind::Text,
+        Described("required for mesh"),
+        "Gmsh file; a relative path starts at the folder of the scene file",
+    ),
+    key(
+        "domain.walls",
+        Kind::Texts,
+        Described("required for mesh"),
+        "names of the parts of the mesh's boundary that are walls",
+    ),
+    key(
+        "bodies[].name",
+        Kind::Text,
+        Described("required"),
+        "name of the body, unique",
+    ),
+    key(
+        "bodies[].shape",
+        Kind::Word(ShapeKind::WORDS),
+        Value("sphere"),
+        "shape; a point is a massless joint without a surface",
+    ),
+    key(
+        "bodies[].radius",
+        Kind::Positive,
+        Described("required unless the shape is point"),
+        "radius; of a spheroid: radius of its equator",
+    ),
+    key(
+        "bodies[].half_length",
+        Kind::Positive,
+        Described("required for spheroid"),
+        "half of the length of a spheroid along its axis of revolution",
+    ),
+    key(
+        "bodies[].axis",
+        Kind::Vector,
+        Value("[1, 0, 0]"),
+        "direction of a spheroid's axis in the initial configuration",
+    ),
+    key(
+        "bodies[].position",
+        Kind::Vector,
+        Described("required"),
+        "centre in the initial configuration",
+    ),
+    key(
+        "bodies[].surface",
+        Kind::Text,
+        Described("required for `domain.kind = \"mesh\"`"),
+        "name of the body's part of the mesh's boundary",
+    ),
+    key(
+        "bodies[].force",
+        Kind::Vector,
+        Value("[0, 0, 0]"),
+        "external force",
+    ),
+    key(
+        "bodies[].torque",
+        Kind::Vector,
+        Value("[0, 0, 0]"),
+        "external torque about the centre",
+    ),
+    key(
+        "bodies[].fixed",
+        Kind::Flag,
+        Value("false"),
+        "whether the body is an obstacle at rest, which has no links and no loads",
+    ),
+    key(
+        "bodies[].mass",
+        Kind::NonNegative,
+        Value("0"),
+        "mass, for time stepping with inertia from a program; `swim` needs zero: no inertia",
+    ),
+    key(
+        "bodies[].inertia",
+        Kind::NonNegative,
+        Value("0"),
+        "moment of inertia about the centre, for time stepping with inertia from a program; \
+         `swim` needs zero: no inertia",
+    ),
+    key(
+        "links[].name",
+        Kind::Text,
+        Described("required"),
+        "name of the link, unique",
+    ),
+    key(
+        "links[].body",
+        Kind::Text,
+        Described("required"),
+        "body that the link moves relative to the body `to`",
+    ),
+    key(
+        "links[].to",
+        Kind::Text,
+        Described("required"),
+        "body that it is linked to",
+    ),
+    key(
+        "gait.arms",
+        Kind::Word(ArmsKind::WORDS),
+        Value("clamped"),
+        "bodies keep their orientation relative to the frame (clamped), rotate freely on it \
+         (free), or arms keep their direction in the laboratory frame (lab)",
+    ),
+    key(
+        "gait.cycles",
+        Kind::Count,
+        Value("1"),
+        "number of times that the phases are repeated",
+    ),
+    key(
+        "gait.phases[].link",
+        Kind::Text,
+        Described("none: all lengths are constant"),
+        "link whose length changes",
+    ),
+    key(
+        "gait.phases[].length",
+        Kind::Positive,
+        Described("required with `link`"),
+        "length of the link at the end of the phase",
+    ),
+    key(
+        "gait.phases[].duration",
+        Kind::Positive,
+        Value("1"),
+        "duration of the phase",
+    ),
+    key(
+        "model.kind",
+        Kind::Word(ModelKind::WORDS),
+        Value("auto"),
+        "model of the flow; `auto` takes the cheapest model that meets the tolerance",
+    ),
+    key(
+        "model.tolerance",
+        Kind::Positive,
+        Value("1e-3"),
+        "tolerated relative error of the net displacement per cycle",
+    ),
+    key(
+        "fem.formulation",
+        Kind::Word(FormulationKind::WORDS),
+        Value("p-tilde"),
+        "how the constraints of the links are imposed",
+    ),
+    key(
+        "fem.solver",
+        Kind::Word(SolverKind::WORDS),
+        Value("block"),
+        "solver of the linear systems; `minres` needs the least memory and a symmetric \
+         formulation, `schwarz` is for comparison",
+    ),
+    key(
+        "fem.subdomains",
+        Kind::Count,
+        Value("8"),
+        "number of subdomains of `solver = \"schwarz\"`",
+    ),
+    key(
+        "fem.overlap",
+        Kind::Count,
+        Value("1"),
+        "layers of overlap of `solver = \"schwarz\"`",
+    ),
+    key(
+        "fem.rtol",
+        Kind::Positive,
+        Value("1e-8"),
+        "true residual at which the solver stops, relative to the right-hand side",
+    ),
+    key(
+        "fem.surface_size",
+        Kind::Positive,
+        Described("0.4 of the radius"),
+        "element size on the surfaces of the bodies",
+    ),
+    key(
+        "fem.size_factor",
+        Kind::Positive,
+        Described("1, or what `fem.target` needs"),
+        "factor on the element sizes on all bodies",
+    ),
+    key(
+        "fem.target",
+        Kind::Positive,
+        Described("none: the mesh is not adapted"),
+        "target of the relative discretisation error: of velocities and forces for one \
+         configuration, of the net displacement for a gait; determines the element sizes, \
+         unless `size_factor` is given",
+    ),
+    key(
+        "fem.estimates",
+        Kind::Word(EstimatesKind::WORDS),
+        Value("on"),
+        "whether discretisation errors are estimated; without estimates a stroke takes about \
+         two thirds of the time",
+    ),
+    key(
+        "fem.geometry",
+        Kind::Word(GeometryKind::WORDS),
+        Value("curved"),
+        "shape of the elements at the surfaces of the bodies",
+    ),
+    key(
+        "fem.mesh_motion",
+        Kind::Word(MeshMotionKind::WORDS),
+        Value("kanchi-masud"),
+        "how the mesh moves with the bodies until it is remeshed; the methods other than the \
+         default are for comparison",
+    ),
+    key(
+        "fem.mirror",
+        Kind::Word(MirrorKind::WORDS),
+        Value("auto"),
+        "`auto` finds the coordinate planes through the origin about which bodies, loads and \
+         domain are symmetric for the whole run, and meshes one side of each: a half or a \
+         quarter of the degrees of freedom; output shows the whole fluid",
+    ),
+];

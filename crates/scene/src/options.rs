@@ -1,0 +1,80 @@
+//! Options of the computation, with their defaults.
+
+use serde::{Deserialize, Serialize};
+
+use crate::words::{
+    EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind, ModelKind, SolverKind,
+};
+
+/// How the flow is modelled: the group `model` of a scene file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct ModelOptions {
+    /// Model of the flow.
+    pub kind: ModelKind,
+    /// Tolerated relative error of the net displacement per cycle.
+    pub tolerance: f64,
+}
+
+impl Default for ModelOptions {
+    fn default() -> Self {
+        Self {
+            kind: ModelKind::default(),
+            // Figures and comparisons with published strokes need three digits.
+            tolerance: 1e-3,
+        }
+    }
+}
+
+/// Options of the finite-element model: the group `fem` of a scene file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct FemOptions {
+    /// How the constraints of the links are imposed.
+    pub formulation: FormulationKind,
+    /// How the linear systems are solved.
+    pub solver: SolverKind,
+    /// Number of subdomains of additive Schwarz.
+    pub subdomains: u32,
+    /// Layers of overlap of additive Schwarz.
+    pub overlap: u32,
+    /// Relative true residual at which a solve stops.
+    pub rtol: f64,
+    /// Element size on the surfaces of the bodies; the model chooses it if it is `None`.
+    pub surface_size: Option<f64>,
+    /// Factor on the element sizes on all bodies.
+    pub size_factor: Option<f64>,
+    /// Target of the relative discretisation error.
+    ///
+    /// Meshes are refined until they meet it, unless `size_factor` is given.
+    pub target: Option<f64>,
+    /// Whether discretisation errors are estimated.
+    pub estimates: EstimatesKind,
+    /// Shape of the elements at the surfaces of the bodies.
+    pub geometry: GeometryKind,
+    /// How the mesh moves with the bodies.
+    pub mesh_motion: MeshMotionKind,
+    /// Whether symmetry planes are used.
+    pub mirror: MirrorKind,
+}
+
+impl Default for FemOptions {
+    fn default() -> Self {
+        Self {
+            formulation: FormulationKind::default(),
+            solver: SolverKind::default(),
+            subdomains: 8,
+            overlap: 1,
+            rtol: 1e-8,
+            surface_size: None,
+            size_factor: None,
+            target: None,
+            estimates: EstimatesKind::default(),
+            geometry: GeometryKind::default(),
+            mesh_motion: MeshMotionKind::default(),
+            mirror: MirrorKind::default(),
+        }
+    }
+}

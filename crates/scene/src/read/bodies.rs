@@ -1,0 +1,146 @@
+//! The bodies of a scene file.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use super::checks::Checks;
+use crate::body::Body;
+use crate::domain::Domain;
+use crate::error::SceneError;
+use crate::file::{BodyFile, DEFAULT_AXIS, DEFAULT_TORQUE};
+use crate::shape::Shape;
+use crate::words::ShapeKind;
+
+/// All bodies, with unique names, of which at least one has a surface and can move.
+pub(super) fn bodies(
+    checks: &Checks,
+    files: &[BodyFile],
+    domain: &Domain,
+) -> Result<Vec<Body>, SceneError> {
+    let mut first_of = BTreeMap::new();
+    let mut bodies = Vec::with_capacity(files.len());
+    for (number, file) in files.iter().enumerate() {
+        let body = body(checks, number, file, domain, &mut first_of)?;
+        bodies.push(body);
+    }
+    check_obstacles(checks, &bodies)?;
+    if bodies.iter().all(|body| body.shape == Shape::Point) {
+        return Err(checks.bad_value(
+            "bodies",
+            "is empty: a scene needs at least one [[bodies]] with a surface",
+        ));
+    }
+    Ok(bodies)
+}
+
+/// One body; `first_of` maps the names of the previous bodies to their numbers.
+fn body(
+    checks: &Checks,
+    number: usize,
+    file: &BodyFile,
+    domain: &Domain,
+    first_of: &mut BTreeMap<String, usize>,
+) -> Result<Body, SceneError> {
+    let key = |key: &str| format!("bodies[{number}].{key}");
+    let name = checks.required(&key("name"), file.name.clone(), ": name every body")?;
+    if let Some(first) = first_of.insert(name.clone(), number) {
+        let problem = format!("\"{name}\" is the name of bodies[{first}] too; names must differ");
+        return Err(checks.bad_value(&key("name"), problem));
+    }
+    let shape = shape(checks, number, file)?;
+    let has_surface = shape != Shape::Point;
+    if matches!(domain, Domain::Mesh { .. }) && has_surface && file.surface.is_none() {
+        let problem = "is missing: name the part of the mesh's boundary that is this body";
+        return Err(checks.bad_value(&key("surface"), problem));
+    }
+    let position = checks.required(&key("position"), file.position, ": place every body")?;
+    Ok(Body {
+        name,
+        shape,
+        position: position.into(),
+        surface: file.surface.clone(),
+        force: file.force.into(),
+        torque: file.torque.unwrap_or(DEFAULT_TORQUE).into(),
+        fixed: file.fixed,
+        mass: file.mass,
+        inertia: file.inertia,
+    })
+}
+
+/// Refuses fixed points, fixed bodies with loads, and scenes in which all bodies are fixed.
+fn check_obstacles(checks: &Checks, bodies: &[Body]) -> Result<(), SceneError> {
+    for (number, body) in bodies.iter().enumerate().filter(|(_, body)| body.fixed) {
+        let problem = if body.shape == Shape::Point {
+            "makes no sense for a point, which has no surface and is no obstacle; remove it"
+        } else if body.force.amax() > 0.0 || body.torque.amax() > 0.0 {
+            "holds the body against any load; remove its force and torque"
+        } else {
+            continue;
+        };
+        return Err(checks.bad_value(&format!("bodies[{number}].fixed"), problem));
+    }
+    let has_obstacle = bodies.iter().any(|body| body.fixed);
+    let mut surfaces = bodies.iter().filter(|body| body.shape != Shape::Point);
+    if has_obstacle && surfaces.all(|body| body.fixed) {
+        let problem = "are all fixed, so nothing moves; leave one of them free";
+        return Err(checks.bad_value("bodies", problem));
+    }
+    Ok(())
+}
+
+/// The shape of a body; keys that the shape does not have are refused.
+fn shape(checks: &Checks, number: usize, file: &BodyFile) -> Result<Shape, SceneError> {
+    let key = |key: &str| format!("bodies[{number}].{key}");
+    let required =
+        |name: &str, value: Option<f64>, why: &str| checks.required(&key(name), value, why);
+    let shape = match file.shape {
+        ShapeKind::Sphere => Shape::Sphere {
+            radius: required("radius", file.radius, ": a sphere needs a radius")?,
+        },
+        ShapeKind::Point if file.radius.is_some() => {
+            let problem = "makes no sense for a point; remove it";
+            return Err(checks.bad_value(&key("radius"), problem));
+        }
+        ShapeKind::Point if file.torque.is_some() => {
+            let problem = "cannot act on a point, which does not rotate; remove it";
+            return Err(checks.bad_value(&key("torque"), problem));
+        }
+        ShapeKind::Point => Shape::Point,
+        ShapeKind::Spheroid => Shape::Spheroid {
+            radius: required(
+                "radius",
+                file.radius,
+                ": a spheroid needs the radius of its equator",
+            )?,
+            half_length: required(
+                "half_length",
+                file.half_length,
+                ": a spheroid needs half its length along its axis",
+            )?,
+            axis: unit_axis(file.axis.unwrap_or(DEFAULT_AXIS)).ok_or_else(|| {
+                checks.bad_value(&key("axis"), "must not be zero: it is a direction")
+            })?,
+        },
+    };
+    if !matches!(shape, Shape::Spheroid { .. }) {
+        let given = [
+            ("half_length", file.half_length.is_some()),
+            ("axis", file.axis.is_some()),
+        ];
+        if let Some((name, _)) = given.iter().find(|(_, given)| *given) {
+            let problem = "belongs to shape = \"spheroid\"; remove it or set the shape";
+            return Err(checks.bad_value(&key(name), problem));
+        }
+    }
+    Ok(shape)
+}
+
+/// The direction of a vector; `None` for zero.
+fn unit_axis(axis: [f64; 3]) -> Option<Vector3<f64>> {
+    let axis = Vector3::from(axis);
+    let unit = axis.try_normalize(0.0)?;
+    // A written unit vector reads back to the last bit, without a second normalisation.
+    let is_unit = (axis.norm() - 1.0).abs() <= 2.0 * f64::EPSILON;
+    Some(if is_unit { axis } else { unit })
+}

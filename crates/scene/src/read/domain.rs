@@ -1,0 +1,74 @@
+//! The domain of a scene file.
+
+use std::path::{Path, PathBuf};
+
+use super::checks::Checks;
+use crate::domain::Domain;
+use crate::error::SceneError;
+use crate::file::DomainFile;
+use crate::words::DomainKind;
+
+/// The domain, with the mesh file found and not empty.
+pub(super) fn domain(checks: &Checks, file: &DomainFile) -> Result<Domain, SceneError> {
+    let is_given =
+        file.radius.is_some() || file.size.is_some() || file.file.is_some() || file.walls.is_some();
+    if file.kind.is_none() && is_given {
+        return Err(checks.bad_value(
+            "domain.kind",
+            "is missing: say which domain is meant, such as kind = \"ball\"",
+        ));
+    }
+    let radius = |kind: DomainKind| {
+        let why = format!(": a {} needs a radius", kind.word());
+        checks.required("domain.radius", file.radius, &why)
+    };
+    Ok(match file.kind.unwrap_or_default() {
+        DomainKind::Unbounded => Domain::Unbounded,
+        kind @ DomainKind::Ball => Domain::Ball {
+            radius: radius(kind)?,
+        },
+        kind @ DomainKind::Cylinder => Domain::Cylinder {
+            radius: radius(kind)?,
+        },
+        DomainKind::Wall => Domain::Wall,
+        DomainKind::Box => Domain::Box {
+            size: checks
+                .required("domain.size", file.size, ": a box needs [x, y, z] lengths")?
+                .into(),
+        },
+        DomainKind::Mesh => Domain::Mesh {
+            file: mesh_file(checks, file)?,
+            walls: walls(checks, file)?,
+        },
+    })
+}
+
+fn mesh_file(checks: &Checks, file: &DomainFile) -> Result<PathBuf, SceneError> {
+    let key = "domain.file";
+    let name = checks.required(key, file.file.as_ref(), ": a mesh needs a Gmsh file")?;
+    let path = checks.0.path().parent().unwrap_or(Path::new("")).join(name);
+    let metadata = std::fs::metadata(&path).map_err(|error| {
+        let problem = format!("cannot be read: {}: {error}", path.display());
+        checks.bad_value(key, problem)
+    })?;
+    let defect = match (metadata.is_file(), metadata.len()) {
+        (false, _) => "not a file",
+        (true, 0) => "empty",
+        (true, _) => return Ok(path),
+    };
+    let problem = format!(
+        "names {}, which is {defect}; give a Gmsh mesh",
+        path.display()
+    );
+    Err(checks.bad_value(key, problem))
+}
+
+fn walls(checks: &Checks, file: &DomainFile) -> Result<Vec<String>, SceneError> {
+    let key = "domain.walls";
+    let walls = checks.required(key, file.walls.clone(), ": name the mesh's walls")?;
+    if walls.is_empty() {
+        let problem = "is empty: without a wall at rest the flow is not unique; name the walls";
+        return Err(checks.bad_value(key, problem));
+    }
+    Ok(walls)
+}

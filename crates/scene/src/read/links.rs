@@ -1,0 +1,95 @@
+//! The links of a scene file, and the articulation that they make of the bodies.
+
+use rigid::{Articulation, Link};
+
+use super::checks::Checks;
+use crate::body::Body;
+use crate::error::SceneError;
+use crate::file::LinkFile;
+use crate::shape::Shape;
+use crate::words::ArmsKind;
+
+/// All links, with unique names, each between two bodies that no other link joins.
+pub(super) fn links(
+    checks: &Checks,
+    files: &[LinkFile],
+    bodies: &[Body],
+) -> Result<Vec<Link>, SceneError> {
+    let mut links: Vec<Link> = Vec::with_capacity(files.len());
+    for (number, file) in files.iter().enumerate() {
+        let key = |key: &str| format!("links[{number}].{key}");
+        let name = checks.required(&key("name"), file.name.clone(), ": name every link")?;
+        if let Some(first) = links.iter().position(|link| link.name == name) {
+            let problem =
+                format!("\"{name}\" is the name of links[{first}] too; names must differ");
+            return Err(checks.bad_value(&key("name"), problem));
+        }
+        let end = |which: &str, name: &Option<String>| {
+            let key = key(which);
+            let name = checks.required(&key, name.as_deref(), ": a link joins two bodies")?;
+            let names = bodies.iter().map(|body| &body.name[..]);
+            checks.find(&key, name, "body", names)
+        };
+        let (body, to) = (end("body", &file.body)?, end("to", &file.to)?);
+        if body == to {
+            let problem = format!(
+                "links body '{}' to itself; link it to another",
+                bodies[to].name
+            );
+            return Err(checks.bad_value(&key("to"), problem));
+        }
+        let joins_same = |link: &Link| [(body, to), (to, body)].contains(&(link.body, link.to));
+        if links.iter().any(joins_same) {
+            let problem = format!(
+                "links '{}' and '{}' a second time; remove one",
+                bodies[body].name, bodies[to].name
+            );
+            return Err(checks.bad_value(&format!("links[{number}]"), problem));
+        }
+        links.push(Link { name, body, to });
+    }
+    Ok(links)
+}
+
+/// Bodies and links as an articulation; links need a direction, and points need a link.
+pub(super) fn articulation(
+    checks: &Checks,
+    bodies: &[Body],
+    links: Vec<Link>,
+    arms: ArmsKind,
+) -> Result<Articulation, SceneError> {
+    for (number, link) in links.iter().enumerate() {
+        if bodies[link.body].position == bodies[link.to].position {
+            let problem = format!(
+                "has no direction: '{}' and '{}' are at the same place; move one",
+                bodies[link.body].name, bodies[link.to].name
+            );
+            return Err(checks.bad_value(&format!("links[{number}]"), problem));
+        }
+    }
+    for (number, body) in bodies.iter().enumerate() {
+        let link = links
+            .iter()
+            .find(|link| link.body == number || link.to == number);
+        if body.shape == Shape::Point && link.is_none() {
+            let problem = "is a point that no link holds, so nothing determines its velocity; \
+                           link it or remove it";
+            return Err(checks.bad_value(&format!("bodies[{number}]"), problem));
+        }
+    }
+    let fixed: Vec<usize> = (0..bodies.len()).filter(|&b| bodies[b].fixed).collect();
+    for &number in &fixed {
+        if let Some(link) = links.iter().find(|l| l.body == number || l.to == number) {
+            let problem = format!(
+                "cannot be true: link '{}' acts on the body; an obstacle has no links",
+                link.name
+            );
+            return Err(checks.bad_value(&format!("bodies[{number}].fixed"), problem));
+        }
+    }
+    let kinds: Vec<_> = bodies.iter().map(Body::kind).collect();
+    let positions: Vec<_> = bodies.iter().map(|body| body.position).collect();
+    Articulation::new(&kinds, links, arms.into(), &positions)
+        .and_then(|set| set.with_fixed(&fixed))
+        .map_err(|error| checks.bad_value("links", error.to_string()))
+}

@@ -1,0 +1,87 @@
+//! From the keys of a document to a scene that passed all checks.
+
+mod bodies;
+mod checks;
+mod contacts;
+mod domain;
+mod gait;
+mod links;
+mod options;
+
+use std::path::Path;
+
+use checks::Checks;
+
+use crate::document::Document;
+use crate::error::SceneError;
+use crate::file::SceneFile;
+use crate::scene::Scene;
+
+impl Scene {
+    /// Reads and checks a scene file, with overrides written `key=value` (as for `--set`).
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with file, line, key and what to do.
+    pub fn read(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
+        let mut document = Document::read(path)?;
+        overrides
+            .iter()
+            .try_for_each(|assignment| document.set(assignment))?;
+        Self::from_document(document)
+    }
+
+    /// Checks the text of a scene; files that it names are searched in the current folder.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn parse(text: &str) -> Result<Self, SceneError> {
+        Self::from_document(Document::parse(text, Path::new("scene.toml"))?)
+    }
+
+    /// Builds a scene from the keys and values of a document.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn from_document(document: Document) -> Result<Self, SceneError> {
+        let scene = scene(document)?;
+        contacts::check_initial(&scene)?;
+        contacts::check_stroke(&scene)?;
+        Ok(scene)
+    }
+}
+
+/// The scene of a document, before the check for bodies that touch.
+fn scene(document: Document) -> Result<Scene, SceneError> {
+    let checks = Checks(&document);
+    let file: SceneFile =
+        document
+            .values()
+            .clone()
+            .try_into()
+            .map_err(|error: toml::de::Error| SceneError::Syntax {
+                place: document.path().display().to_string(),
+                message: error.message().to_owned(),
+            })?;
+    let domain = domain::domain(&checks, &file.domain)?;
+    let bodies = bodies::bodies(&checks, &file.bodies, &domain)?;
+    let links = links::links(&checks, &file.links, &bodies)?;
+    let gait = gait::gait(&checks, &file.gait, &links)?;
+    let articulation = links::articulation(&checks, &bodies, links, file.gait.arms)?;
+    options::check_model(&checks, &file.model)?;
+    options::check_fem(&checks, &file.fem)?;
+    let name = document
+        .path()
+        .file_stem()
+        .map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
+    Ok(Scene {
+        name,
+        viscosity: file.fluid.viscosity,
+        domain,
+        bodies,
+        articulation,
+        gait,
+        model: file.model,
+        fem: file.fem,
+        document,
+    })
+}

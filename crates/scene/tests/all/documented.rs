@@ -1,0 +1,64 @@
+//! The table of keys agrees with the code, and the documentation with the table.
+
+use std::path::Path;
+
+use scene::keys::{KEYS, KeyDefault, markdown_table};
+use scene::{Document, Scene};
+
+/// One entry of each list, with required keys only; the second body has an axis.
+const MINIMAL: &str = r#"
+bodies = [
+    { name = "sphere", radius = 1, position = [0, 0, 0] },
+    { name = "spheroid", shape = "spheroid", radius = 1, half_length = 2, position = [9, 0, 0] },
+]
+links = [{ name = "arm", body = "sphere", to = "spheroid" }]
+gait.phases = [{}]
+"#;
+
+#[test]
+fn writing_a_documented_default_into_a_scene_changes_nothing() {
+    let written = |settings: &[String]| {
+        let mut document = Document::parse(MINIMAL, Path::new("scene.toml")).unwrap();
+        settings.iter().for_each(|s| document.set(s).unwrap());
+        Scene::from_document(document).unwrap().to_toml().unwrap()
+    };
+    let minimal = written(&[]);
+    for key in KEYS {
+        let KeyDefault::Value(value) = key.default else {
+            continue;
+        };
+        let entry = if key.path.ends_with(".axis") {
+            ".1"
+        } else {
+            ".0"
+        };
+        let setting = format!("{}={value}", key.path.replace("[]", entry));
+        assert_eq!(written(&[setting.clone()]), minimal, "{setting}");
+    }
+}
+
+#[test]
+fn keys_without_a_fixed_default_are_absent_from_a_minimal_scene() {
+    let scene = Document::parse(MINIMAL, Path::new("scene.toml")).unwrap();
+    let text = Scene::from_document(scene).unwrap().to_toml().unwrap();
+    let written: toml::Value = toml::from_str(&text).unwrap();
+    for key in KEYS.iter().filter(|key| !key.path.contains("[]")) {
+        let value = key
+            .path
+            .split('.')
+            .try_fold(&written, |group, part| group.get(part));
+        let has_default = matches!(key.default, KeyDefault::Value(_));
+        assert_eq!(value.is_some(), has_default, "{}", key.path);
+    }
+}
+
+#[test]
+fn the_documentation_shows_the_table_of_keys() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/scene.md");
+    let page = std::fs::read_to_string(path).unwrap();
+    assert!(
+        page.contains(&markdown_table()),
+        "replace the table of docs/scene.md by the output of \
+         `cargo run -p microswim-scene --example key_table`"
+    );
+}

@@ -1,0 +1,8 @@
+//! All tests of scene files, in one binary.
+
+mod damaged;
+mod documented;
+mod examples;
+mod files;
+mod malformed;
+mod overrides;

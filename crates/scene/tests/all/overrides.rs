@@ -1,0 +1,109 @@
+//! Overrides of single keys have the same effect and pass the same checks as edits of the file.
+
+use std::path::Path;
+
+use scene::{Document, Scene, SceneError};
+
+/// The scene of a text with overrides, as by `--set`.
+pub fn set(text: &str, assignments: &[&str]) -> Result<Scene, SceneError> {
+    let mut document = Document::parse(text, Path::new("scene.toml"))?;
+    assignments
+        .iter()
+        .try_for_each(|assignment| document.set(assignment))?;
+    Scene::from_document(document)
+}
+
+/// Two linked spheres in a ball; one has a number as its name.
+pub const TWO: &str = r#"
+domain = { kind = "ball", radius = 40 }
+bodies = [
+    { name = "left", radius = 1, position = [-10, 0, 0] },
+    { name = "1", radius = 1, position = [0, 0, 0] },
+]
+links = [{ name = "arm", body = "left", to = "1" }]
+gait.phases = [{ link = "arm", length = 6 }]
+"#;
+
+#[test]
+fn overrides_change_every_kind_of_key() {
+    let scene = set(
+        TWO,
+        &[
+            "gait.cycles=3",
+            "bodies.left.radius=0.5",
+            "bodies[1].position = [0, 0, 5]",
+            "fem.solver=direct",
+            "fem.formulation=\"lagrange\"",
+            "fluid.viscosity=2e-3",
+            "gait.phases.0.length=7",
+            "domain.kind=box",
+            "domain.size=[100, 100, 100]",
+        ],
+    )
+    .unwrap();
+    assert_eq!(scene.gait.cycles, 3);
+    assert_eq!(scene.bodies[0].bounding_radius(), 0.5);
+    assert_eq!(scene.bodies[1].position.z, 5.0);
+    assert_eq!(scene.fem.solver.word(), "direct");
+    assert_eq!(scene.viscosity, 2e-3);
+    assert_eq!(scene.gait.phases[0].change, Some((0, 7.0)));
+    assert_eq!(scene.domain.kind().word(), "box");
+}
+
+#[test]
+fn names_come_before_numbers_in_overrides() {
+    // `bodies.1` is the body with the name "1", whatever its number.
+    let text = TWO.replace("\"left\"", "\"7\"");
+    let scene = set(
+        &text,
+        &[
+            "bodies.1.radius=2",
+            "bodies.7.radius=3",
+            "bodies.0.force=[1, 0, 0]",
+        ],
+    )
+    .unwrap();
+    assert_eq!(scene.bodies[1].bounding_radius(), 2.0);
+    assert_eq!(scene.bodies[0].bounding_radius(), 3.0);
+    assert_eq!(scene.bodies[0].force.x, 1.0);
+}
+
+#[test]
+fn bad_overrides_are_refused_with_the_same_checks() {
+    for (assignment, fragment) in [
+        ("gait.cycles", "has no value; write key=value"),
+        ("gait.cycle=3", "did you mean 'gait.cycles'?"),
+        (
+            "bodies.middle.radius=1",
+            "bodies has no entry 'middle'; there are left, 1",
+        ),
+        ("bodies.9.radius=1", "bodies has no entry '9'"),
+        ("bodies.left.raduis=1", "did you mean 'bodies[].radius'?"),
+        (
+            "bodies.left.radius=-1",
+            "must be a number greater than zero, not -1",
+        ),
+        (
+            "bodies.left.radius=1,5",
+            "must be a number greater than zero, not the text \"1,5\"",
+        ),
+        ("fluid.viscosity.x=1", "unknown key"),
+        ("fluid=1", "fluid must be a table"),
+        ("bodies=1", "bodies must be a list of tables"),
+        (
+            "bodies.left=1",
+            "bodies[0] must be a table, written as [[bodies]]",
+        ),
+        ("=3", "unknown key"),
+        (
+            "fluid.viscosity=1\nfem.rtol=2",
+            "must be a number greater than zero",
+        ),
+        ("bodies.left.radius=12", "touch or overlap"),
+        ("gait.phases.0.link=leg", "names no link: \"leg\""),
+    ] {
+        let error = set(TWO, &[assignment]).expect_err(assignment);
+        let message = error.to_string();
+        assert!(message.contains(fragment), "{assignment}: {message}");
+    }
+}
