@@ -78,7 +78,9 @@ impl Document {
         })
     }
 
-    /// Sets the keys of a group whose values are not those of `before`; `origin` is their place.
+    /// Replaces those keys of a group whose values differ; `origin` becomes their place.
+    ///
+    /// `before` and `after` are the keys and values of the group, or a part of them.
     pub(crate) fn replace(
         &mut self,
         group: &str,
@@ -94,7 +96,13 @@ impl Document {
         }
         check_table(&self.places, &after, group)?;
         if let Value::Table(root) = &mut self.root {
-            root.insert(group.to_owned(), Value::Table(after));
+            let values = root
+                .entry(group)
+                .or_insert_with(|| Value::Table(Table::new()));
+            if let Value::Table(values) = values {
+                values.retain(|key, _| !before.contains_key(key));
+                values.extend(after);
+            }
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! From the keys of a document to a scene that passed all checks.
 
 mod bodies;
+mod change;
 mod checks;
 mod contacts;
 mod domain;

@@ -1,64 +1,8 @@
 //! Checks of the options: bounds that are narrower than the kind of their keys.
-//!
-//! Options that a program sets pass the same checks as those of a file.
 
 use super::checks::Checks;
 use crate::error::SceneError;
 use crate::options::{FemOptions, ModelOptions};
-use crate::scene::Scene;
-
-/// Stands for file and line of an option that a program sets.
-const ORIGIN: &str = "option set by a program";
-
-impl Scene {
-    /// The scene with other options of the model.
-    ///
-    /// # Errors
-    /// [`SceneError::BadValue`], as for a file.
-    pub fn with_model(&self, model: ModelOptions) -> Result<Self, SceneError> {
-        let mut scene = self.clone();
-        scene
-            .document
-            .replace("model", &self.model, &model, ORIGIN)?;
-        check_model(&Checks(&scene.document), &model)?;
-        scene.model = model;
-        Ok(scene)
-    }
-
-    /// The scene with other options of the finite-element model.
-    ///
-    /// # Errors
-    /// [`SceneError::BadValue`], as for a file.
-    pub fn with_fem(&self, fem: FemOptions) -> Result<Self, SceneError> {
-        let mut scene = self.clone();
-        scene.document.replace("fem", &self.fem, &fem, ORIGIN)?;
-        check_fem(&Checks(&scene.document), &fem)?;
-        scene.fem = fem;
-        Ok(scene)
-    }
-
-    /// The scene with another `model.tolerance`.
-    ///
-    /// # Errors
-    /// As [`Scene::with_model`].
-    pub fn with_tolerance(&self, tolerance: f64) -> Result<Self, SceneError> {
-        self.with_model(ModelOptions {
-            tolerance,
-            ..self.model
-        })
-    }
-
-    /// The scene with another `fem.size_factor`, or without one.
-    ///
-    /// # Errors
-    /// As [`Scene::with_fem`].
-    pub fn with_size_factor(&self, size_factor: Option<f64>) -> Result<Self, SceneError> {
-        self.with_fem(FemOptions {
-            size_factor,
-            ..self.fem
-        })
-    }
-}
 
 /// Refuses a tolerance outside its bounds.
 pub(super) fn check_model(checks: &Checks, model: &ModelOptions) -> Result<(), SceneError> {

@@ -1,0 +1,77 @@
+//! Scenes with other options, which pass the same checks as those of a file.
+
+use std::collections::BTreeMap;
+
+use super::checks::Checks;
+use super::{contacts, options};
+use crate::error::SceneError;
+use crate::options::{FemOptions, ModelOptions};
+use crate::scene::Scene;
+
+/// Stands for file and line of an option that a program sets.
+const ORIGIN: &str = "option set by a program";
+
+impl Scene {
+    /// The scene with other options of the model.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`], as for a file.
+    pub fn with_model(&self, model: ModelOptions) -> Result<Self, SceneError> {
+        let mut scene = self.clone();
+        scene
+            .document
+            .replace("model", &self.model, &model, ORIGIN)?;
+        options::check_model(&Checks(&scene.document), &model)?;
+        scene.model = model;
+        Ok(scene)
+    }
+
+    /// The scene with other options of the finite-element model.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`], as for a file.
+    pub fn with_fem(&self, fem: FemOptions) -> Result<Self, SceneError> {
+        let mut scene = self.clone();
+        scene.document.replace("fem", &self.fem, &fem, ORIGIN)?;
+        options::check_fem(&Checks(&scene.document), &fem)?;
+        scene.fem = fem;
+        Ok(scene)
+    }
+
+    /// The scene with another `model.tolerance`.
+    ///
+    /// # Errors
+    /// As [`Scene::with_model`].
+    pub fn with_tolerance(&self, tolerance: f64) -> Result<Self, SceneError> {
+        self.with_model(ModelOptions {
+            tolerance,
+            ..self.model
+        })
+    }
+
+    /// The scene with another `fem.size_factor`, or without one.
+    ///
+    /// # Errors
+    /// As [`Scene::with_fem`].
+    pub fn with_size_factor(&self, size_factor: Option<f64>) -> Result<Self, SceneError> {
+        self.with_fem(FemOptions {
+            size_factor,
+            ..self.fem
+        })
+    }
+
+    /// The scene with another `gait.cycles`.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] for zero, [`SceneError::Touching`] if bodies touch in the second
+    /// cycle only.
+    pub fn with_cycles(&self, cycles: u32) -> Result<Self, SceneError> {
+        let mut scene = self.clone();
+        let value = |cycles: u32| BTreeMap::from([("cycles", cycles)]);
+        let (before, after) = (value(self.gait.cycles), value(cycles));
+        scene.document.replace("gait", &before, &after, ORIGIN)?;
+        scene.gait.cycles = cycles;
+        contacts::check_stroke(&scene)?;
+        Ok(scene)
+    }
+}
