@@ -59,7 +59,7 @@ impl AxisymmetricModel {
         };
         let scaled = ScaledScene::new(scene)?;
         let scale = scaled.scale;
-        let surroundings = match scene.domain {
+        let surroundings = match *scene.domain() {
             Domain::Unbounded => Surroundings::Unbounded,
             Domain::Ball { radius } => Surroundings::Ball {
                 radius: scale.length(radius),
@@ -70,7 +70,7 @@ impl AxisymmetricModel {
             _ => {
                 return refuse(
                     "domain.kind",
-                    format!("domain.kind = \"{}\"", scene.domain.kind().word()),
+                    format!("domain.kind = \"{}\"", scene.domain().kind().word()),
                     "use the domain unbounded, ball or cylinder, or model.kind = \"auto\"",
                 );
             }
@@ -89,7 +89,7 @@ impl AxisymmetricModel {
             );
         };
         Ok(Self {
-            shapes: (scene.bodies.iter())
+            shapes: (scene.bodies().iter())
                 .filter_map(|body| match body.shape {
                     Shape::Sphere { radius } => Some(Spheroid::sphere(0.0, scale.length(radius))),
                     Shape::Spheroid {
@@ -104,11 +104,11 @@ impl AxisymmetricModel {
                     Shape::Point => None,
                 })
                 .collect(),
-            turns: scene.bodies.iter().any(|b| b.torque != Vector3::zeros()),
+            turns: scene.bodies().iter().any(|b| b.torque != Vector3::zeros()),
             surroundings,
             axis,
             // the net displacement is a small difference of the legs' and amplifies errors: by 8 for the three-sphere swimmer
-            tolerance: (0.05 * scene.model.tolerance).clamp(1e-11, 1e-4),
+            tolerance: (0.05 * scene.model().tolerance).clamp(1e-11, 1e-4),
             scaled,
         })
     }
@@ -117,7 +117,7 @@ impl AxisymmetricModel {
     /// thousand times as much.
     pub fn suits(scene: &Scene) -> bool {
         let is_needed =
-            matches!(scene.domain, Domain::Cylinder { .. }) || scene.first_spheroid().is_some();
+            matches!(scene.domain(), Domain::Cylinder { .. }) || scene.first_spheroid().is_some();
         is_needed && scene.arrangement() == Arrangement::Axisymmetric
     }
 
@@ -126,7 +126,7 @@ impl AxisymmetricModel {
     /// # Errors
     /// As [`Hydrodynamics::instant`].
     pub fn describe(&mut self, scene: &Scene) -> Result<String, ModelError> {
-        let lengths = scene.articulation.initial_lengths();
+        let lengths = scene.articulation().initial_lengths();
         let configuration = Configuration {
             state: &scene.initial_state(),
             lengths,
@@ -139,7 +139,7 @@ impl AxisymmetricModel {
         )?;
         let unknown = match scene.first_spheroid() {
             Some(_) => "shape = \"spheroid\"".to_owned(),
-            None => format!("domain.kind = \"{}\"", scene.domain.kind().word()),
+            None => format!("domain.kind = \"{}\"", scene.domain().kind().word()),
         };
         Ok(format!(
             "models without a mesh know no {unknown}; axisymmetric errs {:.1e} in the resistance with {} unknowns at {:.0} ms a solve",

@@ -20,14 +20,14 @@ impl Scale {
     /// The scale of a scene: its smallest radius and its viscosity.
     pub fn of(scene: &Scene) -> Self {
         let smallest = scene
-            .bodies
+            .bodies()
             .iter()
             .map(scene::Body::bounding_radius)
             .filter(|&radius| radius > 0.0)
             .fold(f64::INFINITY, f64::min);
         Self {
             length: if smallest.is_finite() { smallest } else { 1.0 },
-            viscosity: scene.viscosity,
+            viscosity: scene.viscosity(),
         }
     }
 

@@ -24,13 +24,13 @@ impl ScaledScene {
     /// Links or fixed bodies that make no sense.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let scale = Scale::of(scene);
-        let bodies = || scene.bodies.iter();
+        let bodies = || scene.bodies().iter();
         let kinds: Vec<_> = bodies().map(|b| b.kind()).collect();
         let positions: Vec<_> = bodies().map(|b| scale.point(b.position)).collect();
         let set = Articulation::new(
             &kinds,
-            scene.articulation.links().to_vec(),
-            scene.articulation.arms(),
+            scene.articulation().links().to_vec(),
+            scene.articulation().arms(),
             &positions,
         )?
         .with_fixed(&scene.fixed_bodies())?;

@@ -2,6 +2,7 @@
 
 use scene::keys::{KEYS, markdown_table};
 
+/// Prints the table.
 pub fn main() {
     let table = markdown_table();
     print!("{table}");

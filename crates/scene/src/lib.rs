@@ -3,6 +3,7 @@
 
 mod arrangement;
 mod body;
+mod builder;
 mod contact;
 mod document;
 mod domain;
@@ -20,6 +21,7 @@ mod write;
 
 pub use arrangement::Arrangement;
 pub use body::Body;
+pub use builder::SceneBuilder;
 pub use contact::{Contact, closest_contact};
 pub use document::Document;
 pub use domain::Domain;

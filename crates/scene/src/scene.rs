@@ -13,6 +13,9 @@ use crate::shape::Shape;
 
 /// A scene that passed all checks: fluid, domain, bodies, links, gait and options.
 ///
+/// Its fields are private, so that it stays checked: [`Scene::with_fem`] and its kin check what they
+/// change.
+///
 /// Lengths, times, forces and viscosity are in the scene's own units.
 ///
 /// ```
@@ -26,32 +29,64 @@ use crate::shape::Shape;
 ///     force = [1, 0, 0]
 ///     "#,
 /// )?;
-/// assert_eq!(scene.bodies[0].name, "ball");
-/// assert_eq!(scene.viscosity, 1.0);
+/// assert_eq!(scene.bodies()[0].name, "ball");
+/// assert_eq!(scene.viscosity(), 1.0);
 /// # Ok::<(), scene::SceneError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Name: the file's name without its extension.
-    pub name: String,
-    /// Dynamic viscosity.
-    pub viscosity: f64,
-    /// Region that the fluid fills.
-    pub domain: Domain,
-    /// Bodies, in the order of the file.
-    pub bodies: Vec<Body>,
-    /// Bodies and links as one articulation, in the order of the file.
-    pub articulation: Articulation,
-    /// How the lengths of the links change.
-    pub gait: Gait,
-    /// How the flow is modelled.
-    pub model: ModelOptions,
-    /// Options of the finite-element model.
-    pub fem: FemOptions,
+    pub(crate) name: String,
+    pub(crate) viscosity: f64,
+    pub(crate) domain: Domain,
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) articulation: Articulation,
+    pub(crate) gait: Gait,
+    pub(crate) model: ModelOptions,
+    pub(crate) fem: FemOptions,
     pub(crate) document: Document,
 }
 
 impl Scene {
+    /// Name: the file's name without its extension.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Dynamic viscosity.
+    pub fn viscosity(&self) -> f64 {
+        self.viscosity
+    }
+
+    /// Region that the fluid fills.
+    pub fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
+    /// Bodies, in the order of the file.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// Bodies and links as one articulation, in the order of the file.
+    pub fn articulation(&self) -> &Articulation {
+        &self.articulation
+    }
+
+    /// How the lengths of the links change.
+    pub fn gait(&self) -> &Gait {
+        &self.gait
+    }
+
+    /// How the flow is modelled.
+    pub fn model(&self) -> &ModelOptions {
+        &self.model
+    }
+
+    /// Options of the finite-element model.
+    pub fn fem(&self) -> &FemOptions {
+        &self.fem
+    }
+
     /// File and line of a key such as `bodies[1].radius`, for messages.
     pub fn place(&self, key: &str) -> String {
         self.document.place(key)

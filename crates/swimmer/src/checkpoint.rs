@@ -115,7 +115,7 @@ impl Checkpoint {
 
     /// The factor on element sizes of the run, whoever chose it; none if the scene does not parse.
     pub fn size_factor(&self) -> Option<f64> {
-        Scene::parse(&self.scene).ok()?.fem.size_factor
+        Scene::parse(&self.scene).ok()?.fem().size_factor
     }
 
     /// Gives the model its history back and says where the run goes on.
@@ -148,11 +148,11 @@ impl Checkpoint {
             );
             return Err(bad(format!("belongs to another scene: {difference}")));
         }
-        let legs = scene.gait.phases.len() * scene.gait.cycles as usize;
-        let set = &scene.articulation;
+        let legs = scene.gait().phases.len() * scene.gait().cycles as usize;
+        let set = scene.articulation();
         let outcome = self.outcome;
         let fits = self.frames.len() == set.linkages().len()
-            && self.attitudes.len() == scene.bodies.len()
+            && self.attitudes.len() == scene.bodies().len()
             && outcome_fits(&outcome, scene);
         if !fits || outcome.legs.len() > legs {
             return Err(bad(format!(
@@ -183,7 +183,7 @@ impl Checkpoint {
 
 /// Whether every list of an outcome has an entry for each body or link that later steps and pictures look up.
 fn outcome_fits(outcome: &Outcome, scene: &Scene) -> bool {
-    let (bodies, links) = (scene.bodies.len(), scene.articulation.links().len());
+    let (bodies, links) = (scene.bodies().len(), scene.articulation().links().len());
     outcome.displacement.len() == bodies
         && !outcome.samples.is_empty()
         && outcome.samples.iter().all(|sample| {

@@ -19,7 +19,7 @@
 //!     }
 //!
 //!     fn solve(&mut self, query: &Query) -> Result<Vec<InstantaneousSolution>, ModelError> {
-//!         let (set, at) = (&self.0.articulation, query.configuration);
+//!         let (set, at) = (self.0.articulation(), query.configuration);
 //!         let one = |rates: &Vec<f64>| {
 //!             let constraints = set.constraints(at.state, at.lengths, rates)?;
 //!             let reduction = rigid::Reduction::of(set, &constraints)?;

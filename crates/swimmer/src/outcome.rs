@@ -102,7 +102,7 @@ impl Interim {
     /// # Errors
     /// Lengths that do not close a loop.
     pub fn start(scene: &Scene) -> Result<Self, SwimError> {
-        let set = &scene.articulation;
+        let set = scene.articulation();
         let state = scene.initial_state();
         let lengths = set.initial_lengths();
         let origin = positions(set, &state, lengths)?;

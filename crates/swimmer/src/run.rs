@@ -90,8 +90,8 @@ pub fn run(
         Some(checkpoint) => checkpoint.size_factor(),
         None => size_factor(&scene, progress)?,
     };
-    if scene.fem.target.is_some() {
-        scene.fem.size_factor = scene.fem.size_factor.or(size_factor);
+    if scene.fem().target.is_some() {
+        scene = scene.with_size_factor(scene.fem().size_factor.or(size_factor))?;
     }
     let Choice { mut model, reasons } = with_tables(&scene, choose(&scene)?);
     let (interim, flows) = match checkpoint {
@@ -142,7 +142,7 @@ pub fn run(
 /// The factor on element sizes that `fem.target` needs, if it has to be chosen.
 fn size_factor(scene: &Scene, progress: &mut dyn Progress) -> Result<Option<f64>, SwimError> {
     let chosen = size_factor_for_target(scene, &mut Trials(progress))?;
-    if let (Some(size_factor), Some(target)) = (chosen, scene.fem.target) {
+    if let (Some(size_factor), Some(target)) = (chosen, scene.fem().target) {
         progress.chose_size_factor(target, size_factor);
     }
     Ok(chosen)
@@ -185,7 +185,7 @@ impl Observer for Files<'_> {
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         if self.progress.is_interrupted() {
-            let gait = &self.scene.gait;
+            let gait = self.scene.gait();
             return Err(SwimError::Interrupted {
                 phases: self.done,
                 all: gait.phases.len() * gait.cycles as usize,

@@ -41,12 +41,12 @@ pub fn continue_from(
     }: Interim,
 ) -> Result<Outcome, SwimError> {
     scene.require_gait()?;
-    let set = &scene.articulation;
+    let set = scene.articulation();
     let start = scene.initial_state();
     let initial_lengths = set.initial_lengths();
     let origin = positions(set, &start, initial_lengths)?;
     let mut integrator = Integrator::new(scene, model, method);
-    for leg in legs(&scene.gait, initial_lengths).skip(outcome.legs.len()) {
+    for leg in legs(scene.gait(), initial_lengths).skip(outcome.legs.len()) {
         let before = positions(set, &state, &leg.from)?;
         let first = outcome.solves;
         let meshes = &mut outcome.meshes;
@@ -150,7 +150,7 @@ pub fn continue_from(
     }
     // Methods that do not estimate their error meet no tolerance.
     let bar = outcome.error_estimate.integration;
-    outcome.tolerance_met &= bar.is_some_and(|bar| bar <= scene.model.tolerance * outcome.net());
+    outcome.tolerance_met &= bar.is_some_and(|bar| bar <= scene.model().tolerance * outcome.net());
     Ok(outcome)
 }
 

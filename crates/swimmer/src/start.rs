@@ -17,7 +17,7 @@ pub fn solve_start(
 ) -> Result<InstantaneousSolution, SwimError> {
     let solution = at_start(scene, |configuration, rates| {
         let rates = [rates.to_vec()];
-        let query = Query::new(configuration, &rates).with_accuracy(scene.fem.target);
+        let query = Query::new(configuration, &rates).with_accuracy(scene.fem().target);
         let mut solutions = model.solve(&query)?;
         solutions.pop().ok_or(ModelError::NoSolution {
             model: model.name(),
@@ -55,8 +55,8 @@ fn at_start<T>(
     scene: &Scene,
     ask: impl FnOnce(Configuration<'_>, &[f64]) -> Result<T, ModelError>,
 ) -> Result<T, ModelError> {
-    let lengths = scene.articulation.initial_lengths();
-    let rates = legs(&scene.gait, lengths)
+    let lengths = scene.articulation().initial_lengths();
+    let rates = legs(scene.gait(), lengths)
         .next()
         .map_or(vec![0.0; lengths.len()], |leg| leg.rates());
     let state = scene.initial_state();

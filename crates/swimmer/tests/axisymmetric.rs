@@ -150,8 +150,10 @@ fn a_spheroid_along_any_axis_sinks_as_it_should() {
             "{off:e}"
         );
         assert_eq!(
-            Scene::parse(&scene.to_toml().expect("ours")).expect("ours").bodies,
-            scene.bodies
+            Scene::parse(&scene.to_toml().expect("ours"))
+                .expect("ours")
+                .bodies(),
+            scene.bodies()
         );
     }
 }

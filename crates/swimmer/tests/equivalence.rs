@@ -159,18 +159,18 @@ proptest! {
         let rates: Vec<f64> = case.rates.iter().map(|r| r * case.length).collect();
         let configuration = Configuration {
             state: &state,
-            lengths: scene.articulation.initial_lengths(),
+            lengths: scene.articulation().initial_lengths(),
         };
         let mut truth: Option<FlowSolution> = None;
         for formulation in FORMULATIONS {
             let system = model.system(configuration, &rates, formulation).unwrap();
-            let exact = system.flow(&direct(&system), &scene.articulation).unwrap();
+            let exact = system.flow(&direct(&system), scene.articulation()).unwrap();
             let truth = truth.get_or_insert_with(|| exact.clone());
             for (what, error) in difference(truth, &exact).into_iter().enumerate() {
                 // The direct solver refines to 1e-12; resistances differ by a factor of a few tens at most.
                 prop_assert!(error < 1e-9, "{}, quantity {what}: {error:e}", formulation.name());
             }
-            let iterated = system.flow(&block(&system), &scene.articulation).unwrap();
+            let iterated = system.flow(&block(&system), scene.articulation()).unwrap();
             for (what, error) in difference(truth, &iterated).into_iter().enumerate() {
                 // A residual of 1e-10, and the same factor with room: pressures and forces follow the residual, not the energy.
                 prop_assert!(error < 1e-7, "{} iterated, quantity {what}: {error:e}", formulation.name());

@@ -144,7 +144,7 @@ fn the_condensed_resistance_moves_the_swimmer_as_the_coupled_solve_does() {
     let resistance: DMatrix<f64> = start_resistance(&scene, model.as_mut()).unwrap();
     assert_eq!(resistance.shape(), (18, 18));
 
-    let set = &scene.articulation;
+    let set = scene.articulation();
     // The first phase closes "ab" from 4.5 to 4 in half a unit of time.
     let constraints = set
         .constraints(&scene.initial_state(), set.initial_lengths(), &[-1.0, 0.0])
@@ -180,7 +180,7 @@ fn forces_on_nodes_move_bodies_as_the_reciprocal_theorem_says() {
     let mut model = FemModel::new(&scene).unwrap();
     let configuration = Configuration {
         state: &scene.initial_state(),
-        lengths: scene.articulation.initial_lengths(),
+        lengths: scene.articulation().initial_lengths(),
     };
     let mesh = model.mesh(configuration).unwrap().unwrap();
     let forces: Vec<_> = (0..mesh.n_points())

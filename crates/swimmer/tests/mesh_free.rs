@@ -410,7 +410,7 @@ fn templates_swim_as_they_say() {
         let found = run(&scene).displacement[body];
         let exact = Vector3::from(net);
         // the tolerance is on the mean of the bodies, a junction turns about it
-        let tolerance = 2.0 * scene.model.tolerance * exact.norm();
+        let tolerance = 2.0 * scene.model().tolerance * exact.norm();
         assert!((found - exact).norm() < tolerance + 1e-7, "{found} {exact}");
     }
     let chain = run(&Scene::parse(include_str!("../templates/chain.toml")).unwrap());
@@ -447,7 +447,7 @@ fn pictures_show_the_flow_around_spheres() {
         for (body, motion) in ["a", "b"].iter().zip(&instant.bodies) {
             let tag = flow.mesh.tag(body).unwrap();
             let centre = scene
-                .bodies
+                .bodies()
                 .iter()
                 .find(|b| b.name == *body)
                 .unwrap()

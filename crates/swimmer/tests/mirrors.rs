@@ -83,7 +83,7 @@ fn the_answer_is_that_of_the_mirrored_mesh() {
         let mesh = model
             .mesh(Configuration {
                 state: &own.initial_state(),
-                lengths: own.articulation.initial_lengths(),
+                lengths: own.articulation().initial_lengths(),
             })
             .unwrap()
             .unwrap();

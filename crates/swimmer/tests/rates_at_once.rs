@@ -54,7 +54,10 @@ fn rates(count: usize) -> Vec<Vec<f64>> {
 /// That answers to so many questions at once are those of models that were asked one thing each.
 fn check_last_bits(scene: &Scene, count: usize) {
     let model = || choose(scene).unwrap().model;
-    let (state, lengths) = (scene.initial_state(), scene.articulation.initial_lengths());
+    let (state, lengths) = (
+        scene.initial_state(),
+        scene.articulation().initial_lengths(),
+    );
     let rates = rates(count);
     let configuration = Configuration {
         state: &state,
@@ -119,7 +122,10 @@ fn elements_go_on_after_no_question_and_after_several() {
         ON_LINE,
     );
     let mut model = choose(&scene).unwrap().model;
-    let (state, lengths) = (scene.initial_state(), scene.articulation.initial_lengths());
+    let (state, lengths) = (
+        scene.initial_state(),
+        scene.articulation().initial_lengths(),
+    );
     let configuration = Configuration {
         state: &state,
         lengths,

@@ -42,7 +42,7 @@ fn check_within_claims(scene: &Scene) {
     }
     // displacements are claimed for the bodies, which a rotation moves by the length of the arms
     let reach = scene
-        .articulation
+        .articulation()
         .initial_lengths()
         .iter()
         .fold(0.0_f64, |m, l| m.max(*l));
@@ -57,7 +57,7 @@ fn check_within_claims(scene: &Scene) {
     // strokes that gain little for their path may miss it either way
     assert!(table.tolerance_met || !direct.tolerance_met);
     // and the claim is of use
-    assert!(claimed < scene.model.tolerance * path);
+    assert!(claimed < scene.model().tolerance * path);
 }
 
 #[test]

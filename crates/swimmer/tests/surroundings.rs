@@ -147,7 +147,7 @@ fn two_swimmers_side_by_side_are_each_free_of_force_and_torque() {
     let (two, _) = swimmer("two", [2.0, 4.0, 0.0]);
     let scene = format!("domain.kind = \"unbounded\"\n{MULTIPOLE}{one}{two}{strokes}");
     let instant = start(&scene);
-    let places = Scene::parse(&scene).unwrap().bodies;
+    let places = Scene::parse(&scene).unwrap().bodies().to_vec();
     for swimmer in [0..3, 3..6] {
         let force: Vector3<f64> = swimmer.clone().map(|b| instant.bodies[b].force).sum();
         let torque: Vector3<f64> = swimmer

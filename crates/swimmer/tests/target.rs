@@ -74,7 +74,7 @@ fn strokes_meet_the_error_that_is_asked_for() {
     for target in [1e-2, 1e-3] {
         let mut scene = Scene::parse(&format!("{text}\n[fem]\ntarget = {target:?}\n")).unwrap();
         let chosen = size_factor_for_target(&scene, &mut ()).unwrap();
-        scene.fem.size_factor = chosen;
+        scene = scene.with_size_factor(chosen).unwrap();
         let mut model = FemModel::new(&scene).unwrap();
         let outcome = simulate(&scene, &mut model, Method::Collocation, &mut ()).unwrap();
         let error = (outcome.displacement[1].x / exact - 1.0).abs();

@@ -30,10 +30,10 @@ pub struct FarField {
 impl FarField {
     /// The ball around the bodies of a scene.
     pub fn around(scene: &Scene, scale: &Scale) -> Self {
-        let places = || scene.bodies.iter().map(|b| scale.point(b.position));
-        let centre = places().sum::<Vector3<f64>>() / scene.bodies.len().max(1) as f64;
+        let places = || scene.bodies().iter().map(|b| scale.point(b.position));
+        let centre = places().sum::<Vector3<f64>>() / scene.bodies().len().max(1) as f64;
         let extent = scene
-            .bodies
+            .bodies()
             .iter()
             .zip(places())
             .map(|(body, place)| (place - centre).norm() + scale.length(body.bounding_radius()))

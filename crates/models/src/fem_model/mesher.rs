@@ -110,7 +110,7 @@ impl Mesher {
             });
         }
         let surfaced: Vec<Surfaced> = scene
-            .bodies
+            .bodies()
             .iter()
             .enumerate()
             .filter_map(|(body, b)| match b.shape {
@@ -118,19 +118,19 @@ impl Mesher {
                     body,
                     position: scale.point(b.position),
                     radius: scale.length(radius),
-                    size: scale.length(surface_size(&scene.fem, radius)),
+                    size: scale.length(surface_size(scene.fem(), radius)),
                 }),
                 // refused above
                 Shape::Spheroid { .. } | Shape::Point => None,
             })
             .collect();
         let tags: Vec<String> = scene
-            .bodies
+            .bodies()
             .iter()
             .map(|b| b.surface.clone().unwrap_or_else(|| b.name.clone()))
             .collect();
         let mut far_field = None;
-        let source = match &scene.domain {
+        let source = match scene.domain() {
             Domain::Unbounded => {
                 let far = far_field.insert(FarField::around(scene, scale));
                 Source::Generated(Container::Ball(far.ball()))
@@ -152,7 +152,7 @@ impl Mesher {
                     .iter()
                     .map(|s| (tags[s.body].as_str(), s.sphere(s.position)))
                     .collect();
-                let mesh = read_mesh(file, &spheres, walls, scene.fem.geometry, scale)?;
+                let mesh = read_mesh(file, &spheres, walls, scene.fem().geometry, scale)?;
                 Source::File {
                     mesh,
                     walls: walls.clone(),
@@ -174,7 +174,7 @@ impl Mesher {
             far_field,
             surfaced,
             tags,
-            geometry: scene.fem.geometry,
+            geometry: scene.fem().geometry,
             mirrors: scene.fem_symmetry_planes(),
             sizes: None,
         })

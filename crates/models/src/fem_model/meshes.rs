@@ -82,7 +82,7 @@ impl Meshes {
     pub fn new(scene: &Scene, scale: &Scale) -> Result<Self, ModelError> {
         Ok(Self {
             mesher: Mesher::new(scene, scale)?,
-            motion: motion(scene.fem.mesh_motion),
+            motion: motion(scene.fem().mesh_motion),
             references: Vec::new(),
             current: None,
         })

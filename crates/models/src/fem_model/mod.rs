@@ -63,7 +63,7 @@ impl FemModel {
     /// # Errors
     /// A domain or an option that is not built yet.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
-        if let (Domain::Unbounded, Some(&body)) = (&scene.domain, scene.fixed_bodies().first()) {
+        if let (Domain::Unbounded, Some(&body)) = (scene.domain(), scene.fixed_bodies().first()) {
             // Infinity would be answered by a uniform flow, which moves what is held.
             return Err(ModelError::Unsupported {
                 what: format!(
@@ -77,7 +77,7 @@ impl FemModel {
         Ok(Self {
             meshes: Meshes::new(scene, &scaled.scale)?,
             scaled,
-            options: scene.fem,
+            options: *scene.fem(),
             guesses: InitialGuesses::new(REMEMBERED),
             last: None,
         })

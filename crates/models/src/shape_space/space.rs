@@ -78,7 +78,7 @@ impl ShapeSpace {
                 "the motion depends on the shape alone only for one linkage in unbounded fluid without external forces",
             );
         }
-        let links = scene.articulation.links().len();
+        let links = scene.articulation().links().len();
         let sound = |r: &(f64, f64)| r.0.is_finite() && r.1.is_finite() && 0.0 < r.0 && r.0 <= r.1;
         if ranges.len() != links || !ranges.iter().all(sound) {
             return refuse("every link needs a range of positive lengths, the smaller one first");
@@ -109,7 +109,7 @@ impl ShapeSpace {
             for index in indices(&degrees) {
                 values.extend_from_slice(sampler.at(&box_ranges, &degrees, &index)?);
             }
-            let bodies = scene.bodies.len();
+            let bodies = scene.bodies().len();
             let (weights, speed) = weights(&values, variables.len(), (bodies, links), ranges);
             let width = weights.len();
             let answers = Interpolant::new(box_ranges.clone(), degrees.clone(), width, values);

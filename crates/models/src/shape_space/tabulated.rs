@@ -62,7 +62,7 @@ impl Tabulated {
                 && !matches!(table.state, Made::Never)
         })?;
         if let Made::NotYet = table.state {
-            let tolerance = SHARE * self.scene.model.tolerance;
+            let tolerance = SHARE * self.scene.model().tolerance;
             let model = self.model.as_mut();
             let made = ShapeSpace::sample(&self.scene, model, &table.ranges, tolerance, estimates);
             // Without a table the model itself answers, or reports the error, where it is asked.

@@ -33,7 +33,7 @@ impl SphereModel {
     /// The net displacement is a small difference of the legs', and amplifies errors of the resistance: by 8 for the
     /// three-sphere swimmer, by up to 100 for the planar one.
     pub fn for_displacement(scene: &Scene) -> Self {
-        Self::Multipole((0.01 * scene.model.tolerance).clamp(1e-12, 1e-3))
+        Self::Multipole((0.01 * scene.model().tolerance).clamp(1e-12, 1e-3))
     }
 
     /// In words.
@@ -91,7 +91,7 @@ impl SpheresModel {
         }
         let scaled = ScaledScene::new(scene)?;
         let scale = scaled.scale;
-        let medium = match scene.domain {
+        let medium = match *scene.domain() {
             Domain::Unbounded => Medium::Unbounded,
             Domain::Ball { radius } => Medium::Ball {
                 centre: Vector3::zeros(),
@@ -103,7 +103,7 @@ impl SpheresModel {
                     what: format!(
                         "{}: domain.kind = \"{}\" for models of spheres",
                         scene.place("domain.kind"),
-                        scene.domain.kind().word()
+                        scene.domain().kind().word()
                     ),
                     instead: "use model.kind = \"fem\", or the domain unbounded, ball or wall"
                         .to_owned(),
@@ -113,7 +113,7 @@ impl SpheresModel {
         Ok(Self {
             kind,
             radii: scene
-                .bodies
+                .bodies()
                 .iter()
                 .filter_map(|body| match body.shape {
                     Shape::Sphere { radius } => Some(scale.length(radius)),
@@ -122,7 +122,7 @@ impl SpheresModel {
                 })
                 .collect(),
             names: scene
-                .bodies
+                .bodies()
                 .iter()
                 .filter(|body| body.shape != Shape::Point)
                 .map(|body| body.name.clone())

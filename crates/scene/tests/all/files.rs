@@ -15,7 +15,7 @@ fn the_scenes_of_the_repository_are_valid() {
         let path = entry.unwrap().path();
         let outcome = Scene::read(&path, &[]);
         match outcome {
-            Ok(scene) => assert_eq!(path.file_stem().unwrap().to_str().unwrap(), scene.name),
+            Ok(scene) => assert_eq!(path.file_stem().unwrap().to_str().unwrap(), scene.name()),
             // This scene needs a mesh file that is not in the repository.
             Err(error) => assert!(
                 error.to_string().contains("domain.file cannot be read"),
@@ -71,12 +71,12 @@ proptest! {
     fn a_written_scene_reads_back_unchanged(text in any_scene()) {
         let scene = Scene::parse(&text).unwrap();
         let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
-        prop_assert_eq!(&scene.bodies, &again.bodies);
-        prop_assert_eq!(&scene.domain, &again.domain);
-        prop_assert_eq!(&scene.gait, &again.gait);
-        prop_assert_eq!(scene.articulation.links(), again.articulation.links());
-        prop_assert_eq!(scene.articulation.arms(), again.articulation.arms());
-        prop_assert_eq!((scene.viscosity, scene.model, scene.fem), (again.viscosity, again.model, again.fem));
+        prop_assert_eq!(scene.bodies(), again.bodies());
+        prop_assert_eq!(scene.domain(), again.domain());
+        prop_assert_eq!(scene.gait(), again.gait());
+        prop_assert_eq!(scene.articulation().links(), again.articulation().links());
+        prop_assert_eq!(scene.articulation().arms(), again.articulation().arms());
+        prop_assert_eq!((scene.viscosity(), scene.model(), scene.fem()), (again.viscosity(), again.model(), again.fem()));
         prop_assert_eq!(scene.to_toml().unwrap(), again.to_toml().unwrap());
     }
 

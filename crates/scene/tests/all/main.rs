@@ -1,5 +1,6 @@
 //! All tests of scene files, in one binary.
 
+mod built;
 mod damaged;
 mod documented;
 mod examples;

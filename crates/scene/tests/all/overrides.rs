@@ -41,13 +41,13 @@ fn overrides_change_every_kind_of_key() {
         ],
     )
     .unwrap();
-    assert_eq!(scene.gait.cycles, 3);
-    assert_eq!(scene.bodies[0].bounding_radius(), 0.5);
-    assert_eq!(scene.bodies[1].position.z, 5.0);
-    assert_eq!(scene.fem.solver.word(), "direct");
-    assert_eq!(scene.viscosity, 2e-3);
-    assert_eq!(scene.gait.phases[0].change, Some((0, 7.0)));
-    assert_eq!(scene.domain.kind().word(), "box");
+    assert_eq!(scene.gait().cycles, 3);
+    assert_eq!(scene.bodies()[0].bounding_radius(), 0.5);
+    assert_eq!(scene.bodies()[1].position.z, 5.0);
+    assert_eq!(scene.fem().solver.word(), "direct");
+    assert_eq!(scene.viscosity(), 2e-3);
+    assert_eq!(scene.gait().phases[0].change, Some((0, 7.0)));
+    assert_eq!(scene.domain().kind().word(), "box");
 }
 
 #[test]
@@ -63,9 +63,9 @@ fn names_come_before_numbers_in_overrides() {
         ],
     )
     .unwrap();
-    assert_eq!(scene.bodies[1].bounding_radius(), 2.0);
-    assert_eq!(scene.bodies[0].bounding_radius(), 3.0);
-    assert_eq!(scene.bodies[0].force.x, 1.0);
+    assert_eq!(scene.bodies()[1].bounding_radius(), 2.0);
+    assert_eq!(scene.bodies()[0].bounding_radius(), 3.0);
+    assert_eq!(scene.bodies()[0].force.x, 1.0);
 }
 
 #[test]

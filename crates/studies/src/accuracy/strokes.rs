@@ -56,7 +56,7 @@ fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) 
 fn stroke_for_target(name: &str, target: f64, exact: f64) -> Result<Point> {
     let clock = Clock::now();
     let mut scene = scene(name, &[format!("fem.target={target:e}")])?;
-    scene.fem.size_factor = size_factor_for_target(&scene, &mut ())?;
+    scene = scene.with_size_factor(size_factor_for_target(&scene, &mut ())?)?;
     let choice = format!("target {target:e}");
     let names = ["sizes chosen for an error, curved", &choice];
     let mut point = stroke(&scene, Method::Collocation, names, exact)?;

@@ -29,7 +29,7 @@ impl Observer for Watch<'_> {
         solved: &LegSolution,
         _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        let set = &self.scene.articulation;
+        let set = self.scene.articulation();
         let places: Vec<Vector3<f64>> = set
             .place(&solved.state, &leg.lengths(solved.s))?
             .iter()
@@ -60,12 +60,12 @@ pub fn of_instant(
     directions: &[Vector3<f64>],
     rates: &[f64],
 ) -> Misfits {
-    let set = &scene.articulation;
+    let set = scene.articulation();
     let largest = instant
         .bodies
         .iter()
         .map(|b| b.force.norm())
-        .chain(scene.bodies.iter().map(|b| b.force.norm()))
+        .chain(scene.bodies().iter().map(|b| b.force.norm()))
         .fold(f64::MIN_POSITIVE, f64::max);
     let mut balance = 0.0_f64;
     for linkage in set.linkages() {
@@ -75,7 +75,7 @@ pub fn of_instant(
         let root = places[linkage.root];
         let (mut force, mut torque, mut reach) = (Vector3::zeros(), Vector3::zeros(), 1.0_f64);
         for &body in &linkage.bodies {
-            let (b, given) = (&instant.bodies[body], &scene.bodies[body]);
+            let (b, given) = (&instant.bodies[body], &scene.bodies()[body]);
             let arm = places[body] - root;
             reach = reach.max(arm.norm());
             force += b.force - given.force;
@@ -89,7 +89,7 @@ pub fn of_instant(
     }
     let mut into_fluid = 0.0;
     let mut size = 0.0;
-    for (b, given) in instant.bodies.iter().zip(&scene.bodies) {
+    for (b, given) in instant.bodies.iter().zip(scene.bodies()) {
         let terms = [
             b.force.dot(&b.velocity),
             b.torque.dot(&b.angular_velocity),

@@ -60,7 +60,7 @@ fn through(minutes: f64, seed: u64, elements: f64) -> Result<Vec<(f64, f64)>> {
         let first = one(&scene);
         let again = one_thread.install(|| one(&scene));
         let tally = tallies
-            .entry((kind(&text), scene.domain.kind().word()))
+            .entry((kind(&text), scene.domain().kind().word()))
             .or_default();
         tally.scenes += 1;
         match (first, again) {
@@ -119,9 +119,9 @@ fn kind(text: &str) -> String {
 /// Everything a scene gives, but what clocks say, as text; and its misfits.
 fn one(scene: &Scene) -> Result<(String, Misfits), SwimError> {
     let mut model = choose(scene)?.model;
-    if scene.gait.phases.is_empty() {
+    if scene.gait().phases.is_empty() {
         let instant = solve_start(scene, model.as_mut())?;
-        let places: Vec<_> = scene.bodies.iter().map(|b| b.position).collect();
+        let places: Vec<_> = scene.bodies().iter().map(|b| b.position).collect();
         let misfits = invariants::of_instant(scene, &instant, &places, &[], &[]);
         let values = format!("{:?} {:?}", instant.bodies, instant.error_estimate);
         return Ok((values, misfits));

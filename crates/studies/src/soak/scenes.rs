@@ -56,14 +56,14 @@ const LEAST_GAP: f64 = 1.0;
 
 /// The least room at the start and at the ends of phases, linkages where they are at the start; none counts as negative.
 fn smallest_gap(scene: &Scene) -> f64 {
-    let set = &scene.articulation;
+    let set = scene.articulation();
     let state = scene.initial_state();
-    let ends = legs(&scene.gait, set.initial_lengths()).map(|leg| leg.to);
+    let ends = legs(scene.gait(), set.initial_lengths()).map(|leg| leg.to);
     std::iter::once(set.initial_lengths().to_vec())
         .chain(ends)
         .map(|lengths| {
             set.place(&state, &lengths).map_or(-1.0, |poses| {
-                closest_contact(&scene.bodies, &scene.domain, &poses)
+                closest_contact(scene.bodies(), scene.domain(), &poses)
                     .map_or(f64::INFINITY, |contact| contact.gap)
             })
         })

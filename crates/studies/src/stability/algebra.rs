@@ -85,7 +85,7 @@ fn system(formulation: &dyn Formulation) -> Result<Constrained> {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: scene.articulation.initial_lengths(),
+        lengths: scene.articulation().initial_lengths(),
     };
     Ok(model.system(configuration, &[-0.5, 0.0], formulation)?)
 }

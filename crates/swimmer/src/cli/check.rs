@@ -23,7 +23,7 @@ pub fn check(arguments: &SceneArguments) -> Result<String, SwimError> {
     if let Some(mirrors) = mirrors(&scene).filter(|_| model.name() == "fem") {
         line(mirrors);
     }
-    let lengths = scene.articulation.initial_lengths();
+    let lengths = scene.articulation().initial_lengths();
     let cost = model.cost(Configuration {
         state: &scene.initial_state(),
         lengths,
@@ -34,7 +34,7 @@ pub fn check(arguments: &SceneArguments) -> Result<String, SwimError> {
         duration(cost.seconds),
         cost.mib,
     ));
-    let solves = SOLVES_A_PHASE * scene.gait.phases.len() * scene.gait.cycles as usize;
+    let solves = SOLVES_A_PHASE * scene.gait().phases.len() * scene.gait().cycles as usize;
     if solves > 0 {
         let seconds = duration(cost.seconds * solves as f64);
         line(format!(
@@ -55,7 +55,10 @@ fn mirrors(scene: &Scene) -> Option<String> {
         let part = ["", "a half", "a quarter", "an eighth"][normals.len()];
         (!normals.is_empty()).then(|| (normals.join(" and "), part))
     };
-    match (words(scene.fem_symmetry_planes()), words(scene.symmetry_planes())) {
+    match (
+        words(scene.fem_symmetry_planes()),
+        words(scene.symmetry_planes()),
+    ) {
         (Some((normals, part)), _) => Some(format!(
             "mirror planes normal to {normals}: {part} of the fluid is meshed"
         )),
@@ -67,36 +70,36 @@ fn mirrors(scene: &Scene) -> Option<String> {
 }
 
 fn describe(scene: &Scene) -> Result<String, SwimError> {
-    let set = &scene.articulation;
+    let set = scene.articulation();
     let mut text = String::new();
     // Writing to a String cannot fail.
     let _ = writeln!(
         text,
         "{}: {} bodies, {} links, {} domain, viscosity {}",
-        scene.name,
-        scene.bodies.len(),
+        scene.name(),
+        scene.bodies().len(),
         set.links().len(),
-        scene.domain.kind().word(),
-        scene.viscosity,
+        scene.domain().kind().word(),
+        scene.viscosity(),
     );
-    if scene.gait.phases.is_empty() {
+    if scene.gait().phases.is_empty() {
         text.push_str("no gait: one instant can be solved\n");
         return Ok(text);
     }
     let mut gap = f64::INFINITY;
-    for leg in legs(&scene.gait, set.initial_lengths()).take(scene.gait.phases.len()) {
+    for leg in legs(scene.gait(), set.initial_lengths()).take(scene.gait().phases.len()) {
         let poses = set.place(&scene.initial_state(), &leg.to)?;
         gap = gap.min(
-            closest_contact(&scene.bodies, &scene.domain, &poses)
+            closest_contact(scene.bodies(), scene.domain(), &poses)
                 .map_or(gap, |contact| contact.gap),
         );
     }
     let _ = writeln!(
         text,
         "gait: {} phases, {} cycles, duration {}{}",
-        scene.gait.phases.len(),
-        scene.gait.cycles,
-        scene.gait.duration(),
+        scene.gait().phases.len(),
+        scene.gait().cycles,
+        scene.gait().duration(),
         if gap.is_finite() {
             format!(", smallest gap at the end of a phase {gap:.4}")
         } else {

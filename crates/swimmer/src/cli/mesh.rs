@@ -11,7 +11,7 @@ use super::SceneArguments;
 pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, SwimError> {
     let scene = arguments.read()?;
     let mut model = choose(&scene)?.model;
-    let lengths = scene.articulation.initial_lengths();
+    let lengths = scene.articulation().initial_lengths();
     let Some(mesh) = model.mesh(Configuration {
         state: &scene.initial_state(),
         lengths,

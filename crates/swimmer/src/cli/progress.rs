@@ -19,8 +19,8 @@ pub struct Progress {
 
 impl Progress {
     pub fn new(scene: &Scene, interrupted: Arc<AtomicBool>) -> Self {
-        let legs = scene.gait.phases.len() * scene.gait.cycles as usize;
-        let links = scene.articulation.links();
+        let legs = scene.gait().phases.len() * scene.gait().cycles as usize;
+        let links = scene.articulation().links();
         Self {
             bar: None,
             legs,

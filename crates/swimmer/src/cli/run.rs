@@ -17,7 +17,7 @@ pub fn run(
     resume: bool,
 ) -> Result<String, SwimError> {
     let scene = arguments.read()?;
-    let out = out.unwrap_or_else(|| PathBuf::from("out").join(&scene.name));
+    let out = out.unwrap_or_else(|| PathBuf::from("out").join(scene.name()));
     let mut progress = Progress::new(&scene, watch_signals());
     let report = swimmer::run(scene, &out, resume, &mut progress);
     progress.finish();
@@ -59,7 +59,7 @@ fn describe(report: &Report, out: &Path) -> String {
         text.push_str(content.trim_end());
         text.push('\n');
     };
-    let links = scene.articulation.links();
+    let links = scene.articulation().links();
     let what: Vec<String> = outcome
         .legs
         .iter()
@@ -85,10 +85,11 @@ fn describe(report: &Report, out: &Path) -> String {
     };
     line(format!(
         "{} by {}: displacements (x, y, z) in the scene's unit of length",
-        scene.name, model
+        scene.name(),
+        model
     ));
     let names = scene
-        .bodies
+        .bodies()
         .iter()
         .fold(format!("{:<first$}", "phase"), |h, b| {
             format!("{h}  {:<29}", b.name)
@@ -116,16 +117,16 @@ fn describe(report: &Report, out: &Path) -> String {
             "warning: the integration errs by up to {bar:.1e} in a net displacement of {:.1e}, more than \
              model.tolerance = {:e} allows: lower it, or refine fem.surface_size if that does not help",
             outcome.net(),
-            scene.model.tolerance,
+            scene.model().tolerance,
         ));
     }
-    if let (Some(target), Some(bar)) = (scene.fem.target, outcome.error_estimate.mesh)
+    if let (Some(target), Some(bar)) = (scene.fem().target, outcome.error_estimate.mesh)
         && bar > target * outcome.net()
     {
         line(format!(
             "warning: the mesh errs by up to {:.1e} of the net displacement, more than fem.target = {target:e} allows: lower fem.size_factor = {:.3}",
             bar / outcome.net(),
-            scene.fem.size_factor.unwrap_or(1.0),
+            scene.fem().size_factor.unwrap_or(1.0),
         ));
     }
     line(format!(

@@ -31,8 +31,8 @@ pub fn solve(
         }
         return Ok(format!("{answer}\n"));
     }
-    let mut text = format!("{} by {} at the start\n", scene.name, model.name());
-    for (body, motion) in scene.bodies.iter().zip(&solution.bodies) {
+    let mut text = format!("{} by {} at the start\n", scene.name(), model.name());
+    for (body, motion) in scene.bodies().iter().zip(&solution.bodies) {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "{}", body.name);
         for (what, v) in [
@@ -48,11 +48,20 @@ pub fn solve(
             );
         }
     }
-    for (link, force) in scene.articulation.links().iter().zip(&solution.link_forces) {
+    for (link, force) in scene
+        .articulation()
+        .links()
+        .iter()
+        .zip(&solution.link_forces)
+    {
         let _ = writeln!(
             text,
             "force of {} on {} {:>14.8} {:>14.8} {:>14.8}",
-            link.name, scene.bodies[link.body].name, force.x, force.y, force.z
+            link.name,
+            scene.bodies()[link.body].name,
+            force.x,
+            force.y,
+            force.z
         );
     }
     let bars = ErrorEstimate {
@@ -84,7 +93,7 @@ pub fn solve(
         peak_rss_mib().map_or(String::new(), |mib| format!(", {mib:.0} MiB")),
     );
     let [of_forces, of_velocities] = solution.relative_mesh_errors();
-    if let Some(target) = scene.fem.target
+    if let Some(target) = scene.fem().target
         && of_forces.max(of_velocities) > target
     {
         let _ = writeln!(

@@ -79,7 +79,7 @@ enum Step {
 
 /// Climbs the ladder over one part of a leg until a rung changes the step by less than the tolerance.
 fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result<Step, SwimError> {
-    let set = &evaluator.scene.articulation;
+    let set = evaluator.scene.articulation();
     let width = span.1 - span.0;
     let guess = PathPiece::new(
         set,
@@ -96,7 +96,7 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
         let (step, step_before) = (rung.piece.step(), before.piece.step());
         let change = size(evaluator, &(&step + &(&step_before * -1.0)));
         let scale = size(evaluator, &step).max(width * moved(evaluator));
-        let tolerance = evaluator.scene.model.tolerance * LEG_SHARE * scale;
+        let tolerance = evaluator.scene.model().tolerance * LEG_SHARE * scale;
         // A change is the error of the rung before; this rung's error is smaller by what a rung gains.
         if let Some(last) = last_change {
             gain = gain.max(change / last);
@@ -145,7 +145,7 @@ fn climb(
     points: usize,
     estimates: bool,
 ) -> Result<Rung, SwimError> {
-    let set = &evaluator.scene.articulation;
+    let set = evaluator.scene.articulation();
     let span = (path.from, path.to);
     let duration = evaluator.leg.duration * (span.1 - span.0);
     let gauss = Gauss::new(points);
@@ -193,7 +193,7 @@ fn resting_centroids(
     start: &State,
     span: (f64, f64),
 ) -> Result<StateVelocity, SwimError> {
-    let set = &evaluator.scene.articulation;
+    let set = evaluator.scene.articulation();
     let before = set.place(start, &evaluator.leg.lengths(span.0))?;
     let after = set.place(start, &evaluator.leg.lengths(span.1))?;
     let mut guess = combination(std::iter::empty(), start);

@@ -23,7 +23,12 @@ pub(super) fn leg(
         let duration = evaluator.leg.duration * (span.1 - span.0);
         let rate = &solved.solution.motion * duration;
         rates.push(rate.clone());
-        let piece = PathPiece::new(&evaluator.scene.articulation, &result.end, span, vec![rate])?;
+        let piece = PathPiece::new(
+            evaluator.scene.articulation(),
+            &result.end,
+            span,
+            vec![rate],
+        )?;
         let rung = Rung {
             piece,
             solved: vec![solved],

@@ -48,7 +48,7 @@ pub(super) fn leg(
         };
         let (solved, after) = step(evaluator, &result.end, at, dt, scheme, &mass, &before)?;
         let rate = &solved.solution.motion * dt;
-        let set = &evaluator.scene.articulation;
+        let set = evaluator.scene.articulation();
         let rung = Rung {
             piece: PathPiece::new(set, &result.end, span, vec![rate])?,
             solved: vec![solved],
@@ -64,7 +64,7 @@ pub(super) fn leg(
 /// Mass, three times, and moment of inertia, three times, of every body with a surface.
 fn masses(scene: &Scene) -> Result<DVector<f64>, SwimError> {
     let mut diagonal = Vec::new();
-    for (number, body) in scene.bodies.iter().enumerate() {
+    for (number, body) in scene.bodies().iter().enumerate() {
         if body.bounding_radius() == 0.0 {
             continue;
         }
@@ -95,14 +95,14 @@ fn step(
 ) -> Result<(LegSolution, DVector<f64>), SwimError> {
     let resistance = evaluator.resistance(s, state)?;
     let scene = evaluator.scene;
-    let set = &scene.articulation;
+    let set = scene.articulation();
     let constraints = set.constraints(state, &evaluator.leg.lengths(s), &evaluator.leg.rates())?;
     let reduction = Reduction::of(set, &constraints)?;
     let load = |body: &scene::Body| ExternalLoad {
         force: body.force,
         torque: body.torque,
     };
-    let loads: Vec<ExternalLoad> = scene.bodies.iter().map(load).collect();
+    let loads: Vec<ExternalLoad> = scene.bodies().iter().map(load).collect();
     let drive = Drive {
         set,
         constraints: &constraints,
@@ -140,14 +140,14 @@ fn step(
     let layout = set.velocity_layout();
     let vector = |list: &DVector<f64>, first: usize| list.fixed_rows::<3>(first).into_owned();
     let mut surfaces = 0..;
-    let bodies = (0..scene.bodies.len())
+    let bodies = (0..scene.bodies().len())
         .map(|body| {
             let mut entry = BodySolution {
                 velocity: vector(&generalised, layout.body(body)),
                 angular_velocity: motion.spins[body],
                 ..BodySolution::default()
             };
-            if scene.bodies[body].bounding_radius() > 0.0
+            if scene.bodies()[body].bounding_radius() > 0.0
                 && let Some(number) = surfaces.next()
             {
                 entry.force = vector(&forces, 6 * number);

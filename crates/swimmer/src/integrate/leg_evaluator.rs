@@ -134,15 +134,15 @@ impl<'a> LegEvaluator<'a> {
     /// Name of what the leg moves, for messages.
     pub fn what(&self) -> String {
         match self.leg.link {
-            Some(link) => self.scene.articulation.links()[link].name.clone(),
+            Some(link) => self.scene.articulation().links()[link].name.clone(),
             None => "all lengths held".to_owned(),
         }
     }
 
     fn check_clearance(&self, s: f64, state: &State, lengths: &[f64]) -> Result<(), SwimError> {
-        let poses = self.scene.articulation.place(state, lengths)?;
-        let bodies = &self.scene.bodies;
-        let Some(contact) = closest_contact(bodies, &self.scene.domain, &poses) else {
+        let poses = self.scene.articulation().place(state, lengths)?;
+        let bodies = self.scene.bodies();
+        let Some(contact) = closest_contact(bodies, self.scene.domain(), &poses) else {
             return Ok(());
         };
         if !contact.touches(bodies[contact.body].bounding_radius()) {

@@ -120,7 +120,7 @@ impl LegResult {
             ..ErrorEstimate::default()
         };
         self.error_estimate.accumulate(1.0, &integration);
-        self.end = piece.state(&evaluator.scene.articulation, piece.to)?;
+        self.end = piece.state(evaluator.scene.articulation(), piece.to)?;
         self.solved.extend(solved);
         self.pieces.push(piece);
         Ok(())

@@ -88,7 +88,7 @@ pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResu
             other => other?,
         };
         let scale = size(evaluator, &step.sigma).max((end - s) * moved(evaluator));
-        let tolerance = evaluator.scene.model.tolerance * LEG_SHARE * scale;
+        let tolerance = evaluator.scene.model().tolerance * LEG_SHARE * scale;
         // Step sizes for a local error of order five; never more than five times up or down (Hairer, Nørsett & Wanner 1993, II.4).
         let factor = match step.error > 0.0 {
             true => (0.9 * (tolerance / step.error).powf(0.2)).clamp(0.2, 5.0),
@@ -108,7 +108,7 @@ pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResu
             continue;
         }
         let piece = PathPiece::new(
-            &evaluator.scene.articulation,
+            evaluator.scene.articulation(),
             &result.end,
             (s, end),
             vec![step.sigma],
@@ -147,7 +147,7 @@ fn step(
     let mut rates = vec![&first.solution.motion * duration];
     for (weights, node) in STAGES.iter().zip(&NODES[1..]) {
         let sigma = combination(rates.iter().zip(weights.iter().copied()), start);
-        let state = evaluator.scene.articulation.advance(start, &sigma)?;
+        let state = evaluator.scene.articulation().advance(start, &sigma)?;
         let stage = evaluator.solve(span.0 + node * width, &state, false)?;
         rates.push(&coordinate_rate(&sigma, &stage.solution.motion) * duration);
         solved.push(stage);

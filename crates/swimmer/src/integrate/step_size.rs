@@ -31,7 +31,7 @@ pub(super) fn size(evaluator: &LegEvaluator, step: &StateVelocity) -> f64 {
     let spins = step
         .spins
         .iter()
-        .zip(&evaluator.scene.bodies)
+        .zip(evaluator.scene.bodies())
         .map(|(spin, body)| spin.norm() * body.bounding_radius());
     step.frames
         .iter()

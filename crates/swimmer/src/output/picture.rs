@@ -115,7 +115,7 @@ fn draw_curves(
 ) -> Result<(), Box<dyn std::error::Error>> {
     let origin = &outcome.curve[0].1;
     let value = |body: usize, x: &Vector3<f64>| (x - origin[body]).dot(axis);
-    let end = scene.gait.duration();
+    let end = scene.gait().duration();
     let all = outcome
         .curve
         .iter()
@@ -128,7 +128,7 @@ fn draw_curves(
     let (low, high) = (low - room, high + 1.6 * room);
     let title = format!(
         "{}: displacement of the bodies {}",
-        scene.name,
+        scene.name(),
         axis_name(axis)
     );
     let mut chart = ChartBuilder::on(area)
@@ -138,7 +138,7 @@ fn draw_curves(
         .y_label_area_size(px(70))
         .build_cartesian_2d(0.0..end, low..high)?;
     let mut phase_start = 0.0;
-    let phases = &scene.gait.phases;
+    let phases = &scene.gait().phases;
     for leg in 0..outcome.legs.len() {
         let phase_end = phase_start + phases[leg % phases.len()].duration;
         if leg % 2 == 1 {
@@ -167,7 +167,7 @@ fn draw_curves(
         .x_desc("time (the scene's unit)")
         .y_desc("displacement (the scene's unit of length)")
         .draw()?;
-    for (number, body) in scene.bodies.iter().enumerate() {
+    for (number, body) in scene.bodies().iter().enumerate() {
         let colour = COLOURS[number % COLOURS.len()];
         let curve = outcome
             .curve
@@ -205,8 +205,8 @@ fn draw_curves(
 }
 
 fn phase_label(scene: &Scene, phase: usize) -> String {
-    match scene.gait.phases[phase].change {
-        Some((link, length)) => format!("{} to {length}", scene.articulation.links()[link].name),
+    match scene.gait().phases[phase].change {
+        Some((link, length)) => format!("{} to {length}", scene.articulation().links()[link].name),
         None => "lengths held".to_owned(),
     }
 }

@@ -23,9 +23,9 @@ pub fn summary_json(
 ) -> Value {
     let by_body = |displacement: &[Vector3<f64>]| -> Value {
         let entry = |(body, d): (&scene::Body, &Vector3<f64>)| (body.name.clone(), vector(d));
-        Value::Object(scene.bodies.iter().zip(displacement).map(entry).collect())
+        Value::Object(scene.bodies().iter().zip(displacement).map(entry).collect())
     };
-    let links = scene.articulation.links();
+    let links = scene.articulation().links();
     let phases: Vec<Value> = outcome
         .legs
         .iter()
@@ -51,10 +51,10 @@ pub fn summary_json(
         "seconds": (Seconds { total: wall_seconds, ..outcome.seconds }),
         "model": model,
         "reasons": reasons,
-        "cycles": scene.gait.cycles,
-        "duration": scene.gait.duration(),
+        "cycles": scene.gait().cycles,
+        "duration": scene.gait().duration(),
         "work": outcome.work,
-        "tolerance": scene.model.tolerance,
+        "tolerance": scene.model().tolerance,
         "tolerance_met": outcome.tolerance_met,
         "meshes": outcome.meshes,
         "peak_rss_mib": peak_rss_mib(),
@@ -68,7 +68,7 @@ pub fn summary_json(
 /// their estimated errors by the mesh, `checks` other ways to forces and power.
 pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolution) -> Value {
     let bodies: Vec<Value> = scene
-        .bodies
+        .bodies()
         .iter()
         .zip(&solution.bodies)
         .map(|(body, motion)| {
@@ -87,7 +87,7 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
     }
     let corrected = solution.mesh_error.as_ref().map(|error| {
         let errors = error.bodies.iter().zip(&error.forces);
-        let bodies = scene.bodies.iter().zip(&solution.bodies).zip(errors);
+        let bodies = scene.bodies().iter().zip(&solution.bodies).zip(errors);
         let entries = bodies.map(|((body, motion), (velocity, force))| {
             json!({
                 "name": body.name,
@@ -98,7 +98,7 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
         json!({ "bodies": entries.collect::<Vec<_>>() })
     });
     let links: Vec<Value> = scene
-        .articulation
+        .articulation()
         .links()
         .iter()
         .zip(&solution.link_forces)

@@ -17,7 +17,7 @@ pub(super) fn draw(
     outcome: &Outcome,
     axis: &Vector3<f64>,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let phases = scene.gait.phases.len();
+    let phases = scene.gait().phases.len();
     let ends: Vec<&Sample> = outcome
         .samples
         .iter()
@@ -47,7 +47,7 @@ pub(super) fn draw(
     // The room that the bodies need, with their radii, over all of them.
     let (mut left, mut right, mut low, mut high) = (f64::MAX, f64::MIN, f64::MAX, f64::MIN);
     for (_, sample) in &shots {
-        for (body, pose) in scene.bodies.iter().zip(&sample.poses) {
+        for (body, pose) in scene.bodies().iter().zip(&sample.poses) {
             let ((x, y), r) = (flat(&pose.translation.vector), body.bounding_radius());
             (left, right) = (left.min(x - r), right.max(x + r));
             (low, high) = (low.min(y - r), high.max(y + r));
@@ -96,11 +96,11 @@ pub(super) fn draw(
             font(13, &GREY),
         ))?;
         let at = |body: usize| pixel(&sample.poses[body].translation.vector);
-        for link in scene.articulation.links() {
+        for link in scene.articulation().links() {
             let arm = [at(link.body), at(link.to)];
             area.draw(&PathElement::new(arm, GREY.stroke_width(px(2))))?;
         }
-        for (body, shape) in scene.bodies.iter().map(|body| body.shape).enumerate() {
+        for (body, shape) in scene.bodies().iter().map(|body| body.shape).enumerate() {
             let colour = COLOURS[body % COLOURS.len()];
             let least = f64::from(px(2));
             let radius = match shape {
@@ -138,7 +138,9 @@ fn outline<'a>(
     let pose = &sample.poses[body];
     let reach = move |angle: f64| {
         let direction = axis * angle.cos() + across * angle.sin();
-        scene.bodies[body].shape.support_distance(&pose.rotation, &direction)
+        scene.bodies()[body]
+            .shape
+            .support_distance(&pose.rotation, &direction)
     };
     (0..CORNERS).map(move |k| {
         let angle = std::f64::consts::TAU * k as f64 / CORNERS as f64;

@@ -20,12 +20,12 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     let mut header = vec!["time".to_owned(), "cycle".to_owned(), "phase".to_owned()];
     header.extend(
         scene
-            .articulation
+            .articulation()
             .links()
             .iter()
             .map(|link| format!("{}.length", link.name)),
     );
-    for body in &scene.bodies {
+    for body in scene.bodies() {
         header.extend(
             COLUMNS
                 .iter()
@@ -38,7 +38,7 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
         .collect::<Vec<_>>()
         .join(",");
     text.push('\n');
-    let phases = scene.gait.phases.len().max(1);
+    let phases = scene.gait().phases.len().max(1);
     for sample in samples {
         let mut row = vec![
             sample.time.to_string(),

@@ -26,7 +26,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
             instead: instead.to_owned(),
         })
     };
-    for (number, body) in scene.bodies.iter().enumerate() {
+    for (number, body) in scene.bodies().iter().enumerate() {
         for (name, value) in [("mass", body.mass), ("inertia", body.inertia)] {
             if value > 0.0 {
                 let key = format!("bodies[{number}].{name}");
@@ -39,7 +39,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         }
     }
     let without_mesh = matches!(
-        scene.domain.kind(),
+        scene.domain().kind(),
         DomainKind::Unbounded | DomainKind::Ball | DomainKind::Wall
     );
     let asked = || {
@@ -54,7 +54,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
             reasons,
         })
     };
-    match scene.model.kind {
+    match scene.model().kind {
         ModelKind::Oseen => return spheres(SphereModel::Oseen, asked()),
         ModelKind::Rpy => return spheres(SphereModel::Rpy, asked()),
         ModelKind::Multipole => return spheres(SphereModel::for_displacement(scene), asked()),
@@ -82,7 +82,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         }
         ModelKind::Auto | ModelKind::Fem => {}
     }
-    match scene.domain.kind() {
+    match scene.domain().kind() {
         DomainKind::Unbounded
         | DomainKind::Ball
         | DomainKind::Box
@@ -93,12 +93,12 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
             return unsupported("domain.kind", &format!("\"{}\"", kind.word()), instead);
         }
     }
-    let reasons = match scene.model.kind {
+    let reasons = match scene.model().kind {
         ModelKind::Auto => vec![
             scene.arrangement().describe().to_owned(),
             format!(
                 "models without a mesh know no domain.kind = \"{}\"",
-                scene.domain.kind().word()
+                scene.domain().kind().word()
             ),
             "took finite elements in space".to_owned(),
         ],

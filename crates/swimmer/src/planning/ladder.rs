@@ -39,8 +39,8 @@ struct Trial {
 /// # Errors
 /// A scene that the judge cannot compute.
 pub(super) fn climb(scene: &Scene) -> Result<Rung, ModelError> {
-    let tolerance = scene.model.tolerance;
-    let stroke = !scene.gait.phases.is_empty() && scene.bodies.len() <= MOST_FOR_A_STROKE;
+    let tolerance = scene.model().tolerance;
+    let stroke = !scene.gait().phases.is_empty() && scene.bodies().len() <= MOST_FOR_A_STROKE;
     let judge_kind = SphereModel::Multipole((1e-3 * tolerance).clamp(1e-13, 1e-5));
     let symmetry = scene.arrangement().describe().to_owned();
     let Some(judge) = attempt(scene, judge_kind, stroke)? else {
@@ -126,10 +126,12 @@ fn attempt(scene: &Scene, kind: SphereModel, stroke: bool) -> Result<Option<Tria
             seconds: clock.elapsed().as_secs_f64(),
         }));
     }
-    let mut once = scene.clone();
-    once.gait.cycles = 1;
     // the share of the integration is small, so that rungs differ by what they are
-    once.model.tolerance = (0.1 * scene.model.tolerance).clamp(1e-12, 1e-4);
+    let tolerance = (0.1 * scene.model().tolerance).clamp(1e-12, 1e-4);
+    let once = scene
+        .with_cycles(1)
+        .and_then(|once| once.with_tolerance(tolerance));
+    let Ok(once) = once else { return Ok(None) };
     let outcome = match simulate(&once, &mut model, Method::Collocation, &mut ()) {
         Ok(outcome) => outcome,
         Err(crate::SwimError::Model(error)) => return Err(error),

@@ -38,12 +38,12 @@ fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
     }
     // from the second cycle on, all cycles run through the same lengths
     let gait = Gait {
-        cycles: scene.gait.cycles.min(2),
-        phases: scene.gait.phases.clone(),
+        cycles: scene.gait().cycles.min(2),
+        phases: scene.gait().phases.clone(),
     };
     let mut lines: Vec<Vec<(f64, f64)>> = Vec::new();
     let mut all: Vec<(f64, f64)> = Vec::new();
-    for leg in legs(&gait, scene.articulation.initial_lengths()) {
+    for leg in legs(&gait, scene.articulation().initial_lengths()) {
         let line: Vec<(f64, f64)> = leg
             .from
             .iter()
@@ -61,8 +61,8 @@ fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
             lines.push(line);
         }
     }
-    let moving = scene.gait.phases.iter().filter(|p| p.change.is_some());
-    let direct = (moving.count() * SOLVES_A_PHASE).saturating_mul(scene.gait.cycles as usize);
+    let moving = scene.gait().phases.iter().filter(|p| p.change.is_some());
+    let direct = (moving.count() * SOLVES_A_PHASE).saturating_mul(scene.gait().cycles as usize);
     let variables = all.iter().filter(|r| r.0 < r.1).count();
     let whole = POINTS.saturating_pow(variables as u32);
     let by_lines = POINTS * lines.len();

@@ -53,17 +53,16 @@ pub fn size_factor_for_target(
     scene: &Scene,
     observer: &mut dyn TrialObserver,
 ) -> Result<Option<f64>, SwimError> {
-    let (Some(target), None) = (scene.fem.target, scene.fem.size_factor) else {
+    let (Some(target), None) = (scene.fem().target, scene.fem().size_factor) else {
         return Ok(None);
     };
-    let order = match scene.fem.geometry {
+    let order = match scene.fem().geometry {
         GeometryKind::Curved => CURVED_ORDER,
         GeometryKind::Straight => STRAIGHT_ORDER,
     };
     let mut size_factor = COARSEST_FACTOR;
     for _ in 0..MOST_STROKES {
-        let mut coarse = scene.clone();
-        coarse.fem.size_factor = Some(size_factor);
+        let coarse = scene.with_size_factor(Some(size_factor))?;
         let mut model = choose(&coarse)?.model;
         if !model.error_estimates().given(true) {
             return Ok(None);

@@ -10,10 +10,10 @@ fn a_free_swimmer_exerts_no_force_and_no_torque() {
     let instant = solve(&scene);
     // The sums are the residual of the six rows of the swimmer's rigid motion, taken about its first sphere.
     let tolerance = instant.solver.true_relative_residual * right_side(&instant);
-    let root = scene.bodies[0].position;
+    let root = scene.bodies()[0].position;
     let force: Vector3<f64> = instant.bodies.iter().map(|b| b.force).sum();
     let torque: Vector3<f64> = scene
-        .bodies
+        .bodies()
         .iter()
         .zip(&instant.bodies)
         .map(|(body, b)| b.torque + (body.position - root).cross(&b.force))
@@ -52,7 +52,7 @@ fn the_bodies_power_is_the_energy_of_the_flow() {
         .unwrap()
         .h1_seminorm;
     let spin: f64 = scene
-        .bodies
+        .bodies()
         .iter()
         .zip(&instant.bodies)
         .map(|(body, b)| {

@@ -58,7 +58,7 @@ pub fn solve_with_flow(scene: &Scene) -> (InstantaneousSolution, FlowField) {
 
 /// The mesh of a scene's start.
 pub fn mesh(scene: &Scene) -> mesh::TetMesh {
-    let lengths = scene.articulation.initial_lengths();
+    let lengths = scene.articulation().initial_lengths();
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,

@@ -53,7 +53,7 @@ fn left(outcome: &Outcome) -> f64 {
 
 fn arms() -> [f64; 2] {
     let scene = swimmer("", &[("left", 3.5, 1.0)]);
-    scene.articulation.initial_lengths().try_into().unwrap()
+    scene.articulation().initial_lengths().try_into().unwrap()
 }
 
 fn largest(displacement: &[Vector3<f64>]) -> f64 {

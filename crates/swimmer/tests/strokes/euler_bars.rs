@@ -17,7 +17,7 @@ fn miss(text: &str, steps: usize) -> [f64; 3] {
     let mut scene = scene(text);
     let mut model = Double::new(&scene, Tensor::Rpy);
     let euler = follow(&scene, &mut model, Method::Euler { steps });
-    scene.model.tolerance = 1e-10;
+    scene = scene.with_tolerance(1e-10).unwrap();
     let exact = run_with(&scene, &mut model, Method::Collocation).unwrap();
     let errors = euler.displacement.iter().enumerate();
     let worst = errors.fold(0.0_f64, |m, (body, d)| m.max((d - exact.net(body)).norm()));

@@ -42,16 +42,16 @@ impl Double {
                 } else {
                     self.pair(centres[i] - centres[j], radii[i], radii[j])
                 };
-                if self.scene.domain == Domain::Wall {
+                if *self.scene.domain() == Domain::Wall {
                     block += image(&centres[i], &centres[j]);
                 }
-                block /= 8.0 * pi * self.scene.viscosity;
+                block /= 8.0 * pi * self.scene.viscosity();
                 mobility
                     .fixed_view_mut::<3, 3>(6 * i, 6 * j)
                     .copy_from(&block);
             }
             let rotation =
-                Matrix3::identity() / (8.0 * pi * self.scene.viscosity * radii[i].powi(3));
+                Matrix3::identity() / (8.0 * pi * self.scene.viscosity() * radii[i].powi(3));
             mobility
                 .fixed_view_mut::<3, 3>(6 * i + 3, 6 * i + 3)
                 .copy_from(&rotation);
@@ -109,7 +109,7 @@ impl Double {
         configuration: Configuration<'_>,
         rates: &[f64],
     ) -> Result<InstantaneousSolution, ModelError> {
-        let set = &self.scene.articulation;
+        let set = self.scene.articulation();
         let poses = set.place(configuration.state, configuration.lengths)?;
         let constraints = set.constraints(configuration.state, configuration.lengths, rates)?;
         let reduction = Reduction::of(set, &constraints)?;
@@ -120,7 +120,7 @@ impl Double {
         let centres: Vec<_> = rigid.iter().map(|&b| poses[b].translation.vector).collect();
         let radii: Vec<_> = rigid
             .iter()
-            .map(|&b| self.scene.bodies[b].bounding_radius())
+            .map(|&b| self.scene.bodies()[b].bounding_radius())
             .collect();
         let resistance = self
             .mobility(&centres, &radii)
@@ -129,7 +129,7 @@ impl Double {
             .inverse();
         let (s, w) = (&reduction.surface_basis, &reduction.surface_offset);
         let mut loads = DVector::zeros(layout.len());
-        for (b, body) in self.scene.bodies.iter().enumerate() {
+        for (b, body) in self.scene.bodies().iter().enumerate() {
             loads
                 .fixed_rows_mut::<3>(layout.body(b))
                 .copy_from(&body.force);
@@ -255,10 +255,10 @@ pub fn run_with(
         legs: Vec::new(),
         moves: Vec::new(),
     };
-    for leg in legs(&scene.gait, scene.articulation.initial_lengths()) {
+    for leg in legs(scene.gait(), scene.articulation().initial_lengths()) {
         let result = integrator.leg(&leg, &state, &mut |_, _| Ok(()))?;
-        let before = scene.articulation.place(&state, &leg.from)?;
-        let after = scene.articulation.place(&result.end, &leg.to)?;
+        let before = scene.articulation().place(&state, &leg.from)?;
+        let after = scene.articulation().place(&result.end, &leg.to)?;
         run.moves.push(
             before
                 .iter()

@@ -1,0 +1,263 @@
+//! Scenes built by a program.
+
+use crate::document::Document;
+use crate::domain::Domain;
+use crate::error::SceneError;
+use crate::file::{BodyFile, FluidFile, LinkFile, PhaseFile, SceneFile};
+use crate::nearest::find_name;
+use crate::options::FemOptions;
+use crate::scene::Scene;
+use crate::words::{ArmsKind, ModelKind, ShapeKind};
+use crate::write::domain_file;
+
+/// Stands for the file in the messages about a scene that a program builds.
+const ORIGIN: &str = "scene built by a program";
+
+/// Builds a scene step by step; [`SceneBuilder::build`] makes the same checks as for a file.
+///
+/// What is not set has the default of the scene file.
+///
+/// ```
+/// use scene::{ModelKind, Scene};
+///
+/// let scene = Scene::builder()
+///     .ball(40.0)
+///     .sphere("left", 1.0, [-10.0, 0.0, 0.0])
+///     .sphere("right", 1.0, [0.0, 0.0, 0.0])
+///     .force("left", [0.0, 0.0, 1.0])
+///     .link("arm", "left", "right")
+///     .phase("arm", 6.0, 1.0)
+///     .phase("arm", 10.0, 1.0)
+///     .model(ModelKind::Fem)
+///     .build()?;
+/// assert_eq!(scene.gait().duration(), 2.0);
+///
+/// let error = Scene::builder().sphere("a", -1.0, [0.0; 3]).build().unwrap_err();
+/// assert!(error.to_string().contains("bodies[0].radius must be a number greater than zero"));
+/// # Ok::<(), scene::SceneError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct SceneBuilder {
+    name: Option<String>,
+    file: SceneFile,
+    /// Settings of bodies by name; they are applied when all bodies are known.
+    of_bodies: Vec<(String, BodySetting)>,
+}
+
+/// A key of a body.
+#[derive(Clone, Debug)]
+enum BodySetting {
+    Force([f64; 3]),
+    Torque([f64; 3]),
+    Fixed,
+    Surface(String),
+    Mass { mass: f64, inertia: f64 },
+}
+
+impl Scene {
+    /// Starts a scene without bodies in unbounded fluid.
+    pub fn builder() -> SceneBuilder {
+        SceneBuilder::default()
+    }
+}
+
+impl SceneBuilder {
+    /// Names the scene; the default is `scene`.
+    pub fn name(mut self, name: &str) -> Self {
+        self.name = Some(name.to_owned());
+        self
+    }
+
+    /// Sets the dynamic viscosity.
+    pub fn viscosity(mut self, viscosity: f64) -> Self {
+        self.file.fluid = FluidFile { viscosity };
+        self
+    }
+
+    /// Sets the region that the fluid fills.
+    ///
+    /// A relative path of a mesh starts at the current folder.
+    pub fn domain(mut self, domain: &Domain) -> Self {
+        self.file.domain = domain_file(domain);
+        self
+    }
+
+    /// Encloses the fluid in a ball centred at the origin.
+    pub fn ball(self, radius: f64) -> Self {
+        self.domain(&Domain::Ball { radius })
+    }
+
+    /// Adds a sphere.
+    pub fn sphere(self, name: &str, radius: f64, centre: [f64; 3]) -> Self {
+        self.body(BodyFile {
+            name: Some(name.to_owned()),
+            radius: Some(radius),
+            position: Some(centre),
+            ..BodyFile::default()
+        })
+    }
+
+    /// Adds a spheroid; `radius` is that of the equator, `axis` the axis of revolution.
+    pub fn spheroid(
+        self,
+        name: &str,
+        radius: f64,
+        half_length: f64,
+        axis: [f64; 3],
+        centre: [f64; 3],
+    ) -> Self {
+        self.body(BodyFile {
+            name: Some(name.to_owned()),
+            shape: ShapeKind::Spheroid,
+            radius: Some(radius),
+            half_length: Some(half_length),
+            axis: Some(axis),
+            position: Some(centre),
+            ..BodyFile::default()
+        })
+    }
+
+    /// Adds a massless point, at which links meet.
+    pub fn point(self, name: &str, position: [f64; 3]) -> Self {
+        self.body(BodyFile {
+            name: Some(name.to_owned()),
+            shape: ShapeKind::Point,
+            position: Some(position),
+            ..BodyFile::default()
+        })
+    }
+
+    fn body(mut self, body: BodyFile) -> Self {
+        self.file.bodies.push(body);
+        self
+    }
+
+    /// Applies an external force to a body.
+    pub fn force(self, body: &str, force: [f64; 3]) -> Self {
+        self.set_of_body(body, BodySetting::Force(force))
+    }
+
+    /// Applies an external torque about the centre of a body.
+    pub fn torque(self, body: &str, torque: [f64; 3]) -> Self {
+        self.set_of_body(body, BodySetting::Torque(torque))
+    }
+
+    /// Makes a body an obstacle at rest.
+    pub fn fixed(self, body: &str) -> Self {
+        self.set_of_body(body, BodySetting::Fixed)
+    }
+
+    /// Names a body's part of the boundary of a mesh.
+    pub fn surface(self, body: &str, surface: &str) -> Self {
+        self.set_of_body(body, BodySetting::Surface(surface.to_owned()))
+    }
+
+    /// Gives a body a mass and a moment of inertia, for time stepping with inertia.
+    pub fn mass(self, body: &str, mass: f64, inertia: f64) -> Self {
+        self.set_of_body(body, BodySetting::Mass { mass, inertia })
+    }
+
+    fn set_of_body(mut self, body: &str, setting: BodySetting) -> Self {
+        self.of_bodies.push((body.to_owned(), setting));
+        self
+    }
+
+    /// Links `body` to the body `to`; the initial distance is the initial length.
+    pub fn link(mut self, name: &str, body: &str, to: &str) -> Self {
+        self.file.links.push(LinkFile {
+            name: Some(name.to_owned()),
+            body: Some(body.to_owned()),
+            to: Some(to.to_owned()),
+        });
+        self
+    }
+
+    /// Adds a phase of the gait, at the end of which a link has the given length.
+    pub fn phase(self, link: &str, length: f64, duration: f64) -> Self {
+        self.any_phase(PhaseFile {
+            link: Some(link.to_owned()),
+            length: Some(length),
+            duration,
+        })
+    }
+
+    /// Adds a phase of the gait in which all lengths are constant.
+    pub fn pause(self, duration: f64) -> Self {
+        self.any_phase(PhaseFile {
+            duration,
+            ..PhaseFile::default()
+        })
+    }
+
+    fn any_phase(mut self, phase: PhaseFile) -> Self {
+        self.file.gait.phases.get_or_insert_default().push(phase);
+        self
+    }
+
+    /// Sets how often the phases are repeated.
+    pub fn cycles(mut self, cycles: u32) -> Self {
+        self.file.gait.cycles = cycles;
+        self
+    }
+
+    /// Sets how bodies are attached to arms that rotate.
+    pub fn arms(mut self, arms: ArmsKind) -> Self {
+        self.file.gait.arms = arms;
+        self
+    }
+
+    /// Sets the model of the flow.
+    pub fn model(mut self, kind: ModelKind) -> Self {
+        self.file.model.kind = kind;
+        self
+    }
+
+    /// Sets the tolerated relative error of the net displacement per cycle.
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.file.model.tolerance = tolerance;
+        self
+    }
+
+    /// Sets the options of the finite-element model.
+    pub fn fem(mut self, fem: FemOptions) -> Self {
+        self.file.fem = fem;
+        self
+    }
+
+    /// Checks the scene.
+    ///
+    /// # Errors
+    /// As [`Scene::read`], with keys of the scene file instead of lines.
+    pub fn build(mut self) -> Result<Scene, SceneError> {
+        for (name, setting) in std::mem::take(&mut self.of_bodies) {
+            let body = self.find_body(&name)?;
+            match setting {
+                BodySetting::Force(force) => body.force = force,
+                BodySetting::Torque(torque) => body.torque = Some(torque),
+                BodySetting::Fixed => body.fixed = true,
+                BodySetting::Surface(surface) => body.surface = Some(surface),
+                BodySetting::Mass { mass, inertia } => {
+                    body.mass = mass;
+                    body.inertia = inertia;
+                }
+            }
+        }
+        let mut scene = Scene::from_document(Document::of_values(&self.file, ORIGIN)?)?;
+        scene.name = self.name.unwrap_or_else(|| "scene".to_owned());
+        Ok(scene)
+    }
+
+    fn find_body(&mut self, name: &str) -> Result<&mut BodyFile, SceneError> {
+        let bodies = &mut self.file.bodies;
+        let names = bodies.iter().filter_map(|body| body.name.as_deref());
+        match find_name(name, "body", names) {
+            // Every body of a builder has a name, so that the positions are those in the list.
+            Ok(position) => Ok(&mut bodies[position]),
+            Err(problem) => Err(SceneError::BadValue {
+                place: ORIGIN.to_owned(),
+                key: "bodies".to_owned(),
+                problem,
+            }),
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! Scenes built or changed by a program pass the same checks as files.
+
+use nalgebra::Vector3;
+use scene::{ArmsKind, Domain, FemOptions, ModelKind, Scene, SceneBuilder, SolverKind};
+
+fn two_spheres() -> SceneBuilder {
+    Scene::builder()
+        .ball(40.0)
+        .sphere("left", 1.0, [-10.0, 0.0, 0.0])
+        .sphere("right", 1.0, [0.0; 3])
+        .link("arm", "left", "right")
+        .phase("arm", 6.0, 1.0)
+        .phase("arm", 10.0, 0.5)
+}
+
+#[test]
+fn a_built_scene_is_the_scene_of_its_file() {
+    let mut fem = FemOptions::default();
+    fem.solver = SolverKind::Minres;
+    fem.surface_size = Some(0.5);
+    let size = Vector3::new(99.0, 98.0, 97.0);
+    let built = two_spheres()
+        .name("built")
+        .viscosity(2.0)
+        .domain(&Domain::Box { size })
+        .spheroid("obstacle", 1.0, 2.0, [0.0, 0.0, 1.0], [0.0, 20.0, 0.0])
+        .point("joint", [0.0, -5.0, 0.0])
+        .link("joint arm", "joint", "right")
+        .pause(3.0)
+        .cycles(2)
+        .arms(ArmsKind::Free)
+        .force("left", [0.0, 0.0, 1.0])
+        .torque("right", [1.0, 0.0, 0.0])
+        .fixed("obstacle")
+        .mass("right", 3.0, 4.0)
+        .model(ModelKind::Fem)
+        .tolerance(1e-4)
+        .fem(fem)
+        .build()
+        .unwrap();
+    let text = r#"
+        fluid.viscosity = 2
+        domain = { kind = "box", size = [99, 98, 97] }
+        model = { kind = "fem", tolerance = 1e-4 }
+        fem = { solver = "minres", surface_size = 0.5 }
+        bodies = [
+            { name = "left", radius = 1, position = [-10, 0, 0], force = [0, 0, 1] },
+            { name = "right", radius = 1, position = [0, 0, 0], torque = [1, 0, 0], mass = 3, inertia = 4 },
+            { name = "obstacle", shape = "spheroid", radius = 1, half_length = 2, axis = [0, 0, 1], position = [0, 20, 0], fixed = true },
+            { name = "joint", shape = "point", position = [0, -5, 0] },
+        ]
+        links = [
+            { name = "arm", body = "left", to = "right" },
+            { name = "joint arm", body = "joint", to = "right" },
+        ]
+        [gait]
+        arms = "free"
+        cycles = 2
+        phases = [
+            { link = "arm", length = 6 },
+            { link = "arm", length = 10, duration = 0.5 },
+            { duration = 3 },
+        ]
+    "#;
+    let read = Scene::parse(text).unwrap();
+    assert_eq!(built.to_toml().unwrap(), read.to_toml().unwrap());
+    assert_eq!(built.name(), "built");
+}
+
+#[test]
+fn a_built_scene_is_refused_for_the_same_reasons_as_a_file() {
+    for (builder, message) in [
+        (
+            Scene::builder(),
+            "scene built by a program: bodies is empty",
+        ),
+        (
+            two_spheres().ball(f64::NAN),
+            "domain.radius must be a number greater than zero, not nan",
+        ),
+        (
+            two_spheres().cycles(0),
+            "gait.cycles must be a whole number of at least 1, not 0",
+        ),
+        (
+            two_spheres().sphere("left", 1.0, [5.0; 3]),
+            "bodies[2].name \"left\" is the name of bodies[0] too",
+        ),
+        (
+            two_spheres().force("lfet", [1.0; 3]),
+            "bodies names no body: \"lfet\"; did you mean \"left\"?",
+        ),
+        (
+            two_spheres().phase("amr", 5.0, 1.0),
+            "gait.phases[2].link names no link: \"amr\"; did you mean \"arm\"?",
+        ),
+        (
+            two_spheres().phase("arm", 2.0, 1.0),
+            "touch or overlap in phase 3",
+        ),
+        (two_spheres().ball(10.5), "'left' is outside the domain"),
+        (
+            two_spheres().tolerance(1.0),
+            "model.tolerance must be below 1",
+        ),
+    ] {
+        let error = builder.build().expect_err(message).to_string();
+        assert!(error.contains(message), "{error}");
+    }
+}
+
+#[test]
+fn options_that_a_program_sets_are_checked() {
+    let scene = two_spheres().build().unwrap();
+    let changed = scene.with_size_factor(Some(0.5)).unwrap();
+    assert_eq!(changed.fem().size_factor, Some(0.5));
+    assert_eq!(changed.with_size_factor(None).unwrap().fem(), scene.fem());
+    assert_eq!(scene.with_tolerance(1e-5).unwrap().model().tolerance, 1e-5);
+    let mut fem = *scene.fem();
+    fem.surface_size = Some(-1.0);
+    for (outcome, message) in [
+        (
+            scene.with_size_factor(Some(11.0)),
+            "option set by a program: fem.size_factor must be between 1e-3 and 10, not 11",
+        ),
+        (
+            scene.with_tolerance(f64::NAN),
+            "model.tolerance must be a number greater than zero, not nan",
+        ),
+        (
+            scene.with_fem(fem),
+            "fem.surface_size must be a number greater than zero, not -1",
+        ),
+    ] {
+        let error = outcome.expect_err(message).to_string();
+        assert!(error.contains(message), "{error}");
+    }
+}
+
+#[test]
+fn mass_and_inertia_are_refused_where_they_would_have_no_effect() {
+    let scene = two_spheres().build().unwrap();
+    scene.require_no_inertia().unwrap();
+    for (mass, inertia, key) in [(2.0, 0.0, "mass = 2"), (0.0, 0.5, "inertia = 0.5")] {
+        let scene = two_spheres().mass("right", mass, inertia).build().unwrap();
+        let error = scene.require_no_inertia().unwrap_err().to_string();
+        let message = format!("bodies[1].{key} would have no effect");
+        assert!(
+            error.contains(&message) && error.contains("remove it"),
+            "{error}"
+        );
+    }
+}
