@@ -97,8 +97,8 @@ impl Scene {
     ///
     /// None if `fem.mirror` is off or the other options do not support symmetry planes: sparse
     /// factorisations and additive Schwarz do not, elastic mesh motion does not keep nodes on the
-    /// planes, the geometry error of flat facets is known for whole surfaces only, and inertia needs
-    /// the resistance to all motions.
+    /// planes, the geometry error of flat facets is known for whole surfaces only, and inertia
+    /// needs the resistance to all motions.
     pub fn fem_symmetry_planes(&self) -> [bool; 3] {
         let is_supported = matches!(self.fem.solver, SolverKind::Block | SolverKind::Minres)
             && self.fem.mesh_motion != MeshMotionKind::Elastic

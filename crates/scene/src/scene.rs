@@ -13,8 +13,8 @@ use crate::shape::Shape;
 
 /// A scene that passed all checks: fluid, domain, bodies, links, gait and options.
 ///
-/// Its fields are private, so that it stays checked: [`Scene::with_fem`] and its kin check what they
-/// change.
+/// The fields are private, so that a scene stays checked: methods such as [`Scene::with_fem`] check
+/// the values that they change.
 ///
 /// Lengths, times, forces and viscosity are in the scene's own units.
 ///

@@ -33,7 +33,11 @@ fn writing_a_documented_default_into_a_scene_changes_nothing() {
             ".0"
         };
         let setting = format!("{}={value}", key.path.replace("[]", entry));
-        assert_eq!(written(&[setting.clone()]), minimal, "{setting}");
+        assert_eq!(
+            written(std::slice::from_ref(&setting)),
+            minimal,
+            "{setting}"
+        );
     }
 }
 
