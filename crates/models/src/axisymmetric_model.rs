@@ -1,4 +1,4 @@
-//! Bodies on an axis of the domain that move along it: finite elements in the meridian half-plane.
+//! Bodies that move along an axis of the domain: finite elements in the meridian half-plane.
 
 use std::f64::consts::PI;
 use std::time::Instant as Clock;
@@ -13,40 +13,43 @@ use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, Hydrodynamics, Query};
 use crate::mesh_error::MeshError;
 use crate::mobility::MobilitySolution;
-use crate::scaled::ScaledScene;
+use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
 use scene::{Arrangement, Domain, Scene, Shape};
 use stokes::{Dofs, Seconds, SolverReport};
 
-/// FlowField around bodies on one axis that move along it and turn about it.
+/// Model of bodies on one axis that move along it and rotate about it.
 ///
-/// Its resistance knows motions and forces along the axis and, where there are torques, about it. All others are at rest by symmetry: they
-/// stand in the equations with some positive resistance of their own and come out as zero.
+/// The resistance is computed for motions along the axis and, if there are torques, for rotations
+/// about it. By symmetry all other velocities are zero. In the equations they have an arbitrary
+/// positive resistance.
 pub struct AxisymmetricModel {
     scaled: ScaledScene,
-    /// The bodies with surfaces, at the origin.
+    /// Shapes of the bodies with surfaces, centred at the origin.
     shapes: Vec<Spheroid>,
     surroundings: Surroundings,
     /// Unit vector along the axis.
     axis: Vector3<f64>,
-    /// Whether some body is turned about the axis: flow with swirl, which is computed apart.
-    turns: bool,
-    /// Relative error asked of resistances.
+    /// Whether a torque acts on some body, so that the flow with swirl is computed.
+    has_torque: bool,
+    /// Requested relative error of resistances.
     tolerance: f64,
 }
 
-/// Distance from the axis, over the smallest radius, that counts as rounding along a stroke.
+/// Distance from the axis, in smallest radii, that counts as rounding error along a stroke.
 const OFF_AXIS: f64 = 1e-6;
 
-/// What the estimate of a velocity's error may err by, as a part of it: it continues the orders' changes as a geometric series, whose
-/// factor varies by about this much from order to order.
-const UNSURE: f64 = 0.5;
+/// Relative uncertainty of the estimated error of a velocity.
+///
+/// The estimate continues the changes from order to order as a geometric series. Its ratio varies by
+/// about this relative amount between orders.
+const UNCERTAINTY: f64 = 0.5;
 
 impl AxisymmetricModel {
-    /// The model of a scene.
+    /// Creates the model of a scene.
     ///
     /// # Errors
-    /// [`ModelError::Unsupported`] for arrangements, domains and loads that are not symmetric about an axis.
+    /// [`ModelError::Unsupported`] for arrangements, domains and loads without rotational symmetry.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let refuse = |key: &str, problem: String, instead: &str| {
             Err(ModelError::Unsupported {
@@ -78,14 +81,16 @@ impl AxisymmetricModel {
         let Some(axis) = scene.axis() else {
             let problem = match scene.arrangement() {
                 Arrangement::Collinear => {
-                    "a domain, loads or spheroids that are not symmetric about the line of the bodies"
+                    "a domain, loads or spheroids that are not symmetric about the line through the \
+                     bodies"
                 }
-                _ => "an arrangement of bodies that are not on one line",
+                _ => "bodies that are not on one line",
             };
             return refuse(
                 "bodies",
                 problem.to_owned(),
-                "put bodies and their forces on one axis of the domain, or use model.kind = \"auto\"",
+                "put bodies and their forces on one axis of the domain, or use \
+                 model.kind = \"auto\"",
             );
         };
         Ok(Self {
@@ -104,27 +109,30 @@ impl AxisymmetricModel {
                     Shape::Point => None,
                 })
                 .collect(),
-            turns: scene.bodies().iter().any(|b| b.torque != Vector3::zeros()),
+            has_torque: scene.bodies().iter().any(|b| b.torque != Vector3::zeros()),
             surroundings,
             axis,
-            // the net displacement is a small difference of the legs' and amplifies errors: by 8 for the three-sphere swimmer
+            // The net displacement is a small difference of the displacements of the legs, which
+            // amplifies relative errors: by 8 for the three-sphere swimmer.
             tolerance: (0.05 * scene.model().tolerance).clamp(1e-11, 1e-4),
             scaled,
         })
     }
 
-    /// Whether `auto` takes this model: where models without a mesh know the domain or a body not, and elements in space would cost a
-    /// thousand times as much.
+    /// Whether `model.kind = "auto"` selects this model.
+    ///
+    /// It does if models without a mesh do not support the domain or a body. Three-dimensional
+    /// elements would cost a thousand times as much.
     pub fn suits(scene: &Scene) -> bool {
         let is_needed =
             matches!(scene.domain(), Domain::Cylinder { .. }) || scene.first_spheroid().is_some();
         is_needed && scene.arrangement() == Arrangement::Axisymmetric
     }
 
-    /// What the model costs and errs at the start, and why no other rung is there.
+    /// Cost and error of the initial configuration in words, and why the model was selected.
     ///
     /// # Errors
-    /// As [`Hydrodynamics::instant`].
+    /// Those of [`Hydrodynamics::solve`].
     pub fn describe(&mut self, scene: &Scene) -> Result<String, ModelError> {
         let lengths = scene.articulation().initial_lengths();
         let configuration = Configuration {
@@ -137,22 +145,23 @@ impl AxisymmetricModel {
             self.surroundings,
             self.tolerance,
         )?;
-        let unknown = match scene.first_spheroid() {
+        let unsupported = match scene.first_spheroid() {
             Some(_) => "shape = \"spheroid\"".to_owned(),
             None => format!("domain.kind = \"{}\"", scene.domain().kind().word()),
         };
         Ok(format!(
-            "models without a mesh know no {unknown}; axisymmetric errs {:.1e} in the resistance with {} unknowns at {:.0} ms a solve",
+            "models without a mesh do not support {unsupported}; axisymmetric: relative error of \
+             the resistance {:.1e}, {} degrees of freedom, {:.0} ms per solution",
             axial.relative_error(),
             axial.dofs(),
             1e3 * clock.elapsed().as_secs_f64()
         ))
     }
 
-    /// The bodies with surfaces as they lie on the axis.
+    /// The bodies with surfaces at their positions on the axis.
     ///
     /// # Errors
-    /// [`ModelError::Unsupported`] when one has left it.
+    /// [`ModelError::Unsupported`] for a body that is not on the axis.
     fn on_axis(&self, configuration: Configuration) -> Result<Vec<Spheroid>, ModelError> {
         let centres = self.scaled.centres(configuration)?;
         let origin = match self.surroundings {
@@ -163,8 +172,8 @@ impl AxisymmetricModel {
             .map(|(number, (centre, &shape))| {
                 let from_origin = centre - origin;
                 let along = from_origin.dot(&self.axis);
-                let off = (from_origin - along * self.axis).norm();
-                if off <= OFF_AXIS {
+                let distance = (from_origin - along * self.axis).norm();
+                if distance <= OFF_AXIS {
                     return Ok(Spheroid {
                         centre: along,
                         ..shape
@@ -172,7 +181,8 @@ impl AxisymmetricModel {
                 }
                 Err(ModelError::Unsupported {
                     what: format!(
-                        "model.kind = \"axisymmetric\" for body {number} at {off:e} of the smallest radius from the axis"
+                        "model.kind = \"axisymmetric\" for body {number} at a distance of \
+                         {distance:e} smallest radii from the axis"
                     ),
                     instead: "use model.kind = \"auto\"".to_owned(),
                 })
@@ -180,8 +190,10 @@ impl AxisymmetricModel {
             .collect()
     }
 
-    /// The matrix for motions in space: entries along and about the axis as computed, and Stokes's for motions that symmetry keeps at rest.
-    fn in_space(&self, axial: &DMatrix<f64>, spin: Option<&DMatrix<f64>>) -> DMatrix<f64> {
+    /// Grand resistance matrix from the resistances along and about the axis.
+    ///
+    /// For motions that are zero by symmetry it has the entries of single spheres.
+    fn grand_resistance(&self, axial: &DMatrix<f64>, spin: Option<&DMatrix<f64>>) -> DMatrix<f64> {
         let n = self.shapes.len();
         let along: Matrix3<f64> = self.axis * self.axis.transpose();
         let across = Matrix3::identity() - along;
@@ -195,10 +207,10 @@ impl AxisymmetricModel {
             }
             let size = self.shapes[i].axial.max(self.shapes[i].equatorial);
             let (drag, torque) = (6.0 * PI * size, 8.0 * PI * size.powi(3));
-            let mut own = matrix.fixed_view_mut::<3, 3>(6 * i, 6 * i);
-            own += across * drag;
-            let mut own = matrix.fixed_view_mut::<3, 3>(6 * i + 3, 6 * i + 3);
-            own += match spin {
+            let mut forces = matrix.fixed_view_mut::<3, 3>(6 * i, 6 * i);
+            forces += across * drag;
+            let mut torques = matrix.fixed_view_mut::<3, 3>(6 * i + 3, 6 * i + 3);
+            torques += match spin {
                 Some(_) => across * torque,
                 None => Matrix3::identity() * torque,
             };
@@ -211,8 +223,10 @@ impl AxisymmetricModel {
         matrix
     }
 
-    /// The answer for the rates of a configuration whose resistances are known, begun at `clock`.
-    fn answer(
+    /// Solution for one set of rates, from the resistances of the configuration.
+    ///
+    /// Its time is counted from `clock`.
+    fn solution(
         &self,
         configuration: Configuration,
         rates: &[f64],
@@ -223,26 +237,26 @@ impl AxisymmetricModel {
         let ScaledScene { scale, set, loads } = &self.scaled;
         let constraints = self.scaled.constraints(configuration, rates)?;
         let solve = |of: fn(&AxialResistance) -> &DMatrix<f64>| {
-            let matrix = self.in_space(of(axial), spin.map(of));
+            let matrix = self.grand_resistance(of(axial), spin.map(of));
             MobilitySolution::new(&matrix, set, &constraints, loads)
         };
         let solved = solve(AxialResistance::matrix)?;
-        let coarser = solve(AxialResistance::lower_order)?;
+        let lower = solve(AxialResistance::lower_order)?;
         let bodies = solved.bodies(set, scale)?;
-        let coarser_bodies = coarser.bodies(set, scale)?;
-        let motion = |solved: &MobilitySolution| -> Result<_, ModelError> {
-            let motion = set.state_velocity(solved.generalised.as_slice())?;
-            Ok(scale.motion_back(&motion))
+        let lower_bodies = lower.bodies(set, scale)?;
+        let motion = |solution: &MobilitySolution| -> Result<_, ModelError> {
+            let motion = set.state_velocity(solution.generalised.as_slice())?;
+            Ok(scale.motion_to_scene(&motion))
         };
-        let (moves, coarser_moves) = (motion(&solved)?, motion(&coarser)?);
-        // computed less exact: what the order before errs more by, continued
-        let tail = axial.error_factor();
-        let tail_of_spin = spin.map_or(0.0, AxialResistance::error_factor);
-        let velocities: Vec<Vector3<f64>> = (bodies.iter().zip(&coarser_bodies))
-            .map(|(last, before)| tail * (before.velocity - last.velocity))
+        let (motion, lower_motion) = (motion(&solved)?, motion(&lower)?);
+        // Errors, computed minus exact, are multiples of the change from the order below.
+        let factor = axial.error_factor();
+        let spin_factor = spin.map_or(0.0, AxialResistance::error_factor);
+        let velocities: Vec<Vector3<f64>> = (bodies.iter().zip(&lower_bodies))
+            .map(|(last, lower)| factor * (lower.velocity - last.velocity))
             .collect();
-        let forces = (bodies.iter().zip(&coarser_bodies))
-            .map(|(last, before)| tail * (before.force - last.force))
+        let forces = (bodies.iter().zip(&lower_bodies))
+            .map(|(last, lower)| factor * (lower.force - last.force))
             .collect();
         let error = velocities.iter().fold(0.0_f64, |m, e| m.max(e.norm()));
         let fastest = bodies.iter().fold(0.0_f64, |m, b| m.max(b.velocity.norm()));
@@ -265,23 +279,23 @@ impl AxisymmetricModel {
                 ..Seconds::default()
             },
             error_estimate: ErrorEstimate {
-                mesh: Some(error.hypot(UNSURE * error)),
+                mesh: Some(error.hypot(UNCERTAINTY * error)),
                 container: (self.surroundings == Surroundings::Unbounded)
                     .then(|| axial.truncation_error() * fastest),
                 ..ErrorEstimate::default()
             },
             mesh_error: Some(MeshError {
-                frames: (moves.frames.iter().zip(&coarser_moves.frames))
-                    .map(|(last, before)| Twist {
-                        linear: tail * (before.linear - last.linear),
-                        angular: tail_of_spin * (before.angular - last.angular),
+                frames: (motion.frames.iter().zip(&lower_motion.frames))
+                    .map(|(last, lower)| Twist {
+                        linear: factor * (lower.linear - last.linear),
+                        angular: spin_factor * (lower.angular - last.angular),
                     })
                     .collect(),
                 bodies: velocities,
-                uncertainty: UNSURE * error,
+                uncertainty: UNCERTAINTY * error,
                 forces,
             }),
-            ..InstantaneousSolution::new(bodies, link_forces, moves)
+            ..InstantaneousSolution::new(bodies, link_forces, motion)
         })
     }
 }
@@ -295,9 +309,9 @@ impl Hydrodynamics for AxisymmetricModel {
         ErrorEstimates::Always
     }
 
-    /// The resistances depend on the configuration alone; error estimates come in any case.
+    /// The resistances are computed once; solutions always have error estimates.
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        // Velocities of linked bodies have a few times the relative error of resistances.
+        // Relative error of resistances over the resulting relative error of velocities.
         const SHARE: f64 = 0.2;
         if query.rates.is_empty() {
             return Ok(Vec::new());
@@ -308,14 +322,14 @@ impl Hydrodynamics for AxisymmetricModel {
         });
         let bodies = self.on_axis(query.configuration)?;
         let axial = axial_resistance(&bodies, self.surroundings, tolerance)?;
-        let spin = match self.turns {
+        let spin = match self.has_torque {
             true => Some(spin_resistance(&bodies, self.surroundings, tolerance)?),
             false => None,
         };
         (query.rates.iter())
             .map(|rates| {
                 let begin = std::mem::replace(&mut clock, Clock::now());
-                self.answer(query.configuration, rates, &axial, spin.as_ref(), begin)
+                self.solution(query.configuration, rates, &axial, spin.as_ref(), begin)
             })
             .collect()
     }
@@ -325,29 +339,31 @@ impl Hydrodynamics for AxisymmetricModel {
         _configuration: Configuration<'_>,
     ) -> Result<DMatrix<f64>, ModelError> {
         Err(ModelError::Unsupported {
-            what: "the grand resistance by the model 'axisymmetric', which knows motions along the axis only,".to_owned(),
+            what:
+                "the grand resistance by the model 'axisymmetric', which is restricted to motions \
+                   along the axis,"
+                    .to_owned(),
             instead: "use model.kind = \"multipole\" or \"fem\"".to_owned(),
         })
     }
 
     fn mesh(&mut self, _configuration: Configuration<'_>) -> Result<Option<TetMesh>, ModelError> {
         Err(ModelError::Unsupported {
-            what: "a file of the triangles in the meridian plane of the model 'axisymmetric'"
-                .to_owned(),
-            instead: "use model.kind = \"fem\" for a mesh in space".to_owned(),
+            what: "a mesh file of the meridian plane of the model 'axisymmetric'".to_owned(),
+            instead: "use model.kind = \"fem\" for a three-dimensional mesh".to_owned(),
         })
     }
 
     fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        /// Factors: about 250 numbers an unknown.
-        const MIB_PER_UNKNOWN: f64 = 2e-3;
-        // there is nothing cheaper to know than the answer
+        /// Matrix factors take about 250 numbers per degree of freedom.
+        const MIB_PER_DOF: f64 = 2e-3;
+        // Solving is the cheapest way to find its cost.
         let rates = vec![0.0; configuration.lengths.len()];
         let solution = self.solve_one(configuration, &rates)?;
         Ok(Cost {
             dofs: solution.dofs,
             seconds: solution.seconds.total,
-            mib: MIB_PER_UNKNOWN * solution.dofs.total as f64,
+            mib: MIB_PER_DOF * solution.dofs.total as f64,
         })
     }
 }

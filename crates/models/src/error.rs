@@ -1,29 +1,29 @@
-//! Errors of models.
+//! Errors of models of the flow.
 
 use nalgebra::DMatrix;
 
-/// A model that cannot be used for a scene, or that failed on it.
+/// A model that cannot be used for a scene, or a computation that failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// Something in the scene that the model does not support.
+    /// A value of the scene that the model does not support.
     #[error("{what} is not supported; {instead}")]
     Unsupported {
-        /// What was asked for: a key and its value.
+        /// The unsupported key and value.
         what: String,
         /// What to use instead.
         instead: String,
     },
-    /// Bodies and links that cannot be placed or moved.
+    /// Bodies and links that contradict each other.
     #[error(transparent)]
     Rigid(#[from] rigid::RigidError),
-    /// A mesh that cannot be made, moved, read or written.
+    /// A mesh that cannot be generated, moved, read or written.
     #[error(transparent)]
     Mesh(#[from] mesh::MeshError),
     /// A mesh that cannot follow the bodies.
     #[error(transparent)]
     Ale(#[from] ale::AleError),
-    /// Assembly that failed.
+    /// A failed assembly.
     #[error(transparent)]
     Fem(#[from] fem::FemError),
     /// Bodies on an axis whose flow cannot be computed in the meridian plane.
@@ -35,10 +35,10 @@ pub enum ModelError {
     /// Spheres whose flow cannot be computed without a mesh.
     #[error(transparent)]
     Spheres(#[from] microhydro::HydroError),
-    /// A part of a mesh's boundary that is neither body nor wall.
+    /// A part of the boundary of a mesh that is neither a body nor a wall.
     #[error(
-        "{file}: the boundary part '{tag}' is no body's surface and not in domain.walls; \
-         list it in domain.walls, or give it to a body by its key surface"
+        "{file}: the boundary part '{tag}' is neither the surface of a body nor in domain.walls; \
+         list it in domain.walls, or name it by the key surface of a body"
     )]
     OpenBoundary {
         /// The mesh file.
@@ -46,31 +46,42 @@ pub enum ModelError {
         /// Name of the part.
         tag: String,
     },
-    /// Bodies that moved farther than the mesh of a file can be deformed.
+    /// Bodies that moved too far for the mesh of a file.
     #[error(
-        "the mesh of the file cannot follow the bodies so far without spoiling its cells; \
-         use domain.kind = \"ball\" or \"box\", whose meshes are made anew when needed, or a file for another shape"
+        "the mesh of the file cannot follow the bodies this far: its cells become too distorted; \
+         use domain.kind = \"ball\" or \"box\", where new meshes are generated when needed, \
+         or a mesh file of another configuration"
     )]
     MeshFileExhausted,
-    /// A table over shapes that cannot be made.
+    /// A table over shapes that cannot be computed.
     #[error("shape space: {problem}")]
     ShapeSpace {
-        /// Why, and what to change.
+        /// The reason and the remedy.
         problem: String,
     },
     /// A history that does not fit the model.
     #[error("the history of the model {0}")]
     History(String),
-    /// A matrix that must be positive definite and is not.
-    #[error(
-        "the {what} is not positive definite (smallest eigenvalue {smallest:.3e}): the bodies are \
-         too close for this model; use a more accurate one"
-    )]
+    /// A symmetric matrix that is not positive definite.
+    #[error("the {matrix} is not positive definite (smallest eigenvalue {smallest:.3e}); {remedy}")]
     NotPositiveDefinite {
-        /// The matrix.
-        what: &'static str,
-        /// Its smallest eigenvalue.
+        /// Name of the matrix.
+        matrix: &'static str,
+        /// Smallest eigenvalue; NaN if the matrix is not finite.
         smallest: f64,
+        /// What to change.
+        remedy: &'static str,
+    },
+    /// A matrix that is singular in double precision.
+    #[error(
+        "the {matrix} ({size} x {size}) is singular, so the correction for unbounded fluid cannot \
+         be applied; refine the mesh or use domain.kind = \"ball\""
+    )]
+    Singular {
+        /// Name of the matrix.
+        matrix: &'static str,
+        /// Number of rows.
+        size: usize,
     },
     /// A model that returned no solution for a query.
     #[error("the model '{model}' returned no solution")]
@@ -78,46 +89,57 @@ pub enum ModelError {
         /// Name of the model.
         model: &'static str,
     },
-    /// An error of a model outside this workspace.
+    /// An error of a model that is implemented outside this crate.
     #[error(transparent)]
     Other(Box<dyn std::error::Error + Send + Sync>),
-    /// Work with a mesh before there is one.
-    #[error("the finite-element model has no mesh yet; ask for an instant first")]
+    /// A request that needs a mesh, to a model that has none.
+    #[error("the model has no mesh; solve for a configuration first, or use model.kind = \"fem\"")]
     NoMesh,
-    /// An answer with a number that is not finite.
+    /// A solution with a number that is not finite.
     #[error(
-        "the model '{model}' answered with {what} that is not finite; check the scene's sizes and units"
+        "the model '{model}' returned {what} that is not finite; check the sizes and units of the \
+         scene"
     )]
     NotFinite {
         /// Name of the model.
         model: &'static str,
-        /// Which number.
+        /// The quantity.
         what: &'static str,
     },
 }
 
 impl ModelError {
-    /// A symmetric matrix whose Cholesky factorisation failed.
-    pub fn not_positive_definite(what: &'static str, matrix: &DMatrix<f64>) -> Self {
-        // Eigenvalues of a matrix that is not finite are not computed: the iteration may not end.
+    /// The error for a symmetric matrix whose Cholesky factorisation failed.
+    ///
+    /// `name` and `remedy` complete the message "the {name} is not positive definite; {remedy}".
+    pub fn not_positive_definite(
+        name: &'static str,
+        matrix: &DMatrix<f64>,
+        remedy: &'static str,
+    ) -> Self {
+        // The iteration for eigenvalues may not end for a matrix that is not finite.
         let smallest = match matrix.iter().all(|entry| entry.is_finite()) {
             true => matrix.symmetric_eigenvalues().min(),
             false => f64::NAN,
         };
-        Self::NotPositiveDefinite { what, smallest }
+        Self::NotPositiveDefinite {
+            matrix: name,
+            smallest,
+            remedy,
+        }
     }
 
-    /// A history that cannot be read or written.
+    /// The error for a history that cannot be read or written.
     pub(crate) fn history(error: serde_json::Error) -> Self {
         Self::History(format!("cannot be used: {error}"))
     }
 
-    /// Whether the scene, not the method, is at fault.
+    /// Whether the error is due to the scene or its mesh file, not to the computation.
     pub fn is_bad_input(&self) -> bool {
         use mesh::MeshError as Mesh;
         match self {
             Self::Unsupported { .. } => true,
-            // What only a mesh file can be wrong in.
+            // Errors that only a mesh file can have.
             Self::Mesh(error) => matches!(
                 error,
                 Mesh::Io { .. }

@@ -1,24 +1,24 @@
-//! Error bars by source.
+//! Error bars of a quantity, by source.
 
 use serde::{Deserialize, Serialize};
 
-/// Error bars by source, in the units of the quantity; a source that was not estimated is absent.
+/// Error bars of a quantity by source, in its units; `None` for a source that was not estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct ErrorEstimate {
-    /// Discretisation of the flow.
+    /// Discretisation on a mesh.
     pub mesh: Option<f64>,
-    /// A finite container in place of unbounded fluid.
+    /// A finite container instead of unbounded fluid.
     pub container: Option<f64>,
-    /// Approximations of the model to Stokes flow.
+    /// Deviation of the model from Stokes flow.
     pub model: Option<f64>,
-    /// The algebraic solve.
+    /// Tolerance of the linear solver.
     pub algebraic: Option<f64>,
-    /// Integration along the gait.
+    /// Time integration along the gait.
     pub integration: Option<f64>,
 }
 
 impl ErrorEstimate {
-    /// The sources in the order of the fields, with their names.
+    /// Names and error bars of the sources, in the order of the fields.
     pub fn sources(&self) -> [(&'static str, Option<f64>); 5] {
         [
             ("mesh", self.mesh),
@@ -29,7 +29,7 @@ impl ErrorEstimate {
         ]
     }
 
-    /// The sum of the estimated sources.
+    /// Sum of the estimated error bars.
     pub fn total(&self) -> f64 {
         self.sources().iter().filter_map(|(_, e)| *e).sum()
     }

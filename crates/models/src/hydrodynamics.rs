@@ -1,4 +1,4 @@
-//! The seam between a scene and the models that compute its flow.
+//! The interface between scenes and models of the flow.
 
 use mesh::TetMesh;
 use nalgebra::DMatrix;
@@ -10,17 +10,16 @@ use stokes::Dofs;
 use crate::error::ModelError;
 use crate::solution::{FlowField, InstantaneousSolution};
 
-/// Where the bodies are: the state of the articulated set and the lengths of its links.
+/// Positions of the bodies: the state of the articulated set and the lengths of its links.
 #[derive(Clone, Copy, Debug)]
 pub struct Configuration<'a> {
-    /// Frames of the linkages and attitudes of the bodies, as [`rigid::Articulation::place`] takes
-    /// them.
+    /// Frames of the linkages and attitudes of the bodies, for [`rigid::Articulation::place`].
     pub state: &'a State,
     /// Length of each link, in the scene's units.
     pub lengths: &'a [f64],
 }
 
-/// A question to a model: the solutions of one configuration for one or several sets of link rates.
+/// Input of a model: one configuration and one or several sets of link rates.
 ///
 /// ```
 /// # let state = rigid::State { frames: vec![], attitudes: vec![] };
@@ -33,19 +32,19 @@ pub struct Configuration<'a> {
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Query<'a> {
-    /// Where the bodies are.
+    /// Positions of the bodies.
     pub configuration: Configuration<'a>,
-    /// One entry per solution, each with one rate of change per link, in the scene's units.
+    /// One set of rates per solution: the rate of change of each link, in the scene's units.
     pub rates: &'a [Vec<f64>],
-    /// Whether discretisation errors are to be estimated ([`InstantaneousSolution::mesh_error`]).
+    /// Whether to estimate discretisation errors ([`InstantaneousSolution::mesh_error`]).
     pub estimates: bool,
-    /// Relative discretisation error of velocities and forces to which the mesh is to be adapted;
-    /// none for the usual mesh.
+    /// Relative discretisation error of velocities and forces to which the mesh is adapted; `None`
+    /// for the usual mesh.
     pub accuracy: Option<f64>,
 }
 
 impl<'a> Query<'a> {
-    /// A question with error estimates, on the usual mesh.
+    /// A query with error estimates, on the usual mesh.
     pub fn new(configuration: Configuration<'a>, rates: &'a [Vec<f64>]) -> Self {
         Self {
             configuration,
@@ -55,35 +54,36 @@ impl<'a> Query<'a> {
         }
     }
 
-    /// The same without error estimates.
+    /// The same query without error estimates.
     #[must_use]
     pub fn without_estimates(self) -> Self {
         self.with_estimates(false)
     }
 
-    /// The same with error estimates or without.
+    /// The same query with or without error estimates.
     #[must_use]
     pub fn with_estimates(self, estimates: bool) -> Self {
         Self { estimates, ..self }
     }
 
-    /// The same on a mesh that is adapted until the estimated relative errors are at most
-    /// `accuracy`, if one is given. A solution that misses it comes with its error bar.
+    /// The same query on a mesh that is adapted to the relative `accuracy`, if one is given.
+    ///
+    /// If the accuracy is not reached, the error bars of the solution are larger than it.
     #[must_use]
     pub fn with_accuracy(self, accuracy: Option<f64>) -> Self {
         Self { accuracy, ..self }
     }
 }
 
-/// What later solutions of a model depend on besides the query, for checkpoints.
+/// State of a model that its later solutions depend on, for checkpoints.
 ///
-/// Only the model that made it knows its contents; anybody can store it.
+/// The contents are known only to the model that created them; any code can store them.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(transparent)]
 pub struct History(serde_json::Value);
 
 impl History {
-    /// A history with these contents.
+    /// Creates a history with the given contents.
     ///
     /// # Errors
     /// [`ModelError::History`] for contents that JSON cannot represent.
@@ -92,10 +92,10 @@ impl History {
         Ok(Self(value.map_err(ModelError::history)?))
     }
 
-    /// The contents.
+    /// Contents of the history.
     ///
     /// # Errors
-    /// [`ModelError::History`] for the history of another model.
+    /// [`ModelError::History`] for a history of another type, such as that of another model.
     pub fn contents<T: DeserializeOwned>(&self) -> Result<T, ModelError> {
         serde_json::from_value(self.0.clone()).map_err(ModelError::history)
     }
@@ -125,26 +125,28 @@ impl ErrorEstimates {
 
 /// A model of the flow around the bodies of one scene.
 ///
-/// A model is made for one scene and knows its bodies, loads, domain and fluid. It may store
-/// anything that speeds up later solutions (meshes, factorisations, earlier solutions), but a
-/// solution may depend on what was solved before only within the accuracy that it claims.
+/// A model is created for one scene and contains its bodies, loads, domain and fluid. It may keep
+/// data that speed up later solutions (meshes, factorisations, earlier solutions). Solutions may
+/// depend on such data only within their error bars.
+///
+/// `examples/own_model.rs` implements this trait for a model of one's own.
 pub trait Hydrodynamics: Send {
-    /// Name of the model: a value of the key `model.kind`.
+    /// Name of the model; for models of this crate the value of the key `model.kind`.
     fn name(&self) -> &'static str;
 
     /// Velocities and forces for each entry of `query.rates`, in the scene's units.
     ///
-    /// Work that depends on the configuration alone is done once; its time is counted for the first
+    /// Work that depends only on the configuration is done once. Its time is counted for the first
     /// solution.
     ///
     /// # Errors
-    /// No mesh, no convergence, a number that is not finite, as soon as one solution fails.
+    /// The first error of any solution: no mesh, no convergence, a number that is not finite.
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError>;
 
     /// The solution for one set of rates, with error estimates.
     ///
     /// # Errors
-    /// As [`Hydrodynamics::solve`]; [`ModelError::NoSolution`] from a model that answers nothing.
+    /// Those of [`Hydrodynamics::solve`]; [`ModelError::NoSolution`] if it returns an empty list.
     fn solve_one(
         &mut self,
         configuration: Configuration<'_>,
@@ -162,11 +164,13 @@ pub trait Hydrodynamics: Send {
         ErrorEstimates::Never
     }
 
-    /// The grand resistance of the bodies with surfaces, links apart: `F = R U` with six entries
-    /// per body, `(U, omega)` and `(F, T)`, in the scene's units. Its inverse is the mobility.
+    /// Grand resistance matrix of the bodies with surfaces, without their links.
+    ///
+    /// `F = R U` in the scene's units, with six entries per body: `(U, ω)` and `(F, T)`. Its inverse
+    /// is the grand mobility matrix.
     ///
     /// # Errors
-    /// As [`Hydrodynamics::solve`]; [`ModelError::Unsupported`] for models that do not offer it.
+    /// Those of [`Hydrodynamics::solve`]; [`ModelError::Unsupported`] by default.
     fn resistance(&mut self, configuration: Configuration<'_>) -> Result<DMatrix<f64>, ModelError> {
         let _ = configuration;
         Err(ModelError::Unsupported {
@@ -175,13 +179,13 @@ pub trait Hydrodynamics: Send {
         })
     }
 
-    /// The cost of one solution, found without solving where that is possible.
+    /// Predicted cost of one solution, without solving if the model can predict it.
     ///
     /// # Errors
-    /// As [`Hydrodynamics::solve`].
+    /// Those of [`Hydrodynamics::solve`].
     fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError>;
 
-    /// The mesh of a configuration in the scene's units; none for models without a mesh.
+    /// Mesh of a configuration in the scene's units; `None` for models without a mesh.
     ///
     /// # Errors
     /// A configuration that cannot be meshed.
@@ -190,15 +194,15 @@ pub trait Hydrodynamics: Send {
         Ok(None)
     }
 
-    /// The flow field of the last solution; none for models without a mesh.
+    /// Flow field of the last solution; `None` for models without a mesh.
     fn last_flow(&self) -> Option<FlowField> {
         None
     }
 
-    /// The flow field of a configuration, on the model's mesh or on one generated for the purpose.
+    /// Flow field of a configuration, on the mesh of the model or on one generated for it.
     ///
     /// # Errors
-    /// As [`Hydrodynamics::solve`]; bodies around which no mesh can be generated.
+    /// Those of [`Hydrodynamics::solve`]; bodies around which no mesh can be generated.
     fn flow(
         &mut self,
         configuration: Configuration<'_>,
@@ -208,16 +212,18 @@ pub trait Hydrodynamics: Send {
         self.last_flow().ok_or(ModelError::NoMesh)
     }
 
-    /// What later solutions depend on besides the query.
+    /// State that later solutions depend on, besides the query.
     ///
     /// # Errors
-    /// [`ModelError::History`].
+    /// [`ModelError::History`] for state that JSON cannot represent.
     fn history(&self) -> Result<History, ModelError> {
         Ok(History::default())
     }
 
-    /// Takes over a history: from here on every solution is bitwise that of the model that the
-    /// history came from. Resets all state that is not part of the history, such as warm starts.
+    /// Restores the state of a history.
+    ///
+    /// All later solutions are bitwise those of the model that the history was taken from. State
+    /// that is not part of the history, such as warm starts, is reset.
     ///
     /// # Errors
     /// A history that does not fit the model.
@@ -232,7 +238,7 @@ pub trait Hydrodynamics: Send {
 pub struct Cost {
     /// Size of the system.
     pub dofs: Dofs,
-    /// Estimated seconds of assembly, set-up and solve, without the mesh.
+    /// Estimated seconds for assembly, set-up and solve, without the mesh.
     pub seconds: f64,
     /// Estimated peak memory in MiB.
     pub mib: f64,

@@ -1,76 +1,87 @@
-//! What a mesh gets wrong: signed estimates for one instant, their sum along a stroke, and independent checks.
+//! Signed discretisation errors: of one solution, and accumulated along a stroke.
 
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
 use serde::{Deserialize, Serialize};
 
-/// Estimated errors of an instant by the mesh, in the scene's units.
+/// Estimated discretisation errors of one solution, computed minus exact, in the scene's units.
 ///
-/// Signed, because errors of velocities along a stroke cancel as the velocities do.
+/// They have signs, because errors along a stroke partly cancel, as the velocities do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshError {
-    /// Error of the motion of each linkage's frame, computed less exact.
+    /// Error of the frame velocity of each linkage.
     pub frames: Vec<Twist>,
-    /// The same for the velocity of each body.
+    /// Error of the velocity of each body.
     pub bodies: Vec<Vector3<f64>>,
-    /// Uncertainty of the estimate for a velocity.
+    /// Uncertainty of the estimated errors of velocities.
     pub uncertainty: f64,
-    /// The same for the force of each body, zero where forces are the loads: those of linked bodies err as their power does, which is
-    /// right to first order for the link that moves while others are held.
+    /// Error of the force of each body; zero where no links act and forces are the given loads.
+    ///
+    /// Forces of linked bodies are assumed to have the relative error of their power. To first order
+    /// this is right if one link moves while the others have constant length.
     pub forces: Vec<Vector3<f64>>,
 }
 
 impl MeshError {
-    /// Size of the largest error of a force.
+    /// Magnitude of the largest error of a force.
     pub fn force(&self) -> f64 {
         self.forces.iter().fold(0.0, |m, f| m.max(f.norm()))
     }
 }
 
-/// What the errors by the mesh add up to along a part of a stroke, to first order.
+/// Error of the configuration along a part of a stroke, computed minus exact, to first order.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct AccumulatedError {
-    /// Error of the displacement of each linkage's frame, computed less exact.
-    pub moved: Vec<Vector3<f64>>,
-    /// Error of the rotation vector of each frame.
-    pub turned: Vec<Vector3<f64>>,
-    /// Uncertainty of these estimates.
+    /// Error of the displacement of each linkage's frame.
+    #[serde(rename = "moved")]
+    pub displacement: Vec<Vector3<f64>>,
+    /// Error of the rotation vector of each linkage's frame.
+    #[serde(rename = "turned")]
+    pub rotation: Vec<Vector3<f64>>,
+    /// Uncertainty of the errors of displacements.
     #[serde(rename = "spread")]
     pub uncertainty: f64,
 }
 
 impl AccumulatedError {
-    /// Adds `time` spent at the velocity `motion` with this error.
+    /// Adds the error of a motion that lasts for `time`.
     pub fn add(&mut self, time: f64, motion: &StateVelocity, error: &MeshError) {
         let step = Self {
-            moved: error.frames.iter().map(|f| f.linear * time).collect(),
-            turned: error.frames.iter().map(|f| f.angular * time).collect(),
+            displacement: error.frames.iter().map(|f| f.linear * time).collect(),
+            rotation: error.frames.iter().map(|f| f.angular * time).collect(),
             uncertainty: 0.0,
         };
         let displacement: Vec<_> = motion.frames.iter().map(|f| f.linear * time).collect();
         self.append(&step, &displacement);
-        // One mesh, moved: its accidents stay the same.
+        // On one moving mesh the discretisation errors of successive shapes are correlated, so
+        // their uncertainties are summed.
         self.uncertainty += error.uncertainty * time;
     }
 
-    /// Appends a later part of the stroke with the frames' displacements in it: what was turned wrongly before moves wrongly now.
-    pub fn append(&mut self, later: &Self, displacement: &[Vector3<f64>]) {
-        self.moved.resize(later.moved.len(), Vector3::zeros());
-        self.turned.resize(later.turned.len(), Vector3::zeros());
-        let parts = later.moved.iter().zip(&later.turned).zip(displacement);
-        let sums = self.moved.iter_mut().zip(&mut self.turned);
-        for ((moved, turned), ((later_moved, later_turned), way)) in sums.zip(parts) {
-            *moved += later_moved + turned.cross(way);
-            *turned += later_turned;
+    /// Appends a later part of the stroke, in which the frames move by `frame_displacements`.
+    ///
+    /// An error of the rotation before changes the direction of these displacements.
+    pub fn append(&mut self, later: &Self, frame_displacements: &[Vector3<f64>]) {
+        let frames = later.displacement.len();
+        self.displacement.resize(frames, Vector3::zeros());
+        self.rotation.resize(later.rotation.len(), Vector3::zeros());
+        let later_errors = later.displacement.iter().zip(&later.rotation);
+        let sums = self.displacement.iter_mut().zip(&mut self.rotation);
+        for ((sum, later), path) in sums.zip(later_errors).zip(frame_displacements) {
+            let (displacement, rotation) = sum;
+            let (later_displacement, later_rotation) = later;
+            *displacement += later_displacement + rotation.cross(path);
+            *rotation += later_rotation;
         }
-        // Each part by accidents of its own.
+        // On different meshes the errors are independent, so the squares of their uncertainties
+        // are summed.
         self.uncertainty = self.uncertainty.hypot(later.uncertainty);
     }
 
-    /// Error of the displacement of a body that is at `arm` from the root of its linkage.
+    /// Error of the displacement of a body at the position `arm` relative to its linkage's root.
     pub fn of_body(&self, linkage: usize, arm: &Vector3<f64>) -> Vector3<f64> {
-        match (self.moved.get(linkage), self.turned.get(linkage)) {
-            (Some(moved), Some(turned)) => moved + turned.cross(arm),
+        match (self.displacement.get(linkage), self.rotation.get(linkage)) {
+            (Some(displacement), Some(rotation)) => displacement + rotation.cross(arm),
             _ => Vector3::zeros(),
         }
     }
@@ -81,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_cancel_with_their_signs_and_wrong_turns_carry_on() {
+    fn opposite_errors_cancel_and_rotation_errors_change_later_displacements() {
         let error = |sign: f64| MeshError {
             frames: vec![Twist {
                 linear: sign * Vector3::x(),
@@ -98,21 +109,32 @@ mod tests {
             }],
             spins: vec![],
         };
-        let mut drift = AccumulatedError::default();
-        drift.add(2.0, &motion, &error(1.0));
-        drift.add(2.0, &motion, &error(-1.0));
-        assert_eq!((drift.moved[0], drift.uncertainty), (Vector3::zeros(), 2.0));
+        let mut sum = AccumulatedError::default();
+        sum.add(2.0, &motion, &error(1.0));
+        sum.add(2.0, &motion, &error(-1.0));
+        assert_eq!(
+            (sum.displacement[0], sum.uncertainty),
+            (Vector3::zeros(), 2.0)
+        );
 
-        // A small wrong turn about z, then two along x: two times the angle along y.
-        let turn = AccumulatedError {
-            moved: vec![Vector3::zeros()],
-            turned: vec![Vector3::new(0.0, 0.0, 1e-3)],
+        // A small rotation error about z, then a displacement of 2 along x: the error of the
+        // displacement along y is twice the angle.
+        let rotation_error = AccumulatedError {
+            displacement: vec![Vector3::zeros()],
+            rotation: vec![Vector3::new(0.0, 0.0, 1e-3)],
             uncertainty: 0.0,
         };
-        drift.append(&turn, &[Vector3::zeros()]);
-        drift.add(2.0, &motion, &error(0.0));
-        assert!((drift.moved[0] - Vector3::new(0.0, 2e-3, 0.0)).norm() < 1e-15);
-        let tip = drift.of_body(0, &Vector3::new(10.0, 0.0, 0.0));
+        sum.append(&rotation_error, &[Vector3::zeros()]);
+        sum.add(2.0, &motion, &error(0.0));
+        assert!((sum.displacement[0] - Vector3::new(0.0, 2e-3, 0.0)).norm() < 1e-15);
+        let tip = sum.of_body(0, &Vector3::new(10.0, 0.0, 0.0));
         assert!((tip - Vector3::new(0.0, 1.2e-2, 0.0)).norm() < 1e-15);
+    }
+
+    #[test]
+    fn stored_names_are_those_of_existing_checkpoints() {
+        let stored = serde_json::to_value(AccumulatedError::default()).unwrap();
+        let names: Vec<&String> = stored.as_object().unwrap().keys().collect();
+        assert_eq!(names, ["moved", "spread", "turned"]);
     }
 }

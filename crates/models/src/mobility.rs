@@ -1,28 +1,35 @@
-//! Velocities and forces of linked bodies from their grand resistance.
+//! Velocities and forces of linked bodies from their grand resistance matrix.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, Drive, ExternalLoad, Reduction};
 
 use crate::error::ModelError;
-use crate::scale::Scale;
 use crate::solution::BodySolution;
+use crate::units::Scale;
 
-/// A solved instant in units of the flow.
+/// Velocities and forces of linked bodies, in scaled units.
 #[derive(Clone)]
 pub(crate) struct MobilitySolution {
-    /// All generalised velocities.
+    /// Generalised velocities of all bodies and frames.
     pub generalised: DVector<f64>,
-    /// Forces and torques of the bodies with surfaces on the fluid.
+    /// Forces and torques that the bodies with surfaces exert on the fluid.
     pub forces: DVector<f64>,
-    /// What is left of the balance of forces, relative to the forces.
+    /// Residual of the balance of forces, relative to the right-hand side.
     pub residual: f64,
 }
 
 impl MobilitySolution {
-    /// Solves $S^T R S v = S^T (F - R W)$: the balance of all motions that the links leave free (formulation P-tilde).
+    /// Solves for the motions that the links leave free (formulation P-tilde).
+    ///
+    /// With a basis `S` of these motions, the motion `W` that the rates of the links impose, the
+    /// grand resistance `R` and the external loads `F`, the coefficients `v` satisfy
+    ///
+    /// ```text
+    /// S^T R S v = S^T (F - R W)
+    /// ```
     ///
     /// # Errors
-    /// Links that contradict each other, or a resistance that is not positive definite on the free motions.
+    /// Links that contradict each other; `S^T R S` that is not positive definite.
     pub fn new(
         resistance: &DMatrix<f64>,
         set: &Articulation,
@@ -36,30 +43,31 @@ impl MobilitySolution {
             loads,
         };
         let (s, w) = (&reduction.surface_basis, &reduction.surface_offset);
-        let right =
+        let rhs =
             reduction.all.basis.tr_mul(&drive.generalised_loads()?) - s.tr_mul(&(resistance * w));
         let matrix = s.tr_mul(&(resistance * s));
-        let unknowns = matrix
+        let coefficients = matrix
             .clone()
             .cholesky()
             .ok_or_else(|| {
-                let what = "resistance of the motions that the links leave free";
-                ModelError::not_positive_definite(what, &matrix)
+                let name = "resistance of the motions that the links leave free";
+                let remedy = "the bodies are too close for this model; use a more accurate one";
+                ModelError::not_positive_definite(name, &matrix, remedy)
             })?
-            .solve(&right);
-        let scale = right.amax();
-        let left = (&matrix * &unknowns - &right).amax();
-        let generalised = reduction.velocities(&unknowns);
+            .solve(&rhs);
+        let scale = rhs.amax();
+        let residual = (&matrix * &coefficients - &rhs).amax();
+        let generalised = reduction.velocities(&coefficients);
         let surfaces = generalised.select_rows(&set.surface_velocities());
         Ok(Self {
             forces: resistance * surfaces,
             generalised,
-            residual: if scale > 0.0 { left / scale } else { 0.0 },
+            residual: if scale > 0.0 { residual / scale } else { 0.0 },
         })
     }
 
-    /// The largest difference of a body's velocity from another answer.
-    pub fn fastest_difference(&self, other: &Self, set: &Articulation) -> f64 {
+    /// Largest difference between the velocities of a body in two solutions.
+    pub fn largest_difference(&self, other: &Self, set: &Articulation) -> f64 {
         let layout = set.velocity_layout();
         (0..set.kinds().len())
             .map(|body| {
@@ -72,7 +80,7 @@ impl MobilitySolution {
     /// Motion and load of every body in the scene's units.
     ///
     /// # Errors
-    /// None for answers of the set.
+    /// A solution for another set of bodies.
     pub fn bodies(
         &self,
         set: &Articulation,
@@ -80,26 +88,26 @@ impl MobilitySolution {
     ) -> Result<Vec<BodySolution>, ModelError> {
         let layout = set.velocity_layout();
         let spins = set.state_velocity(self.generalised.as_slice())?.spins;
-        let mut surfaces = 0..;
+        let mut surface_numbers = 0..;
         Ok((0..set.kinds().len())
             .map(|body| {
                 let mut entry = BodySolution {
-                    velocity: scale.velocity_back(vector(&self.generalised, layout.body(body))),
+                    velocity: scale.velocity_to_scene(vector(&self.generalised, layout.body(body))),
                     angular_velocity: spins[body],
                     ..BodySolution::default()
                 };
                 if set.kinds()[body] == BodyKind::Rigid
-                    && let Some(number) = surfaces.next()
+                    && let Some(number) = surface_numbers.next()
                 {
-                    entry.force = scale.force_back(vector(&self.forces, 6 * number));
-                    entry.torque = scale.torque_back(vector(&self.forces, 6 * number + 3));
+                    entry.force = scale.force_to_scene(vector(&self.forces, 6 * number));
+                    entry.torque = scale.torque_to_scene(vector(&self.forces, 6 * number + 3));
                 }
                 entry
             })
             .collect())
     }
 
-    /// The force of each link on its body in the scene's units.
+    /// Force of each link on the body named by its key `body`, in the scene's units.
     ///
     /// # Errors
     /// Links that contradict each other.
@@ -117,11 +125,12 @@ impl MobilitySolution {
         };
         let loads = drive.link_loads(&self.forces)?;
         Ok((0..set.links().len())
-            .map(|link| scale.force_back(vector(&loads, 3 * link)))
+            .map(|link| scale.force_to_scene(vector(&loads, 3 * link)))
             .collect())
     }
 }
 
+/// Three successive entries.
 fn vector(list: &DVector<f64>, first: usize) -> Vector3<f64> {
     list.fixed_rows::<3>(first).into_owned()
 }

@@ -1,21 +1,21 @@
-//! Why meshes are made anew, and the record of it.
+//! Reasons for generating new meshes, and their record.
 
 use serde::{Deserialize, Serialize};
 
-/// Why the mesh of an instant was made anew instead of moved.
+/// Why a new mesh was generated for a configuration, instead of moving an existing one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Remesh {
-    /// There was none.
+    /// There was no mesh before.
     First,
-    /// A cell would have been inverted.
+    /// A cell would have been inverted by the motion.
     Inverted,
-    /// The smallest Jacobian of a curved cell, over that of the straight one, fell too low.
+    /// The smallest Jacobian of a curved cell, relative to the straight cell, was too small.
     Jacobian(f64),
-    /// The smallest mean ratio of a cell fell too low.
+    /// The smallest mean ratio of a cell was too small.
     Quality(f64),
-    /// Cells in a gap became so long against its width.
+    /// Cells in a gap were too long: their length relative to the width of the gap.
     Gap(f64),
-    /// The bodies came so many radii near to an end of the piece of a cylinder that was meshed.
+    /// A body was too close to an end of the meshed part of a cylinder: their distance in radii.
     End(f64),
 }
 
@@ -32,19 +32,19 @@ impl std::fmt::Display for Remesh {
             ),
             Self::End(distance) => write!(
                 f,
-                "the meshed piece of the cylinder ends {distance:.2} radii from a body"
+                "the meshed part of the cylinder ends {distance:.2} radii from a body"
             ),
         }
     }
 }
 
-/// A mesh that was made during a run.
+/// A mesh that was generated during a run.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct NewMesh {
-    /// Time of the shape it was made for.
+    /// Time of the configuration that it was generated for.
     pub time: f64,
-    /// Number of the phase, from one, over all cycles.
+    /// Number of the phase, counted from one over all cycles.
     pub phase: usize,
-    /// Why.
+    /// Why it was generated.
     pub reason: String,
 }

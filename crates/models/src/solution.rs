@@ -1,4 +1,4 @@
-//! What a model answers: motion and forces, with their error bars.
+//! Solutions of models: motion and forces, with their error bars.
 
 use mesh::TetMesh;
 use nalgebra::Vector3;
@@ -11,14 +11,15 @@ use crate::error_estimate::ErrorEstimate;
 use crate::mesh_error::MeshError;
 use crate::remesh::Remesh;
 
-/// The instantaneous solution for one configuration and one set of link rates, in the scene's units.
+/// Solution for one configuration and one set of link rates, in the scene's units.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct InstantaneousSolution {
-    /// One entry per body of the scene, in its order; points have no force and no torque.
+    /// One entry per body of the scene, in its order; points have zero force and torque.
     pub bodies: Vec<BodySolution>,
-    /// One entry per link of the scene: the force of the link on the body that its key `body` names;
-    /// the opposite force acts on `to`.
+    /// One entry per link of the scene: the force of the link on the body named by its key `body`.
+    ///
+    /// The opposite force acts on the body named by its key `to`.
     pub link_forces: Vec<Vector3<f64>>,
     /// Rate of change of the state.
     pub motion: StateVelocity,
@@ -26,22 +27,22 @@ pub struct InstantaneousSolution {
     pub dofs: Dofs,
     /// How the linear system was solved.
     pub solver: SolverReport,
-    /// Where the time went.
+    /// Computing times.
     pub seconds: Seconds,
     /// Error bars of the velocities.
     pub error_estimate: ErrorEstimate,
-    /// Signed discretisation errors, where they were requested.
+    /// Signed discretisation errors, if they were requested.
     pub mesh_error: Option<MeshError>,
-    /// Independent computations of forces and power, where estimates were requested.
+    /// Comparison with independent computations, if estimates were requested.
     pub checks: Option<Checks>,
-    /// Why a new mesh was generated for this solution; none if the mesh was kept or moved.
+    /// Why a new mesh was generated for this solution; `None` if a mesh was moved or not needed.
     pub remeshed: Option<Remesh>,
 }
 
 impl InstantaneousSolution {
-    /// A solution of a model without mesh: motion and forces, with nothing estimated or counted.
+    /// Creates a solution from motion and forces, without error bars, sizes and times.
     ///
-    /// Shapes: `bodies` one entry per body of the scene, `link_forces` one per link.
+    /// Shapes: `bodies` one entry per body of the scene, `link_forces` one entry per link.
     pub fn new(
         bodies: Vec<BodySolution>,
         link_forces: Vec<Vector3<f64>>,
@@ -61,8 +62,10 @@ impl InstantaneousSolution {
         }
     }
 
-    /// Estimated discretisation errors of the forces and of the velocities, divided by the largest
-    /// force and the largest velocity; zero where nothing was estimated or nothing moves.
+    /// Relative discretisation errors of the forces and of the velocities.
+    ///
+    /// They are relative to the largest force and the largest velocity, and zero if nothing was
+    /// estimated or nothing moves.
     pub fn relative_mesh_errors(&self) -> [f64; 2] {
         let largest = |of: fn(&BodySolution) -> f64| self.bodies.iter().map(of).fold(0.0, f64::max);
         let over = |error: f64, size: f64| if size > 0.0 { error / size } else { 0.0 };
@@ -78,7 +81,7 @@ impl InstantaneousSolution {
         ]
     }
 
-    /// Refuses a solution with a number that is not finite.
+    /// Checks that all velocities and forces are finite.
     ///
     /// # Errors
     /// [`ModelError::NotFinite`].

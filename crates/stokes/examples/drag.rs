@@ -4,7 +4,8 @@ use mesh::{Container, GenerateParams, MeshedBody, Sphere, TetMesh, generate};
 use nalgebra::Vector3;
 use stokes::Problem;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// Prints the drag in units of the drag in unbounded fluid.
+pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let [sphere, ball] = [1.0, 10.0].map(|radius| Sphere {
         centre: Vector3::zeros(),
         radius,
@@ -22,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let resistance = problem.resistance(1e-8)?.resistance;
     let ratio = resistance[(0, 0)] / (6.0 * std::f64::consts::PI);
     // Haberman & Sayre 1958; Happel & Brenner 1983
-    println!("drag / (6 pi mu a): {ratio:.6}, exact 1.286196");
+    println!("drag / (6π μ a): {ratio:.6}, exact 1.286196");
     assert!((ratio / 1.286_196_338_5 - 1.0).abs() < 3e-3);
     Ok(())
 }

@@ -9,7 +9,7 @@ use crate::problem::Problem;
 
 /// Relative differences between a solution and independent computations of the same quantities.
 ///
-/// Both vanish with the mesh size, but more slowly than the errors of the solution itself: stresses
+/// Both vanish with the element size, but more slowly than the errors of the solution: stresses
 /// converge at a lower order, and the dissipation is an integral over the fluid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Checks {
@@ -23,7 +23,7 @@ pub struct Checks {
 /// Compares forces with integrals of the stress, and the power of the bodies with the dissipation.
 ///
 /// # Errors
-/// None on a mesh that was solved on.
+/// An inverted cell, which a mesh with a solution does not have.
 pub fn checks(problem: &Problem, flow: &FlowSolution) -> Result<Checks, StokesError> {
     let mesh = problem.mesh;
     let planes = SymmetryPlanes {
@@ -33,8 +33,8 @@ pub fn checks(problem: &Problem, flow: &FlowSolution) -> Result<Checks, StokesEr
     let (mut largest, mut difference) = (0.0_f64, 0.0_f64);
     for (number, &(tag, centre)) in problem.bodies.iter().enumerate() {
         let stress = fem::stress_load(mesh, tag, &flow.velocity, &flow.pressure, centre)?;
-        // Across a symmetry plane the halves of a body push against each other; these forces are
-        // no part of the force on the whole body.
+        // The stress on one half of a body includes the force that the halves exert on each other
+        // across the symmetry plane; the force of the whole body has no such component.
         let stress_force = Vector3::from_fn(|axis, _| match allowed[axis] {
             true => parts * stress.force[axis],
             false => 0.0,
@@ -44,7 +44,7 @@ pub fn checks(problem: &Problem, flow: &FlowSolution) -> Result<Checks, StokesEr
         difference = difference.max((stress_force - force).norm());
     }
     let power = flow.forces.dot(&flow.bodies);
-    // Bodies at rest have nothing to compare.
+    // For bodies at rest there is nothing to compare.
     let relative = |difference: f64, whole: f64| if whole > 0.0 { difference / whole } else { 0.0 };
     let dissipation = parts * fem::dissipation(mesh, &flow.velocity)?;
     Ok(Checks {

@@ -1,19 +1,30 @@
-//! What can go wrong in one instantaneous solution.
+//! Errors of setting up and solving a Stokes problem.
 
 /// A Stokes problem that cannot be set up or solved.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StokesError {
-    /// A boundary part that the mesh does not have, or a mesh that cannot be used.
+    /// A boundary part that the mesh does not have, or an unusable mesh.
     #[error(transparent)]
     Mesh(#[from] mesh::MeshError),
-    /// Assembly that failed.
+    /// A failed assembly.
     #[error(transparent)]
     Fem(#[from] fem::FemError),
-    /// Constraints that contradict each other, or a flow that is not determined.
+    /// Contradictory constraints, or a flow that is not unique.
     #[error(transparent)]
     Rigid(#[from] rigid::RigidError),
-    /// A linear solve that failed.
+    /// A failed linear solve.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),
+    /// A boundary velocity with a net flux through the boundary of an enclosed domain.
+    #[error(
+        "the prescribed velocity has the net flux {flux:.3e} out of the domain ({:.1} % of the \
+         sum of absolute fluxes); prescribe a velocity without net flux", 100.0 * relative
+    )]
+    NetFlux {
+        /// Net flux out of the domain.
+        flux: f64,
+        /// The same divided by the sum of the absolute fluxes at the vertices.
+        relative: f64,
+    },
 }

@@ -1,141 +1,108 @@
-//! Errors of an instant by the mesh, from one flow more with the same matrix, and of several instants of one shape at once.
+//! Discretisation errors of velocities and forces, estimated by adjoint solutions.
 //!
-//! A velocity $q_k$ answers to its own load: with the flow `z` of a unit load on it, links held, its error by the mesh is
-//! $q_{h,k} - q_k = -K(e_z, e)$ (`fem::SurplusSpace`). That is linear in `z`, so one solve with the functional as its load
-//! (`fem::ErrorFunctional`) gives the errors of all velocities. Errors common to equal bodies cancel in it as they do in the
-//! velocities; the bound $\sqrt{K(e_z, e_z) K(e, e)}$ would be forty times too wide for a three-sphere swimmer.
+//! Let `q_k` be a velocity of the bodies and `z` the flow of the unit load that is conjugate to it,
+//! with the links at constant length. The discretisation error of `q_k` is
 //!
-//! Straight facets cut off what they stand for, which errs the other way and is a functional of the flow too (`fem::FacetGeometry`): with
-//! them $K$ is $K - G$ throughout.
+//! ```text
+//! q_h,k - q_k = -K(e_z, e)
+//! ```
+//!
+//! with the discretisation errors `e_z` and `e` of both flows ([`fem::SurplusSpace`]). This is linear
+//! in `z`, so a single solve with the functional `K(·, e)` as its load ([`fem::ErrorFunctional`])
+//! gives the errors of all velocities. Errors that equal bodies have in common cancel in it, as they
+//! do in the velocities. The bound `√(K(e_z, e_z) K(e, e))` is forty times too large for a
+//! three-sphere swimmer.
+//!
+//! Straight facets of curved boundaries cause an error of the opposite sign, which is a functional
+//! `G` of the flow too ([`fem::FacetGeometry`]). Where there are straight facets, `K - G` replaces
+//! `K` throughout.
 
 use fem::{FacetGeometry, Surplus, SurplusSpace};
-use linalg::{BlockTriangular, KrylovParams, SaddleSystem};
+use linalg::BlockTriangular;
 use mesh::TetMesh;
 use nalgebra::{DVector, Vector3};
 use rigid::{BodyKind, Constrained, Drive, FlowSolution, SymmetryPlanes, Twist};
 
 use crate::StokesError;
-use crate::linear::in_groups;
+use crate::adjoint::{AdjointSolutions, DistinctLoads, UnitLoad};
 
-/// Estimated errors of one instant, in units of the flow, computed less exact.
+/// Relative uncertainty of the contribution of one cell, independent of that of other cells.
+///
+/// A choice, not a bound: estimated speeds of three-sphere swimmers have smaller errors, but on one
+/// leg of the default stroke the estimate is wrong by three times its uncertainty.
+const CELL_UNCERTAINTY: f64 = 0.5;
+
+/// Relative uncertainty of the contribution of straight facets on walls.
+///
+/// The elements there are large: the measured effect is 0.3 to 0.9 of the estimate.
+const WALL_UNCERTAINTY: f64 = 0.5;
+
+/// Estimated discretisation errors of one solution, computed minus exact, in scaled units.
 #[derive(Clone, Debug)]
 pub struct Estimate {
-    /// Of each linkage's frame velocity.
+    /// Error of the frame velocity of each linkage.
     pub frames: Vec<Twist>,
-    /// What the linear part of `frames` may err by itself.
+    /// Uncertainty of the linear part of `frames`.
     pub uncertainty: f64,
-    /// $K(e, e)$, less `G` where facets are straight, over the power of the bodies: the relative error of their forces, computed less exact.
+    /// `K(e, e) / power`, or `(K(e, e) - G(u, u)) / power` where facets are straight.
+    ///
+    /// With the power of the bodies, this is the relative error of their forces.
     pub relative_energy: f64,
-    /// What the flow lacks on its mesh, and each cell's share in the spread.
+    /// Hierarchical surplus of the flow.
     surplus: Surplus,
-    of_frames: Vec<f64>,
-    /// Each cell's share in $G(u, u)$.
-    of_facets: Vec<(usize, f64)>,
+    /// Contribution of each cell to `uncertainty`.
+    frame_indicators: Vec<f64>,
+    /// Cell of each straight facet, and the contribution of the facet to `G(u, u)`.
+    facet_indicators: Vec<(usize, f64)>,
 }
 
 impl Estimate {
-    /// Each cell's share in $K(e, e)$, and in the spread: what to refine.
+    /// Error indicators for mesh refinement: of `K(e, e)` and of the uncertainty, one per cell.
     ///
-    /// Cost: a pass over the cells.
+    /// Cost: one pass over the cells.
+    ///
     /// # Errors
-    /// Another mesh than the one that was estimated on.
+    /// A mesh other than the one on which the errors were estimated.
     pub fn indicators(
         self,
         space: &SurplusSpace,
         mesh: &TetMesh,
     ) -> Result<[Vec<f64>; 2], StokesError> {
         let mut indicators = space.indicators(mesh, &self.surplus, &self.surplus)?;
-        for (cell, indicator) in self.of_facets {
+        for (cell, indicator) in self.facet_indicators {
             indicators[cell] = indicators[cell].abs() + indicator.abs();
         }
-        Ok([indicators, self.of_frames])
+        Ok([indicators, self.frame_indicators])
     }
 }
 
-/// Residual at which the flows of estimates are good enough, relative: against 1e-6 the estimated error of the default stroke's net
-/// displacement changes by 0.2 percent, with 3e-3 by one.
-const ADJOINT_RTOL: f64 = 1e-3;
-
-/// A cell's share in an estimate is trusted to half of itself, independently of the others'. A choice, not a bound: estimated speeds of
-/// three-sphere swimmers miss by less, but one leg of the default stroke misses by three times its spread.
-const CELL_TRUST: f64 = 0.5;
-
-/// What straight walls take is trusted to half of it: their elements are long, and measured effects of them 0.3 to 0.9 of the estimate.
-const WALL_TRUST: f64 = 0.5;
-
-/// Flows of the last estimates, where those of the next start; of other lengths they are not used.
-#[derive(Default)]
-pub struct AdjointSolutions {
-    /// For the errors of velocities, one a flow that was estimated.
-    errors: Vec<Vec<f64>>,
-    /// For their spreads, one a load.
-    uncertainties: Vec<Vec<f64>>,
-}
-
-impl AdjointSolutions {
-    /// Solves for the flows of estimates, each from that of the instant before, several a pass.
-    fn solve(
-        &mut self,
-        system: &SaddleSystem,
-        preconditioner: &mut BlockTriangular,
-        errors: &[Vec<f64>],
-        uncertainties: &[Vec<f64>],
-    ) -> Result<(), StokesError> {
-        let parameters = KrylovParams::default().with_rel_tol(ADJOINT_RTOL);
-        self.errors.resize(errors.len(), Vec::new());
-        self.uncertainties.resize(uncertainties.len(), Vec::new());
-        let flows = self.errors.iter_mut().chain(&mut self.uncertainties);
-        let (rhs, mut flows): (Vec<&[f64]>, Vec<&mut [f64]>) = errors
-            .iter()
-            .chain(uncertainties)
-            .zip(flows)
-            .map(|(rhs, flow)| {
-                if flow.len() != rhs.len() {
-                    *flow = vec![0.0; rhs.len()];
-                }
-                (rhs.as_slice(), flow.as_mut_slice())
-            })
-            .unzip();
-        in_groups(system, preconditioner, &rhs, &mut flows, &parameters)?;
-        Ok(())
-    }
-}
-
-/// What the errors of solved flows are estimated from.
+/// Estimator of the discretisation errors of flows that were solved with one matrix.
 pub struct Estimator<'a> {
-    /// Mesh of the instant.
+    /// Mesh of the solution.
     pub mesh: &'a TetMesh,
-    /// What its cells lack.
+    /// Hierarchical surplus space of the mesh.
     pub space: &'a SurplusSpace,
-    /// What its facets cut off; none where they are curved.
+    /// Straight facets on curved boundaries; empty where facets are curved.
     pub facet_geometry: &'a FacetGeometry<'a>,
-    /// What drove it, whatever the rates.
+    /// Bodies, links and loads; the rates of the links are not used.
     pub drive: &'a Drive<'a>,
-    /// Its system.
+    /// The system that was solved.
     pub system: &'a Constrained,
 }
 
-/// What a flow lacks on its mesh.
+/// Discretisation error of one flow.
 struct DiscretisationError<'f> {
     velocity: &'f [Vector3<f64>],
     surplus: Surplus,
-    /// Each facet's share in $G(u, u)$.
-    of_facets: Vec<f64>,
+    /// Contribution of each straight facet to `G(u, u)`.
+    facet_indicators: Vec<f64>,
     relative_energy: f64,
 }
 
-/// A unit load on a linkage, for the spread of its velocity in the direction of motion.
-struct UnitLoad {
-    /// Where the linear velocities of its frame begin.
-    row: usize,
-    direction: Vector3<f64>,
-}
-
-impl UnitLoad {
-    /// Whether the flow of one will do for the other: it is solved to no more digits.
-    fn is_like(&self, other: &Self) -> bool {
-        self.row == other.row && (self.direction - other.direction).norm() <= ADJOINT_RTOL
-    }
+/// Flow of a unit load, with its surplus.
+struct Response {
+    velocity: Vec<Vector3<f64>>,
+    surplus: Surplus,
 }
 
 impl Estimator<'_> {
@@ -147,24 +114,24 @@ impl Estimator<'_> {
             .space
             .surplus(self.mesh, &flow.velocity, &flow.pressure)?;
         let power = flow.forces.dot(&flow.bodies);
-        let of_facets = self
+        let facet_indicators = self
             .facet_geometry
             .indicators(&flow.velocity, &flow.velocity)?;
-        let energy = surplus.energy(&surplus)? - of_facets.iter().sum::<f64>();
+        let energy = surplus.energy(&surplus)? - facet_indicators.iter().sum::<f64>();
         let relative_energy = match self.parts() * energy / power {
             ratio if ratio.is_finite() => ratio,
-            // Nothing moves, nothing errs.
+            // Bodies at rest have neither power nor error.
             _ => 0.0,
         };
         Ok(DiscretisationError {
             velocity: &flow.velocity,
             surplus,
-            of_facets,
+            facet_indicators,
             relative_energy,
         })
     }
 
-    /// Between mirror planes each cell stands for its images too.
+    /// Number of images of each cell, itself included, under the reflections at symmetry planes.
     fn parts(&self) -> f64 {
         SymmetryPlanes {
             planes: self.mesh.symmetry_planes(),
@@ -172,7 +139,7 @@ impl Estimator<'_> {
         .parts()
     }
 
-    /// The load whose flow gives the errors of all velocities.
+    /// Right-hand side whose solution gives the errors of all velocities of a flow.
     fn rhs_of_errors(&self, error: &DiscretisationError) -> Result<Vec<f64>, StokesError> {
         let mut functional = self.space.functional(self.mesh, &error.surplus)?;
         let of_facets = self.facet_geometry.functional(error.velocity)?;
@@ -184,24 +151,16 @@ impl Estimator<'_> {
             .rhs_of_forces(&functional.velocity, &functional.pressure)?)
     }
 
-    /// The loads for the spreads of a flow's velocities, one a linkage.
+    /// One unit load per linkage that may move, along the velocity that it has in a flow.
     fn unit_loads(&self, flow: &FlowSolution) -> Vec<UnitLoad> {
         let set = self.drive.set;
         let numbered = set.linkages().iter().enumerate();
         numbered
-            // Held still exactly: nothing to err.
+            // A linkage that is fixed in space has no error.
             .filter(|(_, linkage)| !set.fixed()[linkage.root])
             .map(|(number, _)| {
-                // The spread is that of the velocity in the direction of motion; bodies at rest may drift along x.
                 let (row, _) = frame_rows(self.drive, number);
-                let motion: Vector3<f64> = flow.generalised.fixed_rows::<3>(row).into();
-                let direction = motion.try_normalize(0.0).unwrap_or_else(Vector3::x);
-                // Forth or back is one spread, and one flow to start the next from.
-                let sign = direction[direction.iamax()].signum();
-                UnitLoad {
-                    row,
-                    direction: sign * direction,
-                }
+                UnitLoad::along(flow.generalised.fixed_rows::<3>(row).into(), row)
             })
             .collect()
     }
@@ -213,8 +172,8 @@ impl Estimator<'_> {
         Ok(self.system.rhs_of_loads(&load)?)
     }
 
-    /// Estimated errors of the frames' velocities.
-    fn frames(&self, adjoint: &[f64]) -> Result<Vec<Twist>, StokesError> {
+    /// Estimated errors of the frame velocities, from the adjoint solution for the errors.
+    fn frame_errors(&self, adjoint: &[f64]) -> Result<Vec<Twist>, StokesError> {
         let errors = -self.system.generalised_of_loads(adjoint)?;
         let rows = |first: usize| -> Vector3<f64> { errors.fixed_rows::<3>(first).into() };
         Ok((0..self.drive.set.linkages().len())
@@ -228,127 +187,114 @@ impl Estimator<'_> {
             .collect())
     }
 
-    /// The velocity of a pull's flow and what it lacks.
-    fn response(&self, adjoint: &[f64]) -> Result<(Vec<Vector3<f64>>, Surplus), StokesError> {
+    /// Flow and surplus of a unit load, from its adjoint solution.
+    fn response(&self, adjoint: &[f64]) -> Result<Response, StokesError> {
         let (velocity, pressure) = self.system.flow_of_loads(adjoint)?;
         let surplus = self.space.surplus(self.mesh, &velocity, &pressure)?;
-        Ok((velocity, surplus))
+        Ok(Response { velocity, surplus })
     }
 
-    /// The estimate of a flow from what it lacks, its errors, and the flows of its pulls.
+    /// The estimate of one flow, with its uncertainty from the responses to its unit loads.
     fn estimate(
         &self,
         error: DiscretisationError,
         frames: Vec<Twist>,
-        responses: &[&(Vec<Vector3<f64>>, Surplus)],
+        responses: &[&Response],
     ) -> Result<Estimate, StokesError> {
         let parts = self.parts();
-        let mut of_frames = vec![0.0; self.mesh.n_cells()];
-        let mut unsure = 0.0_f64;
-        for (its_velocity, its) in responses {
-            let mut cells = self.space.indicators(self.mesh, its, &error.surplus)?;
+        let mut frame_indicators = vec![0.0; self.mesh.n_cells()];
+        let mut of_walls = 0.0_f64;
+        for response in responses {
+            let mut cells = self
+                .space
+                .indicators(self.mesh, &response.surplus, &error.surplus)?;
             let of_facets = self
                 .facet_geometry
-                .indicators(its_velocity, error.velocity)?;
-            let mut by_walls = 0.0;
+                .indicators(&response.velocity, error.velocity)?;
+            let mut wall_sum = 0.0;
             let facets = self
                 .facet_geometry
                 .cells()
                 .zip(self.facet_geometry.is_wall());
             for ((cell, is_wall), indicator) in facets.zip(of_facets) {
                 cells[cell] = cells[cell].hypot(indicator);
-                by_walls += if is_wall { indicator } else { 0.0 };
+                wall_sum += if is_wall { indicator } else { 0.0 };
             }
-            unsure = (WALL_TRUST * parts * by_walls).hypot(unsure);
-            for (sum, cell) in of_frames.iter_mut().zip(cells) {
-                // the root of the sum over its images
+            of_walls = (WALL_UNCERTAINTY * parts * wall_sum).hypot(of_walls);
+            for (sum, cell) in frame_indicators.iter_mut().zip(cells) {
+                // Root of the sum of squares over the images of the cell.
                 *sum = (parts.sqrt() * cell).hypot(*sum);
             }
         }
-        let by_cells = of_frames.iter().map(|cell| cell * cell).sum::<f64>().sqrt();
+        let of_cells = frame_indicators
+            .iter()
+            .map(|cell| cell * cell)
+            .sum::<f64>()
+            .sqrt();
+        let cells = self.facet_geometry.cells();
         Ok(Estimate {
             frames,
-            uncertainty: (CELL_TRUST * by_cells).hypot(unsure),
+            uncertainty: (CELL_UNCERTAINTY * of_cells).hypot(of_walls),
             relative_energy: error.relative_energy,
             surplus: error.surplus,
-            of_frames,
-            of_facets: self.facet_geometry.cells().zip(error.of_facets).collect(),
+            frame_indicators,
+            facet_indicators: cells.zip(error.facet_indicators).collect(),
         })
     }
 
-    /// Estimates the errors of each of several solved flows.
+    /// Estimates the errors of each of several flows.
     ///
-    /// Cost: up to six passes over the cells a flow, a loose solve for the errors of all its velocities, and one a linkage for their spread, which flows that move
-    /// along one line share; all of them at once.
+    /// Cost per flow: up to six passes over the cells, one solve to [`ADJOINT_RTOL`] for the errors
+    /// of all velocities, and one per linkage for the uncertainty, which flows along the same line
+    /// share. All systems are solved together.
+    ///
+    /// [`ADJOINT_RTOL`]: crate::adjoint::ADJOINT_RTOL
+    ///
     /// # Errors
-    /// Flows that cannot be solved for.
+    /// Adjoint solves that do not converge.
     pub fn estimates(
         &self,
         flows: &[FlowSolution],
         preconditioner: &mut BlockTriangular,
         adjoints: &mut AdjointSolutions,
     ) -> Result<Vec<Estimate>, StokesError> {
-        let discretisation_errors = flows.iter().map(|flow| self.discretisation_error(flow));
-        let discretisation_errors: Vec<DiscretisationError> =
-            discretisation_errors.collect::<Result<_, _>>()?;
-        // one flow for all pulls that are alike
-        let mut unit_loads: Vec<UnitLoad> = Vec::new();
-        let mut number_of = |unit_load: UnitLoad| {
-            let known = unit_loads
-                .iter()
-                .position(|known| known.is_like(&unit_load));
-            known.unwrap_or_else(|| {
-                unit_loads.push(unit_load);
-                unit_loads.len() - 1
-            })
-        };
-        let unit_loads_of: Vec<Vec<usize>> = flows
+        let errors = flows.iter().map(|flow| self.discretisation_error(flow));
+        let errors: Vec<DiscretisationError> = errors.collect::<Result<_, _>>()?;
+        let mut unit_loads = DistinctLoads::default();
+        let loads_of_flows: Vec<Vec<usize>> = flows
             .iter()
             .map(|flow| {
-                self.unit_loads(flow)
-                    .into_iter()
-                    .map(&mut number_of)
-                    .collect()
+                let loads = self.unit_loads(flow).into_iter();
+                loads.map(|load| unit_loads.position(load)).collect()
             })
             .collect();
-        let rhs = discretisation_errors
-            .iter()
-            .map(|error| self.rhs_of_errors(error));
-        let errors: Vec<_> = rhs.collect::<Result<_, _>>()?;
-        let rhs = unit_loads
-            .iter()
-            .map(|unit_load| self.rhs_of_unit_load(unit_load));
-        let uncertainties: Vec<_> = rhs.collect::<Result<_, _>>()?;
-        adjoints.solve(&self.system.system, preconditioner, &errors, &uncertainties)?;
-        let responses = adjoints
-            .uncertainties
-            .iter()
-            .map(|adjoint| self.response(adjoint));
-        let responses: Vec<_> = responses.collect::<Result<_, _>>()?;
-        (discretisation_errors
-            .into_iter()
-            .zip(&adjoints.errors)
-            .zip(unit_loads_of))
-        .map(|((error, adjoint), numbers)| {
-            let responses: Vec<_> = numbers
-                .into_iter()
-                .map(|number| &responses[number])
-                .collect();
-            self.estimate(error, self.frames(adjoint)?, &responses)
-        })
-        .collect()
+        let rhs = errors.iter().map(|error| self.rhs_of_errors(error));
+        let error_rhs: Vec<_> = rhs.collect::<Result<_, _>>()?;
+        let rhs = unit_loads.0.iter().map(|load| self.rhs_of_unit_load(load));
+        let load_rhs: Vec<_> = rhs.collect::<Result<_, _>>()?;
+        adjoints.solve(&self.system.system, preconditioner, &error_rhs, &load_rhs)?;
+        let responses = adjoints.unit_loads.iter();
+        let responses: Vec<Response> = responses
+            .map(|adjoint| self.response(adjoint))
+            .collect::<Result<_, _>>()?;
+        (errors.into_iter().zip(&adjoints.errors).zip(loads_of_flows))
+            .map(|((error, adjoint), loads)| {
+                let responses: Vec<_> = loads.into_iter().map(|load| &responses[load]).collect();
+                self.estimate(error, self.frame_errors(adjoint)?, &responses)
+            })
+            .collect()
     }
 }
 
-/// Where the generalised velocities of a linkage's frame begin: linear ones, and angular ones if it turns.
-fn frame_rows(drive: &Drive, number: usize) -> (usize, Option<usize>) {
-    let linkage = &drive.set.linkages()[number];
+/// First rows of a frame's generalised velocities: linear, and angular if the frame rotates.
+fn frame_rows(drive: &Drive, linkage_number: usize) -> (usize, Option<usize>) {
+    let linkage = &drive.set.linkages()[linkage_number];
     let layout = drive.set.velocity_layout();
     let linear = layout.body(linkage.root);
-    let angular = layout.frame(number).or_else(|| {
-        // A body alone is its own frame; arms in the laboratory's directions do not turn.
-        let alone = linkage.bodies.len() == 1;
-        (alone && drive.set.kinds()[linkage.root] == BodyKind::Rigid).then_some(linear + 3)
+    let angular = layout.frame(linkage_number).or_else(|| {
+        // A single body is its own frame; arms with directions fixed in space do not rotate.
+        let is_single = linkage.bodies.len() == 1;
+        (is_single && drive.set.kinds()[linkage.root] == BodyKind::Rigid).then_some(linear + 3)
     });
     (linear, angular)
 }

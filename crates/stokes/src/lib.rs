@@ -1,18 +1,13 @@
-//! Stokes flow around rigid bodies on one tetrahedral mesh: one instantaneous solution.
-//!
-//! A [`Problem`] names the bodies and walls of a mesh. [`Problem::solve`] gives velocities, forces
-//! and pressure for bodies that links and loads drive; [`Problem::resistance`] condenses the flow on
-//! the bodies; [`Problem::solve_all`] serves several rates of the links with one matrix, starts from
-//! earlier solutions and estimates the discretisation error of every velocity and force.
-//!
-//! Everything is in scaled units: viscosity 1, lengths of the order of a body. The crate does not
-//! generate or move meshes (`mesh`, `ale`) and does not integrate in time.
+#![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod adjoint;
 mod checks;
 mod error;
 mod estimate;
+mod flow;
 mod linear;
+mod matrices;
 mod options;
 mod problem;
 mod report;
@@ -22,7 +17,15 @@ mod solve;
 pub use checks::Checks;
 pub use error::StokesError;
 pub use estimate::Estimate;
+pub use flow::{Flow, VectorField, solve_stokes};
+pub use matrices::fluid_matrices;
 pub use options::{Options, Solver};
 pub use problem::Problem;
 pub use report::{Dofs, Seconds, SolverReport};
 pub use solve::{InitialGuesses, Solution};
+
+// Types of these crates are part of the interface.
+pub use fem;
+pub use mesh;
+pub use nalgebra;
+pub use rigid;

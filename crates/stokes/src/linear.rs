@@ -1,4 +1,4 @@
-//! The linear solvers, behind one call.
+//! Linear solvers for assembled systems, selected by [`Solver`].
 
 use std::time::Instant;
 
@@ -11,15 +11,17 @@ use rigid::Constrained;
 use crate::StokesError;
 use crate::options::{Options, Solver};
 
-/// Iterations of additive Schwarz grow with the number of subdomains, and no hierarchy bounds them.
+/// Maximum number of iterations of additive Schwarz.
+///
+/// They grow with the number of subdomains, because there is no coarse level.
 const SCHWARZ_ITERATIONS: usize = 1000;
 
-/// A restart discards the Krylov basis: with 60 vectors the iteration stalls, with 150 it
-/// converges, at 12 bytes per degree of freedom and vector.
+/// Length of the Krylov basis of additive Schwarz: with 60 vectors between restarts the iteration
+/// stalls, with 150 it converges. A vector takes 12 bytes per degree of freedom.
 const SCHWARZ_RESTART: usize = 150;
 
-/// Most right-hand sides that are solved for together: each takes about 24 vectors of memory.
-pub const AT_ONCE: usize = 3;
+/// Maximum number of right-hand sides that are solved together, at about 24 vectors of memory each.
+pub const MAX_COLUMNS: usize = 3;
 
 /// Solutions of one system.
 pub struct Solutions {
@@ -31,14 +33,15 @@ pub struct Solutions {
     pub solve: f64,
 }
 
-/// Solves an assembled system for several right-hand sides; stores the preconditioner of the block
-/// solver in `kept` for later solves.
+/// Solves an assembled system for several right-hand sides.
+///
+/// The preconditioner of the block solver is left in `block` for later solves.
 pub fn solve_system(
     assembled: &Constrained,
     rhs: &[&[f64]],
     options: &Options,
     warm: &WarmStart,
-    kept: &mut Option<BlockTriangular>,
+    block: &mut Option<BlockTriangular>,
 ) -> Result<Solutions, StokesError> {
     let system = &assembled.system;
     let mut solutions = vec![vec![0.0; assembled.rhs.len()]; rhs.len()];
@@ -53,9 +56,9 @@ pub fn solve_system(
     let setup;
     match options.solver {
         Solver::Block => {
-            let preconditioner = kept.insert(assembled.preconditioner()?);
+            let preconditioner = block.insert(assembled.preconditioner()?);
             setup = clock.elapsed().as_secs_f64();
-            reports.extend(in_groups(
+            reports.extend(solve_in_groups(
                 system,
                 preconditioner,
                 rhs,
@@ -115,15 +118,15 @@ pub fn solve_system(
     })
 }
 
-/// Solves for right-hand sides in groups of equal size, at most [`AT_ONCE`].
-pub fn in_groups(
+/// Solves for right-hand sides in groups of equal size, of at most [`MAX_COLUMNS`] each.
+pub fn solve_in_groups(
     system: &SaddleSystem,
     preconditioner: &mut BlockTriangular,
     rhs: &[&[f64]],
     solutions: &mut [&mut [f64]],
     parameters: &KrylovParams,
 ) -> Result<Vec<SolveReport>, LinalgError> {
-    let groups = rhs.len().div_ceil(AT_ONCE).max(1);
+    let groups = rhs.len().div_ceil(MAX_COLUMNS).max(1);
     let size = rhs.len().div_ceil(groups).max(1);
     let mut reports = Vec::with_capacity(rhs.len());
     for (rhs, solutions) in rhs.chunks(size).zip(solutions.chunks_mut(size)) {

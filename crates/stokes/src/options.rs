@@ -1,4 +1,4 @@
-//! How a problem is solved.
+//! Formulation, linear solver and tolerance.
 
 use rigid::{Eliminated, Formulation};
 
@@ -18,9 +18,9 @@ pub struct Options {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Solver {
-    /// FGMRES with the block-triangular multigrid preconditioner: the fastest, for every formulation.
+    /// FGMRES with the block-triangular multigrid preconditioner: the fastest, for all formulations.
     Block,
-    /// Direct factorisation with refinement: for small systems and comparisons.
+    /// Direct factorisation with iterative refinement: for small systems and comparisons.
     Direct,
     /// FGMRES with additive Schwarz: for comparisons.
     Schwarz {
@@ -45,13 +45,13 @@ impl Solver {
     }
 }
 
-/// P-tilde with the block solver to a true residual of 1e-8.
+/// Eliminated velocities (P-tilde) and the block solver, to a true residual of 1e-8.
 impl Default for Options {
     fn default() -> Self {
         Self {
             formulation: &Eliminated,
             solver: Solver::Block,
-            // Velocities then err by at most 5e-9 of a solve to 1e-12 (docs/iterations.md).
+            // Velocities then differ from those of a solve to 1e-12 by at most 5e-9 (docs/iterations.md).
             rtol: 1e-8,
         }
     }

@@ -1,19 +1,19 @@
-//! A problem: rigid bodies and walls on one mesh.
+//! Stokes flow around rigid bodies on one mesh, as a problem to assemble and solve.
 
-use fem::{CurvedBoundary, FacetGeometry, StokesMatrices, TaylorHood};
+use fem::{CurvedBoundary, FacetGeometry, TaylorHood};
 use mesh::{Sphere, TetMesh};
 use nalgebra::Vector3;
-use rigid::{
-    Constrained, Drive, FluidMatrices, FluidNodes, Formulation, NodeRole, RigidFluid, SurfaceBody,
-};
+use rigid::{Constrained, Drive, FluidNodes, Formulation, NodeRole, RigidFluid, SurfaceBody};
 
 use crate::StokesError;
+use crate::matrices::fluid_matrices;
 
 /// Stokes flow around rigid bodies on one mesh, viscosity 1.
 ///
-/// Everything that does not depend on how the bodies move: which parts of the boundary are bodies
-/// and walls, where the bodies' centres are. Boundary parts are named once, here. What moves the
-/// bodies is a [`Drive`]: their links, the rates of the links and external loads.
+/// The problem contains everything that does not depend on the motion of the bodies: which parts
+/// of the boundary are bodies and walls, and the centres of the bodies. A [`Drive`] moves the
+/// bodies: their links, the rates of the links and external loads. Names of boundary parts are
+/// resolved once, in [`Problem::new`].
 ///
 /// ```
 /// use mesh::{Container, GenerateParams, MeshedBody, Sphere, TetMesh, generate};
@@ -26,7 +26,7 @@ use crate::StokesError;
 /// let mesh = TetMesh::curved(tets, &[("sphere", &sphere), (Container::TAG, ball.surface())])?;
 /// let problem = stokes::Problem::new(&mesh, &[("sphere", sphere.centre)], &[Container::TAG])?;
 /// let resistance = problem.resistance(1e-8)?.resistance;
-/// // Haberman & Sayre (1958): 1.286196 times the drag in unbounded fluid, 6 pi mu a
+/// // Haberman & Sayre (1958): 1.286196 times the drag in unbounded fluid, 6π μ a
 /// let ratio = resistance[(0, 0)] / (6.0 * std::f64::consts::PI);
 /// assert!((ratio / 1.286196 - 1.0).abs() < 0.02);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -42,11 +42,14 @@ pub struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    /// The problem on `mesh` with these bodies, each a part of the boundary and its centre, and
-    /// these walls, where the fluid does not slip.
+    /// Creates the problem on `mesh` with the given bodies and walls.
+    ///
+    /// A body is a part of the boundary and its centre, to which velocities and torques refer. A
+    /// wall is a part of the boundary at which the velocity is zero. On parts that are neither, the
+    /// natural boundary condition `∂u/∂n = p n` holds.
     ///
     /// # Errors
-    /// Names that the mesh does not have.
+    /// A name that the mesh does not have: [`mesh::MeshError::UnknownTag`].
     pub fn new(
         mesh: &'a TetMesh,
         bodies: &[(&str, Vector3<f64>)],
@@ -67,19 +70,21 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Uses a space that was made for a mesh with the same cells, instead of making one at each
-    /// assembly.
+    /// Uses an existing space instead of creating one for each assembly.
+    ///
+    /// The space may come from another mesh with the same cells and other points.
     #[must_use]
     pub fn with_space(mut self, space: &'a TaylorHood) -> Self {
         self.space = Some(space);
         self
     }
 
-    /// Declares that the straight facets of these boundary parts stand for spheres, so that error
-    /// estimates include the error of their geometry.
+    /// Declares that the straight facets of these boundary parts approximate spheres.
+    ///
+    /// Error estimates then include the geometry error.
     ///
     /// # Errors
-    /// Names that the mesh does not have.
+    /// A name that the mesh does not have.
     pub fn with_spheres(mut self, parts: &[(&str, Sphere)]) -> Result<Self, StokesError> {
         for (name, sphere) in parts {
             let tag = self.mesh.tag(name)?;
@@ -91,8 +96,10 @@ impl<'a> Problem<'a> {
         Ok(self)
     }
 
-    /// Tells the preconditioner how easily pressure drives fluid through narrow gaps: one
-    /// permeability `h^2 / 6` per cell, `h` being the width of the gap that the cell lies in.
+    /// Improves the preconditioner in narrow gaps by the permeability of each cell.
+    ///
+    /// The permeability is `h^2 / 6`, where `h` is the width of the gap that the cell lies in. It
+    /// changes the number of iterations, not the solution.
     #[must_use]
     pub fn with_permeability(mut self, permeability: Vec<f64>) -> Self {
         self.permeability = Some(permeability);
@@ -104,29 +111,29 @@ impl<'a> Problem<'a> {
         self.bodies.iter().map(|(_, centre)| *centre).collect()
     }
 
-    /// The facets of the mesh that stand for spheres.
+    /// The straight facets that approximate spheres.
     pub(crate) fn facet_geometry(&self) -> Result<FacetGeometry<'a>, StokesError> {
         Ok(FacetGeometry::new(self.mesh, &self.curved)?)
     }
 
-    /// Assembles the system of one drive in a formulation, for solvers of one's own.
+    /// Assembles the system of one drive in a formulation, to be solved by the caller.
     ///
     /// Cost: one pass over the cells and three over the matrices.
     ///
     /// # Errors
-    /// Degenerate cells, constraints that contradict each other, a flow that is not determined.
+    /// Degenerate cells, contradictory constraints, a flow that is not unique.
     pub fn assemble(
         &self,
         drive: &Drive,
         formulation: &dyn Formulation,
     ) -> Result<Constrained, StokesError> {
         let mesh = self.mesh;
-        let own;
+        let new_space;
         let space = match self.space {
             Some(space) => space,
             None => {
-                own = TaylorHood::new(mesh)?;
-                &own
+                new_space = TaylorHood::new(mesh)?;
+                &new_space
             }
         };
         let mut roles = vec![NodeRole::Free; mesh.n_points()];
@@ -145,21 +152,8 @@ impl<'a> Problem<'a> {
                 volume: fem::surface_measures(mesh, tag)?.volume,
             });
         }
-        let StokesMatrices {
-            stiffness,
-            divergence,
-            pressure_mass,
-            interpolation,
-            vertex_stiffness,
-        } = space.matrices(mesh)?;
         let mut fluid = RigidFluid::new(
-            FluidMatrices {
-                stiffness,
-                divergence,
-                pressure_mass,
-                interpolation,
-                vertex_stiffness,
-            },
+            fluid_matrices(space.matrices(mesh)?),
             FluidNodes::new(mesh.points(), &roles)
                 .with_symmetry_planes(mesh.nodes_on_symmetry_planes()),
             &bodies,

@@ -1,4 +1,4 @@
-//! Sizes, solver reports and times of a solution.
+//! Size, solver report and computing times of a solution.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ pub struct SolverReport {
     pub formulation: String,
     /// Name of the linear solver.
     pub solver: String,
-    /// Iterations taken.
+    /// Number of iterations.
     pub iterations: usize,
     /// `|b - A x| / |b|`, recomputed from the solution.
     pub true_relative_residual: f64,
@@ -39,7 +39,7 @@ pub struct Seconds {
     pub solve: f64,
     /// Estimating errors.
     pub estimate: f64,
-    /// Everything, including what the other entries do not cover.
+    /// All of them and the time between them.
     pub total: f64,
 }
 

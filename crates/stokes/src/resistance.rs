@@ -1,15 +1,16 @@
-//! The grand resistance of the bodies of a problem.
+//! Grand resistance matrix of the bodies of a problem.
 
 use linalg::{KrylovParams, fgmres_columns};
 use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad, GrandResistance, Independent};
 
 use crate::StokesError;
-use crate::linear::AT_ONCE;
+use crate::linear::MAX_COLUMNS;
 use crate::problem::Problem;
 
 impl Problem<'_> {
-    /// Grand resistance and mobility of the bodies, links apart: `F = R U` with six entries per
-    /// body, `(U, omega)` and `(F, T)`.
+    /// Grand resistance and mobility matrices of the bodies without links.
+    ///
+    /// `F = R U` with six entries per body: `(U, ω)` and `(F, T)`.
     ///
     /// Cost: six solves per body with one preconditioner, three at a time, each to the true
     /// relative residual `rtol`.
@@ -32,7 +33,7 @@ impl Problem<'_> {
         let system = self.assemble(&drive, &Independent)?;
         let mut preconditioner = system.preconditioner()?;
         let parameters = KrylovParams::default().with_rel_tol(rtol);
-        GrandResistance::of(&system, AT_ONCE, |rhs, solutions| {
+        GrandResistance::of(&system, MAX_COLUMNS, |rhs, solutions| {
             let system = &system.system;
             fgmres_columns(system, &mut preconditioner, rhs, solutions, &parameters)?;
             Ok(())

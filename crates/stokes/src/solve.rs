@@ -1,4 +1,4 @@
-//! Solutions of a problem, with their error estimates.
+//! Solving a problem, for one or several drives, with error estimates.
 
 use std::iter::{once, repeat};
 use std::time::Instant;
@@ -8,28 +8,29 @@ use linalg::WarmStart;
 use rigid::{Drive, FlowSolution, Imposed};
 
 use crate::StokesError;
+use crate::adjoint::AdjointSolutions;
 use crate::checks::{Checks, checks};
-use crate::estimate::{AdjointSolutions, Estimate, Estimator};
+use crate::estimate::{Estimate, Estimator};
 use crate::linear::{Solutions, solve_system};
 use crate::options::Options;
 use crate::problem::Problem;
 use crate::report::{Dofs, Seconds, SolverReport};
 
-/// One instantaneous solution, viscosity 1.
+/// Solution for one drive, at viscosity 1.
 pub struct Solution {
     /// Velocities, forces and pressure; the pressure has zero mean over the fluid.
     pub flow: FlowSolution,
     /// Estimated discretisation errors, if requested.
     pub estimate: Option<Estimate>,
-    /// Independent computations of forces and power, if estimates were requested.
+    /// Comparison with independent computations of forces and power, if estimates were requested.
     pub checks: Option<Checks>,
     /// Numbers of degrees of freedom.
     pub dofs: Dofs,
     /// How the linear system was solved.
     pub solver: SolverReport,
-    /// Estimated relative error of the velocities from the linear solve.
+    /// Estimated relative error of the velocities due to the linear solve.
     pub algebraic_error: f64,
-    /// Assembly, set-up, solve and estimate.
+    /// Times of assembly, set-up, solve and estimate.
     pub seconds: Seconds,
 }
 
@@ -40,7 +41,7 @@ pub struct InitialGuesses {
 }
 
 impl InitialGuesses {
-    /// None yet; up to `capacity` flows will be kept, at 8 bytes per degree of freedom each.
+    /// An empty set that will keep up to `capacity` flows, at 8 bytes per degree of freedom each.
     pub fn new(capacity: usize) -> Self {
         Self {
             flows: WarmStart::new(capacity),
@@ -48,8 +49,9 @@ impl InitialGuesses {
         }
     }
 
-    /// Discards all of them: the degrees of freedom have changed, or answers must not depend on
-    /// what was solved before.
+    /// Discards all guesses.
+    ///
+    /// Required if the degrees of freedom change, or if solutions must not depend on earlier ones.
     pub fn clear(&mut self) {
         self.flows.clear();
         self.adjoints = AdjointSolutions::default();
@@ -57,10 +59,10 @@ impl InitialGuesses {
 }
 
 impl Problem<'_> {
-    /// Solves for one drive, from zero and without error estimate.
+    /// Solves for one drive, with zero initial guess and without error estimate.
     ///
     /// # Errors
-    /// A system that cannot be built or solved to the tolerance.
+    /// Those of [`Problem::assemble`]; [`StokesError::Linalg`] without convergence.
     pub fn solve(&self, drive: &Drive, options: &Options) -> Result<Solution, StokesError> {
         let drives = std::slice::from_ref(drive);
         let mut solutions = self.solve_all(drives, options, &mut InitialGuesses::new(0), None)?;
@@ -68,14 +70,15 @@ impl Problem<'_> {
         Ok(solutions.swap_remove(0))
     }
 
-    /// Solves for several drives that differ in the rates of the links only, and estimates the
-    /// discretisation errors if given the hierarchical surplus space of the mesh.
+    /// Solves for several drives that differ only in the rates of the links.
     ///
-    /// One matrix and one preconditioner serve all drives; the time that they took is counted for
-    /// the first solution.
+    /// Discretisation errors are estimated if `surplus`, the hierarchical surplus space of the mesh,
+    /// is given. All drives share one matrix and one preconditioner, whose time is counted for the
+    /// first solution.
     ///
     /// # Errors
-    /// A system that cannot be built or solved to the tolerance.
+    /// Those of [`Problem::assemble`]; drives with other links, lengths or loads than the first;
+    /// [`StokesError::Linalg`] without convergence.
     pub fn solve_all(
         &self,
         drives: &[Drive],
@@ -135,24 +138,23 @@ impl Problem<'_> {
             };
             let mut preconditioner = match preconditioner {
                 Some(preconditioner) => preconditioner,
-                // Adjoint flows need few digits, so the block solver is used for them whatever
-                // solver the options name.
+                // The block solver is fast enough for all adjoint solves: they need few digits.
                 None => system.preconditioner()?,
             };
-            let of_flows =
+            let estimated =
                 estimator.estimates(&flows, &mut preconditioner, &mut guesses.adjoints)?;
-            for ((entry, estimate), flow) in estimates.iter_mut().zip(of_flows).zip(&flows) {
+            for ((entry, estimate), flow) in estimates.iter_mut().zip(estimated).zip(&flows) {
                 *entry = (Some(estimate), Some(checks(self, flow)?));
             }
             estimating = clock.elapsed().as_secs_f64();
         }
         let count = drives.len() as f64;
-        let mut own = Seconds {
+        let mut per_drive = Seconds {
             solve: solve / count,
             estimate: estimating / count,
             ..Seconds::default()
         };
-        own.total = own.solve + own.estimate;
+        per_drive.total = per_drive.solve + per_drive.estimate;
         let shared = Seconds {
             assembly,
             setup,
@@ -162,7 +164,7 @@ impl Problem<'_> {
         let seconds = once(shared).chain(repeat(Seconds::default()));
         Ok((flows.into_iter().zip(reports).zip(estimates).zip(seconds))
             .map(|(((flow, report), (estimate, checks)), mut seconds)| {
-                seconds += own;
+                seconds += per_drive;
                 Solution {
                     flow,
                     estimate,

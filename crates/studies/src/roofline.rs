@@ -174,7 +174,7 @@ fn three_spheres(size: f64) -> Result<Constrained> {
         })
         .collect();
     let mut parameters = GenerateParams::default();
-    parameters.growth = swimmer::models::growth(size);
+    parameters.growth = swimmer::models::FemModel::default_growth(size);
     let tets = mesh::generate(&bodies, &container, &parameters)?.mesh;
     let surfaces: Vec<NamedSurface> = bodies
         .iter()

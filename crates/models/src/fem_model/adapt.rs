@@ -1,50 +1,61 @@
-//! Where elements should be smaller: sizes from the cells' shares in an estimated error.
+//! Element sizes for an adapted mesh, from error indicators of the cells.
 
 use mesh::{TET_EDGES, TetMesh};
 use nalgebra::Vector3;
 
-/// A cell's share in an error falls with this power of its size: the energy of quadratic elements with the fourth, the cell's
-/// volume with the third.
+/// Power of the element size with which the error indicator of a cell decreases.
+///
+/// Four for the energy of quadratic elements, and three for the volume of the cell.
 const ORDER: f64 = 7.0;
 
-/// The sizes of one round are trusted so far: shares on coarse meshes tell little of fine ones.
-const LEAST_FACTOR: f64 = 0.35;
-const LARGEST_FACTOR: f64 = 2.0;
+/// Bounds on the change of sizes in one step: indicators on coarse meshes are inaccurate.
+const SIZE_FACTOR_BOUNDS: [f64; 2] = [0.35, 2.0];
 
-/// Part of the allowed error that is aimed at. Generated edges are about a sixth longer than asked for, and the error 1.8 times what is
-/// aimed at once sizes no longer change (spheres in a ball, targets of 1e-3 and 1e-4); so rounds end at 0.8 of the target.
-const AIM: f64 = 0.45;
-
-/// Wanted edge lengths at the centres of cells, so that the shares, which add up to the error over what is allowed, add up to one.
+/// Error that sizes are chosen for, relative to the allowed error.
 ///
-/// Of all meshes with so many cells the one with equal shares has the least error. With shares $\eta_c \propto h_c^7$ the sizes become
-/// $h_c (\eta / \eta_c)^{1/7}$, and $\eta = (1 / \sum_c \eta_c^{3/7})^{7/4}$ makes the sum one, for a cell gives way to $(\eta_c / \eta)^{3/7}$ others.
-pub fn wanted_sizes(mesh: &TetMesh, shares: &[f64]) -> Vec<(Vector3<f64>, f64)> {
-    let shares = smoothed(mesh, shares);
-    let sum: f64 = shares.iter().map(|s| s.powf(3.0 / ORDER)).sum();
-    let equal = (AIM / sum).powf(ORDER / 4.0);
+/// Generated edges are about a sixth longer than requested. Once the sizes no longer change, the
+/// error is 1.8 times this value (spheres in a ball, targets of 1e-3 and 1e-4), hence 0.8 of the
+/// allowed error.
+const TARGET: f64 = 0.45;
+
+/// Positions and edge lengths for an adapted mesh, one per cell.
+///
+/// The indicators `η_c` are relative to the allowed error, so that their sum is to become one. Of
+/// all meshes with the same number of cells, the one with equal indicators has the smallest error.
+/// With `η_c ~ h_c^7`, the new sizes are
+///
+/// ```text
+/// h_c (η / η_c)^(1/7),   η = (1 / sum_c η_c^(3/7))^(7/4)
+/// ```
+///
+/// This `η` makes the sum one, because a cell is replaced by `(η_c / η)^(3/7)` cells.
+pub fn adapted_sizes(mesh: &TetMesh, indicators: &[f64]) -> Vec<(Vector3<f64>, f64)> {
+    let indicators = smoothed(mesh, indicators);
+    let sum: f64 = indicators.iter().map(|s| s.powf(3.0 / ORDER)).sum();
+    let equal = (TARGET / sum).powf(ORDER / 4.0);
+    let [min_factor, max_factor] = SIZE_FACTOR_BOUNDS;
     mesh.cells()
         .iter()
-        .zip(&shares)
-        .map(|(nodes, share)| {
+        .zip(&indicators)
+        .map(|(nodes, indicator)| {
             let at = |k: usize| mesh.points()[nodes[k] as usize];
             let centre = (at(0) + at(1) + at(2) + at(3)) / 4.0;
             let edges = TET_EDGES.iter().map(|&[i, j]| (at(i) - at(j)).norm());
             let size = edges.sum::<f64>() / 6.0;
-            let factor = (equal / share).powf(1.0 / ORDER);
-            // a share of zero asks for nothing
-            (centre, size * factor.clamp(LEAST_FACTOR, LARGEST_FACTOR))
+            // Infinite for an indicator of zero, hence bounded.
+            let factor = (equal / indicator).powf(1.0 / ORDER);
+            (centre, size * factor.clamp(min_factor, max_factor))
         })
         .collect()
 }
 
-/// Absolute shares averaged over neighbours: single cells have small shares by accident.
-fn smoothed(mesh: &TetMesh, shares: &[f64]) -> Vec<f64> {
+/// Absolute indicators averaged over neighbours, since single cells may have small ones by chance.
+fn smoothed(mesh: &TetMesh, indicators: &[f64]) -> Vec<f64> {
     let mut sums = vec![(0.0, 0u32); mesh.n_vertices()];
-    for (nodes, share) in mesh.cells().iter().zip(shares) {
+    for (nodes, indicator) in mesh.cells().iter().zip(indicators) {
         for &vertex in &nodes[..4] {
             let (sum, count) = &mut sums[vertex as usize];
-            *sum += share.abs();
+            *sum += indicator.abs();
             *count += 1;
         }
     }
@@ -66,32 +77,32 @@ mod tests {
     use mesh::LinearTets;
 
     #[test]
-    fn equal_shares_on_equal_cells_scale_all_sizes_alike() {
+    fn equal_indicators_on_equal_cells_scale_all_sizes_by_one_factor() {
         let mesh = TetMesh::straight(LinearTets::cube(3)).unwrap();
         let cells = mesh.n_cells();
-        // The error is twice what is allowed, and part of that is aimed at: sizes fall by the fourth root.
-        let shares = vec![2.0 / cells as f64; cells];
-        let factor = (AIM / 2.0_f64).powf(0.25);
-        for ((_, wanted), nodes) in wanted_sizes(&mesh, &shares).iter().zip(mesh.cells()) {
+        // The error is twice the allowed one: sizes decrease by the fourth root of TARGET / 2.
+        let indicators = vec![2.0 / cells as f64; cells];
+        let factor = (TARGET / 2.0_f64).powf(0.25);
+        for ((_, adapted), nodes) in adapted_sizes(&mesh, &indicators).iter().zip(mesh.cells()) {
             let at = |k: usize| mesh.points()[nodes[k] as usize];
             let size: f64 = TET_EDGES
                 .iter()
                 .map(|&[i, j]| (at(i) - at(j)).norm())
                 .sum::<f64>()
                 / 6.0;
-            assert!((wanted / size - factor).abs() < 1e-12);
+            assert!((adapted / size - factor).abs() < 1e-12);
         }
     }
 
     #[test]
-    fn cells_without_a_share_grow_and_all_sizes_are_positive() {
+    fn cells_with_zero_indicators_grow_and_all_sizes_are_positive() {
         let mesh = TetMesh::straight(LinearTets::cube(2)).unwrap();
-        let mut shares = vec![0.0; mesh.n_cells()];
-        shares[0] = -1.0;
-        let sizes = wanted_sizes(&mesh, &shares);
+        let mut indicators = vec![0.0; mesh.n_cells()];
+        indicators[0] = -1.0;
+        let sizes = adapted_sizes(&mesh, &indicators);
         assert!(sizes.iter().all(|(_, h)| *h > 0.0 && h.is_finite()));
         assert!(sizes[0].1 < sizes[mesh.n_cells() - 1].1);
-        let nothing = wanted_sizes(&mesh, &vec![0.0; mesh.n_cells()]);
-        assert!(nothing.iter().all(|(_, h)| h.is_finite()));
+        let of_zero = adapted_sizes(&mesh, &vec![0.0; mesh.n_cells()]);
+        assert!(of_zero.iter().all(|(_, h)| h.is_finite()));
     }
 }

@@ -1,14 +1,20 @@
-//! Meshes from files.
+//! Meshes from Gmsh files.
 
 use std::path::Path;
 
 use mesh::{MshFile, NamedSurface, Sphere, Surface, TetMesh};
 
 use crate::ModelError;
-use crate::scale::Scale;
+use crate::units::Scale;
 use scene::GeometryKind;
 
-/// The mesh of a file in units of the flow, its bodies' surfaces put on the spheres of the scene.
+/// Reads a mesh file in scaled units.
+///
+/// `spheres` are the bodies with the names of their boundary parts, in scaled units; nodes on these
+/// parts are moved onto the spheres.
+///
+/// # Errors
+/// A file that cannot be read; [`ModelError::OpenBoundary`]; surfaces that are not on the spheres.
 pub fn read_mesh(
     file: &Path,
     spheres: &[(&str, Sphere)],
@@ -33,7 +39,7 @@ pub fn read_mesh(
         .iter()
         .map(|(name, s)| (*name, s as &dyn Surface))
         .collect();
-    // Also for straight sides: it is the check that the file's surfaces are where the scene says.
+    // Also if cells are straight: this checks that the surfaces are on the spheres of the scene.
     let curved = read.clone().into_mesh(&surfaces)?;
     Ok(match geometry {
         GeometryKind::Curved => curved,

@@ -1,224 +1,195 @@
-//! The mesh of each shape: moved from a reference where that stays good, made anew where not.
+//! Meshes of successive configurations: moved from a reference mesh, or newly generated.
 
-use ale::{
-    Biharmonic, Elastic, Harmonic, Kernel, MeshMotion, MovingBody, Rbf, ReferenceMap, Stiffening,
-};
+use ale::MeshMotion;
 use fem::{SurplusSpace, TaylorHood};
-use mesh::{Capsule, Quality, Sphere, TetMesh};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use mesh::{Sphere, TetMesh};
+use nalgebra::{Isometry3, Vector3};
 
+use super::cylinder;
 use super::far_field::FarField;
-use super::mesher::{Mesher, Source};
-use super::tube;
-use crate::scale::Scale;
+use super::mesh_generator::{MeshGenerator, Source};
+use super::reference_mesh::{ReferenceMesh, mesh_motion};
+use crate::units::Scale;
 use crate::{ModelError, Remesh};
-use scene::{MeshMotionKind, Scene};
+use scene::Scene;
 
-/// Remesh when the Jacobian of some cell falls below this part of its mean: quadratic fields on such cells are
-/// poor and the solver slows down (61 iterations instead of 31 with one inverted cell).
-const LEAST_JACOBIAN: f64 = 0.2;
+/// Distance from a symmetry plane, in radii, that counts as rounding error of many steps.
+///
+/// Bodies that are farther away from the plane are refused.
+const PLANE_ROUNDING: f64 = 1e-9;
 
-/// Remesh when some mean ratio falls below this. Moves of four radii in one step stay at 0.3.
-const LEAST_QUALITY: f64 = 0.1;
-
-/// Remesh when cells in a gap become so many times as long as the gap is wide. New meshes have
-/// 0.5 to 1.25 (gaps of 8 to 0.02 radii, sizes of 0.4 to 1.2): moved ones reach 1.5 when a resolved gap has closed to half its width.
-const LARGEST_GAP_RATIO: f64 = 1.5;
-
-/// A mesh that is worse than these when it is new may lose the rest of this part of what it has.
-const KEPT_OF_ITS_OWN: f64 = 0.9;
-
-/// Distances from a mirror plane, in radii, that are rounding of many steps: farther off, meshes are refused.
-const ROUNDING: f64 = 1e-9;
-
-/// Norms of quaternions that were written to a file differ from 1 by rounding.
+/// Deviation of the norm of a quaternion from 1 due to writing it to a file.
 const ROTATION_ROUNDING: f64 = 1e-9;
 
-/// A mesh that others are moved from, and what is kept with its connectivity.
-struct Reference {
-    map: ReferenceMap,
-    space: TaylorHood,
-    /// What error estimates need, once they were wanted.
-    surplus: Option<SurplusSpace>,
-    centres: Vec<Vector3<f64>>,
-    /// Poses of all bodies of the scene; none for the mesh of a file.
-    poses: Vec<Isometry3<f64>>,
-    /// Its [`mesh::TetMesh::gap_ratio`].
-    gap_ratio: f64,
-    /// Its [`mesh::TetMesh::quality`].
-    quality: Quality,
-    /// The piece of a cylinder that it fills.
-    tube: Option<Capsule>,
-}
+/// Maximum number of reference meshes.
+///
+/// Strokes return to earlier shapes, so the reference meshes of one cycle serve the next one. Each
+/// takes about a third of the memory of a solve.
+const MAX_REFERENCES: usize = 3;
 
-/// References kept at most. A stroke comes back to its shapes, so those of a cycle serve the next; each takes about a third of a solve's memory.
-const KEPT: usize = 3;
-
-/// Meshes for the shapes of one scene, in units of the flow.
+/// Meshes for the configurations of one scene, in scaled units.
 pub struct Meshes {
-    mesher: Mesher,
+    generator: MeshGenerator,
     motion: Box<dyn MeshMotion>,
-    /// In the order in which they were made.
-    references: Vec<Reference>,
-    /// The one in use; none of them after adapting.
+    /// In the order in which they were generated.
+    references: Vec<ReferenceMesh>,
+    /// Index of the reference of the current mesh; `None` before the first and after adapting.
     current: Option<usize>,
 }
 
-/// The mesh of one shape.
-pub struct ShapeMesh {
-    /// The mesh.
+/// The mesh of one configuration.
+pub struct PlacedMesh {
     pub mesh: TetMesh,
-    /// Why it was made anew; none if it was moved.
+    /// Why it was newly generated; `None` if it was moved.
     pub remeshed: Option<Remesh>,
-    /// Whether its cells are others than those of the mesh before.
-    pub other_cells: bool,
+    /// Whether its cells differ from those of the mesh before.
+    pub has_other_cells: bool,
 }
 
 impl Meshes {
     /// Prepares meshes for a scene.
     ///
     /// # Errors
-    /// A domain that cannot be meshed yet.
+    /// Those of [`MeshGenerator::new`].
     pub fn new(scene: &Scene, scale: &Scale) -> Result<Self, ModelError> {
         Ok(Self {
-            mesher: Mesher::new(scene, scale)?,
-            motion: motion(scene.fem().mesh_motion),
+            generator: MeshGenerator::new(scene, scale)?,
+            motion: mesh_motion(scene.fem().mesh_motion),
             references: Vec::new(),
             current: None,
         })
     }
 
-    /// Names of the bodies with surfaces: their tags in the mesh.
+    /// Names of the boundary parts of the bodies with surfaces.
     pub fn tags(&self) -> impl Iterator<Item = &str> {
-        self.mesher.tags()
+        self.generator.tags()
     }
 
     /// Indices in the scene of the bodies with surfaces.
     pub fn surfaced_bodies(&self) -> impl Iterator<Item = usize> {
-        self.mesher.surfaced_bodies()
+        self.generator.surfaced_bodies()
     }
 
-    /// Puts poses that rounding moved off the mirror planes back onto them.
-    pub fn onto_mirrors(&self, poses: &mut [Isometry3<f64>]) {
+    /// Moves bodies onto the symmetry planes that they are off by rounding errors only.
+    pub fn snap_to_symmetry_planes(&self, poses: &mut [Isometry3<f64>]) {
         for pose in poses {
-            for axis in (0..3).filter(|&axis| self.mesher.mirrors[axis]) {
+            for axis in (0..3).filter(|&axis| self.generator.symmetry_planes[axis]) {
                 let x = &mut pose.translation.vector[axis];
-                if x.abs() <= ROUNDING {
+                if x.abs() <= PLANE_ROUNDING {
                     *x = 0.0;
                 }
             }
         }
     }
 
-    /// Tags of the walls.
+    /// Names of the boundary parts that are walls.
     pub fn wall_tags(&self) -> Vec<&str> {
-        self.mesher.wall_tags()
+        self.generator.wall_tags()
     }
 
-    /// The spheres that straight facets stand for, by tags, the bodies with surfaces being at `centres`.
+    /// Spheres that are approximated by straight facets, with the names of their boundary parts.
+    ///
+    /// The bodies with surfaces are at `centres`.
     pub fn straight_spheres(&self, centres: &[Vector3<f64>]) -> Vec<(&str, Sphere)> {
-        self.mesher.straight_spheres(centres)
+        self.generator.straight_spheres(centres)
     }
 
-    /// What is left of relative errors for a container that stands for something larger: unbounded fluid, an infinite cylinder.
+    /// Relative error of velocities due to the container.
+    ///
+    /// Zero unless the container replaces unbounded fluid or an infinite cylinder.
     pub fn container_error(&self, poses: &[Isometry3<f64>]) -> f64 {
-        let centres = self.mesher.centres(poses);
-        if let Some(far) = self.mesher.far_field {
-            let bodies = self.mesher.spheres(&centres).into_iter();
+        let centres = self.generator.centres(poses);
+        if let Some(far) = self.generator.far_field {
+            let bodies = self.generator.spheres(&centres).into_iter();
             return far.relative_error(bodies.map(|body| (body.centre, body.radius)));
         }
         let reference = self
             .current
             .and_then(|current| self.references.get(current));
         reference
-            .and_then(|reference| self.to_end(reference, &centres))
-            .map_or(0.0, tube::relative_error)
+            .and_then(|reference| reference.end_distance(&self.generator, &centres))
+            .map_or(0.0, cylinder::relative_error)
     }
 
-    /// Radii of the cylinder between the bodies and the nearest end of the piece that a reference fills.
-    fn to_end(&self, reference: &Reference, centres: &[Vector3<f64>]) -> Option<f64> {
-        let tube = reference.tube.as_ref()?;
-        Some(tube::to_end(tube, &self.mesher.spheres(centres)))
-    }
-
-    /// What the wall takes that stands for unbounded fluid, if one does.
+    /// The ball that replaces unbounded fluid, if the fluid is unbounded.
     pub fn far_field(&self) -> Option<FarField> {
-        self.mesher.far_field
+        self.generator.far_field
     }
 
-    /// What is kept with the connectivity of the mesh in use.
+    /// Function spaces on the current mesh.
     pub fn space(&self) -> Option<&TaylorHood> {
         let reference = self.references.get(self.current?)?;
         Some(&reference.space)
     }
 
-    /// What error estimates need of the mesh in use, if [`Meshes::prepare_estimates`] made it.
+    /// Space for error estimates on the current mesh, after [`Meshes::prepare_estimates`].
     pub fn surplus_space(&self) -> Option<&SurplusSpace> {
         self.references.get(self.current?)?.surplus.as_ref()
     }
 
-    /// Numbers the cubic functions of the mesh in use.
+    /// Creates the space for error estimates on the current mesh.
     ///
     /// # Errors
     /// A mesh with too many cells.
     pub fn prepare_estimates(&mut self) -> Result<(), ModelError> {
-        if let Some(current) = self.current
-            && let Some(reference) = self.references.get_mut(current)
-            && reference.surplus.is_none()
-        {
-            reference.surplus = Some(SurplusSpace::new(reference.map.reference())?);
-        }
-        Ok(())
+        let current = self.current.and_then(|k| self.references.get_mut(k));
+        current.map_or(Ok(()), ReferenceMesh::prepare_estimates)
     }
 
-    /// The mesh with the bodies at `poses` (one a body of the scene): the first reference that can be moved there without being spoilt, or a
-    /// new one. In this order the mesh depends on the shape, not on where the bodies came from, once the meshes of a stroke are made.
+    /// The mesh with the bodies at `poses`, one per body of the scene.
+    ///
+    /// It is moved from the oldest reference for which its cells remain good enough, or newly
+    /// generated. Because of this order, once the references of a stroke exist, the mesh depends on
+    /// the configuration only and not on the previous one.
     ///
     /// # Errors
-    /// Bodies that cannot be meshed around, or that have moved farther than a mesh from a file can follow.
-    pub fn at(&mut self, poses: &[Isometry3<f64>]) -> Result<ShapeMesh, ModelError> {
-        if let (true, Source::File { mesh, .. }) = (self.references.is_empty(), &self.mesher.source)
-        {
-            let centres = self.mesher.surfaced.iter().map(|s| s.position).collect();
+    /// Bodies around which no mesh can be generated; [`ModelError::MeshFileExhausted`].
+    pub fn at(&mut self, poses: &[Isometry3<f64>]) -> Result<PlacedMesh, ModelError> {
+        let generator = &self.generator;
+        if let (true, Source::File { mesh, .. }) = (self.references.is_empty(), &generator.source) {
+            let centres = generator.surfaced.iter().map(|s| s.position).collect();
             let reference = self.reference(mesh.clone(), centres, &[])?;
             self.references.push(reference);
         }
         let mut reason = Remesh::First;
+        let centres = self.generator.centres(poses);
         for number in 0..self.references.len() {
-            match self.moved(&self.references[number], poses)? {
+            match self.references[number].moved(&self.generator, &centres)? {
                 Ok(mesh) => {
-                    let other_cells = self.current != Some(number);
+                    let has_other_cells = self.current != Some(number);
                     self.current = Some(number);
-                    return Ok(ShapeMesh {
+                    return Ok(PlacedMesh {
                         mesh,
                         remeshed: None,
-                        other_cells,
+                        has_other_cells,
                     });
                 }
-                // Of several the newest tells why.
-                Err(spoilt) => reason = spoilt,
+                // Of several references the newest determines the reason.
+                Err(too_poor) => reason = too_poor,
             }
         }
-        if let Source::File { .. } = &self.mesher.source {
+        if let Source::File { .. } = &self.generator.source {
             return Err(ModelError::MeshFileExhausted);
         }
         let mesh = self.remesh(poses)?;
-        Ok(ShapeMesh {
+        Ok(PlacedMesh {
             mesh,
             remeshed: Some(reason),
-            other_cells: true,
+            has_other_cells: true,
         })
     }
 
-    /// Makes a mesh with the bodies at `poses` another reference; the oldest goes where there are too many.
+    /// Generates a reference mesh with the bodies at `poses`.
+    ///
+    /// If there are [`MAX_REFERENCES`] already, the oldest is discarded.
     ///
     /// # Errors
-    /// Bodies that cannot be meshed around.
+    /// Bodies around which no mesh can be generated.
     fn remesh(&mut self, poses: &[Isometry3<f64>]) -> Result<TetMesh, ModelError> {
-        let centres = self.mesher.centres(poses);
-        let mesh = self.mesher.generate(&centres)?;
+        let centres = self.generator.centres(poses);
+        let mesh = self.generator.generate(&centres)?;
         let reference = self.reference(mesh.clone(), centres, poses)?;
-        if self.references.len() == KEPT {
+        if self.references.len() == MAX_REFERENCES {
             self.references.remove(0);
         }
         self.references.push(reference);
@@ -226,27 +197,31 @@ impl Meshes {
         Ok(mesh)
     }
 
-    /// Makes a new reference at `poses` with edges as long as `wanted` at places in the mesh in use; false if meshes cannot be made here.
+    /// Replaces all references by an adapted mesh with the bodies at `poses`.
+    ///
+    /// `sizes` are edge lengths at positions in the current mesh. Returns false if meshes cannot be
+    /// generated because the mesh comes from a file.
     ///
     /// # Errors
-    /// Sizes that are not positive, bodies that cannot be meshed around.
+    /// Sizes that are not positive, bodies around which no mesh can be generated.
     pub fn adapt(
         &mut self,
         poses: &[Isometry3<f64>],
-        wanted: Vec<(Vector3<f64>, f64)>,
+        sizes: Vec<(Vector3<f64>, f64)>,
     ) -> Result<bool, ModelError> {
-        if let Source::File { .. } = &self.mesher.source {
+        if let Source::File { .. } = &self.generator.source {
             return Ok(false);
         }
-        self.mesher.adapt(&self.mesher.centres(poses), wanted)?;
-        // The others have the sizes of before.
+        self.generator
+            .adapt(&self.generator.centres(poses), sizes)?;
+        // Earlier references have other element sizes.
         self.references.clear();
         self.remesh(poses)?;
         self.current = None;
         Ok(true)
     }
 
-    /// The poses that the references were made for, one after the other, from which [`Meshes::restore`] makes the same ones.
+    /// Poses of all references, one reference after the other, for [`Meshes::restore`].
     pub fn reference_poses(&self) -> Vec<Isometry3<f64>> {
         self.references
             .iter()
@@ -254,27 +229,30 @@ impl Meshes {
             .collect()
     }
 
-    /// Makes the references of an earlier run again, bit for bit.
+    /// Generates the references of an earlier run again, bitwise the same.
     ///
     /// # Errors
-    /// Poses of another number of bodies, or such as cannot be meshed.
+    /// Poses of another number of bodies, or around which no mesh can be generated.
     pub fn restore(&mut self, poses: &[Isometry3<f64>]) -> Result<(), ModelError> {
-        let bodies = self.mesher.tags.len();
-        // The references of this run already.
+        let bodies = self.generator.tags.len();
+        // The references already exist.
         if poses == self.reference_poses() {
             return Ok(());
         }
         self.references.clear();
         self.current = None;
-        let off = |pose: &Isometry3<f64>| (pose.rotation.norm() - 1.0).abs();
-        if let Some(off) =
-            (poses.iter().map(off)).find(|off| off.is_nan() || *off > ROTATION_ROUNDING)
+        let deviation = |pose: &Isometry3<f64>| (pose.rotation.norm() - 1.0).abs();
+        if let Some(deviation) = (poses.iter().map(deviation))
+            .find(|deviation| deviation.is_nan() || *deviation > ROTATION_ROUNDING)
         {
             return Err(ModelError::History(format!(
-                "is damaged: a rotation is {off:e} away from being one"
+                "is damaged: the norm of a rotation differs from 1 by {deviation:e}"
             )));
         }
-        if bodies == 0 || !poses.len().is_multiple_of(bodies) || poses.len() > KEPT * bodies {
+        if bodies == 0
+            || !poses.len().is_multiple_of(bodies)
+            || poses.len() > MAX_REFERENCES * bodies
+        {
             return Err(rigid::RigidError::Length {
                 what: "poses of the reference meshes",
                 expected: bodies,
@@ -287,92 +265,18 @@ impl Meshes {
             .try_for_each(|poses| self.remesh(poses).map(drop))
     }
 
+    /// Permeability of each cell ([`MeshGenerator::permeability`]), with the bodies at `poses`.
+    pub fn permeability(&self, mesh: &TetMesh, poses: &[Isometry3<f64>]) -> Option<Vec<f64>> {
+        let centres = self.generator.centres(poses);
+        self.generator.permeability(mesh, &centres)
+    }
+
     fn reference(
         &self,
         mesh: TetMesh,
         centres: Vec<Vector3<f64>>,
         poses: &[Isometry3<f64>],
-    ) -> Result<Reference, ModelError> {
-        let space = TaylorHood::new(&mesh)?;
-        let moving: Vec<MovingBody> = self
-            .tags()
-            .zip(&centres)
-            .map(|(tag, &centre)| MovingBody {
-                tag: tag.to_owned(),
-                centre,
-                rotates: false,
-            })
-            .collect();
-        let gap_ratio = self.mesher.gap_ratio(&mesh, &centres);
-        let quality = mesh.quality();
-        let map = ReferenceMap::new(mesh, &moving, self.motion.as_ref())?;
-        Ok(Reference {
-            gap_ratio,
-            quality,
-            tube: self.mesher.tube(&centres),
-            map,
-            space,
-            surplus: None,
-            centres,
-            poses: poses.to_vec(),
-        })
-    }
-
-    /// As [`Mesher::permeability`], with the bodies at `poses`.
-    pub fn permeability(&self, mesh: &TetMesh, poses: &[Isometry3<f64>]) -> Option<Vec<f64>> {
-        self.mesher.permeability(mesh, &self.mesher.centres(poses))
-    }
-
-    /// A reference moved to `poses`, or why that would spoil it.
-    fn moved(
-        &self,
-        reference: &Reference,
-        poses: &[Isometry3<f64>],
-    ) -> Result<Result<TetMesh, Remesh>, ModelError> {
-        let centres = self.mesher.centres(poses);
-        if let Some(to_end) = self.to_end(reference, &centres)
-            && tube::is_near(to_end)
-        {
-            return Ok(Err(Remesh::End(to_end)));
-        }
-        // Only spheres so far: turning one changes nothing, so its surface mesh is only translated.
-        let motions: Vec<Isometry3<f64>> = centres
-            .iter()
-            .zip(&reference.centres)
-            .map(|(now, then)| {
-                Isometry3::from_parts(Translation3::from(now - then), UnitQuaternion::identity())
-            })
-            .collect();
-        let mesh = match reference.map.moved(&motions) {
-            Ok(mesh) => mesh,
-            Err(ale::AleError::Invalid(_)) => return Ok(Err(Remesh::Inverted)),
-            Err(other) => return Err(other.into()),
-        };
-        let quality = mesh.quality();
-        // A new mesh must not be refused as it is: no other would be better.
-        let own = &reference.quality;
-        if quality.min_jacobian < LEAST_JACOBIAN.min(KEPT_OF_ITS_OWN * own.min_jacobian) {
-            return Ok(Err(Remesh::Jacobian(quality.min_jacobian)));
-        }
-        if quality.min_quality < LEAST_QUALITY.min(KEPT_OF_ITS_OWN * own.min_quality) {
-            return Ok(Err(Remesh::Quality(quality.min_quality)));
-        }
-        let gap_ratio = self.mesher.gap_ratio(&mesh, &centres);
-        if gap_ratio > LARGEST_GAP_RATIO.max(reference.gap_ratio / KEPT_OF_ITS_OWN) {
-            return Ok(Err(Remesh::Gap(gap_ratio)));
-        }
-        Ok(Ok(mesh))
-    }
-}
-
-/// The mesh motion of a scene.
-fn motion(kind: MeshMotionKind) -> Box<dyn MeshMotion> {
-    match kind {
-        MeshMotionKind::Laplace => Box::new(Harmonic(Stiffening::None)),
-        MeshMotionKind::KanchiMasud => Box::new(Harmonic(Stiffening::KanchiMasud)),
-        MeshMotionKind::InverseVolume => Box::new(Harmonic(Stiffening::InverseVolume)),
-        MeshMotionKind::Elastic => Box::new(Elastic::default()),
-        MeshMotionKind::Biharmonic => Box::new(Biharmonic),
-        MeshMotionKind::Rbf => Box::new(Rbf(Kernel::Cubic)),
+    ) -> Result<ReferenceMesh, ModelError> {
+        ReferenceMesh::new(&self.generator, self.motion.as_ref(), mesh, centres, poses)
     }
 }

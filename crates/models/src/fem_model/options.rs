@@ -1,10 +1,10 @@
-//! The scene's options of the finite-element model, as the solver takes them.
+//! Solver options from the options of a scene.
 
 use rigid::{DirectRows, Eliminated, Formulation, Lagrange};
 use scene::{FemOptions, FormulationKind, SolverKind};
 use stokes::{Options, Solver};
 
-/// Formulation, solver and tolerance that a scene names.
+/// Formulation, solver and tolerance of a scene.
 pub fn options(fem: &FemOptions) -> Options {
     let formulation: &'static dyn Formulation = match fem.formulation {
         FormulationKind::PTilde => &Eliminated,

@@ -1,23 +1,31 @@
-//! Interpolation in several variables on tensor grids of Chebyshev points.
+//! Polynomial interpolation in several variables on tensor grids of Chebyshev points.
 
 use std::f64::consts::PI;
 
-/// The polynomial through values, each a list of numbers, on a tensor grid of Chebyshev points (Trefethen 2013, chapters 3 and 4).
+/// Interpolating polynomial of a vector-valued function (Trefethen 2013, chapters 3 and 4).
 ///
-/// $p(x) = \sum_{k} c_k \prod_a T_{k_a}(x_a)$ with $x_a$ mapped to [-1, 1]. For functions that are analytic around the box the error falls
-/// geometrically with the degree, and so do the coefficients: the last ones tell the error.
+/// ```text
+/// p(x) = sum_k c_k prod_a T_{k_a}(x_a)
+/// ```
+///
+/// with each variable `x_a` mapped to [-1, 1]. For functions that are analytic in a neighbourhood of
+/// the box, the error and the coefficients decrease geometrically with the degree, so the last
+/// coefficients estimate the error.
 #[derive(Clone, Debug)]
 pub(super) struct Interpolant {
     ranges: Vec<(f64, f64)>,
     degrees: Vec<usize>,
+    /// Number of components of the function.
     width: usize,
-    /// `width` numbers for each grid index, the first variable fastest.
+    /// `width` numbers per grid index, with the index of the first variable running fastest.
     coefficients: Vec<f64>,
 }
 
-/// The point of a grid of `degree` + 1 points on a range; the points of a degree are among those of twice the degree.
+/// Chebyshev point number `index` of the `degree + 1` points on a range.
+///
+/// The points of a degree are among those of twice the degree.
 pub(super) fn node((from, to): (f64, f64), degree: usize, index: usize) -> f64 {
-    // from the nearer end, so that ends are exact and the grid is symmetric
+    // Measured from the nearer end, so that ends are exact and the grid is symmetric.
     let half = 0.5 * (to - from);
     if 2 * index <= degree {
         to - half * (1.0 - (PI * index as f64 / degree as f64).cos())
@@ -26,7 +34,7 @@ pub(super) fn node((from, to): (f64, f64), degree: usize, index: usize) -> f64 {
     }
 }
 
-/// All grid indices, the first variable fastest.
+/// All grid indices, with the index of the first variable running fastest.
 pub(super) fn indices(degrees: &[usize]) -> impl Iterator<Item = Vec<usize>> {
     let degrees = degrees.to_vec();
     let count = degrees.iter().map(|n| n + 1).product();
@@ -43,7 +51,9 @@ pub(super) fn indices(degrees: &[usize]) -> impl Iterator<Item = Vec<usize>> {
 }
 
 impl Interpolant {
-    /// Through `width` values at each point, in the order of [`indices`]; degrees are at least 1. Cost: the number of values times the degree.
+    /// Interpolates `width` values per grid point, in the order of [`indices`].
+    ///
+    /// Degrees are at least 1. Cost: the number of values times the degree.
     pub fn new(
         ranges: Vec<(f64, f64)>,
         degrees: Vec<usize>,
@@ -64,7 +74,7 @@ impl Interpolant {
         }
     }
 
-    /// The values at a point, which should lie in the box. Cost: one multiplication a coefficient.
+    /// Values at a point, which should be in the box. Cost: one multiplication per coefficient.
     pub fn evaluate(&self, point: &[f64]) -> Vec<f64> {
         let basis: Vec<Vec<f64>> = self
             .ranges
@@ -85,10 +95,12 @@ impl Interpolant {
         values
     }
 
-    /// For each variable, the sum of the coefficients of its two highest degrees, each the largest of its `width` numbers times `weights`.
+    /// For each variable, the sum of the coefficients of its two highest degrees.
     ///
-    /// Two, because of a function that is odd or even one of them vanishes. The interpolation error is at most twice the sum of all coefficients beyond;
-    /// where these fall at least by half a degree, it is below this.
+    /// Of the `width` numbers of a coefficient, the largest counts after multiplication by `weights`.
+    /// Two degrees are needed because for odd and even functions one of them vanishes. The
+    /// interpolation error is at most twice the sum of all coefficients of higher degrees. If these
+    /// decrease by a factor of two or more per degree, it is smaller than this sum.
     pub fn tails(&self, weights: &[f64]) -> Vec<f64> {
         let mut tails = vec![0.0; self.degrees.len()];
         for (index, coefficients) in
@@ -108,7 +120,7 @@ impl Interpolant {
     }
 }
 
-/// $T_0 .. T_n$ at `x`.
+/// Chebyshev polynomials `T_0, ..., T_n` at `x`.
 fn chebyshev(n: usize, x: f64) -> Vec<f64> {
     let mut values = vec![1.0, x];
     for k in 2..=n {
@@ -118,7 +130,13 @@ fn chebyshev(n: usize, x: f64) -> Vec<f64> {
     values
 }
 
-/// Values at the `n` + 1 points of one variable to coefficients: $c_k = (2/n) \sum'' f_j \cos(\pi j k/n)$, the first and the last halved.
+/// Coefficients in one variable from the values at its `n + 1` points.
+///
+/// ```text
+/// c_k = (2/n) sum_j f_j cos(π j k / n)
+/// ```
+///
+/// where the first and the last term of the sum are halved, and so are `c_0` and `c_n`.
 fn transformed(values: &[f64], n: usize, stride: usize) -> Vec<f64> {
     let halved = |k: usize| if k == 0 || k == n { 0.5 } else { 1.0 };
     let mut result = vec![0.0; values.len()];
@@ -128,7 +146,7 @@ fn transformed(values: &[f64], n: usize, stride: usize) -> Vec<f64> {
     {
         for k in 0..=n {
             for j in 0..=n {
-                // reduced first, so that the cosines are exact where they are 0 or 1
+                // The product is reduced first, so that cosines are accurate where they are 0 or 1.
                 let angle = PI * ((j * k) % (2 * n)) as f64 / n as f64;
                 let weight = 2.0 / n as f64 * halved(k) * halved(j) * angle.cos();
                 for i in 0..stride {

@@ -1,13 +1,22 @@
-//! Shape space: the motion of a free swimmer without inertia, tabulated once.
+//! Tables over the shapes of a free swimmer, from which solutions are interpolated.
 //!
-//! In unbounded fluid without external loads the velocity depends on the shape alone and is linear in the rates of the
-//! lengths: $\xi = A(s)\, \dot s$ in the swimmer's frame, with dissipation $\dot s \cdot G(s)\, \dot s$ (Shapere & Wilczek 1989). A
-//! [`ShapeSpace`] interpolates the answers of a model over a box of lengths; any gait within it then costs microseconds a solve.
+//! In unbounded fluid without external loads the velocity of a swimmer without inertia depends only
+//! on its shape `s`, and linearly on the rates of the lengths:
 //!
-//! It saves evaluations of the model when a gait comes by the same shapes again, and not otherwise: a gait of one cycle along
-//! lines of shape space takes six solves a phase, a table at least five for the same line. So [`speed_up`] counts both first.
+//! ```text
+//! ξ = A(s) ds/dt         velocity in the frame of the swimmer
+//! P = ds/dt · G(s) ds/dt   power
+//! ```
+//!
+//! (Shapere & Wilczek 1989). A [`ShapeSpace`] interpolates the solutions of a model over a box of
+//! lengths; every gait in the box then costs microseconds per solution.
+//!
+//! A table saves solutions of the model only if a gait returns to the same shapes. One cycle along
+//! lines in shape space takes six solutions per phase, and a table at least five for the same line.
 
 mod chebyshev;
+mod record;
+mod sampler;
 mod space;
 mod tabulated;
 

@@ -1,4 +1,4 @@
-//! A model that answers from tables where it has them.
+//! A model with tables over parts of its shape space.
 
 use std::time::Instant as Clock;
 
@@ -10,7 +10,7 @@ use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
 use crate::solution::{FlowField, InstantaneousSolution};
 
-/// A model with tables over parts of its shape space, made when they are first asked for.
+/// A model with tables over boxes of lengths, which are computed when they are first needed.
 pub struct Tabulated {
     scene: Scene,
     model: Box<dyn Hydrodynamics>,
@@ -19,29 +19,31 @@ pub struct Tabulated {
 
 struct Table {
     ranges: Vec<(f64, f64)>,
-    state: Made,
+    state: TableState,
 }
 
-enum Made {
-    NotYet,
-    Yes(Box<ShapeSpace>),
-    /// The model cannot be asked everywhere in the box: bodies touch there, or a table would be too large.
-    Never,
+enum TableState {
+    Pending,
+    Computed(Box<ShapeSpace>),
+    /// The model fails somewhere in the box, because bodies touch, or the table would be too large.
+    Impossible,
 }
 
-/// Velocities are interpolated to this part of the tolerance: the net displacement is a small difference of the legs'.
-const SHARE: f64 = 0.01;
+/// Relative error of the interpolation over the tolerance of the net displacement.
+///
+/// The net displacement is a small difference of the displacements of the legs.
+const TOLERANCE_FACTOR: f64 = 0.01;
 
 impl Tabulated {
-    /// Puts tables before a model: over each of these boxes of lengths, one range per link.
+    /// Adds tables over boxes of lengths to a model; each box has one range per link.
     ///
-    /// A table is made when a configuration in its box is first asked for. Solutions come with the
-    /// errors of both the tables and the model. The same scene gives the same tables, so that
-    /// interrupted runs end in the same bits.
+    /// A table is computed at the first query in its box. Error bars of solutions include the errors
+    /// of both the table and the model. The same scene gives bitwise the same tables, so resumed
+    /// runs give bitwise the same results.
     pub fn new(scene: &Scene, model: Box<dyn Hydrodynamics>, boxes: Vec<Vec<(f64, f64)>>) -> Self {
         let table = |ranges| Table {
             ranges,
-            state: Made::NotYet,
+            state: TableState::Pending,
         };
         Self {
             scene: scene.clone(),
@@ -50,7 +52,7 @@ impl Tabulated {
         }
     }
 
-    /// The table for a configuration and rates, made if need be; none where there is none.
+    /// The table for a configuration and rates, computed if necessary; `None` if there is none.
     fn table(
         &mut self,
         configuration: Configuration,
@@ -59,17 +61,19 @@ impl Tabulated {
     ) -> Option<&ShapeSpace> {
         let table = self.tables.iter_mut().find(|table| {
             covers(&table.ranges, configuration.lengths, rates)
-                && !matches!(table.state, Made::Never)
+                && !matches!(table.state, TableState::Impossible)
         })?;
-        if let Made::NotYet = table.state {
-            let tolerance = SHARE * self.scene.model().tolerance;
+        if let TableState::Pending = table.state {
+            let tolerance = TOLERANCE_FACTOR * self.scene.model().tolerance;
             let model = self.model.as_mut();
-            let made = ShapeSpace::sample(&self.scene, model, &table.ranges, tolerance, estimates);
-            // Without a table the model itself answers, or reports the error, where it is asked.
-            table.state = made.map_or(Made::Never, |space| Made::Yes(Box::new(space)));
+            let space = ShapeSpace::sample(&self.scene, model, &table.ranges, tolerance, estimates);
+            // An error is not reported here: without a table the model solves the query itself.
+            table.state = space.map_or(TableState::Impossible, |space| {
+                TableState::Computed(Box::new(space))
+            });
         }
         match &table.state {
-            Made::Yes(space) => Some(space),
+            TableState::Computed(space) => Some(space),
             _ => None,
         }
     }
@@ -96,7 +100,7 @@ impl Hydrodynamics for Tabulated {
                 untabulated.push(rates.clone());
             }
         }
-        // What no table covers, the model itself solves, all rates at once.
+        // The model solves for all rates that no table covers together.
         let mut solved = match untabulated.is_empty() {
             true => Vec::new(),
             false => self.model.solve(&Query {

@@ -1,6 +1,6 @@
-//! Models without a mesh: spheres by point forces, Rotne-Prager-Yamakawa, or multipole expansions.
+//! Models of spheres without a mesh: Oseen, Rotne-Prager-Yamakawa, multipole expansions.
 
-mod picture;
+mod flow_field;
 
 use std::time::Instant as Clock;
 
@@ -11,32 +11,33 @@ use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Cost, Hydrodynamics, Query};
 use crate::mobility::MobilitySolution;
-use crate::scaled::ScaledScene;
+use crate::scaled_scene::ScaledScene;
 use crate::solution::{FlowField, InstantaneousSolution};
 use scene::{Domain, Scene, Shape};
 use stokes::{Dofs, Seconds, SolverReport};
 
-/// Which of the models.
+/// Approximation of the interactions between spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SphereModel {
-    /// Point forces.
+    /// Point forces (Oseen tensor).
     Oseen,
     /// Rotne-Prager-Yamakawa.
     Rpy,
-    /// Multipole expansions whose resistance errs by this relative error.
+    /// Multipole expansions with this relative error of the resistance.
     Multipole(f64),
 }
 
 impl SphereModel {
-    /// The expansion for the tolerance that a scene asks of its net displacement.
+    /// Multipole expansions for the tolerance of the net displacement that a scene requests.
     ///
-    /// The net displacement is a small difference of the legs', and amplifies errors of the resistance: by 8 for the
-    /// three-sphere swimmer, by up to 100 for the planar one.
+    /// The net displacement is a small difference of the displacements of the legs, which amplifies
+    /// relative errors of the resistance: by 8 for the three-sphere swimmer, by up to 100 for the
+    /// planar one.
     pub fn for_displacement(scene: &Scene) -> Self {
         Self::Multipole((0.01 * scene.model().tolerance).clamp(1e-12, 1e-3))
     }
 
-    /// In words.
+    /// Name of the model, with its tolerance.
     pub fn describe(self) -> String {
         match self {
             Self::Oseen => "oseen".to_owned(),
@@ -46,7 +47,7 @@ impl SphereModel {
     }
 }
 
-/// Spheres in unbounded fluid, in a ball, or beside a wall.
+/// Model of spheres in unbounded fluid, in a ball, or above a wall.
 pub struct SpheresModel {
     kind: SphereModel,
     scaled: ScaledScene,
@@ -54,31 +55,36 @@ pub struct SpheresModel {
     /// Names of the bodies with surfaces.
     names: Vec<String>,
     medium: Medium,
-    /// The last answer: other rates of the same shape ask for the same resistance.
-    last: Option<(Spheres, Judged)>,
+    /// The last configuration, whose resistance serves other rates of the links.
+    last: Option<(Spheres, Resistances)>,
 }
 
-/// Orders of the expansions that judge the lesser models, from the cheapest on. Not tolerances: close to contact these would need orders in
-/// the hundreds, to tell what a lesser model misses by most of itself.
-const JUDGES: [usize; 4] = [4, 8, 16, 28];
+/// Orders of the multipole expansions that estimate the error of Oseen and RPY, in ascending order.
+///
+/// They are fixed orders instead of tolerances. Near contact a tolerance would need orders in the
+/// hundreds, although these models have errors of the size of the velocities there.
+const REFERENCE_ORDERS: [usize; 4] = [4, 8, 16, 28];
 
-/// A judge will do if it errs by less than this part of the error it finds.
-const JUDGE_SHARE: f64 = 0.3;
+/// Largest error of an accepted reference, relative to the error that it finds.
+const REFERENCE_ACCURACY: f64 = 0.3;
 
-/// Resistance and how to tell its error: other resistances, each compared with the one before; the error is the sum of the differences
-/// times their factors.
+/// A grand resistance matrix, and reference matrices from which its error is estimated.
 #[derive(Clone)]
-struct Judged {
+struct Resistances {
     matrix: DMatrix<f64>,
-    others: Vec<(DMatrix<f64>, f64)>,
-    unknowns: usize,
+    /// Reference matrices with factors.
+    ///
+    /// The error of a quantity is the sum of the differences between successive matrices, starting
+    /// with `matrix`, each multiplied by the factor of the later one.
+    references: Vec<(DMatrix<f64>, f64)>,
+    dofs: usize,
 }
 
 impl SpheresModel {
-    /// The model of a scene.
+    /// Creates the model of a scene.
     ///
     /// # Errors
-    /// A domain that these models do not treat.
+    /// [`ModelError::Unsupported`] for spheroids and for other domains.
     pub fn new(scene: &Scene, kind: SphereModel) -> Result<Self, ModelError> {
         if let Some(number) = scene.first_spheroid() {
             return Err(ModelError::Unsupported {
@@ -117,7 +123,7 @@ impl SpheresModel {
                 .iter()
                 .filter_map(|body| match body.shape {
                     Shape::Sphere { radius } => Some(scale.length(radius)),
-                    // refused above
+                    // Spheroids are refused above.
                     Shape::Spheroid { .. } | Shape::Point => None,
                 })
                 .collect(),
@@ -138,77 +144,79 @@ impl SpheresModel {
         Ok(Spheres::new(centres, self.radii.clone())?)
     }
 
-    fn judged(&mut self, configuration: Configuration) -> Result<Judged, ModelError> {
+    /// Resistance of a configuration; that of the last configuration is stored.
+    fn resistance_at(&mut self, configuration: Configuration) -> Result<Resistances, ModelError> {
         let spheres = self.spheres(configuration)?;
-        if let Some((known, judged)) = &self.last
+        if let Some((known, resistances)) = &self.last
             && *known == spheres
         {
-            return Ok(judged.clone());
+            return Ok(resistances.clone());
         }
-        let judged = self.judge(&spheres)?;
-        self.last = Some((spheres, judged.clone()));
-        Ok(judged)
+        let resistances = self.compute(&spheres)?;
+        self.last = Some((spheres, resistances.clone()));
+        Ok(resistances)
     }
 
-    fn judge(&self, spheres: &Spheres) -> Result<Judged, ModelError> {
+    fn compute(&self, spheres: &Spheres) -> Result<Resistances, ModelError> {
         let expansion = |accuracy: Accuracy| -> Result<Resistance, ModelError> {
             Ok(multipole::resistance(spheres, &self.medium, &accuracy)?)
         };
         let matrix = match self.kind {
             SphereModel::Multipole(tolerance) => {
-                let found = expansion(Accuracy::relative(tolerance))?;
-                return Ok(Judged {
-                    unknowns: found.dofs(),
-                    others: vec![(found.coarser().clone(), found.tail())],
-                    matrix: found.matrix().clone(),
+                let result = expansion(Accuracy::relative(tolerance))?;
+                return Ok(Resistances {
+                    dofs: result.dofs(),
+                    references: vec![(result.coarser().clone(), result.tail())],
+                    matrix: result.matrix().clone(),
                 });
             }
             SphereModel::Oseen => oseen::resistance(spheres, &self.medium)?,
             SphereModel::Rpy => rpy::resistance(spheres, &self.medium)?,
         };
-        let unknowns = matrix.nrows();
-        let mut judge = expansion(Accuracy::order(JUDGES[0]))?;
-        for &order in &JUDGES[1..] {
-            if judge.relative_error() <= JUDGE_SHARE * judge.relative_difference(&matrix) {
+        let dofs = matrix.nrows();
+        let mut reference = expansion(Accuracy::order(REFERENCE_ORDERS[0]))?;
+        for &order in &REFERENCE_ORDERS[1..] {
+            let difference = reference.relative_difference(&matrix);
+            if reference.relative_error() <= REFERENCE_ACCURACY * difference {
                 break;
             }
-            judge = expansion(Accuracy::order(order))?;
+            reference = expansion(Accuracy::order(order))?;
         }
-        Ok(Judged {
+        Ok(Resistances {
             matrix,
-            others: vec![
-                (judge.matrix().clone(), 1.0),
-                (judge.coarser().clone(), judge.tail()),
+            references: vec![
+                (reference.matrix().clone(), 1.0),
+                (reference.coarser().clone(), reference.tail()),
             ],
-            unknowns,
+            dofs,
         })
     }
 
-    /// The solution for one set of rates; the resistance of the last configuration is kept.
+    /// The solution for one set of rates.
     fn solve_rates(
         &mut self,
         configuration: Configuration,
         rates: &[f64],
     ) -> Result<InstantaneousSolution, ModelError> {
         let clock = Clock::now();
-        let judged = self.judged(configuration)?;
+        let resistances = self.resistance_at(configuration)?;
         let assembly = clock.elapsed().as_secs_f64();
         let ScaledScene { scale, set, loads } = &self.scaled;
         let constraints = self.scaled.constraints(configuration, rates)?;
-        let solved = MobilitySolution::new(&judged.matrix, set, &constraints, loads)?;
+        let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads)?;
         let mut error = 0.0;
-        let mut before = solved.clone();
-        for (other, factor) in &judged.others {
-            let other = MobilitySolution::new(other, set, &constraints, loads)?;
-            error += factor * before.fastest_difference(&other, set);
-            before = other;
+        let mut previous = solved.clone();
+        for (reference, factor) in &resistances.references {
+            let reference = MobilitySolution::new(reference, set, &constraints, loads)?;
+            error += factor * previous.largest_difference(&reference, set);
+            previous = reference;
         }
         let total = clock.elapsed().as_secs_f64();
-        let motion = scale.motion_back(&set.state_velocity(solved.generalised.as_slice())?);
+        let motion = scale.motion_to_scene(&set.state_velocity(solved.generalised.as_slice())?);
         let link_forces = solved.link_forces(set, &constraints, loads, scale)?;
         Ok(InstantaneousSolution {
             dofs: Dofs {
-                total: judged.unknowns,
+                total: resistances.dofs,
                 ..Dofs::default()
             },
             solver: SolverReport {
@@ -224,7 +232,7 @@ impl SpheresModel {
                 ..Seconds::default()
             },
             error_estimate: ErrorEstimate {
-                model: Some(scale.velocity_back(Vector3::x() * error).x),
+                model: Some(scale.velocity_to_scene(Vector3::x() * error).x),
                 ..ErrorEstimate::default()
             },
             ..InstantaneousSolution::new(solved.bodies(set, scale)?, link_forces, motion)
@@ -248,8 +256,8 @@ impl Hydrodynamics for SpheresModel {
     }
 
     fn resistance(&mut self, configuration: Configuration<'_>) -> Result<DMatrix<f64>, ModelError> {
-        let judged = self.judged(configuration)?;
-        Ok(self.scaled.scale.resistance_back(judged.matrix))
+        let resistances = self.resistance_at(configuration)?;
+        Ok(self.scaled.scale.resistance_to_scene(resistances.matrix))
     }
 
     fn flow(
@@ -257,26 +265,26 @@ impl Hydrodynamics for SpheresModel {
         configuration: Configuration<'_>,
         rates: &[f64],
     ) -> Result<FlowField, ModelError> {
-        let judged = self.judged(configuration)?;
+        let resistances = self.resistance_at(configuration)?;
         let ScaledScene { scale, set, loads } = &self.scaled;
         let constraints = self.scaled.constraints(configuration, rates)?;
-        let solved = MobilitySolution::new(&judged.matrix, set, &constraints, loads)?;
+        let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads)?;
         let spheres = self.spheres(configuration)?;
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
         let velocities = solved.generalised.select_rows(&set.surface_velocities());
-        let (mesh, velocity) = picture::picture(&spheres, &self.medium, &names, &velocities)?;
+        let (mesh, velocity) = flow_field::flow_field(&spheres, &self.medium, &names, &velocities)?;
         Ok(FlowField {
-            mesh: scale.mesh_back(&mesh)?,
+            mesh: scale.mesh_to_scene(&mesh)?,
             velocity: velocity
                 .into_iter()
-                .map(|u| scale.velocity_back(u))
+                .map(|u| scale.velocity_to_scene(u))
                 .collect(),
             pressure: Vec::new(),
         })
     }
 
     fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        // there is nothing cheaper to know than the answer
+        // Solving is the cheapest way to find its cost.
         let rates = vec![0.0; configuration.lengths.len()];
         let solution = self.solve_one(configuration, &rates)?;
         Ok(Cost {

@@ -40,7 +40,7 @@ impl Estimated {
 
     /// That of a displacement along x of a body without turns.
     pub fn displacement(drift: Option<&AccumulatedError>, bars: &ErrorEstimate) -> Self {
-        Self::new(drift.map(|d| (d.moved[0].x, d.uncertainty)), bars)
+        Self::new(drift.map(|d| (d.displacement[0].x, d.uncertainty)), bars)
     }
 
     fn new(by_mesh: Option<(f64, f64)>, bars: &ErrorEstimate) -> Self {

@@ -84,8 +84,8 @@ fn missed(
         };
         unsure = &unsure + &(&error + &(&other * -1.0));
         let own = AccumulatedError {
-            moved: error.frames.iter().map(|f| f.linear).collect(),
-            turned: error.frames.iter().map(|f| f.angular).collect(),
+            displacement: error.frames.iter().map(|f| f.linear).collect(),
+            rotation: error.frames.iter().map(|f| f.angular).collect(),
             uncertainty: 0.0,
         };
         let way: Vec<_> = rate.frames.iter().map(|f| f.linear).collect();

@@ -128,7 +128,12 @@ fn step(
         .clone()
         .cholesky()
         .ok_or_else(|| {
-            ModelError::not_positive_definite("mass over time step plus resistance", &reduced)
+            let remedy = "check bodies[].mass, the step size and the gaps between bodies";
+            ModelError::not_positive_definite(
+                "mass over time step plus resistance",
+                &reduced,
+                remedy,
+            )
         })?
         .solve(&(external + basis.tr_mul(&rest)));
     let generalised = reduction.velocities(&unknowns);

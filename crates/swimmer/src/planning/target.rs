@@ -5,7 +5,7 @@ use crate::integrate::Method;
 use crate::observer::Observer;
 use crate::planning::choose;
 use crate::simulate::simulate;
-use models::COARSEST_FACTOR;
+use models::FemModel;
 use scene::{GeometryKind, Scene};
 
 /// The error is taken to fall with this power of the sizes: the observed order is 3.7 (curved) and 1.8 (straight elements).
@@ -60,7 +60,7 @@ pub fn size_factor_for_target(
         GeometryKind::Curved => CURVED_ORDER,
         GeometryKind::Straight => STRAIGHT_ORDER,
     };
-    let mut size_factor = COARSEST_FACTOR;
+    let mut size_factor = FemModel::COARSEST_SIZE_FACTOR;
     for _ in 0..MOST_STROKES {
         let coarse = scene.with_size_factor(Some(size_factor))?;
         let mut model = choose(&coarse)?.model;

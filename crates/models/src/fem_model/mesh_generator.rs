@@ -1,4 +1,4 @@
-//! Meshes around the bodies of a scene, wherever they are: in a container or from a file.
+//! Generation of meshes around the bodies of a scene, in scaled units.
 
 use mesh::{
     BoxSurface, Capsule, Container, GenerateParams, MeshedBody, NamedSurface, SizeMap, Sphere,
@@ -6,57 +6,29 @@ use mesh::{
 };
 use nalgebra::{Isometry3, Vector3};
 
+use super::cylinder;
+use super::element_size::{ADAPTED_GROWTH, growth, surface_size};
 use super::far_field::FarField;
 use super::mesh_file::read_mesh;
-use super::tube;
 use crate::ModelError;
-use crate::scale::Scale;
-use scene::{Domain, FemOptions, GeometryKind, Scene, Shape};
+use crate::units::Scale;
+use scene::{Domain, GeometryKind, Scene, Shape};
 
-/// Element size on a body's surface, over its radius, when the scene asks for none.
-pub const DEFAULT_SURFACE_SIZE: f64 = 0.4;
-
-/// The fastest growth of elements with the distance; faster costs quality.
-const LARGEST_GROWTH: f64 = 0.3;
-
-/// The fastest growth of adapted elements: where the flow is smooth they should be large soon, at some loss of quality (0.85 for 0.88).
-const ADAPTED_GROWTH: f64 = 0.4;
-
-/// Gaps below this part of the smaller radius ask for more of the preconditioner: with gaps of one radius iterations are those of wide ones, with a
-/// third of it there are a sixth more.
+/// Width of a gap, relative to the smaller radius, below which it counts as narrow.
+///
+/// At one radius the preconditioner needs as many iterations as for wide gaps; at a third of a
+/// radius it needs a sixth more.
 const NARROW: f64 = 0.5;
 
-/// Factor on element sizes that refinement starts from: 0.7 radii, the coarsest that follows a sphere.
-pub const COARSEST_FACTOR: f64 = 1.75;
-
-/// Element size on the surface of a body.
-fn surface_size(options: &FemOptions, radius: f64) -> f64 {
-    let factor = options.size_factor.unwrap_or(match options.target {
-        None => 1.0,
-        Some(_) => COARSEST_FACTOR,
-    });
-    factor
-        * options
-            .surface_size
-            .unwrap_or(DEFAULT_SURFACE_SIZE * radius)
-}
-
-/// Growth of the element size with the distance from a body, for elements of `size` radii on it.
-///
-/// Around a sphere the third derivatives of the flow fall like $r^{-4}$, so the error of quadratic elements of size `h` is
-/// $\int h^4 r^{-8} r^2 dr$; for a given number of elements $\int h^{-3} r^2 dr$ it is least when $h = h_s r^{8/7}$: the size grows by
-/// 8/7 of the surface size a radius. A fixed growth would leave an error that no surface size removes.
-pub fn growth(size: f64) -> f64 {
-    (8.0 / 7.0 * size).min(LARGEST_GROWTH)
-}
-
-/// A body with a surface, in units of the flow.
+/// A body with a surface, in scaled units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surfaced {
     /// Index of the body in the scene.
     pub body: usize,
+    /// Position of the centre in the scene.
     pub position: Vector3<f64>,
     pub radius: f64,
+    /// Element size on the surface.
     pub size: f64,
 }
 
@@ -73,32 +45,33 @@ impl Surfaced {
 pub(super) enum Source {
     /// Generated in a container.
     Generated(Container),
-    /// Generated in a piece of the cylinder of this radius about the x axis.
+    /// Generated in a part of the cylinder of this radius about the x axis.
     Cylinder(f64),
-    /// Read from a file, with the tags of its walls.
+    /// Read from a file, with the names of its walls.
     File { mesh: TetMesh, walls: Vec<String> },
 }
 
-/// What meshes of a scene are made of, in units of the flow.
-pub(super) struct Mesher {
+/// Generator of meshes for one scene.
+pub(super) struct MeshGenerator {
     pub source: Source,
-    /// Of unbounded fluid.
+    /// The ball that replaces unbounded fluid.
     pub far_field: Option<FarField>,
     pub surfaced: Vec<Surfaced>,
-    /// Tag of each body of the scene in the mesh.
+    /// Name of the boundary part of each body of the scene.
     pub tags: Vec<String>,
     geometry: GeometryKind,
-    /// Planes of which one side is meshed, by the axes they are normal to.
-    pub mirrors: [bool; 3],
-    /// Sizes found by adapting; without them, sizes grow from the bodies.
+    /// For each axis, whether the plane normal to it is a symmetry plane; one side is meshed.
+    pub symmetry_planes: [bool; 3],
+    /// Element sizes of an adapted mesh; without them, sizes grow with the distance from bodies.
     sizes: Option<SizeMap>,
 }
 
-impl Mesher {
-    /// What meshes of a scene are made of.
+impl MeshGenerator {
+    /// Creates the generator for a scene; reads the mesh file if there is one.
     ///
     /// # Errors
-    /// A domain that cannot be meshed yet.
+    /// [`ModelError::Unsupported`] for spheroids and for domains that cannot be meshed; a file that
+    /// cannot be read.
     pub fn new(scene: &Scene, scale: &Scale) -> Result<Self, ModelError> {
         if let Some(number) = scene.first_spheroid() {
             return Err(ModelError::Unsupported {
@@ -106,7 +79,9 @@ impl Mesher {
                     "{}: shape = \"spheroid\" for finite elements in space",
                     scene.place(&format!("bodies[{number}].shape"))
                 ),
-                instead: "use model.kind = \"axisymmetric\" with all bodies on one axis, or shape = \"sphere\"".to_owned(),
+                instead: "use model.kind = \"axisymmetric\" with all bodies on one axis, or \
+                          shape = \"sphere\""
+                    .to_owned(),
             });
         }
         let surfaced: Vec<Surfaced> = scene
@@ -120,7 +95,7 @@ impl Mesher {
                     radius: scale.length(radius),
                     size: scale.length(surface_size(scene.fem(), radius)),
                 }),
-                // refused above
+                // Spheroids are refused above.
                 Shape::Spheroid { .. } | Shape::Point => None,
             })
             .collect();
@@ -164,7 +139,8 @@ impl Mesher {
                         "finite elements in domain.kind = \"{}\"",
                         other.kind().word()
                     ),
-                    instead: "use domain.kind = \"unbounded\", \"ball\", \"box\", \"cylinder\" or \"mesh\""
+                    instead: "use domain.kind = \"unbounded\", \"ball\", \"box\", \"cylinder\" or \
+                              \"mesh\""
                         .into(),
                 });
             }
@@ -175,12 +151,12 @@ impl Mesher {
             surfaced,
             tags,
             geometry: scene.fem().geometry,
-            mirrors: scene.fem_symmetry_planes(),
+            symmetry_planes: scene.fem_symmetry_planes(),
             sizes: None,
         })
     }
 
-    /// Names of the bodies with surfaces: their tags in the mesh.
+    /// Names of the boundary parts of the bodies with surfaces.
     pub fn tags(&self) -> impl Iterator<Item = &str> {
         self.surfaced.iter().map(|s| self.tags[s.body].as_str())
     }
@@ -190,7 +166,7 @@ impl Mesher {
         self.surfaced.iter().map(|s| s.body)
     }
 
-    /// Tag of the wall.
+    /// Names of the boundary parts that are walls.
     pub fn wall_tags(&self) -> Vec<&str> {
         match &self.source {
             Source::Generated(_) | Source::Cylinder(_) => vec![Container::TAG],
@@ -206,30 +182,35 @@ impl Mesher {
             .collect()
     }
 
-    /// The spheres that straight facets stand for, with the tags of these facets, the bodies being at `centres`; none where facets are curved.
+    /// Spheres that are approximated by straight facets, with the names of their boundary parts.
+    ///
+    /// Empty if facets are curved. The bodies are at `centres`.
     pub fn straight_spheres(&self, centres: &[Vector3<f64>]) -> Vec<(&str, Sphere)> {
         if self.geometry == GeometryKind::Curved {
             return Vec::new();
         }
         let wall = match &self.source {
             Source::Generated(Container::Ball(ball)) => Some((Container::TAG, *ball)),
-            // Boxes are flat, pieces of cylinders follow the bodies, and nobody knows what walls in a file stand for.
+            // Boxes are flat, ends of cylinders are not physical walls, and the exact shape of
+            // walls in a file is not known.
             Source::Generated(_) | Source::Cylinder(_) | Source::File { .. } => None,
         };
         self.tags().zip(self.spheres(centres)).chain(wall).collect()
     }
 
-    /// What holds the fluid around the bodies; none for the mesh of a file.
+    /// Container of the fluid around the bodies; `None` for the mesh of a file.
     fn container(&self, bodies: &[Sphere]) -> Option<Container> {
         match &self.source {
             Source::Generated(container) => Some(*container),
-            Source::Cylinder(radius) => Some(Container::Capsule(tube::around(*radius, bodies))),
+            Source::Cylinder(radius) => Some(Container::Capsule(cylinder::capsule_around(
+                *radius, bodies,
+            ))),
             Source::File { .. } => None,
         }
     }
 
-    /// The piece of a cylinder in which a mesh with the bodies at `centres` is made.
-    pub fn tube(&self, centres: &[Vector3<f64>]) -> Option<Capsule> {
+    /// The part of a cylinder that a new mesh with the bodies at `centres` fills.
+    pub fn capsule(&self, centres: &[Vector3<f64>]) -> Option<Capsule> {
         match self.container(&self.spheres(centres)) {
             Some(Container::Capsule(capsule)) => Some(capsule),
             _ => None,
@@ -243,35 +224,36 @@ impl Mesher {
             .collect()
     }
 
-    /// Takes sizes `wanted` at places in a mesh with the bodies at `centres` instead of those that grow from the bodies.
+    /// Prescribes element sizes for new meshes: edge lengths at positions.
     ///
-    /// Bodies that are equal get equal meshes, so what one of them needs nearby, all of them get.
+    /// The positions are those of a mesh with the bodies at `centres`. Equal bodies get equal
+    /// meshes: the sizes near one of them are prescribed at all of them.
     ///
     /// # Errors
     /// Sizes that are not positive.
     pub fn adapt(
         &mut self,
         centres: &[Vector3<f64>],
-        mut wanted: Vec<(Vector3<f64>, f64)>,
+        mut sizes: Vec<(Vector3<f64>, f64)>,
     ) -> Result<(), ModelError> {
-        for k in 0..wanted.len() {
-            let (at, size) = wanted[k];
+        for k in 0..sizes.len() {
+            let (position, size) = sizes[k];
             for (s, centre) in self.surfaced.iter().zip(centres) {
-                if (at - centre).norm() > 2.0 * s.radius {
+                if (position - centre).norm() > 2.0 * s.radius {
                     continue;
                 }
-                for (other, there) in self.surfaced.iter().zip(centres) {
+                for (other, other_centre) in self.surfaced.iter().zip(centres) {
                     if other.body != s.body && (other.radius, other.size) == (s.radius, s.size) {
-                        wanted.push((at - centre + there, size));
+                        sizes.push((position - centre + other_centre, size));
                     }
                 }
             }
         }
-        self.sizes = Some(SizeMap::new(wanted, ADAPTED_GROWTH)?);
+        self.sizes = Some(SizeMap::new(sizes, ADAPTED_GROWTH)?);
         Ok(())
     }
 
-    /// How long cells in gaps are against the gaps.
+    /// Largest length of cells in gaps, relative to the width of their gap ([`TetMesh::gap_ratio`]).
     pub fn gap_ratio(&self, mesh: &TetMesh, centres: &[Vector3<f64>]) -> f64 {
         let spheres = self.spheres(centres);
         let surfaces: Vec<&dyn Surface> = spheres.iter().map(|s| s as &dyn Surface).collect();
@@ -279,8 +261,10 @@ impl Mesher {
         mesh.gap_ratio(&surfaces, container.as_ref().map(Container::surface))
     }
 
-    /// For each cell `h^2 / 6` with the width `h` of the gap that it lies in, twice what lubrication makes of a gap; none if no gap between the
-    /// bodies at `centres` and the wall is narrow.
+    /// Permeability `h^2 / 6` of each cell, `h` being the width of the gap that it lies in.
+    ///
+    /// It is twice that of lubrication theory. `None` if no gap between the bodies at `centres` and
+    /// the wall is narrow.
     pub fn permeability(&self, mesh: &TetMesh, centres: &[Vector3<f64>]) -> Option<Vec<f64>> {
         let spheres = self.spheres(centres);
         let container = self.container(&spheres);
@@ -304,10 +288,11 @@ impl Mesher {
         })
     }
 
-    /// The mesh with the bodies at `centres`.
+    /// Generates a mesh with the bodies at `centres`.
     ///
     /// # Errors
-    /// Bodies that cannot be meshed around, or a mesh from a file, which cannot be made again.
+    /// Bodies around which no mesh can be generated; [`ModelError::MeshFileExhausted`] for the mesh
+    /// of a file.
     pub fn generate(&self, centres: &[Vector3<f64>]) -> Result<TetMesh, ModelError> {
         let spheres = self.spheres(centres);
         let Some(container) = &self.container(&spheres) else {
@@ -331,7 +316,7 @@ impl Mesher {
             .fold(f64::INFINITY, f64::min);
         let mut parameters = GenerateParams::default();
         parameters.growth = growth(finest);
-        parameters.symmetry_planes = self.mirrors;
+        parameters.symmetry_planes = self.symmetry_planes;
         let tets = match &self.sizes {
             None => mesh::generate(&bodies, container, &parameters)?.mesh,
             Some(sizes) => {

@@ -1,4 +1,4 @@
-//! The flow around spheres on a mesh around them, for pictures.
+//! Flow field around spheres on a mesh, for visualisation.
 
 use mesh::{BoxSurface, Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh};
 use microhydro::multipole::VelocityField;
@@ -7,22 +7,23 @@ use nalgebra::{DVector, Vector3};
 
 use crate::ModelError;
 
-/// Element size on the spheres, over the radius.
+/// Element size on the spheres, relative to their radius.
 const SURFACE_SIZE: f64 = 0.5;
 
-/// How far the picture reaches beyond the spheres where the fluid does not end, over half of their extent and a radius.
-const REACH: f64 = 3.0;
+/// Size of the mesh in directions without walls, relative to half the diagonal of the bounding box.
+const RELATIVE_SIZE: f64 = 3.0;
 
-/// Velocities in pictures err by this part of the spheres'.
+/// Relative error of the velocities.
 const ACCURACY: f64 = 1e-3;
 
-/// A mesh in units of the flow around spheres with these `(U, omega)`, and the velocity at all its nodes.
+/// A mesh around spheres in scaled units, and the velocity at its nodes.
 ///
-/// Cost: a mesh, and some ten microseconds a node and sphere.
+/// Shapes: `names` one per sphere; `velocities` six per sphere, `(U, ω)`. Cost: a mesh, and about ten
+/// microseconds per node and sphere.
 ///
 /// # Errors
-/// Spheres that cannot be meshed around, or too close for the expansions.
-pub(super) fn picture(
+/// Spheres around which no mesh can be generated, or that are too close for the expansions.
+pub(super) fn flow_field(
     spheres: &Spheres,
     medium: &Medium,
     names: &[&str],
@@ -55,7 +56,7 @@ pub(super) fn picture(
         .collect();
     let mesh = TetMesh::curved(tets, &named)?;
     let flow = VelocityField::new(spheres, medium, velocities, &Accuracy::relative(ACCURACY))?;
-    // on surfaces the velocity is known, and rounding may have put nodes inside
+    // On surfaces the velocity is given; by rounding, nodes may lie inside a sphere.
     let mut known = vec![None; mesh.n_points()];
     if *medium != Medium::Unbounded {
         for &node in mesh.nodes_on(mesh.tag(Container::TAG)?).iter() {
@@ -85,7 +86,7 @@ pub(super) fn picture(
     Ok((mesh, velocity))
 }
 
-/// What the picture shows: all of the fluid in a ball, as much as is of interest elsewhere.
+/// Container of the mesh: the ball that contains the fluid, or a neighbourhood of the spheres.
 fn container(spheres: &Spheres, medium: &Medium) -> Container {
     let (x, a) = (spheres.centres(), spheres.radii());
     let corner = |sign: f64| {
@@ -96,17 +97,17 @@ fn container(spheres: &Spheres, medium: &Medium) -> Container {
     };
     let (max, min) = (corner(1.0), -corner(-1.0));
     let middle = 0.5 * (max + min);
-    let reach = REACH * 0.5 * (max - min).norm();
+    let size = RELATIVE_SIZE * 0.5 * (max - min).norm();
     match *medium {
         Medium::Ball { centre, radius } => Container::Ball(Sphere { centre, radius }),
         Medium::Unbounded => Container::Ball(Sphere {
             centre: middle,
-            radius: reach,
+            radius: size,
         }),
-        // scenes have the wall z = 0
+        // In scenes the wall is the plane z = 0.
         Medium::Wall { .. } => Container::Box(BoxSurface {
-            min: Vector3::new(middle.x - reach, middle.y - reach, 0.0),
-            max: middle.add_scalar(reach),
+            min: Vector3::new(middle.x - size, middle.y - size, 0.0),
+            max: middle.add_scalar(size),
         }),
     }
 }

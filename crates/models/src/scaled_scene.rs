@@ -1,27 +1,27 @@
-//! What every model of a scene starts from: its bodies, links and loads in units of the flow.
+//! Bodies, links and loads of a scene in scaled units: the input of every model.
 
 use nalgebra::{Isometry3, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, ExternalLoad};
 
 use crate::error::ModelError;
 use crate::hydrodynamics::Configuration;
-use crate::scale::Scale;
+use crate::units::Scale;
 use scene::Scene;
 
-/// The bodies, links and loads of a scene in units of the flow.
+/// Bodies, links and loads of a scene in scaled units.
 pub(crate) struct ScaledScene {
     pub scale: Scale,
-    /// The bodies and links.
+    /// Bodies and links.
     pub set: Articulation,
-    /// External loads, one a body.
+    /// External loads, one per body.
     pub loads: Vec<ExternalLoad>,
 }
 
 impl ScaledScene {
-    /// Those of a scene.
+    /// Scales the bodies, links and loads of a scene.
     ///
     /// # Errors
-    /// Links or fixed bodies that make no sense.
+    /// Links or fixed bodies that contradict each other.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let scale = Scale::of(scene);
         let bodies = || scene.bodies().iter();
@@ -41,10 +41,10 @@ impl ScaledScene {
         })
     }
 
-    /// Poses of all bodies at a configuration.
+    /// Poses of all bodies in a configuration.
     ///
     /// # Errors
-    /// Lengths that do not close a loop.
+    /// Lengths of links for which a loop does not close.
     pub fn poses(&self, configuration: Configuration) -> Result<Vec<Isometry3<f64>>, ModelError> {
         let state = self.scale.state(configuration.state);
         Ok(self
@@ -52,7 +52,7 @@ impl ScaledScene {
             .place(&state, &self.lengths(configuration.lengths))?)
     }
 
-    /// Centres of the bodies with surfaces at a configuration.
+    /// Centres of the bodies with surfaces in a configuration.
     ///
     /// # Errors
     /// As [`ScaledScene::poses`].
@@ -65,7 +65,7 @@ impl ScaledScene {
             .collect())
     }
 
-    /// The links' constraints at a configuration, for one rate per link.
+    /// Constraints of the links in a configuration, for one rate per link.
     ///
     /// # Errors
     /// As [`ScaledScene::poses`].

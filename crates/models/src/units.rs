@@ -1,4 +1,4 @@
-//! The units in which the flow is computed: lengths by the smallest radius, viscosity 1, time as in the scene.
+//! Scaled units, in which flows are computed: smallest radius 1, viscosity 1, time as in the scene.
 
 use mesh::{MeshError, TetMesh};
 use nalgebra::{DMatrix, Isometry3, Translation3, Vector3};
@@ -6,10 +6,16 @@ use rigid::{ExternalLoad, State, StateVelocity, Twist};
 
 use scene::Scene;
 
-/// Conversion between a scene's units and those of the flow.
+/// Conversion between the units of a scene and scaled units.
 ///
-/// With length $L$ and viscosity $\mu$: $x' = x/L$, $U' = U/L$, $F' = F/(\mu L^2)$, $T' = T/(\mu L^3)$, $p' = p/\mu$. Stokes flow has no
-/// scale of time of its own, so times stay as they are. Nothing that follows depends on the scene's units.
+/// With the smallest radius `L` and the viscosity `μ`, scaled quantities (primed) are
+///
+/// ```text
+/// x' = x / L,   U' = U / L,   F' = F / (μ L^2),   T' = T / (μ L^3),   p' = p / μ
+/// ```
+///
+/// Stokes flow has no time scale, so times are not converted. Scaled solutions do not depend on the
+/// units of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     length: f64,
@@ -31,31 +37,31 @@ impl Scale {
         }
     }
 
-    /// A length of the scene in units of the flow.
+    /// Scaled length of a length of the scene.
     pub fn length(&self, length: f64) -> f64 {
         length / self.length
     }
 
-    /// A point of the scene in units of the flow.
+    /// Scaled position of a point of the scene.
     pub fn point(&self, point: Vector3<f64>) -> Vector3<f64> {
         point / self.length
     }
 
-    /// A point of the flow in units of the scene.
-    pub fn point_back(&self, point: Vector3<f64>) -> Vector3<f64> {
+    /// Position in the scene of a scaled point.
+    pub fn point_to_scene(&self, point: Vector3<f64>) -> Vector3<f64> {
         point * self.length
     }
 
-    /// A mesh of the flow in units of the scene.
+    /// Mesh in the units of the scene from a scaled mesh.
     ///
     /// # Errors
-    /// Points that lie outside the numbers.
-    pub fn mesh_back(&self, mesh: &TetMesh) -> Result<TetMesh, MeshError> {
-        let points = mesh.points().iter().map(|&x| self.point_back(x)).collect();
-        mesh.with_points(points)
+    /// Points that overflow.
+    pub fn mesh_to_scene(&self, mesh: &TetMesh) -> Result<TetMesh, MeshError> {
+        let points = mesh.points().iter();
+        mesh.with_points(points.map(|&x| self.point_to_scene(x)).collect())
     }
 
-    /// A state of the scene in units of the flow.
+    /// Scaled state of a state of the scene.
     pub fn state(&self, state: &State) -> State {
         State {
             frames: state
@@ -72,7 +78,7 @@ impl Scale {
         }
     }
 
-    /// An external load of the scene in units of the flow.
+    /// Scaled external load of a force and a torque of the scene.
     pub fn load(&self, force: Vector3<f64>, torque: Vector3<f64>) -> ExternalLoad {
         ExternalLoad {
             force: force / self.force_unit(),
@@ -80,28 +86,31 @@ impl Scale {
         }
     }
 
-    /// Velocity of the scene for a velocity of the flow.
-    pub fn velocity_back(&self, velocity: Vector3<f64>) -> Vector3<f64> {
+    /// Velocity in the scene of a scaled velocity.
+    pub fn velocity_to_scene(&self, velocity: Vector3<f64>) -> Vector3<f64> {
         velocity * self.length
     }
 
-    /// Speed of the scene for a speed of the flow.
-    pub fn speed_back(&self, speed: f64) -> f64 {
+    /// Speed in the scene of a scaled speed.
+    pub fn speed_to_scene(&self, speed: f64) -> f64 {
         speed * self.length
     }
 
-    /// Force of the scene for a force of the flow.
-    pub fn force_back(&self, force: Vector3<f64>) -> Vector3<f64> {
+    /// Force in the scene of a scaled force.
+    pub fn force_to_scene(&self, force: Vector3<f64>) -> Vector3<f64> {
         force * self.force_unit()
     }
 
-    /// Torque of the scene for a torque of the flow.
-    pub fn torque_back(&self, torque: Vector3<f64>) -> Vector3<f64> {
+    /// Torque in the scene of a scaled torque.
+    pub fn torque_to_scene(&self, torque: Vector3<f64>) -> Vector3<f64> {
         torque * (self.force_unit() * self.length)
     }
 
-    /// Grand resistance of the scene for that of the flow: $\mu L$ for translations, a factor $L$ more for each rotation.
-    pub fn resistance_back(&self, resistance: DMatrix<f64>) -> DMatrix<f64> {
+    /// Grand resistance in the scene of a scaled one.
+    ///
+    /// The factor is `μ L` for forces due to translations, and a further `L` for a torque instead of
+    /// a force and for a rotation instead of a translation.
+    pub fn resistance_to_scene(&self, resistance: DMatrix<f64>) -> DMatrix<f64> {
         let unit = |entry: usize| if entry % 6 < 3 { 1.0 } else { self.length };
         let (rows, columns) = resistance.shape();
         DMatrix::from_fn(rows, columns, |i, j| {
@@ -109,19 +118,19 @@ impl Scale {
         })
     }
 
-    /// Pressure of the scene for a pressure of the flow.
-    pub fn pressure_back(&self, pressure: f64) -> f64 {
+    /// Pressure in the scene of a scaled pressure.
+    pub fn pressure_to_scene(&self, pressure: f64) -> f64 {
         pressure * self.viscosity
     }
 
-    /// The motion of a flow in the scene's units.
-    pub fn motion_back(&self, motion: &StateVelocity) -> StateVelocity {
+    /// Rate of change of the state in the scene of a scaled one.
+    pub fn motion_to_scene(&self, motion: &StateVelocity) -> StateVelocity {
         StateVelocity {
             frames: motion
                 .frames
                 .iter()
                 .map(|twist| Twist {
-                    linear: self.velocity_back(twist.linear),
+                    linear: self.velocity_to_scene(twist.linear),
                     angular: twist.angular,
                 })
                 .collect(),

@@ -1,0 +1,158 @@
+//! A mesh that meshes of other configurations are moved from, and the limits of the motion.
+
+use ale::{
+    Biharmonic, Elastic, Harmonic, Kernel, MeshMotion, MovingBody, Rbf, ReferenceMap, Stiffening,
+};
+use fem::{SurplusSpace, TaylorHood};
+use mesh::{Capsule, Quality, TetMesh};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use super::cylinder;
+use super::mesh_generator::MeshGenerator;
+use crate::{ModelError, Remesh};
+use scene::MeshMotionKind;
+
+/// Smallest Jacobian of a cell, relative to its mean, that a moved mesh may have.
+///
+/// Quadratic fields on more distorted cells are inaccurate, and the solver becomes slow (61
+/// iterations instead of 31 with one inverted cell).
+const MIN_JACOBIAN: f64 = 0.2;
+
+/// Smallest mean ratio of a cell that a moved mesh may have; motions by four radii leave 0.3.
+const MIN_QUALITY: f64 = 0.1;
+
+/// Largest length of cells in a gap, relative to its width, that a moved mesh may have.
+///
+/// New meshes have 0.5 to 1.25 (gaps of 8 to 0.02 radii, sizes of 0.4 to 1.2). Moved meshes reach
+/// 1.5 when a resolved gap has closed to half its width.
+const MAX_GAP_RATIO: f64 = 1.5;
+
+/// Relative deterioration that is always allowed, for new meshes that exceed the limits themselves.
+const ALWAYS_ALLOWED: f64 = 0.9;
+
+/// A mesh that other meshes are moved from, and the data that belong to its connectivity.
+pub struct ReferenceMesh {
+    map: ReferenceMap,
+    /// Function spaces on the cells.
+    pub space: TaylorHood,
+    /// Space for error estimates; created when estimates are first requested.
+    pub surplus: Option<SurplusSpace>,
+    centres: Vec<Vector3<f64>>,
+    /// Poses of all bodies of the scene; empty for the mesh of a file.
+    pub poses: Vec<Isometry3<f64>>,
+    gap_ratio: f64,
+    quality: Quality,
+    /// The part of a cylinder that the mesh fills.
+    capsule: Option<Capsule>,
+}
+
+impl ReferenceMesh {
+    /// Prepares the motion of a mesh with the bodies at `centres` and `poses`.
+    ///
+    /// # Errors
+    /// A mesh that is too large, or whose motion cannot be computed.
+    pub fn new(
+        generator: &MeshGenerator,
+        motion: &dyn MeshMotion,
+        mesh: TetMesh,
+        centres: Vec<Vector3<f64>>,
+        poses: &[Isometry3<f64>],
+    ) -> Result<Self, ModelError> {
+        let space = TaylorHood::new(&mesh)?;
+        let moving: Vec<MovingBody> = generator
+            .tags()
+            .zip(&centres)
+            .map(|(tag, &centre)| MovingBody {
+                tag: tag.to_owned(),
+                centre,
+                rotates: false,
+            })
+            .collect();
+        let gap_ratio = generator.gap_ratio(&mesh, &centres);
+        let quality = mesh.quality();
+        let map = ReferenceMap::new(mesh, &moving, motion)?;
+        Ok(Self {
+            gap_ratio,
+            quality,
+            capsule: generator.capsule(&centres),
+            map,
+            space,
+            surplus: None,
+            centres,
+            poses: poses.to_vec(),
+        })
+    }
+
+    /// Creates the space for error estimates if there is none.
+    ///
+    /// # Errors
+    /// A mesh with too many cells.
+    pub fn prepare_estimates(&mut self) -> Result<(), ModelError> {
+        if self.surplus.is_none() {
+            self.surplus = Some(SurplusSpace::new(self.map.reference())?);
+        }
+        Ok(())
+    }
+
+    /// Distance from bodies at `centres` to the nearer end of a cylinder, in its radii.
+    pub fn end_distance(&self, generator: &MeshGenerator, centres: &[Vector3<f64>]) -> Option<f64> {
+        let capsule = self.capsule.as_ref()?;
+        Some(cylinder::end_distance(capsule, &generator.spheres(centres)))
+    }
+
+    /// The mesh moved to bodies at `centres`, or the reason why it becomes too poor.
+    ///
+    /// # Errors
+    /// A failed motion for another reason than a poor mesh.
+    pub fn moved(
+        &self,
+        generator: &MeshGenerator,
+        centres: &[Vector3<f64>],
+    ) -> Result<Result<TetMesh, Remesh>, ModelError> {
+        if let Some(distance) = self.end_distance(generator, centres)
+            && cylinder::is_too_close(distance)
+        {
+            return Ok(Err(Remesh::End(distance)));
+        }
+        // All bodies are spheres, which rotations do not change: surface meshes are translated.
+        let motions: Vec<Isometry3<f64>> = centres
+            .iter()
+            .zip(&self.centres)
+            .map(|(now, then)| {
+                Isometry3::from_parts(Translation3::from(now - then), UnitQuaternion::identity())
+            })
+            .collect();
+        let mesh = match self.map.moved(&motions) {
+            Ok(mesh) => mesh,
+            Err(ale::AleError::Invalid(_)) => return Ok(Err(Remesh::Inverted)),
+            Err(other) => return Err(other.into()),
+        };
+        // A mesh at its reference configuration is always accepted, because a new one would not be
+        // better.
+        let quality = mesh.quality();
+        let reference = &self.quality;
+        if quality.min_jacobian < MIN_JACOBIAN.min(ALWAYS_ALLOWED * reference.min_jacobian) {
+            return Ok(Err(Remesh::Jacobian(quality.min_jacobian)));
+        }
+        if quality.min_quality < MIN_QUALITY.min(ALWAYS_ALLOWED * reference.min_quality) {
+            return Ok(Err(Remesh::Quality(quality.min_quality)));
+        }
+        let gap_ratio = generator.gap_ratio(&mesh, centres);
+        if gap_ratio > MAX_GAP_RATIO.max(self.gap_ratio / ALWAYS_ALLOWED) {
+            return Ok(Err(Remesh::Gap(gap_ratio)));
+        }
+        Ok(Ok(mesh))
+    }
+}
+
+/// The mesh motion that a scene names.
+pub fn mesh_motion(kind: MeshMotionKind) -> Box<dyn MeshMotion> {
+    match kind {
+        MeshMotionKind::Laplace => Box::new(Harmonic(Stiffening::None)),
+        MeshMotionKind::KanchiMasud => Box::new(Harmonic(Stiffening::KanchiMasud)),
+        MeshMotionKind::InverseVolume => Box::new(Harmonic(Stiffening::InverseVolume)),
+        MeshMotionKind::Elastic => Box::new(Elastic::default()),
+        MeshMotionKind::Biharmonic => Box::new(Biharmonic),
+        MeshMotionKind::Rbf => Box::new(Rbf(Kernel::Cubic)),
+    }
+}

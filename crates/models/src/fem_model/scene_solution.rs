@@ -1,0 +1,124 @@
+//! Finite-element solutions in the scene's units.
+
+use nalgebra::{Isometry3, Vector3};
+use rigid::{FlowSolution, Twist};
+use stokes::{Estimate, Solution};
+
+use super::far_field::FarField;
+use crate::error_estimate::ErrorEstimate;
+use crate::mesh_error::MeshError;
+use crate::scaled_scene::ScaledScene;
+use crate::solution::{BodySolution, InstantaneousSolution};
+
+/// Converts a solution to the scene's units; `surfaced` are the bodies with surfaces.
+///
+/// `container_error` is the relative error of velocities caused by the container.
+pub fn to_scene(
+    scaled: &ScaledScene,
+    surfaced: impl Iterator<Item = usize>,
+    solution: &Solution,
+    container_error: f64,
+) -> InstantaneousSolution {
+    let (scale, set) = (&scaled.scale, &scaled.set);
+    let flow = &solution.flow;
+    let mut bodies = vec![BodySolution::default(); set.kinds().len()];
+    let layout = set.velocity_layout();
+    let at = |first: usize| Vector3::from_fn(|axis, _| flow.generalised[first + axis]);
+    for (body, entry) in bodies.iter_mut().enumerate() {
+        entry.velocity = scale.velocity_to_scene(at(layout.body(body)));
+        entry.angular_velocity = flow.state.spins[body];
+    }
+    for (number, body) in surfaced.enumerate() {
+        let part =
+            |first: usize| Vector3::from_fn(|axis, _| flow.forces[6 * number + first + axis]);
+        bodies[body].force = scale.force_to_scene(part(0));
+        bodies[body].torque = scale.torque_to_scene(part(3));
+    }
+    let link_forces = (0..set.links().len())
+        .map(|link| scale.force_to_scene(flow.link_force(link)))
+        .collect();
+    let speed = largest_norm(bodies.iter().map(|b| b.velocity));
+    InstantaneousSolution {
+        dofs: solution.dofs,
+        error_estimate: ErrorEstimate {
+            container: Some(container_error * speed),
+            // The equations are those of Stokes flow without approximation.
+            model: Some(0.0),
+            algebraic: Some(solution.algebraic_error * speed),
+            ..ErrorEstimate::default()
+        },
+        checks: solution.checks,
+        solver: solution.solver.clone(),
+        seconds: solution.seconds,
+        ..InstantaneousSolution::new(bodies, link_forces, scale.motion_to_scene(&flow.state))
+    }
+}
+
+/// Adds the correction for unbounded fluid to all velocities of a flow.
+pub fn add_far_field(scaled: &ScaledScene, far: FarField, flow: &mut FlowSolution) {
+    let set = &scaled.set;
+    let entry = |body: usize, axis: usize| flow.forces[6 * body + axis];
+    let total_force = (0..flow.forces.len() / 6)
+        .map(|body| Vector3::from_fn(|axis, _| entry(body, axis)))
+        .sum();
+    let correction = far.velocity_correction(total_force);
+    flow.velocity.iter_mut().for_each(|u| *u += correction);
+    let layout = set.velocity_layout();
+    for body in 0..set.kinds().len() {
+        let mut velocity = flow.generalised.fixed_rows_mut::<3>(layout.body(body));
+        velocity += correction;
+    }
+    for frame in &mut flow.state.frames {
+        frame.linear += correction;
+    }
+    for body in 0..flow.bodies.len() / 6 {
+        let mut velocity = flow.bodies.fixed_rows_mut::<3>(6 * body);
+        velocity += correction;
+    }
+}
+
+/// Enters estimated discretisation errors into a solution in the scene's units.
+pub fn set_mesh_error(
+    scaled: &ScaledScene,
+    solution: &mut InstantaneousSolution,
+    estimate: &Estimate,
+    poses: &[Isometry3<f64>],
+) {
+    let (scale, set) = (&scaled.scale, &scaled.set);
+    let mut of_bodies = vec![Vector3::zeros(); poses.len()];
+    for (linkage, frame) in set.linkages().iter().zip(&estimate.frames) {
+        for &body in &linkage.bodies {
+            let [position, root] = [body, linkage.root].map(|b| poses[b].translation.vector);
+            let error = frame.linear + frame.angular.cross(&(position - root));
+            of_bodies[body] = scale.velocity_to_scene(error);
+        }
+    }
+    let uncertainty = scale.speed_to_scene(estimate.uncertainty);
+    let largest = largest_norm(of_bodies.iter().copied());
+    solution.error_estimate.mesh = Some(largest.hypot(uncertainty));
+    solution.mesh_error = Some(MeshError {
+        frames: estimate
+            .frames
+            .iter()
+            .map(|frame| Twist {
+                linear: scale.velocity_to_scene(frame.linear),
+                angular: frame.angular,
+            })
+            .collect(),
+        bodies: of_bodies,
+        uncertainty,
+        forces: if set.links().is_empty() {
+            // Without links the forces are the given loads.
+            vec![Vector3::zeros(); solution.bodies.len()]
+        } else {
+            let forces = solution.bodies.iter().map(|b| b.force);
+            forces
+                .map(|force| estimate.relative_energy * force)
+                .collect()
+        },
+    });
+}
+
+fn largest_norm(vectors: impl Iterator<Item = Vector3<f64>>) -> f64 {
+    vectors.fold(0.0, |m, v| m.max(v.norm()))
+}

@@ -1,0 +1,101 @@
+//! Names of boundary parts, and the agreement of one and several drives.
+
+use mesh::{
+    Container, GenerateParams, LinearTets, MeshError, MeshedBody, Sphere, TetMesh, generate,
+};
+use nalgebra::Vector3;
+use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad};
+use stokes::{InitialGuesses, Options, Problem, StokesError};
+
+fn is_unknown(result: Result<Problem, StokesError>, name: &str) -> bool {
+    match result {
+        Err(StokesError::Mesh(MeshError::UnknownTag { name: found, .. })) => found == name,
+        _ => false,
+    }
+}
+
+#[test]
+fn unknown_names_of_bodies_walls_and_spheres_are_refused() {
+    let mesh = TetMesh::straight(LinearTets::cube(1)).unwrap();
+    let origin = Vector3::zeros();
+    assert!(is_unknown(
+        Problem::new(&mesh, &[("sphere", origin)], &["z0"]),
+        "sphere"
+    ));
+    assert!(is_unknown(Problem::new(&mesh, &[], &["z0", "lid"]), "lid"));
+    let sphere = Sphere {
+        centre: origin,
+        radius: 1.0,
+    };
+    let problem = Problem::new(&mesh, &[("z1", origin)], &["z0"]).unwrap();
+    assert!(is_unknown(
+        problem.with_spheres(&[("ball", sphere)]),
+        "ball"
+    ));
+}
+
+/// A sphere that a unit force drags through a concentric ball, by `solve` and by `solve_all`.
+#[test]
+fn velocity_of_a_dragged_sphere_is_force_times_mobility() {
+    let [sphere, ball] = [1.0, 10.0].map(|radius| Sphere {
+        centre: Vector3::zeros(),
+        radius,
+    });
+    let body = MeshedBody {
+        name: "sphere",
+        surface: &sphere,
+        size: 0.8,
+    };
+    let tets = generate(&[body], &Container::Ball(ball), &GenerateParams::default()).unwrap();
+    let surfaces: [mesh::NamedSurface; 2] = [("sphere", &sphere), (Container::TAG, &ball)];
+    let mesh = TetMesh::curved(tets.mesh, &surfaces).unwrap();
+    let problem = Problem::new(&mesh, &[("sphere", sphere.centre)], &[Container::TAG]).unwrap();
+
+    let set = Articulation::new(
+        &[BodyKind::Rigid],
+        Vec::new(),
+        Arms::Clamped,
+        &[sphere.centre],
+    )
+    .unwrap();
+    let load = ExternalLoad {
+        force: Vector3::x(),
+        torque: Vector3::zeros(),
+    };
+    let constraints = set.constraints(&set.initial_state(), &[], &[]).unwrap();
+    let drive = || Drive {
+        set: &set,
+        constraints: &constraints,
+        loads: std::slice::from_ref(&load),
+    };
+    let options = Options::default();
+    let solution = problem.solve(&drive(), &options).unwrap();
+    let mobility = problem.resistance(1e-8).unwrap().mobility;
+    assert!((solution.flow.bodies[0] / mobility[(0, 0)] - 1.0).abs() < 1e-6);
+    assert!((solution.flow.forces[0] - 1.0).abs() < 1e-6);
+    assert!(solution.estimate.is_none() && solution.checks.is_none());
+
+    let mut guesses = InitialGuesses::new(1);
+    let surplus = fem::SurplusSpace::new(&mesh).unwrap();
+    let mut solutions = problem
+        .solve_all(&[drive(), drive()], &options, &mut guesses, Some(&surplus))
+        .unwrap();
+    assert_eq!(solutions.len(), 2);
+    for other in solutions.drain(..) {
+        assert!((other.flow.bodies[0] / solution.flow.bodies[0] - 1.0).abs() < 1e-8);
+        let estimate = other.estimate.unwrap();
+        // The computed velocity is too small, because finite elements are too stiff.
+        let error = estimate.frames[0].linear.x;
+        assert!(error < 0.0 && error.abs() < 0.05 * solution.flow.bodies[0]);
+        assert!(other.checks.unwrap().dissipation.abs() < 0.1);
+    }
+}
+
+#[test]
+fn no_drives_have_no_solutions() {
+    let mesh = TetMesh::straight(LinearTets::cube(1)).unwrap();
+    let problem = Problem::new(&mesh, &[], &["z0"]).unwrap();
+    let mut guesses = InitialGuesses::new(0);
+    let solutions = problem.solve_all(&[], &Options::default(), &mut guesses, None);
+    assert!(solutions.unwrap().is_empty());
+}
