@@ -41,8 +41,8 @@ const OFF_AXIS: f64 = 1e-6;
 
 /// Relative uncertainty of the estimated error of a velocity.
 ///
-/// The estimate continues the changes from order to order as a geometric series. Its ratio varies by
-/// about this relative amount between orders.
+/// The estimate continues the changes from order to order as a geometric series. Its ratio varies
+/// by about this relative amount between orders.
 const UNCERTAINTY: f64 = 0.5;
 
 impl AxisymmetricModel {
@@ -81,8 +81,7 @@ impl AxisymmetricModel {
         let Some(axis) = scene.axis() else {
             let problem = match scene.arrangement() {
                 Arrangement::Collinear => {
-                    "a domain, loads or spheroids that are not symmetric about the line through the \
-                     bodies"
+                    "a domain, loads or spheroids that are not symmetric about the line of the bodies"
                 }
                 _ => "bodies that are not on one line",
             };

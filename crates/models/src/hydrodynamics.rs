@@ -166,8 +166,8 @@ pub trait Hydrodynamics: Send {
 
     /// Grand resistance matrix of the bodies with surfaces, without their links.
     ///
-    /// `F = R U` in the scene's units, with six entries per body: `(U, ω)` and `(F, T)`. Its inverse
-    /// is the grand mobility matrix.
+    /// `F = R U` in the scene's units, with six entries per body: `(U, ω)` and `(F, T)`. Its
+    /// inverse is the grand mobility matrix.
     ///
     /// # Errors
     /// Those of [`Hydrodynamics::solve`]; [`ModelError::Unsupported`] by default.

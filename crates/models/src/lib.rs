@@ -1,15 +1,4 @@
-//! Models of the flow around swimmers, behind one trait.
-//!
-//! A model answers one question: for this configuration of the bodies and these rates of the links,
-//! what are the velocities and the forces? Gaits, integration and output know models by
-//! [`Hydrodynamics`] alone; any model of the flow can be used that implements it.
-//!
-//! | model | flow | cost of a solution |
-//! |---|---|---|
-//! | [`SpheresModel`] | spheres without a mesh: Oseen, Rotne-Prager-Yamakawa, multipole expansions | microseconds to milliseconds |
-//! | [`AxisymmetricModel`] | bodies on one axis: elements of high order in the meridian plane | a tenth of a second |
-//! | [`FemModel`] | everything else: Taylor-Hood elements in space | seconds |
-//! | [`ShapeSpace`] | tables over the shapes of a free swimmer, made by one of the above | microseconds |
+#![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
 mod axisymmetric_model;
@@ -37,3 +26,9 @@ pub use shape_space::{ShapeSpace, Tabulated};
 pub use solution::{BodySolution, FlowField, InstantaneousSolution};
 pub use spheres_model::{SphereModel, SpheresModel};
 pub use stokes::{Checks, Dofs, Seconds, SolverReport};
+
+// Types of these crates are part of the interface.
+pub use mesh;
+pub use nalgebra;
+pub use rigid;
+pub use scene;

@@ -17,8 +17,8 @@ pub struct MeshError {
     pub uncertainty: f64,
     /// Error of the force of each body; zero where no links act and forces are the given loads.
     ///
-    /// Forces of linked bodies are assumed to have the relative error of their power. To first order
-    /// this is right if one link moves while the others have constant length.
+    /// Forces of linked bodies are assumed to have the relative error of their power. To first
+    /// order this is right if one link moves while the others have constant length.
     pub forces: Vec<Vector3<f64>>,
 }
 

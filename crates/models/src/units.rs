@@ -108,8 +108,8 @@ impl Scale {
 
     /// Grand resistance in the scene of a scaled one.
     ///
-    /// The factor is `μ L` for forces due to translations, and a further `L` for a torque instead of
-    /// a force and for a rotation instead of a translation.
+    /// The factor is `μ L` for forces due to translations, and a further `L` for a torque instead
+    /// of a force and for a rotation instead of a translation.
     pub fn resistance_to_scene(&self, resistance: DMatrix<f64>) -> DMatrix<f64> {
         let unit = |entry: usize| if entry % 6 < 3 { 1.0 } else { self.length };
         let (rows, columns) = resistance.shape();

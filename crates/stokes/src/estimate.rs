@@ -7,11 +7,11 @@
 //! q_h,k - q_k = -K(e_z, e)
 //! ```
 //!
-//! with the discretisation errors `e_z` and `e` of both flows ([`fem::SurplusSpace`]). This is linear
-//! in `z`, so a single solve with the functional `K(·, e)` as its load ([`fem::ErrorFunctional`])
-//! gives the errors of all velocities. Errors that equal bodies have in common cancel in it, as they
-//! do in the velocities. The bound `√(K(e_z, e_z) K(e, e))` is forty times too large for a
-//! three-sphere swimmer.
+//! with the discretisation errors `e_z` and `e` of both flows ([`fem::SurplusSpace`]). This is
+//! linear in `z`, so a single solve with the functional `K(·, e)` as its load
+//! ([`fem::ErrorFunctional`]) gives the errors of all velocities. Errors that equal bodies have in
+//! common cancel in it, as they do in the velocities. The bound `√(K(e_z, e_z) K(e, e))` is forty
+//! times too large for a three-sphere swimmer.
 //!
 //! Straight facets of curved boundaries cause an error of the opposite sign, which is a functional
 //! `G` of the flow too ([`fem::FacetGeometry`]). Where there are straight facets, `K - G` replaces

@@ -36,9 +36,9 @@ pub struct Flow {
 /// Solves `-Δu + ∇p = f`, `∇·u = 0` with prescribed velocity `u` on the whole boundary.
 ///
 /// `force` is the body force per volume, zero if there is none; the viscosity is 1. The velocity is
-/// interpolated at the nodes of the boundary facets, which include symmetry planes. A small net flux
-/// of the interpolated velocity is balanced by uniform sources in the fluid. `rtol` is the true
-/// relative residual at which the solver stops.
+/// interpolated at the nodes of the boundary facets, which include symmetry planes. A small net
+/// flux of the interpolated velocity is balanced by uniform sources in the fluid. `rtol` is the
+/// true relative residual at which the solver stops.
 ///
 /// For flow around rigid bodies, and for several solutions on one mesh, see
 /// [`Problem`](crate::Problem).

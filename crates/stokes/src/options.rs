@@ -18,7 +18,8 @@ pub struct Options {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Solver {
-    /// FGMRES with the block-triangular multigrid preconditioner: the fastest, for all formulations.
+    /// FGMRES with the block-triangular multigrid preconditioner: the fastest, for all
+    /// formulations.
     Block,
     /// Direct factorisation with iterative refinement: for small systems and comparisons.
     Direct,
@@ -51,7 +52,8 @@ impl Default for Options {
         Self {
             formulation: &Eliminated,
             solver: Solver::Block,
-            // Velocities then differ from those of a solve to 1e-12 by at most 5e-9 (docs/iterations.md).
+            // Velocities then differ from those of a solve to 1e-12 by at most 5e-9
+            // (docs/iterations.md).
             rtol: 1e-8,
         }
     }

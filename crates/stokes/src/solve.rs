@@ -72,9 +72,9 @@ impl Problem<'_> {
 
     /// Solves for several drives that differ only in the rates of the links.
     ///
-    /// Discretisation errors are estimated if `surplus`, the hierarchical surplus space of the mesh,
-    /// is given. All drives share one matrix and one preconditioner, whose time is counted for the
-    /// first solution.
+    /// Discretisation errors are estimated if `surplus`, the hierarchical surplus space of the
+    /// mesh, is given. All drives share one matrix and one preconditioner, whose time is counted
+    /// for the first solution.
     ///
     /// # Errors
     /// Those of [`Problem::assemble`]; drives with other links, lengths or loads than the first;

@@ -34,8 +34,8 @@ pub fn surface_size(options: &FemOptions, radius: f64) -> f64 {
 /// Around a sphere the third derivatives of the flow decrease as `r^-4`, so the error of quadratic
 /// elements of size `h` is `∫ h^4 r^-8 r^2 dr`. For a given number of elements, `∫ h^-3 r^2 dr`, it
 /// is smallest for `h = h_s r^(8/7)`: over one radius the size grows by 8/7 of the size on the
-/// surface. A growth independent of `size` would leave an error that smaller surface elements do not
-/// remove.
+/// surface. A growth independent of `size` would leave an error that smaller surface elements do
+/// not remove.
 pub fn growth(size: f64) -> f64 {
     (8.0 / 7.0 * size).min(MAX_GROWTH)
 }

@@ -1,9 +1,9 @@
 //! Unbounded fluid as a large ball, and the correction for the effect of its wall.
 //!
 //! A force `F` on the fluid causes the far field `F / (8π μ r)`, so a wall at the distance `R`
-//! reduces the velocity of a body of radius `a` by a relative amount `a / R`. No ball of practicable
-//! size makes this negligible. But to first order the effect of the wall near the centre of a ball
-//! is known exactly: the uniform flow
+//! reduces the velocity of a body of radius `a` by a relative amount `a / R`. No ball of
+//! practicable size makes this negligible. But to first order the effect of the wall near the
+//! centre of a ball is known exactly: the uniform flow
 //!
 //! ```text
 //! -3 F / (8π μ R)

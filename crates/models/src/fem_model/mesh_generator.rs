@@ -253,7 +253,8 @@ impl MeshGenerator {
         Ok(())
     }
 
-    /// Largest length of cells in gaps, relative to the width of their gap ([`TetMesh::gap_ratio`]).
+    /// Largest length of cells in gaps, relative to the width of their gap
+    /// ([`TetMesh::gap_ratio`]).
     pub fn gap_ratio(&self, mesh: &TetMesh, centres: &[Vector3<f64>]) -> f64 {
         let spheres = self.spheres(centres);
         let surfaces: Vec<&dyn Surface> = spheres.iter().map(|s| s as &dyn Surface).collect();

@@ -56,8 +56,8 @@ const MAX_GUESSES: usize = 5;
 
 /// Maximum number of adapted meshes per query.
 ///
-/// From the coarsest mesh, two or three reach a relative error of 1e-3; each further digit takes one
-/// more.
+/// From the coarsest mesh, two or three reach a relative error of 1e-3; each further digit takes
+/// one more.
 const MAX_ADAPTATIONS: usize = 8;
 
 /// Seconds per degree of freedom for assembly, set-up and solve to 1e-8 on two cores.
@@ -162,7 +162,8 @@ impl FemModel {
         })
     }
 
-    /// Generates a new mesh for the last configuration, so that both errors become at most `allowed`.
+    /// Generates a new mesh for the last configuration, so that both errors become at most
+    /// `allowed`.
     ///
     /// `errors` are the relative errors of forces and velocities. Returns false if there is no
     /// estimate to adapt to, or if meshes cannot be generated in the domain.

@@ -8,8 +8,8 @@ use std::f64::consts::PI;
 /// p(x) = sum_k c_k prod_a T_{k_a}(x_a)
 /// ```
 ///
-/// with each variable `x_a` mapped to [-1, 1]. For functions that are analytic in a neighbourhood of
-/// the box, the error and the coefficients decrease geometrically with the degree, so the last
+/// with each variable `x_a` mapped to [-1, 1]. For functions that are analytic in a neighbourhood
+/// of the box, the error and the coefficients decrease geometrically with the degree, so the last
 /// coefficients estimate the error.
 #[derive(Clone, Debug)]
 pub(super) struct Interpolant {
@@ -97,10 +97,10 @@ impl Interpolant {
 
     /// For each variable, the sum of the coefficients of its two highest degrees.
     ///
-    /// Of the `width` numbers of a coefficient, the largest counts after multiplication by `weights`.
-    /// Two degrees are needed because for odd and even functions one of them vanishes. The
-    /// interpolation error is at most twice the sum of all coefficients of higher degrees. If these
-    /// decrease by a factor of two or more per degree, it is smaller than this sum.
+    /// Of the `width` numbers of a coefficient, the largest counts after multiplication by
+    /// `weights`. Two degrees are needed because for odd and even functions one of them vanishes.
+    /// The interpolation error is at most twice the sum of all coefficients of higher degrees. If
+    /// these decrease by a factor of two or more per degree, it is smaller than this sum.
     pub fn tails(&self, weights: &[f64]) -> Vec<f64> {
         let mut tails = vec![0.0; self.degrees.len()];
         for (index, coefficients) in

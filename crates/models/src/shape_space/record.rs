@@ -69,9 +69,9 @@ pub fn numbers(solution: &InstantaneousSolution) -> Vec<f64> {
 
 /// Weights that make tabulated numbers dimensionless, and the largest velocity.
 ///
-/// `values` are points of several records each, one per varying link. Velocities are relative to the
-/// largest velocity and forces to the largest force. Angular velocities are multiplied, and torques
-/// divided, by the length `longest` of the longest link.
+/// `values` are points of several records each, one per varying link. Velocities are relative to
+/// the largest velocity and forces to the largest force. Angular velocities are multiplied, and
+/// torques divided, by the length `longest` of the longest link.
 pub fn weights(
     values: &[f64],
     records_per_point: usize,

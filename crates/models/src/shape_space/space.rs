@@ -48,9 +48,10 @@ pub struct ShapeSpace {
 impl ShapeSpace {
     /// Tabulates velocities and forces of a model to the relative error `tolerance`.
     ///
-    /// The model is sampled at Chebyshev points of the box `ranges`, the smallest and largest length
-    /// of each link. A range of width zero keeps the length constant. Grids are refined until the
-    /// tolerance is met, or until the noise of the model itself prevents a further decrease.
+    /// The model is sampled at Chebyshev points of the box `ranges`, the smallest and largest
+    /// length of each link. A range of width zero keeps the length constant. Grids are refined
+    /// until the tolerance is met, or until the noise of the model itself prevents a further
+    /// decrease.
     ///
     /// Cost: 5, 9, 17, ... points in each variable, with one call of [`Hydrodynamics::solve`] each.
     ///

@@ -37,9 +37,9 @@ const TOLERANCE_FACTOR: f64 = 0.01;
 impl Tabulated {
     /// Adds tables over boxes of lengths to a model; each box has one range per link.
     ///
-    /// A table is computed at the first query in its box. Error bars of solutions include the errors
-    /// of both the table and the model. The same scene gives bitwise the same tables, so resumed
-    /// runs give bitwise the same results.
+    /// A table is computed at the first query in its box. Error bars of solutions include the
+    /// errors of both the table and the model. The same scene gives bitwise the same tables, so
+    /// resumed runs give bitwise the same results.
     pub fn new(scene: &Scene, model: Box<dyn Hydrodynamics>, boxes: Vec<Vec<(f64, f64)>>) -> Self {
         let table = |ranges| Table {
             ranges,

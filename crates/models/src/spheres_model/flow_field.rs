@@ -18,8 +18,8 @@ const ACCURACY: f64 = 1e-3;
 
 /// A mesh around spheres in scaled units, and the velocity at its nodes.
 ///
-/// Shapes: `names` one per sphere; `velocities` six per sphere, `(U, ω)`. Cost: a mesh, and about ten
-/// microseconds per node and sphere.
+/// Shapes: `names` one per sphere; `velocities` six per sphere, `(U, ω)`. Cost: a mesh, and about
+/// ten microseconds per node and sphere.
 ///
 /// # Errors
 /// Spheres around which no mesh can be generated, or that are too close for the expansions.

@@ -1,0 +1,64 @@
+//! Histories of models: stored as JSON and restored bitwise.
+
+use models::{Configuration, FemModel, History, Hydrodynamics, InstantaneousSolution, ModelError};
+use scene::Scene;
+
+use crate::scenes::three_spheres_in_ball;
+
+fn through_json(history: &History) -> History {
+    let text = serde_json::to_string(history).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+#[test]
+fn numbers_survive_storage_bitwise() {
+    let numbers = vec![
+        0.1 + 0.2,
+        1.0 / 3.0,
+        -5e-324,
+        f64::MAX,
+        f64::MIN_POSITIVE,
+        1e300 / 7.0,
+    ];
+    let history = through_json(&History::new(&numbers).unwrap());
+    let restored: Vec<f64> = history.contents().unwrap();
+    let bits = |list: &[f64]| list.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(&restored), bits(&numbers));
+}
+
+#[test]
+fn contents_of_another_type_are_refused() {
+    let history = History::new(&"text").unwrap();
+    let error = history.contents::<Vec<f64>>().unwrap_err();
+    assert!(matches!(error, ModelError::History(_)), "{error}");
+}
+
+fn solve(model: &mut FemModel, scene: &Scene, lengths: &[f64]) -> InstantaneousSolution {
+    let state = scene.initial_state();
+    let configuration = Configuration {
+        state: &state,
+        lengths,
+    };
+    model.solve_one(configuration, &[-1.0, 0.5]).unwrap()
+}
+
+#[test]
+fn a_restored_model_continues_bitwise() {
+    let scene = three_spheres_in_ball();
+    let mut model = FemModel::new(&scene).unwrap();
+    solve(&mut model, &scene, &[10.0, 10.0]);
+    let history = model.history().unwrap();
+
+    // Both forget their initial guesses; the mesh is that of the first configuration, moved.
+    model.restore(&history).unwrap();
+    let mut other = FemModel::new(&scene).unwrap();
+    other.restore(&through_json(&history)).unwrap();
+    let [expected, found] = [&mut model, &mut other].map(|m| solve(m, &scene, &[9.5, 10.0]));
+    assert_eq!(found.bodies, expected.bodies);
+    assert_eq!(found.link_forces, expected.link_forces);
+    assert_eq!(found.motion, expected.motion);
+    assert_eq!(found.mesh_error, expected.mesh_error);
+    assert_eq!(found.error_estimate, expected.error_estimate);
+    assert!(found.remeshed.is_none());
+    assert_eq!(other.history().unwrap(), history);
+}

@@ -1,0 +1,7 @@
+//! The tests of this crate in one binary.
+
+mod examples;
+mod history;
+mod query;
+mod scenes;
+mod tabulated;
