@@ -130,7 +130,7 @@ fn values_that_do_not_fit_are_refused() {
         (
             "/attitudes/1",
             json!([1e200, 0.0, 0.0, 0.0]),
-            "away from being one",
+            "differs from 1 by",
         ),
         ("/history", json!({}), "invalid type: map"),
         ("/flows", json!([[0.0]]), "invalid length 1"),
