@@ -20,10 +20,10 @@ struct NoInteractions(Scene);
 impl NoInteractions {
     fn drag(&self) -> DMatrix<f64> {
         let mut diagonal = Vec::new();
-        for body in &self.0.bodies {
+        for body in self.0.bodies() {
             if let Shape::Sphere { radius } = body.shape {
-                diagonal.extend([6.0 * PI * self.0.viscosity * radius; 3]);
-                diagonal.extend([8.0 * PI * self.0.viscosity * radius.powi(3); 3]);
+                diagonal.extend([6.0 * PI * self.0.viscosity() * radius; 3]);
+                diagonal.extend([8.0 * PI * self.0.viscosity() * radius.powi(3); 3]);
             }
         }
         DMatrix::from_diagonal(&DVector::from_vec(diagonal))
@@ -34,7 +34,7 @@ impl NoInteractions {
         configuration: Configuration,
         rates: &[f64],
     ) -> Result<InstantaneousSolution, ModelError> {
-        let set = &self.0.articulation;
+        let set = self.0.articulation();
         let constraints = set.constraints(configuration.state, configuration.lengths, rates)?;
 
         // Velocities of the bodies are S v + W: motions that the links leave free, and the motion
@@ -53,7 +53,7 @@ impl NoInteractions {
         let velocities = s * v + w;
         let forces = drag * &velocities;
         let part = |list: &DVector<f64>, first: usize| list.fixed_rows::<3>(first).into_owned();
-        let bodies: Vec<BodySolution> = (0..self.0.bodies.len())
+        let bodies: Vec<BodySolution> = (0..self.0.bodies().len())
             .map(|body| BodySolution {
                 velocity: part(&velocities, 6 * body),
                 angular_velocity: part(&velocities, 6 * body + 3),
