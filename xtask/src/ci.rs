@@ -2,12 +2,13 @@
 
 use anyhow::Result;
 
-use crate::{cargo, licences, style};
+use crate::{architecture, cargo, licences, style};
 
 /// Runs every check in order and stops at the first that fails.
 pub fn run() -> Result<()> {
     cargo::run(&["fmt", "--all", "--check"], &[])?;
     style::run()?;
+    architecture::run()?;
     cargo::run(
         &[
             "clippy",

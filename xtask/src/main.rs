@@ -4,6 +4,7 @@
 //! the build of METIS and faer.
 #![forbid(unsafe_code)]
 
+mod architecture;
 mod cargo;
 mod ci;
 mod licences;
