@@ -1,10 +1,11 @@
 //! ARCHITECTURE.md against the workspace: its table of dependencies and the files that it names.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use toml::Table;
+
+use crate::manifests::{manifest, members, read, root};
 
 /// Dependencies of each crate on other crates of the workspace.
 type Dependencies = BTreeMap<String, BTreeSet<String>>;
@@ -27,16 +28,16 @@ pub fn run() -> Result<()> {
 
 /// All differences between ARCHITECTURE.md and the workspace, one line each.
 fn differences() -> Result<Vec<String>> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = root();
     let page = read(&root.join("ARCHITECTURE.md"))?;
-    let workspace: Table = read(&root.join("Cargo.toml"))?.parse()?;
-    let crates = workspace_crates(&workspace);
-    let mut from_manifests = Dependencies::new();
-    for folder in members(&root)? {
-        let name = folder.rsplit('/').next().unwrap_or(&folder).to_owned();
-        let manifest: Table = read(&root.join(&folder).join("Cargo.toml"))?.parse()?;
-        from_manifests.insert(name, manifest_dependencies(&manifest, &crates));
-    }
+    let crates = workspace_crates(&manifest(".")?);
+    let from_manifests: Dependencies = members()?
+        .iter()
+        .map(|member| {
+            let dependencies = manifest_dependencies(&member.manifest, &crates);
+            (member.name().to_owned(), dependencies)
+        })
+        .collect();
     let mut differences = compare(&table_dependencies(&page), &from_manifests);
     for named in named_paths(&page) {
         if !named
@@ -51,20 +52,6 @@ fn differences() -> Result<Vec<String>> {
         }
     }
     Ok(differences)
-}
-
-fn read(path: &Path) -> Result<String> {
-    std::fs::read_to_string(path).with_context(|| format!("could not read {}", path.display()))
-}
-
-/// Folders of all members of the workspace, relative to its root.
-fn members(root: &Path) -> Result<Vec<String>> {
-    let mut folders = vec!["xtask".to_owned()];
-    for entry in std::fs::read_dir(root.join("crates"))? {
-        let name = entry?.file_name();
-        folders.push(format!("crates/{}", name.to_string_lossy()));
-    }
-    Ok(folders)
 }
 
 /// Keys of `[workspace.dependencies]` that stand for crates of the workspace.
