@@ -13,7 +13,8 @@ type Dependencies = BTreeMap<String, BTreeSet<String>>;
 /// The last column of a crate that depends on no other crate of the workspace.
 const NO_DEPENDENCIES: &str = "nothing of ours";
 
-/// Compares ARCHITECTURE.md with the manifests and files of the workspace and lists all differences.
+/// Compares ARCHITECTURE.md with the manifests and files of the workspace and lists all
+/// differences.
 pub fn run() -> Result<()> {
     eprintln!("== ARCHITECTURE.md against manifests and files");
     let differences = differences()?;

@@ -2,8 +2,8 @@
 //!
 //! Every other task is a study of `crates/studies`.
 //!
-//! This crate depends on no solver, so that `cargo xtask ci` starts with the format check instead of
-//! the build of METIS and faer.
+//! This crate depends on no solver, so that `cargo xtask ci` starts with the format check instead
+//! of the build of METIS and faer.
 #![forbid(unsafe_code)]
 
 mod architecture;
