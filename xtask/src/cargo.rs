@@ -4,14 +4,17 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
-/// The cargo that runs this program, with these arguments.
+/// Command that starts, with these arguments, the same cargo that started this program.
 pub fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments);
     command
 }
 
-/// Runs cargo with arguments and additional environment variables; an error if it fails.
+/// Runs cargo with arguments and additional environment variables.
+///
+/// # Errors
+/// Cargo that cannot be started, or that fails.
 pub fn run(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
     eprintln!("== cargo {}", arguments.join(" "));
     let status = command(arguments)

@@ -2,12 +2,13 @@
 
 use anyhow::Result;
 
-use crate::{cargo, licences, style};
+use crate::{architecture, cargo, licences, packages, style};
 
 /// Runs every check in order and stops at the first that fails.
 pub fn run() -> Result<()> {
     cargo::run(&["fmt", "--all", "--check"], &[])?;
     style::run()?;
+    architecture::run()?;
     cargo::run(
         &[
             "clippy",
@@ -25,6 +26,7 @@ pub fn run() -> Result<()> {
         &[("RUSTDOCFLAGS", "-D warnings")],
     )?;
     licences::run()?;
-    // Exactly the README's test command.
+    packages::run()?;
+    // The same command as in the README.
     cargo::run(&["test", "--workspace"], &[])
 }

@@ -1,11 +1,13 @@
-//! Licence gate: no GPL or AGPL in the default dependency graph.
+//! Licence check: no GPL or AGPL in the default dependency graph.
 
 use anyhow::{Context, Result, bail};
 use std::collections::BTreeSet;
 
 use crate::cargo;
 
-/// Licences, exceptions included, that the default graph may use. `LicenseRef` and unknown ones are refused.
+/// Licences, with exceptions, that the default graph may use.
+///
+/// `LicenseRef` and unknown licences are refused.
 const ALLOWED: &[&str] = &[
     "0BSD",
     "Apache-2.0",
@@ -65,9 +67,9 @@ pub fn run() -> Result<()> {
     Ok(())
 }
 
-/// Whether an SPDX expression can be met with allowed licences alone; what is no expression is not allowed.
+/// Whether an SPDX expression can be satisfied by allowed licences; invalid expressions cannot.
 fn allowed(expression: &str) -> bool {
-    // Old manifests write `OR` as `/`, which the lax mode reads.
+    // Old manifests write `OR` as `/`, which the lax mode accepts.
     spdx::Expression::parse_mode(expression, spdx::ParseMode::LAX).is_ok_and(|expression| {
         expression.evaluate(|licence| ALLOWED.contains(&licence.to_string().as_str()))
     })

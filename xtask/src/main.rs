@@ -1,12 +1,17 @@
-//! Project tasks: `cargo xtask ci`, `cargo xtask licences`; every other task is a study of `crates/studies`.
+//! Project tasks: `cargo xtask ci`, `cargo xtask licences`.
 //!
-//! This crate depends on no solver, so that `cargo xtask ci` starts with the format check instead of
-//! the build of METIS and faer.
+//! Every other task is a study of `crates/studies`.
+//!
+//! This crate depends on no solver, so that `cargo xtask ci` starts with the format check instead
+//! of the build of METIS and faer.
 #![forbid(unsafe_code)]
 
+mod architecture;
 mod cargo;
 mod ci;
 mod licences;
+mod manifests;
+mod packages;
 mod style;
 
 use std::process::ExitCode;
@@ -19,7 +24,8 @@ Project tasks
 Usage: cargo xtask <TASK> [OPTIONS]
 
 Tasks of this program:
-  ci        Format, style, lints, documentation, licences and tests: what CI runs
+  ci        All checks of CI: format, style, ARCHITECTURE.md, lints, documentation, licences,
+            packages, tests
   licences  Licences of the default dependency graph; GPL and AGPL are refused
 
 All other tasks are studies, built with optimisation when first used:
@@ -38,14 +44,14 @@ fn main() -> Result<ExitCode> {
     }
 }
 
-/// Runs a study in its own process, with its exit code.
+/// Runs a study in its own process and returns the exit code of that process.
 fn study(arguments: &[String]) -> Result<ExitCode> {
     let status = cargo::command(&["run", "--release", "--quiet"])
         .args(["--package", "microswim-studies", "--bin", "studies", "--"])
         .args(arguments)
         .status()
         .context("could not start cargo run")?;
-    // A code beyond one byte, or none after a signal, is a failure like any other.
+    // Exit codes above 255, and processes ended by a signal, count as plain failures.
     let code = status.code().and_then(|code| u8::try_from(code).ok());
     Ok(code.map_or(ExitCode::FAILURE, ExitCode::from))
 }

@@ -1,24 +1,25 @@
-//! The two rules of style that a program can check: widths of comments and lengths of files.
+//! Two rules of style that a program can check: width of comments, length of files.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-/// The widest comment line, in columns.
+use crate::manifests::{read, root};
+
+/// Largest width of a comment line, in columns.
 const WIDEST: usize = 100;
 
-/// The most lines of a source file; longer ones hold more than one concept.
+/// Largest number of lines of a source file; longer files contain more than one concept.
 const LONGEST: usize = 400;
 
 /// Checks every Rust file of the workspace and lists all violations.
 pub fn run() -> Result<()> {
     eprintln!("== widths of comments, lengths of files");
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = root();
     let mut violations = Vec::new();
     for folder in ["crates", "xtask", "fuzz"] {
         for file in rust_files(&root.join(folder))? {
-            let text = std::fs::read_to_string(&file)
-                .with_context(|| format!("could not read {}", file.display()))?;
+            let text = read(&file)?;
             let name = file.strip_prefix(&root).unwrap_or(&file).display();
             violations.extend(
                 of_text(&text)
@@ -36,7 +37,7 @@ pub fn run() -> Result<()> {
     }
 }
 
-/// Violations in one file, each with its place behind the file's name.
+/// Violations in one file, in the form `:line: message`, to be appended to the file name.
 fn of_text(text: &str) -> Vec<String> {
     let mut violations: Vec<String> = text
         .lines()
@@ -57,7 +58,7 @@ fn of_text(text: &str) -> Vec<String> {
     violations
 }
 
-/// All Rust files below a folder, build folders left out.
+/// All Rust files below a folder, except in build folders.
 fn rust_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     let entries = std::fs::read_dir(folder)

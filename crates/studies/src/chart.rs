@@ -1,4 +1,4 @@
-//! Log-log charts as SVG: cost against size, error against cost.
+//! Log-log charts as SVG.
 
 use anyhow::{Result, anyhow};
 use plotters::coord::CoordTranslate;
@@ -7,7 +7,7 @@ use plotters::drawing::DrawingAreaErrorKind;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
-/// The palette of Okabe & Ito (2008), whose colours colour-blind readers can tell apart.
+/// Palette of Okabe & Ito (2008), whose colours colour-blind readers can distinguish.
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -23,24 +23,26 @@ const INK: RGBColor = RGBColor(40, 40, 40);
 const FAINT: RGBColor = RGBColor(225, 225, 225);
 const WIDTH: u32 = 1180;
 
-/// Height of a chart; more where the legend needs it.
+/// Smallest height of a chart; long legends increase it.
 const LEAST_HEIGHT: u32 = 620;
 
-/// Width of the chart without its legend, which stands beside it: over the points it would cover some.
+/// Width of the chart without its legend, which is beside it so that it covers no points.
 const CHART_WIDTH: u32 = 860;
 
-/// Letters of a line of the legend.
-const LEGEND_LETTERS: usize = 40;
+/// Largest number of characters in a line of the legend.
+const LEGEND_CHARACTERS: usize = 40;
 
-/// Where the legend begins, and the heights of a line of it and of the space between two entries.
+/// Top of the legend, height of its lines, and space between two entries.
 const LEGEND_TOP: i32 = 60;
 const LEGEND_LINE: i32 = 17;
 const LEGEND_SPACE: i32 = 7;
 
-/// Lines of curves: dash and gap in pixels, none if drawn through. Later series, whose colours were used before, are dashed.
+/// Styles of lines: dash and gap in pixels, `None` for solid lines.
+///
+/// Series that repeat a colour are dashed.
 const DASHES: [Option<(u32, u32)>; 4] = [None, Some((9, 5)), Some((3, 4)), Some((15, 3))];
 
-/// Marks of points, by their corners about the point in pixels; none for a disc.
+/// Marks of points, by the corners relative to the point in pixels; no corners for a disc.
 const MARKS: [&[(i32, i32)]; 4] = [
     &[],
     &[(-4, -4), (4, -4), (4, 4), (-4, 4)],
@@ -53,7 +55,7 @@ const MARKS: [&[(i32, i32)]; 4] = [
 pub enum Style {
     /// Points joined by a line.
     Curve,
-    /// Points alone.
+    /// Points without a line.
     Points,
     /// A thin line without points: slopes and bounds.
     Guide,
@@ -69,18 +71,19 @@ pub struct Series {
     pub style: Style,
 }
 
-/// How a series looks.
+/// Appearance of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Look {
     colour: RGBColor,
-    /// Width of the line; none for points alone.
+    /// Width of the line; `None` for points without a line.
     line: Option<u32>,
     dash: Option<(u32, u32)>,
-    /// Corners of the marks, of which no corners are a disc; none for lines without points.
+    /// Corners of the marks, empty for discs; `None` for lines without points.
     mark: Option<&'static [(i32, i32)]>,
 }
 
-/// Draws a mark at a point of an area: discs are full, others hollow, so that marks on each other are still told apart.
+/// Draws a mark at a point: discs are filled, others hollow, so that overlapping marks are
+/// distinct.
 fn draw_mark<C: CoordTranslate>(
     area: &DrawingArea<SVGBackend, C>,
     at: C::From,
@@ -130,7 +133,8 @@ impl Look {
 }
 
 impl Series {
-    /// The look of the series of this number: colours come round after eight, and then with another dash and another mark.
+    /// Appearance of the series with this number: colours repeat after eight series, with other
+    /// dashes and marks.
     fn look(&self, number: usize) -> Look {
         let line = |colour: RGBColor, width: u32| Look {
             colour,
@@ -140,7 +144,7 @@ impl Series {
         };
         let round = number / COLOURS.len();
         let own = Look {
-            // After all marks came round once the dashes go on with the next one.
+            // When the marks repeat, the dashes are shifted by one.
             dash: DASHES[(round + round / MARKS.len()) % DASHES.len()],
             mark: Some(MARKS[round % MARKS.len()]),
             ..line(COLOURS[number % COLOURS.len()], 2)
@@ -164,7 +168,7 @@ pub struct LogLog {
 }
 
 impl LogLog {
-    /// The chart as SVG text; points that are not positive and finite are left out.
+    /// Chart as SVG text, without points that are not positive and finite.
     pub fn svg(&self) -> Result<String> {
         let mut svg = String::new();
         self.draw(&mut svg)
@@ -213,7 +217,7 @@ impl LogLog {
             .bold_line_style(FAINT)
             .light_line_style(WHITE)
             .draw()?;
-        // Fronts first, so that they lie under everything.
+        // Fronts are drawn first, below the other series.
         let mut order: Vec<(usize, &Series)> = self.series.iter().enumerate().collect();
         order.sort_by_key(|(_, series)| series.style != Style::Front);
         for &(number, series) in &order {
@@ -242,7 +246,7 @@ impl LogLog {
     }
 }
 
-/// The points of which no other is both cheaper and better, by rising cost.
+/// Points for which no other point is both cheaper and better, by increasing cost.
 pub fn pareto_front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut sorted: Vec<(f64, f64)> = points
         .iter()
@@ -259,7 +263,7 @@ pub fn pareto_front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     front
 }
 
-/// Whole decades around the values, so that axes begin and end with a label.
+/// Range of whole decades around the values, so that axes begin and end with a label.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), v| {
         (low.min(v), high.max(v))
@@ -274,12 +278,12 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     )
 }
 
-/// A name in lines that fit the legend.
+/// Lines of a name that fit into the legend.
 fn wrapped(name: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in name.split(' ') {
         let line = lines.len() - 1;
-        if !lines[line].is_empty() && lines[line].len() + word.len() >= LEGEND_LETTERS {
+        if !lines[line].is_empty() && lines[line].len() + word.len() >= LEGEND_CHARACTERS {
             lines.push(word.to_owned());
             continue;
         }
@@ -303,7 +307,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_chart_shows_its_series_and_leaves_out_what_has_no_logarithm() {
+    fn a_chart_shows_its_series_without_points_that_have_no_logarithm() {
         let chart = LogLog {
             title: "t".into(),
             x: "dofs".into(),
@@ -315,7 +319,7 @@ mod tests {
             }],
         };
         let svg = chart.svg().unwrap();
-        // and one in the legend
+        // One more is in the legend.
         assert_eq!(svg.matches("<circle").count(), 2 + 1);
         assert!(svg.contains("ours"));
     }
@@ -333,7 +337,7 @@ mod tests {
             for (k, look) in looks.iter().enumerate() {
                 assert!(!looks[..k].contains(look), "{style:?} {k}");
             }
-            // The legend is as high as it must be to show them all.
+            // The legend is high enough for all of them.
             let chart = LogLog {
                 title: "t".into(),
                 x: "x".into(),
@@ -345,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn the_front_keeps_what_nothing_beats() {
+    fn the_front_has_the_best_points() {
         let points = [
             (1.0, 1e-2),
             (2.0, 1e-1),

@@ -1,5 +1,5 @@
-//! Iterations of the block solver over sizes, containers, gaps, numbers of bodies and radius ratios, its gain from a second thread and from several
-//! right-hand sides at once.
+//! Iterations of the block solver for varied element sizes, containers, gaps, numbers of bodies and
+//! radius ratios, and its speed-up by two threads and by several right-hand sides at once.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -10,19 +10,19 @@ use swimmer::Scene;
 use swimmer::models::{FemModel, InstantaneousSolution};
 use swimmer::solve_start;
 
-use crate::{columns, folder, machine};
+use crate::{folder, machine, multiple_rhs};
 
-/// Rounds of which the fastest counts.
+/// Number of rounds; the fastest one counts.
 const ROUNDS: usize = 3;
 
-/// A row: one scene, solved to the default tolerance and to where only rounding is left.
+/// One scene, solved to the default tolerance and down to rounding errors.
 struct Row {
     family: &'static str,
     choice: String,
     dofs: usize,
     iterations: usize,
     residual: f64,
-    /// Largest difference of a body's velocity to that of the exact solve, over the largest velocity.
+    /// Largest difference between the velocities of both solves, over the largest velocity.
     velocity_error: f64,
 }
 
@@ -34,7 +34,7 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         .collect::<Result<Vec<_>>>()?;
     let scaling = scaling(quick)?;
     let mut text = markdown(&rows, &scaling)?;
-    text += &columns::section(&columns::measure(quick)?)?;
+    text += &multiple_rhs::section(&multiple_rhs::measure(quick)?)?;
     println!("{text}");
     folder::write(out, [("iterations.md", text)])
 }
@@ -66,7 +66,7 @@ fn chain(radii: [f64; 3], arm: f64, container: f64, size: f64) -> String {
     text
 }
 
-/// So many unit spheres on a cubic lattice of spacing four, in a ball about it, each pulled in a direction of its own.
+/// Unit spheres on a cubic lattice of spacing four inside a ball, each pulled in another direction.
 fn lattice(bodies: usize) -> String {
     let side = (bodies as f64).cbrt().ceil() as usize;
     let middle = 0.5 * (side as f64 - 1.0);
@@ -171,10 +171,10 @@ fn measure(family: &'static str, choice: String, scene: &str) -> Result<Row> {
     })
 }
 
-/// Seconds of one and of two threads.
+/// Seconds with one and with two threads.
 struct Scaling {
     dofs: usize,
-    /// Assembly, set-up, solve: from the mesh in memory to the answer.
+    /// Assembly, set-up and solve, without mesh generation.
     phases: [[f64; 2]; 3],
 }
 
@@ -188,7 +188,7 @@ fn scaling(quick: bool) -> Result<Vec<Scaling>> {
                 dofs: 0,
                 phases: [[f64::INFINITY; 2]; 3],
             };
-            // In turns, so that what else the machine does meets both.
+            // Alternating, so that other load on the machine affects both alike.
             for _ in 0..ROUNDS {
                 for threads in [1, 2] {
                     let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
@@ -209,9 +209,9 @@ fn scaling(quick: bool) -> Result<Vec<Scaling>> {
 fn markdown(rows: &[Row], scaling: &[Scaling]) -> Result<String> {
     let mut text = format!(
         "# Iterations of the block solver\n\n{}, {}. Made by `cargo xtask iterations`.\n\n\
-         Three spheres on a line in a ball, gaps of 8 and a ball of 40 radii unless said, one arm closing; for numbers of bodies, spheres on a lattice of\n\
-         spacing four, each pulled another way. Solved to `fem.rtol` = 1e-8; the error of the velocities is against a solve to 1e-12 on the same mesh.\n\n\
-         | what varies | choice | unknowns | iterations | true residual | error of U by the solver |\n|:--|:--|--:|--:|--:|--:|\n",
+         Three spheres on a line in a ball, gaps of 8 and a ball of 40 radii unless another value is given, one arm closing; for numbers of bodies, spheres on a lattice of\n\
+         spacing four, each pulled in another direction. Solved to `fem.rtol` = 1e-8; velocities are compared with a solve to 1e-12 on the same mesh.\n\n\
+         | varied | choice | dofs | iterations | true residual | solver error of U |\n|:--|:--|--:|--:|--:|--:|\n",
         machine::today(),
         machine::processor()
     );
@@ -223,8 +223,8 @@ fn markdown(rows: &[Row], scaling: &[Scaling]) -> Result<String> {
         )?;
     }
     text.push_str(
-        "\n## A second thread\n\nThe fastest of three rounds in turns, each phase by itself: seconds of one and of two threads. Results are the same to the last bit.\n\n\
-         | unknowns | assembly | set-up | solve | all | ratio |\n|--:|--:|--:|--:|--:|--:|\n",
+        "\n## A second thread\n\nSeconds with one and with two threads, the fastest of three alternating rounds for each phase. Results are the same to the last bit.\n\n\
+         | dofs | assembly | set-up | solve | all | ratio |\n|--:|--:|--:|--:|--:|--:|\n",
     );
     for Scaling { dofs, phases } in scaling {
         let all = [0, 1].map(|threads| phases.iter().map(|phase| phase[threads]).sum::<f64>());

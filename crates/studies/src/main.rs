@@ -4,12 +4,13 @@
 mod accuracy;
 mod ale;
 mod chart;
-mod columns;
 mod folder;
 mod iterations;
 mod machine;
 mod models;
+mod multiple_rhs;
 mod page;
+mod reference;
 mod roofline;
 mod soak;
 mod stability;
@@ -30,7 +31,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Exact values against computed ones: prints a table and fails if a row is outside its tolerance.
+    /// Compares computed with exact values; fails if an error is above its tolerance.
     Validate {
         /// Coarser meshes and fewer rows: under two minutes on two cores.
         #[arg(long)]
@@ -39,7 +40,7 @@ enum Task {
         #[arg(long, default_value = "validation")]
         out: PathBuf,
     },
-    /// Speed against accuracy: drag, swimming speed and net displacement computed in every way there is.
+    /// Speed against accuracy: drag, swimming speed and net displacement by all methods.
     Accuracy {
         /// Two mesh sizes: a minute on two cores.
         #[arg(long)]
@@ -47,11 +48,12 @@ enum Task {
         /// Only this quantity: drag, pair, speed or net.
         #[arg(long)]
         only: Option<String>,
-        /// Folder for `accuracy.md`, `accuracy.csv` and the charts [default: docs, or accuracy for --quick].
+        /// Folder for `accuracy.md`, `accuracy.csv` and the charts
+        /// [default: docs, or accuracy for --quick].
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Mesh motions against each other: large steps, small steps, approach, closed cycles.
+    /// Compares mesh motions: large steps, small steps, approach, closed cycles.
     Ale {
         /// A coarse mesh and two cycles: half a minute on two cores.
         #[arg(long)]
@@ -60,16 +62,19 @@ enum Task {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Every model on every scene with an exact answer: error claimed, error made, seconds; fails where a claim does not hold.
+    /// Estimated and true errors of all models on scenes with exact solutions.
+    ///
+    /// Fails if a true error is larger than the estimated one.
     Models {
-        /// Without finite elements: seconds.
+        /// Without finite elements: takes seconds.
         #[arg(long)]
         quick: bool,
         /// Folder for `models.md` and `models.csv` [default: docs, or models for --quick].
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// The stability map: formulations x solvers x hardships, each right or refused with a reason.
+    /// The stability map: formulations x solvers x stress cases, each right or refused with a
+    /// reason.
     Stability {
         /// The part that the tests run.
         #[arg(long)]
@@ -78,22 +83,23 @@ enum Task {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// The paper's Table 1 measured again: formulations x solvers x sizes, about an hour at full size.
+    /// Repeats Table 1 of the paper: formulations x solvers x sizes; about an hour at full size.
     Table1 {
         /// One small mesh: a minute on two cores.
         #[arg(long)]
         quick: bool,
-        /// Only the smallest so many of the three sizes.
+        /// Number of mesh sizes, from the smallest on: 1 to 3.
         #[arg(long, default_value_t = 3)]
         sizes: usize,
-        /// Rounds of which the block solver's median is taken.
+        /// Number of rounds; times of the block solver are medians over them.
         #[arg(long, default_value_t = 3)]
         repeats: usize,
-        /// Folder for `table1.md`, `table1.csv` and `table1.svg` [default: docs, or table1 for --quick].
+        /// Folder for `table1.md`, `table1.csv` and `table1.svg` [default: docs, or table1 for
+        /// --quick].
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Every kernel of the block solver against the bandwidth of memory, which is measured in the same run.
+    /// Kernels of the block solver against the memory bandwidth, measured in the same run.
     Roofline {
         /// One small mesh: half a minute on two cores.
         #[arg(long)]
@@ -102,7 +108,7 @@ enum Task {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Iterations of the block solver over sizes, containers, gaps, numbers of bodies and radius ratios, and its gain from a second thread.
+    /// Iterations of the block solver for many meshes and scenes, and its speed-up by two threads.
     Iterations {
         /// Small meshes: two minutes on two cores.
         #[arg(long)]
@@ -111,21 +117,21 @@ enum Task {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Random valid scenes through all models for a while: balances, the same bits again, flat memory.
+    /// Runs random scenes with all models: checks balances, reproducibility and memory.
     Soak {
-        /// How long.
+        /// Duration of the run.
         #[arg(long, default_value_t = 30.0)]
         minutes: f64,
-        /// Where the random numbers begin: the same seed draws the same scenes.
+        /// Seed of the random numbers; the same seed gives the same scenes.
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
-    /// One cell of the table, in a process of its own.
+    /// One cell of Table 1, started by `table1` as a separate process.
     #[command(hide = true)]
     Table1Cell { overrides: Vec<String> },
 }
 
-/// A folder under the project's own documents.
+/// Folder of the project's documents, to which full runs write.
 const DOCS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs");
 
 fn main() -> Result<()> {
@@ -139,24 +145,24 @@ fn main() -> Result<()> {
             validate::run(effort, &out)
         }
         Task::Roofline { quick, out } => {
-            let usual = if quick { "roofline" } else { DOCS };
-            roofline::run(quick, &out.unwrap_or_else(|| usual.into()))
+            let out = output_folder(out, quick, "roofline");
+            roofline::run(quick, &out)
         }
         Task::Accuracy { quick, only, out } => {
-            let usual = if quick { "accuracy" } else { DOCS };
-            accuracy::run(quick, only.as_deref(), &out.unwrap_or_else(|| usual.into())).map(drop)
+            let out = output_folder(out, quick, "accuracy");
+            accuracy::run(quick, only.as_deref(), &out).map(drop)
         }
         Task::Ale { quick, out } => {
-            let usual = if quick { "ale" } else { DOCS };
-            ale::run(quick, &out.unwrap_or_else(|| usual.into()))
+            let out = output_folder(out, quick, "ale");
+            ale::run(quick, &out)
         }
         Task::Models { quick, out } => {
-            let usual = if quick { "models" } else { DOCS };
-            models::run(quick, &out.unwrap_or_else(|| usual.into()))
+            let out = output_folder(out, quick, "models");
+            models::run(quick, &out)
         }
         Task::Stability { quick, out } => {
-            let usual = if quick { "stability" } else { DOCS };
-            stability::run(quick, &out.unwrap_or_else(|| usual.into()))
+            let out = output_folder(out, quick, "stability");
+            stability::run(quick, &out)
         }
         Task::Table1 {
             quick,
@@ -164,19 +170,24 @@ fn main() -> Result<()> {
             repeats,
             out,
         } => {
-            let usual = if quick { "table1" } else { DOCS };
+            let out = output_folder(out, quick, "table1");
             table1::run(&table1::Options {
                 quick,
                 sizes,
                 repeats,
-                out: &out.unwrap_or_else(|| usual.into()),
+                out: &out,
             })
         }
         Task::Iterations { quick, out } => {
-            let usual = if quick { "iterations" } else { DOCS };
-            iterations::run(quick, &out.unwrap_or_else(|| usual.into()))
+            let out = output_folder(out, quick, "iterations");
+            iterations::run(quick, &out)
         }
         Task::Soak { minutes, seed } => soak::run(minutes, seed),
         Task::Table1Cell { overrides } => table1::print(&overrides),
     }
+}
+
+/// Folder to write to: the one chosen, or `quick_name` for a quick run, or the documents.
+fn output_folder(chosen: Option<PathBuf>, quick: bool, quick_name: &str) -> PathBuf {
+    chosen.unwrap_or_else(|| if quick { quick_name } else { DOCS }.into())
 }

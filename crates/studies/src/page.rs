@@ -1,10 +1,10 @@
-//! A self-contained HTML page: headings, notes, tables and charts, for a wide screen and a narrow one.
+//! Self-contained HTML pages with headings, notes, tables and charts, for wide and narrow screens.
 
 use std::fmt::Write;
 
-/// What a page is made of, in order.
+/// Part of a page.
 pub enum Part {
-    /// A heading with an anchor in the list at the top.
+    /// A heading, linked from the list at the top of the page.
     Heading(String),
     /// A paragraph of plain text.
     Text(String),
@@ -12,14 +12,14 @@ pub enum Part {
     Figures(Vec<(String, String)>),
     /// An SVG picture.
     Chart(String),
-    /// Column heads and rows; a row that failed is marked.
+    /// Column heads and rows; the flag of a row marks it as failed.
     Table {
         heads: Vec<String>,
         rows: Vec<(Vec<String>, bool)>,
     },
 }
 
-/// Colours and measures: text of a readable width, tables and charts as wide as the window lets them.
+/// Style sheet: text of a readable width, tables and charts as wide as the window.
 const STYLE: &str = "
 :root { --ink: #1d2126; --soft: #5c6570; --line: #e3e6ea; --paper: #fff; --wash: #f6f7f9; --good: #00705a; --bad: #b3261e; }
 @media (prefers-color-scheme: dark) {
@@ -51,7 +51,7 @@ td:last-child { color: var(--good); }
 tr.bad td:last-child { color: var(--bad); }
 ";
 
-/// The page as one HTML text that needs nothing else.
+/// HTML text of a page, without references to other files.
 pub fn html(title: &str, parts: &[Part]) -> String {
     let mut body = String::new();
     let mut links = String::new();
@@ -109,7 +109,7 @@ pub fn html(title: &str, parts: &[Part]) -> String {
     )
 }
 
-/// A picture that takes the width it is given: fixed sizes become a view box.
+/// SVG picture that scales with the page: the fixed size is replaced by a view box.
 fn scalable(svg: &str) -> String {
     let attribute = |name: &str| -> Option<&str> {
         let rest = svg.split_once(&format!("{name}=\""))?.1;

@@ -1,7 +1,8 @@
-//! Every kernel of the block solver as a fraction of the bandwidth of memory.
+//! Bandwidth of every kernel of the block solver, as a fraction of the memory bandwidth.
 //!
-//! Bandwidth is measured as STREAM does (McCalpin 1995), before every run of a kernel: on a shared machine both see the same load, and no kernel finds
-//! its data in a cache. What counts is the best bandwidth of the whole run, so that fractions err on the low side.
+//! The memory bandwidth is measured as in STREAM (McCalpin 1995), before every run of a kernel: on
+//! a shared machine both see the same load, and no kernel finds its data in a cache. The best
+//! bandwidth of the whole run is used, so fractions are rather too low than too high.
 
 use std::fmt::Write;
 use std::hint::black_box;
@@ -18,29 +19,29 @@ use stokes::Problem;
 
 use crate::{folder, machine};
 
-/// Entries of each array of STREAM: 256 MB, far more than any cache.
+/// Length of each array of STREAM: 256 MB, far more than any cache.
 const STREAM: usize = 1 << 25;
 
-/// Entries a task of STREAM handles.
+/// Length of the pieces into which arrays of STREAM are cut for the threads.
 const CHUNK: usize = 1 << 14;
 
-/// Runs of which the fastest counts: others on the machine only ever slow a kernel down.
+/// Number of runs; the fastest counts, since other load on the machine can only slow a kernel down.
 const RUNS: usize = 12;
 
-/// Element sizes on the spheres: about 100 000, 500 000 and 970 000 unknowns.
+/// Element sizes on the spheres: about 100 000, 500 000 and 970 000 dofs.
 const SIZES: [f64; 3] = [0.4, 0.19, 0.14];
 
 const NAMES: [&str; 3] = ["left", "centre", "right"];
 
 /// One line of the table.
 struct Row {
-    unknowns: usize,
+    dofs: usize,
     threads: usize,
     name: String,
     bytes: usize,
     runs: f64,
     seconds: f64,
-    /// The best bandwidth of reading with so many threads, bytes a second.
+    /// Best bandwidth of reading with this number of threads, in bytes per second.
     stream: f64,
 }
 
@@ -50,7 +51,7 @@ impl Row {
     }
 }
 
-/// Measures and writes `roofline.md` and `roofline.csv` to `out`.
+/// Measures all kernels and writes `roofline.md` and `roofline.csv` to `out`.
 pub fn run(quick: bool, out: &Path) -> Result<()> {
     let sizes = if quick { &SIZES[..1] } else { &SIZES[..] };
     let mut rows = Vec::new();
@@ -75,7 +76,7 @@ fn measure(system: &Constrained, threads: usize, rows: &mut Vec<Row>) -> Result<
     let mut row = |name: &str, bytes, runs, run: &mut dyn FnMut()| {
         let (seconds, reading) = stream.compare(run);
         rows.push(Row {
-            unknowns: system.rhs.len(),
+            dofs: system.rhs.len(),
             threads,
             name: name.into(),
             bytes,
@@ -105,7 +106,7 @@ fn seconds(run: impl FnOnce()) -> f64 {
     clock.elapsed().as_secs_f64()
 }
 
-/// Arrays that are read and written at the speed of memory.
+/// Array that is read and written at the bandwidth of memory.
 struct Stream {
     x: Vec<f64>,
 }
@@ -117,10 +118,10 @@ impl Stream {
         }
     }
 
-    /// Seconds of `run` and of a sum, each the fastest of [`RUNS`], in turns.
+    /// Seconds of `run` and of a sum over the array, alternating, each the fastest of [`RUNS`].
     fn compare(&self, run: &mut dyn FnMut()) -> (f64, f64) {
         (0..RUNS).fold((f64::INFINITY, f64::INFINITY), |(kernel, sum), _| {
-            // first, for it leaves nothing of the kernel's data in the caches
+            // The sum comes first, because it evicts the kernel's data from the caches.
             let sum = sum.min(seconds(|| self.sum()));
             (kernel.min(seconds(&mut *run)), sum)
         })
@@ -153,7 +154,7 @@ impl Stream {
     }
 }
 
-/// The first instant of the three-sphere scene with elements of `size` on the spheres.
+/// System of the three-sphere scene at its start, with elements of `size` on the spheres.
 fn three_spheres(size: f64) -> Result<Constrained> {
     let centres = [-10.0, 0.0, 10.0].map(|x| Vector3::new(x, 0.0, 0.0));
     let spheres = centres.map(|centre| Sphere {
@@ -207,19 +208,19 @@ fn three_spheres(size: f64) -> Result<Constrained> {
 fn markdown(rows: &[Row]) -> Result<String> {
     let mut text = format!(
         "# Kernels against the bandwidth of memory\n\n\
-         The first instant of `scenes/three-sphere.toml`. {}, {}, load {}. Made by `cargo xtask roofline`.\n\n\
-         The fastest of {RUNS} runs of each kernel, from memory; bandwidth is the best of reading 256 MB, measured before every run. Needs a quiet machine: \
-         what others take is taken from both. The last column is the kernel's part of an iteration, from its time and the number of its runs.\n\n",
+         The start of `scenes/three-sphere.toml`. {}, {}, load {}. Made by `cargo xtask roofline`.\n\n\
+         The fastest of {RUNS} runs of each kernel, with data in memory, not in caches. STREAM is the best bandwidth of reading 256 MB, measured before every run. Other load on \
+         the machine lowers both. The last column is the kernel's share of the time of an iteration, from its time and the number of its runs.\n\n",
         machine::today(),
         machine::processor(),
         load(),
     );
-    text.push_str("| unknowns | threads | kernel | MB | ms | GB/s | STREAM GB/s | fraction | of an iteration |\n");
+    text.push_str("| dofs | threads | kernel | MB | ms | GB/s | STREAM GB/s | fraction | share of iteration |\n");
     text.push_str("|--:|--:|:--|--:|--:|--:|--:|--:|--:|\n");
     for row in rows {
         let iteration: f64 = rows
             .iter()
-            .filter(|other| other.unknowns == row.unknowns && other.threads == row.threads)
+            .filter(|other| other.dofs == row.dofs && other.threads == row.threads)
             .map(|other| other.runs * other.seconds)
             .sum();
         let part = match row.runs {
@@ -229,7 +230,7 @@ fn markdown(rows: &[Row]) -> Result<String> {
         writeln!(
             text,
             "| {} | {} | {} | {:.1} | {:.2} | {:.1} | {:.1} | {:.0} % | {part} |",
-            row.unknowns,
+            row.dofs,
             row.threads,
             row.name,
             row.bytes as f64 / 1e6,
@@ -244,13 +245,13 @@ fn markdown(rows: &[Row]) -> Result<String> {
 
 fn csv(rows: &[Row]) -> Result<String> {
     let mut text =
-        "unknowns,threads,kernel,bytes,seconds,stream_bytes_per_second,fraction,runs_per_iteration\n"
+        "dofs,threads,kernel,bytes,seconds,stream_bytes_per_second,fraction,runs_per_iteration\n"
             .to_owned();
     for row in rows {
         writeln!(
             text,
             "{},{},\"{}\",{},{:e},{:e},{:.4},{:.3}",
-            row.unknowns,
+            row.dofs,
             row.threads,
             row.name,
             row.bytes,
@@ -263,7 +264,7 @@ fn csv(rows: &[Row]) -> Result<String> {
     Ok(text)
 }
 
-/// The load of the machine over the last minute.
+/// Average load of the machine over the last minute.
 fn load() -> String {
     std::fs::read_to_string("/proc/loadavg")
         .ok()

@@ -1,46 +1,48 @@
-//! Speed against accuracy: one quantity at a time, every way to compute it, error over seconds and over unknowns.
+//! Speed against accuracy: the error of each quantity over seconds and over dofs, for all methods.
 
-mod quantities;
+mod instantaneous;
+mod quantity;
+mod scenes;
 mod strokes;
 
 use std::fmt::Write;
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 
-use crate::chart::{LogLog, Series, Style, pareto_front};
+pub use quantity::Quantity;
+
 use crate::{folder, machine};
 
-/// One computed value.
-#[derive(Clone, Debug)]
-pub struct Point {
-    /// Which curve it is on.
-    pub method: String,
-    /// What was chosen on that curve: an element size, an order, a tolerance.
-    pub choice: String,
-    /// Unknowns of the largest system; zero for models without a mesh.
-    pub dofs: usize,
-    /// Wall-clock seconds of everything, from the scene to the value.
-    pub seconds: f64,
-    /// Relative error against the exact value.
-    pub error: f64,
-    /// The error bar that came with the value, relative to it, where there was one.
-    pub claimed: Option<f64>,
+/// Function that computes a quantity; the argument is `quick`.
+type Compute = fn(bool) -> Result<Quantity>;
+
+/// All quantities with their keys.
+const QUANTITIES: [(&str, Compute); 4] = [
+    ("drag", instantaneous::drag),
+    ("pair", instantaneous::pair),
+    ("speed", instantaneous::speed),
+    ("net", strokes::net),
+];
+
+/// All quantities, or the one with the given key.
+fn all(quick: bool, only: Option<&str>) -> Result<Vec<Quantity>> {
+    if let Some(key) = only
+        && !QUANTITIES.iter().any(|(name, _)| *name == key)
+    {
+        bail!("there is no quantity '{key}'; choose drag, pair, speed or net");
+    }
+    QUANTITIES
+        .iter()
+        .filter(|(name, _)| only.is_none_or(|key| key == *name))
+        .map(|(_, compute)| compute(quick))
+        .collect()
 }
 
-/// A quantity with all its points.
-#[derive(Clone, Debug)]
-pub struct Quantity {
-    /// Name in file names.
-    pub key: &'static str,
-    /// What it is, with its exact value.
-    pub title: String,
-    pub points: Vec<Point>,
-}
-
-/// Computes all quantities, or the one of a key, and writes `accuracy.md`, `accuracy.csv` and two charts a quantity into a folder.
+/// Computes all quantities, or one of them, and writes `accuracy.md`, `accuracy.csv` and two charts
+/// per quantity into a folder.
 pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<Vec<Quantity>> {
-    let quantities = quantities::all(quick, only)?;
+    let quantities = all(quick, only)?;
     let text = markdown(&quantities)?;
     println!("{text}");
     folder::write(
@@ -49,8 +51,8 @@ pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<Vec<Quantity>>
     )?;
     for quantity in &quantities {
         let key = quantity.key;
-        // Models without a mesh have no unknowns to speak of.
-        let unknowns = quantity.chart("unknowns", |p| p.dofs as f64).svg()?;
+        // Models without a mesh have zero dofs, and are left out of this chart.
+        let over_dofs = quantity.chart("dofs", |p| p.dofs as f64).svg()?;
         folder::write(
             out,
             [
@@ -58,61 +60,24 @@ pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<Vec<Quantity>>
                     format!("accuracy-{key}.svg"),
                     quantity.chart("seconds", |p| p.seconds).svg()?,
                 ),
-                (format!("accuracy-{key}-unknowns.svg"), unknowns),
+                (format!("accuracy-{key}-dofs.svg"), over_dofs),
             ],
         )?;
     }
     Ok(quantities)
 }
 
-impl Quantity {
-    /// Error over a cost, a curve a method, with the Pareto front.
-    pub fn chart(&self, cost_name: &str, cost: impl Fn(&Point) -> f64) -> LogLog {
-        let mut methods: Vec<&str> = Vec::new();
-        for point in &self.points {
-            if !methods.contains(&point.method.as_str()) {
-                methods.push(&point.method);
-            }
-        }
-        let mut series: Vec<Series> = methods
-            .into_iter()
-            .map(|method| Series {
-                name: method.to_owned(),
-                points: self
-                    .points
-                    .iter()
-                    .filter(|p| p.method == method)
-                    .map(|p| (cost(p), p.error))
-                    .collect(),
-                style: Style::Curve,
-            })
-            .collect();
-        let all: Vec<(f64, f64)> = self.points.iter().map(|p| (cost(p), p.error)).collect();
-        series.push(Series {
-            name: "Pareto front: nothing here is both cheaper and better".into(),
-            points: pareto_front(&all),
-            style: Style::Front,
-        });
-        LogLog {
-            title: self.title.clone(),
-            x: cost_name.into(),
-            y: "relative error".into(),
-            series,
-        }
-    }
-}
-
 fn markdown(quantities: &[Quantity]) -> Result<String> {
     let mut text = format!(
-        "# Speed against accuracy\n\n{}, {}. Made by `cargo xtask accuracy`. Seconds are wall-clock and hold everything, meshes included; errors are \
-         against exact values; the bar is what the program itself said of its error.\n",
+        "# Speed against accuracy\n\n{}, {}. Made by `cargo xtask accuracy`. Seconds are wall-clock times from the scene to the value, mesh generation included. Errors are \
+         relative to exact values. The bar is the error that the program itself estimates.\n",
         machine::today(),
         machine::processor()
     );
     for quantity in quantities {
         write!(
             text,
-            "\n## {}\n\n![error against seconds](accuracy-{}.svg)\n\n| method | choice | unknowns | seconds | error | bar |\n|:--|:--|--:|--:|--:|--:|\n",
+            "\n## {}\n\n![error against seconds](accuracy-{}.svg)\n\n| method | choice | dofs | seconds | error | bar |\n|:--|:--|--:|--:|--:|--:|\n",
             quantity.title, quantity.key
         )?;
         for p in &quantity.points {
@@ -128,7 +93,7 @@ fn markdown(quantities: &[Quantity]) -> Result<String> {
 }
 
 fn csv(quantities: &[Quantity]) -> Result<String> {
-    let mut text = String::from("quantity,method,choice,unknowns,seconds,error,claimed\n");
+    let mut text = String::from("quantity,method,choice,dofs,seconds,error,claimed\n");
     for quantity in quantities {
         for p in &quantity.points {
             let claimed = p.claimed.map_or(String::new(), |bar| format!("{bar:e}"));

@@ -1,4 +1,4 @@
-//! The net displacement of a stroke, in every way there is.
+//! Net displacement of a stroke, by all methods.
 
 use std::time::Instant as Clock;
 
@@ -6,17 +6,17 @@ use anyhow::Result;
 use swimmer::choose;
 use swimmer::{Method, Observer, Scene, simulate, size_factor_for_target};
 
-use super::quantities::{MESHES, scene, sizes, targets};
-use super::{Point, Quantity};
-use crate::validate::reference::STROKES;
+use super::quantity::{Point, Quantity};
+use super::scenes::{MESHES, axisymmetric_overrides, mesh_overrides, scene, sizes, targets};
+use crate::reference::STROKES;
 
-/// Exact net displacement of the default stroke in unbounded fluid, by spectral solution.
+/// Exact net displacement of the default stroke in unbounded fluid, by a spectral solution.
 const UNBOUNDED_NET: f64 = 0.159_805_340_4;
 
 /// Explicit Euler with the paper's time step, a tenth of a phase.
 const PAPER_STEPS: usize = 10;
 
-/// Counts the unknowns of a stroke.
+/// Largest number of dofs of a solve of a stroke.
 #[derive(Default)]
 struct Largest(usize);
 
@@ -44,7 +44,7 @@ fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) 
         dofs: largest.0,
         seconds: clock.elapsed().as_secs_f64(),
         error: (net / exact - 1.0).abs(),
-        // Without an estimate of the integration the sum of the others is no bar.
+        // Without an estimate of the integration error, the sum of the others is no error bar.
         claimed: outcome
             .error_estimate
             .integration
@@ -52,34 +52,28 @@ fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) 
     })
 }
 
-/// A stroke with element sizes that the program chooses for an asked error, the strokes it tries first included.
+/// Stroke with element sizes that the program chooses for a target error; the time includes its
+/// trial strokes.
 fn stroke_for_target(name: &str, target: f64, exact: f64) -> Result<Point> {
     let clock = Clock::now();
     let mut scene = scene(name, &[format!("fem.target={target:e}")])?;
     scene = scene.with_size_factor(size_factor_for_target(&scene, &mut ())?)?;
     let choice = format!("target {target:e}");
-    let names = ["sizes chosen for an error, curved", &choice];
+    let names = ["sizes chosen for a target error, curved", &choice];
     let mut point = stroke(&scene, Method::Collocation, names, exact)?;
     point.seconds = clock.elapsed().as_secs_f64();
     Ok(point)
 }
 
 /// The net displacement of the default stroke.
-pub(super) fn net(quick: bool) -> Result<Quantity> {
+pub fn net(quick: bool) -> Result<Quantity> {
     let exact = STROKES[0].net;
     let mut points = Vec::new();
     let name = "three-sphere.toml";
     for [method, geometry, mirror] in MESHES {
-        // Finer meshes of all of the fluid take minutes a stroke.
+        // With finer meshes of the whole fluid, a stroke takes minutes.
         for &size in sizes(quick).iter().filter(|&&size| size >= 0.2) {
-            let scene = scene(
-                name,
-                &[
-                    format!("fem.surface_size={size}"),
-                    format!("fem.geometry={geometry}"),
-                    format!("fem.mirror={mirror}"),
-                ],
-            )?;
+            let scene = scene(name, &mesh_overrides(geometry, mirror, size))?;
             let names = [method, &format!("size {size}")];
             points.push(stroke(&scene, Method::Collocation, names, exact)?);
         }
@@ -90,13 +84,7 @@ pub(super) fn net(quick: bool) -> Result<Quantity> {
         }
     }
     for tolerance in [1e-2, 1e-4] {
-        let scene = scene(
-            name,
-            &[
-                "model.kind=axisymmetric".to_owned(),
-                format!("model.tolerance={tolerance:e}"),
-            ],
-        )?;
+        let scene = scene(name, &axisymmetric_overrides(tolerance))?;
         let choice = format!("tolerance {tolerance:e}");
         points.push(stroke(
             &scene,
@@ -126,7 +114,10 @@ pub(super) fn net(quick: bool) -> Result<Quantity> {
         points.push(stroke(
             &scene,
             Method::Euler { steps },
-            ["curved, Euler", &format!("size 0.5, {steps} steps a phase")],
+            [
+                "curved, Euler",
+                &format!("size 0.5, {steps} steps per phase"),
+            ],
             exact,
         )?);
     }

@@ -1,4 +1,4 @@
-//! What the mesh has to follow: paths of three spheres on a line.
+//! Paths of three spheres on a line, which the meshes must follow.
 
 use ale::MovingBody;
 use anyhow::Result;
@@ -11,7 +11,7 @@ pub const NAMES: [&str; 3] = ["left", "centre", "right"];
 /// Radius of the container, in radii of the spheres.
 const CONTAINER: f64 = 30.0;
 
-/// A path: arms at the start and after each step.
+/// A path: lengths of the arms at the start and after each step.
 #[derive(Clone, Debug)]
 pub struct Case {
     pub key: &'static str,
@@ -21,11 +21,11 @@ pub struct Case {
     pub start: [f64; 2],
     /// Left and right arm after each step.
     pub steps: Vec<[f64; 2]>,
-    /// What a step is labelled with in charts.
+    /// Label of each step in charts.
     pub labels: Vec<f64>,
 }
 
-/// From `from` to `to` in equal steps, labelled by the part that is done.
+/// Path from `from` to `to` in equal steps, labelled by the completed fraction.
 fn straight(
     key: &'static str,
     title: &'static str,
@@ -47,13 +47,13 @@ fn straight(
     }
 }
 
-/// Part by which a gap shrinks in a step of the approach.
+/// Factor on the gap in a step of the approach.
 const APPROACH: f64 = 0.85;
 
 /// The smallest gap of the approach.
 pub const SMALLEST_GAP: f64 = 0.02;
 
-/// Both arms close from a gap of three radii, each step taking 15 % of the gap that is left.
+/// Both arms close from a gap of three radii; each step reduces the remaining gap by 15 %.
 fn approach() -> Case {
     let mut gap: f64 = 3.0;
     let mut labels = Vec::new();
@@ -64,14 +64,16 @@ fn approach() -> Case {
     Case {
         key: "approach",
         curved: true,
-        title: "gaps close from 3 to 0.02, 15 % a step",
+        title: "gaps close from 3 to 0.02, 15 % per step",
         start: [5.0; 2],
         steps: labels.iter().map(|gap| [2.0 + gap; 2]).collect(),
         labels,
     }
 }
 
-/// The four-phase stroke from arms of ten to six radii, in so many steps a phase; labelled by cycles done.
+/// The four-phase stroke with arms of ten and six radii, labelled by completed cycles.
+///
+/// `steps` is the number of steps per phase.
 fn stroke(cycles: usize, steps: usize) -> Case {
     let corners = [[10.0, 10.0], [6.0, 10.0], [6.0, 6.0], [10.0, 6.0]];
     let mut case = Case {
@@ -94,10 +96,10 @@ fn stroke(cycles: usize, steps: usize) -> Case {
     case
 }
 
-/// Steps a phase of the stroke.
-pub const STEPS_A_PHASE: usize = 4;
+/// Number of steps per phase of the stroke.
+pub const STEPS_PER_PHASE: usize = 4;
 
-/// All cases, the short ones on straight cells too; the quick part takes two cycles instead of ten.
+/// All cases, the short ones also on straight cells; the quick part has two cycles instead of ten.
 pub fn all(quick: bool) -> Vec<Case> {
     let (far, close, wide) = ([10.0, 10.0], [5.0, 5.0], [9.0, 9.0]);
     let near = [2.5, 2.5];
@@ -145,12 +147,12 @@ pub fn all(quick: bool) -> Vec<Case> {
         ..case.clone()
     });
     cases.extend(flat.collect::<Vec<_>>());
-    cases.push(stroke(if quick { 2 } else { 10 }, STEPS_A_PHASE));
+    cases.push(stroke(if quick { 2 } else { 10 }, STEPS_PER_PHASE));
     cases
 }
 
 impl Case {
-    /// Motions of the spheres from the start, for arms.
+    /// Motions of the spheres from the start to given lengths of the arms.
     pub fn motions(&self, arms: [f64; 2]) -> [Isometry3<f64>; 3] {
         let shift = |x: f64| Isometry3::translation(x, 0.0, 0.0);
         [
@@ -177,7 +179,7 @@ impl Case {
         })
     }
 
-    /// The mesh at the start, elements of `size` on the spheres.
+    /// Mesh at the start, with elements of `size` on the spheres.
     pub fn mesh(&self, size: f64) -> Result<TetMesh> {
         let spheres = self.spheres();
         let container = Container::Ball(Sphere {

@@ -1,22 +1,22 @@
-//! Pictures of a mesh: the plane y = 0 cut through its tets, coloured by their quality.
+//! Pictures of a mesh: its section with the plane `y = 0`, tets coloured by their quality.
 
 use std::fmt::Write;
 
 use mesh::{TetMesh, Vec3, mean_ratio};
 
-/// What part of the plane is shown.
+/// Part of the plane that is shown.
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
     /// Lowest and highest x.
     pub x: [f64; 2],
-    /// Highest z; the lowest is its opposite.
+    /// Highest z; the lowest is its negative.
     pub z: f64,
 }
 
 /// Width of a picture in points.
 const WIDTH: f64 = 900.0;
 
-/// The cut as an SVG text, with a title and a scale of colours.
+/// Section as SVG text, with a title and a colour scale.
 pub fn svg(mesh: &TetMesh, window: Window, title: &str) -> String {
     let scale = WIDTH / (window.x[1] - window.x[0]);
     let (height, top) = (2.0 * window.z * scale, 34.0);
@@ -66,9 +66,9 @@ pub fn svg(mesh: &TetMesh, window: Window, title: &str) -> String {
     text
 }
 
-/// Where the plane y = 0 cuts a tet: a triangle or a quadrilateral in order, or nothing.
+/// Section of a tet with the plane `y = 0`: corners of a triangle or quadrilateral, or none.
 fn section(corners: &[Vec3; 4]) -> Vec<Vec3> {
-    // A vertex on the plane counts as above it, so that every tet is cut in general position.
+    // A vertex on the plane counts as above it, so that no degenerate section occurs.
     let above = |p: &Vec3| p.y >= 0.0;
     let (up, down): (Vec<&Vec3>, Vec<&Vec3>) = corners.iter().partition(|p| above(p));
     let between = |a: &Vec3, b: &Vec3| a + (b - a) * (a.y / (a.y - b.y));
@@ -83,7 +83,7 @@ fn section(corners: &[Vec3; 4]) -> Vec<Vec3> {
     }
 }
 
-/// From red (flat) over yellow to a pale blue (regular).
+/// Colour of a quality, from red (flat) through yellow to pale blue (regular).
 fn colour(quality: f64) -> String {
     const STOPS: [(f64, [f64; 3]); 4] = [
         (0.0, [178.0, 24.0, 43.0]),
@@ -109,8 +109,8 @@ mod tests {
     use mesh::LinearTets;
 
     #[test]
-    fn the_cuts_of_all_tets_fill_the_section() {
-        // The unit cube moved so that the plane cuts it: the polygons' areas add up to one.
+    fn sections_of_all_tets_fill_the_section_of_the_cube() {
+        // The plane intersects the shifted unit cube, so the areas of the polygons add up to one.
         let mesh = TetMesh::straight(LinearTets::cube(3)).unwrap();
         let points = mesh
             .points()

@@ -1,4 +1,4 @@
-//! The mesh motions that are compared, and the two ways to use them.
+//! The mesh motions of the study, and the two ways to use them.
 
 use ale::{
     AleError, Biharmonic, Elastic, Harmonic, IncrementalMap, Kernel, MeshMotion, MovingBody, Rbf,
@@ -13,7 +13,7 @@ pub struct Method {
     pub make: fn() -> Box<dyn MeshMotion>,
 }
 
-/// Everything that the study compares.
+/// All mesh motions of the study.
 pub const METHODS: [Method; 8] = [
     Method {
         name: "Laplace",
@@ -49,12 +49,12 @@ pub const METHODS: [Method; 8] = [
     },
 ];
 
-/// From which mesh each step is made.
+/// Mesh from which each step starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
     /// The first mesh: extensions are computed once.
     Reference,
-    /// The mesh of the step before: extensions are computed anew.
+    /// The mesh of the previous step: extensions are recomputed.
     Incremental,
 }
 
@@ -69,7 +69,7 @@ impl Way {
     }
 }
 
-/// A mesh on its way.
+/// A moving mesh.
 pub enum Moving {
     Reference { map: ReferenceMap, mesh: TetMesh },
     Incremental(Box<IncrementalMap>),
@@ -94,7 +94,7 @@ impl Moving {
         })
     }
 
-    /// Moves on; the quality of the new mesh, or none if it is not valid.
+    /// Moves the mesh; quality of the new mesh, or `None` if it is not valid.
     pub fn advance(&mut self, motions: &[Isometry3<f64>]) -> Result<Option<Quality>, AleError> {
         let moved = match self {
             Self::Reference { map, mesh } => map.moved(motions).map(|moved| {

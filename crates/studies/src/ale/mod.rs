@@ -1,4 +1,4 @@
-//! Mesh motions against each other: how far, how close, how often, how fast.
+//! Comparison of mesh motions: largest moves, smallest gaps, closed cycles, time.
 
 mod cases;
 mod cut;
@@ -14,10 +14,10 @@ use anyhow::Result;
 /// Element size on the spheres, in their radii.
 const SIZE: f64 = 0.6;
 
-/// The same for the quick part.
+/// Element size of the quick part.
 const COARSE: f64 = 0.8;
 
-/// Element size of the stroke that the program runs.
+/// Element size of the default stroke.
 const STROKE_SIZE: f64 = 0.7;
 
 /// Runs the study and writes `ale.md`, `ale.csv`, charts and pictures of meshes.
@@ -42,7 +42,7 @@ mod tests {
     use crate::ale::methods::Way;
 
     #[test]
-    fn stiffened_motions_reach_what_plain_laplace_does_not() {
+    fn only_the_plain_laplace_motion_inverts_cells_in_a_large_step() {
         let cases = cases::all(true);
         let case = cases.iter().find(|case| case.key == "move-1").unwrap();
         for run in study::runs(case, COARSE).unwrap() {

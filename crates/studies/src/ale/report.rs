@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use super::cases::{Case, STEPS_A_PHASE};
+use super::cases::{Case, STEPS_PER_PHASE};
 use super::cut::{Window, svg};
 use super::methods::{METHODS, Way};
 use super::stroke::Stroke;
@@ -13,7 +13,7 @@ use super::study::{Run, Sample};
 use crate::chart::{LogLog, Series, Style};
 use crate::folder;
 use crate::machine;
-use crate::validate::reference::STROKES;
+use crate::reference::STROKES;
 
 /// A picture: file name, case, whether cells are curved, method, way, window and title.
 type Picture = (
@@ -45,7 +45,7 @@ const PICTURES: [Picture; 6] = [
         "elastic, nu = 0",
         Way::Reference,
         WIDE,
-        "elastic: the same",
+        "elastic: the same step",
     ),
     (
         "move-biharmonic",
@@ -124,7 +124,7 @@ fn find<'a>(runs: &'a [Run], case: &str, curved: bool, method: &str, way: Way) -
     })
 }
 
-/// Quality and Jacobian, or where the motion ended.
+/// Smallest quality and Jacobian, or the label of the step where a cell was inverted.
 fn verdict(run: Option<&Run>) -> String {
     match run {
         None => "-".to_owned(),
@@ -145,9 +145,9 @@ fn markdown(cases: &[Case], runs: &[Run], strokes: &[Stroke], size: f64) -> Resu
     let mut text = format!(
         "# Mesh motions\n\n{}, {}. Made by `cargo xtask ale`.\n\n\
          Three spheres of radius 1 on a line in a ball of radius 30, elements of size {size} on the spheres, {vertices} vertices when the arms are 10 radii long. \
-         *From the reference*: extensions are computed once on the first mesh and every shape is made from it. *Incremental*: extensions are \
-         computed anew on the mesh of every step. Quality is the smallest mean ratio of a cell on the way (1 for a regular tet), the Jacobian the smallest of a \
-         curved cell over that of the straight one.\n",
+         *From the reference*: extensions are computed once on the first mesh, from which every mesh is computed. *Incremental*: extensions are \
+         recomputed on the mesh of every step. Quality is the smallest mean ratio of a cell along the path (1 for a regular tet); Jacobian is the smallest Jacobian of \
+         a curved cell over that of the straight one.\n",
         machine::today(),
         machine::processor(),
     );
@@ -164,13 +164,16 @@ fn moves(text: &mut String, runs: &[Run]) -> Result<()> {
     for (curved, title) in [
         (
             true,
-            "Moves, cells curved at the spheres: smallest quality / Jacobian on the way",
+            "Moves, cells curved at the spheres: smallest quality / Jacobian along the path",
         ),
-        (false, "Moves, straight cells: smallest quality on the way"),
+        (
+            false,
+            "Moves, straight cells: smallest quality along the path",
+        ),
     ] {
         write!(
             text,
-            "\n## {title}\n\n*Inverted at* says after which part of the motion. One step is what the reference map gives, ten are incremental.\n\n\
+            "\n## {title}\n\n*Inverted at* gives the completed fraction of the motion. One step is from the reference, ten steps are incremental.\n\n\
              | motion | 4 radii, one step | ten steps | close 5 to 2.5, one step | ten steps | open 5 to 9, one step | ten steps |\n|:--|:-:|:-:|:-:|:-:|:-:|:-:|\n"
         )?;
         for method in &METHODS {
@@ -185,7 +188,7 @@ fn moves(text: &mut String, runs: &[Run]) -> Result<()> {
         }
     }
     text.push_str(
-        "\nA curved cell beside a sphere gives way before a straight one does: the bulge of its face stays while the cell is squeezed. \
+        "\nA curved cell at a sphere is inverted before a straight one: its face keeps its curvature while the cell is compressed. \
          Pictures: the plane through the spheres' centres, cells coloured by quality.\n\n\
          ![1 + tau](ale-move-kanchi-masud.svg)\n![elastic](ale-move-elastic.svg)\n![biharmonic](ale-move-biharmonic.svg)\n",
     );
@@ -199,7 +202,7 @@ fn approach(text: &mut String, cases: &[Case], runs: &[Run]) -> Result<()> {
         .map_or("", |case| case.title);
     write!(
         text,
-        "\n## Approach: {title}\n\nThe smallest gap that the mesh followed to, with its quality there.\n\n\
+        "\n## Approach: {title}\n\nThe smallest gap that was reached, and the quality of the mesh there.\n\n\
          | motion | curved, reference | curved, incremental | straight, reference | straight, incremental |\n|:--|:-:|:-:|:-:|:-:|\n"
     )?;
     for method in &METHODS {
@@ -216,8 +219,8 @@ fn approach(text: &mut String, cases: &[Case], runs: &[Run]) -> Result<()> {
         text.push('\n');
     }
     text.push_str(
-        "\nValid is not accurate: nothing is resolved in a gap that cells made for a gap of three radii were squeezed into. The program therefore makes a new mesh \
-         when cells become 1.5 times as long as their gap is wide, and before a curved cell gives way.\n\n\
+        "\nA valid mesh is not necessarily accurate: cells for a gap of three radii do not resolve the flow in a much smaller gap. The program therefore remeshes \
+         when cells become 1.5 times as long as the gap is wide, and before a curved cell is inverted.\n\n\
          ![quality against gap](ale-approach.svg)\n![the smallest gap](ale-approach-kanchi-masud.svg)\n",
     );
     Ok(())
@@ -231,9 +234,9 @@ fn cycles(text: &mut String, runs: &[Run]) -> Result<()> {
         .fold(0.0, f64::max);
     write!(
         text,
-        "\n## Closed cycles: {cycles:.0} of the stroke, arms 10 and 6, {STEPS_A_PHASE} steps a phase, curved cells\n\nDrift is the largest distance of a node from where it \
-         was when the arms were last as long; from the reference it is zero by construction.\n\n\
-         | motion | drift after 1 | after {cycles:.0} | quality after 1 | after {cycles:.0} | reference: smallest quality / Jacobian | preparation, s | reference: s a step | incremental: s a step |\n\
+        "\n## Closed cycles: {cycles:.0} of the stroke, arms 10 and 6, {STEPS_PER_PHASE} steps per phase, curved cells\n\nDrift is the largest distance of a node from its position \
+         at the start of the first cycle; from the reference it is zero by construction.\n\n\
+         | motion | drift after 1 | after {cycles:.0} | quality after 1 | after {cycles:.0} | reference: smallest quality / Jacobian | preparation, s | reference: s per step | incremental: s per step |\n\
          |:--|--:|--:|--:|--:|--:|--:|--:|--:|\n"
     )?;
     for method in &METHODS {
@@ -269,9 +272,9 @@ fn cycles(text: &mut String, runs: &[Run]) -> Result<()> {
 
 fn stroke(text: &mut String, strokes: &[Stroke]) -> Result<()> {
     text.push_str(
-        "\n## The default stroke by the program\n\n`scenes/three-sphere.toml` with `fem.mesh_motion` set: how many meshes were generated because the moved one would have been poor, \
-         and what became of the net displacement.\n\n\
-         | fem.mesh_motion | meshes | solves | net displacement | error | bar | seconds for meshes | all seconds |\n|:--|--:|--:|--:|--:|--:|--:|--:|\n",
+        "\n## The default stroke\n\n`scenes/three-sphere.toml` with `fem.mesh_motion` set: number of meshes, which are generated when the moved one would have a poor quality, \
+         and the net displacement.\n\n\
+         | fem.mesh_motion | meshes | solves | net displacement | error | bar | seconds for meshes | seconds in total |\n|:--|--:|--:|--:|--:|--:|--:|--:|\n",
     );
     for s in strokes {
         writeln!(
@@ -295,7 +298,7 @@ fn approach_chart(runs: &[Run]) -> LogLog {
         .iter()
         .filter(|run| run.case == "approach" && !run.curved && run.way == Way::Incremental);
     LogLog {
-        title: "Two spheres approach, 15 % of the gap a step, straight cells moved incrementally"
+        title: "Two spheres approach, 15 % of the gap per step, straight cells moved incrementally"
             .into(),
         x: "gap in radii".into(),
         y: "smallest quality".into(),
@@ -317,7 +320,7 @@ fn drift_chart(runs: &[Run]) -> LogLog {
         ..series(run, |_| 0.0)
     });
     LogLog {
-        title: "AccumulatedError of the mesh over closed cycles, moved incrementally".into(),
+        title: "Drift of the mesh after closed cycles, moved incrementally".into(),
         x: "cycles".into(),
         y: "largest displacement of a node, in radii".into(),
         series: series.collect(),

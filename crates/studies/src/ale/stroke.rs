@@ -1,4 +1,4 @@
-//! The default stroke by the program itself, once with each mesh motion it offers.
+//! The default stroke with each mesh motion of the program.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use swimmer::choose;
 use swimmer::scene::MeshMotionKind;
 use swimmer::{Method, Scene, simulate};
 
-/// What a stroke came to.
+/// Result of a stroke.
 pub struct Stroke {
     pub motion: &'static str,
     /// Meshes generated.
@@ -15,14 +15,14 @@ pub struct Stroke {
     pub solves: usize,
     /// Net displacement of the middle sphere.
     pub net: f64,
-    /// Its error as the program estimates it.
+    /// Estimated error of the net displacement.
     pub error: f64,
-    /// Seconds for meshes, made and moved.
+    /// Seconds to generate and move meshes.
     pub mesh_seconds: f64,
     pub seconds: f64,
 }
 
-/// Runs the scene of the paper with elements of `size` on the spheres.
+/// Runs the stroke of the paper with elements of `size` on the spheres.
 pub fn strokes(size: f64) -> Result<Vec<Stroke>> {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
@@ -36,7 +36,7 @@ pub fn strokes(size: f64) -> Result<Vec<Stroke>> {
             &[
                 format!("fem.mesh_motion={motion}"),
                 format!("fem.surface_size={size}"),
-                // Not every motion keeps mirror planes; all move the same mesh.
+                // Not every motion preserves symmetry planes; here all move the same mesh.
                 "fem.mirror=off".to_owned(),
             ],
         )?;

@@ -1,4 +1,4 @@
-//! One method on one path, measured.
+//! Measurement of one method on one path.
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use super::methods::{METHODS, Method, Moving, Way};
 /// The mesh after a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// The case's label of the step: the part done, the gap or the cycles.
+    /// Label of the step: the completed fraction, the gap or the number of cycles.
     pub label: f64,
     /// Smallest mean ratio of the cells.
     pub quality: f64,
@@ -21,7 +21,7 @@ pub struct Sample {
     pub displacement: f64,
 }
 
-/// What became of a method on a path.
+/// Result of a method on a path.
 pub struct Run {
     pub method: &'static str,
     pub way: Way,
@@ -31,18 +31,18 @@ pub struct Run {
     pub samples: Vec<Sample>,
     /// Whether every step was valid.
     pub complete: bool,
-    /// The label of the step that was not.
+    /// Label of the first invalid step.
     pub failed_at: Option<f64>,
-    /// Seconds of preparation.
+    /// Seconds of set-up.
     pub setup: f64,
-    /// Seconds a step.
+    /// Seconds per step.
     pub step: f64,
     /// The last valid mesh.
     pub mesh: TetMesh,
 }
 
 impl Run {
-    /// Smallest quality on the way.
+    /// Smallest quality along the path.
     pub fn quality(&self) -> f64 {
         self.samples
             .iter()
@@ -50,7 +50,7 @@ impl Run {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Smallest Jacobian on the way.
+    /// Smallest Jacobian along the path.
     pub fn jacobian(&self) -> f64 {
         self.samples
             .iter()
@@ -59,7 +59,7 @@ impl Run {
     }
 }
 
-/// Runs every method in both ways on a case.
+/// Runs every method on a case, from the reference and incrementally.
 pub fn runs(case: &Case, size: f64) -> Result<Vec<Run>> {
     let mesh = case.mesh(size)?;
     let bodies = case.bodies();

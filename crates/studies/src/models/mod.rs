@@ -1,4 +1,4 @@
-//! Every model on every scene with an exact answer: the error it claims, the error it makes, seconds.
+//! Every model on every scene with an exact answer: estimated error, true error, seconds.
 
 mod scenes;
 
@@ -18,23 +18,23 @@ use crate::{folder, machine};
 pub struct Row {
     scene: String,
     model: String,
-    /// What became of it; none where the model does not treat the scene, with the reason.
+    /// The result, or the reason why the model does not treat the scene.
     result: Result<Measured, String>,
 }
 
-/// What a model gave.
+/// Result of a model.
 #[derive(Clone, Debug)]
 struct Measured {
-    /// The model that answered, and for `auto` why.
-    took: String,
-    /// Error bar relative to the exact value.
-    claimed: f64,
-    /// Error relative to the exact value.
+    /// The model that was used, for `auto` with the reason of the choice.
+    used: String,
+    /// Estimated error, relative to the exact value.
+    estimated: f64,
+    /// True error, relative to the exact value.
     error: f64,
     seconds: f64,
 }
 
-/// A model and the tolerance it is asked for.
+/// Models with their tolerances.
 const MODELS: &[(&str, f64)] = &[
     ("oseen", 1e-3),
     ("rpy", 1e-3),
@@ -51,7 +51,7 @@ const MODELS: &[(&str, f64)] = &[
 /// Computes the table and writes `models.md` and `models.csv`.
 ///
 /// # Errors
-/// A model whose error is above what it claims, except where the table says that it may be.
+/// A model whose true error is larger than its estimate.
 pub fn run(quick: bool, out: &Path) -> Result<()> {
     let mut rows = Vec::new();
     for case in scenes::all() {
@@ -66,19 +66,21 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
     }
     let text = markdown(&rows)?;
     folder::write(out, [("models.md", &text), ("models.csv", &csv(&rows)?)])?;
-    let broken: Vec<&Row> = rows.iter().filter(|row| !row.holds()).collect();
-    if !broken.is_empty() {
-        let lines: Vec<String> = broken.into_iter().map(line).collect();
-        bail!("errors above what was claimed:\n{}", lines.join("\n"));
+    let violated: Vec<&Row> = rows.iter().filter(|row| !row.holds()).collect();
+    if !violated.is_empty() {
+        let lines: Vec<String> = violated.into_iter().map(line).collect();
+        bail!("errors are larger than estimated:\n{}", lines.join("\n"));
     }
     Ok(())
 }
 
 impl Row {
-    /// Whether the claim holds, to its sixth digit: lesser models know their error as well as that. A claim below 1e-12 is rounding.
+    /// Whether the estimate holds, to six digits; the estimates of simpler models are nearly exact.
+    ///
+    /// Errors up to 1e-12 are rounding errors.
     fn holds(&self) -> bool {
         match &self.result {
-            Ok(m) => m.error <= (1.0 + 1e-6) * m.claimed + 1e-12,
+            Ok(m) => m.error <= (1.0 + 1e-6) * m.estimated + 1e-12,
             Err(_) => true,
         }
     }
@@ -105,19 +107,19 @@ fn measure(case: &Case, model: &str, tolerance: f64) -> Result<Measured> {
     let clock = Clock::now();
     let mut choice = choose(&scene).map_err(SwimError::from)?;
     let (found, bar, exact) = answer(&scene, case.exact, choice.model.as_mut())?;
-    let took = match (model, choice.reasons.last()) {
+    let used = match (model, choice.reasons.last()) {
         ("auto", Some(reason)) => reason.split(", the least").next().unwrap_or("").to_owned(),
         _ => choice.model.name().to_owned(),
     };
     Ok(Measured {
-        took,
-        claimed: bar / exact.norm(),
+        used,
+        estimated: bar / exact.norm(),
         error: (found - exact).norm() / exact.norm(),
         seconds: clock.elapsed().as_secs_f64(),
     })
 }
 
-/// The value of a scene, its error bar, and the exact value.
+/// Computed value of a scene, its error bar, and the exact value.
 fn answer(
     scene: &Scene,
     exact: Exact,
@@ -142,10 +144,10 @@ fn line(row: &Row) -> String {
     match &row.result {
         Ok(m) => format!(
             "| {} | {} | {} | {:.1e} | {:.1e} | {:.4} |",
-            row.scene, row.model, m.took, m.claimed, m.error, m.seconds
+            row.scene, row.model, m.used, m.estimated, m.error, m.seconds
         ),
         Err(reason) => {
-            // the place in a scene that nobody sees says nothing
+            // The message begins with a place in the generated scene, which readers do not see.
             let reason = reason.rsplit(": ").next().unwrap_or(reason);
             format!("| {} | {} | {reason} | | | |", row.scene, row.model)
         }
@@ -154,11 +156,11 @@ fn line(row: &Row) -> String {
 
 fn markdown(rows: &[Row]) -> Result<String> {
     let mut text = format!(
-        "# Models\n\n{}, {}. Made by `cargo xtask models`. Every model on every scene with an exact answer: velocity of the first body, or net \
-         displacement of the stroke; the error that the model claims with its answer and the error that it makes, both relative to the exact value; seconds from \
-         the scene to the answer, of `auto` with the choice. The number behind a model is `model.tolerance`.\n\n\
-         Claims for strokes add up what each solve may err by, as if all erred the same way; errors of the legs of a stroke mostly cancel.\n\n\
-         | scene | model | took | claimed | error | seconds |\n|:--|:--|:--|--:|--:|--:|\n",
+        "# Models\n\n{}, {}. Made by `cargo xtask models`. Every model on every scene with an exact solution: velocity of the first body, or net \
+         displacement of the stroke; the error that the model estimates and its true error, both relative to the exact value; seconds from \
+         the scene to the result, for `auto` including the choice. The number behind a model is `model.tolerance`.\n\n\
+         Estimates for strokes add up the errors of all solves with the same sign; the errors of the legs of a stroke mostly cancel.\n\n\
+         | scene | model | used | estimated | error | seconds |\n|:--|:--|:--|--:|--:|--:|\n",
         machine::today(),
         machine::processor()
     );
@@ -169,7 +171,7 @@ fn markdown(rows: &[Row]) -> Result<String> {
 }
 
 fn csv(rows: &[Row]) -> Result<String> {
-    let mut text = String::from("scene,model,took,claimed,error,seconds\n");
+    let mut text = String::from("scene,model,used,estimated,error,seconds\n");
     let plain = |s: &str| s.replace(',', ";").replace('\n', " ");
     for row in rows {
         let start = format!("{},{}", plain(&row.scene), plain(&row.model));
@@ -177,12 +179,12 @@ fn csv(rows: &[Row]) -> Result<String> {
             Ok(m) => writeln!(
                 text,
                 "{start},{},{:e},{:e},{:.5}",
-                plain(&m.took),
-                m.claimed,
+                plain(&m.used),
+                m.estimated,
                 m.error,
                 m.seconds
             )?,
-            Err(reason) => writeln!(text, "{start},not: {},,,", plain(reason))?,
+            Err(reason) => writeln!(text, "{start},refused: {},,,", plain(reason))?,
         }
     }
     Ok(text)
@@ -194,14 +196,15 @@ mod tests {
 
     #[test]
     #[ignore = "a minute"]
-    fn no_claim_of_the_quick_table_is_broken() {
+    fn all_estimates_of_the_quick_table_hold() {
         run(true, &std::env::temp_dir().join("models-quick")).unwrap();
     }
 
     #[test]
-    fn what_auto_takes_holds_its_claim_and_the_tolerance() {
+    fn errors_of_the_automatic_choice_are_below_estimate_and_tolerance() {
         for case in scenes::all() {
-            // swimmers in space take seconds a tolerance; the whole table is made by the command
+            // A swimmer that moves in space takes seconds per tolerance; the command computes the
+            // whole table.
             let tolerances: &[f64] = match case.name.contains("swimmer") {
                 true => &[1e-3],
                 false => &[1e-1, 1e-2, 1e-4, 1e-7],

@@ -1,4 +1,4 @@
-//! Scenes with exact answers, one number or vector each.
+//! Scenes with exact solutions: one velocity or displacement each.
 
 use std::f64::consts::PI;
 
@@ -6,19 +6,19 @@ use anyhow::{Context, Result};
 use nalgebra::Vector3;
 use swimmer::Scene;
 
-use crate::validate::reference::{OPPOSITE, STROKES, concentric_drag};
+use crate::reference::{OPPOSITE, STROKES, concentric_drag};
 
-/// A scene and the exact value of what is asked.
+/// A scene with the exact value of one quantity.
 pub struct Case {
-    /// What it is.
+    /// Name in the table.
     pub name: String,
     /// The scene's text without `[model]` and `[fem]`.
     pub text: String,
-    /// What is asked of it.
+    /// The quantity and its exact value.
     pub exact: Exact,
 }
 
-/// What is asked, with its exact value.
+/// A quantity with its exact value.
 #[derive(Clone, Copy, Debug)]
 pub enum Exact {
     /// Velocity of the first body at the start.
@@ -54,8 +54,10 @@ impl Case {
     }
 }
 
-/// All of them. Sources: see [`crate::validate::reference`]; "spectral" values are converged multipole expansions, confirmed by bispherical
-/// coordinates or fundamental solutions.
+/// All scenes.
+///
+/// Sources are in [`crate::reference`]. "Spectral" values are converged multipole expansions,
+/// confirmed by bispherical coordinates or fundamental solutions.
 pub fn all() -> Vec<Case> {
     let unbounded = "domain.kind = \"unbounded\"\n";
     let ball = |radius: f64| format!("domain = {{ kind = \"ball\", radius = {radius} }}\n");
@@ -68,7 +70,8 @@ pub fn all() -> Vec<Case> {
         ball(10.0) + &pulled("[0, 0, 0]", "[1, 0, 0]"),
         Vector3::x() / (stokes * concentric_drag(0.1)),
     )];
-    // force on each of two spheres that approach at speed U each: half that for one that approaches a fixed one, and half of what they feel together
+    // A sphere that approaches a fixed one at speed U: half of the force if both approach each
+    // other at speed U, plus half of the force if both move together.
     for (distance, together) in [(3.0, 0.6983045602500371), (2.1, 0.6509001445148839)] {
         let Some(opposite) = OPPOSITE.iter().find(|row| row.0 == distance) else {
             continue;
@@ -83,7 +86,8 @@ pub fn all() -> Vec<Case> {
             Vector3::x() / (stokes * own),
         ));
     }
-    // Brenner (1961) normal to the wall; Goldman, Cox & Brenner (1967) along it, free to turn (spectral)
+    // Brenner (1961) normal to the wall; Goldman, Cox & Brenner (1967) along it, free to rotate
+    // (spectral).
     let wall = "domain.kind = \"wall\"\n";
     cases.push(Case::velocity(
         "a sphere pulled from a wall, height 1.5",
@@ -97,7 +101,7 @@ pub fn all() -> Vec<Case> {
         wall.to_owned() + &pulled("[0, 0, 1.1]", "[1, 0, 0]"),
         Vector3::x() / free,
     ));
-    // spectral, integrated to 1e-12
+    // Spectral, integrated to 1e-12.
     for (arm, closed, exact) in [
         (10.0, 6.0, 0.1598053403881754),
         (5.0, 3.0, 0.13218996848920106),
@@ -116,7 +120,8 @@ pub fn all() -> Vec<Case> {
             [stroke.net, 0.0, 0.0],
         ));
     }
-    // collocation and fundamental solutions agree to 1e-11; after a closed stroke the mean of a star's spheres is its junction
+    // Collocation and fundamental solutions agree to 1e-11. After a closed stroke, the mean
+    // displacement of the spheres of a star is that of its junction.
     let planar: Vec<[f64; 3]> = (0..3)
         .map(|k| {
             let angle = 2.0 * PI * f64::from(k) / 3.0;
@@ -180,7 +185,8 @@ fn phases(steps: [(&str, f64); 4]) -> String {
         .concat()
 }
 
-/// The swimmer of Najafi & Golestanian (2004) along x: unit spheres, both arms close and open again one after the other.
+/// The swimmer of Najafi & Golestanian (2004) along x: unit spheres, the arms close and open again
+/// one after the other.
 fn collinear(arm: f64, closed: f64) -> String {
     let bodies: String = [("left", -arm), ("centre", 0.0), ("right", arm)]
         .map(|(name, x)| {

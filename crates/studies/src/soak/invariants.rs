@@ -1,25 +1,26 @@
-//! What every instant of every scene must satisfy.
+//! Balances that every instantaneous solution must satisfy.
 
 use nalgebra::Vector3;
 use rigid::Arms;
 use swimmer::models::{Hydrodynamics, InstantaneousSolution};
 use swimmer::{Leg, LegSolution, Observer, Scene, SwimError};
 
-/// The largest misfits of the balances over the instants of a scene.
+/// Largest relative imbalances over the instantaneous solutions of a scene.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Misfits {
-    /// Of forces and torques of a linkage against its loads, over the largest force times the reach.
+pub struct Imbalances {
+    /// Forces and torques of a linkage minus its loads, over the largest force times the size.
     pub balance: f64,
-    /// Of the power into the fluid against that of links and loads, over the sizes of its terms.
+    /// Power into the fluid minus power of links and loads, over the sum of magnitudes of the
+    /// terms.
     pub power: f64,
-    /// Instants seen.
-    pub instants: usize,
+    /// Number of solutions.
+    pub solutions: usize,
 }
 
-/// Watches a run.
+/// Observer of a run that records the imbalances.
 pub struct Watch<'a> {
     pub scene: &'a Scene,
-    pub misfits: Misfits,
+    pub imbalances: Imbalances,
 }
 
 impl Observer for Watch<'_> {
@@ -38,30 +39,30 @@ impl Observer for Watch<'_> {
         let directions: Vec<Vector3<f64>> = (0..set.links().len())
             .map(|link| set.direction(&solved.state, link))
             .collect();
-        let seen = of_instant(
+        let seen = of_solution(
             self.scene,
             &solved.solution,
             &places,
             &directions,
             &leg.rates(),
         );
-        self.misfits.balance = self.misfits.balance.max(seen.balance);
-        self.misfits.power = self.misfits.power.max(seen.power);
-        self.misfits.instants += 1;
+        self.imbalances.balance = self.imbalances.balance.max(seen.balance);
+        self.imbalances.power = self.imbalances.power.max(seen.power);
+        self.imbalances.solutions += 1;
         Ok(())
     }
 }
 
-/// The misfits of one instant.
-pub fn of_instant(
+/// Imbalances of one instantaneous solution.
+pub fn of_solution(
     scene: &Scene,
-    instant: &InstantaneousSolution,
+    solution: &InstantaneousSolution,
     places: &[Vector3<f64>],
     directions: &[Vector3<f64>],
     rates: &[f64],
-) -> Misfits {
+) -> Imbalances {
     let set = scene.articulation();
-    let largest = instant
+    let largest = solution
         .bodies
         .iter()
         .map(|b| b.force.norm())
@@ -73,23 +74,24 @@ pub fn of_instant(
             continue;
         }
         let root = places[linkage.root];
-        let (mut force, mut torque, mut reach) = (Vector3::zeros(), Vector3::zeros(), 1.0_f64);
+        let (mut force, mut torque, mut size_of_linkage) =
+            (Vector3::zeros(), Vector3::zeros(), 1.0_f64);
         for &body in &linkage.bodies {
-            let (b, given) = (&instant.bodies[body], &scene.bodies()[body]);
+            let (b, given) = (&solution.bodies[body], &scene.bodies()[body]);
             let arm = places[body] - root;
-            reach = reach.max(arm.norm());
+            size_of_linkage = size_of_linkage.max(arm.norm());
             force += b.force - given.force;
             torque += arm.cross(&(b.force - given.force)) + b.torque - given.torque;
         }
         balance = balance.max(force.norm() / largest);
-        // arms that keep their direction in the laboratory are held by a torque from outside
+        // Arms with a fixed direction in the laboratory need an external torque.
         if set.arms() != Arms::Lab || linkage.bodies.len() == 1 {
-            balance = balance.max(torque.norm() / (largest * reach));
+            balance = balance.max(torque.norm() / (largest * size_of_linkage));
         }
     }
     let mut into_fluid = 0.0;
     let mut size = 0.0;
-    for (b, given) in instant.bodies.iter().zip(scene.bodies()) {
+    for (b, given) in solution.bodies.iter().zip(scene.bodies()) {
         let terms = [
             b.force.dot(&b.velocity),
             b.torque.dot(&b.angular_velocity),
@@ -99,19 +101,19 @@ pub fn of_instant(
         into_fluid += terms.iter().sum::<f64>();
         size += terms.iter().map(|x| x.abs()).sum::<f64>();
     }
-    let links: f64 = instant
+    let links: f64 = solution
         .link_forces
         .iter()
         .zip(directions)
         .zip(rates)
         .map(|((f, e), rate)| f.dot(e) * rate)
         .sum();
-    Misfits {
+    Imbalances {
         balance,
         power: match size > 0.0 {
             true => (into_fluid - links).abs() / size,
             false => 0.0,
         },
-        instants: 1,
+        solutions: 1,
     }
 }

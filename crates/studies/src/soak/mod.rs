@@ -1,4 +1,7 @@
-//! A long run of random scenes through all models: balances, finite numbers, the same bits again on one thread, memory that stays flat.
+//! Long run of random scenes through all models.
+//!
+//! It checks balances of forces and power, that numbers are finite, that one thread gives the same
+//! bits as several, and that memory does not grow.
 
 mod invariants;
 mod scenes;
@@ -11,39 +14,42 @@ use swimmer::choose;
 use swimmer::models::ModelError;
 use swimmer::{Method, Outcome, Scene, SwimError, simulate, solve_start};
 
-use self::invariants::{Misfits, Watch};
+use self::invariants::{Imbalances, Watch};
 use self::scenes::{FINITE_ELEMENTS, Random, draw};
 use crate::machine;
 
-/// Largest misfit of balances where the equations of the bodies are solved directly.
+/// Largest allowed imbalance where the equations of the bodies are solved directly.
 const DIRECT: f64 = 1e-9;
 
-/// The same for finite elements: their systems are solved to 1e-8 of the right side, and the forces follow from differences.
+/// Largest allowed imbalance for finite elements.
+///
+/// Their systems are solved to 1e-8 of the right-hand side, and forces are differences of larger
+/// numbers.
 const ITERATED: f64 = 1e-5;
 
-/// Resident memory that may come and go with the largest scene: 10 MiB of a mesh-free run, 300 of finite elements.
+/// Allowed growth of resident memory: a mesh-free run takes 10 MiB, finite elements 300.
 const SLACK_MIB: f64 = 400.0;
 
-/// What became of the scenes of one model in one domain.
+/// Results of the scenes of one model in one domain.
 #[derive(Default)]
 struct Tally {
     scenes: usize,
-    instants: usize,
+    solutions: usize,
     refused: usize,
     seconds: f64,
     balance: f64,
     power: f64,
 }
 
-/// Draws scenes until the time is up.
+/// Runs random scenes until the time is over.
 ///
 /// # Errors
-/// The first scene that breaks an invariant, with its text; memory that grows.
+/// The first scene that violates an invariant, with its text; growing memory.
 pub fn run(minutes: f64, seed: u64) -> Result<()> {
     check_memory(&through(minutes, seed, FINITE_ELEMENTS)?)
 }
 
-/// Draws scenes and checks all but memory, which is returned as seconds and MiB.
+/// Runs random scenes with all checks except that of memory; returns seconds and MiB.
 fn through(minutes: f64, seed: u64, elements: f64) -> Result<Vec<(f64, f64)>> {
     let clock = Clock::now();
     let all = Duration::try_from_secs_f64(60.0 * minutes).context("minutes must be positive")?;
@@ -64,22 +70,22 @@ fn through(minutes: f64, seed: u64, elements: f64) -> Result<Vec<(f64, f64)>> {
             .or_default();
         tally.scenes += 1;
         match (first, again) {
-            (Ok((before, misfits)), Ok((after, _))) => {
+            (Ok((before, imbalances)), Ok((after, _))) => {
                 if before != after {
-                    return Err(wrong("one thread gives other bits than all".into()));
+                    return Err(wrong("one thread gives other bits than all threads".into()));
                 }
                 let bar = if kind(&text) == "fem" {
                     ITERATED
                 } else {
                     DIRECT
                 };
-                // written so that a number that is not finite fails
-                if !(misfits.balance <= bar && misfits.power <= bar) {
-                    return Err(wrong(format!("balances miss: {misfits:?}")));
+                // In this form the check fails for NaN.
+                if !(imbalances.balance <= bar && imbalances.power <= bar) {
+                    return Err(wrong(format!("balances are violated: {imbalances:?}")));
                 }
-                tally.instants += misfits.instants;
-                tally.balance = tally.balance.max(misfits.balance);
-                tally.power = tally.power.max(misfits.power);
+                tally.solutions += imbalances.solutions;
+                tally.balance = tally.balance.max(imbalances.balance);
+                tally.power = tally.power.max(imbalances.power);
             }
             (Err(before), Err(after)) if before.to_string() == after.to_string() => {
                 let reason = expected(&before).ok_or_else(|| wrong(format!("failed: {before}")))?;
@@ -88,11 +94,11 @@ fn through(minutes: f64, seed: u64, elements: f64) -> Result<Vec<(f64, f64)>> {
             }
             (before, after) => {
                 let outcome = |r: &Result<_, SwimError>| match r {
-                    Ok(_) => "an answer".to_owned(),
+                    Ok(_) => "a solution".to_owned(),
                     Err(error) => error.to_string(),
                 };
                 let (a, b) = (outcome(&before), outcome(&after));
-                return Err(wrong(format!("once {a}, then on one thread {b}")));
+                return Err(wrong(format!("on all threads: {a}; on one thread: {b}")));
             }
         }
         tally.seconds += began.elapsed().as_secs_f64();
@@ -109,40 +115,41 @@ fn through(minutes: f64, seed: u64, elements: f64) -> Result<Vec<(f64, f64)>> {
     Ok(memory)
 }
 
-/// The word of the model that a scene asks for.
+/// Model in the text of a scene.
 fn kind(text: &str) -> String {
     text.split("kind = \"").nth(2).map_or("?".into(), |rest| {
         rest.split('"').next().unwrap_or("?").to_owned()
     })
 }
 
-/// Everything a scene gives, but what clocks say, as text; and its misfits.
-fn one(scene: &Scene) -> Result<(String, Misfits), SwimError> {
+/// All results of a scene except times, as text, and its imbalances.
+fn one(scene: &Scene) -> Result<(String, Imbalances), SwimError> {
     let mut model = choose(scene)?.model;
     if scene.gait().phases.is_empty() {
-        let instant = solve_start(scene, model.as_mut())?;
+        let solution = solve_start(scene, model.as_mut())?;
         let places: Vec<_> = scene.bodies().iter().map(|b| b.position).collect();
-        let misfits = invariants::of_instant(scene, &instant, &places, &[], &[]);
-        let values = format!("{:?} {:?}", instant.bodies, instant.error_estimate);
-        return Ok((values, misfits));
+        let imbalances = invariants::of_solution(scene, &solution, &places, &[], &[]);
+        let values = format!("{:?} {:?}", solution.bodies, solution.error_estimate);
+        return Ok((values, imbalances));
     }
     let mut watch = Watch {
         scene,
-        misfits: Misfits::default(),
+        imbalances: Imbalances::default(),
     };
     let outcome = simulate(scene, model.as_mut(), Method::Collocation, &mut watch)?;
     let outcome = Outcome {
         seconds: Default::default(),
         ..outcome
     };
-    // debug formatting writes the shortest decimals that read back as the same bits
-    Ok((format!("{outcome:?}"), watch.misfits))
+    // Debug formatting writes the shortest decimals that are read back as the same bits.
+    Ok((format!("{outcome:?}"), watch.imbalances))
 }
 
-/// Reasons for which a valid scene may stop: what bodies do on their way is not known before.
+/// Reason if a valid scene may fail with this error; the path of the bodies is not known in
+/// advance.
 fn expected(error: &SwimError) -> Option<&'static str> {
     match error {
-        SwimError::Collision { .. } => Some("bodies came to touch on their way"),
+        SwimError::Collision { .. } => Some("bodies touched on their way"),
         SwimError::Model(ModelError::Spheres(microhydro::HydroError::NotPositiveDefinite {
             ..
         })) => Some("too close for oseen or rpy"),
@@ -163,13 +170,13 @@ fn report(
     seconds: f64,
 ) {
     println!("{seconds:.0} s on {}", machine::processor());
-    println!("| model | domain | scenes | instants | stopped | s a scene | forces | power |");
+    println!("| model | domain | scenes | solves | stopped | s per scene | forces | power |");
     println!("|:--|:--|--:|--:|--:|--:|--:|--:|");
     for ((model, domain), t) in tallies {
         println!(
             "| {model} | {domain} | {} | {} | {} | {:.4} | {:.1e} | {:.1e} |",
             t.scenes,
-            t.instants,
+            t.solutions,
             t.refused,
             t.seconds / t.scenes as f64,
             t.balance,
@@ -181,7 +188,7 @@ fn report(
     }
 }
 
-/// Memory of the second half against that of the first.
+/// Compares the peak memory of the second half of a run with that of the first.
 fn check_memory(samples: &[(f64, f64)]) -> Result<()> {
     let Some(end) = samples.last().map(|s| s.0) else {
         return Ok(());
@@ -204,7 +211,7 @@ fn check_memory(samples: &[(f64, f64)]) -> Result<()> {
     Ok(())
 }
 
-/// Resident size of this process; `None` where the system does not tell (only Linux does).
+/// Resident memory of this process; `None` except on Linux.
 fn resident_mib() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status
@@ -220,13 +227,13 @@ mod tests {
 
     #[test]
     #[ignore = "two seconds, and as long as the last scene takes"]
-    fn a_minute_of_scenes_in_short() {
-        // memory is the whole process's, which runs other tests as well
+    fn two_seconds_of_scenes_pass() {
+        // Memory is not checked: it is that of the whole process, which runs other tests as well.
         through(0.03, 1, 0.0).unwrap();
     }
 
     #[test]
-    fn growing_memory_is_found() {
+    fn growing_memory_is_an_error() {
         let flat: Vec<(f64, f64)> = (0..100).map(|k| (f64::from(k), 300.0)).collect();
         assert!(check_memory(&flat).is_ok());
         let growing: Vec<(f64, f64)> = (0..100)

@@ -1,11 +1,15 @@
-//! Random scenes that make sense.
+//! Random scenes.
 
 use std::fmt::Write;
 
 use swimmer::scene::closest_contact;
 use swimmer::{Scene, legs};
 
-/// A generator of random numbers (Steele, Lea & Flood 2014, SplitMix64): the same scenes for the same seed on any machine.
+/// Random number generator SplitMix64 (Steele, Lea & Flood 2014).
+///
+/// A seed must give the same scenes in every version and on every machine, so that a scene that
+/// failed can be drawn again. Libraries of random numbers, such as rand or fastrand, do not promise
+/// the same sequence for all future versions.
 pub struct Random(pub u64);
 
 impl Random {
@@ -17,7 +21,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Uniform in a range.
+    /// Uniformly distributed number between `from` and `to`.
     fn within(&mut self, from: f64, to: f64) -> f64 {
         from + (to - from) * (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -45,16 +49,20 @@ impl Random {
     }
 }
 
-/// Part of the scenes that are solved by finite elements: they take a thousand times as long.
+/// Fraction of scenes solved by finite elements, which take a thousand times as long.
 pub const FINITE_ELEMENTS: f64 = 0.05;
 
-/// Elements on their spheres, over the radius: as coarse as makes sense.
+/// Element size on a sphere over its radius: as coarse as is reasonable.
 const SURFACE_SIZE: f64 = 0.8;
 
-/// Least room between surfaces at the ends of phases: narrower gaps off an axis take seconds a solve, and few scenes would be seen.
+/// Smallest clearance between surfaces at the ends of phases.
+///
+/// With narrower gaps between bodies that are not on one axis a solve takes seconds, so few scenes
+/// would be run.
 const LEAST_GAP: f64 = 1.0;
 
-/// The least room at the start and at the ends of phases, linkages where they are at the start; none counts as negative.
+/// Smallest clearance at the start and at the ends of phases, with linkages at their initial
+/// positions; negative if a length is impossible.
 fn smallest_gap(scene: &Scene) -> f64 {
     let set = scene.articulation();
     let state = scene.initial_state();
@@ -70,7 +78,9 @@ fn smallest_gap(scene: &Scene) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// A scene and its text, with this chance by finite elements. Those that the checks refuse, such as spheres that touch along the stroke, are drawn again.
+/// Random scene with its text, solved by finite elements with probability `elements`.
+///
+/// Invalid scenes, such as spheres that touch during the stroke, are replaced by new ones.
 pub fn draw(random: &mut Random, elements: f64) -> (String, Scene) {
     loop {
         let text = text(random, elements);
@@ -98,7 +108,7 @@ fn text(random: &mut Random, elements: f64) -> String {
         places.push(std::array::from_fn(|axis| {
             places[to][axis] + length * e[axis]
         }));
-        // bodies without links are swimmers of their own
+        // A body without links is a separate swimmer.
         if junction || random.chance(0.85) {
             links.push((body, to, length));
         }
@@ -109,13 +119,13 @@ fn text(random: &mut Random, elements: f64) -> String {
         let e = random.direction();
         places.push(e.map(|x| 6.0 * x));
     }
-    let reach = places
+    let farthest = places
         .iter()
         .map(|x| x.iter().map(|c| c * c).sum::<f64>().sqrt())
         .fold(0.0, f64::max);
     if domain == "wall" {
         let low = places.iter().map(|x| x[2]).fold(0.0, f64::min);
-        // closer to the wall a solve of four spheres takes half a second
+        // Closer to the wall, a solve for four spheres takes half a second.
         let height = random.within(3.5, 9.0) - low;
         places.iter_mut().for_each(|x| x[2] += height);
     }
@@ -130,13 +140,13 @@ fn text(random: &mut Random, elements: f64) -> String {
         10.0_f64.powf(-digits)
     );
     let mut line = |content: std::fmt::Arguments| {
-        // writing to a String cannot fail
+        // Writing to a String cannot fail.
         let _ = writeln!(text, "{content}");
     };
     if domain == "ball" {
         line(format_args!(
             "domain.radius = {}",
-            2.0 * reach + random.within(5.0, 15.0)
+            2.0 * farthest + random.within(5.0, 15.0)
         ));
     }
     let viscosity = 10.0_f64.powf(random.within(-3.0, 3.0));
@@ -164,7 +174,8 @@ fn text(random: &mut Random, elements: f64) -> String {
         if fixed == Some(body) {
             line(format_args!("fixed = true"));
         } else if random.chance(0.2) {
-            // a twentieth of a radius in a unit of time, so that few bodies are driven into each other or into a wall
+            // About a twentieth of a radius per unit of time, so that few bodies hit each other or
+            // a wall.
             let f = random.direction().map(|x| viscosity * x);
             line(format_args!("force = [{:?}, {:?}, {:?}]", f[0], f[1], f[2]));
         }
@@ -185,7 +196,7 @@ fn text(random: &mut Random, elements: f64) -> String {
             ));
         }
     } else if random.chance(0.5) {
-        // loads alone move the bodies
+        // Only loads move the bodies.
         line(format_args!("[[gait.phases]]\nduration = 0.5"));
     }
     if by_elements {
@@ -203,7 +214,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_same_seed_draws_the_same_scenes() {
+    fn the_same_seed_gives_the_same_scenes() {
         let (mut a, mut b) = (Random(7), Random(7));
         for _ in 0..20 {
             assert_eq!(draw(&mut a, 0.5).0, draw(&mut b, 0.5).0);

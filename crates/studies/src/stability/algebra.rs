@@ -1,4 +1,4 @@
-//! Ways to fail that a scene cannot ask for, tried on the systems of a scene.
+//! Stress cases that cannot be described by a scene, for the linear systems of a scene.
 
 use std::collections::BTreeMap;
 
@@ -17,10 +17,12 @@ use super::ilu::Ilu0;
 use super::map::Tried;
 use super::setup::Setup;
 
-/// Below this a pair of spaces is refused: P2-P1 has 0.4 to 0.5, equal orders 0.08 on coarse meshes and less on fine ones.
+/// Smallest inf-sup constant of an accepted pair of spaces.
+///
+/// P2-P1 has 0.4 to 0.5, equal orders 0.08 on coarse meshes and less on fine ones.
 const LEAST_INF_SUP: f64 = 0.1;
 
-/// Tries everything.
+/// Runs all tests.
 pub fn rows() -> Result<Vec<Tried>> {
     let eliminated = system(&Eliminated)?;
     let lagrange = system(&Lagrange)?;
@@ -69,7 +71,7 @@ pub fn rows() -> Result<Vec<Tried>> {
         "NaN",
     ));
     rows.push(no_preconditioner(&eliminated));
-    rows.extend(faults::right_sides(&eliminated)?);
+    rows.extend(faults::rhs_and_guesses(&eliminated)?);
     rows.extend(faults::meshes()?);
     Ok(rows)
 }
@@ -115,7 +117,7 @@ fn equal_order(system: &Constrained) -> Result<Tried> {
     ))
 }
 
-/// `B I` for a matrix of 3-vectors.
+/// Product `B I` of a matrix `B` of 3-vectors with an interpolation `I`.
 fn vector_product(b: &Csr3, interpolation: &Csr) -> Csr3 {
     let (mut pointers, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
     for row in b.outer_iterator() {
@@ -138,10 +140,12 @@ fn vector_product(b: &Csr3, interpolation: &Csr) -> Csr3 {
     Csr3::new((b.rows(), interpolation.cols()), pointers, indices, values)
 }
 
-/// The paper's "gasm + LU fails on Lagrange multipliers": multipliers in a subdomain without the bodies they hold.
+/// Schwarz with multipliers in another subdomain than the bodies that they constrain.
+///
+/// This is the case "gasm + LU fails on Lagrange multipliers" of the paper.
 fn separated_multipliers(lagrange: &Constrained) -> Tried {
     let m = lagrange.system.border_range().len();
-    // Bodies first, multipliers behind them: the second half holds all multipliers.
+    // Velocities of the bodies come first; the second subdomain gets all multipliers.
     let velocities = 6 * 3 + 3;
     let placement = (0..m).map(|c| usize::from(c >= velocities)).collect();
     refusal(
@@ -161,10 +165,11 @@ fn cut(subdomains: usize, border: BorderPlacement) -> SchwarzParams {
         .with_border(border)
 }
 
-/// FGMRES with incomplete factors of the whole matrix, in the natural order or with the zero diagonals first.
+/// FGMRES with incomplete factors of the whole matrix.
+///
+/// The order is the natural one, or the one with zero diagonals first.
 fn incomplete_factors(name: &str, system: &Constrained, zeros_first: bool) -> Result<Tried> {
-    let unknowns = system.rhs.len();
-    let mut order: Vec<usize> = (0..unknowns).collect();
+    let mut order: Vec<usize> = (0..system.rhs.len()).collect();
     if zeros_first {
         order.reverse();
     }
@@ -203,7 +208,10 @@ fn no_preconditioner(system: &Constrained) -> Tried {
     }
 }
 
-/// Solves and recomputes the residual: a claim of convergence that does not hold is an error here.
+/// Solves and recomputes the residual.
+///
+/// # Errors
+/// Convergence that was reported although the residual is too large.
 fn solve_and_check(
     system: &Constrained,
     preconditioner: &mut dyn Preconditioner,
@@ -219,10 +227,10 @@ fn solve_and_check(
             let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|e| e * e).sum::<f64>().sqrt();
             let residual = norm(&mut b.iter().zip(&product).map(|(b, p)| b - p))
                 / norm(&mut b.iter().copied());
-            // The report's own residual differs from this one by rounding.
+            // The residual in the report differs from this one by rounding errors.
             ensure!(
                 residual <= 1.001 * params.rel_tol,
-                "claimed convergence, but the residual is {residual:e}"
+                "convergence was reported, but the residual is {residual:e}"
             );
             Ok(format!("right after {} iterations", report.iterations))
         }
@@ -247,8 +255,9 @@ fn solved(
     )
 }
 
-/// Solves with the viscosity in the matrices, as somebody does who keeps the units of the problem: the velocities of a swimmer must
-/// not change, or the solver must say why it cannot.
+/// Solves with the viscosity in the matrices instead of viscosity 1 in scaled units.
+///
+/// The velocities of a swimmer must not change, or the solver must fail with a reason.
 fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Tried {
     let momentum = plain.system.border_range().end;
     let mut b = plain.rhs.clone();
@@ -283,7 +292,7 @@ fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Tried {
     }
 }
 
-/// The same system with another viscosity in its stiffness, as somebody would build it who keeps the units of the problem.
+/// The same system with the viscosity in its matrices, in unscaled units.
 fn scaled(
     system: &SaddleSystem,
     viscosity: f64,
@@ -300,7 +309,7 @@ fn scaled(
     )
 }
 
-/// A row for something that must fail with a message that holds `part`.
+/// Row for a test that must fail with a message that contains `part`.
 fn refusal(name: &str, result: std::result::Result<(), linalg::LinalgError>, part: &str) -> Tried {
     let (outcome, as_expected) = match result {
         Ok(()) => ("**accepted**".to_owned(), false),

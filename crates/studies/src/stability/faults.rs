@@ -1,4 +1,4 @@
-//! Meshes and right-hand sides with something wrong in them.
+//! Invalid meshes, and unusual right-hand sides.
 
 use anyhow::{Context, Result};
 use linalg::{KrylovParams, WarmStart, fgmres};
@@ -7,7 +7,7 @@ use rigid::Constrained;
 
 use super::map::Tried;
 
-/// Tries every fault of a mesh that a model could be given.
+/// Tests invalid meshes.
 pub fn meshes() -> Result<Vec<Tried>> {
     let cube = || LinearTets::cube(2);
     let whole = TetMesh::straight(cube())?;
@@ -29,7 +29,7 @@ pub fn meshes() -> Result<Vec<Tried>> {
     let mut twice = cube();
     twice.points.push(place);
     let doubled = (twice.points.len() - 1) as u32;
-    // Half of the cells around the vertex take its double: a crack that nothing tags.
+    // Half of the cells around the vertex use its copy: a crack without a tag.
     for tet in twice.tets.iter_mut().step_by(2) {
         tet.iter_mut()
             .filter(|v| **v as usize == vertex_of(&cube(), place))
@@ -74,8 +74,8 @@ fn vertex_of(tets: &LinearTets, place: Vec3) -> usize {
         .unwrap_or(usize::MAX)
 }
 
-/// Tries right-hand sides and starts that Krylov methods stumble over.
-pub fn right_sides(system: &Constrained) -> Result<Vec<Tried>> {
+/// Tests right-hand sides and initial guesses that are difficult for Krylov methods.
+pub fn rhs_and_guesses(system: &Constrained) -> Result<Vec<Tried>> {
     let params = KrylovParams::default();
     let mut preconditioner = system.preconditioner()?;
     let n = system.rhs.len();

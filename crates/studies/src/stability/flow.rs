@@ -1,4 +1,4 @@
-//! One instant by finite elements: formulations x solvers x hardships.
+//! One instantaneous solution by finite elements: formulations x solvers x stress cases.
 
 use std::time::Instant as Clock;
 
@@ -8,34 +8,36 @@ use swimmer::choose;
 use swimmer::models::InstantaneousSolution;
 use swimmer::{Scene, SwimError, solve_start};
 
-use super::hardships::{self, Expected, Hardship, Truth};
 use super::map::{Cell, Map, Outcome};
 use super::setup::Setup;
 use super::store::Store;
+use super::stress_cases::{self, Expected, StressCase, Truth};
 
 const FORMULATIONS: [(&str, &str); 3] =
     [("p-tilde", "P~"), ("lagrange", "L"), ("direct-row", "DR")];
 const SOLVERS: [&str; 4] = ["block", "minres", "schwarz", "direct"];
 
-/// Krylov solvers stop at a true residual of 1e-10. Velocities react to a relative residual `r` with errors up to `r` times
-/// the ratio of the largest to the smallest resistance in play: below 1e3 for the scenes here, the closest gap included.
+/// Tolerance of velocities for Krylov solvers, which stop at a true residual of 1e-10.
+///
+/// A relative residual `r` causes errors up to `r` times the ratio of the largest to the smallest
+/// resistance, which is below 1e3 for these scenes, including the one with the smallest gap.
 const KRYLOV: f64 = 1e-7;
 
-/// The direct solver refines to 1e-12.
+/// Tolerance of velocities for the direct solver, whose iterative refinement stops at 1e-12.
 const DIRECT: f64 = 1e-9;
 
-/// Element size of the part that the tests run, over the smallest radius: twenty thousand unknowns.
+/// Element size of the part that the tests run, over the smallest radius: twenty thousand dofs.
 const COARSE: f64 = 1.5;
 
 /// The map.
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     let mut rows = Vec::new();
-    for mut hardship in hardships::all() {
-        if !quick || hardship.quick {
+    for mut case in stress_cases::all() {
+        if !quick || case.quick {
             if quick {
-                hardship.coarsen(COARSE);
+                case.coarsen(COARSE);
             }
-            rows.push(store.row("flow", hardship.name, || cells(&hardship))?);
+            rows.push(store.row("flow", case.name, || cells(&case))?);
         }
     }
     let columns = SOLVERS
@@ -44,29 +46,29 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     Ok(Map {
         key: "flow",
         title: "Finite elements: formulations and solvers",
-        note: "P~: elimination; L: Lagrange multipliers; DR: direct rows. A number is the right answer in so many iterations: velocities against an \
-               independent solve, to 1e-7 for Krylov solvers stopped at a true residual of 1e-10, to 1e-9 for the direct one.",
+        note: "P~: elimination; L: Lagrange multipliers; DR: direct rows. A number means that the answer is right, and is the number of iterations. Velocities are compared with an \
+               independent solve: to 1e-7 for Krylov solvers, which stop at a true residual of 1e-10, and to 1e-9 for the direct one.",
         columns: columns.collect(),
         rows,
     })
 }
 
-/// All cells of one hardship.
-fn cells(hardship: &Hardship) -> Result<Vec<Cell>> {
-    let truth = match (&hardship.expected, &hardship.truth) {
+/// All cells of one stress case.
+fn cells(case: &StressCase) -> Result<Vec<Cell>> {
+    let truth = match (&case.expected, &case.truth) {
         (Expected::Refused(_), _) => None,
-        (Expected::Right, Truth::Direct) => Some((truth(&hardship.setup)?, 1.0)),
+        (Expected::Right, Truth::Direct) => Some((truth(&case.setup)?, 1.0)),
         (Expected::Right, Truth::Similar(setup, factor)) => Some((truth(setup)?, *factor)),
     };
     let mut cells = Vec::new();
     for solver in SOLVERS {
         for (formulation, _) in FORMULATIONS {
             let clock = Clock::now();
-            let outcome = match solve(&hardship.setup, formulation, solver) {
+            let outcome = match solve(&case.setup, formulation, solver) {
                 Err(error) => Outcome::Refused(error.to_string()),
                 Ok(instant) => judge(&instant, truth.as_ref(), solver),
             };
-            let expected = match (solver, formulation, hardship.expected) {
+            let expected = match (solver, formulation, case.expected) {
                 ("minres", "direct-row", Expected::Right) => Expected::Refused("symmetric"),
                 (_, _, expected) => expected,
             };
@@ -81,7 +83,7 @@ fn cells(hardship: &Hardship) -> Result<Vec<Cell>> {
 }
 
 fn truth(setup: &Setup) -> Result<InstantaneousSolution> {
-    solve(setup, "p-tilde", "direct").context("the reference of a hardship could not be solved")
+    solve(setup, "p-tilde", "direct").context("the reference of a stress case could not be solved")
 }
 
 fn solve(
@@ -94,7 +96,9 @@ fn solve(
     solve_start(&scene, model.as_mut())
 }
 
-/// Right or wrong against velocities times a factor; without a truth nothing should have answered.
+/// Compares velocities with those of the reference times a factor.
+///
+/// Without a reference, any solution is wrong.
 fn judge(
     instant: &InstantaneousSolution,
     truth: Option<&(InstantaneousSolution, f64)>,
@@ -113,12 +117,12 @@ fn judge(
         error = error.max(turn.amax());
         size = size.max(exact.angular_velocity.amax());
     }
-    // Where nothing moves, nothing may move.
+    // If all reference velocities are zero, the absolute error counts.
     if size > 0.0 {
         error /= size;
     }
     let tolerance = if solver == "direct" { DIRECT } else { KRYLOV };
-    // A NaN is wrong.
+    // In this form NaN is wrong.
     if error <= tolerance {
         Outcome::Right {
             error,

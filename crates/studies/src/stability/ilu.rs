@@ -1,30 +1,33 @@
-//! Incomplete LU without pivoting: what a general-purpose package would try first, here to be seen failing.
+//! Incomplete LU without pivoting: a common default of general-purpose packages, which fails here.
 
 use linalg::{Preconditioner, PreconditionerKind, SaddleSystem};
 
-/// `L U` of the monolithic system on its own pattern, in a given order of the unknowns (Saad, Iterative Methods, 10.3).
+/// Factors `L U` of the whole system on its own sparsity pattern, in a given order of the dofs.
+///
+/// Source: Saad, Iterative Methods, 10.3.
 pub struct Ilu0 {
-    /// Position of each unknown in the elimination.
+    /// Position of each dof in the elimination.
     position: Vec<usize>,
-    /// Rows of `L` (unit diagonal left out) and `U`, sorted by column, in the order of the elimination.
+    /// Rows of `L` (without its unit diagonal) and `U`, sorted by column, in the order of
+    /// elimination.
     rows: Vec<Vec<(usize, f64)>>,
 }
 
 impl Ilu0 {
-    /// Factorises; `order[k]` is the unknown that is eliminated k-th.
+    /// Factorises the system; `order[k]` is the dof that is eliminated in step `k`.
     ///
     /// # Errors
-    /// The unknown whose pivot is zero or not finite.
+    /// The dof whose pivot is zero or not finite.
     pub fn new(system: &SaddleSystem, order: &[usize]) -> Result<Self, String> {
         let mut position = vec![0; order.len()];
-        for (k, &unknown) in order.iter().enumerate() {
-            position[unknown] = k;
+        for (k, &dof) in order.iter().enumerate() {
+            position[dof] = k;
         }
         let natural = monolithic(system);
         let mut rows: Vec<Vec<(usize, f64)>> = order
             .iter()
-            .map(|&unknown| {
-                let mut row: Vec<(usize, f64)> = natural[unknown]
+            .map(|&dof| {
+                let mut row: Vec<(usize, f64)> = natural[dof]
                     .iter()
                     .map(|&(j, v)| (position[j], v))
                     .collect();
@@ -55,7 +58,7 @@ impl Ilu0 {
             row.iter().for_each(|entry| at[entry.0] = usize::MAX);
             let pivot = entry(&row, k);
             if pivot == 0.0 || !pivot.is_finite() {
-                return Err(format!("pivot of unknown {} is {pivot}", order[k]));
+                return Err(format!("pivot of dof {} is {pivot}", order[k]));
             }
             rows[k] = row;
         }
@@ -70,8 +73,8 @@ impl Preconditioner for Ilu0 {
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
         let mut x = vec![0.0; r.len()];
-        for (unknown, &k) in self.position.iter().enumerate() {
-            x[k] = r[unknown];
+        for (dof, &k) in self.position.iter().enumerate() {
+            x[k] = r[dof];
         }
         for k in 0..x.len() {
             let lower = self.rows[k].iter().take_while(|entry| entry.0 < k);
@@ -81,8 +84,8 @@ impl Preconditioner for Ilu0 {
             let upper = self.rows[k].iter().filter(|entry| entry.0 > k);
             x[k] = (x[k] - upper.map(|&(j, v)| v * x[j]).sum::<f64>()) / entry(&self.rows[k], k);
         }
-        for (unknown, &k) in self.position.iter().enumerate() {
-            z[unknown] = x[k];
+        for (dof, &k) in self.position.iter().enumerate() {
+            z[dof] = x[k];
         }
     }
 
@@ -96,7 +99,7 @@ fn entry(row: &[(usize, f64)], column: usize) -> f64 {
         .map_or(0.0, |place| row[place].1)
 }
 
-/// All rows of a system, its zero diagonals stored.
+/// All rows of a system as (column, value), with zeros on the diagonal stored.
 fn monolithic(system: &SaddleSystem) -> Vec<Vec<(usize, f64)>> {
     let a = system.velocity_block();
     let (velocity, border) = (system.velocity_range().end, system.border_range());

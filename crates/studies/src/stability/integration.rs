@@ -1,4 +1,4 @@
-//! Integrators in time: limits of stability with inertia, drift of a stroke that goes nowhere, error against cost.
+//! Time integration: stability limits with inertia, drift of a reciprocal stroke, error over cost.
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
@@ -8,26 +8,28 @@ use swimmer::{Method, Outcome, Scene, SwimError, simulate};
 use super::map::Tried;
 use crate::chart::{LogLog, Series, Style};
 
-/// What a run of one integrator came to.
+/// Result of a run with one integrator.
 pub struct Point {
     pub integrator: &'static str,
     pub choice: String,
     pub tolerance: f64,
     pub solves: usize,
-    /// Distance of the middle sphere from where it belongs, in radii.
+    /// Distance of the middle sphere from its exact position, in radii.
     pub error: f64,
 }
 
-/// Everything measured about integrators.
+/// All measurements of integrators.
 pub struct Study {
     pub tried: Vec<Tried>,
-    /// AccumulatedError of a reciprocal stroke.
+    /// Displacement by a reciprocal stroke, which is exactly zero.
     pub scallop: Vec<Point>,
-    /// Error of a stroke that swims and turns.
+    /// Error of a stroke with a net displacement and rotation.
     pub stroke: Vec<Point>,
 }
 
-/// Mass and moment of inertia of every sphere where inertia must not matter: it relaxes in 5e-8 of a phase.
+/// Mass and moment of inertia of every sphere where inertia must be negligible.
+///
+/// The relaxation time is 5e-8 of a phase.
 const LIGHT: f64 = 1e-6;
 
 /// Three unequal spheres on a bent chain in unbounded fluid.
@@ -48,7 +50,7 @@ fn chain(mass: f64, tolerance: f64, phases: &[(&str, f64)]) -> Result<Scene> {
     for (link, length) in phases {
         text += &format!("[[gait.phases]]\nlink = \"{link}\"\nlength = {length:?}\n");
     }
-    Scene::parse(&text).context("a scene of the integrators is not valid")
+    Scene::parse(&text).context("a scene for the integrators is not valid")
 }
 
 /// Lengths of the chain's arms at the start.
@@ -72,12 +74,12 @@ fn swimming() -> [(&'static str, f64); 4] {
 }
 
 fn run(scene: &Scene, method: Method) -> std::result::Result<Outcome, SwimError> {
-    // Not by `choose`: masses are for the integrators only.
+    // `choose` is not used, since masses concern the integrators only.
     let mut model = SpheresModel::new(scene, SphereModel::Rpy)?;
     simulate(scene, &mut model, method, &mut ())
 }
 
-/// Integrators with what is varied: steps a phase, or the tolerance.
+/// Integrators with their varied parameter: steps per phase, or the tolerance.
 fn choices(quick: bool) -> Vec<(&'static str, String, f64, Method)> {
     let mut all = Vec::new();
     let steps: &[usize] = if quick {
@@ -86,7 +88,7 @@ fn choices(quick: bool) -> Vec<(&'static str, String, f64, Method)> {
         &[5, 10, 20, 40, 80, 160]
     };
     for &steps in steps {
-        let label = format!("{steps} steps a phase");
+        let label = format!("{steps} steps per phase");
         all.push((
             "explicit Euler",
             label.clone(),
@@ -147,7 +149,7 @@ pub fn study(quick: bool) -> Result<Study> {
     })
 }
 
-/// A sphere that is pulled: `m dU/dt + R U = F`, whose limit is known exactly.
+/// A sphere with a force, `m dU/dt + R U = F`, whose stability limit is known exactly.
 fn pulled(mass: f64, duration: f64) -> Result<Scene> {
     Ok(Scene::parse(&format!(
         "model.kind = \"rpy\"\ngait.phases = [{{ duration = {duration:e} }}]\n[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\n\
@@ -160,7 +162,7 @@ const DRAG: f64 = 6.0 * std::f64::consts::PI;
 const TURN: f64 = 8.0 * std::f64::consts::PI;
 
 fn limits() -> Result<Vec<Tried>> {
-    // The shortest relaxation is that of the rotation, m = J = 1: 1/(8 pi).
+    // The shortest relaxation time is that of the rotation: `1/(8 pi)` for `m = J = 1`.
     let limit = 2.0 / TURN;
     let steps = 100;
     let mut rows = vec![measured_limit()];
@@ -181,7 +183,7 @@ fn limits() -> Result<Vec<Tried>> {
         let scene = pulled(mass, 1.0)?;
         let explicit = Method::ExplicitInertia { steps: 20 };
         rows.push(speed_row(
-            &format!("explicit Euler, mass {name}, 20 steps a phase"),
+            &format!("explicit Euler, mass {name}, 20 steps per phase"),
             &scene,
             explicit,
             mass < 1e-4 || 0.05 > 2.0 * mass / TURN,
@@ -189,14 +191,15 @@ fn limits() -> Result<Vec<Tried>> {
         ));
         let implicit = Method::BackwardEuler { steps: 20 };
         rows.push(speed_row(
-            &format!("backward Euler, mass {name}, 20 steps a phase"),
+            &format!("backward Euler, mass {name}, 20 steps per phase"),
             &scene,
             implicit,
             false,
             1e-6,
         ));
     }
-    // A phase of a millionth of the relaxation: the bodies keep their momentum, so their centre of mass stays.
+    // A phase lasts a millionth of the relaxation time: momentum is conserved, so the centre of
+    // mass stays.
     let [coarse, fine] = [20, 80].map(|steps: usize| -> Result<f64> {
         let scene = chain(1e6, 1e-3, &[("left", 3.0)]);
         let heavy = run(&scene?, Method::BackwardEuler { steps })?;
@@ -206,9 +209,10 @@ fn limits() -> Result<Vec<Tried>> {
     rows.push(Tried {
         name: "backward Euler, mass 1e6: the centre of mass stays".into(),
         outcome: format!(
-            "{coarse:.0e} radii of 2 that the arm closes in 20 steps, {fine:.0e} in 80"
+            "moves by {coarse:.0e} radii while the arm closes by 2 in 20 steps, by {fine:.0e} in 80"
         ),
-        // What resistance takes of the momentum is R t / m = 6e-5 of the way; the rest is the error of a method of first order.
+        // Resistance reduces the momentum by `R t / m = 6e-5`; the rest is the error of a
+        // first-order method.
         as_expected: fine < 1.2e-4 + 0.25 * 1.1 * coarse,
     });
     Ok(rows)
@@ -238,7 +242,9 @@ fn speed_row(name: &str, scene: &Scene, method: Method, refused: bool, tolerance
     }
 }
 
-/// The limit found by trying: the largest step for which `v <- v - dt R/m v` does not grow in a thousand steps.
+/// Stability limit by bisection: the largest step for which `v <- v - dt R/m v` does not grow.
+///
+/// Growth is judged after a thousand steps.
 fn measured_limit() -> Tried {
     let grows = |step: f64| {
         let mut v = 1.0_f64;
@@ -262,7 +268,7 @@ fn measured_limit() -> Tried {
     }
 }
 
-/// Scallop drift of each integrator: what is left of a stroke that should go nowhere.
+/// Scallop drift of each integrator: displacement by a reciprocal stroke, which is exactly zero.
 fn drifts(points: &[Point]) -> Vec<Tried> {
     let of = |name: &str| {
         points
@@ -285,7 +291,8 @@ fn drifts(points: &[Point]) -> Vec<Tried> {
             });
         }
     }
-    // A leg errs by its share, 1/160 of the tolerance, of two radii; there are two legs, in a few steps each.
+    // The error of a leg is its share of the tolerance, 1/160, times two radii; there are two legs
+    // of a few steps each.
     for (name, allowed) in [("Runge-Kutta 5(4)", 0.05), ("Gauss collocation", 0.0)] {
         if let Some(point) = of(name).last() {
             rows.push(Tried {
@@ -294,7 +301,8 @@ fn drifts(points: &[Point]) -> Vec<Tried> {
                     "{:.1e} radii with {} solves, {}",
                     point.error, point.solves, point.choice
                 ),
-                // Symmetric methods go back the way they came, up to the iteration of the positions.
+                // Symmetric methods return exactly to the start, up to the tolerance of their
+                // iteration.
                 as_expected: point.error < allowed * point.tolerance + 1e-10,
             });
         }
@@ -302,7 +310,7 @@ fn drifts(points: &[Point]) -> Vec<Tried> {
     rows
 }
 
-/// Error over solves, a curve an integrator.
+/// Chart of errors over solves, one curve per integrator.
 pub fn chart(title: &str, points: &[Point]) -> LogLog {
     let mut names: Vec<&'static str> = Vec::new();
     for point in points {
@@ -318,7 +326,7 @@ pub fn chart(title: &str, points: &[Point]) -> LogLog {
             .into_iter()
             .map(|name| Series {
                 name: name.into(),
-                // Rounding is all that is left below this.
+                // Smaller errors are rounding errors.
                 points: points
                     .iter()
                     .filter(|p| p.integrator == name)

@@ -1,13 +1,13 @@
-//! What a cell of a map can come to, and maps as tables of cells.
+//! Outcomes of cells, and maps as tables of cells.
 
-/// What one way came to on one hardship.
+/// Outcome of one method for one stress case.
 #[derive(Clone, Debug)]
 pub enum Outcome {
-    /// The right answer: its error, and what is written into the cell.
+    /// The right solution: its error, and the text of the cell.
     Right { error: f64, mark: String },
-    /// The message.
+    /// Refused with this message.
     Refused(String),
-    /// An answer that claims to be one and is not.
+    /// A solution that is wrong, without an error message.
     Wrong { error: f64 },
 }
 
@@ -20,26 +20,26 @@ pub struct Cell {
     pub as_expected: bool,
 }
 
-/// All ways on one hardship.
+/// All methods for one stress case.
 #[derive(Clone, Debug)]
 pub struct Row {
-    pub hardship: String,
+    pub case: String,
     pub cells: Vec<Cell>,
 }
 
-/// Hardships against ways.
+/// Table of stress cases and methods.
 #[derive(Clone, Debug)]
 pub struct Map {
-    /// Name in the table of all cells.
+    /// Name of the map in the CSV file.
     pub key: &'static str,
     pub title: &'static str,
-    /// How to read it.
+    /// Explanation of the cells.
     pub note: &'static str,
     pub columns: Vec<String>,
     pub rows: Vec<Row>,
 }
 
-/// Something tried that is no scene, and what it came to.
+/// Test of a single system or integrator, with its outcome.
 #[derive(Clone, Debug)]
 pub struct Tried {
     pub name: String,
@@ -52,7 +52,7 @@ impl Map {
         self.rows.iter().flat_map(|row| &row.cells)
     }
 
-    /// The messages given, each once, with the hardship that it was first given for.
+    /// Messages of refusals, each once, with the first stress case that caused it.
     pub fn reasons(&self) -> Vec<(&str, &str)> {
         let mut reasons: Vec<(&str, &str)> = Vec::new();
         for row in &self.rows {
@@ -60,7 +60,7 @@ impl Map {
                 if let Outcome::Refused(message) = &cell.outcome
                     && !reasons.iter().any(|(known, _)| known == message)
                 {
-                    reasons.push((message, &row.hardship));
+                    reasons.push((message, &row.case));
                 }
             }
         }
@@ -69,7 +69,7 @@ impl Map {
 }
 
 impl Outcome {
-    /// What is written into the cell.
+    /// Text of the cell.
     pub fn mark(&self) -> String {
         match self {
             Self::Right { mark, .. } => mark.clone(),
@@ -78,7 +78,7 @@ impl Outcome {
         }
     }
 
-    /// In one word.
+    /// Outcome in one word.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Right { .. } => "right",
@@ -91,9 +91,11 @@ impl Outcome {
         matches!(self, Self::Wrong { .. })
     }
 
-    /// An error against the bar that came with it: bars of meshes and truncated series are estimates that hold to a factor of two.
+    /// Outcome of a solution with an error bar: right up to twice the bar.
+    ///
+    /// Bars for meshes and truncated series are estimates that hold to a factor of two.
     pub fn against_bar(error: f64, bar: f64, rounding: f64, mark: String) -> Self {
-        // A NaN is wrong.
+        // In this form NaN is wrong.
         if error <= 2.0 * bar + rounding {
             Self::Right { error, mark }
         } else {

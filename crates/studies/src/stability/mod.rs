@@ -1,9 +1,9 @@
-//! The stability map: ways to fail, each with what must come of it: the right answer, or a refusal that says why.
+//! The stability map: stress cases, each of which must end in the right solution or in an error
+//! with a reason.
 
 mod algebra;
 mod faults;
 mod flow;
-mod hardships;
 mod ilu;
 mod integration;
 mod map;
@@ -13,6 +13,7 @@ mod picture;
 mod report;
 mod setup;
 mod store;
+mod stress_cases;
 mod strokes;
 
 use std::path::Path;
@@ -24,7 +25,7 @@ use integration::Study;
 use map::{Map, Tried};
 use store::Store;
 
-/// Everything that was tried.
+/// Results of the study.
 struct Everything {
     maps: Vec<Map>,
     algebra: Vec<Tried>,
@@ -48,13 +49,13 @@ impl Everything {
         })
     }
 
-    /// What was tried on whole systems and on integrators.
+    /// Tests of whole systems and of integrators.
     fn tried(&self) -> impl Iterator<Item = &Tried> {
         self.algebra.iter().chain(&self.integrators.tried)
     }
 
-    /// Number of hardships.
-    fn hardships(&self) -> usize {
+    /// Number of stress cases.
+    fn stress_cases(&self) -> usize {
         self.maps.iter().map(|map| map.rows.len()).sum::<usize>() + self.tried().count()
     }
 
@@ -63,7 +64,7 @@ impl Everything {
         self.maps.iter().flat_map(Map::cells).count() + self.tried().count()
     }
 
-    /// Number of answers that claim to be right and are not.
+    /// Number of wrong solutions without an error message.
     fn wrong(&self) -> usize {
         let cells = self.maps.iter().flat_map(Map::cells);
         cells.filter(|cell| cell.outcome.is_wrong()).count()
@@ -74,23 +75,31 @@ impl Everything {
     }
 
     /// Number of cells that are not as expected.
-    fn surprises(&self) -> usize {
+    fn unexpected(&self) -> usize {
         let cells = self.maps.iter().flat_map(Map::cells);
         cells.filter(|cell| !cell.as_expected).count()
             + self.tried().filter(|tried| !tried.as_expected).count()
     }
 }
 
-/// Runs everything, prints it and writes `stability.md`, `stability.csv`, pictures and the page `stability.html`; fails if something is not as
-/// expected. A run that is stopped goes on where it was when it is started again.
+/// Runs the study and writes `stability.md`, `stability.csv`, pictures and the page
+/// `stability.html`.
+///
+/// A run that was stopped continues where it was when it is started again.
+///
+/// # Errors
+/// An outcome that is not as expected.
 pub fn run(quick: bool, out: &Path) -> Result<()> {
     let mut store = Store::open(out)?;
     let everything = Everything::run(quick, &mut store)?;
     report::write(&everything, out)?;
     store.close()?;
-    let off = everything.surprises();
-    if off > 0 {
-        bail!("{off} of {} cells are not as expected", everything.cells());
+    let unexpected = everything.unexpected();
+    if unexpected > 0 {
+        bail!(
+            "{unexpected} of {} cells are not as expected",
+            everything.cells()
+        );
     }
     Ok(())
 }
@@ -100,12 +109,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_quick_map_holds_no_wrong_answer_and_no_surprise() {
+    fn all_outcomes_of_the_quick_map_are_expected() {
         let everything = Everything::run(true, &mut Store::none()).unwrap();
         for map in &everything.maps {
             for row in &map.rows {
                 for (cell, column) in row.cells.iter().zip(&map.columns) {
-                    assert!(cell.as_expected, "{}, {column}: {cell:?}", row.hardship);
+                    assert!(cell.as_expected, "{}, {column}: {cell:?}", row.case);
                 }
             }
         }

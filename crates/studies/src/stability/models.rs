@@ -1,4 +1,4 @@
-//! One instant by every model: each answer must lie within the error bar that comes with it.
+//! One instantaneous solution by every model: its error must be within its error bar.
 
 use std::fmt::Write;
 use std::time::Instant as Clock;
@@ -9,13 +9,13 @@ use swimmer::choose;
 use swimmer::models::{InstantaneousSolution, SphereModel, SpheresModel};
 use swimmer::{Scene, SwimError, solve_start};
 
-use super::hardships::Expected;
 use super::map::{Cell, Map, Outcome};
 use super::store::Store;
+use super::stress_cases::Expected;
 
 const MODELS: [&str; 5] = ["oseen", "rpy", "multipole", "axisymmetric", "fem"];
 
-/// Relative error of the expansion that the others are compared with.
+/// Relative error of the reference expansion.
 const TRUTH: f64 = 1e-9;
 
 /// Element size for finite elements, over the smallest radius.
@@ -24,13 +24,13 @@ const SIZE: f64 = 0.8;
 /// Radius, position, force and torque of a sphere.
 type Pulled = (f64, [f64; 3], [f64; 3], [f64; 3]);
 
-/// Spheres in a domain, each pulled or turned.
+/// Spheres in a domain, with forces and torques.
 struct Setting {
     name: &'static str,
     domain: &'static str,
     viscosity: f64,
     spheres: Vec<Pulled>,
-    /// What every model must answer; none if an answer or a refusal will do.
+    /// Outcome that every model must have; `None` if a solution or a refusal is accepted.
     expected: Option<Expected>,
     quick: bool,
 }
@@ -80,7 +80,7 @@ fn pair(name: &'static str, gap: f64, domain: &'static str) -> Setting {
     }
 }
 
-/// The same, pulled along the line of centres only.
+/// Two spheres with a gap, one pulled along the line of centres.
 fn along(name: &'static str, gap: f64, domain: &'static str) -> Setting {
     let mut setting = pair(name, gap, domain);
     setting.spheres[0].2 = [10.0, 0.0, 0.0];
@@ -196,7 +196,7 @@ fn settings() -> Vec<Setting> {
 
 /// The map.
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
-    // The tests leave out what needs a mesh.
+    // The tests leave out models with a mesh.
     let models = if quick { &MODELS[..3] } else { &MODELS[..] };
     let mut rows = Vec::new();
     for setting in settings() {
@@ -206,9 +206,9 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     }
     Ok(Map {
         key: "models",
-        title: "Models: every answer within its own error bar",
-        note: "Velocities against multipole expansions to 1e-9: the error found and, behind it, the error that the model itself states, both relative to the fastest \
-               sphere. An answer that errs by more than twice what it states is WRONG.",
+        title: "Models: every error within its own error bar",
+        note: "Velocities against multipole expansions to 1e-9: the true error and, after it, the error that the model estimates, both relative to the fastest \
+               sphere. WRONG means an error of more than twice the estimate.",
         columns: models.iter().map(|&model| model.to_owned()).collect(),
         rows,
     })
@@ -244,7 +244,10 @@ fn solve(text: &str) -> Result<InstantaneousSolution, SwimError> {
     solve_start(&scene, model.as_mut())
 }
 
-/// The best expansion there is: where a gap is too narrow for the accuracy wanted, a hundred times less, and so on.
+/// Most accurate expansion.
+///
+/// Where a gap is too narrow for the tolerance, the tolerance is multiplied by a hundred,
+/// repeatedly.
 fn truth(setting: &Setting) -> Result<InstantaneousSolution> {
     let scene = Scene::parse(&setting.toml("multipole"))?;
     let mut tolerance = TRUTH;
@@ -274,7 +277,8 @@ fn judge(instant: &InstantaneousSolution, truth: Option<&InstantaneousSolution>)
         .fold(0.0_f64, f64::max);
     let bar = instant.error_estimate.total();
     let of_speed = |value: f64| if speed > 0.0 { value / speed } else { value };
-    // What is due to a speed of nothing, as that of a sphere that only turns, is relative to its turning.
+    // If all speeds are zero, as for a sphere that only rotates, rounding is relative to its
+    // rotation.
     let turning = truth
         .bodies
         .iter()

@@ -1,4 +1,4 @@
-//! The map as one HTML page that needs nothing else.
+//! The map as one self-contained HTML page.
 
 use anyhow::Result;
 
@@ -15,14 +15,14 @@ pub fn html(everything: &Everything) -> Result<String> {
     let count = |word: &str| cells().filter(|cell| cell.outcome.word() == word).count();
     let mut parts = vec![
         Part::Text(format!(
-            "{}, {}; {:.0} s. Made by cargo xtask stability. Every known way to fail is tried with every way to compute it: each must end in the right answer \
-             or in a refusal that says why.",
+            "{}, {}; {:.0} s. Made by cargo xtask stability. Every stress case is computed with every method: each must end in the right solution \
+             or in an error with a reason.",
             machine::today(),
             machine::processor(),
             everything.seconds
         )),
         Part::Figures(vec![
-            (everything.hardships().to_string(), "hardships".into()),
+            (everything.stress_cases().to_string(), "stress cases".into()),
             (everything.cells().to_string(), "cells".into()),
             (
                 count("right").to_string(),
@@ -42,7 +42,7 @@ pub fn html(everything: &Everything) -> Result<String> {
                 heads: vec!["refused".into(), "reason given".into()],
                 rows: reasons
                     .into_iter()
-                    .map(|(message, hardship)| (vec![hardship.into(), message.into()], false))
+                    .map(|(message, case)| (vec![case.into(), message.into()], false))
                     .collect(),
             });
         }
@@ -61,7 +61,7 @@ pub fn charts(everything: &Everything) -> Result<(String, String)> {
     let study = &everything.integrators;
     Ok((
         chart(
-            "Scallop drift: one arm closes and opens, and nothing should have moved",
+            "Scallop drift: displacement after one arm closes and opens, exactly zero",
             &study.scallop,
         )
         .svg()?,
@@ -75,7 +75,7 @@ pub fn charts(everything: &Everything) -> Result<(String, String)> {
 
 fn tried(list: &[Tried]) -> Part {
     Part::Table {
-        heads: vec!["tried".into(), "came to".into()],
+        heads: vec!["test".into(), "outcome".into()],
         rows: list
             .iter()
             .map(|t| {

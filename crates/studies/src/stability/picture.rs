@@ -1,4 +1,4 @@
-//! A map as a picture: one coloured field a cell.
+//! A map as a picture with one coloured field per cell.
 
 use std::fmt::Write;
 
@@ -12,7 +12,7 @@ const HEAD: f64 = 30.0;
 /// The map as SVG text.
 pub fn svg(map: &Map) -> String {
     let (columns, rows) = (map.columns.len() as f64, map.rows.len() as f64);
-    // Long marks need room.
+    // Columns are wide enough for the longest text.
     let longest = map
         .cells()
         .map(|cell| cell.outcome.mark().len())
@@ -40,7 +40,7 @@ pub fn svg(map: &Map) -> String {
             "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" fill=\"#282828\">{}</text>",
             LABEL - 8.0,
             y + 16.0,
-            row.hardship
+            row.case
         );
         for (c, cell) in row.cells.iter().enumerate() {
             let x = LABEL + width * c as f64;
@@ -63,7 +63,7 @@ pub fn svg(map: &Map) -> String {
     text
 }
 
-/// Fill and ink, of a palette that colour-blind readers can tell apart.
+/// Colours of field and text, from a palette that colour-blind readers can distinguish.
 fn colours(cell: &Cell) -> (&'static str, &'static str) {
     match &cell.outcome {
         Outcome::Wrong { .. } => ("#b3261e", "#fff"),

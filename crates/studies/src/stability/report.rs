@@ -1,4 +1,4 @@
-//! The map as Markdown and CSV, with the page and the pictures.
+//! The map as Markdown and CSV, with the HTML page and pictures.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -28,12 +28,12 @@ pub fn write(everything: &Everything, out: &Path) -> Result<()> {
 
 fn markdown(everything: &Everything) -> Result<String> {
     let mut text = format!(
-        "# The stability map\n\n{}, {}; {:.0} s. Made by `cargo xtask stability`; [the same with pictures](stability.html).\n\n\
-         {} hardships, {} cells. *no* is a refusal, **WRONG** an answer that claims to be right and is not. Wrong answers: {}.\n",
+        "# The stability map\n\n{}, {}; {:.0} s. Made by `cargo xtask stability`; [page with pictures](stability.html).\n\n\
+         {} stress cases, {} cells. *no* is an error with a reason, **WRONG** a wrong solution without an error. Wrong solutions: {}.\n",
         machine::today(),
         machine::processor(),
         everything.seconds,
-        everything.hardships(),
+        everything.stress_cases(),
         everything.cells(),
         everything.wrong()
     );
@@ -44,8 +44,8 @@ fn markdown(everything: &Everything) -> Result<String> {
     tried(&mut text, &everything.integrators.tried)?;
     text.push_str("\n![scallop drift](stability-scallop.svg)\n![error of a stroke](stability-integrators.svg)\n\n");
     text.push_str(
-        "Three unequal spheres on a bent chain in unbounded fluid (rpy), which turn as they swim. Scallop: an arm closes and opens again, and nothing \
-         should have moved. Stroke: four phases, error of the middle sphere. Errors in radii.\n\n| integrator | choice | solves | scallop drift | stroke: solves | error |\n|:--|:--|--:|--:|--:|--:|\n",
+        "Three unequal spheres on a bent chain in unbounded fluid (rpy), which rotate while they swim. Scallop drift: displacement after an arm closes and opens again, \
+         exactly zero. Stroke: four phases, error of the middle sphere. Errors in radii.\n\n| integrator | choice | solves | scallop drift | stroke: solves | error |\n|:--|:--|--:|--:|--:|--:|\n",
     );
     let study = &everything.integrators;
     for (scallop, stroke) in study.scallop.iter().zip(&study.stroke) {
@@ -60,13 +60,17 @@ fn markdown(everything: &Everything) -> Result<String> {
             stroke.error
         )?;
     }
-    text.push_str("\n## Algebra\n\nWays to fail that a scene cannot ask for, tried on the systems of the bent chain:\n\n");
+    text.push_str("\n## Algebra\n\nStress cases that cannot be described by a scene, for the systems of the bent chain:\n\n");
     tried(&mut text, &everything.algebra)?;
     Ok(text)
 }
 
 fn table(text: &mut String, map: &Map) -> Result<()> {
-    write!(text, "\n## {}\n\n{}\n\n| hardship |", map.title, map.note)?;
+    write!(
+        text,
+        "\n## {}\n\n{}\n\n| stress case |",
+        map.title, map.note
+    )?;
     map.columns
         .iter()
         .try_for_each(|column| write!(text, " {column} |"))?;
@@ -74,32 +78,32 @@ fn table(text: &mut String, map: &Map) -> Result<()> {
     text.push_str(&":-:|".repeat(map.columns.len()));
     text.push('\n');
     for row in &map.rows {
-        write!(text, "| {} |", row.hardship)?;
+        write!(text, "| {} |", row.case)?;
         for cell in &row.cells {
             let mark = match &cell.outcome {
                 Outcome::Refused(_) => "*no*".to_owned(),
                 Outcome::Wrong { .. } => format!("**{}**", cell.outcome.mark()),
                 other => other.mark(),
             };
-            let surprise = if cell.as_expected { "" } else { " (!)" };
-            write!(text, " {mark}{surprise} |")?;
+            let unexpected = if cell.as_expected { "" } else { " (!)" };
+            write!(text, " {mark}{unexpected} |")?;
         }
         text.push('\n');
     }
-    text.push_str("\n(!) is not what was expected. Reasons given:\n\n");
-    for (message, hardship) in map.reasons() {
-        writeln!(text, "- {hardship}: {}", message.replace('\n', " "))?;
+    text.push_str("\n(!) means that the outcome is not the expected one. Reasons of refusals:\n\n");
+    for (message, case) in map.reasons() {
+        writeln!(text, "- {case}: {}", message.replace('\n', " "))?;
     }
     Ok(())
 }
 
 fn tried(text: &mut String, list: &[Tried]) -> Result<()> {
-    text.push_str("| tried | came to |\n|:--|:--|\n");
+    text.push_str("| test | outcome |\n|:--|:--|\n");
     for row in list {
-        let surprise = if row.as_expected { "" } else { " (!)" };
+        let unexpected = if row.as_expected { "" } else { " (!)" };
         writeln!(
             text,
-            "| {} | {}{surprise} |",
+            "| {} | {}{unexpected} |",
             row.name,
             row.outcome.replace('\n', " ")
         )?;
@@ -110,7 +114,7 @@ fn tried(text: &mut String, list: &[Tried]) -> Result<()> {
 fn csv(everything: &Everything) -> Result<String> {
     let clean = |s: &str| s.replace(',', ";").replace(['"', '\n'], " ");
     let mut text =
-        String::from("map,hardship,way,outcome,mark,error,seconds,as_expected,message\n");
+        String::from("map,stress_case,method,outcome,mark,error,seconds,as_expected,message\n");
     for map in &everything.maps {
         for row in &map.rows {
             for (cell, column) in row.cells.iter().zip(&map.columns) {
@@ -124,7 +128,7 @@ fn csv(everything: &Everything) -> Result<String> {
                     text,
                     "{},{},{column},{},{},{error},{:.3},{},{message}",
                     map.key,
-                    clean(&row.hardship),
+                    clean(&row.case),
                     cell.outcome.word(),
                     clean(&cell.outcome.mark()),
                     cell.seconds,

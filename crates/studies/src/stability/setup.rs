@@ -1,8 +1,8 @@
-//! Scenes of the stability map, written as a user would write them.
+//! Scenes of the stability map, as text like that of a scene file.
 
 use std::fmt::Write;
 
-/// Spheres and points with links in a ball, and what moves or pulls them.
+/// Spheres and points with links in a ball, with a gait or forces.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// The `domain` table.
@@ -13,11 +13,13 @@ pub struct Setup {
     /// Pairs (`body`, `to`).
     pub links: Vec<(usize, usize)>,
     pub arms: &'static str,
-    /// Links that change their length in the first phase and by what; one a phase is what a scene can say.
+    /// Link whose length changes in the first phase, and by how much; a phase has one link.
     pub change: Option<(usize, f64)>,
-    /// Body that is pulled, with the force.
+    /// Body with an external force, and the force.
     pub pull: Option<(usize, [f64; 3])>,
-    /// Element size on every sphere, over the smallest radius; without it each has the default over its own, as `more` scales it.
+    /// Element size on every sphere over the smallest radius.
+    ///
+    /// `None` gives each sphere the default size for its radius, scaled by keys in `more`.
     pub size: Option<f64>,
     /// More TOML.
     pub more: String,
@@ -43,7 +45,7 @@ impl Setup {
         }
     }
 
-    /// The same in other units of length; rates stay one change a unit of time.
+    /// The same scene with all lengths multiplied by `length`; durations stay the same.
     pub fn scaled(mut self, length: f64) -> Self {
         self.domain = self.domain.replace("12", &format!("{:e}", 12.0 * length));
         for (radius, position) in &mut self.bodies {
@@ -54,7 +56,7 @@ impl Setup {
         self
     }
 
-    /// The scene file; all of the fluid, so that all solvers see the same mesh.
+    /// Text of the scene, for the whole fluid, so that all solvers have the same mesh.
     pub fn toml(&self, formulation: &str, solver: &str) -> String {
         let smallest = self
             .bodies

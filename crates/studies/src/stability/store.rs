@@ -1,4 +1,4 @@
-//! Rows of the maps that are done, so that a run that is stopped goes on where it was.
+//! Finished rows of the maps, so that a run that was stopped can be continued.
 
 use std::path::{Path, PathBuf};
 
@@ -7,14 +7,14 @@ use serde_json::{Map, Value, json};
 
 use super::map::{Cell, Outcome, Row};
 
-/// Rows on disk by map and hardship; nothing is kept without a file.
+/// Rows by map and stress case, in a file if there is one.
 pub struct Store {
     path: Option<PathBuf>,
     rows: Map<String, Value>,
 }
 
 impl Store {
-    /// Keeps nothing.
+    /// Store without a file.
     #[cfg(test)]
     pub fn none() -> Self {
         Self {
@@ -23,10 +23,10 @@ impl Store {
         }
     }
 
-    /// The store in a folder, with what an earlier run left there.
+    /// Store in a folder, with the rows of an earlier run.
     pub fn open(folder: &Path) -> Result<Self> {
         std::fs::create_dir_all(folder)
-            .with_context(|| format!("could not make the folder {}", folder.display()))?;
+            .with_context(|| format!("could not create the folder {}", folder.display()))?;
         let path = folder.join("stability.partial.json");
         let rows = match std::fs::read_to_string(&path) {
             Ok(text) => serde_json::from_str(&text)
@@ -39,18 +39,18 @@ impl Store {
         })
     }
 
-    /// The row of an earlier run, or the one that is made now and kept.
+    /// Row of an earlier run, or else a new one from `make`, which is stored.
     pub fn row(
         &mut self,
         map: &str,
-        hardship: &str,
+        case: &str,
         make: impl FnOnce() -> Result<Vec<Cell>>,
     ) -> Result<Row> {
-        let key = format!("{map}: {hardship}");
+        let key = format!("{map}: {case}");
         let known = self.rows.get(&key).and_then(Value::as_array);
         if let Some(cells) = known.and_then(|list| list.iter().map(read).collect::<Option<_>>()) {
             return Ok(Row {
-                hardship: hardship.to_owned(),
+                case: case.to_owned(),
                 cells,
             });
         }
@@ -63,12 +63,12 @@ impl Store {
                 .with_context(|| format!("could not write {}", path.display()))?;
         }
         Ok(Row {
-            hardship: hardship.to_owned(),
+            case: case.to_owned(),
             cells,
         })
     }
 
-    /// Forgets everything: the map is whole.
+    /// Removes the file when all maps are complete.
     pub fn close(self) -> Result<()> {
         match self.path {
             Some(path) if path.exists() => Ok(std::fs::remove_file(path)?),
@@ -83,7 +83,7 @@ fn write(cell: &Cell) -> Value {
         Outcome::Refused(message) => (0.0, message.as_str()),
         Outcome::Wrong { error } => (*error, ""),
     };
-    // JSON has no NaN; written as text it comes back.
+    // JSON has no NaN, so errors are written as text.
     json!({
         "outcome": cell.outcome.word(), "error": error.to_string(), "text": text, "seconds": cell.seconds, "as_expected": cell.as_expected,
     })
@@ -109,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_come_back_as_they_were() {
+    fn rows_are_read_as_they_were_written() {
         let folder = tempfile::tempdir().unwrap();
         let cell = |outcome| Cell {
             outcome,

@@ -1,4 +1,5 @@
-//! Strokes by finite elements with every mesh motion: displacements within their error bars, whatever the mesh has to follow.
+//! Strokes by finite elements with every mesh motion: displacements must be within their error
+//! bars.
 
 use std::time::Instant as Clock;
 
@@ -14,7 +15,7 @@ use super::store::Store;
 /// A stroke of three spheres on a line in a ball of radius 14.
 struct Stroke {
     name: &'static str,
-    /// Arms at the start.
+    /// Lengths of the arms at the start.
     arm: f64,
     /// Link and its length after each phase.
     phases: &'static [(&'static str, f64)],
@@ -83,7 +84,7 @@ impl Stroke {
 
 /// The map.
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
-    // The tests try one motion that keeps its mesh and one that does not.
+    // The tests use one motion that keeps the mesh and one that remeshes.
     let motions: &[&str] = if quick {
         &["laplace", "kanchi-masud"]
     } else {
@@ -96,8 +97,8 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     Ok(Map {
         key: "strokes",
         title: "Strokes: mesh motions",
-        note: "Displacements of all spheres against multipole expansions in the same ball: the number of meshes made, the error found, and the error bar that the run \
-               itself states. An error of more than twice the bar is WRONG.",
+        note: "Displacements of all spheres against multipole expansions in the same ball: the number of meshes, the true error, and the error bar of the run. \
+               WRONG means an error of more than twice the bar.",
         columns: motions.iter().map(|&motion| motion.to_owned()).collect(),
         rows,
     })

@@ -1,4 +1,4 @@
-//! One cell of the table: one solve in a process of its own, so that its peak memory is its own.
+//! One cell of the table: one solve in a separate process, so that its peak memory can be measured.
 
 use std::path::Path;
 use std::process::Command;
@@ -10,9 +10,9 @@ use swimmer::output::solution_json;
 use swimmer::{Scene, solve_start};
 
 use super::Task;
-use crate::validate::reference::INSTANTANEOUS;
+use crate::reference::INSTANTANEOUS;
 
-/// What one solve measured.
+/// Measurements of one solve.
 #[derive(Clone, Debug)]
 pub struct Measured {
     pub dofs: usize,
@@ -22,36 +22,36 @@ pub struct Measured {
     pub setup: f64,
     pub solve: f64,
     pub mesh: f64,
-    /// Peak resident size in MiB, the making of the mesh included.
+    /// Peak resident memory in MiB, mesh generation included.
     pub memory: f64,
-    /// Relative error of the centre's velocity.
+    /// Relative error of the velocity of the middle sphere.
     pub velocity_error: f64,
     /// Largest error of the three axial forces over the largest force.
     pub force_error: f64,
 }
 
 impl Measured {
-    /// Seconds from the mesh in memory to the answer.
+    /// Seconds of assembly, set-up and solve, without mesh generation.
     pub fn total(&self) -> f64 {
         self.assembly + self.setup + self.solve
     }
 }
 
-/// What became of a cell.
+/// Result of a cell.
 #[derive(Clone, Debug)]
 pub enum Outcome {
     Solved(Measured),
-    /// The message of the failure.
+    /// Error message.
     Failed(String),
 }
 
-/// Runs a cell in a new process of this program.
+/// Computes a cell in a new process of this program.
 pub fn run(task: &Task) -> Result<Outcome> {
     let program = std::env::current_exe().context("could not find this program's own file")?;
     let output = Command::new(program)
         .arg("table1-cell")
         .args(task.overrides())
-        // A backtrace would bury the message.
+        // The message is searched in the output, which a backtrace would make longer.
         .env_remove("RUST_BACKTRACE")
         .output()
         .context("could not start a process for a cell of the table")?;
@@ -67,15 +67,17 @@ pub fn run(task: &Task) -> Result<Outcome> {
     Ok(Outcome::Solved(read(&json)?))
 }
 
-/// The process of a cell: solves the first instant of the default scene at unit rate and prints it as JSON.
+/// Solves the start of the default scene at unit rate and prints the solution as JSON.
+///
+/// This runs in the process of a cell.
 pub fn print(overrides: &[String]) -> Result<()> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/three-sphere.toml");
     let mut all = overrides.to_vec();
-    // The first phase moves by four: at unit speed when it takes four.
+    // The first phase changes a length by four: at unit rate in a duration of four.
     all.push("gait.phases.0.duration=4".to_owned());
-    // The paper's table is of all of the fluid.
+    // The table of the paper is for the whole fluid.
     all.push("fem.mirror=off".to_owned());
-    // The table is about the solver; error bars have their own cost.
+    // The table is about the solver; error estimates would add to its cost.
     all.push("fem.estimates=off".to_owned());
     let scene = Scene::read(&file, &all)?;
     let mut model = choose(&scene)?.model;

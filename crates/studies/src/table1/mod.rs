@@ -1,4 +1,5 @@
-//! Table 1 of Berti et al. (2021) measured again: formulations x solvers x sizes of the three-sphere scene.
+//! Table 1 of Berti et al. (2021), repeated: formulations x solvers x sizes of the three-sphere
+//! scene.
 
 mod cell;
 mod paper;
@@ -16,11 +17,12 @@ const FORMULATIONS: [&str; 3] = ["p-tilde", "lagrange", "direct-row"];
 /// A mesh of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Size {
-    /// Unknowns that are aimed at.
+    /// Approximate number of dofs.
     pub dofs: usize,
-    /// Element size on the spheres that gives about so many.
+    /// Element size on the spheres that gives about this number of dofs.
     surface_size: f64,
-    /// Subdomains for additive Schwarz: the paper's eight on the smallest mesh, then as large ones as there.
+    /// Subdomains of additive Schwarz: eight on the smallest mesh, as in the paper, and of the same
+    /// size on the others.
     subdomains: usize,
     solvers: &'static [Solver],
 }
@@ -44,7 +46,7 @@ impl Solver {
         }
     }
 
-    /// The tolerance asked: PETSc's additive Schwarz, which ours stands beside, was asked for 1e-6.
+    /// Tolerance of the residual; PETSc's additive Schwarz, with which ours is compared, had 1e-6.
     fn rtol(self) -> f64 {
         match self {
             Self::Schwarz => 1e-6,
@@ -52,7 +54,7 @@ impl Solver {
         }
     }
 
-    /// The ones that take a second are run more than once, for a median.
+    /// Number of rounds: solves that take about a second are repeated, for a median.
     fn repeats(self, repeats: usize) -> usize {
         match self {
             Self::Block => repeats,
@@ -63,8 +65,10 @@ impl Solver {
 
 use Solver::{Block, Direct, Minres, Schwarz};
 
-/// The sizes of the paper. What is left out would not fit the machine's 24 GB: a factorisation of the second mesh is estimated at
-/// 14 GB and that of 56 subdomains of the third at 20 GB, beside what else runs.
+/// The sizes of the paper.
+///
+/// Solvers are left out where they might exceed the 24 GB of the machine: a factorisation of the
+/// second mesh is estimated at 14 GB, and that of 56 subdomains of the third at 20 GB.
 const FULL: [Size; 3] = [
     Size {
         dofs: 311_000,
@@ -114,26 +118,27 @@ impl Task {
     }
 }
 
-/// A cell with what became of it.
+/// A cell with its result.
 pub struct Row {
     pub task: Task,
     pub outcome: Outcome,
 }
 
-/// What to measure and where to write it.
+/// Options of the study.
 pub struct Options<'a> {
     pub quick: bool,
-    /// Sizes to leave out are those not among the first so many.
+    /// Number of mesh sizes, from the smallest on.
     pub sizes: usize,
     pub repeats: usize,
     pub out: &'a Path,
 }
 
-/// Measures all cells, prints the table and writes `table1.md`, `table1.csv` and `table1.svg` into a folder.
+/// Measures all cells, prints the table and writes `table1.md`, `table1.csv` and `table1.svg` into
+/// a folder.
 pub fn run(options: &Options) -> Result<()> {
     let sizes: &[Size] = if options.quick { &QUICK } else { &FULL };
     let mut rows = Vec::new();
-    // The longest first: what the machine was busy with at the start is over when the others are timed.
+    // The slowest solvers first: load on the machine at the start affects the others less.
     for solver in [Schwarz, Minres, Block, Direct] {
         for &size in sizes.iter().take(options.sizes) {
             if size.solvers.contains(&solver) {
@@ -150,7 +155,7 @@ pub fn run(options: &Options) -> Result<()> {
     let wrong: Vec<&Row> = rows.iter().filter(|row| !row.is_as_expected()).collect();
     if let Some(row) = wrong.first() {
         bail!(
-            "{} of {} cells are not as they should be, the first is {} with {} at {} unknowns",
+            "{} of {} cells are not as expected, the first is {} with {} at {} dofs",
             wrong.len(),
             rows.len(),
             row.task.formulation,
@@ -161,7 +166,9 @@ pub fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// All formulations with one solver on one mesh; repeats go round the formulations, so that what else the machine does meets all alike.
+/// All formulations with one solver on one mesh.
+///
+/// Rounds alternate between the formulations, so that other load on the machine affects all alike.
 fn measure(size: Size, solver: Solver, repeats: usize) -> Result<Vec<Row>> {
     let tasks = FORMULATIONS.map(|formulation| Task {
         size,
@@ -173,7 +180,7 @@ fn measure(size: Size, solver: Solver, repeats: usize) -> Result<Vec<Row>> {
         for (task, outcomes) in tasks.iter().zip(&mut outcomes) {
             let outcome = cell::run(task)?;
             eprintln!(
-                "{} unknowns, {}, {}, round {}: {}",
+                "{} dofs, {}, {}, round {}: {}",
                 size.dofs,
                 task.formulation,
                 solver.word(),
@@ -197,7 +204,7 @@ fn measure(size: Size, solver: Solver, repeats: usize) -> Result<Vec<Row>> {
         .collect())
 }
 
-/// The run of median total time; a failure if there is one.
+/// The round of median total time, or the first failure.
 fn middle(outcomes: Vec<Outcome>) -> Outcome {
     let mut solved: Vec<Measured> = Vec::new();
     for outcome in outcomes {
@@ -214,11 +221,12 @@ fn middle(outcomes: Vec<Outcome>) -> Outcome {
     }
 }
 
-/// The forces on the coarsest mesh of the table are within this of the exact ones: what validation asks of an element size of 0.6.
+/// Largest relative error of the forces: the tolerance of the validation for element size 0.6, the
+/// coarsest here.
 const FORCE_ERROR: f64 = 5e-2;
 
 impl Row {
-    /// Every cell solves and is right, except that MINRES must refuse the formulation that is not symmetric.
+    /// Whether the solution is right, or MINRES has refused the formulation that is not symmetric.
     fn is_as_expected(&self) -> bool {
         match (&self.outcome, self.task.solver, self.task.formulation) {
             (Outcome::Failed(message), Minres, "direct-row") => message.contains("symmetric"),

@@ -1,22 +1,25 @@
-//! Figures of others for the same problem, copied with their sources.
+//! Measurements of others for the same problem, with their sources.
 
-/// A row of somebody else's measurement.
+/// One row of published measurements.
 pub struct Reported {
-    /// Who, with what.
+    /// Authors and machine.
     pub source: &'static str,
     pub dofs: usize,
     pub formulation: &'static str,
     pub solver: &'static str,
-    /// None where it was not reported or has no meaning.
+    /// `None` if not reported, or not iterative.
     pub iterations: Option<usize>,
-    /// None where the solver failed.
+    /// `None` if the solver failed.
     pub seconds: Option<f64>,
 }
 
-/// Berti, Chabannes, Giraldi & Prud'homme, ESAIM: ProcS (2021), Table 1: Feel++ with PETSc on 8 cores; its tolerance is not given, "time" is that of one time step.
+/// Source of the rows of the paper: Feel++ with PETSc on 8 cores.
+///
+/// Berti, Chabannes, Giraldi & Prud'homme, ESAIM: ProcS (2021), Table 1. The tolerance is not
+/// given; times are those of one time step.
 pub const PAPER: &str = "Berti et al. 2021, 8 cores";
 
-/// PETSc by its authors' means, on two ranks of the kind of machine that this project is measured on.
+/// Source of the rows for PETSc, on two ranks of the kind of machine used for this project.
 pub const PETSC: &str = "PETSc, 2 ranks, tuned by an expert";
 
 const fn paper(
@@ -36,7 +39,10 @@ const fn paper(
     }
 }
 
-/// All rows of the paper's Table 1, then PETSc with a p-multigrid preconditioner (SOR, BoomerAMG on the scalar Laplacian) on straight Gmsh meshes, 2026.
+/// All rows of Table 1 of the paper, then those of PETSc.
+///
+/// PETSc used a p-multigrid preconditioner (SOR, BoomerAMG on the scalar Laplacian) on straight
+/// Gmsh meshes, 2026.
 pub const REPORTED: [Reported; 17] = [
     paper(311_000, "lagrange", "LU", None, Some(190.0)),
     paper(311_000, "lagrange", "fieldsplit", Some(41), Some(33.0)),

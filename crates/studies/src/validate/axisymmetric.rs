@@ -1,4 +1,4 @@
-//! A, D, E, H by elements in the meridian plane.
+//! Cases A, D, E and H by elements in the meridian plane.
 
 use std::f64::consts::PI;
 use std::time::Instant as Clock;
@@ -7,15 +7,16 @@ use anyhow::Result;
 use axisymmetric::{Spheroid, Surroundings, axial_resistance};
 
 use super::collinear::symmetric;
+use super::effort::Effort;
 use super::estimated::Estimated;
-use super::reference::{COLLINEAR, CYLINDER, INSTANTANEOUS, SPHEROIDS, STROKES, concentric_drag};
-use super::table::{Basis, Cost, Row};
-use super::{Effort, swimmer};
+use super::row::{Basis, Cost, Row};
+use super::swimmer;
+use crate::reference::{COLLINEAR, CYLINDER, INSTANTANEOUS, SPHEROIDS, STROKES, concentric_drag};
 
-/// What the rung promises of resistances, at about ten thousand unknowns.
-const PROMISED: f64 = 1e-6;
+/// Tolerance of the resistances; reaching it takes about ten thousand dofs.
+const TOLERANCE: f64 = 1e-6;
 
-/// Tolerance of the strokes' net displacement, for which resistances are computed to a twentieth.
+/// Tolerance of the net displacement of strokes; resistances are computed to a twentieth of it.
 const NET: f64 = 2e-5;
 
 /// All rows.
@@ -69,13 +70,18 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
         )?);
     }
     let model = format!("model = {{ kind = \"axisymmetric\", tolerance = {NET:e} }}");
-    let tolerances = [(PROMISED, Basis::Promised); 2];
-    let instants = match effort {
+    let tolerances = [(TOLERANCE, Basis::Promised); 2];
+    let configurations = match effort {
         Effort::Quick => &INSTANTANEOUS[..2],
         Effort::Full => &INSTANTANEOUS[..],
     };
-    for case in instants {
-        rows.extend(swimmer::instant(case, "axisymmetric", &model, tolerances)?);
+    for case in configurations {
+        rows.extend(swimmer::configuration(
+            case,
+            "axisymmetric",
+            &model,
+            tolerances,
+        )?);
     }
     let strokes = match effort {
         Effort::Quick => &STROKES[..1],
@@ -96,7 +102,7 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Drag over that of a sphere of radius one.
+/// Drag over that of a unit sphere in unbounded fluid.
 fn drag(
     group: &'static str,
     name: &str,
@@ -108,7 +114,7 @@ fn drag(
     Ok(row.in_units_of(6.0 * PI))
 }
 
-/// The entry that errs most of a resistance matrix given by its upper triangle.
+/// Entry with the largest error of a resistance matrix, which is given by its upper triangle.
 fn resistance(
     group: &'static str,
     name: &str,
@@ -117,7 +123,7 @@ fn resistance(
     exact: &[f64],
 ) -> Result<Row> {
     let clock = Clock::now();
-    let found = axial_resistance(bodies, surroundings, PROMISED)?;
+    let found = axial_resistance(bodies, surroundings, TOLERANCE)?;
     let cost = Cost {
         dofs: found.dofs(),
         iterations: 0,
@@ -132,7 +138,7 @@ fn resistance(
         format!("axisymmetric, {name}"),
         [exact[(i, j)], found.matrix()[(i, j)]],
         exact.amax(),
-        (PROMISED, Basis::Promised),
+        (TOLERANCE, Basis::Promised),
         cost,
     )
     .with(Some(Estimated {

@@ -3,13 +3,14 @@
 use anyhow::Result;
 use nalgebra::DMatrix;
 
+use super::effort::Effort;
 use super::estimated::Estimated;
+use super::expected;
 use super::flow::{Sphere, axial_resistance};
-use super::reference::{COLLINEAR, Collinear};
-use super::table::{Basis, Row};
-use super::{Effort, expected};
+use super::row::{Basis, Row};
+use crate::reference::{COLLINEAR, Collinear};
 
-/// The worst entry of each matrix, judged by its largest.
+/// The entry with the largest error of each matrix, relative to the largest entry.
 pub fn rows(effort: Effort) -> Result<Vec<Row>> {
     let size = match effort {
         Effort::Quick => 0.4,
@@ -43,8 +44,11 @@ fn row(case: &Collinear, size: f64) -> Result<Row> {
     .with(Some(Estimated::signed(errors[(i, j)]))))
 }
 
-/// That of the worst sphere, seen at the centre of a ball that touches the wall where it is nearest: errors of a resistance
-/// matrix are a scalar product, so entries off the diagonal err by no more than those on it (Cauchy & Schwarz).
+/// Largest tolerance over the spheres, each taken at the centre of a ball that touches the wall at
+/// its nearest point.
+///
+/// Errors of a resistance matrix are a scalar product, so those of off-diagonal entries are not
+/// larger than those of diagonal entries (Cauchy & Schwarz).
 fn tolerance(case: &Collinear, size: f64) -> Result<f64> {
     let mut worst = 0.0_f64;
     for (position, radius) in case.positions.iter().zip(case.radii) {
@@ -54,7 +58,7 @@ fn tolerance(case: &Collinear, size: f64) -> Result<f64> {
     Ok(worst)
 }
 
-/// A symmetric matrix by the rows of its upper triangle.
+/// Symmetric matrix from the rows of its upper triangle.
 pub fn symmetric(upper: &[f64], n: usize) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(n, n);
     let places = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));

@@ -1,8 +1,10 @@
-//! What error theory expects of quadratic elements on the flow around a sphere: where tolerances come from.
+//! A priori errors of quadratic elements for the flow around a sphere, from which tolerances
+//! follow.
 //!
-//! The consistent force errs by the energy of the velocity's error, $F_h - F = a(e, e)$ up to pressure terms: the functional
-//! is its own dual. That energy is at most a small multiple of what interpolating the exact flow costs on the same mesh
-//! (Céa's lemma), and around one sphere at the centre of a ball the exact flow is known.
+//! The error of the consistent force is the energy of the velocity error, `F_h - F = a(e, e)` up to
+//! pressure terms, since the adjoint solution of this functional is the flow itself. The energy is
+//! at most a small multiple of the energy of the interpolation error on the same mesh (Céa's
+//! lemma), and for one sphere at the centre of a ball the exact flow is known.
 
 use std::f64::consts::PI;
 
@@ -13,24 +15,30 @@ use swimmer::choose;
 use swimmer::models::Configuration;
 
 use super::flow::{Sphere, scene};
-use super::reference::{concentric_drag, concentric_torque};
+use crate::reference::{concentric_drag, concentric_torque};
 
-/// The solution is the best of those without divergence on pressures, and the pressure errs too: double the interpolation.
+/// Factor on the energy of the interpolation error.
+///
+/// The solution is the best approximation among discretely divergence-free velocities only, and the
+/// pressure has an error too.
 const ALLOWANCE: f64 = 2.0;
 
-/// Tolerances for drag and torque of a sphere, relative.
+/// Relative tolerances for drag and torque of a sphere.
 #[derive(Clone, Copy, Default)]
 pub struct Tolerances {
     pub drag: f64,
     pub torque: f64,
 }
 
-/// Those of a unit sphere, with elements of `size` on it, at the centre of a ball of radius `1 / lambda`: twice the energy of
-/// the interpolation error on the mesh that a scene of it gets.
+/// Tolerances for a unit sphere with elements of `size` at the centre of a ball of radius
+/// `1 / lambda`.
+///
+/// They are twice the energy of the interpolation error, on the mesh that a scene gets.
 pub fn sphere(size: f64, lambda: f64) -> Result<Tolerances> {
     let mesh = ball_in_ball(size, lambda)?;
     let (drag, torque) = (concentric_drag(lambda), concentric_torque(lambda));
-    let [a, b, c, d] = translation(1.0 / lambda).context("a ball as small as the sphere in it")?;
+    let [a, b, c, d] =
+        translation(1.0 / lambda).context("the ball is as small as the sphere inside")?;
     let e = Vector3::x();
     let translating = |r: Vector3<f64>| {
         let (n, along) = (r.norm(), r * e.transpose() + r.x * Matrix3::identity());
@@ -55,8 +63,13 @@ pub fn sphere(size: f64, lambda: f64) -> Result<Tolerances> {
     })
 }
 
-/// Coefficients of u = A (e/r + x r/r^3) + B (e/r^3 - 3 x r/r^5) + C e + D (2 r^2 e - x r) for unit velocity at r = 1 and
-/// none at the wall.
+/// Coefficients of the flow around a sphere in a concentric ball whose radius is `wall`.
+///
+/// ```text
+/// u = A (e/r + x r/r^3) + B (e/r^3 - 3 x r/r^5) + C e + D (2 r^2 e - x r)
+/// ```
+///
+/// The velocity is `e` at `r = 1` and zero at the wall.
 fn translation(wall: f64) -> Option<[f64; 4]> {
     let rows = [1.0, wall].map(|r: f64| {
         let radial = [2.0 / r, -2.0 / r.powi(3), 1.0, r * r];
@@ -68,7 +81,7 @@ fn translation(wall: f64) -> Option<[f64; 4]> {
     Some(solution.into())
 }
 
-/// $\int |\nabla (u - I_h u)|^2$.
+/// Energy of the interpolation error, `∫ |∇(u - I_h u)|^2`.
 fn interpolation_energy(
     mesh: &TetMesh,
     flow: impl Fn(Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) + Sync,
@@ -94,28 +107,39 @@ fn ball_in_ball(size: f64, lambda: f64) -> Result<TetMesh> {
     model.mesh(configuration)?.context("the model has no mesh")
 }
 
-/// Error left by a method of second order or better, from the change between a mesh and one of half the size: a third.
+/// Estimated error on the finer of two meshes, for a method of second order or better.
+///
+/// It is a third of the change from the mesh with elements of twice the size.
 pub fn from_halving(coarse: f64, fine: f64) -> f64 {
     (coarse - fine).abs() / 3.0
 }
 
-/// $\kappa^2$ of $|\nabla (u - I_h u)|^2 = \kappa^2 h^4 |\nabla^3 u|^2$ on a regular tetrahedron with edges `h`: mean over the tetrahedron and over
-/// isotropic tensors of third derivatives, by Gauss quadrature of the interpolation error of cubics.
+/// Constant `κ^2` of the interpolation error on a regular tetrahedron with edges `h`.
+///
+/// `|∇(u - I_h u)|^2 = κ^2 h^4 |∇^3 u|^2`, as a mean over the tetrahedron and over isotropic
+/// tensors of third derivatives, by Gauss quadrature of the interpolation error of cubics.
 const REGULAR: f64 = 4.93e-4;
 
-/// Error of the force on two unit spheres that approach each other, over `6 pi U`, from the elements in their gap that are
-/// kept below `size` by the gap: what a mesh with half the surface size does not refine.
+/// Error of the force on two unit spheres that approach each other, over `6 pi U`, from elements in
+/// their gap.
 ///
-/// In a gap of width `H = gap + rho^2` the flow is $u_x = \tfrac{3 U x}{2 H} (1 - 4 z^2 / H^2)$, `u_y` alike, and
-/// $u_z = -\tfrac{3 U}{H} (z - \tfrac{4 z^3}{3 H^2})$: $|\nabla^3 u|^2 = (24^2 + 6 \cdot 12^2) U^2 / H^6$ to leading order; elements are
-/// a fixed part of `H`. The power is `2 U` times the force.
+/// Only those elements count that the gap keeps smaller than `size`: a mesh with half the surface
+/// size does not refine them. In a gap of width `H = gap + rho^2` the flow is, to leading order,
+///
+/// ```text
+/// u_x = 3 U x / (2 H) (1 - 4 z^2 / H^2)      (u_y alike)
+/// u_z = -3 U / H (z - 4 z^3 / (3 H^2))
+/// |∇^3 u|^2 = (24^2 + 6 · 12^2) U^2 / H^6
+/// ```
+///
+/// Element sizes are a fixed fraction of `H`. The power is `2 U` times the force.
 pub fn gap(gap: f64, size: f64) -> f64 {
     let part = GenerateParams::default().gap;
     let widest = size / part;
     if widest <= gap {
         return 0.0;
     }
-    // Integral of (part H)^4 1440 / H^6 over H pi dH.
+    // Integral of `(part H)^4 1440 / H^6` over `H pi dH`.
     let energy = REGULAR * part.powi(4) * 1440.0 * PI * (widest / gap).ln();
     ALLOWANCE * energy / (2.0 * 6.0 * PI)
 }
@@ -144,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wide_gap_leaves_nothing_to_itself() {
+    fn a_wide_gap_has_no_error_of_its_own() {
         assert_eq!(gap(1.0, 0.4), 0.0);
         assert!(gap(0.1, 0.4) > gap(0.5, 0.4));
     }

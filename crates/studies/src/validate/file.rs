@@ -1,4 +1,4 @@
-//! E on a mesh from Gmsh, when there is one beside the project.
+//! Case E on a mesh from Gmsh, if the file exists.
 
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -8,11 +8,11 @@ use swimmer::choose;
 use swimmer::models::Hydrodynamics;
 use swimmer::{Scene, solve_start};
 
-use super::reference::INSTANTANEOUS;
+use super::row::{Basis, Cost, Row};
 use super::swimmer::{SPEED, compare};
-use super::table::{Basis, Cost, Row};
+use crate::reference::INSTANTANEOUS;
 
-/// Bar for the forces on this mesh, curved.
+/// Tolerance of the forces on this mesh with curved elements.
 const FORCE: f64 = 1e-3;
 
 /// Three unit spheres in a ball of radius 40, first order, 12 598 vertices.
@@ -20,26 +20,26 @@ fn mesh() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes/ball_311k.msh")
 }
 
-/// What the footnote says when there is no mesh.
+/// Footnote if the mesh file does not exist.
 pub fn note() -> Option<String> {
     let missing = !mesh().exists();
-    missing.then(|| "E, mesh file: skipped, ball_311k.msh is not there.".to_owned())
+    missing.then(|| "E, mesh file: skipped, ball_311k.msh does not exist.".to_owned())
 }
 
-/// The first instant of the stroke, curved and straight-sided; no rows without the file.
+/// Rows at the start of the stroke, with curved and with straight elements; none without the file.
 pub fn rows() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     if mesh().exists() {
         for geometry in ["curved", "straight"] {
-            rows.extend(first_instant(geometry)?);
+            rows.extend(at_start(geometry)?);
         }
     }
     Ok(rows)
 }
 
-fn first_instant(geometry: &str) -> Result<[Row; 2]> {
+fn at_start(geometry: &str) -> Result<[Row; 2]> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/three-sphere-mesh.toml");
-    // The scene's first phase moves by four: at unit speed when it takes four.
+    // The first phase of the scene changes a length by four: at unit rate in a duration of four.
     let overrides = [
         format!("domain.file={}", mesh().display()),
         format!("fem.geometry={geometry}"),
@@ -63,7 +63,7 @@ fn first_instant(geometry: &str) -> Result<[Row; 2]> {
     ))
 }
 
-/// How much smaller the ball of the same volume is than the sphere that the flat facets stand for.
+/// Radius of the unit sphere minus that of the ball with the volume inside the flat facets.
 fn radius_deficit(model: &dyn Hydrodynamics) -> Result<f64> {
     let mesh = model
         .last_flow()

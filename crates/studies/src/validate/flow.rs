@@ -1,4 +1,4 @@
-//! Scenes of spheres on the x axis in a ball, and what one solve of them gives.
+//! Scenes of spheres on the x axis in a ball, and quantities from one solve.
 
 use anyhow::{Context, Result};
 use nalgebra::{DMatrix, Vector3};
@@ -6,9 +6,9 @@ use swimmer::choose;
 use swimmer::models::InstantaneousSolution;
 use swimmer::{Scene, solve_start};
 
-use super::table::Cost;
+use super::row::Cost;
 
-/// A sphere on the x axis with the loads on it.
+/// A sphere on the x axis with its loads.
 #[derive(Clone, Copy, Default)]
 pub struct Sphere {
     pub position: f64,
@@ -17,13 +17,15 @@ pub struct Sphere {
     pub torque: Vector3<f64>,
 }
 
-/// The scene of `spheres`, named `s0`, `s1`, ..., in a ball about the origin; `more` is further TOML.
+/// Scene of spheres named `s0`, `s1`, ... in a ball around the origin, by finite elements.
+///
+/// `more` is further TOML.
 pub fn scene(container: f64, size: f64, spheres: &[Sphere], more: &str) -> Result<Scene> {
     let model = format!("model.kind = \"fem\"\nfem.surface_size = {size:?}");
     scene_by(&model, container, spheres, more)
 }
 
-/// The same with `model` for the lines that say how it is computed.
+/// Same scene as [`scene`], with `model` for the lines that choose the model.
 pub fn scene_by(model: &str, container: f64, spheres: &[Sphere], more: &str) -> Result<Scene> {
     let bodies: String = spheres
         .iter()
@@ -41,7 +43,7 @@ pub fn scene_by(model: &str, container: f64, spheres: &[Sphere], more: &str) -> 
     Scene::parse(&text).context("a scene of the validation is wrong")
 }
 
-/// Solves the first instant of a scene.
+/// Solves a scene at its start.
 pub fn solve(scene: &Scene) -> Result<(InstantaneousSolution, Cost)> {
     let mut model = choose(scene)?.model;
     let instant = solve_start(scene, model.as_mut())?;
@@ -49,8 +51,10 @@ pub fn solve(scene: &Scene) -> Result<(InstantaneousSolution, Cost)> {
     Ok((instant, cost))
 }
 
-/// Axial resistance matrix of spheres on the x axis, and its estimated errors: the inverse of the mobility, found by pulling one after the
-/// other.
+/// Axial resistance matrix of spheres on the x axis, and its estimated errors.
+///
+/// It is the inverse of the mobility matrix, whose columns come from forces on one sphere at a
+/// time.
 pub fn axial_resistance(
     container: f64,
     size: f64,
@@ -67,7 +71,7 @@ pub fn axial_resistance(
             mobility[(row, pulled)] = body.velocity.x;
         }
         let by_mesh = instant.mesh_error.as_ref();
-        let by_mesh = by_mesh.context("errors by the mesh were not estimated")?;
+        let by_mesh = by_mesh.context("mesh errors were not estimated")?;
         for (row, error) in by_mesh.bodies.iter().enumerate() {
             errors[(row, pulled)] = error.x;
         }

@@ -1,7 +1,9 @@
-//! Comparison with exact values: every row has a tolerance that comes from somewhere.
+//! Comparison with exact values: every row has a tolerance with a source.
 
 mod axisymmetric;
 mod collinear;
+mod effectivity;
+mod effort;
 mod estimated;
 mod expected;
 mod file;
@@ -9,7 +11,7 @@ mod flow;
 mod multipole;
 mod overview;
 mod pair;
-pub mod reference;
+mod row;
 mod similar;
 mod sphere;
 mod swimmer;
@@ -21,21 +23,17 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 
 use crate::{folder, machine};
-use table::Row;
+pub use effort::Effort;
+use row::Row;
 
-/// How much to compute.
-#[derive(Clone, Copy, PartialEq)]
-pub enum Effort {
-    /// Under two minutes on two cores.
-    Quick,
-    /// Finer meshes, closer spheres, more strokes.
-    Full,
-}
-
-/// A name for messages, and what computes the rows.
+/// Name for messages, and the function that computes the rows.
 type Part<'a> = (&'a str, &'a dyn Fn() -> Result<Vec<Row>>);
 
-/// Computes all rows, prints them, writes `validation.md`, `validation.csv`, charts and `index.html` into a folder and fails if a row does.
+/// Computes and prints all rows and writes `validation.md`, `validation.csv`, charts and
+/// `index.html`.
+///
+/// # Errors
+/// A row that cannot be computed, or is outside its tolerance.
 pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
@@ -44,8 +42,8 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
         ("orders of convergence", &sphere::orders),
         ("two spheres", &|| pair::rows(effort)),
         ("collinear spheres in a ball", &|| collinear::rows(effort)),
-        ("three-sphere swimmer, instants", &|| {
-            swimmer::instants(effort)
+        ("three-sphere swimmer, single configurations", &|| {
+            swimmer::configurations(effort)
         }),
         ("three-sphere swimmer, mesh file", &file::rows),
         ("three-sphere swimmer, strokes", &|| {
@@ -70,10 +68,10 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let failed = rows.iter().filter(|row| !row.passes()).count();
     let mut notes = vec![pair::NOTE.to_owned()];
     notes.extend(file::note());
-    notes.extend(estimated::notes(&rows));
+    notes.extend(effectivity::notes(&rows));
     notes.push(
         format!(
-            "{} of {} rows pass, {:.0} s on {} threads; the seconds of a row are of all its solves, meshes included, and rows of one case share them.",
+            "{} of {} rows pass, {:.0} s on {} threads; the seconds of a row include all its solves and meshes, and rows of one case share them.",
             rows.len() - failed,
             rows.len(),
             clock.elapsed().as_secs_f64(),
@@ -103,7 +101,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The table with where and when it is from.
+/// The table under a heading with machine and date.
 fn page_of(table: &str) -> String {
     format!(
         "# Validation\n\n{}, {}. Made by `cargo xtask validate`.\n\n{table}",

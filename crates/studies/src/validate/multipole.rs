@@ -1,4 +1,4 @@
-//! B, D, E by multipole expansions.
+//! Cases B, D and E by multipole expansions.
 
 use std::f64::consts::PI;
 use std::time::Instant as Clock;
@@ -10,15 +10,15 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::collinear::symmetric;
 use super::estimated::Estimated;
-use super::reference::{COLLINEAR, INSTANTANEOUS, OPPOSITE};
+use super::row::{Basis, Cost, Row};
 use super::swimmer;
-use super::table::{Basis, Cost, Row};
+use crate::reference::{COLLINEAR, INSTANTANEOUS, OPPOSITE};
 
-/// Error asked of resistances, relative to the drag of the spheres.
-const ASKED: f64 = 1e-6;
+/// Tolerance of resistances, relative to the drag of the spheres.
+const TOLERANCE: f64 = 1e-6;
 
-/// What scenes are to ask for, so that resistances are expanded to [`ASKED`].
-const SCENES: f64 = 1e-4;
+/// Tolerance in scenes for which resistances are expanded to [`TOLERANCE`].
+const SCENE_TOLERANCE: f64 = 1e-4;
 
 /// All rows: milliseconds each.
 pub fn rows() -> Result<Vec<Row>> {
@@ -43,21 +43,26 @@ pub fn rows() -> Result<Vec<Row>> {
                 format!("multipole, {}", case.name),
                 [exact[(i, j)], found.matrix[(i, j)]],
                 exact.amax(),
-                (ASKED, Basis::Promised),
+                (TOLERANCE, Basis::Promised),
                 cost,
             )
             .with(Some(Estimated::bound(found.errors[(i, j)]))),
         );
     }
-    let model = format!("model = {{ kind = \"multipole\", tolerance = {SCENES:e} }}");
+    let model = format!("model = {{ kind = \"multipole\", tolerance = {SCENE_TOLERANCE:e} }}");
     for case in &INSTANTANEOUS {
-        let tolerances = [(ASKED, Basis::Promised); 2];
-        rows.extend(swimmer::instant(case, "multipole", &model, tolerances)?);
+        let tolerances = [(TOLERANCE, Basis::Promised); 2];
+        rows.extend(swimmer::configuration(
+            case,
+            "multipole",
+            &model,
+            tolerances,
+        )?);
     }
     Ok(rows)
 }
 
-/// Force over $6 \pi U$ on spheres that move against each other.
+/// Force over `6 pi U` on two spheres that move in opposite directions.
 fn opposite(distance: f64, exact: f64) -> Result<Row> {
     let places = [-0.5 * distance, 0.5 * distance];
     let (found, cost) = axial(&places, &[1.0, 1.0], &Medium::Unbounded)?;
@@ -66,7 +71,7 @@ fn opposite(distance: f64, exact: f64) -> Result<Row> {
     let name = format!("multipole, opposite, s {distance}");
     let pair = [exact, of(&found.matrix)];
     Ok(
-        Row::relative("B", name, pair, (ASKED, Basis::Promised), cost)
+        Row::relative("B", name, pair, (TOLERANCE, Basis::Promised), cost)
             .with(Some(Estimated::bound(bound))),
     )
 }
@@ -81,7 +86,7 @@ fn axial(positions: &[f64], radii: &[f64], medium: &Medium) -> Result<(Axial, Co
     let clock = Clock::now();
     let centres = positions.iter().map(|&x| Vector3::new(x, 0.0, 0.0));
     let spheres = Spheres::new(centres.collect(), radii.to_vec())?;
-    let found = multipole::resistance(&spheres, medium, &Accuracy::relative(ASKED))?;
+    let found = multipole::resistance(&spheres, medium, &Accuracy::relative(TOLERANCE))?;
     let n = radii.len();
     let along = |full: &DMatrix<f64>| DMatrix::from_fn(n, n, |i, j| full[(6 * i, 6 * j)]);
     let axial = Axial {

@@ -1,14 +1,15 @@
-//! The validation as one page to look at.
+//! The validation as one HTML page.
 
 use anyhow::Result;
 
-use super::table::{self, HEADINGS, Row};
+use super::row::Row;
+use super::table::{self, HEADINGS};
 use crate::accuracy::Quantity;
 use crate::chart::{LogLog, Series, Style};
 use crate::machine;
 use crate::page::{Part, html};
 
-/// What each case is, in the order of the page.
+/// Names of the cases, in the order of the page.
 const CASES: [(&str, &str); 6] = [
     ("A", "one sphere in a concentric ball, and spheroids"),
     ("B", "two spheres"),
@@ -18,7 +19,7 @@ const CASES: [(&str, &str); 6] = [
     ("order", "observed orders"),
 ];
 
-/// The page, and its first chart apart.
+/// The page, and its first chart once more as a separate picture.
 pub fn page(rows: &[Row], notes: &[String], quantities: &[Quantity]) -> Result<(String, String)> {
     let chart = errors(rows).svg()?;
     let failed = rows.iter().filter(|row| !row.passes()).count();
@@ -36,7 +37,7 @@ pub fn page(rows: &[Row], notes: &[String], quantities: &[Quantity]) -> Result<(
                 format!("{} of {}", rows.len() - failed, rows.len()),
                 "rows within their tolerance",
             ),
-            figure(format!("{largest}"), "unknowns in the largest solve"),
+            figure(format!("{largest}"), "dofs in the largest solve"),
             figure(format!("{seconds:.1} s"), "longest row"),
         ]),
         Part::Heading("Errors against seconds".into()),
@@ -60,13 +61,13 @@ pub fn page(rows: &[Row], notes: &[String], quantities: &[Quantity]) -> Result<(
         parts.push(Part::Heading(quantity.title.clone()));
         parts.push(Part::Chart(quantity.chart("seconds", |p| p.seconds).svg()?));
         parts.push(Part::Chart(
-            quantity.chart("unknowns", |p| p.dofs as f64).svg()?,
+            quantity.chart("dofs", |p| p.dofs as f64).svg()?,
         ));
     }
     Ok((html("Validation", &parts), chart))
 }
 
-/// The cases that occur, with their names; those without a name of their own come last.
+/// Cases that occur, with their names; cases that are not in [`CASES`] come last.
 fn groups(rows: &[Row]) -> Vec<(&'static str, String)> {
     let mut groups: Vec<(&str, String)> = CASES
         .iter()
@@ -83,12 +84,12 @@ fn groups(rows: &[Row]) -> Vec<(&'static str, String)> {
 
 fn errors(rows: &[Row]) -> LogLog {
     LogLog {
-        title: "error of every row against its seconds".into(),
+        title: "error of every row over its seconds".into(),
         x: "seconds".into(),
         y: "error".into(),
         series: groups(rows)
             .into_iter()
-            // Orders have no error in this sense.
+            // Orders of convergence have no relative error.
             .filter(|(group, _)| *group != "order")
             .map(|(group, name)| Series {
                 name,

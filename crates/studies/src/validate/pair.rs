@@ -1,24 +1,28 @@
-//! B: two equal spheres that move against each other, in a ball too large to matter.
+//! Case B: two equal spheres that move in opposite directions, in a very large ball.
 
 use std::f64::consts::PI;
 
 use anyhow::Result;
 
+use super::effort::Effort;
 use super::estimated::Estimated;
+use super::expected;
 use super::flow::{Sphere, scene, solve};
-use super::reference::OPPOSITE;
-use super::table::{Basis, Row};
-use super::{Effort, expected};
+use super::row::{Basis, Row};
+use crate::reference::OPPOSITE;
 
-/// Radius of the ball. The pair has no net force, so its image is a quadratic flow: at centre distance `s` the force changes
-/// by less than `(s / radius)^3`, 4e-6 at the largest distance: a hundredth of the errors to be compared with their estimates.
+/// Radius of the ball.
+///
+/// The pair has no net force, so its image is a quadratic flow: at centre distance `s` the force
+/// changes by less than `(s / radius)^3`, 4e-6 at the largest distance. This is a hundredth of the
+/// errors that are compared with their estimates.
 const CONTAINER: f64 = 400.0;
 
-/// What the footnote says about the rows that are missing.
+/// Footnote on the container and on missing rows.
 pub const NOTE: &str = "B: the ball of radius 400 changes forces on a force-free pair by less than (s / 400)^3, at most 4e-6. Two spheres that move \
-     together have a net force, whose container effect of 9/4 per ball radius needs a far-field treatment: left out until there is one.";
+     together have a net force, whose container effect of 9/4 over the ball radius would need a far-field correction: they are left out.";
 
-/// Force on either sphere over $6 \pi U$.
+/// Force on each sphere over `6 pi U`.
 pub fn rows(effort: Effort) -> Result<Vec<Row>> {
     let (least, size) = match effort {
         Effort::Quick => (3.0, 0.3),
@@ -40,14 +44,15 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
         .collect()
 }
 
-/// The row of a distance, without a tolerance. A link between the two closes at rate two.
+/// Row of one distance, without a tolerance. A link between the two spheres closes at rate two.
 fn opposite(distance: f64, exact: f64, size: f64) -> Result<Row> {
     let spheres = [-0.5, 0.5].map(|side| Sphere {
         position: side * distance,
         radius: 1.0,
         ..Sphere::default()
     });
-    // A hundredth of the gap: only the rate counts, but the gait must not let the spheres touch.
+    // A hundredth of the gap: only the rate matters, but the spheres must not touch during the
+    // phase.
     let change = 0.01 * (distance - 2.0);
     let link = format!(
         "[[links]]\nname = \"link\"\nbody = \"s1\"\nto = \"s0\"\n[[gait.phases]]\nlink = \"link\"\nlength = {:?}\nduration = {:?}\n",
@@ -56,7 +61,7 @@ fn opposite(distance: f64, exact: f64, size: f64) -> Result<Row> {
     );
     let (instant, cost) = solve(&scene(CONTAINER, size, &spheres, &link)?)?;
     let [left, right] = [0, 1].map(|k| &instant.bodies[k]);
-    // Half the difference, so that the pair's own drift does not count.
+    // Half of the difference, so that a common velocity of both spheres does not matter.
     let approach = 0.5 * (left.velocity.x - right.velocity.x);
     let unit = 6.0 * PI * approach;
     let force = 0.5 * (left.force.x - right.force.x);
@@ -73,7 +78,7 @@ fn opposite(distance: f64, exact: f64, size: f64) -> Result<Row> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::validate::estimated::assert_effective;
+    use crate::validate::effectivity::assert_effective;
 
     fn check(distance: f64) {
         let exact = OPPOSITE.iter().find(|(own, _)| *own == distance);
@@ -87,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "5 s: two hundred thousand unknowns"]
+    #[ignore = "5 s: two hundred thousand dofs"]
     fn estimates_hold_in_a_gap_of_a_twentieth_radius() {
         check(2.05);
     }

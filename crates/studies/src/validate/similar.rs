@@ -1,7 +1,7 @@
 //! A sphere in a concentric ball on similar meshes, by `stokes::Problem`.
 //!
-//! Scenes let elements grow at a fixed rate, whatever their size on the bodies; the order of a method shows on meshes that
-//! are alike everywhere, so here all sizes are proportional.
+//! In scenes the growth rate of elements is fixed and does not depend on their size on the bodies.
+//! Orders of convergence are measured on similar meshes, so here all sizes are proportional.
 
 use std::time::Instant;
 
@@ -11,15 +11,17 @@ use nalgebra::Vector3;
 use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad, Independent};
 use stokes::{Options, Problem};
 
-use super::table::Cost;
+use super::row::Cost;
 
-/// Parts that an edge of the sphere's icosahedron is cut into, from mesh to mesh.
+/// Number of parts of an edge of the icosahedron on the sphere, for each mesh of the family.
 pub const FAMILY: [u32; 3] = [3, 4, 6];
 
-/// Edge length of the icosphere with one part an edge: what the generator's geodesic spheres come in fractions of.
+/// Edge length of the icosahedron with corners on the sphere.
+///
+/// The geodesic spheres of the mesh generator have fractions of it as element sizes.
 const ICOSAHEDRON_EDGE: f64 = 1.2045910058552547;
 
-/// Growth of the elements over their size on the sphere: 0.3, the default, at size 0.4.
+/// Growth rate of the elements over their size on the sphere: 0.3, the default, at size 0.4.
 const GROWTH_OVER_SIZE: f64 = 0.75;
 
 #[derive(Clone, Copy, PartialEq)]

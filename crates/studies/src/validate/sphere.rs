@@ -1,16 +1,17 @@
-//! A: one sphere at the centre of a ball, and the orders of convergence.
+//! Case A: one sphere at the centre of a ball, and the orders of convergence.
 
 use std::f64::consts::PI;
 
 use anyhow::Result;
 use nalgebra::Vector3;
 
+use super::effort::Effort;
 use super::estimated::Estimated;
+use super::expected;
 use super::flow::{Sphere, scene, solve};
-use super::reference::{concentric_drag, concentric_torque};
+use super::row::{Basis, Cost, Row};
 use super::similar::{self, Geometry};
-use super::table::{Basis, Cost, Row};
-use super::{Effort, expected};
+use crate::reference::{concentric_drag, concentric_torque};
 
 /// Drag and torque in balls of 10, 5 and 2 radii.
 pub fn rows(effort: Effort) -> Result<Vec<Row>> {
@@ -27,7 +28,8 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Drag and torque of a unit sphere with elements of `size` on it, pulled and turned at the centre of a ball of radius `1 / lambda`.
+/// Drag and torque of a unit sphere with elements of `size`, at the centre of a ball of radius
+/// `1 / lambda`.
 fn drag_and_torque(lambda: f64, size: f64) -> Result<[Row; 2]> {
     let sphere = Sphere {
         radius: 1.0,
@@ -64,7 +66,9 @@ fn drag_and_torque(lambda: f64, size: f64) -> Result<[Row; 2]> {
     ])
 }
 
-/// Ball of the orders: wide enough that both surfaces do not see each other, narrow enough for fine meshes.
+/// Radius ratio for the orders of convergence.
+///
+/// The ball is wide enough that the surfaces hardly interact, and narrow enough for fine meshes.
 const ORDER_LAMBDA: f64 = 0.25;
 
 /// Observed orders of drag and torque over three similar meshes, curved and straight-sided.
@@ -103,7 +107,7 @@ pub fn orders() -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Slope of the straight line through points, by least squares.
+/// Slope of the least-squares line through points.
 fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
     let n = points.clone().count() as f64;
     let (x, y) = points
@@ -118,7 +122,7 @@ fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::validate::estimated::assert_effective;
+    use crate::validate::effectivity::assert_effective;
 
     #[test]
     fn estimates_of_drag_and_torque_are_their_errors() {

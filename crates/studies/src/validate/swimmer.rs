@@ -1,4 +1,4 @@
-//! E: the three-sphere swimmer, at single instants and through whole strokes.
+//! Case E: the three-sphere swimmer, in single configurations and over whole strokes.
 
 use std::path::Path;
 
@@ -7,30 +7,33 @@ use swimmer::choose;
 use swimmer::models::{AccumulatedError, Hydrodynamics, InstantaneousSolution};
 use swimmer::{Leg, LegResult, LegSolution, Method, Observer, Outcome, Scene, SwimError, simulate};
 
+use super::effort::Effort;
 use super::estimated::Estimated;
+use super::expected;
 use super::flow::{Sphere, scene_by, solve};
-use super::reference::{INSTANTANEOUS, Instantaneous, STROKES, Stroke};
-use super::table::{Basis, Cost, Row};
-use super::{Effort, expected};
+use super::row::{Basis, Cost, Row};
+use crate::reference::{INSTANTANEOUS, Instantaneous, STROKES, Stroke};
 
-/// Radius of the ball of the single instants.
+/// Radius of the ball for single configurations.
 const CONTAINER: f64 = 40.0;
 
-/// Radius over distance to the wall for the outer sphere of the longest arm, ten.
+/// Radius over distance to the wall, for the outer sphere of the longest arm, which is 10.
 const NEAREST: f64 = 1.0 / (CONTAINER - 10.0);
 
-/// The project's bars: swimming speeds on fine meshes; with default settings steps of a stroke, whose rates are speeds, and the
-/// net displacement.
+/// Tolerances required by the project: speeds on fine meshes; with default settings, the steps of a
+/// stroke (and speeds), and the net displacement.
 pub const SPEED: f64 = 1e-4;
 const STEP: f64 = 1e-3;
 const NET: f64 = 1e-2;
 
-/// Element sizes on the spheres: of the default settings, and of about 300 thousand unknowns.
+/// Element sizes on the spheres: the default, and one that gives about 300 thousand dofs.
 const DEFAULT_SIZE: f64 = 0.4;
 const FINE_SIZE: f64 = 0.2;
 
-/// Single instants: velocity of the centre, and the worst of the three forces judged by the largest.
-pub fn instants(effort: Effort) -> Result<Vec<Row>> {
+/// Single configurations: velocity of the middle sphere, and the largest error of the three forces.
+///
+/// Errors of forces are relative to the largest force.
+pub fn configurations(effort: Effort) -> Result<Vec<Row>> {
     let fine = match effort {
         Effort::Quick => &INSTANTANEOUS[..1],
         Effort::Full => &INSTANTANEOUS[..],
@@ -43,13 +46,18 @@ pub fn instants(effort: Effort) -> Result<Vec<Row>> {
             (speed, Basis::Required),
             (expected::sphere(size, NEAREST)?.drag, Basis::Interpolation),
         ];
-        rows.extend(instant(case, &format!("h {size}"), &model, tolerances)?);
+        rows.extend(configuration(
+            case,
+            &format!("h {size}"),
+            &model,
+            tolerances,
+        )?);
     }
     Ok(rows)
 }
 
-/// Rows of one instant by the model that the lines `model` of a scene ask for.
-pub fn instant(
+/// Rows of one configuration; `model` are the lines of the scene that choose the model.
+pub fn configuration(
     case: &Instantaneous,
     by: &str,
     model: &str,
@@ -74,7 +82,7 @@ pub fn instant(
     Ok(compare(&name, case, &solution, tolerances, cost))
 }
 
-/// Rows of an instant, with the tolerances of the velocity and the forces.
+/// Rows of a solution, with the tolerances of the velocity and of the forces.
 pub fn compare(
     name: &str,
     case: &Instantaneous,
@@ -96,7 +104,7 @@ pub fn compare(
     ]
 }
 
-/// The scene of an instant: its first phase changes one arm by one radius in one unit of time.
+/// Scene of a configuration; its first phase changes one arm by one radius in one unit of time.
 fn at(case: &Instantaneous, model: &str) -> Result<Scene> {
     let spheres = [-case.left_arm, 0.0, case.right_arm].map(|position| Sphere {
         position,
@@ -114,11 +122,11 @@ fn at(case: &Instantaneous, model: &str) -> Result<Scene> {
     scene_by(model, CONTAINER, &spheres, &more)
 }
 
-/// What the solves of a stroke cost, and what errors of its legs add up to.
+/// Cost of the solves of a stroke, and accumulated errors of its legs.
 #[derive(Default)]
 struct Legs {
     cost: Cost,
-    drifts: Vec<Option<AccumulatedError>>,
+    accumulated: Vec<Option<AccumulatedError>>,
 }
 
 impl Observer for Legs {
@@ -139,12 +147,12 @@ impl Observer for Legs {
         _: &Outcome,
         _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        self.drifts.push(result.accumulated_error.clone());
+        self.accumulated.push(result.accumulated_error.clone());
         Ok(())
     }
 }
 
-/// Whole strokes: each step and the net displacement of the centre sphere.
+/// Whole strokes: each step, and the net displacement of the middle sphere.
 pub fn strokes(effort: Effort) -> Result<Vec<Row>> {
     let cases = match effort {
         Effort::Quick => &STROKES[..1],
@@ -158,7 +166,10 @@ pub fn strokes(effort: Effort) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Rows of a stroke with `overrides` of the default scene, called `by`, with the tolerances of its steps and of the net displacement.
+/// Rows of a stroke of the default scene with `overrides`.
+///
+/// `by` is the name of the method. The tolerances are those of the steps and of the net
+/// displacement.
 pub fn stroke(
     case: &Stroke,
     by: &str,
@@ -182,8 +193,8 @@ pub fn stroke(
         .map(|(number, (leg, exact))| {
             let pair = [exact, leg.displacement[1].x];
             let what = format!("step {}", number + 1);
-            let drift = legs.drifts[number].as_ref();
-            let estimated = Estimated::displacement(drift, &leg.error_estimate);
+            let accumulated = legs.accumulated[number].as_ref();
+            let estimated = Estimated::displacement(accumulated, &leg.error_estimate);
             Row::relative("E", name(&what), pair, step, cost).with(Some(estimated))
         })
         .collect();
@@ -197,18 +208,20 @@ pub fn stroke(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::validate::estimated::assert_effective;
+    use crate::validate::effectivity::assert_effective;
 
     #[test]
     fn estimates_of_speed_and_force_of_a_swimmer_are_their_errors() {
         let tolerances = [(STEP, Basis::Required); 2];
-        // All of the fluid, and a quarter of it.
+        // The whole fluid, and a quarter of it.
         for (name, fem) in [
             ("h 0.5", "fem = { surface_size = 0.5, mirror = \"off\" }"),
             ("h 0.4", "fem.surface_size = 0.4"),
         ] {
             let model = format!("model.kind = \"fem\"\n{fem}");
-            for row in instant(&INSTANTANEOUS[0], name, &model, tolerances).expect("it is solved") {
+            for row in
+                configuration(&INSTANTANEOUS[0], name, &model, tolerances).expect("it is solved")
+            {
                 assert_effective(&row);
             }
         }

@@ -1,69 +1,18 @@
-//! What is computed, in which ways.
+//! Drag, resistance of a pair and swimming speed, by all methods.
 
 use std::f64::consts::PI;
-use std::path::{Path, PathBuf};
 use std::time::Instant as Clock;
 
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
 use swimmer::choose;
 use swimmer::models::InstantaneousSolution;
 use swimmer::{Scene, solve_start};
 
-use super::{Point, Quantity, strokes};
-use crate::validate::reference::{INSTANTANEOUS, concentric_drag};
+use super::quantity::{Point, Quantity};
+use super::scenes::{MESHES, axisymmetric_overrides, mesh_overrides, scene, sizes, targets};
+use crate::reference::{INSTANTANEOUS, concentric_drag};
 
-/// Element sizes on the spheres.
-pub(super) fn sizes(quick: bool) -> &'static [f64] {
-    if quick {
-        &[0.8, 0.5]
-    } else {
-        &[0.8, 0.6, 0.5, 0.4, 0.3, 0.2, 0.15]
-    }
-}
-
-/// Errors asked of adapted meshes.
-pub(super) fn targets(quick: bool) -> &'static [f64] {
-    if quick {
-        &[1e-2]
-    } else {
-        &[1e-2, 3e-3, 1e-3, 3e-4, 1e-4]
-    }
-}
-
-type Compute = fn(bool) -> Result<Quantity>;
-
-const QUANTITIES: [(&str, Compute); 4] = [
-    ("drag", drag),
-    ("pair", pair),
-    ("speed", speed),
-    ("net", strokes::net),
-];
-
-/// All quantities, or the one of a key.
-pub fn all(quick: bool, only: Option<&str>) -> Result<Vec<Quantity>> {
-    if let Some(key) = only
-        && !QUANTITIES.iter().any(|(name, _)| *name == key)
-    {
-        bail!("there is no quantity '{key}'; choose drag, pair, speed or net");
-    }
-    QUANTITIES
-        .iter()
-        .filter(|(name, _)| only.is_none_or(|key| key == *name))
-        .map(|(_, compute)| compute(quick))
-        .collect()
-}
-
-fn file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../scenes")
-        .join(name)
-}
-
-pub(super) fn scene(name: &str, overrides: &[String]) -> Result<Scene> {
-    Scene::read(&file(name), overrides).with_context(|| format!("scene {name}"))
-}
-
-/// Solves the start of a scene and measures a value of it.
+/// Point of a value at the start of a scene.
 fn instant(
     scene: &Scene,
     [method, choice]: [&str; 2],
@@ -79,7 +28,7 @@ fn instant(
         dofs: solved.dofs.total,
         seconds: clock.elapsed().as_secs_f64(),
         error: (value(&solved) / exact - 1.0).abs(),
-        // Quantities are those of the body in the middle.
+        // All quantities belong to the body in the middle.
         claimed: (solved.error_estimate.total() > 0.0).then(|| {
             let body = &solved.bodies[solved.bodies.len() / 2];
             solved.error_estimate.total() / body.velocity.norm()
@@ -87,14 +36,8 @@ fn instant(
     })
 }
 
-/// Ways to mesh, by name, geometry and mirror planes.
-pub(super) const MESHES: [[&str; 3]; 3] = [
-    ["finite elements, curved", "curved", "auto"],
-    ["all of the fluid, curved", "curved", "off"],
-    ["all of the fluid, straight", "straight", "off"],
-];
-
-/// Elements of all sizes, curved and straight, with and without the mirror planes that these scenes have.
+/// Points for all element sizes, with curved and straight elements, with and without symmetry
+/// planes.
 fn by_size(
     quick: bool,
     base: &dyn Fn(&[String]) -> Result<Scene>,
@@ -104,11 +47,7 @@ fn by_size(
     let mut points = Vec::new();
     for [method, geometry, mirror] in MESHES {
         for &size in sizes(quick) {
-            let scene = base(&[
-                format!("fem.surface_size={size}"),
-                format!("fem.geometry={geometry}"),
-                format!("fem.mirror={mirror}"),
-            ])?;
+            let scene = base(&mesh_overrides(geometry, mirror, size))?;
             let names = [method, &format!("size {size}")];
             points.push(instant(&scene, names, exact, value)?);
         }
@@ -116,7 +55,7 @@ fn by_size(
     Ok(points)
 }
 
-/// Meshes adapted to an asked error.
+/// Points for meshes that are adapted to a target error.
 fn adapted(
     targets: &[f64],
     base: &dyn Fn(&[String]) -> Result<Scene>,
@@ -138,7 +77,7 @@ fn adapted(
         .collect()
 }
 
-/// The meridian plane, to a tolerance.
+/// Points for axisymmetric elements with several tolerances.
 fn meridian(
     base: &dyn Fn(&[String]) -> Result<Scene>,
     exact: f64,
@@ -146,10 +85,7 @@ fn meridian(
 ) -> Result<Vec<Point>> {
     [1e-2, 1e-4, 1e-6]
         .map(|tolerance| {
-            let scene = base(&[
-                "model.kind=axisymmetric".to_owned(),
-                format!("model.tolerance={tolerance:e}"),
-            ])?;
+            let scene = base(&axisymmetric_overrides(tolerance))?;
             let choice = format!("tolerance {tolerance:e}");
             instant(&scene, ["axisymmetric elements", &choice], exact, value)
         })
@@ -157,8 +93,9 @@ fn meridian(
         .collect()
 }
 
-fn drag(quick: bool) -> Result<Quantity> {
-    // A pulled sphere in a ball of ten radii: force over velocity.
+/// Drag of a sphere in a ball.
+pub fn drag(quick: bool) -> Result<Quantity> {
+    // A sphere with a force in a ball of ten radii: force over velocity.
     let exact = concentric_drag(0.1) * 6.0 * PI;
     let value =
         |solved: &InstantaneousSolution| solved.bodies[0].force.x / solved.bodies[0].velocity.x;
@@ -177,9 +114,11 @@ fn drag(quick: bool) -> Result<Quantity> {
     })
 }
 
-fn pair(quick: bool) -> Result<Quantity> {
-    // Two spheres pushed towards each other, half a radius apart: Stimson & Jeffery 1926. Forces add up to zero, so the wall, 800 radii
-    // away, changes the speed by less than (2.5 / 800)^3.
+/// Resistance of two spheres that approach each other.
+pub fn pair(quick: bool) -> Result<Quantity> {
+    // Two spheres pushed towards each other with a gap of half a radius: Stimson & Jeffery 1926.
+    // The forces add up to zero, so the wall at 800 radii changes the speed by less than
+    // `(2.5 / 800)^3`.
     let exact = 2.772418679559134 * 6.0 * PI;
     let value = |solved: &InstantaneousSolution| {
         let [front, back] = [0, 1].map(|body| solved.bodies[body]);
@@ -212,11 +151,12 @@ fn pair(quick: bool) -> Result<Quantity> {
     })
 }
 
-fn speed(quick: bool) -> Result<Quantity> {
+/// Swimming speed of three spheres.
+pub fn speed(quick: bool) -> Result<Quantity> {
     let case = &INSTANTANEOUS[0];
     let value = |solved: &InstantaneousSolution| solved.bodies[1].velocity.x;
     let base = |more: &[String]| -> Result<Scene> {
-        // The first phase moves by four: at unit rate when it takes four.
+        // The first phase changes a length by four: at unit rate in a duration of four.
         let mut overrides = vec!["gait.phases.0.duration=4".to_owned()];
         overrides.extend_from_slice(more);
         scene("three-sphere.toml", &overrides)
@@ -230,7 +170,10 @@ fn speed(quick: bool) -> Result<Quantity> {
     }
     for rtol in [1e-3, 1e-5] {
         let scene = base(&[format!("fem.rtol={rtol:e}")])?;
-        let names = ["curved, looser solver", &format!("size 0.4, rtol {rtol:e}")];
+        let names = [
+            "curved, larger tolerance of the solver",
+            &format!("size 0.4, rtol {rtol:e}"),
+        ];
         points.push(instant(&scene, names, case.centre_velocity, value)?);
     }
     Ok(Quantity {

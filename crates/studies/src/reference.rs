@@ -1,19 +1,26 @@
-//! Exact values, copied with their sources; none comes from a finite-element code.
+//! Exact values with their sources; none comes from a finite-element code.
 //!
-//! Viscosity 1. Forces are those that bodies exert on the fluid. "Spectral" values are from multipole expansions, carried
-//! to convergence in two truncation orders (changes below 1e-12) and checked by a second, independent method each
-//! (bispherical coordinates or fundamental solutions, agreement to 1e-12).
+//! Viscosity 1. Forces are those that bodies exert on the fluid. "Spectral" values are from
+//! multipole expansions, carried to convergence in two truncation orders (changes below 1e-12) and
+//! checked by a second, independent method each (bispherical coordinates or fundamental solutions,
+//! agreement to 1e-12).
 
-/// Drag of a unit sphere at the centre of a ball of radius `1 / lambda`, over $6 \pi$.
+/// Drag of a unit sphere at the centre of a ball of radius `1 / lambda`, over `6 pi`.
 ///
-/// $K = (1 - \lambda^5) / (1 - \tfrac94 \lambda + \tfrac52 \lambda^3 - \tfrac94 \lambda^5 + \lambda^6)$ (Haberman & Sayre
-/// 1958; Happel & Brenner 1983, 4-22).
+/// ```text
+/// K = (1 - lambda^5) / (1 - 9/4 lambda + 5/2 lambda^3 - 9/4 lambda^5 + lambda^6)
+/// ```
+///
+/// Source: Haberman & Sayre 1958; Happel & Brenner 1983, 4-22.
 pub fn concentric_drag(lambda: f64) -> f64 {
     let l = |power| lambda.powi(power);
     (1.0 - l(5)) / (1.0 - 2.25 * l(1) + 2.5 * l(3) - 2.25 * l(5) + l(6))
 }
 
-/// Torque on a unit sphere that turns at the centre of a ball of radius `1 / lambda`, over $8 \pi$: $1 / (1 - \lambda^3)$.
+/// Torque on a unit sphere that rotates at the centre of a ball of radius `1 / lambda`, over
+/// `8 pi`.
+///
+/// It is `1 / (1 - lambda^3)`.
 pub fn concentric_torque(lambda: f64) -> f64 {
     1.0 / (1.0 - lambda.powi(3))
 }
@@ -28,7 +35,7 @@ pub struct Collinear {
     pub resistance: &'static [f64],
 }
 
-/// Spectral.
+/// Spectral values.
 pub const COLLINEAR: [Collinear; 6] = [
     Collinear {
         name: "1 eccentric, z=4 b=10",
@@ -95,11 +102,15 @@ pub const COLLINEAR: [Collinear; 6] = [
     },
 ];
 
-/// $X^A$ of prolate spheroids by aspect: the drag along the long semi-axis `a` is $6 \pi a X^A U$ (Kim & Karrila 1991, table 3.4).
+/// Resistance function `X^A` of prolate spheroids, by aspect ratio.
+///
+/// The drag along the long semi-axis `a` is `6 pi a X^A U` (Kim & Karrila 1991, table 3.4).
 pub const SPHEROIDS: [(f64, f64); 2] = [(2.0, 0.6019704948941008), (4.0, 0.3994857190933892)];
 
-/// Drag over $6 \pi$ of a unit sphere on the axis of an infinite cylinder of radius `1 / lambda` with quiescent fluid far away (Haberman &
-/// Sayre 1958, their series carried to convergence: 1e-9 between two orders and quadratures).
+/// Drag over `6 pi` of a unit sphere on the axis of an infinite cylinder of radius `1 / lambda`.
+///
+/// The fluid is at rest far away. Source: series of Haberman & Sayre 1958, summed until two orders
+/// and two quadratures agree to 1e-9.
 pub const CYLINDER: [(f64, f64); 5] = [
     (0.1, 1.2632139052745492),
     (0.2, 1.679478884847892),
@@ -108,8 +119,11 @@ pub const CYLINDER: [(f64, f64); 5] = [
     (0.5, 5.947374245718559),
 ];
 
-/// Force over $6 \pi U$ on each of two unit spheres in unbounded fluid that move against each other along their line
-/// of centres at speed `U`, by the distance of their centres (Stimson & Jeffery 1926, Maude 1961; spectral).
+/// Force over `6 pi U` on each of two unit spheres that approach each other at speed `U`, by
+/// distance.
+///
+/// They move along their line of centres in unbounded fluid; the distance is that of the centres
+/// (Stimson & Jeffery 1926, Maude 1961; spectral).
 pub const OPPOSITE: [(f64, f64); 6] = [
     (6.0, 1.330153663951659),
     (4.0, 1.5966819994959558),
@@ -119,7 +133,8 @@ pub const OPPOSITE: [(f64, f64); 6] = [
     (2.05, 12.71128816977892),
 ];
 
-/// The three-sphere swimmer at one instant, its centre sphere at the centre of a ball of radius 40.
+/// The three-sphere swimmer in one configuration, its middle sphere at the centre of a ball of
+/// radius 40.
 pub struct Instantaneous {
     pub left_arm: f64,
     pub right_arm: f64,
@@ -130,7 +145,7 @@ pub struct Instantaneous {
     pub forces: [f64; 3],
 }
 
-/// Spectral, radius 1, ball of radius 40.
+/// Spectral values for spheres of radius 1 in a ball of radius 40.
 pub const INSTANTANEOUS: [Instantaneous; 6] = [
     Instantaneous {
         left_arm: 10.0,
@@ -182,15 +197,17 @@ pub const INSTANTANEOUS: [Instantaneous; 6] = [
     },
 ];
 
-/// Displacement of the centre sphere over the stroke 10 -> 6 of either arm, closing left, closing right, opening left,
-/// opening right, in a ball with no slip; it starts at the ball's centre (Najafi & Golestanian 2004; spectral).
+/// Displacement of the middle sphere over a stroke with arms between 10 and 6.
+///
+/// The left arm closes, the right arm closes, the left arm opens, the right arm opens. The sphere
+/// starts at the centre of a ball with no slip (Najafi & Golestanian 2004; spectral).
 pub struct Stroke {
     pub container: f64,
     pub steps: [f64; 4],
     pub net: f64,
 }
 
-/// Spectral, integrated to 1e-12.
+/// Spectral values, integrated to 1e-12.
 pub const STROKES: [Stroke; 3] = [
     Stroke {
         container: 40.0,

@@ -1,4 +1,4 @@
-//! Several right-hand sides at once against one by one.
+//! Time to solve for several right-hand sides at once, compared with one by one.
 
 use std::fmt::Write;
 use std::time::Instant;
@@ -9,17 +9,18 @@ use rigid::Independent;
 use swimmer::Scene;
 use swimmer::models::{Configuration, FemModel};
 
-/// Rounds of which the fastest counts.
+/// Number of rounds; the fastest one counts.
 const ROUNDS: usize = 3;
 
-/// Right-hand sides a pass over the matrices.
+/// Number of right-hand sides that are solved at once.
 const AT_ONCE: [usize; 4] = [1, 2, 3, 6];
 
-/// One size of the mesh.
+/// Result on one mesh.
 pub struct Row {
-    unknowns: usize,
+    dofs: usize,
+    /// Smallest and largest number of iterations.
     iterations: (usize, usize),
-    /// Seconds of all solves for each number of [`AT_ONCE`].
+    /// Seconds of all solves, for each number in [`AT_ONCE`].
     seconds: [f64; AT_ONCE.len()],
 }
 
@@ -37,7 +38,7 @@ fn scene(size: f64) -> String {
     text
 }
 
-/// Solves for the 18 columns of the mobility of three spheres.
+/// Solves for the 18 columns of the mobility matrix of three spheres.
 pub fn measure(quick: bool) -> Result<Vec<Row>> {
     let sizes: &[f64] = if quick { &[1.75] } else { &[1.0, 0.5] };
     sizes.iter().map(|&size| of_size(size)).collect()
@@ -54,31 +55,27 @@ fn of_size(size: f64) -> Result<Row> {
     let mut preconditioner = constrained.preconditioner()?;
     let system = &constrained.system;
     let loads = system.border_range();
-    let right = |load: usize| {
-        let mut right = vec![0.0; constrained.rhs.len()];
-        right[load] = 1.0;
-        right
+    let unit_rhs = |load: usize| {
+        let mut rhs = vec![0.0; constrained.rhs.len()];
+        rhs[load] = 1.0;
+        rhs
     };
     let parameters = KrylovParams::default();
     let mut iterations = Vec::new();
     let mut best = [f64::INFINITY; AT_ONCE.len()];
-    // In turns, so that what else the machine does meets all.
+    // Alternating, so that other load on the machine affects all of them alike.
     for _ in 0..ROUNDS {
         for (best, at_once) in best.iter_mut().zip(AT_ONCE) {
             let mut seconds = 0.0;
             for first in loads.clone().step_by(at_once) {
-                let rights: Vec<_> = (first..loads.end.min(first + at_once)).map(right).collect();
-                let mut solutions = vec![vec![0.0; constrained.rhs.len()]; rights.len()];
-                let rights: Vec<&[f64]> = rights.iter().map(Vec::as_slice).collect();
+                let last = loads.end.min(first + at_once);
+                let rhs: Vec<_> = (first..last).map(unit_rhs).collect();
+                let mut solutions = vec![vec![0.0; constrained.rhs.len()]; rhs.len()];
+                let rhs: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
                 let mut columns: Vec<_> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
                 let clock = Instant::now();
-                let reports = fgmres_columns(
-                    system,
-                    &mut preconditioner,
-                    &rights,
-                    &mut columns,
-                    &parameters,
-                )?;
+                let reports =
+                    fgmres_columns(system, &mut preconditioner, &rhs, &mut columns, &parameters)?;
                 seconds += clock.elapsed().as_secs_f64();
                 iterations.extend(reports.iter().map(|report| report.iterations));
             }
@@ -88,18 +85,18 @@ fn of_size(size: f64) -> Result<Row> {
     let (least, most) = (iterations.iter().min(), iterations.iter().max());
     let iterations = least.zip(most).context("a scene without bodies")?;
     Ok(Row {
-        unknowns: system.rows(),
+        dofs: system.rows(),
         iterations: (*iterations.0, *iterations.1),
         seconds: best,
     })
 }
 
-/// The rows as a section of a page.
+/// Section of the Markdown page with these rows.
 pub fn section(rows: &[Row]) -> Result<String> {
     let mut text = String::from(
-        "\n## Several right-hand sides\n\nThe 18 columns of the mobility of three spheres, solved one by one and several at once: set-up apart, the fastest of three rounds in turns.\n\
-         Each column comes out the same to the last bit; a pass over the matrices serves all of those solved at once.\n\n\
-         | unknowns | iterations | at once | seconds | of one by one |\n|--:|--:|--:|--:|--:|\n",
+        "\n## Several right-hand sides\n\nThe 18 columns of the mobility matrix of three spheres, solved one by one and several at once: without set-up, the fastest of three alternating rounds.\n\
+         Every column is the same to the last bit. Columns that are solved at once share each pass over the matrices.\n\n\
+         | dofs | iterations | at once | seconds | relative to one by one |\n|--:|--:|--:|--:|--:|\n",
     );
     for row in rows {
         for (at_once, seconds) in AT_ONCE.iter().zip(row.seconds) {
@@ -107,7 +104,7 @@ pub fn section(rows: &[Row]) -> Result<String> {
             writeln!(
                 text,
                 "| {} | {least} to {most} | {at_once} | {seconds:.2} | {:.2} |",
-                row.unknowns,
+                row.dofs,
                 seconds / row.seconds[0]
             )?;
         }

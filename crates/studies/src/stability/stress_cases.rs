@@ -1,19 +1,19 @@
-//! What is made hard, and what must come of it.
+//! Stress cases and the outcome that each must have.
 
 use super::map::Outcome;
 use super::setup::Setup;
 
-/// What every cell of a hardship must come to.
+/// Outcome that every cell of a stress case must have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expected {
-    /// The right answer.
+    /// The right solution.
     Right,
-    /// An error whose message holds this.
+    /// An error whose message contains this text.
     Refused(&'static str),
 }
 
 impl Expected {
-    /// Whether an outcome is this.
+    /// Whether an outcome is the expected one.
     pub fn is_met(self, outcome: &Outcome) -> bool {
         match (outcome, self) {
             (Outcome::Right { .. }, Self::Right) => true,
@@ -23,18 +23,18 @@ impl Expected {
     }
 }
 
-/// What an answer is right against.
+/// Reference solution of a stress case.
 #[derive(Clone, Debug)]
 pub enum Truth {
     /// P-tilde with the direct solver on the same scene.
     Direct,
-    /// The same of another scene, its velocities times a factor: Stokes flow knows no units.
+    /// The same for a similar scene in other units, with velocities multiplied by a factor.
     Similar(Box<Setup>, f64),
 }
 
-/// One hardship.
+/// One stress case.
 #[derive(Clone, Debug)]
-pub struct Hardship {
+pub struct StressCase {
     pub name: &'static str,
     pub setup: Setup,
     pub truth: Truth,
@@ -43,8 +43,8 @@ pub struct Hardship {
     pub quick: bool,
 }
 
-impl Hardship {
-    /// Larger elements, for the part that the tests run.
+impl StressCase {
+    /// Sets larger elements, for the part that the tests run.
     pub fn coarsen(&mut self, size: f64) {
         self.setup.size = Some(size);
         if let Truth::Similar(setup, _) = &mut self.truth {
@@ -53,11 +53,14 @@ impl Hardship {
     }
 }
 
-/// Micrometres for metres, nearly: by a power of two everything is rounded alike and the mesh is the same. By 1e-6 the mesh is
-/// another one, and velocities differ by the error of so coarse a mesh.
+/// Factor on lengths, about micrometres instead of metres.
+///
+/// A power of two changes no rounding, so the mesh is the same. With 1e-6 the mesh is different,
+/// and velocities differ by the discretisation error.
 const MICRO: f64 = 1.0 / 1_048_576.0;
 
-/// A star: `arms` spheres around a point, alternately on both sides of a plane so that nothing is symmetric.
+/// A star: `arms` spheres around a point, alternately on both sides of a plane so that there is no
+/// symmetry.
 fn star(arms: usize) -> Setup {
     let mut bodies = vec![(None, [0.0; 3])];
     let mut links = Vec::new();
@@ -75,13 +78,13 @@ fn star(arms: usize) -> Setup {
     }
 }
 
-/// A cube of spheres, each linked to its neighbour along a path: a chain in which everything is a slave of a slave.
+/// A cube of spheres, each linked to the next one along a path: a long chain of dependent bodies.
 fn snake(edge: usize) -> Setup {
     let mut bodies = Vec::new();
     for k in 0..edge {
         for j in 0..edge {
             for i in 0..edge {
-                // Back and forth, so that neighbours in the list are neighbours in space.
+                // The path goes back and forth, so that successive spheres are neighbours.
                 let j = if k % 2 == 0 { j } else { edge - 1 - j };
                 let i = if (j + k) % 2 == 0 { i } else { edge - 1 - i };
                 bodies.push((
@@ -101,23 +104,23 @@ fn snake(edge: usize) -> Setup {
     }
 }
 
-/// All hardships, from the plain scene on.
-pub fn all() -> Vec<Hardship> {
+/// All stress cases, the plain scene first.
+pub fn all() -> Vec<StressCase> {
     let plain = Setup::bent_chain();
-    let hardship = |name, setup: Setup, quick| Hardship {
+    let case = |name, setup: Setup, quick| StressCase {
         name,
         setup,
         truth: Truth::Direct,
         expected: Expected::Right,
         quick,
     };
-    let similar = |name, setup: Setup, factor, quick| Hardship {
+    let similar = |name, setup: Setup, factor, quick| StressCase {
         truth: Truth::Similar(Box::new(plain.clone()), factor),
-        ..hardship(name, setup, quick)
+        ..case(name, setup, quick)
     };
-    let refused = |name, setup: Setup, message| Hardship {
+    let refused = |name, setup: Setup, message| StressCase {
         expected: Expected::Refused(message),
-        ..hardship(name, setup, true)
+        ..case(name, setup, true)
     };
     let viscosity = |viscosity| Setup {
         viscosity,
@@ -146,7 +149,7 @@ pub fn all() -> Vec<Hardship> {
         ..plain.clone()
     };
     vec![
-        hardship("bent chain of three", plain.clone(), false),
+        case("bent chain of three", plain.clone(), false),
         similar("viscosity 1e-9", viscosity(1e-9), 1.0, true),
         similar("viscosity 1e9", viscosity(1e9), 1.0, false),
         similar(
@@ -164,8 +167,8 @@ pub fn all() -> Vec<Hardship> {
             1.0 / MICRO,
             false,
         ),
-        hardship("lengths times 1e-6", plain.clone().scaled(1e-6), false),
-        hardship(
+        case("lengths times 1e-6", plain.clone().scaled(1e-6), false),
+        case(
             "arms clamped",
             Setup {
                 arms: "clamped",
@@ -173,7 +176,7 @@ pub fn all() -> Vec<Hardship> {
             },
             false,
         ),
-        hardship(
+        case(
             "arms lab",
             Setup {
                 arms: "lab",
@@ -181,12 +184,12 @@ pub fn all() -> Vec<Hardship> {
             },
             false,
         ),
-        hardship(
+        case(
             "one body, pulled",
             alone([3.0, 1.0, 0.0], [1.0, 0.0, 0.0]),
             false,
         ),
-        hardship(
+        case(
             "pulled and swimming",
             Setup {
                 pull: Some((2, [0.0, 0.0, 5.0])),
@@ -194,8 +197,8 @@ pub fn all() -> Vec<Hardship> {
             },
             false,
         ),
-        hardship(
-            "slave of a slave, numbered backwards",
+        case(
+            "chain of dependent bodies, numbered backwards",
             Setup {
                 bodies: vec![
                     (Some(0.8), [6.0, 3.0, 0.0]),
@@ -209,7 +212,7 @@ pub fn all() -> Vec<Hardship> {
             },
             true,
         ),
-        hardship("closed loop, redundant", triangle.clone(), true),
+        case("closed loop, redundant", triangle.clone(), true),
         refused(
             "closed loop, contradictory",
             Setup {
@@ -218,7 +221,7 @@ pub fn all() -> Vec<Hardship> {
             },
             "loop",
         ),
-        hardship(
+        case(
             "two swimmers",
             Setup {
                 bodies: vec![
@@ -232,10 +235,10 @@ pub fn all() -> Vec<Hardship> {
             },
             false,
         ),
-        hardship("star of three around a point", star(3), false),
-        hardship("star of ten around a point", star(10), false),
-        hardship("snake of 27", snake(3), false),
-        hardship(
+        case("star of three around a point", star(3), false),
+        case("star of ten around a point", star(10), false),
+        case("snake of 27", snake(3), false),
+        case(
             "radii 1 to 10",
             Setup {
                 bodies: vec![
@@ -249,11 +252,11 @@ pub fn all() -> Vec<Hardship> {
             },
             false,
         ),
-        hardship("gap of 0.5 radii", pair(0.5), false),
-        hardship("gap of 0.1 radii", pair(0.1), false),
-        hardship("gap of 0.03 radii", pair(0.03), false),
+        case("gap of 0.5 radii", pair(0.5), false),
+        case("gap of 0.1 radii", pair(0.1), false),
+        case("gap of 0.03 radii", pair(0.03), false),
         refused("spheres in contact", pair(-0.05), "overlap"),
-        hardship(
+        case(
             "close to the wall",
             Setup {
                 bodies: vec![
@@ -278,7 +281,7 @@ pub fn all() -> Vec<Hardship> {
             "wall",
         ),
         refused(
-            "a point that nothing holds",
+            "a point without links",
             Setup {
                 bodies: vec![(Some(1.0), [0.0; 3]), (None, [3.0, 0.0, 0.0])],
                 links: Vec::new(),
@@ -287,7 +290,7 @@ pub fn all() -> Vec<Hardship> {
             },
             "point",
         ),
-        hardship(
+        case(
             "a ball of 1.5 radii",
             Setup {
                 domain: "{ kind = \"ball\", radius = 1.5 }".to_owned(),
@@ -295,7 +298,7 @@ pub fn all() -> Vec<Hardship> {
             },
             false,
         ),
-        hardship(
+        case(
             "a ball of 500 radii",
             Setup {
                 domain: "{ kind = \"ball\", radius = 500 }".to_owned(),
@@ -303,7 +306,7 @@ pub fn all() -> Vec<Hardship> {
             },
             false,
         ),
-        hardship(
+        case(
             "a box",
             Setup {
                 domain: "{ kind = \"box\", size = [24, 20, 16] }".to_owned(),
@@ -311,8 +314,8 @@ pub fn all() -> Vec<Hardship> {
             },
             false,
         ),
-        hardship("nothing moves", alone([3.0, 1.0, 0.0], [0.0; 3]), false),
-        hardship(
+        case("nothing moves", alone([3.0, 1.0, 0.0], [0.0; 3]), false),
+        case(
             "no container",
             Setup {
                 domain: "{ kind = \"unbounded\" }".to_owned(),
@@ -321,12 +324,12 @@ pub fn all() -> Vec<Hardship> {
             false,
         ),
         refused(
-            "a viscosity of nothing",
+            "a viscosity of zero",
             viscosity(0.0),
             "fluid.viscosity must be",
         ),
         refused("a viscosity that is NaN", viscosity(f64::NAN), "float"),
-        hardship(
+        case(
             "straight elements",
             Setup {
                 more: "fem.geometry = \"straight\"".to_owned(),
@@ -334,7 +337,7 @@ pub fn all() -> Vec<Hardship> {
             },
             false,
         ),
-        hardship(
+        case(
             "elements of half the radius",
             Setup {
                 size: Some(0.5),

@@ -1,0 +1,198 @@
+//! Rows of the validation: a computed value beside the exact one.
+
+use swimmer::models::InstantaneousSolution;
+
+use super::estimated::Estimated;
+
+/// Cost of a row.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Cost {
+    pub dofs: usize,
+    /// Largest number of iterations of a solve.
+    pub iterations: usize,
+    pub seconds: f64,
+}
+
+impl Cost {
+    pub fn of(solution: &InstantaneousSolution) -> Self {
+        Self {
+            dofs: solution.dofs.total,
+            iterations: solution.solver.iterations,
+            seconds: solution.seconds.total,
+        }
+    }
+
+    /// Adds another solve: sizes do not add up, seconds do.
+    pub fn add(&mut self, other: &Self) {
+        self.dofs = self.dofs.max(other.dofs);
+        self.iterations = self.iterations.max(other.iterations);
+        self.seconds += other.seconds;
+    }
+}
+
+/// A computed value beside the exact one.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Key of the reference: `A` to `H`, or the name of a method's property.
+    pub group: &'static str,
+    pub name: String,
+    pub exact: f64,
+    pub computed: f64,
+    /// Value to which the error is relative.
+    pub scale: f64,
+    /// Computed minus exact, over the scale.
+    pub error: f64,
+    pub tolerance: f64,
+    /// Source of the tolerance.
+    pub basis: Basis,
+    /// Error estimate of the value.
+    pub estimated: Option<Estimated>,
+    pub cost: Cost,
+}
+
+/// Source of a tolerance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Basis {
+    Interpolation,
+    Halving,
+    Order,
+    Required,
+    Flat,
+    Promised,
+}
+
+impl Basis {
+    /// All sources of tolerances, in the order of the footnotes.
+    pub const ALL: [Self; 6] = [
+        Self::Interpolation,
+        Self::Halving,
+        Self::Order,
+        Self::Required,
+        Self::Flat,
+        Self::Promised,
+    ];
+
+    /// Letter in the table.
+    pub fn mark(self) -> char {
+        match self {
+            Self::Interpolation => 'a',
+            Self::Halving => 'b',
+            Self::Order => 'c',
+            Self::Required => 'd',
+            Self::Flat => 'e',
+            Self::Promised => 'f',
+        }
+    }
+
+    /// Text of the footnote.
+    pub fn note(self) -> &'static str {
+        match self {
+            Self::Interpolation => {
+                "twice the energy of the interpolation error of the exact flow around one sphere, on a mesh of the same sizes around this \
+                 sphere alone; errors of matrix entries are relative to the largest entry"
+            }
+            Self::Halving => {
+                "a third of the change from the mesh of twice the surface size, which is the remaining error at second order or better; in addition, as \
+                 in (a), the error of the lubrication flow in the gap, whose elements do not depend on that size"
+            }
+            Self::Order => {
+                "theory: 4 curved, at least 3.3 before the asymptotic range; 2 straight, by geometry (absolute difference)"
+            }
+            Self::Required => {
+                "required: with default settings 1e-3 for a step of the stroke and hence for speeds, 1e-2 for the net displacement; \
+                 at surface size 0.2 and on the mesh file 1e-4 for speeds, on the mesh file 1e-3 for forces"
+            }
+            Self::Flat => {
+                "twice the difference between the radius of the sphere and that of the ball with the volume inside the flat facets"
+            }
+            Self::Promised => {
+                "the tolerance given to the model: 1e-6 of the largest entry of a resistance matrix, 2e-5 of the net displacement of a stroke, for \
+                 which resistances, and hence forces and speeds, are computed to 1e-6"
+            }
+        }
+    }
+}
+
+impl Row {
+    /// Row of a value whose error is relative to the exact value.
+    pub fn relative(
+        group: &'static str,
+        name: impl Into<String>,
+        [exact, computed]: [f64; 2],
+        (tolerance, basis): (f64, Basis),
+        cost: Cost,
+    ) -> Self {
+        Self::scaled(
+            group,
+            name,
+            [exact, computed],
+            exact,
+            (tolerance, basis),
+            cost,
+        )
+    }
+
+    /// Row of a value whose error is relative to `scale`.
+    pub fn scaled(
+        group: &'static str,
+        name: impl Into<String>,
+        [exact, computed]: [f64; 2],
+        scale: f64,
+        (tolerance, basis): (f64, Basis),
+        cost: Cost,
+    ) -> Self {
+        Self {
+            group,
+            name: name.into(),
+            exact,
+            computed,
+            scale,
+            error: (computed - exact) / scale.abs(),
+            tolerance,
+            basis,
+            estimated: None,
+            cost,
+        }
+    }
+
+    /// The row with an error estimate.
+    pub fn with(self, estimated: Option<Estimated>) -> Self {
+        Self { estimated, ..self }
+    }
+
+    /// The row with values in multiples of `unit`.
+    pub fn in_units_of(self, unit: f64) -> Self {
+        Self {
+            exact: self.exact / unit,
+            computed: self.computed / unit,
+            scale: self.scale / unit,
+            estimated: self.estimated.map(|own| own.times(1.0 / unit)),
+            ..self
+        }
+    }
+
+    /// Whether the error is within the tolerance; never for NaN.
+    pub fn passes(&self) -> bool {
+        self.error.abs() <= self.tolerance
+    }
+
+    /// Error bar, relative to the scale of the row.
+    pub fn bar(&self) -> Option<f64> {
+        Some(self.estimated?.bar / self.scale.abs())
+    }
+
+    /// Effectivity: estimated over true error, and whether the true error is above the limit for
+    /// comparison.
+    pub fn effectivity(&self) -> Option<(f64, bool)> {
+        let estimated = self.estimated?;
+        let error = (self.computed - self.exact).abs();
+        Some((estimated.bar / error, error > estimated.limit))
+    }
+
+    /// Value minus its estimated error, and the factor by which its error is smaller.
+    pub fn corrected(&self) -> Option<(f64, f64)> {
+        let corrected = self.computed - self.estimated?.error?;
+        let gain = (self.computed - self.exact).abs() / (corrected - self.exact).abs();
+        Some((corrected, gain))
+    }
+}

@@ -1,0 +1,36 @@
+//! Packages of the publishable crates: complete, and accepted by `cargo package`.
+
+use anyhow::{Result, bail};
+
+use crate::cargo;
+use crate::manifests::{members, root};
+
+/// Files that every package contains: its front page and, as links, the texts of the licences.
+const FILES: [&str; 3] = ["README.md", "LICENSE-MIT", "LICENSE-APACHE"];
+
+/// Builds the archives of all publishable crates, without compiling them again.
+pub fn run() -> Result<()> {
+    let missing = missing_files()?;
+    if !missing.is_empty() {
+        bail!("packages are not complete: {}", missing.join(", "));
+    }
+    // Packages of one call may depend on each other without being in the registry.
+    let mut arguments = vec!["package", "--workspace", "--no-verify", "--allow-dirty"];
+    arguments.extend(["--locked", "--offline", "--quiet"]);
+    let members = members()?;
+    let excluded = members.iter().filter(|member| !member.is_publishable());
+    for package in excluded.filter_map(|member| member.package()) {
+        arguments.extend(["--exclude", package]);
+    }
+    cargo::run(&arguments, &[])
+}
+
+/// Files that publishable crates lack.
+fn missing_files() -> Result<Vec<String>> {
+    let members = members()?;
+    let publishable = members.iter().filter(|member| member.is_publishable());
+    Ok(publishable
+        .flat_map(|member| FILES.map(|file| format!("{}/{file}", member.folder)))
+        .filter(|path| !root().join(path).exists())
+        .collect())
+}
