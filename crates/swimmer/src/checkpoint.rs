@@ -1,8 +1,8 @@
 //! Checkpoints, from which an interrupted run continues with bitwise the same results.
 //!
 //! A checkpoint is written between legs. Numbers are written with the fewest decimals that restore
-//! the same bits, and the history of the model is included, so a resumed run gives the results of an
-//! uninterrupted one.
+//! the same bits, and the history of the model is included, so a resumed run gives the results of
+//! an uninterrupted one.
 
 use std::path::Path;
 
@@ -116,7 +116,8 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// The factor on the element sizes of the run, given or chosen; none if the scene cannot be read.
+    /// The factor on the element sizes of the run, given or chosen; none if the scene cannot be
+    /// read.
     pub fn size_factor(&self) -> Option<f64> {
         Scene::parse(&self.scene).ok()?.fem().size_factor
     }

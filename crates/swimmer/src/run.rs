@@ -74,9 +74,9 @@ pub struct Report {
 /// The files are `summary.json`, `trajectory.csv`, `trajectory.svg` (with the feature `plots`),
 /// ParaView files for models with a mesh, and a checkpoint.
 ///
-/// With `resume` the checkpoint in `out` is read; otherwise trial strokes on coarse meshes determine
-/// the element sizes for `fem.target`. Then the model is chosen, with tables over shapes where they
-/// save solves, and the gait is run or continued.
+/// With `resume` the checkpoint in `out` is read; otherwise trial strokes on coarse meshes
+/// determine the element sizes for `fem.target`. Then the model is chosen, with tables over shapes
+/// where they save solves, and the gait is run or continued.
 ///
 /// # Errors
 /// A scene without a gait, a folder that cannot be written to, a checkpoint of another scene,

@@ -175,8 +175,8 @@ fn collocate(
     };
     piece = PathPiece::new(set, start, span, rates(&piece, &solutions))?;
     if evaluator.scene.is_free() {
-        // The motion depends on the shape alone, so the same solutions, rotated, hold on the corrected
-        // path: iterate to rounding.
+        // The motion depends on the shape alone, so the same solutions, rotated, hold on the
+        // corrected path: iterate to rounding.
         for _ in 0..MAX_ROTATION_SWEEPS {
             for (solution, &t) in solutions.iter_mut().zip(&gauss.nodes) {
                 *solution =

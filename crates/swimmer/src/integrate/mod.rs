@@ -2,8 +2,8 @@
 //!
 //! Without inertia the velocity is linear in the rates of the lengths, so the displacement over a
 //! leg depends on the path through shape space and not on the speed. [`Method::Collocation`] solves
-//! at a few Gauss points of the leg; where the motion does not depend on the position, this is Gauss
-//! quadrature of a line integral.
+//! at a few Gauss points of the leg; where the motion does not depend on the position, this is
+//! Gauss quadrature of a line integral.
 
 mod collocation;
 mod euler;
@@ -38,8 +38,8 @@ pub const TYPICAL_SOLVES_PER_LEG: usize = 6;
 #[non_exhaustive]
 pub enum Method {
     /// Gauss collocation in rotation-vector coordinates about the middle of the step, with as many
-    /// points as the tolerance needs. The order is `2n` with `n` points; the method is symmetric, so
-    /// the reversed stroke returns along the same path.
+    /// points as the tolerance needs. The order is `2n` with `n` points; the method is symmetric,
+    /// so the reversed stroke returns along the same path.
     Collocation,
     /// The Runge-Kutta pair of Dormand & Prince on the group of states, with step size control:
     /// order 5, for comparison.

@@ -93,8 +93,8 @@ pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResu
         let scale = largest_displacement(evaluator, &step.sigma)
             .max((end - s) * largest_length_change(evaluator));
         let tolerance = evaluator.scene.model().tolerance * LEG_TOLERANCE_SHARE * scale;
-        // The step size for a local error of order five, changed by at most a factor of five (Hairer,
-        // Nørsett & Wanner 1993, II.4).
+        // The step size for a local error of order five, changed by at most a factor of five
+        // (Hairer, Nørsett & Wanner 1993, II.4).
         let factor = match step.error > 0.0 {
             true => (0.9 * (tolerance / step.error).powf(0.2)).clamp(0.2, 5.0),
             false => 5.0,

@@ -54,7 +54,8 @@ impl Folder {
         let attempt = || -> std::io::Result<()> {
             let (prefix, mut builder) = (format!(".{name}."), tempfile::Builder::new());
             builder.prefix(&prefix).suffix(".partial");
-            // Temporary files are private by default; this file gets the permissions of any new file.
+            // Temporary files are private by default; this file gets the permissions of any new
+            // file.
             #[cfg(unix)]
             builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
             let mut temporary = builder.tempfile_in(&self.path)?;

@@ -45,8 +45,8 @@ impl FlowSeries {
         self.kept.frames()
     }
 
-    /// Writes the flow of a solve: velocity at all nodes, pressure at vertices (the mean of the edge
-    /// at midside nodes).
+    /// Writes the flow of a solve: velocity at all nodes, pressure at vertices (the mean of the
+    /// edge at midside nodes).
     ///
     /// # Errors
     /// [`SwimError::Write`], or a model error for fields that do not fit the mesh.

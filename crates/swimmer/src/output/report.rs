@@ -66,8 +66,8 @@ pub fn summary_json(
 
 /// An instantaneous solution, as printed by `swim solve --json`.
 ///
-/// `links` has the force of each link on the body that its key `body` names; the opposite force acts
-/// on `to`. `error_estimate` refers to the velocities; its entry `force` to the largest force.
+/// `links` has the force of each link on the body that its key `body` names; the opposite force
+/// acts on `to`. `error_estimate` refers to the velocities; its entry `force` to the largest force.
 /// `corrected` has the velocities and forces minus their estimated discretisation errors, `checks`
 /// independent computations of the forces and the power.
 pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolution) -> Value {

@@ -19,8 +19,8 @@ pub struct Choice {
 /// candidate, and the choice.
 ///
 /// # Errors
-/// [`ModelError::Unsupported`] for combinations of model, domain and options that are not supported,
-/// with the alternative.
+/// [`ModelError::Unsupported`] for combinations of model, domain and options that are not
+/// supported, with the alternative.
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     let unsupported = |key: &str, value: &str, instead: &str| {
         Err(ModelError::Unsupported {

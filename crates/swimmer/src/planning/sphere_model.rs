@@ -21,8 +21,8 @@ pub(super) struct SphereModelChoice {
 /// they are compared by the initial velocity, because a stroke would cost what the choice saves.
 const MAX_BODIES_FOR_STROKE: usize = 6;
 
-/// Largest error of the chosen model as a fraction of the tolerance; the rest is for the integration
-/// and for the error of the reference.
+/// Largest error of the chosen model as a fraction of the tolerance; the rest is for the
+/// integration and for the error of the reference.
 const TOLERANCE_SHARE: f64 = 0.5;
 
 /// The quantity to which the tolerance refers, computed with one model.

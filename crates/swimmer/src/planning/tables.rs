@@ -28,8 +28,8 @@ pub fn with_tables(scene: &Scene, choice: Choice) -> Choice {
     }
 }
 
-/// The boxes of link lengths that the tables for a gait cover; none if tables would need more solves
-/// than the gait without them.
+/// The boxes of link lengths that the tables for a gait cover; none if tables would need more
+/// solves than the gait without them.
 ///
 /// Either one box for each line in shape space along which a phase moves, or one box for all.
 fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {

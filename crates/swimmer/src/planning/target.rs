@@ -46,8 +46,8 @@ pub trait TrialObserver: Observer {
 /// An observer that does nothing.
 impl TrialObserver for () {}
 
-/// The `fem.size_factor` with which the estimated discretisation error of the net displacement meets
-/// `fem.target`, determined by trial strokes on coarse meshes.
+/// The `fem.size_factor` with which the estimated discretisation error of the net displacement
+/// meets `fem.target`, determined by trial strokes on coarse meshes.
 ///
 /// None without a target, with given sizes, or for a model without estimates.
 ///

@@ -104,8 +104,8 @@ fn solve_prints_the_documented_json_object() {
     for key in ["velocity", "angular_velocity", "force", "torque"] {
         assert_eq!(body[key].as_array().unwrap().len(), 3, "{key}");
     }
-    // Haberman & Sayre: K = 1.2861963385 for a radius of a tenth of the container. The default mesh is
-    // much better than 2 %.
+    // Haberman & Sayre: K = 1.2861963385 for a radius of a tenth of the container. The default mesh
+    // is much better than 2 %.
     let exact = 1.0 / (6.0 * std::f64::consts::PI * 1.2861963384700);
     let speed = body["velocity"][0].as_f64().unwrap();
     assert!((speed / exact - 1.0).abs() < 0.02, "{speed} {exact}");
@@ -183,11 +183,11 @@ fn a_run_writes_complete_and_consistent_files() {
         summary["phases"][0]["displacement"],
         summary["displacement"]
     );
-    // The arm extends by 0.5, and by symmetry each body moves by half of it. The noise of the default
-    // mesh is well below 1e-3.
+    // The arm extends by 0.5, and by symmetry each body moves by half of it. The noise of the
+    // default mesh is well below 1e-3.
     let moved = |body: &str| summary["displacement"][body][0].as_f64().unwrap();
-    // The noise of the mesh rotates the pair by about 1e-5, which shortens the projection of an arm of
-    // 4.5 by 4.5 (1e-5)^2 / 2 = 2e-10.
+    // The noise of the mesh rotates the pair by about 1e-5, which shortens the projection of an arm
+    // of 4.5 by 4.5 (1e-5)^2 / 2 = 2e-10.
     assert!((moved("b") - moved("a") - 0.5).abs() < 1e-8);
     assert!((moved("b") - 0.25).abs() < 1e-3, "{}", moved("b"));
     let csv = read("trajectory.csv");
@@ -211,9 +211,9 @@ fn a_run_writes_complete_and_consistent_files() {
 
 #[test]
 fn a_collision_names_bodies_and_time_and_the_completed_phases_are_kept() {
-    // A stone is pulled towards a swimmer at rest. By Stokes' law it covers the distance of six radii in
-    // at least 6 * 6 pi / 40 = 2.8 units of time, so the first phases are completed and a later one ends
-    // the run.
+    // A stone is pulled towards a swimmer at rest. By Stokes' law it covers the distance of six
+    // radii in at least 6 * 6 pi / 40 = 2.8 units of time, so the first phases are completed and a
+    // later one ends the run.
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("falling.toml");
     std::fs::write(

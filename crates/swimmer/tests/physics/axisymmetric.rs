@@ -4,8 +4,8 @@ use nalgebra::{Rotation3, Vector3};
 use swimmer::choose;
 use swimmer::{Method, Scene, simulate, solve_start};
 
-/// The three-sphere swimmer of Najafi & Golestanian (2004) along `axis`: arms close from 10 to 6 and
-/// open again.
+/// The three-sphere swimmer of Najafi & Golestanian (2004) along `axis`: arms close from 10 to 6
+/// and open again.
 fn three_spheres(domain: &str, model: &str, tolerance: f64, axis: Vector3<f64>) -> Scene {
     let phases: String = [("left", 6), ("right", 6), ("left", 10), ("right", 10)]
         .map(|(link, length)| format!("[[gait.phases]]\nlink = \"{link}\"\nlength = {length}\n"))
@@ -30,8 +30,8 @@ fn three_spheres(domain: &str, model: &str, tolerance: f64, axis: Vector3<f64>) 
 
 const BALL: &str = "{ kind = \"ball\", radius = 40 }";
 
-/// Spectral, ball of radius 40: velocity of the centre sphere and forces while the left arm closes at
-/// unit rate.
+/// Spectral, ball of radius 40: velocity of the centre sphere and forces while the left arm closes
+/// at unit rate.
 #[test]
 fn an_instant_in_a_ball_is_exact_within_its_error_bar() {
     // Not along a coordinate axis.
@@ -82,8 +82,8 @@ fn strokes_have_the_exact_net_displacement() {
     check_stroke(BALL, 1e-5, 0.1604180159643671);
 }
 
-/// Haberman & Sayre (1958), by a collocation of their series to 1e-9: a cylinder with five times the
-/// radius of the sphere.
+/// Haberman & Sayre (1958), by a collocation of their series to 1e-9: a cylinder with five times
+/// the radius of the sphere.
 #[test]
 fn auto_chooses_the_axisymmetric_model_in_a_cylinder_and_gives_reasons() {
     let scene = Scene::parse(
@@ -154,7 +154,9 @@ fn a_spheroid_along_any_axis_has_the_exact_velocity() {
             "{off:e}"
         );
         assert_eq!(
-            Scene::parse(&scene.to_toml()).expect("ours").bodies,
+            Scene::parse(&scene.to_toml().expect("TOML"))
+                .expect("a scene")
+                .bodies(),
             scene.bodies()
         );
     }

@@ -27,8 +27,8 @@ fn drag_on_the_axis_is_exact_within_the_error_bar() {
         let instant = pulled("", [x, 0.0, 0.0], [PULLED, 0.0, 0.0]);
         let off = (instant.bodies[0].velocity.x - exact).abs();
         let bars = instant.error_estimate;
-        // Elements of 0.4 radii have an error of 3e-3 in the drag of a sphere; the error bar should be
-        // at least 0.7 of the error.
+        // Elements of 0.4 radii have an error of 3e-3 in the drag of a sphere; the error bar should
+        // be at least 0.7 of the error.
         assert!(
             off < 4e-3 * exact && off < bars.total() / 0.7,
             "{off:e} {bars:?}"
@@ -51,8 +51,8 @@ fn equivalent_positions_give_equal_speeds_off_the_axis() {
         let apart = (first.bodies[0].velocity.x - other.bodies[0].velocity.x).abs();
         assert!(apart < 2.0 * bar, "{position:?}: {apart:e} {bar:e}");
     }
-    // Halfway to the wall a sphere is slightly faster than on the axis (Happel & Brenner 1983, section
-    // 7-3).
+    // Halfway to the wall a sphere is slightly faster than on the axis (Happel & Brenner 1983,
+    // section 7-3).
     let middle = along([0.0; 3]);
     assert!(first.bodies[0].velocity.x > middle.bodies[0].velocity.x);
     // A sphere near a wall rotates as if rolling on it, and its distance stays constant.
@@ -77,8 +77,8 @@ fn the_meshed_section_follows_the_bodies() {
     .expect("a scene");
     let mut model = choose(&scene).expect("supported").model;
     let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut ()).expect("a run");
-    // The first section extends over four radii of the cylinder. At two radii from an end its effect on
-    // a velocity is 3e-5.
+    // The first section extends over four radii of the cylinder. At two radii from an end its
+    // effect on a velocity is 3e-5.
     let travelled = outcome.displacement[0].x;
     assert!(travelled > 16.0, "{travelled}");
     assert!(outcome.meshes.len() > 1);

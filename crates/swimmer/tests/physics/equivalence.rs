@@ -1,5 +1,5 @@
-//! All formulations have the same solution on random scenes: any tree of links, order of bodies, root,
-//! kind of arms, loads, units.
+//! All formulations have the same solution on random scenes: any tree of links, order of bodies,
+//! root, kind of arms, loads, units.
 
 use linalg::{KrylovParams, SaddleLdlt, fgmres};
 use nalgebra::DVector;
@@ -169,13 +169,14 @@ proptest! {
             let exact = system.flow(&direct(&system), scene.articulation()).unwrap();
             let reference = reference.get_or_insert_with(|| exact.clone());
             for (quantity, error) in difference(reference, &exact).into_iter().enumerate() {
-                // The direct solver refines to 1e-12; resistances differ by a factor of a few tens at most.
+                // The direct solver refines to 1e-12; resistances differ by a factor of a few tens
+                // at most.
                 prop_assert!(error < 1e-9, "{}, quantity {quantity}: {error:e}", formulation.name());
             }
             let iterated = system.flow(&block(&system), scene.articulation()).unwrap();
             for (quantity, error) in difference(reference, &iterated).into_iter().enumerate() {
-                // A residual of 1e-10 and the same factor; pressures and forces depend on the residual,
-                // not on the energy.
+                // A residual of 1e-10 and the same factor; pressures and forces depend on the
+                // residual, not on the energy.
                 prop_assert!(error < 1e-7, "{} iterated, quantity {quantity}: {error:e}", formulation.name());
             }
         }

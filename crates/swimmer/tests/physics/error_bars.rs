@@ -143,8 +143,8 @@ fn bars_of_a_swimming_speed_hold_and_are_smaller_than_those_of_drag() {
         assert!((difference - error.bodies[1].x).abs() < 0.25 * difference.abs());
         let difference = instant.bodies[0].force.x - rate * force;
         assert_effective("force", difference, error.force());
-        // Relative errors of forces are a hundred times those of speeds, in which the common errors of
-        // equal spheres cancel.
+        // Relative errors of forces are a hundred times those of speeds, in which the common errors
+        // of equal spheres cancel.
         assert!(difference / (rate * force) > 10.0 * bar / (rate * speed.abs()));
     }
 }
@@ -164,8 +164,8 @@ fn estimates_do_not_depend_on_the_formulation() {
     }
 }
 
-/// Without symmetry planes: with them transverse velocities are exactly zero, and those along the line
-/// are more accurate than the error bar.
+/// Without symmetry planes: with them transverse velocities are exactly zero, and those along the
+/// line are more accurate than the error bar.
 #[test]
 fn the_algebraic_bar_contains_the_error_of_a_loose_residual() {
     let [early, late] = [1e-4, 1e-11].map(|rtol| {
@@ -245,7 +245,8 @@ fn bars_of_straight_elements_include_the_facet_geometry_error() {
         assert_effective("spin", difference, frame.angular.norm());
         assert!((difference - frame.angular.z).abs() < 0.25 * difference);
     }
-    // In a gap, which straight facets widen, the error of the force is five times that of a lone sphere.
+    // In a gap, which straight facets widen, the error of the force is five times that of a lone
+    // sphere.
     let [error, bar] = approach_by(straight, 2.5, 0.3, 2.772418679559134);
     assert_effective("force in a gap", error, bar);
     // The speed of a swimmer, in which most of the error cancels.

@@ -26,8 +26,8 @@ fn a_pulled_sphere_has_the_drag_of_stokes() {
     let instant = solve(&scene);
     let speed = instant.bodies[0].velocity.x;
     let error = 6.0 * PI * speed - 1.0;
-    // Minus the estimated discretisation error: the effect of the ball, 5/2 / 60^3, is below 2e-5, and
-    // so is an eighth of the discretisation error.
+    // Minus the estimated discretisation error: the effect of the ball, 5/2 / 60^3, is below 2e-5,
+    // and so is an eighth of the discretisation error.
     let corrected = 6.0 * PI * (speed - instant.mesh_error.as_ref().unwrap().bodies[0].x) - 1.0;
     assert!(
         error.abs() < 5e-4 && corrected.abs() < 1e-4,
@@ -45,7 +45,8 @@ fn two_spheres_fall_together_as_in_unbounded_fluid() {
     let speed = instant.bodies[0].velocity.x;
     let bar = instant.error_estimate.total();
     assert!((speed - exact).abs() < 1.4 * bar, "{speed} {exact} {bar:e}");
-    // Without the correction the effect of the ball would be 3 F / (8 pi R), a hundred times as much.
+    // Without the correction the effect of the ball would be 3 F / (8 pi R), a hundred times as
+    // much.
     assert!(bar < 1e-2 * speed);
 }
 

@@ -1,4 +1,4 @@
-//! Strokes: only their path through the shapes counts.
+//! Strokes by finite elements: the displacement depends on the path through shape space only.
 
 use nalgebra::Vector3;
 use swimmer::choose;
@@ -7,7 +7,7 @@ use swimmer::{Leg, LegSolution, Method, Observer, Outcome, Scene, SwimError, sim
 
 use crate::scenes::{BALL, BODIES, COARSE, parse};
 
-/// Meshes made during a simulation, beside the first.
+/// Number of meshes generated during a simulation after the first.
 #[derive(Default)]
 struct Remeshes(usize);
 
@@ -23,15 +23,19 @@ impl Observer for Remeshes {
     }
 }
 
-/// The bent swimmer through phases of `(arm, length, duration)`; arms are 4.15 and 4.36 long at the start.
+/// The bent swimmer through phases of `(arm, length, duration)`; arms are 4.15 and 4.36 long at the
+/// start.
 fn swimmer(more: &str, phases: &[(&str, f64, f64)]) -> Scene {
     let phases: String = phases
         .iter()
         .map(|(arm, length, duration)| {
-            format!("[[gait.phases]]\nlink = \"{arm}-arm\"\nlength = {length:?}\nduration = {duration:?}\n")
+            format!(
+                "[[gait.phases]]\nlink = \"{arm}-arm\"\nlength = {length:?}\nduration = {duration:?}\n"
+            )
         })
         .collect();
-    // Net displacements that vanish meet no share of themselves: the tolerance only says how much work to spend.
+    // A vanishing net displacement meets no relative tolerance; the tolerance only sets the
+    // accuracy of the integration.
     parse(&format!(
         "{BALL}{COARSE}model.tolerance = 1e-2\n{more}{BODIES}{phases}"
     ))
@@ -41,13 +45,14 @@ fn follow(scene: &Scene) -> Outcome {
     let mut model = choose(scene).unwrap().model;
     let mut remeshes = Remeshes::default();
     let outcome = simulate(scene, model.as_mut(), Method::Collocation, &mut remeshes).unwrap();
-    // One mesh, moved with the shape: discretisation errors are a function of place and shape, as the flow is.
+    // On one moving mesh the discretisation errors are a function of position and shape, as the
+    // flow is.
     assert_eq!(remeshes.0, 0);
     outcome
 }
 
-/// Error that integration and solves leave in a displacement.
-fn left(outcome: &Outcome) -> f64 {
+/// Errors of the integration and of the solver in a displacement.
+fn remaining_error(outcome: &Outcome) -> f64 {
     outcome.error_estimate.integration.unwrap() + outcome.error_estimate.algebraic.unwrap()
 }
 
@@ -85,18 +90,22 @@ fn a_stroke_and_its_reverse_cancel() {
         })
         .collect();
     let net = largest(&outcome.displacement);
-    assert!(net <= left(&outcome), "{net:e} {:e}", left(&outcome));
-    // It went somewhere meanwhile, far beyond that.
     assert!(
-        largest(&half) > 20.0 * left(&outcome),
+        net <= remaining_error(&outcome),
+        "{net:e} {:e}",
+        remaining_error(&outcome)
+    );
+    // The displacement of the first half is much larger.
+    assert!(
+        largest(&half) > 20.0 * remaining_error(&outcome),
         "{:e} {:e}",
         largest(&half),
-        left(&outcome)
+        remaining_error(&outcome)
     );
 }
 
 #[test]
-fn a_reciprocal_stroke_goes_nowhere() {
+fn a_reciprocal_stroke_has_no_net_displacement() {
     // The scallop: one arm, closed slowly and opened fast (Purcell 1977).
     let [left_arm, _] = arms();
     let outcome = follow(&swimmer(
@@ -104,12 +113,16 @@ fn a_reciprocal_stroke_goes_nowhere() {
         &[("left", 3.5, 10.0), ("left", left_arm, 0.1)],
     ));
     let net = largest(&outcome.displacement);
-    assert!(net <= left(&outcome), "{net:e} {:e}", left(&outcome));
+    assert!(
+        net <= remaining_error(&outcome),
+        "{net:e} {:e}",
+        remaining_error(&outcome)
+    );
     assert!(largest(&outcome.legs[0].displacement) > 0.1);
 }
 
 #[test]
-fn rate_and_viscosity_do_not_matter() {
+fn displacements_do_not_depend_on_rate_or_viscosity() {
     let [left_arm, right_arm] = arms();
     let phases = |d: [f64; 4]| {
         [
@@ -124,7 +137,7 @@ fn rate_and_viscosity_do_not_matter() {
         "fluid.viscosity = 8.9e-4\n",
         &phases([0.3, 7.0, 1e-3, 40.0]),
     ));
-    // Displacements are the same but for the solves, each of which errs by its own tolerance.
+    // Displacements agree up to the algebraic errors of the solves.
     let algebraic = slow.error_estimate.algebraic.unwrap() + fast.error_estimate.algebraic.unwrap();
     for (a, b) in slow.displacement.iter().zip(&fast.displacement) {
         assert!(
@@ -133,7 +146,7 @@ fn rate_and_viscosity_do_not_matter() {
             (a - b).norm()
         );
     }
-    // Work is force times path: it scales with viscosity and, leg by leg, with the rate.
+    // The work scales with the viscosity and, leg by leg, with the rate.
     assert!(slow.work > 0.0 && fast.work > 0.0);
     assert_eq!(slow.solves, fast.solves);
 }

@@ -1,5 +1,5 @@
-//! The three formulations of the constraints have the same solution, with every solver, for every kind
-//! of arm.
+//! The three formulations of the constraints have the same solution, with every solver, for every
+//! kind of arm.
 
 use linalg::SaddleLdlt;
 use nalgebra::{DMatrix, DVector};
@@ -129,7 +129,8 @@ fn link_forces_balance_fluid_forces_and_external_loads() {
         let [a, c] = [0, 2].map(|body| solution.bodies[body].force);
         let scale = a.amax();
         let pull = nalgebra::Vector3::new(0.0, 0.5, 0.0);
-        // Balances of the solution to 1e-12, amplified by resistances of about 6 pi over velocities of 1.
+        // Balances of the solution to 1e-12, amplified by resistances of about 6 pi over velocities
+        // of 1.
         assert!((solution.link_forces[0] + pull - a).amax() < 1e-10 * scale);
         assert!((solution.link_forces[1] - c).amax() < 1e-10 * scale);
     }
@@ -173,8 +174,8 @@ fn the_condensed_resistance_gives_the_motion_of_the_coupled_solve() {
     }
 }
 
-/// Reciprocity: with the flow `b_k` of a unit load on the velocity `k`, nodal forces `f` change that
-/// velocity by `f . b_k`, in every formulation.
+/// Reciprocity: with the flow `b_k` of a unit load on the velocity `k`, nodal forces `f` change
+/// that velocity by `f . b_k`, in every formulation.
 #[test]
 fn nodal_forces_move_bodies_according_to_the_reciprocal_theorem() {
     let scene = Scene::parse(&scene("free")).unwrap();

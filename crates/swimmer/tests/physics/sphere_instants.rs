@@ -10,13 +10,13 @@ fn forces_of_an_instant_are_exact() {
     let scene = three_spheres(UNBOUNDED, "multipole", 1e-8);
     let mut model = choose(&scene).unwrap().model;
     let instant = solve_start(&scene, model.as_mut()).unwrap();
-    // the left arm closes by 4 in a unit of time
+    // The left arm closes by 4 per unit of time.
     let exact = [13.999647060443143, -7.6075823649615755, -6.39206469548157];
     for (body, force) in instant.bodies.iter().zip(exact) {
         assert!((body.force.x / 4.0 - force).abs() < 1e-8);
     }
     assert!((instant.bodies[1].velocity.x / 4.0 + 0.34319851471562796).abs() < 1e-9);
-    // the arms carry what the fluid takes from the outer spheres
+    // The link forces equal the forces of the outer spheres on the fluid.
     assert!((instant.link_forces[0].x / 4.0 - exact[0]).abs() < 1e-8);
     assert!((instant.link_forces[1].x / 4.0 - exact[2]).abs() < 1e-8);
     assert!(instant.error_estimate.model.unwrap() < 1e-8);
@@ -24,8 +24,9 @@ fn forces_of_an_instant_are_exact() {
 
 #[test]
 fn the_grand_resistance_of_two_spheres_is_exact() {
-    // distance; XA, YA over 6 pi and XC, YC over 8 pi, of one sphere and between the two; torque along y on the first and the second per velocity
-    // of the first along x, the second at +z (bispherical series and collocation agree to 1e-11)
+    // Distance; XA, YA over 6 pi and XC, YC over 8 pi, each self and mutual; torque along y on the
+    // first and on the second sphere per velocity of the first along x, with the second sphere at
+    // +z. Bispherical series and collocation agree to 1e-11.
     let rows: [[f64; 11]; 7] = [
         [
             2.01,
@@ -129,8 +130,8 @@ fn the_grand_resistance_of_two_spheres_is_exact() {
         xc12,
         yc11,
         yc12,
-        own,
-        other,
+        torque_self,
+        torque_mutual,
     ] in rows
     {
         let scene = Scene::parse(&format!(
@@ -151,19 +152,19 @@ fn the_grand_resistance_of_two_spheres_is_exact() {
             (5, 11, torque * xc12),
             (4, 4, torque * yc11),
             (4, 10, torque * yc12),
-            (4, 0, own),
-            (10, 0, other),
+            (4, 0, torque_self),
+            (10, 0, torque_mutual),
         ] {
             let size = (r[(row, row)] * r[(column, column)]).sqrt();
-            let off = (r[(row, column)] - exact).abs() / size;
-            assert!(off < 1e-9, "{distance} ({row}, {column}): {off:e}");
+            let error = (r[(row, column)] - exact).abs() / size;
+            assert!(error < 1e-9, "{distance} ({row}, {column}): {error:e}");
         }
         assert!((&r - r.transpose()).amax() < 1e-11 * r.amax());
     }
 }
 
 #[test]
-fn a_sphere_pulled_along_a_wall_is_slowed_as_goldman_found() {
+fn a_sphere_pulled_away_from_a_wall_has_the_drag_of_brenner() {
     let scene = Scene::parse(
         "domain.kind = \"wall\"\nmodel = { kind = \"multipole\", tolerance = 1e-6 }\nfluid.viscosity = 2\n\
          bodies = [{ name = \"a\", radius = 0.5, position = [0, 0, 1], force = [0, 0, 1] }]\n",
@@ -171,7 +172,7 @@ fn a_sphere_pulled_along_a_wall_is_slowed_as_goldman_found() {
     .unwrap();
     let mut model = choose(&scene).unwrap().model;
     let instant = solve_start(&scene, model.as_mut()).unwrap();
-    // Brenner (1961): 2.1255355667600404 times Stokes' drag at a height of two radii
+    // Brenner (1961): 2.1255355667600404 times the Stokes drag at a height of two radii.
     let exact = 1.0 / (6.0 * std::f64::consts::PI * 2.0 * 0.5 * 2.1255355667600404);
     assert!((instant.bodies[0].velocity.z / exact - 1.0).abs() < 1e-8);
     let resistance = model
@@ -184,7 +185,7 @@ fn a_sphere_pulled_along_a_wall_is_slowed_as_goldman_found() {
 }
 
 #[test]
-fn pictures_show_the_flow_around_spheres() {
+fn flow_fields_satisfy_the_boundary_conditions() {
     for (domain, wall) in [
         ("{ kind = \"unbounded\" }", false),
         ("{ kind = \"ball\", radius = 8 }", true),
@@ -199,7 +200,7 @@ fn pictures_show_the_flow_around_spheres() {
         let mut model = choose(&scene).unwrap().model;
         let instant = solve_start(&scene, model.as_mut()).unwrap();
         let flow = swimmer::start_flow(&scene, model.as_mut()).unwrap();
-        // nothing is faster than the surface that drives it
+        // The largest velocity is on the surface of the pulled sphere.
         let fastest = instant.bodies[0].velocity.norm() + instant.bodies[0].angular_velocity.norm();
         assert!(flow.velocity.iter().all(|u| u.norm() <= 1.001 * fastest));
         let outer = flow.mesh.tag("outer").unwrap();

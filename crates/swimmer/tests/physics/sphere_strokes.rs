@@ -15,7 +15,8 @@ pub fn three_spheres(domain: &str, model: &str, tolerance: f64) -> Scene {
            {{ name = \"c\", radius = 1, position = [0, 0, 0] }},\n\
            {{ name = \"r\", radius = 1, position = [10, 0, 0] }},\n\
          ]\n\
-         links = [{{ name = \"left\", body = \"l\", to = \"c\" }}, {{ name = \"right\", body = \"r\", to = \"c\" }}]\n\
+         links = [{{ name = \"left\", body = \"l\", to = \"c\" }}, \
+         {{ name = \"right\", body = \"r\", to = \"c\" }}]\n\
          model = {{ kind = \"{model}\", tolerance = {tolerance:e} }}\n{phases}"
     ))
     .unwrap()
@@ -30,7 +31,8 @@ pub fn run(scene: &Scene) -> Outcome {
 
 #[test]
 fn the_three_sphere_stroke_by_every_model() {
-    // steps of the centre sphere: full-inverse Oseen, RPY, exact (bispherical series and collocation agree to 1e-12)
+    // Displacements of the centre sphere per phase: Oseen, RPY, exact (bispherical series and
+    // collocation agree to 1e-12).
     for (model, steps, net) in [
         (
             "oseen",
@@ -101,7 +103,8 @@ fn star(directions: &[Vector3<f64>], arms: &str) -> Scene {
         .map(|(link, length)| format!("[[gait.phases]]\nlink = \"{link}\"\nlength = {length}\n"))
         .concat();
     Scene::parse(&format!(
-        "domain.kind = \"unbounded\"\nmodel = {{ kind = \"multipole\", tolerance = 1e-6 }}\ngait.arms = \"{arms}\"\n\
+        "domain.kind = \"unbounded\"\nmodel = {{ kind = \"multipole\", tolerance = 1e-6 }}\n\
+         gait.arms = \"{arms}\"\n\
          [[bodies]]\nname = \"j\"\nshape = \"point\"\nposition = [0, 0, 0]\n{bodies}{phases}"
     ))
     .unwrap()
@@ -110,15 +113,19 @@ fn star(directions: &[Vector3<f64>], arms: &str) -> Scene {
 fn check_star(directions: &[Vector3<f64>], arms: &str, net: [f64; 3], rotation: [f64; 3]) {
     let outcome = run(&star(directions, arms));
     let (net, rotation) = (Vector3::from(net), Vector3::from(rotation));
-    let off = (outcome.displacement[0] - net).norm();
-    assert!(off < 1e-7, "{arms}: {off:e}, {:?}", outcome.displacement[0]);
-    let off = (outcome.rotation - rotation).norm();
-    assert!(off < 1e-7, "{arms}: {off:e}, {:?}", outcome.rotation);
+    let error = (outcome.displacement[0] - net).norm();
+    assert!(
+        error < 1e-7,
+        "{arms}: {error:e}, {:?}",
+        outcome.displacement[0]
+    );
+    let error = (outcome.rotation - rotation).norm();
+    assert!(error < 1e-7, "{arms}: {error:e}, {:?}", outcome.rotation);
 }
 
 // Lefebvre-Lepot & Merlet (2009); collocation and a method of fundamental solutions agree to 1e-11.
 #[test]
-fn the_planar_swimmer_swims_and_turns() {
+fn the_planar_swimmer_has_the_exact_displacement_and_rotation() {
     let directions = [0.0, 1.0, 2.0].map(|k| {
         let angle = k * std::f64::consts::TAU / 3.0;
         Vector3::new(angle.cos(), angle.sin(), 0.0)
@@ -145,7 +152,7 @@ fn the_planar_swimmer_swims_and_turns() {
 
 // Alouges et al. (2013); collocation and a method of fundamental solutions agree to 1e-11.
 #[test]
-fn the_tetrahedral_swimmer_swims_and_turns() {
+fn the_tetrahedral_swimmer_has_the_exact_displacement_and_rotation() {
     let directions = [
         (1.0, 1.0, 1.0),
         (1.0, -1.0, -1.0),
@@ -182,7 +189,7 @@ fn the_tetrahedral_swimmer_swims_and_turns() {
 }
 
 #[test]
-fn templates_swim_as_they_say() {
+fn templates_have_the_documented_displacements() {
     for (text, body, net) in [
         (
             include_str!("../../templates/three-sphere.toml"),
@@ -203,7 +210,7 @@ fn templates_swim_as_they_say() {
         let scene = Scene::parse(text).unwrap();
         let found = run(&scene).displacement[body];
         let exact = Vector3::from(net);
-        // the tolerance is on the mean of the bodies, a junction turns about it
+        // The tolerance applies to the mean of the bodies, about which the junction rotates.
         let tolerance = 2.0 * scene.model().tolerance * exact.norm();
         assert!((found - exact).norm() < tolerance + 1e-7, "{found} {exact}");
     }

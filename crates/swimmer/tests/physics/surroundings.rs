@@ -1,4 +1,4 @@
-//! What is around a swimmer: obstacles, walls, other swimmers.
+//! Swimmers near obstacles, walls and other swimmers.
 
 use std::f64::consts::PI;
 
@@ -29,8 +29,9 @@ fn beside_an_obstacle(domain: &str, model: &str, force: &str) -> String {
 }
 
 #[test]
-fn an_obstacle_slows_as_the_exact_pair_says() {
-    // two equal spheres three radii apart, bispherical series: XA11, XA12, YA11 over 6 pi, YC11 over 8 pi, and the coupling
+fn an_obstacle_slows_a_sphere_by_the_exact_amount() {
+    // Two equal spheres at a distance of three radii, bispherical series: XA11, XA12, YA11 over 6
+    // pi, YC11 over 8 pi, and the coupling.
     let (xa11, xa12) = (1.3684796020864693, -0.6701750418364307);
     let (ya11, yc11, coupling) = (1.0921017532628983, 1.0179857150673868, 0.713097351810985);
     let unbounded = "{ kind = \"unbounded\" }";
@@ -39,7 +40,7 @@ fn an_obstacle_slows_as_the_exact_pair_says() {
     assert!((along.bodies()[0].velocity.x / exact - 1.0).abs() < 1e-8);
     assert_eq!(along.bodies()[1].velocity, Vector3::zeros());
     assert_eq!(along.bodies()[1].angular_velocity, Vector3::zeros());
-    // the fluid pushes at the obstacle, which its holder resists
+    // Force of the obstacle on the fluid.
     assert!((along.bodies()[1].force.x - xa12 / xa11).abs() < 1e-8);
     let across = start(&beside_an_obstacle(unbounded, "multipole", "[0, 0, 1]"));
     let exact = 1.0 / (6.0 * PI * ya11 - coupling * coupling / (8.0 * PI * yc11));
@@ -47,7 +48,7 @@ fn an_obstacle_slows_as_the_exact_pair_says() {
 }
 
 #[test]
-fn obstacles_by_finite_elements_are_those_by_multipoles() {
+fn obstacles_by_finite_elements_agree_with_multipoles() {
     let ball = "{ kind = \"ball\", radius = 6 }";
     let exact = start(&beside_an_obstacle(ball, "multipole", "[1, 0, 1]"));
     for formulation in ["p-tilde", "lagrange", "direct-row"] {
@@ -56,10 +57,10 @@ fn obstacles_by_finite_elements_are_those_by_multipoles() {
         let found = start(&scene);
         let off = (found.bodies[0].velocity - exact.bodies[0].velocity).norm();
         let speed = exact.bodies[0].velocity.norm();
-        // elements of half a radius: the drag of one sphere errs by four thousandths
+        // Elements of half a radius have an error of 4e-3 in the drag of one sphere.
         assert!(off < 1e-2 * speed, "{formulation}: {off:e}");
         assert!(
-            // the estimate continues what is seen on one mesh: on one as coarse as this to a factor of two
+            // On a mesh as coarse as this, the estimate is accurate to a factor of two.
             off < 2.0 * found.error_estimate.total(),
             "{formulation}: {off:e} {:?}",
             found.error_estimate
@@ -71,7 +72,7 @@ fn obstacles_by_finite_elements_are_those_by_multipoles() {
 }
 
 #[test]
-fn obstacles_that_make_no_sense_are_refused() {
+fn invalid_obstacles_are_refused() {
     let good = beside_an_obstacle("{ kind = \"unbounded\" }", "multipole", "[1, 0, 0]");
     for (from, to, message) in [
         ("fixed = true", "fixed = 1", "must be true or false"),
@@ -97,7 +98,7 @@ fn obstacles_that_make_no_sense_are_refused() {
     }
 }
 
-/// A three-sphere swimmer along x at a place, with its names, and the four phases of its stroke.
+/// The bodies and links of a three-sphere swimmer along x, and the four phases of its stroke.
 fn swimmer(name: &str, at: [f64; 3]) -> (String, String) {
     let body = |part: &str, x: f64| {
         format!(
@@ -128,13 +129,14 @@ const MULTIPOLE: &str = "model = { kind = \"multipole\", tolerance = 1e-4 }\n";
 const ALONE: f64 = 0.1598053404;
 
 #[test]
-fn two_swimmers_far_apart_swim_as_if_alone() {
+fn two_distant_swimmers_swim_as_if_alone() {
     let (one, strokes) = swimmer("one", [0.0; 3]);
     let (two, other) = swimmer("two", [0.0, 300.0, 0.0]);
     let outcome = run(&format!(
         "domain.kind = \"unbounded\"\n{MULTIPOLE}{one}{two}{strokes}{other}"
     ));
-    // a swimmer's flow falls with the square of the distance, and that over a stroke with its cube
+    // The flow of a swimmer decays with the square of the distance, its mean over a stroke with the
+    // cube.
     for body in 0..6 {
         let off = (outcome.displacement[body] - Vector3::x() * ALONE).norm();
         assert!(off < 1e-3 * ALONE, "{body}: {off:e}");
@@ -147,18 +149,18 @@ fn two_swimmers_side_by_side_are_each_free_of_force_and_torque() {
     let (two, _) = swimmer("two", [2.0, 4.0, 0.0]);
     let scene = format!("domain.kind = \"unbounded\"\n{MULTIPOLE}{one}{two}{strokes}");
     let instant = start(&scene);
-    let places = Scene::parse(&scene).unwrap().bodies;
+    let bodies = Scene::parse(&scene).unwrap().bodies().to_vec();
     for swimmer in [0..3, 3..6] {
         let force: Vector3<f64> = swimmer.clone().map(|b| instant.bodies[b].force).sum();
         let torque: Vector3<f64> = swimmer
-            .map(|b| places[b].position.cross(&instant.bodies[b].force) + instant.bodies[b].torque)
+            .map(|b| bodies[b].position.cross(&instant.bodies[b].force) + instant.bodies[b].torque)
             .sum();
         assert!(
             force.norm() < 1e-10 && torque.norm() < 1e-9,
             "{force} {torque}"
         );
     }
-    // the one that does not change its shape is carried along
+    // The swimmer that does not change its shape is advected.
     let carried = instant.bodies[3].velocity.norm();
     assert!(carried > 1e-3 && carried < 0.5, "{carried}");
     let outcome = run(&scene);
@@ -176,32 +178,34 @@ fn above_a_wall(height: f64, model: &str) -> Outcome {
 }
 
 #[test]
-fn a_wall_far_away_is_none_and_a_near_one_turns_the_swimmer() {
+fn a_distant_wall_has_no_effect_and_a_near_one_rotates_the_swimmer() {
     let far = above_a_wall(300.0, "multipole");
     let off = (far.displacement[1] - Vector3::x() * ALONE).norm();
     assert!(off < 1e-3 * ALONE, "{off:e}");
     let near = above_a_wall(3.0, "multipole");
-    // the wall is a mirror plane for y, and a swimmer along x does not turn about another axis
+    // By symmetry there is no motion along y and no rotation about x and z.
     assert!(near.displacement.iter().all(|d| d.y.abs() < 1e-9));
     assert!(near.rotation.x.abs() < 1e-9 && near.rotation.z.abs() < 1e-9);
     assert!(near.rotation.y.abs() > 1e-5, "{}", near.rotation);
-    // more than the tolerance of 1e-4 tells apart
+    // The difference exceeds the tolerance of 1e-4.
     assert!((near.displacement[1].x / ALONE - 1.0).abs() > 1e-3);
-    // Rotne-Prager-Yamakawa with Blake's images, independent of the expansions, is right to what spheres reflect once more
-    let lesser = above_a_wall(6.0, "rpy");
-    let better = above_a_wall(6.0, "multipole");
-    let off = (lesser.displacement[1] - better.displacement[1]).norm();
-    assert!(off < 0.2 * better.displacement[1].norm(), "{off:e}");
-    assert!(off < lesser.error_estimate.total());
+    // The Rotne-Prager-Yamakawa model with Blake's images is independent of the expansions and
+    // accurate to the first neglected reflection.
+    let rpy = above_a_wall(6.0, "rpy");
+    let multipole = above_a_wall(6.0, "multipole");
+    let off = (rpy.displacement[1] - multipole.displacement[1]).norm();
+    assert!(off < 0.2 * multipole.displacement[1].norm(), "{off:e}");
+    assert!(off < rpy.error_estimate.total());
 }
 
 #[test]
-fn a_scallop_swims_neither_above_a_wall_nor_beside_an_obstacle() {
-    // one arm: it opens and closes through the same shapes, wherever that takes it
+fn a_reciprocal_stroke_has_no_net_displacement_near_walls_and_obstacles() {
+    // One arm that opens and closes through the same shapes.
     let scallop = "[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 3]\n\
          [[bodies]]\nname = \"b\"\nradius = 0.5\nposition = [4, 0, 4]\n\
          [[links]]\nname = \"arm\"\nbody = \"b\"\nto = \"a\"\n";
-    let phases = "[[gait.phases]]\nlink = \"arm\"\nlength = 6\n[[gait.phases]]\nlink = \"arm\"\nlength = 4.1231056256176606\n";
+    let phases = "[[gait.phases]]\nlink = \"arm\"\nlength = 6\n\
+         [[gait.phases]]\nlink = \"arm\"\nlength = 4.1231056256176606\n";
     let obstacle =
         "[[bodies]]\nname = \"rock\"\nradius = 1\nposition = [-2, 1.5, 2]\nfixed = true\n";
     for (domain, obstacle) in [("wall", ""), ("unbounded", obstacle), ("wall", obstacle)] {
@@ -210,7 +214,7 @@ fn a_scallop_swims_neither_above_a_wall_nor_beside_an_obstacle() {
         ));
         let longest = outcome.legs[0].displacement[1].norm();
         assert!(longest > 0.3);
-        // the integrator is symmetric, so only what each leg errs by is left
+        // The integrator is symmetric, so only the errors of the legs remain.
         let net = outcome
             .displacement
             .iter()

@@ -1,5 +1,5 @@
-//! Finite elements with symmetry planes: the solution equals that on the whole mesh, also along strokes
-//! and after remeshing.
+//! Finite elements with symmetry planes: the solution equals that on the whole mesh, also along
+//! strokes and after remeshing.
 
 use approx::assert_relative_eq;
 use nalgebra::DVector;
@@ -70,8 +70,8 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |m, v| m.max(v.abs()))
 }
 
-/// Comparison with the reflected mesh read from a file, which has the same degrees of freedom and their
-/// mirror images.
+/// Comparison with the reflected mesh read from a file, which has the same degrees of freedom and
+/// their mirror images.
 #[test]
 fn the_solution_is_that_on_the_reflected_mesh() {
     for (text, parts) in [(COLLINEAR, 4.0), (PLANAR, 2.0)] {
@@ -242,14 +242,15 @@ fn a_narrow_gap_with_symmetry_planes_has_the_resistance_of_the_whole() {
     let (mut model, instant) = solve(&scene);
     let resistance = start_resistance(&scene, &mut model).unwrap();
     let forces = &resistance * DVector::from_vec(velocities(&instant));
-    // Residuals of 1e-9 of the largest force, and a resistance a hundred times that of a lone sphere.
+    // Residuals of 1e-9 of the largest force, and a resistance a hundred times that of a lone
+    // sphere.
     for (row, force) in [2.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0].into_iter().enumerate() {
         assert!((forces[row] - force).abs() < 1e-6, "{row}: {forces}");
     }
 }
 
-/// A new mesh with a quality below the limit for moved meshes was remeshed at each solve, without any
-/// improvement.
+/// A new mesh with a quality below the limit for moved meshes was remeshed at each solve, without
+/// any improvement.
 #[test]
 fn bug_a_new_mesh_of_low_quality_was_not_kept() {
     let file = concat!(

@@ -18,7 +18,7 @@ fn integration_error(text: &str, steps: usize) -> [f64; 3] {
     let mut scene = scene(text);
     let mut model = TestModel::new(&scene, Tensor::Rpy);
     let euler = follow(&scene, &mut model, Method::Euler { steps });
-    scene.model().tolerance = 1e-10;
+    scene = scene.with_tolerance(1e-10).unwrap();
     let exact = run_with(&scene, &mut model, Method::Collocation).unwrap();
     let errors = euler.displacement.iter().enumerate();
     let worst = errors.fold(0.0_f64, |m, (body, d)| m.max((d - exact.net(body)).norm()));
@@ -64,8 +64,8 @@ fn there_and_back() -> String {
 
 #[test]
 fn bars_of_a_stroke_with_net_displacement() {
-    // The errors of the phases cancel by the symmetry of the stroke. The rest is of second order and
-    // below the uncertainty.
+    // The errors of the phases cancel by the symmetry of the stroke. The rest is of second order
+    // and below the uncertainty.
     check("unbounded", &three_spheres("", FREE));
     check("above a wall", &over_wall(5.0));
     check("near a wall", &over_wall(2.0));

@@ -39,8 +39,8 @@ fn light_bodies_move_like_massless_ones_and_heavy_ones_keep_their_momentum() {
     };
     // First order.
     assert_abs_diff_eq!(error(20) / error(40), 2.0, epsilon = 0.1);
-    // Equal masses that start at rest: R t / m is 1e-7, so their centre stays, up to the first-order
-    // error of the rotation of the arms.
+    // Equal masses that start at rest: R t / m is 1e-7, so their centre stays, up to the
+    // first-order error of the rotation of the arms.
     let heavy = follow(&massive(1e9), Method::BackwardEuler { steps: 20 });
     let centre = |run: &Run| ((0..3).map(|body| run.net(body)).sum::<Vector3<f64>>() / 3.0).norm();
     let coarser = follow(&massive(1e9), Method::BackwardEuler { steps: 10 });
@@ -50,8 +50,8 @@ fn light_bodies_move_like_massless_ones_and_heavy_ones_keep_their_momentum() {
 
 #[test]
 fn explicit_steps_with_inertia_are_refused_beyond_the_stability_limit() {
-    // One sphere, J = 1: the shortest relaxation time is that of its rotation, 1/(8 pi); the limit is
-    // twice that.
+    // One sphere, J = 1: the shortest relaxation time is that of its rotation, 1/(8 pi); the limit
+    // is twice that.
     let limit = 2.0 / (8.0 * std::f64::consts::PI);
     let pulled = |step: f64| {
         format!(

@@ -17,8 +17,8 @@ fn collocation_meets_its_tolerance_and_the_error_bar_holds() {
         for tolerance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
             let run = follow(&text(tolerance));
             let error = (run.net(1) - exact).norm();
-            // The error bar of a leg refers to the largest displacement of any body, so the sum over the
-            // legs bounds the error of the net displacement.
+            // The error bar of a leg refers to the largest displacement of any body, so the sum
+            // over the legs bounds the error of the net displacement.
             assert!(
                 error <= run.integration_error(),
                 "{error:e} > {:e}",

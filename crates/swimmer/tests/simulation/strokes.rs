@@ -105,8 +105,8 @@ fn displacements_do_not_depend_on_rate_or_viscosity() {
     for body in 0..3 {
         assert!((usual.net(body) - slow.net(body)).norm() < 1e-11);
     }
-    // The work of a phase is proportional to viscosity and rate: opening is 37 times slower, closing
-    // 1000 times faster.
+    // The work of a phase is proportional to viscosity and rate: opening is 37 times slower,
+    // closing 1000 times faster.
     for (leg, factor) in [(0, 1e3), (3, 1.0 / 37.0)] {
         let (a, b) = (usual.legs[leg].work, slow.legs[leg].work);
         assert!((b / (1e9 * factor * a) - 1.0).abs() < 1e-11);
@@ -203,7 +203,8 @@ fn the_planar_swimmer_moves_and_rotates_in_its_plane() {
 
 #[test]
 fn a_missed_tolerance_is_reported() {
-    // The net displacement of the planar swimmer is so small that the share per leg does not suffice.
+    // The net displacement of the planar swimmer is so small that the share per leg does not
+    // suffice.
     let still = (UnitQuaternion::identity(), Vector3::zeros());
     let outcome = |text: &str| {
         let scene = scene(text);

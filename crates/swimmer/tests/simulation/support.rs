@@ -42,7 +42,7 @@ impl TestModel {
                 } else {
                     self.pair(centres[i] - centres[j], radii[i], radii[j])
                 };
-                if self.scene.domain() == Domain::Wall {
+                if *self.scene.domain() == Domain::Wall {
                     block += image(&centres[i], &centres[j]);
                 }
                 block /= 8.0 * pi * self.scene.viscosity();

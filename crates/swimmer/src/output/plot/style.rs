@@ -27,7 +27,8 @@ pub const BAND: RGBColor = RGBColor(246, 246, 246);
 /// Size of the plot in pixels.
 pub const SIZE: (u32, u32) = (960, 760);
 
-/// Drawing units per pixel: the plotting library rounds to whole units, and curves must stay smooth.
+/// Drawing units per pixel: the plotting library rounds to whole units, and curves must stay
+/// smooth.
 pub const UNITS_PER_PIXEL: u32 = 4;
 
 /// A part of the plot.
