@@ -1,40 +1,42 @@
-//! Checkpoints: what a run needs to go on where it was, bit for bit.
+//! Checkpoints, from which an interrupted run continues with bitwise the same results.
 //!
-//! A checkpoint is taken between legs. Numbers are written in the shortest decimals that read back as the same bits, and
-//! the model's history is part of it, so an interrupted and resumed run ends as one that never stopped.
+//! A checkpoint is written between legs. Numbers are written with the fewest decimals that restore
+//! the same bits, and the history of the model is included, so a resumed run gives the results of
+//! an uninterrupted one.
 
 use std::path::Path;
 
+use models::{History, Hydrodynamics};
 use nalgebra::{Isometry3, UnitQuaternion};
 use rigid::State;
+use scene::Scene;
 use serde::{Deserialize, Serialize};
 
+use crate::error::SwimError;
 use crate::outcome::{Interim, Outcome};
-use crate::{Folder, SwimError};
-use models::{History, Hydrodynamics};
-use scene::Scene;
+use crate::output::Folder;
 
 /// Name of the file in the output folder.
 pub const FILE: &str = "checkpoint.json";
 
-/// Raised whenever older checkpoints can no longer be read.
+/// Version of the format; increased when older checkpoints can no longer be read.
 const VERSION: u32 = 1;
 
-/// Files larger than this are no checkpoints of ours: a hundred thousand legs take about as much.
-const LARGEST: u64 = 1 << 31;
+/// Largest size of a checkpoint in bytes, about that of a hundred thousand legs.
+const MAX_SIZE: u64 = 1 << 31;
 
-/// Norms of quaternions that were written as they are differ from 1 by rounding.
-const ROTATION_ROUNDING: f64 = 1e-9;
+/// Largest deviation from 1 of the norm of a quaternion, for those that differ by rounding alone.
+const UNIT_TOLERANCE: f64 = 1e-9;
 
-/// A run between two legs.
+/// The state of a run between two legs, with the history of its model.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Checkpoint {
     version: u32,
-    /// The scene with every key written out.
+    /// The scene as TOML, with all default values.
     scene: String,
     frames: Vec<Isometry3<f64>>,
     attitudes: Vec<UnitQuaternion<f64>>,
-    /// What the model's answers depend on besides the placement.
+    /// State of the model on which its solutions depend besides the configuration.
     history: History,
     outcome: Outcome,
     /// Times and names of the flow files that belong to the trajectory.
@@ -42,10 +44,10 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// Everything that the rest of the run depends on.
+    /// A checkpoint of a run with this state, outcome and flow files (times and names).
     ///
     /// # Errors
-    /// A scene that cannot be written as TOML.
+    /// A history of the model or a scene that cannot be written.
     pub fn new(
         scene: &Scene,
         state: &State,
@@ -64,7 +66,7 @@ impl Checkpoint {
         })
     }
 
-    /// Writes it into a folder; the old one stays until the new one is whole.
+    /// Writes the checkpoint into a folder; an older one stays until the new one is complete.
     ///
     /// # Errors
     /// [`SwimError::Write`].
@@ -77,11 +79,12 @@ impl Checkpoint {
     /// Reads the checkpoint of a folder.
     ///
     /// # Errors
-    /// [`SwimError::Read`] when there is none, [`SwimError::Checkpoint`] when it is damaged or of another version.
+    /// [`SwimError::Read`] when there is none, [`SwimError::Checkpoint`] when it is damaged or of
+    /// another version.
     pub fn read(folder: &Path) -> Result<Self, SwimError> {
         let path = folder.join(FILE);
         let read = || -> std::io::Result<String> {
-            if std::fs::metadata(&path)?.len() > LARGEST {
+            if std::fs::metadata(&path)?.len() > MAX_SIZE {
                 return Err(std::io::Error::other("the file is too large"));
             }
             std::fs::read_to_string(&path)
@@ -93,7 +96,7 @@ impl Checkpoint {
         Self::parse(&text, &path)
     }
 
-    /// Reads the text of a checkpoint; `path` is what messages call it.
+    /// Reads the text of a checkpoint; messages name it by `path`.
     ///
     /// # Errors
     /// [`SwimError::Checkpoint`].
@@ -113,17 +116,19 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// The factor on element sizes of the run, whoever chose it; none if the scene does not parse.
+    /// The factor on the element sizes of the run, given or chosen; none if the scene cannot be
+    /// read.
     pub fn size_factor(&self) -> Option<f64> {
         Scene::parse(&self.scene).ok()?.fem().size_factor
     }
 
-    /// Gives the model its history back and says where the run goes on.
+    /// Restores the history of the model and returns the state and the flow files of the run.
     ///
-    /// More cycles than before may be asked for; everything else in the scene must be as it was.
+    /// The number of cycles in `scene` may differ; everything else must equal the scene of the
+    /// checkpoint.
     ///
     /// # Errors
-    /// [`SwimError::Checkpoint`] when it is another scene's; what the model fails with.
+    /// [`SwimError::Checkpoint`] for a checkpoint of another scene; errors of the model.
     pub fn restore(
         self,
         scene: &Scene,
@@ -134,17 +139,17 @@ impl Checkpoint {
             path: folder.join(FILE),
             problem,
         };
-        let now = scene.to_toml()?;
-        let kept = |text: &str| -> Vec<String> {
+        let text = scene.to_toml()?;
+        let without_cycles = |text: &str| -> Vec<String> {
             let lines = text.lines().filter(|line| !line.starts_with("cycles ="));
             lines.map(str::to_owned).collect()
         };
-        let (before, after) = (kept(&self.scene), kept(&now));
+        let (before, after) = (without_cycles(&self.scene), without_cycles(&text));
         if before != after {
             let pairs = before.iter().zip(&after).find(|(a, b)| a != b);
             let difference = pairs.map_or_else(
-                || "one has more keys".to_owned(),
-                |(a, b)| format!("it has '{a}' where the scene has '{b}'"),
+                || "one of the two has more keys".to_owned(),
+                |(a, b)| format!("the checkpoint has '{a}', the scene has '{b}'"),
             );
             return Err(bad(format!("belongs to another scene: {difference}")));
         }
@@ -156,19 +161,19 @@ impl Checkpoint {
             && outcome_fits(&outcome, scene);
         if !fits || outcome.legs.len() > legs {
             return Err(bad(format!(
-                "does not fit the scene: it has {} phases done of {legs}, {} frames, {} bodies",
+                "does not fit the scene: it has {} completed phases of {legs}, {} frames, {} bodies",
                 outcome.legs.len(),
                 self.frames.len(),
                 self.attitudes.len()
             )));
         }
-        let turns =
+        let rotations =
             (self.frames.iter().map(|frame| frame.rotation)).chain(self.attitudes.iter().copied());
-        for turn in turns {
-            let off = (turn.norm() - 1.0).abs();
-            if off.is_nan() || off > ROTATION_ROUNDING {
+        for rotation in rotations {
+            let deviation = (rotation.norm() - 1.0).abs();
+            if deviation.is_nan() || deviation > UNIT_TOLERANCE {
                 return Err(bad(format!(
-                    "is damaged: a rotation is {off:e} away from being one"
+                    "is damaged: the norm of a quaternion differs from 1 by {deviation:e}"
                 )));
             }
         }
@@ -181,7 +186,7 @@ impl Checkpoint {
     }
 }
 
-/// Whether every list of an outcome has an entry for each body or link that later steps and pictures look up.
+/// Whether the lists of an outcome have one entry per body or link of the scene.
 fn outcome_fits(outcome: &Outcome, scene: &Scene) -> bool {
     let (bodies, links) = (scene.bodies().len(), scene.articulation().links().len());
     outcome.displacement.len() == bodies
@@ -198,7 +203,7 @@ fn outcome_fits(outcome: &Outcome, scene: &Scene) -> bool {
         && outcome
             .curve
             .iter()
-            .all(|(_, places)| places.len() == bodies)
+            .all(|(_, positions)| positions.len() == bodies)
         && outcome
             .legs
             .iter()

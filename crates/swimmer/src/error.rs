@@ -1,10 +1,9 @@
-//! What can go wrong between a scene file and its results.
+//! Errors between a scene file and its results.
 
 use std::path::PathBuf;
 
-use scene::SceneError;
-
 use models::ModelError;
+use scene::SceneError;
 
 /// A scene that cannot be used or a simulation that failed, with the place and the remedy.
 #[derive(Debug, thiserror::Error)]
@@ -18,7 +17,7 @@ pub enum SwimError {
     Read {
         /// The file.
         path: PathBuf,
-        /// The system's reason.
+        /// Reason given by the operating system.
         source: std::io::Error,
     },
     /// A file or folder that cannot be written.
@@ -26,105 +25,115 @@ pub enum SwimError {
     Write {
         /// The file or folder.
         path: PathBuf,
-        /// The system's reason.
+        /// Reason given by the operating system.
         source: std::io::Error,
     },
-    /// Bodies that came too close to each other or to a wall while they moved.
+    /// Bodies that touch each other or a wall during the motion.
     #[error(
-        "phase {phase} ({what} at {percent:.1} %, time {time:.6}): {problem}; shorten the stroke or give the bodies more room"
+        "phase {phase} ({link}, {percent:.1} % done, time {time:.6}): {problem}; \
+         shorten the stroke or place the bodies farther apart"
     )]
     Collision {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
-        /// What the phase moves.
-        what: String,
-        /// How far into the phase.
+        /// Name of the link that changes its length.
+        link: String,
+        /// Completed part of the phase, in percent.
         percent: f64,
         /// The time, in the scene's units.
         time: f64,
-        /// Who touches what, with the gap.
+        /// The bodies or the wall that touch, with the gap.
         problem: String,
     },
     /// A gait that cannot be integrated to the tolerance.
     #[error(
-        "phase {phase} ({what}): the integration still errs by {error:.3e} where {tolerance:.3e} was asked, \
-         on a step of 1/{parts} of the phase; loosen model.tolerance or refine fem.surface_size"
+        "phase {phase} ({link}): the integration error is {error:.3e} and must be below \
+         {tolerance:.3e} (both in the scene's unit of length), even with 1/{parts} of the phase \
+         per step; increase model.tolerance or reduce fem.surface_size"
     )]
     NotIntegrated {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
-        /// What the phase moves.
-        what: String,
+        /// Name of the link that changes its length.
+        link: String,
         /// Estimated error of the displacement.
         error: f64,
-        /// What was asked.
+        /// Largest error allowed.
         tolerance: f64,
-        /// One over the smallest step tried, in phases.
+        /// Number of steps of the smallest tried length in the phase.
         parts: usize,
     },
-    /// Explicit steps that would let velocities grow without bound.
+    /// Explicit steps with which velocities would grow without bound.
     #[error(
-        "phase {phase} ({what}): explicit steps with inertia must be shorter than {limit:.3e}, twice the shortest relaxation time m/R; \
-         these are {step:.3e}: take {steps} steps a phase, or an implicit method"
+        "phase {phase} ({link}): the explicit step {step:.3e} exceeds the stability limit \
+         {limit:.3e}, twice the shortest relaxation time m/R; take at least {steps} steps per \
+         phase, or an implicit method"
     )]
     Unstable {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
-        /// What the phase moves.
-        what: String,
-        /// The step.
+        /// Name of the link that changes its length.
+        link: String,
+        /// Length of the step.
         step: f64,
-        /// What it must stay below.
+        /// Largest stable length of a step.
         limit: f64,
-        /// Steps a phase that would do, a whole number.
+        /// Smallest stable number of steps per phase, a whole number.
         steps: f64,
     },
     /// A model that cannot be used for the scene, or that failed.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// A checkpoint that cannot be gone on from.
-    #[error("{} {problem}; run without --resume to start anew", path.display())]
+    /// A checkpoint from which the run cannot continue.
+    #[error("{} {problem}; run without --resume to start from the beginning", path.display())]
     Checkpoint {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The defect.
         problem: String,
     },
-    /// Somebody asked the run to end.
+    /// A run that was interrupted on request.
     #[error(
-        "interrupted after {phases} of {all} phases; the same command with --resume goes on from there"
+        "interrupted after {phases} of {all} phases; repeat the command with --resume to continue"
     )]
     Interrupted {
-        /// Phases that are done.
+        /// Number of completed phases.
         phases: usize,
-        /// All phases.
+        /// Number of all phases.
         all: usize,
     },
-    /// A command that does not fit the scene.
+    /// A command that does not apply to the scene.
     #[error("{place}: {problem}")]
     NotApplicable {
-        /// The scene file.
+        /// The scene file and key, or the argument.
         place: String,
-        /// What is missing or too much, and what to do.
+        /// The reason and the remedy.
         problem: String,
     },
-    /// A picture that could not be drawn.
+    /// A plot that cannot be drawn.
     #[error("cannot draw the trajectory: {0}")]
-    Picture(String),
+    Plot(String),
 }
 
 impl SwimError {
-    /// The exit code of the `swim` command: 2 for bad input, 3 for a method that failed, 130 when interrupted.
+    /// The exit code of the `swim` command: 2 for bad input, 3 for a failed method, 130 when
+    /// interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Model(error) if !error.is_bad_input() => 3,
             Self::Collision { .. }
             | Self::NotIntegrated { .. }
             | Self::Unstable { .. }
-            | Self::Picture(_) => 3,
-            // What shells answer for a program that Ctrl-C ended.
+            | Self::Plot(_) => 3,
+            // The code that shells report for a program ended by Ctrl-C.
             Self::Interrupted { .. } => 130,
-            _ => 2,
+            // Without a wildcard, so that a new variant needs a decision.
+            Self::Scene(_)
+            | Self::Model(_)
+            | Self::Read { .. }
+            | Self::Write { .. }
+            | Self::Checkpoint { .. }
+            | Self::NotApplicable { .. } => 2,
         }
     }
 }

@@ -1,29 +1,30 @@
-//! What may be done while a simulation goes on.
+//! Observers of a simulation.
 
 use models::Hydrodynamics;
 use scene::Leg;
 
-use crate::SwimError;
+use crate::error::SwimError;
 use crate::integrate::{LegResult, LegSolution};
 use crate::outcome::Outcome;
 
-/// What may be done while a simulation goes on: write files, show progress.
+/// Callbacks during a simulation, for example to write files or to show progress.
 pub trait Observer {
-    /// Sees every solve, with the model that made it; `number` counts over the whole simulation.
+    /// Called after every solve with the solution and the model.
     ///
     /// # Errors
     /// Any error ends the simulation.
     fn solved(
         &mut self,
         leg: &Leg,
-        solved: &LegSolution,
+        solution: &LegSolution,
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        let _ = (leg, solved, model);
+        let _ = (leg, solution, model);
         Ok(())
     }
 
-    /// Sees every leg when it is done, everything up to it, and the model in whose hands the next leg is.
+    /// Called after every leg with its result, the outcome of all legs so far, and the model in the
+    /// state in which the next leg starts.
     ///
     /// # Errors
     /// Any error ends the simulation.

@@ -1,4 +1,4 @@
-//! What a gait did to the bodies.
+//! The outcome of a gait.
 
 use models::{AccumulatedError, BodySolution, ErrorEstimate, NewMesh, Seconds};
 use nalgebra::{Isometry3, Vector3};
@@ -6,70 +6,75 @@ use rigid::{Articulation, State};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 
-use crate::SwimError;
+use crate::error::SwimError;
 
-/// A run between two legs.
+/// The state of a run between two legs.
 #[derive(Clone, Debug)]
 pub struct Interim {
-    /// Where the bodies are.
+    /// State of the bodies.
     pub state: State,
-    /// What the legs so far did.
+    /// Outcome of the completed legs.
     pub outcome: Outcome,
 }
 
-/// What a gait did to the bodies, in the scene's units.
+/// The outcome of a gait, in the scene's units.
 #[derive(Clone, Debug, Deserialize, Serialize)]
+#[non_exhaustive]
 pub struct Outcome {
-    /// Displacement of every body, points included.
+    /// Displacement of every body, including points.
     pub displacement: Vec<Vector3<f64>>,
-    /// Rotation vector of the first linkage's frame.
+    /// Rotation vector of the frame of the first linkage.
     pub rotation: Vector3<f64>,
-    /// What each leg did.
+    /// Outcome of each leg.
     pub legs: Vec<LegOutcome>,
     /// Number of solves.
     pub solves: usize,
     /// Error bars of the displacements.
     pub error_estimate: ErrorEstimate,
-    /// Estimated errors of the displacements by the mesh, computed less exact, one a body: less these, displacements are better.
+    /// Estimated discretisation errors of the displacements, computed minus exact, one per body;
+    /// subtracting them improves the displacements.
     pub mesh_error: Option<Vec<Vector3<f64>>>,
-    /// Accumulated discretisation error of the legs so far; none where some leg was not estimated.
+    /// Accumulated discretisation error of the legs so far; none where a leg has no estimate.
     #[serde(rename = "drift")]
     pub accumulated_error: Option<AccumulatedError>,
-    /// The same for the integration, for methods that estimate signed errors.
+    /// Accumulated integration error, for methods that estimate it with its sign.
     #[serde(default, rename = "integration_drift")]
     pub accumulated_integration_error: Option<AccumulatedError>,
-    /// Whether every leg met its share of the tolerance, and the error of the integration is below the tolerance
-    /// times the [`Outcome::net`] displacement.
+    /// Whether every leg met its share of the tolerance, and the integration error is below the
+    /// tolerance times the [`Outcome::net`] displacement.
     pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
     pub work: f64,
     /// Seconds of all solves.
     pub seconds: Seconds,
-    /// The meshes that were made, for models that have any.
+    /// The meshes that were generated, for models with a mesh.
     #[serde(default)]
     pub meshes: Vec<NewMesh>,
-    /// The trajectory at the ends of legs and at the points solved, in time.
+    /// The trajectory at the ends of legs and at the solves, in the order of time.
     pub samples: Vec<Sample>,
-    /// The trajectory between them, for curves: times and positions of all bodies.
+    /// The trajectory between the samples, for plots: times and positions of all bodies.
     pub curve: Vec<(f64, Vec<Vector3<f64>>)>,
 }
 
 impl Outcome {
-    /// The net displacement: that of the mean of the bodies' centres, so that turning alone is none; fixed bodies do not count.
+    /// The net displacement: the distance that the mean of the centres of the moving bodies covers.
+    ///
+    /// A rotation about that mean is no displacement. Fixed bodies do not count.
     pub fn net(&self) -> f64 {
-        mean_of_moved(&self.displacement).norm()
+        mean_of_moving(&self.displacement).norm()
     }
 }
 
-/// The mean of displacements without those that are zero to the last bit, as only those of fixed bodies are.
-fn mean_of_moved(displacement: &[Vector3<f64>]) -> Vector3<f64> {
-    let moved = displacement.iter().filter(|d| **d != Vector3::zeros());
-    let count = moved.clone().count().max(1);
-    moved.sum::<Vector3<f64>>() / count as f64
+/// The mean of the nonzero displacements; only those of fixed bodies are exactly zero.
+fn mean_of_moving(displacement: &[Vector3<f64>]) -> Vector3<f64> {
+    let moving = displacement.iter().filter(|d| **d != Vector3::zeros());
+    let count = moving.clone().count().max(1);
+    moving.sum::<Vector3<f64>>() / count as f64
 }
 
-/// What one leg did.
+/// The outcome of one leg.
 #[derive(Clone, Debug, Deserialize, Serialize)]
+#[non_exhaustive]
 pub struct LegOutcome {
     /// The link that changed its length, if any.
     pub link: Option<usize>,
@@ -83,6 +88,7 @@ pub struct LegOutcome {
 
 /// One point of the trajectory.
 #[derive(Clone, Debug, Deserialize, Serialize)]
+#[non_exhaustive]
 pub struct Sample {
     /// Time.
     pub time: f64,
@@ -92,15 +98,15 @@ pub struct Sample {
     pub lengths: Vec<f64>,
     /// Pose of every body.
     pub poses: Vec<Isometry3<f64>>,
-    /// Velocities and forces where the model was asked; none at the ends of legs.
+    /// Velocities and forces at a solve; none at the ends of legs.
     pub bodies: Option<Vec<BodySolution>>,
 }
 
 impl Interim {
-    /// The start of a scene, nothing done.
+    /// The state before the first leg.
     ///
     /// # Errors
-    /// Lengths that do not close a loop.
+    /// A linkage whose loop the initial lengths do not close.
     pub fn start(scene: &Scene) -> Result<Self, SwimError> {
         let set = scene.articulation();
         let state = scene.initial_state();
@@ -151,8 +157,8 @@ mod tests {
 
     #[test]
     fn fixed_bodies_do_not_dilute_the_net_displacement() {
-        let [still, moved] = [Vector3::zeros(), Vector3::new(3.0, 4.0, 0.0)];
-        assert_eq!(mean_of_moved(&[moved, still, moved]), moved);
-        assert_eq!(mean_of_moved(&[still]), still);
+        let [fixed, moving] = [Vector3::zeros(), Vector3::new(3.0, 4.0, 0.0)];
+        assert_eq!(mean_of_moving(&[moving, fixed, moving]), moving);
+        assert_eq!(mean_of_moving(&[fixed]), fixed);
     }
 }

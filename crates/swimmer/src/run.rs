@@ -1,4 +1,4 @@
-//! A whole run: element sizes, model, tables, checkpoint, gait, files.
+//! A complete run: element sizes, model, tables, checkpoint, gait, files.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -7,28 +7,30 @@ use std::time::Instant;
 use models::Hydrodynamics;
 use scene::{Leg, Scene};
 
-use crate::SwimError;
 use crate::checkpoint::Checkpoint;
+use crate::error::SwimError;
 use crate::integrate::{LegResult, LegSolution, Method};
 use crate::observer::Observer;
 use crate::outcome::{Interim, Outcome};
-use crate::output::{FlowSeries, Folder, summary_json, trajectory_csv, trajectory_svg};
+#[cfg(feature = "plots")]
+use crate::output::trajectory_svg;
+use crate::output::{FlowSeries, Folder, summary_json, trajectory_csv};
 use crate::planning::{Choice, Trial, TrialObserver, choose, size_factor_for_target, with_tables};
 use crate::simulate::continue_from;
 
-/// What a run tells its caller while it goes on.
+/// Callbacks that inform the caller about the progress of a run.
 pub trait Progress {
-    /// Whether the caller wants the run to end; asked after every solve.
+    /// Whether the run is to stop; checked after every solve.
     fn is_interrupted(&self) -> bool {
         false
     }
 
-    /// A stroke on a coarse mesh was tried for `fem.target`.
+    /// A trial stroke on a coarse mesh for `fem.target` is done.
     fn tried(&mut self, trial: &Trial) {
         let _ = trial;
     }
 
-    /// The element sizes that `fem.target` needs are known.
+    /// The factor on the element sizes for `fem.target` has been chosen.
     fn chose_size_factor(&mut self, target: f64, size_factor: f64) {
         let _ = (target, size_factor);
     }
@@ -49,33 +51,36 @@ pub trait Progress {
     }
 }
 
-/// A caller that wants to know nothing.
+/// No callbacks.
 impl Progress for () {}
 
 /// A finished run.
+#[non_exhaustive]
 pub struct Report {
-    /// The scene as it was run, with the element sizes that `fem.target` needed.
+    /// The scene as it was run, with the element sizes chosen for `fem.target`.
     pub scene: Scene,
     /// Name of the model.
     pub model: &'static str,
-    /// Why this model.
+    /// Reasons for the choice of the model.
     pub reasons: Vec<String>,
-    /// What the gait did.
+    /// Outcome of the gait.
     pub outcome: Outcome,
-    /// Wall-clock seconds of everything.
+    /// Wall-clock time of the whole run in seconds.
     pub seconds: f64,
 }
 
-/// Runs the gait of a scene and writes `summary.json`, `trajectory.csv`, `trajectory.svg`,
-/// ParaView files and a checkpoint into the folder `out`.
+/// Runs the gait of a scene and writes the results into the folder `out`.
 ///
-/// In this order: with `resume` the checkpoint in `out` is read; otherwise coarse strokes choose
-/// the element sizes that `fem.target` needs. Then the model is chosen, with tables over shapes
+/// The files are `summary.json`, `trajectory.csv`, `trajectory.svg` (with the feature `plots`),
+/// ParaView files for models with a mesh, and a checkpoint.
+///
+/// With `resume` the checkpoint in `out` is read; otherwise trial strokes on coarse meshes
+/// determine the element sizes for `fem.target`. Then the model is chosen, with tables over shapes
 /// where they save solves, and the gait is run or continued.
 ///
 /// # Errors
-/// A scene without gait, a folder that cannot be written to, a checkpoint of another scene;
-/// [`SwimError::Interrupted`]; what the model and the integration fail with.
+/// A scene without a gait, a folder that cannot be written to, a checkpoint of another scene,
+/// [`SwimError::Interrupted`], and errors of the model and the integration.
 pub fn run(
     mut scene: Scene,
     out: &Path,
@@ -97,7 +102,7 @@ pub fn run(
     let (interim, flows) = match checkpoint {
         None => {
             let interim = Interim::start(&scene)?;
-            // The files of an older run must not look like this one's if this one ends early.
+            // If this run ends early, the summary of an older run must not be taken for its result.
             folder.remove_old("summary.json")?;
             Checkpoint::new(
                 &scene,
@@ -139,7 +144,7 @@ pub fn run(
     })
 }
 
-/// The factor on element sizes that `fem.target` needs, if it has to be chosen.
+/// The factor on the element sizes for `fem.target`, if it has to be chosen.
 fn size_factor(scene: &Scene, progress: &mut dyn Progress) -> Result<Option<f64>, SwimError> {
     let chosen = size_factor_for_target(scene, &mut Trials(progress))?;
     if let (Some(size_factor), Some(target)) = (chosen, scene.fem().target) {
@@ -148,7 +153,7 @@ fn size_factor(scene: &Scene, progress: &mut dyn Progress) -> Result<Option<f64>
     Ok(chosen)
 }
 
-/// Coarse strokes that can be interrupted.
+/// Observes trial strokes, so that they can be interrupted.
 struct Trials<'a>(&'a mut dyn Progress);
 
 impl Observer for Trials<'_> {
@@ -166,14 +171,14 @@ impl TrialObserver for Trials<'_> {
     }
 }
 
-/// Writes the files of a run as it goes on, so that a run that ends early leaves everything up to
-/// that point.
+/// Writes the files of a run after every phase, so that a run that ends early leaves all completed
+/// phases.
 struct Files<'a> {
     scene: &'a Scene,
     folder: &'a Folder,
     flows: FlowSeries,
     progress: &'a mut dyn Progress,
-    /// Legs that are done.
+    /// Number of completed legs.
     done: usize,
 }
 
@@ -181,7 +186,7 @@ impl Observer for Files<'_> {
     fn solved(
         &mut self,
         leg: &Leg,
-        solved: &LegSolution,
+        solution: &LegSolution,
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         if self.progress.is_interrupted() {
@@ -191,9 +196,9 @@ impl Observer for Files<'_> {
                 all: gait.phases.len() * gait.cycles as usize,
             });
         }
-        self.progress.solved(leg, solved);
+        self.progress.solved(leg, solution);
         match model.last_flow() {
-            Some(flow) => self.flows.add(solved.number, &flow),
+            Some(flow) => self.flows.add(solution.number, &flow),
             None => Ok(()),
         }
     }
@@ -210,10 +215,13 @@ impl Observer for Files<'_> {
         let csv = trajectory_csv(self.scene, &so_far.samples);
         self.folder
             .write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
-        let svg = trajectory_svg(self.scene, so_far)?;
-        self.folder
-            .write("trajectory.svg", |file| file.write_all(svg.as_bytes()))?;
-        // The checkpoint last: every file that it names is complete.
+        #[cfg(feature = "plots")]
+        {
+            let svg = trajectory_svg(self.scene, so_far)?;
+            self.folder
+                .write("trajectory.svg", |file| file.write_all(svg.as_bytes()))?;
+        }
+        // The checkpoint is written last, so that every file that it names is complete.
         let flows = self.flows.files();
         Checkpoint::new(self.scene, &result.end, so_far, model, flows)?.write(self.folder)?;
         self.done = so_far.legs.len();

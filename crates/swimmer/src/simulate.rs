@@ -1,22 +1,74 @@
-//! A whole gait from start to end.
+//! Simulation of a whole gait.
 
 use models::{AccumulatedError, ErrorEstimate, Hydrodynamics, NewMesh};
 use nalgebra::Vector3;
 use rigid::Articulation;
 use scene::{Scene, legs};
 
-use crate::SwimError;
+use crate::error::SwimError;
 use crate::integrate::{Integrator, LegSolution, Method};
 use crate::observer::Observer;
 use crate::outcome::{Interim, LegOutcome, Outcome, Sample, positions};
 
-/// Points of the curve within each piece of a leg: enough for a picture to look smooth.
+/// Points of the curve per piece of a leg: enough for a smooth plot.
 const CURVE_POINTS: usize = 12;
 
 /// Moves the bodies of a scene through all cycles of its gait.
 ///
 /// # Errors
-/// A scene without gait; what the model, the integration and the observer fail with.
+/// A scene without a gait; errors of the model, the integration and the observer.
+///
+/// # Examples
+/// A model outside this workspace:
+///
+/// ```
+/// use swimmer::models::{
+///     BodySolution, Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
+/// };
+/// use swimmer::{Method, Scene, simulate};
+///
+/// /// A model in which the first body is at rest.
+/// struct Anchor(Scene);
+///
+/// impl Hydrodynamics for Anchor {
+///     fn name(&self) -> &'static str {
+///         "anchor"
+///     }
+///
+///     fn solve(&mut self, query: &Query) -> Result<Vec<InstantaneousSolution>, ModelError> {
+///         let (set, at) = (self.0.articulation(), query.configuration);
+///         let one = |rates: &Vec<f64>| {
+///             let constraints = set.constraints(at.state, at.lengths, rates)?;
+///             let reduction = rigid::Reduction::of(set, &constraints)?;
+///             let free = nalgebra::DVector::zeros(reduction.dofs());
+///             let motion = set.state_velocity(reduction.velocities(&free).as_slice())?;
+///             let bodies = vec![BodySolution::default(); 2];
+///             Ok(InstantaneousSolution::new(bodies, vec![Default::default()], motion))
+///         };
+///         query.rates.iter().map(one).collect()
+///     }
+///
+///     fn cost(&mut self, _: Configuration) -> Result<Cost, ModelError> {
+///         Ok(Cost::default())
+///     }
+/// }
+///
+/// let scene = Scene::parse(
+///     r#"
+///     bodies = [
+///         { name = "anchor", radius = 100, position = [0, 0, 0] },
+///         { name = "head", radius = 1, position = [110, 0, 0] },
+///     ]
+///     links = [{ name = "neck", body = "head", to = "anchor" }]
+///     gait.phases = [{ link = "neck", length = 105 }]
+///     "#,
+/// )?;
+/// // `choose(&scene)?.model` gives one of the models of this workspace.
+/// let mut model = Anchor(scene.clone());
+/// let outcome = simulate(&scene, &mut model, Method::Collocation, &mut ())?;
+/// assert!((outcome.displacement[1].x + 5.0).abs() < 1e-12);
+/// # Ok::<(), swimmer::SwimError>(())
+/// ```
 pub fn simulate(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
@@ -26,7 +78,10 @@ pub fn simulate(
     continue_from(scene, model, method, observer, Interim::start(scene)?)
 }
 
-/// Moves the bodies through the legs that an earlier run left, to the same end bit for bit if the model has its history back.
+/// Moves the bodies through the remaining legs of an interrupted run.
+///
+/// If the history of the model has been restored, the result is bitwise that of a run without
+/// interruption.
 ///
 /// # Errors
 /// As [`simulate`].
@@ -50,10 +105,10 @@ pub fn continue_from(
         let before = positions(set, &state, &leg.from)?;
         let first = outcome.solves;
         let meshes = &mut outcome.meshes;
-        let result = integrator.leg(&leg, &state, &mut |solved, model| {
-            if let Some(reason) = solved.solution.remeshed {
+        let result = integrator.leg(&leg, &state, &mut |leg_solution, model| {
+            if let Some(reason) = leg_solution.solution.remeshed {
                 meshes.push(NewMesh {
-                    time: leg.time(solved.s),
+                    time: leg.time(leg_solution.s),
                     phase: leg.number + 1,
                     reason: reason.to_string(),
                 });
@@ -61,20 +116,20 @@ pub fn continue_from(
             observer.solved(
                 &leg,
                 &LegSolution {
-                    number: first + solved.number,
-                    ..solved.clone()
+                    number: first + leg_solution.number,
+                    ..leg_solution.clone()
                 },
                 model,
             )
         })?;
-        for solved in &result.solved {
-            let lengths = leg.lengths(solved.s);
+        for leg_solution in &result.solutions {
+            let lengths = leg.lengths(leg_solution.s);
             outcome.samples.push(Sample {
-                time: leg.time(solved.s),
+                time: leg.time(leg_solution.s),
                 leg: leg.number,
-                poses: set.place(&result.state(set, solved.s)?, &lengths)?,
+                poses: set.place(&result.state(set, leg_solution.s)?, &lengths)?,
                 lengths,
-                bodies: Some(solved.solution.bodies.clone()),
+                bodies: Some(leg_solution.solution.bodies.clone()),
             });
         }
         let parts = CURVE_POINTS * result.pieces.len();
@@ -95,16 +150,16 @@ pub fn continue_from(
             bodies: None,
         });
         let displacement: Vec<_> = after.iter().zip(&before).map(|(a, b)| a - b).collect();
-        let of_bodies = |error: &AccumulatedError| -> Vec<Vector3<f64>> {
+        let body_errors = |error: &AccumulatedError| -> Vec<Vector3<f64>> {
             errors_of_bodies(set, error, &after)
         };
-        let bar = |error: &AccumulatedError| {
-            of_bodies(error)
+        let error_bar = |error: &AccumulatedError| {
+            body_errors(error)
                 .iter()
                 .fold(0.0_f64, |m, e| m.max(e.norm()))
                 .hypot(error.uncertainty)
         };
-        let (by_mesh, by_steps) = (
+        let (mesh_error, integration_error) = (
             result.accumulated_error.as_ref(),
             result.accumulated_integration_error.as_ref(),
         );
@@ -112,25 +167,29 @@ pub fn continue_from(
             link: leg.link,
             solves: result.solves,
             error_estimate: ErrorEstimate {
-                mesh: by_mesh.map(bar),
-                integration: by_steps.map(bar).or(result.error_estimate.integration),
+                mesh: mesh_error.map(error_bar),
+                integration: integration_error
+                    .map(error_bar)
+                    .or(result.error_estimate.integration),
                 ..result.error_estimate
             },
             displacement: displacement.clone(),
         });
-        let moved: Vec<_> = set
+        let root_displacement: Vec<_> = set
             .linkages()
             .iter()
             .map(|l| displacement[l.root])
             .collect();
-        let appended = |sum: Option<AccumulatedError>, own: Option<&AccumulatedError>| {
-            let (mut sum, own) = sum.zip(own)?;
-            sum.append(own, &moved);
+        let appended = |sum: Option<AccumulatedError>, leg: Option<&AccumulatedError>| {
+            let (mut sum, leg) = sum.zip(leg)?;
+            sum.append(leg, &root_displacement);
             Some(sum)
         };
-        outcome.accumulated_error = appended(outcome.accumulated_error.take(), by_mesh);
-        outcome.accumulated_integration_error =
-            appended(outcome.accumulated_integration_error.take(), by_steps);
+        outcome.accumulated_error = appended(outcome.accumulated_error.take(), mesh_error);
+        outcome.accumulated_integration_error = appended(
+            outcome.accumulated_integration_error.take(),
+            integration_error,
+        );
         outcome.displacement = after.iter().zip(&origin).map(|(a, b)| a - b).collect();
         outcome.rotation =
             (state.frames[0].rotation * start.frames[0].rotation.inverse()).scaled_axis();
@@ -138,32 +197,33 @@ pub fn continue_from(
         outcome
             .error_estimate
             .accumulate(1.0, &result.error_estimate);
-        outcome.mesh_error = outcome.accumulated_error.as_ref().map(of_bodies);
-        outcome.error_estimate.mesh = outcome.accumulated_error.as_ref().map(bar);
+        outcome.mesh_error = outcome.accumulated_error.as_ref().map(body_errors);
+        outcome.error_estimate.mesh = outcome.accumulated_error.as_ref().map(error_bar);
         if let Some(error) = &outcome.accumulated_integration_error {
-            outcome.error_estimate.integration = Some(bar(error));
+            outcome.error_estimate.integration = Some(error_bar(error));
         }
         outcome.tolerance_met &= result.tolerance_met;
         outcome.work += result.work;
         outcome.seconds += result.seconds;
         observer.leg_done(&leg, &result, &outcome, integrator.model())?;
     }
-    // Methods that do not estimate their error meet no tolerance.
-    let bar = outcome.error_estimate.integration;
-    outcome.tolerance_met &= bar.is_some_and(|bar| bar <= scene.model().tolerance * outcome.net());
+    // Methods without an error estimate do not meet a tolerance.
+    let error = outcome.error_estimate.integration;
+    outcome.tolerance_met &=
+        error.is_some_and(|error| error <= scene.model().tolerance * outcome.net());
     Ok(outcome)
 }
 
-/// Errors of the bodies' displacements for those of the frames.
+/// Errors of the displacements of the bodies, from the errors of the frames of their linkages.
 fn errors_of_bodies(
     set: &Articulation,
     error: &AccumulatedError,
-    places: &[Vector3<f64>],
+    positions: &[Vector3<f64>],
 ) -> Vec<Vector3<f64>> {
-    let mut errors = vec![Vector3::zeros(); places.len()];
+    let mut errors = vec![Vector3::zeros(); positions.len()];
     for (number, linkage) in set.linkages().iter().enumerate() {
         for &body in &linkage.bodies {
-            errors[body] = error.of_body(number, &(places[body] - places[linkage.root]));
+            errors[body] = error.of_body(number, &(positions[body] - positions[linkage.root]));
         }
     }
     errors

@@ -4,10 +4,12 @@ use models::{Configuration, FlowField, Hydrodynamics, InstantaneousSolution, Mod
 use nalgebra::DMatrix;
 use scene::{Scene, legs};
 
-use crate::SwimError;
+use crate::error::SwimError;
 
-/// The solution at the start of the gait's first phase, or at rest for a scene without a gait; on a
-/// mesh adapted to `fem.target`, if the scene has that key.
+/// The solution at the start of the first phase of the gait, or with constant lengths for a scene
+/// without a gait.
+///
+/// The mesh is adapted to `fem.target`, if the scene has that key.
 ///
 /// # Errors
 /// Those of the model.
@@ -27,7 +29,7 @@ pub fn solve_start(
     Ok(solution)
 }
 
-/// The grand resistance of the bodies where the scene starts.
+/// The grand resistance matrix of the bodies at the start of the scene.
 ///
 /// # Errors
 /// Those of the model.
@@ -40,7 +42,7 @@ pub fn start_resistance(
     })?)
 }
 
-/// The flow field where the scene starts.
+/// The flow field at the start of the scene.
 ///
 /// # Errors
 /// Those of the model.
@@ -50,10 +52,10 @@ pub fn start_flow(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<FlowFi
     })?)
 }
 
-/// Asks about the configuration and the rates at the start.
+/// Evaluates the model for the configuration and the rates at the start.
 fn at_start<T>(
     scene: &Scene,
-    ask: impl FnOnce(Configuration<'_>, &[f64]) -> Result<T, ModelError>,
+    evaluate: impl FnOnce(Configuration<'_>, &[f64]) -> Result<T, ModelError>,
 ) -> Result<T, ModelError> {
     let lengths = scene.articulation().initial_lengths();
     let rates = legs(scene.gait(), lengths)
@@ -64,5 +66,5 @@ fn at_start<T>(
         state: &state,
         lengths,
     };
-    ask(configuration, &rates)
+    evaluate(configuration, &rates)
 }

@@ -136,11 +136,8 @@ fn one(scene: &Scene) -> Result<(String, Imbalances), SwimError> {
         scene,
         imbalances: Imbalances::default(),
     };
-    let outcome = simulate(scene, model.as_mut(), Method::Collocation, &mut watch)?;
-    let outcome = Outcome {
-        seconds: Default::default(),
-        ..outcome
-    };
+    let mut outcome = simulate(scene, model.as_mut(), Method::Collocation, &mut watch)?;
+    outcome.seconds = Default::default();
     // Debug formatting writes the shortest decimals that are read back as the same bits.
     Ok((format!("{outcome:?}"), watch.imbalances))
 }

@@ -1,58 +1,56 @@
-//! `swim check`: what would happen, without doing it.
-
-use std::fmt::Write;
+//! `swim check`: validates a scene and predicts the cost of its simulation.
 
 use swimmer::models::Configuration;
 use swimmer::scene::closest_contact;
-use swimmer::{Choice, Scene, SwimError, choose, legs};
+use swimmer::{Choice, Scene, SwimError, TYPICAL_SOLVES_PER_LEG, choose, legs};
 
-use super::{SceneArguments, duration};
-
-/// Solves that a phase usually takes: rungs of one, two and three points.
-const SOLVES_A_PHASE: usize = 6;
+use super::arguments::SceneArguments;
+use super::text::{count, duration, entry};
 
 pub fn check(arguments: &SceneArguments) -> Result<String, SwimError> {
     let scene = arguments.read()?;
     let mut text = describe(&scene)?;
     let Choice { mut model, reasons } = choose(&scene)?;
-    let mut line = |content: String| {
-        text.push_str(&content);
-        text.push('\n');
-    };
-    line(format!("model: {}: {}", model.name(), reasons.join("; ")));
-    if let Some(mirrors) = mirrors(&scene).filter(|_| model.name() == "fem") {
-        line(mirrors);
+    text += &entry("model", model.name());
+    for reason in &reasons {
+        text += &entry("  reason", reason);
     }
-    let lengths = scene.articulation().initial_lengths();
+    if let Some(planes) = symmetry_planes(&scene).filter(|_| model.name() == "fem") {
+        text += &entry("symmetry planes", &planes);
+    }
     let cost = model.cost(Configuration {
         state: &scene.initial_state(),
-        lengths,
+        lengths: scene.articulation().initial_lengths(),
     })?;
-    line(format!(
-        "cost: {} unknowns, about {} and {:.0} MiB a solve",
-        cost.dofs.total,
-        duration(cost.seconds),
-        cost.mib,
-    ));
-    let solves = SOLVES_A_PHASE * scene.gait().phases.len() * scene.gait().cycles as usize;
+    text += &entry("degrees of freedom", &cost.dofs.total.to_string());
+    text += &entry(
+        "cost per solve",
+        &format!(
+            "{}, {:.0} MiB (estimate)",
+            duration(cost.seconds),
+            cost.mib.ceil()
+        ),
+    );
+    let solves = TYPICAL_SOLVES_PER_LEG * scene.gait().phases.len() * scene.gait().cycles as usize;
     if solves > 0 {
         let seconds = duration(cost.seconds * solves as f64);
-        line(format!(
-            "about {solves} solves for the gait, {seconds} and the meshes"
-        ));
+        text += &entry(
+            "cost of the gait",
+            &format!("{solves} solves, {seconds} (estimate, without mesh generation)"),
+        );
     }
     Ok(text)
 }
 
-/// What mirror planes a scene has and whether they are used.
-fn mirrors(scene: &Scene) -> Option<String> {
+/// The symmetry planes of a scene and whether the finite-element model uses them.
+fn symmetry_planes(scene: &Scene) -> Option<String> {
     let words = |planes: [bool; 3]| {
         let normals: Vec<&str> = ["x", "y", "z"]
             .into_iter()
             .zip(planes)
             .filter_map(|(name, plane)| plane.then_some(name))
             .collect();
-        let part = ["", "a half", "a quarter", "an eighth"][normals.len()];
+        let part = ["", "one half", "one quarter", "one eighth"][normals.len()];
         (!normals.is_empty()).then(|| (normals.join(" and "), part))
     };
     match (
@@ -60,32 +58,45 @@ fn mirrors(scene: &Scene) -> Option<String> {
         words(scene.symmetry_planes()),
     ) {
         (Some((normals, part)), _) => Some(format!(
-            "mirror planes normal to {normals}: {part} of the fluid is meshed"
+            "normal to {normals}; {part} of the fluid is meshed"
         )),
         (None, Some((normals, _))) => Some(format!(
-            "mirror planes normal to {normals}, not used: fem.mirror = \"auto\" would"
+            "normal to {normals}, not used (fem.mirror = \"auto\" uses them)"
         )),
         (None, None) => None,
     }
 }
 
+/// The size of the scene and of its gait.
 fn describe(scene: &Scene) -> Result<String, SwimError> {
     let set = scene.articulation();
-    let mut text = String::new();
-    // Writing to a String cannot fail.
-    let _ = writeln!(
-        text,
-        "{}: {} bodies, {} links, {} domain, viscosity {}",
-        scene.name(),
-        scene.bodies().len(),
-        set.links().len(),
-        scene.domain().kind().word(),
-        scene.viscosity(),
+    let mut text = entry("scene", scene.name());
+    text += &entry(
+        "  size",
+        &format!(
+            "{}, {}",
+            match scene.bodies().len() {
+                1 => "1 body".to_owned(),
+                bodies => format!("{bodies} bodies"),
+            },
+            count(set.links().len(), "link")
+        ),
     );
+    text += &entry("  domain", scene.domain().kind().word());
+    text += &entry("  viscosity", &scene.viscosity().to_string());
     if scene.gait().phases.is_empty() {
-        text.push_str("no gait: one instant can be solved\n");
+        text += &entry("gait", "none (swim solve computes the initial velocities)");
         return Ok(text);
     }
+    text += &entry(
+        "gait",
+        &format!(
+            "{}, {}, duration {}",
+            count(scene.gait().phases.len(), "phase"),
+            count(scene.gait().cycles as usize, "cycle"),
+            scene.gait().duration()
+        ),
+    );
     let mut gap = f64::INFINITY;
     for leg in legs(scene.gait(), set.initial_lengths()).take(scene.gait().phases.len()) {
         let poses = set.place(&scene.initial_state(), &leg.to)?;
@@ -94,17 +105,8 @@ fn describe(scene: &Scene) -> Result<String, SwimError> {
                 .map_or(gap, |contact| contact.gap),
         );
     }
-    let _ = writeln!(
-        text,
-        "gait: {} phases, {} cycles, duration {}{}",
-        scene.gait().phases.len(),
-        scene.gait().cycles,
-        scene.gait().duration(),
-        if gap.is_finite() {
-            format!(", smallest gap at the end of a phase {gap:.4}")
-        } else {
-            String::new()
-        },
-    );
+    if gap.is_finite() {
+        text += &entry("  smallest gap", &format!("{gap:.4} at the ends of phases"));
+    }
     Ok(text)
 }

@@ -1,4 +1,4 @@
-//! `swim mesh`: the mesh of the starting shape.
+//! `swim mesh`: the mesh of the initial shape.
 
 use std::path::Path;
 
@@ -6,7 +6,8 @@ use mesh::MeshError;
 use swimmer::models::{Configuration, ModelError};
 use swimmer::{SwimError, choose};
 
-use super::SceneArguments;
+use super::arguments::SceneArguments;
+use super::text::entry;
 
 pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, SwimError> {
     let scene = arguments.read()?;
@@ -20,7 +21,7 @@ pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, SwimError>
         return Err(SwimError::NotApplicable {
             place: scene.place("model.kind"),
             problem: format!(
-                "the model '{}' needs no mesh; use model.kind = \"fem\"",
+                "the model '{}' has no mesh; use model.kind = \"fem\"",
                 model.name()
             ),
         });
@@ -29,24 +30,37 @@ pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, SwimError>
         MeshError::Io { path, source } => SwimError::Write { path, source },
         MeshError::UnknownFormat { .. } => SwimError::NotApplicable {
             place: format!("--out {}", out.display()),
-            problem: "cannot tell the format; end the name in .vtu (ParaView) or .msh (Gmsh)"
-                .to_owned(),
+            problem: "unknown file extension; use .vtu (ParaView) or .msh (Gmsh)".to_owned(),
         },
         error => ModelError::from(error).into(),
     })?;
     let quality = mesh.quality();
-    Ok(format!(
-        "{}: {} tetrahedra, {} vertices, {} nodes\n\
-         dihedral angles {:.1} to {:.1} degrees, mean-ratio quality {:.3} at least and {:.3} on average, \
-         smallest scaled Jacobian {:.3}\n",
-        out.display(),
-        quality.cells,
-        mesh.n_vertices(),
-        mesh.n_points(),
-        quality.min_dihedral,
-        quality.max_dihedral,
-        quality.min_quality,
-        quality.mean_quality,
-        quality.min_jacobian,
-    ))
+    let lines = [
+        ("mesh file", out.display().to_string()),
+        ("tetrahedra", quality.cells.to_string()),
+        ("vertices", mesh.n_vertices().to_string()),
+        ("nodes", mesh.n_points().to_string()),
+        (
+            "dihedral angles",
+            format!(
+                "{:.1} to {:.1} degrees",
+                quality.min_dihedral, quality.max_dihedral
+            ),
+        ),
+        (
+            "mean-ratio quality",
+            format!(
+                "{:.3} minimum, {:.3} mean (1 for a regular tetrahedron)",
+                quality.min_quality, quality.mean_quality
+            ),
+        ),
+        (
+            "scaled Jacobian",
+            format!("{:.3} minimum", quality.min_jacobian),
+        ),
+    ];
+    Ok(lines
+        .iter()
+        .map(|(label, value)| entry(label, value))
+        .collect())
 }

@@ -1,4 +1,4 @@
-//! `swim new`: a scene file to start from.
+//! `swim new`: an example scene file.
 
 use std::fs::OpenOptions;
 use std::io::Write;
@@ -6,7 +6,9 @@ use std::path::PathBuf;
 
 use swimmer::SwimError;
 
-/// Names and texts of the templates.
+use super::text::entry;
+
+/// Names and contents of the example scenes.
 const TEMPLATES: [(&str, &str); 4] = [
     (
         "three-sphere",
@@ -20,13 +22,13 @@ const TEMPLATES: [(&str, &str); 4] = [
     ),
 ];
 
-/// Writes a template to a file that does not exist yet.
+/// Writes an example scene to a file that must not exist yet.
 pub fn new(name: &str, out: Option<PathBuf>) -> Result<String, SwimError> {
     let Some((_, text)) = TEMPLATES.iter().find(|(known, _)| *known == name) else {
         let known: Vec<&str> = TEMPLATES.iter().map(|(known, _)| *known).collect();
         return Err(SwimError::NotApplicable {
             place: format!("swim new {name}"),
-            problem: format!("there is no such template; there are {}", known.join(", ")),
+            problem: format!("unknown example; choose one of {}", known.join(", ")),
         });
     };
     let path = out.unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
@@ -39,8 +41,6 @@ pub fn new(name: &str, out: Option<PathBuf>) -> Result<String, SwimError> {
             path: path.clone(),
             source,
         })?;
-    Ok(format!(
-        "wrote {0}; run it with: swim run {0}\n",
-        path.display()
-    ))
+    let path = path.display();
+    Ok(entry("scene file", &path.to_string()) + &entry("next", &format!("swim run {path}")))
 }

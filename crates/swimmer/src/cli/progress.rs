@@ -8,16 +8,20 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressStyle};
 use swimmer::{Leg, LegResult, LegSolution, Scene, Trial};
 
+use super::text::{count, duration, message, percent};
+
+/// Progress of a run.
 pub struct Progress {
     bar: Option<ProgressBar>,
     legs: usize,
     links: Vec<String>,
     started: Instant,
-    /// Raised when the user wants the run to end.
+    /// Set when the user interrupts the run.
     interrupted: Arc<AtomicBool>,
 }
 
 impl Progress {
+    /// Progress of the run of a scene that `interrupted` stops.
     pub fn new(scene: &Scene, interrupted: Arc<AtomicBool>) -> Self {
         let legs = scene.gait().phases.len() * scene.gait().cycles as usize;
         let links = scene.articulation().links();
@@ -30,18 +34,20 @@ impl Progress {
         }
     }
 
+    /// Removes the bar.
     pub fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
     }
 
-    fn what(&self, leg: &Leg) -> &str {
-        leg.link.map_or("lengths held", |link| &self.links[link])
+    fn link_name(&self, leg: &Leg) -> &str {
+        leg.link
+            .map_or("constant lengths", |link| &self.links[link])
     }
 
     fn elapsed(&self) -> String {
-        super::duration(self.started.elapsed().as_secs_f64())
+        duration(self.started.elapsed().as_secs_f64())
     }
 }
 
@@ -51,25 +57,27 @@ impl swimmer::Progress for Progress {
     }
 
     fn tried(&mut self, trial: &Trial) {
-        super::say(&format!(
-            "a stroke with elements {:.2} times the default ones errs by {:.1e} by the mesh, {}",
+        message(&format!(
+            "trial stroke with fem.size_factor = {:.3}: discretisation error {} of the net \
+             displacement, {} elapsed",
             trial.size_factor,
-            trial.relative_error,
+            percent(trial.relative_error),
             self.elapsed()
         ));
     }
 
     fn chose_size_factor(&mut self, target: f64, size_factor: f64) {
-        super::say(&format!(
-            "fem.target = {target:e} asks for fem.size_factor = {size_factor:.3}"
+        message(&format!(
+            "chosen for fem.target = {target:e} ({}): fem.size_factor = {size_factor:.3}",
+            percent(target)
         ));
     }
 
     fn begins(&mut self, _: &Scene, done: usize) {
         self.bar = std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new(self.legs as u64);
-            let template = "{bar:30} phase {pos}/{len} done, {msg}, {elapsed} elapsed, {eta} to go";
-            // The template is a constant: if it were wrong, the default bar would do.
+            let template = "{bar:30} {pos}/{len} phases, {msg}, {elapsed} elapsed, {eta} remaining";
+            // The template is constant and valid; the default style only avoids a panic.
             bar.set_style(
                 ProgressStyle::with_template(template)
                     .unwrap_or_else(|_| ProgressStyle::default_bar()),
@@ -79,17 +87,17 @@ impl swimmer::Progress for Progress {
             bar
         });
         if done > 0 && self.bar.is_none() {
-            super::say(&format!("going on after {done} of {} phases", self.legs));
+            message(&format!("resuming after {done} of {} phases", self.legs));
         }
     }
 
-    fn solved(&mut self, leg: &Leg, solved: &LegSolution) {
+    fn solved(&mut self, leg: &Leg, solution: &LegSolution) {
         if let Some(bar) = &self.bar {
             bar.set_message(format!(
-                "{}: solve {} ({} iterations)",
-                self.what(leg),
-                solved.number + 1,
-                solved.solution.solver.iterations
+                "{}: solve {} ({})",
+                self.link_name(leg),
+                solution.number + 1,
+                count(solution.solution.solver.iterations, "iteration")
             ));
         }
     }
@@ -97,12 +105,12 @@ impl swimmer::Progress for Progress {
     fn leg_done(&mut self, leg: &Leg, result: &LegResult) {
         match &self.bar {
             Some(bar) => bar.inc(1),
-            None => super::say(&format!(
-                "phase {}/{} {}: {} solves, {} elapsed",
+            None => message(&format!(
+                "phase {}/{} ({}): {}, {} elapsed",
                 leg.number + 1,
                 self.legs,
-                self.what(leg),
-                result.solves,
+                self.link_name(leg),
+                count(result.solves, "solve"),
                 self.elapsed(),
             )),
         }

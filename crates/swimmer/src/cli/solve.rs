@@ -1,13 +1,14 @@
-//! `swim solve`: one solution.
+//! `swim solve`: the instantaneous solution at the start.
 
-use std::fmt::Write;
 use std::path::Path;
 
-use swimmer::models::ErrorEstimate;
+use nalgebra::Vector3;
+use swimmer::models::{BodySolution, ErrorEstimate, InstantaneousSolution};
 use swimmer::output::{matrix_json, peak_rss_mib, solution_json, write_flow};
-use swimmer::{SwimError, choose, solve_start, start_flow, start_resistance};
+use swimmer::{Scene, SwimError, choose, solve_start, start_flow, start_resistance};
 
-use super::{SceneArguments, duration, errors};
+use super::arguments::SceneArguments;
+use super::text::{count, duration, entry, error, error_estimates, percent, warn};
 
 pub fn solve(
     arguments: &SceneArguments,
@@ -24,6 +25,7 @@ pub fn solve(
     let resistance = resistance
         .then(|| start_resistance(&scene, model.as_mut()))
         .transpose()?;
+    warn_about_target(&scene, &solution);
     if json {
         let mut answer = solution_json(&scene, model.name(), &solution);
         if let Some(resistance) = &resistance {
@@ -31,22 +33,36 @@ pub fn solve(
         }
         return Ok(format!("{answer}\n"));
     }
-    let mut text = format!("{} by {} at the start\n", scene.name(), model.name());
-    for (body, motion) in scene.bodies().iter().zip(&solution.bodies) {
-        // Writing to a String cannot fail.
-        let _ = writeln!(text, "{}", body.name);
-        for (what, v) in [
-            ("velocity", motion.velocity),
-            ("angular velocity", motion.angular_velocity),
-            ("force on the fluid", motion.force),
-            ("torque on the fluid", motion.torque),
-        ] {
-            let _ = writeln!(
-                text,
-                "  {what:<19} {:>14.8} {:>14.8} {:>14.8}",
-                v.x, v.y, v.z
-            );
+    let mut text = entry("scene", scene.name());
+    text += &entry("model", model.name());
+    text += "\n";
+    text += &motion(&scene, &solution);
+    text += "\n";
+    text += &accuracy(&solution);
+    text += &cost(&solution);
+    if let Some(resistance) = resistance {
+        text += "\ngrand resistance matrix: rows (F, T) of each body, columns (U, omega)\n";
+        for row in resistance.row_iter() {
+            let cells: Vec<String> = row.iter().map(|entry| format!("{entry:>13.6e}")).collect();
+            text += &cells.join(" ");
+            text += "\n";
         }
+    }
+    Ok(text)
+}
+
+/// Velocities and forces of the bodies, and forces of the links.
+fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
+    let row = |label: &str, v: &Vector3<f64>| {
+        format!("{label:<24}{:>14.8} {:>14.8} {:>14.8}\n", v.x, v.y, v.z)
+    };
+    let mut text = "vectors (x, y, z) in the scene's units\n".to_owned();
+    for (body, motion) in scene.bodies().iter().zip(&solution.bodies) {
+        text += &entry("body", &body.name);
+        text += &row("  velocity", &motion.velocity);
+        text += &row("  angular velocity", &motion.angular_velocity);
+        text += &row("  force on the fluid", &motion.force);
+        text += &row("  torque on the fluid", &motion.torque);
     }
     for (link, force) in scene
         .articulation()
@@ -54,59 +70,85 @@ pub fn solve(
         .iter()
         .zip(&solution.link_forces)
     {
-        let _ = writeln!(
-            text,
-            "force of {} on {} {:>14.8} {:>14.8} {:>14.8}",
-            link.name,
-            scene.bodies()[link.body].name,
-            force.x,
-            force.y,
-            force.z
+        text += &entry("link", &link.name);
+        text += &row(
+            &format!("  force on {}", scene.bodies()[link.body].name),
+            force,
         );
     }
-    let bars = ErrorEstimate {
-        // nothing is integrated
+    text
+}
+
+/// Error estimates and independent checks.
+fn accuracy(solution: &InstantaneousSolution) -> String {
+    let largest = |of: fn(&BodySolution) -> f64| solution.bodies.iter().map(of).fold(0.0, f64::max);
+    let velocities = ErrorEstimate {
+        // Nothing is integrated.
         integration: Some(0.0),
         ..solution.error_estimate
     };
-    let _ = writeln!(text, "velocities: {}", errors(&bars));
-    if let Some(error) = &solution.mesh_error {
-        let _ = writeln!(text, "forces: error {:.1e} by the mesh", error.force());
+    let mut text = error_estimates(
+        "error of velocities",
+        &velocities,
+        largest(|body| body.velocity.norm()),
+        "the largest velocity",
+    );
+    if let Some(mesh_error) = &solution.mesh_error {
+        let force = error(mesh_error.force(), largest(|body| body.force.norm()));
+        text += &entry("error of forces", &format!("{force}, mesh only"));
     }
     if let Some(checks) = &solution.checks {
-        let _ = writeln!(
-            text,
-            "checks: forces by the stress on surfaces differ by {:.1e}, dissipation and power by {:.1e}, relative",
-            checks.force_by_stress, checks.dissipation
+        text += &entry(
+            "check of forces",
+            &format!(
+                "{} difference from the integral of the stress",
+                percent(checks.force_by_stress)
+            ),
+        );
+        text += &entry(
+            "check of power",
+            &format!(
+                "{} difference from the dissipation",
+                percent(checks.dissipation)
+            ),
         );
     }
+    text
+}
+
+/// Size, solver, time and memory.
+fn cost(solution: &InstantaneousSolution) -> String {
     let solver = &solution.solver;
-    let _ = writeln!(
-        text,
-        "{} unknowns, {} {}: {} iterations to a true residual of {:.1e}, {}{}",
-        solution.dofs.total,
-        solver.formulation,
-        solver.solver,
-        solver.iterations,
-        solver.true_relative_residual,
-        duration(solution.seconds.total),
-        peak_rss_mib().map_or(String::new(), |mib| format!(", {mib:.0} MiB")),
+    let mut text = entry("degrees of freedom", &solution.dofs.total.to_string());
+    text += &entry(
+        "solver",
+        &format!(
+            "{} {}, {}, true relative residual {:.1e}",
+            solver.formulation,
+            solver.solver,
+            count(solver.iterations, "iteration"),
+            solver.true_relative_residual
+        ),
     );
-    let [of_forces, of_velocities] = solution.relative_mesh_errors();
+    text += &entry("time", &duration(solution.seconds.total));
+    if let Some(mib) = peak_rss_mib() {
+        text += &entry("peak memory", &format!("{mib:.0} MiB"));
+    }
+    text
+}
+
+/// Warns if the discretisation error exceeds `fem.target`.
+fn warn_about_target(scene: &Scene, solution: &InstantaneousSolution) {
+    let [forces, velocities] = solution.relative_mesh_errors();
     if let Some(target) = scene.fem().target
-        && of_forces.max(of_velocities) > target
+        && forces.max(velocities) > target
     {
-        let _ = writeln!(
-            text,
-            "warning: the mesh errs by {of_forces:.1e} in forces and {of_velocities:.1e} in velocities, more than fem.target = {target:e} allows"
-        );
+        warn(&format!(
+            "fem.target = {target:e} allows a discretisation error of {}, the estimate is {} of \
+             the largest force and {} of the largest velocity; reduce fem.surface_size",
+            percent(target),
+            percent(forces),
+            percent(velocities),
+        ));
     }
-    if let Some(resistance) = resistance {
-        text.push_str("grand resistance, (F, T) of each body by rows for (U, omega) by columns\n");
-        for row in resistance.row_iter() {
-            let cells: Vec<String> = row.iter().map(|entry| format!("{entry:>13.6e}")).collect();
-            let _ = writeln!(text, "{}", cells.join(" "));
-        }
-    }
-    Ok(text)
 }

@@ -1,11 +1,12 @@
-//! Gauss collocation on the group of states, by a ladder of orders.
+//! Gauss collocation on the group of states, with increasing order.
 //!
-//! In coordinates $\sigma$ about the middle of the step, $X(t) = \exp(\sigma(t)) X_m$, the motion is
-//! $\sigma' = \mathrm{dexp}^{-1}_\sigma V(X)$. The polynomial through the rates at $n$ Gauss points is exact to order $2n$
-//! (Hairer, Lubich & Wanner 2006, II.1), and symmetric because coordinates are centred (Zanna, Engø & Munthe-Kaas 2001).
-//! The velocity of a swimmer depends on its shape strongly and on its position weakly. So the points of each
-//! order are placed on the path that the order before has found: every rung of the ladder refines the quadrature
-//! and the positions at once, and the change from rung to rung measures both.
+//! In coordinates `sigma` about the middle of the step, `X(t) = exp(sigma(t)) X_m`, the equation of
+//! motion is `sigma' = dexp^-1_sigma V(X)`. The polynomial through the rates at `n` Gauss points
+//! has order `2n` (Hairer, Lubich & Wanner 2006, II.1), and the method is symmetric because the
+//! coordinates are centred (Zanna, Engø & Munthe-Kaas 2001). The velocity of a swimmer depends
+//! strongly on its shape and weakly on its position. Therefore the Gauss points of each order are
+//! placed on the path of the order before: every increase of the order improves the quadrature and
+//! the positions at once, and the change of the step measures the error of both.
 
 use nalgebra::Vector3;
 use rigid::{State, StateVelocity};
@@ -14,38 +15,47 @@ use super::gauss::Gauss;
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
 use super::piece::{PathPiece, combination};
-use super::result::{LegResult, Rung};
+use super::result::{Approximation, LegResult};
 use super::rotation::coordinate_rate;
-use super::step_size::{LEG_SHARE, MOST_PARTS, moved, size};
-use crate::SwimError;
+use super::step_size::{
+    LEG_TOLERANCE_SHARE, MAX_PARTS, largest_displacement, largest_length_change,
+};
+use crate::error::SwimError;
 
-/// Rungs from this one on are asked with estimates of what the mesh gets wrong, because they may be the last. (The estimates of
-/// one rung do not serve another: its meshes err by other accidents.)
-const ESTIMATED_POINTS: usize = 3;
+/// From this number of points on, solutions are requested with estimates of the discretisation
+/// error, because this order may be accepted. (Estimates of one order cannot serve another: its
+/// solutions belong to other meshes, whose discretisation errors differ.)
+const FIRST_ESTIMATED: usize = 3;
 
-/// Rungs beyond this gain less than halving the step does.
-const MOST_POINTS: usize = 8;
+/// Largest number of points: beyond it, halving the step gains more.
+const MAX_POINTS: usize = 8;
 
-/// Rungs that still differ by less than this, but no longer come closer, differ by the model's own noise
-/// (a mesh of 28 thousand unknowns moves velocities by 1e-4, measured; coarser ones by more).
+/// Relative change between two orders below which a change that no longer decreases is taken for
+/// noise of the model (velocities on a mesh of 28 thousand degrees of freedom have noise of 1e-4,
+/// measured; on coarser meshes more).
 const NOISE: f64 = 1e-3;
 
-/// No rung is trusted to gain more than this: an accident of one change must not look like convergence.
-const LEAST_GAIN: f64 = 0.1;
+/// Smallest ratio of the errors of successive orders that is trusted: a single small change by
+/// chance must not look like convergence.
+const MIN_REDUCTION: f64 = 0.1;
 
-/// Integrates a leg, halving steps where the ladder of orders does not converge.
+/// Integrates a leg; halves the step where increasing the order does not converge.
 pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResult, SwimError> {
-    let mut result = LegResult::at(start);
+    let mut result = LegResult::empty(start);
     let mut todo = vec![(0.0, 1.0)];
     while let Some(span) = todo.pop() {
         let middle = 0.5 * (span.0 + span.1);
-        let may_halve = span.1 - span.0 > 1.0 / MOST_PARTS as f64;
+        let may_halve = span.1 - span.0 > 1.0 / MAX_PARTS as f64;
         match step(evaluator, &result.end, span) {
-            Ok(Step::Done { rung, error, met }) => {
+            Ok(Step::Accepted {
+                approximation,
+                error,
+                tolerance_met,
+            }) => {
                 let duration = evaluator.leg.duration * (span.1 - span.0);
-                let accumulated = rung.accumulated_error(duration);
-                result.append(evaluator, *rung, Some(error), accumulated.as_ref())?;
-                result.tolerance_met &= met;
+                let accumulated = approximation.accumulated_error(duration);
+                result.append(evaluator, *approximation, Some(error), accumulated.as_ref())?;
+                result.tolerance_met &= tolerance_met;
             }
             Ok(Step::Diverging { .. }) | Err(SwimError::Collision { .. }) if may_halve => {
                 todo.extend([(middle, span.1), (span.0, middle)]);
@@ -53,23 +63,23 @@ pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResu
             Ok(Step::Diverging { error, tolerance }) => {
                 return Err(SwimError::NotIntegrated {
                     phase: evaluator.leg.number + 1,
-                    what: evaluator.what(),
+                    link: evaluator.link_name(),
                     error,
                     tolerance,
-                    parts: MOST_PARTS,
+                    parts: MAX_PARTS,
                 });
             }
             Err(error) => return Err(error),
         }
     }
-    Ok(result.closed(evaluator))
+    Ok(result.with_totals(evaluator))
 }
 
 enum Step {
-    Done {
-        rung: Box<Rung>,
+    Accepted {
+        approximation: Box<Approximation>,
         error: f64,
-        met: bool,
+        tolerance_met: bool,
     },
     Diverging {
         error: f64,
@@ -77,7 +87,7 @@ enum Step {
     },
 }
 
-/// Climbs the ladder over one part of a leg until a rung changes the step by less than the tolerance.
+/// Increases the order over one part of a leg until the estimated error is below the tolerance.
 fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result<Step, SwimError> {
     let set = evaluator.scene.articulation();
     let width = span.1 - span.0;
@@ -85,51 +95,53 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
         set,
         start,
         span,
-        vec![resting_centroids(evaluator, start, span)?],
+        vec![fixed_centroids(evaluator, start, span)?],
     )?;
-    let mut before = climb(evaluator, start, &guess, 1, false)?;
+    let mut previous = collocate(evaluator, start, &guess, 1, false)?;
     let mut last_change = None;
-    let mut gain = LEAST_GAIN;
-    for points in 2..=MOST_POINTS {
-        let requested = points >= ESTIMATED_POINTS;
-        let mut rung = climb(evaluator, start, &before.piece, points, requested)?;
-        let (step, step_before) = (rung.piece.step(), before.piece.step());
-        let change = size(evaluator, &(&step + &(&step_before * -1.0)));
-        let scale = size(evaluator, &step).max(width * moved(evaluator));
-        let tolerance = evaluator.scene.model().tolerance * LEG_SHARE * scale;
-        // A change is the error of the rung before; this rung's error is smaller by what a rung gains.
+    let mut reduction = MIN_REDUCTION;
+    for points in 2..=MAX_POINTS {
+        let requested = points >= FIRST_ESTIMATED;
+        let mut current = collocate(evaluator, start, &previous.piece, points, requested)?;
+        let (step, previous_step) = (current.piece.step(), previous.piece.step());
+        let change = largest_displacement(evaluator, &(&step + &(&previous_step * -1.0)));
+        let scale =
+            largest_displacement(evaluator, &step).max(width * largest_length_change(evaluator));
+        let tolerance = evaluator.scene.model().tolerance * LEG_TOLERANCE_SHARE * scale;
+        // The change is the error of the previous order; the error of this order is smaller by the
+        // factor by which the changes decrease.
         if let Some(last) = last_change {
-            gain = gain.max(change / last);
+            reduction = reduction.max(change / last);
         }
         let error = if last_change.is_some() {
-            change * gain.min(1.0)
+            change * reduction.min(1.0)
         } else {
             change
         };
         if error <= tolerance {
-            // Sooner than expected: the same points again, with estimates.
+            // Accepted at a lower order than expected: the same points again, with estimates.
             let estimates = evaluator.error_estimates();
             if !estimates.given(requested) && estimates.given(true) {
-                rung = climb(evaluator, start, &before.piece, points, true)?;
+                current = collocate(evaluator, start, &previous.piece, points, true)?;
             }
-            return Ok(Step::Done {
-                rung: Box::new(rung),
+            return Ok(Step::Accepted {
+                approximation: Box::new(current),
                 error,
-                met: true,
+                tolerance_met: true,
             });
         }
         let stalled = last_change.is_some_and(|last| change > 0.5 * last);
         if stalled && change <= NOISE * scale {
-            return Ok(Step::Done {
-                rung: Box::new(rung),
+            return Ok(Step::Accepted {
+                approximation: Box::new(current),
                 error: change,
-                met: false,
+                tolerance_met: false,
             });
         }
-        if stalled || points == MOST_POINTS {
+        if stalled || points == MAX_POINTS {
             return Ok(Step::Diverging { error, tolerance });
         }
-        (before, last_change) = (rung, Some(change));
+        (previous, last_change) = (current, Some(change));
     }
     Ok(Step::Diverging {
         error: f64::INFINITY,
@@ -137,58 +149,60 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
     })
 }
 
-/// One rung: asks at the Gauss points of the path found so far.
-fn climb(
+/// Collocation with `points` Gauss points on the path found so far.
+fn collocate(
     evaluator: &mut LegEvaluator,
     start: &State,
     path: &PathPiece,
     points: usize,
     estimates: bool,
-) -> Result<Rung, SwimError> {
+) -> Result<Approximation, SwimError> {
     let set = evaluator.scene.articulation();
     let span = (path.from, path.to);
     let duration = evaluator.leg.duration * (span.1 - span.0);
     let gauss = Gauss::new(points);
     let mut piece = path.clone();
-    let mut solved = Vec::with_capacity(points);
+    let mut solutions = Vec::with_capacity(points);
     for &t in &gauss.nodes {
         let s = span.0 + t * (span.1 - span.0);
-        solved.push(evaluator.solve(s, &piece.state(set, s)?, estimates)?);
+        solutions.push(evaluator.solve(s, &piece.state(set, s)?, estimates)?);
     }
-    let rates = |piece: &PathPiece, solved: &[LegSolution]| -> Vec<StateVelocity> {
+    let rates = |piece: &PathPiece, solutions: &[LegSolution]| -> Vec<StateVelocity> {
         let rate = |(s, &t): (&LegSolution, &f64)| {
             &coordinate_rate(&piece.coordinates(t), &s.solution.motion) * duration
         };
-        solved.iter().zip(&gauss.nodes).map(rate).collect()
+        solutions.iter().zip(&gauss.nodes).map(rate).collect()
     };
-    piece = PathPiece::new(set, start, span, rates(&piece, &solved))?;
+    piece = PathPiece::new(set, start, span, rates(&piece, &solutions))?;
     if evaluator.scene.is_free() {
-        // The shape alone matters, so the same answers serve the corrected positions: iterate to rounding.
-        for _ in 0..FREE_SWEEPS {
-            for (solved, &t) in solved.iter_mut().zip(&gauss.nodes) {
-                *solved =
-                    evaluator.turned(solved, &piece.state(set, span.0 + t * (span.1 - span.0))?);
+        // The motion depends on the shape alone, so the same solutions, rotated, hold on the
+        // corrected path: iterate to rounding.
+        for _ in 0..MAX_ROTATION_SWEEPS {
+            for (solution, &t) in solutions.iter_mut().zip(&gauss.nodes) {
+                *solution =
+                    evaluator.rotated(solution, &piece.state(set, span.0 + t * (span.1 - span.0))?);
             }
-            let next = PathPiece::new(set, start, span, rates(&piece, &solved))?;
-            let change = size(evaluator, &(&next.step() + &(&piece.step() * -1.0)));
+            let next = PathPiece::new(set, start, span, rates(&piece, &solutions))?;
+            let change = largest_displacement(evaluator, &(&next.step() + &(&piece.step() * -1.0)));
             piece = next;
-            if change <= f64::EPSILON * size(evaluator, &piece.step()) {
+            if change <= f64::EPSILON * largest_displacement(evaluator, &piece.step()) {
                 break;
             }
         }
     }
-    Ok(Rung {
+    Ok(Approximation {
         piece,
-        solved,
+        solutions,
         weights: gauss.weights,
     })
 }
 
-/// Sweeps that fix the rotation of a free swimmer: each gains a factor of the angle turned in a leg, below 0.3.
-const FREE_SWEEPS: usize = 40;
+/// Largest number of fixed-point iterations for the rotation of a free swimmer; each reduces the
+/// error by a factor of the rotation angle of a leg, below 0.3.
+const MAX_ROTATION_SWEEPS: usize = 40;
 
-/// A first guess of the motion over a span: the mean position of every linkage's bodies stays.
-fn resting_centroids(
+/// Initial guess of the motion over a span: the mean position of the bodies of every linkage stays.
+fn fixed_centroids(
     evaluator: &LegEvaluator,
     start: &State,
     span: (f64, f64),

@@ -1,6 +1,6 @@
 //! Gauss-Legendre points on [0, 1] and the polynomials through them.
 
-/// Gauss-Legendre points of one order with what integrates polynomials through them.
+/// A Gauss-Legendre quadrature rule on [0, 1].
 #[derive(Clone, Debug)]
 pub(super) struct Gauss {
     pub nodes: Vec<f64>,
@@ -8,10 +8,10 @@ pub(super) struct Gauss {
 }
 
 impl Gauss {
-    /// The `n` points whose rule is exact for polynomials up to degree `2n - 1`.
+    /// The rule of `n` points, exact for polynomials up to degree `2n - 1`.
     ///
-    /// Newton's method on the Legendre polynomial from Tricomi's starting values, good to rounding for the
-    /// few points that a phase takes.
+    /// Newton's method on the Legendre polynomial from Tricomi's starting values; accurate to
+    /// rounding for the few points that a phase takes.
     pub fn new(n: usize) -> Self {
         let (mut nodes, mut weights) = (vec![0.0; n], vec![0.0; n]);
         for i in 0..n {
@@ -31,7 +31,7 @@ impl Gauss {
 
     /// The integrals from 0 to `s` of the Lagrange polynomials of `nodes`, exact to rounding.
     ///
-    /// The rule itself integrates them: their degree is one less than the number of its points.
+    /// The rule integrates them exactly, because their degree is one below its number of points.
     pub fn integrals(&self, nodes: &[f64], s: f64) -> Vec<f64> {
         let basis = |i: usize, x: f64| -> f64 {
             let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
@@ -69,7 +69,7 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     #[test]
-    fn rules_are_exact_to_their_degree_and_not_beyond() {
+    fn a_rule_of_n_points_is_exact_to_degree_2n_minus_1_only() {
         for n in 1..=10 {
             let gauss = Gauss::new(n);
             let moment = |k: i32| -> f64 {
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn integrals_of_lagrange_polynomials_integrate_powers() {
+    fn integrals_of_lagrange_polynomials_reproduce_integrals_of_powers() {
         let gauss = Gauss::new(4);
         let nodes = gauss.nodes.clone();
         for s in [0.0, 0.3, 1.0] {

@@ -1,32 +1,35 @@
 //! Time stepping for bodies with mass and moment of inertia.
 //!
-//! Newton's equations of the motions that links leave free, $U = S v + W$, are $S^T (M \dot U + R\, U) = S^T F$ with the grand resistance
-//! `R`. The fluid itself has no inertia. Velocities relax within $m/R$, which for small bodies is far shorter than a stroke: explicit steps must
-//! stay below twice that, implicit ones need not.
+//! The links leave the motions `U = S v + W` free. Their equation of motion is
+//! `S^T (M dU/dt + R U) = S^T F` with the grand resistance matrix `R`; the fluid itself has no
+//! inertia. Velocities relax within a time of order `m/R`, which for small bodies is much shorter
+//! than a stroke. Explicit steps must be shorter than twice the relaxation time; implicit steps are
+//! stable for any length.
 
+use models::{BodySolution, InstantaneousSolution, ModelError};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::{Drive, ExternalLoad, Reduction, State};
+use scene::{Scene, SceneError};
 
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
 use super::piece::PathPiece;
-use super::result::{LegResult, Rung};
-use crate::SwimError;
-use models::{BodySolution, InstantaneousSolution, ModelError};
-use scene::{Scene, SceneError};
+use super::result::{Approximation, LegResult};
+use crate::error::SwimError;
 
-/// When the fluid's resistance is taken.
+/// The velocity at which the resistance of the fluid is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scheme {
-    /// At the velocity before the step.
+    /// The velocity before the step.
     Explicit,
-    /// At the velocity after the step; the bodies are where the frame was before it, with the lengths after it.
+    /// The velocity after the step, for the lengths after the step at the frames before it.
     Implicit,
 }
 
 /// Integrates a leg in equal steps.
 ///
-/// `velocity` holds `(U, omega)` of the bodies with surfaces at the start and, when it is done, at the end; none at rest.
+/// `velocity` is `(U, omega)` of the bodies with surfaces, at the start on entry and at the end on
+/// return; none for bodies at rest.
 pub(super) fn leg(
     evaluator: &mut LegEvaluator,
     start: &State,
@@ -34,7 +37,7 @@ pub(super) fn leg(
     scheme: Scheme,
     velocity: &mut Option<DVector<f64>>,
 ) -> Result<LegResult, SwimError> {
-    let mut result = LegResult::at(start);
+    let mut result = LegResult::empty(start);
     let mass = masses(evaluator.scene)?;
     let mut before = velocity
         .take()
@@ -46,22 +49,23 @@ pub(super) fn leg(
             Scheme::Explicit => span.0,
             Scheme::Implicit => span.1,
         };
-        let (solved, after) = step(evaluator, &result.end, at, dt, scheme, &mass, &before)?;
-        let rate = &solved.solution.motion * dt;
+        let (solution, after) = step(evaluator, &result.end, at, dt, scheme, &mass, &before)?;
+        let rate = &solution.solution.motion * dt;
         let set = evaluator.scene.articulation();
-        let rung = Rung {
+        let approximation = Approximation {
             piece: PathPiece::new(set, &result.end, span, vec![rate])?,
-            solved: vec![solved],
+            solutions: vec![solution],
             weights: vec![1.0],
         };
-        result.append(evaluator, rung, None, None)?;
+        result.append(evaluator, approximation, None, None)?;
         before = after;
     }
     *velocity = Some(before);
-    Ok(result.closed(evaluator))
+    Ok(result.with_totals(evaluator))
 }
 
-/// Mass, three times, and moment of inertia, three times, of every body with a surface.
+/// Diagonal of the mass matrix: per body with a surface, three times the mass and three times the
+/// moment of inertia.
 fn masses(scene: &Scene) -> Result<DVector<f64>, SwimError> {
     let mut diagonal = Vec::new();
     for (number, body) in scene.bodies().iter().enumerate() {
@@ -74,7 +78,10 @@ fn masses(scene: &Scene) -> Result<DVector<f64>, SwimError> {
                 return Err(SwimError::Scene(SceneError::BadValue {
                     place: scene.place(&key),
                     key,
-                    problem: "is zero, but time stepping with inertia needs one for every body; give it, or integrate without inertia".to_owned(),
+                    problem:
+                        "is zero, but integration with inertia needs a positive value for every \
+                        body; set it, or integrate without inertia"
+                            .to_owned(),
                 }));
             }
             diagonal.extend([value; 3]);
@@ -83,7 +90,7 @@ fn masses(scene: &Scene) -> Result<DVector<f64>, SwimError> {
     Ok(DVector::from_vec(diagonal))
 }
 
-/// One step: the answer at its end and the bodies' velocities there.
+/// One step: the solution and the velocities of the bodies at its end.
 fn step(
     evaluator: &mut LegEvaluator,
     state: &State,
@@ -111,20 +118,20 @@ fn step(
     let (basis, offset) = (&reduction.surface_basis, &reduction.surface_offset);
     let inertia = DMatrix::from_diagonal(&(mass / dt));
     let external = reduction.all.basis.tr_mul(&drive.generalised_loads()?);
-    let (matrix, rest) = match scheme {
+    let (matrix, rhs) = match scheme {
         Scheme::Explicit => {
-            check_step(evaluator, &resistance, mass, basis, dt)?;
-            let rest = &inertia * (before - offset) - &resistance * before;
-            (inertia.clone(), rest)
+            check_stability(evaluator, &resistance, mass, basis, dt)?;
+            let rhs = &inertia * (before - offset) - &resistance * before;
+            (inertia.clone(), rhs)
         }
         Scheme::Implicit => {
             let matrix = &inertia + &resistance;
-            let rest = &inertia * before - &matrix * offset;
-            (matrix, rest)
+            let rhs = &inertia * before - &matrix * offset;
+            (matrix, rhs)
         }
     };
     let reduced = basis.tr_mul(&(&matrix * basis));
-    let unknowns = reduced
+    let free_velocities = reduced
         .clone()
         .cholesky()
         .ok_or_else(|| {
@@ -135,12 +142,12 @@ fn step(
                 remedy,
             )
         })?
-        .solve(&(external + basis.tr_mul(&rest)));
-    let generalised = reduction.velocities(&unknowns);
+        .solve(&(external + basis.tr_mul(&rhs)));
+    let generalised = reduction.velocities(&free_velocities);
     let after = generalised.select_rows(&set.surface_velocities());
     let forces = &resistance * &after;
-    // Links carry what accelerates the bodies too.
-    let carried = drive.link_loads(&(&forces + &inertia * (&after - before)))?;
+    // The links also transmit the forces that accelerate the bodies.
+    let link_loads = drive.link_loads(&(&forces + &inertia * (&after - before)))?;
     let motion = set.state_velocity(generalised.as_slice())?;
     let layout = set.velocity_layout();
     let vector = |list: &DVector<f64>, first: usize| list.fixed_rows::<3>(first).into_owned();
@@ -162,36 +169,37 @@ fn step(
         })
         .collect();
     let link_forces = (0..set.links().len())
-        .map(|link| -> Vector3<f64> { vector(&carried, 3 * link) })
+        .map(|link| -> Vector3<f64> { vector(&link_loads, 3 * link) })
         .collect();
     let solution = InstantaneousSolution::new(bodies, link_forces, motion);
     Ok((evaluator.record(s, state, solution)?, after))
 }
 
-/// Refuses an explicit step beyond twice the shortest relaxation time: `2 / lambda` with the largest eigenvalue of
-/// $S^T R S\, x = \lambda\, S^T M S\, x$.
-fn check_step(
+/// Refuses an explicit step longer than twice the shortest relaxation time.
+///
+/// The limit is `2 / lambda` with the largest eigenvalue of `S^T R S x = lambda S^T M S x`.
+fn check_stability(
     evaluator: &LegEvaluator,
     resistance: &DMatrix<f64>,
     mass: &DVector<f64>,
     basis: &DMatrix<f64>,
     dt: f64,
 ) -> Result<(), SwimError> {
-    let limit = 2.0 * shortest_relaxation(resistance, mass, basis);
+    let limit = 2.0 * shortest_relaxation_time(resistance, mass, basis);
     if dt <= limit {
         return Ok(());
     }
     Err(SwimError::Unstable {
         phase: evaluator.leg.number + 1,
-        what: evaluator.what(),
+        link: evaluator.link_name(),
         step: dt,
         limit,
         steps: (evaluator.leg.duration / limit).ceil(),
     })
 }
 
-/// The shortest time in which velocities of the free motions relax.
-fn shortest_relaxation(
+/// The shortest relaxation time of the motions that the links leave free.
+fn shortest_relaxation_time(
     resistance: &DMatrix<f64>,
     mass: &DVector<f64>,
     basis: &DMatrix<f64>,

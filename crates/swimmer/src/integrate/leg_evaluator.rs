@@ -1,18 +1,18 @@
-//! The velocity at a point of a leg, with every solution of the model checked.
+//! The model's solutions at points of a leg, each of them checked.
 
-use nalgebra::{DMatrix, UnitQuaternion};
-use rigid::{State, StateVelocity, Twist};
-
-use super::leg_solution::LegSolution;
-use crate::SwimError;
 use models::{
     Configuration, ErrorEstimates, Hydrodynamics, InstantaneousSolution, ModelError, Query, Seconds,
 };
+use nalgebra::{DMatrix, UnitQuaternion};
+use rigid::{State, StateVelocity, Twist};
 use scene::{Leg, Scene, closest_contact};
+
+use super::leg_solution::LegSolution;
+use crate::error::SwimError;
 
 type Observer<'a> = &'a mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>;
 
-/// The model's answers along one leg.
+/// Evaluates the model along one leg, counts the solves and adds up their time.
 pub(super) struct LegEvaluator<'a> {
     pub scene: &'a Scene,
     pub leg: &'a Leg,
@@ -39,7 +39,8 @@ impl<'a> LegEvaluator<'a> {
         }
     }
 
-    /// The velocity at a point of the leg, with error estimates of the model or without.
+    /// The model's solution at the position `s` in [0, 1] on the leg, with or without its estimates
+    /// of the discretisation error.
     pub fn solve(
         &mut self,
         s: f64,
@@ -47,7 +48,7 @@ impl<'a> LegEvaluator<'a> {
         estimates: bool,
     ) -> Result<LegSolution, SwimError> {
         let rates = [self.leg.rates()];
-        let mut solutions = self.ask(s, state, |model, configuration| {
+        let mut solutions = self.query(s, state, |model, configuration| {
             model.solve(&Query::new(configuration, &rates).with_estimates(estimates))
         })?;
         let solution = solutions.pop().ok_or(ModelError::NoSolution {
@@ -56,9 +57,9 @@ impl<'a> LegEvaluator<'a> {
         self.record(s, state, solution)
     }
 
-    /// The grand resistance at a point of the leg.
+    /// The grand resistance matrix at the position `s` on the leg.
     pub fn resistance(&mut self, s: f64, state: &State) -> Result<DMatrix<f64>, SwimError> {
-        self.ask(s, state, |model, configuration| {
+        self.query(s, state, |model, configuration| {
             model.resistance(configuration)
         })
     }
@@ -68,12 +69,12 @@ impl<'a> LegEvaluator<'a> {
         self.model.error_estimates()
     }
 
-    /// Asks the model, after a check that bodies and walls do not touch.
-    fn ask<T>(
+    /// Queries the model, after a check that bodies and walls do not touch.
+    fn query<T>(
         &mut self,
         s: f64,
         state: &State,
-        question: impl Fn(&mut dyn Hydrodynamics, Configuration<'_>) -> Result<T, ModelError>,
+        evaluate: impl Fn(&mut dyn Hydrodynamics, Configuration<'_>) -> Result<T, ModelError>,
     ) -> Result<T, SwimError> {
         let lengths = self.leg.lengths(s);
         self.check_clearance(s, state, &lengths)?;
@@ -81,10 +82,10 @@ impl<'a> LegEvaluator<'a> {
             state,
             lengths: &lengths,
         };
-        Ok(question(self.model, configuration)?)
+        Ok(evaluate(self.model, configuration)?)
     }
 
-    /// Counts a solution and shows it to the observer.
+    /// Checks and counts a solution, and shows it to the observer.
     pub fn record(
         &mut self,
         s: f64,
@@ -93,49 +94,50 @@ impl<'a> LegEvaluator<'a> {
     ) -> Result<LegSolution, SwimError> {
         solution.check_finite(self.model.name())?;
         self.seconds += solution.seconds;
-        let solved = LegSolution {
+        let leg_solution = LegSolution {
             number: self.solves,
             s,
             state: state.clone(),
             solution,
         };
         self.solves += 1;
-        (self.observe)(&solved, &*self.model)?;
-        Ok(solved)
+        (self.observe)(&leg_solution, &*self.model)?;
+        Ok(leg_solution)
     }
 
-    /// The same answer seen from another state of a scene whose motion depends on its shape alone.
-    pub fn turned(&self, solved: &LegSolution, state: &State) -> LegSolution {
-        let turn = state.frames[0].rotation * solved.state.frames[0].rotation.inverse();
-        let mut turned = LegSolution {
+    /// The solution rotated to another state with the same shape, for scenes whose motion depends
+    /// on the shape alone.
+    pub fn rotated(&self, solution: &LegSolution, state: &State) -> LegSolution {
+        let rotation = state.frames[0].rotation * solution.state.frames[0].rotation.inverse();
+        let mut rotated = LegSolution {
             state: state.clone(),
-            ..solved.clone()
+            ..solution.clone()
         };
-        rotate_motion(&turn, &mut turned.solution.motion);
-        if let Some(error) = &mut turned.solution.mesh_error {
-            rotate_frames(&turn, &mut error.frames);
+        rotate_motion(&rotation, &mut rotated.solution.motion);
+        if let Some(error) = &mut rotated.solution.mesh_error {
+            rotate_frames(&rotation, &mut error.frames);
             for vector in error.bodies.iter_mut().chain(&mut error.forces) {
-                *vector = turn * *vector;
+                *vector = rotation * *vector;
             }
         }
-        for body in &mut turned.solution.bodies {
+        for body in &mut rotated.solution.bodies {
             for vector in [
                 &mut body.velocity,
                 &mut body.angular_velocity,
                 &mut body.force,
                 &mut body.torque,
             ] {
-                *vector = turn * *vector;
+                *vector = rotation * *vector;
             }
         }
-        turned
+        rotated
     }
 
-    /// Name of what the leg moves, for messages.
-    pub fn what(&self) -> String {
+    /// Name of the link that changes its length, for messages.
+    pub fn link_name(&self) -> String {
         match self.leg.link {
             Some(link) => self.scene.articulation().links()[link].name.clone(),
-            None => "all lengths held".to_owned(),
+            None => "constant lengths".to_owned(),
         }
     }
 
@@ -151,7 +153,7 @@ impl<'a> LegEvaluator<'a> {
         let name = &bodies[contact.body].name;
         Err(SwimError::Collision {
             phase: self.leg.number + 1,
-            what: self.what(),
+            link: self.link_name(),
             percent: 100.0 * s,
             time: self.leg.time(s),
             problem: match contact.other {
@@ -159,25 +161,22 @@ impl<'a> LegEvaluator<'a> {
                     "bodies '{name}' and '{}' touch (gap {:.4})",
                     bodies[other].name, contact.gap
                 ),
-                None => format!(
-                    "body '{name}' touches the wall (clearance {:.4})",
-                    contact.gap
-                ),
+                None => format!("body '{name}' touches the wall (gap {:.4})", contact.gap),
             },
         })
     }
 }
 
-fn rotate_motion(turn: &UnitQuaternion<f64>, motion: &mut StateVelocity) {
-    rotate_frames(turn, &mut motion.frames);
+fn rotate_motion(rotation: &UnitQuaternion<f64>, motion: &mut StateVelocity) {
+    rotate_frames(rotation, &mut motion.frames);
     for spin in &mut motion.spins {
-        *spin = turn * *spin;
+        *spin = rotation * *spin;
     }
 }
 
-fn rotate_frames(turn: &UnitQuaternion<f64>, frames: &mut [Twist]) {
+fn rotate_frames(rotation: &UnitQuaternion<f64>, frames: &mut [Twist]) {
     for frame in frames {
-        frame.linear = turn * frame.linear;
-        frame.angular = turn * frame.angular;
+        frame.linear = rotation * frame.linear;
+        frame.angular = rotation * frame.angular;
     }
 }

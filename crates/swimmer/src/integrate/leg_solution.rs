@@ -8,9 +8,9 @@ use rigid::State;
 pub struct LegSolution {
     /// Number of the solve from zero, over the whole simulation.
     pub number: usize,
-    /// Where on the leg.
+    /// Position on the leg, from 0 at its start to 1 at its end.
     pub s: f64,
-    /// The state that it was computed for.
+    /// The state for which the solution was computed.
     pub state: State,
     /// The solution.
     pub solution: InstantaneousSolution,

@@ -1,8 +1,9 @@
 //! Integration of the motion along the legs of a gait.
 //!
-//! Without inertia the velocity is linear in the rates of the lengths, so a leg is a path and its end depends on the
-//! path alone: time only labels it. [`Method::Collocation`] asks the model at a few Gauss points of the leg;
-//! where the position does not matter this is Gauss quadrature of a line integral.
+//! Without inertia the velocity is linear in the rates of the lengths, so the displacement over a
+//! leg depends on the path through shape space and not on the speed. [`Method::Collocation`] solves
+//! at a few Gauss points of the leg; where the motion does not depend on the position, this is
+//! Gauss quadrature of a line integral.
 
 mod collocation;
 mod euler;
@@ -18,37 +19,44 @@ mod step_size;
 
 use inertia::Scheme;
 use leg_evaluator::LegEvaluator;
+use models::Hydrodynamics;
 use nalgebra::DVector;
 use rigid::State;
+use scene::{Leg, Scene};
 
 pub use leg_solution::LegSolution;
 pub use piece::PathPiece;
 pub use result::LegResult;
 
-use crate::SwimError;
-use models::Hydrodynamics;
-use scene::{Leg, Scene};
+use crate::error::SwimError;
 
-/// How a leg is integrated.
+/// Number of solves of a typical leg by collocation: orders of one, two and three points.
+pub const TYPICAL_SOLVES_PER_LEG: usize = 6;
+
+/// Integration method along a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Method {
-    /// Gauss collocation in rotation-vector coordinates about the middle of the step, with as many points as the
-    /// tolerance needs: order `2n` with `n` points, and symmetric: the reversed stroke goes back the same way.
+    /// Gauss collocation in rotation-vector coordinates about the middle of the step, with as many
+    /// points as the tolerance needs. The order is `2n` with `n` points; the method is symmetric,
+    /// so the reversed stroke returns along the same path.
     Collocation,
-    /// The Runge-Kutta pair of Dormand & Prince on the group of states, steps as long as the tolerance allows: order 5, for comparison.
+    /// The Runge-Kutta pair of Dormand & Prince on the group of states, with step size control:
+    /// order 5, for comparison.
     RungeKutta,
-    /// Explicit Euler with this many steps a leg: first order, for comparison.
+    /// Explicit Euler with a given number of steps per leg: first order, for comparison.
     Euler {
         /// Number of equal steps.
         steps: usize,
     },
-    /// Backward Euler with the bodies' masses and moments of inertia: first order, stable for steps of any length.
+    /// Backward Euler with the masses and moments of inertia of the bodies: first order, stable for
+    /// steps of any length.
     BackwardEuler {
         /// Number of equal steps.
         steps: usize,
     },
-    /// Explicit Euler with masses and moments of inertia, for comparison: refuses steps beyond its limit of stability, twice the
-    /// shortest relaxation time.
+    /// Explicit Euler with masses and moments of inertia, for comparison: refuses steps beyond its
+    /// stability limit, twice the shortest relaxation time.
     ExplicitInertia {
         /// Number of equal steps.
         steps: usize,
@@ -60,12 +68,13 @@ pub struct Integrator<'a> {
     scene: &'a Scene,
     model: &'a mut dyn Hydrodynamics,
     method: Method,
-    /// Velocities of the bodies with surfaces at the end of the last leg, for methods with inertia.
+    /// Velocities of the bodies with surfaces at the end of the last leg, for methods with inertia;
+    /// none at rest.
     velocity: Option<DVector<f64>>,
 }
 
 impl<'a> Integrator<'a> {
-    /// An integrator that asks `model` about `scene`.
+    /// An integrator of the motion of `scene` with the velocities of `model`.
     pub fn new(scene: &'a Scene, model: &'a mut dyn Hydrodynamics, method: Method) -> Self {
         Self {
             scene,
@@ -75,23 +84,24 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    /// The model that is asked.
+    /// The model.
     pub fn model(&self) -> &dyn Hydrodynamics {
         self.model
     }
 
-    /// Moves the bodies from `start` along a leg; `observe` sees every solve together with the model that made it.
+    /// Moves the bodies from `start` along a leg; `observe` is called with every solution and the
+    /// model.
     ///
     /// # Errors
-    /// What the model refuses, bodies that come to touch each other or a wall, a tolerance out of reach, and what
-    /// `observe` returns.
+    /// Errors of the model, [`SwimError::Collision`], [`SwimError::NotIntegrated`],
+    /// [`SwimError::Unstable`], and errors of `observe`.
     pub fn leg(
         &mut self,
         leg: &Leg,
         start: &State,
         observe: &mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
     ) -> Result<LegResult, SwimError> {
-        // A leg starts from the history of the model alone, as a resumed run does.
+        // The model starts each leg from its history alone, so a resumed run gives the same digits.
         let history = self.model.history()?;
         self.model.restore(&history)?;
         let mut evaluator = LegEvaluator::new(self.scene, self.model, leg, observe);

@@ -4,14 +4,15 @@ use nalgebra::Vector3;
 use rigid::{Articulation, State, StateVelocity, Twist};
 
 use super::gauss::Gauss;
-use crate::SwimError;
+use crate::error::SwimError;
 
-/// The path over a part of a leg: rates of the coordinates at Gauss points and the state they are centred on.
+/// The path over a part of a leg: rates of the coordinates at Gauss points, and the state on which
+/// the coordinates are centred.
 #[derive(Clone, Debug)]
 pub struct PathPiece {
-    /// Where it begins, as the leg's `s`.
+    /// Start of the part, as a position `s` in [0, 1] on the leg.
     pub from: f64,
-    /// Where it ends.
+    /// End of the part.
     pub to: f64,
     centre: State,
     half: StateVelocity,
@@ -20,6 +21,7 @@ pub struct PathPiece {
 }
 
 impl PathPiece {
+    /// The path that starts at the state `start` and has these rates at the Gauss points of `span`.
     pub(super) fn new(
         set: &Articulation,
         start: &State,
@@ -48,7 +50,7 @@ impl PathPiece {
         &combination(self.rates.iter().zip(integrals), &self.centre) + &(&self.half * -1.0)
     }
 
-    /// The state at the leg's `s`.
+    /// The state at the position `s` on the leg.
     pub(super) fn state(&self, set: &Articulation, s: f64) -> Result<State, SwimError> {
         let t = if self.to > self.from {
             (s - self.from) / (self.to - self.from)
@@ -64,7 +66,7 @@ impl PathPiece {
     }
 }
 
-/// A sum of velocities with weights; nothing for no terms.
+/// The weighted sum of velocities, zero for an empty list, with as many frames as `state`.
 pub(super) fn combination<'a>(
     terms: impl Iterator<Item = (&'a StateVelocity, f64)>,
     state: &State,

@@ -1,37 +1,41 @@
-//! What became of a leg, put together from its parts.
+//! The result of a leg, put together from its parts.
 
+use models::{AccumulatedError, BodySolution, ErrorEstimate, Seconds};
 use rigid::{Articulation, State};
 
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
 use super::piece::PathPiece;
-use crate::SwimError;
-use models::{AccumulatedError, BodySolution, ErrorEstimate, Seconds};
+use crate::error::SwimError;
 
-/// One rung of the ladder, or one step: a path, the answers that made it, and the weights by which they stand for its duration.
-pub(super) struct Rung {
+/// An approximation of the motion over a part of a leg: one collocation order, or one step.
+pub(super) struct Approximation {
+    /// The path.
     pub piece: PathPiece,
-    pub solved: Vec<LegSolution>,
+    /// The solutions from which the path was computed.
+    pub solutions: Vec<LegSolution>,
+    /// Quadrature weights of the solutions; their sum is one.
     pub weights: Vec<f64>,
 }
 
-/// What became of a leg.
+/// The result of integrating the motion over a leg.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct LegResult {
     /// The state at the end.
     pub end: State,
-    /// The solves whose answers the result is made of, in the order of `s`.
-    pub solved: Vec<LegSolution>,
+    /// The solutions from which the path was computed, in the order of `s`.
+    pub solutions: Vec<LegSolution>,
     /// The path as polynomials, in order.
     pub pieces: Vec<PathPiece>,
-    /// All solves made, the discarded ones included.
+    /// Number of solves, including the discarded ones.
     pub solves: usize,
     /// Error bars of the displacement.
     pub error_estimate: ErrorEstimate,
-    /// What the mesh's errors add up to; none where some part of the leg was not estimated.
+    /// Accumulated discretisation error; none where a part of the leg has no estimate.
     pub accumulated_error: Option<AccumulatedError>,
-    /// What the integration's errors add up to, for methods that know them with their signs; others enter
-    /// [`ErrorEstimate::integration`] here.
+    /// Accumulated error of the integration, for methods that estimate it with its sign; other
+    /// methods enter its size in [`ErrorEstimate::integration`].
     pub accumulated_integration_error: Option<AccumulatedError>,
     /// Whether the integration met its share of the tolerance.
     pub tolerance_met: bool,
@@ -41,35 +45,38 @@ pub struct LegResult {
     pub seconds: Seconds,
 }
 
-impl Rung {
-    /// What the mesh's errors add up to over `duration`, by the rung's own points; none if they were not estimated.
+impl Approximation {
+    /// The discretisation error accumulated over `duration`, by quadrature over the solutions; none
+    /// if one of them has no estimate.
     pub fn accumulated_error(&self, duration: f64) -> Option<AccumulatedError> {
         let mut accumulated = AccumulatedError::default();
-        for (solved, weight) in self.solved.iter().zip(&self.weights) {
-            let error = solved.solution.mesh_error.as_ref()?;
-            accumulated.add(weight * duration, &solved.solution.motion, error);
+        for (solution, weight) in self.solutions.iter().zip(&self.weights) {
+            let error = solution.solution.mesh_error.as_ref()?;
+            accumulated.add(weight * duration, &solution.solution.motion, error);
         }
         Some(accumulated)
     }
 }
 
 impl LegResult {
-    /// The state at a point of the leg.
+    /// The state at the position `s` in [0, 1] on the leg.
     ///
     /// # Errors
-    /// None for results of an integrator; the set's own checks otherwise.
+    /// None for the articulation that was integrated; for another one, those of
+    /// [`Articulation::advance`].
     pub fn state(&self, set: &Articulation, s: f64) -> Result<State, SwimError> {
-        let within = |piece: &&PathPiece| s <= piece.to;
-        match self.pieces.iter().find(within).or(self.pieces.last()) {
+        let contains = |piece: &&PathPiece| s <= piece.to;
+        match self.pieces.iter().find(contains).or(self.pieces.last()) {
             Some(piece) => piece.state(set, s),
             None => Ok(self.end.clone()),
         }
     }
 
-    pub(super) fn at(start: &State) -> Self {
+    /// The result before the first step.
+    pub(super) fn empty(start: &State) -> Self {
         Self {
             end: start.clone(),
-            solved: Vec::new(),
+            solutions: Vec::new(),
             pieces: Vec::new(),
             solves: 0,
             error_estimate: ErrorEstimate::default(),
@@ -81,53 +88,56 @@ impl LegResult {
         }
     }
 
-    /// Appends an accepted rung: its path, its answers and what they add up to.
+    /// Appends an accepted approximation of the next part of the leg.
+    ///
+    /// `integration_error` is its estimated integration error, `accumulated` its accumulated
+    /// discretisation error; each is none where the method has no estimate.
     pub(super) fn append(
         &mut self,
         evaluator: &LegEvaluator,
-        rung: Rung,
-        error: Option<f64>,
+        approximation: Approximation,
+        integration_error: Option<f64>,
         accumulated: Option<&AccumulatedError>,
     ) -> Result<(), SwimError> {
-        let Rung {
+        let Approximation {
             piece,
-            solved,
+            solutions,
             weights,
-        } = rung;
-        let moved: Vec<_> = piece.step().frames.iter().map(|f| f.linear).collect();
+        } = approximation;
+        let displacement: Vec<_> = piece.step().frames.iter().map(|f| f.linear).collect();
         self.accumulated_error = match (self.accumulated_error.take(), accumulated) {
             (Some(mut sum), Some(part)) => {
-                sum.append(part, &moved);
+                sum.append(part, &displacement);
                 Some(sum)
             }
             _ => None,
         };
         let duration = evaluator.leg.duration * (piece.to - piece.from);
         let power = |b: &BodySolution| b.force.dot(&b.velocity) + b.torque.dot(&b.angular_velocity);
-        for (solved, weight) in solved.iter().zip(weights) {
-            let instant = &solved.solution;
-            // Errors by the mesh are added up with their signs, in the accumulated.
+        for (leg_solution, weight) in solutions.iter().zip(weights) {
+            let solution = &leg_solution.solution;
+            // Discretisation errors are summed with their signs, in `accumulated_error`.
             let without_mesh = ErrorEstimate {
                 mesh: None,
-                ..instant.error_estimate
+                ..solution.error_estimate
             };
             self.error_estimate
                 .accumulate(weight * duration, &without_mesh);
-            self.work += weight * duration * instant.bodies.iter().map(power).sum::<f64>();
+            self.work += weight * duration * solution.bodies.iter().map(power).sum::<f64>();
         }
         let integration = ErrorEstimate {
-            integration: error,
+            integration: integration_error,
             ..ErrorEstimate::default()
         };
         self.error_estimate.accumulate(1.0, &integration);
         self.end = piece.state(evaluator.scene.articulation(), piece.to)?;
-        self.solved.extend(solved);
+        self.solutions.extend(solutions);
         self.pieces.push(piece);
         Ok(())
     }
 
-    /// Enters what the evaluator counted.
-    pub(super) fn closed(self, evaluator: &LegEvaluator) -> Self {
+    /// The result with the number and the time of all solves of the evaluator.
+    pub(super) fn with_totals(self, evaluator: &LegEvaluator) -> Self {
         Self {
             solves: evaluator.solves,
             seconds: evaluator.seconds,

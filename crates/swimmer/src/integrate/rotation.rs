@@ -3,24 +3,32 @@
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
 
-/// The rate of the rotation vector `sigma` when `exp(sigma) Q` turns with angular velocity `omega`.
+/// The rate of the rotation vector `sigma` when `exp(sigma) Q` rotates with angular velocity
+/// `omega`.
 ///
-/// $\mathrm{dexp}^{-1}_\sigma \omega = \omega - \tfrac12 \sigma \times \omega + g(\theta)\, \sigma \times (\sigma \times \omega)$,
-/// $g = (1 - \tfrac\theta2 \cot\tfrac\theta2) / \theta^2$, $\theta = |\sigma| < 2\pi$, for angular velocities in the laboratory's
-/// axes (Iserles, Munthe-Kaas, Nørsett & Zanna 2000, appendix B).
+/// ```text
+/// dexp^-1_sigma(omega) = omega - sigma x omega / 2 + g(theta) sigma x (sigma x omega)
+/// g(theta) = (1 - theta/2 cot(theta/2)) / theta^2,   theta = |sigma| < 2 pi
+/// ```
+///
+/// for angular velocities in the axes of the laboratory (Iserles, Munthe-Kaas, Nørsett & Zanna
+/// 2000, appendix B).
 fn inverse_differential(sigma: &Vector3<f64>, omega: &Vector3<f64>) -> Vector3<f64> {
     let angle = sigma.norm();
-    // Below 1e-2 the first two terms of the series err by less than angle^4 / 30240 = 1e-12 of their sum.
+    // Below 1e-2 the relative error of the first two terms of the series is less than
+    // angle^4 / 30240 = 1e-12.
     let g = if angle < 1e-2 {
         1.0 / 12.0 + angle * angle / 720.0
     } else {
         (1.0 - 0.5 * angle / (0.5 * angle).tan()) / (angle * angle)
     };
-    let turned = sigma.cross(omega);
-    omega - 0.5 * turned + g * sigma.cross(&turned)
+    let commutator = sigma.cross(omega);
+    omega - 0.5 * commutator + g * sigma.cross(&commutator)
 }
 
-/// The rate of the coordinates `sigma` of a state whose velocity is `velocity`: translations add up, rotations do not.
+/// The rate of the coordinates `sigma` of a state that moves with `velocity`.
+///
+/// Translations are a vector space, so their rate is the velocity; rotations are not.
 pub(super) fn coordinate_rate(sigma: &StateVelocity, velocity: &StateVelocity) -> StateVelocity {
     let frame = |(s, v): (&Twist, &Twist)| Twist {
         linear: v.linear,

@@ -1,18 +1,21 @@
-//! A Runge-Kutta pair on the group of states, with the error of every step controlled by the embedded formula.
+//! A Runge-Kutta pair on the group of states; the embedded formula controls the error of each step.
 //!
-//! In coordinates $\sigma$ about the start of a step, $X(t) = \exp(\sigma(t)) X_0$, the motion $\sigma' = \mathrm{dexp}^{-1}_\sigma V(X)$ is an
-//! equation in a vector space, where the pair of Dormand & Prince (J. Comput. Appl. Math. 6, 1980) of orders 5 and 4 keeps its orders
-//! (Munthe-Kaas, BIT 38, 1998). Its last stage is the velocity at the end of the step, so a step costs six solves.
+//! In coordinates `sigma` about the start of a step, `X(t) = exp(sigma(t)) X_0`, the equation of
+//! motion `sigma' = dexp^-1_sigma V(X)` is an equation in a vector space, where the pair of Dormand
+//! & Prince (J. Comput. Appl. Math. 6, 1980) of orders 5 and 4 keeps its orders (Munthe-Kaas, BIT
+//! 38, 1998). Its last stage is the velocity at the end of the step, so a step costs six solves.
 
 use rigid::{State, StateVelocity};
 
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
 use super::piece::{PathPiece, combination};
-use super::result::{LegResult, Rung};
+use super::result::{Approximation, LegResult};
 use super::rotation::coordinate_rate;
-use super::step_size::{LEG_SHARE, MOST_PARTS, moved, size};
-use crate::SwimError;
+use super::step_size::{
+    LEG_TOLERANCE_SHARE, MAX_PARTS, largest_displacement, largest_length_change,
+};
+use crate::error::SwimError;
 
 const NODES: [f64; 7] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
 
@@ -43,7 +46,7 @@ const STAGES: [&[f64]; 6] = [
     ],
 ];
 
-/// Weights of the formula of order five; those of the last stage.
+/// Weights of the formula of order five, equal to those of the last stage.
 const WEIGHTS: [f64; 7] = [
     35.0 / 384.0,
     0.0,
@@ -54,7 +57,7 @@ const WEIGHTS: [f64; 7] = [
     0.0,
 ];
 
-/// The same less the weights of the formula of order four.
+/// Weights of the formula of order five minus those of the formula of order four.
 const DIFFERENCE: [f64; 7] = [
     71.0 / 57600.0,
     0.0,
@@ -65,43 +68,45 @@ const DIFFERENCE: [f64; 7] = [
     -1.0 / 40.0,
 ];
 
-/// The first step tried, in legs.
-const FIRST: f64 = 0.25;
+/// Length of the first step that is tried, as a fraction of the leg.
+const FIRST_WIDTH: f64 = 0.25;
 
-/// Integrates a leg with steps as long as the tolerance allows.
+/// Integrates a leg with the longest steps that meet the tolerance.
 pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResult, SwimError> {
-    let mut result = LegResult::at(start);
-    let (mut s, mut width) = (0.0, FIRST);
+    let mut result = LegResult::empty(start);
+    let (mut s, mut width) = (0.0, FIRST_WIDTH);
     let mut first = evaluator.solve(0.0, start, false)?;
     while s < 1.0 {
-        // A rest that rounding leaves is no step.
+        // No separate step for a remainder that is due to rounding.
         let end = if s + 1.01 * width >= 1.0 {
             1.0
         } else {
             s + width
         };
         let step = match step(evaluator, &result.end, &first, (s, end)) {
-            Err(SwimError::Collision { .. }) if end - s > 1.0 / MOST_PARTS as f64 => {
+            Err(SwimError::Collision { .. }) if end - s > 1.0 / MAX_PARTS as f64 => {
                 width = 0.5 * (end - s);
                 continue;
             }
             other => other?,
         };
-        let scale = size(evaluator, &step.sigma).max((end - s) * moved(evaluator));
-        let tolerance = evaluator.scene.model().tolerance * LEG_SHARE * scale;
-        // Step sizes for a local error of order five; never more than five times up or down (Hairer, Nørsett & Wanner 1993, II.4).
+        let scale = largest_displacement(evaluator, &step.sigma)
+            .max((end - s) * largest_length_change(evaluator));
+        let tolerance = evaluator.scene.model().tolerance * LEG_TOLERANCE_SHARE * scale;
+        // The step size for a local error of order five, changed by at most a factor of five
+        // (Hairer, Nørsett & Wanner 1993, II.4).
         let factor = match step.error > 0.0 {
             true => (0.9 * (tolerance / step.error).powf(0.2)).clamp(0.2, 5.0),
             false => 5.0,
         };
         if step.error > tolerance {
-            if end - s <= 1.0 / MOST_PARTS as f64 {
+            if end - s <= 1.0 / MAX_PARTS as f64 {
                 return Err(SwimError::NotIntegrated {
                     phase: evaluator.leg.number + 1,
-                    what: evaluator.what(),
+                    link: evaluator.link_name(),
                     error: step.error,
                     tolerance,
-                    parts: MOST_PARTS,
+                    parts: MAX_PARTS,
                 });
             }
             width = factor.min(1.0) * (end - s);
@@ -114,24 +119,25 @@ pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResu
             vec![step.sigma],
         )?;
         first = step.last;
-        let rung = Rung {
+        let approximation = Approximation {
             piece,
-            weights: WEIGHTS[..step.solved.len()].to_vec(),
-            solved: step.solved,
+            weights: WEIGHTS[..step.solutions.len()].to_vec(),
+            solutions: step.solutions,
         };
-        result.append(evaluator, rung, Some(step.error), None)?;
+        result.append(evaluator, approximation, Some(step.error), None)?;
         (s, width) = (end, factor * (end - s));
     }
-    Ok(result.closed(evaluator))
+    Ok(result.with_totals(evaluator))
 }
 
 struct Step {
     /// The step in coordinates about its start.
     sigma: StateVelocity,
+    /// Estimated error of the step.
     error: f64,
-    /// All stages but the last.
-    solved: Vec<LegSolution>,
-    /// The velocity at the end.
+    /// Solutions of all stages but the last.
+    solutions: Vec<LegSolution>,
+    /// The solution at the end of the step.
     last: LegSolution,
 }
 
@@ -143,21 +149,21 @@ fn step(
 ) -> Result<Step, SwimError> {
     let width = span.1 - span.0;
     let duration = evaluator.leg.duration * width;
-    let mut solved = vec![first.clone()];
+    let mut solutions = vec![first.clone()];
     let mut rates = vec![&first.solution.motion * duration];
     for (weights, node) in STAGES.iter().zip(&NODES[1..]) {
         let sigma = combination(rates.iter().zip(weights.iter().copied()), start);
         let state = evaluator.scene.articulation().advance(start, &sigma)?;
         let stage = evaluator.solve(span.0 + node * width, &state, false)?;
         rates.push(&coordinate_rate(&sigma, &stage.solution.motion) * duration);
-        solved.push(stage);
+        solutions.push(stage);
     }
     let error = combination(rates.iter().zip(DIFFERENCE), start);
-    let last = solved.split_off(NODES.len() - 1).swap_remove(0);
+    let last = solutions.split_off(NODES.len() - 1).swap_remove(0);
     Ok(Step {
         sigma: combination(rates.iter().zip(WEIGHTS), start),
-        error: size(evaluator, &error),
-        solved,
+        error: largest_displacement(evaluator, &error),
+        solutions,
         last,
     })
 }
@@ -167,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_tableau_fulfils_its_order_conditions() {
+    fn the_tableau_satisfies_the_quadrature_order_conditions() {
         for (row, node) in STAGES.iter().zip(&NODES[1..]) {
             assert!((row.iter().sum::<f64>() - node).abs() < 1e-14);
         }

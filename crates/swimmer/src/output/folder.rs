@@ -1,10 +1,11 @@
-//! The output folder: found writable before any work starts, and written to in whole files only.
+//! The output folder: checked for write access first, then filled with complete files only.
 
-use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use crate::SwimError;
+use tempfile::NamedTempFile;
+
+use crate::error::SwimError;
 
 /// A folder that exists and can be written to.
 #[derive(Clone, Debug)]
@@ -13,55 +14,63 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes the folder if needed and tries to write to it.
+    /// Creates the folder if needed and checks that it can be written to.
     ///
     /// # Errors
     /// [`SwimError::Write`] when that fails.
     pub fn create(path: &Path) -> Result<Self, SwimError> {
-        let folder = Self {
-            path: path.to_owned(),
+        let check = || {
+            std::fs::create_dir_all(path)?;
+            tempfile::tempfile_in(path)
         };
-        std::fs::create_dir_all(path).map_err(|source| SwimError::Write {
-            path: path.to_owned(),
-            source,
-        })?;
-        folder.write("writable", |file| file.write_all(b"?\n"))?;
-        folder.remove("writable")?;
-        Ok(folder)
+        match check() {
+            Ok(_) => Ok(Self {
+                path: path.to_owned(),
+            }),
+            Err(source) => Err(SwimError::Write {
+                path: path.to_owned(),
+                source,
+            }),
+        }
     }
 
-    /// Where it is.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Writes a file under another name and renames it, so that readers and crashes never see half of it.
+    /// Writes a file through a temporary file that is renamed when it is complete.
+    ///
+    /// Readers never see an incomplete file, and after an error the previous file is unchanged.
     ///
     /// # Errors
-    /// [`SwimError::Write`], with the file's name.
+    /// [`SwimError::Write`], with the name of the file.
     pub fn write(
         &self,
         name: &str,
-        content: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
+        content: impl FnOnce(&mut BufWriter<&mut NamedTempFile>) -> std::io::Result<()>,
     ) -> Result<PathBuf, SwimError> {
-        let (path, partial) = (
-            self.path.join(name),
-            self.path.join(format!(".{name}.partial")),
-        );
-        let attempt = || {
-            let mut file = BufWriter::new(File::create(&partial)?);
+        let path = self.path.join(name);
+        let attempt = || -> std::io::Result<()> {
+            let (prefix, mut builder) = (format!(".{name}."), tempfile::Builder::new());
+            builder.prefix(&prefix).suffix(".partial");
+            // Temporary files are private by default; this file gets the permissions of any new
+            // file.
+            #[cfg(unix)]
+            builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+            let mut temporary = builder.tempfile_in(&self.path)?;
+            let mut file = BufWriter::new(&mut temporary);
             content(&mut file)?;
             file.flush()?;
-            file.get_ref().sync_all()?;
-            std::fs::rename(&partial, &path)
+            drop(file);
+            // The contents must reach the disk before the name does.
+            temporary.as_file().sync_all()?;
+            temporary.persist(&path)?;
+            Ok(())
         };
         match attempt() {
             Ok(()) => Ok(path),
-            Err(source) => {
-                // What is left of the attempt is of no use; that it cannot be removed changes nothing.
-                let _ = std::fs::remove_file(&partial);
-                Err(SwimError::Write { path, source })
-            }
+            Err(source) => Err(SwimError::Write { path, source }),
         }
     }
 
@@ -79,7 +88,7 @@ impl Folder {
     /// Removes a file.
     ///
     /// # Errors
-    /// [`SwimError::Write`], with the file's name.
+    /// [`SwimError::Write`], with the name of the file.
     pub fn remove(&self, name: &str) -> Result<(), SwimError> {
         let path = self.path.join(name);
         std::fs::remove_file(&path).map_err(|source| SwimError::Write { path, source })
@@ -91,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+    fn a_failed_write_keeps_the_old_file_and_leaves_no_temporary_file() {
         let temporary = tempfile::tempdir().unwrap();
         let folder = Folder::create(&temporary.path().join("a/b")).unwrap();
         folder.write("kept", |file| file.write_all(b"old")).unwrap();
@@ -105,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_is_a_file_is_refused() {
+    fn the_name_of_a_file_is_refused_as_a_folder() {
         let temporary = tempfile::tempdir().unwrap();
         let path = temporary.path().join("file");
         std::fs::write(&path, "").unwrap();

@@ -1,14 +1,17 @@
-//! What a simulation leaves behind: `summary.json`, `trajectory.csv`, `trajectory.svg`, ParaView files.
+//! Results as files: `summary.json`, `trajectory.csv`, `trajectory.svg`, ParaView files.
 
 mod folder;
+mod memory;
 mod paraview;
-mod picture;
+#[cfg(feature = "plots")]
+mod plot;
 mod report;
-mod snapshots;
 mod trajectory;
 
 pub use folder::Folder;
+pub use memory::peak_rss_mib;
 pub use paraview::{FlowSeries, write_flow};
-pub use picture::trajectory_svg;
-pub use report::{matrix_json, peak_rss_mib, solution_json, summary_json};
+#[cfg(feature = "plots")]
+pub use plot::trajectory_svg;
+pub use report::{matrix_json, solution_json, summary_json};
 pub use trajectory::trajectory_csv;

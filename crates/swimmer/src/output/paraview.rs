@@ -1,17 +1,19 @@
-//! ParaView files: the flow at every solved instant, and the collection that puts them in time.
+//! ParaView files: the flow at every solve, and the collection with their times.
 
 use std::path::Path;
 
-use mesh::{Pvd, Vtu};
-
-use crate::{Folder, LegResult, SwimError};
+use mesh::{MeshError, Pvd, Vtu};
 use models::{FlowField, ModelError};
 use scene::Leg;
 
+use super::folder::Folder;
+use crate::error::SwimError;
+use crate::integrate::LegResult;
+
 /// The flows of a simulation as `trajectory.pvd`, a collection of `.vtu` files.
 ///
-/// Flows are written when they are solved; those of instants that the integration then discards are removed at the
-/// end of their leg, so the collection holds the trajectory alone.
+/// A flow is written after its solve. The flows of solves that the integration discards are removed
+/// at the end of the leg, so the collection contains the trajectory only.
 #[derive(Debug)]
 pub struct FlowSeries {
     folder: Folder,
@@ -29,7 +31,7 @@ impl FlowSeries {
         }
     }
 
-    /// Goes on with a collection, as [`FlowSeries::files`] gave it.
+    /// Continues a collection with the files that [`FlowSeries::files`] returned.
     pub fn resumed(folder: &Folder, files: &[(f64, String)]) -> Self {
         let mut series = Self::new(folder);
         for (time, name) in files {
@@ -43,19 +45,21 @@ impl FlowSeries {
         self.kept.frames()
     }
 
-    /// Writes the flow of a solve: velocity at all nodes, pressure at vertices (midside nodes get the mean of their edge).
+    /// Writes the flow of a solve: velocity at all nodes, pressure at vertices (the mean of the
+    /// edge at midside nodes).
     ///
     /// # Errors
-    /// [`SwimError::Write`], or what the mesh says of fields that do not fit it.
+    /// [`SwimError::Write`], or a model error for fields that do not fit the mesh.
     pub fn add(&mut self, solve: usize, flow: &FlowField) -> Result<(), SwimError> {
         write_flow(flow, &self.folder.path().join(file_name(solve)))?;
         self.pending.push(solve);
         Ok(())
     }
 
-    /// Keeps the flows that a finished leg is made of, removes the others and writes the collection.
+    /// Keeps the flows of the solutions in the result of a leg, removes the others and writes the
+    /// collection.
     ///
-    /// `first` is the number of the leg's first solve.
+    /// `first` is the number of the first solve of the leg.
     ///
     /// # Errors
     /// [`SwimError::Write`].
@@ -67,11 +71,11 @@ impl FlowSeries {
     ) -> Result<(), SwimError> {
         for solve in std::mem::take(&mut self.pending) {
             match result
-                .solved
+                .solutions
                 .iter()
-                .find(|solved| first + solved.number == solve)
+                .find(|solution| first + solution.number == solve)
             {
-                Some(solved) => self.kept.push(leg.time(solved.s), file_name(solve)),
+                Some(solution) => self.kept.push(leg.time(solution.s), file_name(solve)),
                 None => self.folder.remove(&file_name(solve))?,
             }
         }
@@ -84,10 +88,10 @@ impl FlowSeries {
     }
 }
 
-/// Writes a flow as a `.vtu` file: velocity at all nodes, and the pressure, if it is known, at vertices.
+/// Writes a flow as a `.vtu` file: velocity at all nodes, and pressure at vertices, if it is known.
 ///
 /// # Errors
-/// [`SwimError::Write`], or what the mesh says of fields that do not fit it.
+/// [`SwimError::Write`], or a model error for fields that do not fit the mesh.
 pub fn write_flow(flow: &FlowField, path: &Path) -> Result<(), SwimError> {
     let velocity: Vec<f64> = flow.velocity.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
     let write = || {
@@ -100,10 +104,10 @@ pub fn write_flow(flow: &FlowField, path: &Path) -> Result<(), SwimError> {
     write().map_err(from_mesh)
 }
 
-/// A file that cannot be written is the folder's fault, not the model's.
-fn from_mesh(error: mesh::MeshError) -> SwimError {
+/// Reports a file that cannot be written as such, and any other error as one of the model.
+fn from_mesh(error: MeshError) -> SwimError {
     match error {
-        mesh::MeshError::Io { path, source } => SwimError::Write { path, source },
+        MeshError::Io { path, source } => SwimError::Write { path, source },
         error => ModelError::from(error).into(),
     }
 }

@@ -1,19 +1,22 @@
-//! The JSON that other programs read: `summary.json` and the answer of `swim solve --json`.
+//! JSON for other programs: `summary.json` and the output of `swim solve --json`.
 
+use models::{ErrorEstimate, InstantaneousSolution, Seconds};
 use nalgebra::{DMatrix, Vector3};
+use scene::Scene;
 use serde_json::{Map, Value, json};
 
+use super::memory::peak_rss_mib;
 use crate::outcome::Outcome;
-use models::{ErrorEstimate, InstantaneousSolution, Seconds};
-use scene::Scene;
 
-/// The summary of a run.
+/// The summary of a run, `summary.json`.
 ///
-/// Keys: `displacement` (by body), `rotation` (rotation vector of the first linkage's frame), `phases` (each with `link`,
-/// `displacement`, `solves`, `error_estimate`), `solves`, `error_estimate`, `seconds`, and besides `model`, `reasons`,
-/// `cycles`, `duration`, `work` (of the bodies on the fluid), `tolerance`, `tolerance_met`, `peak_rss_mib`, `corrected` (the
-/// displacement less its estimated error by the mesh).
-/// `seconds.total` is wall-clock time and includes what is not solving.
+/// Keys: `displacement` (by body), `rotation` (rotation vector of the frame of the first linkage),
+/// `phases` (each with `link`, `displacement`, `solves`, `error_estimate`), `solves`,
+/// `error_estimate` (absolute, in the scene's unit of length), `corrected` (the displacement minus
+/// its estimated discretisation error), `seconds`, `model`, `reasons`, `cycles`, `duration`, `work`
+/// (of the bodies on the fluid), `tolerance`, `tolerance_met`, `meshes`, `peak_rss_mib`.
+/// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
+/// solves.
 pub fn summary_json(
     scene: &Scene,
     model: &str,
@@ -61,11 +64,12 @@ pub fn summary_json(
     })
 }
 
-/// One instant, as `swim solve --json` prints it.
+/// An instantaneous solution, as printed by `swim solve --json`.
 ///
-/// `links` holds the force of each arm on the body that its key `body` names; the opposite acts on `to`.
-/// `error_estimate` is that of the velocities; its `force` that of the largest force. `corrected` has the velocities and forces less
-/// their estimated errors by the mesh, `checks` other ways to forces and power.
+/// `links` has the force of each link on the body that its key `body` names; the opposite force
+/// acts on `to`. `error_estimate` refers to the velocities; its entry `force` to the largest force.
+/// `corrected` has the velocities and forces minus their estimated discretisation errors, `checks`
+/// independent computations of the forces and the power.
 pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolution) -> Value {
     let bodies: Vec<Value> = scene
         .bodies()
@@ -81,9 +85,9 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
             })
         })
         .collect();
-    let mut bars = estimate(&solution.error_estimate);
-    if let (Some(error), Value::Object(bars)) = (&solution.mesh_error, &mut bars) {
-        bars.insert("force".to_owned(), json!({ "mesh": error.force() }));
+    let mut estimates = estimate(&solution.error_estimate);
+    if let (Some(error), Value::Object(estimates)) = (&solution.mesh_error, &mut estimates) {
+        estimates.insert("force".to_owned(), json!({ "mesh": error.force() }));
     }
     let corrected = solution.mesh_error.as_ref().map(|error| {
         let errors = error.bodies.iter().zip(&error.forces);
@@ -112,7 +116,7 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
         "solver": solution.solver,
         "seconds": solution.seconds,
         "peak_rss_mib": peak_rss_mib(),
-        "error_estimate": bars,
+        "error_estimate": estimates,
         "corrected": corrected,
         "checks": solution.checks,
     })
@@ -128,7 +132,7 @@ fn vector(v: &Vector3<f64>) -> Value {
     json!([v.x, v.y, v.z])
 }
 
-/// The estimated sources, their sum, and which sources nobody estimated.
+/// The estimated error sources, their sum, and the names of the sources without an estimate.
 fn estimate(estimate: &ErrorEstimate) -> Value {
     let mut map = Map::new();
     let mut missing = Vec::new();
@@ -141,14 +145,4 @@ fn estimate(estimate: &ErrorEstimate) -> Value {
     map.insert("total".to_owned(), json!(estimate.total()));
     map.insert("not_estimated".to_owned(), json!(missing));
     Value::Object(map)
-}
-
-/// Largest resident size of this process so far in MiB; `None` where the system does not tell (only Linux does).
-pub fn peak_rss_mib() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kib: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kib / 1024.0)
 }

@@ -1,11 +1,12 @@
-//! `trajectory.csv`: one row an end of a phase and one a solved instant, in time.
+//! `trajectory.csv`: one row per solve and per end of a phase, in the order of time.
 
 use nalgebra::Vector3;
-
-use crate::outcome::Sample;
 use scene::Scene;
 
-/// Suffixes of the columns of a body: position, rotation vector, velocity, angular velocity, force and torque on the fluid.
+use crate::outcome::Sample;
+
+/// Suffixes of the columns of a body: position, rotation vector, velocity, angular velocity, force
+/// and torque on the fluid.
 const COLUMNS: [&str; 18] = [
     "x", "y", "z", "rx", "ry", "rz", "vx", "vy", "vz", "wx", "wy", "wz", "fx", "fy", "fz", "tx",
     "ty", "tz",
@@ -13,9 +14,9 @@ const COLUMNS: [&str; 18] = [
 
 /// The trajectory as comma-separated values with a header.
 ///
-/// Columns: `time`, `cycle` and `phase` (from one), the length of each link, and 18 of each body, such as `left.x`.
-/// Velocities and forces are empty at the ends of phases, where rates jump and nothing is solved. Numbers are
-/// written so that reading them gives back every bit.
+/// Columns: `time`, `cycle` and `phase` (from one), the length of each link, and 18 columns per
+/// body, such as `left.x`. Velocities and forces are empty at the ends of phases, where rates jump
+/// and nothing is solved. Numbers have as many digits as are needed to restore every bit.
 pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     let mut header = vec!["time".to_owned(), "cycle".to_owned(), "phase".to_owned()];
     header.extend(
@@ -66,7 +67,7 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     text
 }
 
-/// A name as a field: quoted where it holds a separator or a quote (RFC 4180).
+/// A name as a field, quoted if it contains a separator, a quote or a line break (RFC 4180).
 fn quoted(name: &str) -> String {
     match name.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", name.replace('"', "\"\"")),

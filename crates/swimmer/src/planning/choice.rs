@@ -1,24 +1,26 @@
-//! Which model computes a scene, and why.
+//! The choice of the model for a scene.
 
 use models::{AxisymmetricModel, FemModel, Hydrodynamics, ModelError, SphereModel, SpheresModel};
 use scene::{DomainKind, ModelKind, Scene};
 
-use crate::planning::ladder;
+use super::sphere_model::choose_sphere_model;
 
-/// The model taken for a scene, with the reasons.
+/// The model chosen for a scene, with the reasons.
 pub struct Choice {
     /// The model.
     pub model: Box<dyn Hydrodynamics>,
-    /// What was found out about the scene and what follows from it, one sentence each.
+    /// Properties of the scene and conclusions from them, one sentence each.
     pub reasons: Vec<String>,
 }
 
-/// Takes the model that the scene names, or for `auto` the least one that meets the scene's tolerance.
+/// Chooses the model that the scene names, or for `auto` the cheapest one that meets the tolerance.
 ///
-/// `auto` gives three reasons: the symmetry found, what each rung of the ladder errs and costs, and what it took.
+/// For `auto` there are three reasons: the symmetry of the scene, the error and the cost of each
+/// candidate, and the choice.
 ///
 /// # Errors
-/// [`ModelError::Unsupported`] for models, domains and options that do not exist yet, naming what to use instead.
+/// [`ModelError::Unsupported`] for combinations of model, domain and options that are not
+/// supported, with the alternative.
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     let unsupported = |key: &str, value: &str, instead: &str| {
         Err(ModelError::Unsupported {
@@ -33,18 +35,18 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
                 return unsupported(
                     &key,
                     &value.to_string(),
-                    "remove it: bodies without inertia are exact for slow, small swimmers",
+                    "remove it: inertia is negligible for small, slow swimmers",
                 );
             }
         }
     }
-    let without_mesh = matches!(
+    let is_mesh_free = matches!(
         scene.domain().kind(),
         DomainKind::Unbounded | DomainKind::Ball | DomainKind::Wall
     );
-    let asked = || {
+    let requested = || {
         vec![
-            "asked for by model.kind".to_owned(),
+            "given by model.kind".to_owned(),
             scene.arrangement().describe().to_owned(),
         ]
     };
@@ -55,29 +57,29 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         })
     };
     match scene.model().kind {
-        ModelKind::Oseen => return spheres(SphereModel::Oseen, asked()),
-        ModelKind::Rpy => return spheres(SphereModel::Rpy, asked()),
-        ModelKind::Multipole => return spheres(SphereModel::for_displacement(scene), asked()),
+        ModelKind::Oseen => return spheres(SphereModel::Oseen, requested()),
+        ModelKind::Rpy => return spheres(SphereModel::Rpy, requested()),
+        ModelKind::Multipole => return spheres(SphereModel::for_displacement(scene), requested()),
         ModelKind::Auto if AxisymmetricModel::suits(scene) => {
             let mut model = AxisymmetricModel::new(scene)?;
             let reasons = vec![
                 scene.arrangement().describe().to_owned(),
                 model.describe(scene)?,
-                "took finite elements in the meridian plane".to_owned(),
+                "chosen: finite elements in the meridian plane".to_owned(),
             ];
             return Ok(Choice {
                 model: Box::new(model),
                 reasons,
             });
         }
-        ModelKind::Auto if without_mesh => {
-            let rung = ladder::climb(scene)?;
-            return spheres(rung.kind, rung.reasons);
+        ModelKind::Auto if is_mesh_free => {
+            let choice = choose_sphere_model(scene)?;
+            return spheres(choice.kind, choice.reasons);
         }
         ModelKind::Axisymmetric => {
             return Ok(Choice {
                 model: Box::new(AxisymmetricModel::new(scene)?),
-                reasons: asked(),
+                reasons: requested(),
             });
         }
         ModelKind::Auto | ModelKind::Fem => {}
@@ -89,7 +91,8 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         | DomainKind::Cylinder
         | DomainKind::Mesh => {}
         kind => {
-            let instead = "use model.kind = \"auto\" for spheres beside a wall, or domain.kind = \"unbounded\" or \"ball\"";
+            let instead = "use model.kind = \"auto\" for spheres beside a wall, \
+                           or domain.kind = \"unbounded\" or \"ball\"";
             return unsupported("domain.kind", &format!("\"{}\"", kind.word()), instead);
         }
     }
@@ -97,12 +100,12 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         ModelKind::Auto => vec![
             scene.arrangement().describe().to_owned(),
             format!(
-                "models without a mesh know no domain.kind = \"{}\"",
+                "mesh-free models do not support domain.kind = \"{}\"",
                 scene.domain().kind().word()
             ),
-            "took finite elements in space".to_owned(),
+            "chosen: finite elements in three dimensions".to_owned(),
         ],
-        _ => asked(),
+        _ => requested(),
     };
     Ok(Choice {
         model: Box::new(FemModel::new(scene)?),

@@ -1,7 +1,7 @@
 //! Decisions before a run: the model, the element sizes, tables over shapes.
 
 mod choice;
-mod ladder;
+mod sphere_model;
 mod tables;
 mod target;
 

@@ -1,27 +1,26 @@
-//! Whether tables save evaluations of the model, and over which boxes.
+//! Tables of the model over shape space, where they save solves.
 
 use models::Tabulated;
 use scene::{Gait, Scene, legs};
 
-use crate::planning::Choice;
+use super::choice::Choice;
+use crate::integrate::TYPICAL_SOLVES_PER_LEG;
 
-/// Points that a variable usually takes.
-const POINTS: usize = 9;
+/// Number of points per variable in a typical table.
+const TYPICAL_POINTS: usize = 9;
 
-/// Solves that a phase usually takes without a table: rungs of one, two and three points.
-const SOLVES_A_PHASE: usize = 6;
-
-/// Puts tables before a model where that saves solves: free swimmers whose gait repeats shapes.
+/// Adds tables over shape space to a model where they save solves: for free swimmers whose gait
+/// repeats shapes.
 ///
-/// The reasons of the choice say so.
+/// The tables are added to the reasons of the choice.
 pub fn with_tables(scene: &Scene, choice: Choice) -> Choice {
     let Some(boxes) = boxes(scene) else {
         return choice;
     };
     let mut reasons = choice.reasons;
     reasons.push(match boxes.len() {
-        1 => "tabulated over the shapes of the gait, which come again in every cycle".to_owned(),
-        n => format!("tabulated along {n} lines of shape space, which come again in every cycle"),
+        1 => "tabulated over the shapes of the gait, which repeat in every cycle".to_owned(),
+        n => format!("tabulated along {n} lines of shape space, which repeat in every cycle"),
     });
     Choice {
         model: Box::new(Tabulated::new(scene, choice.model, boxes)),
@@ -29,14 +28,15 @@ pub fn with_tables(scene: &Scene, choice: Choice) -> Choice {
     }
 }
 
-/// The boxes of lengths that a gait needs, if tables over them take fewer solves than the gait without them; none otherwise.
+/// The boxes of link lengths that the tables for a gait cover; none if tables would need more
+/// solves than the gait without them.
 ///
-/// Either one box for each line of shape space that a phase runs along, or one for all.
+/// Either one box for each line in shape space along which a phase moves, or one box for all.
 fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
     if !scene.is_free() {
         return None;
     }
-    // from the second cycle on, all cycles run through the same lengths
+    // From the second cycle on, all cycles have the same lengths.
     let gait = Gait {
         cycles: scene.gait().cycles.min(2),
         phases: scene.gait().phases.clone(),
@@ -62,10 +62,11 @@ fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
         }
     }
     let moving = scene.gait().phases.iter().filter(|p| p.change.is_some());
-    let direct = (moving.count() * SOLVES_A_PHASE).saturating_mul(scene.gait().cycles as usize);
+    let direct =
+        (moving.count() * TYPICAL_SOLVES_PER_LEG).saturating_mul(scene.gait().cycles as usize);
     let variables = all.iter().filter(|r| r.0 < r.1).count();
-    let whole = POINTS.saturating_pow(variables as u32);
-    let by_lines = POINTS * lines.len();
+    let whole = TYPICAL_POINTS.saturating_pow(variables as u32);
+    let by_lines = TYPICAL_POINTS * lines.len();
     if lines.is_empty() || whole.min(by_lines) >= direct {
         return None;
     }
@@ -85,9 +86,11 @@ mod tests {
             .collect();
         Scene::parse(&format!(
             "domain = {domain}\ngait.cycles = {cycles}\n\
-             bodies = [{{ name = \"l\", radius = 1, position = [-10, 0, 0] }}, {{ name = \"c\", radius = 1, position = [0, 0, 0] }}, \
+             bodies = [{{ name = \"l\", radius = 1, position = [-10, 0, 0] }}, \
+             {{ name = \"c\", radius = 1, position = [0, 0, 0] }}, \
              {{ name = \"r\", radius = 1, position = [10, 0, 0] }}]\n\
-             links = [{{ name = \"a\", body = \"l\", to = \"c\" }}, {{ name = \"b\", body = \"r\", to = \"c\" }}]\n{phases}"
+             links = [{{ name = \"a\", body = \"l\", to = \"c\" }}, \
+             {{ name = \"b\", body = \"r\", to = \"c\" }}]\n{phases}"
         ))
         .unwrap()
     }
@@ -96,7 +99,7 @@ mod tests {
     const FREE: &str = "{ kind = \"unbounded\" }";
 
     #[test]
-    fn one_cycle_needs_no_table_and_more_take_one_for_each_side() {
+    fn one_cycle_needs_no_table_and_more_cycles_use_one_table_per_line() {
         assert_eq!(boxes(&scene(1, &STROKE, FREE)), None);
         let lines = boxes(&scene(2, &STROKE, FREE)).unwrap();
         assert_eq!(lines.len(), 4);
@@ -108,8 +111,8 @@ mod tests {
     }
 
     #[test]
-    fn many_short_phases_take_one_table_for_all() {
-        // a diagonal in steps: twenty different lines
+    fn many_short_phases_share_one_table() {
+        // A diagonal of shape space in steps: twenty different lines.
         let steps: Vec<(&str, f64)> = (1..=10)
             .flat_map(|k| {
                 let length = 10.0 - 0.4 * f64::from(k);

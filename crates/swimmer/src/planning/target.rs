@@ -1,38 +1,43 @@
-//! Element sizes for an asked error of the net displacement.
+//! Element sizes that meet a target for the error of the net displacement.
 
-use crate::SwimError;
-use crate::integrate::Method;
-use crate::observer::Observer;
-use crate::planning::choose;
-use crate::simulate::simulate;
 use models::FemModel;
 use scene::{GeometryKind, Scene};
 
-/// The error is taken to fall with this power of the sizes: the observed order is 3.7 (curved) and 1.8 (straight elements).
+use super::choice::choose;
+use crate::error::SwimError;
+use crate::integrate::Method;
+use crate::observer::Observer;
+use crate::simulate::simulate;
+
+/// Assumed order of convergence of the error on curved elements; 3.7 was observed.
 const CURVED_ORDER: f64 = 3.5;
+/// Assumed order of convergence of the error on straight elements; 1.8 was observed.
 const STRAIGHT_ORDER: f64 = 1.7;
 
-/// Part of the allowed error that is aimed at: bars of two meshes scatter by a half about the law.
+/// Fraction of the target at which the extrapolation aims, because the error bars of different
+/// meshes scatter by a factor of about a half around the assumed power law.
 const AIM: f64 = 0.6;
 
-/// Sizes are not guessed beyond this part of those that the guess is based on.
-const FARTHEST: f64 = 0.5;
+/// Smallest ratio of the extrapolated sizes to those of the last trial.
+const MIN_RATIO: f64 = 0.5;
 
-/// Coarse strokes at most: each is eight times as dear as the one before, and the last one costs what the stroke itself does.
-const MOST_STROKES: usize = 6;
+/// Largest number of trial strokes: each costs eight times as much as the one before, the last one
+/// as much as the stroke itself.
+const MAX_TRIALS: usize = 6;
 
-/// A stroke that was followed on a coarse mesh.
+/// A trial stroke on a coarse mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Trial {
-    /// Factor on the element sizes, `fem.size_factor`.
+    /// Factor on the element sizes, as the scene key `fem.size_factor`.
     pub size_factor: f64,
-    /// Error bar by the mesh over the net displacement.
+    /// Estimated discretisation error of the net displacement, divided by the net displacement.
     pub relative_error: f64,
 }
 
-/// What may be done while coarse strokes are tried.
+/// Callbacks during the trial strokes.
 pub trait TrialObserver: Observer {
-    /// Sees every stroke that was tried.
+    /// Called after every trial stroke.
     fn tried(&mut self, trial: &Trial) {
         let _ = trial;
     }
@@ -41,11 +46,13 @@ pub trait TrialObserver: Observer {
 /// An observer that does nothing.
 impl TrialObserver for () {}
 
-/// The `fem.size_factor` with which the error bar of the net displacement by the mesh meets `fem.target`, from strokes on
-/// coarse meshes.
+/// The `fem.size_factor` with which the estimated discretisation error of the net displacement
+/// meets `fem.target`, determined by trial strokes on coarse meshes.
 ///
-/// None if nothing is to choose: no target, sizes that are given, or a model without estimates. The observer sees each stroke.
-/// Cost: the strokes have at most an eighth of the unknowns of the one that they are for, each an eighth of the next.
+/// None without a target, with given sizes, or for a model without estimates.
+///
+/// Cost: the trial strokes have at most an eighth of the degrees of freedom of the final one, and
+/// each an eighth of the next.
 ///
 /// # Errors
 /// Those of [`simulate`].
@@ -61,17 +68,17 @@ pub fn size_factor_for_target(
         GeometryKind::Straight => STRAIGHT_ORDER,
     };
     let mut size_factor = FemModel::COARSEST_SIZE_FACTOR;
-    for _ in 0..MOST_STROKES {
+    for _ in 0..MAX_TRIALS {
         let coarse = scene.with_size_factor(Some(size_factor))?;
         let mut model = choose(&coarse)?.model;
         if !model.error_estimates().given(true) {
             return Ok(None);
         }
         let outcome = simulate(&coarse, model.as_mut(), Method::Collocation, observer)?;
-        let (Some(bar), true) = (outcome.error_estimate.mesh, outcome.net() > 0.0) else {
+        let (Some(error), true) = (outcome.error_estimate.mesh, outcome.net() > 0.0) else {
             return Ok(None);
         };
-        let relative_error = bar / outcome.net();
+        let relative_error = error / outcome.net();
         observer.tried(&Trial {
             size_factor,
             relative_error,
@@ -80,10 +87,10 @@ pub fn size_factor_for_target(
             return Ok(Some(size_factor));
         }
         let next = size_factor * (AIM * target / relative_error).powf(1.0 / order);
-        if next >= FARTHEST * size_factor {
+        if next >= MIN_RATIO * size_factor {
             return Ok(Some(next));
         }
-        size_factor *= FARTHEST;
+        size_factor *= MIN_RATIO;
     }
     Ok(Some(size_factor))
 }

@@ -2,14 +2,15 @@
 
 use nalgebra::Vector3;
 
-use crate::scenes::{BALL, COARSE, bent, parse, right_side, solve, solve_with_flow};
+use crate::scenes::{BALL, COARSE, bent, parse, rhs_bound, solve, solve_with_flow};
 
 #[test]
 fn a_free_swimmer_exerts_no_force_and_no_torque() {
     let scene = bent(COARSE);
     let instant = solve(&scene);
-    // The sums are the residual of the six rows of the swimmer's rigid motion, taken about its first sphere.
-    let tolerance = instant.solver.true_relative_residual * right_side(&instant);
+    // The sums are the residuals of the six rows of the rigid motion of the swimmer, about its
+    // first sphere.
+    let tolerance = instant.solver.true_relative_residual * rhs_bound(&instant);
     let root = scene.bodies()[0].position;
     let force: Vector3<f64> = instant.bodies.iter().map(|b| b.force).sum();
     let torque: Vector3<f64> = scene
@@ -20,16 +21,16 @@ fn a_free_swimmer_exerts_no_force_and_no_torque() {
         .sum();
     assert!(force.norm() <= tolerance, "{force:?} {tolerance:e}");
     assert!(torque.norm() <= tolerance, "{torque:?} {tolerance:e}");
-    // Which says something: the forces themselves are of order one.
+    // The forces themselves are of order one.
     assert!(instant.bodies.iter().all(|b| b.force.norm() > 1.0));
 }
 
 #[test]
-fn forces_on_driven_bodies_are_those_applied() {
+fn forces_of_driven_bodies_are_the_applied_loads() {
     let loads = "force = [1, -2, 0.5]\ntorque = [0.25, 1, -1]\n";
     let body = format!("[[bodies]]\nname = \"s\"\nradius = 1\nposition = [1, 2, -1]\n{loads}");
     let instant = solve(&parse(&format!("{BALL}{COARSE}{body}")));
-    // Six rows of the system, whose right-hand side is the load.
+    // Six rows of the system have the load as right-hand side.
     let tolerance = instant.solver.true_relative_residual * (5.25_f64 + 2.0625).sqrt();
     let tolerance = tolerance.max(1e-13); // rounding of sums over the sphere's nodes
     let body = &instant.bodies[0];
@@ -38,7 +39,7 @@ fn forces_on_driven_bodies_are_those_applied() {
 }
 
 #[test]
-fn the_bodies_power_is_the_energy_of_the_flow() {
+fn the_power_of_the_bodies_is_the_energy_of_the_flow() {
     // Straight cells: every integral below is exact.
     let scene = bent(&format!("{COARSE}fem.geometry = \"straight\"\n"));
     let (instant, flow) = solve_with_flow(&scene);
@@ -61,11 +62,12 @@ fn the_bodies_power_is_the_energy_of_the_flow() {
             2.0 * volume * b.angular_velocity.norm_squared()
         })
         .sum();
-    // They differ by p . B u, which is the residual of incompressibility, and by the momentum's residual times u.
+    // They differ by p . B u, the residual of incompressibility, and by the residual of momentum
+    // times u.
     let pressure: f64 = flow.pressure.iter().map(|p| p * p).sum();
     let velocity: f64 = flow.velocity.iter().map(|u| u.norm_squared()).sum();
     let tolerance = instant.solver.true_relative_residual
-        * right_side(&instant)
+        * rhs_bound(&instant)
         * (pressure.sqrt() + velocity.sqrt());
     let energy = gradient * gradient + spin;
     assert!(
@@ -73,23 +75,24 @@ fn the_bodies_power_is_the_energy_of_the_flow() {
         "{power} {energy} {tolerance:e}"
     );
 
-    // 2 D:D is that energy and the square of the divergence, which only vanishes with the mesh.
+    // 2 D:D is that energy plus the square of the divergence, which vanishes only under refinement.
     let dissipation = fem::dissipation(&flow.mesh, &flow.velocity).unwrap();
     assert!(dissipation >= power - tolerance);
 }
 
 #[test]
-fn dissipation_exceeds_the_power_by_the_divergence_which_falls_with_the_mesh() {
+fn the_excess_of_dissipation_over_power_decreases_under_refinement() {
     let excess = [0.6, 0.3].map(|size| {
         let text = format!(
-            "domain = {{ kind = \"ball\", radius = 4 }}\nmodel.kind = \"fem\"\nfem.surface_size = {size}\nfem.rtol = 1e-10\n\
+            "domain = {{ kind = \"ball\", radius = 4 }}\nmodel.kind = \"fem\"\n\
+             fem.surface_size = {size}\nfem.rtol = 1e-10\n\
              [[bodies]]\nname = \"s\"\nradius = 1\nposition = [0, 0, 0]\nforce = [1, 0, 0]\n"
         );
         let (instant, flow) = solve_with_flow(&parse(&text));
         let power = instant.bodies[0].velocity.x;
         fem::dissipation(&flow.mesh, &flow.velocity).unwrap() / power - 1.0
     });
-    // The square of a second-order quantity where elements are refined; they are not as much far away.
+    // The square of a second-order quantity; far from the body the elements are refined less.
     assert!(excess[1] > 0.0 && excess[0] / excess[1] > 4.0, "{excess:?}");
     assert!(excess[0] < 0.05, "{excess:?}");
 }

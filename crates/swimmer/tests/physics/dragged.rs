@@ -1,22 +1,24 @@
-//! A sphere dragged and turned at the centre of a ball, against the exact answer.
+//! A translating and rotating sphere at the centre of a ball, against exact values.
 
 use std::f64::consts::PI;
 
 use crate::scenes::{parse, solve_with_flow};
 
-/// Ball radius four: K = (1 - l^5) / (1 - 9/4 l + 5/2 l^3 - 9/4 l^5 + l^6), torque factor 1 / (1 - l^3) (Happel & Brenner 1983).
+/// Ratio of the radii: `K = (1 - l^5) / (1 - 9/4 l + 5/2 l^3 - 9/4 l^5 + l^6)`, torque factor
+/// `1 / (1 - l^3)` (Happel & Brenner 1983).
 const LAMBDA: f64 = 0.25;
 
 struct Loads {
     drag: f64,
     torque: f64,
-    /// Radius of the ball of the volume inside the discrete sphere.
+    /// Radius of a sphere with the volume of the discrete one.
     radius: f64,
 }
 
 fn loads(size: f64, geometry: &str) -> Loads {
     let text = format!(
-        "domain = {{ kind = \"ball\", radius = 4 }}\nmodel.kind = \"fem\"\nfem.surface_size = {size}\nfem.geometry = \"{geometry}\"\n\
+        "domain = {{ kind = \"ball\", radius = 4 }}\nmodel.kind = \"fem\"\n\
+         fem.surface_size = {size}\nfem.geometry = \"{geometry}\"\n\
          [[bodies]]\nname = \"s\"\nradius = 1\nposition = [0, 0, 0]\nforce = [1, 0, 0]\ntorque = [0, 0, 1]\n"
     );
     let (instant, flow) = solve_with_flow(&parse(&text));
@@ -45,7 +47,8 @@ fn curved_surfaces_give_drag_and_torque_to_better_than_second_order() {
         (torque, coarse.torque, fine.torque),
     ] {
         let error = fine / exact - 1.0;
-        // Better than second order: less is left than a third of the change. The error is an energy: not negative.
+        // Better than second order: the error is below a third of the change. It is an energy, thus
+        // not negative.
         let tolerance = (coarse - fine).abs() / exact / 3.0;
         assert!(error > 0.0 && error < tolerance, "{error:e} {tolerance:e}");
         assert!(tolerance < 1e-2);
@@ -53,17 +56,18 @@ fn curved_surfaces_give_drag_and_torque_to_better_than_second_order() {
 }
 
 #[test]
-fn straight_surfaces_give_the_loads_of_the_smaller_ball_that_they_enclose() {
+fn straight_facets_give_the_loads_of_the_sphere_of_equal_volume() {
     let straight = loads(0.3, "straight");
     let curved = loads(0.3, "curved");
     let [drag, torque] = exact();
     let deficit = 1.0 - straight.radius;
-    // Facets of edge h are h^2 / 8 below the sphere in the mean.
+    // Facets of edge length h are on average h^2 / 8 below the sphere.
     assert!(
         (0.5..1.5).contains(&(deficit / (0.3_f64.powi(2) / 8.0))),
         "{deficit}"
     );
-    // Drag falls with the radius, torque with its cube; vertices stick out of the ball of equal volume, so by less.
+    // Drag is proportional to the radius, torque to its cube. The vertices are outside of the
+    // sphere of equal volume, so the decrease is smaller.
     for (exact, straight, curved, power) in [
         (drag, straight.drag, curved.drag, 1.0),
         (torque, straight.torque, curved.torque, 3.0),
@@ -73,7 +77,7 @@ fn straight_surfaces_give_the_loads_of_the_smaller_ball_that_they_enclose() {
             error < 0.0 && error > -2.0 * power * deficit,
             "{error:e} {deficit:e}"
         );
-        // Curving the same elements removes most of it.
+        // Curved elements on the same mesh remove most of the error.
         assert!((curved / exact - 1.0).abs() < 0.5 * error.abs());
     }
     assert!((curved.radius - 1.0).abs() < 0.01 * deficit);

@@ -1,4 +1,4 @@
-//! Space has no preferred place, direction or hand: the same mesh moved, turned or mirrored gives the same answer so.
+//! Invariance under translation, rotation and reflection of the scene with its mesh.
 
 use mesh::{QuadraticTets, TetMesh};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -16,7 +16,7 @@ fn mapped(
     shift: Vector3<f64>,
 ) -> Scene {
     let place = |x: &Vector3<f64>| linear * x + shift;
-    // A mirrored cell is inverted; loose cells are turned round as they become a mesh.
+    // Reflection inverts the cells; the constructor of the mesh restores their orientation.
     let loose = QuadraticTets {
         points: original.points().iter().map(place).collect(),
         tets: original.cells().to_vec(),
@@ -68,7 +68,7 @@ fn check(linear: Matrix3<f64>, shift: Vector3<f64>) {
     let reference = solve(&scene);
     let answer = solve(&mapped(folder.path(), &original, &linear, shift));
     assert_eq!(reference.dofs, answer.dofs);
-    // Angular velocities and torques are axial: a mirror turns them once more.
+    // Angular velocities and torques are axial vectors, which change sign under reflection.
     let axial = linear * linear.determinant();
     let [velocities, forces] = largest_differences(&reference, &answer, |[u, w, f, t]| {
         [linear * u, axial * w, linear * f, axial * t]
@@ -80,23 +80,23 @@ fn check(linear: Matrix3<f64>, shift: Vector3<f64>) {
 }
 
 #[test]
-fn a_mesh_from_a_file_is_the_mesh() {
+fn a_mesh_from_a_file_gives_the_same_solution() {
     check(Matrix3::identity(), Vector3::zeros());
 }
 
 #[test]
-fn a_turned_scene_moves_the_same_way() {
+fn a_rotated_scene_has_the_rotated_solution() {
     let turn = Rotation3::from_scaled_axis(Vector3::new(0.3, -1.1, 0.7));
     check(turn.into_inner(), Vector3::zeros());
 }
 
 #[test]
-fn a_shifted_scene_moves_the_same_way() {
+fn a_shifted_scene_has_the_same_solution() {
     check(Matrix3::identity(), Vector3::new(7.0, -3.0, 11.0));
 }
 
 #[test]
-fn a_mirrored_scene_moves_in_the_mirror() {
+fn a_reflected_scene_has_the_reflected_solution() {
     check(
         Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, 1.0)),
         Vector3::zeros(),

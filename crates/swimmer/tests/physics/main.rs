@@ -1,11 +1,26 @@
-//! Exact properties of Stokes flow, held by the finite-element model on coarse meshes.
+//! Physical properties and exact values: what the models compute, independent of the integration.
 //!
-//! A property that discretisation keeps is tested to the error of the solves, one that it keeps to its order to that.
+//! Properties that the discretisation preserves are tested to the error of the solver, other
+//! properties to the order of the discretisation.
 
+mod axisymmetric;
 mod balance;
+mod cylinder;
 mod dragged;
+mod equivalence;
+mod error_bars;
+mod far_field;
+mod fem_strokes;
+mod formulations;
 mod frames;
 mod mobility;
+mod model_choice;
 mod reproducible;
 mod scenes;
-mod strokes;
+mod several_rates;
+mod shape_space;
+mod sphere_instants;
+mod sphere_strokes;
+mod surroundings;
+mod symmetry_planes;
+mod target;

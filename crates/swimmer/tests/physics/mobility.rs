@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::scenes::{COARSE, parse, solve};
 
-/// Two unequal spheres off the axis of their ball; load number `k` of six a body.
+/// Two unequal spheres off the axis of their ball with the unit load number `k`, six per body.
 fn loaded(k: usize) -> String {
     let bodies = [("small", 1.0, "[-2, 0.5, 1]"), ("large", 1.5, "[2, 0, -1]")];
     let bodies: String = bodies
@@ -36,18 +36,20 @@ fn mobility_is_symmetric_and_positive_definite() {
             .flat_map(|b| [b.velocity, b.angular_velocity]);
         let column: Vec<f64> = columns.flat_map(|v| [v.x, v.y, v.z]).collect();
         mobility.set_column(k, &DVector::from_vec(column));
-        // The system is symmetric and its right-hand sides are unit vectors: M_ij - M_ji = x_i . r_j - x_j . r_i, with
-        // |x| <= sqrt(dofs) / 4 pi (no velocity exceeds 1 / 6 pi, no pressure 3/2 of it).
+        // The system is symmetric and its right-hand sides are unit vectors, so
+        // M_ij - M_ji = x_i . r_j - x_j . r_i with |x| <= sqrt(dofs) / 4 pi (no velocity exceeds
+        // 1 / 6 pi, no pressure 3/2 of that).
         let largest = (instant.dofs.total as f64).sqrt() / (4.0 * std::f64::consts::PI);
         tolerance = tolerance.max(2.0 * instant.solver.true_relative_residual * largest);
     }
     let asymmetry = (&mobility - mobility.transpose()).amax();
     assert!(asymmetry <= tolerance, "{asymmetry:e} {tolerance:e}");
-    // The off-diagonal is not just zero.
+    // The off-diagonal entries do not vanish.
     assert!(mobility[(0, 6)].abs() > 1e-3);
 
     let eigenvalues = mobility.clone().symmetric_eigenvalues();
-    // No mode moves less than a torque turns the larger sphere, 1 / (8 pi 1.5^3), less what walls and neighbours take.
+    // The smallest mobility is the rotation of the larger sphere, 1 / (8 pi 1.5^3), reduced by the
+    // walls and the neighbour.
     assert!(
         eigenvalues.min() > 0.5 / (8.0 * std::f64::consts::PI * 1.5_f64.powi(3)),
         "{eigenvalues}"

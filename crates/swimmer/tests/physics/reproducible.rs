@@ -1,4 +1,4 @@
-//! The same scene by other ways: solvers, threads, units.
+//! The same solution with other solvers, numbers of threads and units.
 
 use swimmer::Scene;
 use swimmer::models::InstantaneousSolution;
@@ -33,7 +33,7 @@ fn direct_and_block_solver_agree() {
 }
 
 #[test]
-fn answers_are_bitwise_the_same_for_any_number_of_threads() {
+fn solutions_are_bitwise_equal_for_any_number_of_threads() {
     for solver in ["block", "direct"] {
         let scene = bent(&format!("{COARSE}fem.solver = \"{solver}\"\n"));
         let answers = [1, 2, 3].map(|threads| {
@@ -86,7 +86,8 @@ fn in_units(length: f64, viscosity: f64) -> Scene {
     ))
 }
 
-/// `unit` in units of length and viscosity: velocities times length, forces times viscosity and length squared.
+/// Differences of two solutions in other units: velocities scale with the length, forces with
+/// viscosity and length squared.
 fn scaled(
     unit: &InstantaneousSolution,
     other: &InstantaneousSolution,
@@ -102,14 +103,15 @@ fn scaled(
 }
 
 #[test]
-fn units_do_not_matter() {
+fn units_of_the_scene_do_not_matter() {
     assert!(BALL.contains("12") && COARSE.contains("0.7"));
     let unit = solve(&in_units(1.0, 1.0));
     // A power of two changes no digit.
     let length = 0.5_f64.powi(20);
     let other = solve(&in_units(length, 2.0));
     assert_eq!(scaled(&unit, &other, length, 2.0), [0.0, 0.0]);
-    // Micrometres and water change the last one, so the mesh may differ in its last digits too: as two solves.
+    // Micrometres and water change the last digits, also those of the mesh: as two different
+    // solves.
     let (length, viscosity) = (1e-6, 1e-3);
     let other = solve(&in_units(length, viscosity));
     let [velocities, forces] = scaled(&unit, &other, length, viscosity);

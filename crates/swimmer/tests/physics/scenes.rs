@@ -1,14 +1,15 @@
-//! Small scenes, and how far two answers to the same question may be apart.
+//! Small scenes, and bounds on the difference of two solutions of the same problem.
 
 use nalgebra::Vector3;
 use swimmer::choose;
 use swimmer::models::{Configuration, FlowField, InstantaneousSolution};
 use swimmer::{Scene, solve_start};
 
-/// Options of every scene here: coarse, but solved well beyond the mesh's accuracy.
+/// Settings of every scene here: a coarse mesh, and residuals well below the discretisation error.
 pub const COARSE: &str = "model.kind = \"fem\"\nfem.surface_size = 0.7\nfem.rtol = 1e-10\n";
 
-/// Three spheres of different sizes on two arms at an angle, off the centre of a ball: no symmetry to hide behind.
+/// Three spheres of different sizes on two arms at an angle, off the centre of a ball, without any
+/// symmetry.
 pub const BODIES: &str = r#"
 [[bodies]]
 name = "left"
@@ -44,7 +45,7 @@ pub fn parse(text: &str) -> Scene {
     Scene::parse(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// The first instant of a scene.
+/// The solution at the start of a scene.
 pub fn solve(scene: &Scene) -> InstantaneousSolution {
     solve_with_flow(scene).0
 }
@@ -56,7 +57,7 @@ pub fn solve_with_flow(scene: &Scene) -> (InstantaneousSolution, FlowField) {
     (instant, flow)
 }
 
-/// The mesh of a scene's start.
+/// The mesh at the start of a scene.
 pub fn mesh(scene: &Scene) -> mesh::TetMesh {
     let lengths = scene.articulation().initial_lengths();
     let state = scene.initial_state();
@@ -68,12 +69,13 @@ pub fn mesh(scene: &Scene) -> mesh::TetMesh {
     model.mesh(configuration).unwrap().unwrap()
 }
 
-/// Bound on the norm of a system's right-hand side, viscosity 1 and radii about 1.
+/// Bound on the norm of the right-hand side of a system with viscosity 1 and radii about 1.
 ///
-/// Its entries are the nodal forces of spheres that move while every other node is held: a shear layer half an element
-/// thick, where the drag has one of 2/3 of a radius. That is at most four times the forces of the flow from `h` = 0.35 up,
-/// and a norm is at most a sum; incompressibility adds the sphere's flux, below its area. Ten covers both.
-pub fn right_side(instant: &InstantaneousSolution) -> f64 {
+/// Its entries are the nodal forces of moving spheres with zero velocity at all other nodes. Their
+/// shear layer has a thickness of half an element instead of 2/3 of a radius, so for `h` of 0.35
+/// and more they are at most four times the forces of the flow, and the norm is at most their sum.
+/// Incompressibility adds the flux of the sphere, below its area. A factor of ten covers both.
+pub fn rhs_bound(instant: &InstantaneousSolution) -> f64 {
     let loads = instant
         .bodies
         .iter()
@@ -81,24 +83,25 @@ pub fn right_side(instant: &InstantaneousSolution) -> f64 {
     10.0 * loads.sum::<f64>()
 }
 
-/// Error that the solve leaves in a velocity, viscosity 1 and radii about 1.
+/// Algebraic error of a velocity, for viscosity 1 and radii about 1.
 ///
-/// For a residual `r` it is `x . r`, `x` the solution for a unit load on that velocity. No node of `x` moves faster than the
-/// pulled sphere, `1 / 6 pi`, nor is a pressure larger than on it, `3/2 / 6 pi`: `|x| <= sqrt(dofs) / 4 pi`.
+/// For a residual `r` it is `x . r` with the solution `x` for a unit load on that velocity. No
+/// nodal velocity of `x` exceeds that of the loaded sphere, `1 / 6 pi`, and no pressure exceeds its
+/// largest one, `3/2 / 6 pi`, so `|x| <= sqrt(dofs) / 4 pi`.
 pub fn velocity_error(instant: &InstantaneousSolution) -> f64 {
-    // Below the rounding of sums over all unknowns a reported residual means nothing.
+    // Residuals below the rounding of sums over all degrees of freedom are meaningless.
     let residual = instant.solver.true_relative_residual.max(1e-14);
-    residual * right_side(instant) * (instant.dofs.total as f64).sqrt()
+    residual * rhs_bound(instant) * (instant.dofs.total as f64).sqrt()
         / (4.0 * std::f64::consts::PI)
 }
 
-/// Error that the solve leaves in a force or torque: that of the velocity times the largest resistance, which is at
-/// most twice the torque of the largest sphere here, `8 pi 1.25^3`.
+/// Algebraic error of a force or torque: that of the velocity times the largest resistance, at most
+/// twice that of the rotation of the largest sphere here, `8 pi 1.25^3`.
 pub fn force_error(instant: &InstantaneousSolution) -> f64 {
     100.0 * velocity_error(instant)
 }
 
-/// The answers with their motion and loads, one after the other: velocities, then loads.
+/// Largest differences of velocities and of loads between `a`, transformed by `map`, and `b`.
 pub fn largest_differences(
     a: &InstantaneousSolution,
     b: &InstantaneousSolution,

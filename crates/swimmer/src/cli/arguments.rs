@@ -1,0 +1,82 @@
+//! Arguments of the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use swimmer::{Scene, SwimError};
+
+/// Simulates rigid bodies and articulated micro-swimmers in Stokes flow
+#[derive(Parser)]
+#[command(name = "swim", version, about)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Simulate the gait; write summary.json, trajectory.csv, trajectory.svg and ParaView files
+    Run {
+        #[command(flatten)]
+        scene: SceneArguments,
+        /// Folder for the results [default: out/<name of the scene>]
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Continue an interrupted run from its checkpoint in the folder
+        #[arg(long)]
+        resume: bool,
+    },
+    /// Compute velocities and forces at the start of the first phase of the gait
+    Solve {
+        #[command(flatten)]
+        scene: SceneArguments,
+        /// Print the result as one JSON object
+        #[arg(long)]
+        json: bool,
+        /// Add the grand resistance matrix of the bodies without links (six more solves per body)
+        #[arg(long)]
+        resistance: bool,
+        /// Write the flow field for ParaView
+        #[arg(long, value_name = "FILE.vtu")]
+        flow: Option<PathBuf>,
+    },
+    /// Check the scene; print the model that would be chosen and its cost
+    Check {
+        #[command(flatten)]
+        scene: SceneArguments,
+    },
+    /// Write an example scene: three-sphere, chain, planar or tetrahedral
+    New {
+        /// Name of the example
+        #[arg(value_name = "NAME")]
+        name: String,
+        /// The scene file [default: <name of the example>.toml]
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+    /// Write the mesh of the initial shape; print its size and quality
+    Mesh {
+        #[command(flatten)]
+        scene: SceneArguments,
+        /// The mesh file, .vtu (ParaView) or .msh (Gmsh)
+        #[arg(long, value_name = "FILE")]
+        out: PathBuf,
+    },
+}
+
+#[derive(Args)]
+pub struct SceneArguments {
+    /// The scene file
+    #[arg(value_name = "SCENE.toml")]
+    path: PathBuf,
+    /// Override a key of the scene, for example gait.cycles=3 or bodies.left.radius=0.5
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+}
+
+impl SceneArguments {
+    /// Reads the scene and applies the overrides.
+    pub fn read(&self) -> Result<Scene, SwimError> {
+        Ok(Scene::read(&self.path, &self.overrides)?)
+    }
+}

@@ -1,0 +1,72 @@
+//! The table of displacements that `swim run` prints.
+
+use std::fmt::Write;
+
+use nalgebra::Vector3;
+use swimmer::{Outcome, Scene};
+
+/// Largest number of phases in the table; `summary.json` has all of them.
+const MAX_ROWS: usize = 24;
+
+/// Displacements of all bodies, phase by phase and in total, with a common power of ten.
+pub fn displacement_table(scene: &Scene, outcome: &Outcome) -> String {
+    let links = scene.articulation().links();
+    let phase_names: Vec<&str> = outcome
+        .legs
+        .iter()
+        .map(|leg| leg.link.map_or("constant", |link| &links[link].name))
+        .collect();
+    let name_width = phase_names
+        .iter()
+        .map(|name| name.chars().count())
+        .max()
+        .unwrap_or(0)
+        .max(12);
+    let largest = outcome
+        .legs
+        .iter()
+        .flat_map(|leg| &leg.displacement)
+        .chain(&outcome.displacement)
+        .fold(0.0_f64, |m, d| m.max(d.amax()));
+    let exponent = common_exponent(largest);
+    let scale = 10_f64.powi(-exponent);
+    let row = |name: &str, displacement: &[Vector3<f64>]| {
+        let mut row = format!("{name:<name_width$}");
+        for d in displacement {
+            // Rounding first and adding zero avoids "-0.00000".
+            let d = d.map(|x| (1e5 * scale * x).round() / 1e5 + 0.0);
+            // Writing to a String cannot fail.
+            let _ = write!(row, "  {:>9.5} {:>9.5} {:>9.5}", d.x, d.y, d.z);
+        }
+        row + "\n"
+    };
+    let unit = match exponent {
+        0 => "the scene's unit of length".to_owned(),
+        _ => format!("1e{exponent} of the scene's unit of length"),
+    };
+    let mut text = format!("displacements (x, y, z) in {unit}\n");
+    let header = scene
+        .bodies()
+        .iter()
+        .fold(format!("{:<name_width$}", "phase"), |header, body| {
+            format!("{header}  {:<29}", body.name)
+        });
+    text += header.trim_end();
+    text += "\n";
+    for (leg, name) in outcome.legs.iter().zip(&phase_names).take(MAX_ROWS) {
+        text += &row(name, &leg.displacement);
+    }
+    if outcome.legs.len() > MAX_ROWS {
+        let more = outcome.legs.len() - MAX_ROWS;
+        text += &format!("... {more} more phases in summary.json\n");
+    }
+    text + &row("total", &outcome.displacement)
+}
+
+/// The exponent of the power of ten in which displacements are printed; 0 if they fit the columns.
+fn common_exponent(largest: f64) -> i32 {
+    match largest {
+        x if x == 0.0 || (1e-2..1e3).contains(&x) => 0,
+        x => x.log10().floor() as i32,
+    }
+}

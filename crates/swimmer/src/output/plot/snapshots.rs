@@ -1,0 +1,177 @@
+//! The lower half of the plot: the bodies at the ends of phases.
+
+use nalgebra::Vector3;
+use plotters::prelude::*;
+use scene::{Scene, Shape};
+
+use super::style::{Area, COLOURS, GREY, INK, font, px};
+use crate::outcome::{Outcome, Sample};
+
+/// Largest number of snapshots: more would be too small.
+const MAX_SNAPSHOTS: usize = 5;
+
+/// Draws the start, the ends of the first phases and the end, all with the same scale.
+pub(super) fn draw(
+    area: &Area,
+    scene: &Scene,
+    outcome: &Outcome,
+    axis: &Vector3<f64>,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let phases = scene.gait().phases.len();
+    let ends: Vec<&Sample> = outcome
+        .samples
+        .iter()
+        .filter(|sample| sample.bodies.is_none())
+        .collect();
+    let Some((&last, first)) = ends.split_last() else {
+        return Ok(());
+    };
+    let mut shots: Vec<(String, &Sample)> = first
+        .iter()
+        .take(phases.min(MAX_SNAPSHOTS - 1))
+        .enumerate()
+        .map(|(k, sample)| {
+            (
+                if k == 0 {
+                    "start".to_owned()
+                } else {
+                    format!("after phase {k}")
+                },
+                *sample,
+            )
+        })
+        .collect();
+    shots.push(("end".to_owned(), last));
+    let across = side_axis(outcome, axis);
+    let flat = |x: &Vector3<f64>| (x.dot(axis), x.dot(&across));
+    // Bounding rectangle of the bodies in all snapshots.
+    let (mut left, mut right, mut low, mut high) = (f64::MAX, f64::MIN, f64::MAX, f64::MIN);
+    for (_, sample) in &shots {
+        for (body, pose) in scene.bodies().iter().zip(&sample.poses) {
+            let ((x, y), r) = (flat(&pose.translation.vector), body.bounding_radius());
+            (left, right) = (left.min(x - r), right.max(x + r));
+            (low, high) = (low.min(y - r), high.max(y + r));
+        }
+    }
+    let (width, height) = area.dim_in_pixel();
+    let (top, label) = (f64::from(px(34)), f64::from(px(24)));
+    let (width, height) = (f64::from(width), f64::from(height) - top);
+    // Side by side or one above the other, for the larger scale; each with a line of text above.
+    let scale_of = |columns: usize, rows: usize| {
+        let cell = (width / columns as f64, height / rows as f64 - label);
+        (0.9 * cell.0 / (right - left)).min(0.9 * cell.1 / (high - low))
+    };
+    let count = shots.len();
+    let is_beside = scale_of(count, 1) > scale_of(1, count);
+    let (columns, lines) = if is_beside { (count, 1) } else { (1, count) };
+    let scale = scale_of(columns, lines);
+    let (cell_width, cell_height) = (width / columns as f64, height / lines as f64);
+    area.draw(&Text::new(
+        "the swimmer at the ends of phases, to scale",
+        (px(14) as i32, px(8) as i32),
+        font(16, &INK),
+    ))?;
+    for (number, (name, sample)) in shots.iter().enumerate() {
+        let corner = (
+            cell_width * (number % columns) as f64,
+            top + cell_height * (number / columns) as f64,
+        );
+        let centre = (
+            corner.0 + 0.5 * cell_width,
+            corner.1 + label + 0.5 * (cell_height - label),
+        );
+        let pixel = |x: &Vector3<f64>| {
+            let (x, y) = flat(x);
+            (
+                (centre.0 + scale * (x - 0.5 * (left + right))).round() as i32,
+                (centre.1 - scale * (y - 0.5 * (low + high))).round() as i32,
+            )
+        };
+        area.draw(&Text::new(
+            name.clone(),
+            (
+                corner.0 as i32 + px(14) as i32,
+                corner.1 as i32 + px(4) as i32,
+            ),
+            font(13, &GREY),
+        ))?;
+        let at = |body: usize| pixel(&sample.poses[body].translation.vector);
+        for link in scene.articulation().links() {
+            let arm = [at(link.body), at(link.to)];
+            area.draw(&PathElement::new(arm, GREY.stroke_width(px(2))))?;
+        }
+        for (body, shape) in scene.bodies().iter().map(|body| body.shape).enumerate() {
+            let colour = COLOURS[body % COLOURS.len()];
+            let least = f64::from(px(2));
+            let radius = match shape {
+                Shape::Sphere { radius } => (scale * radius).max(least),
+                Shape::Spheroid { .. } => {
+                    area.draw(&Polygon::new(
+                        outline(scene, sample, body, axis, &across)
+                            .map(|x| pixel(&x))
+                            .collect::<Vec<_>>(),
+                        colour.filled(),
+                    ))?;
+                    continue;
+                }
+                Shape::Point => least,
+            };
+            area.draw(&Circle::new(
+                at(body),
+                radius.round() as i32,
+                colour.filled(),
+            ))?;
+        }
+    }
+    Ok(())
+}
+
+/// The outline of a body projected onto the plane of `axis` and `across`.
+fn outline<'a>(
+    scene: &'a Scene,
+    sample: &'a Sample,
+    body: usize,
+    axis: &'a Vector3<f64>,
+    across: &'a Vector3<f64>,
+) -> impl Iterator<Item = Vector3<f64>> + 'a {
+    const CORNERS: usize = 48;
+    let pose = &sample.poses[body];
+    let support_distance = move |angle: f64| {
+        let direction = axis * angle.cos() + across * angle.sin();
+        scene.bodies()[body]
+            .shape
+            .support_distance(&pose.rotation, &direction)
+    };
+    (0..CORNERS).map(move |k| {
+        let angle = std::f64::consts::TAU * k as f64 / CORNERS as f64;
+        // The support point: the support distance along the direction, its derivative across it.
+        let step = 1e-4;
+        let slope =
+            (support_distance(angle + step) - support_distance(angle - step)) / (2.0 * step);
+        let direction = axis * angle.cos() + across * angle.sin();
+        let normal = across * angle.cos() - axis * angle.sin();
+        pose.translation.vector + direction * support_distance(angle) + normal * slope
+    })
+}
+
+/// A unit vector normal to the axis, in the plane of the bodies if they span one.
+fn side_axis(outcome: &Outcome, axis: &Vector3<f64>) -> Vector3<f64> {
+    let start = &outcome.curve[0].1;
+    let off = start
+        .iter()
+        .map(|x| (x - start[0]) - axis * (x - start[0]).dot(axis));
+    let widest = off
+        .max_by(|a, b| a.norm().total_cmp(&b.norm()))
+        .unwrap_or_else(Vector3::zeros);
+    let any = if axis.y.abs() < 0.9 {
+        Vector3::y()
+    } else {
+        Vector3::z()
+    };
+    let across = if widest.norm() > 1e-9 {
+        widest
+    } else {
+        any - axis * any.dot(axis)
+    };
+    across.normalize()
+}

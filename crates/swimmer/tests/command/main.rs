@@ -1,0 +1,4 @@
+//! The `swim` command as a user meets it.
+
+mod output;
+mod resume;

@@ -1,0 +1,126 @@
+//! Interrupted runs continue with bitwise the same results.
+#![cfg(unix)]
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use serde_json::Value;
+use swimmer::checkpoint::FILE;
+
+/// Two unequal spheres in a small ball; the long stroke needs a new mesh on the way.
+const SCENE: &str = r#"
+    domain = { kind = "ball", radius = 9 }
+    model = { kind = "fem", tolerance = 1e-2 }
+    fem.surface_size = 1.2
+    gait.cycles = 2
+    [[bodies]]
+    name = "a"
+    radius = 1
+    position = [-4.5, 0, 0.2]
+    [[bodies]]
+    name = "b"
+    radius = 1.5
+    position = [3, 0, 0]
+    [[links]]
+    name = "arm"
+    body = "a"
+    to = "b"
+    [[gait.phases]]
+    link = "arm"
+    length = 3
+    [[gait.phases]]
+    link = "arm"
+    length = 7.5
+"#;
+
+fn start(folder: &Path, out: &str, more: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_swim"))
+        .args(["run", "scene.toml", "--out", out])
+        .args(more)
+        .current_dir(folder)
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+/// The results of a run without time and memory.
+fn results(out: &Path) -> (Value, Vec<u8>) {
+    let text = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    let mut summary: Value = serde_json::from_str(&text).unwrap();
+    for key in ["seconds", "peak_rss_mib"] {
+        summary.as_object_mut().unwrap().remove(key);
+    }
+    (summary, std::fs::read(out.join("trajectory.csv")).unwrap())
+}
+
+/// Number of completed phases in the checkpoint; none without a checkpoint.
+fn phases_done(out: &Path) -> Option<usize> {
+    let text = std::fs::read_to_string(out.join(FILE)).ok()?;
+    let checkpoint: Value = serde_json::from_str(&text).unwrap();
+    Some(checkpoint["outcome"]["legs"].as_array().unwrap().len())
+}
+
+/// Sends a signal to a run when it has completed a number of phases.
+fn signal_after(child: &mut Child, out: &Path, phases: usize, signal: &str) {
+    while phases_done(out).is_none_or(|done| done < phases) {
+        assert!(child.try_wait().unwrap().is_none(), "the run ended early");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let status = Command::new("kill")
+        .args([signal, &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(status.success());
+}
+
+#[test]
+fn killed_and_interrupted_runs_end_like_an_uninterrupted_one() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    std::fs::write(folder.join("scene.toml"), SCENE).unwrap();
+    assert!(start(folder, "whole", &[]).wait().unwrap().success());
+
+    let out = folder.join("broken");
+    let mut killed = start(folder, "broken", &[]);
+    signal_after(&mut killed, &out, 1, "-KILL");
+    assert!(!killed.wait().unwrap().success());
+
+    let mut interrupted = start(folder, "broken", &["--resume"]);
+    signal_after(&mut interrupted, &out, 2, "-INT");
+    assert_eq!(interrupted.wait().unwrap().code(), Some(130));
+    assert!((2..4).contains(&phases_done(&out).unwrap()));
+
+    assert!(
+        start(folder, "broken", &["--resume"])
+            .wait()
+            .unwrap()
+            .success()
+    );
+    assert_eq!(results(&folder.join("whole")), results(&out));
+    let collection = |out: &Path| std::fs::read(out.join("trajectory.pvd")).unwrap();
+    assert_eq!(collection(&folder.join("whole")), collection(&out));
+}
+
+#[test]
+fn a_checkpoint_of_another_scene_is_refused_with_the_difference() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    std::fs::write(folder.join("scene.toml"), SCENE).unwrap();
+    let mut run = start(folder, "out", &[]);
+    signal_after(&mut run, &folder.join("out"), 0, "-TERM");
+    assert!(run.wait().is_ok());
+    let refused = Command::new(env!("CARGO_BIN_EXE_swim"))
+        .args(["run", "scene.toml", "--out", "out", "--resume"])
+        .args(["--set", "domain.radius=10"])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(2), "{message}");
+    assert!(
+        message.contains("another scene") && message.contains("radius"),
+        "{message}"
+    );
+}

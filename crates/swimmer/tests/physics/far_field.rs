@@ -1,0 +1,79 @@
+//! Finite elements in unbounded fluid, against exact values.
+
+use std::f64::consts::PI;
+
+use approx::assert_relative_eq;
+use swimmer::models::{FemModel, Hydrodynamics, InstantaneousSolution};
+use swimmer::{Scene, solve_start, start_resistance};
+
+fn spheres(places: &[f64], more: &str) -> Scene {
+    let mut text = format!("domain.kind = \"unbounded\"\nmodel.kind = \"fem\"\n{more}\n");
+    for (k, x) in places.iter().enumerate() {
+        text += &format!(
+            "[[bodies]]\nname = \"s{k}\"\nradius = 1\nposition = [{x:?}, 0, 0]\nforce = [1, 0, 0]\n"
+        );
+    }
+    Scene::parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+fn solve(scene: &Scene) -> InstantaneousSolution {
+    solve_start(scene, &mut FemModel::new(scene).unwrap()).unwrap()
+}
+
+#[test]
+fn a_pulled_sphere_has_the_drag_of_stokes() {
+    let scene = spheres(&[0.0], "fem.target = 5e-4");
+    let instant = solve(&scene);
+    let speed = instant.bodies[0].velocity.x;
+    let error = 6.0 * PI * speed - 1.0;
+    // Minus the estimated discretisation error: the effect of the ball, 5/2 / 60^3, is below 2e-5,
+    // and so is an eighth of the discretisation error.
+    let corrected = 6.0 * PI * (speed - instant.mesh_error.as_ref().unwrap().bodies[0].x) - 1.0;
+    assert!(
+        error.abs() < 5e-4 && corrected.abs() < 1e-4,
+        "{error:e} {corrected:e}"
+    );
+    assert!(instant.error_estimate.container.unwrap() < 2e-5 * speed);
+    assert!(instant.dofs.total < 100_000, "{}", instant.dofs.total);
+}
+
+#[test]
+fn two_spheres_fall_together_as_in_unbounded_fluid() {
+    // Stimson & Jeffery 1926: force over 6 pi U at a distance of four.
+    let exact = 1.0 / (6.0 * PI * 0.742_258_285_1);
+    let instant = solve(&spheres(&[-2.0, 2.0], ""));
+    let speed = instant.bodies[0].velocity.x;
+    let bar = instant.error_estimate.total();
+    assert!((speed - exact).abs() < 1.4 * bar, "{speed} {exact} {bar:e}");
+    // Without the correction the effect of the ball would be 3 F / (8 pi R), a hundred times as
+    // much.
+    assert!(bar < 1e-2 * speed);
+}
+
+#[test]
+fn the_resistance_is_that_of_unbounded_fluid() {
+    let scene = spheres(&[0.0], "fem.size_factor = 1.5");
+    let mut model = FemModel::new(&scene).unwrap();
+    let moving = solve_start(&scene, &mut model).unwrap().bodies[0]
+        .velocity
+        .x;
+    let resistance = start_resistance(&scene, &mut model).unwrap();
+    // A unit force gives the same velocity as the solve, to the tolerance of the solver.
+    assert_relative_eq!(1.0 / resistance[(0, 0)], moving, max_relative = 1e-6);
+    // The far field of a torque is negligible: 8 pi, up to the discretisation error.
+    assert_relative_eq!(resistance[(3, 3)], 8.0 * PI, max_relative = 2e-2);
+    assert_eq!(model.name(), "fem");
+}
+
+#[test]
+fn bug_a_fixed_body_was_moved_by_the_far_field_correction() {
+    let text = "domain.kind = \"unbounded\"\nmodel.kind = \"fem\"\n\
+                [[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\nfixed = true\n\
+                [[bodies]]\nname = \"b\"\nradius = 1\nposition = [4, 0, 0]\nforce = [1, 0, 0]\n";
+    let scene = Scene::parse(text).unwrap();
+    let error = FemModel::new(&scene).err().expect("refused").to_string();
+    assert!(
+        error.contains("fixed") && error.contains("multipole"),
+        "{error}"
+    );
+}

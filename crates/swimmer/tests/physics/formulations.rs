@@ -1,0 +1,247 @@
+//! The three formulations of the constraints have the same solution, with every solver, for every
+//! kind of arm.
+
+use linalg::SaddleLdlt;
+use nalgebra::{DMatrix, DVector};
+use rigid::{DirectRows, Eliminated, Formulation, Lagrange, Reduction};
+use swimmer::choose;
+use swimmer::models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution};
+use swimmer::{Scene, solve_start, start_resistance};
+
+/// A bent chain of three unequal spheres off the centre of a ball, with external loads.
+fn scene(arms: &str) -> String {
+    format!(
+        r#"
+        fluid.viscosity = 1
+        domain = {{ kind = "ball", radius = 12 }}
+        gait.arms = "{arms}"
+        model.kind = "fem"
+        fem = {{ surface_size = 0.7, rtol = 1e-11 }}
+        [[bodies]]
+        name = "a"
+        radius = 1
+        position = [-4, 0, 0]
+        force = [0, 0.5, 0]
+        [[bodies]]
+        name = "b"
+        radius = 1.3
+        position = [0.5, 0, 0]
+        torque = [0, 0, 1]
+        [[bodies]]
+        name = "c"
+        radius = 0.8
+        position = [1, 4, 0.5]
+        [[links]]
+        name = "ab"
+        body = "a"
+        to = "b"
+        [[links]]
+        name = "cb"
+        body = "c"
+        to = "b"
+        [[gait.phases]]
+        link = "ab"
+        length = 4
+        duration = 0.5
+        "#
+    )
+}
+
+fn instant(arms: &str, formulation: &str, solver: &str) -> InstantaneousSolution {
+    let text = scene(arms).replace(
+        "fem = {",
+        &format!("fem = {{ formulation = \"{formulation}\", solver = \"{solver}\","),
+    );
+    let scene = Scene::parse(&text).unwrap();
+    let mut model = choose(&scene).unwrap().model;
+    solve_start(&scene, model.as_mut()).unwrap()
+}
+
+/// Relative differences of velocities and of forces, including those of the links.
+fn difference(a: &InstantaneousSolution, b: &InstantaneousSolution) -> [f64; 2] {
+    let (mut error, mut size) = ([0.0_f64; 2], [0.0_f64; 2]);
+    for (a, b) in a.bodies.iter().zip(&b.bodies) {
+        for (k, (x, y)) in [
+            (a.velocity, b.velocity),
+            (a.angular_velocity, b.angular_velocity),
+            (a.force, b.force),
+            (a.torque, b.torque),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            error[k / 2] = error[k / 2].max((x - y).amax());
+            size[k / 2] = size[k / 2].max(x.amax());
+        }
+    }
+    for (x, y) in a.link_forces.iter().zip(&b.link_forces) {
+        error[1] = error[1].max((x - y).amax());
+        size[1] = size[1].max(x.amax());
+    }
+    [error[0] / size[0], error[1] / size[1]]
+}
+
+#[test]
+fn formulations_agree_with_the_direct_solver_to_rounding() {
+    for arms in ["clamped", "free", "lab"] {
+        let eliminated = instant(arms, "p-tilde", "direct");
+        for formulation in ["lagrange", "direct-row"] {
+            let [velocity, force] = difference(&eliminated, &instant(arms, formulation, "direct"));
+            // Refined to a true residual of 1e-12, which forces amplify by about 1e3.
+            assert!(
+                velocity < 1e-9 && force < 1e-9,
+                "{arms} {formulation}: {velocity:e} {force:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn formulations_need_the_same_number_of_iterations() {
+    let iterations = |formulation| instant("clamped", formulation, "block").solver.iterations;
+    let eliminated = iterations("p-tilde");
+    for formulation in ["lagrange", "direct-row"] {
+        // At most 10 % more, because the coarsest level solves the constraint rows exactly.
+        let count = iterations(formulation);
+        assert!(
+            10 * count <= 11 * eliminated,
+            "{formulation}: {count} against {eliminated}"
+        );
+    }
+}
+
+#[test]
+fn bug_direct_rows_mixed_momentum_into_constraints() {
+    // Restricting constraint rows with the motions of their columns doubled the iterations.
+    let [velocity, _] = difference(
+        &instant("free", "direct-row", "block"),
+        &instant("free", "p-tilde", "block"),
+    );
+    // True residuals of 1e-11 on both sides.
+    assert!(velocity < 1e-8, "{velocity:e}");
+}
+
+#[test]
+fn link_forces_balance_fluid_forces_and_external_loads() {
+    for formulation in ["p-tilde", "lagrange", "direct-row"] {
+        let solution = instant("free", formulation, "direct");
+        // Sphere `a` has the link `ab` only, and the external force (0, 0.5, 0); `c` has `cb` only.
+        let [a, c] = [0, 2].map(|body| solution.bodies[body].force);
+        let scale = a.amax();
+        let pull = nalgebra::Vector3::new(0.0, 0.5, 0.0);
+        // Balances of the solution to 1e-12, amplified by resistances of about 6 pi over velocities
+        // of 1.
+        assert!((solution.link_forces[0] + pull - a).amax() < 1e-10 * scale);
+        assert!((solution.link_forces[1] - c).amax() < 1e-10 * scale);
+    }
+}
+
+#[test]
+fn the_condensed_resistance_gives_the_motion_of_the_coupled_solve() {
+    // The scene's units are not those of the flow: viscosity 3, smallest radius 0.8.
+    let text = scene("free").replace("fluid.viscosity = 1", "fluid.viscosity = 3");
+    let scene = Scene::parse(&text).unwrap();
+    let mut model = choose(&scene).unwrap().model;
+    let coupled = solve_start(&scene, model.as_mut()).unwrap();
+    let resistance: DMatrix<f64> = start_resistance(&scene, model.as_mut()).unwrap();
+    assert_eq!(resistance.shape(), (18, 18));
+
+    let set = scene.articulation();
+    // The first phase closes "ab" from 4.5 to 4 in half a unit of time.
+    let constraints = set
+        .constraints(&scene.initial_state(), set.initial_lengths(), &[-1.0, 0.0])
+        .unwrap();
+    let Reduction {
+        surface_basis: s,
+        surface_offset: w,
+        ..
+    } = Reduction::of(set, &constraints).unwrap();
+    let mut external = DVector::zeros(18);
+    external[1] = 0.5;
+    external[6 + 5] = 1.0;
+    let balance = s.tr_mul(&(external - &resistance * &w));
+    let v = (s.tr_mul(&(&resistance * &s)))
+        .lu()
+        .solve(&balance)
+        .unwrap();
+    let velocities = s * v + w;
+    let largest = velocities.amax();
+    for (body, solved) in coupled.bodies.iter().enumerate() {
+        let u = velocities.fixed_rows::<3>(6 * body) - solved.velocity;
+        let omega = velocities.fixed_rows::<3>(6 * body + 3) - solved.angular_velocity;
+        // Residuals of 1e-11, amplified by the condition of a few resistances between 1 and 100.
+        assert!(u.amax() < 1e-8 * largest && omega.amax() < 1e-8 * largest);
+    }
+}
+
+/// Reciprocity: with the flow `b_k` of a unit load on the velocity `k`, nodal forces `f` change
+/// that velocity by `f . b_k`, in every formulation.
+#[test]
+fn nodal_forces_move_bodies_according_to_the_reciprocal_theorem() {
+    let scene = Scene::parse(&scene("free")).unwrap();
+    let mut model = FemModel::new(&scene).unwrap();
+    let configuration = Configuration {
+        state: &scene.initial_state(),
+        lengths: scene.articulation().initial_lengths(),
+    };
+    let mesh = model.mesh(configuration).unwrap().unwrap();
+    let forces: Vec<_> = (0..mesh.n_points())
+        .map(|i| nalgebra::Vector3::from_fn(|c, _| ((3 * i + c) as f64).sin()))
+        .collect();
+    // The fluid is enclosed, so the sources have zero mean.
+    let mut sources: Vec<f64> = (0..mesh.n_vertices()).map(|i| (i as f64).cos()).collect();
+    let mean = sources.iter().sum::<f64>() / sources.len() as f64;
+    sources.iter_mut().for_each(|s| *s -= mean);
+    let formulations: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
+    for formulation in formulations {
+        let system = model
+            .system(configuration, &[0.0, 0.0], formulation)
+            .unwrap();
+        let mut factor = SaddleLdlt::factor(&system.system, &Default::default()).unwrap();
+        let mut solve = |rhs: &[f64]| {
+            let mut solution = vec![0.0; rhs.len()];
+            factor.solve(rhs, &mut solution).unwrap();
+            solution
+        };
+        let moved = solve(&system.rhs_of_forces(&forces, &sources).unwrap());
+        let moved = system.generalised_of_loads(&moved).unwrap();
+        for k in 0..moved.len() {
+            let mut load = DVector::zeros(moved.len());
+            load[k] = 1.0;
+            let unit = solve(&system.rhs_of_loads(&load).unwrap());
+            let (velocity, pressure) = system.flow_of_loads(&unit).unwrap();
+            let by_velocity: f64 = velocity.iter().zip(&forces).map(|(u, f)| u.dot(f)).sum();
+            let by_pressure: f64 = pressure.iter().zip(&sources).map(|(p, s)| p * s).sum();
+            // Refined to true residuals of 1e-12.
+            let difference = moved[k] - by_velocity - by_pressure;
+            assert!(
+                difference.abs() < 1e-8 * moved.amax(),
+                "{} {k}: {difference:e}",
+                formulation.name()
+            );
+        }
+    }
+}
+
+/// The pressure preconditioner accounts for narrow gaps; with the mass matrix alone the number of
+/// iterations grows by two thirds.
+#[test]
+fn narrow_gaps_do_not_increase_the_iterations() {
+    let iterations = |gap: f64| {
+        let text = format!(
+            "domain = {{ kind = \"ball\", radius = 12 }}\nmodel.kind = \"fem\"\n\
+             fem = {{ surface_size = 0.7, estimates = \"off\" }}\n\
+             [[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\nforce = [1, 0, 0]\n\
+             [[bodies]]\nname = \"b\"\nradius = 1\nposition = [{:?}, 0, 0]\nforce = [0, 1, 1]\n",
+            2.0 + gap
+        );
+        let scene = Scene::parse(&text).unwrap();
+        let mut model = choose(&scene).unwrap().model;
+        solve_start(&scene, model.as_mut())
+            .unwrap()
+            .solver
+            .iterations
+    };
+    let (wide, narrow) = (iterations(2.0), iterations(0.1));
+    assert!(5 * narrow <= 6 * wide, "{wide} and {narrow}");
+}

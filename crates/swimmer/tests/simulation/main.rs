@@ -1,0 +1,12 @@
+//! Integration of gaits, checkpoints, error codes and examples.
+
+mod bad_checkpoints;
+mod euler_bars;
+mod examples;
+mod exit_codes;
+mod fuzz;
+mod inertia;
+mod integrators;
+mod many_cycles;
+mod strokes;
+mod support;
