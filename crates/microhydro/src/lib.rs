@@ -5,7 +5,7 @@ mod error;
 mod inverse;
 pub mod multipole;
 pub mod oseen;
-mod point;
+mod pair_mobility;
 mod resistance;
 pub mod rpy;
 mod spheres;

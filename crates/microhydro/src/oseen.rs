@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::{HydroError, Medium, Spheres, inverse, point, wall};
+use crate::{HydroError, Medium, Spheres, inverse, pair_mobility, wall};
 
 /// Mobility matrix of spheres that interact as point forces and point torques.
 ///
@@ -27,7 +27,7 @@ use crate::{HydroError, Medium, Spheres, inverse, point, wall};
 /// ```
 pub fn mobility(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, HydroError> {
     spheres.check_inside(medium)?;
-    let mut matrix = point::mobility(spheres, |_, _| 0.0);
+    let mut matrix = pair_mobility::mobility(spheres, |_, _| 0.0);
     match medium {
         Medium::Unbounded => Ok(matrix),
         Medium::Wall { point, normal } => {

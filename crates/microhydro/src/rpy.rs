@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::{HydroError, Medium, Spheres, inverse, multipole, point};
+use crate::{HydroError, Medium, Spheres, inverse, multipole, pair_mobility};
 
 /// Rotne-Prager-Yamakawa mobility matrix of spheres of any radii.
 ///
@@ -31,7 +31,7 @@ use crate::{HydroError, Medium, Spheres, inverse, multipole, point};
 /// ```
 pub fn mobility(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, HydroError> {
     match medium {
-        Medium::Unbounded => Ok(point::mobility(spheres, |a, b| a * a + b * b)),
+        Medium::Unbounded => Ok(pair_mobility::mobility(spheres, |a, b| a * a + b * b)),
         Medium::Ball { .. } | Medium::Wall { .. } => multipole::rigid_mobility(spheres, medium),
     }
 }

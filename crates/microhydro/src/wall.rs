@@ -79,7 +79,7 @@ fn image_at_z0(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::point;
+    use crate::pair_mobility::pair_mobility;
 
     #[test]
     fn velocity_vanishes_on_the_wall() {
@@ -88,7 +88,7 @@ mod tests {
         let along = normal.cross(&Vector3::x()).normalize();
         let x = origin + along * 0.7 + normal.cross(&along) * 0.3;
         let y = origin + normal.into_inner() * 1.3 + along * 0.2;
-        let total = image(&x, &y, &origin, &normal) + point::pair_mobility(&(x - y), 0.0);
+        let total = image(&x, &y, &origin, &normal) + pair_mobility(&(x - y), 0.0);
         assert!(total.rows(0, 3).amax() < 1e-15);
     }
 

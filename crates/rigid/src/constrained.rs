@@ -5,12 +5,12 @@ use linalg::{
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 
+use crate::body_forces::Surfaces;
 use crate::border::Border;
 use crate::error::check_length;
 use crate::fluid::FluidBlocks;
 use crate::imposed::{Imposed, imposed_rhs};
 use crate::link_loads::LinkLoads;
-use crate::surfaces::Surfaces;
 use crate::{Drive, RigidError, RigidFluid};
 
 /// The linear system of one configuration, with what its solvers and its solution need.

@@ -3,10 +3,10 @@
 use linalg::{Csr, Csr3, OMITTED};
 use nalgebra::Vector3;
 
+use crate::body_forces::Surfaces;
 use crate::error::check_length;
 use crate::node_blocks::{NodeBlocks, block};
 use crate::node_order;
-use crate::surfaces::Surfaces;
 use crate::wall_motion::WallMotion;
 use crate::{FluidMatrices, FluidNodes, NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
 

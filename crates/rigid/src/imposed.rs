@@ -3,7 +3,7 @@
 use linalg::Csr;
 use nalgebra::{DMatrix, DVector};
 
-use crate::surfaces::Surfaces;
+use crate::body_forces::Surfaces;
 
 /// Right-hand side and velocities for one set of rates, from
 /// [`Constrained::imposed`](crate::Constrained::imposed).

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod articulation;
+mod body_forces;
 mod border;
 mod constrained;
 mod constraints;
@@ -9,6 +10,7 @@ mod direct_rows;
 mod drive;
 mod eliminated;
 mod error;
+mod exponential_map;
 mod flow;
 mod fluid;
 mod fluid_matrices;
@@ -18,13 +20,11 @@ mod independent;
 mod lagrange;
 mod link_loads;
 mod linkage;
-mod motion;
 mod node_blocks;
 mod node_order;
 mod null_space;
 mod placement;
 mod resistance;
-mod surfaces;
 mod symmetry;
 mod wall_motion;
 
@@ -35,6 +35,7 @@ pub use direct_rows::DirectRows;
 pub use drive::{Drive, ExternalLoad};
 pub use eliminated::Eliminated;
 pub use error::RigidError;
+pub use exponential_map::{StateVelocity, Twist};
 pub use flow::FlowSolution;
 pub use fluid::RigidFluid;
 pub use fluid_matrices::{FluidMatrices, FluidNodes, NodeRole, SurfaceBody};
@@ -43,7 +44,6 @@ pub use imposed::Imposed;
 pub use independent::Independent;
 pub use lagrange::Lagrange;
 pub use linkage::{Link, Linkage};
-pub use motion::{StateVelocity, Twist};
 pub use null_space::{NullSpace, Reduction};
 pub use placement::State;
 pub use resistance::GrandResistance;

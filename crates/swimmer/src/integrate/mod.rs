@@ -9,11 +9,11 @@ mod collocation;
 mod euler;
 mod gauss;
 mod inertia;
+mod inverse_dexp;
 mod leg_evaluator;
 mod leg_solution;
 mod piece;
 mod result;
-mod rotation;
 mod runge_kutta;
 mod step_size;
 

@@ -7,11 +7,11 @@
 
 use rigid::{State, StateVelocity};
 
+use super::inverse_dexp::coordinate_rate;
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, LegResult};
-use super::rotation::coordinate_rate;
 use super::step_size::{
     LEG_TOLERANCE_SHARE, MAX_PARTS, largest_displacement, largest_length_change,
 };
