@@ -12,7 +12,7 @@ use std::time::{Duration, Instant as Clock};
 use anyhow::{Context, Result, bail};
 use swimmer::choose;
 use swimmer::models::ModelError;
-use swimmer::{Method, Outcome, Scene, SwimError, simulate, solve_start};
+use swimmer::{Method, Scene, SwimError, simulate, solve_start};
 
 use self::invariants::{Imbalances, Watch};
 use self::scenes::{FINITE_ELEMENTS, Random, draw};

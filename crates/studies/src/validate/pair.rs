@@ -21,7 +21,7 @@ const CONTAINER: f64 = 400.0;
 /// Element size on the spheres; the tolerance follows from the change from twice this size.
 ///
 /// The size must be below 0.26, from where on the growth rate of the elements has its largest value
-/// ([`swimmer::models::growth`]). Between two larger sizes, elements far from the spheres are hardly
+/// (`FemModel::default_growth`). Between two larger sizes, elements far from the spheres are hardly
 /// refined, so the change would not contain their error.
 const SIZE: f64 = 0.2;
 
