@@ -11,6 +11,7 @@ mod models;
 mod page;
 mod picture;
 mod report;
+mod results;
 mod setup;
 mod store;
 mod stress_cases;
@@ -21,65 +22,23 @@ use std::time::Instant as Clock;
 
 use anyhow::{Result, bail};
 
-use integration::Study;
-use map::{Map, Tried};
+use results::Results;
 use store::Store;
 
-/// Results of the study.
-struct Everything {
-    maps: Vec<Map>,
-    algebra: Vec<Tried>,
-    integrators: Study,
-    seconds: f64,
-}
-
-impl Everything {
-    fn run(quick: bool, store: &mut Store) -> Result<Self> {
-        let clock = Clock::now();
-        let integrators = integration::study(quick)?;
-        Ok(Self {
-            maps: vec![
-                flow::map(quick, store)?,
-                models::map(quick, store)?,
-                strokes::map(quick, store)?,
-            ],
-            algebra: algebra::rows()?,
-            integrators,
-            seconds: clock.elapsed().as_secs_f64(),
-        })
-    }
-
-    /// Tests of whole systems and of integrators.
-    fn tried(&self) -> impl Iterator<Item = &Tried> {
-        self.algebra.iter().chain(&self.integrators.tried)
-    }
-
-    /// Number of stress cases.
-    fn stress_cases(&self) -> usize {
-        self.maps.iter().map(|map| map.rows.len()).sum::<usize>() + self.tried().count()
-    }
-
-    /// Number of cells.
-    fn cells(&self) -> usize {
-        self.maps.iter().flat_map(Map::cells).count() + self.tried().count()
-    }
-
-    /// Number of wrong solutions without an error message.
-    fn wrong(&self) -> usize {
-        let cells = self.maps.iter().flat_map(Map::cells);
-        cells.filter(|cell| cell.outcome.is_wrong()).count()
-            + self
-                .tried()
-                .filter(|tried| tried.outcome.contains("WRONG"))
-                .count()
-    }
-
-    /// Number of cells that are not as expected.
-    fn unexpected(&self) -> usize {
-        let cells = self.maps.iter().flat_map(Map::cells);
-        cells.filter(|cell| !cell.as_expected).count()
-            + self.tried().filter(|tried| !tried.as_expected).count()
-    }
+/// Computes all maps and runs all tests.
+fn compute(quick: bool, store: &mut Store) -> Result<Results> {
+    let clock = Clock::now();
+    let integrators = integration::study(quick)?;
+    Ok(Results {
+        maps: vec![
+            flow::map(quick, store)?,
+            models::map(quick, store)?,
+            strokes::map(quick, store)?,
+        ],
+        algebra: algebra::rows()?,
+        integrators,
+        seconds: clock.elapsed().as_secs_f64(),
+    })
 }
 
 /// Runs the study and writes `stability.md`, `stability.csv`, pictures and the page
@@ -91,14 +50,14 @@ impl Everything {
 /// An outcome that is not as expected.
 pub fn run(quick: bool, out: &Path) -> Result<()> {
     let mut store = Store::open(out)?;
-    let everything = Everything::run(quick, &mut store)?;
-    report::write(&everything, out)?;
+    let results = compute(quick, &mut store)?;
+    report::write(&results, out)?;
     store.close()?;
-    let unexpected = everything.unexpected();
+    let unexpected = results.unexpected();
     if unexpected > 0 {
         bail!(
             "{unexpected} of {} cells are not as expected",
-            everything.cells()
+            results.cells()
         );
     }
     Ok(())
@@ -110,19 +69,19 @@ mod tests {
 
     #[test]
     fn all_outcomes_of_the_quick_map_are_expected() {
-        let everything = Everything::run(true, &mut Store::none()).unwrap();
-        for map in &everything.maps {
+        let results = compute(true, &mut Store::none()).unwrap();
+        for map in &results.maps {
             for row in &map.rows {
                 for (cell, column) in row.cells.iter().zip(&map.columns) {
                     assert!(cell.as_expected, "{}, {column}: {cell:?}", row.case);
                 }
             }
         }
-        for tried in everything.tried() {
+        for tried in results.tried() {
             assert!(tried.as_expected, "{tried:?}");
         }
-        assert_eq!(everything.wrong(), 0);
-        let page = page::html(&everything).unwrap();
+        assert_eq!(results.wrong(), 0);
+        let page = page::html(&results).unwrap();
         assert!(page.contains("<svg") && page.contains("Wrong answers"));
     }
 }

@@ -2,16 +2,16 @@
 
 use anyhow::Result;
 
-use super::Everything;
 use super::integration::chart;
 use super::map::Tried;
 use super::picture;
+use super::results::Results;
 use crate::machine;
 use crate::page::{Part, html as page};
 
 /// The page.
-pub fn html(everything: &Everything) -> Result<String> {
-    let cells = || everything.maps.iter().flat_map(|map| map.cells());
+pub fn html(results: &Results) -> Result<String> {
+    let cells = || results.maps.iter().flat_map(|map| map.cells());
     let count = |word: &str| cells().filter(|cell| cell.outcome.word() == word).count();
     let mut parts = vec![
         Part::Text(format!(
@@ -19,20 +19,20 @@ pub fn html(everything: &Everything) -> Result<String> {
              or in an error with a reason.",
             machine::today(),
             machine::processor(),
-            everything.seconds
+            results.seconds
         )),
         Part::Figures(vec![
-            (everything.stress_cases().to_string(), "stress cases".into()),
-            (everything.cells().to_string(), "cells".into()),
+            (results.stress_cases().to_string(), "stress cases".into()),
+            (results.cells().to_string(), "cells".into()),
             (
                 count("right").to_string(),
                 "right, of the maps' cells".into(),
             ),
             (count("refused").to_string(), "refused with a reason".into()),
-            (everything.wrong().to_string(), "Wrong answers".into()),
+            (results.wrong().to_string(), "Wrong answers".into()),
         ]),
     ];
-    for map in &everything.maps {
+    for map in &results.maps {
         parts.push(Part::Heading(map.title.into()));
         parts.push(Part::Text(map.note.into()));
         parts.push(Part::Chart(picture::svg(map)));
@@ -48,17 +48,17 @@ pub fn html(everything: &Everything) -> Result<String> {
         }
     }
     parts.push(Part::Heading("Integrators".into()));
-    parts.push(tried(&everything.integrators.tried));
-    let (scallop, stroke) = charts(everything)?;
+    parts.push(tried(&results.integrators.tried));
+    let (scallop, stroke) = charts(results)?;
     parts.extend([Part::Chart(scallop), Part::Chart(stroke)]);
     parts.push(Part::Heading("Algebra".into()));
-    parts.push(tried(&everything.algebra));
+    parts.push(tried(&results.algebra));
     Ok(page("The stability map", &parts))
 }
 
 /// The two charts of the integrators.
-pub fn charts(everything: &Everything) -> Result<(String, String)> {
-    let study = &everything.integrators;
+pub fn charts(results: &Results) -> Result<(String, String)> {
+    let study = &results.integrators;
     Ok((
         chart(
             "Scallop drift: displacement after one arm closes and opens, exactly zero",

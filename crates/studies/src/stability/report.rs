@@ -5,49 +5,49 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use super::Everything;
 use super::integration::Point;
 use super::map::{Map, Outcome, Tried};
 use super::page;
+use super::results::Results;
 use crate::{folder, machine};
 
 /// Prints the map and writes its files.
-pub fn write(everything: &Everything, out: &Path) -> Result<()> {
-    let text = markdown(everything)?;
+pub fn write(results: &Results, out: &Path) -> Result<()> {
+    let text = markdown(results)?;
     println!("{text}");
-    let (scallop, stroke) = page::charts(everything)?;
+    let (scallop, stroke) = page::charts(results)?;
     let files = [
         ("stability.md", text),
-        ("stability.csv", csv(everything)?),
-        ("stability.html", page::html(everything)?),
+        ("stability.csv", csv(results)?),
+        ("stability.html", page::html(results)?),
         ("stability-scallop.svg", scallop),
         ("stability-integrators.svg", stroke),
     ];
     folder::write(out, files)
 }
 
-fn markdown(everything: &Everything) -> Result<String> {
+fn markdown(results: &Results) -> Result<String> {
     let mut text = format!(
         "# The stability map\n\n{}, {}; {:.0} s. Made by `cargo xtask stability`; [page with pictures](stability.html).\n\n\
          {} stress cases, {} cells. *no* is an error with a reason, **WRONG** a wrong solution without an error. Wrong solutions: {}.\n",
         machine::today(),
         machine::processor(),
-        everything.seconds,
-        everything.stress_cases(),
-        everything.cells(),
-        everything.wrong()
+        results.seconds,
+        results.stress_cases(),
+        results.cells(),
+        results.wrong()
     );
-    for map in &everything.maps {
+    for map in &results.maps {
         table(&mut text, map)?;
     }
     text.push_str("\n## Integrators\n\n");
-    tried(&mut text, &everything.integrators.tried)?;
+    tried(&mut text, &results.integrators.tried)?;
     text.push_str("\n![scallop drift](stability-scallop.svg)\n![error of a stroke](stability-integrators.svg)\n\n");
     text.push_str(
         "Three unequal spheres on a bent chain in unbounded fluid (rpy), which rotate while they swim. Scallop drift: displacement after an arm closes and opens again, \
          exactly zero. Stroke: four phases, error of the middle sphere. Errors in radii.\n\n| integrator | choice | solves | scallop drift | stroke: solves | error |\n|:--|:--|--:|--:|--:|--:|\n",
     );
-    let study = &everything.integrators;
+    let study = &results.integrators;
     for (scallop, stroke) in study.scallop.iter().zip(&study.stroke) {
         writeln!(
             text,
@@ -61,7 +61,7 @@ fn markdown(everything: &Everything) -> Result<String> {
         )?;
     }
     text.push_str("\n## Algebra\n\nStress cases that cannot be described by a scene, for the systems of the bent chain:\n\n");
-    tried(&mut text, &everything.algebra)?;
+    tried(&mut text, &results.algebra)?;
     Ok(text)
 }
 
@@ -111,11 +111,11 @@ fn tried(text: &mut String, list: &[Tried]) -> Result<()> {
     Ok(())
 }
 
-fn csv(everything: &Everything) -> Result<String> {
+fn csv(results: &Results) -> Result<String> {
     let clean = |s: &str| s.replace(',', ";").replace(['"', '\n'], " ");
     let mut text =
         String::from("map,stress_case,method,outcome,mark,error,seconds,as_expected,message\n");
-    for map in &everything.maps {
+    for map in &results.maps {
         for row in &map.rows {
             for (cell, column) in row.cells.iter().zip(&map.columns) {
                 let (error, message) = match &cell.outcome {
@@ -137,7 +137,7 @@ fn csv(everything: &Everything) -> Result<String> {
             }
         }
     }
-    let study = &everything.integrators;
+    let study = &results.integrators;
     for (map, points) in [("scallop", &study.scallop), ("stroke", &study.stroke)] {
         for Point {
             integrator,

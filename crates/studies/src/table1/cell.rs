@@ -9,7 +9,7 @@ use swimmer::choose;
 use swimmer::output::solution_json;
 use swimmer::{Scene, solve_start};
 
-use super::Task;
+use super::task::Task;
 use crate::reference::INSTANTANEOUS;
 
 /// Measurements of one solve.

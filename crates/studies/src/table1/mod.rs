@@ -4,6 +4,8 @@
 mod cell;
 mod paper;
 mod report;
+mod row;
+mod task;
 
 use std::path::Path;
 
@@ -11,59 +13,9 @@ use anyhow::{Result, bail};
 
 pub use cell::print;
 use cell::{Measured, Outcome};
-
-const FORMULATIONS: [&str; 3] = ["p-tilde", "lagrange", "direct-row"];
-
-/// A mesh of the scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Size {
-    /// Approximate number of dofs.
-    pub dofs: usize,
-    /// Element size on the spheres that gives about this number of dofs.
-    surface_size: f64,
-    /// Subdomains of additive Schwarz: eight on the smallest mesh, as in the paper, and of the same
-    /// size on the others.
-    subdomains: usize,
-    solvers: &'static [Solver],
-}
-
-/// A solver of the table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Solver {
-    Block,
-    Minres,
-    Direct,
-    Schwarz,
-}
-
-impl Solver {
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Block => "block",
-            Self::Minres => "minres",
-            Self::Direct => "direct",
-            Self::Schwarz => "schwarz",
-        }
-    }
-
-    /// Tolerance of the residual; PETSc's additive Schwarz, with which ours is compared, had 1e-6.
-    fn rtol(self) -> f64 {
-        match self {
-            Self::Schwarz => 1e-6,
-            _ => 1e-8,
-        }
-    }
-
-    /// Number of rounds: solves that take about a second are repeated, for a median.
-    fn repeats(self, repeats: usize) -> usize {
-        match self {
-            Self::Block => repeats,
-            _ => 1,
-        }
-    }
-}
-
-use Solver::{Block, Direct, Minres, Schwarz};
+use row::Row;
+use task::Solver::{self, Block, Direct, Minres, Schwarz};
+use task::{FORMULATIONS, Size, Task};
 
 /// The sizes of the paper.
 ///
@@ -97,32 +49,6 @@ const QUICK: [Size; 1] = [Size {
     subdomains: 8,
     solvers: &[Block, Minres, Direct, Schwarz],
 }];
-
-/// One cell of the table.
-#[derive(Clone, Copy, Debug)]
-pub struct Task {
-    pub size: Size,
-    pub formulation: &'static str,
-    pub solver: Solver,
-}
-
-impl Task {
-    fn overrides(&self) -> Vec<String> {
-        vec![
-            format!("fem.surface_size={}", self.size.surface_size),
-            format!("fem.formulation={}", self.formulation),
-            format!("fem.solver={}", self.solver.word()),
-            format!("fem.subdomains={}", self.size.subdomains),
-            format!("fem.rtol={:e}", self.solver.rtol()),
-        ]
-    }
-}
-
-/// A cell with its result.
-pub struct Row {
-    pub task: Task,
-    pub outcome: Outcome,
-}
 
 /// Options of the study.
 pub struct Options<'a> {
@@ -218,23 +144,5 @@ fn middle(outcomes: Vec<Outcome>) -> Outcome {
     match solved.into_iter().nth(half) {
         Some(measured) => Outcome::Solved(measured),
         None => Outcome::Failed("not run".to_owned()),
-    }
-}
-
-/// Largest relative error of the forces: the tolerance of the validation for element size 0.6, the
-/// coarsest here.
-const FORCE_ERROR: f64 = 5e-2;
-
-impl Row {
-    /// Whether the solution is right, or MINRES has refused the formulation that is not symmetric.
-    fn is_as_expected(&self) -> bool {
-        match (&self.outcome, self.task.solver, self.task.formulation) {
-            (Outcome::Failed(message), Minres, "direct-row") => message.contains("symmetric"),
-            (Outcome::Failed(_), ..) => false,
-            (Outcome::Solved(_), Minres, "direct-row") => false,
-            (Outcome::Solved(measured), ..) => {
-                measured.residual <= self.task.solver.rtol() && measured.force_error <= FORCE_ERROR
-            }
-        }
     }
 }

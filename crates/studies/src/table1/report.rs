@@ -7,7 +7,8 @@ use anyhow::Result;
 
 use super::cell::{Measured, Outcome};
 use super::paper::{PAPER, PETSC, REPORTED};
-use super::{FORMULATIONS, Row, Solver};
+use super::row::Row;
+use super::task::{FORMULATIONS, Solver};
 use crate::chart::{LogLog, Series, Style};
 use crate::{folder, machine};
 

@@ -1,6 +1,6 @@
 //! A sphere in a concentric ball on similar meshes, by `stokes::Problem`.
 //!
-//! In scenes the growth rate of elements is fixed and does not depend on their size on the bodies.
+//! In scenes the growth rate of elements is limited, so coarse meshes are not similar to fine ones.
 //! Orders of convergence are measured on similar meshes, so here all sizes are proportional.
 
 use std::time::Instant;
