@@ -14,12 +14,14 @@ const DEPENDENT: f64 = 1e-10;
 /// `||A v|| / ||A||` up to which `v` counts as a null vector; assembly in f64 leaves about 1e-15.
 const NULL: f64 = 1e-8;
 
-/// Vectors `v` with `A v = 0`, for [`KrylovParams::with_null_vectors`](crate::KrylovParams::with_null_vectors).
+/// Vectors `v` with `A v = 0`, for the parameters of a Krylov method
+/// ([`with_null_vectors`](crate::KrylovParams::with_null_vectors)).
 ///
 /// A system `A x = b` with a singular `A` has a solution only if `b` is orthogonal to the left null
 /// vectors, `A^T w = 0`, which are the same for a symmetric `A`. The Krylov methods then solve
 /// `A x = P b` with `P b` the orthogonal projection of `b`, return the solution that is orthogonal
-/// to the null vectors, and report `||b - P b|| / ||b||` as [`SolveReport::rhs_removed`](crate::SolveReport::rhs_removed).
+/// to the null vectors, and report `||b - P b|| / ||b||` as
+/// [`rhs_removed`](crate::SolveReport::rhs_removed).
 ///
 /// Examples are a Poisson problem with Neumann conditions on the whole boundary
 /// ([`NullVectors::constant`]) and enclosed flow, whose pressure is determined up to a constant

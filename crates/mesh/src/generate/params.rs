@@ -13,9 +13,9 @@ pub struct GenerateParams {
     pub growth: f64,
     /// Largest ratio of the edge length in a gap to the sum of the distances from its two surfaces.
     ///
-    /// 0.6 puts one layer of vertices into the middle of a gap, with regular tets on both sides, whose
-    /// height is 0.816 edges. From 0.83 on, tets extend from surface to surface: their velocities
-    /// are those of the bodies, and their angles cannot be improved.
+    /// 0.6 puts one layer of vertices into the middle of a gap, with regular tets on both sides,
+    /// whose height is 0.816 edges. From 0.83 on, tets extend from surface to surface: their
+    /// velocities are those of the bodies, and their angles cannot be improved.
     pub gap: f64,
     /// Longest edge anywhere.
     pub max_size: f64,
