@@ -20,7 +20,7 @@ use crate::{AleError, MeshMotion, MovingMesh, Stiffening};
 /// by Korn's inequality.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Elastic {
-    /// Poisson's ratio `ν`, at least 0 and below 1/2; the larger, the more cells keep their volume.
+    /// Poisson's ratio `ν`, at least 0 and below 1/2; larger values preserve cell volumes better.
     pub poisson: f64,
 }
 

@@ -7,7 +7,7 @@ pub enum AleError {
     /// A moved mesh with an inverted element.
     #[error("the moved mesh is not valid ({0}); remesh at the new shape")]
     Invalid(#[from] mesh::MeshError),
-    /// A number of motions that is not the number of bodies.
+    /// A number of motions other than the number of bodies.
     #[error("expected {expected} motions, one per body, found {found}")]
     Motions {
         /// Number of moving bodies.

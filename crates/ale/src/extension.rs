@@ -8,8 +8,8 @@ use rayon::prelude::*;
 /// Relative residual to which extensions are solved.
 ///
 /// An extension need not be accurate, only smooth: any field with the correct boundary values is a
-/// valid mesh motion. 1e-8 keeps its error below that of the f32 coordinates in pictures and costs
-/// a few iterations.
+/// valid mesh motion. With 1e-8 its error is below the rounding of the f32 coordinates in pictures,
+/// at the cost of a few iterations.
 const TOLERANCE: f64 = 1e-8;
 
 /// Number of rows per task.

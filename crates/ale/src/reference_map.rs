@@ -126,7 +126,7 @@ impl ReferenceMap {
     /// The translation moves the body's centre; the rotation is about that centre.
     ///
     /// # Errors
-    /// [`AleError::Invalid`] if an element is inverted, curved elements included: remesh then.
+    /// [`AleError::Invalid`] if an element, straight or curved, is inverted: remesh in this case.
     pub fn moved(&self, motions: &[Isometry3<f64>]) -> Result<TetMesh, AleError> {
         check_count(self.influences.len(), motions)?;
         let mut points = self.mesh.points().to_vec();

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use axisymmetric::{AxisymmetricError, Spheroid, Surroundings, axial_resistance};
 
-/// Relative error asked for.
+/// Requested relative error.
 const TOLERANCE: f64 = 1e-6;
 
 /// Drag over `6 π` of a spheroid with semi-axis `a` along the motion and `b` perpendicular to it

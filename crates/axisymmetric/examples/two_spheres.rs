@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use axisymmetric::{AxisymmetricError, Spheroid, Surroundings, axial_resistance};
 
-/// Relative error asked for.
+/// Requested relative error.
 const TOLERANCE: f64 = 1e-6;
 
 /// Drag of each sphere over that of a single one, for spheres of radius 1 at this distance

@@ -24,7 +24,7 @@ pub(crate) enum Curve {
     },
 }
 
-/// What a piece of the boundary belongs to. The order matters: see [`crate::space::Space::parts`].
+/// Part of the boundary. The order of the variants matters: see [`crate::space::Space::parts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum BoundaryPart {
     /// The axis of symmetry.
@@ -116,7 +116,7 @@ impl Curve {
         std::iter::once(0.0).chain(inner).chain([1.0]).collect()
     }
 
-    /// Norm of the derivative of the point by the parameter.
+    /// Norm of the derivative of the point with respect to the parameter.
     fn speed(&self, t: f64) -> f64 {
         match *self {
             Self::Line { from, to, .. } => (to - from).norm(),

@@ -23,7 +23,8 @@ pub(crate) const OUTER: usize = 3;
 
 /// Size of the outer triangle relative to the radius of the point set.
 ///
-/// So large that boundary edges survive even where the hull is convex by only a thousandth.
+/// Large enough that boundary edges are kept even where the hull bulges outwards by only a
+/// thousandth.
 const FAR_OUT: f64 = 1e5;
 
 impl Delaunay {

@@ -21,8 +21,9 @@ pub(crate) struct Lagrange {
 /// Basis functions at the points of a rule: one function per row, one point per column.
 pub(crate) struct Table {
     pub values: DMatrix<f64>,
-    /// Derivatives by the second and the third barycentric coordinate, with the first one
-    /// eliminated by `λ_1 = 1 - λ_2 - λ_3`.
+    /// Derivatives with respect to the second and the third barycentric coordinate.
+    ///
+    /// The first coordinate is eliminated by `λ_1 = 1 - λ_2 - λ_3`.
     pub gradients: [DMatrix<f64>; 2],
 }
 

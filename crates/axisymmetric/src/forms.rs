@@ -34,7 +34,7 @@ impl ElementMatrices {
     /// The matrices of an element with the geometry `points` and these basis functions.
     pub fn new(points: &[MapPoint], velocity: &Table, pressure: &Table) -> Self {
         let (n, m) = (velocity.values.nrows(), points.len());
-        // derivatives by position: one function per row, one point per column
+        // derivatives with respect to the position: one function per row, one point per column
         let derivative = |d: usize| {
             let [by_x, by_y] = &velocity.gradients;
             DMatrix::from_fn(n, m, |i, q| {

@@ -22,7 +22,7 @@ pub(crate) struct MapPoint {
 
 /// Whether the Jacobian is positive in all curved elements, checked with geometry of order four.
 ///
-/// Curved geometries of other orders differ from it by much less than from the straight triangle.
+/// Geometries of other orders differ from this one much less than from the straight triangle.
 ///
 /// # Errors
 /// [`AxisymmetricError::NoNodalBasis`], which does not happen for this order.
@@ -91,7 +91,7 @@ pub(crate) fn map_points(
     rule.iter()
         .enumerate()
         .map(|(q, point)| {
-            // columns: derivatives of the position by the two reference coordinates
+            // columns: derivatives of the position with respect to the two reference coordinates
             let jacobian = Matrix2::new(by[0][(0, q)], by[1][(0, q)], by[0][(1, q)], by[1][(1, q)]);
             let (determinant, radius) = (jacobian.determinant(), at[(1, q)]);
             match jacobian.try_inverse() {

@@ -56,7 +56,7 @@ const CYLINDER_ENDS: f64 = 4.5;
 pub(crate) struct Meridian {
     /// Bodies from left to right.
     bodies: Vec<Spheroid>,
-    /// Index of each of them in the caller's list.
+    /// Index of each body in the caller's list.
     given: Vec<usize>,
     wall: Wall,
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::boundary_polygon::{BoundaryEdge, BoundaryPolygon};
 use crate::point::Point;
 
-/// A conforming triangulation whose boundary edges know the curves that they lie on.
+/// A conforming triangulation with the curve on which each boundary edge lies.
 pub(crate) struct MeridianMesh {
     pub points: Vec<Point>,
     /// Corners, counter-clockwise.

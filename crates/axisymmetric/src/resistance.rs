@@ -49,7 +49,8 @@ fn first_order(tolerance: f64) -> usize {
 
 /// Bounds on the factor by which one order reduces the error, when the last change is extrapolated.
 ///
-/// A smaller observed factor is taken as chance, a larger one as not yet converging.
+/// A smaller observed factor is considered accidental. A larger one means that the orders do not
+/// converge yet.
 const REDUCTION: [f64; 2] = [0.08, 0.6];
 
 /// Smallest tolerance; rounding in the factorisation causes errors of about a hundredth of it.
@@ -93,8 +94,8 @@ pub fn axial_resistance(
 /// Computes the resistance to rotation about the axis to a relative `tolerance`.
 ///
 /// Solves a scalar equation without pressure, with a third of the degrees of freedom of
-/// [`axial_resistance`]. The ball that replaces unbounded fluid changes torques by the third power
-/// of the bodies' size relative to its own, 1e-9.
+/// [`axial_resistance`]. The ball that replaces unbounded fluid changes torques by a relative 1e-9,
+/// the third power of the size of the bodies over the size of the ball.
 ///
 /// ```
 /// use axisymmetric::{Spheroid, Surroundings, spin_resistance};

@@ -17,9 +17,9 @@ use mesh::{TetMesh, Vec3};
 /// [`restrict_matrix`](Self::restrict_matrix) the matrix `A_FF`, and [`expand`](Self::expand)
 /// writes the solution into a nodal field.
 ///
-/// All components of a prescribed node are prescribed. Rigid bodies whose velocities are unknown
-/// are another kind of constraint, a static condensation of nodal velocities to rigid motions; the
-/// crate `rigid` does it, and symmetry planes, without this type.
+/// All components of a prescribed node are prescribed. Rigid bodies with unknown velocities are
+/// another kind of constraint, a static condensation of nodal velocities to rigid motions. The
+/// crate `rigid` implements it, and symmetry planes, without this type.
 ///
 /// ```
 /// use fem::{DirichletCondition, TaylorHood};

@@ -72,7 +72,8 @@ pub(crate) struct MapAt {
 impl MapAt {
     /// Geometry map at `point`; an error unless its Jacobian determinant is positive there.
     pub fn new(cell: usize, nodes: &CellNodes, point: &CellPoint) -> Result<Self, FemError> {
-        // The columns of J are the derivatives of the position by the reference coordinates.
+        // The columns of J are the derivatives of the position with respect to the reference
+        // coordinates.
         let (mut a, mut b, mut c) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
         for (x, g) in nodes.iter().zip(&point.gradients) {
             a += x * g.x;
@@ -117,12 +118,12 @@ impl MapAt {
         self.inverse_transpose.tr_mul(&self.inverse_transpose)
     }
 
-    /// `J^-1 v`, whose product with a reference gradient is that of `v` with the physical gradient.
+    /// `J^-1 v`: its product with a reference gradient is that of `v` with the physical one.
     pub fn pulled_back_vector(&self, vector: &Vec3) -> Vec3 {
         self.inverse_transpose.tr_mul(vector)
     }
 
-    /// `M J^-T`, whose product with a reference gradient is that of `M` with the physical gradient.
+    /// `M J^-T`: its product with a reference gradient is that of `M` with the physical one.
     pub fn pulled_back(&self, matrix: &Matrix3<f64>) -> Matrix3<f64> {
         matrix * self.inverse_transpose
     }

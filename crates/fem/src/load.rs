@@ -28,12 +28,12 @@ pub struct LoadOnFluid {
 /// F = sum_b r_b,   T = sum_b (x_b - centre) × r_b + 2 |B_h| ω
 /// ```
 ///
-/// The sums run over the nodes of the facets with `tag`. The error is the energy of the
-/// discretisation error, of fourth order on curved cells. The last term of the torque is the
-/// difference between the grad-grad form and the stress; `ω` is the angular velocity of the body
-/// and `|B_h|` its discrete volume. The velocity must be rigid on the body and zero or rigid on the
-/// rest of the boundary. The surface is closed, so the force does not depend on the mean of the
-/// pressure beyond rounding.
+/// The sums run over the nodes of the facets with `tag`. The errors of `F` and `T` are energy
+/// products of discretisation errors, and therefore of fourth order on curved cells. The last term
+/// of the torque is the difference between the grad-grad form and the stress; `ω` is the angular
+/// velocity of the body and `|B_h|` its discrete volume. The velocity must be rigid on the body and
+/// zero or rigid on the rest of the boundary. The surface is closed, so up to rounding the force
+/// does not depend on the mean of the pressure.
 ///
 /// Shapes: `residual` `n_points`, from [`momentum_residual`].
 ///

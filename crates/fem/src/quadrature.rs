@@ -22,7 +22,7 @@ pub(crate) struct CellPoint {
     pub weight: f64,
     /// Quadratic shape functions.
     pub shape: [f64; 10],
-    /// Their gradients by the reference coordinates.
+    /// Gradients of the quadratic shape functions in reference coordinates.
     pub gradients: [Vec3; 10],
 }
 

@@ -19,7 +19,7 @@ pub(crate) fn shape_functions(l: [f64; 4]) -> [f64; 10] {
     n
 }
 
-/// Gradients of the ten shape functions by the reference coordinates `ξ_k = l_{k+1}`.
+/// Gradients of the ten shape functions in the reference coordinates `ξ_k = l_{k+1}`.
 ///
 /// The first barycentric coordinate is `l_0 = 1 - sum_k ξ_k`.
 pub(crate) fn shape_gradients(l: [f64; 4]) -> [Vec3; 10] {
@@ -39,7 +39,7 @@ pub(crate) fn shape_gradients(l: [f64; 4]) -> [Vec3; 10] {
     gradients
 }
 
-/// Gradients of the four barycentric coordinates by the reference coordinates.
+/// Gradients of the four barycentric coordinates in reference coordinates.
 pub(crate) fn vertex_gradients() -> [Vec3; 4] {
     [-Vec3::repeat(1.0), Vec3::x(), Vec3::y(), Vec3::z()]
 }

@@ -60,7 +60,7 @@ impl TaylorHood {
         })
     }
 
-    /// Number of vertices, which is that of the pressure dofs.
+    /// Number of vertices, equal to the number of pressure dofs.
     pub fn n_vertices(&self) -> usize {
         self.n_vertices
     }

@@ -114,7 +114,7 @@ pub(crate) fn facet_nodes(mesh: &TetMesh, facet: &Facet) -> [Vec3; 6] {
 pub(crate) fn position_and_normal(nodes: &[Vec3; 6], point: &FacetPoint) -> (Vec3, Vec3) {
     let l = point.barycentric;
     let (mut x, mut by_1, mut by_2) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
-    // l_0 = 1 - l_1 - l_2, so the derivative by l_0 is subtracted from those by l_1 and l_2.
+    // l_0 = 1 - l_1 - l_2: the derivative with respect to l_0 is subtracted from the two others.
     let mut add = |node: &Vec3, value: f64, d: [f64; 3]| {
         x += node * value;
         by_1 += node * (d[1] - d[0]);

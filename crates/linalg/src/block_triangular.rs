@@ -80,9 +80,10 @@ impl BlockTriangular {
     /// The sum approximates the inverse of a Schur complement that behaves like a mass matrix for
     /// some pressures and like a Laplacian for others (Cahouet, Chabert, Int. J. Numer. Methods
     /// Fluids 8, 1988). In Stokes flow this happens in narrow gaps: between walls at the distance h
-    /// a pressure gradient drives a flux of `h^2 / 12` times itself.
-    /// `L = ∫ h^2 / 6 ∇psi_p · ∇psi_q`, twice that, was measured to need the fewest iterations.
-    /// Where no walls are close, h and `L` are large, and `M_p^-1` dominates the sum.
+    /// a pressure gradient drives a mean velocity of `h^2 / 12` times its size (at viscosity 1). A
+    /// Laplacian with twice this coefficient, `L = ∫ h^2 / 6 ∇psi_p · ∇psi_q`, was measured to
+    /// need the fewest iterations. Where no walls are close, h and `L` are large, and `M_p^-1`
+    /// dominates the sum.
     ///
     /// Cost per application: one V-cycle for a matrix of the size of the pressure.
     ///
@@ -112,7 +113,7 @@ impl BlockTriangular {
         }
         system.subtract_border_gradient(zp, of_buffer(&mut self.border, m));
         let border = of_buffer(&mut self.border, m).map(|b| &*b);
-        // of about the size of `r_a`, a part of which the gradient balances
+        // the residual is about as large as `r_a`; the pressure gradient cancels a part of it
         let size = from_fn(|s| max_abs(ra[s]).max(max_abs(border[s])));
         let (gradient, ru) = (system.gradient_rows(zp), ru.map(nodes));
         let residual = |i: usize| {

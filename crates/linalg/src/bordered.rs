@@ -133,8 +133,8 @@ impl Bordered {
     /// `constrained` lists nodes in ascending order, each with the components constrained. The
     /// scalar matrix still serves all three components.
     ///
-    /// Products are zero in the constrained dofs, and `x` must be. Cost per product: one pass over
-    /// `constrained`.
+    /// Products are zero in the constrained dofs, and `x` must be zero there. Cost per product: one
+    /// pass over `constrained`.
     ///
     /// ```
     /// use linalg::{Bordered, Csr, LinearOperator};

@@ -11,12 +11,13 @@ use crate::{Csr, LinalgError, Preconditioner, PreconditionerKind};
 
 /// Safety factor of the largest eigenvalue, which Lanczos approaches from below.
 ///
-/// Above their interval Chebyshev polynomials grow fast.
+/// Outside the interval Chebyshev polynomials grow fast.
 const UPPER_MARGIN: f64 = 1.05;
 
 /// Safety factor of the smallest eigenvalue, which Lanczos approaches from above.
 ///
-/// For a mass matrix the estimate is close; slow modes below the interval stay bounded.
+/// For a mass matrix the estimate is close. Error components with eigenvalues below the interval do
+/// not grow.
 const LOWER_MARGIN: f64 = 0.9;
 
 /// Upper bound on the eigenvalues of `D^-1 K`, with its safety factor.
@@ -28,9 +29,10 @@ pub(crate) fn upper_bound(k: &Csr, diagonal: &[f64]) -> Result<f64, LinalgError>
 ///
 /// A sweep is `x <- x + w_k D^-1 (b - A x)`.
 ///
-/// All sweeps together multiply the error at eigenvalue `t` of `D^-1 A` by `prod (1 - w_k t)`. With
-/// the reciprocal roots as factors this is the Chebyshev polynomial on `[upper / range, upper]`,
-/// `T((a - t) / d) / T(a / d)` with the midpoint a and the half-width d of the interval.
+/// All sweeps together multiply the error at eigenvalue `t` of `D^-1 A` by `prod (1 - w_k t)`. The
+/// factors `w_k` are the reciprocal roots of the Chebyshev polynomial on `[upper / range, upper]`,
+/// so the product is `T((a - t) / d) / T(a / d)` with the midpoint a and the half-width d of the
+/// interval.
 pub(crate) fn sweeps(upper: f64, range: f64, degree: usize) -> Vec<f64> {
     let lower = upper / range;
     let (a, d) = (0.5 * (upper + lower), 0.5 * (upper - lower));
@@ -55,7 +57,7 @@ pub struct MassInverse {
     inverse_diagonal: Vec<f64>,
     blocks: RowBlocks,
     factors: Vec<f64>,
-    /// Buffer of every other step, one column after another.
+    /// Second buffer, with which `z` alternates as the result of a step; one column after another.
     next: Vec<f64>,
 }
 

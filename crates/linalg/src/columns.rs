@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 
-/// Number of columns, of `columns` left, that the next pass takes.
+/// Number of columns in the next pass if `columns` remain.
 ///
 /// The sums of more than three columns do not fit into the sixteen vector registers of the baseline
 /// instruction set: in the V-cycle four columns at once took as long per column as one alone, three

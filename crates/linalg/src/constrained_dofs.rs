@@ -19,7 +19,7 @@ pub(crate) struct ConstrainedDofs {
 }
 
 impl ConstrainedDofs {
-    /// Takes nodes in ascending order, each with the components constrained.
+    /// Constraints from nodes in ascending order, each with its constrained components.
     ///
     /// # Errors
     /// [`LinalgError::Shape`] for a node that is not below `n` or not above the one before it.
@@ -95,7 +95,8 @@ impl ConstrainedDofs {
 
     /// The constraints of the coarse nodes of a prolongation.
     ///
-    /// A coarse node is constrained in every component in which it would move a constrained node.
+    /// A coarse node is constrained in every component in which a fine node that interpolates from
+    /// it is constrained.
     pub fn coarse(&self, prolongation: &Csr) -> Self {
         if self.is_empty() {
             return ConstrainedDofs::default();

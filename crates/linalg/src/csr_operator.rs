@@ -19,7 +19,7 @@ const SYMMETRY_TOLERANCE: f64 = 1e3 * f64::EPSILON;
 ///
 /// For systems with one component, such as a scalar Poisson problem. Three right-hand sides of the
 /// same symmetric matrix are solved faster as one [`Bordered::scalar`](crate::Bordered::scalar).
-/// Whether `A` is symmetric is measured, not promised. Cloning shares the matrix.
+/// The symmetry of `A` is checked entry by entry, not assumed. Cloning shares the matrix.
 ///
 /// Cost of [`apply`](LinearOperator::apply): one pass over `A`; allocates nothing, and is bitwise
 /// the same on any number of threads.

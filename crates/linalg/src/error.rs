@@ -9,7 +9,7 @@ pub enum LinalgError {
     /// A matrix or vector does not fit the others.
     #[error("{what} has shape {found:?}, expected {expected:?}")]
     Shape {
-        /// Which matrix or vector.
+        /// Name of the matrix or vector.
         what: &'static str,
         /// Rows and columns that would fit.
         expected: (usize, usize),
@@ -19,7 +19,7 @@ pub enum LinalgError {
     /// An entry is NaN or infinite.
     #[error("entry {index} of {what} is NaN or infinite; look for a degenerate element")]
     NotFinite {
-        /// Which matrix or vector.
+        /// Name of the matrix or vector.
         what: &'static str,
         /// Position in the array of values.
         index: usize,
@@ -29,7 +29,7 @@ pub enum LinalgError {
         "diagonal entry {row} of {what} is {value:e}, not positive; look for a row without elements or an inverted element"
     )]
     NotPositive {
-        /// Which matrix.
+        /// Name of the matrix.
         what: &'static str,
         /// Row of the entry.
         row: usize,
@@ -135,12 +135,12 @@ pub enum LinalgError {
     /// A matrix to be factorised is singular or not definite to working precision.
     #[error("{what} cannot be factorised: {detail}")]
     Factorisation {
-        /// Which matrix.
+        /// Name of the matrix.
         what: &'static str,
-        /// What the factorisation reported.
+        /// Reason reported by the factorisation.
         detail: String,
     },
-    /// The stiffness and the divergence differ so much in size that no residual norm sees both.
+    /// Stiffness and divergence differ so much in size that no residual norm controls both.
     #[error(
         "the largest entry of the divergence is only {ratio:e} times that of the stiffness, so a small residual would not bound the divergence; scale the system so that both are of similar size"
     )]
@@ -161,7 +161,7 @@ pub enum LinalgError {
     /// The restriction of the system to a subdomain is singular.
     #[error("subdomain {subdomain}: {cause}")]
     Subdomain {
-        /// Which subdomain.
+        /// Number of the subdomain.
         subdomain: usize,
         /// The error of its restricted system.
         cause: Box<LinalgError>,

@@ -11,7 +11,7 @@ const MOST_PRESSURES: usize = 2000;
 
 /// Relative size up to which an eigenvalue of the Schur complement counts as zero.
 ///
-/// That of the constant pressure in enclosed flow does.
+/// In enclosed flow the eigenvalue of the constant pressure is below it.
 const ZERO: f64 = 1e-10;
 
 /// Constants of the inf-sup condition of a pair of velocity and pressure spaces.

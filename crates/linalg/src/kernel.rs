@@ -1,9 +1,9 @@
-//! What the roofline study measures: a kernel and its memory traffic.
+//! Kernels that the roofline study measures, with their memory traffic.
 
 /// A kernel of the block solver and its least memory traffic.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kernel {
-    /// What it computes.
+    /// Name of the computation.
     pub name: &'static str,
     /// Bytes that must be read or written once.
     ///

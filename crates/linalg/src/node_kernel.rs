@@ -78,8 +78,8 @@ pub(crate) fn padded_row<const S: usize>(
 
 /// The nonempty rows of a matrix with three rows per node, most of them empty.
 ///
-/// Products read nothing of the empty rows, not even row pointers, which would take a tenth of a
-/// pass over `K`.
+/// Products skip empty rows without reading their row pointers, which would take a tenth of a pass
+/// over `K`.
 #[derive(Debug, Clone)]
 pub(crate) struct SparseNodes<T> {
     nodes: Vec<u32>,

@@ -14,10 +14,10 @@ pub trait LinearOperator: Sync {
     /// If the length of `x` is not `cols` or that of `y` not `rows`; the solvers check this first.
     fn apply(&self, x: &[f64], y: &mut [f64]);
 
-    /// Overwrites each column of `y` with `A` times that of `x`.
+    /// Overwrites each column of `y` with `A` times the same column of `x`.
     ///
-    /// Takes one pass over the matrix if the operator supports it. Each column comes out as from
-    /// [`apply`](LinearOperator::apply), to the last bit.
+    /// Takes one pass over the matrix if the operator supports it. Each column of the result is
+    /// bitwise that of [`apply`](LinearOperator::apply).
     ///
     /// # Panics
     /// As [`apply`](LinearOperator::apply).
@@ -55,10 +55,10 @@ pub trait Preconditioner {
     /// If the length of `r` or `z` is not `size`; the solvers check this first.
     fn apply(&mut self, r: &[f64], z: &mut [f64]);
 
-    /// Overwrites each column of `z` with the approximate solution for that of `r`.
+    /// Overwrites each column of `z` with the approximate solution for the same column of `r`.
     ///
-    /// Takes one pass over the matrices if the preconditioner supports it. Each column comes out as
-    /// from [`apply`](Preconditioner::apply), to the last bit. Buffers grow with the number of
+    /// Takes one pass over the matrices if the preconditioner supports it. Each column of the
+    /// result is bitwise that of [`apply`](Preconditioner::apply). Buffers grow with the number of
     /// columns.
     ///
     /// # Panics
@@ -73,7 +73,7 @@ pub trait Preconditioner {
     fn kind(&self) -> PreconditionerKind;
 }
 
-/// Properties of a preconditioner; each kind includes those before it.
+/// Properties of a preconditioner; each kind is more general than those before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PreconditionerKind {
     /// Linear, symmetric and positive definite (to its own precision): suits all methods.

@@ -50,7 +50,7 @@ impl PressureInverse {
     /// Overwrites the columns `z` with the approximate solutions for `r`.
     pub fn pass<const S: usize>(&mut self, r: [&[f64]; S], mut z: [&mut [f64]; S]) {
         self.mass.pass(r, z.each_mut().map(|z| &mut **z));
-        // one by one: in the three components of one cycle they might be rounded differently
+        // one by one: as the three components of one cycle, columns might be rounded differently
         if let Some(cycle) = &mut self.laplacian {
             for (r, z) in r.iter().zip(z) {
                 cycle.solve_into(r, z, |z, v| *z += v);

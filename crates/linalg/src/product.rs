@@ -38,7 +38,7 @@ impl RowAccumulator {
     }
 }
 
-/// The matrix whose row `i` is the sum of what `fill(i, row)` adds.
+/// The matrix whose row `i` is the sum of the entries that `fill(i, row)` adds.
 ///
 /// Cost: that of `fill` plus sorting each row.
 pub(crate) fn build_rows(

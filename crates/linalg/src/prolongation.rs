@@ -23,7 +23,7 @@ pub struct Prolongation {
 }
 
 impl Prolongation {
-    /// Takes `nodes`, P (n x n_coarse), and `border`, Q (3n x m).
+    /// Prolongation from `nodes`, P (n x n_coarse), and `border`, Q (3n x m).
     ///
     /// # Errors
     /// [`LinalgError::Shape`], [`LinalgError::NotFinite`].
@@ -39,10 +39,10 @@ impl Prolongation {
         ))
     }
 
-    /// Uses other border columns `Q_l` (3n x m) in the restriction `r_v + Q_l^T r`.
+    /// Sets other border columns `Q_l` (3n x m) in the restriction `r_v + Q_l^T r`.
     ///
-    /// Needed if border rows are not tested with the motions of their columns, as rows of
-    /// constraints: their residuals must not be mixed with those of the nodes.
+    /// Needed if a border row is not the equation tested with the motion of its column, for example
+    /// a row of constraints. The residuals of such rows must not be mixed with those of the nodes.
     ///
     /// # Errors
     /// [`LinalgError::Shape`], [`LinalgError::NotFinite`].

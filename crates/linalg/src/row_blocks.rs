@@ -9,7 +9,7 @@ const BLOCK_ENTRIES: usize = 1 << 14;
 
 /// Boundaries of row blocks with about equal numbers of nonzeros.
 ///
-/// One thread computes a row in one order, so results never depend on the blocks.
+/// Each row is computed by one thread in a fixed order, so results never depend on the blocks.
 #[derive(Debug, Clone)]
 pub(crate) struct RowBlocks(Vec<usize>);
 

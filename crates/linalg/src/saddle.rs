@@ -287,7 +287,7 @@ fn check_balance(a: &Bordered, b: &Csr3, e: &Csr) -> Result<(), LinalgError> {
     Ok(())
 }
 
-/// Adds `(B^T p)_i` of every column `p` to that of `a`.
+/// Adds `(B^T p)_i` of every column `p` to the same column of `a`.
 #[inline(always)]
 fn add_gradient<const S: usize>(
     bt: Rows<'_, [f64; 3]>,

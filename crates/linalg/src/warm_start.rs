@@ -8,9 +8,10 @@ use crate::csr::check_shape;
 use crate::vector::{CHUNK, axpy, dot};
 use crate::{LinalgError, LinearOperator};
 
-/// Part of its length below which a product counts as dependent on the others.
+/// Fraction of its length below which an orthogonalised product counts as dependent on the others.
 ///
-/// It would add only rounding errors: f64 leaves eight digits of the coefficients.
+/// Below this fraction a product would add only rounding errors: f64 leaves eight digits of the
+/// coefficients.
 const DEPENDENT: f64 = 1e-8;
 
 /// Initial guesses of *new* systems from the solutions of a few earlier ones.
@@ -41,7 +42,7 @@ const DEPENDENT: f64 = 1e-8;
 /// let mut warm = WarmStart::new(3);
 /// warm.remember(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 /// warm.remember(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
-/// // A (4, 0, 0, 3, 0, 0) = (5, 0, 0, 2, 0, 0): a combination of what is remembered
+/// // A (4, 0, 0, 3, 0, 0) = (5, 0, 0, 2, 0, 0): a combination of the stored solutions
 /// let mut x = [0.0; 6];
 /// warm.guess(&a, &[5.0, 0.0, 0.0, 2.0, 0.0, 0.0], &mut x)?;
 /// assert!((x[0] - 4.0).abs() < 1e-14 && (x[3] - 3.0).abs() < 1e-14);
@@ -116,9 +117,9 @@ impl WarmStart {
         Ok(residuals.first().copied().unwrap_or_default())
     }
 
-    /// As [`WarmStart::guess`] for several right-hand sides, to the last bit.
+    /// Computes the guesses of [`WarmStart::guess`] for several right-hand sides, to the last bit.
     ///
-    /// They share the products with `A`.
+    /// The right-hand sides share the products with `A`.
     ///
     /// # Errors
     /// Those of [`WarmStart::guess`]; [`LinalgError::Shape`] if the numbers of solutions and

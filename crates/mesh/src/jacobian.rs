@@ -134,10 +134,10 @@ pub(crate) fn scaled_jacobian_of_straight_tet(corners: [Vec3; 4]) -> f64 {
 
 /// Guaranteed lower bound of `det J` over a 10-node tet, divided by `|6 V|` of its straight tet.
 ///
-/// Pieces with a blunt bound are bisected (de Casteljau) until the bound is at most 1 % of `6 V`
-/// below the true minimum, except in badly inverted cells. If the bound is positive, the map is
-/// locally one-to-one everywhere in the cell. A straight cell has 1; a cell whose straight tet has
-/// no volume, or with a NaN, has minus infinity.
+/// Pieces whose bound is not sharp enough are bisected (de Casteljau) until the bound is at most
+/// 1 % of `6 V` below the true minimum, except in badly inverted cells. If the bound is positive,
+/// the map is locally one-to-one everywhere in the cell. The value is 1 for a straight cell, and
+/// minus infinity for a cell with a NaN or whose straight tet has no volume.
 pub fn scaled_jacobian_bound(nodes: &[Vec3; 10]) -> f64 {
     let scale = straight_jacobian([nodes[0], nodes[1], nodes[2], nodes[3]]).abs();
     let net = bernstein_coefficients(nodes);

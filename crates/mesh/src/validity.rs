@@ -41,9 +41,9 @@ impl TetMesh {
         Ok(mesh)
     }
 
-    /// Scaled Jacobian of one cell: [`scaled_jacobian_bound`], which a straight cell does not need.
+    /// Scaled Jacobian of one cell: [`scaled_jacobian_bound`] of a curved cell.
     ///
-    /// A straight cell has 1, or -1 if it is inverted, or 0 if it is flat.
+    /// For a straight cell it is 1, or -1 if the cell is inverted, or 0 if it is flat.
     pub fn scaled_jacobian(&self, cell: usize) -> f64 {
         if self.is_affine(cell) {
             scaled_jacobian_of_straight_tet(self.cell_vertices(cell))

@@ -7,7 +7,7 @@ pub enum HydroError {
     /// Lists of different lengths, or a list of velocities of the wrong length.
     #[error("{what}: expected {expected} entries, found {found}")]
     Length {
-        /// Which list.
+        /// Name of the list.
         what: &'static str,
         /// Expected number of entries.
         expected: usize,
@@ -25,7 +25,7 @@ pub enum HydroError {
     /// A NaN or infinite number.
     #[error("{what} is NaN or infinite; check positions, radii and units")]
     NotFinite {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
     },
     /// Two spheres that touch or overlap.
@@ -112,7 +112,7 @@ pub enum HydroError {
          the order or increase the tolerance"
     )]
     FactorisationFailed {
-        /// Which matrix.
+        /// Name of the matrix.
         matrix: &'static str,
         /// Number of its rows.
         size: usize,
@@ -124,7 +124,7 @@ pub enum HydroError {
         model: &'static str,
         /// The unsupported medium.
         medium: &'static str,
-        /// What to use instead.
+        /// Model to use instead.
         instead: &'static str,
     },
     /// Conjugate gradients that did not converge.

@@ -19,7 +19,7 @@ use rigid::{
 pub fn main() -> Result<(), Box<dyn Error>> {
     let centres = [-2.0, 2.0].map(|x| Vector3::new(x, 0.0, 0.0));
 
-    // The part of your own code: matrices over all nodes, the nodes and what they belong to.
+    // Input from your own finite-element code: matrices over all nodes, the nodes and their roles.
     let mesh = assembled::spheres_in_ball(&centres, 0.5, 60.0)?;
 
     // The fluid with its rigid surfaces.

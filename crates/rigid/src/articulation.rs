@@ -16,14 +16,14 @@ pub enum BodyKind {
     Point,
 }
 
-/// How bodies are attached to arms that rotate.
+/// Attachment of bodies to arms that rotate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Arms {
-    /// Bodies keep their attitude to the frame of their linkage: one angular velocity for all.
+    /// Bodies do not rotate relative to the frame of their linkage: one angular velocity for all.
     #[default]
     Clamped,
-    /// Each body rotates freely, without torque, on a frame that rotates without torque.
+    /// Each body rotates torque-free, and so does the frame of each linkage.
     Free,
     /// Arms keep their direction in the laboratory axes and bodies rotate freely (Berti et al.
     /// 2021, equations (11)-(12) read literally). Torque-free only if the swimmer is collinear and
@@ -83,7 +83,7 @@ impl Articulation {
             let arm = positions[link.body] - positions[link.to];
             let distance = arm.norm();
             let scale = positions[link.body].norm().max(positions[link.to].norm());
-            // A distance lost in the rounding of the positions carries no direction.
+            // A distance at the level of rounding of the positions determines no direction.
             if distance <= 1e-12 * scale || distance == 0.0 {
                 return Err(RigidError::NoDirection {
                     link: link.name.clone(),
@@ -154,7 +154,7 @@ impl Articulation {
         &self.links
     }
 
-    /// How bodies are attached to their arms.
+    /// Attachment of the bodies to their arms.
     pub fn arms(&self) -> Arms {
         self.arms
     }

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use crate::wall_motion::WallMotion;
 use crate::{NodeRole, RigidError, SymmetryPlanes};
 
-/// The couplings between free nodes and rigid surfaces, and the way back from dofs to nodes.
+/// The couplings between free nodes and rigid surfaces, and the map from dofs to nodal values.
 ///
 /// Columns and rows of bodies are `(U, ω)` and `(F, T)`, six per body.
 #[derive(Clone, Debug)]
@@ -37,7 +37,8 @@ pub(crate) struct Surfaces {
 impl Surfaces {
     /// Refuses a fluid in which some velocity is undetermined.
     ///
-    /// A Krylov method would not notice: the right-hand side of a force-free swimmer is compatible.
+    /// A Krylov method would not detect it: the right-hand side of a force-free swimmer is
+    /// compatible.
     ///
     /// # Errors
     /// [`RigidError::NoWall`], [`RigidError::NoSurface`].
@@ -107,7 +108,9 @@ impl Surfaces {
         velocity
     }
 
-    /// As [`all_velocities`](Self::all_velocities), with the prescribed velocities of walls.
+    /// Velocities of all nodes, with the prescribed velocities of walls.
+    ///
+    /// Arguments as in [`all_velocities`](Self::all_velocities).
     pub fn with_walls(&self, free: &[f64], bodies: &DVector<f64>) -> Vec<Vector3<f64>> {
         let mut velocity = self.all_velocities(free, bodies);
         if let Some(walls) = &self.walls {

@@ -8,7 +8,7 @@ use crate::link_loads::LinkLoads;
 pub(crate) struct Border {
     /// Generalised velocities for each border dof; zero columns for multipliers.
     pub columns: DMatrix<f64>,
-    /// The velocities that test each border row, where they differ from `columns`; zero columns
+    /// Velocities with which each border row is tested, if they differ from `columns`; zero columns
     /// for rows that are constraints.
     pub rows: Option<DMatrix<f64>>,
     /// The velocities `W` that the links impose: a particular solution of all constraints.

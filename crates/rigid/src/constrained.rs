@@ -13,7 +13,7 @@ use crate::imposed::{Imposed, imposed_rhs};
 use crate::link_loads::LinkLoads;
 use crate::{Drive, RigidError, RigidFluid};
 
-/// The linear system of one configuration, with what its solvers and its solution need.
+/// The linear system of one configuration, with the data for its solvers and its solution.
 ///
 /// Built by [`Formulation::constrain`](crate::Formulation::constrain). Solve
 /// `system x = rhs` with any method of `linalg`, then read the answer with
@@ -32,7 +32,7 @@ pub struct Constrained {
     gap_stiffness: Option<Csr>,
     /// Generalised velocities from the border dofs: `q = columns v + offset`.
     pub(crate) columns: DMatrix<f64>,
-    /// The velocities that test the border rows; none if those of `columns`.
+    /// Velocities with which the border rows are tested; `None` if they are those of `columns`.
     tests: Option<DMatrix<f64>>,
     pub(crate) offset: DVector<f64>,
     pub(crate) surface_rows: Vec<usize>,
@@ -128,11 +128,11 @@ impl Constrained {
     /// Bitwise those of a system built with these rates. Cost: an elimination of the small dense
     /// constraints and a pass over the border.
     ///
-    /// # Errors
     /// [`RigidError::OtherLinks`] for a drive with other links, lengths or loads, and for
-    /// independent bodies, which have no rates; rates that contradict each other. A motion of all
-    /// bodies without a change of the links is not noticed where it leaves the constraints the
-    /// same: the drive must be that of the configuration that the matrices were assembled for.
+    /// independent bodies, which have no rates; rates that contradict each other. Not every drive
+    /// of another configuration is detected, for example one in which all bodies have moved without
+    /// any change of the constraints: pass the drive of the configuration for which the matrices
+    /// were assembled.
     pub fn imposed(&self, drive: &Drive) -> Result<Imposed, RigidError> {
         let (all, link_loads) = drive.reduced(self.surfaces.symmetry_planes)?;
         // The link loads contain the independent constraint rows and the vectors along the links:
@@ -230,7 +230,7 @@ impl Constrained {
             .ok_or(RigidError::NotIndependent)
     }
 
-    /// The velocities that test the border rows.
+    /// Velocities with which the border rows are tested.
     fn tests(&self) -> &DMatrix<f64> {
         self.tests.as_ref().unwrap_or(&self.columns)
     }

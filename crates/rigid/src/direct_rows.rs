@@ -7,10 +7,10 @@ use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
 
 /// Row substitution of Berti et al. (2021), equation (23): `C q = w` replaces rows of forces.
 ///
-/// Every velocity stays a dof. The force rows that stay are the balances of the motions that the
-/// links allow, `S^T (force rows) = S^T F`: the *total* force and torque of each linkage. (Equation
-/// (23) as printed keeps the force row of the reference body alone, so that the forces on the other
-/// bodies would pull the swimmer.) The system is not symmetric.
+/// Every velocity stays a dof. The remaining force rows are the force balances of the motions that
+/// the links allow, `S^T (force rows) = S^T F`: the *total* force and torque of each linkage.
+/// (Equation (23) as printed keeps the force row of the reference body alone, so that the forces on
+/// the other bodies would pull the swimmer.) The system is not symmetric.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DirectRows;
 

@@ -1,11 +1,11 @@
-//! What drives an articulated set: constraints of its links and external loads on its bodies.
+//! Drive of an articulated set: constraints of its links and external loads on its bodies.
 
 use nalgebra::{DVector, Vector3};
 
 use crate::error::check_length;
 use crate::{Articulation, BodyKind, Constraints, RigidError};
 
-/// What drives an articulated set in one configuration: rates of its links and external loads.
+/// Drive of an articulated set in one configuration: rates of its links and external loads.
 #[derive(Clone, Debug)]
 pub struct Drive<'a> {
     /// The bodies and their links.
@@ -18,8 +18,8 @@ pub struct Drive<'a> {
 
 /// External force and torque that act on a body.
 ///
-/// Without links the body passes them on: they are then the force and torque of the body on the
-/// fluid, the opposite of those of the fluid on the body.
+/// A body without links transmits them to the fluid: they then equal the force and torque of the
+/// body on the fluid, the opposite of the force and torque of the fluid on the body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ExternalLoad {

@@ -1,6 +1,6 @@
 //! Errors of bodies, links, constraints and fluid matrices.
 
-/// Why bodies, links or matrices cannot be used, with the remedy.
+/// Reason why bodies, links or matrices cannot be used, with the remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RigidError {
@@ -178,7 +178,7 @@ pub enum RigidError {
     /// An array or matrix of the wrong size.
     #[error("{what}: expected {expected}, found {found}")]
     Length {
-        /// What is counted.
+        /// Name of the items that are counted.
         what: &'static str,
         /// Expected number.
         expected: usize,
@@ -188,7 +188,7 @@ pub enum RigidError {
     /// A number that is not finite.
     #[error("{what} is not finite")]
     NotFinite {
-        /// What the number is.
+        /// Name of the number.
         what: &'static str,
     },
     /// Assembled matrices that do not fit together, or that a solver cannot treat.

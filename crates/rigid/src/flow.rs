@@ -1,4 +1,4 @@
-//! From the solution vector of a system back to velocities, pressure and forces.
+//! Velocities, pressure and forces from the solution vector of a system.
 
 use nalgebra::{DVector, Vector3};
 
@@ -11,7 +11,7 @@ use crate::{Articulation, Constrained, Imposed, RigidError, StateVelocity};
 pub struct FlowSolution {
     /// Velocity of each node.
     pub velocity: Vec<Vector3<f64>>,
-    /// Pressure at each pressure dof, as the solver left it: in enclosed flow up to a constant.
+    /// Pressure at each pressure dof as the solver returned it; in enclosed flow up to a constant.
     pub pressure: Vec<f64>,
     /// Generalised velocities (see [`VelocityLayout`](crate::VelocityLayout)).
     pub generalised: DVector<f64>,
@@ -32,8 +32,9 @@ pub struct FlowSolution {
 impl FlowSolution {
     /// Force of a link on its `body`; the opposite force acts on `to`.
     ///
-    /// Every formulation gives it: the multipliers of Berti et al. (2021), equations (16)-(18), up
-    /// to sign, or the loads that balance the bodies where velocities were eliminated.
+    /// Available from every formulation: it is a multiplier of Berti et al. (2021), equations
+    /// (16)-(18), up to sign or, where velocities were eliminated, the load that balances the
+    /// bodies.
     pub fn link_force(&self, link: usize) -> Vector3<f64> {
         Vector3::from_fn(|axis, _| self.link_loads[3 * link + axis])
     }
@@ -56,7 +57,7 @@ impl Constrained {
         self.flow_with(solution, &self.offset, set)
     }
 
-    /// As [`Constrained::flow`], from a solution for the right-hand side of other rates.
+    /// Velocities, forces and pressure from a solution for the right-hand side of other rates.
     ///
     /// # Errors
     /// A solution of the wrong length, or another number of imposed velocities.

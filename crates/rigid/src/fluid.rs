@@ -15,8 +15,8 @@ use crate::{FluidMatrices, FluidNodes, NodeRole, RigidError, SurfaceBody, Symmet
 /// With `u_b = P_b (U, ω)` at the nodes of a body, `P_b = [I, -[x_b - c]_×]`, the border is
 /// `K_IB P`, the corner `P^T K_BB P + 2 |B_h| ω·ω` and the divergence of rigid motions `B_B P`. The
 /// volume term makes the three scalar stiffness blocks equal to `∫ 2 D(u):D(v)` minus a grad-div
-/// term for rigid surfaces and no-slip walls, by the divergence theorem in the body; without it
-/// torques are a third too small.
+/// term, if surfaces are rigid and walls no-slip (by the divergence theorem in the body). Without
+/// it torques are a third too small.
 #[derive(Clone, Debug)]
 pub struct RigidFluid {
     pub(crate) blocks: FluidBlocks,
@@ -50,7 +50,7 @@ impl RigidFluid {
     ///
     /// # Errors
     /// Arrays or matrices whose sizes do not fit, a role that names a body that does not exist, a
-    /// body whose centre is not on the symmetry planes, wall velocities that no flow has.
+    /// body whose centre is not on the symmetry planes, wall velocities that no flow can satisfy.
     pub fn new(
         matrices: FluidMatrices,
         nodes: FluidNodes,
@@ -151,7 +151,7 @@ impl RigidFluid {
         })
     }
 
-    /// The same fluid with a preconditioner that knows its narrow gaps.
+    /// The same fluid with a preconditioner that accounts for narrow gaps.
     ///
     /// `stiffness` is `∫ h^2 / 6 ∇ψ_q · ∇ψ_r` over the pressure functions, `h` the width of the gap
     /// that a cell lies in and large elsewhere. It changes the number of iterations, not the

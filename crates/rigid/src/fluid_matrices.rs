@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use crate::error::check_length;
 use crate::{RigidError, SymmetryPlanes};
 
-/// What determines the velocity of a node.
+/// Role of a node: the equation or condition that determines its velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeRole {
     /// The momentum equation: the velocity is unknown.

@@ -19,12 +19,12 @@ pub struct Imposed {
     pub(crate) offset: DVector<f64>,
 }
 
-/// The right-hand side for loads `F` and imposed velocities `W` = `offset` that satisfy every
-/// constraint.
+/// Right-hand side for loads `F` and imposed velocities `W` (`offset`).
 ///
-/// `-C W` for the flow, `L^T (F - M W)` for the border (`L` = `tests`; zero where a row is a
-/// constraint) and `-E W` for incompressibility, each minus the terms of moving walls. It is the
-/// same for all formulations, so that a relative residual means the same in all of them.
+/// The velocities `W` satisfy every constraint. The blocks are `-C W` for the flow, `L^T (F - M W)`
+/// for the border (`L` = `tests`; zero where a row is a constraint) and `-E W` for
+/// incompressibility, each minus the terms of moving walls. They are the same for all formulations,
+/// so that relative residuals are comparable.
 pub(crate) fn imposed_rhs(
     surfaces: &Surfaces,
     tests: &DMatrix<f64>,

@@ -18,16 +18,17 @@ pub(crate) struct LinkLoads {
     external: DVector<f64>,
     /// Generalised velocities of bodies with surfaces.
     surface_rows: Vec<usize>,
-    /// Vectors along the links. They do not enter the loads, but with
-    /// [`Arms::Lab`](crate::Arms::Lab), where `rows` contain no lengths, only they differ between
-    /// drives at different lengths.
+    /// Vectors along the links.
+    ///
+    /// They do not affect the loads, but distinguish drives at different lengths: with
+    /// [`Arms::Lab`](crate::Arms::Lab) `rows` contain no lengths.
     link_vectors: Vec<Vector3<f64>>,
 }
 
 impl Drive<'_> {
     /// The velocities that links and symmetry planes allow, and data for the loads of the links.
     ///
-    /// Of both results only [`NullSpace::offset`] depends on the rates of the links.
+    /// Only [`NullSpace::offset`] depends on the rates of the links.
     ///
     /// # Errors
     /// Links that contradict each other, loads that are not symmetric about the planes, a list of
@@ -51,7 +52,7 @@ impl Drive<'_> {
 
     /// Loads of the links that balance given forces `(F, T)` of the rigid bodies on the fluid.
     ///
-    /// For models of the fluid that know resistances only. The layout is that of
+    /// For flow models that provide resistances only. The layout is that of
     /// [`FlowSolution::link_loads`](crate::FlowSolution::link_loads).
     ///
     /// # Errors
@@ -88,8 +89,9 @@ impl LinkLoads {
 
     /// Loads that balance the forces `(F, T)` of the bodies on the fluid.
     ///
-    /// `C^T λ = forces - external`. The rows are independent, so that there is one least-squares
-    /// solution. Its residual is that of the force balances of the motions that the links allow.
+    /// `C^T λ = forces - external`. The rows are independent, so the least-squares solution is
+    /// unique. Its residual is the residual of the force balances of the motions that the links
+    /// allow.
     ///
     /// # Errors
     /// [`RigidError::DependentConstraints`] for rows that are linearly dependent to rounding.

@@ -113,7 +113,7 @@ impl NullSpace {
 
     /// The independent constraint rows, gauge rows below them.
     ///
-    /// Together with the force balances of the free motions they are as many as there are
+    /// Their number and the number of force balances of the free motions add up to the number of
     /// velocities.
     pub(crate) fn constraint_rows(&self, constraints: &Constraints) -> DMatrix<f64> {
         let independent = constraints.matrix.select_rows(&self.independent);
@@ -147,8 +147,8 @@ impl NullSpace {
             .collect();
         if kept.len() < self.basis.ncols() {
             let kept = v_t.select_rows(&kept).transpose();
-            // The dofs `v` are the free velocities themselves: one gauge row for each of their
-            // combinations that was removed.
+            // The dofs `v` are the free velocities themselves; each removed combination of them
+            // becomes a gauge row.
             let dropped = orthonormal_columns(
                 DMatrix::identity(kept.nrows(), kept.nrows()) - &kept * kept.transpose(),
             );
@@ -181,7 +181,7 @@ pub struct Reduction {
     pub surface_basis: DMatrix<f64>,
     /// `W`: velocities of the rigid bodies that the rates impose.
     pub surface_offset: DVector<f64>,
-    /// The same motions in all generalised velocities.
+    /// These motions in terms of all generalised velocities.
     pub all: NullSpace,
 }
 

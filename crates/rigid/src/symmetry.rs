@@ -12,7 +12,8 @@ use crate::{Articulation, BodyKind, Constraints, Drive, ExternalLoad, RigidError
 /// velocity component `c` is zero and the traction in the other two directions is zero. A body
 /// whose centre is on all planes moves along axis `c` only if no plane is normal to it, and rotates
 /// about `c` only if no plane is normal to another axis (angular velocities are pseudovectors).
-/// With `k` planes, a mesh of `2^-k` of the fluid carries that part of forces and torques.
+/// With `k` planes the mesh covers `2^-k` of the fluid, and the forces and torques computed on it
+/// are this fraction of those on whole bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SymmetryPlanes {
     /// Whether there is a plane normal to each axis.

@@ -8,7 +8,7 @@ use crate::{FluidMatrices, FluidNodes, NodeRole, RigidError};
 /// Relative size below which a sum is rounding: terms of any sign cancel to 1e-16 of their sizes.
 const ROUNDING: f64 = 1e-10;
 
-/// What the velocity `u_W` of the wall nodes adds to the equations of the fluid.
+/// Terms that the velocity `u_W` of the wall nodes adds to the equations of the fluid.
 ///
 /// Test functions vanish on walls. Therefore `∫ 2 D(u):D(v)` and three scalar stiffness matrices
 /// differ by the volume term of the bodies only (see [`RigidFluid`](crate::RigidFluid)), for every

@@ -67,8 +67,7 @@ impl Scene {
         (line.is_straight && self.is_axis(&line)).then_some(line.axis)
     }
 
-    /// Which coordinate planes through the origin, normal to x, y and z, are symmetry planes of the
-    /// whole run.
+    /// Symmetry planes of the whole run, among the coordinate planes normal to x, y and z.
     ///
     /// All centres and forces lie in such a plane, torques are normal to it, and the domain is
     /// symmetric about it. No body can then leave the plane.

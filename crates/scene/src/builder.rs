@@ -10,12 +10,12 @@ use crate::scene::Scene;
 use crate::words::{ArmsKind, ModelKind, ShapeKind};
 use crate::write::domain_file;
 
-/// Stands for the file in the messages about a scene that a program builds.
+/// Replaces the file name in messages about a scene that a program builds.
 const ORIGIN: &str = "scene built by a program";
 
 /// Builds a scene step by step; [`SceneBuilder::build`] makes the same checks as for a file.
 ///
-/// What is not set has the default of the scene file.
+/// Options that are not set have the defaults of the scene file.
 ///
 /// ```
 /// use scene::{ModelKind, Scene};
@@ -194,13 +194,13 @@ impl SceneBuilder {
         self
     }
 
-    /// Sets how often the phases are repeated.
+    /// Sets the number of times that the phases are repeated.
     pub fn cycles(mut self, cycles: u32) -> Self {
         self.file.gait.cycles = cycles;
         self
     }
 
-    /// Sets how bodies are attached to arms that rotate.
+    /// Sets the way in which bodies are attached to arms that rotate.
     pub fn arms(mut self, arms: ArmsKind) -> Self {
         self.file.gait.arms = arms;
         self

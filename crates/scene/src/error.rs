@@ -25,7 +25,7 @@ pub enum SceneError {
     /// A key that scenes do not have.
     #[error("{place}: unknown key '{key}'; {remedy}")]
     UnknownKey {
-        /// File and line, or the `--set` it came from.
+        /// File and line, or the `--set` option that contains the key.
         place: String,
         /// The key.
         key: String,
@@ -35,11 +35,11 @@ pub enum SceneError {
     /// A value that is not valid for its key.
     #[error("{place}: {key} {problem}")]
     BadValue {
-        /// File and line, or the `--set` it came from.
+        /// File and line, or the `--set` option that contains the key.
         place: String,
         /// The key.
         key: String,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         problem: String,
     },
     /// Bodies that touch or overlap.
@@ -47,17 +47,17 @@ pub enum SceneError {
         "{place}: bodies '{first}' and '{second}' touch or overlap {when}: gap {gap:.6}; {remedy}"
     )]
     Touching {
-        /// File and line of what to change.
+        /// File and line of the key to change.
         place: String,
-        /// One body.
+        /// Name of one body.
         first: String,
-        /// The other.
+        /// Name of the other body.
         second: String,
-        /// When: in the initial configuration, or in which phase.
+        /// Time of the contact in words: the initial configuration or a phase.
         when: String,
         /// Distance between the surfaces, not positive.
         gap: f64,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
     /// A body that is outside the domain or touches its wall.
@@ -78,7 +78,7 @@ pub enum SceneError {
     NotApplicable {
         /// File and line.
         place: String,
-        /// What is missing or not supported, and what to do.
+        /// The missing or unsupported feature, and the remedy.
         problem: String,
     },
     /// A scene that cannot be written as TOML.

@@ -33,7 +33,9 @@ impl Default for FluidFile {
     }
 }
 
-/// An absent `kind` is the default kind; it is an error if another key is given.
+/// Keys of the group `domain`.
+///
+/// If `kind` is absent, it has its default, and any other key of the group is an error.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct DomainFile {
     pub kind: Option<DomainKind>,
@@ -78,7 +80,7 @@ pub(crate) struct LinkFile {
     pub to: Option<String>,
 }
 
-/// Present `phases` must not be empty.
+/// Keys of the group `gait`. If `phases` is present, it must not be empty.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct GaitFile {

@@ -1,6 +1,6 @@
 //! Gaits: their phases, and the legs of a stroke.
 
-/// How the lengths of the links change in time.
+/// Change of the link lengths in time: phases that are repeated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gait {
     /// Number of times that the phases are repeated.

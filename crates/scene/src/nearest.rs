@@ -21,9 +21,9 @@ pub(crate) fn nearest<'a>(
         .map(|(_, right)| right)
 }
 
-/// Position of a name in a list, or why it is not there and what to write instead.
+/// Position of a name in a list, or else a message with a suggestion.
 ///
-/// `kind` is what the names belong to, such as "body".
+/// `kind` names the items of the list, such as "body".
 pub(crate) fn find_name<'n>(
     name: &str,
     kind: &str,

@@ -6,7 +6,7 @@ use crate::words::{
     EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind, ModelKind, SolverKind,
 };
 
-/// How the flow is modelled: the group `model` of a scene file.
+/// Options of the flow model: the group `model` of a scene file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
@@ -32,9 +32,9 @@ impl Default for ModelOptions {
 #[serde(default)]
 #[non_exhaustive]
 pub struct FemOptions {
-    /// How the constraints of the links are imposed.
+    /// Method by which the constraints of the links are imposed.
     pub formulation: FormulationKind,
-    /// How the linear systems are solved.
+    /// Solver of the linear systems.
     pub solver: SolverKind,
     /// Number of subdomains of additive Schwarz.
     pub subdomains: u32,
@@ -54,7 +54,7 @@ pub struct FemOptions {
     pub estimates: EstimatesKind,
     /// Shape of the elements at the surfaces of the bodies.
     pub geometry: GeometryKind,
-    /// How the mesh moves with the bodies.
+    /// Method by which the mesh moves with the bodies.
     pub mesh_motion: MeshMotionKind,
     /// Whether symmetry planes are used.
     pub mirror: MirrorKind,

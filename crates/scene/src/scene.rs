@@ -72,12 +72,12 @@ impl Scene {
         &self.articulation
     }
 
-    /// How the lengths of the links change.
+    /// Gait: the change of the link lengths in time.
     pub fn gait(&self) -> &Gait {
         &self.gait
     }
 
-    /// How the flow is modelled.
+    /// Options of the flow model.
     pub fn model(&self) -> &ModelOptions {
         &self.model
     }

@@ -1,4 +1,4 @@
-//! Words that keys of a scene file take, and what they stand for.
+//! Words that are values of keys of a scene file, and their meanings.
 //!
 //! The word of a variant is its name in kebab case: `FormulationKind::PTilde` is `"p-tilde"`.
 
@@ -71,7 +71,7 @@ pub enum ShapeKind {
     Point,
 }
 
-/// How bodies are attached to arms that rotate; see [`rigid::Arms`].
+/// Attachment of bodies to arms that rotate; see [`rigid::Arms`].
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
 )]
@@ -109,7 +109,7 @@ pub enum ModelKind {
     Fem,
 }
 
-/// How the finite-element model imposes the constraints of the links.
+/// Method by which the finite-element model imposes the constraints of the links.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
 )]
@@ -125,7 +125,7 @@ pub enum FormulationKind {
     DirectRow,
 }
 
-/// How the finite-element model solves its linear systems.
+/// Solver for the linear systems of the finite-element model.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
 )]
@@ -143,7 +143,7 @@ pub enum SolverKind {
     Minres,
 }
 
-/// How the finite-element model moves its mesh with the bodies.
+/// Method by which the finite-element model moves its mesh with the bodies.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
 )]
@@ -186,9 +186,9 @@ pub enum GeometryKind {
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum MirrorKind {
-    /// It meshes the whole fluid.
+    /// The whole fluid is meshed.
     Off,
-    /// It meshes one side of each symmetry plane that it finds.
+    /// One side of each symmetry plane is meshed.
     #[default]
     Auto,
 }
@@ -200,10 +200,10 @@ pub enum MirrorKind {
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum EstimatesKind {
-    /// For every reported answer.
+    /// Errors are estimated for every reported result.
     #[default]
     On,
-    /// For none.
+    /// Errors are not estimated.
     Off,
 }
 

@@ -1,4 +1,4 @@
-//! From a scene back to its file, with every key written out.
+//! Writing of a scene as a file in which every key is written out.
 
 use crate::body::Body;
 use crate::domain::Domain;

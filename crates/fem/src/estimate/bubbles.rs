@@ -19,8 +19,8 @@ const MAX_CELLS: usize = 1 << 29;
 
 /// Cubic bubbles: `l_a l_b (l_a - l_b)` on each edge and `l_a l_b l_c` on each face.
 ///
-/// They extend the quadratic elements to cubic ones. The bubble of an edge is odd; it is oriented
-/// from the vertex of the lower number to the other, so that all cells of the edge agree on its
+/// They extend the quadratic elements to cubic ones. The bubble of an edge is odd and oriented from
+/// the vertex with the lower number to the other, so that all cells around the edge agree on its
 /// sign. Edges are numbered like the midside nodes of the mesh, faces after them.
 pub(super) struct Bubbles {
     /// Numbers of the face bubbles of each cell.
@@ -95,7 +95,7 @@ impl Bubbles {
         self.faces.len()
     }
 
-    /// Whether `mesh` has the numbers of cells, nodes and vertices of the mesh of these bubbles.
+    /// Whether `mesh` has as many cells, nodes and vertices as the mesh of these bubbles.
     pub fn fits(&self, mesh: &TetMesh) -> bool {
         mesh.n_cells() == self.n_cells()
             && mesh.n_vertices() == self.n_vertices as usize
@@ -154,7 +154,7 @@ fn corners(opposite: usize) -> [usize; 3] {
     std::array::from_fn(|k| (opposite + 1 + k) % 4)
 }
 
-/// Quadrature point with the gradients of the bubbles by the reference coordinates.
+/// Quadrature point with the gradients of the bubbles in reference coordinates.
 pub(super) struct BubblePoint {
     pub at: &'static CellPoint,
     pub gradients: [Vec3; PER_CELL],
@@ -181,9 +181,9 @@ pub(super) fn rule() -> &'static [BubblePoint] {
 
 /// Integrals over the reference tetrahedron for affine cells.
 pub(super) struct Integrals {
-    /// `∫ l_m ∇φ_k`, with the gradient by the reference coordinates.
+    /// `∫ l_m ∇φ_k`, with the gradient in reference coordinates.
     pub moments: [[Vec3; 4]; PER_CELL],
-    /// `∫ ∇φ_k ∇φ_k^T`, with the gradients by the reference coordinates.
+    /// `∫ ∇φ_k ∇φ_k^T`, with the gradients in reference coordinates.
     pub squares: [Matrix3<f64>; PER_CELL],
 }
 
@@ -207,7 +207,7 @@ pub(super) fn integrals() -> &'static Integrals {
     &INTEGRALS
 }
 
-/// Gradients of the bubbles by the reference coordinates.
+/// Gradients of the bubbles in reference coordinates.
 fn gradients(l: [f64; 4]) -> [Vec3; PER_CELL] {
     std::array::from_fn(|k| {
         let mut d = [0.0; 4];
@@ -236,7 +236,7 @@ mod tests {
             None => corners(k - 6).iter().map(|&v| l[v]).product(),
         };
         let l = [0.15, 0.37, 0.28, 0.2];
-        // The error of central differences of cubics is the square of the step.
+        // The error of central differences of cubics is proportional to the square of the step.
         let step = 1e-4;
         let gradients = gradients(l);
         for k in 0..PER_CELL {

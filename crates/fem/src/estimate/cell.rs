@@ -40,7 +40,7 @@ impl Shape {
 pub(super) struct CellFlow<'a> {
     shape: Shape,
     nodes: &'a [u32; 10],
-    /// Gradients `∂u_c/∂ξ_k` by the reference coordinates at the four vertices; they vary linearly.
+    /// Gradients `∂u_c/∂ξ_k` in reference coordinates at the four vertices; they vary linearly.
     vertex_gradients: [Matrix3<f64>; 4],
 }
 
@@ -90,7 +90,7 @@ impl<'a> CellFlow<'a> {
         Ok(energies)
     }
 
-    /// Velocity gradient by the reference coordinates at a quadrature point.
+    /// Velocity gradient in reference coordinates at a quadrature point.
     fn gradient(&self, point: &CellPoint) -> Matrix3<f64> {
         let l = &point.barycentric;
         self.vertex_gradients[0] * l[0]

@@ -40,7 +40,7 @@ impl CurvedBoundary {
     }
 }
 
-/// Geometry error: effect on functionals of the flow of straight facets that approximate spheres.
+/// Geometry error: effect of the straight facets of spheres on functionals of the flow.
 ///
 /// The vertices of the facets lie on spheres. If the boundary is moved by `δ` into the fluid, with
 /// the same rigid motions prescribed on it, the bilinear form of the power changes by
@@ -57,11 +57,12 @@ impl CurvedBoundary {
 /// their size; on a wall around the fluid the facets are inside the fluid domain, and `δ` is
 /// negative.
 ///
-/// Estimated over true error of straight elements, including the hierarchical surplus: 0.72 to 0.97
-/// for drag and torque of a sphere, a pair half a radius apart and the forces of a swimmer, with
-/// edges of a half to a quarter of a radius; the ratio approaches one as the edges become shorter,
-/// because the neglected terms are of the next order in `δ` over the edge length. For a wall whose
-/// facets are a third of its radius long, the true effect is about half of the estimate.
+/// The ratio of the estimate, including the hierarchical surplus, to the true error of straight
+/// elements is 0.72 to 0.97 for drag and torque of a sphere, a pair half a radius apart and the
+/// forces of a swimmer, with edges of a half to a quarter of a radius. The ratio approaches one as
+/// the edges become shorter, because the neglected terms are of the next order in `δ` over the edge
+/// length. For a wall whose facets are a third of its radius long, the true effect is about half of
+/// the estimate.
 pub struct FacetGeometry<'a> {
     mesh: &'a TetMesh,
     facets: Vec<(&'a Facet, CurvedBoundary)>,

@@ -35,13 +35,13 @@ use crate::sum::{accumulate_cells, sum_over};
 /// K(e_a, e_b) ≈ sum_i r_a,i · r_b,i / d_i - ∫ (g_a - mean(g_a)) (g_b - mean(g_b))
 /// ```
 ///
-/// with the mean over each cell. Estimated over true error, measured for spheres in balls, pairs
-/// and triples of spheres with gaps down to 0.05 radii and 4 to 170 thousand dofs: 0.85 to 1.2.
-/// Without the second term the ratio is 0.9 to 1.6, larger where the pressure matters more. With
-/// fewer than three elements between body and wall it is up to 1.45.
+/// with the mean over each cell. The ratio of estimated to true error, measured for spheres in
+/// balls, pairs and triples of spheres with gaps down to 0.05 radii and 4 to 170 thousand dofs, is
+/// 0.85 to 1.2. Without the second term it is 0.9 to 1.6, larger where the pressure matters more.
+/// With fewer than three elements between body and wall it is up to 1.45.
 ///
-/// On a part of the fluid between symmetry planes ([`mesh::SYMMETRY_PLANE_TAGS`]) all estimates are
-/// those of the part: those of the whole divided by the number of parts.
+/// On a part of the fluid between symmetry planes ([`mesh::SYMMETRY_PLANE_TAGS`]) all estimates
+/// refer to this part: they are the estimates of the whole fluid divided by the number of parts.
 pub struct SurplusSpace {
     pub(super) bubbles: Bubbles,
 }

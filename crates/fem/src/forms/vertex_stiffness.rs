@@ -10,7 +10,7 @@ use crate::quadrature::degree_5;
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {
-    /// Scalar stiffness matrix of linear elements, `∫ ∇ψ_p · ∇ψ_q`, on the same curved geometry.
+    /// Scalar stiffness matrix of linear elements on the quadratic geometry, `∫ ∇ψ_p · ∇ψ_q`.
     ///
     /// It equals `I^T K I` with `K` of [`TaylorHood::stiffness`] and `I` of
     /// [`TaylorHood::vertex_interpolation`], because `ψ_q` is a quadratic function too, but it is

@@ -5,7 +5,7 @@ use crate::csr::Rows;
 
 /// The aggregate of each node; `None` for a node without strong neighbours.
 ///
-/// Smoothing alone solves for such nodes.
+/// Nodes without an aggregate have no coarse correction: smoothing alone reduces their error.
 pub(super) struct Aggregates {
     pub of_node: Vec<Option<u32>>,
     pub count: usize,
@@ -13,9 +13,10 @@ pub(super) struct Aggregates {
 
 /// Aggregates nodes in three passes in their order (Vanek, Mandel, Brezina 1996, algorithm 2).
 ///
-/// First, neighbourhoods without aggregated nodes become aggregates; then remaining nodes join a
-/// neighbouring aggregate of the first pass; then the rest forms its own. Only nodes of the same
-/// `class` are aggregated. Deterministic; O(nnz).
+/// The first pass turns each neighbourhood without aggregated nodes into an aggregate. The second
+/// pass adds remaining nodes to a neighbouring aggregate of the first pass. The third pass forms
+/// aggregates of the nodes that are left. Only nodes of the same `class` are aggregated.
+/// Deterministic; O(nnz).
 pub(super) fn standard(strong: &Csr, class: &[u8]) -> Aggregates {
     let rows = Rows::of(strong);
     let n = strong.rows();

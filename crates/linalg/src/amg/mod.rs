@@ -25,7 +25,7 @@ pub(crate) fn prolongation(
     let constrained = fine.constrained_dofs().bits(fine.nodes());
     let aggregates = aggregate::standard(&strong, &constrained);
     let tentative = tentative::constant(&aggregates);
-    // if a level has more than four fifths of the dofs of the finer one, it is cheaper to factorise
+    // coarsening by less than a fifth of the dofs costs more than factorising the finer level
     if tentative.cols() == 0 || 5 * tentative.cols() > 4 * fine.nodes() {
         return None;
     }

@@ -6,15 +6,16 @@ use crate::{Bordered, Csr, Prolongation};
 
 /// The smoothed prolongation `P = (I - w D^-1 K) T`, with border columns `Q = -w D^-1 C`.
 ///
-/// `Q_l` follows from `C_l`. `w = 4 / (3 upper)` minimises the bound on the energy.
+/// Likewise `Q_l = -w D^-1 C_l` if there is a left border. The factor `w = 4 / (3 upper)` minimises
+/// the bound on the energy.
 ///
 /// The border columns result from the same Jacobi step on the tentative prolongation `[T 0; 0 I]`
 /// of the bordered operator: a border dof moves the nodes around it.
 ///
-/// A node interpolates only from aggregates that are constrained in all components in which it is
-/// (bits of `constrained`). The weights of other aggregates are added to that of its own, so that
-/// constants are still interpolated (a filtered matrix, as for weak connections in Vanek, Mandel,
-/// Brezina 1996).
+/// A node interpolates only from aggregates that are constrained in every component in which the
+/// node is constrained (bits of `constrained`). The weights of all other aggregates are added to
+/// the weight of the node's own aggregate, so that constants are still interpolated exactly (a
+/// filtered matrix, as for weak connections in Vanek, Mandel, Brezina 1996).
 pub(super) fn jacobi(
     fine: &Bordered,
     diagonal: &[f64],

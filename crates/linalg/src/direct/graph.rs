@@ -11,8 +11,8 @@ use crate::LinalgError;
 /// Lock for all calls of METIS.
 ///
 /// METIS uses the C library's `rand`, which has one sequence per process, and seeds it at the start
-/// of a call: two calls at the same time would take each other's numbers and return other orderings
-/// each time.
+/// of a call. Concurrent calls would take numbers from the same sequence, and their orderings would
+/// differ from run to run.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 /// An undirected graph in the format of METIS.
@@ -73,7 +73,7 @@ impl Graph {
         let mut position = vec![0 as idx_t; n];
         let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: `starts` has n + 1 ascending entries, the last of which is `neighbours.len()`.
-        // Every neighbour is a vertex below n and lists its neighbour in turn (checked by `new`).
+        // Every neighbour is a vertex below n, and the graph is undirected (checked by `new`).
         // `weights`, `order` and `position` have n entries. Null options select the defaults. METIS
         // keeps no pointer.
         let status = unsafe {

@@ -11,7 +11,8 @@ use crate::LinalgError;
 /// `metis`, else approximate minimum degree by faer, which ignores the weights.
 ///
 /// # Errors
-/// [`LinalgError::Factorisation`] for a graph that is not symmetric, too large, or without memory.
+/// [`LinalgError::Factorisation`] for a graph that is not symmetric or too large, or lack of
+/// memory.
 #[cfg(feature = "metis")]
 pub(crate) fn nested_dissection(
     adjacency: &[Vec<u32>],

@@ -1,4 +1,4 @@
-//! Factors of a shifted saddle-point system, a preconditioner of the true one.
+//! Factors of a shifted saddle-point system, a preconditioner of the system without the shift.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,8 +18,8 @@ const GROUP: usize = 6;
 ///
 /// The Schur complement of the border is dense and factorised with pivoting.
 ///
-/// Rows and columns are scaled by powers of two so that diagonals are near one: in any units
-/// factors in f32 do not overflow.
+/// Rows and columns are scaled by powers of two so that diagonals are near one. Factors in f32
+/// therefore do not overflow in any system of units.
 pub(crate) struct SaddleFactor {
     factor: SparseFactor,
     /// Number of velocity dofs.
@@ -176,7 +176,7 @@ fn scale_columns(columns: &mut [f64], scales: &[f64]) {
     }
 }
 
-/// About `K_ii^-1/2` for the velocities of node i, `M_p,qq^-1/2` for pressure q.
+/// Scaling factors: about `K_ii^-1/2` for the velocities of node i, `M_p,qq^-1/2` for pressure q.
 ///
 /// The Schur complement equals `M_p` up to a factor of six.
 fn scales(system: &SaddleSystem) -> Vec<f64> {
@@ -257,9 +257,9 @@ pub(crate) fn weights(system: &SaddleSystem) -> Vec<u32> {
 
 /// Elimination order of the dofs: nested dissection of the graph of nodes and pressures.
 ///
-/// With 283 000 dofs the factor has 484 million nonzeros and takes 2.4e12 operations. Joining each
-/// pressure to a node costs 12 % and 24 % more; trying four separators per cut saves 4 % and 9 %
-/// and takes as much time in the ordering.
+/// With 283 000 dofs the factor has 484 million nonzeros and takes 2.4e12 operations. Merging each
+/// pressure with a node increases these two numbers by 12 % and 24 %. Trying four separators per
+/// cut decreases them by 4 % and 9 %, but the ordering takes as much time as this saves.
 fn elimination_order(system: &SaddleSystem) -> Result<Vec<usize>, LinalgError> {
     let n = system.velocity_block().nodes();
     let mut order = Vec::with_capacity(system.velocity_range().len());

@@ -7,10 +7,12 @@ use crate::product::build_rows;
 use crate::vector::norm;
 use crate::{Csr, LinalgError};
 
-/// Refinement steps after which a system counts as singular: a step gains seven digits otherwise.
+/// Refinement steps after which a system counts as singular.
+///
+/// In a regular system each step gains seven digits.
 const MOST_REFINEMENTS: usize = 12;
 
-/// Relative true residual that every solution reaches; two more digits are usual.
+/// Relative true residual that every solution reaches; most are two digits better.
 const RESIDUAL: f64 = 1e-11;
 
 /// Direct solver for `A = [K B^T; B 0]` by factors of `A - diag(shift)`, and refinement.
@@ -19,9 +21,9 @@ const RESIDUAL: f64 = 1e-11;
 ///
 /// With a positive shift on the rows of `B` the matrix is quasi-definite and has factors in any
 /// elimination order (Vanderbei 1995). With a shift of `1e-8` times the diagonal of `B K^-1 B^T`
-/// each refinement step on the true system gains seven digits, and an undetermined constant in the
-/// rows of `B` does no harm. Meant for a few ten thousand dofs in two dimensions, where multigrid
-/// does not pay.
+/// each refinement step on the true system gains seven digits, even if the dofs of the rows of `B`
+/// are determined up to a constant only. Meant for a few ten thousand dofs in two dimensions, where
+/// multigrid does not pay.
 ///
 /// Cost: `N log N` memory and `N^1.5` time for elements in the plane.
 pub struct ShiftedLdlt {
@@ -32,9 +34,9 @@ pub struct ShiftedLdlt {
 impl ShiftedLdlt {
     /// Orders and factorises `matrix`, which contains both triangles.
     ///
-    /// `shift` has one number per dof, zero on the rows of `K`. `group` numbers from zero the
-    /// groups in which dofs are eliminated: dofs of one cell, edge or node, whose rows have the
-    /// same pattern.
+    /// `shift` has one number per dof, zero on the rows of `K`. `group[i]` is the number, from
+    /// zero, of the group in which dof `i` is eliminated. A group consists of the dofs of one cell,
+    /// edge or node, whose rows have the same pattern.
     ///
     /// # Errors
     /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::Factorisation`] for a
@@ -92,7 +94,7 @@ impl ShiftedLdlt {
             }
             self.residual(b, x, &mut residual);
             let left = norm(&residual) / size;
-            // a gain below a factor of two is rounding
+            // a reduction by less than a factor of two is rounding
             let stalls = left.is_nan() || left > 0.5 * best;
             best = left.min(best);
             if stalls || left == 0.0 || step == MOST_REFINEMENTS {

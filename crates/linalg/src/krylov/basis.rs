@@ -6,13 +6,13 @@ use rayon::prelude::*;
 use crate::kernel::{Kernel, Measure};
 use crate::vector::{CHUNK, lanes_dot, max_abs, power_of_two_below};
 
-/// Vector entries per parallel task: enough that its partial sums cost nothing.
+/// Vector entries per parallel task: enough that the cost of its partial sums is negligible.
 const TASK: usize = 16 * CHUNK;
 
-/// A vector that keeps less than this part of its length is orthogonalised a second time.
+/// Fraction of its length below which an orthogonalised vector is orthogonalised a second time.
 ///
-/// The second time costs as much as the first; a loss of a factor of ten costs one digit of
-/// orthogonality out of sixteen (Hoffmann, Computing 41, 1989).
+/// The second orthogonalisation costs as much as the first; a reduction of the length by a factor
+/// of ten costs one of sixteen digits of orthogonality (Hoffmann, Computing 41, 1989).
 const CANCELLATION: f64 = 0.1;
 
 /// A basis vector in the precision it needs.
@@ -87,8 +87,8 @@ impl<'a> Orthonormal<'a> {
 
     /// Makes `w` orthogonal to the first `k` vectors and returns its norm.
     ///
-    /// `h[..k]` receives the coefficients. Classical Gram-Schmidt: two sweeps through memory, and
-    /// two more where rounding would cost orthogonality.
+    /// `h[..k]` receives the coefficients. Classical Gram-Schmidt with two passes over memory, and
+    /// two more if cancellation would cost orthogonality.
     pub fn orthogonalise(&mut self, k: usize, w: &mut [f64], h: &mut [f64]) -> f64 {
         h[..k].fill(0.0);
         let mut coefficients = vec![0.0; k];
@@ -198,8 +198,8 @@ struct Rounded {
 /// The preconditioned basis vectors.
 ///
 /// Rounding counts as a part of the preconditioner: the operator is applied to the *rounded*
-/// vector, so the method loses nothing. Flexible GMRES admits any preconditioner, and the solution
-/// is combined from the same rounded vectors.
+/// vector, and the solution is combined from the same rounded vectors, so no accuracy is lost.
+/// Flexible GMRES admits any preconditioner.
 pub(super) struct RoundedBasis {
     vectors: Vec<Rounded>,
 }

@@ -6,13 +6,13 @@ use crate::csr::{check_finite, check_shape};
 use crate::vector::norm;
 use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 
-/// A right-hand side of which no more than this part is left by the projection is rounding error.
+/// Fraction of a right-hand side below which its projection counts as rounding error.
 const ROUNDING: f64 = 1e-14;
 
 /// A preconditioner `N` between projections: `z = P_right N P_left r`.
 ///
 /// Without the projections a preconditioner of a singular matrix returns a large multiple of a null
-/// vector, in whose rounding error the rest is lost.
+/// vector, whose rounding error would dominate the useful part of `z`.
 struct Projected<'a> {
     preconditioner: &'a mut dyn Preconditioner,
     null_vectors: &'a NullVectors,
@@ -49,7 +49,7 @@ impl Preconditioner for Projected<'_> {
     }
 }
 
-/// Runs `method` on the complement of the null space of `params`, and on all vectors without one.
+/// Runs `method` on the complement of the null space of `params`; without one, on the whole space.
 pub(super) fn solve(
     operator: &dyn LinearOperator,
     preconditioner: &mut dyn Preconditioner,
@@ -100,7 +100,7 @@ pub(super) fn solve(
     for (report, removed) in reports.iter_mut().zip(removed) {
         report.rhs_removed = removed;
     }
-    // vectors kept in f32 bring back a component of the order of rounding
+    // basis vectors in f32 reintroduce null vectors at the level of rounding
     for x in x {
         null_vectors.project_out(x);
     }

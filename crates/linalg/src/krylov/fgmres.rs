@@ -13,18 +13,19 @@ const METHOD: &str = "FGMRES";
 
 /// Solves `A x = b` by right-preconditioned flexible GMRES with restarts, starting from `x`.
 ///
-/// Stops when the *true* residual `||b - A x|| / ||b||` is at most `rel_tol`: it is recomputed when
-/// the recurrence predicts so, and the iteration continues if it is not. If the operator has
-/// [weights](LinearOperator::residual_weights), the method minimises the residual in their norm
-/// (Essai, Numer. Algorithms 18, 1998); twice that norm, an estimate of the error, must be at most
-/// `rel_tol` as well. A zero `b` gives a zero `x`.
+/// Stops when the *true* residual `||b - A x|| / ||b||` is at most `rel_tol`. It is recomputed when
+/// the recurrence predicts that it is small enough; if it is not, the iteration continues. If the
+/// operator has [weights](LinearOperator::residual_weights), the method minimises the residual in
+/// their norm (Essai, Numer. Algorithms 18, 1998); twice that norm, an estimate of the error, must
+/// be at most `rel_tol` as well. A zero `b` gives a zero `x`.
 ///
-/// Memory: 12 bytes per dof and iteration, allocated on demand. When the residual is so small that
-/// f32 does not affect the result, 4 bytes: the error of a basis vector is multiplied by the
-/// residual of its step, so precision may decrease with the residual (van den Eshof, Sleijpen, SIAM
-/// J. Matrix Anal. Appl. 26, 2004). From then on, if the preconditioner is linear, only the vectors
-/// before preconditioning are kept; their contribution to the solution is preconditioned once at
-/// the end. Reference: Saad, SIAM J. Sci. Comput. 14 (1993).
+/// Memory: 12 bytes per dof and iteration, allocated on demand, and 4 bytes once the residual is so
+/// small that storage in f32 does not affect the result. The error of a basis vector is multiplied
+/// by the residual of its step, so the precision may decrease with the residual (van den Eshof,
+/// Sleijpen, SIAM J. Matrix Anal. Appl. 26, 2004). From then on, if the preconditioner is linear,
+/// only the basis vectors are stored and not their preconditioned counterparts: the linear
+/// combination of these basis vectors is preconditioned once at the end of the cycle. Reference:
+/// Saad, SIAM J. Sci. Comput. 14 (1993).
 ///
 /// # Errors
 /// [`LinalgError::NotConverged`] and [`LinalgError::Stagnated`] (both leave the last iterate in
@@ -56,7 +57,7 @@ pub fn fgmres(
 
 /// Solves `A x = b` for several right-hand sides, sharing the passes over the matrices.
 ///
-/// Each comes out as from [`fgmres`], to the last bit: same iterations, tolerance and report.
+/// Each solution is bitwise that of [`fgmres`], with the same iterations, tolerance and report.
 ///
 /// Each iteration takes one pass through the preconditioner and one through the operator for all
 /// right-hand sides that have not converged yet ([`LinearOperator::apply_columns`],
@@ -137,7 +138,7 @@ enum Stage {
     TrueResidual,
     /// The product with the basis vector of an Arnoldi step, which is stored in f32 if `single`.
     Step { single: bool },
-    /// As `TrueResidual`, after the result of the finished cycle was added to the solution.
+    /// The product of `TrueResidual`, after the result of a cycle was added to the solution.
     EndOfCycle,
     /// No product: the column has converged.
     Done,
@@ -210,7 +211,7 @@ impl<'a> Column<'a> {
                 let v = self.v.vector(self.steps, &mut self.w);
                 Some((v, &mut self.work))
             }
-            // contribution of the vectors whose preconditioned ones were not stored
+            // combination of the basis vectors whose preconditioned counterparts were not stored
             Stage::EndOfCycle => {
                 let y = self.hessenberg.solve(self.steps);
                 self.z.add_combination(&y[..self.stored], self.x);

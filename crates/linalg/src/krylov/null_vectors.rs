@@ -8,34 +8,35 @@ use crate::lanczos::pseudo_random;
 use crate::vector::{axpy, dot, norm, scale};
 use crate::{LinalgError, LinearOperator};
 
-/// A vector that keeps less than this part of its length beside the others depends on them.
+/// Fraction of its length below which an orthogonalised vector depends linearly on the others.
 const DEPENDENT: f64 = 1e-10;
 
 /// `||A v|| / ||A||` up to which `v` counts as a null vector; assembly in f64 leaves about 1e-15.
 const NULL: f64 = 1e-8;
 
-/// Vectors `v` with `A v = 0`, for the parameters of a Krylov method
-/// ([`with_null_vectors`](crate::KrylovParams::with_null_vectors)).
+/// Null vectors of a singular operator: vectors `v` with `A v = 0`.
+///
+/// For [`KrylovParams::with_null_vectors`](crate::KrylovParams::with_null_vectors).
 ///
 /// A system `A x = b` with a singular `A` has a solution only if `b` is orthogonal to the left null
-/// vectors, `A^T w = 0`, which are the same for a symmetric `A`. The Krylov methods then solve
-/// `A x = P b` with `P b` the orthogonal projection of `b`, return the solution that is orthogonal
-/// to the null vectors, and report `||b - P b|| / ||b||` as
-/// [`rhs_removed`](crate::SolveReport::rhs_removed).
+/// vectors `w`, `A^T w = 0`. For a symmetric `A` left and right null vectors are the same. The
+/// Krylov methods then solve `A x = P b` with `P b` the orthogonal projection of `b`, return the
+/// solution that is orthogonal to the null vectors, and report `||b - P b|| / ||b||` as
+/// [`SolveReport::rhs_removed`](crate::SolveReport::rhs_removed).
 ///
 /// Examples are a Poisson problem with Neumann conditions on the whole boundary
 /// ([`NullVectors::constant`]) and enclosed flow, whose pressure is determined up to a constant
 /// ([`NullVectors::constant_on`]).
 #[derive(Clone, PartialEq)]
 pub struct NullVectors {
-    /// Orthonormal.
+    /// Orthonormal null vectors of `A`.
     right: Vec<Vec<f64>>,
-    /// Orthonormal null vectors of `A^T` where they differ.
+    /// Orthonormal null vectors of `A^T`; `None` if they equal `right`.
     left: Option<Vec<Vec<f64>>>,
 }
 
 impl NullVectors {
-    /// The span of `vectors`, which may have any lengths and angles.
+    /// The span of `vectors`, which need not be orthonormal.
     ///
     /// # Errors
     /// [`LinalgError::Shape`] for vectors of different sizes, [`LinalgError::NotFinite`],
@@ -73,7 +74,7 @@ impl NullVectors {
         }
     }
 
-    /// The same with other null vectors of the transpose, for operators that are not symmetric.
+    /// The same null space, with the given null vectors of `A^T` for an unsymmetric `A`.
     ///
     /// # Errors
     /// Those of [`NullVectors::new`].
@@ -99,7 +100,7 @@ impl NullVectors {
         self.left.as_ref().unwrap_or(&self.right)
     }
 
-    /// Refuses vectors that do not fit `operator` or that it does not map to zero.
+    /// Checks that `operator` has the size of the vectors and maps each of them to zero.
     ///
     /// `||A||` is estimated from below by `||A w|| / ||w||` for a fixed pseudo-random `w`.
     pub(super) fn check(&self, operator: &dyn LinearOperator) -> Result<(), LinalgError> {

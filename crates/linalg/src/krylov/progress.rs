@@ -4,7 +4,7 @@ use super::report::{ERROR_OVER_RESIDUAL, KrylovParams, SolveReport};
 use crate::vector::{norm, subtract_from, weighted_norm};
 use crate::{LinalgError, LinearOperator};
 
-/// A cycle that leaves more than this part of the true residual, in both norms, has stagnated.
+/// Ratio of the true residuals after and before a cycle, in both norms, that means stagnation.
 const STAGNATION: f64 = 0.99;
 
 /// Convergence state between two evaluations of the true residual.
@@ -13,7 +13,7 @@ pub(super) struct Progress<'a> {
     params: &'a KrylovParams,
     b_norm: f64,
     weights: Option<&'a [f32]>,
-    /// Norm of `b` in which the recurrence measures residuals.
+    /// `b` measured in the residual norm of the recurrence.
     b_weighted: f64,
     pub iterations: usize,
     history: Vec<f64>,
@@ -68,7 +68,7 @@ impl<'a> Progress<'a> {
         self.check_product(b, r)
     }
 
-    /// As [`check`](Progress::check), with the product `A x` in `r`.
+    /// Decides as [`check`](Progress::check) does, with the product `A x` given in `r`.
     pub fn check_product(
         &mut self,
         b: &[f64],

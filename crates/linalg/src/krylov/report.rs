@@ -41,25 +41,25 @@ impl Default for KrylovParams {
 }
 
 impl KrylovParams {
-    /// The same parameters for a singular operator with these null vectors.
+    /// Sets the null vectors of a singular operator.
     pub fn with_null_vectors(mut self, null_vectors: NullVectors) -> Self {
         self.null_vectors = Some(Arc::new(null_vectors));
         self
     }
 
-    /// The same parameters with another [`rel_tol`](KrylovParams::rel_tol).
+    /// Sets [`rel_tol`](KrylovParams::rel_tol).
     pub fn with_rel_tol(mut self, rel_tol: f64) -> Self {
         self.rel_tol = rel_tol;
         self
     }
 
-    /// The same parameters with another [`max_iterations`](KrylovParams::max_iterations).
+    /// Sets [`max_iterations`](KrylovParams::max_iterations).
     pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
         self.max_iterations = max_iterations;
         self
     }
 
-    /// The same parameters with another [`restart`](KrylovParams::restart).
+    /// Sets [`restart`](KrylovParams::restart).
     pub fn with_restart(mut self, restart: usize) -> Self {
         self.restart = restart;
         self
@@ -69,8 +69,8 @@ impl KrylovParams {
 /// Ratio of the estimated relative error of the border dofs to the weighted residual.
 ///
 /// Measured ratios were 0.2 to 2.3 for the velocity of a swimmer at tolerances from 1e-5 to 1e-9,
-/// and less than 0.1 for spheres under forces, whose velocities are energies. With a factor of two
-/// the error was below each of these tolerances.
+/// and less than 0.1 for spheres under forces, whose velocities are given by the energy of the
+/// flow. With a factor of two the error was below each of these tolerances.
 pub(super) const ERROR_OVER_RESIDUAL: f64 = 2.0;
 
 /// Result of a solve.
@@ -81,9 +81,11 @@ pub struct SolveReport {
     pub iterations: usize,
     /// `||b - A x|| / ||b||`, recomputed from the returned `x`; zero for `b = 0`.
     pub true_rel_residual: f64,
-    /// The same in the norm of the operator's [weights](crate::LinearOperator::residual_weights).
+    /// Relative residual of the returned `x` in the norm of the operator's weights.
     ///
-    /// Equal to `true_rel_residual` if the operator has none.
+    /// The weights are those of
+    /// [`LinearOperator::residual_weights`](crate::LinearOperator::residual_weights). Equal to
+    /// `true_rel_residual` if the operator has none.
     pub weighted_rel_residual: f64,
     /// Relative residual of the recurrence before the first and after each iteration.
     pub history: Vec<f64>,

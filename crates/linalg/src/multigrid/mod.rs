@@ -220,7 +220,7 @@ fn top<'a>(levels: &'a mut [Level], coarse: &'a mut CoarseSolver) -> &'a mut Vec
 impl Multigrid {
     /// One cycle for each right-hand side `(nodes(i), border)`.
     ///
-    /// `size` is about the size of their entries.
+    /// `size` is the order of magnitude of the entries of the right-hand sides.
     pub(crate) fn apply_to<const S: usize>(
         &mut self,
         size: [f64; S],

@@ -108,43 +108,43 @@ impl MultigridParams {
     /// the cycle in f32, 1e-7.
     pub const SINGULAR_SHIFT: f64 = 1e-5;
 
-    /// The same parameters with another [`coarsest_shift`](MultigridParams::coarsest_shift).
+    /// Sets [`coarsest_shift`](MultigridParams::coarsest_shift).
     pub fn with_coarsest_shift(mut self, coarsest_shift: f64) -> Self {
         self.coarsest_shift = coarsest_shift;
         self
     }
 
-    /// The same parameters with another [`sweeps`](MultigridParams::sweeps).
+    /// Sets [`sweeps`](MultigridParams::sweeps).
     pub fn with_sweeps(mut self, sweeps: usize) -> Self {
         self.sweeps = sweeps;
         self
     }
 
-    /// The same parameters with another [`coarse_sweeps`](MultigridParams::coarse_sweeps).
+    /// Sets [`coarse_sweeps`](MultigridParams::coarse_sweeps).
     pub fn with_coarse_sweeps(mut self, coarse_sweeps: usize) -> Self {
         self.coarse_sweeps = coarse_sweeps;
         self
     }
 
-    /// The same parameters with another [`smoothing_range`](MultigridParams::smoothing_range).
+    /// Sets [`smoothing_range`](MultigridParams::smoothing_range).
     pub fn with_smoothing_range(mut self, smoothing_range: f64) -> Self {
         self.smoothing_range = smoothing_range;
         self
     }
 
-    /// The same parameters with another [`strength`](MultigridParams::strength).
+    /// Sets [`strength`](MultigridParams::strength).
     pub fn with_strength(mut self, strength: f64) -> Self {
         self.strength = strength;
         self
     }
 
-    /// The same parameters with another [`coarsest_nodes`](MultigridParams::coarsest_nodes).
+    /// Sets [`coarsest_nodes`](MultigridParams::coarsest_nodes).
     pub fn with_coarsest_nodes(mut self, coarsest_nodes: usize) -> Self {
         self.coarsest_nodes = coarsest_nodes;
         self
     }
 
-    /// The same parameters with another [`border`](MultigridParams::border).
+    /// Sets [`border`](MultigridParams::border).
     pub fn with_border(mut self, border: BorderInverse) -> Self {
         self.border = border;
         self

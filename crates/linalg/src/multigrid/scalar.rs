@@ -12,8 +12,8 @@ use crate::{Bordered, CsrOperator, LevelSize, LinalgError, Preconditioner, Preco
 /// ([`KrylovParams::with_null_vectors`](crate::KrylovParams::with_null_vectors)) in the Krylov
 /// method.
 ///
-/// It is the cycle of [`Multigrid`] with two of the three components zero: the matrices are read
-/// once as for three components, the vectors of the cycle are four times as long as they need be.
+/// This is the cycle of [`Multigrid`] with two of the three components zero. A cycle reads the
+/// matrices once, as for three components, and its vectors are four times as long as necessary.
 /// Three right-hand sides with one matrix are better solved together, by [`Bordered::scalar`] and
 /// [`Multigrid`].
 ///
@@ -72,7 +72,7 @@ impl ScalarMultigrid {
         self.cycle.level_sizes()
     }
 
-    /// Calls `take(z_i, v_i)` for each entry of `z` with that of the approximate solution for `r`.
+    /// Calls `take(z_i, v_i)` for each entry, with `v` the approximate solution for `r`.
     pub(crate) fn solve_into(&mut self, r: &[f64], z: &mut [f64], take: impl Fn(&mut f64, f64)) {
         assert_eq!((r.len(), z.len()), (self.size(), self.size()), "lengths");
         let rows = |i: usize| [[r[i], 0.0, 0.0]];
@@ -83,7 +83,7 @@ impl ScalarMultigrid {
         }
     }
 
-    /// Bytes that one application moves at least.
+    /// Lower bound on the bytes moved by one application.
     #[cfg(feature = "roofline")]
     pub(crate) fn bytes(&self) -> usize {
         self.cycle.bytes()

@@ -54,19 +54,19 @@ impl Default for SchwarzParams {
 }
 
 impl SchwarzParams {
-    /// The same parameters with another [`subdomains`](SchwarzParams::subdomains).
+    /// Sets [`subdomains`](SchwarzParams::subdomains).
     pub fn with_subdomains(mut self, subdomains: usize) -> Self {
         self.subdomains = subdomains;
         self
     }
 
-    /// The same parameters with another [`overlap`](SchwarzParams::overlap).
+    /// Sets [`overlap`](SchwarzParams::overlap).
     pub fn with_overlap(mut self, overlap: usize) -> Self {
         self.overlap = overlap;
         self
     }
 
-    /// The same parameters with another [`border`](SchwarzParams::border).
+    /// Sets [`border`](SchwarzParams::border).
     pub fn with_border(mut self, border: BorderPlacement) -> Self {
         self.border = border;
         self
@@ -86,7 +86,7 @@ impl SchwarzParams {
 pub struct Schwarz {
     system: SaddleSystem,
     subdomains: Vec<Subdomain>,
-    /// Present if the border is eliminated.
+    /// The eliminated border; `None` if border dofs are assigned to subdomains.
     border: Option<EliminatedBorder>,
 }
 

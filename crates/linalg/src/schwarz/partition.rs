@@ -8,9 +8,9 @@ use crate::{LinalgError, SaddleSystem};
 
 /// Partitions by METIS into parts of about equal size and extends each by layers of neighbours.
 ///
-/// A subdomain then includes all velocities of its pressures. Their rows of the divergence are
-/// complete, so that local problems are saddle-point problems with zero velocity at the rim, and
-/// never have more pressures than velocities can satisfy.
+/// A subdomain then includes all velocities of its pressures, so that their rows of the divergence
+/// are complete. The local problems are therefore saddle-point problems with zero velocity on the
+/// boundary of the subdomain, and none has more pressures than its velocities can satisfy.
 ///
 /// # Errors
 /// [`LinalgError::Parameter`] for zero subdomains or a border dof assigned to a missing one,

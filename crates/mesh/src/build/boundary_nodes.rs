@@ -7,9 +7,9 @@ use crate::{Facet, MeshError, Surface, Vec3};
 
 /// Largest distance of a boundary vertex from its surface, as a fraction of the surface's radius.
 ///
-/// Mesh files hold vertices as CAD kernels place them, to 1e-7 of the model's size
+/// Vertices in mesh files have the accuracy of CAD kernels, 1e-7 of the model's size
 /// (`Precision::Confusion` of OpenCASCADE; Gmsh's own `Geometry.Tolerance` is 1e-8), and some of
-/// them in single precision (6e-8).
+/// them are in single precision (6e-8).
 const SURFACE_TOLERANCE: f64 = 1e-6;
 
 /// Moves the nodes with local numbers `which` of the facets of named parts onto their surfaces.

@@ -116,7 +116,7 @@ fn build(
     facets.sort_unstable_by_key(|facet| (facet.tag, facet.cell, facet.nodes));
     check_tags(&linear.tags, &facets)?;
     let mut points = linear.points;
-    // Vertices first: midpoints lie between their final positions.
+    // Vertices are projected first, because midpoints are computed from their final positions.
     project(&mut points, &facets, 0..3, &linear.tags, surfaces)?;
     let middle = |[a, b]: [u32; 2]| {
         let [old_a, old_b] = [a, b].map(|v| order[v as usize]);

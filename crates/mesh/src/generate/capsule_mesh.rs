@@ -36,10 +36,11 @@ pub(super) fn smallest_edge(capsule: &Capsule, size: &dyn Fn(Vec3) -> f64) -> f6
 
 /// Triangulates the surface with edges of about the length `edge` everywhere.
 ///
-/// The faces of the fluid's tets on the wall are the convex hull of its vertices, and the hull of
-/// points on a cylinder joins neighbours in angle, however far apart they are along the axis. The
-/// points therefore lie on straight lines along the cylinder, staggered between neighbouring lines:
-/// the hull is then flat between two lines and consists of regular triangles.
+/// The faces of the fluid's tets on the wall form the convex hull of the wall's vertices. The
+/// convex hull of points on a cylinder joins points at neighbouring angles, however far apart they
+/// are along the axis. The points therefore lie on straight lines along the cylinder, staggered
+/// between neighbouring lines: the hull is then flat between two lines and consists of regular
+/// triangles.
 ///
 /// # Errors
 /// [`MeshError::TooManyVertices`] if more than `limit` vertices are needed.

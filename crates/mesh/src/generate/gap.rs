@@ -14,10 +14,10 @@ pub(super) struct Gap<'a> {
     pub width: f64,
     /// The narrowest point of the gap.
     middle: Vec3,
-    /// Opening of the gap: at the distance `s` from its middle it is at least `width + bend s^2`
-    /// wide.
+    /// Opening of the gap: at the distance `s` from the narrowest point its width is at least
+    /// `width + bend s^2`.
     bend: f64,
-    /// Translation of the gap: all copies of a body are as fine as the one at the gap.
+    /// Translation of the gap to copies of a body, which all get the same edge lengths.
     shift: Vec3,
 }
 

@@ -1,7 +1,7 @@
 //! Geodesic triangulations of the unit sphere, from the icosahedron or the octahedron.
 //!
-//! Each face is divided into `T` triangles. The octahedron serves where symmetry planes cut the
-//! sphere.
+//! Each face is divided into `T` triangles. The octahedron is used where symmetry planes cut
+//! the sphere.
 
 use super::surface_mesh::SurfaceMesh;
 use crate::Vec3;

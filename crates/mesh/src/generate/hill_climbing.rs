@@ -69,7 +69,7 @@ fn vertex_jacobian(x: [Vec3; 4], offsets: &[Vec3; 6]) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Tets whose vertices move, with what is needed to measure their quality.
+/// Tets whose vertices move, with the data for measuring their quality.
 pub(super) struct HillClimbing<'a> {
     tets: &'a [[u32; 4]],
     /// For tets with curved edges, the index into `offsets`.
@@ -80,8 +80,9 @@ pub(super) struct HillClimbing<'a> {
 }
 
 impl<'a> HillClimbing<'a> {
-    /// Prepares the tets; `offsets` are those of the curved edges, whose tets are judged by their
-    /// Jacobian too.
+    /// Prepares the tets; `offsets` are those of the curved edges.
+    ///
+    /// The quality of a tet with a curved edge also depends on its Jacobian.
     pub fn new(
         tets: &'a [[u32; 4]],
         offsets: &MidsideOffsets,
@@ -182,8 +183,8 @@ impl<'a> HillClimbing<'a> {
 
     /// Moves vertex `v` by pattern search; returns whether it moved.
     ///
-    /// At each step length the vertex takes the best of 14 directions, as long as that improves the
-    /// worst tet around it, which has the quality `lowest`.
+    /// At each step length the vertex moves in the best of 14 directions, as long as this improves
+    /// the quality of the worst tet around it, which is `lowest` at the start.
     fn move_vertex(&self, points: &mut [Vec3], v: u32, star: &[u32], lowest: f64) -> bool {
         let start = points[v as usize];
         let h = self.field.at(start);

@@ -75,9 +75,9 @@ pub struct StageSeconds {
 /// sizes vary; a lattice-like packing of vertices between the surfaces; Delaunay tetrahedralisation
 /// with exact predicates; sweeps of optimal-Delaunay smoothing; hill climbing on the worst angles.
 /// A surface triangle is a face of a Delaunay tet because the body behind it contains a (nearly)
-/// empty ball: its only vertex is its centre. At the end it is checked that the faces on each body
-/// form a closed surface through all its vertices, and on spheres that they are the designed
-/// triangles.
+/// empty ball: the only vertex inside the body is its centre. The result is checked: the faces on
+/// each body must form a closed surface through all its vertices, and on spheres they must be the
+/// designed triangles.
 ///
 /// # Errors
 /// [`MeshError::BadTag`] for a name used twice, [`MeshError::BadParameter`],
@@ -104,7 +104,7 @@ pub fn generate(
     generate_with(bodies, container, params, None)
 }
 
-/// As [`generate`], with a given edge length everywhere instead of one that grows from the bodies.
+/// Generates a mesh as [`generate`] does, with a given edge length at every point.
 ///
 /// `size` must grow by no more than [`GenerateParams::growth`] per unit of length. Where it is not
 /// a positive number, sizes are those of [`generate`]. Gaps, curvature and the container remain
@@ -169,8 +169,9 @@ fn generate_with(
 /// One or two reach the target in most scenes, and later ones lower the mean quality.
 const ROUNDS: usize = 4;
 
-/// Alternates Delaunay tetrahedralisation with hill climbing; returns the points and tets with the
-/// best worst tet.
+/// Alternates Delaunay tetrahedralisation with hill climbing.
+///
+/// Returns the points and tets of the round whose worst tet has the highest quality.
 fn improve(
     layout: &mut Layout,
     field: &SizeField<'_>,

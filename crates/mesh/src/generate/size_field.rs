@@ -137,7 +137,7 @@ impl<'a> SizeField<'a> {
         }
     }
 
-    /// Length of the edges on that wall; without such a wall, the longest length anywhere.
+    /// Edge length on the wall given to `with_wall`; without one, the largest length anywhere.
     pub fn edge_on_wall(&self) -> f64 {
         self.wall.map_or(self.max, |(_, edge)| edge)
     }

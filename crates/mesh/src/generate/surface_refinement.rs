@@ -109,8 +109,9 @@ impl<'a> Refiner<'a> {
         (b - c).norm() / (self.size)(0.5 * (b + c))
     }
 
-    /// Splits the longest edges, up to a factor of `sqrt(2)`; returns whether any edge was too
-    /// long.
+    /// Splits the edges that are too long and within a factor of `sqrt(2)` of the longest edge.
+    ///
+    /// Returns whether any edge was too long.
     fn split_longest(&mut self) -> bool {
         let mut long: Vec<(f64, [u32; 2])> = Vec::new();
         for t in 0..self.mesh.triangles.len() {

@@ -1,4 +1,4 @@
-//! Triangulation of surfaces: designed where a sphere has one size, refined where sizes vary.
+//! Triangulation of surfaces: geodesic on spheres with one edge length, refined where it varies.
 
 use super::geodesic::{geodesic_sphere, octahedral_sphere, triangles_for};
 use super::surface_mesh::SurfaceMesh;
@@ -8,8 +8,8 @@ use crate::surface::sphere_radius;
 use crate::{MeshError, Surface, Vec3};
 use std::collections::HashMap;
 
-/// Largest ratio of the wanted edge lengths on a sphere for which one geodesic triangulation
-/// serves.
+/// Largest ratio of the wanted edge lengths on a sphere up to which one geodesic triangulation is
+/// used.
 const UNIFORM: f64 = 1.25;
 
 /// Triangulates `surface` with edges of length about `size(point)`; no triangle crosses `planes`.
@@ -79,7 +79,7 @@ pub(super) fn triangulate_box(
 /// rectangle.
 ///
 /// The refinement depends on the order of points and triangles. The order without planes differs
-/// from that with planes; both are kept because every later digit of a mesh depends on them.
+/// from that with planes; both are kept, because another order would change the generated meshes.
 fn coarse_box([min, max]: [Vec3; 2], planes: SymmetryPlanes) -> SurfaceMesh {
     let whole = planes.is_empty();
     let ticks = [0, 1, 2].map(|axis| {

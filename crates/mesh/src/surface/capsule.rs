@@ -5,8 +5,8 @@ use crate::Vec3;
 
 /// A cylinder along x, closed by hemispheres.
 ///
-/// As a container it stands for a tube: it has no sharp edges, and the shape of the ends hardly
-/// matters to a flow driven by bodies far from them.
+/// As a container it represents a tube: it has no sharp edges, and the shape of the ends has little
+/// effect on a flow driven by bodies far from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Capsule {

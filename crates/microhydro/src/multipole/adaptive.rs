@@ -6,7 +6,9 @@ use super::lubrication;
 use super::order::{self, Orders};
 use crate::{HydroError, Medium, Resistance, Spheres};
 
-/// Lowest target over the tolerance. An estimate still above the tolerance there is rounding.
+/// Lowest target relative to the tolerance.
+///
+/// If the estimate is still above the tolerance at this target, rounding errors dominate it.
 const MIN_TARGET_RATIO: f64 = 1e-4;
 
 /// Grand resistance matrix of spheres to a given accuracy.

@@ -89,7 +89,7 @@ impl SymmetryClass {
 /// Rotation that takes `offset` to the z axis.
 pub(crate) fn rotation_to_z(offset: &Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(offset, &Vector3::z()).unwrap_or_else(|| {
-        // `offset` is opposite to z, or zero, for which any rotation serves
+        // `offset` is opposite to z, or zero, for which any rotation is correct
         UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
     })
 }
@@ -114,7 +114,7 @@ pub(crate) struct Coupling {
 impl Coupling {
     /// Coupling of two spheres at `offset`.
     ///
-    /// Contains only the modes that matter to `tolerance` at this distance.
+    /// Contains only the modes that an accuracy of `tolerance` requires at this distance.
     pub fn between_spheres(
         pair: (usize, usize),
         (from, to): (&Expansion, &Expansion),

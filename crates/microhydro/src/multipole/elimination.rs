@@ -15,9 +15,9 @@ const MIN_DOFS_FOR_THREADS: usize = 500;
 ///
 /// The part is the matrix of the lower order: it has the first `lower` rows and the rigid ones. The
 /// symmetric positive definite `matrix` is read on and below its diagonal. With `A = L L^T` the
-/// first complement is `L_rr L_rr^T`, and the rows omitted in the part contribute the product of
-/// their columns in the rigid rows of `L`: one factorisation gives both, without a small difference
-/// of large numbers. Cost: `n^3/3`.
+/// first complement is `L_rr L_rr^T`, where `r` are the rigid rows. The second one is
+/// `L_rr L_rr^T + L_ro L_ro^T`, where `o` are the rows that the part omits. One factorisation thus
+/// gives both complements, without a small difference of large numbers. Cost: `n^3/3`.
 ///
 /// # Errors
 /// [`HydroError::FactorisationFailed`].

@@ -124,9 +124,10 @@ pub(crate) fn for_pair(distance: f64, a: f64, b: f64, tolerance: f64) -> (usize,
 /// Tolerance for the first choice of orders, such that the error estimate comes out below
 /// `tolerance`.
 ///
-/// [`order_for`] is accurate for narrow gaps. Between distant spheres reflections decay on the way
-/// there and back, which [`order_for`] ignores: with `n` spheres the error estimates were about
-/// `n e^(-4ξ)` times the tolerance given to it. A factor of three is left as margin.
+/// [`order_for`] is accurate for narrow gaps. Between distant spheres the flow decays on the way to
+/// the neighbour and back, which [`order_for`] ignores: with `n` spheres the error estimates were
+/// about `n e^(-4ξ)` times the tolerance given to [`order_for`]. A factor of three is left as
+/// margin.
 pub(crate) fn first_target(xi: &GapCoordinates, spheres: usize, tolerance: f64) -> f64 {
     let reflected = spheres as f64 * (-4.0 * narrowest(xi)).exp();
     tolerance * (0.3 / reflected).clamp(1.0, (1.0 / tolerance).max(1.0))

@@ -25,7 +25,7 @@ pub(crate) struct System {
 }
 
 impl System {
-    /// Computes all couplings that matter to `tolerance`.
+    /// Computes all couplings that an accuracy of `tolerance` requires.
     ///
     /// Storage: `O(L^3)` numbers per pair of spheres, `O(L^4)` beside a wall.
     pub fn new(frame: &Frame, radii: &[f64], orders: &Orders, tolerance: f64) -> Self {

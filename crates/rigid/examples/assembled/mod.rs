@@ -5,7 +5,7 @@ use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh,
 use nalgebra::Vector3;
 use rigid::{FluidMatrices, NodeRole, SurfaceBody};
 
-/// Everything that `rigid` needs of a mesh.
+/// The input that `rigid` needs from a mesh.
 pub struct Assembled {
     pub matrices: FluidMatrices,
     pub points: Vec<Vector3<f64>>,

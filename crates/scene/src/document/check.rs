@@ -14,7 +14,7 @@ pub(super) fn check_table(places: &Places, table: &Table, group: &str) -> Result
         .try_for_each(|(key, value)| check_value(places, value, &join(group, key)))
 }
 
-/// As [`check_table`], for the value of one key or group.
+/// Makes the checks of [`check_table`] for the value of one key or group.
 pub(super) fn check_value(places: &Places, value: &Value, path: &str) -> Result<(), SceneError> {
     let schema = without_indices(path);
     let bad = |problem: String| SceneError::BadValue {

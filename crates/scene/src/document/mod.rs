@@ -1,4 +1,4 @@
-//! A scene file as text: which keys it has, on which lines, and what `--set` changed.
+//! A scene file as text: its keys, the line of each key, and the changes made by `--set`.
 
 mod check;
 mod places;
@@ -65,8 +65,7 @@ impl Document {
         })
     }
 
-    /// Takes the keys and values of a scene made by a program; `origin` stands for the file in
-    /// messages.
+    /// Document of a scene made by a program; `origin` replaces the file name in messages.
     pub(crate) fn of_values(values: &impl Serialize, origin: &str) -> Result<Self, SceneError> {
         let places = Places::empty(origin.to_owned());
         let table = Table::try_from(values)?;

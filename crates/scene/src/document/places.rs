@@ -1,4 +1,4 @@
-//! Where the keys of a scene file are written.
+//! Places (file and line) at which the keys of a scene file are written.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ pub(super) struct Places {
 }
 
 impl Places {
-    /// No places but the name of the file.
+    /// Places of a document without lines: every key is at the name of the file.
     pub fn empty(file: String) -> Self {
         Self {
             file,

@@ -1,4 +1,4 @@
-//! What is known about a key.
+//! Description of a key: name, kind of values, default and meaning.
 
 /// A key of the scene file.
 #[derive(Clone, Copy, Debug)]
@@ -7,18 +7,18 @@ pub struct Key {
     pub path: &'static str,
     /// Kind of its values.
     pub kind: Kind,
-    /// What holds if the key is absent.
+    /// Default, which applies if the key is absent.
     pub default: KeyDefault,
-    /// What it means.
+    /// Meaning of the key.
     pub meaning: &'static str,
 }
 
-/// What holds if a key is absent.
+/// Default of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeyDefault {
     /// The key has this value, written as for `--set`.
     Value(&'static str),
-    /// There is no fixed value; the text says what holds instead.
+    /// No fixed value; the text describes the behaviour if the key is absent.
     Described(&'static str),
 }
 

@@ -8,7 +8,7 @@ use crate::error::SceneError;
 use crate::options::{FemOptions, ModelOptions};
 use crate::scene::Scene;
 
-/// Stands for file and line of an option that a program sets.
+/// Replaces file and line in messages about an option that a program sets.
 const ORIGIN: &str = "option set by a program";
 
 impl Scene {

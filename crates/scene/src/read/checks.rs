@@ -4,7 +4,7 @@ use crate::document::Document;
 use crate::error::SceneError;
 use crate::nearest::find_name;
 
-/// Makes errors about the keys of a document that say where the keys are.
+/// Builder of errors about the keys of a document, each with the place of its key.
 pub(crate) struct Checks<'a>(pub &'a Document);
 
 impl Checks<'_> {
@@ -22,7 +22,7 @@ impl Checks<'_> {
         value.ok_or_else(|| self.bad_value(key, format!("is missing{why}")))
     }
 
-    /// Position of `name` in a list of names; `kind` is what the names belong to.
+    /// Position of `name` in a list of names; `kind` names the items of the list, such as "body".
     pub fn find<'n>(
         &self,
         key: &str,

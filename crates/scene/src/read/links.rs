@@ -1,4 +1,4 @@
-//! The links of a scene file, and the articulation that they make of the bodies.
+//! The links of a scene file, and the articulation of its bodies and links.
 
 use rigid::{Articulation, Link};
 

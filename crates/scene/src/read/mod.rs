@@ -1,4 +1,4 @@
-//! From the keys of a document to a scene that passed all checks.
+//! Construction of a scene from the keys of a document, with all checks.
 
 mod bodies;
 mod change;
@@ -22,7 +22,7 @@ impl Scene {
     /// Reads and checks a scene file, with overrides written `key=value` (as for `--set`).
     ///
     /// # Errors
-    /// The first thing that is wrong, with file, line, key and what to do.
+    /// The first problem found, with file, line, key and remedy.
     pub fn read(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let mut document = Document::read(path)?;
         overrides

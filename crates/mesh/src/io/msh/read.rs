@@ -41,7 +41,7 @@ impl MshFile {
             match (section.as_str(), version) {
                 ("MeshFormat", None) => version = Some(format(scanner)?),
                 ("MeshFormat", Some(_)) => {
-                    return scanner.error("a second $MeshFormat; keep one mesh a file");
+                    return scanner.error("a second $MeshFormat; keep one mesh per file");
                 }
                 ("PhysicalNames", Some(_)) => physical_names(scanner, &mut gather)?,
                 ("Entities", Some(Version::Four)) => groups = version4::entities(scanner)?,

@@ -1,4 +1,4 @@
-//! Reads the words and numbers of a MSH file, text or binary, and knows their locations.
+//! Scanner of the words and numbers of a MSH file, text or binary, with their locations.
 
 use crate::{FileLocation, MeshError};
 
