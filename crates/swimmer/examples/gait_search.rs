@@ -3,27 +3,26 @@
 //! `cargo run --example gait_search`
 
 use rayon::prelude::*;
+use swimmer::scene::ModelKind;
 use swimmer::{Method, Scene, SwimError, choose, simulate};
 
 /// Net displacement squared over work for a stroke that closes both arms from 10 radii.
 ///
 /// For a fixed duration this is proportional to the swimming efficiency of Lighthill.
 fn efficiency(left: f64, right: f64) -> Result<f64, SwimError> {
-    let scene = Scene::parse(&format!(
-        r#"
-        model = {{ kind = "multipole", tolerance = 1e-3 }}
-        bodies = [
-            {{ name = "l", radius = 1, position = [-10, 0, 0] }},
-            {{ name = "c", radius = 1, position = [0, 0, 0] }},
-            {{ name = "r", radius = 1, position = [10, 0, 0] }},
-        ]
-        links = [{{ name = "left", body = "l", to = "c" }}, {{ name = "right", body = "r", to = "c" }}]
-        gait.phases = [
-            {{ link = "left", length = {left} }}, {{ link = "right", length = {right} }},
-            {{ link = "left", length = 10 }}, {{ link = "right", length = 10 }},
-        ]
-        "#
-    ))?;
+    let scene = Scene::builder()
+        .sphere("left", 1.0, [-10.0, 0.0, 0.0])
+        .sphere("centre", 1.0, [0.0, 0.0, 0.0])
+        .sphere("right", 1.0, [10.0, 0.0, 0.0])
+        .link("left arm", "left", "centre")
+        .link("right arm", "right", "centre")
+        .phase("left arm", left, 1.0)
+        .phase("right arm", right, 1.0)
+        .phase("left arm", 10.0, 1.0)
+        .phase("right arm", 10.0, 1.0)
+        .model(ModelKind::Multipole)
+        .tolerance(1e-3)
+        .build()?;
     let mut model = choose(&scene)?.model;
     let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut ())?;
     Ok(outcome.net().powi(2) / outcome.work)

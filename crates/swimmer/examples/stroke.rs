@@ -4,29 +4,21 @@
 
 use swimmer::{Method, Scene, SwimError, choose, simulate};
 
-/// The arms close from 10 to 6 radii, left arm first, and open again in the same order.
-const SCENE: &str = r#"
-    model.tolerance = 1e-8
-    bodies = [
-        { name = "left", radius = 1, position = [-10, 0, 0] },
-        { name = "centre", radius = 1, position = [0, 0, 0] },
-        { name = "right", radius = 1, position = [10, 0, 0] },
-    ]
-    links = [
-        { name = "left-arm", body = "left", to = "centre" },
-        { name = "right-arm", body = "right", to = "centre" },
-    ]
-    gait.phases = [
-        { link = "left-arm", length = 6 },
-        { link = "right-arm", length = 6 },
-        { link = "left-arm", length = 10 },
-        { link = "right-arm", length = 10 },
-    ]
-"#;
-
 /// Simulates the stroke and compares the net displacement with the exact one.
 pub fn main() -> Result<(), SwimError> {
-    let scene = Scene::parse(SCENE)?;
+    // The arms close from 10 to 6 radii, the left one first, and open again in the same order.
+    let scene = Scene::builder()
+        .sphere("left", 1.0, [-10.0, 0.0, 0.0])
+        .sphere("centre", 1.0, [0.0, 0.0, 0.0])
+        .sphere("right", 1.0, [10.0, 0.0, 0.0])
+        .link("left arm", "left", "centre")
+        .link("right arm", "right", "centre")
+        .phase("left arm", 6.0, 1.0)
+        .phase("right arm", 6.0, 1.0)
+        .phase("left arm", 10.0, 1.0)
+        .phase("right arm", 10.0, 1.0)
+        .tolerance(1e-8)
+        .build()?;
     let mut choice = choose(&scene)?;
     for reason in &choice.reasons {
         println!("{reason}");
