@@ -64,8 +64,9 @@ const fn index() -> [[[u8; 4]; 4]; 4] {
     all
 }
 
-/// The 20 Bernstein coefficients of `det J` over a 10-node tet; the first four are its values at
-/// the vertices.
+/// The 20 Bernstein coefficients of `det J` over a 10-node tet.
+///
+/// The first four are the values of `det J` at the vertices.
 ///
 /// `det J` is the determinant with respect to the reference coordinates (vertices 0, e1, e2, e3);
 /// in a straight tet it is six times the volume.

@@ -16,8 +16,10 @@ pub const SYMMETRY_PLANE_TAGS: [&str; 3] = ["mirror-x", "mirror-y", "mirror-z"];
 pub struct Unfolded {
     /// The whole mesh. Its nodes are numbered differently from those of the part, see `sources`.
     pub mesh: TetMesh,
-    /// For each node of the whole, the node of the part of which it is an image, and the factors (1
-    /// or -1) by which the reflection multiplies the components of a vector.
+    /// Source of each node of the whole: the node of the part of which it is an image.
+    ///
+    /// The vector contains the factors (1 or -1) by which the reflection multiplies the components
+    /// of a vector.
     pub sources: Vec<(u32, Vec3)>,
 }
 

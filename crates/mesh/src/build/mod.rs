@@ -57,8 +57,9 @@ impl TetMesh {
         build(tets, &[], surfaces)
     }
 
-    /// Mesh of a second-order file; nodes on named parts move to their surfaces as in
-    /// [`TetMesh::curved`].
+    /// Mesh of a second-order file.
+    ///
+    /// Nodes on named parts move to their surfaces as in [`TetMesh::curved`].
     ///
     /// # Errors
     /// As [`TetMesh::curved`]; also [`MeshError::BadMidside`] if two cells have different midside
@@ -69,8 +70,10 @@ impl TetMesh {
     }
 }
 
-/// Builds the mesh; `middles` has the midside node of every edge, in the numbering of [`EdgeIndex`]
-/// of the given tets, or is empty for midpoints.
+/// Builds the mesh.
+///
+/// `middles` contains the midside node of every edge, in the numbering of [`EdgeIndex`] of the
+/// given tets, or is empty for midpoints.
 fn build(
     mut linear: LinearTets,
     middles: &[Vec3],
@@ -162,8 +165,9 @@ fn orient(linear: &mut LinearTets) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// Renumbers points and faces by `order[new] = old`; returns the renumbered tets, sorted by their
-/// vertices.
+/// Renumbers points and faces by `order[new] = old`.
+///
+/// Returns the renumbered tets, sorted by their vertices.
 ///
 /// The regions of the cells follow the tets.
 ///

@@ -17,8 +17,9 @@ pub(super) fn orientation(a: &Vec3, b: &Vec3, c: &Vec3, d: &Vec3) -> f64 {
     -robust::orient3d(coord(a), coord(b), coord(c), coord(d))
 }
 
-/// A number that is positive if `e` lies strictly inside the circumsphere of the positively
-/// oriented tet `a b c d`, and zero if `e` lies on it.
+/// A number with the sign of the in-sphere predicate for the positively oriented tet `a b c d`.
+///
+/// Positive if `e` lies strictly inside the circumsphere of the tet, zero if `e` lies on it.
 #[inline]
 pub(super) fn in_sphere(a: &Vec3, b: &Vec3, c: &Vec3, d: &Vec3, e: &Vec3) -> f64 {
     -robust::insphere(coord(a), coord(b), coord(c), coord(d), coord(e))

@@ -11,8 +11,9 @@ use crate::{MeshError, Vec3};
 
 /// The vertex at infinity.
 const GHOST: u32 = u32::MAX;
-/// Flag in the neighbour array of a cavity tet: the face is on the boundary of the cavity, and the
-/// other bits are the new tet behind it.
+/// Flag in the neighbour array of a cavity tet: the face is on the boundary of the cavity.
+///
+/// The other bits are the index of the new tet behind the face.
 const NEW: u32 = 1 << 31;
 
 /// Vertices of the face opposite each vertex, ordered such that `(face, opposite vertex)` is a
@@ -73,8 +74,10 @@ struct Builder<'a> {
     tets: Vec<[u32; 4]>,
     /// Neighbour across the face opposite each vertex.
     neighbours: Vec<[u32; 4]>,
-    /// `2 stamp + 1` for tets in the current cavity, `2 stamp` for tested tets outside it, smaller
-    /// values for others.
+    /// State of each tet in the current insertion.
+    ///
+    /// `2 stamp + 1` for tets in the cavity, `2 stamp` for tested tets outside it, smaller values
+    /// for all other tets.
     marks: Vec<u32>,
     /// Number of the current insertion.
     stamp: u32,

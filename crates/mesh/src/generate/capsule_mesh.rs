@@ -1,5 +1,6 @@
-//! Triangulation of a cylinder closed by hemispheres; on the cylinder it is the convex hull of the
-//! vertices.
+//! Triangulation of a cylinder closed by hemispheres.
+//!
+//! On the cylinder the triangulation is the convex hull of the vertices.
 
 use super::surface_mesh::SurfaceMesh;
 use crate::{Capsule, MeshError, Vec3};

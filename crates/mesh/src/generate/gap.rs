@@ -14,8 +14,9 @@ pub(super) struct Gap<'a> {
     pub width: f64,
     /// The narrowest point of the gap.
     middle: Vec3,
-    /// Opening of the gap: at the distance `s` from the narrowest point its width is at least
-    /// `width + bend s^2`.
+    /// Lower bound of the opening of the gap.
+    ///
+    /// At the distance `s` from the narrowest point its width is at least `width + bend s^2`.
     bend: f64,
     /// Translation of the gap to copies of a body, which all get the same edge lengths.
     shift: Vec3,
@@ -157,8 +158,9 @@ fn closest_points(a: &dyn Surface, b: &dyn Surface) -> (Vec3, Vec3) {
     (p, q)
 }
 
-/// Point of `body` closest to the wall, by alternating projections; a point outside if the body
-/// crosses the wall.
+/// Point of `body` closest to the wall, by alternating projections.
+///
+/// If the body crosses the wall, the point is outside.
 fn closest_to_wall(body: &dyn Surface, wall: &dyn Surface) -> Vec3 {
     let mut p = body.closest_point(wall.closest_point(body.centre()));
     for _ in 0..200 {

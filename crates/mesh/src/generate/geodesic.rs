@@ -7,8 +7,9 @@ use super::surface_mesh::SurfaceMesh;
 use crate::Vec3;
 use std::collections::HashMap;
 
-/// Edge length of an equilateral triangle of area `4 pi / 20`; the edges of a geodesic sphere are
-/// about this over `sqrt(T)`.
+/// Edge length of an equilateral triangle of area `4 pi / 20`.
+///
+/// The edges of a geodesic sphere are about this length over `sqrt(T)`.
 const EDGE: f64 = 1.2045910058552547;
 
 /// Largest allowed ratio of the edges to the wanted length.
@@ -151,8 +152,10 @@ fn subdivided(corners: &[Vec3], faces: &[[usize; 3]], frequency: u32) -> Surface
     mesh
 }
 
-/// Root-three subdivision: the centre of every triangle becomes a point, and every edge is replaced
-/// by the one between the centres of its two triangles.
+/// Root-three subdivision of a triangulation.
+///
+/// The centre of every triangle becomes a point, and every edge is replaced by the edge between the
+/// centres of its two triangles.
 fn root_three(coarse: &SurfaceMesh) -> SurfaceMesh {
     let mut points = coarse.points.clone();
     let n = points.len() as u32;

@@ -1,5 +1,6 @@
-//! Hill climbing on cell quality: vertices of the worst tets move to where the worst angle around
-//! them is best (Freitag & Ollivier-Gooch 1997).
+//! Hill climbing on cell quality (Freitag & Ollivier-Gooch 1997).
+//!
+//! The vertices of the worst tets move to where the worst angle around them is best.
 
 use super::size_field::SizeField;
 use super::symmetry_planes::SymmetryPlanes;
@@ -9,8 +10,9 @@ use std::collections::HashMap;
 /// Lengths of the steps, as fractions of the wanted edge length.
 const STEPS: [f64; 5] = [0.2, 0.1, 0.05, 0.025, 0.0125];
 
-/// Largest number of passes over the bad tets; in gaps of 0.05 radii no vertex moved after the
-/// fifth.
+/// Largest number of passes over the bad tets.
+///
+/// In gaps of 0.05 radii no vertex moved after the fifth pass.
 const PASSES: usize = 8;
 
 /// Weight of the scaled Jacobian of a curved tet in its quality.
@@ -42,8 +44,9 @@ fn angle_quality(x: [Vec3; 4]) -> f64 {
     1.0 - worst
 }
 
-/// Offsets of the midside nodes of curved edges from the midpoints; keys are the two vertices, the
-/// smaller first.
+/// Offsets of the midside nodes of curved edges from the midpoints.
+///
+/// Keys are the two vertices, the smaller number first.
 pub(super) type MidsideOffsets = HashMap<[u32; 2], Vec3>;
 
 /// Smallest Jacobian at the vertices of a quadratic tet over that of the straight tet.
@@ -127,8 +130,10 @@ impl<'a> HillClimbing<'a> {
         }
     }
 
-    /// Moves free vertices of tets with dihedral angles below `target` degrees or above 180 minus
-    /// `target`; returns the quality of the worst tet afterwards.
+    /// Moves free vertices of tets with bad dihedral angles.
+    ///
+    /// Angles below `target` degrees or above 180 minus `target` are bad. Returns the quality of
+    /// the worst tet afterwards.
     ///
     /// Vertices on symmetry planes move in them. The tets keep their vertices, and no move makes
     /// the worst tet around a vertex worse. Deterministic and serial, because few vertices move.

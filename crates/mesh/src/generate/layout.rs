@@ -34,8 +34,9 @@ pub(super) struct Layout<'a> {
     pub points: Vec<Vec3>,
     /// Whether a vertex may move.
     pub free: Vec<bool>,
-    /// For each vertex, the body that has it on its surface or at its centre; `bodies.len()` for
-    /// the container, [`FLUID`] inside the fluid.
+    /// Owner of each vertex: the body that has it on its surface or at its centre.
+    ///
+    /// `bodies.len()` for the container, [`FLUID`] inside the fluid.
     pub owner: Vec<u32>,
     /// Vertices on each body, then on the container.
     pub vertices: Vec<Range<u32>>,
@@ -165,8 +166,10 @@ impl<'a> Layout<'a> {
         self.planes.through(&corners).axis()
     }
 
-    /// Removes the tets that are not in the fluid: those with all vertices on (or in) one body,
-    /// which is convex, and flat tets on a wall with discontinuous curvature.
+    /// Removes the tets that are not in the fluid.
+    ///
+    /// These are the tets with all vertices on (or in) one body, which is convex, and flat tets on
+    /// a wall with discontinuous curvature.
     ///
     /// On such a wall, as at the ends of a cylinder, four vertices may lie nearly on a circle, and
     /// the Delaunay tet between them is nearly flat. Without it the wall follows the other
@@ -213,8 +216,9 @@ impl<'a> Layout<'a> {
     }
 }
 
-/// Spacing of the grid on which surface points lie relative to their centre: the last bit of the
-/// largest coordinate of any body.
+/// Spacing of the grid on which surface points lie relative to their centre.
+///
+/// The spacing is the last bit of the largest coordinate of any body.
 ///
 /// Adding a centre that lies on the grid is then exact, and copies are bitwise equal up to
 /// translation.

@@ -9,7 +9,9 @@ pub struct MeshedBody<'a> {
     pub name: &'a str,
     /// Surface, which must be convex.
     pub surface: &'a dyn Surface,
-    /// Edge length on the surface; where it is strongly curved, edges are at most 0.7 of the
-    /// smallest radius of curvature.
+    /// Edge length on the surface.
+    ///
+    /// Where the surface is strongly curved, edges are at most 0.7 of the smallest radius of
+    /// curvature.
     pub size: f64,
 }

@@ -14,8 +14,9 @@ use std::collections::VecDeque;
 /// 0.880; 0.82: 4191, 0.872; 0.86: 3700, 0.865.
 const SPACING: f64 = 0.76;
 
-/// Smallest distance of a vertex from a surface, as a fraction of the wanted edge length; a regular
-/// tet has the height 0.816.
+/// Smallest distance of a vertex from a surface, as a fraction of the wanted edge length.
+///
+/// A regular tet has the height 0.816.
 const CLEARANCE: f64 = 0.6;
 
 /// Nearest neighbours in a body-centred cubic lattice, in units of half its period: eight along the
@@ -133,8 +134,10 @@ impl Packing<'_> {
         Ok(())
     }
 
-    /// Accepts the point if it is in the fluid and not too close to another vertex, a surface or a
-    /// symmetry plane, except its `own` planes.
+    /// Accepts the point if it is in the fluid and has the required clearances.
+    ///
+    /// It must not be too close to another vertex, a surface or a symmetry plane, except its `own`
+    /// planes.
     fn offer(&mut self, p: Vec3, own: SymmetryPlanes) -> bool {
         let h = self.field.at(p);
         let clear = CLEARANCE * h;

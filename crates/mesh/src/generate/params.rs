@@ -25,19 +25,24 @@ pub struct GenerateParams {
     /// The edges in a gap are about as long as its width, and the number of triangles around it
     /// grows inversely with the width.
     pub min_gap: f64,
-    /// The axes whose coordinate planes are symmetry planes; only the part of the fluid with
-    /// positive coordinates is meshed.
+    /// The axes whose coordinate planes are symmetry planes.
+    ///
+    /// Only the part of the fluid with positive coordinates is meshed.
     ///
     /// Every body and the container must be symmetric about each plane. The faces on the planes are
     /// tagged [`SYMMETRY_PLANE_TAGS`](crate::SYMMETRY_PLANE_TAGS), and
     /// [`TetMesh::unfolded`](crate::TetMesh::unfolded) returns the whole mesh. Spheres are then
     /// triangulated from the octahedron, whose triangles do not cross the planes.
     pub symmetry_planes: [bool; 3],
-    /// Number of smoothing sweeps; in the example of [`growth`](Self::growth) the mean quality
-    /// after 4, 8, 10, 20 sweeps is 0.865, 0.878, 0.880, 0.886.
+    /// Number of smoothing sweeps.
+    ///
+    /// In the example of [`growth`](Self::growth) the mean quality after 4, 8, 10, 20 sweeps is
+    /// 0.865, 0.878, 0.880, 0.886.
     pub sweeps: usize,
-    /// Target of the worst dihedral angle, in degrees: single vertices move until all angles are
-    /// between this and 180 minus this, or no longer improve.
+    /// Target of the worst dihedral angle, in degrees.
+    ///
+    /// Single vertices move until all angles are between `target_dihedral` and 180 minus
+    /// `target_dihedral`, or no longer improve.
     pub target_dihedral: f64,
     /// Largest number of vertices; generation fails if more are needed.
     pub max_vertices: usize,

@@ -96,8 +96,10 @@ impl<'a> SizeField<'a> {
         Ok(field)
     }
 
-    /// Adds the gap between `members` (one body if it is to the wall), and its translations to all
-    /// copies of them, if it can limit the size.
+    /// Adds the gap between `members`, if it can limit the size.
+    ///
+    /// Its translations to all copies of the members are added too. There is one member if the gap
+    /// is between a body and the wall.
     fn add_gap(&mut self, gap: Gap<'a>, members: &[usize], copies: &[usize]) {
         let size = members
             .iter()

@@ -5,16 +5,20 @@ use super::symmetry_planes::SymmetryPlanes;
 use crate::surface::sphere_radius;
 use crate::{MeshError, Surface, Vec3};
 
-/// Ratio to the wanted length above which edges are split; the halves are then shorter than the
-/// wanted length by at most the same factor.
+/// Ratio to the wanted length above which edges are split.
+///
+/// The halves are then shorter than the wanted length by at most the same factor.
 const SPLIT: f64 = std::f64::consts::SQRT_2;
 
-/// Smoothing rounds at the end; after them no vertex moves by more than about a hundredth of an
-/// edge.
+/// Number of smoothing rounds at the end.
+///
+/// After them no vertex moves by more than about a hundredth of an edge.
 const FINAL_ROUNDS: usize = 20;
 
-/// Largest number of splitting passes; each shortens the longest edges by `sqrt(2)`, so these span
-/// more than ten orders of magnitude.
+/// Largest number of splitting passes.
+///
+/// Each pass shortens the longest edges by `sqrt(2)`, so these passes span more than ten orders of
+/// magnitude.
 const MAX_PASSES: usize = 100;
 
 /// Cosine of the angle between normals (84 degrees) beyond which an edge is a ridge.
@@ -287,8 +291,9 @@ impl<'a> Refiner<'a> {
         u.cross(&v).norm().atan2(u.dot(&v))
     }
 
-    /// Moves each vertex to the weighted centroid of its triangles, projected onto the surface;
-    /// vertices on ridges stay.
+    /// Moves each vertex to the weighted centroid of its triangles, projected onto the surface.
+    ///
+    /// Vertices on ridges stay.
     ///
     /// The weight of a triangle is its area relative to the wanted one, `area / h^2`. This evens
     /// out shapes and leaves the number of vertices in each region to the splitting. (The density

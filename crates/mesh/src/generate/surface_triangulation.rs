@@ -126,8 +126,9 @@ fn coarse_box([min, max]: [Vec3; 2], planes: SymmetryPlanes) -> SurfaceMesh {
     mesh
 }
 
-/// A coarse triangulation (180 triangles, without symmetry planes) between points with evenly
-/// distributed normals: dense where the curvature is large.
+/// A coarse triangulation, dense where the curvature is large.
+///
+/// It has 180 triangles (without symmetry planes) between points with evenly distributed normals.
 ///
 /// The closest point of a point far away is the one whose normal points in its direction.
 fn coarse(surface: &dyn Surface, planes: SymmetryPlanes) -> SurfaceMesh {

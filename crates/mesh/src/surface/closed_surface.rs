@@ -27,8 +27,9 @@ pub trait Surface: Sync {
     /// Smallest radius of curvature; it bounds the element size that can follow the surface.
     fn smallest_curvature_radius(&self) -> f64;
 
-    /// Distance from `point` to the nearest point of largest curvature on the surface; elements may
-    /// grow with it.
+    /// Distance from `point` to the nearest point of largest curvature on the surface.
+    ///
+    /// Elements may grow with this distance.
     ///
     /// Zero, the default, stands for a surface of uniform curvature.
     fn distance_to_sharpest(&self, _point: Vec3) -> f64 {

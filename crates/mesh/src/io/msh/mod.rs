@@ -1,5 +1,7 @@
-//! Gmsh MSH files: reader of versions 4.1 and 2, text and binary, first and second order; writer of
-//! 4.1 text.
+//! Gmsh MSH files: reader and writer.
+//!
+//! The reader accepts versions 4.1 and 2, text and binary, first and second order. The writer
+//! produces 4.1 text.
 //!
 //! The reader is our own because the only crate for it (mshio 0.4) reads 4.1 only, skips the names
 //! of groups, and gives neither line nor offset of an error.

@@ -93,8 +93,9 @@ enum Version {
     Four,
 }
 
-/// Reads `$MeshFormat`: version, text or binary, width of `size_t`; in binary files also the number
-/// 1, which shows the byte order.
+/// Reads `$MeshFormat`: version, text or binary, width of `size_t`.
+///
+/// In binary files the number 1 follows, which shows the byte order.
 fn format(scanner: &mut Scanner) -> Result<Version, MeshError> {
     let word = scanner.word()?;
     let version = match word.as_str() {
