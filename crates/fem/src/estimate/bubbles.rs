@@ -10,8 +10,9 @@ use rayon::prelude::*;
 use crate::FemError;
 use crate::quadrature::{CellPoint, degree_5};
 
-/// Number of bubbles of a cell: one per edge, in the order of [`TET_EDGES`], then one per face,
-/// opposite vertex 0 to 3.
+/// Number of bubbles of a cell.
+///
+/// One per edge, in the order of [`TET_EDGES`], then one per face, opposite vertex 0 to 3.
 pub(super) const PER_CELL: usize = 10;
 
 /// Largest number of cells whose four faces each can be numbered in 32 bits.
@@ -25,8 +26,10 @@ const MAX_CELLS: usize = 1 << 29;
 pub(super) struct Bubbles {
     /// Numbers of the face bubbles of each cell.
     faces: Vec<[u32; 4]>,
-    /// Constrained components of each bubble, one bit per component: all components on the
-    /// boundary, where the velocity is prescribed, and the normal one on symmetry planes.
+    /// Constrained components of each bubble, one bit per component.
+    ///
+    /// All components are constrained on the boundary, where the velocity is prescribed, and the
+    /// normal one on symmetry planes.
     constrained: Vec<u8>,
     n_vertices: u32,
     n_edges: usize,
