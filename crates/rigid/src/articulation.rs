@@ -25,9 +25,10 @@ pub enum Arms {
     Clamped,
     /// Each body rotates torque-free, and so does the frame of each linkage.
     Free,
-    /// Arms keep their direction in the laboratory axes and bodies rotate freely (Berti et al.
-    /// 2021, equations (11)-(12) read literally). Torque-free only if the swimmer is collinear and
-    /// moves along its axis.
+    /// Arms keep their direction in the laboratory axes and bodies rotate freely.
+    ///
+    /// This is the literal reading of equations (11)-(12) of Berti et al. (2021). It is torque-free
+    /// only if the swimmer is collinear and moves along its axis.
     Lab,
 }
 

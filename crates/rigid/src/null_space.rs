@@ -17,8 +17,9 @@ pub struct NullSpace {
     pub offset: DVector<f64>,
     /// Indices of a largest set of linearly independent rows; the other rows are redundant.
     pub independent: Vec<usize>,
-    /// Gauge rows `g q = 0` for motions that neither constraints nor the fluid determine, such as
-    /// the rotation of a collinear free frame about its own axis.
+    /// Gauge rows `g q = 0` for motions that neither constraints nor the fluid determine.
+    ///
+    /// An example is the rotation of a collinear free frame about its own axis.
     pub gauge: DMatrix<f64>,
     /// Indices of the free velocities, before motions without resistance are removed.
     free: Vec<usize>,
