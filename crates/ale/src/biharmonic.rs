@@ -90,8 +90,10 @@ impl Preconditioner for TwoCycles {
     }
 }
 
-/// Relative residual. Rounding limits it to the machine precision times the condition number of
-/// `K M^-1 K`, which is 1e8 on graded meshes.
+/// Relative residual of the extension.
+///
+/// Rounding limits it to the machine precision times the condition number of `K M^-1 K`, which is
+/// 1e8 on graded meshes.
 const TOLERANCE: f64 = 1e-6;
 
 impl MeshMotion for Biharmonic {

@@ -1,5 +1,6 @@
-//! Mesh motion as a map from a reference mesh: the moved mesh depends on the configuration of the
-//! bodies, not on their path.
+//! Mesh motion as a map from a reference mesh.
+//!
+//! The moved mesh depends on the configuration of the bodies, not on their path.
 
 use fem::TaylorHood;
 use mesh::{TetMesh, Vec3};
