@@ -6,8 +6,9 @@ use crate::point::Point;
 
 const NONE: usize = usize::MAX;
 
-/// An incremental Delaunay triangulation. Its first [`OUTER`] points are the corners of a triangle
-/// that contains all others.
+/// An incremental Delaunay triangulation.
+///
+/// Its first [`OUTER`] points are the corners of a triangle that contains all others.
 pub(crate) struct Delaunay {
     pub points: Vec<Point>,
     /// Corners, counter-clockwise.
@@ -112,8 +113,9 @@ impl Delaunay {
         Some(new)
     }
 
-    /// A triangle that contains `x`, found by walking towards it. The walk terminates because the
-    /// triangulation is Delaunay.
+    /// A triangle that contains `x`, found by walking towards it.
+    ///
+    /// The walk terminates because the triangulation is Delaunay.
     fn locate(&self, x: &Point) -> usize {
         let mut at = self.last;
         'walk: loop {

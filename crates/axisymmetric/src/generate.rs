@@ -8,8 +8,9 @@ use crate::meridian::Meridian;
 use crate::mesh::MeridianMesh;
 use crate::point::Point;
 
-/// Circumradius relative to the target edge length above which a triangle is refined; it is 0.58
-/// for the equilateral triangle.
+/// Circumradius relative to the target edge length above which a triangle is refined.
+///
+/// It is 0.58 for the equilateral triangle.
 const MAX_CIRCUMRADIUS: f64 = 0.75;
 
 /// Number of smoothing sweeps; more change the mesh little.
@@ -18,8 +19,10 @@ const SWEEPS: usize = 4;
 /// Number of attempts, each with elements smaller by a quarter.
 const ATTEMPTS: i32 = 6;
 
-/// Triangulates `meridian`. Far from the bodies, edges are about `growth` times as long as their
-/// distance from the focus of the nearest body.
+/// Triangulates `meridian`.
+///
+/// Far from the bodies, edges are about `growth` times as long as their distance from the focus of
+/// the nearest body.
 ///
 /// # Errors
 /// [`AxisymmetricError::MeshFailed`] or [`AxisymmetricError::TooManyTriangles`].

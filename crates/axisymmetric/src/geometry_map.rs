@@ -35,8 +35,10 @@ pub(crate) fn is_valid(mesh: &MeridianMesh) -> Result<bool, AxisymmetricError> {
     Ok(curved.all(|t| map_points(t, &node_positions(mesh, t, &element), &table, &rule).is_ok()))
 }
 
-/// Positions of an element's nodes by blending: its curved edges displace the nodes of the straight
-/// triangle by amounts that decay towards the interior.
+/// Positions of an element's nodes by blending.
+///
+/// The curved edges displace the nodes of the straight triangle by amounts that decay towards the
+/// interior.
 ///
 /// For an edge from corner `a` to corner `b`, let `d(s)` be the vector from chord to curve at the
 /// fraction `s = (1 + λ_b - λ_a) / 2` of the edge. A node is displaced by

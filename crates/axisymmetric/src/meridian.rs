@@ -102,8 +102,9 @@ impl Spheroid {
         outside / gradient.norm().max(f64::MIN_POSITIVE)
     }
 
-    /// Distance to the segment or disc between the foci, which contains the singularities of the
-    /// analytic continuation of the exterior flow.
+    /// Distance to the segment or disc between the foci.
+    ///
+    /// This set contains the singularities of the analytic continuation of the exterior flow.
     fn focal_distance(&self, x: &Point) -> f64 {
         let square = self.axial * self.axial - self.equatorial * self.equatorial;
         let c = square.abs().sqrt();
