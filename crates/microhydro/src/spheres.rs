@@ -33,8 +33,9 @@ pub enum Medium {
     },
 }
 
-/// Largest relative gap of touching spheres. Gaps below this fraction of the smaller radius are
-/// rounding errors of the centres.
+/// Largest relative gap of touching spheres.
+///
+/// Gaps below this fraction of the smaller radius are rounding errors of the centres.
 const CONTACT_TOLERANCE: f64 = 1e-12;
 
 impl Spheres {

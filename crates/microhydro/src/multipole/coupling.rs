@@ -22,8 +22,9 @@ pub(crate) struct Expansion {
 }
 
 impl Expansion {
-    /// Square root of the self energy of a mode. Scaling the unknowns by it makes the diagonal of
-    /// the system one.
+    /// Square root of the self energy of a mode.
+    ///
+    /// Scaling the degrees of freedom by it makes the diagonal of the system one.
     pub fn weight(&self, family: Family, l: usize) -> f64 {
         family.energy(l, self.radius).sqrt()
     }

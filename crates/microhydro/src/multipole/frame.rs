@@ -33,8 +33,9 @@ pub(crate) struct Frame {
     pub collinear: bool,
 }
 
-/// Largest distance from the axis of a centre on it, relative to the extent of the arrangement. It
-/// covers the rounding of rotated positions.
+/// Largest distance of a centre on the axis from the axis, relative to the extent of all spheres.
+///
+/// It covers the rounding of rotated positions.
 const AXIS_TOLERANCE: f64 = 1e-13;
 
 impl Frame {

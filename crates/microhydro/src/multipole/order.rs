@@ -45,19 +45,23 @@ impl Orders {
     }
 }
 
-/// Highest order off an axis. It suffices without corrections for gaps of 0.05 at a tolerance of
-/// 1e-4 and of 0.15 at 1e-8.
+/// Highest order off an axis.
+///
+/// It suffices without corrections for gaps of 0.05 at a tolerance of 1e-4 and of 0.15 at 1e-8.
 pub(super) const MAX_ORDER_OFF_AXIS: usize = 28;
 
 /// Highest order of the container off an axis.
 pub(super) const MAX_ORDER_ON_CONTAINER: usize = 2 * MAX_ORDER_OFF_AXIS;
 
-/// Lowest order: rigid motions and stresslets. Two orders lower is the Rotne-Prager-Yamakawa
-/// mobility.
+/// Lowest order: rigid motions and stresslets.
+///
+/// Two orders lower is the Rotne-Prager-Yamakawa mobility.
 pub(crate) const MIN_ORDER: usize = 2;
 
-/// Lowest order in a ball. A container and a sphere reflect each other's source modes even when
-/// concentric, and the expansion that is two orders lower must contain these modes.
+/// Lowest order in a ball.
+///
+/// A container and a sphere reflect each other's source modes even when concentric, and the
+/// expansion that is two orders lower must contain these modes.
 const MIN_ORDER_IN_BALL: usize = 4;
 
 /// Lowest order in a medium.

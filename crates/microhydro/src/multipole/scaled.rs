@@ -47,8 +47,9 @@ pub(super) fn unscaled_inverse(
     Ok(unscaled(&inverse, radii, |unit| unit))
 }
 
-/// Converts a matrix over scaled modes to physical units and to x, y, z order; rows and columns are
-/// multiplied by `factor` of their [`drag_units`].
+/// Converts a matrix over scaled modes to physical units and to x, y, z order.
+///
+/// Rows and columns are multiplied by `factor` of their [`drag_units`].
 pub(super) fn unscaled(
     matrix: &DMatrix<f64>,
     radii: &[f64],

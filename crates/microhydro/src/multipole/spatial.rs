@@ -10,8 +10,9 @@ use super::scaled::ScaledMobility;
 use super::system::{MultiVector, System};
 use crate::HydroError;
 
-/// Highest number of degrees of freedom for the dense factorisation: 288 MB and two seconds. Beyond
-/// it each sphere has so many modes that iterations are faster.
+/// Highest number of degrees of freedom for the dense factorisation: 288 MB and two seconds.
+///
+/// Above this number each sphere has so many modes that iterations are faster.
 const MAX_DENSE_DOFS: usize = 6000;
 
 /// Scaled mobility matrices of spheres at any positions.

@@ -259,12 +259,15 @@ impl System {
     }
 }
 
-/// Number of couplings expanded to dense blocks at a time. Few, so that the blocks need little
-/// memory beside the matrix.
+/// Number of couplings expanded to dense blocks at a time.
+///
+/// It is small, so that the blocks need little memory compared with the matrix.
 const BLOCKS_PER_BATCH: usize = 32;
 
-/// Iteration limit. Gaps of a twentieth of a radius take 60 iterations; more than this limit means
-/// that a gap is far too narrow for the order.
+/// Iteration limit.
+///
+/// Gaps of a twentieth of a radius take 60 iterations; more than this limit means that a gap is far
+/// too narrow for the order.
 const MAX_ITERATIONS: usize = 500;
 
 /// Sets coefficients to zero where the mask is false.
