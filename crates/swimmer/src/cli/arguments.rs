@@ -19,7 +19,7 @@ pub enum Command {
     Run {
         #[command(flatten)]
         scene: SceneArguments,
-        /// Folder for the results [default: out/<name of the scene>]
+        /// Folder for the results [default: out/ and the name of the scene]
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
         /// Continue an interrupted run from its checkpoint in the folder
@@ -50,7 +50,7 @@ pub enum Command {
         /// Name of the example
         #[arg(value_name = "NAME")]
         name: String,
-        /// The scene file [default: <name of the example>.toml]
+        /// The scene file [default: the name of the example and .toml]
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
