@@ -35,7 +35,7 @@ pub struct LoadOnFluid {
 /// zero or rigid on the rest of the boundary. The surface is closed, so up to rounding the force
 /// does not depend on the mean of the pressure.
 ///
-/// Shapes: `residual` `n_points`, from [`momentum_residual`].
+/// Shapes: `residual` `n_points`, from [`momentum_residual`](crate::momentum_residual).
 ///
 /// # Errors
 /// Those of [`surface_measures`]; a residual of the wrong length or not finite.
