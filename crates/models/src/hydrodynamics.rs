@@ -226,10 +226,15 @@ pub trait Hydrodynamics: Send {
     /// that is not part of the history, such as warm starts, is reset.
     ///
     /// # Errors
-    /// A history that does not fit the model.
+    /// [`ModelError::History`] for a history that does not fit the model. A model without state of
+    /// its own accepts only the empty history.
     fn restore(&mut self, history: &History) -> Result<(), ModelError> {
-        let _ = history;
-        Ok(())
+        match *history == History::default() {
+            true => Ok(()),
+            false => Err(ModelError::History(
+                "is not empty, but the model has none".to_owned(),
+            )),
+        }
     }
 }
 

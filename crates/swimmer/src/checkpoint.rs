@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use models::{History, Hydrodynamics};
+use models::{History, Hydrodynamics, ModelError};
 use nalgebra::{Isometry3, UnitQuaternion};
 use rigid::State;
 use scene::Scene;
@@ -177,7 +177,12 @@ impl Checkpoint {
                 )));
             }
         }
-        model.restore(&self.history)?;
+        model.restore(&self.history).map_err(|error| match error {
+            ModelError::History(problem) => {
+                bad(format!("is damaged: the history of the model {problem}"))
+            }
+            error => error.into(),
+        })?;
         let state = State {
             frames: self.frames,
             attitudes: self.attitudes,

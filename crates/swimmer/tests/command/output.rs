@@ -314,12 +314,12 @@ fn new_writes_a_valid_scene() {
 
 #[test]
 fn a_missed_target_is_a_warning_on_stderr() {
-    let settings = ["fem.target=1e-9", "fem.size_factor=2"];
+    let settings = ["fem.target=1e-7", "fem.size_factor=2"];
     let output = swim(&["solve", SPHERE, "--set", settings[0], "--set", settings[1]]);
     let message = stderr(&output);
     assert_eq!(output.status.code(), Some(0), "{message}");
     assert!(
-        message.starts_with("warning: fem.target = 1e-9 allows"),
+        message.starts_with("warning: fem.target = 1e-7 allows"),
         "{message}"
     );
     for part in ["the estimate is", " %", "reduce"] {

@@ -139,7 +139,11 @@ fn values_that_do_not_fit_are_refused() {
             json!([1e200, 0.0, 0.0, 0.0]),
             "the norm of a quaternion differs from 1",
         ),
-        ("/history", json!({}), "invalid type: map"),
+        (
+            "/history",
+            json!({}),
+            "the history of the model is not empty",
+        ),
         ("/flows", json!([[0.0]]), "invalid length 1"),
         ("/outcome", json!([]), "is damaged"),
         (
