@@ -227,5 +227,10 @@ fn scenes_without_axial_symmetry_are_refused_with_the_reason() {
     let scene = scene(BALL, "force = [1, 0, 0]");
     let mut model = choose(&scene).expect("symmetric").model;
     let error = swimmer::start_resistance(&scene, model.as_mut()).expect_err("axial only");
-    assert!(error.to_string().contains("along the axis only"), "{error}");
+    assert!(
+        error
+            .to_string()
+            .contains("restricted to motions along the axis"),
+        "{error}"
+    );
 }

@@ -165,11 +165,11 @@ fn tables_are_refused_if_the_motion_depends_on_more_than_the_shape() {
     let box_of = [(6.0, 10.0), (6.0, 10.0)];
     assert!(refused(&in_ball, &box_of).contains("unbounded"));
     let pulled = template(COLLINEAR, &[multipole, "bodies.left.force=[0, 0, 1]"]);
-    assert!(refused(&pulled, &box_of).contains("forces"));
+    assert!(refused(&pulled, &box_of).contains("external loads"));
     let free = template(COLLINEAR, &[multipole]);
     assert!(refused(&free, &box_of[..1]).contains("every link"));
     assert!(refused(&free, &[(10.0, 6.0), (6.0, 10.0)]).contains("every link"));
-    assert!(refused(&free, &[(10.0, 10.0), (6.0, 6.0)]).contains("no length"));
+    assert!(refused(&free, &[(10.0, 10.0), (6.0, 6.0)]).contains("no length varies"));
     // Spheres that touch within the box are refused by the model.
     let mut model = model(&free);
     let touching = ShapeSpace::tabulate(&free, model.as_mut(), &[(1.0, 10.0), (6.0, 10.0)], 1e-3);
