@@ -12,6 +12,7 @@ mod multiple_rhs;
 mod page;
 mod reference;
 mod roofline;
+mod scene_files;
 mod soak;
 mod stability;
 mod table1;

@@ -1,16 +1,17 @@
 //! Drag, resistance of a pair and swimming speed, by all methods.
 
 use std::f64::consts::PI;
-use std::time::Instant as Clock;
+use std::time::Instant;
 
 use anyhow::Result;
 use swimmer::choose;
 use swimmer::models::InstantaneousSolution;
 use swimmer::{Scene, solve_start};
 
+use super::parameters::{MESHES, axisymmetric_overrides, mesh_overrides, sizes, targets};
 use super::quantity::{Point, Quantity};
-use super::scenes::{MESHES, axisymmetric_overrides, mesh_overrides, scene, sizes, targets};
 use crate::reference::{INSTANTANEOUS, concentric_drag};
+use crate::scene_files;
 
 /// Point of a value at the start of a scene.
 fn instant(
@@ -19,7 +20,7 @@ fn instant(
     exact: f64,
     value: impl Fn(&InstantaneousSolution) -> f64,
 ) -> Result<Point> {
-    let clock = Clock::now();
+    let clock = Instant::now();
     let mut model = choose(scene)?.model;
     let solved = solve_start(scene, model.as_mut())?;
     Ok(Point {
@@ -102,7 +103,7 @@ pub fn drag(quick: bool) -> Result<Quantity> {
     let base = |more: &[String]| -> Result<Scene> {
         let mut overrides = vec!["domain.radius=10".to_owned()];
         overrides.extend_from_slice(more);
-        scene("sphere-in-ball.toml", &overrides)
+        scene_files::read("sphere-in-ball.toml", &overrides)
     };
     let mut points = by_size(quick, &base, exact, value)?;
     points.extend(adapted(targets(quick), &base, exact, value)?);
@@ -137,7 +138,7 @@ pub fn pair(quick: bool) -> Result<Quantity> {
             .chain(["domain.radius=800".to_owned()])
             .collect::<Vec<_>>();
         overrides.extend_from_slice(more);
-        scene("two-spheres.toml", &overrides)
+        scene_files::read("two-spheres.toml", &overrides)
     };
     let mut points = by_size(quick, &base, exact, value)?;
     points.extend(adapted(targets(quick), &base, exact, value)?);
@@ -156,10 +157,8 @@ pub fn speed(quick: bool) -> Result<Quantity> {
     let case = &INSTANTANEOUS[0];
     let value = |solved: &InstantaneousSolution| solved.bodies[1].velocity.x;
     let base = |more: &[String]| -> Result<Scene> {
-        // The first phase changes a length by four: at unit rate in a duration of four.
-        let mut overrides = vec!["gait.phases.0.duration=4".to_owned()];
-        overrides.extend_from_slice(more);
-        scene("three-sphere.toml", &overrides)
+        let overrides = scene_files::with_unit_rate(more);
+        scene_files::read("three-sphere.toml", &overrides)
     };
     let mut points = by_size(quick, &base, case.centre_velocity, value)?;
     points.extend(meridian(&base, case.centre_velocity, value)?);

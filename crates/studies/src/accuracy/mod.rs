@@ -1,8 +1,8 @@
 //! Speed against accuracy: the error of each quantity over seconds and over dofs, for all methods.
 
 mod instantaneous;
+mod parameters;
 mod quantity;
-mod scenes;
 mod strokes;
 
 use std::fmt::Write;

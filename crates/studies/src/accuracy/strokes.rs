@@ -1,14 +1,15 @@
 //! Net displacement of a stroke, by all methods.
 
-use std::time::Instant as Clock;
+use std::time::Instant;
 
 use anyhow::Result;
 use swimmer::choose;
 use swimmer::{Method, Observer, Scene, simulate, size_factor_for_target};
 
+use super::parameters::{MESHES, axisymmetric_overrides, mesh_overrides, sizes, targets};
 use super::quantity::{Point, Quantity};
-use super::scenes::{MESHES, axisymmetric_overrides, mesh_overrides, scene, sizes, targets};
 use crate::reference::STROKES;
+use crate::scene_files;
 
 /// Exact net displacement of the default stroke in unbounded fluid, by a spectral solution.
 const UNBOUNDED_NET: f64 = 0.159_805_340_4;
@@ -33,7 +34,7 @@ impl Observer for Largest {
 }
 
 fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) -> Result<Point> {
-    let clock = Clock::now();
+    let clock = Instant::now();
     let mut model = choose(scene)?.model;
     let mut largest = Largest::default();
     let outcome = simulate(scene, model.as_mut(), method, &mut largest)?;
@@ -55,8 +56,8 @@ fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) 
 /// Stroke with element sizes that the program chooses for a target error; the time includes its
 /// trial strokes.
 fn stroke_for_target(name: &str, target: f64, exact: f64) -> Result<Point> {
-    let clock = Clock::now();
-    let mut scene = scene(name, &[format!("fem.target={target:e}")])?;
+    let clock = Instant::now();
+    let mut scene = scene_files::read(name, &[format!("fem.target={target:e}")])?;
     scene = scene.with_size_factor(size_factor_for_target(&scene, &mut ())?)?;
     let choice = format!("target {target:e}");
     let names = ["sizes chosen for a target error, curved", &choice];
@@ -73,7 +74,7 @@ pub fn net(quick: bool) -> Result<Quantity> {
     for [method, geometry, mirror] in MESHES {
         // With finer meshes of the whole fluid, a stroke takes minutes.
         for &size in sizes(quick).iter().filter(|&&size| size >= 0.2) {
-            let scene = scene(name, &mesh_overrides(geometry, mirror, size))?;
+            let scene = scene_files::read(name, &mesh_overrides(geometry, mirror, size))?;
             let names = [method, &format!("size {size}")];
             points.push(stroke(&scene, Method::Collocation, names, exact)?);
         }
@@ -84,7 +85,7 @@ pub fn net(quick: bool) -> Result<Quantity> {
         }
     }
     for tolerance in [1e-2, 1e-4] {
-        let scene = scene(name, &axisymmetric_overrides(tolerance))?;
+        let scene = scene_files::read(name, &axisymmetric_overrides(tolerance))?;
         let choice = format!("tolerance {tolerance:e}");
         points.push(stroke(
             &scene,
@@ -93,7 +94,7 @@ pub fn net(quick: bool) -> Result<Quantity> {
             exact,
         )?);
     }
-    let paper = scene(
+    let paper = scene_files::read(
         name,
         &[
             "fem.geometry=straight".to_owned(),
@@ -110,7 +111,7 @@ pub fn net(quick: bool) -> Result<Quantity> {
         exact,
     )?);
     for steps in if quick { vec![4] } else { vec![4, 16] } {
-        let scene = scene(name, &["fem.surface_size=0.5".to_owned()])?;
+        let scene = scene_files::read(name, &["fem.surface_size=0.5".to_owned()])?;
         points.push(stroke(
             &scene,
             Method::Euler { steps },
@@ -122,7 +123,7 @@ pub fn net(quick: bool) -> Result<Quantity> {
         )?);
     }
     for tolerance in [1e-1, 1e-2, 1e-4] {
-        let scene = scene(
+        let scene = scene_files::read(
             name,
             &[
                 format!("model.tolerance={tolerance}"),
@@ -140,7 +141,7 @@ pub fn net(quick: bool) -> Result<Quantity> {
         )?);
     }
     for kind in ["oseen", "rpy", "multipole"] {
-        let scene = scene(
+        let scene = scene_files::read(
             name,
             &[
                 format!("model.kind={kind}"),

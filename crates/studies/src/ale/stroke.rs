@@ -1,11 +1,11 @@
 //! The default stroke with each mesh motion of the program.
 
-use std::path::Path;
-
 use anyhow::Result;
 use swimmer::choose;
 use swimmer::scene::MeshMotionKind;
-use swimmer::{Method, Scene, simulate};
+use swimmer::{Method, simulate};
+
+use crate::scene_files;
 
 /// Result of a stroke.
 pub struct Stroke {
@@ -24,15 +24,11 @@ pub struct Stroke {
 
 /// Runs the stroke of the paper with elements of `size` on the spheres.
 pub fn strokes(size: f64) -> Result<Vec<Stroke>> {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../scenes/three-sphere.toml"
-    );
     let mut strokes = Vec::new();
     for &motion in MeshMotionKind::WORDS {
         eprintln!("default stroke, {motion}");
-        let scene = Scene::read(
-            Path::new(path),
+        let scene = scene_files::read(
+            "three-sphere.toml",
             &[
                 format!("fem.mesh_motion={motion}"),
                 format!("fem.surface_size={size}"),

@@ -4,7 +4,7 @@ mod scenes;
 
 use std::fmt::Write;
 use std::path::Path;
-use std::time::Instant as Clock;
+use std::time::Instant;
 
 use anyhow::{Result, bail};
 use nalgebra::Vector3;
@@ -104,7 +104,7 @@ fn row(case: &Case, model: &str, tolerance: f64) -> Row {
 
 fn measure(case: &Case, model: &str, tolerance: f64) -> Result<Measured> {
     let scene = case.scene(model, tolerance, "")?;
-    let clock = Clock::now();
+    let clock = Instant::now();
     let mut choice = choose(&scene).map_err(SwimError::from)?;
     let (found, bar, exact) = answer(&scene, case.exact, choice.model.as_mut())?;
     let used = match (model, choice.reasons.last()) {

@@ -7,7 +7,7 @@ mod invariants;
 mod scenes;
 
 use std::collections::BTreeMap;
-use std::time::{Duration, Instant as Clock};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use swimmer::choose;
@@ -46,32 +46,32 @@ struct Tally {
 /// # Errors
 /// The first scene that violates an invariant, with its text; growing memory.
 pub fn run(minutes: f64, seed: u64) -> Result<()> {
-    check_memory(&through(minutes, seed, FINITE_ELEMENTS)?)
+    check_memory(&run_scenes(minutes, seed, FINITE_ELEMENTS)?)
 }
 
 /// Runs random scenes with all checks except that of memory; returns seconds and MiB.
-fn through(minutes: f64, seed: u64, elements: f64) -> Result<Vec<(f64, f64)>> {
-    let clock = Clock::now();
-    let all = Duration::try_from_secs_f64(60.0 * minutes).context("minutes must be positive")?;
+fn run_scenes(minutes: f64, seed: u64, elements: f64) -> Result<Vec<(f64, f64)>> {
+    let clock = Instant::now();
+    let limit = Duration::try_from_secs_f64(60.0 * minutes).context("minutes must be positive")?;
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let mut random = Random(seed);
     let mut tallies: BTreeMap<(String, &'static str), Tally> = BTreeMap::new();
     let mut refusals: BTreeMap<&'static str, usize> = BTreeMap::new();
     let mut memory: Vec<(f64, f64)> = Vec::new();
-    let mut told = Clock::now();
-    while clock.elapsed() < all {
+    let mut printed = Instant::now();
+    while clock.elapsed() < limit {
         let (text, scene) = draw(&mut random, elements);
-        let began = Clock::now();
+        let start = Instant::now();
         let wrong = |what: String| anyhow::anyhow!("{what}\nin the scene\n{text}");
-        let first = one(&scene);
-        let again = one_thread.install(|| one(&scene));
+        let on_all = results(&scene);
+        let on_one = one_thread.install(|| results(&scene));
         let tally = tallies
             .entry((kind(&text), scene.domain().kind().word()))
             .or_default();
         tally.scenes += 1;
-        match (first, again) {
-            (Ok((before, imbalances)), Ok((after, _))) => {
-                if before != after {
+        match (on_all, on_one) {
+            (Ok((text_on_all, imbalances)), Ok((text_on_one, _))) => {
+                if text_on_all != text_on_one {
                     return Err(wrong("one thread gives other bits than all threads".into()));
                 }
                 let bar = if kind(&text) == "fem" {
@@ -87,26 +87,26 @@ fn through(minutes: f64, seed: u64, elements: f64) -> Result<Vec<(f64, f64)>> {
                 tally.balance = tally.balance.max(imbalances.balance);
                 tally.power = tally.power.max(imbalances.power);
             }
-            (Err(before), Err(after)) if before.to_string() == after.to_string() => {
-                let reason = expected(&before).ok_or_else(|| wrong(format!("failed: {before}")))?;
+            (Err(on_all), Err(on_one)) if on_all.to_string() == on_one.to_string() => {
+                let reason = expected(&on_all).ok_or_else(|| wrong(format!("failed: {on_all}")))?;
                 *refusals.entry(reason).or_default() += 1;
                 tally.refused += 1;
             }
-            (before, after) => {
+            (on_all, on_one) => {
                 let outcome = |r: &Result<_, SwimError>| match r {
                     Ok(_) => "a solution".to_owned(),
                     Err(error) => error.to_string(),
                 };
-                let (a, b) = (outcome(&before), outcome(&after));
+                let (a, b) = (outcome(&on_all), outcome(&on_one));
                 return Err(wrong(format!("on all threads: {a}; on one thread: {b}")));
             }
         }
-        tally.seconds += began.elapsed().as_secs_f64();
+        tally.seconds += start.elapsed().as_secs_f64();
         if let Some(now) = resident_mib() {
             memory.push((clock.elapsed().as_secs_f64(), now));
         }
-        if told.elapsed() > Duration::from_secs(30) {
-            told = Clock::now();
+        if printed.elapsed() > Duration::from_secs(30) {
+            printed = Instant::now();
             let scenes: usize = tallies.values().map(|t| t.scenes).sum();
             eprintln!("{:.0} s, {scenes} scenes", clock.elapsed().as_secs_f64());
         }
@@ -123,7 +123,7 @@ fn kind(text: &str) -> String {
 }
 
 /// All results of a scene except times, as text, and its imbalances.
-fn one(scene: &Scene) -> Result<(String, Imbalances), SwimError> {
+fn results(scene: &Scene) -> Result<(String, Imbalances), SwimError> {
     let mut model = choose(scene)?.model;
     if scene.gait().phases.is_empty() {
         let solution = solve_start(scene, model.as_mut())?;
@@ -226,7 +226,7 @@ mod tests {
     #[ignore = "two seconds, and as long as the last scene takes"]
     fn two_seconds_of_scenes_pass() {
         // Memory is not checked: it is that of the whole process, which runs other tests as well.
-        through(0.03, 1, 0.0).unwrap();
+        run_scenes(0.03, 1, 0.0).unwrap();
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! One instantaneous solution by finite elements: formulations x solvers x stress cases.
 
-use std::time::Instant as Clock;
+use std::time::Instant;
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
@@ -63,7 +63,7 @@ fn cells(case: &StressCase) -> Result<Vec<Cell>> {
     let mut cells = Vec::new();
     for solver in SOLVERS {
         for (formulation, _) in FORMULATIONS {
-            let clock = Clock::now();
+            let clock = Instant::now();
             let outcome = match solve(&case.setup, formulation, solver) {
                 Err(error) => Outcome::Refused(error.to_string()),
                 Ok(instant) => judge(&instant, truth.as_ref(), solver),

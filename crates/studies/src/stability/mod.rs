@@ -18,7 +18,7 @@ mod stress_cases;
 mod strokes;
 
 use std::path::Path;
-use std::time::Instant as Clock;
+use std::time::Instant;
 
 use anyhow::{Result, bail};
 
@@ -27,7 +27,7 @@ use store::Store;
 
 /// Computes all maps and runs all tests.
 fn compute(quick: bool, store: &mut Store) -> Result<Results> {
-    let clock = Clock::now();
+    let clock = Instant::now();
     let integrators = integration::study(quick)?;
     Ok(Results {
         maps: vec![

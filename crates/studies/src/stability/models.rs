@@ -1,7 +1,7 @@
 //! One instantaneous solution by every model: its error must be within its error bar.
 
 use std::fmt::Write;
-use std::time::Instant as Clock;
+use std::time::Instant;
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
@@ -221,7 +221,7 @@ fn cells(setting: &Setting, models: &[&str]) -> Result<Vec<Cell>> {
     };
     let mut cells = Vec::new();
     for model in models {
-        let clock = Clock::now();
+        let clock = Instant::now();
         let outcome = match solve(&setting.toml(model)) {
             Err(error) => Outcome::Refused(error.to_string()),
             Ok(instant) => judge(&instant, truth.as_ref()),

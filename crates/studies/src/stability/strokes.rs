@@ -1,7 +1,7 @@
 //! Strokes by finite elements with every mesh motion: displacements must be within their error
 //! bars.
 
-use std::time::Instant as Clock;
+use std::time::Instant;
 
 use anyhow::Result;
 use swimmer::choose;
@@ -109,7 +109,7 @@ fn cells(stroke: &Stroke, motions: &[&str]) -> Result<Vec<Cell>> {
     let mut model = SpheresModel::new(&scene, SphereModel::Multipole(1e-7))?;
     let truth = simulate(&scene, &mut model, Method::Collocation, &mut ())?;
     let cell = |motion: &&str| {
-        let clock = Clock::now();
+        let clock = Instant::now();
         let outcome = match run(&stroke.toml("fem", 1e-2, motion)) {
             Err(error) => Outcome::Refused(error.to_string()),
             Ok(swum) => judge(&swum, &truth),

@@ -1,16 +1,16 @@
 //! One cell of the table: one solve in a separate process, so that its peak memory can be measured.
 
-use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 use swimmer::choose;
 use swimmer::output::solution_json;
-use swimmer::{Scene, solve_start};
+use swimmer::solve_start;
 
 use super::task::Task;
 use crate::reference::INSTANTANEOUS;
+use crate::scene_files;
 
 /// Measurements of one solve.
 #[derive(Clone, Debug)]
@@ -71,15 +71,12 @@ pub fn run(task: &Task) -> Result<Outcome> {
 ///
 /// This runs in the process of a cell.
 pub fn print(overrides: &[String]) -> Result<()> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/three-sphere.toml");
-    let mut all = overrides.to_vec();
-    // The first phase changes a length by four: at unit rate in a duration of four.
-    all.push("gait.phases.0.duration=4".to_owned());
+    let mut all = scene_files::with_unit_rate(overrides);
     // The table of the paper is for the whole fluid.
     all.push("fem.mirror=off".to_owned());
     // The table is about the solver; error estimates would add to its cost.
     all.push("fem.estimates=off".to_owned());
-    let scene = Scene::read(&file, &all)?;
+    let scene = scene_files::read("three-sphere.toml", &all)?;
     let mut model = choose(&scene)?.model;
     let instant = solve_start(&scene, model.as_mut())?;
     println!("{}", solution_json(&scene, model.name(), &instant));

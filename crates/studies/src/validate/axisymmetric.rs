@@ -1,7 +1,7 @@
 //! Cases A, D, E and H by elements in the meridian plane.
 
 use std::f64::consts::PI;
-use std::time::Instant as Clock;
+use std::time::Instant;
 
 use anyhow::Result;
 use axisymmetric::{Spheroid, Surroundings, axial_resistance};
@@ -122,7 +122,7 @@ fn resistance(
     surroundings: Surroundings,
     exact: &[f64],
 ) -> Result<Row> {
-    let clock = Clock::now();
+    let clock = Instant::now();
     let found = axial_resistance(bodies, surroundings, TOLERANCE)?;
     let cost = Cost {
         dofs: found.dofs(),

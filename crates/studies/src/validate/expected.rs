@@ -109,7 +109,8 @@ fn ball_in_ball(size: f64, lambda: f64) -> Result<TetMesh> {
 
 /// Estimated error on the finer of two meshes, for a method of second order or better.
 ///
-/// It is a third of the change from the mesh with elements of twice the size.
+/// It is a third of the change from the mesh with elements of twice the size. The elements have to
+/// be larger by this factor everywhere, not on the surfaces alone.
 pub fn from_halving(coarse: f64, fine: f64) -> f64 {
     (coarse - fine).abs() / 3.0
 }

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use swimmer::choose;
 use swimmer::models::Hydrodynamics;
-use swimmer::{Scene, solve_start};
+use swimmer::solve_start;
 
 use super::row::{Basis, Cost, Row};
 use super::swimmer::{SPEED, compare};
 use crate::reference::INSTANTANEOUS;
+use crate::scene_files;
 
 /// Tolerance of the forces on this mesh with curved elements.
 const FORCE: f64 = 1e-3;
@@ -38,14 +39,11 @@ pub fn rows() -> Result<Vec<Row>> {
 }
 
 fn at_start(geometry: &str) -> Result<[Row; 2]> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/three-sphere-mesh.toml");
-    // The first phase of the scene changes a length by four: at unit rate in a duration of four.
-    let overrides = [
+    let overrides = scene_files::with_unit_rate(&[
         format!("domain.file={}", mesh().display()),
         format!("fem.geometry={geometry}"),
-        "gait.phases.0.duration=4".to_owned(),
-    ];
-    let scene = Scene::read(&file, &overrides)?;
+    ]);
+    let scene = scene_files::read("three-sphere-mesh.toml", &overrides)?;
     let mut model = choose(&scene)?.model;
     let instant = solve_start(&scene, model.as_mut())?;
     let cost = Cost::of(&instant);

@@ -1,7 +1,7 @@
 //! Cases B, D and E by multipole expansions.
 
 use std::f64::consts::PI;
-use std::time::Instant as Clock;
+use std::time::Instant;
 
 use anyhow::Result;
 use microhydro::multipole::Accuracy;
@@ -83,7 +83,7 @@ struct Axial {
 }
 
 fn axial(positions: &[f64], radii: &[f64], medium: &Medium) -> Result<(Axial, Cost)> {
-    let clock = Clock::now();
+    let clock = Instant::now();
     let centres = positions.iter().map(|&x| Vector3::new(x, 0.0, 0.0));
     let spheres = Spheres::new(centres.collect(), radii.to_vec())?;
     let found = multipole::resistance(&spheres, medium, &Accuracy::relative(TOLERANCE))?;

@@ -23,6 +23,9 @@ const CONTAINER: f64 = 400.0;
 /// The size must be below 0.26, from where on the growth rate of the elements has its largest value
 /// (`FemModel::default_growth`). Between two larger sizes, elements far from the spheres are hardly
 /// refined, so the change would not contain their error.
+/// Besides, a gap of one radius refines a mesh of size above 0.45, but not the one of half that
+/// size. Measured at distance 3: from size 0.6 to 0.3 the error decreases by a factor of 3.7 only,
+/// from 0.4 to 0.2 by 9.3.
 const SIZE: f64 = 0.2;
 
 /// Footnote on the container and on missing rows.

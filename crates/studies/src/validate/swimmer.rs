@@ -1,7 +1,5 @@
 //! Case E: the three-sphere swimmer, in single configurations and over whole strokes.
 
-use std::path::Path;
-
 use anyhow::Result;
 use swimmer::choose;
 use swimmer::models::{AccumulatedError, Hydrodynamics, InstantaneousSolution};
@@ -13,6 +11,7 @@ use super::expected;
 use super::flow::{Sphere, scene_by, solve};
 use super::row::{Basis, Cost, Row};
 use crate::reference::{INSTANTANEOUS, Instantaneous, STROKES, Stroke};
+use crate::scene_files;
 
 /// Radius of the ball for single configurations.
 const CONTAINER: f64 = 40.0;
@@ -176,10 +175,9 @@ pub fn stroke(
     overrides: &[String],
     [step, net]: [(f64, Basis); 2],
 ) -> Result<Vec<Row>> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/three-sphere.toml");
     let mut overrides = overrides.to_vec();
     overrides.push(format!("domain.radius={:?}", case.container));
-    let scene = Scene::read(&file, &overrides)?;
+    let scene = scene_files::read("three-sphere.toml", &overrides)?;
     let mut model = choose(&scene)?.model;
     let mut legs = Legs::default();
     let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut legs)?;

@@ -1,9 +1,4 @@
-//! Scenes of the study, and the parameters that are varied.
-
-use std::path::Path;
-
-use anyhow::{Context, Result};
-use swimmer::Scene;
+//! Parameters that the study varies, and the overrides of a scene that set them.
 
 /// Element sizes on the spheres.
 pub fn sizes(quick: bool) -> &'static [f64] {
@@ -45,10 +40,4 @@ pub fn axisymmetric_overrides(tolerance: f64) -> [String; 2] {
         "model.kind=axisymmetric".to_owned(),
         format!("model.tolerance={tolerance:e}"),
     ]
-}
-
-/// Scene of the project by the name of its file, with overrides.
-pub fn scene(name: &str, overrides: &[String]) -> Result<Scene> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
-    Scene::read(&folder.join(name), overrides).with_context(|| format!("scene {name}"))
 }
