@@ -99,6 +99,11 @@ impl History {
     pub fn contents<T: DeserializeOwned>(&self) -> Result<T, ModelError> {
         serde_json::from_value(self.0.clone()).map_err(ModelError::history)
     }
+
+    /// Whether there are no contents; checkpoints of version 0.1 write that as an empty list.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_null() || self.0.as_array().is_some_and(Vec::is_empty)
+    }
 }
 
 /// When a model estimates its discretisation errors.
@@ -229,7 +234,7 @@ pub trait Hydrodynamics: Send {
     /// [`ModelError::History`] for a history that does not fit the model. A model without state of
     /// its own accepts only the empty history.
     fn restore(&mut self, history: &History) -> Result<(), ModelError> {
-        match *history == History::default() {
+        match history.is_empty() {
             true => Ok(()),
             false => Err(ModelError::History(
                 "is not empty, but the model has none".to_owned(),
