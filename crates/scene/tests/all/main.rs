@@ -3,6 +3,7 @@
 mod built;
 mod damaged;
 mod documented;
+mod edits;
 mod examples;
 mod files;
 mod malformed;

@@ -1,6 +1,8 @@
 //! Integration of gaits, checkpoints, error codes and examples.
 
 mod bad_checkpoints;
+#[path = "../../../scene/tests/all/edits.rs"]
+mod edits;
 mod euler_bars;
 mod examples;
 mod exit_codes;
