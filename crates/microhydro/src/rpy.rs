@@ -1,4 +1,6 @@
 //! Rotne-Prager-Yamakawa model: spheres of finite size, without reflections between them.
+//!
+//! The formula for two spheres, shared with the Oseen model, is in `pair_mobility.rs`.
 
 use nalgebra::DMatrix;
 
