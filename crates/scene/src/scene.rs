@@ -108,34 +108,6 @@ impl Scene {
         })
     }
 
-    /// Refuses bodies with a mass or a moment of inertia.
-    ///
-    /// Only the time stepping with inertia of the library uses them. The `swim` command neglects
-    /// inertia, so that a nonzero value would be ignored.
-    ///
-    /// # Errors
-    /// [`SceneError::BadValue`] with the first such key.
-    pub fn require_no_inertia(&self) -> Result<(), SceneError> {
-        for (number, body) in self.bodies.iter().enumerate() {
-            for (name, value) in [("mass", body.mass), ("inertia", body.inertia)] {
-                if value == 0.0 {
-                    continue;
-                }
-                let key = format!("bodies[{number}].{name}");
-                return Err(SceneError::BadValue {
-                    place: self.place(&key),
-                    problem: format!(
-                        "= {value} would have no effect: the flow and the bodies are computed \
-                         without inertia, which is exact for slow, small swimmers; remove it, or \
-                         use the time stepping with inertia of the library"
-                    ),
-                    key,
-                });
-            }
-        }
-        Ok(())
-    }
-
     /// The initial state of the articulation.
     pub fn initial_state(&self) -> State {
         self.articulation.initial_state()

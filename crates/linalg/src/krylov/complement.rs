@@ -106,3 +106,23 @@ pub(super) fn solve(
     }
     Ok(reports)
 }
+
+/// As [`solve`], for a `method` with one right-hand side.
+pub(super) fn solve_one(
+    operator: &dyn LinearOperator,
+    preconditioner: &mut dyn Preconditioner,
+    b: &[f64],
+    x: &mut [f64],
+    params: &KrylovParams,
+    method: impl FnOnce(&mut dyn Preconditioner, &[f64], &mut [f64]) -> Result<SolveReport, LinalgError>,
+) -> Result<SolveReport, LinalgError> {
+    let mut reports = solve(
+        operator,
+        preconditioner,
+        &[b],
+        &mut [x],
+        params,
+        |preconditioner, b, x| Ok(vec![method(preconditioner, b[0], x[0])?]),
+    )?;
+    Ok(reports.remove(0))
+}

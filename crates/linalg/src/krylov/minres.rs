@@ -43,18 +43,14 @@ pub fn minres(
     x: &mut [f64],
     params: &KrylovParams,
 ) -> Result<SolveReport, LinalgError> {
-    let mut reports = complement::solve(
+    complement::solve_one(
         operator,
         preconditioner,
-        &[b],
-        &mut [x],
+        b,
+        x,
         params,
-        |preconditioner, b, x| {
-            let report = iterate(operator, preconditioner, b[0], x[0], params)?;
-            Ok(vec![report])
-        },
-    )?;
-    Ok(reports.remove(0))
+        |preconditioner, b, x| iterate(operator, preconditioner, b, x, params),
+    )
 }
 
 fn iterate(

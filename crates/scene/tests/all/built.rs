@@ -138,16 +138,10 @@ fn options_that_a_program_sets_are_checked() {
 }
 
 #[test]
-fn mass_and_inertia_are_refused_where_they_would_have_no_effect() {
-    let scene = two_spheres().build().unwrap();
-    scene.require_no_inertia().unwrap();
-    for (mass, inertia, key) in [(2.0, 0.0, "mass = 2"), (0.0, 0.5, "inertia = 0.5")] {
+fn mass_and_inertia_are_kept_for_the_integrators_of_the_library() {
+    for (mass, inertia) in [(0.0, 0.0), (2.0, 0.0), (0.0, 0.5)] {
         let scene = two_spheres().mass("right", mass, inertia).build().unwrap();
-        let error = scene.require_no_inertia().unwrap_err().to_string();
-        let message = format!("bodies[1].{key} would have no effect");
-        assert!(
-            error.contains(&message) && error.contains("remove it"),
-            "{error}"
-        );
+        let body = &scene.bodies()[1];
+        assert_eq!((body.mass, body.inertia), (mass, inertia));
     }
 }
