@@ -61,6 +61,11 @@ fn unsupported_scenes_are_refused_with_the_alternative() {
             "mass = 2\nradius = 1\nposition = [0",
             "bodies[1].mass = 2 is not supported; remove it",
         ),
+        (
+            "radius = 1\nposition = [0",
+            "inertia = 0.5\nradius = 1\nposition = [0",
+            "bodies[1].inertia = 0.5 is not supported; remove it",
+        ),
     ] {
         let scene = Scene::parse(&GOOD.replacen(part, by, 1)).unwrap();
         let error = swimmer::choose(&scene).err().expect("unsupported");
