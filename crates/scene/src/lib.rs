@@ -31,6 +31,6 @@ pub use options::{FemOptions, ModelOptions};
 pub use scene::Scene;
 pub use shape::Shape;
 pub use words::{
-    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind,
-    ModelKind, ShapeKind, SolverKind,
+    AcceptKind, ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind,
+    MirrorKind, ModelKind, ShapeKind, SolverKind,
 };

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::words::{
-    EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind, ModelKind, SolverKind,
+    AcceptKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind,
+    ModelKind, SolverKind,
 };
 
 /// Options of the flow model: the group `model` of a scene file.
@@ -15,6 +16,8 @@ pub struct ModelOptions {
     pub kind: ModelKind,
     /// Tolerated relative error of the net displacement per cycle.
     pub tolerance: f64,
+    /// What a run does with a result whose error bar is larger than the tolerance.
+    pub accept: AcceptKind,
 }
 
 impl Default for ModelOptions {
@@ -23,6 +26,7 @@ impl Default for ModelOptions {
             kind: ModelKind::default(),
             // Figures and comparisons with published strokes need three digits.
             tolerance: 1e-3,
+            accept: AcceptKind::default(),
         }
     }
 }

@@ -25,6 +25,7 @@ words!(
     ShapeKind,
     ArmsKind,
     ModelKind,
+    AcceptKind,
     FormulationKind,
     SolverKind,
     MeshMotionKind,
@@ -107,6 +108,20 @@ pub enum ModelKind {
     Axisymmetric,
     /// Finite elements in three dimensions.
     Fem,
+}
+
+/// What a run does with a result whose error bar is larger than the tolerance.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum AcceptKind {
+    /// The run fails and reports what was reached.
+    #[default]
+    Tolerance,
+    /// The best result is accepted with a warning.
+    Best,
 }
 
 /// Method by which the finite-element model imposes the constraints of the links.
@@ -252,6 +267,7 @@ mod tests {
         check::<ShapeKind>(ShapeKind::WORDS);
         check::<ArmsKind>(ArmsKind::WORDS);
         check::<ModelKind>(ModelKind::WORDS);
+        check::<AcceptKind>(AcceptKind::WORDS);
         check::<FormulationKind>(FormulationKind::WORDS);
         check::<SolverKind>(SolverKind::WORDS);
         check::<MeshMotionKind>(MeshMotionKind::WORDS);

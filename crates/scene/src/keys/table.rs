@@ -3,8 +3,8 @@
 use super::key::KeyDefault::{self, Described, Value};
 use super::key::{Key, Kind};
 use crate::words::{
-    ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind,
-    ModelKind, ShapeKind, SolverKind,
+    AcceptKind, ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind,
+    MirrorKind, ModelKind, ShapeKind, SolverKind,
 };
 
 const fn key(path: &'static str, kind: Kind, default: KeyDefault, meaning: &'static str) -> Key {
@@ -188,7 +188,15 @@ pub const KEYS: &[Key] = &[
         "model.tolerance",
         Kind::Positive,
         Value("1e-3"),
-        "tolerated relative error of the net displacement per cycle",
+        "tolerated relative error of the net displacement per cycle; of `oseen`, `rpy` and `fem` \
+         the error of the integration only, see `fem.target` for the mesh",
+    ),
+    key(
+        "model.accept",
+        Kind::Word(AcceptKind::WORDS),
+        Value("tolerance"),
+        "`tolerance`: a run whose error bar exceeds the tolerance ends with exit code 3 and what \
+         was reached; `best`: it ends with a warning",
     ),
     key(
         "fem.formulation",
