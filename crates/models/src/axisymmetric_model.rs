@@ -45,6 +45,12 @@ const OFF_AXIS: f64 = 1e-6;
 /// by about this relative amount between orders.
 const UNCERTAINTY: f64 = 0.5;
 
+/// Relative error of resistances that the lowest order of the elements reaches.
+const LOWEST_ACCURACY: f64 = 1e-4;
+
+/// Relative error of resistances below which rounding errors dominate.
+const HIGHEST_ACCURACY: f64 = 1e-11;
+
 impl AxisymmetricModel {
     /// Creates the model of a scene.
     ///
@@ -113,9 +119,18 @@ impl AxisymmetricModel {
             axis,
             // The net displacement is a small difference of the displacements of the legs, which
             // amplifies relative errors: by 8 for the three-sphere swimmer.
-            tolerance: (0.05 * scene.model().tolerance).clamp(1e-11, 1e-4),
+            tolerance: (0.05 * scene.model().tolerance).clamp(HIGHEST_ACCURACY, LOWEST_ACCURACY),
             scaled,
         })
+    }
+
+    /// The same model with resistances to another relative error, within the limits of the method.
+    #[must_use]
+    pub fn with_accuracy(self, relative_error: f64) -> Self {
+        Self {
+            tolerance: relative_error.clamp(HIGHEST_ACCURACY, LOWEST_ACCURACY),
+            ..self
+        }
     }
 
     /// Whether `model.kind = "auto"` selects this model.
@@ -306,6 +321,10 @@ impl Hydrodynamics for AxisymmetricModel {
 
     fn error_estimates(&self) -> ErrorEstimates {
         ErrorEstimates::Always
+    }
+
+    fn controls_error(&self) -> bool {
+        true
     }
 
     /// The resistances are computed once; solutions always have error estimates.

@@ -169,6 +169,15 @@ pub trait Hydrodynamics: Send {
         ErrorEstimates::Never
     }
 
+    /// Whether the model keeps its own error below its share of `model.tolerance`.
+    ///
+    /// If it does, the tolerance limits all error bars of a run together. Otherwise the model is a
+    /// fixed approximation, or its mesh has a given size, and the tolerance limits the integration
+    /// error alone.
+    fn controls_error(&self) -> bool {
+        false
+    }
+
     /// Grand resistance matrix of the bodies with surfaces, without their links.
     ///
     /// `F = R U` in the scene's units, with six entries per body: `(U, ω)` and `(F, T)`. Its

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use models::ModelError;
 use scene::SceneError;
 
+use crate::run::Report;
+
 /// A scene that cannot be used or a simulation that failed, with the place and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -62,6 +64,24 @@ pub enum SwimError {
         tolerance: f64,
         /// Number of steps of the smallest tried length in the phase.
         parts: usize,
+    },
+    /// A finished run whose error bar is larger than the tolerance; its files are written.
+    #[error(
+        "the error bar of the net displacement is {error:.1e}, and model.tolerance = \
+         {tolerance:e} allows {allowed:.1e}; increase model.tolerance, or accept the result with \
+         model.accept = \"best\""
+    )]
+    ToleranceMissed {
+        /// Error bar of the net displacement that the tolerance limits.
+        error: f64,
+        /// The tolerance of the scene.
+        tolerance: f64,
+        /// Largest error bar allowed: the tolerance times [`Outcome::reference_displacement`].
+        ///
+        /// [`Outcome::reference_displacement`]: crate::Outcome::reference_displacement
+        allowed: f64,
+        /// What was reached.
+        report: Box<Report>,
     },
     /// Explicit steps with which velocities would grow without bound.
     #[error(
@@ -123,6 +143,7 @@ impl SwimError {
             Self::Model(error) if !error.is_bad_input() => 3,
             Self::Collision { .. }
             | Self::NotIntegrated { .. }
+            | Self::ToleranceMissed { .. }
             | Self::Unstable { .. }
             | Self::Plot(_) => 3,
             // The code that shells report for a program ended by Ctrl-C.

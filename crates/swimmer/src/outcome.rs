@@ -1,6 +1,6 @@
 //! The outcome of a gait.
 
-use models::{AccumulatedError, BodySolution, ErrorEstimate, NewMesh, Seconds};
+use models::{AccumulatedError, BodySolution, ErrorEstimate, Hydrodynamics, NewMesh, Seconds};
 use nalgebra::{Isometry3, Vector3};
 use rigid::{Articulation, State};
 use scene::Scene;
@@ -40,8 +40,15 @@ pub struct Outcome {
     /// Accumulated integration error, for methods that estimate it with its sign.
     #[serde(default, rename = "integration_drift")]
     pub accumulated_integration_error: Option<AccumulatedError>,
-    /// Whether every leg met its share of the tolerance, and the integration error is below the
-    /// tolerance times the [`Outcome::net`] displacement.
+    /// The error bar that `model.tolerance` limits, at the end of the gait; none if the integration
+    /// error is not estimated.
+    ///
+    /// It is the sum of all error bars for a model that controls its own error
+    /// ([`models::Hydrodynamics::controls_error`]), and that of the integration for other models.
+    #[serde(default)]
+    pub limited_error: Option<f64>,
+    /// Whether this error bar is at most `model.tolerance` times
+    /// [`Outcome::reference_displacement`].
     pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
     pub work: f64,
@@ -63,10 +70,37 @@ impl Outcome {
     pub fn net(&self) -> f64 {
         mean_of_moving(&self.displacement).norm()
     }
+
+    /// The displacement to which `model.tolerance` is relative: the net displacement.
+    ///
+    /// If the net displacement cannot be distinguished from zero, as for reciprocal gaits, it is
+    /// the longest displacement of a body in one phase.
+    pub fn reference_displacement(&self) -> f64 {
+        let net = self.net();
+        match net > self.error_estimate.total() {
+            true => net,
+            false => {
+                let legs = self.legs.iter().flat_map(|leg| &leg.displacement);
+                legs.fold(net, |longest, d| longest.max(d.norm()))
+            }
+        }
+    }
+
+    /// Compares the error bar that a tolerance limits with it, at the end of the gait.
+    pub(crate) fn check_tolerance(&mut self, tolerance: f64, model: &dyn Hydrodynamics) {
+        let bars = &self.error_estimate;
+        self.limited_error = bars.integration.map(|error| match model.controls_error() {
+            true => bars.total(),
+            false => error,
+        });
+        let allowed = tolerance * self.reference_displacement();
+        // Methods without an error estimate do not meet a tolerance.
+        self.tolerance_met = self.limited_error.is_some_and(|error| error <= allowed);
+    }
 }
 
 /// The mean of the nonzero displacements; only those of fixed bodies are exactly zero.
-fn mean_of_moving(displacement: &[Vector3<f64>]) -> Vector3<f64> {
+pub(crate) fn mean_of_moving(displacement: &[Vector3<f64>]) -> Vector3<f64> {
     let moving = displacement.iter().filter(|d| **d != Vector3::zeros());
     let count = moving.clone().count().max(1);
     moving.sum::<Vector3<f64>>() / count as f64
@@ -121,6 +155,7 @@ impl Interim {
             mesh_error: None,
             accumulated_error: Some(AccumulatedError::default()),
             accumulated_integration_error: Some(AccumulatedError::default()),
+            limited_error: None,
             tolerance_met: true,
             work: 0.0,
             seconds: Seconds::default(),

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use models::Hydrodynamics;
-use scene::{Leg, Scene};
+use scene::{AcceptKind, Leg, Scene};
 
 use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
@@ -55,6 +55,7 @@ pub trait Progress {
 impl Progress for () {}
 
 /// A finished run.
+#[derive(Debug)]
 #[non_exhaustive]
 pub struct Report {
     /// The scene as it was run, with the element sizes chosen for `fem.target`.
@@ -80,7 +81,8 @@ pub struct Report {
 ///
 /// # Errors
 /// A scene without a gait, a folder that cannot be written to, a checkpoint of another scene,
-/// [`SwimError::Interrupted`], and errors of the model and the integration.
+/// [`SwimError::Interrupted`], errors of the model and the integration, and
+/// [`SwimError::ToleranceMissed`] with the finished report unless the scene accepts the best result.
 pub fn run(
     mut scene: Scene,
     out: &Path,
@@ -135,13 +137,30 @@ pub fn run(
     let name = model.name();
     let summary = summary_json(&scene, name, &reasons, &outcome, seconds);
     folder.write("summary.json", |file| writeln!(file, "{summary:#}"))?;
-    Ok(Report {
+    let report = Report {
         scene,
         model: name,
         reasons,
         outcome,
         seconds,
-    })
+    };
+    report.check_tolerance()
+}
+
+impl Report {
+    /// The report, if its error bar is within the tolerance or the scene accepts the best result.
+    fn check_tolerance(self) -> Result<Self, SwimError> {
+        let (model, outcome) = (self.scene.model(), &self.outcome);
+        if outcome.tolerance_met || model.accept == AcceptKind::Best {
+            return Ok(self);
+        }
+        Err(SwimError::ToleranceMissed {
+            error: outcome.limited_error.unwrap_or(f64::INFINITY),
+            tolerance: model.tolerance,
+            allowed: model.tolerance * outcome.reference_displacement(),
+            report: Box::new(self),
+        })
+    }
 }
 
 /// The factor on the element sizes for `fem.target`, if it has to be chosen.

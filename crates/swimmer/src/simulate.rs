@@ -202,15 +202,11 @@ pub fn continue_from(
         if let Some(error) = &outcome.accumulated_integration_error {
             outcome.error_estimate.integration = Some(error_bar(error));
         }
-        outcome.tolerance_met &= result.tolerance_met;
         outcome.work += result.work;
         outcome.seconds += result.seconds;
         observer.leg_done(&leg, &result, &outcome, integrator.model())?;
     }
-    // Methods without an error estimate do not meet a tolerance.
-    let error = outcome.error_estimate.integration;
-    outcome.tolerance_met &=
-        error.is_some_and(|error| error <= scene.model().tolerance * outcome.net());
+    outcome.check_tolerance(scene.model().tolerance, integrator.model());
     Ok(outcome)
 }
 

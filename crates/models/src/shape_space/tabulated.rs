@@ -121,6 +121,10 @@ impl Hydrodynamics for Tabulated {
         self.model.error_estimates()
     }
 
+    fn controls_error(&self) -> bool {
+        self.model.controls_error()
+    }
+
     fn resistance(&mut self, configuration: Configuration<'_>) -> Result<DMatrix<f64>, ModelError> {
         self.model.resistance(configuration)
     }

@@ -13,7 +13,7 @@ use crate::hydrodynamics::{Configuration, Cost, Hydrodynamics, Query};
 use crate::mobility::MobilitySolution;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{FlowField, InstantaneousSolution};
-use scene::{Domain, Scene, Shape};
+use scene::{Domain, ModelKind, Scene, Shape};
 use stokes::{Dofs, Seconds, SolverReport};
 
 /// Approximation of the interactions between spheres.
@@ -28,15 +28,6 @@ pub enum SphereModel {
 }
 
 impl SphereModel {
-    /// Multipole expansions for the tolerance of the net displacement that a scene requests.
-    ///
-    /// The net displacement is a small difference of the displacements of the legs, which amplifies
-    /// relative errors of the resistance: by 8 for the three-sphere swimmer, by up to 100 for the
-    /// planar one.
-    pub fn for_displacement(scene: &Scene) -> Self {
-        Self::Multipole((0.01 * scene.model().tolerance).clamp(1e-12, 1e-3))
-    }
-
     /// Name of the model, with its tolerance.
     pub fn describe(self) -> String {
         match self {
@@ -50,6 +41,8 @@ impl SphereModel {
 /// Model of spheres in unbounded fluid, in a ball, or above a wall.
 pub struct SpheresModel {
     kind: SphereModel,
+    /// Whether the model was chosen such that its error meets the tolerance of the scene.
+    controls_error: bool,
     scaled: ScaledScene,
     radii: Vec<f64>,
     /// Names of the bodies with surfaces.
@@ -118,6 +111,8 @@ impl SpheresModel {
         };
         Ok(Self {
             kind,
+            controls_error: matches!(kind, SphereModel::Multipole(_))
+                || scene.model().kind == ModelKind::Auto,
             radii: scene
                 .bodies()
                 .iter()
@@ -253,6 +248,10 @@ impl Hydrodynamics for SpheresModel {
         (query.rates.iter())
             .map(|rates| self.solve_rates(query.configuration, rates))
             .collect()
+    }
+
+    fn controls_error(&self) -> bool {
+        self.controls_error
     }
 
     fn resistance(&mut self, configuration: Configuration<'_>) -> Result<DMatrix<f64>, ModelError> {

@@ -11,7 +11,7 @@ use super::arguments::SceneArguments;
 use super::displacements::displacement_table;
 use super::progress::Progress;
 use super::text::{
-    count, duration, entry, error_estimates, percent, two_digits, warn, with_uncertainty,
+    count, duration, entry, error_estimates, percent, print, two_digits, warn, with_uncertainty,
 };
 
 pub fn run(
@@ -24,6 +24,9 @@ pub fn run(
     let mut progress = Progress::new(&scene, watch_signals());
     let report = swimmer::run(scene, &out, resume, &mut progress);
     progress.finish();
+    if let Err(SwimError::ToleranceMissed { report, .. }) = &report {
+        print(&describe(report, &out));
+    }
     let report = report?;
     for warning in warnings(&report) {
         warn(&warning);
@@ -57,14 +60,13 @@ fn warnings(report: &Report) -> Vec<String> {
     let net = outcome.net();
     let mut warnings = Vec::new();
     if !outcome.tolerance_met {
-        let error = outcome.error_estimate.integration.unwrap_or(0.0);
         let tolerance = scene.model().tolerance;
+        let reference = outcome.reference_displacement();
         warnings.push(format!(
-            "model.tolerance = {tolerance:e} allows an integration error of {} (absolute), the \
-             estimate is {} at a net displacement of {}; reduce model.tolerance, or \
-             fem.surface_size if that does not help",
-            two_digits(tolerance * net),
-            two_digits(error),
+            "model.tolerance = {tolerance:e} allows an error bar of {} (absolute), {} was reached \
+             at a net displacement of {}; increase model.tolerance, or reduce fem.surface_size",
+            two_digits(tolerance * reference),
+            two_digits(outcome.limited_error.unwrap_or(f64::INFINITY)),
             two_digits(net),
         ));
     }

@@ -10,6 +10,7 @@
 
 use nalgebra::Vector3;
 use rigid::{State, StateVelocity};
+use scene::AcceptKind;
 
 use super::gauss::Gauss;
 use super::inverse_dexp::coordinate_rate;
@@ -17,9 +18,7 @@ use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, LegResult};
-use super::step_size::{
-    LEG_TOLERANCE_SHARE, MAX_PARTS, largest_displacement, largest_length_change,
-};
+use super::step_size::{MAX_PARTS, largest_displacement, rounding, step_tolerance};
 use crate::error::SwimError;
 
 /// From this number of points on, solutions are requested with estimates of the discretisation
@@ -30,10 +29,11 @@ const FIRST_ESTIMATED: usize = 3;
 /// Largest number of points: beyond it, halving the step gains more.
 const MAX_POINTS: usize = 8;
 
-/// Relative change between two orders below which a change that no longer decreases is taken for
-/// noise of the model (velocities on a mesh of 28 thousand degrees of freedom have noise of 1e-4,
-/// measured; on coarser meshes more).
-const NOISE: f64 = 1e-3;
+/// Largest ratio of the errors of a half and of a whole step that counts as a reduction.
+///
+/// Halving reduces an error of the integration by `2^-3` or more, and noise, which is proportional
+/// to the length of the step, by 2. Where only the best result is requested, noise is accepted.
+const REDUCTION_BY_HALVING: f64 = 0.25;
 
 /// Smallest ratio of the errors of successive orders that is trusted: a single small change by
 /// chance must not look like convergence.
@@ -41,73 +41,91 @@ const MIN_REDUCTION: f64 = 0.1;
 
 /// Integrates a leg; halves the step where increasing the order does not converge.
 pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResult, SwimError> {
+    let accepts_best = evaluator.scene.model().accept == AcceptKind::Best;
     let mut result = LegResult::empty(start);
-    let mut todo = vec![(0.0, 1.0)];
-    while let Some(span) = todo.pop() {
+    // Parts of the leg in reverse order, each with the error of the step that was halved.
+    let mut todo = vec![((0.0, 1.0), f64::INFINITY)];
+    while let Some((span, halved_error)) = todo.pop() {
         let middle = 0.5 * (span.0 + span.1);
+        let halves = |error: f64| [((middle, span.1), error), ((span.0, middle), error)];
         let may_halve = span.1 - span.0 > 1.0 / MAX_PARTS as f64;
-        match step(evaluator, &result.end, span) {
-            Ok(Step::Accepted {
-                approximation,
-                error,
-                tolerance_met,
-            }) => {
-                let duration = evaluator.leg.duration * (span.1 - span.0);
-                let accumulated = approximation.accumulated_error(duration);
-                result.append(evaluator, *approximation, Some(error), accumulated.as_ref())?;
-                result.tolerance_met &= tolerance_met;
+        let step = match step(evaluator, &result.end, span) {
+            Err(SwimError::Collision { .. }) if may_halve => {
+                todo.extend(halves(halved_error));
+                continue;
             }
-            Ok(Step::Diverging { .. }) | Err(SwimError::Collision { .. }) if may_halve => {
-                todo.extend([(middle, span.1), (span.0, middle)]);
+            other => other?,
+        };
+        let is_best = accepts_best && step.error > REDUCTION_BY_HALVING * halved_error;
+        if !step.is_accepted && !is_best {
+            if may_halve {
+                todo.extend(halves(step.error));
+                continue;
             }
-            Ok(Step::Diverging { error, tolerance }) => {
-                return Err(SwimError::NotIntegrated {
-                    phase: evaluator.leg.number + 1,
-                    link: evaluator.link_name(),
-                    error,
-                    tolerance,
-                    parts: MAX_PARTS,
-                });
-            }
-            Err(error) => return Err(error),
+            return Err(SwimError::NotIntegrated {
+                phase: evaluator.leg.number + 1,
+                link: evaluator.link_name(),
+                error: step.error,
+                tolerance: step.tolerance,
+                parts: MAX_PARTS,
+            });
         }
+        let duration = evaluator.leg.duration * (span.1 - span.0);
+        let mut accumulated = step.approximation.accumulated_error(duration);
+        if let Some(accumulated) = &mut accumulated {
+            accumulated.uncertainty += step.mesh_change;
+        }
+        let (approximation, error) = (step.approximation, Some(step.error));
+        result.append(evaluator, approximation, error, accumulated.as_ref())?;
     }
     Ok(result.with_totals(evaluator))
 }
 
-enum Step {
-    Accepted {
-        approximation: Box<Approximation>,
-        error: f64,
-        tolerance_met: bool,
-    },
-    Diverging {
-        error: f64,
-        tolerance: f64,
-    },
+/// The end of a leg with a fixed number of Gauss points, without control of the error.
+pub(super) fn fixed_order(
+    evaluator: &mut LegEvaluator,
+    start: &State,
+    points: usize,
+) -> Result<State, SwimError> {
+    let span = (0.0, 1.0);
+    let guess = initial_guess(evaluator, start, span)?;
+    let coarse = collocate(evaluator, start, &guess, 1, false)?;
+    let fine = collocate(evaluator, start, &coarse.piece, points, false)?;
+    fine.piece.state(evaluator.scene.articulation(), 1.0)
+}
+
+/// One part of a leg at the highest order tried.
+struct Step {
+    approximation: Approximation,
+    /// Estimated integration error.
+    error: f64,
+    /// Largest error allowed.
+    tolerance: f64,
+    /// Change of the step by a new mesh, an uncertainty of the discretisation.
+    mesh_change: f64,
+    is_accepted: bool,
 }
 
 /// Increases the order over one part of a leg until the estimated error is below the tolerance.
+///
+/// Where the changes between orders stop to decrease, the step is accepted only if the cause is
+/// known and measured: rounding, the error bars of a model that controls its own error, or a new
+/// mesh within the step, whose discretisation error differs from that of the mesh before.
 fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result<Step, SwimError> {
-    let set = evaluator.scene.articulation();
     let width = span.1 - span.0;
-    let guess = PathPiece::new(
-        set,
-        start,
-        span,
-        vec![fixed_centroids(evaluator, start, span)?],
-    )?;
+    let duration = evaluator.leg.duration * width;
+    let remeshings = evaluator.remeshings;
+    let guess = initial_guess(evaluator, start, span)?;
     let mut previous = collocate(evaluator, start, &guess, 1, false)?;
     let mut last_change = None;
     let mut reduction = MIN_REDUCTION;
-    for points in 2..=MAX_POINTS {
+    let mut points = 2;
+    loop {
         let requested = points >= FIRST_ESTIMATED;
         let mut current = collocate(evaluator, start, &previous.piece, points, requested)?;
         let (step, previous_step) = (current.piece.step(), previous.piece.step());
         let change = largest_displacement(evaluator, &(&step + &(&previous_step * -1.0)));
-        let scale =
-            largest_displacement(evaluator, &step).max(width * largest_length_change(evaluator));
-        let tolerance = evaluator.scene.model().tolerance * LEG_TOLERANCE_SHARE * scale;
+        let tolerance = step_tolerance(evaluator, &step, width);
         // The change is the error of the previous order; the error of this order is smaller by the
         // factor by which the changes decrease.
         if let Some(last) = last_change {
@@ -118,35 +136,49 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
         } else {
             change
         };
-        if error <= tolerance {
+        let mut accepted = (error <= tolerance).then_some((error, 0.0));
+        let stalled = last_change.is_some_and(|last| change > 0.5 * last);
+        if accepted.is_none() && stalled {
+            let is_rounding = change <= rounding(evaluator, &step);
+            let is_model_error =
+                evaluator.controls_error() && change <= current.error_bar(duration);
+            let is_mesh_change =
+                evaluator.remeshings > remeshings && change <= current.mesh_error_bar(duration);
+            if is_rounding || is_model_error {
+                accepted = Some((change, 0.0));
+            } else if is_mesh_change {
+                accepted = Some((0.0, change));
+            }
+        }
+        let is_accepted = accepted.is_some();
+        if is_accepted || stalled || points == MAX_POINTS {
             // Accepted at a lower order than expected: the same points again, with estimates.
             let estimates = evaluator.error_estimates();
-            if !estimates.given(requested) && estimates.given(true) {
+            if is_accepted && !estimates.given(requested) && estimates.given(true) {
                 current = collocate(evaluator, start, &previous.piece, points, true)?;
             }
-            return Ok(Step::Accepted {
-                approximation: Box::new(current),
+            let (error, mesh_change) = accepted.unwrap_or((error.max(change), 0.0));
+            return Ok(Step {
+                approximation: current,
                 error,
-                tolerance_met: true,
+                tolerance,
+                mesh_change,
+                is_accepted,
             });
-        }
-        let stalled = last_change.is_some_and(|last| change > 0.5 * last);
-        if stalled && change <= NOISE * scale {
-            return Ok(Step::Accepted {
-                approximation: Box::new(current),
-                error: change,
-                tolerance_met: false,
-            });
-        }
-        if stalled || points == MAX_POINTS {
-            return Ok(Step::Diverging { error, tolerance });
         }
         (previous, last_change) = (current, Some(change));
+        points += 1;
     }
-    Ok(Step::Diverging {
-        error: f64::INFINITY,
-        tolerance: 0.0,
-    })
+}
+
+/// The path of a step before the first solve.
+fn initial_guess(
+    evaluator: &LegEvaluator,
+    start: &State,
+    span: (f64, f64),
+) -> Result<PathPiece, SwimError> {
+    let rate = fixed_centroids(evaluator, start, span)?;
+    PathPiece::new(evaluator.scene.articulation(), start, span, vec![rate])
 }
 
 /// Collocation with `points` Gauss points on the path found so far.

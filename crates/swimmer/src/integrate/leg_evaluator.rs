@@ -18,6 +18,10 @@ pub(super) struct LegEvaluator<'a> {
     pub leg: &'a Leg,
     pub seconds: Seconds,
     pub solves: usize,
+    /// Number of solutions for which the model generated a new mesh.
+    pub remeshings: usize,
+    /// Integration error that the scene's tolerance allows for the leg, if it is known.
+    pub tolerance: Option<f64>,
     model: &'a mut dyn Hydrodynamics,
     observe: Observer<'a>,
 }
@@ -27,6 +31,7 @@ impl<'a> LegEvaluator<'a> {
         scene: &'a Scene,
         model: &'a mut dyn Hydrodynamics,
         leg: &'a Leg,
+        tolerance: Option<f64>,
         observe: Observer<'a>,
     ) -> Self {
         Self {
@@ -34,6 +39,8 @@ impl<'a> LegEvaluator<'a> {
             leg,
             seconds: Seconds::default(),
             solves: 0,
+            remeshings: 0,
+            tolerance,
             model,
             observe,
         }
@@ -69,6 +76,11 @@ impl<'a> LegEvaluator<'a> {
         self.model.error_estimates()
     }
 
+    /// Whether the model keeps its own error below its share of the tolerance.
+    pub fn controls_error(&self) -> bool {
+        self.model.controls_error()
+    }
+
     /// Queries the model, after a check that bodies and walls do not touch.
     fn query<T>(
         &mut self,
@@ -94,6 +106,7 @@ impl<'a> LegEvaluator<'a> {
     ) -> Result<LegSolution, SwimError> {
         solution.check_finite(self.model.name())?;
         self.seconds += solution.seconds;
+        self.remeshings += usize::from(solution.remeshed.is_some());
         let leg_solution = LegSolution {
             number: self.solves,
             s,

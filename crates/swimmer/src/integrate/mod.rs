@@ -13,6 +13,7 @@ mod inverse_dexp;
 mod leg_evaluator;
 mod leg_solution;
 mod piece;
+mod prediction;
 mod result;
 mod runge_kutta;
 mod step_size;
@@ -21,8 +22,11 @@ use inertia::Scheme;
 use leg_evaluator::LegEvaluator;
 use models::Hydrodynamics;
 use nalgebra::DVector;
+use prediction::Prediction;
 use rigid::State;
 use scene::{Leg, Scene};
+
+pub(crate) use prediction::velocity_tolerance;
 
 pub use leg_solution::LegSolution;
 pub use piece::PathPiece;
@@ -71,6 +75,8 @@ pub struct Integrator<'a> {
     /// Velocities of the bodies with surfaces at the end of the last leg, for methods with inertia;
     /// none at rest.
     velocity: Option<DVector<f64>>,
+    /// Integration error that the scene's tolerance allows for a leg, if it is predicted.
+    leg_tolerance: Option<f64>,
 }
 
 impl<'a> Integrator<'a> {
@@ -81,6 +87,8 @@ impl<'a> Integrator<'a> {
             model,
             method,
             velocity: None,
+            leg_tolerance: Prediction::of(scene)
+                .map(|prediction| prediction.leg_tolerance(scene.model().tolerance)),
         }
     }
 
@@ -104,7 +112,8 @@ impl<'a> Integrator<'a> {
         // The model starts each leg from its history alone, so a resumed run gives the same digits.
         let history = self.model.history()?;
         self.model.restore(&history)?;
-        let mut evaluator = LegEvaluator::new(self.scene, self.model, leg, observe);
+        let mut evaluator =
+            LegEvaluator::new(self.scene, self.model, leg, self.leg_tolerance, observe);
         match self.method {
             Method::Collocation => collocation::leg(&mut evaluator, start),
             Method::RungeKutta => runge_kutta::leg(&mut evaluator, start),

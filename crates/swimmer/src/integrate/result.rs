@@ -1,6 +1,6 @@
 //! The result of a leg, put together from its parts.
 
-use models::{AccumulatedError, BodySolution, ErrorEstimate, Seconds};
+use models::{AccumulatedError, BodySolution, ErrorEstimate, InstantaneousSolution, Seconds};
 use rigid::{Articulation, State};
 
 use super::leg_evaluator::LegEvaluator;
@@ -37,8 +37,6 @@ pub struct LegResult {
     /// Accumulated error of the integration, for methods that estimate it with its sign; other
     /// methods enter its size in [`ErrorEstimate::integration`].
     pub accumulated_integration_error: Option<AccumulatedError>,
-    /// Whether the integration met its share of the tolerance.
-    pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
     pub work: f64,
     /// Seconds of all solves.
@@ -55,6 +53,24 @@ impl Approximation {
             accumulated.add(weight * duration, &solution.solution.motion, error);
         }
         Some(accumulated)
+    }
+
+    /// Error bar of the displacement over `duration` by all errors of the solutions.
+    pub fn error_bar(&self, duration: f64) -> f64 {
+        self.integral(duration, |solution| solution.error_estimate.total())
+    }
+
+    /// Error bar of the displacement over `duration` by the discretisation; zero without estimates.
+    pub fn mesh_error_bar(&self, duration: f64) -> f64 {
+        self.integral(duration, |solution| {
+            solution.error_estimate.mesh.unwrap_or(0.0)
+        })
+    }
+
+    fn integral(&self, duration: f64, of: impl Fn(&InstantaneousSolution) -> f64) -> f64 {
+        let values = self.solutions.iter().map(|s| of(&s.solution));
+        let terms = values.zip(&self.weights).map(|(value, w)| w * value);
+        duration * terms.sum::<f64>()
     }
 }
 
@@ -82,7 +98,6 @@ impl LegResult {
             error_estimate: ErrorEstimate::default(),
             accumulated_error: Some(AccumulatedError::default()),
             accumulated_integration_error: None,
-            tolerance_met: true,
             work: 0.0,
             seconds: Seconds::default(),
         }

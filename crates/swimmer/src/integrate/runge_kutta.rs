@@ -12,9 +12,7 @@ use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, LegResult};
-use super::step_size::{
-    LEG_TOLERANCE_SHARE, MAX_PARTS, largest_displacement, largest_length_change,
-};
+use super::step_size::{MAX_PARTS, largest_displacement, step_tolerance};
 use crate::error::SwimError;
 
 const NODES: [f64; 7] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
@@ -90,9 +88,7 @@ pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResu
             }
             other => other?,
         };
-        let scale = largest_displacement(evaluator, &step.sigma)
-            .max((end - s) * largest_length_change(evaluator));
-        let tolerance = evaluator.scene.model().tolerance * LEG_TOLERANCE_SHARE * scale;
+        let tolerance = step_tolerance(evaluator, &step.sigma, end - s);
         // The step size for a local error of order five, changed by at most a factor of five
         // (Hairer, Nørsett & Wanner 1993, II.4).
         let factor = match step.error > 0.0 {

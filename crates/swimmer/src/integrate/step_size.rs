@@ -4,21 +4,41 @@ use rigid::StateVelocity;
 
 use super::leg_evaluator::LegEvaluator;
 
-/// Tolerance for the error of a leg, as a fraction of the scene's tolerance.
+/// Tolerance for the error of a leg whose net displacement is not predicted, as a fraction of the
+/// scene's tolerance, relative to the displacement in the leg or the change of length.
 ///
-/// It is relative to the displacement in the leg or the change of length, while the scene's
-/// tolerance is relative to the net displacement, a small difference of the legs. The three-sphere
-/// swimmer of Najafi & Golestanian moves by 1/25 of the change of length of an arm, and the errors
-/// of four legs add up. A swimmer with a smaller net displacement, such as the planar one (1/370),
-/// may miss the tolerance; this is detected at the end, when the net displacement is known.
-pub(super) const LEG_TOLERANCE_SHARE: f64 = 1.0 / 160.0;
+/// The three-sphere swimmer of Najafi & Golestanian moves by 1/25 of the change of length of an
+/// arm, and the errors of four legs add up.
+const LEG_TOLERANCE_SHARE: f64 = 1.0 / 160.0;
 
-/// Largest number of parts of a leg: shorter steps mean that something else than the step size is
-/// wrong.
-pub(super) const MAX_PARTS: usize = 64;
+/// Largest number of equal parts of a leg to which a step may shrink.
+///
+/// Steps towards a gap of `1e-4` of the length of the leg have that length. Shorter steps mean that
+/// something else than the step size is wrong.
+pub(super) const MAX_PARTS: usize = 1 << 14;
+
+/// Error that the scene's tolerance allows for a step over the part `width` of the leg.
+pub(super) fn step_tolerance(evaluator: &LegEvaluator, step: &StateVelocity, width: f64) -> f64 {
+    match evaluator.tolerance {
+        Some(tolerance) => tolerance * width,
+        None => {
+            let scale =
+                largest_displacement(evaluator, step).max(width * largest_length_change(evaluator));
+            evaluator.scene.model().tolerance * LEG_TOLERANCE_SHARE * scale
+        }
+    }
+}
+
+/// Rounding error of a step: the positions of the bodies are sums of lengths of links.
+pub(super) fn rounding(evaluator: &LegEvaluator, step: &StateVelocity) -> f64 {
+    /// The positions enter the distances between bodies, of which each has a few operations.
+    const OPERATIONS: f64 = 16.0;
+    let size = longest_link(evaluator).max(largest_displacement(evaluator, step));
+    OPERATIONS * f64::EPSILON * size
+}
 
 /// The largest change of a link's length over the leg.
-pub(super) fn largest_length_change(evaluator: &LegEvaluator) -> f64 {
+fn largest_length_change(evaluator: &LegEvaluator) -> f64 {
     let changes = evaluator.leg.from.iter().zip(&evaluator.leg.to);
     changes.fold(0.0_f64, |m, (a, b)| m.max((b - a).abs()))
 }
@@ -26,12 +46,7 @@ pub(super) fn largest_length_change(evaluator: &LegEvaluator) -> f64 {
 /// Size of a step: the largest displacement of a body's centre or, by its own rotation, of its
 /// surface.
 pub(super) fn largest_displacement(evaluator: &LegEvaluator, step: &StateVelocity) -> f64 {
-    let longest_link = evaluator
-        .leg
-        .from
-        .iter()
-        .chain(&evaluator.leg.to)
-        .fold(0.0_f64, |m, l| m.max(*l));
+    let longest_link = longest_link(evaluator);
     let spins = step
         .spins
         .iter()
@@ -42,4 +57,10 @@ pub(super) fn largest_displacement(evaluator: &LegEvaluator, step: &StateVelocit
         .map(|f| f.linear.norm() + f.angular.norm() * longest_link)
         .chain(spins)
         .fold(0.0, f64::max)
+}
+
+/// Length of the longest link at the start and the end of the leg.
+fn longest_link(evaluator: &LegEvaluator) -> f64 {
+    let lengths = evaluator.leg.from.iter().chain(&evaluator.leg.to);
+    lengths.fold(0.0_f64, |m, l| m.max(*l))
 }

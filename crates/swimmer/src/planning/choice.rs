@@ -3,7 +3,8 @@
 use models::{AxisymmetricModel, FemModel, Hydrodynamics, ModelError, SphereModel, SpheresModel};
 use scene::{DomainKind, ModelKind, Scene};
 
-use super::sphere_model::choose_sphere_model;
+use super::sphere_model::{choose_sphere_model, expansion_for_tolerance};
+use crate::integrate::velocity_tolerance;
 
 /// The model chosen for a scene, with the reasons.
 pub struct Choice {
@@ -59,9 +60,9 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     match scene.model().kind {
         ModelKind::Oseen => return spheres(SphereModel::Oseen, requested()),
         ModelKind::Rpy => return spheres(SphereModel::Rpy, requested()),
-        ModelKind::Multipole => return spheres(SphereModel::for_displacement(scene), requested()),
+        ModelKind::Multipole => return spheres(expansion_for_tolerance(scene), requested()),
         ModelKind::Auto if AxisymmetricModel::suits(scene) => {
-            let mut model = AxisymmetricModel::new(scene)?;
+            let mut model = AxisymmetricModel::new(scene)?.with_accuracy(velocity_tolerance(scene));
             let reasons = vec![
                 scene.arrangement().describe().to_owned(),
                 model.describe(scene)?,
@@ -78,7 +79,9 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         }
         ModelKind::Axisymmetric => {
             return Ok(Choice {
-                model: Box::new(AxisymmetricModel::new(scene)?),
+                model: Box::new(
+                    AxisymmetricModel::new(scene)?.with_accuracy(velocity_tolerance(scene)),
+                ),
                 reasons: requested(),
             });
         }

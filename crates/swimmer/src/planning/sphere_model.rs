@@ -7,7 +7,7 @@ use nalgebra::{DVector, Vector3};
 use scene::Scene;
 
 use crate::error::SwimError;
-use crate::integrate::Method;
+use crate::integrate::{Method, velocity_tolerance};
 use crate::simulate::simulate;
 use crate::start::solve_start;
 
@@ -28,6 +28,8 @@ const TOLERANCE_SHARE: f64 = 0.5;
 /// The quantity to which the tolerance refers, computed with one model.
 struct Evaluation {
     value: DVector<f64>,
+    /// Error bar of the value by the model.
+    error_bar: f64,
     /// Scale of the relative error, also where the value vanishes, as the net displacement of a
     /// reciprocal stroke does.
     scale: f64,
@@ -35,8 +37,14 @@ struct Evaluation {
     seconds: f64,
 }
 
+/// Multipole expansions with an error that is small compared with the tolerance of the scene.
+pub(super) fn expansion_for_tolerance(scene: &Scene) -> SphereModel {
+    // Below 1e-13 rounding errors dominate.
+    SphereModel::Multipole(velocity_tolerance(scene).clamp(1e-13, 1e-3))
+}
+
 /// Chooses the first of the models Oseen, Rotne-Prager-Yamakawa and multipole expansions of
-/// increasing accuracy whose error is below the tolerance.
+/// increasing accuracy whose error and error bar are below the tolerance.
 ///
 /// The reference is an expansion a thousand times as accurate as the tolerance. The quantity is the
 /// net displacement of one cycle, or the initial velocities for scenes without a gait or with many
@@ -52,7 +60,7 @@ pub(super) fn choose_sphere_model(scene: &Scene) -> Result<SphereModelChoice, Mo
     let Some(reference) = evaluate(scene, reference_kind, stroke)? else {
         // A stroke with a collision, for example: the run itself reports it with its place.
         return Ok(SphereModelChoice {
-            kind: SphereModel::for_displacement(scene),
+            kind: expansion_for_tolerance(scene),
             reasons: vec![
                 symmetry,
                 "the trial of the gait failed before its end".to_owned(),
@@ -66,10 +74,12 @@ pub(super) fn choose_sphere_model(scene: &Scene) -> Result<SphereModelChoice, Mo
         SphereModel::Multipole((10.0 * tolerance).min(0.1)),
         SphereModel::Multipole(tolerance.min(1e-2)),
         SphereModel::Multipole((0.1 * tolerance).min(1e-3)),
-        SphereModel::Multipole((0.01 * tolerance).clamp(1e-12, 1e-5)),
+        SphereModel::Multipole((0.01 * tolerance).clamp(1e-13, 1e-5)),
+        expansion_for_tolerance(scene),
     ];
     let mut compared = Vec::new();
     let mut chosen = reference_kind;
+    let allowed = TOLERANCE_SHARE * tolerance;
     for kind in candidates {
         // A less accurate model may fail for close spheres, or not support the domain.
         let Ok(Some(evaluation)) = evaluate(scene, kind, stroke) else {
@@ -82,7 +92,7 @@ pub(super) fn choose_sphere_model(scene: &Scene) -> Result<SphereModelChoice, Mo
             kind.describe(),
             1e6 * evaluation.seconds
         ));
-        if error <= TOLERANCE_SHARE * tolerance {
+        if error.max(evaluation.error_bar / reference.scale) <= allowed {
             chosen = kind;
             break;
         }
@@ -101,7 +111,7 @@ pub(super) fn choose_sphere_model(scene: &Scene) -> Result<SphereModelChoice, Mo
                 compared.join("; ")
             ),
             format!(
-                "chosen: {}, the cheapest with an error below half of model.tolerance = {tolerance:e}",
+                "chosen: {}, the cheapest with an error bar below half of model.tolerance = {tolerance:e}",
                 chosen.describe()
             ),
         ],
@@ -136,6 +146,7 @@ fn evaluate(
                 1.0
             },
             value,
+            error_bar: solution.error_estimate.total(),
             seconds: started.elapsed().as_secs_f64(),
         }));
     }
@@ -166,6 +177,7 @@ fn evaluate(
     };
     Ok(Some(Evaluation {
         value: DVector::from_column_slice(net.as_slice()),
+        error_bar: outcome.error_estimate.model.unwrap_or(0.0),
         scale: if scale > 0.0 { scale } else { 1.0 },
         seconds: started.elapsed().as_secs_f64() / outcome.solves.max(1) as f64,
     }))

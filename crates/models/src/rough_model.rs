@@ -1,0 +1,72 @@
+//! A cheap model without error bars, to predict the size of displacements.
+
+use microhydro::{Medium, Spheres, rpy};
+
+use crate::error::ModelError;
+use crate::hydrodynamics::{Configuration, Cost, Hydrodynamics, Query};
+use crate::mobility::MobilitySolution;
+use crate::scaled_scene::ScaledScene;
+use crate::solution::InstantaneousSolution;
+use scene::{Scene, Shape};
+
+/// Spheres in unbounded fluid with the Rotne-Prager-Yamakawa mobility, whatever the scene has.
+///
+/// A spheroid is replaced by the sphere with the mean of its semi-axes as radius, and walls are
+/// ignored. The displacements of a stroke have the right order of magnitude, which is what
+/// tolerances of its parts need. Cost: microseconds for a few bodies.
+pub struct RoughModel {
+    scaled: ScaledScene,
+    radii: Vec<f64>,
+}
+
+impl RoughModel {
+    /// Creates the model of a scene.
+    ///
+    /// # Errors
+    /// Links or fixed bodies that contradict each other.
+    pub fn new(scene: &Scene) -> Result<Self, ModelError> {
+        let scaled = ScaledScene::new(scene)?;
+        let radius = |shape: &Shape| match *shape {
+            Shape::Sphere { radius } => Some(radius),
+            Shape::Spheroid {
+                radius,
+                half_length,
+                ..
+            } => Some((2.0 * radius + half_length) / 3.0),
+            Shape::Point => None,
+        };
+        let radii = scene.bodies().iter().filter_map(|body| radius(&body.shape));
+        Ok(Self {
+            radii: radii.map(|radius| scaled.scale.length(radius)).collect(),
+            scaled,
+        })
+    }
+}
+
+impl Hydrodynamics for RoughModel {
+    fn name(&self) -> &'static str {
+        "rough"
+    }
+
+    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
+        let ScaledScene { scale, set, loads } = &self.scaled;
+        let centres = self.scaled.centres(query.configuration)?;
+        let spheres = Spheres::new(centres, self.radii.clone())?;
+        let resistance = rpy::resistance(&spheres, &Medium::Unbounded)?;
+        let solution = |rates: &Vec<f64>| {
+            let constraints = self.scaled.constraints(query.configuration, rates)?;
+            let solved = MobilitySolution::new(&resistance, set, &constraints, loads)?;
+            let motion = set.state_velocity(solved.generalised.as_slice())?;
+            Ok(InstantaneousSolution::new(
+                solved.bodies(set, scale)?,
+                solved.link_forces(set, &constraints, loads, scale)?,
+                scale.motion_to_scene(&motion),
+            ))
+        };
+        query.rates.iter().map(solution).collect()
+    }
+
+    fn cost(&mut self, _: Configuration<'_>) -> Result<Cost, ModelError> {
+        Ok(Cost::default())
+    }
+}

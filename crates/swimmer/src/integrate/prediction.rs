@@ -1,0 +1,98 @@
+//! Prediction of the displacements in one cycle, from which tolerances of its parts follow.
+
+use models::{Hydrodynamics, RoughModel};
+use nalgebra::Vector3;
+use scene::{Scene, legs};
+
+use super::collocation;
+use super::leg_evaluator::LegEvaluator;
+use crate::outcome::{mean_of_moving, positions};
+
+/// Displacements in the first cycle of a gait, predicted by [`RoughModel`].
+///
+/// The tolerance of a scene is relative to the net displacement of a cycle, which is a small
+/// difference of the displacements of the phases: 1/25 of the change of length of an arm for the
+/// swimmer of Najafi & Golestanian, 1/370 for the planar one. The prediction says how small. An
+/// error of it changes the number of solves, not the error bars.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Prediction {
+    /// Net displacement; of a reciprocal gait, the longest displacement.
+    net: f64,
+    /// Longest displacement of a body in one phase.
+    longest: f64,
+    /// Number of phases in a cycle.
+    phases: usize,
+}
+
+/// Largest number of bodies for which displacements are predicted; the prediction takes 5 solves
+/// per phase with dense matrices.
+const MAX_BODIES: usize = 30;
+
+/// Gauss points per phase: the error is small compared with that of [`RoughModel`].
+const POINTS: usize = 4;
+
+/// Predicted net displacement relative to the longest one, below which the gait counts as
+/// reciprocal: its net displacement vanishes up to rounding and the error of the quadrature.
+const RECIPROCAL: f64 = 1e-6;
+
+/// Part of the tolerance that the integration may use; the rest is for errors of the model and of
+/// the prediction, which is right within a factor of two where bodies come close.
+const INTEGRATION_SHARE: f64 = 0.25;
+
+/// Part of the tolerance of the integration that errors of the model may use, so that they do not
+/// look like errors of the integration.
+const MODEL_SHARE: f64 = 0.3;
+
+impl Prediction {
+    /// The prediction for a scene; none without a gait, with many bodies, or if nothing moves.
+    pub fn of(scene: &Scene) -> Option<Self> {
+        if scene.bodies().len() > MAX_BODIES {
+            return None;
+        }
+        let mut model = RoughModel::new(scene).ok()?;
+        let set = scene.articulation();
+        let mut state = scene.initial_state();
+        let mut before = positions(set, &state, set.initial_lengths()).ok()?;
+        let origin = before.clone();
+        let mut longest = 0.0_f64;
+        let phases = scene.gait().phases.len();
+        for leg in legs(scene.gait(), set.initial_lengths()).take(phases) {
+            let mut observe = |_: &_, _: &dyn Hydrodynamics| Ok(());
+            let mut evaluator = LegEvaluator::new(scene, &mut model, &leg, None, &mut observe);
+            state = collocation::fixed_order(&mut evaluator, &state, POINTS).ok()?;
+            let after = positions(set, &state, &leg.to).ok()?;
+            let moved = after.iter().zip(&before).map(|(a, b)| (a - b).norm());
+            longest = moved.fold(longest, f64::max);
+            before = after;
+        }
+        let displacement: Vec<Vector3<f64>> =
+            before.iter().zip(&origin).map(|(a, b)| a - b).collect();
+        let net = mean_of_moving(&displacement).norm();
+        let is_reciprocal = net <= RECIPROCAL * longest;
+        (longest > 0.0 && longest.is_finite()).then_some(Self {
+            net: if is_reciprocal { longest } else { net },
+            longest,
+            phases,
+        })
+    }
+
+    /// Integration error of one phase that a tolerance of the net displacement allows, absolute.
+    pub fn leg_tolerance(&self, tolerance: f64) -> f64 {
+        INTEGRATION_SHARE * tolerance * self.net / self.phases as f64
+    }
+
+    /// Relative error of velocities that is small compared with the allowed integration error.
+    pub fn velocity_tolerance(&self, tolerance: f64) -> f64 {
+        MODEL_SHARE * self.leg_tolerance(tolerance) / self.longest
+    }
+}
+
+/// Relative error of the velocities of a model for a tolerance of the net displacement.
+pub(crate) fn velocity_tolerance(scene: &Scene) -> f64 {
+    let tolerance = scene.model().tolerance;
+    match Prediction::of(scene) {
+        Some(prediction) => prediction.velocity_tolerance(tolerance),
+        // The net displacement of the planar three-sphere swimmer is 1/100 of that of a phase.
+        None => 0.01 * tolerance,
+    }
+}
