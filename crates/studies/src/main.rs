@@ -10,12 +10,14 @@ mod machine;
 mod models;
 mod multiple_rhs;
 mod page;
+mod random;
 mod reference;
 mod roofline;
 mod scene_files;
 mod soak;
 mod stability;
 mod table1;
+mod tolerances;
 mod validate;
 
 use std::path::PathBuf;
@@ -127,6 +129,19 @@ enum Task {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Random strokes at random tolerances by all models: the error is within the bar and the bar
+    /// within the tolerance, or the run is refused.
+    Tolerances {
+        /// Number of strokes.
+        #[arg(long, default_value_t = 1000)]
+        cases: usize,
+        /// Seed of the random numbers; the same seed gives the same strokes.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Folder for `tolerances.md` and `tolerances.csv` [default: docs].
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// One cell of Table 1, started by `table1` as a separate process.
     #[command(hide = true)]
     Table1Cell { overrides: Vec<String> },
@@ -182,6 +197,9 @@ fn main() -> Result<()> {
         Task::Iterations { quick, out } => {
             let out = output_folder(out, quick, "iterations");
             iterations::run(quick, &out)
+        }
+        Task::Tolerances { cases, seed, out } => {
+            tolerances::run(cases, seed, &output_folder(out, false, ""))
         }
         Task::Soak { minutes, seed } => soak::run(minutes, seed),
         Task::Table1Cell { overrides } => table1::print(&overrides),

@@ -15,8 +15,9 @@ use swimmer::models::ModelError;
 use swimmer::{Method, Scene, SwimError, simulate, solve_start};
 
 use self::invariants::{Imbalances, Watch};
-use self::scenes::{FINITE_ELEMENTS, Random, draw};
+use self::scenes::{FINITE_ELEMENTS, draw};
 use crate::machine;
+use crate::random::Random;
 
 /// Largest allowed imbalance where the equations of the bodies are solved directly.
 const DIRECT: f64 = 1e-9;

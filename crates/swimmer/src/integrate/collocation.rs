@@ -35,9 +35,9 @@ const MAX_POINTS: usize = 8;
 /// to the length of the step, by 2. Where only the best result is requested, noise is accepted.
 const REDUCTION_BY_HALVING: f64 = 0.25;
 
-/// Smallest ratio of the errors of successive orders that is trusted: a single small change by
-/// chance must not look like convergence.
-const MIN_REDUCTION: f64 = 0.1;
+/// Smallest ratio of successive changes that is trusted: some small changes by chance must not look
+/// like fast convergence.
+const LEAST_RATIO: f64 = 0.1;
 
 /// Integrates a leg; halves the step where increasing the order does not converge.
 pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResult, SwimError> {
@@ -117,8 +117,7 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
     let remeshings = evaluator.remeshings;
     let guess = initial_guess(evaluator, start, span)?;
     let mut previous = collocate(evaluator, start, &guess, 1, false)?;
-    let mut last_change = None;
-    let mut reduction = MIN_REDUCTION;
+    let mut changes = Vec::new();
     let mut points = 2;
     loop {
         let requested = points >= FIRST_ESTIMATED;
@@ -126,18 +125,10 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
         let (step, previous_step) = (current.piece.step(), previous.piece.step());
         let change = largest_displacement(evaluator, &(&step + &(&previous_step * -1.0)));
         let tolerance = step_tolerance(evaluator, &step, width);
-        // The change is the error of the previous order; the error of this order is smaller by the
-        // factor by which the changes decrease.
-        if let Some(last) = last_change {
-            reduction = reduction.max(change / last);
-        }
-        let error = if last_change.is_some() {
-            change * reduction.min(1.0)
-        } else {
-            change
-        };
+        changes.push(change);
+        let error = remaining_error(&changes);
         let mut accepted = (error <= tolerance).then_some((error, 0.0));
-        let stalled = last_change.is_some_and(|last| change > 0.5 * last);
+        let stalled = matches!(changes[..], [.., last, _] if change > 0.5 * last);
         if accepted.is_none() && stalled {
             let is_rounding = change <= rounding(evaluator, &step);
             let is_model_error =
@@ -166,9 +157,26 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
                 is_accepted,
             });
         }
-        (previous, last_change) = (current, Some(change));
+        previous = current;
         points += 1;
     }
+}
+
+/// Error of the last of several orders, from the changes between successive orders.
+///
+/// A change is the error of the order before. Errors decrease geometrically with the distance of
+/// the nearest singularity, but with changing signs where it is complex, as between two bodies
+/// that come close: single changes are far below their neighbours by chance. Therefore the largest
+/// ratio `r` of successive changes `c_k` counts, and the error of order `n` is estimated as the
+/// largest of all `c_k r^(n-k+1)`.
+fn remaining_error(changes: &[f64]) -> f64 {
+    if let [change] = changes {
+        return *change;
+    }
+    let ratios = changes.windows(2).map(|pair| pair[1] / pair[0]);
+    let ratio = ratios.fold(LEAST_RATIO, f64::max).min(1.0);
+    let largest = |error: f64, &change: &f64| ratio * error.max(change);
+    changes.iter().fold(0.0, largest)
 }
 
 /// The path of a step before the first solve.

@@ -37,7 +37,7 @@ const RECIPROCAL: f64 = 1e-6;
 
 /// Part of the tolerance that the integration may use; the rest is for errors of the model and of
 /// the prediction, which is right within a factor of two where bodies come close.
-const INTEGRATION_SHARE: f64 = 0.25;
+const INTEGRATION_SHARE: f64 = 0.5;
 
 /// Part of the tolerance of the integration that errors of the model may use, so that they do not
 /// look like errors of the integration.
