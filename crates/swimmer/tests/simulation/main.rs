@@ -12,3 +12,4 @@ mod integrators;
 mod many_cycles;
 mod strokes;
 mod support;
+mod tolerances;

@@ -1,0 +1,89 @@
+//! What happens to the tolerance that a scene asks for.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use swimmer::models::{
+    Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
+};
+use swimmer::{Method, SwimError};
+
+use crate::strokes::{FREE, RPY, planar};
+use crate::support::{Tensor, TestModel, scene, three_spheres};
+
+#[test]
+fn a_tolerance_below_the_noise_of_a_model_is_refused_and_the_best_result_has_an_honest_bar() {
+    // Velocities with noise of 1e-4: the net displacement is uncertain by about 4e-4 of the change
+    // of length, 1e-2 of itself.
+    let text = three_spheres("model.tolerance = 1e-4", FREE);
+    let refused = simulate_with_noise(&text);
+    assert!(
+        matches!(refused, Err(SwimError::NotIntegrated { .. })),
+        "{refused:?}"
+    );
+    let best = three_spheres("model = { tolerance = 1e-4, accept = \"best\" }", FREE);
+    let outcome = simulate_with_noise(&best).unwrap();
+    let exact: f64 = RPY.iter().sum();
+    let (error, bar) = (
+        (outcome.net() - exact).abs(),
+        outcome.limited_error.unwrap(),
+    );
+    assert!(!outcome.tolerance_met && error <= bar, "{error:e} {bar:e}");
+    assert!(bar < 0.1 * exact, "{bar:e}");
+}
+
+/// Simulates a stroke by a model whose velocities have relative noise of 1e-4.
+fn simulate_with_noise(text: &str) -> Result<swimmer::Outcome, SwimError> {
+    let scene = scene(text);
+    let mut model = NoisyModel(TestModel::new(&scene, Tensor::Rpy));
+    swimmer::simulate(&scene, &mut model, Method::Collocation, &mut ())
+}
+
+/// The test model with noise that depends on the configuration, like that of a new mesh.
+struct NoisyModel(TestModel);
+
+impl Hydrodynamics for NoisyModel {
+    fn name(&self) -> &'static str {
+        "noisy"
+    }
+
+    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
+        let lengths: f64 = query.configuration.lengths.iter().sum();
+        // A rapidly oscillating function is noise for any quadrature that does not resolve it.
+        let noise = 1e-4 * (1e7 * lengths).sin();
+        let mut solutions = self.0.solve(query)?;
+        for solution in &mut solutions {
+            for frame in &mut solution.motion.frames {
+                frame.linear *= 1.0 + noise;
+            }
+        }
+        Ok(solutions)
+    }
+
+    fn cost(&mut self, at: Configuration<'_>) -> Result<Cost, ModelError> {
+        self.0.cost(at)
+    }
+}
+
+#[test]
+fn the_net_displacement_meets_the_tolerance_also_where_it_is_small() {
+    // The net displacement of the planar swimmer is 1/370 of the change of length of an arm.
+    let outcome = |text: &str| {
+        let scene = scene(text);
+        let mut model = TestModel::new(&scene, Tensor::Rpy);
+        swimmer::simulate(&scene, &mut model, Method::Collocation, &mut ()).unwrap()
+    };
+    let still = (UnitQuaternion::identity(), Vector3::zeros());
+    let at = |tolerance: f64| {
+        let text = planar(&still.0, &still.1, "clamped");
+        outcome(&text.replace("tolerance = 1e-9", &format!("tolerance = {tolerance}")))
+    };
+    let (loose, tight) = (at(0.03), at(1e-7));
+    let error = (loose.displacement[0] - tight.displacement[0]).norm();
+    assert!(error <= loose.error_estimate.integration.unwrap());
+    assert!(loose.tolerance_met && error <= 0.03 * tight.net());
+    let swimmer = outcome(&three_spheres("model.tolerance = 1e-3", FREE));
+    let exact: f64 = RPY.iter().sum();
+    assert!(swimmer.tolerance_met && (swimmer.net() - exact).abs() < 1e-3 * exact);
+    // Per leg, orders of one, two and three points, of which the last is accepted, and the end.
+    assert_eq!((swimmer.legs.len(), swimmer.solves), (4, 24));
+    assert_eq!(swimmer.samples.len(), 1 + 4 * (3 + 1));
+}
