@@ -11,10 +11,10 @@ use rigid::Twist;
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, Hydrodynamics, Query};
-use crate::mesh_error::MeshError;
+use crate::mesh_error::{MeshError, power_error_bar};
 use crate::mobility::MobilitySolution;
 use crate::scaled_scene::ScaledScene;
-use crate::solution::InstantaneousSolution;
+use crate::solution::{BodySolution, InstantaneousSolution};
 use scene::{Arrangement, Domain, Scene, Shape};
 use stokes::{Dofs, Seconds, SolverReport};
 
@@ -272,6 +272,13 @@ impl AxisymmetricModel {
         let forces = (bodies.iter().zip(&lower_bodies))
             .map(|(last, lower)| factor * (lower.force - last.force))
             .collect();
+        let power =
+            |bodies: &[BodySolution]| -> f64 { bodies.iter().map(BodySolution::power).sum() };
+        let power_error = factor.max(spin_factor) * (power(&lower_bodies) - power(&bodies));
+        let relative_truncation = match self.surroundings {
+            Surroundings::Unbounded => Some(axial.truncation_error()),
+            _ => None,
+        };
         let error = velocities.iter().fold(0.0_f64, |m, e| m.max(e.norm()));
         let fastest = bodies.iter().fold(0.0_f64, |m, b| m.max(b.velocity.norm()));
         let total = clock.elapsed().as_secs_f64();
@@ -294,8 +301,12 @@ impl AxisymmetricModel {
             },
             error_estimate: ErrorEstimate {
                 mesh: Some(error.hypot(UNCERTAINTY * error)),
-                container: (self.surroundings == Surroundings::Unbounded)
-                    .then(|| axial.truncation_error() * fastest),
+                container: relative_truncation.map(|relative| relative * fastest),
+                ..ErrorEstimate::default()
+            },
+            power_error: ErrorEstimate {
+                mesh: Some(power_error_bar(power_error)),
+                container: relative_truncation.map(|relative| relative * power(&bodies).abs()),
                 ..ErrorEstimate::default()
             },
             mesh_error: Some(MeshError {
@@ -307,6 +318,7 @@ impl AxisymmetricModel {
                     .collect(),
                 bodies: velocities,
                 uncertainty: UNCERTAINTY * error,
+                power: power_error,
                 forces,
             }),
             ..InstantaneousSolution::new(bodies, link_forces, motion)

@@ -20,6 +20,18 @@ pub struct MeshError {
     /// Forces of linked bodies are assumed to have the relative error of their power. To first
     /// order this is right if one link moves while the others have constant length.
     pub forces: Vec<Vector3<f64>>,
+    /// Error of the power of the bodies on the fluid.
+    pub power: f64,
+}
+
+/// Relative uncertainty of the estimated error of the power.
+///
+/// Estimated errors of forces and speeds in `cargo xtask validate` are 0.7 to 1.4 of the true ones.
+const POWER_UNCERTAINTY: f64 = 0.5;
+
+/// Error bar of a power or work whose error is estimated as `error`.
+pub(crate) fn power_error_bar(error: f64) -> f64 {
+    error.abs().hypot(POWER_UNCERTAINTY * error)
 }
 
 impl MeshError {
@@ -41,15 +53,24 @@ pub struct AccumulatedError {
     /// Uncertainty of the errors of displacements.
     #[serde(rename = "spread")]
     pub uncertainty: f64,
+    /// Error of the work of the bodies on the fluid.
+    #[serde(default)]
+    pub work: f64,
 }
 
 impl AccumulatedError {
+    /// Error bar of the work.
+    pub fn work_error_bar(&self) -> f64 {
+        power_error_bar(self.work)
+    }
+
     /// Adds the error of a motion that lasts for `time`.
     pub fn add(&mut self, time: f64, motion: &StateVelocity, error: &MeshError) {
         let step = Self {
             displacement: error.frames.iter().map(|f| f.linear * time).collect(),
             rotation: error.frames.iter().map(|f| f.angular * time).collect(),
             uncertainty: 0.0,
+            work: error.power * time,
         };
         let displacement: Vec<_> = motion.frames.iter().map(|f| f.linear * time).collect();
         self.append(&step, &displacement);
@@ -73,6 +94,7 @@ impl AccumulatedError {
             *displacement += later_displacement + rotation.cross(path);
             *rotation += later_rotation;
         }
+        self.work += later.work;
         // On different meshes the errors are independent, so the squares of their uncertainties
         // are summed.
         self.uncertainty = self.uncertainty.hypot(later.uncertainty);
@@ -101,6 +123,7 @@ mod tests {
             bodies: vec![],
             uncertainty: 0.5,
             forces: vec![],
+            power: sign,
         };
         let motion = StateVelocity {
             frames: vec![Twist {
@@ -123,11 +146,14 @@ mod tests {
             displacement: vec![Vector3::zeros()],
             rotation: vec![Vector3::new(0.0, 0.0, 1e-3)],
             uncertainty: 0.0,
+            work: 3.0,
         };
+        assert_eq!(sum.work, 0.0);
         sum.append(&rotation_error, &[Vector3::zeros()]);
         sum.add(2.0, &motion, &error(0.0));
         assert!((sum.displacement[0] - Vector3::new(0.0, 2e-3, 0.0)).norm() < 1e-15);
         let tip = sum.of_body(0, &Vector3::new(10.0, 0.0, 0.0));
+        assert_eq!(sum.work, 3.0);
         assert!((tip - Vector3::new(0.0, 1.2e-2, 0.0)).norm() < 1e-15);
     }
 
@@ -135,6 +161,6 @@ mod tests {
     fn stored_names_are_those_of_existing_checkpoints() {
         let stored = serde_json::to_value(AccumulatedError::default()).unwrap();
         let names: Vec<&String> = stored.as_object().unwrap().keys().collect();
-        assert_eq!(names, ["moved", "spread", "turned"]);
+        assert_eq!(names, ["moved", "spread", "turned", "work"]);
     }
 }

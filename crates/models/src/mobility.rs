@@ -77,6 +77,12 @@ impl MobilitySolution {
             .fold(0.0, f64::max)
     }
 
+    /// Power of the bodies on the fluid.
+    pub fn power(&self, set: &Articulation) -> f64 {
+        let velocities = self.generalised.select_rows(&set.surface_velocities());
+        self.forces.dot(&velocities)
+    }
+
     /// Motion and load of every body in the scene's units.
     ///
     /// # Errors

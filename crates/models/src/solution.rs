@@ -31,6 +31,8 @@ pub struct InstantaneousSolution {
     pub seconds: Seconds,
     /// Error bars of the velocities.
     pub error_estimate: ErrorEstimate,
+    /// Error bars of the power of the bodies on the fluid.
+    pub power_error: ErrorEstimate,
     /// Signed discretisation errors, if they were requested.
     pub mesh_error: Option<MeshError>,
     /// Comparison with independent computations, if estimates were requested.
@@ -56,10 +58,16 @@ impl InstantaneousSolution {
             solver: SolverReport::default(),
             seconds: Seconds::default(),
             error_estimate: ErrorEstimate::default(),
+            power_error: ErrorEstimate::default(),
             mesh_error: None,
             checks: None,
             remeshed: None,
         }
+    }
+
+    /// Power of the bodies on the fluid.
+    pub fn power(&self) -> f64 {
+        self.bodies.iter().map(BodySolution::power).sum()
     }
 
     /// Relative discretisation errors of the forces and of the velocities.
@@ -123,6 +131,13 @@ pub struct BodySolution {
     pub force: Vector3<f64>,
     /// Torque that the body exerts on the fluid, about its centre.
     pub torque: Vector3<f64>,
+}
+
+impl BodySolution {
+    /// Power of the body on the fluid: `F · U + T · ω`.
+    pub fn power(&self) -> f64 {
+        self.force.dot(&self.velocity) + self.torque.dot(&self.angular_velocity)
+    }
 }
 
 /// A velocity and pressure field on the nodes of a mesh, in the scene's units.

@@ -106,6 +106,11 @@ impl Scale {
         torque * (self.force_unit() * self.length)
     }
 
+    /// Power in the scene of a scaled power.
+    pub fn power_to_scene(&self, power: f64) -> f64 {
+        power * self.force_unit() * self.length
+    }
+
     /// Grand resistance in the scene of a scaled one.
     ///
     /// The factor is `μ L` for forces due to translations, and a further `L` for a torque instead

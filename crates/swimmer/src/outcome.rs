@@ -52,6 +52,9 @@ pub struct Outcome {
     pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
     pub work: f64,
+    /// Error bars of the work.
+    #[serde(default)]
+    pub work_error: ErrorEstimate,
     /// Seconds of all solves.
     pub seconds: Seconds,
     /// The meshes that were generated, for models with a mesh.
@@ -158,6 +161,7 @@ impl Interim {
             limited_error: None,
             tolerance_met: true,
             work: 0.0,
+            work_error: ErrorEstimate::default(),
             seconds: Seconds::default(),
             meshes: Vec::new(),
             samples: vec![Sample {

@@ -203,6 +203,9 @@ pub fn continue_from(
             outcome.error_estimate.integration = Some(error_bar(error));
         }
         outcome.work += result.work;
+        outcome.work_error.accumulate(1.0, &result.work_error);
+        let accumulated = outcome.accumulated_error.as_ref();
+        outcome.work_error.mesh = accumulated.map(AccumulatedError::work_error_bar);
         outcome.seconds += result.seconds;
         observer.leg_done(&leg, &result, &outcome, integrator.model())?;
     }

@@ -6,7 +6,7 @@ use stokes::{Estimate, Solution};
 
 use super::far_field::FarField;
 use crate::error_estimate::ErrorEstimate;
-use crate::mesh_error::MeshError;
+use crate::mesh_error::{MeshError, power_error_bar};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{BodySolution, InstantaneousSolution};
 
@@ -38,15 +38,18 @@ pub fn to_scene(
         .map(|link| scale.force_to_scene(flow.link_force(link)))
         .collect();
     let speed = largest_norm(bodies.iter().map(|b| b.velocity));
+    let power = bodies.iter().map(BodySolution::power).sum::<f64>().abs();
+    let bars = |size: f64| ErrorEstimate {
+        container: Some(container_error * size),
+        // The equations are those of Stokes flow without approximation.
+        model: Some(0.0),
+        algebraic: Some(solution.algebraic_error * size),
+        ..ErrorEstimate::default()
+    };
     InstantaneousSolution {
         dofs: solution.dofs,
-        error_estimate: ErrorEstimate {
-            container: Some(container_error * speed),
-            // The equations are those of Stokes flow without approximation.
-            model: Some(0.0),
-            algebraic: Some(solution.algebraic_error * speed),
-            ..ErrorEstimate::default()
-        },
+        error_estimate: bars(speed),
+        power_error: bars(power),
         checks: solution.checks,
         solver: solution.solver.clone(),
         seconds: solution.seconds,
@@ -96,6 +99,8 @@ pub fn set_mesh_error(
     let uncertainty = scale.speed_to_scene(estimate.uncertainty);
     let largest = largest_norm(of_bodies.iter().copied());
     solution.error_estimate.mesh = Some(largest.hypot(uncertainty));
+    let power = power_error(scaled, solution, estimate, &of_bodies);
+    solution.power_error.mesh = Some(power_error_bar(power));
     solution.mesh_error = Some(MeshError {
         frames: estimate
             .frames
@@ -107,6 +112,7 @@ pub fn set_mesh_error(
             .collect(),
         bodies: of_bodies,
         uncertainty,
+        power,
         forces: if set.links().is_empty() {
             // Without links the forces are the given loads.
             vec![Vector3::zeros(); solution.bodies.len()]
@@ -117,6 +123,32 @@ pub fn set_mesh_error(
                 .collect()
         },
     });
+}
+
+/// Error of the power of the bodies, computed minus exact.
+///
+/// The rates of the links are prescribed, and the power that they need is too large by the energy
+/// of the error. External loads are given, and their power has the error of the velocities.
+fn power_error(
+    scaled: &ScaledScene,
+    solution: &InstantaneousSolution,
+    estimate: &Estimate,
+    velocity_errors: &[Vector3<f64>],
+) -> f64 {
+    let set = &scaled.set;
+    let mut by_loads = 0.0;
+    for (linkage, frame) in set.linkages().iter().zip(&estimate.frames) {
+        for &body in &linkage.bodies {
+            let load = &scaled.loads[body];
+            let force = scaled.scale.force_to_scene(load.force);
+            let torque = scaled.scale.torque_to_scene(load.torque);
+            by_loads += force.dot(&velocity_errors[body]) + torque.dot(&frame.angular);
+        }
+    }
+    match set.links().is_empty() {
+        true => by_loads,
+        false => by_loads + estimate.relative_energy * solution.power(),
+    }
 }
 
 fn largest_norm(vectors: impl Iterator<Item = Vector3<f64>>) -> f64 {

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
 
+use crate::mesh_error::MeshError;
 use crate::solution::{BodySolution, InstantaneousSolution};
 
 /// Numbers of bodies and links of a scene, which determine the length of a record.
@@ -10,6 +11,8 @@ use crate::solution::{BodySolution, InstantaneousSolution};
 pub struct Layout {
     pub bodies: usize,
     pub links: usize,
+    /// Whether records contain discretisation errors.
+    pub mesh_errors: bool,
 }
 
 /// The tabulated quantities of one solution: motion, and velocities and forces of bodies and links.
@@ -17,6 +20,8 @@ pub struct Record {
     pub motion: StateVelocity,
     pub bodies: Vec<BodySolution>,
     pub link_forces: Vec<Vector3<f64>>,
+    /// Discretisation errors; their uncertainty and that of the power are not tabulated.
+    pub mesh_error: Option<MeshError>,
 }
 
 impl Record {
@@ -31,7 +36,7 @@ impl Record {
             angular: next(),
         };
         let spins = (0..layout.bodies).map(|_| next()).collect();
-        let bodies = (0..layout.bodies)
+        let bodies: Vec<BodySolution> = (0..layout.bodies)
             .map(|_| BodySolution {
                 velocity: next(),
                 angular_velocity: next(),
@@ -46,6 +51,16 @@ impl Record {
             },
             bodies,
             link_forces: (0..layout.links).map(|_| next()).collect(),
+            mesh_error: layout.mesh_errors.then(|| MeshError {
+                frames: vec![Twist {
+                    linear: next(),
+                    angular: next(),
+                }],
+                bodies: (0..layout.bodies).map(|_| next()).collect(),
+                forces: (0..layout.bodies).map(|_| next()).collect(),
+                uncertainty: 0.0,
+                power: 0.0,
+            }),
         }
     }
 }
@@ -64,6 +79,10 @@ pub fn numbers(solution: &InstantaneousSolution) -> Vec<f64> {
         ]);
     }
     vectors.extend(&solution.link_forces);
+    if let Some(error) = &solution.mesh_error {
+        vectors.extend(error.frames.iter().flat_map(|f| [f.linear, f.angular]));
+        vectors.extend(error.bodies.iter().chain(&error.forces));
+    }
     vectors.iter().flatten().copied().collect()
 }
 
@@ -90,6 +109,11 @@ pub fn weights(
     kinds.extend(vec![Angular; layout.bodies]);
     kinds.extend([Velocity, Angular, Force, Torque].repeat(layout.bodies));
     kinds.extend(vec![Force; layout.links]);
+    if layout.mesh_errors {
+        kinds.extend([Velocity, Angular]);
+        kinds.extend(vec![Velocity; layout.bodies]);
+        kinds.extend(vec![Force; layout.bodies]);
+    }
     let kinds: Vec<Kind> = kinds.into_iter().flat_map(|kind| [kind; 3]).collect();
     let kinds = kinds.repeat(records_per_point);
     let largest = |wanted: Kind| {
@@ -118,14 +142,19 @@ mod tests {
         let layout = Layout {
             bodies: 2,
             links: 1,
+            mesh_errors: true,
         };
-        let written: Vec<f64> = (0..39).map(f64::from).collect();
+        let written: Vec<f64> = (0..57).map(f64::from).collect();
         let Record {
             motion,
             bodies,
             link_forces,
+            mesh_error,
         } = Record::new(&written, layout);
-        let solution = InstantaneousSolution::new(bodies, link_forces, motion);
+        let solution = InstantaneousSolution {
+            mesh_error,
+            ..InstantaneousSolution::new(bodies, link_forces, motion)
+        };
         assert_eq!(numbers(&solution), written);
         assert_eq!(weights(&written, 1, layout, 1.0).0.len(), written.len());
     }

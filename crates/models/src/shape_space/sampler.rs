@@ -8,10 +8,49 @@ use stokes::{Dofs, SolverReport};
 use super::chebyshev::node;
 use super::record::numbers;
 use crate::error::ModelError;
+use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Hydrodynamics, Query};
+use crate::solution::InstantaneousSolution;
 
 /// Highest degree in a variable; spheres with gaps of a hundredth of a radius need more.
 pub const MAX_DEGREE: usize = 64;
+
+/// Largest error bars of several solutions, each for a unit rate.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Bars {
+    /// Error bar of velocities without the tabulated discretisation errors.
+    pub velocity: f64,
+    /// Uncertainty of the tabulated discretisation errors of velocities; none without them.
+    pub mesh_uncertainty: Option<f64>,
+    /// Error bar of the power without the discretisation error, relative to the power.
+    pub power: f64,
+    /// Discretisation error of the power, relative to the power.
+    pub mesh_power: f64,
+}
+
+impl Bars {
+    /// Error bar of velocities by all sources but the tabulated discretisation errors themselves.
+    pub fn total(&self) -> f64 {
+        self.velocity + self.mesh_uncertainty.unwrap_or(0.0)
+    }
+
+    fn include(&mut self, solution: &InstantaneousSolution) {
+        let untabulated = |bars: &ErrorEstimate| match &solution.mesh_error {
+            Some(_) => bars.total() - bars.mesh.unwrap_or(0.0),
+            None => bars.total(),
+        };
+        let power = solution.power().abs().max(f64::MIN_POSITIVE);
+        self.velocity = self.velocity.max(untabulated(&solution.error_estimate));
+        self.power = self.power.max(untabulated(&solution.power_error) / power);
+        if let Some(error) = &solution.mesh_error {
+            let so_far = self.mesh_uncertainty.unwrap_or(0.0);
+            self.mesh_uncertainty = Some(so_far.max(error.uncertainty));
+            if error.power.abs() / power > self.mesh_power.abs() {
+                self.mesh_power = error.power / power;
+            }
+        }
+    }
+}
 
 /// Samples a model at grid points, each at most once.
 pub struct Sampler<'a> {
@@ -21,11 +60,10 @@ pub struct Sampler<'a> {
     /// Links whose length varies.
     variables: &'a [usize],
     model: &'a mut dyn Hydrodynamics,
-    estimates: bool,
     /// Numbers of the solutions by their indices in the finest grid.
     known: BTreeMap<Vec<usize>, Vec<f64>>,
-    /// Largest error bar of a solution.
-    pub model_error: f64,
+    /// Largest error bars of a solution.
+    pub bars: Bars,
     /// Size and solver of the last solution.
     pub last: Option<(Dofs, SolverReport)>,
 }
@@ -37,16 +75,14 @@ impl<'a> Sampler<'a> {
         state: State,
         lengths: Vec<f64>,
         variables: &'a [usize],
-        estimates: bool,
     ) -> Self {
         Self {
             state,
             lengths,
             variables,
             model,
-            estimates,
             known: BTreeMap::new(),
-            model_error: 0.0,
+            bars: Bars::default(),
             last: None,
         }
     }
@@ -83,11 +119,11 @@ impl<'a> Sampler<'a> {
                 state: &self.state,
                 lengths: &lengths,
             };
-            let query = Query::new(configuration, &rates).with_estimates(self.estimates);
+            let query = Query::new(configuration, &rates);
             let mut values = Vec::new();
             for solution in self.model.solve(&query)? {
                 solution.check_finite(self.model.name())?;
-                self.model_error = self.model_error.max(solution.error_estimate.total());
+                self.bars.include(&solution);
                 values.extend(numbers(&solution));
                 self.last = Some((solution.dofs, solution.solver));
             }

@@ -5,10 +5,11 @@ use rigid::{State, Twist};
 
 use super::chebyshev::{Interpolant, indices};
 use super::record::{Layout, Record, weights};
-use super::sampler::{MAX_DEGREE, Sampler};
+use super::sampler::{Bars, MAX_DEGREE, Sampler};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Hydrodynamics};
+use crate::mesh_error::{MeshError, power_error_bar};
 use crate::solution::InstantaneousSolution;
 use scene::Scene;
 use stokes::{Dofs, SolverReport};
@@ -41,8 +42,11 @@ pub struct ShapeSpace {
     dofs: Dofs,
     solver: SolverReport,
     points: usize,
-    /// Error of velocities for a unit rate: of the interpolation, and of the model.
-    errors: (f64, f64),
+    /// Interpolation error of velocities for a unit rate.
+    interpolation_error: f64,
+    /// Interpolation error relative to the largest velocity and the largest force.
+    relative_error: f64,
+    bars: Bars,
 }
 
 impl ShapeSpace {
@@ -63,17 +67,6 @@ impl ShapeSpace {
         model: &mut dyn Hydrodynamics,
         ranges: &[(f64, f64)],
         tolerance: f64,
-    ) -> Result<Self, ModelError> {
-        Self::sample(scene, model, ranges, tolerance, true)
-    }
-
-    /// [`ShapeSpace::tabulate`] with or without error estimates of the model.
-    pub(super) fn sample(
-        scene: &Scene,
-        model: &mut dyn Hydrodynamics,
-        ranges: &[(f64, f64)],
-        tolerance: f64,
-        estimates: bool,
     ) -> Result<Self, ModelError> {
         let refuse = |problem: &str| {
             Err(ModelError::ShapeSpace {
@@ -100,11 +93,7 @@ impl ShapeSpace {
         }
         let start = scene.initial_state();
         let lengths = ranges.iter().map(|r| r.0).collect();
-        let mut sampler = Sampler::new(model, start.clone(), lengths, &variables, estimates);
-        let layout = Layout {
-            bodies: scene.bodies().len(),
-            links,
-        };
+        let mut sampler = Sampler::new(model, start.clone(), lengths, &variables);
         let longest = ranges.iter().fold(0.0_f64, |m, r| m.max(r.1));
         let box_ranges: Vec<(f64, f64)> = variables.iter().map(|&k| ranges[k]).collect();
         let mut degrees = vec![FIRST_DEGREE; variables.len()];
@@ -118,6 +107,11 @@ impl ShapeSpace {
             for index in indices(&degrees) {
                 values.extend_from_slice(sampler.at(&box_ranges, &degrees, &index)?);
             }
+            let layout = Layout {
+                bodies: scene.bodies().len(),
+                links,
+                mesh_errors: sampler.bars.mesh_uncertainty.is_some(),
+            };
             let (weights, speed) = weights(&values, variables.len(), layout, longest);
             let width = weights.len();
             let records = Interpolant::new(box_ranges.clone(), degrees.clone(), width, values);
@@ -125,7 +119,7 @@ impl ShapeSpace {
             let tail: f64 = tails.iter().sum();
             // The error of the model is not smooth: it jumps with the order of its expansions.
             let is_noise = tail > 0.5 * previous_tail
-                && tail * speed <= NOISE * sampler.model_error.max(tolerance * speed);
+                && tail * speed <= NOISE * sampler.bars.total().max(tolerance * speed);
             if tail <= tolerance || is_noise {
                 let (dofs, solver) = sampler.last.clone().unwrap_or_default();
                 return Ok(Self {
@@ -139,7 +133,9 @@ impl ShapeSpace {
                         ..solver
                     },
                     points,
-                    errors: (tail * speed, sampler.model_error),
+                    interpolation_error: tail * speed,
+                    relative_error: tail,
+                    bars: sampler.bars,
                     variables,
                 });
             }
@@ -165,7 +161,7 @@ impl ShapeSpace {
 
     /// Estimated errors of velocities for a unit rate: of the interpolation, and of the model.
     pub fn errors(&self) -> (f64, f64) {
-        self.errors
+        (self.interpolation_error, self.bars.total())
     }
 
     /// The connection `A(s)`: twist of the frame for a unit rate of each varying length.
@@ -217,14 +213,37 @@ impl ShapeSpace {
         }
         let record = Record::new(&sum, self.layout);
         let speed: f64 = rates.iter().map(|r| r.abs()).sum();
+        let solution = InstantaneousSolution::new(record.bodies, record.link_forces, record.motion);
+        let power = solution.power();
+        // The error of a product of two interpolated numbers.
+        let sizes = solution.bodies.iter();
+        let product: f64 = sizes.map(|b| b.force.norm() * b.velocity.norm()).sum();
+        let mesh_error = record.mesh_error.map(|error| MeshError {
+            uncertainty: speed * self.bars.mesh_uncertainty.unwrap_or(0.0),
+            power: power * self.bars.mesh_power,
+            ..error
+        });
+        let mesh_bar = |error: &MeshError| {
+            let largest = error.bodies.iter().fold(0.0_f64, |m, e| m.max(e.norm()));
+            largest.hypot(error.uncertainty)
+        };
         InstantaneousSolution {
             dofs: self.dofs,
             solver: self.solver.clone(),
             error_estimate: ErrorEstimate {
-                model: Some(speed * (self.errors.0 + self.errors.1)),
+                mesh: mesh_error.as_ref().map(mesh_bar),
+                model: Some(speed * (self.interpolation_error + self.bars.velocity)),
                 ..ErrorEstimate::default()
             },
-            ..InstantaneousSolution::new(record.bodies, record.link_forces, record.motion)
+            power_error: ErrorEstimate {
+                mesh: mesh_error
+                    .as_ref()
+                    .map(|error| power_error_bar(error.power)),
+                model: Some(self.bars.power * power.abs() + 2.0 * self.relative_error * product),
+                ..ErrorEstimate::default()
+            },
+            mesh_error,
+            ..solution
         }
     }
 

@@ -15,6 +15,7 @@ pub struct Tabulated {
     scene: Scene,
     model: Box<dyn Hydrodynamics>,
     tables: Vec<Table>,
+    tolerance: f64,
 }
 
 struct Table {
@@ -29,18 +30,20 @@ enum TableState {
     Impossible,
 }
 
-/// Relative error of the interpolation over the tolerance of the net displacement.
-///
-/// The net displacement is a small difference of the displacements of the legs.
-const TOLERANCE_FACTOR: f64 = 0.01;
-
 impl Tabulated {
-    /// Adds tables over boxes of lengths to a model; each box has one range per link.
+    /// Adds tables over boxes of lengths to a model, to the relative error `tolerance`.
+    ///
+    /// Each box has one range per link.
     ///
     /// A table is computed at the first query in its box. Error bars of solutions include the
     /// errors of both the table and the model. The same scene gives bitwise the same tables, so
     /// resumed runs give bitwise the same results.
-    pub fn new(scene: &Scene, model: Box<dyn Hydrodynamics>, boxes: Vec<Vec<(f64, f64)>>) -> Self {
+    pub fn new(
+        scene: &Scene,
+        model: Box<dyn Hydrodynamics>,
+        boxes: Vec<Vec<(f64, f64)>>,
+        tolerance: f64,
+    ) -> Self {
         let table = |ranges| Table {
             ranges,
             state: TableState::Pending,
@@ -49,24 +52,20 @@ impl Tabulated {
             scene: scene.clone(),
             model,
             tables: boxes.into_iter().map(table).collect(),
+            tolerance,
         }
     }
 
     /// The table for a configuration and rates, computed if necessary; `None` if there is none.
-    fn table(
-        &mut self,
-        configuration: Configuration,
-        rates: &[f64],
-        estimates: bool,
-    ) -> Option<&ShapeSpace> {
+    fn table(&mut self, configuration: Configuration, rates: &[f64]) -> Option<&ShapeSpace> {
         let table = self.tables.iter_mut().find(|table| {
             covers(&table.ranges, configuration.lengths, rates)
                 && !matches!(table.state, TableState::Impossible)
         })?;
         if let TableState::Pending = table.state {
-            let tolerance = TOLERANCE_FACTOR * self.scene.model().tolerance;
+            let tolerance = self.tolerance;
             let model = self.model.as_mut();
-            let space = ShapeSpace::sample(&self.scene, model, &table.ranges, tolerance, estimates);
+            let space = ShapeSpace::tabulate(&self.scene, model, &table.ranges, tolerance);
             // An error is not reported here: without a table the model solves the query itself.
             table.state = space.map_or(TableState::Impossible, |space| {
                 TableState::Computed(Box::new(space))
@@ -90,7 +89,7 @@ impl Hydrodynamics for Tabulated {
         let mut untabulated = Vec::new();
         for rates in query.rates {
             let clock = Clock::now();
-            if let Some(space) = self.table(configuration, rates, query.estimates) {
+            if let Some(space) = self.table(configuration, rates) {
                 let mut solution = space.solution(configuration, rates);
                 solution.seconds.solve = clock.elapsed().as_secs_f64();
                 solution.seconds.total = solution.seconds.solve;

@@ -199,11 +199,12 @@ impl SpheresModel {
         let ScaledScene { scale, set, loads } = &self.scaled;
         let constraints = self.scaled.constraints(configuration, rates)?;
         let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads)?;
-        let mut error = 0.0;
+        let (mut error, mut power_error) = (0.0, 0.0);
         let mut previous = solved.clone();
         for (reference, factor) in &resistances.references {
             let reference = MobilitySolution::new(reference, set, &constraints, loads)?;
             error += factor * previous.largest_difference(&reference, set);
+            power_error += factor * (previous.power(set) - reference.power(set)).abs();
             previous = reference;
         }
         let total = clock.elapsed().as_secs_f64();
@@ -227,7 +228,11 @@ impl SpheresModel {
                 ..Seconds::default()
             },
             error_estimate: ErrorEstimate {
-                model: Some(scale.velocity_to_scene(Vector3::x() * error).x),
+                model: Some(scale.speed_to_scene(error)),
+                ..ErrorEstimate::default()
+            },
+            power_error: ErrorEstimate {
+                model: Some(scale.power_to_scene(power_error)),
                 ..ErrorEstimate::default()
             },
             ..InstantaneousSolution::new(solved.bodies(set, scale)?, link_forces, motion)

@@ -41,7 +41,7 @@ fn tabulated_and_untabulated_rates_are_solved_in_the_order_of_the_query() {
     };
     // Only the left arm varies in the table.
     let ranges = vec![vec![(6.0, 10.0), (10.0, 10.0)]];
-    let mut tabulated = Tabulated::new(&scene, Box::new(model), ranges);
+    let mut tabulated = Tabulated::new(&scene, Box::new(model), ranges, 1e-5);
 
     let state = scene.initial_state();
     let configuration = Configuration {

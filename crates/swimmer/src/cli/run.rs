@@ -110,7 +110,10 @@ fn describe(report: &Report, out: &Path) -> String {
             rotation.x, rotation.y, rotation.z
         ),
     );
-    text += &entry("work on the fluid", &format!("{:.6}", outcome.work));
+    text += &entry(
+        "work on the fluid",
+        &with_uncertainty(outcome.work, outcome.work_error.total()),
+    );
     text += &entry(
         "cost",
         &format!(

@@ -17,8 +17,8 @@ use super::inverse_dexp::coordinate_rate;
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, LegResult};
-use super::step_size::{MAX_PARTS, largest_displacement, rounding, step_tolerance};
+use super::result::{Approximation, IntegrationError, LegResult};
+use super::step_size::{MAX_PARTS, expected_ratio, largest_displacement, rounding, step_tolerance};
 use crate::error::SwimError;
 
 /// From this number of points on, solutions are requested with estimates of the discretisation
@@ -35,9 +35,8 @@ const MAX_POINTS: usize = 8;
 /// to the length of the step, by 2. Where only the best result is requested, noise is accepted.
 const REDUCTION_BY_HALVING: f64 = 0.25;
 
-/// Smallest ratio of successive changes that is trusted: some small changes by chance must not look
-/// like fast convergence.
-const LEAST_RATIO: f64 = 0.1;
+/// Expected ratio of successive changes up to which a single change is trusted.
+const SURE_RATIO: f64 = 0.1;
 
 /// Integrates a leg; halves the step where increasing the order does not converge.
 pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResult, SwimError> {
@@ -75,8 +74,12 @@ pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResu
         if let Some(accumulated) = &mut accumulated {
             accumulated.uncertainty += step.mesh_change;
         }
-        let (approximation, error) = (step.approximation, Some(step.error));
-        result.append(evaluator, approximation, error, accumulated.as_ref())?;
+        let error = IntegrationError {
+            displacement: step.error,
+            work: step.work_error,
+        };
+        let approximation = step.approximation;
+        result.append(evaluator, approximation, Some(error), accumulated.as_ref())?;
     }
     Ok(result.with_totals(evaluator))
 }
@@ -97,9 +100,11 @@ pub(super) fn fixed_order(
 /// One part of a leg at the highest order tried.
 struct Step {
     approximation: Approximation,
-    /// Estimated integration error.
+    /// Estimated integration error of the displacement.
     error: f64,
-    /// Largest error allowed.
+    /// Estimated integration error of the work.
+    work_error: f64,
+    /// Largest error of the displacement allowed.
     tolerance: f64,
     /// Change of the step by a new mesh, an uncertainty of the discretisation.
     mesh_change: f64,
@@ -116,8 +121,9 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
     let duration = evaluator.leg.duration * width;
     let remeshings = evaluator.remeshings;
     let guess = initial_guess(evaluator, start, span)?;
+    let ratio = expected_ratio(evaluator, &guess)?;
     let mut previous = collocate(evaluator, start, &guess, 1, false)?;
-    let mut changes = Vec::new();
+    let (mut changes, mut work_changes) = (Vec::new(), Vec::new());
     let mut points = 2;
     loop {
         let requested = points >= FIRST_ESTIMATED;
@@ -126,9 +132,10 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
         let change = largest_displacement(evaluator, &(&step + &(&previous_step * -1.0)));
         let tolerance = step_tolerance(evaluator, &step, width);
         changes.push(change);
-        let error = remaining_error(&changes);
+        let error = remaining_error(&changes, ratio);
+        work_changes.push((current.work(duration) - previous.work(duration)).abs());
         let mut accepted = (error <= tolerance).then_some((error, 0.0));
-        let stalled = matches!(changes[..], [.., last, _] if change > 0.5 * last);
+        let stalled = matches!(changes[..], [.., before, last] if is_stalled(before, last));
         if accepted.is_none() && stalled {
             let is_rounding = change <= rounding(evaluator, &step);
             let is_model_error =
@@ -152,6 +159,7 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
             return Ok(Step {
                 approximation: current,
                 error,
+                work_error: remaining_error(&work_changes, ratio),
                 tolerance,
                 mesh_change,
                 is_accepted,
@@ -164,19 +172,31 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
 
 /// Error of the last of several orders, from the changes between successive orders.
 ///
-/// A change is the error of the order before. Errors decrease geometrically with the distance of
-/// the nearest singularity, but with changing signs where it is complex, as between two bodies
-/// that come close: single changes are far below their neighbours by chance. Therefore the largest
-/// ratio `r` of successive changes `c_k` counts, and the error of order `n` is estimated as the
-/// largest of all `c_k r^(n-k+1)`.
-fn remaining_error(changes: &[f64]) -> f64 {
-    if let [change] = changes {
-        return *change;
+/// A change is the error of the order before. Errors decrease geometrically, at first by a smooth
+/// part of the velocity and later by a ratio that the nearest singularity determines, with changing
+/// signs: single changes are far below their neighbours by chance. Therefore the largest ratio `r`
+/// of successive changes `c_k` counts, or the one expected for the singularity, `least_ratio`, and
+/// the error of order `n` is estimated as the largest of all `c_k r^(n-k+1) / (1 - r)`, the sum of
+/// the changes still to come. Changes that no longer decrease are noise of their own size.
+fn remaining_error(changes: &[f64], least_ratio: f64) -> f64 {
+    match *changes {
+        // Near contact a single change may be small by chance.
+        [_] if least_ratio > SURE_RATIO => return f64::INFINITY,
+        [change] => return change,
+        [.., before, last] if is_stalled(before, last) => return 2.0 * before.max(last),
+        _ => {}
     }
-    let ratios = changes.windows(2).map(|pair| pair[1] / pair[0]);
-    let ratio = ratios.fold(LEAST_RATIO, f64::max).min(1.0);
+    let pairs = changes
+        .windows(2)
+        .filter(|pair| !is_stalled(pair[0], pair[1]));
+    let ratio = pairs.fold(least_ratio, |ratio, pair| ratio.max(pair[1] / pair[0]));
     let largest = |error: f64, &change: &f64| ratio * error.max(change);
-    changes.iter().fold(0.0, largest)
+    changes.iter().fold(0.0, largest) / (1.0 - ratio)
+}
+
+/// Whether the change by an order is not clearly smaller than that by the order before.
+fn is_stalled(before: f64, change: f64) -> bool {
+    change > 0.5 * before
 }
 
 /// The path of a step before the first solve.

@@ -90,7 +90,7 @@ fn integration_error(
         let step_error = AccumulatedError {
             displacement: error.frames.iter().map(|f| f.linear).collect(),
             rotation: error.frames.iter().map(|f| f.angular).collect(),
-            uncertainty: 0.0,
+            ..AccumulatedError::default()
         };
         let displacement: Vec<_> = rate.frames.iter().map(|f| f.linear).collect();
         accumulated.append(&step_error, &displacement);

@@ -8,6 +8,7 @@ use rigid::{State, StateVelocity, Twist};
 use scene::{Leg, Scene, closest_contact};
 
 use super::leg_solution::LegSolution;
+use super::piece::PathPiece;
 use crate::error::SwimError;
 
 type Observer<'a> = &'a mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>;
@@ -152,6 +153,18 @@ impl<'a> LegEvaluator<'a> {
             Some(link) => self.scene.articulation().links()[link].name.clone(),
             None => "constant lengths".to_owned(),
         }
+    }
+
+    /// Smallest gap between surfaces at the ends of a path; infinite for a body alone.
+    pub fn smallest_gap(&self, path: &PathPiece) -> Result<f64, SwimError> {
+        let set = self.scene.articulation();
+        let mut smallest = f64::INFINITY;
+        for s in [path.from, path.to] {
+            let poses = set.place(&path.state(set, s)?, &self.leg.lengths(s))?;
+            let contact = closest_contact(self.scene.bodies(), self.scene.domain(), &poses);
+            smallest = contact.map_or(smallest, |contact| smallest.min(contact.gap));
+        }
+        Ok(smallest)
     }
 
     fn check_clearance(&self, s: f64, state: &State, lengths: &[f64]) -> Result<(), SwimError> {

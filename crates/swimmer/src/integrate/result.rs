@@ -1,6 +1,6 @@
 //! The result of a leg, put together from its parts.
 
-use models::{AccumulatedError, BodySolution, ErrorEstimate, InstantaneousSolution, Seconds};
+use models::{AccumulatedError, ErrorEstimate, InstantaneousSolution, Seconds};
 use rigid::{Articulation, State};
 
 use super::leg_evaluator::LegEvaluator;
@@ -16,6 +16,15 @@ pub(super) struct Approximation {
     pub solutions: Vec<LegSolution>,
     /// Quadrature weights of the solutions; their sum is one.
     pub weights: Vec<f64>,
+}
+
+/// Estimated integration errors of a part of a leg.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct IntegrationError {
+    /// Error of the displacement.
+    pub displacement: f64,
+    /// Error of the work of the bodies on the fluid.
+    pub work: f64,
 }
 
 /// The result of integrating the motion over a leg.
@@ -39,6 +48,8 @@ pub struct LegResult {
     pub accumulated_integration_error: Option<AccumulatedError>,
     /// Work of the bodies on the fluid.
     pub work: f64,
+    /// Error bars of the work.
+    pub work_error: ErrorEstimate,
     /// Seconds of all solves.
     pub seconds: Seconds,
 }
@@ -65,6 +76,11 @@ impl Approximation {
         self.integral(duration, |solution| {
             solution.error_estimate.mesh.unwrap_or(0.0)
         })
+    }
+
+    /// Work of the bodies on the fluid over `duration`.
+    pub fn work(&self, duration: f64) -> f64 {
+        self.integral(duration, InstantaneousSolution::power)
     }
 
     fn integral(&self, duration: f64, of: impl Fn(&InstantaneousSolution) -> f64) -> f64 {
@@ -99,21 +115,24 @@ impl LegResult {
             accumulated_error: Some(AccumulatedError::default()),
             accumulated_integration_error: None,
             work: 0.0,
+            work_error: ErrorEstimate::default(),
             seconds: Seconds::default(),
         }
     }
 
     /// Appends an accepted approximation of the next part of the leg.
     ///
-    /// `integration_error` is its estimated integration error, `accumulated` its accumulated
+    /// `integration_error` are its estimated integration errors, `accumulated` its accumulated
     /// discretisation error; each is none where the method has no estimate.
     pub(super) fn append(
         &mut self,
         evaluator: &LegEvaluator,
         approximation: Approximation,
-        integration_error: Option<f64>,
+        integration_error: Option<IntegrationError>,
         accumulated: Option<&AccumulatedError>,
     ) -> Result<(), SwimError> {
+        let duration = evaluator.leg.duration * (approximation.piece.to - approximation.piece.from);
+        self.work += approximation.work(duration);
         let Approximation {
             piece,
             solutions,
@@ -127,24 +146,26 @@ impl LegResult {
             }
             _ => None,
         };
-        let duration = evaluator.leg.duration * (piece.to - piece.from);
-        let power = |b: &BodySolution| b.force.dot(&b.velocity) + b.torque.dot(&b.angular_velocity);
+        // Discretisation errors are summed with their signs, in `accumulated_error`.
+        let without_mesh = |bars: &ErrorEstimate| ErrorEstimate {
+            mesh: None,
+            ..*bars
+        };
         for (leg_solution, weight) in solutions.iter().zip(weights) {
             let solution = &leg_solution.solution;
-            // Discretisation errors are summed with their signs, in `accumulated_error`.
-            let without_mesh = ErrorEstimate {
-                mesh: None,
-                ..solution.error_estimate
-            };
-            self.error_estimate
-                .accumulate(weight * duration, &without_mesh);
-            self.work += weight * duration * solution.bodies.iter().map(power).sum::<f64>();
+            let time = weight * duration;
+            (self.error_estimate).accumulate(time, &without_mesh(&solution.error_estimate));
+            (self.work_error).accumulate(time, &without_mesh(&solution.power_error));
         }
-        let integration = ErrorEstimate {
-            integration: integration_error,
+        let integration = |error: Option<f64>| ErrorEstimate {
+            integration: error,
             ..ErrorEstimate::default()
         };
-        self.error_estimate.accumulate(1.0, &integration);
+        let of_displacement = integration_error.map(|error| error.displacement);
+        let of_work = integration_error.map(|error| error.work);
+        self.error_estimate
+            .accumulate(1.0, &integration(of_displacement));
+        self.work_error.accumulate(1.0, &integration(of_work));
         self.end = piece.state(evaluator.scene.articulation(), piece.to)?;
         self.solutions.extend(solutions);
         self.pieces.push(piece);

@@ -11,7 +11,7 @@ use super::inverse_dexp::coordinate_rate;
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, LegResult};
+use super::result::{Approximation, IntegrationError, LegResult};
 use super::step_size::{MAX_PARTS, largest_displacement, step_tolerance};
 use crate::error::SwimError;
 
@@ -120,7 +120,11 @@ pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResu
             weights: WEIGHTS[..step.solutions.len()].to_vec(),
             solutions: step.solutions,
         };
-        result.append(evaluator, approximation, Some(step.error), None)?;
+        let error = IntegrationError {
+            displacement: step.error,
+            work: step.work_error,
+        };
+        result.append(evaluator, approximation, Some(error), None)?;
         (s, width) = (end, factor * (end - s));
     }
     Ok(result.with_totals(evaluator))
@@ -131,6 +135,8 @@ struct Step {
     sigma: StateVelocity,
     /// Estimated error of the step.
     error: f64,
+    /// Estimated error of the work.
+    work_error: f64,
     /// Solutions of all stages but the last.
     solutions: Vec<LegSolution>,
     /// The solution at the end of the step.
@@ -155,10 +161,13 @@ fn step(
         solutions.push(stage);
     }
     let error = combination(rates.iter().zip(DIFFERENCE), start);
+    let powers = solutions.iter().map(|stage| stage.solution.power());
+    let work_difference: f64 = powers.zip(DIFFERENCE).map(|(p, d)| d * p).sum();
     let last = solutions.split_off(NODES.len() - 1).swap_remove(0);
     Ok(Step {
         sigma: combination(rates.iter().zip(WEIGHTS), start),
         error: largest_displacement(evaluator, &error),
+        work_error: (duration * work_difference).abs(),
         solutions,
         last,
     })

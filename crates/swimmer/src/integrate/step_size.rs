@@ -3,6 +3,8 @@
 use rigid::StateVelocity;
 
 use super::leg_evaluator::LegEvaluator;
+use super::piece::PathPiece;
+use crate::error::SwimError;
 
 /// Tolerance for the error of a leg whose net displacement is not predicted, as a fraction of the
 /// scene's tolerance, relative to the displacement in the leg or the change of length.
@@ -10,6 +12,13 @@ use super::leg_evaluator::LegEvaluator;
 /// The three-sphere swimmer of Najafi & Golestanian moves by 1/25 of the change of length of an
 /// arm, and the errors of four legs add up.
 const LEG_TOLERANCE_SHARE: f64 = 1.0 / 160.0;
+
+/// Smallest expected ratio of the errors of successive orders: for bodies far apart the velocity is
+/// nearly linear, and its smooth part determines the errors.
+const LEAST_RATIO: f64 = 0.01;
+
+/// Largest expected ratio: beyond it, halving the step gains more than a higher order.
+const LARGEST_RATIO: f64 = 0.5;
 
 /// Largest number of equal parts of a leg to which a step may shrink.
 ///
@@ -27,6 +36,27 @@ pub(super) fn step_tolerance(evaluator: &LegEvaluator, step: &StateVelocity, wid
             evaluator.scene.model().tolerance * LEG_TOLERANCE_SHARE * scale
         }
     }
+}
+
+/// Ratio of the errors of successive orders of Gauss quadrature that contact causes.
+///
+/// Velocities are singular functions of the lengths where bodies touch. With the distance `d` from
+/// the end of a step of the width `w` to contact, errors decrease by
+///
+/// ```text
+/// ρ^-2,   ρ = z + √(z² - 1),   z = 1 + 2 d / w
+/// ```
+///
+/// per order (Trefethen 2008, SIAM Rev. 50, theorem 4.5). Surfaces approach each other no faster
+/// than the lengths change, or than bodies move on `path`.
+pub(super) fn expected_ratio(evaluator: &LegEvaluator, path: &PathPiece) -> Result<f64, SwimError> {
+    let gap = evaluator.smallest_gap(path)?;
+    let width = path.to - path.from;
+    let approach =
+        width * largest_length_change(evaluator) + largest_displacement(evaluator, &path.step());
+    let z = 1.0 + 2.0 * gap.max(0.0) / approach;
+    let ratio = (z + (z * z - 1.0).sqrt()).powi(-2);
+    Ok(ratio.clamp(LEAST_RATIO, LARGEST_RATIO))
 }
 
 /// Rounding error of a step: the positions of the bodies are sums of lengths of links.

@@ -14,7 +14,7 @@ use crate::outcome::Outcome;
 /// `phases` (each with `link`, `displacement`, `solves`, `error_estimate`), `solves`,
 /// `error_estimate` (absolute, in the scene's unit of length), `corrected` (the displacement minus
 /// its estimated discretisation error), `seconds`, `model`, `reasons`, `cycles`, `duration`, `work`
-/// (of the bodies on the fluid), `tolerance`, `tolerance_met`, `meshes`, `peak_rss_mib`.
+/// (of the bodies on the fluid), `work_error` (its error bars), `tolerance`, `tolerance_met`, `meshes`, `peak_rss_mib`.
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
 /// solves.
 pub fn summary_json(
@@ -57,6 +57,7 @@ pub fn summary_json(
         "cycles": scene.gait().cycles,
         "duration": scene.gait().duration(),
         "work": outcome.work,
+        "work_error": estimate(&outcome.work_error),
         "tolerance": scene.model().tolerance,
         "tolerance_met": outcome.tolerance_met,
         "meshes": outcome.meshes,

@@ -4,7 +4,7 @@ use models::Tabulated;
 use scene::{Gait, Scene, legs};
 
 use super::choice::Choice;
-use crate::integrate::TYPICAL_SOLVES_PER_LEG;
+use crate::integrate::{TYPICAL_SOLVES_PER_LEG, velocity_tolerance};
 
 /// Number of points per variable in a typical table.
 const TYPICAL_POINTS: usize = 9;
@@ -17,13 +17,15 @@ pub fn with_tables(scene: &Scene, choice: Choice) -> Choice {
     let Some(boxes) = boxes(scene) else {
         return choice;
     };
+    // The highest accuracy of a table in double precision.
+    let tolerance = velocity_tolerance(scene).max(1e-13);
     let mut reasons = choice.reasons;
     reasons.push(match boxes.len() {
         1 => "tabulated over the shapes of the gait, which repeat in every cycle".to_owned(),
         n => format!("tabulated along {n} lines of shape space, which repeat in every cycle"),
     });
     Choice {
-        model: Box::new(Tabulated::new(scene, choice.model, boxes)),
+        model: Box::new(Tabulated::new(scene, choice.model, boxes, tolerance)),
         reasons,
     }
 }

@@ -1,7 +1,7 @@
 //! Strokes by the mesh-free models, against exact displacements.
 
 use nalgebra::Vector3;
-use swimmer::{Method, Outcome, Scene, choose, simulate};
+use swimmer::{Method, Outcome, Scene, choose, simulate, with_tables};
 
 /// The three-sphere swimmer of Najafi & Golestanian (2004): arms of 10 close to 6 and open again.
 pub fn three_spheres(domain: &str, model: &str, tolerance: f64) -> Scene {
@@ -81,6 +81,73 @@ fn the_three_sphere_stroke_in_balls() {
             (outcome.displacement[1].x - net).abs() < 1e-8,
             "{radius}: {}",
             outcome.displacement[1].x
+        );
+    }
+}
+
+/// The three-sphere stroke between two lengths at the arm speed 4.
+fn stroke_between(open: f64, closed: f64, cycles: u32, model: &str, tolerance: f64) -> Scene {
+    let duration = (open - closed) / 4.0;
+    let mut builder = Scene::builder()
+        .sphere("l", 1.0, [-open, 0.0, 0.0])
+        .sphere("c", 1.0, [0.0; 3])
+        .sphere("r", 1.0, [open, 0.0, 0.0])
+        .link("left", "l", "c")
+        .link("right", "r", "c")
+        .cycles(cycles)
+        .model(serde_json::from_value(model.into()).unwrap())
+        .tolerance(tolerance);
+    for (link, length) in [
+        ("left", closed),
+        ("right", closed),
+        ("left", open),
+        ("right", open),
+    ] {
+        builder = builder.phase(link, length, duration);
+    }
+    builder.build().unwrap()
+}
+
+/// Work of a cycle at the arm speed 4: opened and closed length, and the exact value (spectral).
+const WORK: [(f64, f64, f64); 5] = [
+    (10.0, 6.0, 925.347074),
+    (10.0, 9.0, 225.408096),
+    (10.0, 4.0, 1432.321382),
+    (6.0, 3.0, 817.414923),
+    (20.0, 16.0, 852.151519),
+];
+
+#[test]
+fn the_work_of_a_stroke_is_within_its_error_bar_of_the_exact_value() {
+    for (open, closed, exact) in WORK {
+        for (cycles, tolerance) in [(1, 1e-3), (1, 1e-8), (3, 1e-6)] {
+            // Three cycles are tabulated.
+            let scene = stroke_between(open, closed, cycles, "multipole", tolerance);
+            let mut model = with_tables(&scene, choose(&scene).unwrap()).model;
+            let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut ()).unwrap();
+            let error = (outcome.work - f64::from(cycles) * exact).abs();
+            let bar = outcome.work_error.total();
+            // The exact values have nine digits.
+            let rounding = f64::from(cycles) * 5e-7;
+            assert!(
+                error <= bar + rounding,
+                "{open} {closed}: {error:e} {bar:e}"
+            );
+            // The displacement of a leg and the work are computed from the same solutions.
+            assert!(bar <= tolerance * exact, "{open} {closed}: {bar:e}");
+        }
+    }
+}
+
+#[test]
+fn the_work_by_elements_in_space_and_in_the_meridian_plane_is_within_its_error_bar() {
+    let (open, closed, exact) = WORK[3];
+    for (model, largest) in [("axisymmetric", 1e-2), ("fem", 0.05)] {
+        let outcome = run(&stroke_between(open, closed, 1, model, 1e-2));
+        let (error, bar) = ((outcome.work - exact).abs(), outcome.work_error.total());
+        assert!(
+            error <= bar && bar <= largest * exact,
+            "{model}: {error:e} {bar:e}"
         );
     }
 }

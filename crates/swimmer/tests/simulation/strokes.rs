@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use swimmer::{Method, SwimError};
 
-use crate::support::{Run, STROKE, Tensor, TestModel, run, scene, three_spheres};
+use crate::support::{Run, STROKE, Tensor, run, scene, three_spheres};
 
 pub const FREE: &str = r#"{ kind = "unbounded" }"#;
 const WALL: &str = r#"{ kind = "wall" }"#;
