@@ -6,7 +6,7 @@ use rigid::State;
 use stokes::{Dofs, SolverReport};
 
 use super::chebyshev::node;
-use super::record::numbers;
+use super::record::{Layout, numbers};
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Hydrodynamics, Query};
 
@@ -22,6 +22,7 @@ pub struct Sampler<'a> {
     variables: &'a [usize],
     model: &'a mut dyn Hydrodynamics,
     estimates: bool,
+    layout: Layout,
     /// Numbers of the solutions by their indices in the finest grid.
     known: BTreeMap<Vec<usize>, Vec<f64>>,
     /// Largest error bar of a solution.
@@ -38,6 +39,7 @@ impl<'a> Sampler<'a> {
         lengths: Vec<f64>,
         variables: &'a [usize],
         estimates: bool,
+        layout: Layout,
     ) -> Self {
         Self {
             state,
@@ -45,6 +47,7 @@ impl<'a> Sampler<'a> {
             variables,
             model,
             estimates,
+            layout,
             known: BTreeMap::new(),
             model_error: 0.0,
             last: None,
@@ -56,7 +59,8 @@ impl<'a> Sampler<'a> {
     /// `ranges` and `degrees` have one entry per variable.
     ///
     /// # Errors
-    /// Those of the model.
+    /// Those of the model; [`ModelError::NoSolution`] for a list of another length, or with other
+    /// numbers of bodies and links.
     pub fn at(
         &mut self,
         ranges: &[(f64, f64)],
@@ -85,10 +89,19 @@ impl<'a> Sampler<'a> {
             };
             let query = Query::new(configuration, &rates).with_estimates(self.estimates);
             let mut values = Vec::new();
-            for solution in self.model.solve(&query)? {
-                solution.check_finite(self.model.name())?;
+            let solutions = self.model.solve(&query)?;
+            let model = self.model.name();
+            if solutions.len() != rates.len() {
+                return Err(ModelError::NoSolution { model });
+            }
+            for solution in solutions {
+                solution.check(self.model)?;
                 self.model_error = self.model_error.max(solution.error_estimate.total());
-                values.extend(numbers(&solution));
+                let numbers = numbers(&solution);
+                if numbers.len() != self.layout.numbers() {
+                    return Err(ModelError::NoSolution { model });
+                }
+                values.extend(numbers);
                 self.last = Some((solution.dofs, solution.solver));
             }
             self.known.insert(key.clone(), values);

@@ -92,7 +92,7 @@ impl<'a> LegEvaluator<'a> {
         state: &State,
         solution: InstantaneousSolution,
     ) -> Result<LegSolution, SwimError> {
-        solution.check_finite(self.model.name())?;
+        solution.check(self.model)?;
         self.seconds += solution.seconds;
         let leg_solution = LegSolution {
             number: self.solves,
