@@ -49,8 +49,14 @@ impl LinearOperator for BiharmonicOperator<'_> {
 
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         let mut d = vec![Vec3::zeros(); self.inverse_mass.len()];
-        self.condition.expand(x, &mut d);
-        y.copy_from_slice(&self.condition.restrict(&self.image(&d)));
+        let free = self.condition.free_nodes();
+        for (value, &node) in x.as_chunks::<3>().0.iter().zip(free) {
+            d[node as usize] = Vec3::from(*value);
+        }
+        let image = self.image(&d);
+        for (value, &node) in y.as_chunks_mut::<3>().0.iter_mut().zip(free) {
+            *value = image[node as usize].into();
+        }
     }
 
     fn is_symmetric(&self) -> bool {
@@ -106,6 +112,7 @@ impl MeshMotion for Biharmonic {
     }
 
     fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError> {
+        moving.check(fields)?;
         let condition = DirichletCondition::new(moving.prescribed);
         if condition.n_free() == 0 {
             return Ok(());
@@ -113,7 +120,7 @@ impl MeshMotion for Biharmonic {
         let stiffness = moving.space.vertex_stiffness(moving.mesh)?;
         let mass = lumped_mass(moving.mesh);
         let inverse_mass: Vec<f64> = mass.iter().map(|m| 1.0 / m).collect();
-        let free = Bordered::scalar(condition.restrict_matrix(&stiffness, 1))?;
+        let free = Bordered::scalar(condition.restrict_matrix(&stiffness, 1)?)?;
         let free_mass = (0..mass.len())
             .filter(|&v| !moving.prescribed[v])
             .map(|v| mass[v]);
@@ -136,8 +143,7 @@ impl MeshMotion for Biharmonic {
             &mut preconditioner,
             &params,
             fields,
-        )?;
-        Ok(())
+        )
     }
 }
 

@@ -19,11 +19,22 @@ pub struct MovingBody {
 }
 
 /// The nodes on the surface of each body.
+///
+/// # Errors
+/// [`AleError::NoSurface`], [`AleError::SharedSurface`], [`AleError::NotFinite`] for a centre.
 pub(crate) fn nodes_of(mesh: &TetMesh, bodies: &[MovingBody]) -> Result<Vec<Vec<u32>>, AleError> {
-    bodies
-        .iter()
-        .map(|body| Ok(mesh.nodes_on(mesh.tag(&body.tag)?)))
-        .collect()
+    let nodes = |(index, body): (usize, &MovingBody)| {
+        if bodies[..index].iter().any(|other| other.tag == body.tag) {
+            let tag = body.tag.clone();
+            return Err(AleError::SharedSurface { tag });
+        }
+        if !body.centre.iter().all(|component| component.is_finite()) {
+            let what = "the centre of body";
+            return Err(AleError::NotFinite { what, index });
+        }
+        Ok(mesh.nodes_on(mesh.tag(&body.tag).map_err(AleError::NoSurface)?))
+    };
+    bodies.iter().enumerate().map(nodes).collect()
 }
 
 /// Whether each vertex is on a boundary other than a symmetry plane.
@@ -43,12 +54,35 @@ pub(crate) fn boundary_vertices(mesh: &TetMesh) -> Vec<bool> {
     on_boundary
 }
 
-/// Fails with [`AleError::Motions`] unless there is one motion per body.
-pub(crate) fn check_count(expected: usize, motions: &[Isometry3<f64>]) -> Result<(), AleError> {
-    match motions.len() {
-        found if found == expected => Ok(()),
-        found => Err(AleError::Motions { expected, found }),
+/// Largest difference from 1 of the length of a quaternion that counts as a rotation.
+///
+/// A text file with seven digits reaches 1e-7; the surface of a body then changes its size by less
+/// than any mesh resolves.
+const ROTATION: f64 = 1e-6;
+
+/// Refuses motions unless there is one rigid motion per body.
+///
+/// # Errors
+/// [`AleError::Motions`], [`AleError::NotFinite`], [`AleError::NotRotation`].
+pub(crate) fn check_motions(expected: usize, motions: &[Isometry3<f64>]) -> Result<(), AleError> {
+    let found = motions.len();
+    if found != expected {
+        return Err(AleError::Motions { expected, found });
     }
+    for (index, motion) in motions.iter().enumerate() {
+        if !motion.translation.vector.iter().all(|x| x.is_finite()) {
+            let what = "the translation of body";
+            return Err(AleError::NotFinite { what, index });
+        }
+        let length = motion.rotation.norm();
+        if length.is_nan() || (length - 1.0).abs() > ROTATION {
+            return Err(AleError::NotRotation {
+                body: index,
+                length,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// `Q - I` for the rotation `Q` of a motion.

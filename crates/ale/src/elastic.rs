@@ -62,6 +62,7 @@ impl MeshMotion for Elastic {
                 range: "at least 0 and below 1/2",
             });
         }
+        moving.check(fields)?;
         let condition = DirichletCondition::new(moving.prescribed);
         if condition.n_free() == 0 {
             return Ok(());
@@ -74,7 +75,7 @@ impl MeshMotion for Elastic {
         let scalar = moving
             .space
             .weighted_vertex_stiffness(moving.mesh, &coefficients)?;
-        let scalar = Bordered::scalar(condition.restrict_matrix(&scalar, 1))?;
+        let scalar = Bordered::scalar(condition.restrict_matrix(&scalar, 1)?)?;
         let mut multigrid = Multigrid::new(&scalar, &MultigridParams::default())?;
         let apply = |field: &[Vec3]| {
             let interleaved: Vec<f64> = field.iter().flat_map(|&d| <[f64; 3]>::from(d)).collect();
@@ -87,7 +88,7 @@ impl MeshMotion for Elastic {
                 .map(|&d| Vec3::from(d))
                 .collect()
         };
-        let operator = FreeBlock(condition.restrict_matrix(&elastic, 3));
+        let operator = FreeBlock(condition.restrict_matrix(&elastic, 3)?);
         let params = krylov(1000);
         extend(
             &condition,
@@ -96,7 +97,6 @@ impl MeshMotion for Elastic {
             &mut multigrid,
             &params,
             fields,
-        )?;
-        Ok(())
+        )
     }
 }

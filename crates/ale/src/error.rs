@@ -7,6 +7,41 @@ pub enum AleError {
     /// A moved mesh with an inverted element.
     #[error("the moved mesh is not valid ({0}); remesh at the new shape")]
     Invalid(#[from] mesh::MeshError),
+    /// A body whose surface the mesh does not have.
+    #[error("the surface of a moving body: {0}")]
+    NoSurface(mesh::MeshError),
+    /// Two bodies with the same surface.
+    #[error("two moving bodies have the surface '{tag}'; give each body a surface of its own")]
+    SharedSurface {
+        /// Boundary tag of the surface.
+        tag: String,
+    },
+    /// A list of the wrong length.
+    #[error("expected {expected} {what}, found {found}")]
+    Length {
+        /// Name of the items that are counted.
+        what: &'static str,
+        /// Number of vertices of the mesh.
+        expected: usize,
+        /// Number found.
+        found: usize,
+    },
+    /// A displacement, centre or motion that is not finite.
+    #[error("{what} {index} is not finite")]
+    NotFinite {
+        /// Name of the item.
+        what: &'static str,
+        /// Index of the item.
+        index: usize,
+    },
+    /// A rotation that is not one.
+    #[error("the rotation of body {body} is a quaternion of length {length}, which must be 1")]
+    NotRotation {
+        /// Index of the body.
+        body: usize,
+        /// Length of the quaternion.
+        length: f64,
+    },
     /// A number of motions other than the number of bodies.
     #[error("expected {expected} motions, one per body, found {found}")]
     Motions {

@@ -1,9 +1,11 @@
 //! Extension of prescribed boundary displacements to the free vertices.
 
 use fem::DirichletCondition;
-use linalg::{Csr, KrylovParams, LinalgError, LinearOperator, Preconditioner, cg};
+use linalg::{Csr, KrylovParams, LinearOperator, Preconditioner, cg};
 use mesh::Vec3;
 use rayon::prelude::*;
+
+use crate::AleError;
 
 /// Relative residual to which extensions are solved.
 ///
@@ -25,14 +27,14 @@ pub(crate) fn extend(
     preconditioner: &mut dyn Preconditioner,
     params: &KrylovParams,
     fields: &mut [Vec<Vec3>],
-) -> Result<(), LinalgError> {
+) -> Result<(), AleError> {
     for field in fields {
-        condition.lift(field);
-        let mut rhs = condition.restrict(&apply(field));
+        condition.lift(field)?;
+        let mut rhs = condition.restrict(&apply(field))?;
         rhs.iter_mut().for_each(|value| *value = -*value);
         let mut solution = vec![0.0; rhs.len()];
         cg(operator, preconditioner, &rhs, &mut solution, params)?;
-        condition.expand(&solution, field);
+        condition.expand(&solution, field)?;
     }
     Ok(())
 }

@@ -31,6 +31,7 @@ impl MeshMotion for Harmonic {
     }
 
     fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError> {
+        moving.check(fields)?;
         let condition = DirichletCondition::new(moving.prescribed);
         if condition.n_free() == 0 {
             return Ok(());
@@ -39,7 +40,7 @@ impl MeshMotion for Harmonic {
         let stiffness = moving
             .space
             .weighted_vertex_stiffness(moving.mesh, &coefficients)?;
-        let operator = Bordered::scalar(condition.restrict_matrix(&stiffness, 1))?;
+        let operator = Bordered::scalar(condition.restrict_matrix(&stiffness, 1)?)?;
         let mut multigrid = Multigrid::new(&operator, &MultigridParams::default())?;
         let apply = |field: &[Vec3]| scalar_product(&stiffness, field);
         let params = krylov(300);
@@ -50,7 +51,6 @@ impl MeshMotion for Harmonic {
             &mut multigrid,
             &params,
             fields,
-        )?;
-        Ok(())
+        )
     }
 }

@@ -4,7 +4,7 @@ use fem::TaylorHood;
 use mesh::{TetMesh, Vec3};
 use nalgebra::Isometry3;
 
-use crate::bodies::{OnBody, at_all_nodes, boundary_vertices, check_count, nodes_of};
+use crate::bodies::{OnBody, at_all_nodes, boundary_vertices, check_motions, nodes_of};
 use crate::{AleError, MeshMotion, MovingBody, MovingMesh};
 
 /// A mesh that moves step by step, with an extension computed on the current mesh at each step.
@@ -33,7 +33,8 @@ impl IncrementalMap {
     /// The map with `mesh` as its initial mesh.
     ///
     /// # Errors
-    /// A body's tag that the mesh does not have.
+    /// [`AleError::NoSurface`] for a body's tag that the mesh does not have,
+    /// [`AleError::SharedSurface`], a centre that is not finite.
     pub fn new(
         mesh: TetMesh,
         bodies: &[MovingBody],
@@ -73,10 +74,11 @@ impl IncrementalMap {
     /// [`ReferenceMap::moved`](crate::ReferenceMap::moved).
     ///
     /// # Errors
-    /// [`AleError::Invalid`] if an element would be inverted. The mesh is then unchanged: try a
+    /// [`AleError::Motions`], [`AleError::NotFinite`] and [`AleError::NotRotation`] for motions that
+    /// do not fit; [`AleError::Invalid`] if an element would be inverted. The mesh is then unchanged: try a
     /// smaller step or remesh.
     pub fn advance(&mut self, motions: &[Isometry3<f64>]) -> Result<&TetMesh, AleError> {
-        check_count(self.bodies.len(), motions)?;
+        check_motions(self.bodies.len(), motions)?;
         let old = self.mesh.points();
         let mut displacement = vec![Vec3::zeros(); self.mesh.n_points()];
         for (body, motion) in self.bodies.iter().zip(motions) {

@@ -16,6 +16,36 @@ pub struct MovingMesh<'a> {
     pub prescribed: &'a [bool],
 }
 
+impl MovingMesh<'_> {
+    /// Refuses lists and fields without exactly one finite value per vertex.
+    ///
+    /// # Errors
+    /// [`AleError::Length`], [`AleError::NotFinite`].
+    pub(crate) fn check(&self, fields: &[Vec<Vec3>]) -> Result<(), AleError> {
+        let expected = self.mesh.n_vertices();
+        let is_prescribed = ("vertices marked as prescribed", self.prescribed.len());
+        let fields = || fields.iter().map(Vec::as_slice);
+        let lengths = fields().map(|field| ("displacements of the vertices", field.len()));
+        for (what, found) in std::iter::once(is_prescribed).chain(lengths) {
+            if found != expected {
+                return Err(AleError::Length {
+                    what,
+                    expected,
+                    found,
+                });
+            }
+        }
+        let is_bad = |d: &Vec3| !d.iter().all(|component| component.is_finite());
+        match fields().find_map(|field| field.iter().position(is_bad)) {
+            Some(vertex) => Err(AleError::NotFinite {
+                what: "the displacement of vertex",
+                index: vertex,
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// A linear extension of boundary displacements to all vertices.
 ///
 /// The extension depends on the mesh. Computed once on a reference mesh, it gives meshes that
@@ -36,6 +66,6 @@ pub trait MeshMotion: Send + Sync {
     /// Shapes: one vector per vertex.
     ///
     /// # Errors
-    /// A parameter out of range, a solver that fails, or a problem too large for the method.
+    /// Fields of the wrong length or not finite, a parameter out of range, a solver that fails, or a problem too large for the method.
     fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError>;
 }

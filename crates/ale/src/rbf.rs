@@ -57,6 +57,7 @@ impl MeshMotion for Rbf {
     }
 
     fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError> {
+        moving.check(fields)?;
         // Coordinates scaled to order one, so that polynomial and kernel rows have similar
         // magnitude.
         let [low, high] = moving.mesh.bounding_box();

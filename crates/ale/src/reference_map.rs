@@ -6,7 +6,7 @@ use fem::TaylorHood;
 use mesh::{TetMesh, Vec3};
 use nalgebra::{Isometry3, Matrix3};
 
-use crate::bodies::{at_all_nodes, boundary_vertices, check_count, nodes_of, rotation_increment};
+use crate::bodies::{at_all_nodes, boundary_vertices, check_motions, nodes_of, rotation_increment};
 use crate::{AleError, MeshMotion, MovingBody, MovingMesh};
 
 /// Precomputed extensions of the rigid motions of all bodies into a reference mesh.
@@ -48,7 +48,8 @@ impl ReferenceMap {
     /// body (four thirds if it rotates), others three (twelve).
     ///
     /// # Errors
-    /// A body's tag that the mesh does not have, or a failure of [`MeshMotion::extend`].
+    /// [`AleError::NoSurface`] for a body's tag that the mesh does not have,
+    /// [`AleError::SharedSurface`], a centre that is not finite, or a failure of [`MeshMotion::extend`].
     pub fn new(
         mesh: TetMesh,
         bodies: &[MovingBody],
@@ -127,9 +128,10 @@ impl ReferenceMap {
     /// The translation moves the body's centre; the rotation is about that centre.
     ///
     /// # Errors
-    /// [`AleError::Invalid`] if an element, straight or curved, is inverted: remesh in this case.
+    /// [`AleError::Motions`], [`AleError::NotFinite`] and [`AleError::NotRotation`] for motions that
+    /// do not fit; [`AleError::Invalid`] if an element, straight or curved, is inverted: remesh in this case.
     pub fn moved(&self, motions: &[Isometry3<f64>]) -> Result<TetMesh, AleError> {
-        check_count(self.influences.len(), motions)?;
+        check_motions(self.influences.len(), motions)?;
         let mut points = self.mesh.points().to_vec();
         for (motion, influences) in motions.iter().zip(&self.influences) {
             let increment = rotation_increment(motion);

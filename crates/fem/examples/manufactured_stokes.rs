@@ -49,16 +49,16 @@ fn errors(n: u32) -> Result<[f64; 3], Box<dyn Error>> {
     // The lift of the boundary values moves to the right-hand side.
     let condition = DirichletCondition::on_boundary(&mesh);
     let mut u: Vec<_> = mesh.points().iter().map(|&x| velocity(x).0).collect();
-    condition.lift(&mut u);
+    condition.lift(&mut u)?;
     let no_pressure = vec![0.0; mesh.n_vertices()];
     let image = momentum_residual(&stiffness, &divergence, &u, &no_pressure)?;
-    let mut rhs = condition.rhs(&load_vector(&mesh, force)?, &image);
+    let mut rhs = condition.rhs(&load_vector(&mesh, force)?, &image)?;
     rhs.extend(continuity_residual(&divergence, &u)?.iter().map(|r| -r));
 
     // [K B^T; B 0] of the free nodes, without rigid bodies: an empty border.
     let system = SaddleSystem::new(
-        Bordered::scalar(condition.restrict_matrix(&stiffness, 1))?,
-        condition.restrict_divergence(&divergence),
+        Bordered::scalar(condition.restrict_matrix(&stiffness, 1)?)?,
+        condition.restrict_divergence(&divergence)?,
         Csr::zero((mesh.n_vertices(), 0)),
         None,
         matrices.pressure_mass,
@@ -70,7 +70,7 @@ fn errors(n: u32) -> Result<[f64; 3], Box<dyn Error>> {
     fgmres(&system, &mut preconditioner, &rhs, &mut solution, &params)?;
 
     let (free, p) = solution.split_at(3 * condition.n_free());
-    condition.expand(free, &mut u);
+    condition.expand(free, &mut u)?;
     let error = velocity_error(&mesh, &u, velocity)?;
     Ok([
         error.l2,

@@ -3,6 +3,9 @@
 use linalg::{Csr, Csr3, OMITTED, submatrix};
 use mesh::{TetMesh, Vec3};
 
+use crate::FemError;
+use crate::check::check_length;
+
 /// Nodes with prescribed values, and the reduction of systems to the free nodes.
 ///
 /// Let the nodes consist of free nodes `F` and prescribed nodes `D`. A system `A u = f` with given
@@ -28,7 +31,7 @@ use mesh::{TetMesh, Vec3};
 /// let condition = DirichletCondition::on_boundary(&mesh);
 /// assert_eq!(condition.n_free(), 27); // of 125 nodes
 /// let stiffness = TaylorHood::new(&mesh)?.stiffness(&mesh)?;
-/// assert_eq!(condition.restrict_matrix(&stiffness, 1).shape(), (27, 27));
+/// assert_eq!(condition.restrict_matrix(&stiffness, 1)?.shape(), (27, 27));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -72,61 +75,67 @@ impl DirichletCondition {
 
     /// Sets a field to zero at the free nodes, which makes it the lift of its boundary values.
     ///
-    /// # Panics
-    /// If the field has another number of nodes.
-    pub fn lift(&self, field: &mut [Vec3]) {
-        self.check_nodes(field.len());
+    /// # Errors
+    /// [`FemError::Length`] if the field has another number of nodes.
+    pub fn lift(&self, field: &mut [Vec3]) -> Result<(), FemError> {
+        self.check_nodes("the field", field.len())?;
         for &node in &self.free {
             field[node as usize] = Vec3::zeros();
         }
+        Ok(())
     }
 
     /// Right-hand side `f_F - (A u_D)_F` of the free nodes, three interleaved components per node.
     ///
     /// `image` is `A u_D`, the product of the matrix over all nodes and the lift.
     ///
-    /// # Panics
-    /// If an array has another number of nodes.
-    pub fn rhs(&self, load: &[Vec3], image: &[Vec3]) -> Vec<f64> {
-        self.check_nodes(load.len());
-        self.check_nodes(image.len());
-        self.gather(|node| load[node] - image[node])
+    /// # Errors
+    /// [`FemError::Length`] if an array has another number of nodes.
+    pub fn rhs(&self, load: &[Vec3], image: &[Vec3]) -> Result<Vec<f64>, FemError> {
+        self.check_nodes("the load", load.len())?;
+        self.check_nodes("the product of matrix and lift", image.len())?;
+        Ok(self.gather(|node| load[node] - image[node]))
     }
 
     /// Values of a field at the free nodes, three interleaved components per node.
     ///
-    /// # Panics
-    /// If the field has another number of nodes.
-    pub fn restrict(&self, field: &[Vec3]) -> Vec<f64> {
-        self.check_nodes(field.len());
-        self.gather(|node| field[node])
+    /// # Errors
+    /// [`FemError::Length`] if the field has another number of nodes.
+    pub fn restrict(&self, field: &[Vec3]) -> Result<Vec<f64>, FemError> {
+        self.check_nodes("the field", field.len())?;
+        Ok(self.gather(|node| field[node]))
     }
 
     /// Writes values at the free nodes into a field and keeps its prescribed values.
     ///
     /// Shape: `values` `3 n_free`, three interleaved components per node.
     ///
-    /// # Panics
-    /// If an array has the wrong length.
-    pub fn expand(&self, values: &[f64], field: &mut [Vec3]) {
-        self.check_nodes(field.len());
-        assert_eq!(values.len(), 3 * self.free.len(), "values at free nodes");
+    /// # Errors
+    /// [`FemError::Length`] if an array has the wrong length.
+    pub fn expand(&self, values: &[f64], field: &mut [Vec3]) -> Result<(), FemError> {
+        self.check_nodes("the field", field.len())?;
+        let expected = 3 * self.free.len();
+        check_length("the values at free nodes", values.len(), expected)?;
         for (value, &node) in values.as_chunks::<3>().0.iter().zip(&self.free) {
             field[node as usize] = Vec3::from(*value);
         }
+        Ok(())
     }
 
     /// Rows and columns `A_FF` of the free nodes, for a matrix with `components` rows per node.
     ///
     /// Cost: two passes over the rows, in parallel.
     ///
-    /// # Panics
-    /// If the matrix has another shape.
-    pub fn restrict_matrix(&self, matrix: &Csr, components: usize) -> Csr {
-        let n = components * self.numbers.len();
-        assert_eq!(matrix.shape(), (n, n), "shape of the matrix");
+    /// # Errors
+    /// [`FemError::Length`] if the matrix has another shape, [`FemError::Linalg`] if it is not
+    /// stored by rows.
+    pub fn restrict_matrix(&self, matrix: &Csr, components: usize) -> Result<Csr, FemError> {
+        let n = components.saturating_mul(self.numbers.len());
+        check_length("a column of the matrix", matrix.rows(), n)?;
+        check_length("a row of the matrix", matrix.cols(), n)?;
         if components == 1 {
-            return submatrix(matrix, &self.free, &self.numbers, self.free.len());
+            let numbers = &self.numbers;
+            return Ok(submatrix(matrix, &self.free, numbers, self.free.len())?);
         }
         let per_node = components as u32;
         let expanded = |node: u32| (0..per_node).map(move |c| per_node * node + c);
@@ -135,17 +144,19 @@ impl DirichletCondition {
         for (number, &row) in rows.iter().enumerate() {
             numbers[row as usize] = number as u32;
         }
-        submatrix(matrix, &rows, &numbers, rows.len())
+        Ok(submatrix(matrix, &rows, &numbers, rows.len())?)
     }
 
     /// Columns of the free nodes of a discrete divergence, all rows.
     ///
-    /// # Panics
-    /// If the divergence has another number of columns.
-    pub fn restrict_divergence(&self, divergence: &Csr3) -> Csr3 {
-        self.check_nodes(divergence.cols());
+    /// # Errors
+    /// [`FemError::Length`] if the divergence has another number of columns, [`FemError::Linalg`]
+    /// if it is not stored by rows.
+    pub fn restrict_divergence(&self, divergence: &Csr3) -> Result<Csr3, FemError> {
+        self.check_nodes("a row of the divergence", divergence.cols())?;
         let rows: Vec<u32> = (0..divergence.rows() as u32).collect();
-        submatrix(divergence, &rows, &self.numbers, self.free.len())
+        let numbers = &self.numbers;
+        Ok(submatrix(divergence, &rows, numbers, self.free.len())?)
     }
 
     fn gather(&self, value: impl Fn(usize) -> Vec3) -> Vec<f64> {
@@ -153,8 +164,8 @@ impl DirichletCondition {
         values.flat_map(<[f64; 3]>::from).collect()
     }
 
-    fn check_nodes(&self, found: usize) {
-        assert_eq!(found, self.numbers.len(), "number of nodes");
+    fn check_nodes(&self, what: &'static str, found: usize) -> Result<(), FemError> {
+        check_length(what, found, self.numbers.len())
     }
 }
 
@@ -171,13 +182,13 @@ mod tests {
     fn expansion_inverts_restriction_and_keeps_prescribed_values() {
         let condition = condition();
         let field: Vec<Vec3> = (0..5).map(|i| Vec3::new(f64::from(i), 1.0, 2.0)).collect();
-        let values = condition.restrict(&field);
+        let values = condition.restrict(&field).unwrap();
         assert_eq!(values, [0.0, 1.0, 2.0, 2.0, 1.0, 2.0, 4.0, 1.0, 2.0]);
         let mut lift = field.clone();
-        condition.lift(&mut lift);
+        condition.lift(&mut lift).unwrap();
         let zero = Vec3::zeros();
         assert_eq!(lift, [zero, field[1], zero, field[3], zero]);
-        condition.expand(&values, &mut lift);
+        condition.expand(&values, &mut lift).unwrap();
         assert_eq!(lift, field);
     }
 
@@ -226,11 +237,13 @@ mod tests {
             let u: Vec<f64> = (0..15).map(|i| f64::from(i) - 4.0).collect();
             let load = nodal(&image(&matrix, &u));
             let mut lift = nodal(&u);
-            condition.lift(&mut lift);
-            let rhs = condition.rhs(&load, &nodal(&image(&matrix, &flat(&lift))));
-            let reduced = condition.restrict_matrix(&matrix, components);
+            condition.lift(&mut lift).unwrap();
+            let image_of_lift = nodal(&image(&matrix, &flat(&lift)));
+            let rhs = condition.rhs(&load, &image_of_lift).unwrap();
+            let reduced = condition.restrict_matrix(&matrix, components).unwrap();
             // Integers, so that sums are exact.
-            assert_eq!(image(&reduced, &condition.restrict(&nodal(&u))), rhs);
+            let free = condition.restrict(&nodal(&u)).unwrap();
+            assert_eq!(image(&reduced, &free), rhs);
         }
     }
 }

@@ -57,6 +57,9 @@ pub enum FemError {
         /// Index of the first entry, or nodal vector, that is not finite.
         index: usize,
     },
+    /// A matrix whose rows and columns cannot be restricted to the free nodes.
+    #[error(transparent)]
+    Linalg(#[from] linalg::LinalgError),
     /// A boundary tag without facets.
     #[error("no facet has tag {tag}; the mesh has {n_tags} tags")]
     EmptyTag {

@@ -22,6 +22,14 @@ pub struct LoadOnFluid {
     pub torque: Vec3,
 }
 
+impl LoadOnFluid {
+    /// Refuses a load that is not finite, as for a centre that is not.
+    fn checked(self) -> Result<Self, FemError> {
+        check_vectors("force and torque", &[self.force, self.torque], 2)?;
+        Ok(self)
+    }
+}
+
 /// Force and torque of a body from the residual of the momentum equation (consistent load).
 ///
 /// ```text
@@ -38,7 +46,8 @@ pub struct LoadOnFluid {
 /// Shapes: `residual` `n_points`, from [`momentum_residual`](crate::momentum_residual).
 ///
 /// # Errors
-/// Those of [`surface_measures`]; a residual of the wrong length or not finite.
+/// Those of [`surface_measures`]; a residual of the wrong length or not finite; a result that is
+/// not finite, as for a centre that is not.
 pub fn consistent_load(
     mesh: &TetMesh,
     tag: u16,
@@ -58,7 +67,7 @@ pub fn consistent_load(
         load.force += r;
         load.torque += (mesh.points()[node] - centre).cross(r);
     }
-    Ok(load)
+    load.checked()
 }
 
 /// Force and torque of a body from the stress on its surface.
@@ -74,7 +83,8 @@ pub fn consistent_load(
 /// Shapes: `velocity` `n_points`, `pressure` `n_vertices`.
 ///
 /// # Errors
-/// No facet has the tag; arrays of the wrong length or not finite; an inverted cell at the surface.
+/// No facet has the tag; arrays of the wrong length or not finite; an inverted cell at the surface;
+/// a result that is not finite, as for a centre that is not.
 pub fn stress_load(
     mesh: &TetMesh,
     tag: u16,
@@ -107,10 +117,11 @@ pub fn stress_load(
         }
         Ok([force.x, force.y, force.z, torque.x, torque.y, torque.z])
     })?;
-    Ok(LoadOnFluid {
+    let load = LoadOnFluid {
         force: Vec3::new(fx, fy, fz),
         torque: Vec3::new(tx, ty, tz),
-    })
+    };
+    load.checked()
 }
 
 /// Quadrature point of a facet as a point of its cell, whose nodes are `nodes`.

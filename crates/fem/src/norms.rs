@@ -36,6 +36,7 @@ pub fn dissipation(mesh: &TetMesh, velocity: &[Vec3]) -> Result<f64, FemError> {
         }
         Ok([sum])
     })?;
+    check_array("the dissipation", &[dissipation], 1)?;
     Ok(dissipation)
 }
 
@@ -109,6 +110,7 @@ pub fn pressure_error(
 ) -> Result<f64, FemError> {
     let mean = pressure_mean_error(mesh, pressure, &exact)?;
     let [squares, _, _] = pressure_moments(mesh, pressure, &|x| exact(x) + mean)?;
+    check_array("the pressure error", &[squares], 1)?;
     Ok(squares.sqrt())
 }
 

@@ -1,8 +1,11 @@
 //! Residuals of the momentum and the continuity equation.
 
+use std::borrow::Cow;
+
 use linalg::{Csr, Csr3};
 use mesh::Vec3;
 use rayon::prelude::*;
+use sprs::CsMatI;
 
 use crate::FemError;
 use crate::check::{check_array, check_length, check_vectors};
@@ -21,7 +24,7 @@ const ROWS_PER_TASK: usize = 256;
 /// `n_points`, `pressure` `n_vertices`.
 ///
 /// # Errors
-/// Shapes that do not match; a velocity or pressure that is not finite.
+/// Shapes that do not match; a velocity, pressure or residual that is not finite.
 pub fn momentum_residual(
     stiffness: &Csr,
     divergence: &Csr3,
@@ -33,6 +36,7 @@ pub fn momentum_residual(
     check_length("a row of the divergence", divergence.cols(), n)?;
     check_vectors("the velocity", velocity, n)?;
     check_array("the pressure", pressure, divergence.rows())?;
+    let stiffness = &by_rows(stiffness);
 
     let mut residual = vec![Vec3::zeros(); n];
     let (starts, columns, values) = (stiffness.indptr(), stiffness.indices(), stiffness.data());
@@ -48,6 +52,7 @@ pub fn momentum_residual(
     for (b, (row, column)) in divergence.iter() {
         residual[column as usize] += Vec3::from(*b) * pressure[row as usize];
     }
+    check_vectors("the residual", &residual, n)?;
     Ok(residual)
 }
 
@@ -58,9 +63,10 @@ pub fn momentum_residual(
 /// result `n_vertices`.
 ///
 /// # Errors
-/// A velocity of the wrong length or not finite.
+/// A velocity of the wrong length; a velocity or residual that is not finite.
 pub fn continuity_residual(divergence: &Csr3, velocity: &[Vec3]) -> Result<Vec<f64>, FemError> {
     check_vectors("the velocity", velocity, divergence.cols())?;
+    let divergence = &by_rows(divergence);
     let row = |row: usize| -> f64 {
         let Some(entries) = divergence.outer_view(row) else {
             return 0.0;
@@ -70,5 +76,15 @@ pub fn continuity_residual(divergence: &Csr3, velocity: &[Vec3]) -> Result<Vec<f
             .map(|(node, b)| Vec3::from(*b).dot(&velocity[node]));
         products.sum()
     };
-    Ok((0..divergence.rows()).into_par_iter().map(row).collect())
+    let residual: Vec<f64> = (0..divergence.rows()).into_par_iter().map(row).collect();
+    check_array("the residual", &residual, divergence.rows())?;
+    Ok(residual)
+}
+
+/// The same matrix compressed by rows: sprs matrices may also be compressed by columns.
+fn by_rows<T: Clone + Default>(matrix: &CsMatI<T, u32, usize>) -> Cow<'_, CsMatI<T, u32, usize>> {
+    match matrix.is_csr() {
+        true => Cow::Borrowed(matrix),
+        false => Cow::Owned(matrix.to_csr()),
+    }
 }

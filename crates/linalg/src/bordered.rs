@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use crate::columns::{in_passes, split, split_mut};
+use crate::columns::{assert_lengths, in_passes, split, split_mut};
 use crate::constrained_dofs::ConstrainedDofs;
 use crate::csr::{Rows, check_finite, check_shape, empty, into_rows, positive_diagonal};
 use crate::node_kernel::{SparseNodes, long_row, node_row};
@@ -283,6 +283,7 @@ impl Bordered {
     }
 
     fn pass<const S: usize>(&self, x: [&[f64]; S], y: [&mut [f64]; S]) {
+        assert_lengths(&x, self.cols(), &y, self.rows());
         let (u, v) = split(x, 3 * self.nodes());
         let (yu, yv) = split_mut(y, 3 * self.nodes());
         self.apply_nodes(u, v, yu, |_, _| ());

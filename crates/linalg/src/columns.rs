@@ -14,11 +14,26 @@ pub(crate) fn width(columns: usize) -> usize {
     }
 }
 
+/// Panics if a column of `x` does not have `cols` entries, or one of `y` not `rows`.
+///
+/// The documented panic of [`LinearOperator::apply`](crate::LinearOperator::apply).
+pub(crate) fn assert_lengths<const S: usize>(
+    x: &[&[f64]; S],
+    cols: usize,
+    y: &[&mut [f64]; S],
+    rows: usize,
+) {
+    for (x, y) in x.iter().zip(y) {
+        assert_eq!((x.len(), y.len()), (cols, rows), "lengths of x and y");
+    }
+}
+
 /// Calls a method that is generic over the number of columns on `x` and `y`, [`width`] at a time.
 macro_rules! in_passes {
     ($owner:ident.$pass:ident($x:expr, $y:expr)) => {{
         use $crate::columns::{first, first_mut, width};
         let (mut x, mut y) = ($x, $y);
+        assert_eq!(x.len(), y.len(), "numbers of columns");
         while !x.is_empty() {
             let (now, later) = x.split_at(width(x.len()));
             let (y_now, y_later) = y.split_at_mut(now.len());

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::columns::in_passes;
+use crate::columns::{assert_lengths, in_passes};
 use crate::csr::{Rows, check_finite, diagonal, into_rows};
 use crate::row_blocks::RowBlocks;
 use crate::{Csr, LinalgError, LinearOperator};
@@ -67,9 +67,7 @@ impl CsrOperator {
     }
 
     fn pass<const S: usize>(&self, x: [&[f64]; S], y: [&mut [f64]; S]) {
-        for (x, y) in x.iter().zip(&y) {
-            assert_eq!((x.len(), y.len()), (self.cols(), self.rows()), "lengths");
-        }
+        assert_lengths(&x, self.cols(), &y, self.rows());
         let matrix = Rows::of(&self.matrix);
         let rows = |rows: Range<usize>, mut y: [&mut [f64]; S]| {
             for (at, i) in rows.enumerate() {

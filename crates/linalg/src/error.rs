@@ -16,6 +16,16 @@ pub enum LinalgError {
         /// Rows and columns given.
         found: (usize, usize),
     },
+    /// A row, column or number that does not exist or occurs twice.
+    #[error("{what}: {index} is not one of {len}, or is given twice")]
+    Index {
+        /// Meaning of the index.
+        what: &'static str,
+        /// The index.
+        index: u32,
+        /// Number of items that exist.
+        len: usize,
+    },
     /// An entry is NaN or infinite.
     #[error("entry {index} of {what} is NaN or infinite; look for a degenerate element")]
     NotFinite {

@@ -40,7 +40,7 @@ impl InfSup {
     /// (2014), section 3.3.
     ///
     /// # Errors
-    /// [`LinalgError::Parameter`] for more than 2000 pressure dofs, [`LinalgError::Factorisation`]
+    /// [`LinalgError::Parameter`] for none or more than 2000 pressure dofs, [`LinalgError::Factorisation`]
     /// of `K` or of the mass matrix, [`LinalgError::ConstrainedDofs`].
     pub fn of(system: &SaddleSystem) -> Result<Self, LinalgError> {
         system
@@ -49,11 +49,11 @@ impl InfSup {
             .refuse("the inf-sup constant")?;
         let (b, mass) = (system.divergence(), system.pressure_mass());
         let (pressures, nodes) = b.shape();
-        if pressures > MOST_PRESSURES {
+        if !(1..=MOST_PRESSURES).contains(&pressures) || nodes == 0 {
             return Err(LinalgError::Parameter {
                 name: "number of pressures",
                 value: pressures as f64,
-                range: "at most 2000 for the dense eigenproblem of the inf-sup constant",
+                range: "from 1 to 2000 for the dense eigenproblem of the inf-sup constant, with at least one node",
             });
         }
         let stiffness = system.velocity_block().stiffness();

@@ -58,7 +58,7 @@ pub(crate) fn jacobi_spectrum(k: &Csr, diagonal: &[f64]) -> Result<(f64, f64), L
         std::mem::swap(&mut v, &mut w);
     }
     let steps = alphas.len();
-    if alphas.iter().any(|a| !a.is_finite()) {
+    if alphas.iter().chain(&betas).any(|a| !a.is_finite()) {
         return Err(LinalgError::Breakdown {
             method: "Lanczos eigenvalue estimate",
             iteration: steps,

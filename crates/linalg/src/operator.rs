@@ -1,5 +1,7 @@
 //! Interfaces of the Krylov methods to matrices and preconditioners.
 
+use crate::columns::assert_lengths;
+
 /// A linear map `y <- A x` on flat vectors.
 pub trait LinearOperator: Sync {
     /// Length of `y`.
@@ -20,8 +22,9 @@ pub trait LinearOperator: Sync {
     /// bitwise that of [`apply`](LinearOperator::apply).
     ///
     /// # Panics
-    /// As [`apply`](LinearOperator::apply).
+    /// As [`apply`](LinearOperator::apply), and if the numbers of columns differ.
     fn apply_columns(&self, x: &[&[f64]], y: &mut [&mut [f64]]) {
+        assert_eq!(x.len(), y.len(), "numbers of columns");
         for (x, y) in x.iter().zip(y) {
             self.apply(x, y);
         }
@@ -62,8 +65,9 @@ pub trait Preconditioner {
     /// columns.
     ///
     /// # Panics
-    /// As [`apply`](Preconditioner::apply).
+    /// As [`apply`](Preconditioner::apply), and if the numbers of columns differ.
     fn apply_columns(&mut self, r: &[&[f64]], z: &mut [&mut [f64]]) {
+        assert_eq!(r.len(), z.len(), "numbers of columns");
         for (r, z) in r.iter().zip(z) {
             self.apply(r, z);
         }
@@ -97,6 +101,7 @@ impl Preconditioner for Identity {
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        assert_lengths(&[r], self.0, &[&mut *z], self.0);
         z.copy_from_slice(r);
     }
 

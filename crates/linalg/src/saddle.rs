@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::bordered::nodes;
-use crate::columns::{in_passes, split, split_mut};
+use crate::columns::{assert_lengths, in_passes, split, split_mut};
 use crate::csr::{Rows, check_finite, check_shape, diagonal, into_rows, positive_diagonal};
 use crate::node_kernel::long_row;
 use crate::row_blocks::RowBlocks;
@@ -231,6 +231,7 @@ impl SaddleSystem {
     }
 
     fn pass<const S: usize>(&self, x: [&[f64]; S], y: [&mut [f64]; S]) {
+        assert_lengths(&x, self.cols(), &y, self.rows());
         let (velocity, border) = (self.velocity_range().end, self.border_range().end);
         let (xa, p) = split(x, border);
         let (u, v) = split(xa, velocity);

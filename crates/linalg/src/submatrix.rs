@@ -3,6 +3,9 @@
 use rayon::prelude::*;
 use sprs::CsMatI;
 
+use crate::LinalgError;
+use crate::csr::check_shape;
+
 /// Number of a column that [`submatrix`] leaves out.
 pub const OMITTED: u32 = u32::MAX;
 
@@ -20,19 +23,40 @@ const ROWS_PER_TASK: usize = 4096;
 /// use linalg::{Csr, OMITTED, submatrix};
 /// // [1 2; 3 4]: the second row, and the first column of it.
 /// let matrix = Csr::new((2, 2), vec![0, 2, 4], vec![0, 1, 0, 1], vec![1.0, 2.0, 3.0, 4.0]);
-/// let block = submatrix(&matrix, &[1], &[0, OMITTED], 1);
+/// let block = submatrix(&matrix, &[1], &[0, OMITTED], 1)?;
 /// assert_eq!(block, Csr::new((1, 1), vec![0, 1], vec![0], vec![3.0]));
+/// # Ok::<(), linalg::LinalgError>(())
 /// ```
 ///
-/// # Panics
-/// If the matrix is not stored by rows, a row does not exist, or `numbers` are not as described.
+/// # Errors
+/// [`LinalgError::Shape`] if the matrix is not stored by rows or has another number of columns than
+/// there are `numbers`; [`LinalgError::Index`] for a row that does not exist, a number that is not
+/// below `n_columns`, and one that two columns have.
 pub fn submatrix<T: Copy + Default + Send + Sync>(
     matrix: &CsMatI<T, u32, usize>,
     rows: &[u32],
     numbers: &[u32],
     n_columns: usize,
-) -> CsMatI<T, u32, usize> {
-    assert!(matrix.is_csr(), "the matrix must be stored by rows");
+) -> Result<CsMatI<T, u32, usize>, LinalgError> {
+    if !matrix.is_csr() {
+        let (expected, found) = (matrix.shape(), (matrix.cols(), matrix.rows()));
+        let what = "matrix, which must be stored by rows,";
+        return Err(LinalgError::Shape {
+            what,
+            expected,
+            found,
+        });
+    }
+    check_shape(
+        "list of column numbers",
+        (numbers.len(), 1),
+        (matrix.cols(), 1),
+    )?;
+    let index = |what, index: u32, len| Err(LinalgError::Index { what, index, len });
+    if let Some(&row) = rows.iter().find(|&&row| row as usize >= matrix.rows()) {
+        return index("row of the matrix", row, matrix.rows());
+    }
+    check_numbers(numbers, n_columns)?;
     let (from, old_columns, old_values) = (
         matrix.indptr().into_raw_storage(),
         matrix.indices(),
@@ -93,7 +117,36 @@ pub fn submatrix<T: Copy + Default + Send + Sync>(
             }
         },
     );
-    CsMatI::new((rows.len(), n_columns), starts, indices, values)
+    Ok(CsMatI::new(
+        (rows.len(), n_columns),
+        starts,
+        indices,
+        values,
+    ))
+}
+
+/// Refuses numbers that are not below `n_columns`, and numbers that occur twice.
+fn check_numbers(numbers: &[u32], n_columns: usize) -> Result<(), LinalgError> {
+    let kept = numbers.iter().copied().filter(|&number| number != OMITTED);
+    let mut kept: Vec<u32> = kept.collect();
+    kept.sort_unstable();
+    let refused = |what, index| {
+        let len = n_columns;
+        Err(LinalgError::Index { what, index, len })
+    };
+    if n_columns > OMITTED as usize {
+        return refused("number of columns, which must fit into u32,", OMITTED);
+    }
+    if let Some(&largest) = kept
+        .last()
+        .filter(|&&largest| largest as usize >= n_columns)
+    {
+        return refused("number of a column", largest);
+    }
+    match kept.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => refused("number of two columns", pair[0]),
+        None => Ok(()),
+    }
 }
 
 #[cfg(test)]
@@ -110,7 +163,7 @@ mod tests {
             vec![0, 1, 2, 0, 1, 2],
             vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
         );
-        let found = submatrix(&matrix, &[2, 0], &[OMITTED, 1, 0], 2);
+        let found = submatrix(&matrix, &[2, 0], &[OMITTED, 1, 0], 2).expect("sound");
         let expected = Csr::new(
             (2, 2),
             vec![0, 2, 4],
@@ -133,7 +186,7 @@ mod tests {
             .collect();
         let matrix = Csr::new((n, n), starts, columns, values);
         let reversed: Vec<u32> = (0..n as u32).rev().collect();
-        let found = submatrix(&matrix, &reversed, &reversed, n);
+        let found = submatrix(&matrix, &reversed, &reversed, n).expect("sound");
         for (i, row) in found.outer_iterator().enumerate() {
             let old = n - 1 - i;
             let expected = band(old).rev().map(|j| (n - 1 - j, (old * n + j) as f64));

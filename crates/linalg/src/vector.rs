@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use crate::LinalgError;
+
 /// Vector entries summed serially: 16 kB of f64, half of a first-level cache.
 pub(crate) const CHUNK: usize = 2048;
 
@@ -43,6 +45,25 @@ pub(crate) fn weighted_norm(weights: &[f32], x: &[f64]) -> f64 {
 /// Euclidean norm.
 pub(crate) fn norm(x: &[f64]) -> f64 {
     dot(x, x).sqrt()
+}
+
+/// `||b||` of a right-hand side with finite entries; `None` for `b = 0`.
+///
+/// # Errors
+/// [`LinalgError::Parameter`] if squares of the entries overflow or underflow.
+pub(crate) fn rhs_norm(b: &[f64]) -> Result<Option<f64>, LinalgError> {
+    if b.iter().all(|v| *v == 0.0) {
+        return Ok(None);
+    }
+    let size = norm(b);
+    if size.is_finite() && size > 0.0 {
+        return Ok(Some(size));
+    }
+    Err(LinalgError::Parameter {
+        name: "norm of the right-hand side",
+        value: size,
+        range: "a normal number; scale the problem",
+    })
 }
 
 /// Largest magnitude, ignoring NaN.

@@ -59,7 +59,7 @@ impl WarmStart {
     pub fn new(capacity: usize) -> Self {
         WarmStart {
             capacity,
-            solutions: VecDeque::with_capacity(capacity),
+            solutions: VecDeque::new(),
         }
     }
 

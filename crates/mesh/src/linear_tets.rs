@@ -21,17 +21,26 @@ pub struct LinearTets {
     pub regions: Regions,
 }
 
+/// Largest number of cubes along a side of [`LinearTets::cube`].
+///
+/// `6 n^3` is then at most 2^28, the largest number of cells that `fem` numbers.
+const MOST_CUBES: u32 = 354;
+
 impl LinearTets {
     /// The unit cube divided into `n^3` cubes of six tets each (Kuhn 1960).
     ///
     /// It has `(n + 1)^3` vertices, `6 n^3` tets and `12 n^2` boundary faces, with sides tagged
-    /// `x0 x1 y0 y1 z0 z1`: a mesh for tests of exactness. `n = 0` counts as 1.
+    /// `x0 x1 y0 y1 z0 z1`: a mesh for tests of exactness. `n = 0` counts as 1. For `n` above 354,
+    /// with more than 2^28 tets, it has no tets, and no mesh can be made of it.
     ///
     /// ```
     /// let cube = mesh::LinearTets::cube(2);
     /// assert_eq!((cube.points.len(), cube.tets.len(), cube.faces.len()), (27, 48, 48));
     /// ```
     pub fn cube(n: u32) -> Self {
+        if n > MOST_CUBES {
+            return Self::default();
+        }
         let n = n.max(1);
         let vertex = |[i, j, k]: [u32; 3]| (i * (n + 1) + j) * (n + 1) + k;
         let grid = |end: u32| {

@@ -112,11 +112,17 @@ impl TetMesh {
     }
 
     /// Positions of the ten nodes of a cell.
+    ///
+    /// # Panics
+    /// If there is no such cell, as indexing [`TetMesh::cells`] does.
     pub fn cell_points(&self, cell: usize) -> [Vec3; 10] {
         self.cells()[cell].map(|node| self.points[node as usize])
     }
 
     /// Positions of the four vertices of a cell.
+    ///
+    /// # Panics
+    /// As [`TetMesh::cell_points`].
     pub fn cell_vertices(&self, cell: usize) -> [Vec3; 4] {
         let [a, b, c, d, ..] = self.cells()[cell];
         [a, b, c, d].map(|node| self.points[node as usize])
@@ -127,6 +133,9 @@ impl TetMesh {
     /// The tolerance is 16 units of rounding of the cell's largest coordinate. A rigid motion of
     /// the nodes (nine multiplications and additions each) leaves a smaller error, and within this
     /// tolerance the affine and the quadratic map cannot be told apart.
+    ///
+    /// # Panics
+    /// As [`TetMesh::cell_points`].
     pub fn is_affine(&self, cell: usize) -> bool {
         let x = self.cell_points(cell);
         let size = x.iter().map(Vec3::amax).fold(0.0, f64::max);
@@ -136,6 +145,9 @@ impl TetMesh {
     }
 
     /// Volume of a (curved) cell, exact up to rounding.
+    ///
+    /// # Panics
+    /// As [`TetMesh::cell_points`].
     pub fn cell_volume(&self, cell: usize) -> f64 {
         curved_volume(&self.cell_points(cell))
     }

@@ -44,6 +44,9 @@ impl TetMesh {
     /// Scaled Jacobian of one cell: [`scaled_jacobian_bound`] of a curved cell.
     ///
     /// For a straight cell it is 1, or -1 if the cell is inverted, or 0 if it is flat.
+    ///
+    /// # Panics
+    /// If there is no such cell, as indexing [`TetMesh::cells`] does.
     pub fn scaled_jacobian(&self, cell: usize) -> f64 {
         if self.is_affine(cell) {
             scaled_jacobian_of_straight_tet(self.cell_vertices(cell))
@@ -62,12 +65,10 @@ impl TetMesh {
             .map(|chunk| {
                 (chunk * CHUNK..self.n_cells().min((chunk + 1) * CHUNK))
                     .map(|cell| (self.scaled_jacobian(cell), cell))
-                    .fold((f64::INFINITY, 0), |a, b| if b.0 < a.0 { b } else { a })
+                    .fold((f64::INFINITY, 0), smaller)
             })
             .collect();
-        let (jacobian, cell) = worst
-            .into_iter()
-            .fold((f64::INFINITY, 0), |a, b| if b.0 < a.0 { b } else { a });
+        let (jacobian, cell) = worst.into_iter().fold((f64::INFINITY, 0), smaller);
         if jacobian > 0.0 {
             return Ok(());
         }
@@ -78,4 +79,9 @@ impl TetMesh {
             jacobian,
         })
     }
+}
+
+/// The cell with the smaller Jacobian, or with one that overflowed to NaN.
+fn smaller(a: (f64, usize), b: (f64, usize)) -> (f64, usize) {
+    if b.0 < a.0 || b.0.is_nan() { b } else { a }
 }

@@ -48,7 +48,7 @@ impl NoInteractions {
             ModelError::not_positive_definite("drag of the free motions", &matrix, remedy)
         })?;
         let v = v.solve(&-s.tr_mul(&(&drag * w)));
-        let motion = set.state_velocity(reduction.velocities(&v).as_slice())?;
+        let motion = set.state_velocity(reduction.velocities(&v)?.as_slice())?;
 
         let velocities = s * v + w;
         let forces = drag * &velocities;
@@ -70,6 +70,10 @@ impl NoInteractions {
 impl Hydrodynamics for NoInteractions {
     fn name(&self) -> &'static str {
         "no interactions"
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.0
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {

@@ -248,7 +248,9 @@ impl AxisymmetricModel {
         spin: Option<&AxialResistance>,
         clock: Clock,
     ) -> Result<InstantaneousSolution, ModelError> {
-        let ScaledScene { scale, set, loads } = &self.scaled;
+        let ScaledScene {
+            scale, set, loads, ..
+        } = &self.scaled;
         let constraints = self.scaled.constraints(configuration, rates)?;
         let solve = |of: fn(&AxialResistance) -> &DMatrix<f64>| {
             let matrix = self.grand_resistance(of(axial), spin.map(of));
@@ -340,6 +342,10 @@ impl Hydrodynamics for AxisymmetricModel {
     }
 
     /// The resistances are computed once; solutions always have error estimates.
+    fn scene(&self) -> &Scene {
+        &self.scaled.scene
+    }
+
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         // Relative error of resistances over the resulting relative error of velocities.
         const SHARE: f64 = 0.2;

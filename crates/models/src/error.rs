@@ -83,6 +83,18 @@ pub enum ModelError {
         /// Number of rows.
         size: usize,
     },
+    /// A solution with another number of bodies or linkages than the scene.
+    #[error("the model '{model}' returned {found} {what}, the scene has {expected}")]
+    WrongCount {
+        /// Name of the model.
+        model: &'static str,
+        /// Name of the items.
+        what: &'static str,
+        /// Number in the solution.
+        found: usize,
+        /// Number in the scene.
+        expected: usize,
+    },
     /// A model that returned no solution for a query.
     #[error("the model '{model}' returned no solution")]
     NoSolution {
@@ -118,7 +130,8 @@ impl ModelError {
         remedy: &'static str,
     ) -> Self {
         // The iteration for eigenvalues may not end for a matrix that is not finite.
-        let smallest = match matrix.iter().all(|entry| entry.is_finite()) {
+        let is_finite = matrix.iter().all(|entry| entry.is_finite());
+        let smallest = match is_finite && matrix.is_square() && !matrix.is_empty() {
             true => matrix.symmetric_eigenvalues().min(),
             false => f64::NAN,
         };

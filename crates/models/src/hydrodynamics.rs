@@ -3,6 +3,7 @@
 use mesh::TetMesh;
 use nalgebra::DMatrix;
 use rigid::State;
+use scene::Scene;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stokes::Dofs;
@@ -138,6 +139,11 @@ impl ErrorEstimates {
 pub trait Hydrodynamics: Send {
     /// Name of the model; for models of this crate the value of the key `model.kind`.
     fn name(&self) -> &'static str;
+
+    /// The scene that the model was created for.
+    ///
+    /// A simulation refuses a model of another flow problem ([`Scene::differing_key`]).
+    fn scene(&self) -> &Scene;
 
     /// Velocities and forces for each entry of `query.rates`, in the scene's units.
     ///

@@ -83,9 +83,13 @@ impl AccumulatedError {
     ///
     /// An error of the rotation before changes the direction of these displacements.
     pub fn append(&mut self, later: &Self, frame_displacements: &[Vector3<f64>]) {
-        let frames = later.displacement.len();
-        self.displacement.resize(frames, Vector3::zeros());
-        self.rotation.resize(later.rotation.len(), Vector3::zeros());
+        // A sum without frames has no error yet.
+        for (sum, later) in [
+            (&mut self.displacement, &later.displacement),
+            (&mut self.rotation, &later.rotation),
+        ] {
+            sum.resize(sum.len().max(later.len()), Vector3::zeros());
+        }
         let later_errors = later.displacement.iter().zip(&later.rotation);
         let sums = self.displacement.iter_mut().zip(&mut self.rotation);
         for ((sum, later), path) in sums.zip(later_errors).zip(frame_displacements) {

@@ -57,7 +57,7 @@ impl MobilitySolution {
             .solve(&rhs);
         let scale = rhs.amax();
         let residual = (&matrix * &coefficients - &rhs).amax();
-        let generalised = reduction.velocities(&coefficients);
+        let generalised = reduction.velocities(&coefficients)?;
         let surfaces = generalised.select_rows(&set.surface_velocities());
         Ok(Self {
             forces: resistance * surfaces,
@@ -71,7 +71,8 @@ impl MobilitySolution {
         let layout = set.velocity_layout();
         (0..set.kinds().len())
             .map(|body| {
-                let velocity = |solution: &Self| vector(&solution.generalised, layout.body(body));
+                let velocity =
+                    |solution: &Self| vector(&solution.generalised, layout.bodies()[body]);
                 (velocity(self) - velocity(other)).norm()
             })
             .fold(0.0, f64::max)
@@ -98,7 +99,8 @@ impl MobilitySolution {
         Ok((0..set.kinds().len())
             .map(|body| {
                 let mut entry = BodySolution {
-                    velocity: scale.velocity_to_scene(vector(&self.generalised, layout.body(body))),
+                    velocity: scale
+                        .velocity_to_scene(vector(&self.generalised, layout.bodies()[body])),
                     angular_velocity: spins[body],
                     ..BodySolution::default()
                 };

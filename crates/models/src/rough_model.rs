@@ -48,8 +48,14 @@ impl Hydrodynamics for RoughModel {
         "rough"
     }
 
+    fn scene(&self) -> &Scene {
+        &self.scaled.scene
+    }
+
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        let ScaledScene { scale, set, loads } = &self.scaled;
+        let ScaledScene {
+            scale, set, loads, ..
+        } = &self.scaled;
         let centres = self.scaled.centres(query.configuration)?;
         let spheres = Spheres::new(centres, self.radii.clone())?;
         let resistance = rpy::resistance(&spheres, &Medium::Unbounded)?;

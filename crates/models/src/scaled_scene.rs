@@ -10,6 +10,8 @@ use scene::Scene;
 
 /// Bodies, links and loads of a scene in scaled units.
 pub(crate) struct ScaledScene {
+    /// The scene, in its own units.
+    pub scene: Scene,
     pub scale: Scale,
     /// Bodies and links.
     pub set: Articulation,
@@ -35,6 +37,7 @@ impl ScaledScene {
         )?
         .with_fixed(&scene.fixed_bodies())?;
         Ok(Self {
+            scene: scene.clone(),
             scale,
             set,
             loads: bodies().map(|b| scale.load(b.force, b.torque)).collect(),

@@ -8,6 +8,7 @@ use stokes::{Checks, Dofs, Seconds, SolverReport};
 
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
+use crate::hydrodynamics::Hydrodynamics;
 use crate::mesh_error::MeshError;
 use crate::remesh::Remesh;
 
@@ -89,11 +90,28 @@ impl InstantaneousSolution {
         ]
     }
 
-    /// Checks that all velocities and forces are finite.
+    /// Checks that the solution of a model has the bodies and linkages of its scene, and that all
+    /// velocities and forces are finite.
     ///
     /// # Errors
-    /// [`ModelError::NotFinite`].
-    pub fn check_finite(&self, model: &'static str) -> Result<(), ModelError> {
+    /// [`ModelError::WrongCount`], [`ModelError::NotFinite`].
+    pub fn check(&self, model: &dyn Hydrodynamics) -> Result<(), ModelError> {
+        let (scene, model) = (model.scene(), model.name());
+        let (bodies, linkages) = (scene.bodies().len(), scene.articulation().linkages().len());
+        for (what, found, expected) in [
+            ("bodies", self.bodies.len(), bodies),
+            ("angular velocities", self.motion.spins.len(), bodies),
+            ("frames", self.motion.frames.len(), linkages),
+        ] {
+            if found != expected {
+                return Err(ModelError::WrongCount {
+                    model,
+                    what,
+                    found,
+                    expected,
+                });
+            }
+        }
         let finite = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite());
         let motion = &self.motion;
         let moves = motion

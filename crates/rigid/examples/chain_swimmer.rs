@@ -57,7 +57,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             solution.len(),
             report.iterations,
             flow.bodies[6],
-            flow.link_force(0).x
+            flow.link_force(0)?.x
         );
 
         // The arm closes at the prescribed rate, and no external force acts on the swimmer.

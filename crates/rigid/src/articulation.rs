@@ -55,7 +55,7 @@ impl Articulation {
     ///
     /// # Errors
     /// A link to a body that does not exist, a link between coincident bodies, a point without a
-    /// link, a position that is not finite.
+    /// link, a position or a distance that is not finite.
     pub fn new(
         kinds: &[BodyKind],
         links: Vec<Link>,
@@ -84,6 +84,11 @@ impl Articulation {
             let arm = positions[link.body] - positions[link.to];
             let distance = arm.norm();
             let scale = positions[link.body].norm().max(positions[link.to].norm());
+            if !distance.is_finite() {
+                return Err(RigidError::NotFinite {
+                    what: "the distance between two linked bodies",
+                });
+            }
             // A distance at the level of rounding of the positions determines no direction.
             if distance <= 1e-12 * scale || distance == 0.0 {
                 return Err(RigidError::NoDirection {

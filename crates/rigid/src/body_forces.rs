@@ -6,7 +6,13 @@ use linalg::Csr;
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::wall_motion::WallMotion;
-use crate::{NodeRole, RigidError, SymmetryPlanes};
+use crate::{NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
+
+/// Largest distance of a body from the centre of its surface, over the size of the body.
+///
+/// It changes velocities by about this fraction, less than any mesh resolves. Positions in meshes
+/// differ by rounding, 1e-12 body sizes at a distance of ten thousand.
+const POSITION: f64 = 1e-6;
 
 /// The couplings between free nodes and rigid surfaces, and the map from dofs to nodal values.
 ///
@@ -30,6 +36,8 @@ pub(crate) struct Surfaces {
     pub walls: Option<WallMotion>,
     /// Role of each node.
     pub roles: Vec<NodeRole>,
+    /// Reference point and volume of each body.
+    pub bodies: Vec<SurfaceBody>,
     /// Position of each surface node relative to the centre of its body; zero for other nodes.
     pub arms: Vec<Vector3<f64>>,
 }
@@ -53,9 +61,25 @@ impl Surfaces {
         }
     }
 
+    /// Refuses surfaces that are not where the bodies are.
+    ///
+    /// # Errors
+    /// [`RigidError::Misplaced`] names the first such body.
+    pub fn check_positions(&self, positions: &[Vector3<f64>]) -> Result<(), RigidError> {
+        let parts = self.symmetry_planes.parts();
+        for (body, (surface, position)) in self.bodies.iter().zip(positions).enumerate() {
+            let distance = (surface.centre - position).norm();
+            let size = (parts * surface.volume).cbrt();
+            if distance.is_nan() || distance > POSITION * size {
+                return Err(RigidError::Misplaced { body, distance });
+            }
+        }
+        Ok(())
+    }
+
     /// Number of rigid bodies with a surface.
     pub fn bodies(&self) -> usize {
-        self.corner.nrows() / 6
+        self.bodies.len()
     }
 
     /// Number of nodes of the mesh.

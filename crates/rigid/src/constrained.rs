@@ -1,5 +1,7 @@
 //! The linear system of one configuration: how it is built, its right-hand sides, its solver.
 
+use std::ops::Range;
+
 use linalg::{
     BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, Prolongation, SaddleSystem,
 };
@@ -11,7 +13,7 @@ use crate::error::check_length;
 use crate::fluid::FluidBlocks;
 use crate::imposed::{Imposed, imposed_rhs};
 use crate::link_loads::LinkLoads;
-use crate::{Drive, RigidError, RigidFluid};
+use crate::{Drive, RigidError, RigidFluid, VelocityLayout};
 
 /// The linear system of one configuration, with the data for its solvers and its solution.
 ///
@@ -36,6 +38,8 @@ pub struct Constrained {
     tests: Option<DMatrix<f64>>,
     pub(crate) offset: DVector<f64>,
     pub(crate) surface_rows: Vec<usize>,
+    /// Meaning of the generalised velocities.
+    pub(crate) layout: VelocityLayout,
     pub(crate) link_loads: Option<LinkLoads>,
     pub(crate) first_multiplier: Option<usize>,
     /// The couplings before the constraints were imposed: forces are computed from them.
@@ -47,15 +51,17 @@ impl Constrained {
     pub(crate) fn build(
         fluid: RigidFluid,
         border: Border,
-        surface_rows: Vec<usize>,
+        drive: &Drive,
         loads: &DVector<f64>,
     ) -> Result<Self, RigidError> {
         let RigidFluid { blocks, surfaces } = fluid;
+        let surface_rows = drive.set.surface_velocities();
         check_length(
             "velocities of rigid surfaces",
             surface_rows.len(),
             surfaces.corner.nrows(),
         )?;
+        surfaces.check_positions(&drive.constraints.rigid_positions)?;
         surfaces.check_determined()?;
         let Border {
             columns,
@@ -117,6 +123,7 @@ impl Constrained {
             tests: rows,
             offset,
             surface_rows,
+            layout: drive.constraints.layout.clone(),
             link_loads,
             first_multiplier,
             surfaces,
@@ -128,11 +135,10 @@ impl Constrained {
     /// Bitwise those of a system built with these rates. Cost: an elimination of the small dense
     /// constraints and a pass over the border.
     ///
+    /// # Errors
     /// [`RigidError::OtherLinks`] for a drive with other links, lengths or loads, and for
-    /// independent bodies, which have no rates; rates that contradict each other. Not every drive
-    /// of another configuration is detected, for example one in which all bodies have moved without
-    /// any change of the constraints: pass the drive of the configuration for which the matrices
-    /// were assembled.
+    /// independent bodies, which have no rates; [`RigidError::Misplaced`] for bodies that are not
+    /// where their surfaces are; rates that contradict each other.
     pub fn imposed(&self, drive: &Drive) -> Result<Imposed, RigidError> {
         let (all, link_loads) = drive.reduced(self.surfaces.symmetry_planes)?;
         // The link loads contain the independent constraint rows and the vectors along the links:
@@ -140,6 +146,8 @@ impl Constrained {
         if self.link_loads.as_ref() != Some(&link_loads) {
             return Err(RigidError::OtherLinks);
         }
+        self.surfaces
+            .check_positions(&drive.constraints.rigid_positions)?;
         let loads = link_loads.external();
         Ok(Imposed {
             rhs: imposed_rhs(
@@ -163,9 +171,9 @@ impl Constrained {
     pub fn rhs_of_loads(&self, loads: &DVector<f64>) -> Result<Vec<f64>, RigidError> {
         let tests = self.tests();
         check_length("generalised loads", loads.len(), tests.nrows())?;
-        let mut rhs = vec![0.0; self.rhs.len()];
+        let mut rhs = vec![0.0; self.dofs()];
         let loads = tests.tr_mul(loads) / self.surfaces.symmetry_planes.parts();
-        rhs[self.system.border_range()].copy_from_slice(loads.as_slice());
+        rhs[self.border_range()].copy_from_slice(loads.as_slice());
         Ok(rhs)
     }
 
@@ -183,8 +191,8 @@ impl Constrained {
         pressure: &[f64],
     ) -> Result<Vec<f64>, RigidError> {
         check_length("forces on the nodes", velocity.len(), self.surfaces.nodes())?;
-        let pressures = self.system.pressure_range();
-        check_length("volume sources", pressure.len(), pressures.len())?;
+        let pressures = self.surfaces.rigid_divergence.rows();
+        check_length("volume sources", pressure.len(), pressures)?;
         let on_surfaces = self.surfaces.loads_of_forces(velocity);
         let surface_tests = self.tests().select_rows(&self.surface_rows);
         let border = surface_tests.tr_mul(&on_surfaces);
@@ -217,6 +225,17 @@ impl Constrained {
             Some(stiffness) => block.with_pressure_laplacian(stiffness)?,
             None => block,
         })
+    }
+
+    /// Number of dofs of the system that was built.
+    pub(crate) fn dofs(&self) -> usize {
+        self.border_range().end + self.surfaces.rigid_divergence.rows()
+    }
+
+    /// Positions of the border dofs in the system that was built.
+    pub(crate) fn border_range(&self) -> Range<usize> {
+        let first = 3 * self.surfaces.free_nodes.len();
+        first..first + self.columns.ncols()
     }
 
     /// Number of border dofs in formulation P: the velocities of all bodies and nothing else.

@@ -29,13 +29,20 @@ impl VelocityLayout {
     }
 
     /// Index of the first velocity component of a body; for a rigid body `ω` follows `U`.
-    pub fn body(&self, body: usize) -> usize {
-        self.bodies[body]
+    ///
+    /// `None` for a body that does not exist.
+    pub fn body(&self, body: usize) -> Option<usize> {
+        self.bodies.get(body).copied()
     }
 
     /// Index of the first component of a frame's angular velocity, if the frame has its own.
     pub fn frame(&self, linkage: usize) -> Option<usize> {
-        self.frames[linkage]
+        self.frames.get(linkage).copied().flatten()
+    }
+
+    /// Index of the first velocity component of each body.
+    pub fn bodies(&self) -> &[usize] {
+        &self.bodies
     }
 }
 
@@ -58,6 +65,29 @@ pub struct Constraints {
     pub layout: VelocityLayout,
     /// Vector of each link, `x_body - x_to`.
     pub(crate) link_vectors: Vec<Vector3<f64>>,
+    /// Position of each rigid body.
+    pub(crate) rigid_positions: Vec<Vector3<f64>>,
+}
+
+impl Constraints {
+    /// Refuses public fields that were changed so that they no longer fit each other.
+    ///
+    /// # Errors
+    /// [`RigidError::OtherSet`] for another number of rows or columns, [`RigidError::NotFinite`].
+    pub(crate) fn check(&self) -> Result<(), RigidError> {
+        let (rows, columns) = self.matrix.shape();
+        let fits = [self.rates.len(), self.labels.len(), self.layout.len];
+        if fits != [rows, rows, columns] {
+            return Err(RigidError::OtherSet);
+        }
+        let mut entries = self.matrix.iter().chain(self.rates.iter());
+        if !entries.all(|entry| entry.is_finite()) {
+            return Err(RigidError::NotFinite {
+                what: "a constraint",
+            });
+        }
+        Ok(())
+    }
 }
 
 impl Articulation {
@@ -95,7 +125,7 @@ impl Articulation {
         let layout = self.velocity_layout();
         (0..self.kinds().len())
             .filter(|&body| self.kinds()[body] == BodyKind::Rigid)
-            .flat_map(|body| layout.body(body)..layout.body(body) + 6)
+            .flat_map(|body| layout.bodies[body]..layout.bodies[body] + 6)
             .collect()
     }
 
@@ -138,10 +168,10 @@ impl Articulation {
         for (number, link) in self.links().iter().enumerate() {
             let row = 3 * number;
             matrix
-                .fixed_view_mut::<3, 3>(row, layout.body(link.body))
+                .fixed_view_mut::<3, 3>(row, layout.bodies[link.body])
                 .copy_from(&identity);
             matrix
-                .fixed_view_mut::<3, 3>(row, layout.body(link.to))
+                .fixed_view_mut::<3, 3>(row, layout.bodies[link.to])
                 .copy_from(&-identity);
             let arm = poses[link.body].translation.vector - poses[link.to].translation.vector;
             link_vectors.push(arm);
@@ -152,13 +182,13 @@ impl Articulation {
                     .copy_from(&arm.cross_matrix());
             }
             rhs.fixed_rows_mut::<3>(row)
-                .copy_from(&(rates[number] * self.direction(state, number)));
+                .copy_from(&(rates[number] * self.rotated_direction(state, number)));
             labels.extend(std::iter::repeat_n(link.name.clone(), 3));
         }
         for (number, &body) in clamped_bodies.iter().enumerate() {
             let row = 3 * (self.links().len() + number);
             matrix
-                .fixed_view_mut::<3, 3>(row, layout.body(body) + 3)
+                .fixed_view_mut::<3, 3>(row, layout.bodies[body] + 3)
                 .copy_from(&identity);
             if let Some(frame) = layout.frame(self.linkage_of()[body]) {
                 matrix
@@ -169,7 +199,7 @@ impl Articulation {
         }
         for (number, &body) in fixed_bodies.iter().enumerate() {
             matrix
-                .fixed_view_mut::<6, 6>(moving_rows + 6 * number, layout.body(body))
+                .fixed_view_mut::<6, 6>(moving_rows + 6 * number, layout.bodies[body])
                 .fill_with_identity();
             labels.extend(std::iter::repeat_n(format!("fixed body {body}"), 6));
         }
@@ -179,6 +209,10 @@ impl Articulation {
             labels,
             layout,
             link_vectors,
+            rigid_positions: (poses.iter().zip(self.kinds()))
+                .filter(|(_, kind)| **kind == BodyKind::Rigid)
+                .map(|(pose, _)| pose.translation.vector)
+                .collect(),
         })
     }
 
@@ -195,7 +229,7 @@ impl Articulation {
                 (Some(frame), _) => at(frame),
                 // The frame of a body without links rotates with the body.
                 (None, &[body]) if self.kinds()[body] == BodyKind::Rigid => {
-                    at(layout.body(body) + 3)
+                    at(layout.bodies[body] + 3)
                 }
                 (None, _) => Vector3::zeros(),
             };
@@ -205,13 +239,13 @@ impl Articulation {
                 .iter()
                 .enumerate()
                 .map(|(number, linkage)| Twist {
-                    linear: at(layout.body(linkage.root)),
+                    linear: at(layout.bodies[linkage.root]),
                     angular: frame_spin(number),
                 })
                 .collect(),
             spins: (0..self.kinds().len())
                 .map(|body| match self.kinds()[body] {
-                    BodyKind::Rigid => at(layout.body(body) + 3),
+                    BodyKind::Rigid => at(layout.bodies[body] + 3),
                     BodyKind::Point => frame_spin(self.linkage_of()[body]),
                 })
                 .collect(),

@@ -38,6 +38,6 @@ impl Formulation for DirectRows {
             link_loads: Some(link_loads),
             first_multiplier: None,
         };
-        Constrained::build(fluid, border, drive.set.surface_velocities(), &loads)
+        Constrained::build(fluid, border, drive, &loads)
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::{DVector, Vector3};
 
 use crate::error::check_length;
+use crate::placement::is_finite;
 use crate::{Articulation, BodyKind, Constraints, RigidError};
 
 /// Drive of an articulated set in one configuration: rates of its links and external loads.
@@ -33,22 +34,35 @@ impl Drive<'_> {
     /// External loads as a vector conjugate to the generalised velocities.
     ///
     /// # Errors
-    /// A list of loads of the wrong length.
+    /// A list of loads of the wrong length, a load that is not finite, constraints of another set.
     pub fn generalised_loads(&self) -> Result<DVector<f64>, RigidError> {
-        check_length(
-            "loads on the bodies",
-            self.loads.len(),
-            self.set.kinds().len(),
-        )?;
+        self.check()?;
         let layout = &self.constraints.layout;
         let mut loads = DVector::zeros(layout.len());
         for (body, load) in self.loads.iter().enumerate() {
-            let first = layout.body(body);
+            let first = layout.bodies()[body];
             loads.fixed_rows_mut::<3>(first).copy_from(&load.force);
             if self.set.kinds()[body] == BodyKind::Rigid {
                 loads.fixed_rows_mut::<3>(first + 3).copy_from(&load.torque);
             }
         }
         Ok(loads)
+    }
+
+    /// Refuses constraints of another set, and loads that do not fit the bodies.
+    pub(crate) fn check(&self) -> Result<(), RigidError> {
+        if self.constraints.layout != self.set.velocity_layout() {
+            return Err(RigidError::OtherSet);
+        }
+        self.constraints.check()?;
+        let bodies = self.set.kinds().len();
+        check_length("loads on the bodies", self.loads.len(), bodies)?;
+        let mut loads = self.loads.iter().flat_map(|load| [load.force, load.torque]);
+        if !loads.all(|load| is_finite(&load)) {
+            return Err(RigidError::NotFinite {
+                what: "the load on a body",
+            });
+        }
+        Ok(())
     }
 }

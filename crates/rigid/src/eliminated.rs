@@ -27,6 +27,6 @@ impl Formulation for Eliminated {
             link_loads: Some(link_loads),
             first_multiplier: None,
         };
-        Constrained::build(fluid, border, drive.set.surface_velocities(), &loads)
+        Constrained::build(fluid, border, drive, &loads)
     }
 }

@@ -14,6 +14,14 @@ pub enum RigidError {
         /// Number of bodies.
         bodies: usize,
     },
+    /// A link that does not exist, or whose load is not known.
+    #[error("there is no link {link}: loads of {links} links are known")]
+    NoSuchLink {
+        /// Index of the link.
+        link: usize,
+        /// Number of links with a load.
+        links: usize,
+    },
     /// A link from a body to itself or between two bodies at the same position.
     #[error(
         "link '{link}' has no direction: its ends are {distance:.3e} apart; link two bodies at \
@@ -25,6 +33,40 @@ pub enum RigidError {
         /// Distance between the two ends.
         distance: f64,
     },
+    /// A rigid surface that is not where its body is.
+    #[error(
+        "body {body} is {distance:.3e} away from the centre of its surface; use the mesh of this \
+         configuration, and list the surfaces in the order of the bodies"
+    )]
+    Misplaced {
+        /// Index of the body among those with a surface.
+        body: usize,
+        /// Distance between the position of the body and the centre of the surface.
+        distance: f64,
+    },
+    /// A rigid surface that encloses no volume.
+    #[error(
+        "the surface of body {body} encloses the volume {volume:.3e}, which must be positive; its \
+         facets may be oriented the wrong way"
+    )]
+    BadVolume {
+        /// Index of the body among those with a surface.
+        body: usize,
+        /// The volume.
+        volume: f64,
+    },
+    /// An orientation that is not a rotation.
+    #[error("an orientation is a quaternion of length {length}, which must be 1")]
+    NotRotation {
+        /// Length of the quaternion.
+        length: f64,
+    },
+    /// Constraints that belong to another articulated set.
+    #[error(
+        "the constraints belong to another articulated set, or were changed; compute them by \
+         Articulation::constraints of this set"
+    )]
+    OtherSet,
     /// A load that is not symmetric about the symmetry planes.
     #[error(
         "the force or torque on body {body} is not symmetric about the symmetry planes; solve on \

@@ -5,6 +5,7 @@ use std::ops::{Add, Mul};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::error::check_length;
+use crate::placement::is_finite;
 use crate::{Articulation, RigidError, State};
 
 /// Linear and angular velocity of a rigid body or frame, in the laboratory axes.
@@ -18,6 +19,9 @@ pub struct Twist {
 }
 
 /// Rate of change of a [`State`]: one twist per linkage and one angular velocity per body.
+///
+/// A sum has as many twists as the shorter of its terms; [`Articulation::advance`] refuses a number
+/// that does not fit the set.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StateVelocity {
@@ -84,7 +88,7 @@ impl Articulation {
     /// laboratory axes. The exponential is exact for any step, and attitudes stay rotations.
     ///
     /// # Errors
-    /// Arrays whose lengths do not fit the set, or a velocity that is not finite.
+    /// Arrays whose lengths do not fit the set, or a velocity or a new state that is not finite.
     pub fn advance(&self, state: &State, step: &StateVelocity) -> Result<State, RigidError> {
         self.check_state(state)?;
         check_length("frame velocities", step.frames.len(), state.frames.len())?;
@@ -93,16 +97,11 @@ impl Articulation {
             step.spins.len(),
             state.attitudes.len(),
         )?;
-        let finite = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite());
-        if !step
-            .frames
-            .iter()
-            .all(|t| finite(&t.linear) && finite(&t.angular))
-            || !step.spins.iter().all(finite)
-        {
+        let frames = step.frames.iter().flat_map(|t| [&t.linear, &t.angular]);
+        if !frames.chain(&step.spins).all(is_finite) {
             return Err(RigidError::NotFinite { what: "a velocity" });
         }
-        Ok(State {
+        let next = State {
             frames: state
                 .frames
                 .iter()
@@ -120,7 +119,9 @@ impl Articulation {
                 .zip(&step.spins)
                 .map(|(q, w)| rotated(q, w))
                 .collect(),
-        })
+        };
+        self.check_state(&next)?;
+        Ok(next)
     }
 }
 

@@ -27,6 +27,8 @@ pub struct FlowSolution {
     pub link_loads: DVector<f64>,
     /// Rate of change of the state of the articulated set.
     pub state: StateVelocity,
+    /// Number of links.
+    links: usize,
 }
 
 impl FlowSolution {
@@ -35,8 +37,15 @@ impl FlowSolution {
     /// Available from every formulation: it is a multiplier of Berti et al. (2021), equations
     /// (16)-(18), up to sign or, where velocities were eliminated, the load that balances the
     /// bodies.
-    pub fn link_force(&self, link: usize) -> Vector3<f64> {
-        Vector3::from_fn(|axis, _| self.link_loads[3 * link + axis])
+    ///
+    /// # Errors
+    /// [`RigidError::NoSuchLink`].
+    pub fn link_force(&self, link: usize) -> Result<Vector3<f64>, RigidError> {
+        let links = self.links.min(self.link_loads.len() / 3);
+        if link >= links {
+            return Err(RigidError::NoSuchLink { link, links });
+        }
+        Ok(Vector3::from_fn(|axis, _| self.link_loads[3 * link + axis]))
     }
 }
 
@@ -52,7 +61,7 @@ impl Constrained {
     /// Velocities, forces and pressure from a solution of the system.
     ///
     /// # Errors
-    /// A solution of the wrong length.
+    /// A solution of the wrong length, [`RigidError::OtherSet`].
     pub fn flow(&self, solution: &[f64], set: &Articulation) -> Result<FlowSolution, RigidError> {
         self.flow_with(solution, &self.offset, set)
     }
@@ -60,7 +69,8 @@ impl Constrained {
     /// Velocities, forces and pressure from a solution for the right-hand side of other rates.
     ///
     /// # Errors
-    /// A solution of the wrong length, or another number of imposed velocities.
+    /// A solution of the wrong length, another number of imposed velocities,
+    /// [`RigidError::OtherSet`].
     pub fn flow_at(
         &self,
         solution: &[f64],
@@ -81,6 +91,9 @@ impl Constrained {
         offset: &DVector<f64>,
         set: &Articulation,
     ) -> Result<FlowSolution, RigidError> {
+        if set.velocity_layout() != self.layout {
+            return Err(RigidError::OtherSet);
+        }
         let Blocks {
             free,
             border,
@@ -104,6 +117,7 @@ impl Constrained {
             state: set.state_velocity(generalised.as_slice())?,
             generalised,
             bodies,
+            links: set.links().len(),
         })
     }
 
@@ -138,7 +152,7 @@ impl Constrained {
     }
 
     fn split<'s>(&self, solution: &'s [f64]) -> Result<Blocks<'s>, RigidError> {
-        check_length("entries of the solution", solution.len(), self.rhs.len())?;
+        check_length("entries of the solution", solution.len(), self.dofs())?;
         let (free, rest) = solution.split_at(3 * self.surfaces.free_nodes.len());
         let (border, pressure) = rest.split_at(self.columns.ncols());
         Ok(Blocks {

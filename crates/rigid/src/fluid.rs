@@ -7,6 +7,7 @@ use crate::body_forces::Surfaces;
 use crate::error::check_length;
 use crate::node_blocks::{NodeBlocks, block};
 use crate::node_order;
+use crate::placement::is_finite;
 use crate::wall_motion::WallMotion;
 use crate::{FluidMatrices, FluidNodes, NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
 
@@ -50,7 +51,8 @@ impl RigidFluid {
     ///
     /// # Errors
     /// Arrays or matrices whose sizes do not fit, a role that names a body that does not exist, a
-    /// body whose centre is not on the symmetry planes, wall velocities that no flow can satisfy.
+    /// body without a volume or whose centre is not on the symmetry planes, wall velocities that no
+    /// flow can satisfy.
     pub fn new(
         matrices: FluidMatrices,
         nodes: FluidNodes,
@@ -69,7 +71,7 @@ impl RigidFluid {
             .collect();
         let vertex_number = numbers(vertices, &free_vertices);
         let symmetry_planes = nodes.symmetry();
-        check_centres(bodies, symmetry_planes)?;
+        check_bodies(bodies, symmetry_planes)?;
         let mut constrained: Vec<(u32, [bool; 3])> = nodes
             .on_symmetry_planes
             .iter()
@@ -129,12 +131,12 @@ impl RigidFluid {
         );
         Ok(Self {
             blocks: FluidBlocks {
-                stiffness,
-                divergence,
+                stiffness: stiffness?,
+                divergence: divergence?,
                 pressure_mass,
-                interpolation,
+                interpolation: interpolation?,
                 interpolation_border,
-                vertex_stiffness,
+                vertex_stiffness: vertex_stiffness?,
                 gap_stiffness: None,
             },
             surfaces: Surfaces {
@@ -146,6 +148,7 @@ impl RigidFluid {
                 symmetry_planes,
                 walls,
                 roles: roles.to_vec(),
+                bodies: bodies.to_vec(),
                 arms,
             },
         })
@@ -179,12 +182,20 @@ impl RigidFluid {
     }
 }
 
-/// Refuses bodies whose centre is not on every symmetry plane.
-fn check_centres(
-    bodies: &[SurfaceBody],
-    symmetry_planes: SymmetryPlanes,
-) -> Result<(), RigidError> {
+/// Refuses bodies without a volume, and bodies whose centre is not on every symmetry plane.
+fn check_bodies(bodies: &[SurfaceBody], symmetry_planes: SymmetryPlanes) -> Result<(), RigidError> {
     for (number, body) in bodies.iter().enumerate() {
+        if !is_finite(&body.centre) {
+            return Err(RigidError::NotFinite {
+                what: "the centre of a surface",
+            });
+        }
+        if !(body.volume > 0.0 && body.volume.is_finite()) {
+            return Err(RigidError::BadVolume {
+                body: number,
+                volume: body.volume,
+            });
+        }
         let off = body.centre.iter().zip(symmetry_planes.planes);
         if let Some((distance, _)) = off.into_iter().find(|(x, plane)| *plane && **x != 0.0) {
             return Err(RigidError::OffSymmetryPlane {

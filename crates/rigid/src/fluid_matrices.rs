@@ -4,6 +4,7 @@ use linalg::{Csr, Csr3};
 use nalgebra::Vector3;
 
 use crate::error::check_length;
+use crate::placement::is_finite;
 use crate::{RigidError, SymmetryPlanes};
 
 /// Role of a node: the equation or condition that determines its velocity.
@@ -92,12 +93,28 @@ impl<'a> FluidNodes<'a> {
         SymmetryPlanes::of(&self.on_symmetry_planes)
     }
 
-    /// Refuses arrays of the wrong length and roles of bodies that do not exist.
+    /// Refuses arrays of the wrong length, and nodes and bodies that do not exist.
     pub(crate) fn check(&self, bodies: usize) -> Result<(), RigidError> {
         let nodes = self.points.len();
         check_length("roles of the nodes", self.roles.len(), nodes)?;
         if let Some(velocity) = self.wall_velocity {
             check_length("wall velocities of the nodes", velocity.len(), nodes)?;
+        }
+        if !self.points.iter().all(is_finite) {
+            return Err(RigidError::NotFinite {
+                what: "the position of a node",
+            });
+        }
+        let mut next = 0;
+        for &(node, _) in &self.on_symmetry_planes {
+            if !(next..nodes).contains(&(node as usize)) {
+                return Err(RigidError::Length {
+                    what: "nodes, including all on symmetry planes in ascending order",
+                    expected: node as usize + 1,
+                    found: nodes,
+                });
+            }
+            next = node as usize + 1;
         }
         let is_unknown =
             |role: &&NodeRole| matches!(role, NodeRole::Body(b) if *b as usize >= bodies);

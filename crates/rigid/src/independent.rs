@@ -26,6 +26,7 @@ impl Formulation for Independent {
         if let Some(body) = drive.set.fixed().iter().position(|&fixed| fixed) {
             return Err(RigidError::FixedWithoutConstraint { body });
         }
+        let loads = drive.generalised_loads()?;
         let velocities = drive.constraints.layout.len();
         let columns = match fluid.symmetry_planes() {
             planes if planes.is_empty() => DMatrix::identity(velocities, velocities),
@@ -42,11 +43,6 @@ impl Formulation for Independent {
             link_loads: None,
             first_multiplier: None,
         };
-        Constrained::build(
-            fluid,
-            border,
-            drive.set.surface_velocities(),
-            &drive.generalised_loads()?,
-        )
+        Constrained::build(fluid, border, drive, &loads)
     }
 }

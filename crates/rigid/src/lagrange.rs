@@ -42,6 +42,6 @@ impl Formulation for Lagrange {
             link_loads: Some(link_loads),
             first_multiplier: Some(velocities),
         };
-        Constrained::build(fluid, border, drive.set.surface_velocities(), &loads)
+        Constrained::build(fluid, border, drive, &loads)
     }
 }

@@ -31,12 +31,13 @@ impl Drive<'_> {
     /// Only [`NullSpace::offset`] depends on the rates of the links.
     ///
     /// # Errors
-    /// Links that contradict each other, loads that are not symmetric about the planes, a list of
-    /// loads of the wrong length.
+    /// Links that contradict each other, loads that are not symmetric about the planes, not finite
+    /// or of the wrong number, constraints of another set.
     pub(crate) fn reduced(
         &self,
         symmetry_planes: SymmetryPlanes,
     ) -> Result<(NullSpace, LinkLoads), RigidError> {
+        self.check()?;
         let constraints = Constraints::with_symmetry(self, symmetry_planes)?;
         let Reduction { all, .. } = Reduction::of(self.set, &constraints)?;
         let loads = LinkLoads {

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use rayon::prelude::*;
 use sprs::{CsMatI, CsVecViewI};
 
-use crate::NodeRole;
+use crate::{NodeRole, RigidError};
 
 /// Products of matrices over all nodes with the rigid motions `P` of bodies.
 pub(crate) struct NodeBlocks<'a> {
@@ -158,8 +158,8 @@ pub(crate) fn block<T: Copy + Default + Send + Sync>(
     rows: &[u32],
     numbers: &[u32],
     columns: usize,
-) -> CsMatI<T, u32, usize> {
-    submatrix(&matrix, rows, numbers, columns)
+) -> Result<CsMatI<T, u32, usize>, RigidError> {
+    Ok(submatrix(&matrix, rows, numbers, columns)?)
 }
 
 /// Number of row groups that one task builds.

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::error::check_length;
 use crate::{Articulation, Constraints, RigidError};
 
 /// All velocities that satisfy a set of constraints: `q = basis v + offset`.
@@ -39,9 +40,13 @@ impl NullSpace {
     /// Cost: `O(rows^2 columns)` for a small dense matrix.
     ///
     /// # Errors
-    /// [`RigidError::IncompatibleLinks`] names a link that contradicts the others.
+    /// [`RigidError::IncompatibleLinks`] names a link that contradicts the others;
+    /// [`RigidError::Length`] for another number of masters than velocities,
+    /// [`RigidError::OtherSet`] and [`RigidError::NotFinite`] for constraints that were changed.
     pub fn of(constraints: &Constraints, masters: &[bool]) -> Result<Self, RigidError> {
+        constraints.check()?;
         let (rows, columns) = constraints.matrix.shape();
+        check_length("masters", masters.len(), columns)?;
         let mut matrix = constraints.matrix.clone();
         let mut rhs = constraints.rates.clone();
         let mut labels: Vec<usize> = (0..rows).collect();
@@ -190,12 +195,16 @@ impl Reduction {
     /// Eliminates the links' constraints from the velocities of an articulated set.
     ///
     /// # Errors
-    /// Links that contradict each other.
+    /// Links that contradict each other, constraints of another set.
     pub fn of(set: &Articulation, constraints: &Constraints) -> Result<Self, RigidError> {
         let layout = &constraints.layout;
+        if *layout != set.velocity_layout() {
+            return Err(RigidError::OtherSet);
+        }
         let mut masters = vec![false; layout.len()];
         for (number, linkage) in set.linkages().iter().enumerate() {
-            masters[layout.body(linkage.root)..layout.body(linkage.root) + 3].fill(true);
+            let root = layout.bodies()[linkage.root];
+            masters[root..root + 3].fill(true);
             if let Some(frame) = layout.frame(number) {
                 masters[frame..frame + 3].fill(true);
             }
@@ -216,7 +225,13 @@ impl Reduction {
     }
 
     /// All generalised velocities for the dofs `v`.
-    pub fn velocities(&self, v: &DVector<f64>) -> DVector<f64> {
-        &self.all.basis * v + &self.all.offset
+    ///
+    /// # Errors
+    /// A `v` of the wrong length.
+    pub fn velocities(&self, v: &DVector<f64>) -> Result<DVector<f64>, RigidError> {
+        let NullSpace { basis, offset, .. } = &self.all;
+        check_length("dofs of the motion", v.len(), basis.ncols())?;
+        check_length("rows of the basis", basis.nrows(), offset.len())?;
+        Ok(basis * v + offset)
     }
 }

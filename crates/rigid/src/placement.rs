@@ -34,7 +34,20 @@ impl Articulation {
     }
 
     /// Direction of a link in the laboratory axes, from `to` to `body`.
-    pub fn direction(&self, state: &State, link: usize) -> Vector3<f64> {
+    ///
+    /// # Errors
+    /// A link that does not exist; a state that does not fit the set, is not finite or not rigid.
+    pub fn direction(&self, state: &State, link: usize) -> Result<Vector3<f64>, RigidError> {
+        self.check_state(state)?;
+        let links = self.links().len();
+        if link >= links {
+            return Err(RigidError::NoSuchLink { link, links });
+        }
+        Ok(self.rotated_direction(state, link))
+    }
+
+    /// [`Articulation::direction`] of a link that exists, in a state that fits.
+    pub(crate) fn rotated_direction(&self, state: &State, link: usize) -> Vector3<f64> {
         let frame = &state.frames[self.linkage_of()[self.links()[link].body]];
         frame.rotation * self.directions()[link]
     }
@@ -45,8 +58,9 @@ impl Articulation {
     /// frame.
     ///
     /// # Errors
-    /// A length that is not positive, or lengths that do not close a loop. The tolerance of a loop
-    /// is 1e-9 of the longest link: rounding along any realistic loop is far below it, and a real
+    /// A length that is not positive, or lengths that do not close a loop; a state that does not
+    /// fit the set, is not finite or not rigid; positions that overflow. The tolerance of a loop is
+    /// 1e-9 of the longest link: rounding along any realistic loop is far below it, and a real
     /// misfit far above.
     pub fn place(&self, state: &State, lengths: &[f64]) -> Result<Vec<Isometry3<f64>>, RigidError> {
         self.check_state(state)?;
@@ -70,11 +84,16 @@ impl Articulation {
                 positions[edge.child] = positions[edge.parent] + outward;
             }
         }
+        if !positions.iter().all(is_finite) {
+            return Err(RigidError::NotFinite {
+                what: "a body's position",
+            });
+        }
         let longest = lengths.iter().fold(0.0_f64, |a, &b| a.max(b));
         for (number, link) in self.links().iter().enumerate() {
-            let arm = lengths[number] * self.direction(state, number);
+            let arm = lengths[number] * self.rotated_direction(state, number);
             let gap = (positions[link.body] - positions[link.to] - arm).norm();
-            if gap > 1e-9 * longest {
+            if gap.is_nan() || gap > 1e-9 * longest {
                 return Err(RigidError::OpenLoop {
                     link: link.name.clone(),
                     gap,
@@ -88,7 +107,8 @@ impl Articulation {
             .collect())
     }
 
-    /// Refuses a state with another number of frames or attitudes than this set has.
+    /// Refuses a state with another number of frames or attitudes than this set has, positions that
+    /// are not finite and orientations that are not rotations.
     pub(crate) fn check_state(&self, state: &State) -> Result<(), RigidError> {
         check_length(
             "frames of the linkages",
@@ -99,8 +119,31 @@ impl Articulation {
             "attitudes of the bodies",
             state.attitudes.len(),
             self.kinds().len(),
-        )
+        )?;
+        let positions = || state.frames.iter().map(|frame| &frame.translation.vector);
+        if !positions().all(is_finite) {
+            return Err(RigidError::NotFinite {
+                what: "the position of a frame",
+            });
+        }
+        let rotations = state.frames.iter().map(|frame| &frame.rotation);
+        let mut lengths = rotations.chain(&state.attitudes).map(|q| q.norm());
+        match lengths.find(|length| length.is_nan() || (length - 1.0).abs() > ROTATION) {
+            Some(length) => Err(RigidError::NotRotation { length }),
+            None => Ok(()),
+        }
     }
+}
+
+/// Largest difference from 1 of the length of a quaternion that counts as a rotation.
+///
+/// [`Articulation::advance`] keeps it at the level of rounding; a text file with seven digits
+/// reaches 1e-7.
+const ROTATION: f64 = 1e-6;
+
+/// Whether all components are finite.
+pub(crate) fn is_finite(vector: &Vector3<f64>) -> bool {
+    vector.iter().all(|component| component.is_finite())
 }
 
 #[cfg(test)]

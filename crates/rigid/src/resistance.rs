@@ -38,8 +38,8 @@ impl GrandResistance {
         mut solve: impl FnMut(&[&[f64]], &mut [&mut [f64]]) -> Result<(), E>,
     ) -> Result<Self, E> {
         let velocities = independent.independent_velocities()?;
-        let first = independent.system.border_range().start;
-        let dofs = independent.rhs.len();
+        let first = independent.border_range().start;
+        let dofs = independent.dofs();
         let mut mobility = DMatrix::zeros(velocities, velocities);
         let mut load = 0;
         while load < velocities {
@@ -59,12 +59,19 @@ impl GrandResistance {
             load += count;
         }
         let difference = (&mobility - mobility.transpose()).amax();
-        let asymmetry = difference / mobility.amax();
+        // without bodies there is nothing to measure
+        let asymmetry = match velocities {
+            0 => 0.0,
+            _ => difference / mobility.amax(),
+        };
         let mobility = (&mobility + mobility.transpose()) / 2.0;
         let Some(factor) = mobility.clone().cholesky() else {
             return Err(RigidError::NotPositiveDefinite { asymmetry }.into());
         };
         let resistance = factor.inverse();
+        if !resistance.iter().all(|entry| entry.is_finite()) {
+            return Err(RigidError::NotPositiveDefinite { asymmetry }.into());
+        }
         Ok(Self {
             resistance,
             mobility,

@@ -127,7 +127,7 @@ fn constrained_velocities(
     for (body, kind) in set.kinds().iter().enumerate() {
         let components = if *kind == BodyKind::Rigid { 0..6 } else { 0..3 };
         let label = format!("symmetry plane of body {body}");
-        all.extend(constrained(layout.body(body), components).map(|v| (v, label.clone())));
+        all.extend(constrained(layout.bodies()[body], components).map(|v| (v, label.clone())));
     }
     for number in 0..set.linkages().len() {
         if let Some(frame) = layout.frame(number) {

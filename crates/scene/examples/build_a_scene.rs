@@ -18,7 +18,7 @@ pub fn main() -> Result<(), SceneError> {
         .phase("right arm", 10.0, 1.0)
         .model(ModelKind::Multipole)
         .build()?;
-    for leg in legs(scene.gait(), scene.articulation().initial_lengths()) {
+    for leg in legs(scene.gait(), scene.articulation().initial_lengths())? {
         println!("t = {}: {:?} -> {:?}", leg.start, leg.from, leg.to);
     }
     println!("{}", scene.to_toml()?);

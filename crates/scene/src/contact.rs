@@ -19,25 +19,38 @@ pub struct Contact {
 impl Contact {
     /// Whether the surfaces touch or overlap.
     ///
-    /// A gap of less than `1e-12 size` is a rounding error and counts as touching.
+    /// A gap of less than `1e-12 size` is a rounding error and counts as touching, and so does a
+    /// gap that is not a number.
     pub fn touches(&self, size: f64) -> bool {
-        self.gap <= 1e-12 * size
+        self.gap.is_nan() || self.gap <= 1e-12 * size
     }
 }
 
 /// The smallest gap of a configuration; `None` if there is no pair (one body and no wall).
 ///
 /// Points have no surface and touch nothing. The gap between spheroids is a lower bound, measured
-/// along the line of centres. Cost: all pairs.
+/// along the line of centres. A body without a pose, or with one that is not finite, has a gap that
+/// is not a number. Cost: all pairs.
 pub fn closest_contact(
     bodies: &[Body],
     domain: &Domain,
     poses: &[Isometry3<f64>],
 ) -> Option<Contact> {
-    let centre = |body: usize| poses[body].translation.vector;
     let solid: Vec<usize> = (0..bodies.len())
         .filter(|&b| bodies[b].bounding_radius() > 0.0)
         .collect();
+    let is_placed = |pose: &Isometry3<f64>| pose.to_homogeneous().iter().all(|x| x.is_finite());
+    if let Some(&body) = solid
+        .iter()
+        .find(|&&b| !poses.get(b).is_some_and(is_placed))
+    {
+        return Some(Contact {
+            body,
+            other: None,
+            gap: f64::NAN,
+        });
+    }
+    let centre = |body: usize| poses[body].translation.vector;
     let mut closest: Option<Contact> = None;
     let mut take = |contact: Contact| {
         if closest.is_none_or(|found| contact.gap < found.gap) {

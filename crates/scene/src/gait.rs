@@ -1,5 +1,7 @@
 //! Gaits: their phases, and the legs of a stroke.
 
+use crate::error::SceneError;
+
 /// Change of the link lengths in time: phases that are repeated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gait {
@@ -72,22 +74,31 @@ impl Gait {
 
 /// The legs of all cycles of a gait in order, from the given initial lengths.
 ///
+/// # Errors
+/// [`SceneError::BadValue`] for a phase of a link that has no initial length, and for lengths and
+/// durations that are not positive and finite. The gait of a [`Scene`](crate::Scene) has none.
+///
 /// ```
 /// use scene::{Gait, Phase, legs};
 /// let close = Phase { change: Some((0, 6.0)), duration: 2.0 };
 /// let open = Phase { change: Some((0, 10.0)), duration: 2.0 };
 /// let gait = Gait { cycles: 3, phases: vec![close, open] };
-/// let all: Vec<_> = legs(&gait, &[10.0]).collect();
+/// let all: Vec<_> = legs(&gait, &[10.0])?.collect();
 /// assert_eq!(all.len(), 6);
 /// assert_eq!(all[1].lengths(0.5), [8.0]);
 /// assert_eq!(all[5].rates(), [2.0]);
+/// # Ok::<(), scene::SceneError>(())
 /// ```
-pub fn legs(gait: &Gait, initial_lengths: &[f64]) -> impl Iterator<Item = Leg> + use<> {
+pub fn legs(
+    gait: &Gait,
+    initial_lengths: &[f64],
+) -> Result<impl Iterator<Item = Leg> + use<>, SceneError> {
+    check(gait, initial_lengths)?;
     let phases = gait.phases.clone();
     let total = phases.len().saturating_mul(gait.cycles as usize);
     let mut lengths = initial_lengths.to_vec();
     let mut time = 0.0;
-    (0..total).map(move |number| {
+    Ok((0..total).map(move |number| {
         let phase = number % phases.len();
         let from = lengths.clone();
         if let Some((link, length)) = phases[phase].change {
@@ -104,7 +115,35 @@ pub fn legs(gait: &Gait, initial_lengths: &[f64]) -> impl Iterator<Item = Leg> +
             start,
             duration: phases[phase].duration,
         }
-    })
+    }))
+}
+
+/// Refuses a gait that was not checked as part of a scene.
+fn check(gait: &Gait, initial_lengths: &[f64]) -> Result<(), SceneError> {
+    let bad = |key: String, problem: String| SceneError::BadValue {
+        place: "gait of a program".to_owned(),
+        key,
+        problem,
+    };
+    let positive = |key: String, value: f64| match value > 0.0 && value.is_finite() {
+        true => Ok(()),
+        false => Err(bad(key, format!("is {value}; it must be positive"))),
+    };
+    let links = initial_lengths.len();
+    for (link, &length) in initial_lengths.iter().enumerate() {
+        positive(format!("links[{link}].length"), length)?;
+    }
+    for (number, phase) in gait.phases.iter().enumerate() {
+        let key = |key: &str| format!("gait.phases[{number}].{key}");
+        positive(key("duration"), phase.duration)?;
+        if let Some((link, length)) = phase.change {
+            if link >= links {
+                return Err(bad(key("link"), format!("is link {link} of {links}")));
+            }
+            positive(key("length"), length)?;
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -127,7 +166,7 @@ mod tests {
             ],
         };
         // The first cycle starts from a length to which the gait never returns.
-        let all: Vec<Leg> = legs(&gait, &[10.0, 8.0]).collect();
+        let all: Vec<Leg> = legs(&gait, &[10.0, 8.0]).unwrap().collect();
         for pair in all.windows(2) {
             assert_eq!(pair[0].to, pair[1].from);
             assert_eq!(pair[0].start + pair[0].duration, pair[1].start);
@@ -147,7 +186,7 @@ mod tests {
             cycles: 1,
             phases: vec![hold],
         };
-        let leg = legs(&gait, &[0.1]).next().unwrap();
+        let leg = legs(&gait, &[0.1]).unwrap().next().unwrap();
         for k in 0..=100 {
             assert_eq!(leg.lengths(f64::from(k) / 100.0), [0.1]);
         }
@@ -155,16 +194,10 @@ mod tests {
 
     #[test]
     fn a_gait_without_phases_has_no_legs() {
-        assert_eq!(
-            legs(
-                &Gait {
-                    cycles: 5,
-                    phases: vec![]
-                },
-                &[]
-            )
-            .count(),
-            0
-        );
+        let gait = Gait {
+            cycles: 5,
+            phases: vec![],
+        };
+        assert_eq!(legs(&gait, &[]).unwrap().count(), 0);
     }
 }

@@ -5,6 +5,7 @@ mod arrangement;
 mod body;
 mod builder;
 mod contact;
+mod differences;
 mod document;
 mod domain;
 mod error;

@@ -7,6 +7,12 @@ pub enum StokesError {
     /// A boundary part that the mesh does not have, or an unusable mesh.
     #[error(transparent)]
     Mesh(#[from] mesh::MeshError),
+    /// A part of the boundary that is given twice.
+    #[error("the boundary part '{name}' is given twice; it is one body or one wall")]
+    PartTwice {
+        /// Name of the part.
+        name: String,
+    },
     /// A failed assembly.
     #[error(transparent)]
     Fem(#[from] fem::FemError),

@@ -290,7 +290,7 @@ impl Estimator<'_> {
 fn frame_rows(drive: &Drive, linkage_number: usize) -> (usize, Option<usize>) {
     let linkage = &drive.set.linkages()[linkage_number];
     let layout = drive.set.velocity_layout();
-    let linear = layout.body(linkage.root);
+    let linear = layout.bodies()[linkage.root];
     let angular = layout.frame(linkage_number).or_else(|| {
         // A single body is its own frame; arms with directions fixed in space do not rotate.
         let is_single = linkage.bodies.len() == 1;

@@ -75,21 +75,21 @@ pub fn solve_stokes(
     } = TaylorHood::new(mesh)?.matrices(mesh)?;
     let condition = DirichletCondition::on_boundary(mesh);
     let mut u: Vec<Vector3<f64>> = mesh.points().iter().map(|&x| velocity(x)).collect();
-    condition.lift(&mut u);
+    condition.lift(&mut u)?;
     let load = match force {
         Some(force) => load_vector(mesh, force)?,
         None => vec![Vector3::zeros(); mesh.n_points()],
     };
     // [K B^T; B 0] [u; p] = [f; 0], and the lift of the boundary values on the right-hand side.
     let image = momentum_residual(&stiffness, &divergence, &u, &vec![0.0; mesh.n_vertices()])?;
-    let mut rhs = condition.rhs(&load, &image);
+    let mut rhs = condition.rhs(&load, &image)?;
     let sources = continuity_residual(&divergence, &u)?;
     check_net_flux(&sources)?;
     rhs.extend(sources.iter().map(|source| -source));
 
     let system = SaddleSystem::new(
-        Bordered::scalar(condition.restrict_matrix(&stiffness, 1))?,
-        condition.restrict_divergence(&divergence),
+        Bordered::scalar(condition.restrict_matrix(&stiffness, 1)?)?,
+        condition.restrict_divergence(&divergence)?,
         // No rigid bodies: the border has no columns.
         Csr::zero((mesh.n_vertices(), 0)),
         None,
@@ -97,7 +97,7 @@ pub fn solve_stokes(
     )?;
     let multigrid = Multigrid::new(system.velocity_block(), &MultigridParams::default())?;
     let mut preconditioner = BlockTriangular::new(&system, multigrid)?;
-    let constant_pressure = NullVectors::constant_on(rhs.len(), system.pressure_range());
+    let constant_pressure = NullVectors::constant_on(rhs.len(), system.pressure_range())?;
     let parameters = KrylovParams::default()
         .with_rel_tol(rtol)
         .with_null_vectors(constant_pressure);
@@ -111,7 +111,7 @@ pub fn solve_stokes(
     )?;
 
     let mut pressure = solution.split_off(3 * condition.n_free());
-    condition.expand(&solution, &mut u);
+    condition.expand(&solution, &mut u)?;
     let mean = mean_pressure(mesh, &pressure)?;
     pressure.iter_mut().for_each(|p| *p -= mean);
     Ok(Flow {

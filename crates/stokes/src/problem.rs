@@ -49,12 +49,21 @@ impl<'a> Problem<'a> {
     /// natural boundary condition `∂u/∂n = p n` holds.
     ///
     /// # Errors
-    /// A name that the mesh does not have: [`mesh::MeshError::UnknownTag`].
+    /// A name that the mesh does not have: [`mesh::MeshError::UnknownTag`]. A part that is given
+    /// twice, such as a body that is a wall too: [`StokesError::PartTwice`].
     pub fn new(
         mesh: &'a TetMesh,
         bodies: &[(&str, Vector3<f64>)],
         walls: &[&str],
     ) -> Result<Self, StokesError> {
+        let names = || bodies.iter().map(|(name, _)| name).chain(walls);
+        let twice = names()
+            .enumerate()
+            .find(|(k, name)| names().take(*k).any(|n| n == *name));
+        if let Some((_, name)) = twice {
+            let name = (*name).to_owned();
+            return Err(StokesError::PartTwice { name });
+        }
         let body = |&(name, centre): &(&str, _)| Ok((mesh.tag(name)?, centre));
         let wall = |name: &&str| mesh.tag(name);
         Ok(Self {

@@ -215,7 +215,7 @@ impl Case {
 fn path_integral(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<Vector3<f64>> {
     let state = scene.initial_state();
     let mut net = Vector3::zeros();
-    for leg in legs(scene.gait(), scene.articulation().initial_lengths()) {
+    for leg in legs(scene.gait(), scene.articulation().initial_lengths())? {
         let mut velocity = |s: f64| -> Result<Vector3<f64>> {
             let lengths = leg.lengths(s);
             let configuration = Configuration {

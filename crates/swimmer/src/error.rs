@@ -14,6 +14,20 @@ pub enum SwimError {
     /// A scene that cannot be used.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A model that was created for another scene.
+    #[error(
+        "the model '{model}' was created for a scene with another {key}; create the model of the \
+         scene that is to be simulated"
+    )]
+    OtherScene {
+        /// Name of the model.
+        model: &'static str,
+        /// First key in which the scenes differ.
+        key: String,
+    },
+    /// An integration method without steps.
+    #[error("the integration method has zero steps per leg; it needs at least one")]
+    NoSteps,
     /// A file that cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
@@ -154,6 +168,8 @@ impl SwimError {
             | Self::Read { .. }
             | Self::Write { .. }
             | Self::Checkpoint { .. }
+            | Self::OtherScene { .. }
+            | Self::NoSteps
             | Self::NotApplicable { .. } => 2,
         }
     }

@@ -16,7 +16,8 @@ const CURVE_POINTS: usize = 12;
 /// Moves the bodies of a scene through all cycles of its gait.
 ///
 /// # Errors
-/// A scene without a gait; errors of the model, the integration and the observer.
+/// A scene without a gait; [`SwimError::OtherScene`] for a model of another scene;
+/// [`SwimError::NoSteps`]; errors of the model, the integration and the observer.
 ///
 /// # Examples
 /// A model outside this workspace:
@@ -35,13 +36,17 @@ const CURVE_POINTS: usize = 12;
 ///         "anchor"
 ///     }
 ///
+///     fn scene(&self) -> &Scene {
+///         &self.0
+///     }
+///
 ///     fn solve(&mut self, query: &Query) -> Result<Vec<InstantaneousSolution>, ModelError> {
 ///         let (set, at) = (self.0.articulation(), query.configuration);
 ///         let one = |rates: &Vec<f64>| {
 ///             let constraints = set.constraints(at.state, at.lengths, rates)?;
 ///             let reduction = rigid::Reduction::of(set, &constraints)?;
 ///             let free = nalgebra::DVector::zeros(reduction.dofs());
-///             let motion = set.state_velocity(reduction.velocities(&free).as_slice())?;
+///             let motion = set.state_velocity(reduction.velocities(&free)?.as_slice())?;
 ///             let bodies = vec![BodySolution::default(); 2];
 ///             Ok(InstantaneousSolution::new(bodies, vec![Default::default()], motion))
 ///         };
@@ -95,13 +100,15 @@ pub fn continue_from(
         mut outcome,
     }: Interim,
 ) -> Result<Outcome, SwimError> {
+    check_model(scene, model)?;
+    method.check()?;
     scene.require_gait()?;
     let set = scene.articulation();
     let start = scene.initial_state();
     let initial_lengths = set.initial_lengths();
     let origin = positions(set, &start, initial_lengths)?;
     let mut integrator = Integrator::new(scene, model, method);
-    for leg in legs(scene.gait(), initial_lengths).skip(outcome.legs.len()) {
+    for leg in legs(scene.gait(), initial_lengths)?.skip(outcome.legs.len()) {
         let before = positions(set, &state, &leg.from)?;
         let first = outcome.solves;
         let meshes = &mut outcome.meshes;
@@ -211,6 +218,20 @@ pub fn continue_from(
     }
     outcome.check_tolerance(scene.model().tolerance, integrator.model());
     Ok(outcome)
+}
+
+/// Refuses a model that was created for another flow problem.
+///
+/// # Errors
+/// [`SwimError::OtherScene`].
+pub(crate) fn check_model(scene: &Scene, model: &dyn Hydrodynamics) -> Result<(), SwimError> {
+    match scene.differing_key(model.scene()) {
+        Some(key) => Err(SwimError::OtherScene {
+            model: model.name(),
+            key,
+        }),
+        None => Ok(()),
+    }
 }
 
 /// Errors of the displacements of the bodies, from the errors of the frames of their linkages.

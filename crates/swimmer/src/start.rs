@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use scene::{Scene, legs};
 
 use crate::error::SwimError;
+use crate::simulate::check_model;
 
 /// The solution at the start of the first phase of the gait, or with constant lengths for a scene
 /// without a gait.
@@ -12,12 +13,12 @@ use crate::error::SwimError;
 /// The mesh is adapted to `fem.target`, if the scene has that key.
 ///
 /// # Errors
-/// Those of the model.
+/// [`SwimError::OtherScene`] for a model of another scene; those of the model.
 pub fn solve_start(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
 ) -> Result<InstantaneousSolution, SwimError> {
-    let solution = at_start(scene, |configuration, rates| {
+    let solution = at_start(scene, model, |model, configuration, rates| {
         let rates = [rates.to_vec()];
         let query = Query::new(configuration, &rates).with_accuracy(scene.fem().target);
         let mut solutions = model.solve(&query)?;
@@ -25,40 +26,42 @@ pub fn solve_start(
             model: model.name(),
         })
     })?;
-    solution.check_finite(model.name())?;
+    solution.check(model)?;
     Ok(solution)
 }
 
 /// The grand resistance matrix of the bodies at the start of the scene.
 ///
 /// # Errors
-/// Those of the model.
+/// [`SwimError::OtherScene`] for a model of another scene; those of the model.
 pub fn start_resistance(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
 ) -> Result<DMatrix<f64>, SwimError> {
-    Ok(at_start(scene, |configuration, _| {
+    at_start(scene, model, |model, configuration, _| {
         model.resistance(configuration)
-    })?)
+    })
 }
 
 /// The flow field at the start of the scene.
 ///
 /// # Errors
-/// Those of the model.
+/// [`SwimError::OtherScene`] for a model of another scene; those of the model.
 pub fn start_flow(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<FlowField, SwimError> {
-    Ok(at_start(scene, |configuration, rates| {
+    at_start(scene, model, |model, configuration, rates| {
         model.flow(configuration, rates)
-    })?)
+    })
 }
 
 /// Evaluates the model for the configuration and the rates at the start.
 fn at_start<T>(
     scene: &Scene,
-    evaluate: impl FnOnce(Configuration<'_>, &[f64]) -> Result<T, ModelError>,
-) -> Result<T, ModelError> {
+    model: &mut dyn Hydrodynamics,
+    evaluate: impl FnOnce(&mut dyn Hydrodynamics, Configuration<'_>, &[f64]) -> Result<T, ModelError>,
+) -> Result<T, SwimError> {
+    check_model(scene, model)?;
     let lengths = scene.articulation().initial_lengths();
-    let rates = legs(scene.gait(), lengths)
+    let rates = legs(scene.gait(), lengths)?
         .next()
         .map_or(vec![0.0; lengths.len()], |leg| leg.rates());
     let state = scene.initial_state();
@@ -66,5 +69,5 @@ fn at_start<T>(
         state: &state,
         lengths,
     };
-    evaluate(configuration, &rates)
+    Ok(evaluate(model, configuration, &rates)?)
 }

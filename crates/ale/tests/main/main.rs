@@ -1,5 +1,6 @@
 //! Integration tests of the crate, in one binary.
 
 mod examples;
+mod hostile;
 mod methods;
 mod motion;

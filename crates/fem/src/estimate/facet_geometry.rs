@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::FemError;
-use crate::check::check_vectors;
+use crate::check::{check_array, check_vectors};
 use crate::geometry::MapAt;
 use crate::load::{facet_cell_point, velocity_gradient};
 use crate::quadrature::facet_degree_6;
@@ -72,10 +72,12 @@ impl<'a> FacetGeometry<'a> {
     /// Collects the facets of the given boundaries.
     ///
     /// # Errors
-    /// A boundary without facets.
+    /// A boundary without facets, or whose centre or radius is not finite.
     pub fn new(mesh: &'a TetMesh, boundaries: &[CurvedBoundary]) -> Result<Self, FemError> {
         let mut facets = Vec::new();
         for &boundary in boundaries {
+            check_array("the radius of a curved boundary", &[boundary.radius], 1)?;
+            check_vectors("the centre of a curved boundary", &[boundary.centre], 1)?;
             let tagged = tagged_facets(mesh, boundary.tag)?;
             facets.extend(tagged.into_iter().map(|facet| (facet, boundary)));
         }
@@ -98,7 +100,8 @@ impl<'a> FacetGeometry<'a> {
     /// any number of threads.
     ///
     /// # Errors
-    /// A velocity of the wrong length or not finite; an inverted cell at the surface.
+    /// A velocity of the wrong length or not finite; an inverted cell at the surface; a result that
+    /// is not finite.
     pub fn functional(&self, velocity: &[Vec3]) -> Result<Vec<Vec3>, FemError> {
         check_vectors("the velocity", velocity, self.mesh.n_points())?;
         let loads = self.map_facets(|facet, boundary| {
@@ -121,6 +124,7 @@ impl<'a> FacetGeometry<'a> {
                 functional[node as usize] += value;
             }
         }
+        check_vectors("the geometry error", &functional, velocity.len())?;
         Ok(functional)
     }
 
@@ -135,7 +139,7 @@ impl<'a> FacetGeometry<'a> {
         for velocity in [a, b] {
             check_vectors("the velocity", velocity, self.mesh.n_points())?;
         }
-        self.map_facets(|facet, boundary| {
+        let indicators = self.map_facets(|facet, boundary| {
             let nodes = &self.mesh.cells()[facet.cell as usize];
             let mut indicator = 0.0;
             self.for_each_point(facet, boundary, |gradients, normal, weight| {
@@ -143,7 +147,9 @@ impl<'a> FacetGeometry<'a> {
                 indicator += weight * a.dot(&b);
             })?;
             Ok(indicator)
-        })
+        })?;
+        check_array("the geometry error", &indicators, self.facets.len())?;
+        Ok(indicators)
     }
 
     /// Applies `f` to all facets in parallel.

@@ -41,7 +41,7 @@ impl SurplusSpace {
         surplus: &Surplus,
     ) -> Result<ErrorFunctional, FemError> {
         self.check(mesh)?;
-        surplus.check_length(self.bubbles.len())?;
+        surplus.check_lengths(self.bubbles.len(), mesh.n_cells())?;
         let coefficients = self.coefficients(mesh, surplus)?;
         let mut functional = ErrorFunctional {
             velocity: vec![Vec3::zeros(); mesh.n_points()],

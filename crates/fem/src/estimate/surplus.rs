@@ -115,8 +115,9 @@ impl SurplusSpace {
         b: &Surplus,
     ) -> Result<Vec<f64>, FemError> {
         self.check(mesh)?;
-        a.check_length(self.bubbles.len())?;
-        a.check_length(b.coefficients.len())?;
+        for surplus in [a, b] {
+            surplus.check_lengths(self.bubbles.len(), mesh.n_cells())?;
+        }
         let numbers = |cell: usize| self.bubbles.of_cell(cell, &mesh.cells()[cell]);
         let mut cells_of = vec![0u32; self.bubbles.len()];
         for cell in 0..mesh.n_cells() {
@@ -214,18 +215,24 @@ impl Surplus {
     /// Estimate of `K(e_a, e_b)` for this flow and another on the same mesh.
     ///
     /// # Errors
-    /// Surpluses of different spaces.
+    /// Surpluses of different spaces; [`FemError::NotFinite`] for an energy that overflows.
     pub fn energy(&self, other: &Self) -> Result<f64, FemError> {
-        other.check_length(self.coefficients.len())?;
+        other.check_lengths(self.coefficients.len(), self.divergence.len())?;
         let (a, b) = (&self.coefficients, &other.coefficients);
         let [energy] = sum_over(a.len(), |k| Ok([a[k].dot(&b[k])]))?;
         let (a, b) = (&self.divergence, &other.divergence);
         let [removed] = sum_over(a.len(), |k| Ok([dot(&a[k], &b[k])]))?;
+        check_array("the energy of the surplus", &[energy - removed], 1)?;
         Ok(energy - removed)
     }
 
-    /// Checks the number of bubbles.
-    pub(super) fn check_length(&self, expected: usize) -> Result<(), FemError> {
-        check_length("the surplus", self.coefficients.len(), expected)
+    /// Checks the numbers of bubbles and cells.
+    pub(super) fn check_lengths(&self, bubbles: usize, cells: usize) -> Result<(), FemError> {
+        check_length("the surplus", self.coefficients.len(), bubbles)?;
+        check_length(
+            "the divergence of the surplus",
+            self.divergence.len(),
+            cells,
+        )
     }
 }

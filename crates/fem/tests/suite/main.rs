@@ -4,6 +4,7 @@ mod errors;
 mod estimate;
 mod exact;
 mod examples;
+mod hostile;
 mod properties;
 mod sphere;
 mod support;

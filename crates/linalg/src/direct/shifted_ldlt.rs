@@ -2,9 +2,9 @@
 
 use super::factor::{Definiteness, Precision, SparseFactor};
 use super::ordering::nested_dissection;
-use crate::csr::{Rows, check_finite, check_shape};
+use crate::csr::{Rows, check_finite, check_shape, into_rows};
 use crate::product::build_rows;
-use crate::vector::norm;
+use crate::vector::{norm, rhs_norm};
 use crate::{Csr, LinalgError};
 
 /// Refinement steps after which a system counts as singular.
@@ -39,8 +39,9 @@ impl ShiftedLdlt {
     /// edge or node, whose rows have the same pattern.
     ///
     /// # Errors
-    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::Factorisation`] for a
-    /// singular matrix or an unsymmetric pattern.
+    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::Parameter`] for a group
+    /// that is not below the number of dofs, [`LinalgError::Factorisation`] for a singular matrix or
+    /// an unsymmetric pattern.
     pub fn factor(matrix: Csr, shift: &[f64], group: &[u32]) -> Result<Self, LinalgError> {
         let n = matrix.rows();
         check_shape("saddle-point matrix", matrix.shape(), (n, n))?;
@@ -48,6 +49,14 @@ impl ShiftedLdlt {
         check_shape("groups of dofs", (group.len(), 1), (n, 1))?;
         check_finite("saddle-point matrix", matrix.data())?;
         check_finite("shift", shift)?;
+        if let Some(&outside) = group.iter().find(|&&g| g as usize >= n) {
+            return Err(LinalgError::Parameter {
+                name: "group of a dof",
+                value: outside.into(),
+                range: "below the number of dofs",
+            });
+        }
+        let matrix = into_rows(matrix);
         let rows = Rows::of(&matrix);
         let shifted = build_rows(n, n, |i, row| {
             for (j, v) in rows.row(i) {
@@ -75,15 +84,18 @@ impl ShiftedLdlt {
     /// Solves `A x = b` and returns the relative true residual.
     ///
     /// # Errors
-    /// [`LinalgError::Stagnated`] if refinement does not reach a residual of `1e-11`: the matrix is
-    /// singular, and `b` is not in its range.
+    /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::Parameter`] for a `b`
+    /// whose squares overflow or underflow, [`LinalgError::Stagnated`] if refinement does not reach
+    /// a residual of `1e-11`: the matrix is singular, and `b` is not in its range.
     pub fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<f64, LinalgError> {
+        let n = self.matrix.rows();
+        check_shape("right-hand side", (b.len(), 1), (n, 1))?;
+        check_shape("solution vector", (x.len(), 1), (n, 1))?;
         check_finite("right-hand side", b)?;
         x.fill(0.0);
-        let size = norm(b);
-        if size == 0.0 {
+        let Some(size) = rhs_norm(b)? else {
             return Ok(0.0);
-        }
+        };
         let mut residual = b.to_vec();
         let mut best = f64::INFINITY;
         for step in 1..=MOST_REFINEMENTS {
@@ -233,5 +245,25 @@ mod tests {
         let (matrix, shift, group) = chain(8, false);
         assert!(ShiftedLdlt::factor(matrix.clone(), &shift[1..], &group).is_err());
         assert!(ShiftedLdlt::factor(matrix, &shift, &group[1..]).is_err());
+    }
+
+    #[test]
+    fn bug_a_group_out_of_range_allocated_memory_for_all_groups_below_it() {
+        let (matrix, shift, mut group) = chain(8, false);
+        for outside in [10, u32::MAX] {
+            group[3] = outside;
+            let refused = ShiftedLdlt::factor(matrix.clone(), &shift, &group).map(|_| ());
+            assert!(matches!(refused, Err(LinalgError::Parameter { .. })));
+        }
+    }
+
+    #[test]
+    fn bug_a_short_vector_ended_the_program() {
+        let (matrix, shift, group) = chain(8, false);
+        let mut solver = ShiftedLdlt::factor(matrix, &shift, &group).expect("sound");
+        for (b, x) in [(9, 10), (10, 9), (0, 10), (11, 11)] {
+            let refused = solver.solve(&vec![1.0; b], &mut vec![0.0; x]);
+            assert!(matches!(refused, Err(LinalgError::Shape { .. })));
+        }
     }
 }

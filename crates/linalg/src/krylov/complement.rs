@@ -40,7 +40,7 @@ impl Preconditioner for Projected<'_> {
         let columns: Vec<&[f64]> = self.projected.iter().map(Vec::as_slice).collect();
         self.preconditioner.apply_columns(&columns[..r.len()], z);
         for z in z {
-            self.null_vectors.project_out(z);
+            project_out(self.null_vectors.right(), z);
         }
     }
 
@@ -88,7 +88,7 @@ pub(super) fn solve(
     for x in x.iter_mut() {
         check_shape("solution vector", (x.len(), 1), (operator.cols(), 1))?;
         check_finite("initial guess", x)?;
-        null_vectors.project_out(x);
+        project_out(null_vectors.right(), x);
     }
     let mut preconditioner = Projected {
         preconditioner,
@@ -102,7 +102,7 @@ pub(super) fn solve(
     }
     // basis vectors in f32 reintroduce null vectors at the level of rounding
     for x in x {
-        null_vectors.project_out(x);
+        project_out(null_vectors.right(), x);
     }
     Ok(reports)
 }

@@ -187,7 +187,7 @@ impl<'a> Column<'a> {
             fixed: preconditioner.kind() <= PreconditionerKind::Linear,
             v: Orthonormal::new(operator.residual_weights()),
             z: RoundedBasis::new(),
-            hessenberg: Hessenberg::new(restart),
+            hessenberg: Hessenberg::new(),
             w: vec![0.0; n],
             work: vec![0.0; n],
             report: match stage {

@@ -9,24 +9,31 @@ pub(super) struct Hessenberg {
 }
 
 impl Hessenberg {
-    /// Allocates for up to `restart` steps.
-    pub fn new(restart: usize) -> Self {
+    /// The problem before the first step; it grows with the steps.
+    pub fn new() -> Self {
         Hessenberg {
-            columns: (0..restart).map(|j| vec![0.0; j + 2]).collect(),
-            rotations: vec![(1.0, 0.0); restart],
-            rhs: vec![0.0; restart + 1],
-            y: vec![0.0; restart],
+            columns: Vec::new(),
+            rotations: Vec::new(),
+            rhs: Vec::new(),
+            y: Vec::new(),
         }
     }
 
     /// Starts a new cycle from a residual of norm `beta`.
     pub fn start(&mut self, beta: f64) {
         self.rhs.fill(0.0);
+        self.rhs.resize(self.columns.len() + 1, 0.0);
         self.rhs[0] = beta;
     }
 
     /// Column `j`, whose first `j + 1` entries the caller fills.
     pub fn column(&mut self, j: usize) -> &mut [f64] {
+        for known in self.columns.len()..=j {
+            self.columns.push(vec![0.0; known + 2]);
+            self.rotations.push((1.0, 0.0));
+            self.rhs.push(0.0);
+            self.y.push(0.0);
+        }
         &mut self.columns[j]
     }
 

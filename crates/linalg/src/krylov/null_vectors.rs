@@ -49,7 +49,10 @@ impl NullVectors {
     }
 
     /// The constant vectors of length `n`.
-    pub fn constant(n: usize) -> Self {
+    ///
+    /// # Errors
+    /// Those of [`NullVectors::constant_on`].
+    pub fn constant(n: usize) -> Result<Self, LinalgError> {
         Self::constant_on(n, 0..n)
     }
 
@@ -58,20 +61,30 @@ impl NullVectors {
     /// For the constant pressure of enclosed flow `range` is
     /// [`SaddleSystem::pressure_range`](crate::SaddleSystem::pressure_range).
     ///
-    /// # Panics
-    /// When `range` does not lie in `0..n`.
-    pub fn constant_on(n: usize, range: Range<usize>) -> Self {
-        let mut vector = vec![0.0; n];
-        let value = (range.len() as f64).sqrt().recip();
-        vector[range.clone()].fill(value);
-        NullVectors {
-            right: if range.is_empty() {
-                Vec::new()
-            } else {
-                vec![vector]
-            },
-            left: None,
+    /// # Errors
+    /// [`LinalgError::Shape`] if `range` does not lie in `0..n`, [`LinalgError::Parameter`] if the
+    /// memory does not suffice for `n` numbers.
+    pub fn constant_on(n: usize, range: Range<usize>) -> Result<Self, LinalgError> {
+        if range.start > range.end || range.end > n {
+            return Err(LinalgError::Shape {
+                what: "range of a constant null vector",
+                expected: (0, n),
+                found: (range.start, range.end),
+            });
         }
+        let mut right = Vec::new();
+        if !range.is_empty() {
+            let mut vector = Vec::new();
+            (vector.try_reserve_exact(n)).map_err(|_| LinalgError::Parameter {
+                name: "length of a null vector",
+                value: n as f64,
+                range: "small enough for the memory",
+            })?;
+            vector.resize(n, 0.0);
+            vector[range.clone()].fill((range.len() as f64).sqrt().recip());
+            right.push(vector);
+        }
+        Ok(NullVectors { right, left: None })
     }
 
     /// The same null space, with the given null vectors of `A^T` for an unsymmetric `A`.
@@ -90,10 +103,18 @@ impl NullVectors {
 
     /// Subtracts from `x` its components along the null vectors.
     ///
-    /// # Panics
-    /// When `x` has another length than the null vectors.
-    pub fn project_out(&self, x: &mut [f64]) {
+    /// # Errors
+    /// [`LinalgError::Shape`] when `x` has another length than the null vectors.
+    pub fn project_out(&self, x: &mut [f64]) -> Result<(), LinalgError> {
+        if let Some(vector) = self.right.first() {
+            check_shape("vector to be projected", (x.len(), 1), (vector.len(), 1))?;
+        }
         project_out(&self.right, x);
+        Ok(())
+    }
+
+    pub(super) fn right(&self) -> &[Vec<f64>] {
+        &self.right
     }
 
     pub(super) fn left(&self) -> &[Vec<f64>] {
@@ -173,7 +194,7 @@ mod tests {
     fn null_vectors_are_made_orthonormal() {
         let space = NullVectors::new(vec![vec![2.0, 0.0, 0.0], vec![3.0, 4.0, 0.0]]);
         let mut x = [5.0, 6.0, 7.0];
-        space.expect("independent").project_out(&mut x);
+        project_out(space.expect("independent").right(), &mut x);
         assert_eq!(x, [0.0, 0.0, 7.0]);
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::null_vectors::NullVectors;
 use crate::csr::check_finite;
-use crate::vector::norm;
+use crate::vector::rhs_norm;
 use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 
 /// Parameters of the Krylov methods.
@@ -178,17 +178,5 @@ pub(super) fn check_start(
             range: "at least 1",
         });
     }
-    let b_norm = norm(b);
-    if b.iter().all(|v| *v == 0.0) {
-        return Ok(None);
-    }
-    // squares of the entries overflowed or underflowed
-    if !(b_norm.is_finite() && b_norm > 0.0) {
-        return Err(LinalgError::Parameter {
-            name: "norm of the right-hand side",
-            value: b_norm,
-            range: "a normal number; scale the problem",
-        });
-    }
-    Ok(Some(b_norm))
+    rhs_norm(b)
 }

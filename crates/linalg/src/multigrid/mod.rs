@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use vectors::{Columns, Vectors};
 
 use crate::bordered::{nodes, nodes_mut};
-use crate::columns::{in_passes, split};
+use crate::columns::{assert_lengths, in_passes, split};
 use crate::csr::positive_diagonal;
 use crate::vector::{CHUNK, max_abs, power_of_two_below};
 use crate::{
@@ -270,6 +270,7 @@ impl Multigrid {
     }
 
     fn pass<const S: usize>(&mut self, r: [&[f64]; S], z: [&mut [f64]; S]) {
+        assert_lengths(&r, self.size(), &z, self.size());
         let (r_nodes, r_border) = split(r, 3 * self.sizes[0].nodes);
         let r_nodes = r_nodes.map(nodes);
         self.apply_to(r.map(max_abs), |i| r_nodes.map(|r| r[i]), r_border, z);

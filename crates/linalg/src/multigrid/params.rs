@@ -1,6 +1,7 @@
 //! Parameters of multigrid.
 
 use crate::LinalgError;
+use crate::chebyshev::HIGHEST_DEGREE;
 
 /// Parameters of the hierarchy of levels.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,8 +88,13 @@ impl MultigridParams {
                 "above 1 and finite",
             );
         }
-        if self.sweeps == 0 || self.coarse_sweeps == 0 {
-            return parameter("sweeps", 0.0, "at least 1");
+        for (name, sweeps) in [
+            ("sweeps", self.sweeps),
+            ("coarse_sweeps", self.coarse_sweeps),
+        ] {
+            if !(1..=HIGHEST_DEGREE).contains(&sweeps) {
+                return parameter(name, sweeps as f64, "from 1 to 1000");
+            }
         }
         if !(0.0..1.0).contains(&self.coarsest_shift) {
             return parameter("coarsest_shift", self.coarsest_shift, "in [0, 1)");

@@ -13,17 +13,20 @@ use crate::{LinalgError, SaddleSystem};
 /// boundary of the subdomain, and none has more pressures than its velocities can satisfy.
 ///
 /// # Errors
-/// [`LinalgError::Parameter`] for zero subdomains or a border dof assigned to a missing one,
+/// [`LinalgError::Parameter`] for a number of subdomains out of range or a border dof assigned to a missing one,
 /// [`LinalgError::Shape`], and those of METIS.
 pub(super) fn cut(
     system: &SaddleSystem,
     params: &SchwarzParams,
 ) -> Result<Vec<Members>, LinalgError> {
     let parts = params.subdomains;
-    if parts == 0 {
-        let (name, range) = ("subdomains", "at least 1");
-        let value = 0.0;
-        return Err(LinalgError::Parameter { name, value, range });
+    let vertices = system.velocity_block().nodes() + system.pressure_range().len();
+    if !(1..=vertices).contains(&parts) {
+        return Err(LinalgError::Parameter {
+            name: "subdomains",
+            value: parts as f64,
+            range: "at least 1, at most the number of nodes and pressures",
+        });
     }
     if let BorderPlacement::Assigned(to) = &params.border {
         let m = system.border_range().len();
@@ -45,6 +48,9 @@ pub(super) fn cut(
             .filter(|&v| inside[v as usize])
             .collect();
         for layer in 0..=params.overlap {
+            if rim.is_empty() {
+                break;
+            }
             // the last layer adds only the velocities of pressures
             let from_all = layer < params.overlap;
             let mut next = Vec::new();

@@ -5,6 +5,7 @@ mod columns;
 mod constrained_dofs;
 mod examples;
 mod failures;
+mod hostile;
 mod large;
 mod minres;
 mod null_vectors;

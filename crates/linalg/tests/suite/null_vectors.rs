@@ -58,7 +58,8 @@ fn a_pure_neumann_poisson_problem_is_solved() {
         let params =
             MultigridParams::default().with_coarsest_shift(MultigridParams::SINGULAR_SHIFT);
         let mut amg = ScalarMultigrid::new(&a, &params).expect("shifted");
-        let krylov = tolerance(1e-10).with_null_vectors(NullVectors::constant(a.rows()));
+        let krylov =
+            tolerance(1e-10).with_null_vectors(NullVectors::constant(a.rows()).expect("in memory"));
         for method in [cg as Method, minres, fgmres] {
             let mut x = vec![1.0; b.len()];
             let report = method(&a, &mut amg, &b, &mut x, &krylov).expect("convergence");
@@ -81,7 +82,8 @@ fn enclosed_flow_with_interpolated_boundary_data_is_solved() {
     let mut b = body_forces(system);
     b[system.pressure_range()].fill(1e-4);
     let params = tolerance(1e-8);
-    let null_vectors = NullVectors::constant_on(system.rows(), system.pressure_range());
+    let null_vectors =
+        NullVectors::constant_on(system.rows(), system.pressure_range()).expect("a range");
     let singular = params.clone().with_null_vectors(null_vectors);
     let mut triangular = BlockTriangular::with_prolongation(system, &stokes.prolongation);
     let triangular = triangular.as_mut().expect("set-up");
@@ -138,7 +140,7 @@ fn left_null_vectors_may_differ() {
 #[test]
 fn a_right_hand_side_inside_the_null_space_has_the_zero_solution() {
     let a = neumann(3);
-    let params = tolerance(1e-8).with_null_vectors(NullVectors::constant(27));
+    let params = tolerance(1e-8).with_null_vectors(NullVectors::constant(27).expect("in memory"));
     let mut x = noise(27);
     let report = cg(&a, &mut Identity(27), &[0.7; 27], &mut x, &params).expect("zero");
     assert!(report.iterations == 0 && (report.rhs_removed - 1.0).abs() < 1e-14);
@@ -158,7 +160,7 @@ fn vectors_that_are_not_null_vectors_are_refused() {
         matches!(error, LinalgError::NotNullVector { index: 0, .. }),
         "{error}"
     );
-    let params = tolerance(1e-8).with_null_vectors(NullVectors::constant(26));
+    let params = tolerance(1e-8).with_null_vectors(NullVectors::constant(26).expect("in memory"));
     let error = cg(&a, &mut Identity(27), &noise(27), &mut x, &params).expect_err("too short");
     assert!(matches!(error, LinalgError::Shape { .. }), "{error}");
 }

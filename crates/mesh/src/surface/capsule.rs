@@ -21,7 +21,10 @@ pub struct Capsule {
 impl Capsule {
     /// Closest point of the segment between the centres of the hemispheres.
     fn on_axis(&self, point: Vec3) -> Vec3 {
-        let along = (point.x - self.centre.x).clamp(-self.half_length, self.half_length);
+        // not `clamp`, which panics for a length that is negative or NaN
+        let along = (point.x - self.centre.x)
+            .min(self.half_length)
+            .max(-self.half_length);
         self.centre + Vec3::x() * along
     }
 }

@@ -3,6 +3,7 @@
 mod construction;
 mod examples;
 mod generate;
+mod hostile;
 mod properties;
 mod quality;
 #[cfg(feature = "serde")]

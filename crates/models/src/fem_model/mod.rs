@@ -237,7 +237,7 @@ impl FemModel {
             }
             let container_error = self.meshes.container_error(&poses);
             let surfaced = self.meshes.surfaced_bodies();
-            let mut solution = to_scene(&self.scaled, surfaced, &solved, container_error);
+            let mut solution = to_scene(&self.scaled, surfaced, &solved, container_error)?;
             solution.remeshed = remeshed.take();
             if let Some(estimate) = &solved.estimate {
                 set_mesh_error(&self.scaled, &mut solution, estimate, &poses);
@@ -265,6 +265,10 @@ impl Hydrodynamics for FemModel {
             EstimatesKind::On => ErrorEstimates::OnRequest,
             EstimatesKind::Off => ErrorEstimates::Never,
         }
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.scaled.scene
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {

@@ -5,6 +5,7 @@ use rigid::{FlowSolution, Twist};
 use stokes::{Estimate, Solution};
 
 use super::far_field::FarField;
+use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::mesh_error::{MeshError, power_error_bar};
 use crate::scaled_scene::ScaledScene;
@@ -13,19 +14,22 @@ use crate::solution::{BodySolution, InstantaneousSolution};
 /// Converts a solution to the scene's units; `surfaced` are the bodies with surfaces.
 ///
 /// `container_error` is the relative error of velocities caused by the container.
+///
+/// # Errors
+/// A solution for another set of bodies.
 pub fn to_scene(
     scaled: &ScaledScene,
     surfaced: impl Iterator<Item = usize>,
     solution: &Solution,
     container_error: f64,
-) -> InstantaneousSolution {
+) -> Result<InstantaneousSolution, ModelError> {
     let (scale, set) = (&scaled.scale, &scaled.set);
     let flow = &solution.flow;
     let mut bodies = vec![BodySolution::default(); set.kinds().len()];
     let layout = set.velocity_layout();
     let at = |first: usize| Vector3::from_fn(|axis, _| flow.generalised[first + axis]);
     for (body, entry) in bodies.iter_mut().enumerate() {
-        entry.velocity = scale.velocity_to_scene(at(layout.body(body)));
+        entry.velocity = scale.velocity_to_scene(at(layout.bodies()[body]));
         entry.angular_velocity = flow.state.spins[body];
     }
     for (number, body) in surfaced.enumerate() {
@@ -35,8 +39,8 @@ pub fn to_scene(
         bodies[body].torque = scale.torque_to_scene(part(3));
     }
     let link_forces = (0..set.links().len())
-        .map(|link| scale.force_to_scene(flow.link_force(link)))
-        .collect();
+        .map(|link| Ok(scale.force_to_scene(flow.link_force(link)?)))
+        .collect::<Result<_, ModelError>>()?;
     let speed = largest_norm(bodies.iter().map(|b| b.velocity));
     let power = bodies.iter().map(BodySolution::power).sum::<f64>().abs();
     let bars = |size: f64| ErrorEstimate {
@@ -46,7 +50,7 @@ pub fn to_scene(
         algebraic: Some(solution.algebraic_error * size),
         ..ErrorEstimate::default()
     };
-    InstantaneousSolution {
+    Ok(InstantaneousSolution {
         dofs: solution.dofs,
         error_estimate: bars(speed),
         power_error: bars(power),
@@ -54,7 +58,7 @@ pub fn to_scene(
         solver: solution.solver.clone(),
         seconds: solution.seconds,
         ..InstantaneousSolution::new(bodies, link_forces, scale.motion_to_scene(&flow.state))
-    }
+    })
 }
 
 /// Adds the correction for unbounded fluid to all velocities of a flow.
@@ -68,7 +72,7 @@ pub fn add_far_field(scaled: &ScaledScene, far: FarField, flow: &mut FlowSolutio
     flow.velocity.iter_mut().for_each(|u| *u += correction);
     let layout = set.velocity_layout();
     for body in 0..set.kinds().len() {
-        let mut velocity = flow.generalised.fixed_rows_mut::<3>(layout.body(body));
+        let mut velocity = flow.generalised.fixed_rows_mut::<3>(layout.bodies()[body]);
         velocity += correction;
     }
     for frame in &mut flow.state.frames {

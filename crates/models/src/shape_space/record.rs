@@ -24,6 +24,17 @@ pub struct Record {
     pub mesh_error: Option<MeshError>,
 }
 
+impl Layout {
+    /// Length of the numbers of one record.
+    pub fn numbers(self) -> usize {
+        let errors = match self.mesh_errors {
+            true => 2 + 2 * self.bodies,
+            false => 0,
+        };
+        3 * (2 + 5 * self.bodies + self.links + errors)
+    }
+}
+
 impl Record {
     /// Reads a record from its numbers, the inverse of [`numbers`].
     pub fn new(numbers: &[f64], layout: Layout) -> Self {
@@ -67,7 +78,7 @@ impl Record {
 
 /// Numbers of a solution in the order of [`Record::new`], three per vector.
 pub fn numbers(solution: &InstantaneousSolution) -> Vec<f64> {
-    let frame = &solution.motion.frames[0];
+    let frame = solution.motion.frames.first().copied().unwrap_or_default();
     let mut vectors = vec![frame.linear, frame.angular];
     vectors.extend(&solution.motion.spins);
     for body in &solution.bodies {

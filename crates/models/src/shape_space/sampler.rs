@@ -6,7 +6,7 @@ use rigid::State;
 use stokes::{Dofs, SolverReport};
 
 use super::chebyshev::node;
-use super::record::numbers;
+use super::record::{Layout, numbers};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Hydrodynamics, Query};
@@ -60,6 +60,9 @@ pub struct Sampler<'a> {
     /// Links whose length varies.
     variables: &'a [usize],
     model: &'a mut dyn Hydrodynamics,
+    /// What the records contain; whether they have discretisation errors is known after the first
+    /// sample.
+    pub layout: Layout,
     /// Numbers of the solutions by their indices in the finest grid.
     known: BTreeMap<Vec<usize>, Vec<f64>>,
     /// Largest error bars of a solution.
@@ -75,12 +78,14 @@ impl<'a> Sampler<'a> {
         state: State,
         lengths: Vec<f64>,
         variables: &'a [usize],
+        layout: Layout,
     ) -> Self {
         Self {
             state,
             lengths,
             variables,
             model,
+            layout,
             known: BTreeMap::new(),
             bars: Bars::default(),
             last: None,
@@ -92,7 +97,8 @@ impl<'a> Sampler<'a> {
     /// `ranges` and `degrees` have one entry per variable.
     ///
     /// # Errors
-    /// Those of the model.
+    /// Those of the model; [`ModelError::NoSolution`] for a list of another length, or with other
+    /// numbers of bodies and links.
     pub fn at(
         &mut self,
         ranges: &[(f64, f64)],
@@ -121,10 +127,22 @@ impl<'a> Sampler<'a> {
             };
             let query = Query::new(configuration, &rates);
             let mut values = Vec::new();
-            for solution in self.model.solve(&query)? {
-                solution.check_finite(self.model.name())?;
+            let solutions = self.model.solve(&query)?;
+            let model = self.model.name();
+            if solutions.len() != rates.len() {
+                return Err(ModelError::NoSolution { model });
+            }
+            for solution in solutions {
+                solution.check(self.model)?;
+                if self.known.is_empty() {
+                    self.layout.mesh_errors = solution.mesh_error.is_some();
+                }
                 self.bars.include(&solution);
-                values.extend(numbers(&solution));
+                let numbers = numbers(&solution);
+                if numbers.len() != self.layout.numbers() {
+                    return Err(ModelError::NoSolution { model });
+                }
+                values.extend(numbers);
                 self.last = Some((solution.dofs, solution.solver));
             }
             self.known.insert(key.clone(), values);

@@ -61,7 +61,8 @@ impl ShapeSpace {
     ///
     /// # Errors
     /// [`ModelError::ShapeSpace`] if the motion does not depend on the shape alone, if no length
-    /// varies, or if the table would be too large; errors of the model.
+    /// varies, if the model is that of another scene, or if the table would be too large; errors of
+    /// the model.
     pub fn tabulate(
         scene: &Scene,
         model: &mut dyn Hydrodynamics,
@@ -91,9 +92,20 @@ impl ShapeSpace {
         if variables.is_empty() {
             return refuse("no length varies; give at least one range a positive width");
         }
+        if !(tolerance > 0.0 && tolerance.is_finite()) {
+            return refuse("the tolerance must be positive");
+        }
+        if let Some(key) = scene.differing_key(model.scene()) {
+            return refuse(&format!("the model is that of a scene with another {key}"));
+        }
         let start = scene.initial_state();
         let lengths = ranges.iter().map(|r| r.0).collect();
-        let mut sampler = Sampler::new(model, start.clone(), lengths, &variables);
+        let layout = Layout {
+            bodies: scene.bodies().len(),
+            links,
+            mesh_errors: false,
+        };
+        let mut sampler = Sampler::new(model, start.clone(), lengths, &variables, layout);
         let longest = ranges.iter().fold(0.0_f64, |m, r| m.max(r.1));
         let box_ranges: Vec<(f64, f64)> = variables.iter().map(|&k| ranges[k]).collect();
         let mut degrees = vec![FIRST_DEGREE; variables.len()];
@@ -107,11 +119,7 @@ impl ShapeSpace {
             for index in indices(&degrees) {
                 values.extend_from_slice(sampler.at(&box_ranges, &degrees, &index)?);
             }
-            let layout = Layout {
-                bodies: scene.bodies().len(),
-                links,
-                mesh_errors: sampler.bars.mesh_uncertainty.is_some(),
-            };
+            let layout = sampler.layout;
             let (weights, speed) = weights(&values, variables.len(), layout, longest);
             let width = weights.len();
             let records = Interpolant::new(box_ranges.clone(), degrees.clone(), width, values);
@@ -166,38 +174,53 @@ impl ShapeSpace {
 
     /// The connection `A(s)`: twist of the frame for a unit rate of each varying length.
     ///
-    /// The frame has the attitude of the start; varying links are in the order of the scene;
-    /// `lengths` should be in the box. Cost: microseconds.
-    pub fn connection(&self, lengths: &[f64]) -> Vec<Twist> {
-        let records = self.records(lengths).into_iter();
-        records.map(|record| record.motion.frames[0]).collect()
+    /// The frame has the attitude of the start; varying links are in the order of the scene. Cost:
+    /// microseconds.
+    ///
+    /// # Errors
+    /// [`ModelError::ShapeSpace`] for lengths outside the box.
+    pub fn connection(&self, lengths: &[f64]) -> Result<Vec<Twist>, ModelError> {
+        let records = self.records(lengths)?.into_iter();
+        Ok(records.map(|record| record.motion.frames[0]).collect())
     }
 
     /// The dissipation metric `G(s)`: the power of the swimmer on the fluid is `ds/dt · G ds/dt`.
     ///
     /// Rows and columns are the varying links. Symmetric up to the errors of the table. Cost:
     /// microseconds.
-    pub fn metric(&self, lengths: &[f64]) -> DMatrix<f64> {
-        let records = self.records(lengths);
+    ///
+    /// # Errors
+    /// [`ModelError::ShapeSpace`] for lengths outside the box.
+    pub fn metric(&self, lengths: &[f64]) -> Result<DMatrix<f64>, ModelError> {
+        let records = self.records(lengths)?;
         let n = records.len();
-        DMatrix::from_fn(n, n, |i, j| {
+        Ok(DMatrix::from_fn(n, n, |i, j| {
             records[i]
                 .bodies
                 .iter()
                 .zip(&records[j].bodies)
                 .map(|(a, b)| a.force.dot(&b.velocity) + a.torque.dot(&b.angular_velocity))
                 .sum()
-        })
+        }))
     }
 
     /// The interpolated solution for a configuration in the box. Cost: microseconds.
+    ///
+    /// # Errors
+    /// [`ModelError::ShapeSpace`] for lengths outside the box, rates of constant lengths, and a
+    /// state without a frame.
     pub fn solution(
         &self,
         configuration: Configuration<'_>,
         rates: &[f64],
-    ) -> InstantaneousSolution {
-        let rotation =
-            configuration.state.frames[0].rotation * self.start.frames[0].rotation.inverse();
+    ) -> Result<InstantaneousSolution, ModelError> {
+        if !self.contains(configuration.lengths, rates) {
+            return Err(outside());
+        }
+        let [frame, start] = [configuration.state, &self.start]
+            .map(|state| state.frames.first().map(|frame| frame.rotation));
+        let rotation = frame.zip(start).map(|(q, start)| q * start.inverse());
+        let rotation = rotation.ok_or_else(outside)?;
         let rates: Vec<f64> = self.variables.iter().map(|&k| rates[k]).collect();
         let rows = self.rows(configuration.lengths);
         let width = rows.first().map_or(0, Vec::len);
@@ -227,7 +250,7 @@ impl ShapeSpace {
             let largest = error.bodies.iter().fold(0.0_f64, |m, e| m.max(e.norm()));
             largest.hypot(error.uncertainty)
         };
-        InstantaneousSolution {
+        Ok(InstantaneousSolution {
             dofs: self.dofs,
             solver: self.solver.clone(),
             error_estimate: ErrorEstimate {
@@ -244,7 +267,7 @@ impl ShapeSpace {
             },
             mesh_error,
             ..solution
-        }
+        })
     }
 
     /// For each varying link, the numbers of the record for a unit rate.
@@ -258,10 +281,25 @@ impl ShapeSpace {
     }
 
     /// For each varying link, the record for a unit rate.
-    fn records(&self, lengths: &[f64]) -> Vec<Record> {
+    ///
+    /// # Errors
+    /// [`ModelError::ShapeSpace`] for lengths outside the box.
+    fn records(&self, lengths: &[f64]) -> Result<Vec<Record>, ModelError> {
+        if !self.contains(lengths, &vec![0.0; self.ranges.len()]) {
+            return Err(outside());
+        }
         let rows = self.rows(lengths);
         let record = |row: &Vec<f64>| Record::new(row, self.layout);
-        rows.iter().map(record).collect()
+        Ok(rows.iter().map(record).collect())
+    }
+}
+
+/// The error for a query that a table does not answer.
+fn outside() -> ModelError {
+    ModelError::ShapeSpace {
+        problem: "the lengths are outside the box of the table, a length that it keeps constant \
+                  has a rate, or the state has no frame"
+            .to_owned(),
     }
 }
 

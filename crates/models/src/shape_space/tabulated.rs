@@ -83,6 +83,10 @@ impl Hydrodynamics for Tabulated {
         self.model.name()
     }
 
+    fn scene(&self) -> &Scene {
+        self.model.scene()
+    }
+
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         let configuration = query.configuration;
         let mut solutions = Vec::with_capacity(query.rates.len());
@@ -90,7 +94,7 @@ impl Hydrodynamics for Tabulated {
         for rates in query.rates {
             let clock = Clock::now();
             if let Some(space) = self.table(configuration, rates) {
-                let mut solution = space.solution(configuration, rates);
+                let mut solution = space.solution(configuration, rates)?;
                 solution.seconds.solve = clock.elapsed().as_secs_f64();
                 solution.seconds.total = solution.seconds.solve;
                 solutions.push(Some(solution));

@@ -196,7 +196,9 @@ impl SpheresModel {
         let clock = Clock::now();
         let resistances = self.resistance_at(configuration)?;
         let assembly = clock.elapsed().as_secs_f64();
-        let ScaledScene { scale, set, loads } = &self.scaled;
+        let ScaledScene {
+            scale, set, loads, ..
+        } = &self.scaled;
         let constraints = self.scaled.constraints(configuration, rates)?;
         let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads)?;
         let (mut error, mut power_error) = (0.0, 0.0);
@@ -249,6 +251,10 @@ impl Hydrodynamics for SpheresModel {
         }
     }
 
+    fn scene(&self) -> &Scene {
+        &self.scaled.scene
+    }
+
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         (query.rates.iter())
             .map(|rates| self.solve_rates(query.configuration, rates))
@@ -270,7 +276,9 @@ impl Hydrodynamics for SpheresModel {
         rates: &[f64],
     ) -> Result<FlowField, ModelError> {
         let resistances = self.resistance_at(configuration)?;
-        let ScaledScene { scale, set, loads } = &self.scaled;
+        let ScaledScene {
+            scale, set, loads, ..
+        } = &self.scaled;
         let constraints = self.scaled.constraints(configuration, rates)?;
         let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads)?;
         let spheres = self.spheres(configuration)?;

@@ -20,6 +20,10 @@ impl Hydrodynamics for Recorded {
         self.model.name()
     }
 
+    fn scene(&self) -> &Scene {
+        self.model.scene()
+    }
+
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         self.rates.lock().unwrap().push(query.rates.to_vec());
         self.model.solve(query)

@@ -5,6 +5,7 @@
 
 mod articulation;
 mod examples;
+mod hostile;
 mod rates;
 mod support;
 mod symmetry;

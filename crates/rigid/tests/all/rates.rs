@@ -33,7 +33,13 @@ fn check_rates(
     let state = moved_state(set, &[rotation]);
     let [first, second] =
         [&rates[..links], &rates[6..6 + links]].map(|rates| constraints(set, &state, rates));
-    let fluid = random_fluid(set.surface_velocities().len() / 6, seed);
+    let poses = set.place(&state, set.initial_lengths()).unwrap();
+    let rigid = poses.iter().zip(set.kinds());
+    let centres: Vec<_> = rigid
+        .filter(|(_, kind)| **kind == BodyKind::Rigid)
+        .map(|(pose, _)| pose.translation.vector)
+        .collect();
+    let fluid = random_fluid(&centres, seed);
     let formulations: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
     for formulation in formulations {
         let [system, direct] = [&first, &second].map(|c| {
@@ -88,7 +94,7 @@ fn independent_bodies_have_no_rates() {
     let constraints = constraints(&set, &set.initial_state(), &[]);
     let loads = [ExternalLoad::default(); 2];
     let drive = drive(&set, &constraints, &loads);
-    let fluid = random_fluid(2, &[0.3, -0.1, 0.7]);
+    let fluid = random_fluid(&x, &[0.3, -0.1, 0.7]);
     let system = Independent.constrain(fluid, &drive).unwrap();
     assert_eq!(system.imposed(&drive).err(), Some(RigidError::OtherLinks));
 }

@@ -35,8 +35,8 @@ fn same(part: &Case, whole: &Case, sources: &[(u32, Vector3<f64>)], formulation:
     if !part.set.links().is_empty() {
         close(
             name,
-            own.link_force(0).iter().copied(),
-            all.link_force(0).iter().copied(),
+            own.link_force(0).unwrap().iter().copied(),
+            all.link_force(0).unwrap().iter().copied(),
         );
     }
     let images = sources

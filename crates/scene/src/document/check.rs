@@ -80,6 +80,28 @@ fn unknown_key(places: &Places, path: &str) -> SceneError {
     }
 }
 
+/// Sizes of numbers that are not zero.
+///
+/// The largest powers of them in a computation are torques, `μ L^3 ω`, and power, `μ L U^2`: with
+/// products of six numbers, and of reciprocals, below 1e300 they neither overflow nor underflow.
+/// In SI units the smallest number that was seen is the moment of inertia of a bacterium, 1e-33.
+const SMALLEST: f64 = 1e-50;
+const LARGEST: f64 = 1e50;
+
+fn is_in_range(x: f64) -> bool {
+    x == 0.0 || (SMALLEST..=LARGEST).contains(&x.abs())
+}
+
+/// The finite numbers of a value or of a list.
+fn numbers(value: &Value) -> impl Iterator<Item = f64> {
+    let list = match value {
+        Value::Array(list) => list.as_slice(),
+        value => std::slice::from_ref(value),
+    };
+    let floats = list.iter().filter_map(Value::as_float);
+    floats.filter(|x| x.is_finite())
+}
+
 fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
     let number = |value: &Value| match value {
         Value::Float(x) => Some(*x).filter(|x| x.is_finite()),
@@ -114,9 +136,14 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
             word => word.is_some(),
         },
     };
-    match is_right {
-        true => Ok(()),
-        false => Err(format!("must be {}, not {}", kind.describe(), quote(value))),
+    let out_of_range = numbers(value).find(|x| !is_in_range(*x));
+    match (is_right, out_of_range) {
+        (true, None) => Ok(()),
+        (true, Some(x)) => Err(format!(
+            "must be zero or from {SMALLEST:e} to {LARGEST:e} in size, not {x:e}; choose other \
+             units"
+        )),
+        (false, _) => Err(format!("must be {}, not {}", kind.describe(), quote(value))),
     }
 }
 

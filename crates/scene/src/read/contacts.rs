@@ -46,7 +46,7 @@ pub(super) fn check_stroke(scene: &Scene) -> Result<(), SceneError> {
         cycles: scene.gait.cycles.min(2),
         phases: scene.gait.phases.clone(),
     };
-    legs(&gait, scene.articulation.initial_lengths()).try_for_each(|leg| check_leg(scene, &leg))
+    legs(&gait, scene.articulation.initial_lengths())?.try_for_each(|leg| check_leg(scene, &leg))
 }
 
 fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SceneError> {

@@ -5,6 +5,7 @@ mod change;
 mod checks;
 mod contacts;
 mod domain;
+mod extent;
 mod gait;
 mod links;
 mod options;
@@ -67,6 +68,14 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
     let bodies = bodies::bodies(&checks, &file.bodies, &domain)?;
     let links = links::links(&checks, &file.links, &bodies)?;
     let gait = gait::gait(&checks, &file.gait, &links)?;
+    extent::check(
+        &checks,
+        file.fluid.viscosity,
+        &domain,
+        &bodies,
+        &gait,
+        &file.fem,
+    )?;
     let articulation = links::articulation(&checks, &bodies, links, file.gait.arms)?;
     options::check_model(&checks, &file.model)?;
     options::check_fem(&checks, &file.fem)?;

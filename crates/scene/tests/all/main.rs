@@ -6,5 +6,6 @@ mod documented;
 mod edits;
 mod examples;
 mod files;
+mod hostile;
 mod malformed;
 mod overrides;

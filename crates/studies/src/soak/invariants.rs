@@ -38,7 +38,7 @@ impl Observer for Watch<'_> {
             .collect();
         let directions: Vec<Vector3<f64>> = (0..set.links().len())
             .map(|link| set.direction(&solved.state, link))
-            .collect();
+            .collect::<Result<_, _>>()?;
         let seen = of_solution(
             self.scene,
             &solved.solution,

@@ -24,7 +24,10 @@ const LEAST_GAP: f64 = 1.0;
 fn smallest_gap(scene: &Scene) -> f64 {
     let set = scene.articulation();
     let state = scene.initial_state();
-    let ends = legs(scene.gait(), set.initial_lengths()).map(|leg| leg.to);
+    let Ok(legs) = legs(scene.gait(), set.initial_lengths()) else {
+        return -1.0;
+    };
+    let ends = legs.map(|leg| leg.to);
     std::iter::once(set.initial_lengths().to_vec())
         .chain(ends)
         .map(|lengths| {

@@ -98,7 +98,7 @@ fn describe(scene: &Scene) -> Result<String, SwimError> {
         ),
     );
     let mut gap = f64::INFINITY;
-    for leg in legs(scene.gait(), set.initial_lengths()).take(scene.gait().phases.len()) {
+    for leg in legs(scene.gait(), set.initial_lengths())?.take(scene.gait().phases.len()) {
         let poses = set.place(&scene.initial_state(), &leg.to)?;
         gap = gap.min(
             closest_contact(scene.bodies(), scene.domain(), &poses)

@@ -16,7 +16,7 @@ pub(super) fn leg(
     steps: usize,
 ) -> Result<LegResult, SwimError> {
     let mut result = LegResult::empty(start);
-    let mut rates = Vec::with_capacity(steps);
+    let mut rates = Vec::new();
     for k in 0..steps {
         let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
         let solution = evaluator.solve(span.0, &result.end, true)?;

@@ -143,7 +143,7 @@ fn step(
             )
         })?
         .solve(&(external + basis.tr_mul(&rhs)));
-    let generalised = reduction.velocities(&free_velocities);
+    let generalised = reduction.velocities(&free_velocities)?;
     let after = generalised.select_rows(&set.surface_velocities());
     let forces = &resistance * &after;
     // The links also transmit the forces that accelerate the bodies.
@@ -155,7 +155,7 @@ fn step(
     let bodies = (0..scene.bodies().len())
         .map(|body| {
             let mut entry = BodySolution {
-                velocity: vector(&generalised, layout.body(body)),
+                velocity: vector(&generalised, layout.bodies()[body]),
                 angular_velocity: motion.spins[body],
                 ..BodySolution::default()
             };

@@ -105,7 +105,7 @@ impl<'a> LegEvaluator<'a> {
         state: &State,
         solution: InstantaneousSolution,
     ) -> Result<LegSolution, SwimError> {
-        solution.check_finite(self.model.name())?;
+        solution.check(self.model)?;
         self.seconds += solution.seconds;
         self.remeshings += usize::from(solution.remeshed.is_some());
         let leg_solution = LegSolution {

@@ -33,6 +33,7 @@ pub use piece::PathPiece;
 pub use result::LegResult;
 
 use crate::error::SwimError;
+use crate::simulate::check_model;
 
 /// Number of solves of a typical leg by collocation: orders of one, two and three points.
 pub const TYPICAL_SOLVES_PER_LEG: usize = 6;
@@ -65,6 +66,21 @@ pub enum Method {
         /// Number of equal steps.
         steps: usize,
     },
+}
+
+impl Method {
+    /// Refuses a method without steps.
+    ///
+    /// # Errors
+    /// [`SwimError::NoSteps`].
+    pub(crate) fn check(self) -> Result<(), SwimError> {
+        match self {
+            Self::Euler { steps: 0 }
+            | Self::BackwardEuler { steps: 0 }
+            | Self::ExplicitInertia { steps: 0 } => Err(SwimError::NoSteps),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Integrates the motion of a scene's bodies leg by leg.
@@ -101,7 +117,8 @@ impl<'a> Integrator<'a> {
     /// model.
     ///
     /// # Errors
-    /// Errors of the model, [`SwimError::Collision`], [`SwimError::NotIntegrated`],
+    /// [`SwimError::OtherScene`], [`SwimError::NoSteps`], errors of the model,
+    /// [`SwimError::Collision`], [`SwimError::NotIntegrated`],
     /// [`SwimError::Unstable`], and errors of `observe`.
     pub fn leg(
         &mut self,
@@ -109,6 +126,8 @@ impl<'a> Integrator<'a> {
         start: &State,
         observe: &mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
     ) -> Result<LegResult, SwimError> {
+        check_model(self.scene, self.model)?;
+        self.method.check()?;
         // The model starts each leg from its history alone, so a resumed run gives the same digits.
         let history = self.model.history()?;
         self.model.restore(&history)?;
@@ -117,18 +136,18 @@ impl<'a> Integrator<'a> {
         match self.method {
             Method::Collocation => collocation::leg(&mut evaluator, start),
             Method::RungeKutta => runge_kutta::leg(&mut evaluator, start),
-            Method::Euler { steps } => euler::leg(&mut evaluator, start, steps.max(1)),
+            Method::Euler { steps } => euler::leg(&mut evaluator, start, steps),
             Method::BackwardEuler { steps } => inertia::leg(
                 &mut evaluator,
                 start,
-                steps.max(1),
+                steps,
                 Scheme::Implicit,
                 &mut self.velocity,
             ),
             Method::ExplicitInertia { steps } => inertia::leg(
                 &mut evaluator,
                 start,
-                steps.max(1),
+                steps,
                 Scheme::Explicit,
                 &mut self.velocity,
             ),

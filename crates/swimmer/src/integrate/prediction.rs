@@ -56,7 +56,8 @@ impl Prediction {
         let origin = before.clone();
         let mut longest = 0.0_f64;
         let phases = scene.gait().phases.len();
-        for leg in legs(scene.gait(), set.initial_lengths()).take(phases) {
+        let legs = legs(scene.gait(), set.initial_lengths()).ok()?;
+        for leg in legs.take(phases) {
             let mut observe = |_: &_, _: &dyn Hydrodynamics| Ok(());
             let mut evaluator = LegEvaluator::new(scene, &mut model, &leg, None, &mut observe);
             state = collocation::fixed_order(&mut evaluator, &state, POINTS).ok()?;

@@ -51,9 +51,8 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
         for (body, pose) in sample.poses.iter().enumerate() {
             row.extend(numbers(&pose.translation.vector));
             row.extend(numbers(&pose.rotation.scaled_axis()));
-            match &sample.bodies {
-                Some(bodies) => {
-                    let b = &bodies[body];
+            match sample.bodies.as_ref().and_then(|bodies| bodies.get(body)) {
+                Some(b) => {
                     for vector in [b.velocity, b.angular_velocity, b.force, b.torque] {
                         row.extend(numbers(&vector));
                     }

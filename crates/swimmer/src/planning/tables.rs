@@ -45,7 +45,7 @@ fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
     };
     let mut lines: Vec<Vec<(f64, f64)>> = Vec::new();
     let mut all: Vec<(f64, f64)> = Vec::new();
-    for leg in legs(&gait, scene.articulation().initial_lengths()) {
+    for leg in legs(&gait, scene.articulation().initial_lengths()).ok()? {
         let line: Vec<(f64, f64)> = leg
             .from
             .iter()

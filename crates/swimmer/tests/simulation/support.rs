@@ -92,6 +92,10 @@ impl Hydrodynamics for TestModel {
         "rpy"
     }
 
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         (query.rates.iter())
             .map(|rates| self.solution(query.configuration, rates))
@@ -131,11 +135,11 @@ impl TestModel {
         let mut loads = DVector::zeros(layout.len());
         for (b, body) in self.scene.bodies().iter().enumerate() {
             loads
-                .fixed_rows_mut::<3>(layout.body(b))
+                .fixed_rows_mut::<3>(layout.bodies()[b])
                 .copy_from(&body.force);
             if rigid.contains(&b) {
                 loads
-                    .fixed_rows_mut::<3>(layout.body(b) + 3)
+                    .fixed_rows_mut::<3>(layout.bodies()[b] + 3)
                     .copy_from(&body.torque);
             }
         }
@@ -146,16 +150,16 @@ impl TestModel {
         } else {
             rhs
         };
-        let q = reduction.velocities(&v);
+        let q = reduction.velocities(&v)?;
         let forces = &resistance * (s * &v + w);
         let at =
             |q: &DVector<f64>, first: usize| Vector3::new(q[first], q[first + 1], q[first + 2]);
         let mut bodies = vec![BodySolution::default(); poses.len()];
         for (b, body) in bodies.iter_mut().enumerate() {
-            body.velocity = at(&q, layout.body(b));
+            body.velocity = at(&q, layout.bodies()[b]);
         }
         for (k, &b) in rigid.iter().enumerate() {
-            bodies[b].angular_velocity = at(&q, layout.body(b) + 3);
+            bodies[b].angular_velocity = at(&q, layout.bodies()[b] + 3);
             bodies[b].force = at(&forces, 6 * k);
             bodies[b].torque = at(&forces, 6 * k + 3);
         }
@@ -255,7 +259,7 @@ pub fn run_with(
         legs: Vec::new(),
         moves: Vec::new(),
     };
-    for leg in legs(scene.gait(), scene.articulation().initial_lengths()) {
+    for leg in legs(scene.gait(), scene.articulation().initial_lengths())? {
         let result = integrator.leg(&leg, &state, &mut |_, _| Ok(()))?;
         let before = scene.articulation().place(&state, &leg.from)?;
         let after = scene.articulation().place(&result.end, &leg.to)?;

@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use swimmer::models::{
     Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
 };
-use swimmer::{Method, SwimError};
+use swimmer::{Method, Scene, SwimError};
 
 use crate::strokes::{FREE, RPY, planar};
 use crate::support::{Tensor, TestModel, scene, three_spheres};
@@ -43,6 +43,10 @@ struct NoisyModel(TestModel);
 impl Hydrodynamics for NoisyModel {
     fn name(&self) -> &'static str {
         "noisy"
+    }
+
+    fn scene(&self) -> &Scene {
+        self.0.scene()
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {

@@ -29,14 +29,14 @@ pub fn solve(mesh: &TetMesh, mut velocity: Vec<Vec3>, loads: &[Vec3]) -> Flow {
     let mass = space.pressure_mass(mesh).unwrap().diag().to_dense();
 
     let condition = DirichletCondition::on_boundary(mesh);
-    condition.lift(&mut velocity);
+    condition.lift(&mut velocity).unwrap();
     let interior = Interior::new(&stiffness, &condition);
 
     // u = u_D + K^-1 (g - B^T p) with g = f - K u_D. Then B u = 0 reads
     // (B K^-1 B^T) p = B (u_D + K^-1 g).
     let zero = vec![0.0; mesh.n_vertices()];
     let image = momentum_residual(&stiffness, &divergence, &velocity, &zero).unwrap();
-    let mut particular = interior.solve(&condition.rhs(loads, &image));
+    let mut particular = interior.solve(&condition.rhs(loads, &image).unwrap());
     particular
         .iter_mut()
         .zip(&velocity)
@@ -44,7 +44,7 @@ pub fn solve(mesh: &TetMesh, mut velocity: Vec<Vec3>, loads: &[Vec3]) -> Flow {
     let at_rest = vec![Vec3::zeros(); velocity.len()];
     let gradient = |p: &[f64]| {
         let image = momentum_residual(&stiffness, &divergence, &at_rest, p).unwrap();
-        condition.restrict(&image)
+        condition.restrict(&image).unwrap()
     };
     let apply = |u: &[Vec3]| continuity_residual(&divergence, u).unwrap();
 
@@ -114,7 +114,7 @@ struct Interior<'a> {
 impl<'a> Interior<'a> {
     fn new(stiffness: &Csr, condition: &'a DirichletCondition) -> Self {
         let mut triplets = Vec::new();
-        for (&value, (i, j)) in condition.restrict_matrix(stiffness, 1).iter() {
+        for (&value, (i, j)) in condition.restrict_matrix(stiffness, 1).unwrap().iter() {
             if j <= i {
                 triplets.push(Triplet::new(i as usize, j as usize, value));
             }
@@ -135,7 +135,7 @@ impl<'a> Interior<'a> {
         self.factor.solve_in_place(x.as_mut());
         let values: Vec<f64> = (0..3 * n).map(|i| x[(i / 3, i % 3)]).collect();
         let mut result = vec![Vec3::zeros(); self.n_nodes];
-        self.condition.expand(&values, &mut result);
+        self.condition.expand(&values, &mut result).unwrap();
         result
     }
 }

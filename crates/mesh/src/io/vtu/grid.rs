@@ -95,7 +95,8 @@ impl<'a> Vtu<'a> {
     /// vector.
     ///
     /// # Errors
-    /// [`MeshError::WrongLength`] unless `values` has `components * n_points` entries;
+    /// [`MeshError::BadParameter`] for zero components, [`MeshError::WrongLength`] unless `values`
+    /// has `components * n_points` entries;
     /// [`MeshError::BadValue`] for NaN and infinity; [`MeshError::DuplicateField`] if another field
     /// on the nodes or vertices has the same name.
     pub fn point_field(
@@ -104,7 +105,7 @@ impl<'a> Vtu<'a> {
         components: usize,
         values: &[f64],
     ) -> Result<Self, MeshError> {
-        check(name, values, components * self.mesh.n_points())?;
+        check(name, values, components, self.mesh.n_points())?;
         check_name(name, &self.point_fields)?;
         let rows = self.nodes.iter().map(|&node| node as usize * components);
         let picked = rows
@@ -123,7 +124,7 @@ impl<'a> Vtu<'a> {
     /// # Errors
     /// As [`Vtu::point_field`], for `n_vertices` entries.
     pub fn vertex_field(self, name: &str, values: &[f64]) -> Result<Self, MeshError> {
-        check(name, values, self.mesh.n_vertices())?;
+        check(name, values, 1, self.mesh.n_vertices())?;
         let mut all = values.to_vec();
         all.resize(self.mesh.n_points(), 0.0);
         for cell in self.mesh.cells() {
@@ -149,7 +150,7 @@ impl<'a> Vtu<'a> {
         components: usize,
         values: &[f64],
     ) -> Result<Self, MeshError> {
-        check(name, values, components * self.n_cells())?;
+        check(name, values, components, self.n_cells())?;
         check_name(name, &self.cell_fields)?;
         self.cell_fields
             .push(Array::new(name, components, Values::Reals(values.to_vec())));
@@ -203,8 +204,16 @@ impl<'a> Vtu<'a> {
     }
 }
 
-/// Checks the length of a field and that its values are finite.
-fn check(name: &str, values: &[f64], expected: usize) -> Result<(), MeshError> {
+/// Checks the number of components and the length of a field, and that its values are finite.
+fn check(name: &str, values: &[f64], components: usize, items: usize) -> Result<(), MeshError> {
+    if components == 0 {
+        return Err(MeshError::BadParameter {
+            what: format!("number of components of field '{name}'"),
+            value: 0.0,
+            requirement: "it must be at least one",
+        });
+    }
+    let expected = components.saturating_mul(items);
     if values.len() != expected {
         return Err(MeshError::WrongLength {
             what: format!("field '{name}'"),

@@ -86,7 +86,10 @@ pub fn constraints(set: &Articulation, state: &State, rates: &[f64]) -> Constrai
 }
 
 /// A fluid with random matrices: three free nodes, one on a moving wall, one on each body.
-pub fn random_fluid(bodies: usize, seed: &[f64]) -> RigidFluid {
+///
+/// The surfaces of the bodies have the given centres.
+pub fn random_fluid(centres: &[Vector3<f64>], seed: &[f64]) -> RigidFluid {
+    let bodies = centres.len();
     let (vertices, nodes) = (3, 4 + bodies);
     let entry = |i: usize, j: usize| seed[(11 * i + 5 * j) % seed.len()];
     let roles: Vec<NodeRole> = (0..nodes)
@@ -99,7 +102,19 @@ pub fn random_fluid(bodies: usize, seed: &[f64]) -> RigidFluid {
     let points: Vec<Vector3<f64>> = (0..nodes)
         .map(|i| Vector3::from_fn(|axis, _| entry(i, axis)))
         .collect();
-    // The diagonal is larger than the sum of the other entries of its row.
+    let volume = 1.0;
+    let surfaces: Vec<SurfaceBody> = (centres.iter())
+        .map(|&centre| SurfaceBody { centre, volume })
+        .collect();
+    let matrices = fluid_matrices(vertices, nodes, seed);
+    let nodes = FluidNodes::new(&points, &roles).with_wall_velocity(&points);
+    RigidFluid::new(matrices, nodes, &surfaces).unwrap()
+}
+
+/// Matrices of random numbers, with a stiffness whose diagonal is larger than the sum of the other
+/// entries of its row.
+pub fn fluid_matrices(vertices: usize, nodes: usize, seed: &[f64]) -> FluidMatrices {
+    let entry = |i: usize, j: usize| seed[(11 * i + 5 * j) % seed.len()];
     let stiffness = DMatrix::from_fn(nodes, nodes, |i, j| match i == j {
         true => 2.0 * nodes as f64,
         false => entry(i, j) + entry(j, i),
@@ -116,21 +131,13 @@ pub fn random_fluid(bodies: usize, seed: &[f64]) -> RigidFluid {
             .map(|k| std::array::from_fn(|axis| entry(k, axis)))
             .collect(),
     );
-    let surfaces: Vec<SurfaceBody> = (0..bodies)
-        .map(|body| SurfaceBody {
-            centre: Vector3::repeat(entry(body, 3)),
-            volume: 1.0,
-        })
-        .collect();
-    let matrices = FluidMatrices {
+    FluidMatrices {
         stiffness: csr(&stiffness),
         divergence,
         pressure_mass: csr(&DMatrix::identity(vertices, vertices)),
         interpolation: csr(&interpolation),
         vertex_stiffness: csr(&DMatrix::identity(vertices, vertices)),
-    };
-    let nodes = FluidNodes::new(&points, &roles).with_wall_velocity(&points);
-    RigidFluid::new(matrices, nodes, &surfaces).unwrap()
+    }
 }
 
 fn csr(dense: &DMatrix<f64>) -> Csr {

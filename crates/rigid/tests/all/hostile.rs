@@ -1,0 +1,321 @@
+//! Every public function on hostile arguments: a right answer or an error, never a panic.
+
+use nalgebra::{DMatrix, DVector, Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use rigid::linalg::Csr;
+use rigid::{
+    Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, FluidMatrices,
+    FluidNodes, Formulation, GrandResistance, Independent, Lagrange, Link, NodeRole, NullSpace,
+    Reduction, RigidError, RigidFluid, State, StateVelocity, SurfaceBody, SymmetryPlanes, Twist,
+};
+
+use crate::support::sets::{constraints, fluid_matrices, link, random_fluid};
+
+const FORMULATIONS: [&dyn Formulation; 4] = [&Independent, &Eliminated, &Lagrange, &DirectRows];
+
+fn number() -> impl Strategy<Value = f64> {
+    let hostile = [
+        0.0,
+        -1.0,
+        5e-324,
+        1e-300,
+        1e300,
+        f64::MAX,
+        f64::NAN,
+        f64::INFINITY,
+    ];
+    prop_oneof![12 => -9.0..9.0, 1 => proptest::sample::select(hostile.to_vec())]
+}
+
+fn vector() -> impl Strategy<Value = Vector3<f64>> {
+    prop::array::uniform3(number()).prop_map(Vector3::from)
+}
+
+fn index() -> impl Strategy<Value = usize> {
+    prop_oneof![9 => 0..4usize, 1 => Just(usize::MAX)]
+}
+
+fn arms() -> impl Strategy<Value = Arms> {
+    prop_oneof![Just(Arms::Clamped), Just(Arms::Free), Just(Arms::Lab)]
+}
+
+fn kind() -> impl Strategy<Value = BodyKind> {
+    prop_oneof![4 => Just(BodyKind::Rigid), 1 => Just(BodyKind::Point)]
+}
+
+/// A state with frames and attitudes, some of which are no rotations.
+fn state() -> impl Strategy<Value = State> {
+    let rotation = || {
+        prop_oneof![
+            4 => prop::array::uniform3(-9.0..9.0)
+                .prop_map(|v| UnitQuaternion::from_scaled_axis(Vector3::from(v))),
+            1 => prop::array::uniform4(number())
+                .prop_map(|[w, i, j, k]| UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k))),
+        ]
+    };
+    let frame =
+        (vector(), rotation()).prop_map(|(x, q)| Isometry3::from_parts(Translation3::from(x), q));
+    let frames = prop::collection::vec(frame, 0..4);
+    let attitudes = prop::collection::vec(rotation(), 0..4);
+    (frames, attitudes).prop_map(|(frames, attitudes)| State { frames, attitudes })
+}
+
+fn is_finite(numbers: &[f64]) -> bool {
+    numbers.iter().all(|x| x.is_finite())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+
+    #[test]
+    fn sets_with_hostile_numbers_answer_or_refuse(
+        kinds in prop::collection::vec(kind(), 0..4),
+        ends in prop::collection::vec((index(), index()), 0..4),
+        (arms, state) in (arms(), state()),
+        positions in prop::collection::vec(vector(), 0..4),
+        fixed in prop::collection::vec(index(), 0..2),
+        lists in prop::array::uniform4(prop::collection::vec(number(), 0..4)),
+        loads in prop::collection::vec((vector(), vector()), 0..4),
+        q in prop::collection::vec(number(), 0..24),
+    ) {
+        let links: Vec<Link> = ends
+            .iter()
+            .map(|&(body, to)| Link { name: "arm".into(), body, to })
+            .collect();
+        let set = Articulation::new(&kinds, links, arms, &positions)
+            .and_then(|set| set.with_fixed(&fixed));
+        let Ok(set) = set else { return Ok(()) };
+        prop_assert!(is_finite(set.initial_lengths()));
+        let layout = set.velocity_layout();
+        prop_assert_eq!(layout.body(kinds.len()), None);
+        prop_assert_eq!(layout.frame(usize::MAX), None);
+        prop_assert!(set.direction(&set.initial_state(), set.links().len()).is_err());
+        let initial = set.initial_state();
+        for state in [&state, &initial] {
+            let _ = set.direction(state, 0);
+            for lengths in [&lists[0][..], set.initial_lengths()] {
+                if let Ok(poses) = set.place(state, lengths) {
+                    prop_assert!(poses.iter().all(|p| is_finite(p.to_homogeneous().as_slice())));
+                }
+            }
+            let twists = q.as_chunks::<6>().0.iter().map(|&[a, b, c, d, e, f]| Twist {
+                linear: Vector3::new(a, b, c),
+                angular: Vector3::new(d, e, f),
+            });
+            let step = StateVelocity {
+                frames: twists.collect(),
+                spins: loads.iter().map(|load| load.1).collect(),
+            };
+            let _ = &step + &(&step * f64::NAN);
+            if let Ok(next) = set.advance(state, &step) {
+                let poses = next.frames.iter().map(|frame| frame.to_homogeneous());
+                prop_assert!(poses.into_iter().all(|pose| is_finite(pose.as_slice())));
+            }
+        }
+        let _ = set.state_velocity(&q);
+        let rates = if lists[1].len() == set.links().len() { &lists[1] } else { &lists[2] };
+        let Ok(constraints) = set.constraints(&initial, set.initial_lengths(), rates) else {
+            return Ok(());
+        };
+        let masters: Vec<bool> = q.iter().map(|x| *x > 0.0).collect();
+        let _ = NullSpace::of(&constraints, &masters);
+        if let Ok(reduction) = Reduction::of(&set, &constraints) {
+            let v = DVector::from_column_slice(&lists[3]);
+            prop_assert_eq!(reduction.velocities(&v).is_ok(), v.len() == reduction.dofs());
+        }
+        let loads: Vec<ExternalLoad> = loads
+            .iter()
+            .map(|&(force, torque)| ExternalLoad { force, torque })
+            .collect();
+        let drive = Drive { set: &set, constraints: &constraints, loads: &loads };
+        if let Ok(loads) = drive.generalised_loads() {
+            prop_assert!(is_finite(loads.as_slice()));
+        }
+        let _ = drive.link_loads(&DVector::from_column_slice(&q));
+    }
+
+    #[test]
+    fn fluids_with_hostile_numbers_answer_or_refuse(
+        points in prop::collection::vec(vector(), 6),
+        roles in prop::collection::vec(
+            prop_oneof![
+                4 => Just(NodeRole::Free),
+                2 => Just(NodeRole::Fixed),
+                3 => (0..3u32).prop_map(NodeRole::Body),
+            ],
+            5..7,
+        ),
+        planes in prop::collection::vec((0..9u32, any::<[bool; 3]>()), 0..3),
+        walls in prop::option::of(prop::collection::vec(vector(), 5..7)),
+        bodies in prop::collection::vec((vector(), number()), 0..3),
+        (seed, at) in (prop::collection::vec(number(), 50), 0..12usize),
+    ) {
+        let mut matrices: FluidMatrices = fluid_matrices(3, 6, &seed);
+        match at {
+            0 => matrices.stiffness = Csr::eye(5),
+            1 => matrices.interpolation = Csr::eye(6),
+            2 => matrices.vertex_stiffness = Csr::eye(4),
+            3 => matrices.pressure_mass = Csr::eye(2),
+            4 => matrices.stiffness = matrices.stiffness.to_csc(),
+            5 => matrices.divergence = matrices.divergence.to_csc(),
+            _ => {}
+        }
+        let mut nodes = FluidNodes::new(&points, &roles);
+        if let Some(walls) = &walls {
+            nodes = nodes.with_wall_velocity(walls);
+        }
+        if at > 8 {
+            nodes = nodes.with_symmetry_planes(planes);
+        }
+        let surfaces: Vec<SurfaceBody> = bodies
+            .iter()
+            .map(|&(centre, volume)| SurfaceBody { centre, volume })
+            .collect();
+        let Ok(fluid) = RigidFluid::new(matrices, nodes, &surfaces) else { return Ok(()) };
+        prop_assert!(fluid.bodies() == bodies.len());
+        let _ = (fluid.symmetry_planes().parts(), fluid.clone().with_gap_stiffness(Csr::eye(at)));
+        let centres: Vec<_> = bodies.iter().map(|(centre, _)| *centre).collect();
+        let kinds = vec![BodyKind::Rigid; centres.len()];
+        let Ok(set) = Articulation::new(&kinds, Vec::new(), Arms::Free, &centres) else {
+            return Ok(());
+        };
+        let constraints = constraints(&set, &set.initial_state(), &[]);
+        let loads = vec![ExternalLoad::default(); centres.len()];
+        let drive = Drive { set: &set, constraints: &constraints, loads: &loads };
+        for formulation in FORMULATIONS {
+            let Ok(system) = formulation.constrain(fluid.clone(), &drive) else { continue };
+            let _ = system.preconditioner();
+            let _ = system.imposed(&drive);
+            let _ = system.rhs_of_loads(&DVector::from_column_slice(&seed[..at]));
+            let _ = system.rhs_of_forces(&points, &seed[..at]);
+            for length in [at, system.rhs.len()] {
+                let x = DVector::from_fn(length, |i, _| seed[i % seed.len()]);
+                let _ = system.flow(x.as_slice(), &set);
+                let _ = system.generalised_of_loads(x.as_slice());
+                let _ = system.flow_of_loads(x.as_slice());
+            }
+            let solved = GrandResistance::of(&system, at, |_, x| {
+                x.iter_mut().for_each(|x| x.fill(seed[0]));
+                Ok::<(), RigidError>(())
+            });
+            if let Ok(grand) = solved {
+                prop_assert!(is_finite(grand.resistance.as_slice()));
+            }
+        }
+    }
+}
+
+/// Two linked bodies with their fluid, in one formulation.
+fn linked_pair(distance: f64) -> (Articulation, [Vector3<f64>; 2]) {
+    let x = [Vector3::zeros(), distance * Vector3::x()];
+    let set = Articulation::new(&[BodyKind::Rigid; 2], vec![link(1, 0)], Arms::Clamped, &x);
+    (set.unwrap(), x)
+}
+
+const SEED: [f64; 3] = [0.3, -0.1, 0.7];
+
+#[test]
+fn bug_surfaces_at_other_places_than_their_bodies_were_accepted() {
+    let (set, x) = linked_pair(5.0);
+    let constraints = constraints(&set, &set.initial_state(), &[1.0]);
+    let loads = [ExternalLoad::default(); 2];
+    let drive = Drive {
+        set: &set,
+        constraints: &constraints,
+        loads: &loads,
+    };
+    for formulation in &FORMULATIONS[1..] {
+        let constrain = |centres: &[Vector3<f64>]| {
+            let system = formulation.constrain(random_fluid(centres, &SEED), &drive);
+            system.map(|_| ())
+        };
+        assert!(constrain(&x).is_ok());
+        // rounding, as of a mesh that was moved
+        assert!(constrain(&[x[0], x[1] + Vector3::repeat(1e-12)]).is_ok());
+        let misplaced = Err(RigidError::Misplaced {
+            body: 1,
+            distance: 1.0,
+        });
+        assert_eq!(constrain(&[x[0], 4.0 * Vector3::x()]), misplaced);
+        let swapped = Err(RigidError::Misplaced {
+            body: 0,
+            distance: 5.0,
+        });
+        assert_eq!(constrain(&[x[1], x[0]]), swapped);
+    }
+}
+
+#[test]
+fn bug_bodies_without_a_positive_volume_were_accepted() {
+    for volume in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let points = [Vector3::zeros(); 6];
+        let nodes = FluidNodes::new(&points, &[NodeRole::Free; 6]);
+        let body = SurfaceBody {
+            centre: Vector3::zeros(),
+            volume,
+        };
+        let refused = RigidFluid::new(fluid_matrices(3, 6, &SEED), nodes, &[body]).map(|_| ());
+        assert!(matches!(
+            refused,
+            Err(RigidError::BadVolume { body: 0, .. })
+        ));
+    }
+}
+
+#[test]
+fn bug_the_force_of_a_link_that_does_not_exist_ended_the_program() {
+    let (set, x) = linked_pair(5.0);
+    let constraints = constraints(&set, &set.initial_state(), &[1.0]);
+    let loads = [ExternalLoad::default(); 2];
+    let drive = Drive {
+        set: &set,
+        constraints: &constraints,
+        loads: &loads,
+    };
+    let system = Eliminated
+        .constrain(random_fluid(&x, &SEED), &drive)
+        .unwrap();
+    let flow = system.flow(&system.rhs, &set).unwrap();
+    assert!(flow.link_force(0).is_ok());
+    // rows 3 to 5 are the torque of a clamp
+    for link in [1, 9, usize::MAX] {
+        assert_eq!(
+            flow.link_force(link),
+            Err(RigidError::NoSuchLink { link, links: 1 })
+        );
+    }
+}
+
+#[test]
+fn constraints_of_another_set_or_with_changed_fields_are_refused() {
+    let (set, x) = linked_pair(5.0);
+    let free = Articulation::new(&[BodyKind::Rigid; 2], vec![], Arms::Free, &x).unwrap();
+    let others = constraints(&free, &free.initial_state(), &[]);
+    assert_eq!(
+        Reduction::of(&set, &others).map(|_| ()),
+        Err(RigidError::OtherSet)
+    );
+    let own = constraints(&set, &set.initial_state(), &[1.0]);
+    for change in 0..4 {
+        let mut changed = own.clone();
+        match change {
+            0 => changed.labels.truncate(1),
+            1 => changed.rates = DVector::zeros(1),
+            2 => changed.matrix = DMatrix::zeros(2, 2),
+            _ => changed.rates[0] = f64::NAN,
+        }
+        assert!(Reduction::of(&set, &changed).is_err(), "{change}");
+        assert!(NullSpace::of(&changed, &[]).is_err(), "{change}");
+        let loads = [ExternalLoad::default(); 2];
+        let drive = Drive {
+            set: &set,
+            constraints: &changed,
+            loads: &loads,
+        };
+        for formulation in FORMULATIONS {
+            let system = formulation.constrain(random_fluid(&x, &SEED), &drive);
+            assert!(system.is_err(), "{change}");
+        }
+    }
+    assert_eq!(SymmetryPlanes::of(&[]), SymmetryPlanes::default());
+}

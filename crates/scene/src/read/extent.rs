@@ -1,0 +1,111 @@
+//! Checks that the numbers of a scene can be computed with: their sizes relative to the bodies.
+
+use nalgebra::Vector3;
+
+use super::checks::Checks;
+use crate::body::Body;
+use crate::domain::Domain;
+use crate::error::SceneError;
+use crate::gait::Gait;
+use crate::options::FemOptions;
+use crate::shape::Shape;
+
+/// Largest length of a scene over the smallest semi-axis of a body.
+///
+/// Positions are rounded to 1.1e-16 of their size. At this distance that is 1e-7 of the smallest
+/// body: less than the error of the finest mesh, and less than a thousandth of the smallest gap
+/// that a mesh resolves, 1e-3 radii. Far beyond this ratio symmetry planes, points inside bodies
+/// and gaps are lost in rounding.
+const LARGEST_RATIO: f64 = 1e9;
+
+/// Refuses lengths that are too large for the smallest body, and loads that move bodies too far.
+pub(super) fn check(
+    checks: &Checks,
+    viscosity: f64,
+    domain: &Domain,
+    bodies: &[Body],
+    gait: &Gait,
+    fem: &FemOptions,
+) -> Result<(), SceneError> {
+    let semi_axes = |body: &Body| match body.shape {
+        Shape::Sphere { radius } => [radius; 2],
+        Shape::Spheroid {
+            radius,
+            half_length,
+            ..
+        } => [radius, half_length],
+        Shape::Point => [f64::INFINITY; 2],
+    };
+    let all = bodies.iter().flat_map(semi_axes);
+    let smallest = all.fold(f64::INFINITY, f64::min);
+    let demand = |key: String, length: f64| {
+        if length <= LARGEST_RATIO * smallest {
+            return Ok(());
+        }
+        let problem = format!(
+            "is too large: at {:.1e} times the smallest radius of the bodies ({smallest:e}) \
+             rounding errors reach the size of the gaps between bodies; the limit is \
+             {LARGEST_RATIO:e} times",
+            length / smallest
+        );
+        Err(checks.bad_value(&key, problem))
+    };
+    match domain {
+        Domain::Ball { radius } | Domain::Cylinder { radius } => {
+            demand("domain.radius".to_owned(), *radius)?;
+        }
+        Domain::Box { size } => demand("domain.size".to_owned(), size.amax())?,
+        Domain::Unbounded | Domain::Wall | Domain::Mesh { .. } => {}
+    }
+    for (number, body) in bodies.iter().enumerate() {
+        let key = |key: &str| format!("bodies[{number}].{key}");
+        demand(key("position"), body.position.amax())?;
+        match body.shape {
+            Shape::Sphere { radius } => demand(key("radius"), radius)?,
+            Shape::Spheroid {
+                radius,
+                half_length,
+                ..
+            } => {
+                demand(key("radius"), radius)?;
+                demand(key("half_length"), half_length)?;
+            }
+            Shape::Point => {}
+        }
+    }
+    for (number, phase) in gait.phases.iter().enumerate() {
+        if let Some((_, length)) = phase.change {
+            demand(format!("gait.phases[{number}].length"), length)?;
+        }
+    }
+    if let Some(size) = fem.surface_size {
+        let radii = bodies.iter().map(Body::bounding_radius);
+        let (low, high) = (4e-4 * smallest, 4.0 * radii.fold(0.0, f64::max));
+        if !(low..=high).contains(&size) {
+            let problem = format!(
+                "must be between {low:e} and {high:e}: 4e-4 times the smallest and 4 times the \
+                 largest radius of the bodies, not {size:e}"
+            );
+            return Err(checks.bad_value("fem.surface_size", problem));
+        }
+    }
+    // A body under a load moves at about load / (viscosity size).
+    for (number, body) in bodies.iter().enumerate() {
+        let unit = viscosity * smallest * smallest;
+        let distance = |load: &Vector3<f64>, unit: f64| gait.duration() * load.amax() / unit;
+        let loads = [
+            ("force", distance(&body.force, unit)),
+            ("torque", distance(&body.torque, unit * smallest)),
+        ];
+        for (name, radii) in loads {
+            if !(radii <= LARGEST_RATIO) {
+                let problem = format!(
+                    "is too large: it would move a body by about {radii:.1e} times the smallest \
+                     radius during the gait; the limit is {LARGEST_RATIO:e} times"
+                );
+                return Err(checks.bad_value(&format!("bodies[{number}].{name}"), problem));
+            }
+        }
+    }
+    Ok(())
+}
