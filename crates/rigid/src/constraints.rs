@@ -70,6 +70,37 @@ pub struct Constraints {
 }
 
 impl Constraints {
+    /// The same constraints with all fixed bodies of the set `set` in translation at `velocity`.
+    ///
+    /// In a frame that moves with a uniform flow, bodies that are fixed in space have the opposite
+    /// velocity.
+    ///
+    /// # Errors
+    /// [`RigidError::OtherSet`] for constraints of another set, [`RigidError::NotFinite`].
+    pub fn with_fixed_velocity(
+        mut self,
+        set: &Articulation,
+        velocity: Vector3<f64>,
+    ) -> Result<Self, RigidError> {
+        self.check()?;
+        if self.layout != set.velocity_layout() {
+            return Err(RigidError::OtherSet);
+        }
+        if velocity.iter().any(|v| !v.is_finite()) {
+            return Err(RigidError::NotFinite {
+                what: "the velocity of the fixed bodies",
+            });
+        }
+        let fixed = set.fixed().iter().filter(|&&fixed| fixed).count();
+        // The rows of the fixed bodies are the last ones.
+        let first = self.rates.len().checked_sub(6 * fixed);
+        let first = first.ok_or(RigidError::OtherSet)?;
+        for body in 0..fixed {
+            (self.rates.fixed_rows_mut::<3>(first + 6 * body)).copy_from(&velocity);
+        }
+        Ok(self)
+    }
+
     /// Refuses public fields that were changed so that they no longer fit each other.
     ///
     /// # Errors

@@ -72,10 +72,12 @@ impl Scene {
     /// All centres and forces lie in such a plane, torques are normal to it, and the domain is
     /// symmetric about it. No body can then leave the plane.
     pub fn symmetry_planes(&self) -> [bool; 3] {
-        let domain = matches!(
-            self.domain,
-            Domain::Unbounded | Domain::Ball { .. } | Domain::Box { .. }
-        );
+        let domain = match self.domain {
+            Domain::Unbounded | Domain::Ball { .. } | Domain::Box { .. } => [true; 3],
+            // The wall is the plane z = 0.
+            Domain::Wall => [true, true, false],
+            Domain::Cylinder { .. } | Domain::Mesh { .. } => [false; 3],
+        };
         let holds_for_bodies = |axis: usize| {
             self.bodies.iter().all(|body| {
                 let is_isotropic = match body.shape {
@@ -89,7 +91,7 @@ impl Scene {
                     && is_isotropic
             })
         };
-        [0, 1, 2].map(|axis| domain && holds_for_bodies(axis))
+        [0, 1, 2].map(|axis| domain[axis] && holds_for_bodies(axis))
     }
 
     /// The planes of [`Scene::symmetry_planes`] that the finite-element model uses.

@@ -98,7 +98,7 @@ pub(super) fn check(
     check_symmetry(SymmetryPlanes(params.symmetry_planes), bodies, container)
 }
 
-/// Checks that every body and the container are symmetric about every plane.
+/// Checks that the container is symmetric about every plane, and every body symmetric or beside it.
 ///
 /// # Errors
 /// [`MeshError::NotSymmetric`]; [`MeshError::BadParameter`] for a capsule, whose triangles would
@@ -115,18 +115,27 @@ fn check_symmetry(
             requirement: "it must be zero in a capsule",
         });
     }
-    let own = (Container::TAG, container.surface());
-    for (name, surface) in bodies.iter().map(|b| (b.name, b.surface)).chain([own]) {
-        if let Some(axis) =
-            (0..3).find(|&axis| planes.normal_to(axis) && !is_symmetric(surface, axis))
-        {
-            return Err(MeshError::NotSymmetric {
+    let check = |name: &str, surface: &dyn Surface, may_be_beside: bool| {
+        let fits =
+            |axis: usize| is_symmetric(surface, axis) || may_be_beside && is_beside(surface, axis);
+        match (0..3).find(|&axis| planes.normal_to(axis) && !fits(axis)) {
+            None => Ok(()),
+            Some(axis) => Err(MeshError::NotSymmetric {
                 part: name.into(),
                 plane: SYMMETRY_PLANE_TAGS[axis],
-            });
+            }),
         }
+    };
+    for body in bodies {
+        check(body.name, body.surface, true)?;
     }
-    Ok(())
+    check(Container::TAG, container.surface(), false)
+}
+
+/// Whether a surface lies on the positive side of the plane normal to `axis`, without contact.
+fn is_beside(surface: &dyn Surface, axis: usize) -> bool {
+    let (centre, radius) = surface.bounding_ball();
+    centre[axis] > radius
 }
 
 /// Whether a surface is symmetric about the plane normal to `axis`, according to the distances of

@@ -29,7 +29,8 @@ pub struct GenerateParams {
     ///
     /// Only the part of the fluid with positive coordinates is meshed.
     ///
-    /// Every body and the container must be symmetric about each plane. The faces on the planes are
+    /// The container must be symmetric about each plane, and every body too unless it lies on the
+    /// positive side. The faces on the planes are
     /// tagged [`SYMMETRY_PLANE_TAGS`](crate::SYMMETRY_PLANE_TAGS), and
     /// [`TetMesh::unfolded`](crate::TetMesh::unfolded) returns the whole mesh. Spheres are then
     /// triangulated from the octahedron, whose triangles do not cross the planes.

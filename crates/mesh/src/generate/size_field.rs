@@ -4,7 +4,7 @@ use super::container::Container;
 use super::gap::Gap;
 use super::meshed_body::MeshedBody;
 use super::params::GenerateParams;
-use crate::{MeshError, Surface, Vec3};
+use crate::{BoxSurface, MeshError, Surface, Vec3};
 
 /// Largest edge on a curved surface, as a fraction of the radius of curvature.
 ///
@@ -37,6 +37,20 @@ pub(super) struct SizeField<'a> {
     /// A wall on which all edges have the same length, and that length.
     wall: Option<(&'a dyn Surface, f64)>,
 }
+
+/// The positive side of each coordinate plane, as boxes with faces at distances without meaning.
+static HALF_SPACES: [Container; 3] = {
+    const FAR: f64 = 1e100;
+    const fn half_space(min: Vec3) -> Container {
+        let max = Vec3::new(FAR, FAR, FAR);
+        Container::Box(BoxSurface { min, max })
+    }
+    [
+        half_space(Vec3::new(0.0, -FAR, -FAR)),
+        half_space(Vec3::new(-FAR, 0.0, -FAR)),
+        half_space(Vec3::new(-FAR, -FAR, 0.0)),
+    ]
+};
 
 /// A given edge length everywhere in the fluid.
 pub(super) type Background<'a> = &'a (dyn Fn(Vec3) -> f64 + Sync);
@@ -78,6 +92,13 @@ impl<'a> SizeField<'a> {
                 });
             }
             field.add_gap(gap, &[i], copies);
+            for axis in (0..3).filter(|&axis| params.symmetry_planes[axis]) {
+                let gap = Gap::to_wall(body.surface, &HALF_SPACES[axis]);
+                // A body that the plane cuts leaves no gap.
+                if gap.width > minimum {
+                    field.add_gap(gap, &[i], copies);
+                }
+            }
             for (j, other) in bodies[..i].iter().enumerate() {
                 let (_, other_radius) = other.surface.bounding_ball();
                 let minimum = params.min_gap * radius.min(other_radius);

@@ -1,4 +1,5 @@
-//! Unbounded fluid as a large ball, and the correction for the effect of its wall.
+//! Unbounded fluid as a large ball, and the correction for the effect of its wall; the fluid above a
+//! plane wall as a large half ball.
 //!
 //! A force `F` on the fluid causes the far field `F / (8π μ r)`, so a wall at the distance `R`
 //! reduces the velocity of a body of radius `a` by a relative amount `a / R`. No ball of
@@ -12,15 +13,22 @@
 //! (Oseen 1927; the first-order term in Haberman & Sayre 1958). The remaining error is of third
 //! order in the extent of the bodies over `R`. A uniform flow moves all bodies alike and puts no
 //! load on links, so the correction is added to all velocities after the solve.
+//!
+//! Above a plane wall no correction is needed: the far field of a force at the height `h` parallel
+//! to the wall is `3 F h x z r / (2π r^5)` (Blake 1971), so the effect of a half sphere of radius
+//! `R` is of third order.
 
 use std::f64::consts::PI;
 
 use mesh::Sphere;
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
+use rigid::{Constraints, Drive, FlowSolution};
+use stokes::{InitialGuesses, Options, Problem};
 
 use crate::ModelError;
+use crate::scaled_scene::ScaledScene;
 use crate::units::Scale;
-use scene::Scene;
+use scene::{Domain, Scene};
 
 /// Radius of the ball relative to the extent of the bodies.
 ///
@@ -37,13 +45,19 @@ const THIRD_ORDER: f64 = 2.5;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FarField {
     ball: Sphere,
+    /// Whether only the half of the ball above the plane `z = 0` is filled.
+    has_plane_wall: bool,
 }
 
 impl FarField {
     /// The ball around the bodies of a scene.
     pub fn around(scene: &Scene, scale: &Scale) -> Self {
         let positions = || scene.bodies().iter().map(|b| scale.point(b.position));
-        let centre = positions().sum::<Vector3<f64>>() / scene.bodies().len().max(1) as f64;
+        let has_plane_wall = *scene.domain() == Domain::Wall;
+        let mut centre = positions().sum::<Vector3<f64>>() / scene.bodies().len().max(1) as f64;
+        if has_plane_wall {
+            centre.z = 0.0;
+        }
         let extent = scene
             .bodies()
             .iter()
@@ -55,7 +69,13 @@ impl FarField {
                 centre,
                 radius: RELATIVE_RADIUS * extent,
             },
+            has_plane_wall,
         }
+    }
+
+    /// Whether the fluid is bounded by the plane wall `z = 0`.
+    pub fn has_plane_wall(&self) -> bool {
+        self.has_plane_wall
     }
 
     /// The ball.
@@ -96,8 +116,80 @@ impl FarField {
     }
 
     fn mobility(&self) -> f64 {
-        3.0 / (8.0 * PI * self.ball.radius)
+        match self.has_plane_wall {
+            true => 0.0,
+            false => 3.0 / (8.0 * PI * self.ball.radius),
+        }
     }
+}
+
+/// Constraints in the frame that moves with the correction, in which fixed bodies move.
+///
+/// With the correction `u = c F` and the total force `F = F_0 + T u`, where `F_0` is the force with
+/// the fixed bodies at rest in the ball and `T` its change by their motion `-u`,
+///
+/// ```text
+/// (I - c T) u = c F_0
+/// ```
+///
+/// Cost: one solve for each of the `constraints`, and one for each direction of `u`. The solution
+/// with the returned constraints is a combination of these, so it is its own initial guess.
+///
+/// # Errors
+/// Those of [`Problem::solve_all`]; [`ModelError::Singular`].
+pub fn in_moving_frame(
+    problem: &Problem,
+    symmetry_planes: [bool; 3],
+    scaled: &ScaledScene,
+    far: FarField,
+    constraints: Vec<Constraints>,
+    options: &Options,
+    guesses: &mut InitialGuesses,
+) -> Result<Vec<Constraints>, ModelError> {
+    let Some(first) = constraints.first() else {
+        return Ok(constraints);
+    };
+    let set = &scaled.set;
+    let axes: Vec<usize> = (0..3).filter(|&axis| !symmetry_planes[axis]).collect();
+    let moved = |&axis: &usize| {
+        first
+            .clone()
+            .with_fixed_velocity(set, -Vector3::ith(axis, 1.0))
+    };
+    let moved: Vec<Constraints> = axes.iter().map(moved).collect::<Result<_, _>>()?;
+    let drive = |constraints| Drive {
+        set,
+        constraints,
+        loads: &scaled.loads,
+    };
+    let drives: Vec<Drive> = constraints.iter().chain(&moved).map(drive).collect();
+    let solved = problem.solve_all(&drives, options, guesses, None)?;
+    let forces: Vec<Vector3<f64>> = solved.iter().map(|s| total_force(&s.flow)).collect();
+    let (at_rest, in_motion) = forces.split_at(constraints.len());
+    let mut matrix = Matrix3::identity();
+    for (&axis, force) in axes.iter().zip(in_motion) {
+        let change = far.velocity_correction(force - at_rest[0]);
+        matrix.set_column(axis, &(matrix.column(axis) - change));
+    }
+    let singular = ModelError::Singular {
+        matrix: "effect of uniform flows on fixed bodies",
+        size: 3,
+    };
+    let inverse = matrix.try_inverse().ok_or(singular)?;
+    (constraints.into_iter().zip(at_rest))
+        .map(|(constraints, force)| {
+            let velocity = inverse * far.velocity_correction(*force);
+            Ok(constraints.with_fixed_velocity(set, -velocity)?)
+        })
+        .collect()
+}
+
+/// Total force of the bodies on the fluid.
+pub fn total_force(flow: &FlowSolution) -> Vector3<f64> {
+    let bodies = 0..flow.forces.len() / 6;
+    bodies
+        .map(|body| Vector3::from_fn(|axis, _| flow.forces[6 * body + axis]))
+        .sum()
 }
 
 fn inverse(name: &'static str, matrix: DMatrix<f64>) -> Result<DMatrix<f64>, ModelError> {
@@ -117,6 +209,7 @@ mod tests {
                 centre: Vector3::zeros(),
                 radius: 60.0,
             },
+            has_plane_wall: false,
         };
         let error = far.corrected(DMatrix::zeros(6, 6)).unwrap_err();
         assert!(

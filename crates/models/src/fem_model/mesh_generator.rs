@@ -1,8 +1,8 @@
 //! Generation of meshes around the bodies of a scene, in scaled units.
 
 use mesh::{
-    BoxSurface, Capsule, Container, GenerateParams, MeshedBody, NamedSurface, SizeMap, Sphere,
-    Surface, TetMesh,
+    BoxSurface, Capsule, Container, GenerateParams, MeshedBody, NamedSurface, SYMMETRY_PLANE_TAGS,
+    SizeMap, Sphere, Surface, TetMesh,
 };
 use nalgebra::{Isometry3, Vector3};
 
@@ -19,6 +19,9 @@ use scene::{Domain, GeometryKind, Scene, Shape};
 /// At one radius the preconditioner needs as many iterations as for wide gaps; at a third of a
 /// radius it needs a sixth more.
 const NARROW: f64 = 0.5;
+
+/// Name of the boundary part on the plane wall.
+const PLANE_WALL: &str = "wall";
 
 /// A body with a surface, in scaled units.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +57,7 @@ pub(super) enum Source {
 /// Generator of meshes for one scene.
 pub(super) struct MeshGenerator {
     pub source: Source,
-    /// The ball that replaces unbounded fluid.
+    /// The ball or half ball that replaces unbounded fluid.
     pub far_field: Option<FarField>,
     pub surfaced: Vec<Surfaced>,
     /// Name of the boundary part of each body of the scene.
@@ -106,7 +109,7 @@ impl MeshGenerator {
             .collect();
         let mut far_field = None;
         let source = match scene.domain() {
-            Domain::Unbounded => {
+            Domain::Unbounded | Domain::Wall => {
                 let far = far_field.insert(FarField::around(scene, scale));
                 Source::Generated(Container::Ball(far.ball()))
             }
@@ -133,17 +136,6 @@ impl MeshGenerator {
                     walls: walls.clone(),
                 }
             }
-            other => {
-                return Err(ModelError::Unsupported {
-                    what: format!(
-                        "finite elements in domain.kind = \"{}\"",
-                        other.kind().word()
-                    ),
-                    instead: "use domain.kind = \"unbounded\", \"ball\", \"box\", \"cylinder\" or \
-                              \"mesh\""
-                        .into(),
-                });
-            }
         };
         Ok(Self {
             source,
@@ -166,9 +158,15 @@ impl MeshGenerator {
         self.surfaced.iter().map(|s| s.body)
     }
 
+    /// Whether the fluid is bounded by the plane wall `z = 0`.
+    fn has_plane_wall(&self) -> bool {
+        self.far_field.is_some_and(|far| far.has_plane_wall())
+    }
+
     /// Names of the boundary parts that are walls.
     pub fn wall_tags(&self) -> Vec<&str> {
         match &self.source {
+            Source::Generated(_) if self.has_plane_wall() => vec![Container::TAG, PLANE_WALL],
             Source::Generated(_) | Source::Cylinder(_) => vec![Container::TAG],
             Source::File { walls, .. } => walls.iter().map(String::as_str).collect(),
         }
@@ -318,13 +316,24 @@ impl MeshGenerator {
         let mut parameters = GenerateParams::default();
         parameters.growth = growth(finest);
         parameters.symmetry_planes = self.symmetry_planes;
-        let tets = match &self.sizes {
+        // The half of the ball above the wall is that above a symmetry plane.
+        parameters.symmetry_planes[2] |= self.has_plane_wall();
+        let mut tets = match &self.sizes {
             None => mesh::generate(&bodies, container, &parameters)?.mesh,
             Some(sizes) => {
                 parameters.growth = ADAPTED_GROWTH;
                 mesh::generate_sized(&bodies, container, &parameters, &|x| sizes.at(x))?.mesh
             }
         };
+        if self.has_plane_wall() {
+            for tag in tets
+                .tags
+                .iter_mut()
+                .filter(|tag| **tag == SYMMETRY_PLANE_TAGS[2])
+            {
+                *tag = PLANE_WALL.to_owned();
+            }
+        }
         let surfaces: Vec<NamedSurface> = bodies
             .iter()
             .map(|b| (b.name, b.surface))

@@ -16,7 +16,7 @@ use std::time::Instant as Clock;
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Isometry3};
 use rigid::{Constrained, Constraints, Drive, Formulation};
-use scene::{Domain, EstimatesKind, FemOptions, Scene};
+use scene::{EstimatesKind, FemOptions, Scene};
 use stokes::{Dofs, Estimate, InitialGuesses, Problem};
 
 use self::meshes::{Meshes, PlacedMesh};
@@ -87,16 +87,6 @@ impl FemModel {
     /// [`ModelError::Unsupported`] for domains, shapes and fixed bodies that are not supported; a
     /// mesh file that cannot be read.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
-        if let (Domain::Unbounded, Some(&body)) = (scene.domain(), scene.fixed_bodies().first()) {
-            // The correction for unbounded fluid is a uniform flow, which moves fixed bodies too.
-            return Err(ModelError::Unsupported {
-                what: format!(
-                    "{}: finite elements in unbounded fluid around a fixed body",
-                    scene.place(&format!("bodies[{body}].fixed"))
-                ),
-                instead: "use model.kind = \"multipole\" or domain.kind = \"ball\"".to_owned(),
-            });
-        }
         let scaled = ScaledScene::new(scene)?;
         Ok(Self {
             meshes: Meshes::new(scene, &scaled.scale)?,
@@ -198,7 +188,7 @@ impl FemModel {
         if query.rates.is_empty() {
             return Ok(Vec::new());
         }
-        let constraints: Vec<Constraints> = (query.rates.iter())
+        let mut constraints: Vec<Constraints> = (query.rates.iter())
             .map(|rates| self.scaled.constraints(configuration, rates))
             .collect::<Result<_, _>>()?;
         if let Some(last) = &mut self.last {
@@ -217,11 +207,25 @@ impl FemModel {
         if estimates {
             self.meshes.prepare_estimates()?;
         }
-        let drives: Vec<Drive> = constraints.iter().map(|c| self.drive(c)).collect();
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let surplus = self.meshes.surplus_space().filter(|_| estimates);
         let problem = self.problem(&mesh, &poses)?.with_space(space);
         let options = options(&self.options);
+        let has_fixed = self.scaled.set.fixed().contains(&true);
+        let far = self.meshes.far_field().filter(|far| !far.has_plane_wall());
+        if let (Some(far), true) = (far, has_fixed) {
+            let scaled = &self.scaled;
+            constraints = far_field::in_moving_frame(
+                &problem,
+                mesh.symmetry_planes(),
+                scaled,
+                far,
+                constraints,
+                &options,
+                &mut guesses,
+            )?;
+        }
+        let drives: Vec<Drive> = constraints.iter().map(|c| self.drive(c)).collect();
         let mut solved = problem.solve_all(&drives, &options, &mut guesses, surplus)?;
         self.guesses = guesses;
         let of_others: f64 = solved.iter().skip(1).map(|other| other.seconds.total).sum();

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 use rigid::{FlowSolution, Twist};
 use stokes::{Estimate, Solution};
 
-use super::far_field::FarField;
+use super::far_field::{FarField, total_force};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::mesh_error::{MeshError, power_error_bar};
@@ -64,11 +64,7 @@ pub fn to_scene(
 /// Adds the correction for unbounded fluid to all velocities of a flow.
 pub fn add_far_field(scaled: &ScaledScene, far: FarField, flow: &mut FlowSolution) {
     let set = &scaled.set;
-    let entry = |body: usize, axis: usize| flow.forces[6 * body + axis];
-    let total_force = (0..flow.forces.len() / 6)
-        .map(|body| Vector3::from_fn(|axis, _| entry(body, axis)))
-        .sum();
-    let correction = far.velocity_correction(total_force);
+    let correction = far.velocity_correction(total_force(flow));
     flow.velocity.iter_mut().for_each(|u| *u += correction);
     let layout = set.velocity_layout();
     for body in 0..set.kinds().len() {

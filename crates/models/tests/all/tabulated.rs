@@ -7,6 +7,8 @@ use models::{
     SpheresModel, Tabulated,
 };
 
+use scene::Scene;
+
 use crate::scenes::three_spheres;
 
 /// A model that records the rates of its queries.

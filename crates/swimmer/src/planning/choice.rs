@@ -87,18 +87,6 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         }
         ModelKind::Auto | ModelKind::Fem => {}
     }
-    match scene.domain().kind() {
-        DomainKind::Unbounded
-        | DomainKind::Ball
-        | DomainKind::Box
-        | DomainKind::Cylinder
-        | DomainKind::Mesh => {}
-        kind => {
-            let instead = "use model.kind = \"auto\" for spheres beside a wall, \
-                           or domain.kind = \"unbounded\" or \"ball\"";
-            return unsupported("domain.kind", &format!("\"{}\"", kind.word()), instead);
-        }
-    }
     let reasons = match scene.model().kind {
         ModelKind::Auto => vec![
             scene.arrangement().describe().to_owned(),
