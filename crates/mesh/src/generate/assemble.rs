@@ -123,7 +123,7 @@ fn is_closed_surface(triangles: &[[u32; 3]], vertices: Range<u32>, layout: &Layo
     // the number of edges on the rim.
     let mut starts: Vec<u32> = edges.iter().map(|e| e[0]).collect();
     starts.dedup();
-    let euler = if layout.planes.is_empty() { 2 } else { 1 };
+    let euler = if on_rim == 0 { 2 } else { 1 };
     once && starts.into_iter().eq(vertices.clone())
         && 2 * (vertices.len() + triangles.len()) == 3 * triangles.len() + on_rim + 2 * euler
 }

@@ -76,8 +76,10 @@ impl<'a> Layout<'a> {
                 meshes.push(meshes[first].translated(from, to, grid));
                 continue;
             }
-            let mesh = triangulate(body.name, body.surface, &size, planes, limit)?;
             let centre = body.surface.centre();
+            // Planes beside the body do not restrict its triangles.
+            let cutting = planes.at(centre);
+            let mesh = triangulate(body.name, body.surface, &size, cutting, limit)?;
             meshes.push(mesh.translated(centre, centre, grid));
         }
         let wall = container.surface();

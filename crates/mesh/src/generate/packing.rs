@@ -74,6 +74,10 @@ pub(super) fn pack(
         packing.grid.insert(*p, field.at(*p));
     }
     for own in planes.intersections() {
+        // The corner of three planes is the only point of its intersection; it is on no surface.
+        if own.len() == 3 {
+            packing.offer(Vec3::zeros(), own);
+        }
         let known = surface_points.iter().chain(&packing.accepted);
         let sources = known.copied().filter(|p| planes.at(*p).include(own));
         packing.advance(sources.collect(), (1.0, &own.steps()), own, limit)?;

@@ -155,16 +155,12 @@ impl<'a> LegEvaluator<'a> {
         }
     }
 
-    /// Smallest gap between surfaces at the ends of a path; infinite for a body alone.
-    pub fn smallest_gap(&self, path: &PathPiece) -> Result<f64, SwimError> {
+    /// Smallest gap between surfaces at the position `s` of a path; infinite for a body alone.
+    pub fn smallest_gap(&self, path: &PathPiece, s: f64) -> Result<f64, SwimError> {
         let set = self.scene.articulation();
-        let mut smallest = f64::INFINITY;
-        for s in [path.from, path.to] {
-            let poses = set.place(&path.state(set, s)?, &self.leg.lengths(s))?;
-            let contact = closest_contact(self.scene.bodies(), self.scene.domain(), &poses);
-            smallest = contact.map_or(smallest, |contact| smallest.min(contact.gap));
-        }
-        Ok(smallest)
+        let poses = set.place(&path.state(set, s)?, &self.leg.lengths(s))?;
+        let contact = closest_contact(self.scene.bodies(), self.scene.domain(), &poses);
+        Ok(contact.map_or(f64::INFINITY, |contact| contact.gap))
     }
 
     fn check_clearance(&self, s: f64, state: &State, lengths: &[f64]) -> Result<(), SwimError> {

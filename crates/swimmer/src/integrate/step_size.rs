@@ -41,22 +41,27 @@ pub(super) fn step_tolerance(evaluator: &LegEvaluator, step: &StateVelocity, wid
 /// Ratio of the errors of successive orders of Gauss quadrature that contact causes.
 ///
 /// Velocities are singular functions of the lengths where bodies touch. With the distance `d` from
-/// the end of a step of the width `w` to contact, errors decrease by
+/// the end of a step of the length `w` to contact, errors decrease by
 ///
 /// ```text
 /// ρ^-2,   ρ = z + √(z² - 1),   z = 1 + 2 d / w
 /// ```
 ///
-/// per order (Trefethen 2008, SIAM Rev. 50, theorem 4.5). Surfaces approach each other no faster
-/// than the lengths change, or than bodies move on `path`.
+/// per order (Trefethen 2008, SIAM Rev. 50, theorem 4.5). The smallest gap is continued linearly
+/// beyond the end of `path` at which it is narrower.
 pub(super) fn expected_ratio(evaluator: &LegEvaluator, path: &PathPiece) -> Result<f64, SwimError> {
-    let gap = evaluator.smallest_gap(path)?;
-    let width = path.to - path.from;
-    let approach =
-        width * largest_length_change(evaluator) + largest_displacement(evaluator, &path.step());
-    let z = 1.0 + 2.0 * gap.max(0.0) / approach;
+    let gaps = [
+        evaluator.smallest_gap(path, path.from)?,
+        evaluator.smallest_gap(path, path.to)?,
+    ];
+    let (narrower, closing) = (gaps[0].min(gaps[1]).max(0.0), (gaps[0] - gaps[1]).abs());
+    let z = 1.0 + 2.0 * narrower / closing;
     let ratio = (z + (z * z - 1.0).sqrt()).powi(-2);
-    Ok(ratio.clamp(LEAST_RATIO, LARGEST_RATIO))
+    // Without other bodies and walls there are no gaps, and no contact.
+    Ok(match ratio.is_nan() {
+        true => LEAST_RATIO,
+        false => ratio.clamp(LEAST_RATIO, LARGEST_RATIO),
+    })
 }
 
 /// Rounding error of a step: the positions of the bodies are sums of lengths of links.
