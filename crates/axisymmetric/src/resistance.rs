@@ -1,17 +1,18 @@
 //! Resistance matrices with error estimates, from elements of increasing order on one mesh.
 
-use std::f64::consts::PI;
-
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::AxisymmetricError;
+use crate::collar::{Collars, Motion};
+use crate::curve::BoundaryPart;
 use crate::generate::generate;
-use crate::meridian::{Meridian, Spheroid, Surroundings};
+use crate::meridian::{GROWTH, Meridian, Surroundings};
 use crate::mesh::MeridianMesh;
-use crate::stokes::stokes;
-use crate::swirl::{omitted_torque, swirl};
-use crate::system::Solution;
+use crate::open_boundary::{exterior_flow, exterior_swirl};
+use crate::spheroid::Spheroid;
+use crate::swirl::omitted_torque;
+use crate::system::{Dof, Element, Solution};
 
 /// Resistance matrix `R` of motions along the axis or about it, with an error estimate.
 ///
@@ -23,18 +24,11 @@ pub struct AxialResistance {
     matrix: DMatrix<f64>,
     lower_order: DMatrix<f64>,
     error_factor: f64,
-    truncation_error: f64,
     dofs: usize,
     order: usize,
     triangles: usize,
     residual: f64,
 }
-
-/// Edge length relative to the distance from the focus of the nearest body.
-///
-/// Shorter edges need more degrees of freedom for the same error, longer ones a higher order;
-/// between 0.6 and 1 it matters little (measured on spheres and spheroids in balls and tubes).
-const GROWTH: f64 = 0.65;
 
 /// Highest order: above it the tabulated nodal basis loses digits.
 const MAX_ORDER: usize = 10;
@@ -88,7 +82,7 @@ pub fn axial_resistance(
     surroundings: Surroundings,
     tolerance: f64,
 ) -> Result<AxialResistance, AxisymmetricError> {
-    converged(bodies, surroundings, tolerance, Motion::Translation)
+    ResistanceSolver::new().axial(bodies, surroundings, tolerance)
 }
 
 /// Computes the resistance to rotation about the axis to a relative `tolerance`.
@@ -114,52 +108,106 @@ pub fn spin_resistance(
     surroundings: Surroundings,
     tolerance: f64,
 ) -> Result<AxialResistance, AxisymmetricError> {
-    converged(bodies, surroundings, tolerance, Motion::Rotation)
+    ResistanceSolver::new().spin(bodies, surroundings, tolerance)
 }
 
-/// The motion of the bodies.
-#[derive(Clone, Copy, PartialEq)]
-enum Motion {
-    /// Along the axis.
-    Translation,
-    /// About the axis.
-    Rotation,
+/// Computes the resistances of successive configurations, and keeps what they have in common.
+///
+/// Around each body with enough clearance lies a collar: the fluid up to a confocal spheroid of one
+/// of a few sizes. It moves rigidly with the body, so its matrices do not change. They are computed
+/// once for each shape of body and size of collar, and condensed to the degrees of freedom on the
+/// outline. A solution then takes the fluid between the collars only.
+///
+/// Results do not depend on what was computed before, not even in the last bit.
+///
+/// ```
+/// use axisymmetric::{ResistanceSolver, Spheroid, Surroundings};
+///
+/// let mut solver = ResistanceSolver::new();
+/// let mut attraction = |distance| {
+///     let pair = [Spheroid::sphere(0.0, 1.0), Spheroid::sphere(distance, 1.0)];
+///     let found = solver.axial(&pair, Surroundings::Unbounded, 1e-4)?;
+///     Ok::<f64, axisymmetric::AxisymmetricError>(found.matrix()[(0, 1)])
+/// };
+/// assert!(attraction(6.0)? < attraction(10.0)?);
+/// # Ok::<(), axisymmetric::AxisymmetricError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct ResistanceSolver {
+    collars: Collars,
 }
 
-/// Raises the order until the estimated error is below `tolerance`.
-fn converged(
-    bodies: &[Spheroid],
-    surroundings: Surroundings,
-    tolerance: f64,
-    motion: Motion,
-) -> Result<AxialResistance, AxisymmetricError> {
-    if !(tolerance > 0.0 && tolerance < 1.0) {
-        return Err(AxisymmetricError::InvalidTolerance { tolerance });
+impl ResistanceSolver {
+    /// A solver that has not computed anything.
+    pub fn new() -> Self {
+        Self::default()
     }
-    let meridian = Meridian::new(bodies, surroundings)?;
-    let mesh = generate(&meridian, GROWTH)?;
-    let discretisation = Discretisation {
-        meridian: &meridian,
-        mesh: &mesh,
-        unbounded: surroundings == Surroundings::Unbounded,
-        bodies,
-        motion,
-    };
-    let first = first_order(tolerance);
-    // each factorisation is too small for many threads, so the three run in parallel
-    let mut last: Vec<Solution> = [first, first + 1, first + 2]
-        .into_par_iter()
-        .map(|order| discretisation.solve(order))
-        .collect::<Result<_, AxisymmetricError>>()?;
-    let mut order = first + 2;
-    loop {
-        let found = discretisation.estimated(order, &last);
-        if found.relative_error() <= tolerance.max(MIN_TOLERANCE) || order == MAX_ORDER {
-            return Ok(found);
+
+    /// As [`axial_resistance`].
+    ///
+    /// # Errors
+    /// Those of [`axial_resistance`].
+    pub fn axial(
+        &mut self,
+        bodies: &[Spheroid],
+        surroundings: Surroundings,
+        tolerance: f64,
+    ) -> Result<AxialResistance, AxisymmetricError> {
+        self.converged(bodies, surroundings, tolerance, Motion::Translation)
+    }
+
+    /// As [`spin_resistance`].
+    ///
+    /// # Errors
+    /// Those of [`axial_resistance`].
+    pub fn spin(
+        &mut self,
+        bodies: &[Spheroid],
+        surroundings: Surroundings,
+        tolerance: f64,
+    ) -> Result<AxialResistance, AxisymmetricError> {
+        self.converged(bodies, surroundings, tolerance, Motion::Rotation)
+    }
+
+    /// Raises the order until the estimated error is below `tolerance`.
+    fn converged(
+        &mut self,
+        bodies: &[Spheroid],
+        surroundings: Surroundings,
+        tolerance: f64,
+        motion: Motion,
+    ) -> Result<AxialResistance, AxisymmetricError> {
+        if !(tolerance > 0.0 && tolerance < 1.0) {
+            return Err(AxisymmetricError::InvalidTolerance { tolerance });
         }
-        order += 1;
-        last.rotate_left(1);
-        last[2] = discretisation.solve(order)?;
+        let meridian = Meridian::new(bodies, surroundings)?.without_collars();
+        let mesh = generate(&meridian, GROWTH)?;
+        let discretisation = Discretisation {
+            meridian: &meridian,
+            mesh: &mesh,
+            bodies,
+            motion,
+        };
+        let first = first_order(tolerance);
+        let mut solve = |orders: Vec<usize>| -> Result<Vec<Solution>, AxisymmetricError> {
+            self.collars.provide(&meridian, motion, &orders)?;
+            let collars = &self.collars;
+            // each factorisation is too small for many threads, so orders are solved in parallel
+            (orders.into_par_iter())
+                .map(|order| discretisation.solve(order, collars))
+                .collect()
+        };
+        let mut last = solve(vec![first, first + 1, first + 2])?;
+        let mut order = first + 2;
+        loop {
+            let found = discretisation.estimated(order, &last);
+            if found.relative_error() <= tolerance.max(MIN_TOLERANCE) || order == MAX_ORDER {
+                return Ok(found);
+            }
+            order += 1;
+            last.rotate_left(1);
+            last[2] = solve(vec![order])?.remove(0);
+        }
     }
 }
 
@@ -167,7 +215,6 @@ fn converged(
 struct Discretisation<'a> {
     meridian: &'a Meridian,
     mesh: &'a MeridianMesh,
-    unbounded: bool,
     /// Bodies in the caller's order.
     bodies: &'a [Spheroid],
     motion: Motion,
@@ -175,40 +222,30 @@ struct Discretisation<'a> {
 
 impl Discretisation<'_> {
     /// The resistance by elements of this order.
-    fn solve(&self, order: usize) -> Result<Solution, AxisymmetricError> {
-        let n = self.bodies.len();
-        match self.motion {
-            Motion::Translation => {
-                let mut solution = stokes(self.mesh, order)?.resistance(n)?;
-                if self.unbounded {
-                    solution.resistance = self.without_container(&solution.resistance)?;
-                }
-                Ok(solution)
-            }
-            Motion::Rotation => {
-                let mut solution = swirl(self.mesh, order)?.resistance(n)?;
-                for (i, body) in self.bodies.iter().enumerate() {
-                    solution.resistance[(i, i)] += omitted_torque(body);
-                }
-                Ok(solution)
+    fn solve(&self, order: usize, collars: &Collars) -> Result<Solution, AxisymmetricError> {
+        let mut system = self.motion.system(self.mesh, order)?;
+        for (number, body, outline) in self.meridian.collars() {
+            let mut dofs = system.trace(BoundaryPart::Interface(number)).to_vec();
+            dofs.push(Dof::Body(number));
+            let matrix = collars.matrix(&body, &outline, self.motion, order);
+            system.elements.push(Element { dofs, matrix });
+        }
+        if let Some(radius) = self.meridian.open_radius() {
+            let matrix = match self.motion {
+                Motion::Translation => exterior_flow(self.mesh, order, radius),
+                Motion::Rotation => exterior_swirl(self.mesh, order, radius),
+            };
+            // the pressures on the boundary are not degrees of freedom of the flow beyond it
+            let dofs = system.trace(BoundaryPart::Open)[..matrix.nrows()].to_vec();
+            system.elements.push(Element { dofs, matrix });
+        }
+        let mut solution = system.resistance(self.bodies.len())?;
+        if self.motion == Motion::Rotation {
+            for (i, body) in self.bodies.iter().enumerate() {
+                solution.resistance[(i, i)] += omitted_torque(body);
             }
         }
-    }
-
-    /// The resistance in unbounded fluid from that in the large ball of radius `R`.
-    ///
-    /// To first order in `1 / R`, the wall adds to a force `F` near the centre the uniform flow
-    /// `-9/4 F / (6 π R)` (Haberman & Sayre 1958; Maul & Kim 1994). All entries of the mobility
-    /// matrix change by this same amount.
-    fn without_container(
-        &self,
-        resistance: &DMatrix<f64>,
-    ) -> Result<DMatrix<f64>, AxisymmetricError> {
-        let inverse =
-            |m: DMatrix<f64>| m.try_inverse().ok_or(AxisymmetricError::SingularResistance);
-        let radius = self.meridian.ball_radius().unwrap_or(f64::INFINITY);
-        let mobility = inverse(resistance.clone())?.add_scalar(2.25 / (6.0 * PI * radius));
-        inverse(mobility)
+        Ok(solution)
     }
 
     /// The last of three solutions of successive orders, with its estimated error.
@@ -226,26 +263,11 @@ impl Discretisation<'_> {
             } else {
                 reduction / (1.0 - reduction)
             },
-            truncation_error: if self.unbounded {
-                self.truncation_error()
-            } else {
-                0.0
-            },
             dofs: last.n_dofs,
             order,
             triangles: self.mesh.triangles.len(),
             residual: last.residual,
         }
-    }
-
-    /// Error left by [`Self::without_container`], relative to a body's own mobility `1 / (6 π a)`.
-    ///
-    /// The remaining terms are of order `R^-3`, with the factor 5/2 for a sphere at the centre and
-    /// about 8/3 each for the distances of the force and of the body from the centre.
-    fn truncation_error(&self) -> f64 {
-        let radius = self.meridian.ball_radius().unwrap_or(f64::INFINITY);
-        let [length, width] = self.meridian.extent();
-        8.0 * width * length.max(width).powi(2) / radius.powi(3)
     }
 }
 
@@ -281,11 +303,6 @@ impl AxialResistance {
     /// of the two results.
     pub fn error_factor(&self) -> f64 {
         self.error_factor
-    }
-
-    /// Relative error caused by the ball that replaces unbounded fluid; zero in a container.
-    pub fn truncation_error(&self) -> f64 {
-        self.truncation_error
     }
 
     /// Estimated discretisation error: the largest of an entry `R_ij`, relative to

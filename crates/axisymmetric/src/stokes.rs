@@ -1,5 +1,7 @@
 //! The linear system of Stokes flow without swirl for one element order.
 
+use std::collections::BTreeMap;
+
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -48,6 +50,7 @@ pub(crate) fn stokes(mesh: &MeridianMesh, order: usize) -> Result<System, Axisym
         elements,
         n_dofs: numbering.n_dofs,
         shift,
+        traces: numbering.traces(mesh, &spaces, [&velocity, &pressure]),
         group: numbering.group,
     })
 }
@@ -107,7 +110,9 @@ impl Numbering {
             .map(|node| match parts[node] {
                 Some(BoundaryPart::Body(body)) => Dof::Body(body),
                 Some(BoundaryPart::Wall) => Dof::Constrained,
-                Some(BoundaryPart::Axis) | None => number(node, 0),
+                Some(BoundaryPart::Axis | BoundaryPart::Open | BoundaryPart::Interface(_)) | None => {
+                    number(node, 0)
+                }
             })
             .collect();
         let radial = (0..spaces[0].len)
@@ -127,6 +132,22 @@ impl Numbering {
             n_dofs,
             group: numbered_consecutively(group),
         }
+    }
+
+    /// Degrees of freedom on boundaries in the fluid, in the order of [`Self::dofs`].
+    fn traces(
+        &self,
+        mesh: &MeridianMesh,
+        spaces: &[Space; 2],
+        elements: [&Lagrange; 2],
+    ) -> BTreeMap<BoundaryPart, Vec<Dof>> {
+        let [velocities, mut pressures] = [0, 1].map(|k| spaces[k].traces(mesh, elements[k]));
+        (velocities.into_iter())
+            .map(|(part, nodes)| {
+                let pressures = pressures.remove(&part).unwrap_or_default();
+                (part, self.dofs(&nodes, &pressures))
+            })
+            .collect()
     }
 
     /// Degrees of freedom of an element with these nodes, in the order of its matrix.
@@ -165,8 +186,9 @@ mod tests {
 
     use super::*;
     use crate::generate::generate;
-    use crate::meridian::{Meridian, Spheroid, Surroundings};
+    use crate::meridian::{Meridian, Surroundings};
     use crate::point::Point;
+    use crate::spheroid::Spheroid;
 
     fn mesh(bodies: &[Spheroid], surroundings: Surroundings, growth: f64) -> MeridianMesh {
         let meridian = Meridian::new(bodies, surroundings).expect("valid bodies");

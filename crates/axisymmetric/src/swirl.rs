@@ -12,7 +12,7 @@ use crate::AxisymmetricError;
 use crate::curve::BoundaryPart;
 use crate::element::Lagrange;
 use crate::geometry_map::node_positions;
-use crate::meridian::Spheroid;
+use crate::spheroid::Spheroid;
 use crate::mesh::MeridianMesh;
 use crate::space::Space;
 use crate::stokes::element_matrices;
@@ -34,7 +34,7 @@ pub(crate) fn swirl(mesh: &MeridianMesh, order: usize) -> Result<System, Axisymm
         .map(|(part, entity)| match part {
             Some(BoundaryPart::Body(body)) => Dof::Body(body),
             Some(BoundaryPart::Wall | BoundaryPart::Axis) => Dof::Constrained,
-            None => {
+            Some(BoundaryPart::Open | BoundaryPart::Interface(_)) | None => {
                 group.push(entity);
                 Dof::Free(group.len() as u32 - 1)
             }
@@ -62,8 +62,11 @@ pub(crate) fn swirl(mesh: &MeridianMesh, order: usize) -> Result<System, Axisymm
             }
         })
         .collect();
+    let on_boundary = |nodes: Vec<u32>| nodes.iter().map(|&i| dofs[i as usize]).collect();
+    let traces = space.traces(mesh, &velocity).into_iter();
     Ok(System {
         elements,
+        traces: traces.map(|(part, nodes)| (part, on_boundary(nodes))).collect(),
         n_dofs: group.len(),
         shift: vec![0.0; group.len()],
         group: numbered_consecutively(group),
