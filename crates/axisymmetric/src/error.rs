@@ -1,5 +1,7 @@
 //! Errors of the crate.
 
+use crate::resistance::AxialResistance;
+
 /// Bodies whose flow cannot be computed, with the offending numbers and the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -26,11 +28,49 @@ pub enum AxisymmetricError {
         /// Radius of the ball or the cylinder.
         radius: f64,
     },
-    /// A requested relative error that is not between zero and one.
-    #[error("the tolerance {tolerance:e} must be between 0 and 1")]
+    /// A requested relative error that rounding prevents, or that is not below one.
+    #[error("the tolerance {tolerance:e} must be at least {limit:e} and less than 1")]
     InvalidTolerance {
         /// The requested relative error.
         tolerance: f64,
+        /// Smallest tolerance.
+        limit: f64,
+    },
+    /// Lengths that differ too much.
+    #[error(
+        "the largest length is {ratio:e} times the smallest semi-axis, more than the limit of \
+         {limit:e}; make bodies more alike, or move them and the wall closer together"
+    )]
+    SizesTooDifferent {
+        /// Distance between the ends of the bodies, or radius of the wall, over the smallest
+        /// semi-axis.
+        ratio: f64,
+        /// Largest ratio supported.
+        limit: f64,
+    },
+    /// Resistances that floating-point numbers do not represent.
+    #[error(
+        "a resistance of bodies with a semi-axis of {semi_axis:e} is not a normal floating-point \
+         number; use another unit of length"
+    )]
+    OutOfRange {
+        /// Smallest semi-axis of a body.
+        semi_axis: f64,
+    },
+    /// An estimated error above the tolerance at the highest order.
+    #[error(
+        "the resistance was requested to {tolerance:e}, but elements of the highest order {order} \
+         reach {reached:e}; use a larger tolerance, make gaps wider or bodies less slender"
+    )]
+    NotConverged {
+        /// The requested relative error.
+        tolerance: f64,
+        /// The estimated relative error.
+        reached: f64,
+        /// Polynomial degree of the velocities.
+        order: usize,
+        /// The most accurate resistance found.
+        best: Box<AxialResistance>,
     },
     /// Two neighbouring bodies that overlap, touch or nearly touch.
     #[error(

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod boundary_polygon;
+mod canonical;
 mod collar;
 mod curve;
 mod delaunay;
@@ -16,6 +17,7 @@ mod open_boundary;
 mod point;
 mod resistance;
 mod rule;
+mod solver;
 mod space;
 mod spheroid;
 mod stokes;
@@ -24,7 +26,8 @@ mod system;
 
 pub use error::AxisymmetricError;
 pub use meridian::Surroundings;
-pub use resistance::{AxialResistance, ResistanceSolver, axial_resistance, spin_resistance};
+pub use resistance::AxialResistance;
+pub use solver::{ResistanceSolver, axial_resistance, spin_resistance};
 pub use spheroid::Spheroid;
 
 pub use nalgebra;
