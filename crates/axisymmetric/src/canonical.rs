@@ -81,7 +81,9 @@ impl Canonical {
             body.centre = rounded(body.centre) + 0.0;
         }
         let numbers = |list: &[Spheroid]| -> Vec<[f64; 3]> {
-            list.iter().map(|b| [b.axial, b.equatorial, b.centre]).collect()
+            list.iter()
+                .map(|b| [b.axial, b.equatorial, b.centre])
+                .collect()
         };
         if numbers(&mirrored) < numbers(&sorted) {
             given.reverse();
@@ -102,7 +104,10 @@ impl Canonical {
             Surroundings::Ball { radius } => [1.0, radius],
             Surroundings::Cylinder { radius } => [2.0, radius],
         };
-        let bodies = self.bodies.iter().flat_map(|b| [b.centre, b.axial, b.equatorial]);
+        let bodies = self
+            .bodies
+            .iter()
+            .flat_map(|b| [b.centre, b.axial, b.equatorial]);
         wall.into_iter().chain(bodies).map(f64::to_bits).collect()
     }
 

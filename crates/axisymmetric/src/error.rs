@@ -131,12 +131,15 @@ pub enum AxisymmetricError {
         /// Polynomial degree.
         order: usize,
     },
-    /// A resistance or mobility matrix without an inverse.
+    /// A triangle whose interior degrees of freedom cannot be eliminated.
     #[error(
-        "the resistance matrix is singular to rounding; \
-         make the sizes of the bodies more alike or their gaps wider"
+        "triangle {triangle} of the meridian plane has a singular matrix; \
+         make gaps wider or bodies less slender"
     )]
-    SingularResistance,
+    SingularElement {
+        /// Index of the triangle.
+        triangle: usize,
+    },
     /// A factorisation or a solve that failed.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),

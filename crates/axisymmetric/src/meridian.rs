@@ -179,8 +179,9 @@ impl Meridian {
     pub fn without_collars(mut self) -> Self {
         self.outlines = (0..self.bodies.len())
             .map(|i| {
-                let mut outlines =
-                    (0..COLLARS).rev().map(|k| self.bodies[i].confocal_spheroid(collar_ratio(k)));
+                let mut outlines = (0..COLLARS)
+                    .rev()
+                    .map(|k| self.bodies[i].confocal_spheroid(collar_ratio(k)));
                 outlines.find(|outline| self.has_room_for(i, outline))
             })
             .collect();
@@ -355,7 +356,9 @@ fn relative_size(body: &Spheroid, x: &Point) -> f64 {
 fn outline_division(body: &Spheroid, outline: &Spheroid) -> Vec<f64> {
     let (body, outline) = (body.centred(), outline.centred());
     let size = |x: &Point| GROWTH * relative_size(&body, x);
-    outline.upper_half(BoundaryPart::Axis).divide(MIN_EDGES, size)
+    outline
+        .upper_half(BoundaryPart::Axis)
+        .divide(MIN_EDGES, size)
 }
 
 /// Radius of the smallest ball with this centre around bodies.

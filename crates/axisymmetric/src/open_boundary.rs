@@ -18,10 +18,10 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, Matrix2};
 
-use crate::mesh::MeridianMesh;
-use crate::meridian::OPEN;
-use crate::rule::{gauss, legendre, lobatto};
 use crate::curve::BoundaryPart;
+use crate::meridian::OPEN;
+use crate::mesh::MeridianMesh;
+use crate::rule::{gauss, legendre, lobatto};
 
 /// Dissipation outside the open boundary that is neglected, relative to the rest.
 const NEGLECTED: f64 = 1e-18;
@@ -125,15 +125,7 @@ struct TracePoint {
 
 impl Trace {
     fn new(mesh: &MeridianMesh, order: usize) -> Self {
-        // angles of the two ends of each edge, the left end first
-        let open = mesh.boundary.iter().flatten().filter(|b| b.part() == BoundaryPart::Open);
-        let mut edges: Vec<[f64; 2]> = open
-            .map(|edge| {
-                let [one, other] = edge.parameters.map(|t| PI * t);
-                [one.max(other), one.min(other)]
-            })
-            .collect();
-        edges.sort_by(|one, other| other[0].total_cmp(&one[0]));
+        let edges = open_edges(mesh);
         let nodes = lobatto(order);
         // exact for the basis and polynomials of the degree of the basis; the Legendre polynomials
         // that matter have lower degrees on an edge
@@ -154,11 +146,88 @@ impl Trace {
     }
 }
 
+/// Angles of the two ends of each edge of the open boundary, from left to right.
+fn open_edges(mesh: &MeridianMesh) -> Vec<[f64; 2]> {
+    let boundary = mesh.boundary.iter().flatten();
+    let mut edges: Vec<[f64; 2]> = boundary
+        .filter(|edge| edge.part() == BoundaryPart::Open)
+        .map(|edge| {
+            let [one, other] = edge.parameters.map(|t| PI * t);
+            [one.max(other), one.min(other)]
+        })
+        .collect();
+    edges.sort_by(|one, other| other[0].total_cmp(&one[0]));
+    edges
+}
+
 /// Lagrange polynomials of `nodes` at `x`.
 fn interpolation(nodes: &[f64], x: f64) -> Vec<f64> {
     let factor = |i: usize| {
         let others = nodes.iter().enumerate().filter(move |(j, _)| *j != i);
-        others.map(|(_, node)| (x - node) / (nodes[i] - node)).product()
+        others
+            .map(|(_, node)| (x - node) / (nodes[i] - node))
+            .product()
     };
     (0..nodes.len()).map(factor).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DVector;
+
+    use super::*;
+    use crate::generate::generate;
+    use crate::meridian::{GROWTH, Meridian, Surroundings};
+    use crate::spheroid::Spheroid;
+
+    /// A mesh around the unit sphere and the radius of its open boundary.
+    fn mesh() -> (MeridianMesh, f64) {
+        let sphere = [Spheroid::sphere(0.0, 1.0)];
+        let meridian = Meridian::new(&sphere, Surroundings::Unbounded).expect("a sphere");
+        let radius = meridian.open_radius().expect("unbounded");
+        (generate(&meridian, GROWTH).expect("a mesh"), radius)
+    }
+
+    /// Stokes' law; Kirchhoff's for the torque, of which the form omits twice the volume.
+    #[test]
+    fn a_sphere_of_fluid_that_moves_rigidly_has_the_drag_of_a_sphere() {
+        let (mesh, radius) = mesh();
+        for order in [3, 6] {
+            let flow = exterior_flow(&mesh, order, radius);
+            let n = flow.nrows() / 2;
+            let axial = DVector::from_fn(2 * n, |i, _| if i < n { 1.0 } else { 0.0 });
+            let drag = (&flow * &axial).dot(&axial);
+            assert!((drag / (6.0 * PI * radius) - 1.0).abs() < 1e-12, "{drag}");
+            let swirl = exterior_swirl(&mesh, order, radius);
+            let mut azimuthal = DVector::zeros(n);
+            let nodes = lobatto(order);
+            for (e, [left, right]) in open_edges(&mesh).into_iter().enumerate() {
+                for (k, s) in nodes.iter().enumerate() {
+                    azimuthal[e * order + k] = radius * (left + s * (right - left)).sin();
+                }
+            }
+            let torque = (&swirl * &azimuthal).dot(&azimuthal);
+            let exact = 16.0 / 3.0 * PI * radius.powi(3);
+            // the sine is interpolated by polynomials
+            let tolerance = 0.1_f64.powi(order as i32);
+            assert!(
+                (torque / exact - 1.0).abs() < tolerance,
+                "order {order}: {torque}"
+            );
+        }
+    }
+
+    /// Eigenvalues are those of the form for each degree: positive except for rounding.
+    #[test]
+    fn dissipation_outside_is_not_negative() {
+        let (mesh, radius) = mesh();
+        for matrix in [
+            exterior_flow(&mesh, 4, radius),
+            exterior_swirl(&mesh, 4, radius),
+        ] {
+            let largest = matrix.amax();
+            assert!((&matrix - matrix.transpose()).amax() < 1e-14 * largest);
+            assert!(matrix.symmetric_eigenvalues().min() > -1e-13 * largest);
+        }
+    }
 }

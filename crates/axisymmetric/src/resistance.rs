@@ -59,6 +59,8 @@ impl AxialResistance {
     }
 
     /// Number of velocity and pressure degrees of freedom of the last system.
+    ///
+    /// Those in the interior of triangles and in collars are eliminated before and not counted.
     pub fn dofs(&self) -> usize {
         self.dofs
     }

@@ -8,8 +8,10 @@ use crate::mesh::MeridianMesh;
 
 /// The space of continuous functions of one polynomial order on a mesh.
 pub(crate) struct Space {
-    /// Number of nodes. Vertices come first, then nodes inside edges, then inside triangles.
-    pub len: usize,
+    /// Number of nodes on vertices and edges.
+    ///
+    /// Vertices come first, then nodes inside edges, then inside triangles.
+    pub first_inside: usize,
     /// Global nodes of each triangle in the order of [`Lagrange::nodes`].
     pub nodes: Vec<Vec<u32>>,
 }
@@ -37,31 +39,27 @@ impl Space {
         });
         Self {
             nodes: nodes.collect(),
-            len: first_inside + inside * mesh.triangles.len(),
+            first_inside,
         }
     }
 
-    /// Index of the mesh entity that each node is in: vertices first, then edges, then triangles.
+    /// Index of the mesh entity that each node on a vertex or edge is in: vertices first.
     pub fn entities(&self, mesh: &MeridianMesh, element: &Lagrange) -> Vec<u32> {
         let (vertices, edges) = (mesh.points.len(), mesh.ends.len());
         (0..vertices)
             .chain(
                 (0..edges * element.n_edge_nodes()).map(|i| vertices + i / element.n_edge_nodes()),
             )
-            .chain(
-                (0..mesh.triangles.len() * element.n_inner_nodes())
-                    .map(|i| vertices + edges + i / element.n_inner_nodes()),
-            )
             .map(|entity| entity as u32)
             .collect()
     }
 
-    /// The boundary part that each node is on; `None` in the interior.
+    /// The boundary part that each node on a vertex or edge is on; `None` in the interior.
     ///
     /// A node on both the axis and a body or wall counts as on the body or wall. A boundary in the
     /// fluid counts as the interior.
     pub fn parts(&self, mesh: &MeridianMesh, element: &Lagrange) -> Vec<Option<BoundaryPart>> {
-        let mut parts: Vec<Option<BoundaryPart>> = vec![None; self.len];
+        let mut parts: Vec<Option<BoundaryPart>> = vec![None; self.first_inside];
         let on_edge = element.n_edge_nodes();
         for (edge, boundary) in mesh.boundary.iter().enumerate() {
             let Some(boundary) = boundary else { continue };
@@ -109,9 +107,9 @@ impl Space {
                 let forward = mesh.ends[edge][0] == left;
                 let first = mesh.points.len() + on_edge * edge;
                 nodes.push(left);
-                nodes.extend((0..on_edge).map(|m| {
-                    first + if forward { m } else { on_edge - 1 - m }
-                }));
+                nodes.extend(
+                    (0..on_edge).map(|m| first + if forward { m } else { on_edge - 1 - m }),
+                );
             }
             nodes.extend(edges.last().map(|&edge| left_end(edge)[1]));
             nodes.into_iter().map(|node| node as u32).collect()

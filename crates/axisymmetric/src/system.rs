@@ -200,6 +200,30 @@ impl Element {
     }
 }
 
+/// The Schur complement of a symmetric matrix after the elimination of the rows `inner`; `None` if
+/// their block is singular.
+///
+/// Rows keep their order.
+pub(crate) fn condensed(matrix: &DMatrix<f64>, inner: &[usize]) -> Option<DMatrix<f64>> {
+    let outer: Vec<usize> = (0..matrix.nrows())
+        .filter(|i| inner.binary_search(i).is_err())
+        .collect();
+    let block = |rows: &[usize], columns: &[usize]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
+            matrix[(rows[i], columns[j])]
+        })
+    };
+    let kept = block(&outer, &outer);
+    if inner.is_empty() {
+        return Some(kept);
+    }
+    let coupling = block(inner, &outer);
+    let solved = block(inner, inner).lu().solve(&coupling)?;
+    let condensed = kept - coupling.transpose() * solved;
+    // symmetric to rounding
+    Some(0.5 * (&condensed + condensed.transpose()))
+}
+
 /// Renumbers groups from zero in order of first appearance, without unused numbers.
 pub(crate) fn numbered_consecutively(group: Vec<u32>) -> Vec<u32> {
     let n_old = group.iter().max().map_or(0, |&g| g as usize + 1);

@@ -148,7 +148,10 @@ impl AxisymmetricModel {
         };
         let clock = Clock::now();
         let bodies = self.on_axis(configuration)?;
-        let axial = best_found(self.solver.axial(&bodies, self.surroundings, self.tolerance))?;
+        let axial = best_found(
+            self.solver
+                .axial(&bodies, self.surroundings, self.tolerance),
+        )?;
         let unsupported = match scene.first_spheroid() {
             Some(_) => "shape = \"spheroid\"".to_owned(),
             None => format!("domain.kind = \"{}\"", scene.domain().kind().word()),

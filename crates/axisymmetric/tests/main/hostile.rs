@@ -87,7 +87,10 @@ fn the_unit_of_length_does_not_matter() {
     for radius in [1e-320, 1e300] {
         let sphere = [Spheroid::sphere(0.0, radius)];
         let error = spin_resistance(&sphere, Surroundings::Unbounded, 1e-3).expect_err("range");
-        assert!(matches!(error, AxisymmetricError::OutOfRange { .. }), "{error}");
+        assert!(
+            matches!(error, AxisymmetricError::OutOfRange { .. }),
+            "{error}"
+        );
     }
 }
 
@@ -98,15 +101,24 @@ fn lengths_that_differ_by_many_orders_of_magnitude_are_refused() {
     };
     let small = Spheroid::sphere(0.0, 1.0);
     for error in [
-        error(&[small, Spheroid::sphere(1e8, 1.0)], Surroundings::Unbounded),
+        error(
+            &[small, Spheroid::sphere(1e8, 1.0)],
+            Surroundings::Unbounded,
+        ),
         error(&[small], Surroundings::Ball { radius: 1e300 }),
         error(&[small], Surroundings::Cylinder { radius: 1e7 }),
         error(
-            &[Spheroid { axial: 1e7, ..small }],
+            &[Spheroid {
+                axial: 1e7,
+                ..small
+            }],
             Surroundings::Unbounded,
         ),
     ] {
-        assert!(matches!(error, AxisymmetricError::SizesTooDifferent { .. }), "{error}");
+        assert!(
+            matches!(error, AxisymmetricError::SizesTooDifferent { .. }),
+            "{error}"
+        );
     }
 }
 
@@ -134,6 +146,9 @@ fn tolerances_below_rounding_errors_are_refused() {
     let sphere = [Spheroid::sphere(0.0, 1.0)];
     for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY, 1.0, 9e-12] {
         let error = axial_resistance(&sphere, Surroundings::Unbounded, tolerance);
-        assert!(matches!(error, Err(AxisymmetricError::InvalidTolerance { .. })));
+        assert!(matches!(
+            error,
+            Err(AxisymmetricError::InvalidTolerance { .. })
+        ));
     }
 }
