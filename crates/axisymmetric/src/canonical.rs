@@ -18,8 +18,8 @@ pub(crate) struct Canonical {
     unit: f64,
 }
 
-/// Distances are rounded to this fraction of the smallest gap, or of the smallest semi-axis if it is
-/// smaller.
+/// Distances are rounded to this fraction of the smallest gap, or of the smallest semi-axis if that
+/// is smaller.
 ///
 /// Rounding errors of a stroke's lengths, a few `1e-16` of the lengths, then seldom distinguish
 /// configurations. Resistances change by a relative `1e-13`.

@@ -36,6 +36,19 @@ pub enum AxisymmetricError {
         /// Smallest tolerance.
         limit: f64,
     },
+    /// A body that is too slender or too flat.
+    #[error(
+        "the semi-axes of body {body} differ by a factor of {aspect:e}, more than the limit of \
+         {limit}; make the body less slender"
+    )]
+    TooSlender {
+        /// Index of the body.
+        body: usize,
+        /// The longer semi-axis over the shorter one.
+        aspect: f64,
+        /// Largest ratio supported.
+        limit: f64,
+    },
     /// Lengths that differ too much.
     #[error(
         "the largest length is {ratio:e} times the smallest semi-axis, more than the limit of \

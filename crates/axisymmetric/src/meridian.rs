@@ -35,7 +35,7 @@ pub(crate) const GROWTH: f64 = 0.65;
 /// the error of order eight by 270, with a tenth more triangles.
 const NEAR: f64 = 0.6;
 
-/// Increase of [`GROWTH`]'s factor times the distance from the focus, per distance from the surface.
+/// Increase of an edge over [`GROWTH`] per distance from the surface of a body.
 const GRADING: f64 = 0.5;
 
 /// Radius of the ball beyond which unbounded fluid is not meshed, relative to the radius of the
@@ -47,6 +47,9 @@ pub(crate) const OPEN: f64 = 1.5;
 /// The number of elements along a gap grows with the inverse square root of its width, to about a
 /// hundred here.
 const MIN_GAP: f64 = 1e-4;
+
+/// Largest ratio of the semi-axes of a body; the number of triangles is 30 times the ratio.
+const MAX_ASPECT: f64 = 500.0;
 
 /// Largest length of the problem relative to the smallest semi-axis.
 const MAX_RATIO: f64 = 1e6;
@@ -174,8 +177,8 @@ impl Meridian {
     /// The same domain without the collars that its bodies have room for.
     ///
     /// A collar is confocal with its body and has one of a few sizes, so that it seldom changes
-    /// when bodies move. Its outline is at most as close to other bodies as to its own, and elements
-    /// on both sides of it have similar sizes.
+    /// when bodies move. Its outline is at most as close to other bodies as to its own, and
+    /// elements on both sides of it have similar sizes.
     pub fn without_collars(mut self) -> Self {
         self.outlines = (0..self.bodies.len())
             .map(|i| {
@@ -277,8 +280,9 @@ impl Meridian {
 
     /// Target edge length at a point.
     ///
-    /// It is `growth` times the distance to the nearest singularity of the continued flow, less near
-    /// a surface, and at most [`GAP`] times the width of the gap between the two nearest surfaces.
+    /// It is `growth` times the distance to the nearest singularity of the continued flow, less
+    /// near a surface, and at most [`GAP`] times the width of the gap between the two nearest
+    /// surfaces.
     pub fn size(&self, x: &Point, growth: f64) -> f64 {
         let mut size = match self.wall {
             Wall::Tube { radius, .. } => growth * radius,
@@ -334,6 +338,16 @@ fn check_sizes(bodies: &[Spheroid], surroundings: Surroundings) -> Result<(), Ax
         Surroundings::Ball { radius } => radius,
         Surroundings::Cylinder { radius } => radius.max(right - left),
     };
+    for (i, body) in bodies.iter().enumerate() {
+        let aspect = body.axial.max(body.equatorial) / body.axial.min(body.equatorial);
+        if aspect > MAX_ASPECT {
+            return Err(AxisymmetricError::TooSlender {
+                body: i,
+                aspect,
+                limit: MAX_ASPECT,
+            });
+        }
+    }
     let ratio = largest / smallest;
     if ratio <= MAX_RATIO {
         return Ok(());

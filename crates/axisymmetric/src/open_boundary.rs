@@ -26,6 +26,9 @@ use crate::rule::{gauss, legendre, lobatto};
 /// Dissipation outside the open boundary that is neglected, relative to the rest.
 const NEGLECTED: f64 = 1e-18;
 
+/// Quadrature points per edge beyond those that the polynomial degrees need.
+const EXTRA_POINTS: usize = 12;
+
 /// The matrix of the flow outside the sphere of radius `radius`, for motion along the axis.
 ///
 /// Degrees of freedom are axial velocities at all nodes of the open boundary from left to right,
@@ -127,9 +130,14 @@ impl Trace {
     fn new(mesh: &MeridianMesh, order: usize) -> Self {
         let edges = open_edges(mesh);
         let nodes = lobatto(order);
-        // exact for the basis and polynomials of the degree of the basis; the Legendre polynomials
-        // that matter have lower degrees on an edge
-        let line = gauss(2 * order + 2);
+        // On an edge, a polynomial of degree `l` in the cosine of an angle is smooth on the scale of
+        // `1 / l`: a few points more than half of `l` times half the angle give all digits.
+        let widest = edges
+            .iter()
+            .map(|[left, right]| left - right)
+            .fold(0.0, f64::max);
+        let turns = (0.5 * degrees() as f64 * widest).ceil() as usize;
+        let line = gauss((order + turns) / 2 + EXTRA_POINTS);
         let mut points = Vec::with_capacity(edges.len() * line.len());
         for (e, [left, right]) in edges.iter().enumerate() {
             points.extend(line.iter().map(|&(s, weight)| TracePoint {

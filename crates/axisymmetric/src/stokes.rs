@@ -23,8 +23,8 @@ const SHIFT: f64 = 1e-8;
 /// Assembles Stokes flow around bodies that move along the axis.
 ///
 /// Continuous velocities of degree `order` and pressures of degree `order - 1` (Taylor-Hood
-/// elements, stable in two dimensions for `order >= 2` on three or more triangles, Boffi 1994). Degrees
-/// of freedom in the interior of triangles are eliminated by static condensation.
+/// elements, stable in two dimensions for `order >= 2` on three or more triangles, Boffi 1994).
+/// Degrees of freedom in the interior of triangles are eliminated by static condensation.
 ///
 /// # Errors
 /// [`AxisymmetricError::InvertedTriangle`], [`AxisymmetricError::SingularElement`].
@@ -99,7 +99,8 @@ pub(crate) fn element_matrices(
         .collect()
 }
 
-/// The degrees of freedom of all nodes on vertices and edges: axial velocities, then radial velocities, then pressures.
+/// The degrees of freedom of all nodes on vertices and edges: axial velocities, then radial
+/// velocities, then pressures.
 struct Numbering {
     axial: Vec<Dof>,
     radial: Vec<Dof>,

@@ -6,12 +6,10 @@ use axisymmetric::{AxisymmetricError, ResistanceSolver, Spheroid, Surroundings};
 use axisymmetric::{axial_resistance, spin_resistance};
 use proptest::prelude::*;
 
-const HOSTILE: [f64; 18] = [
+const HOSTILE: [f64; 15] = [
     0.0,
     -0.0,
     -1.0,
-    1.0,
-    2.0,
     f64::NAN,
     f64::INFINITY,
     f64::NEG_INFINITY,
@@ -24,11 +22,14 @@ const HOSTILE: [f64; 18] = [
     f64::MIN_POSITIVE,
     1e9,
     1e-9,
-    3.0,
 ];
 
+/// Mostly sizes and positions that go together, so that one bad number meets good ones.
 fn number() -> impl Strategy<Value = f64> {
-    prop::sample::select(HOSTILE.to_vec())
+    prop_oneof![
+        4 => prop::sample::select(vec![0.5, 1.0, 2.0, 3.0, 7.0]),
+        1 => prop::sample::select(HOSTILE.to_vec()),
+    ]
 }
 
 fn surroundings() -> impl Strategy<Value = Surroundings> {
@@ -49,13 +50,13 @@ fn bodies() -> impl Strategy<Value = Vec<Spheroid>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
     fn hostile_numbers_are_refused_or_solved(
         bodies in bodies(),
         surroundings in surroundings(),
-        tolerance in prop_oneof![Just(1e-2), number()],
+        tolerance in prop_oneof![4 => Just(1e-2), 1 => number()],
     ) {
         let mut solver = ResistanceSolver::new();
         for found in [
@@ -107,16 +108,26 @@ fn lengths_that_differ_by_many_orders_of_magnitude_are_refused() {
         ),
         error(&[small], Surroundings::Ball { radius: 1e300 }),
         error(&[small], Surroundings::Cylinder { radius: 1e7 }),
-        error(
-            &[Spheroid {
-                axial: 1e7,
-                ..small
-            }],
-            Surroundings::Unbounded,
-        ),
     ] {
         assert!(
             matches!(error, AxisymmetricError::SizesTooDifferent { .. }),
+            "{error}"
+        );
+    }
+}
+
+/// A spheroid of aspect 1000 used to be meshed for ten seconds before it was refused.
+#[test]
+fn needles_and_discs_are_refused_at_once() {
+    for (axial, equatorial) in [(1000.0, 1.0), (1e-4, 1.0)] {
+        let body = Spheroid {
+            centre: 0.0,
+            axial,
+            equatorial,
+        };
+        let error = axial_resistance(&[body], Surroundings::Unbounded, 1e-2).expect_err("slender");
+        assert!(
+            matches!(error, AxisymmetricError::TooSlender { .. }),
             "{error}"
         );
     }

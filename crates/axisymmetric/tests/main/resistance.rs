@@ -185,12 +185,7 @@ fn errors_meet_the_tolerance_and_their_estimates() {
                 "{} to {tolerance:e}: error {error:e}, estimated {effectivity:.2} times this",
                 case.name
             );
-            assert!(
-                found.dofs() < 12_000,
-                "{}: {} dofs",
-                case.name,
-                found.dofs()
-            );
+            assert!(found.dofs() < 3_000, "{}: {} dofs", case.name, found.dofs());
         }
     }
 }
