@@ -50,7 +50,7 @@ fn bodies() -> impl Strategy<Value = Vec<Spheroid>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(ProptestConfig::with_cases(60))]
 
     #[test]
     fn hostile_numbers_are_refused_or_solved(
