@@ -17,6 +17,7 @@ mod open_boundary;
 mod point;
 mod resistance;
 mod rule;
+mod sizes;
 mod solver;
 mod space;
 mod spheroid;
