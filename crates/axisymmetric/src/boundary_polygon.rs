@@ -8,6 +8,9 @@ use crate::point::Point;
 /// Largest number of triangles; a meridian plane that needs more has gaps that are too narrow.
 const MAX_TRIANGLES: usize = 20_000;
 
+/// Smallest number of edges of a curve that is not straight.
+pub(crate) const MIN_EDGES: usize = 4;
+
 /// An edge of the boundary: the part of a curve between two parameters, one for each end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BoundaryEdge {
@@ -48,9 +51,9 @@ impl BoundaryPolygon {
         size: &impl Fn(&Point) -> f64,
     ) -> Result<Self, AxisymmetricError> {
         let (mut points, mut edges) = (Vec::new(), Vec::new());
-        for curve in meridian.boundary() {
-            let min_edges = if curve.is_curved() { 4 } else { 1 };
-            let parameters = curve.divide(min_edges, size);
+        for (curve, division) in meridian.boundary() {
+            let min_edges = if curve.is_curved() { MIN_EDGES } else { 1 };
+            let parameters = division.unwrap_or_else(|| curve.divide(min_edges, size));
             for pair in parameters.windows(2) {
                 points.push(curve.point(pair[0]));
                 edges.push(BoundaryEdge {
@@ -99,8 +102,8 @@ impl BoundaryPolygon {
         })
     }
 
-    /// Whether points `a` and `b` are joined by an edge of a body or the wall.
-    pub fn is_solid(&self, a: usize, b: usize) -> bool {
+    /// Whether points `a` and `b` are joined by an edge that is not on the axis.
+    pub fn is_off_axis(&self, a: usize, b: usize) -> bool {
         self.edge(a, b)
             .is_some_and(|edge| edge.part() != BoundaryPart::Axis)
     }
@@ -113,7 +116,8 @@ impl BoundaryPolygon {
         })
     }
 
-    /// Whether all corners of a triangle are on the same body; the triangle is then inside it.
+    /// Whether all corners of a triangle are on the same body or outline of a collar; the triangle
+    /// is then inside it.
     pub fn is_in_body(&self, corners: &[usize; 3]) -> bool {
         let n = self.points.len();
         // a pole belongs to a body and to the axis: to the curves that end and begin there
@@ -122,7 +126,7 @@ impl BoundaryPolygon {
             return false;
         }
         parts(corners[0]).iter().any(|part| {
-            matches!(part, BoundaryPart::Body(_))
+            matches!(part, BoundaryPart::Body(_) | BoundaryPart::Interface(_))
                 && corners.iter().all(|&v| parts(v).contains(part))
         })
     }

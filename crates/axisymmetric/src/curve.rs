@@ -27,12 +27,23 @@ pub(crate) enum Curve {
 /// Part of the boundary. The order of the variants matters: see [`crate::space::Space::parts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum BoundaryPart {
+    /// The outer boundary of a mesh that ends in the fluid.
+    Open,
+    /// The outline of the collar of the body with this index, inside which another mesh begins.
+    Interface(usize),
     /// The axis of symmetry.
     Axis,
     /// The container's wall.
     Wall,
     /// The body with this index in the caller's list.
     Body(usize),
+}
+
+impl BoundaryPart {
+    /// Whether the boundary is in the fluid, so that velocities on it are degrees of freedom.
+    pub fn is_in_fluid(self) -> bool {
+        matches!(self, Self::Open | Self::Interface(_))
+    }
 }
 
 /// Number of intervals at whose ends a curve is sampled.

@@ -80,6 +80,11 @@ impl Lagrange {
         self.order - 1
     }
 
+    /// Number of nodes on corners and edges, which are numbered first.
+    pub fn n_shared_nodes(&self) -> usize {
+        3 * self.order
+    }
+
     /// Number of nodes in the interior.
     pub fn n_inner_nodes(&self) -> usize {
         self.len() - 3 * self.order

@@ -1,5 +1,7 @@
 //! Errors of the crate.
 
+use crate::resistance::AxialResistance;
+
 /// Bodies whose flow cannot be computed, with the offending numbers and the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -26,11 +28,62 @@ pub enum AxisymmetricError {
         /// Radius of the ball or the cylinder.
         radius: f64,
     },
-    /// A requested relative error that is not between zero and one.
-    #[error("the tolerance {tolerance:e} must be between 0 and 1")]
+    /// A requested relative error that rounding prevents, or that is not below one.
+    #[error("the tolerance {tolerance:e} must be at least {limit:e} and less than 1")]
     InvalidTolerance {
         /// The requested relative error.
         tolerance: f64,
+        /// Smallest tolerance.
+        limit: f64,
+    },
+    /// A body that is too slender or too flat.
+    #[error(
+        "the semi-axes of body {body} differ by a factor of {aspect:e}, more than the limit of \
+         {limit}; make the body less slender"
+    )]
+    TooSlender {
+        /// Index of the body.
+        body: usize,
+        /// The longer semi-axis over the shorter one.
+        aspect: f64,
+        /// Largest ratio supported.
+        limit: f64,
+    },
+    /// Lengths that differ too much.
+    #[error(
+        "the largest length is {ratio:e} times the smallest semi-axis, more than the limit of \
+         {limit:e}; make bodies more alike, or move them and the wall closer together"
+    )]
+    SizesTooDifferent {
+        /// Distance between the ends of the bodies, or radius of the wall, over the smallest
+        /// semi-axis.
+        ratio: f64,
+        /// Largest ratio supported.
+        limit: f64,
+    },
+    /// Resistances that floating-point numbers do not represent.
+    #[error(
+        "a resistance of bodies with a semi-axis of {semi_axis:e} is not a normal floating-point \
+         number; use another unit of length"
+    )]
+    OutOfRange {
+        /// Smallest semi-axis of a body.
+        semi_axis: f64,
+    },
+    /// An estimated error above the tolerance at the highest order.
+    #[error(
+        "the resistance was requested to {tolerance:e}, but elements of the highest order {order} \
+         reach {reached:e}; use a larger tolerance, make gaps wider or bodies less slender"
+    )]
+    NotConverged {
+        /// The requested relative error.
+        tolerance: f64,
+        /// The estimated relative error.
+        reached: f64,
+        /// Polynomial degree of the velocities.
+        order: usize,
+        /// The most accurate resistance found.
+        best: Box<AxialResistance>,
     },
     /// Two neighbouring bodies that overlap, touch or nearly touch.
     #[error(
@@ -91,12 +144,15 @@ pub enum AxisymmetricError {
         /// Polynomial degree.
         order: usize,
     },
-    /// A resistance or mobility matrix without an inverse.
+    /// A triangle whose interior degrees of freedom cannot be eliminated.
     #[error(
-        "the resistance matrix is singular to rounding; \
-         make the sizes of the bodies more alike or their gaps wider"
+        "triangle {triangle} of the meridian plane has a singular matrix; \
+         make gaps wider or bodies less slender"
     )]
-    SingularResistance,
+    SingularElement {
+        /// Index of the triangle.
+        triangle: usize,
+    },
     /// A factorisation or a solve that failed.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),

@@ -51,8 +51,8 @@ fn attempt(meridian: &Meridian, growth: f64) -> Result<Option<MeridianMesh>, Axi
     // a triangle with two edges on one smooth curve would be flat at their common corner
     for t in 0..triangles.len() {
         let corners = triangles[t];
-        let solid = (0..3).filter(|&e| polygon.is_solid(corners[e], corners[(e + 1) % 3]));
-        if solid.count() < 2 {
+        let off_axis = (0..3).filter(|&e| polygon.is_off_axis(corners[e], corners[(e + 1) % 3]));
+        if off_axis.count() < 2 {
             continue;
         }
         let [a, b, c] = corners;

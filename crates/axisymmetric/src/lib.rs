@@ -2,6 +2,8 @@
 #![forbid(unsafe_code)]
 
 mod boundary_polygon;
+mod canonical;
+mod collar;
 mod curve;
 mod delaunay;
 mod element;
@@ -11,16 +13,22 @@ mod generate;
 mod geometry_map;
 mod meridian;
 mod mesh;
+mod open_boundary;
 mod point;
 mod resistance;
 mod rule;
+mod sizes;
+mod solver;
 mod space;
+mod spheroid;
 mod stokes;
 mod swirl;
 mod system;
 
 pub use error::AxisymmetricError;
-pub use meridian::{Spheroid, Surroundings};
-pub use resistance::{AxialResistance, axial_resistance, spin_resistance};
+pub use meridian::Surroundings;
+pub use resistance::AxialResistance;
+pub use solver::{ResistanceSolver, axial_resistance, spin_resistance};
+pub use spheroid::Spheroid;
 
 pub use nalgebra;

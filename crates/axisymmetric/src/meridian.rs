@@ -1,20 +1,11 @@
 //! The meridian domain: bodies, wall, distances to them and the target element size.
 
 use crate::AxisymmetricError;
+use crate::boundary_polygon::MIN_EDGES;
 use crate::curve::{BoundaryPart, Curve};
 use crate::point::Point;
-
-/// A spheroid whose axis of revolution is the axis of the flow; a sphere if the semi-axes are
-/// equal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spheroid {
-    /// Position of the centre on the axis.
-    pub centre: f64,
-    /// Semi-axis along the axis of the flow.
-    pub axial: f64,
-    /// Semi-axis perpendicular to it.
-    pub equatorial: f64,
-}
+use crate::sizes::check_sizes;
+use crate::spheroid::Spheroid;
 
 /// The container around the bodies, if any.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,10 +25,23 @@ pub enum Surroundings {
     },
 }
 
-/// Radius of the ball that replaces unbounded fluid, relative to half the length of the bodies.
+/// Edge length relative to the distance from the focus of the nearest body.
 ///
-/// After the first-order correction for this ball its relative error is of order `FAR^-3`.
-const FAR: f64 = 1000.0;
+/// Shorter edges need more degrees of freedom for the same error, longer ones a higher order.
+pub(crate) const GROWTH: f64 = 0.65;
+
+/// Factor on [`GROWTH`] at the surface of a body.
+///
+/// The flow varies most along surfaces. For three spheres this factor, with [`GRADING`], divides
+/// the error of order eight by 270, with a tenth more triangles.
+const NEAR: f64 = 0.6;
+
+/// Increase of an edge over [`GROWTH`] per distance from the surface of a body.
+const GRADING: f64 = 0.5;
+
+/// Radius of the ball beyond which unbounded fluid is not meshed, relative to the radius of the
+/// smallest ball around the bodies with the same centre.
+pub(crate) const OPEN: f64 = 1.5;
 
 /// Smallest gap supported, relative to a radius.
 ///
@@ -58,63 +62,21 @@ pub(crate) struct Meridian {
     bodies: Vec<Spheroid>,
     /// Index of each body in the caller's list.
     given: Vec<usize>,
+    /// Outer boundary of the collar of each body; `None` for a body whose surface is meshed.
+    outlines: Vec<Option<Spheroid>>,
     wall: Wall,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Wall {
+    /// No slip on a sphere.
     Ball { centre: f64, radius: f64 },
+    /// No slip on a cylinder and its plane ends.
     Tube { from: f64, to: f64, radius: f64 },
-}
-
-impl Spheroid {
-    /// The sphere with this centre and radius.
-    pub fn sphere(centre: f64, radius: f64) -> Self {
-        Self {
-            centre,
-            axial: radius,
-            equatorial: radius,
-        }
-    }
-
-    /// The confocal coordinate, half the sum of the distances to the foci, and its gradient.
-    fn confocal(&self, x: &Point) -> (f64, Point) {
-        let square = self.axial * self.axial - self.equatorial * self.equatorial;
-        let c = square.abs().sqrt();
-        let focus = if square > 0.0 {
-            Point::new(c, 0.0)
-        } else {
-            Point::new(0.0, c)
-        };
-        let centre = Point::new(self.centre, 0.0);
-        let [one, other] = [x - centre - focus, x - centre + focus];
-        let direction = |v: Point| v.try_normalize(0.0).unwrap_or_default();
-        (
-            0.5 * (one.norm() + other.norm()),
-            0.5 * (direction(one) + direction(other)),
-        )
-    }
-
-    /// Signed distance to the surface, accurate to first order near it; negative inside.
-    fn distance(&self, x: &Point) -> f64 {
-        let (coordinate, gradient) = self.confocal(x);
-        let outside = coordinate - self.axial.max(self.equatorial);
-        outside / gradient.norm().max(f64::MIN_POSITIVE)
-    }
-
-    /// Distance to the segment or disc between the foci.
-    ///
-    /// This set contains the singularities of the analytic continuation of the exterior flow.
-    fn focal_distance(&self, x: &Point) -> f64 {
-        let square = self.axial * self.axial - self.equatorial * self.equatorial;
-        let c = square.abs().sqrt();
-        let from_centre = Point::new(x.x - self.centre, x.y);
-        let (along, across) = match square > 0.0 {
-            true => (from_centre.x.abs(), from_centre.y),
-            false => (from_centre.y.abs(), from_centre.x),
-        };
-        (along - c).max(0.0).hypot(across)
-    }
+    /// A sphere in unbounded fluid.
+    Open { centre: f64, radius: f64 },
+    /// The outline of a collar.
+    Outline(Spheroid),
 }
 
 impl Meridian {
@@ -142,6 +104,7 @@ impl Meridian {
         {
             return Err(AxisymmetricError::InvalidWall { radius });
         }
+        check_sizes(bodies, surroundings)?;
         let mut given: Vec<usize> = (0..bodies.len()).collect();
         given.sort_by(|&i, &j| bodies[i].centre.total_cmp(&bodies[j].centre));
         let sorted: Vec<Spheroid> = given.iter().map(|&i| bodies[i]).collect();
@@ -158,11 +121,10 @@ impl Meridian {
         let from = sorted[0].centre - sorted[0].axial;
         let last = sorted[sorted.len() - 1];
         let to = last.centre + last.axial;
-        let largest_radius = bodies.iter().map(|b| b.equatorial).fold(0.0, f64::max);
         let wall = match surroundings {
-            Surroundings::Unbounded => Wall::Ball {
+            Surroundings::Unbounded => Wall::Open {
                 centre: 0.5 * (from + to),
-                radius: FAR * (0.5 * (to - from)).max(largest_radius),
+                radius: OPEN * enclosing_radius(&sorted, 0.5 * (from + to)),
             },
             Surroundings::Ball { radius } => Wall::Ball {
                 centre: 0.0,
@@ -175,6 +137,7 @@ impl Meridian {
             },
         };
         let meridian = Self {
+            outlines: vec![None; sorted.len()],
             bodies: sorted,
             given,
             wall,
@@ -196,48 +159,107 @@ impl Meridian {
         Ok(meridian)
     }
 
-    /// Half the length from the first body's left pole to the last one's right, and the largest
-    /// radius.
-    pub fn extent(&self) -> [f64; 2] {
-        let last = self.bodies[self.bodies.len() - 1];
-        let length = last.centre + last.axial - self.bodies[0].centre + self.bodies[0].axial;
-        let radii = self.bodies.iter().map(|body| body.equatorial);
-        [0.5 * length, radii.fold(0.0, f64::max)]
+    /// The domain between a body and the outline of its collar, both with their centre at zero.
+    pub fn of_collar(body: Spheroid, outline: Spheroid) -> Self {
+        Self {
+            bodies: vec![body.centred()],
+            given: vec![0],
+            outlines: vec![None],
+            wall: Wall::Outline(outline.centred()),
+        }
     }
 
-    /// Radius of the surrounding ball; `None` for a tube.
-    pub fn ball_radius(&self) -> Option<f64> {
+    /// The same domain without the collars that its bodies have room for.
+    ///
+    /// A collar is confocal with its body and has one of a few sizes, so that it seldom changes
+    /// when bodies move. Its outline is at most as close to other bodies as to its own, and
+    /// elements on both sides of it have similar sizes.
+    pub fn without_collars(mut self) -> Self {
+        self.outlines = (0..self.bodies.len())
+            .map(|i| {
+                let mut outlines = (0..COLLARS)
+                    .rev()
+                    .map(|k| self.bodies[i].confocal_spheroid(collar_ratio(k)));
+                outlines.find(|outline| self.has_room_for(i, outline))
+            })
+            .collect();
+        self
+    }
+
+    /// Whether a collar of body `i` may have this outline.
+    fn has_room_for(&self, i: usize, outline: &Spheroid) -> bool {
+        let body = &self.bodies[i];
+        let neighbours = [i.checked_sub(1), Some(i + 1)].into_iter().flatten();
+        let clear_of_neighbours = neighbours.filter_map(|j| self.bodies.get(j)).all(|other| {
+            let gap = (other.centre - body.centre).abs() - other.axial - body.axial;
+            outline.axial - body.axial <= COLLAR_SHARE * gap
+        });
+        clear_of_neighbours
+            && (outline.upper_half(BoundaryPart::Axis).samples()).all(|x| {
+                let size = GROWTH * relative_size(body, &x);
+                size <= COLLAR_SIZE * self.size(&x, GROWTH)
+                    && self.distance_to_wall(&x) >= COLLAR_CLEARANCE * size
+            })
+    }
+
+    /// Bodies with collars, from left to right: index in the caller's list, body and outline.
+    pub fn collars(&self) -> impl Iterator<Item = (usize, Spheroid, Spheroid)> + '_ {
+        (self.given.iter().zip(&self.bodies).zip(&self.outlines))
+            .filter_map(|((&given, &body), outline)| outline.map(|o| (given, body, o)))
+    }
+
+    /// Radius of the sphere in unbounded fluid where the mesh ends.
+    pub fn open_radius(&self) -> Option<f64> {
         match self.wall {
-            Wall::Ball { radius, .. } => Some(radius),
-            Wall::Tube { .. } => None,
+            Wall::Open { radius, .. } => Some(radius),
+            _ => None,
         }
     }
 
     /// The closed boundary of the meridian domain, with the domain on its left.
-    pub fn boundary(&self) -> Vec<Curve> {
+    ///
+    /// Beside a curve are the parameters at which it is divided into edges, if they are given.
+    pub fn boundary(&self) -> Vec<(Curve, Option<Vec<f64>>)> {
         let (from, to) = match self.wall {
-            Wall::Ball { centre, radius } => (centre - radius, centre + radius),
+            Wall::Ball { centre, radius } | Wall::Open { centre, radius } => {
+                (centre - radius, centre + radius)
+            }
             Wall::Tube { from, to, .. } => (from, to),
+            Wall::Outline(outline) => (-outline.axial, outline.axial),
         };
         let on_axis = |x: f64| Point::new(x, 0.0);
-        let line = |from, to, part| Curve::Line { from, to, part };
+        let line = |from, to, part| (Curve::Line { from, to, part }, None);
         let mut curves = Vec::new();
         let mut at = on_axis(from);
-        for (body, number) in self.bodies.iter().zip(&self.given) {
-            let left = on_axis(body.centre - body.axial);
+        for ((body, &number), outline) in self.bodies.iter().zip(&self.given).zip(&self.outlines) {
+            let (shape, curve) = match outline {
+                Some(outline) => {
+                    let curve = outline.upper_half(BoundaryPart::Interface(number));
+                    (outline, (curve, Some(outline_division(body, outline))))
+                }
+                None => (body, (body.upper_half(BoundaryPart::Body(number)), None)),
+            };
+            let left = on_axis(shape.centre - shape.axial);
             curves.push(line(at, left, BoundaryPart::Axis));
-            curves.push(body.upper_half(BoundaryPart::Body(*number)));
-            at = on_axis(body.centre + body.axial);
+            curves.push(curve);
+            at = on_axis(shape.centre + shape.axial);
         }
         curves.push(line(at, on_axis(to), BoundaryPart::Axis));
         match self.wall {
-            Wall::Ball { centre, radius } => curves.push(Curve::HalfEllipse {
-                centre,
-                axial: radius,
-                equatorial: radius,
-                leftward: true,
-                part: BoundaryPart::Wall,
-            }),
+            Wall::Ball { centre, radius } => {
+                let ball = Spheroid::sphere(centre, radius);
+                curves.push((ball.upper_half_leftward(BoundaryPart::Wall), None));
+            }
+            Wall::Open { centre, radius } => {
+                let ball = Spheroid::sphere(centre, radius);
+                curves.push((ball.upper_half_leftward(BoundaryPart::Open), None));
+            }
+            Wall::Outline(outline) => {
+                let division = outline_division(&self.bodies[0], &outline);
+                let reversed = division.into_iter().rev().map(|t| 1.0 - t).collect();
+                let curve = outline.upper_half_leftward(BoundaryPart::Open);
+                curves.push((curve, Some(reversed)));
+            }
             Wall::Tube { from, to, radius } => {
                 let corners = [(to, 0.0), (to, radius), (from, radius), (from, 0.0)];
                 let corners = corners.map(|(x, y)| Point::new(x, y));
@@ -253,17 +275,22 @@ impl Meridian {
 
     /// Target edge length at a point.
     ///
-    /// It is `growth` times the distance to the nearest singularity of the continued flow, and at
-    /// most [`GAP`] times the width of the gap between the two nearest surfaces.
+    /// It is `growth` times the distance to the nearest singularity of the continued flow, less
+    /// near a surface, and at most [`GAP`] times the width of the gap between the two nearest
+    /// surfaces.
     pub fn size(&self, x: &Point, growth: f64) -> f64 {
         let mut size = match self.wall {
-            Wall::Ball { .. } => f64::INFINITY,
             Wall::Tube { radius, .. } => growth * radius,
+            _ => f64::INFINITY,
         };
-        let mut nearest = [self.distance_to_wall(x).max(0.0), f64::INFINITY];
+        let to_wall = match self.wall {
+            Wall::Ball { .. } | Wall::Tube { .. } => self.distance_to_wall(x).max(0.0),
+            Wall::Open { .. } | Wall::Outline(_) => f64::INFINITY,
+        };
+        let mut nearest = [to_wall, f64::INFINITY];
         nearest.sort_by(f64::total_cmp);
         for body in &self.bodies {
-            size = size.min(growth * body.focal_distance(x));
+            size = size.min(growth * relative_size(body, x));
             let distance = body.distance(x).max(0.0);
             if distance < nearest[0] {
                 nearest = [distance, nearest[0]];
@@ -278,29 +305,63 @@ impl Meridian {
     pub fn contains(&self, x: &Point) -> bool {
         x.y > 0.0
             && self.distance_to_wall(x) > 0.0
-            && self.bodies.iter().all(|body| body.distance(x) > 0.0)
+            && (self.bodies.iter().zip(&self.outlines))
+                .all(|(body, outline)| outline.as_ref().unwrap_or(body).distance(x) > 0.0)
     }
 
     fn distance_to_wall(&self, x: &Point) -> f64 {
         match self.wall {
-            Wall::Ball { centre, radius } => radius - (x.x - centre).hypot(x.y),
+            Wall::Ball { centre, radius } | Wall::Open { centre, radius } => {
+                radius - (x.x - centre).hypot(x.y)
+            }
             Wall::Tube { from, to, radius } => (radius - x.y).min(x.x - from).min(to - x.x),
+            Wall::Outline(outline) => -outline.distance(x),
         }
     }
 }
+
+/// Target edge length around a body alone, relative to [`GROWTH`].
+fn relative_size(body: &Spheroid, x: &Point) -> f64 {
+    let focal = body.focal_distance(x);
+    focal.min(NEAR * focal + GRADING * body.distance(x).max(0.0))
+}
+
+/// Parameters at which the outline of a body's collar is divided into edges.
+///
+/// They are the same on both sides of the outline.
+fn outline_division(body: &Spheroid, outline: &Spheroid) -> Vec<f64> {
+    let (body, outline) = (body.centred(), outline.centred());
+    let size = |x: &Point| GROWTH * relative_size(&body, x);
+    outline
+        .upper_half(BoundaryPart::Axis)
+        .divide(MIN_EDGES, size)
+}
+
+/// Radius of the smallest ball with this centre around bodies.
+fn enclosing_radius(bodies: &[Spheroid], centre: f64) -> f64 {
+    let surface = |body: &Spheroid| body.upper_half(BoundaryPart::Axis);
+    (bodies.iter())
+        .flat_map(|body| surface(body).samples().collect::<Vec<_>>())
+        .map(|x| (x.x - centre).hypot(x.y))
+        .fold(0.0, f64::max)
+}
+
+/// Number of sizes of collars.
+const COLLARS: i32 = 4;
+
+/// Larger semi-axis of a collar relative to that of its body; `k` is below [`COLLARS`].
+fn collar_ratio(k: i32) -> f64 {
+    1.5 * 1.5_f64.powi(k)
+}
+
+/// Largest width of a collar relative to the gap to the next body.
+const COLLAR_SHARE: f64 = 0.32;
+
+/// Largest ratio of the element sizes inside and outside the outline of a collar.
+const COLLAR_SIZE: f64 = 1.25;
+
+/// Smallest distance of a collar from the wall relative to the size of its elements.
+const COLLAR_CLEARANCE: f64 = 0.5;
 
 /// Largest element size in a gap, relative to its width.
 const GAP: f64 = 0.75;
-
-impl Spheroid {
-    /// The boundary curve from the left pole to the right one.
-    fn upper_half(&self, part: BoundaryPart) -> Curve {
-        Curve::HalfEllipse {
-            centre: self.centre,
-            axial: self.axial,
-            equatorial: self.equatorial,
-            leftward: false,
-            part,
-        }
-    }
-}

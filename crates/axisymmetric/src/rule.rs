@@ -28,7 +28,7 @@ pub(crate) fn triangle_rule(n: usize) -> Vec<RulePoint> {
 }
 
 /// Gauss-Legendre points and weights on [0, 1].
-fn gauss(n: usize) -> Vec<(f64, f64)> {
+pub(crate) fn gauss(n: usize) -> Vec<(f64, f64)> {
     (0..n)
         .map(|i| {
             let guess = -((i as f64 + 0.75) / (n as f64 + 0.5) * PI).cos();
@@ -75,7 +75,7 @@ fn newton(guess: f64, step: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// The Legendre polynomial of degree `n` and its first two derivatives at `x` in (-1, 1).
-fn legendre(n: usize, x: f64) -> [f64; 3] {
+pub(crate) fn legendre(n: usize, x: f64) -> [f64; 3] {
     let (mut previous, mut p) = (0.0, 1.0);
     for k in 0..n {
         let next = ((2 * k + 1) as f64 * x * p - k as f64 * previous) / (k + 1) as f64;

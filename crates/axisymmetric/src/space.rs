@@ -1,13 +1,17 @@
 //! Global node numbers of a continuous finite-element space.
 
+use std::collections::BTreeMap;
+
 use crate::curve::BoundaryPart;
 use crate::element::Lagrange;
 use crate::mesh::MeridianMesh;
 
 /// The space of continuous functions of one polynomial order on a mesh.
 pub(crate) struct Space {
-    /// Number of nodes. Vertices come first, then nodes inside edges, then inside triangles.
-    pub len: usize,
+    /// Number of nodes on vertices and edges.
+    ///
+    /// Vertices come first, then nodes inside edges, then inside triangles.
+    pub first_inside: usize,
     /// Global nodes of each triangle in the order of [`Lagrange::nodes`].
     pub nodes: Vec<Vec<u32>>,
 }
@@ -35,33 +39,33 @@ impl Space {
         });
         Self {
             nodes: nodes.collect(),
-            len: first_inside + inside * mesh.triangles.len(),
+            first_inside,
         }
     }
 
-    /// Index of the mesh entity that each node is in: vertices first, then edges, then triangles.
+    /// Index of the mesh entity that each node on a vertex or edge is in: vertices first.
     pub fn entities(&self, mesh: &MeridianMesh, element: &Lagrange) -> Vec<u32> {
         let (vertices, edges) = (mesh.points.len(), mesh.ends.len());
         (0..vertices)
             .chain(
                 (0..edges * element.n_edge_nodes()).map(|i| vertices + i / element.n_edge_nodes()),
             )
-            .chain(
-                (0..mesh.triangles.len() * element.n_inner_nodes())
-                    .map(|i| vertices + edges + i / element.n_inner_nodes()),
-            )
             .map(|entity| entity as u32)
             .collect()
     }
 
-    /// The boundary part that each node is on; `None` in the interior.
+    /// The boundary part that each node on a vertex or edge is on; `None` in the interior.
     ///
-    /// A node on both the axis and a body or wall counts as on the body or wall.
+    /// A node on both the axis and a body or wall counts as on the body or wall. A boundary in the
+    /// fluid counts as the interior.
     pub fn parts(&self, mesh: &MeridianMesh, element: &Lagrange) -> Vec<Option<BoundaryPart>> {
-        let mut parts: Vec<Option<BoundaryPart>> = vec![None; self.len];
+        let mut parts: Vec<Option<BoundaryPart>> = vec![None; self.first_inside];
         let on_edge = element.n_edge_nodes();
         for (edge, boundary) in mesh.boundary.iter().enumerate() {
             let Some(boundary) = boundary else { continue };
+            if boundary.part().is_in_fluid() {
+                continue;
+            }
             let inner = (0..on_edge).map(|m| mesh.points.len() + on_edge * edge + m);
             for node in mesh.ends[edge].into_iter().chain(inner) {
                 // in the order of parts the axis comes first
@@ -69,5 +73,50 @@ impl Space {
             }
         }
         parts
+    }
+
+    /// The nodes on each boundary in the fluid, from left to right.
+    pub fn traces(
+        &self,
+        mesh: &MeridianMesh,
+        element: &Lagrange,
+    ) -> BTreeMap<BoundaryPart, Vec<u32>> {
+        let on_edge = element.n_edge_nodes();
+        let mut edges: BTreeMap<BoundaryPart, Vec<usize>> = BTreeMap::new();
+        for (edge, boundary) in mesh.boundary.iter().enumerate() {
+            if let Some(part) = boundary.map(|b| b.part()).filter(|part| part.is_in_fluid()) {
+                edges.entry(part).or_default().push(edge);
+            }
+        }
+        // positions along the axis increase along every such boundary
+        let left_end = |edge: usize| {
+            let [a, b] = mesh.ends[edge];
+            match mesh.points[a].x < mesh.points[b].x {
+                true => [a, b],
+                false => [b, a],
+            }
+        };
+        let trace = |mut edges: Vec<usize>| {
+            edges.sort_by(|&one, &other| {
+                let x = |edge: usize| mesh.points[left_end(edge)[0]].x;
+                x(one).total_cmp(&x(other))
+            });
+            let mut nodes = Vec::with_capacity(edges.len() * (on_edge + 1) + 1);
+            for &edge in &edges {
+                let [left, _] = left_end(edge);
+                let forward = mesh.ends[edge][0] == left;
+                let first = mesh.points.len() + on_edge * edge;
+                nodes.push(left);
+                nodes.extend(
+                    (0..on_edge).map(|m| first + if forward { m } else { on_edge - 1 - m }),
+                );
+            }
+            nodes.extend(edges.last().map(|&edge| left_end(edge)[1]));
+            nodes.into_iter().map(|node| node as u32).collect()
+        };
+        edges
+            .into_iter()
+            .map(|(part, edges)| (part, trace(edges)))
+            .collect()
     }
 }

@@ -1,5 +1,7 @@
 //! The linear system of Stokes flow without swirl for one element order.
 
+use std::collections::BTreeMap;
+
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -11,7 +13,7 @@ use crate::geometry_map::{map_points, node_positions};
 use crate::mesh::MeridianMesh;
 use crate::rule::triangle_rule;
 use crate::space::Space;
-use crate::system::{Dof, Element, System, numbered_consecutively};
+use crate::system::{Dof, Element, System, condensed, numbered_consecutively};
 
 /// Multiple of the pressure mass subtracted from the factorised matrix.
 ///
@@ -22,9 +24,10 @@ const SHIFT: f64 = 1e-8;
 ///
 /// Continuous velocities of degree `order` and pressures of degree `order - 1` (Taylor-Hood
 /// elements, stable in two dimensions for `order >= 2` on three or more triangles, Boffi 1994).
+/// Degrees of freedom in the interior of triangles are eliminated by static condensation.
 ///
 /// # Errors
-/// [`AxisymmetricError::InvertedTriangle`].
+/// [`AxisymmetricError::InvertedTriangle`], [`AxisymmetricError::SingularElement`].
 pub(crate) fn stokes(mesh: &MeridianMesh, order: usize) -> Result<System, AxisymmetricError> {
     let (velocity, pressure) = (Lagrange::new(order)?, Lagrange::new(order - 1)?);
     let spaces = [Space::new(mesh, &velocity), Space::new(mesh, &pressure)];
@@ -32,22 +35,33 @@ pub(crate) fn stokes(mesh: &MeridianMesh, order: usize) -> Result<System, Axisym
     let matrices = element_matrices(mesh, &velocity, &pressure)?;
     let mut shift = vec![0.0; numbering.n_dofs];
     for (t, matrices) in matrices.iter().enumerate() {
-        for (&node, mass) in spaces[1].nodes[t].iter().zip(&matrices.pressure_mass) {
+        let shared = &spaces[1].nodes[t][..pressure.n_shared_nodes()];
+        for (&node, mass) in shared.iter().zip(&matrices.pressure_mass) {
             shift[numbering.first_pressure + node as usize] += SHIFT * mass;
         }
     }
-    let elements = matrices
-        .into_iter()
-        .enumerate()
-        .map(|(t, matrices)| Element {
-            dofs: numbering.dofs(&spaces[0].nodes[t], &spaces[1].nodes[t]),
-            matrix: saddle_point_matrix(&matrices),
-        })
+    let shared = [&velocity, &pressure].map(Lagrange::n_shared_nodes);
+    // local degrees of freedom in the interior of the triangle, in the order of the matrix
+    let (n, m) = (velocity.len(), pressure.len());
+    let inner: Vec<usize> = (shared[0]..n)
+        .chain(n + shared[0]..2 * n)
+        .chain(2 * n + shared[1]..2 * n + m)
         .collect();
+    let elements = (matrices.into_par_iter().enumerate())
+        .map(|(t, matrices)| {
+            let nodes = [0, 1].map(|k| &spaces[k].nodes[t][..shared[k]]);
+            let matrix = condensed(&saddle_point_matrix(&matrices), &inner);
+            Ok(Element {
+                dofs: numbering.dofs(nodes[0], nodes[1]),
+                matrix: matrix.ok_or(AxisymmetricError::SingularElement { triangle: t })?,
+            })
+        })
+        .collect::<Result<_, AxisymmetricError>>()?;
     Ok(System {
         elements,
         n_dofs: numbering.n_dofs,
         shift,
+        traces: numbering.traces(mesh, &spaces, [&velocity, &pressure]),
         group: numbering.group,
     })
 }
@@ -85,7 +99,8 @@ pub(crate) fn element_matrices(
         .collect()
 }
 
-/// The degrees of freedom of all nodes: axial velocities, then radial velocities, then pressures.
+/// The degrees of freedom of all nodes on vertices and edges: axial velocities, then radial
+/// velocities, then pressures.
 struct Numbering {
     axial: Vec<Dof>,
     radial: Vec<Dof>,
@@ -103,30 +118,47 @@ impl Numbering {
             group.push(entities[space][node]);
             Dof::Free(group.len() as u32 - 1)
         };
-        let axial = (0..spaces[0].len)
+        let axial = (0..spaces[0].first_inside)
             .map(|node| match parts[node] {
                 Some(BoundaryPart::Body(body)) => Dof::Body(body),
                 Some(BoundaryPart::Wall) => Dof::Constrained,
-                Some(BoundaryPart::Axis) | None => number(node, 0),
+                Some(BoundaryPart::Axis | BoundaryPart::Open | BoundaryPart::Interface(_))
+                | None => number(node, 0),
             })
             .collect();
-        let radial = (0..spaces[0].len)
+        let radial = (0..spaces[0].first_inside)
             .map(|node| match parts[node] {
                 Some(_) => Dof::Constrained,
                 None => number(node, 0),
             })
             .collect();
-        for node in 0..spaces[1].len {
+        for node in 0..spaces[1].first_inside {
             number(node, 1);
         }
         let n_dofs = group.len();
         Self {
             axial,
             radial,
-            first_pressure: n_dofs - spaces[1].len,
+            first_pressure: n_dofs - spaces[1].first_inside,
             n_dofs,
             group: numbered_consecutively(group),
         }
+    }
+
+    /// Degrees of freedom on boundaries in the fluid, in the order of [`Self::dofs`].
+    fn traces(
+        &self,
+        mesh: &MeridianMesh,
+        spaces: &[Space; 2],
+        elements: [&Lagrange; 2],
+    ) -> BTreeMap<BoundaryPart, Vec<Dof>> {
+        let [velocities, mut pressures] = [0, 1].map(|k| spaces[k].traces(mesh, elements[k]));
+        (velocities.into_iter())
+            .map(|(part, nodes)| {
+                let pressures = pressures.remove(&part).unwrap_or_default();
+                (part, self.dofs(&nodes, &pressures))
+            })
+            .collect()
     }
 
     /// Degrees of freedom of an element with these nodes, in the order of its matrix.
@@ -165,8 +197,9 @@ mod tests {
 
     use super::*;
     use crate::generate::generate;
-    use crate::meridian::{Meridian, Spheroid, Surroundings};
+    use crate::meridian::{Meridian, Surroundings};
     use crate::point::Point;
+    use crate::spheroid::Spheroid;
 
     fn mesh(bodies: &[Spheroid], surroundings: Surroundings, growth: f64) -> MeridianMesh {
         let meridian = Meridian::new(bodies, surroundings).expect("valid bodies");
@@ -195,9 +228,11 @@ mod tests {
                     .nodes
                     .iter()
                     .map(|l| flow(&(corners[0] * l[0] + corners[1] * l[1] + corners[2] * l[2]))[2]);
-                let values: Vec<f64> = (positions.iter().map(|x| flow(x)[0]))
-                    .chain(positions.iter().map(|x| flow(x)[1]))
-                    .chain(pressures)
+                // what is in the interior is eliminated
+                let [n, m] = [&velocity, &pressure].map(Lagrange::n_shared_nodes);
+                let values: Vec<f64> = (positions.iter().take(n).map(|x| flow(x)[0]))
+                    .chain(positions.iter().take(n).map(|x| flow(x)[1]))
+                    .chain(pressures.take(m))
                     .collect();
                 for (local, dof) in element.dofs.iter().enumerate() {
                     let Dof::Free(row) = *dof else { continue };

@@ -12,16 +12,16 @@ use crate::AxisymmetricError;
 use crate::curve::BoundaryPart;
 use crate::element::Lagrange;
 use crate::geometry_map::node_positions;
-use crate::meridian::Spheroid;
 use crate::mesh::MeridianMesh;
 use crate::space::Space;
+use crate::spheroid::Spheroid;
 use crate::stokes::element_matrices;
-use crate::system::{Dof, Element, System, numbered_consecutively};
+use crate::system::{Dof, Element, System, condensed, numbered_consecutively};
 
 /// Assembles the azimuthal flow around rotating bodies with velocities of degree `order`.
 ///
 /// # Errors
-/// [`AxisymmetricError::InvertedTriangle`].
+/// [`AxisymmetricError::InvertedTriangle`], [`AxisymmetricError::SingularElement`].
 pub(crate) fn swirl(mesh: &MeridianMesh, order: usize) -> Result<System, AxisymmetricError> {
     let (velocity, pressure) = (Lagrange::new(order)?, Lagrange::new(order - 1)?);
     let space = Space::new(mesh, &velocity);
@@ -34,17 +34,20 @@ pub(crate) fn swirl(mesh: &MeridianMesh, order: usize) -> Result<System, Axisymm
         .map(|(part, entity)| match part {
             Some(BoundaryPart::Body(body)) => Dof::Body(body),
             Some(BoundaryPart::Wall | BoundaryPart::Axis) => Dof::Constrained,
-            None => {
+            Some(BoundaryPart::Open | BoundaryPart::Interface(_)) | None => {
                 group.push(entity);
                 Dof::Free(group.len() as u32 - 1)
             }
         })
         .collect();
+    let shared = velocity.n_shared_nodes();
+    let inner: Vec<usize> = (shared..velocity.len()).collect();
     let elements = element_matrices(mesh, &velocity, &pressure)?
         .into_iter()
         .enumerate()
         .map(|(t, matrices)| {
-            let dofs: Vec<Dof> = space.nodes[t].iter().map(|&i| dofs[i as usize]).collect();
+            let nodes = &space.nodes[t][..shared];
+            let dofs: Vec<Dof> = nodes.iter().map(|&i| dofs[i as usize]).collect();
             let positions = node_positions(mesh, t, &velocity);
             // a body's degree of freedom is its angular velocity
             let factors: Vec<f64> = (dofs.iter().zip(&positions))
@@ -53,17 +56,23 @@ pub(crate) fn swirl(mesh: &MeridianMesh, order: usize) -> Result<System, Axisymm
                     Dof::Free(_) | Dof::Constrained => 1.0,
                 })
                 .collect();
-            let n = dofs.len();
-            Element {
-                matrix: DMatrix::from_fn(n, n, |i, j| {
-                    factors[i] * matrices.radial[(i, j)] * factors[j]
+            let matrix = condensed(&matrices.radial, &inner)
+                .ok_or(AxisymmetricError::SingularElement { triangle: t })?;
+            Ok(Element {
+                matrix: DMatrix::from_fn(shared, shared, |i, j| {
+                    factors[i] * matrix[(i, j)] * factors[j]
                 }),
                 dofs,
-            }
+            })
         })
-        .collect();
+        .collect::<Result<_, AxisymmetricError>>()?;
+    let on_boundary = |nodes: Vec<u32>| nodes.iter().map(|&i| dofs[i as usize]).collect();
+    let traces = space.traces(mesh, &velocity).into_iter();
     Ok(System {
         elements,
+        traces: traces
+            .map(|(part, nodes)| (part, on_boundary(nodes)))
+            .collect(),
         n_dofs: group.len(),
         shift: vec![0.0; group.len()],
         group: numbered_consecutively(group),

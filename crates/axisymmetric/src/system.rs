@@ -1,10 +1,13 @@
 //! A linear system assembled from elements whose nodes on bodies move rigidly, and the forces that
 //! the bodies exert.
 
+use std::collections::BTreeMap;
+
 use linalg::{Csr, ShiftedLdlt};
 use nalgebra::DMatrix;
 
 use crate::AxisymmetricError;
+use crate::curve::BoundaryPart;
 
 /// Element matrices and their degrees of freedom.
 pub(crate) struct System {
@@ -15,6 +18,10 @@ pub(crate) struct System {
     pub shift: Vec<f64>,
     /// Index of the mesh entity (vertex, edge or triangle) of each degree of freedom.
     pub group: Vec<u32>,
+    /// Degrees of freedom on each boundary in the fluid.
+    ///
+    /// One component after the other, each with all nodes from left to right.
+    pub traces: BTreeMap<BoundaryPart, Vec<Dof>>,
 }
 
 /// A resistance matrix with the size and the accuracy of its linear system.
@@ -43,6 +50,11 @@ pub(crate) enum Dof {
 }
 
 impl System {
+    /// Degrees of freedom on a boundary in the fluid; empty if the mesh has none of this kind.
+    pub fn trace(&self, part: BoundaryPart) -> &[Dof] {
+        self.traces.get(&part).map_or(&[], Vec::as_slice)
+    }
+
     /// Forces that the bodies exert on the fluid, one column for each body moving at unit speed.
     ///
     /// A force is the residual of the momentum equation summed over a body's nodes (the consistent
@@ -75,6 +87,45 @@ impl System {
             n_dofs: self.n_dofs,
             residual: largest_residual,
         })
+    }
+
+    /// The matrix of the degrees of freedom on the boundary `part` and of the body, after static
+    /// condensation: all other degrees of freedom are eliminated.
+    ///
+    /// Its last row belongs to the body. Rows of constrained degrees of freedom are zero.
+    ///
+    /// # Errors
+    /// Those of [`System::resistance`].
+    pub fn condensed(&self, part: BoundaryPart) -> Result<DMatrix<f64>, AxisymmetricError> {
+        let kept = self.trace(part);
+        // what remains is prescribed like the velocities of bodies, and its forces are wanted
+        let mut roles: Vec<Option<Dof>> = vec![None; self.n_dofs];
+        for (row, dof) in kept.iter().enumerate() {
+            if let Dof::Free(i) = *dof {
+                roles[i as usize] = Some(Dof::Body(row));
+            }
+        }
+        let interior: Vec<usize> = (0..self.n_dofs).filter(|&i| roles[i].is_none()).collect();
+        for (new, &i) in interior.iter().enumerate() {
+            roles[i] = Some(Dof::Free(new as u32));
+        }
+        let role = |dof: &Dof| match *dof {
+            Dof::Free(i) => roles[i as usize].unwrap_or(Dof::Constrained),
+            Dof::Constrained => Dof::Constrained,
+            Dof::Body(_) => Dof::Body(kept.len()),
+        };
+        let elements = self.elements.iter().map(|element| Element {
+            dofs: element.dofs.iter().map(role).collect(),
+            matrix: element.matrix.clone(),
+        });
+        let inner = Self {
+            elements: elements.collect(),
+            n_dofs: interior.len(),
+            shift: interior.iter().map(|&i| self.shift[i]).collect(),
+            group: numbered_consecutively(interior.iter().map(|&i| self.group[i]).collect()),
+            traces: BTreeMap::new(),
+        };
+        Ok(inner.resistance(kept.len() + 1)?.resistance)
     }
 
     /// The assembled matrix of the free degrees of freedom.
@@ -147,6 +198,30 @@ impl Element {
             add(on, sum);
         }
     }
+}
+
+/// The Schur complement of a symmetric matrix after the elimination of the rows `inner`; `None` if
+/// their block is singular.
+///
+/// Rows keep their order.
+pub(crate) fn condensed(matrix: &DMatrix<f64>, inner: &[usize]) -> Option<DMatrix<f64>> {
+    let outer: Vec<usize> = (0..matrix.nrows())
+        .filter(|i| inner.binary_search(i).is_err())
+        .collect();
+    let block = |rows: &[usize], columns: &[usize]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
+            matrix[(rows[i], columns[j])]
+        })
+    };
+    let kept = block(&outer, &outer);
+    if inner.is_empty() {
+        return Some(kept);
+    }
+    let coupling = block(inner, &outer);
+    let solved = block(inner, inner).lu().solve(&coupling)?;
+    let condensed = kept - coupling.transpose() * solved;
+    // symmetric to rounding
+    Some(0.5 * (&condensed + condensed.transpose()))
 }
 
 /// Renumbers groups from zero in order of first appearance, without unused numbers.

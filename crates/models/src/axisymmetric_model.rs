@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::time::Instant as Clock;
 
-use axisymmetric::{AxialResistance, Spheroid, Surroundings, axial_resistance, spin_resistance};
+use axisymmetric::{AxialResistance, AxisymmetricError, ResistanceSolver, Spheroid, Surroundings};
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use rigid::Twist;
@@ -34,10 +34,17 @@ pub struct AxisymmetricModel {
     has_torque: bool,
     /// Requested relative error of resistances.
     tolerance: f64,
+    /// Keeps what successive configurations have in common.
+    ///
+    /// Its results do not depend on earlier ones, so they are no part of the history.
+    solver: ResistanceSolver,
 }
 
 /// Distance from the axis, in smallest radii, that counts as rounding error along a stroke.
 const OFF_AXIS: f64 = 1e-6;
+
+/// Smallest tolerance of [`ResistanceSolver`].
+const MIN_TOLERANCE: f64 = 1e-11;
 
 /// Relative uncertainty of the estimated error of a velocity.
 ///
@@ -47,9 +54,6 @@ const UNCERTAINTY: f64 = 0.5;
 
 /// Relative error of resistances that the lowest order of the elements reaches.
 const LOWEST_ACCURACY: f64 = 1e-4;
-
-/// Relative error of resistances below which rounding errors dominate.
-const HIGHEST_ACCURACY: f64 = 1e-11;
 
 impl AxisymmetricModel {
     /// Creates the model of a scene.
@@ -119,7 +123,8 @@ impl AxisymmetricModel {
             axis,
             // The net displacement is a small difference of the displacements of the legs, which
             // amplifies relative errors: by 8 for the three-sphere swimmer.
-            tolerance: (0.05 * scene.model().tolerance).clamp(HIGHEST_ACCURACY, LOWEST_ACCURACY),
+            tolerance: (0.05 * scene.model().tolerance).clamp(MIN_TOLERANCE, LOWEST_ACCURACY),
+            solver: ResistanceSolver::new(),
             scaled,
         })
     }
@@ -128,7 +133,7 @@ impl AxisymmetricModel {
     #[must_use]
     pub fn with_accuracy(self, relative_error: f64) -> Self {
         Self {
-            tolerance: relative_error.clamp(HIGHEST_ACCURACY, LOWEST_ACCURACY),
+            tolerance: relative_error.clamp(MIN_TOLERANCE, LOWEST_ACCURACY),
             ..self
         }
     }
@@ -154,10 +159,10 @@ impl AxisymmetricModel {
             lengths,
         };
         let clock = Clock::now();
-        let axial = axial_resistance(
-            &self.on_axis(configuration)?,
-            self.surroundings,
-            self.tolerance,
+        let bodies = self.on_axis(configuration)?;
+        let axial = best_found(
+            self.solver
+                .axial(&bodies, self.surroundings, self.tolerance),
         )?;
         let unsupported = match scene.first_spheroid() {
             Some(_) => "shape = \"spheroid\"".to_owned(),
@@ -277,12 +282,7 @@ impl AxisymmetricModel {
         let power =
             |bodies: &[BodySolution]| -> f64 { bodies.iter().map(BodySolution::power).sum() };
         let power_error = factor.max(spin_factor) * (power(&lower_bodies) - power(&bodies));
-        let relative_truncation = match self.surroundings {
-            Surroundings::Unbounded => Some(axial.truncation_error()),
-            _ => None,
-        };
         let error = velocities.iter().fold(0.0_f64, |m, e| m.max(e.norm()));
-        let fastest = bodies.iter().fold(0.0_f64, |m, b| m.max(b.velocity.norm()));
         let total = clock.elapsed().as_secs_f64();
         let link_forces = solved.link_forces(set, &constraints, loads, scale)?;
         Ok(InstantaneousSolution {
@@ -303,12 +303,10 @@ impl AxisymmetricModel {
             },
             error_estimate: ErrorEstimate {
                 mesh: Some(error.hypot(UNCERTAINTY * error)),
-                container: relative_truncation.map(|relative| relative * fastest),
                 ..ErrorEstimate::default()
             },
             power_error: ErrorEstimate {
                 mesh: Some(power_error_bar(power_error)),
-                container: relative_truncation.map(|relative| relative * power(&bodies).abs()),
                 ..ErrorEstimate::default()
             },
             mesh_error: Some(MeshError {
@@ -354,12 +352,15 @@ impl Hydrodynamics for AxisymmetricModel {
         }
         let mut clock = Clock::now();
         let tolerance = (query.accuracy).map_or(self.tolerance, |accuracy| {
-            self.tolerance.min(SHARE * accuracy)
+            self.tolerance.min(SHARE * accuracy).max(MIN_TOLERANCE)
         });
         let bodies = self.on_axis(query.configuration)?;
-        let axial = axial_resistance(&bodies, self.surroundings, tolerance)?;
+        let axial = best_found(self.solver.axial(&bodies, self.surroundings, tolerance))?;
         let spin = match self.has_torque {
-            true => Some(spin_resistance(&bodies, self.surroundings, tolerance)?),
+            true => {
+                let spin = self.solver.spin(&bodies, self.surroundings, tolerance);
+                Some(best_found(spin)?)
+            }
             false => None,
         };
         (query.rates.iter())
@@ -401,5 +402,18 @@ impl Hydrodynamics for AxisymmetricModel {
             seconds: solution.seconds.total,
             mib: MIB_PER_DOF * solution.dofs.total as f64,
         })
+    }
+}
+
+/// The resistance found, even if its error is above the tolerance.
+///
+/// The error bars of the solution are those of the resistance. Whether they are small enough for
+/// the stroke is decided by whoever integrates it.
+fn best_found(
+    result: Result<AxialResistance, AxisymmetricError>,
+) -> Result<AxialResistance, AxisymmetricError> {
+    match result {
+        Err(AxisymmetricError::NotConverged { best, .. }) => Ok(*best),
+        result => result,
     }
 }

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use axisymmetric::{AxialResistance, Spheroid, Surroundings, axial_resistance, spin_resistance};
+use axisymmetric::{AxialResistance, ResistanceSolver, Spheroid, Surroundings};
+use axisymmetric::{axial_resistance, spin_resistance};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
@@ -176,10 +177,7 @@ fn errors_meet_the_tolerance_and_their_estimates() {
         for tolerance in [1e-3, 1e-6] {
             let found =
                 axial_resistance(&case.bodies, case.surroundings, tolerance).expect(case.name);
-            let (error, estimate) = (
-                relative_error(&found, &exact),
-                found.relative_error() + found.truncation_error(),
-            );
+            let (error, estimate) = (relative_error(&found, &exact), found.relative_error());
             assert!(error < 2.0 * tolerance, "{}: error {error:e}", case.name);
             let effectivity = estimate / error;
             assert!(
@@ -187,12 +185,7 @@ fn errors_meet_the_tolerance_and_their_estimates() {
                 "{} to {tolerance:e}: error {error:e}, estimated {effectivity:.2} times this",
                 case.name
             );
-            assert!(
-                found.dofs() < 12_000,
-                "{}: {} dofs",
-                case.name,
-                found.dofs()
-            );
+            assert!(found.dofs() < 3_000, "{}: {} dofs", case.name, found.dofs());
         }
     }
 }
@@ -215,10 +208,7 @@ fn torques_of_rotating_bodies_match_exact_values() {
     ] {
         let exact = symmetric(exact, bodies.len());
         let found = spin_resistance(bodies, surroundings, 1e-6).expect("solvable");
-        let (error, estimate) = (
-            relative_error(&found, &exact),
-            found.relative_error() + found.truncation_error(),
-        );
+        let (error, estimate) = (relative_error(&found, &exact), found.relative_error());
         assert!(error < 1e-6, "error {error:e}");
         // the error may be smaller than estimated: that of pure swirl falls faster with the order
         assert!(
@@ -291,6 +281,60 @@ fn result_is_the_same_bits_for_any_number_of_threads() {
         pool.install(solve).expect("solvable")
     });
     assert_eq!(one, three);
+}
+
+/// Neither collars nor results that are kept change a bit, whatever was computed before.
+#[test]
+fn results_do_not_depend_on_earlier_ones() {
+    let swimmer = |left: f64, right: f64| [-left, 0.0, right].map(|z| sphere(z, 1.0));
+    let mut solver = ResistanceSolver::new();
+    for surroundings in [UNBOUNDED, ball(40.0)] {
+        for bodies in [swimmer(10.0, 7.0), swimmer(6.0, 10.0), swimmer(2.5, 4.0)] {
+            let found = solver.axial(&bodies, surroundings, 1e-5);
+            assert_eq!(found, axial_resistance(&bodies, surroundings, 1e-5));
+            let spin = solver.spin(&bodies, surroundings, 1e-5);
+            assert_eq!(spin, spin_resistance(&bodies, surroundings, 1e-5));
+        }
+    }
+}
+
+/// Rotated by half a turn and shifted, bodies have the same resistance in all bits.
+#[test]
+fn mirror_images_have_the_same_resistance() {
+    let bodies = [sphere(-10.0, 1.0), sphere(0.0, 1.5), sphere(6.25, 0.5)];
+    let image = [0, 1, 2].map(|i| sphere(3.0 - bodies[i].centre, bodies[i].axial));
+    let [one, other] = [&bodies, &image].map(|bodies| {
+        let found = axial_resistance(bodies, UNBOUNDED, 1e-4);
+        found.expect("solvable").matrix().clone()
+    });
+    assert_eq!(one, other);
+}
+
+/// The answers to close shapes differ as little as those of a smooth function, though their meshes
+/// may differ: an integrator must not find noise above its tolerance.
+#[test]
+fn resistances_are_smooth_functions_of_the_shape() {
+    let tolerance = 1e-6;
+    let mut solver = ResistanceSolver::new();
+    let mut entry = |arm: f64| {
+        let bodies = [-arm, 0.0, 10.0].map(|z| sphere(z, 1.0));
+        let found = solver
+            .axial(&bodies, UNBOUNDED, tolerance)
+            .expect("solvable");
+        found.matrix()[(0, 1)] / found.matrix()[(0, 0)]
+    };
+    // the fourth difference of 1 / arm is 24 h^4 / arm^5
+    let h = 0.1;
+    for k in 0..8 {
+        let at = |j: usize| 6.0 + h * (5 * k + j) as f64;
+        let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|j| entry(at(j)));
+        let difference = a - 4.0 * b + 6.0 * c - 4.0 * d + e;
+        let smooth = 24.0 * h.powi(4) / at(0).powi(5);
+        assert!(
+            difference.abs() < 2.0 * smooth + tolerance,
+            "{difference:e} {smooth:e}"
+        );
+    }
 }
 
 /// One to three spheroids with aspect ratios 1/3 to 3 and gaps from 0.02 to 3, centred at the

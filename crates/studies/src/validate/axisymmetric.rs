@@ -132,7 +132,6 @@ fn resistance(
     let exact = symmetric(exact, bodies.len());
     let (i, j) = (found.matrix() - &exact).icamax_full();
     let error = found.error_factor() * (found.lower_order()[(i, j)] - found.matrix()[(i, j)]);
-    let far = found.truncation_error() * found.matrix()[(i, i)];
     Ok(Row::scaled(
         group,
         format!("axisymmetric, {name}"),
@@ -141,10 +140,7 @@ fn resistance(
         (TOLERANCE, Basis::Promised),
         cost,
     )
-    .with(Some(Estimated {
-        bar: error.abs() + far,
-        ..Estimated::signed(error)
-    })))
+    .with(Some(Estimated::signed(error))))
 }
 
 #[cfg(test)]
