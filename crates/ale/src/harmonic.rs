@@ -30,10 +30,10 @@ impl MeshMotion for Harmonic {
         true
     }
 
-    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError> {
+    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<usize, AleError> {
         let condition = DirichletCondition::new(moving.prescribed);
         if condition.n_free() == 0 {
-            return Ok(());
+            return Ok(0);
         }
         let coefficients = self.0.coefficients(moving.mesh);
         let stiffness = moving
@@ -43,7 +43,7 @@ impl MeshMotion for Harmonic {
         let mut multigrid = Multigrid::new(&operator, &MultigridParams::default())?;
         let apply = |field: &[Vec3]| scalar_product(&stiffness, field);
         let params = krylov(300);
-        extend(
+        let iterations = extend(
             &condition,
             &apply,
             &operator,
@@ -51,6 +51,6 @@ impl MeshMotion for Harmonic {
             &params,
             fields,
         )?;
-        Ok(())
+        Ok(iterations)
     }
 }
