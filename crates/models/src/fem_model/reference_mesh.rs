@@ -149,31 +149,30 @@ impl ReferenceMesh {
     }
 }
 
-/// The methods for `fem.mesh_motion = "auto"`, in the order in which they are tried.
-const AUTOMATIC: [MeshMotionKind; 3] = [
-    MeshMotionKind::Biharmonic,
-    MeshMotionKind::KanchiMasud,
-    MeshMotionKind::Rbf,
-];
-
 /// The mesh motions of a scene, in the order in which they are tried.
 ///
-/// Meshes that can be generated again need one method only.
+/// Meshes that can be generated again need one method only. The mesh of a file is tried with others
+/// in the order of their cost (`docs/ale-files.md`): the harmonic motion keeps the curved cells of
+/// coarse meshes better, cubic functions follow bodies towards a wall, linear ones into gaps.
 pub fn mesh_motions(kind: MeshMotionKind, is_from_file: bool) -> Vec<Box<dyn MeshMotion>> {
-    match kind {
-        MeshMotionKind::Auto if is_from_file => AUTOMATIC.map(mesh_motion).into(),
-        one => vec![mesh_motion(one)],
+    let mut motions = vec![mesh_motion(kind)];
+    if kind == MeshMotionKind::Auto && is_from_file {
+        motions.extend([
+            Box::new(Harmonic(Stiffening::KanchiMasud)) as Box<dyn MeshMotion>,
+            Box::new(Rbf(Kernel::Cubic)),
+            Box::new(Rbf(Kernel::Linear)),
+        ]);
     }
+    motions
 }
 
 fn mesh_motion(kind: MeshMotionKind) -> Box<dyn MeshMotion> {
     match kind {
-        MeshMotionKind::Auto => mesh_motion(AUTOMATIC[0]),
+        MeshMotionKind::Auto | MeshMotionKind::Biharmonic => Box::new(Biharmonic),
         MeshMotionKind::Laplace => Box::new(Harmonic(Stiffening::None)),
         MeshMotionKind::KanchiMasud => Box::new(Harmonic(Stiffening::KanchiMasud)),
         MeshMotionKind::InverseVolume => Box::new(Harmonic(Stiffening::InverseVolume)),
         MeshMotionKind::Elastic => Box::new(Elastic::default()),
-        MeshMotionKind::Biharmonic => Box::new(Biharmonic),
         MeshMotionKind::Rbf => Box::new(Rbf(Kernel::Cubic)),
     }
 }
