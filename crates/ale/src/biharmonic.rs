@@ -111,11 +111,11 @@ impl MeshMotion for Biharmonic {
         true
     }
 
-    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError> {
+    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<usize, AleError> {
         moving.check(fields)?;
         let condition = DirichletCondition::new(moving.prescribed);
         if condition.n_free() == 0 {
-            return Ok(());
+            return Ok(0);
         }
         let stiffness = moving.space.vertex_stiffness(moving.mesh)?;
         let mass = lumped_mass(moving.mesh);
@@ -136,14 +136,15 @@ impl MeshMotion for Biharmonic {
         };
         let params = krylov(3000).with_rel_tol(TOLERANCE);
         let apply = |field: &[Vec3]| operator.image(field);
-        extend(
+        let iterations = extend(
             &condition,
             &apply,
             &operator,
             &mut preconditioner,
             &params,
             fields,
-        )
+        )?;
+        Ok(iterations)
     }
 }
 

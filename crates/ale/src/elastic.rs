@@ -54,7 +54,7 @@ impl MeshMotion for Elastic {
         false
     }
 
-    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError> {
+    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<usize, AleError> {
         if !(0.0..0.5).contains(&self.poisson) {
             return Err(AleError::Parameter {
                 name: "Poisson's ratio",
@@ -65,7 +65,7 @@ impl MeshMotion for Elastic {
         moving.check(fields)?;
         let condition = DirichletCondition::new(moving.prescribed);
         if condition.n_free() == 0 {
-            return Ok(());
+            return Ok(0);
         }
         let coefficients = Stiffening::InverseVolume.coefficients(moving.mesh);
         let lame = 2.0 * self.poisson / (1.0 - 2.0 * self.poisson);
@@ -90,13 +90,14 @@ impl MeshMotion for Elastic {
         };
         let operator = FreeBlock(condition.restrict_matrix(&elastic, 3)?);
         let params = krylov(1000);
-        extend(
+        let iterations = extend(
             &condition,
             &apply,
             &operator,
             &mut multigrid,
             &params,
             fields,
-        )
+        )?;
+        Ok(iterations)
     }
 }

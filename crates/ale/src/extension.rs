@@ -20,6 +20,7 @@ const ROWS_PER_TASK: usize = 512;
 /// Solves `A d = 0` at the free vertices, with the prescribed values of each field.
 ///
 /// `apply` is the product with `A` over all vertices, `operator` its block of the free vertices.
+/// Returns the number of iterations of all solves.
 pub(crate) fn extend(
     condition: &DirichletCondition,
     apply: &dyn Fn(&[Vec3]) -> Vec<Vec3>,
@@ -27,16 +28,17 @@ pub(crate) fn extend(
     preconditioner: &mut dyn Preconditioner,
     params: &KrylovParams,
     fields: &mut [Vec<Vec3>],
-) -> Result<(), AleError> {
+) -> Result<usize, AleError> {
+    let mut iterations = 0;
     for field in fields {
         condition.lift(field)?;
         let mut rhs = condition.restrict(&apply(field))?;
         rhs.iter_mut().for_each(|value| *value = -*value);
         let mut solution = vec![0.0; rhs.len()];
-        cg(operator, preconditioner, &rhs, &mut solution, params)?;
+        iterations += cg(operator, preconditioner, &rhs, &mut solution, params)?.iterations;
         condition.expand(&solution, field)?;
     }
-    Ok(())
+    Ok(iterations)
 }
 
 /// Parameters of the solver with a limit on the number of iterations.

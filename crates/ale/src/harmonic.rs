@@ -30,11 +30,11 @@ impl MeshMotion for Harmonic {
         true
     }
 
-    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError> {
+    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<usize, AleError> {
         moving.check(fields)?;
         let condition = DirichletCondition::new(moving.prescribed);
         if condition.n_free() == 0 {
-            return Ok(());
+            return Ok(0);
         }
         let coefficients = self.0.coefficients(moving.mesh);
         let stiffness = moving
@@ -44,13 +44,14 @@ impl MeshMotion for Harmonic {
         let mut multigrid = Multigrid::new(&operator, &MultigridParams::default())?;
         let apply = |field: &[Vec3]| scalar_product(&stiffness, field);
         let params = krylov(300);
-        extend(
+        let iterations = extend(
             &condition,
             &apply,
             &operator,
             &mut multigrid,
             &params,
             fields,
-        )
+        )?;
+        Ok(iterations)
     }
 }

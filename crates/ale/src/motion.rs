@@ -63,9 +63,11 @@ pub trait MeshMotion: Send + Sync {
 
     /// Extends each field from the prescribed vertices to all others, whose values are overwritten.
     ///
-    /// Shapes: one vector per vertex.
+    /// Shapes: one vector per vertex. Returns the number of iterations of all solves, zero for
+    /// direct methods.
     ///
     /// # Errors
-    /// Fields of the wrong length or not finite, a parameter out of range, a solver that fails, or a problem too large for the method.
-    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError>;
+    /// Fields of the wrong length or not finite, a parameter out of range, a solver that fails, or a
+    /// problem too large for the method.
+    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<usize, AleError>;
 }

@@ -56,7 +56,7 @@ impl MeshMotion for Rbf {
         true
     }
 
-    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<(), AleError> {
+    fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<usize, AleError> {
         moving.check(fields)?;
         // Coordinates scaled to order one, so that polynomial and kernel rows have similar
         // magnitude.
@@ -111,6 +111,6 @@ impl MeshMotion for Rbf {
                 }
             });
         }
-        Ok(())
+        Ok(0)
     }
 }

@@ -30,6 +30,7 @@ use crate::{AleError, MeshMotion, MovingBody, MovingMesh};
 #[derive(Clone, Debug)]
 pub struct ReferenceMap {
     mesh: TetMesh,
+    iterations: usize,
     /// Per body: the field of its translation and, if it rotates, those of the columns of `Q - I`.
     influences: Vec<Vec<Influence>>,
 }
@@ -97,7 +98,7 @@ impl ReferenceMap {
             space: &TaylorHood::new(&mesh)?,
             prescribed: &prescribed,
         };
-        motion.extend(&moving, &mut fields)?;
+        let iterations = motion.extend(&moving, &mut fields)?;
         let mut influences = vec![Vec::new(); bodies.len()];
         for (k, (body, condition)) in conditions.iter().enumerate() {
             let nodes = on_body[*body].as_slice();
@@ -115,12 +116,21 @@ impl ReferenceMap {
                 Influence::Matrix(at_all_nodes(&mesh, share.collect(), Matrix3::zeros(), &all))
             });
         }
-        Ok(Self { mesh, influences })
+        Ok(Self {
+            mesh,
+            iterations,
+            influences,
+        })
     }
 
     /// The reference mesh.
     pub fn reference(&self) -> &TetMesh {
         &self.mesh
+    }
+
+    /// Number of iterations that the extensions took, zero for direct methods.
+    pub fn iterations(&self) -> usize {
+        self.iterations
     }
 
     /// The mesh after body `i` has moved by `motions[i]` from the reference mesh.

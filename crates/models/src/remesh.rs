@@ -1,9 +1,11 @@
-//! Reasons for generating new meshes, and their record.
+//! Reasons for new meshes and for other ways to move a mesh, and their record.
 
 use serde::{Deserialize, Serialize};
 
-/// Why a new mesh was generated for a configuration, instead of moving an existing one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Why the mesh of a configuration was not obtained by moving an existing one as before.
+///
+/// A new mesh was generated; the mesh of a file was moved by another method.
+#[derive(Clone, Debug, PartialEq)]
 pub enum Remesh {
     /// There was no mesh before.
     First,
@@ -17,6 +19,13 @@ pub enum Remesh {
     Gap(f64),
     /// A body was too close to an end of the meshed part of a cylinder: their distance in radii.
     End(f64),
+    /// The mesh of a file was moved by another method than before.
+    Motion {
+        /// Name of the method, a value of `fem.mesh_motion`.
+        name: &'static str,
+        /// The methods before, each with the reason why its mesh was too poor.
+        tried: String,
+    },
 }
 
 impl std::fmt::Display for Remesh {
@@ -34,17 +43,20 @@ impl std::fmt::Display for Remesh {
                 f,
                 "the meshed part of the cylinder ends {distance:.2} radii from a body"
             ),
+            Self::Motion { name, tried } => {
+                write!(f, "mesh of the file moved by {name} ({tried})")
+            }
         }
     }
 }
 
-/// A mesh that was generated during a run.
+/// A mesh that was generated during a run, or a change of the method that moves the mesh of a file.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct NewMesh {
-    /// Time of the configuration that it was generated for.
+    /// Time of the configuration that it was needed for.
     pub time: f64,
     /// Number of the phase, counted from one over all cycles.
     pub phase: usize,
-    /// Why it was generated.
+    /// Why it was needed.
     pub reason: String,
 }

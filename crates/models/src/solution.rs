@@ -38,7 +38,8 @@ pub struct InstantaneousSolution {
     pub mesh_error: Option<MeshError>,
     /// Comparison with independent computations, if estimates were requested.
     pub checks: Option<Checks>,
-    /// Why a new mesh was generated for this solution; `None` if a mesh was moved or not needed.
+    /// Why this solution has a new mesh, or one moved by another method than before; `None` if a
+    /// mesh was moved as before or not needed.
     pub remeshed: Option<Remesh>,
 }
 

@@ -165,10 +165,13 @@ pub enum SolverKind {
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum MeshMotionKind {
+    /// The biharmonic equation; the mesh of a file, which cannot be remeshed, is also moved by other
+    /// methods where the cells become too poor.
+    #[default]
+    Auto,
     /// Laplace's equation.
     Laplace,
     /// Diffusion with the coefficient of Kanchi & Masud.
-    #[default]
     KanchiMasud,
     /// Diffusion with the reciprocal of the element volume as coefficient.
     InverseVolume,

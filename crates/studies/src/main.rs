@@ -61,6 +61,10 @@ enum Task {
         /// A coarse mesh and two cycles: half a minute on two cores.
         #[arg(long)]
         quick: bool,
+        /// Folder with Gmsh files of three spheres on the x axis: only these are studied, and only
+        /// `ale-files.md` is written.
+        #[arg(long)]
+        files: Option<PathBuf>,
         /// Folder for `ale.md`, `ale.csv`, charts and pictures [default: docs, or ale for --quick].
         #[arg(long)]
         out: Option<PathBuf>,
@@ -168,9 +172,12 @@ fn main() -> Result<()> {
             let out = output_folder(out, quick, "accuracy");
             accuracy::run(quick, only.as_deref(), &out).map(drop)
         }
-        Task::Ale { quick, out } => {
+        Task::Ale { quick, files, out } => {
             let out = output_folder(out, quick, "ale");
-            ale::run(quick, &out)
+            match files {
+                Some(files) => ale::run_files(&files, &out),
+                None => ale::run(quick, &out),
+            }
         }
         Task::Models { quick, out } => {
             let out = output_folder(out, quick, "models");

@@ -113,7 +113,7 @@ pub fn continue_from(
         let first = outcome.solves;
         let meshes = &mut outcome.meshes;
         let result = integrator.leg(&leg, &state, &mut |leg_solution, model| {
-            if let Some(reason) = leg_solution.solution.remeshed {
+            if let Some(reason) = &leg_solution.solution.remeshed {
                 meshes.push(NewMesh {
                     time: leg.time(leg_solution.s),
                     phase: leg.number + 1,

@@ -290,12 +290,11 @@ impl MeshGenerator {
     /// Generates a mesh with the bodies at `centres`.
     ///
     /// # Errors
-    /// Bodies around which no mesh can be generated; [`ModelError::MeshFileExhausted`] for the mesh
-    /// of a file.
+    /// Bodies around which no mesh can be generated; [`ModelError::NoMesh`] for the mesh of a file.
     pub fn generate(&self, centres: &[Vector3<f64>]) -> Result<TetMesh, ModelError> {
         let spheres = self.spheres(centres);
         let Some(container) = &self.container(&spheres) else {
-            return Err(ModelError::MeshFileExhausted);
+            return Err(ModelError::NoMesh);
         };
         let bodies: Vec<MeshedBody> = self
             .surfaced

@@ -1,6 +1,6 @@
 //! Meshes of successive configurations: moved from a reference mesh, or newly generated.
 
-use ale::MeshMotion;
+use ale::{AleError, MeshMotion};
 use fem::{SurplusSpace, TaylorHood};
 use mesh::{Sphere, TetMesh};
 use nalgebra::{Isometry3, Vector3};
@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::cylinder;
 use super::far_field::FarField;
 use super::mesh_generator::{MeshGenerator, Source};
-use super::reference_mesh::{ReferenceMesh, mesh_motion};
+use super::reference_mesh::{ReferenceMesh, mesh_motions};
 use crate::units::Scale;
 use crate::{ModelError, Remesh};
 use scene::Scene;
@@ -30,9 +30,14 @@ const MAX_REFERENCES: usize = 3;
 /// Meshes for the configurations of one scene, in scaled units.
 pub struct Meshes {
     generator: MeshGenerator,
-    motion: Box<dyn MeshMotion>,
-    /// In the order in which they were generated.
+    /// Methods by which meshes move, in the order in which they are tried.
+    ///
+    /// Several only for the mesh of a file: other meshes are generated again.
+    motions: Vec<Box<dyn MeshMotion>>,
+    /// In the order in which they were generated; for the mesh of a file one per method in use.
     references: Vec<ReferenceMesh>,
+    /// Methods that cannot be used for the mesh of a file, with the reasons.
+    unusable: Vec<(&'static str, String)>,
     /// Index of the reference of the current mesh; `None` before the first and after adapting.
     current: Option<usize>,
 }
@@ -40,7 +45,7 @@ pub struct Meshes {
 /// The mesh of one configuration.
 pub struct PlacedMesh {
     pub mesh: TetMesh,
-    /// Why it was newly generated; `None` if it was moved.
+    /// Why it was newly generated or moved by another method; `None` if it was moved as before.
     pub remeshed: Option<Remesh>,
     /// Whether its cells differ from those of the mesh before.
     pub has_other_cells: bool,
@@ -52,10 +57,13 @@ impl Meshes {
     /// # Errors
     /// Those of [`MeshGenerator::new`].
     pub fn new(scene: &Scene, scale: &Scale) -> Result<Self, ModelError> {
+        let generator = MeshGenerator::new(scene, scale)?;
+        let is_from_file = matches!(generator.source, Source::File { .. });
         Ok(Self {
-            generator: MeshGenerator::new(scene, scale)?,
-            motion: mesh_motion(scene.fem().mesh_motion),
+            motions: mesh_motions(scene.fem().mesh_motion, is_from_file),
+            generator,
             references: Vec::new(),
+            unusable: Vec::new(),
             current: None,
         })
     }
@@ -140,23 +148,18 @@ impl Meshes {
     ///
     /// It is moved from the oldest reference for which its cells remain good enough, or newly
     /// generated. Because of this order, once the references of a stroke exist, the mesh depends on
-    /// the configuration only and not on the previous one.
+    /// the configuration only and not on the previous one. The references of a file are its mesh
+    /// with one method of motion each, so the mesh depends on the configuration only from the start.
     ///
     /// # Errors
     /// Bodies around which no mesh can be generated; [`ModelError::MeshFileExhausted`].
     pub fn at(&mut self, poses: &[Isometry3<f64>]) -> Result<PlacedMesh, ModelError> {
-        let generator = &self.generator;
-        if let (true, Source::File { mesh, .. }) = (self.references.is_empty(), &generator.source) {
-            let centres = generator.surfaced.iter().map(|s| s.position).collect();
-            let reference = self.reference(mesh.clone(), centres, &[])?;
-            self.references.push(reference);
-        }
-        let mut reason = Remesh::First;
+        let mut too_poor = Vec::new();
         let centres = self.generator.centres(poses);
         for number in 0..self.references.len() {
             match self.references[number].moved(&self.generator, &centres)? {
                 Ok(mesh) => {
-                    let has_other_cells = self.current != Some(number);
+                    let has_other_cells = self.current != Some(number) && !self.is_from_file();
                     self.current = Some(number);
                     return Ok(PlacedMesh {
                         mesh,
@@ -164,19 +167,114 @@ impl Meshes {
                         has_other_cells,
                     });
                 }
-                // Of several references the newest determines the reason.
-                Err(too_poor) => reason = too_poor,
+                Err(reason) => too_poor.push(reason),
             }
         }
-        if let Source::File { .. } = &self.generator.source {
-            return Err(ModelError::MeshFileExhausted);
+        if self.is_from_file() {
+            return self.by_other_motion(poses, &centres, too_poor);
         }
+        // Of several references the newest determines the reason.
+        let reason = too_poor.pop().unwrap_or(Remesh::First);
         let mesh = self.remesh(poses)?;
         Ok(PlacedMesh {
             mesh,
             remeshed: Some(reason),
             has_other_cells: true,
         })
+    }
+
+    /// The mesh of the file, moved to `poses` by the first method not in use yet that keeps its
+    /// cells good enough.
+    ///
+    /// `too_poor` has the reasons why the methods in use do not.
+    ///
+    /// # Errors
+    /// [`ModelError::MeshFileExhausted`]. (Here the mesh would have to be generated again inside the
+    /// boundary of the file.)
+    fn by_other_motion(
+        &mut self,
+        poses: &[Isometry3<f64>],
+        centres: &[Vector3<f64>],
+        mut too_poor: Vec<Remesh>,
+    ) -> Result<PlacedMesh, ModelError> {
+        while self.add_motion(poses)? {
+            let number = self.references.len() - 1;
+            let reference = &self.references[number];
+            match reference.moved(&self.generator, centres)? {
+                Ok(mesh) => {
+                    self.current = Some(number);
+                    let is_other = number > 0 || !self.unusable.is_empty();
+                    let remeshed = is_other.then(|| Remesh::Motion {
+                        name: reference.motion,
+                        tried: self.tried(&too_poor),
+                    });
+                    return Ok(PlacedMesh {
+                        mesh,
+                        remeshed,
+                        has_other_cells: false,
+                    });
+                }
+                Err(reason) => too_poor.push(reason),
+            }
+        }
+        Err(ModelError::MeshFileExhausted {
+            tried: self.tried(&too_poor),
+            remedy: match self.motions.len() {
+                1 => "use fem.mesh_motion = \"auto\", which tries more methods, ",
+                _ => "use ",
+            },
+        })
+    }
+
+    /// Methods that move the mesh of the file, each with the reason why it is not good enough.
+    fn tried(&self, too_poor: &[Remesh]) -> String {
+        let in_use = (self.references.iter().zip(too_poor))
+            .map(|(reference, reason)| format!("{}: {reason}", reference.motion));
+        let unusable = (self.unusable.iter()).map(|(name, reason)| format!("{name}: {reason}"));
+        in_use.chain(unusable).collect::<Vec<_>>().join("; ")
+    }
+
+    /// Adds the mesh of the file with the next method of motion that can be used for it.
+    ///
+    /// Returns false if there is no further method.
+    ///
+    /// # Errors
+    /// A mesh that is too large, or whose motion cannot be computed.
+    fn add_motion(&mut self, poses: &[Isometry3<f64>]) -> Result<bool, ModelError> {
+        let Source::File { mesh, .. } = &self.generator.source else {
+            return Ok(false);
+        };
+        loop {
+            let next = self.references.len() + self.unusable.len();
+            let Some(motion) = self.motions.get(next) else {
+                return Ok(false);
+            };
+            let is_only = self.motions.len() == 1;
+            let centres = (self.generator.surfaced.iter().map(|s| s.position)).collect();
+            // The first reference is in use from the start, not from a configuration on.
+            let poses = if self.references.is_empty() {
+                &[]
+            } else {
+                poses
+            };
+            let motion = motion.as_ref();
+            match ReferenceMesh::new(&self.generator, motion, mesh.clone(), centres, poses) {
+                Ok(reference) => {
+                    self.references.push(reference);
+                    return Ok(true);
+                }
+                Err(ModelError::Ale(
+                    error @ (AleError::TooManyCentres { .. }
+                    | AleError::Singular
+                    | AleError::Linalg(_)),
+                )) if !is_only => self.unusable.push((motion.name(), error.to_string())),
+                Err(other) => return Err(other),
+            }
+        }
+    }
+
+    fn is_from_file(&self) -> bool {
+        matches!(self.generator.source, Source::File { .. })
     }
 
     /// Generates a reference mesh with the bodies at `poses`.
@@ -188,7 +286,8 @@ impl Meshes {
     fn remesh(&mut self, poses: &[Isometry3<f64>]) -> Result<TetMesh, ModelError> {
         let centres = self.generator.centres(poses);
         let mesh = self.generator.generate(&centres)?;
-        let reference = self.reference(mesh.clone(), centres, poses)?;
+        let motion = self.motions[0].as_ref();
+        let reference = ReferenceMesh::new(&self.generator, motion, mesh.clone(), centres, poses)?;
         if self.references.len() == MAX_REFERENCES {
             self.references.remove(0);
         }
@@ -209,7 +308,7 @@ impl Meshes {
         poses: &[Isometry3<f64>],
         sizes: Vec<(Vector3<f64>, f64)>,
     ) -> Result<bool, ModelError> {
-        if let Source::File { .. } = &self.generator.source {
+        if self.is_from_file() {
             return Ok(false);
         }
         self.generator
@@ -232,7 +331,8 @@ impl Meshes {
     /// Generates the references of an earlier run again, bitwise the same.
     ///
     /// # Errors
-    /// Poses of another number of bodies, or around which no mesh can be generated.
+    /// Poses of another number of bodies, around which no mesh can be generated, or of more
+    /// references than there are methods to move the mesh of a file.
     pub fn restore(&mut self, poses: &[Isometry3<f64>]) -> Result<(), ModelError> {
         let bodies = self.generator.tags.len();
         // The references already exist.
@@ -240,6 +340,7 @@ impl Meshes {
             return Ok(());
         }
         self.references.clear();
+        self.unusable.clear();
         self.current = None;
         let deviation = |pose: &Isometry3<f64>| (pose.rotation.norm() - 1.0).abs();
         if let Some(deviation) = (poses.iter().map(deviation))
@@ -249,16 +350,22 @@ impl Meshes {
                 "is damaged: the norm of a rotation differs from 1 by {deviation:e}"
             )));
         }
-        if bodies == 0
-            || !poses.len().is_multiple_of(bodies)
-            || poses.len() > MAX_REFERENCES * bodies
-        {
+        // The mesh of a file is a reference without poses.
+        let most = match self.is_from_file() {
+            true => self.motions.len() - 1,
+            false => MAX_REFERENCES,
+        };
+        if bodies == 0 || !poses.len().is_multiple_of(bodies) || poses.len() > most * bodies {
             return Err(rigid::RigidError::Length {
                 what: "poses of the reference meshes",
                 expected: bodies,
                 found: poses.len(),
             }
             .into());
+        }
+        if self.is_from_file() {
+            self.add_motion(&[])?;
+            return (poses.chunks(bodies)).try_for_each(|poses| self.add_motion(poses).map(drop));
         }
         poses
             .chunks(bodies)
@@ -269,14 +376,5 @@ impl Meshes {
     pub fn permeability(&self, mesh: &TetMesh, poses: &[Isometry3<f64>]) -> Option<Vec<f64>> {
         let centres = self.generator.centres(poses);
         self.generator.permeability(mesh, &centres)
-    }
-
-    fn reference(
-        &self,
-        mesh: TetMesh,
-        centres: Vec<Vector3<f64>>,
-        poses: &[Isometry3<f64>],
-    ) -> Result<ReferenceMesh, ModelError> {
-        ReferenceMesh::new(&self.generator, self.motion.as_ref(), mesh, centres, poses)
     }
 }

@@ -33,12 +33,15 @@ const ALWAYS_ALLOWED: f64 = 0.9;
 /// A mesh that other meshes are moved from, and the data that belong to its connectivity.
 pub struct ReferenceMesh {
     map: ReferenceMap,
+    /// Name of the method that moves the mesh.
+    pub motion: &'static str,
     /// Function spaces on the cells.
     pub space: TaylorHood,
     /// Space for error estimates; created when estimates are first requested.
     pub surplus: Option<SurplusSpace>,
     centres: Vec<Vector3<f64>>,
-    /// Poses of all bodies of the scene; empty for the mesh of a file.
+    /// Poses of all bodies of the scene for which the reference was needed; empty for the mesh of a
+    /// file, moved by the first method.
     pub poses: Vec<Isometry3<f64>>,
     gap_ratio: f64,
     quality: Quality,
@@ -75,6 +78,7 @@ impl ReferenceMesh {
             gap_ratio,
             quality,
             capsule: generator.capsule(&centres),
+            motion: motion.name(),
             map,
             space,
             surplus: None,
@@ -145,14 +149,30 @@ impl ReferenceMesh {
     }
 }
 
-/// The mesh motion that a scene names.
-pub fn mesh_motion(kind: MeshMotionKind) -> Box<dyn MeshMotion> {
+/// The mesh motions of a scene, in the order in which they are tried.
+///
+/// Meshes that can be generated again need one method only. The mesh of a file is tried with others
+/// in the order of their cost (`docs/ale-files.md`): the harmonic motion keeps the curved cells of
+/// coarse meshes better, cubic functions follow bodies towards a wall, linear ones into gaps.
+pub fn mesh_motions(kind: MeshMotionKind, is_from_file: bool) -> Vec<Box<dyn MeshMotion>> {
+    let mut motions = vec![mesh_motion(kind)];
+    if kind == MeshMotionKind::Auto && is_from_file {
+        motions.extend([
+            Box::new(Harmonic(Stiffening::KanchiMasud)) as Box<dyn MeshMotion>,
+            Box::new(Rbf(Kernel::Cubic)),
+            Box::new(Rbf(Kernel::Linear)),
+        ]);
+    }
+    motions
+}
+
+fn mesh_motion(kind: MeshMotionKind) -> Box<dyn MeshMotion> {
     match kind {
+        MeshMotionKind::Auto | MeshMotionKind::Biharmonic => Box::new(Biharmonic),
         MeshMotionKind::Laplace => Box::new(Harmonic(Stiffening::None)),
         MeshMotionKind::KanchiMasud => Box::new(Harmonic(Stiffening::KanchiMasud)),
         MeshMotionKind::InverseVolume => Box::new(Harmonic(Stiffening::InverseVolume)),
         MeshMotionKind::Elastic => Box::new(Elastic::default()),
-        MeshMotionKind::Biharmonic => Box::new(Biharmonic),
         MeshMotionKind::Rbf => Box::new(Rbf(Kernel::Cubic)),
     }
 }

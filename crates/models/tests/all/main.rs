@@ -2,6 +2,7 @@
 
 mod examples;
 mod history;
+mod mesh_files;
 mod query;
 mod scenes;
 mod tabulated;

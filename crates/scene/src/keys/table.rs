@@ -265,9 +265,9 @@ pub const KEYS: &[Key] = &[
     key(
         "fem.mesh_motion",
         Kind::Word(MeshMotionKind::WORDS),
-        Value("kanchi-masud"),
-        "how the mesh moves with the bodies until it is remeshed; the methods other than the \
-         default are for comparison",
+        Value("auto"),
+        "how the mesh moves with the bodies until it is remeshed; `auto` is `biharmonic`, and \
+         tries other methods before it gives up the mesh of a file; the rest is for comparison",
     ),
     key(
         "fem.mirror",

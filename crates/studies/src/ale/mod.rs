@@ -2,6 +2,9 @@
 
 mod cases;
 mod cut;
+mod file_cases;
+mod file_report;
+mod file_study;
 mod methods;
 mod report;
 mod stroke;
@@ -19,6 +22,29 @@ const COARSE: f64 = 0.8;
 
 /// Element size of the default stroke.
 const STROKE_SIZE: f64 = 0.7;
+
+/// Runs the study on the Gmsh files of a folder and writes `ale-files.md`.
+pub fn run_files(folder: &Path, out: &Path) -> Result<()> {
+    let mut meshes = Vec::new();
+    for path in file_cases::files(folder)? {
+        let file = match file_cases::FileMesh::read(&path) {
+            Ok(file) => file,
+            Err(error) => {
+                eprintln!("{}: skipped, {error:#}", path.display());
+                continue;
+            }
+        };
+        let mut rows = Vec::new();
+        for method in &methods::METHODS {
+            eprintln!("{}: {}", file.name, method.name);
+            rows.extend(file_study::reach(&file, method)?);
+        }
+        meshes.push((file, rows));
+    }
+    let text = file_report::markdown(&meshes)?;
+    println!("{text}");
+    crate::folder::write(out, [("ale-files.md", text)])
+}
 
 /// Runs the study and writes `ale.md`, `ale.csv`, charts and pictures of meshes.
 pub fn run(quick: bool, out: &Path) -> Result<()> {

@@ -272,7 +272,7 @@ fn cycles(text: &mut String, runs: &[Run]) -> Result<()> {
 
 fn stroke(text: &mut String, strokes: &[Stroke]) -> Result<()> {
     text.push_str(
-        "\n## The default stroke\n\n`scenes/three-sphere.toml` with `fem.mesh_motion` set: number of meshes, which are generated when the moved one would have a poor quality, \
+        "\n## The default stroke\n\n`scenes/three-sphere.toml` with `fem.mesh_motion` set (the default, `auto`, is `biharmonic` here; [ale-files.md](ale-files.md) has meshes of files): number of meshes, which are generated when the moved one would have a poor quality, \
          and the net displacement.\n\n\
          | fem.mesh_motion | meshes | solves | net displacement | error | bar | seconds for meshes | seconds in total |\n|:--|--:|--:|--:|--:|--:|--:|--:|\n",
     );
