@@ -110,7 +110,7 @@ proptest! {
             let _ = (mesh.symmetry_plane_axis(other as u16), mesh.nodes_on_symmetry_planes());
             let _ = mesh.unfolded().map(|unfolded| check(&unfolded.mesh));
             let mut points = mesh.points().to_vec();
-            points[place % points.len()] = p;
+            points[place % mesh.n_points()] = p;
             let _ = mesh.with_points(points).map(|mesh| check(&mesh));
             let _ = mesh.with_points(vec![p; place % 9]).is_err();
             let vtu = || Vtu::cells(&mesh);

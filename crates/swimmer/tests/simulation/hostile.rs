@@ -3,10 +3,10 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use rigid::State;
 use swimmer::models::{
-    AccumulatedError, Configuration, FemModel, History, Hydrodynamics, InstantaneousSolution,
+    AccumulatedError, Configuration, Cost, FemModel, History, Hydrodynamics, InstantaneousSolution,
     ModelError, Query, ShapeSpace, SphereModel, SpheresModel, Tabulated,
 };
-use swimmer::output::{summary_json, trajectory_csv};
+use swimmer::output::trajectory_csv;
 use swimmer::{
     Integrator, Interim, Method, Scene, SwimError, choose, continue_from, legs, simulate,
     solve_start, start_flow, start_resistance,
@@ -151,7 +151,7 @@ impl Hydrodynamics for Faulty {
         Ok(solutions)
     }
 
-    fn cost(&mut self, at: Configuration<'_>) -> Result<swimmer::models::Cost, ModelError> {
+    fn cost(&mut self, at: Configuration<'_>) -> Result<Cost, ModelError> {
         self.model.cost(at)
     }
 }
