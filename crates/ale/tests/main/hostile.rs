@@ -102,7 +102,11 @@ proptest! {
             prop_assert!(fits);
             for (old, new) in fields.iter().zip(&extended) {
                 for ((old, new), is) in old.iter().zip(new).zip(&prescribed) {
-                    prop_assert!(if *is { old == new } else { new.iter().all(|x| x.is_finite()) });
+                    let is_right = match is {
+                        true => old == new,
+                        false => new.iter().all(|x| x.is_finite()),
+                    };
+                    prop_assert!(is_right);
                 }
             }
         }

@@ -6,6 +6,7 @@ mod subdomain;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::columns::assert_lengths;
 use crate::csr::Rows;
 use crate::node_kernel::long_row;
 use crate::schur::SchurFactor;
@@ -144,6 +145,8 @@ impl Preconditioner for Schwarz {
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        let size = self.size();
+        assert_lengths(&[r], size, &[&mut *z], size);
         solve_all(&mut self.subdomains, r, z);
         if let Some(border) = &mut self.border {
             border.correct(&self.system, r, z);

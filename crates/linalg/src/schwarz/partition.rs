@@ -6,6 +6,11 @@ use crate::csr::check_shape;
 use crate::direct::{Graph, adjacency, weights};
 use crate::{LinalgError, SaddleSystem};
 
+/// Largest number of subdomains: more than the cores of any machine.
+///
+/// Some may be empty, but each takes memory.
+const MOST_SUBDOMAINS: usize = 1 << 16;
+
 /// Partitions by METIS into parts of about equal size and extends each by layers of neighbours.
 ///
 /// A subdomain then includes all velocities of its pressures, so that their rows of the divergence
@@ -20,12 +25,11 @@ pub(super) fn cut(
     params: &SchwarzParams,
 ) -> Result<Vec<Members>, LinalgError> {
     let parts = params.subdomains;
-    let vertices = system.velocity_block().nodes() + system.pressure_range().len();
-    if !(1..=vertices).contains(&parts) {
+    if !(1..=MOST_SUBDOMAINS).contains(&parts) {
         return Err(LinalgError::Parameter {
             name: "subdomains",
             value: parts as f64,
-            range: "at least 1, at most the number of nodes and pressures",
+            range: "from 1 to 65536",
         });
     }
     if let BorderPlacement::Assigned(to) = &params.border {

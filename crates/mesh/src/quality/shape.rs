@@ -6,7 +6,8 @@ use crate::{TET_EDGES, Vec3};
 /// Mean-ratio quality of a straight tet: `q = 12 (3 V)^(2/3) / sum of squared edge lengths`.
 ///
 /// One for a regular tet, zero for a flat one, negative for an inverted one; invariant under
-/// translation, rotation and scaling (Liu & Joe, BIT 34, 1994).
+/// translation, rotation and scaling (Liu & Joe, BIT 34, 1994). Zero also for coincident vertices and
+/// where the volume overflows.
 ///
 /// ```
 /// use mesh::{Vec3, mean_ratio};
@@ -21,11 +22,9 @@ pub fn mean_ratio(x: [Vec3; 4]) -> f64 {
     // 3 V = det / 2
     let triple_volume = 0.5 * straight_jacobian(x);
     let size = (triple_volume * triple_volume).cbrt();
-    if squares > 0.0 {
-        (12.0 * size / squares).copysign(triple_volume)
-    } else {
-        0.0
-    }
+    let ratio = (12.0 * size / squares).copysign(triple_volume);
+    // not finite for coincident vertices, and where squares or volume overflow
+    if ratio.is_finite() { ratio } else { 0.0 }
 }
 
 /// Dihedral angles of a straight tet at the edges [`TET_EDGES`], in degrees.

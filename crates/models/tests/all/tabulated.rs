@@ -6,6 +6,7 @@ use models::{
     Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query, SphereModel,
     SpheresModel, Tabulated,
 };
+use scene::Scene;
 
 use scene::Scene;
 

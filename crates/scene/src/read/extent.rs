@@ -98,7 +98,7 @@ pub(super) fn check(
             ("torque", distance(&body.torque, unit * smallest)),
         ];
         for (name, radii) in loads {
-            if !(radii <= LARGEST_RATIO) {
+            if radii.is_nan() || radii > LARGEST_RATIO {
                 let problem = format!(
                     "is too large: it would move a body by about {radii:.1e} times the smallest \
                      radius during the gait; the limit is {LARGEST_RATIO:e} times"

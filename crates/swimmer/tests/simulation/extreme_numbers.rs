@@ -104,7 +104,7 @@ fn solutions_are_proportional_to_the_units_of_the_scene() {
             model,
             &Numbers {
                 force: 1.0,
-                duration: 1e9,
+                duration: 4e8,
                 ..ONES
             },
         );
@@ -150,11 +150,11 @@ fn solutions_are_proportional_to_the_units_of_the_scene() {
             model,
             &Numbers {
                 force: 2.0,
-                duration: 1e9,
+                duration: 4e8,
                 ..ONES
             },
         );
-        // the arm closes at 1e-9, a force of one moves the spheres at about 1/30
+        // the arm closes at 2.5e-9, a force of one moves the spheres at about 1/30
         close("force", [v, 0.0, 0.0], [2.0 * forced, 0.0, 0.0]);
     }
 }
