@@ -72,6 +72,33 @@ pub enum HydroError {
         /// Highest order that is allowed.
         highest: usize,
     },
+    /// A requested relative error outside the range that can be met.
+    #[error(
+        "the tolerance {tolerance:e} is not a number between {lowest:e} and 1; \
+         below {lowest:e} rounding errors dominate"
+    )]
+    BadTolerance {
+        /// The requested tolerance.
+        tolerance: f64,
+        /// Lowest tolerance.
+        lowest: f64,
+    },
+    /// An estimated error above the tolerance at the highest orders that are allowed.
+    #[error(
+        "the resistance was computed to a relative error of {reached:.1e}, {tolerance:.1e} was \
+         requested; {surfaces} have the narrowest gap ({gap:.3e} smaller radii): widen it or \
+         increase the tolerance"
+    )]
+    ToleranceNotReached {
+        /// The requested relative error.
+        tolerance: f64,
+        /// The smallest estimated relative error.
+        reached: f64,
+        /// The surfaces with the narrowest gap.
+        surfaces: String,
+        /// Distance of these surfaces over the smaller radius.
+        gap: f64,
+    },
     /// A point outside the fluid, where the velocity field cannot be evaluated.
     #[error(
         "the point ({x:.4}, {y:.4}, {z:.4}) is not in the fluid; \

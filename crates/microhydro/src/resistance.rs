@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::multipole::Orders;
+
 /// Grand resistance matrix of spheres and its error estimate.
 ///
 /// Symmetric positive definite, six rows and columns per sphere. Each column holds the forces and
@@ -13,22 +15,32 @@ pub struct Resistance {
     matrix: DMatrix<f64>,
     coarser: DMatrix<f64>,
     tail: f64,
-    dofs: usize,
+    orders: Orders,
 }
 
 impl Resistance {
-    pub(crate) fn new(matrix: DMatrix<f64>, coarser: DMatrix<f64>, tail: f64, dofs: usize) -> Self {
+    pub(crate) fn new(
+        matrix: DMatrix<f64>,
+        coarser: DMatrix<f64>,
+        tail: f64,
+        orders: Orders,
+    ) -> Self {
         Self {
             matrix,
             coarser,
             tail,
-            dofs,
+            orders,
         }
+    }
+
+    /// Orders of the expansions that were used.
+    pub fn orders(&self) -> &Orders {
+        &self.orders
     }
 
     /// Number of degrees of freedom: multipoles of all expansions.
     pub fn dofs(&self) -> usize {
-        self.dofs
+        self.orders.dofs()
     }
 
     /// The resistance matrix.
@@ -36,9 +48,10 @@ impl Resistance {
         &self.matrix
     }
 
-    /// Resistance matrix from expansions whose orders are lower by two.
+    /// Less accurate resistance matrix: from expansions whose orders are lower by two.
     ///
-    /// A quantity computed from both matrices has an error estimate: see [`Resistance::tail`].
+    /// With narrow gaps off an axis it is extrapolated, so that it differs from
+    /// [`Resistance::matrix`] by the estimated error. A quantity computed from both matrices has an error estimate: see [`Resistance::tail`].
     pub fn coarser(&self) -> &DMatrix<f64> {
         &self.coarser
     }
@@ -74,16 +87,6 @@ impl Resistance {
             .flat_map(|i| (0..difference.ncols()).map(move |j| (i, j)))
             .map(|(i, j)| difference[(i, j)] / (size(i) * size(j)))
             .fold(0.0, f64::max)
-    }
-
-    /// Adds blocks to the given rows and columns of both matrices.
-    pub(crate) fn add(&mut self, rows: &[usize], matrix: &DMatrix<f64>, coarser: &DMatrix<f64>) {
-        for (i, &row) in rows.iter().enumerate() {
-            for (j, &column) in rows.iter().enumerate() {
-                self.matrix[(row, column)] += matrix[(i, j)];
-                self.coarser[(row, column)] += coarser[(i, j)];
-            }
-        }
     }
 
     /// Forces and torques on the fluid for given velocities and angular velocities.

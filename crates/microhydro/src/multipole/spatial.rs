@@ -5,7 +5,8 @@ use nalgebra::DMatrix;
 use super::dense;
 use super::frame::Frame;
 use super::modes::{Family, Modes};
-use super::order::Orders;
+use super::narrow_gap::Block;
+use super::orders::Orders;
 use super::scaled::ScaledMobility;
 use super::system::{MultiVector, System};
 use crate::HydroError;
@@ -17,7 +18,8 @@ const MAX_DENSE_DOFS: usize = 6000;
 
 /// Scaled mobility matrices of spheres at any positions.
 ///
-/// For the given orders and for orders lower by two. Couplings below a tenth of `tolerance` are
+/// For the given orders and for orders lower by two. `narrow` has the blocks of narrow gaps, whose
+/// lower matrix is meaningless. Couplings below a tenth of `tolerance` are
 /// neglected. Large systems are solved by iterations that stop at `residual`.
 ///
 /// # Errors
@@ -26,9 +28,11 @@ pub(crate) fn mobility(
     frame: &Frame,
     radii: &[f64],
     orders: &Orders,
+    narrow: Vec<Block>,
     (tolerance, residual): (f64, f64),
 ) -> Result<ScaledMobility, HydroError> {
-    let system = System::new(frame, radii, orders, 0.1 * tolerance);
+    let mut system = System::new(frame, radii, orders, 0.1 * tolerance);
+    system.add_blocks(narrow);
     match orders.dofs() <= MAX_DENSE_DOFS {
         true => dense::mobility(&system),
         false => by_iteration(&system, residual),

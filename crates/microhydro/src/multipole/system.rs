@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use super::coupling::{Coupling, Expansion};
 use super::frame::{Frame, Surroundings};
 use super::modes::{Family, Modes};
-use super::order::Orders;
+use super::narrow_gap::Block;
+use super::orders::Orders;
 use super::wall_image;
 use crate::HydroError;
 
@@ -20,8 +21,9 @@ pub(crate) struct System {
     pub expansions: Vec<Expansion>,
     pub spheres: usize,
     couplings: Vec<Coupling>,
-    /// Couplings from the image of the first sphere to the second one, first <= second.
-    images: Vec<((usize, usize), Mat<f64>)>,
+    /// Dense blocks from the first expansion to the second one, first <= second: images in a wall
+    /// and narrow gaps.
+    blocks: Vec<Block>,
 }
 
 impl System {
@@ -53,7 +55,7 @@ impl System {
                 )
             })
             .collect();
-        let mut images = Vec::new();
+        let mut blocks = Vec::new();
         match frame.surroundings {
             Surroundings::Unbounded => {}
             Surroundings::Ball(radius) => {
@@ -72,7 +74,7 @@ impl System {
                 let with_self: Vec<(usize, usize)> = (0..spheres)
                     .flat_map(|j| (0..=j).map(move |i| (i, j)))
                     .collect();
-                images = with_self
+                blocks = with_self
                     .par_iter()
                     .map(|&(i, j)| {
                         (
@@ -90,8 +92,14 @@ impl System {
             expansions,
             spheres,
             couplings,
-            images,
+            blocks,
         }
+    }
+
+    /// Adds dense blocks from one expansion to another; a block of an expansion with itself is
+    /// symmetric.
+    pub fn add_blocks(&mut self, blocks: impl IntoIterator<Item = Block>) {
+        self.blocks.extend(blocks);
     }
 
     /// Zero coefficients for a number of right-hand sides.
@@ -117,14 +125,14 @@ impl System {
                         coupling.add(x[coupling.pair.1].as_ref(), y.as_mut(), true);
                     }
                 }
-                for ((from, to), image) in &self.images {
+                for ((from, to), block) in &self.blocks {
                     let mut add = |a: faer::MatRef<f64>, other: usize| {
                         matmul(y.as_mut(), Accum::Add, a, x[other].as_ref(), 1.0, Par::Seq);
                     };
                     if *to == expansion {
-                        add(image.as_ref(), *from);
+                        add(block.as_ref(), *from);
                     } else if *from == expansion {
-                        add(image.transpose(), *to);
+                        add(block.transpose(), *to);
                     }
                 }
                 y
@@ -139,7 +147,7 @@ impl System {
         let mut put = |block: &Mat<f64>, from: usize, to: usize| {
             for (j, &column) in rows[from].iter().enumerate() {
                 for (i, &row) in rows[to].iter().enumerate() {
-                    // the block of a sphere with itself contains each pair of modes twice
+                    // the block of an expansion with itself contains each pair of modes twice
                     if from != to || row >= column {
                         matrix[(row.max(column), row.min(column))] += block[(i, j)];
                     }
@@ -152,8 +160,8 @@ impl System {
                 put(block, coupling.pair.0, coupling.pair.1);
             }
         }
-        for ((from, to), image) in &self.images {
-            put(image, *from, *to);
+        for ((from, to), block) in &self.blocks {
+            put(block, *from, *to);
         }
         matrix
     }

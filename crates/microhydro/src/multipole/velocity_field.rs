@@ -12,7 +12,8 @@ use super::fixed_order::FIXED_ORDER_TOLERANCE;
 use super::frame::{Frame, Surroundings};
 use super::lamb::LambCoefficients;
 use super::modes::Family;
-use super::order::{self, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER, Orders};
+use super::order::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
+use super::orders::Orders;
 use super::rotation::Rotation;
 use super::scaled::{AXIS_OF_M, drag_units};
 use super::system::System;
@@ -54,7 +55,8 @@ impl VelocityField {
         }
         spheres.check_inside(medium)?;
         let tolerance = accuracy.tolerance.clamp(1e-12, 1.0);
-        let xi = order::gap_coordinates(spheres, medium);
+        let gaps = order::gaps(spheres, medium);
+        let xi = GapCoordinates::narrowest_of(&gaps, spheres.len());
         let orders = match accuracy.order {
             Some(order) => Orders::all(spheres.len(), medium, order),
             None => order::for_tolerance(&xi, medium, tolerance * tolerance)
