@@ -28,6 +28,21 @@ pub enum HydroError {
         /// Name of the number.
         what: &'static str,
     },
+    /// A length whose powers overflow or vanish.
+    #[error(
+        "{what} is {length:e}; lengths must be between {lowest:e} and {highest:e}: \
+         choose another unit of length"
+    )]
+    OutOfRange {
+        /// Name of the length.
+        what: &'static str,
+        /// The length.
+        length: f64,
+        /// Lowest length other than zero.
+        lowest: f64,
+        /// Highest length.
+        highest: f64,
+    },
     /// Two spheres that touch or overlap.
     #[error(
         "spheres {first} and {second} touch or overlap (gap {gap:.3e}); \
@@ -82,6 +97,19 @@ pub enum HydroError {
         tolerance: f64,
         /// Lowest tolerance.
         lowest: f64,
+    },
+    /// An expansion that would take too much memory.
+    #[error(
+        "{dofs:.0} multipoles would take {mib:.0} MiB, at most {highest:.0} MiB are allowed: \
+         use fewer spheres, a lower order or a higher tolerance"
+    )]
+    TooLarge {
+        /// Number of multipoles.
+        dofs: f64,
+        /// Memory that they would take, in MiB.
+        mib: f64,
+        /// Memory that is allowed, in MiB.
+        highest: f64,
     },
     /// An estimated error above the tolerance at the highest orders that are allowed.
     #[error(

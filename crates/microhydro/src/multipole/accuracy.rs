@@ -1,5 +1,7 @@
 //! Requested accuracy of the expansions.
 
+use crate::HydroError;
+
 /// Requested accuracy of a multipole expansion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -13,7 +15,7 @@ pub struct Accuracy {
 }
 
 /// Lowest relative error that can be requested.
-pub(super) const LOWEST_TOLERANCE: f64 = 1e-13;
+const LOWEST_TOLERANCE: f64 = 1e-13;
 
 impl Default for Accuracy {
     /// A tolerance of `1e-8`: convergence is spectral, so the last digits cost little.
@@ -23,6 +25,21 @@ impl Default for Accuracy {
 }
 
 impl Accuracy {
+    /// Checks the tolerance.
+    ///
+    /// # Errors
+    /// [`HydroError::BadTolerance`].
+    pub(super) fn check(&self) -> Result<(), HydroError> {
+        // The comparison also rejects NaN.
+        match (LOWEST_TOLERANCE..=1.0).contains(&self.tolerance) {
+            true => Ok(()),
+            false => Err(HydroError::BadTolerance {
+                tolerance: self.tolerance,
+                lowest: LOWEST_TOLERANCE,
+            }),
+        }
+    }
+
     /// Accuracy given by a relative error of the resistance.
     pub fn relative(tolerance: f64) -> Self {
         Self {

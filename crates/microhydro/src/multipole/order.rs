@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use super::orders::Orders;
+use super::orders::{GapOrders, MIN_ORDER, MIN_ORDER_IN_BALL, Orders, min_order};
 use crate::{Medium, Spheres};
 
 /// Highest order off an axis, outside narrow gaps.
@@ -15,25 +15,6 @@ pub(super) const MAX_ORDER_OFF_AXIS: usize = 28;
 
 /// Highest order of the container off an axis.
 pub(super) const MAX_ORDER_ON_CONTAINER: usize = 2 * MAX_ORDER_OFF_AXIS;
-
-/// Lowest order: rigid motions and stresslets.
-///
-/// Two orders lower is the Rotne-Prager-Yamakawa mobility.
-pub(crate) const MIN_ORDER: usize = 2;
-
-/// Lowest order in a ball.
-///
-/// A container and a sphere reflect each other's source modes even when concentric, and the
-/// expansion that is two orders lower must contain these modes.
-const MIN_ORDER_IN_BALL: usize = 4;
-
-/// Lowest order in a medium.
-pub(crate) fn min_order(medium: &Medium) -> usize {
-    match medium {
-        Medium::Ball { .. } => MIN_ORDER_IN_BALL,
-        _ => MIN_ORDER,
-    }
-}
 
 /// Smallest bispherical coordinate of each sphere and of the container over all their gaps.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,8 +41,7 @@ pub(crate) fn gaps(spheres: &Spheres, medium: &Medium) -> Vec<Gap> {
     for j in 0..n {
         let (x, a) = (spheres.centres()[j], spheres.radii()[j]);
         for i in 0..j {
-            let (first, second) =
-                outside((x - spheres.centres()[i]).norm(), spheres.radii()[i], a);
+            let (first, second) = outside((x - spheres.centres()[i]).norm(), spheres.radii()[i], a);
             gaps.push(Gap {
                 pair: (i, j),
                 xi: [first, second],
@@ -110,9 +90,25 @@ impl GapCoordinates {
 /// The order `L` at which `e^(-2 ξ L)` equals `tolerance · min(ξ, 1)²`: in narrow gaps the
 /// resistance grows as `1/ξ²`.
 fn order_for(xi: f64, tolerance: f64) -> usize {
-    let terms = -(tolerance * xi.min(1.0).powi(2)).ln() / (2.0 * xi);
+    order_of_decay(xi, tolerance * xi.min(1.0).powi(2))
+}
+
+/// The order `L` at which `e^(-2 ξ L)` equals `tolerance`.
+fn order_of_decay(xi: f64, tolerance: f64) -> usize {
+    let terms = -tolerance.ln() / (2.0 * xi);
     // An order beyond any use; larger values would saturate the cast to an integer.
     MIN_ORDER.max(terms.min(1e6).ceil() as usize + 1)
+}
+
+/// Relative error of the resistance at given orders: the inverse of the function that chooses
+/// orders, for the expansion with the largest error.
+pub(crate) fn error(xi: &GapCoordinates, orders: &Orders) -> f64 {
+    let spheres = xi.spheres.iter().zip(&orders.spheres);
+    spheres
+        .chain(Some((&xi.container, &orders.container)))
+        .filter(|(_, order)| **order > 0)
+        .map(|(&xi, &order)| (-2.0 * xi * (order as f64 - 1.0)).exp() / xi.min(1.0).powi(2))
+        .fold(0.0, f64::max)
 }
 
 /// Orders at which two spheres at a distance represent their interaction to a tolerance.
@@ -149,18 +145,37 @@ pub(crate) struct Targets {
 }
 
 /// Orders at which the relative error of the resistance is about that of the targets.
-pub(crate) fn for_targets(gaps: &[Gap], spheres: usize, medium: &Medium, targets: Targets) -> Orders {
+///
+/// Outside narrow gaps the orders of the spheres are at most `highest`, which is at least the
+/// lowest order of the medium.
+pub(crate) fn for_targets(
+    gaps: &[Gap],
+    spheres: usize,
+    medium: &Medium,
+    targets: Targets,
+    highest: usize,
+) -> Orders {
     let xi = GapCoordinates::narrowest_of(gaps, spheres);
     let own = for_tolerance(&xi.widened(), medium, targets.expansions);
-    let mut orders = own.limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER);
-    let order = |index: usize| orders.spheres.get(index).copied().unwrap_or(orders.container);
+    let mut orders = own.limited(highest.max(min_order(medium)), MAX_ORDER_ON_CONTAINER);
+    let order = |index: usize| {
+        orders
+            .spheres
+            .get(index)
+            .copied()
+            .unwrap_or(orders.container)
+    };
+    let surfaces = |gap: &Gap, order: &dyn Fn(f64) -> usize| {
+        gap.xi.map(|xi| if xi.is_finite() { order(xi) } else { 0 })
+    };
     let narrow = |gap: &Gap| {
-        let needed = gap.xi.map(|xi| match xi.is_finite() {
-            true => order_for(xi, targets.gaps),
-            false => 0,
-        });
+        let singular = surfaces(gap, &|xi| order_for(xi, targets.gaps));
         let (first, second) = gap.pair;
-        (needed[0] > order(first) || needed[1] > order(second)).then_some((gap.pair, needed))
+        let beyond = singular[0] > order(first) || singular[1] > order(second);
+        beyond.then(|| {
+            let regular = surfaces(gap, &|xi| order_of_decay(xi, targets.gaps));
+            (gap.pair, GapOrders { singular, regular })
+        })
     };
     orders.gaps = gaps.iter().filter_map(narrow).collect();
     orders

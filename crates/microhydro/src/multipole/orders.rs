@@ -3,11 +3,58 @@
 use std::collections::BTreeMap;
 
 use super::modes::Modes;
-use super::order::min_order;
 use crate::Medium;
+
+/// Lowest order: rigid motions and stresslets.
+///
+/// Two orders lower is the Rotne-Prager-Yamakawa mobility.
+pub(crate) const MIN_ORDER: usize = 2;
+
+/// Lowest order in a ball.
+///
+/// A container and a sphere reflect each other's source modes even when concentric, and the
+/// expansion that is two orders lower must contain these modes.
+pub(crate) const MIN_ORDER_IN_BALL: usize = 4;
+
+/// Lowest order in a medium.
+pub(crate) fn min_order(medium: &Medium) -> usize {
+    match medium {
+        Medium::Ball { .. } => MIN_ORDER_IN_BALL,
+        _ => MIN_ORDER,
+    }
+}
 
 /// Highest number of multipoles with `m = 1` on an axis; their elimination takes about a second.
 const MAX_AXIAL_DOFS: usize = 3000;
+
+/// Orders of the two surfaces of a narrow gap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct GapOrders {
+    /// Orders for the azimuthal numbers 0 and 1 about the axis of the gap.
+    ///
+    /// The surfaces' own motions drive these flows, and they are singular in the width of the gap.
+    pub singular: [usize; 2],
+    /// Orders for higher azimuthal numbers, which only third bodies drive.
+    pub regular: [usize; 2],
+}
+
+impl GapOrders {
+    /// The higher orders of both.
+    fn at_least(self, other: Self) -> Self {
+        let higher = |a: [usize; 2], b: [usize; 2]| [a[0].max(b[0]), a[1].max(b[1])];
+        Self {
+            singular: higher(self.singular, other.singular),
+            regular: higher(self.regular, other.regular),
+        }
+    }
+
+    fn limited(self, most: usize) -> Self {
+        Self {
+            singular: self.singular.map(|order| order.min(most)),
+            regular: self.regular.map(|order| order.min(most)),
+        }
+    }
+}
 
 /// Orders of the expansions on all spheres, on the container, and in the narrow gaps.
 ///
@@ -39,7 +86,7 @@ pub struct Orders {
     ///
     /// The second index is the number of spheres for the boundary of the medium; a wall has the
     /// order zero.
-    pub(crate) gaps: BTreeMap<(usize, usize), [usize; 2]>,
+    pub(crate) gaps: BTreeMap<(usize, usize), GapOrders>,
     /// Whether spheres on one axis are treated as spheres at any positions.
     ///
     /// Set if one of the configurations that gave the orders is not on an axis: on an axis, where
@@ -78,7 +125,7 @@ impl Orders {
         joined.off_axis |= short.off_axis;
         for (&gap, orders) in &short.gaps {
             let joined = joined.gaps.entry(gap).or_insert(*orders);
-            *joined = [joined[0].max(orders[0]), joined[1].max(orders[1])];
+            *joined = joined.at_least(*orders);
         }
         joined
     }
@@ -96,7 +143,8 @@ impl Orders {
             gaps: BTreeMap::new(),
             ..self.clone()
         };
-        for (&(first, second), &[of_first, of_second]) in &self.gaps {
+        for (&(first, second), gap) in &self.gaps {
+            let [of_first, of_second] = gap.singular;
             orders.spheres[first] = orders.spheres[first].max(of_first);
             let other = match second == n {
                 true => &mut orders.container,
@@ -119,7 +167,7 @@ impl Orders {
 
     /// Highest order of all.
     pub(crate) fn highest(&self) -> usize {
-        let gaps = self.gaps.values().flatten();
+        let gaps = self.gaps.values().flat_map(|gap| &gap.singular);
         let all = self.spheres.iter().chain(gaps).copied();
         all.fold(self.container, usize::max)
     }
@@ -135,13 +183,13 @@ impl Orders {
             };
             let most = (0..=all.highest()).rev().find(highest).unwrap_or_default();
             orders = orders.limited(most, most);
-            for surfaces in orders.gaps.values_mut() {
-                *surfaces = surfaces.map(|order| order.min(most));
+            for gap in orders.gaps.values_mut() {
+                *gap = gap.limited(most);
             }
         } else {
             let most = MAX_AXIAL_DOFS / 6;
-            for surfaces in orders.gaps.values_mut() {
-                *surfaces = surfaces.map(|order| order.min(most));
+            for gap in orders.gaps.values_mut() {
+                *gap = gap.limited(most);
             }
         }
         orders

@@ -2,6 +2,7 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::coupling::{Coupling, Expansion};
@@ -20,6 +21,11 @@ pub(crate) type MultiVector = Vec<Mat<f64>>;
 pub(crate) struct System {
     pub expansions: Vec<Expansion>,
     pub spheres: usize,
+    /// Centres of the expansions.
+    centres: Vec<Vector3<f64>>,
+    /// Accuracy of the couplings.
+    tolerance: f64,
+    /// Couplings of all pairs of expansions; empty until [`System::store_couplings`].
     couplings: Vec<Coupling>,
     /// Dense blocks from the first expansion to the second one, first <= second: images in a wall
     /// and narrow gaps.
@@ -27,9 +33,9 @@ pub(crate) struct System {
 }
 
 impl System {
-    /// Computes all couplings that an accuracy of `tolerance` requires.
+    /// System of expansions whose couplings have the accuracy `tolerance`.
     ///
-    /// Storage: `O(L^3)` numbers per pair of spheres, `O(L^4)` beside a wall.
+    /// Beside a wall it computes the couplings with the images: `O(L^4)` numbers per pair.
     pub fn new(frame: &Frame, radii: &[f64], orders: &Orders, tolerance: f64) -> Self {
         let spheres = radii.len();
         let mut expansions: Vec<Expansion> = radii
@@ -40,21 +46,7 @@ impl System {
                 modes: Modes { order },
             })
             .collect();
-        let pairs: Vec<(usize, usize)> = (0..spheres)
-            .flat_map(|j| (0..j).map(move |i| (i, j)))
-            .collect();
-        let x = &frame.centres;
-        let mut couplings: Vec<Coupling> = pairs
-            .par_iter()
-            .map(|&(i, j)| {
-                Coupling::between_spheres(
-                    (i, j),
-                    (&expansions[i], &expansions[j]),
-                    &(x[j] - x[i]),
-                    tolerance,
-                )
-            })
-            .collect();
+        let mut centres = frame.centres.clone();
         let mut blocks = Vec::new();
         match frame.surroundings {
             Surroundings::Unbounded => {}
@@ -65,12 +57,10 @@ impl System {
                         order: orders.container,
                     },
                 });
-                let container = expansions[spheres];
-                couplings.par_extend((0..spheres).into_par_iter().map(|j| {
-                    Coupling::with_container((spheres, j), &container, &expansions[j], &x[j])
-                }));
+                centres.push(Vector3::zeros());
             }
             Surroundings::Wall => {
+                let x = &frame.centres;
                 let with_self: Vec<(usize, usize)> = (0..spheres)
                     .flat_map(|j| (0..=j).map(move |i| (i, j)))
                     .collect();
@@ -91,9 +81,35 @@ impl System {
         Self {
             expansions,
             spheres,
-            couplings,
+            centres,
+            tolerance,
+            couplings: Vec::new(),
             blocks,
         }
+    }
+
+    /// Computes and stores the couplings for [`System::apply`].
+    ///
+    /// Storage: `O(L^3)` numbers per pair of expansions.
+    pub fn store_couplings(mut self) -> Self {
+        let pairs: Vec<(usize, usize)> = self.pairs().collect();
+        self.couplings = pairs.par_iter().map(|&pair| self.coupling(pair)).collect();
+        self
+    }
+
+    /// Pairs of expansions, the container after all spheres.
+    fn pairs(&self) -> impl Iterator<Item = (usize, usize)> {
+        (0..self.expansions.len()).flat_map(|j| (0..j).map(move |i| (i, j)))
+    }
+
+    /// Coupling of a pair of expansions.
+    fn coupling(&self, (i, j): (usize, usize)) -> Coupling {
+        let [first, second] = [i, j].map(|k| &self.expansions[k]);
+        if j == self.spheres {
+            return Coupling::with_container((j, i), second, first, &self.centres[i]);
+        }
+        let offset = self.centres[j] - self.centres[i];
+        Coupling::between_spheres((i, j), (first, second), &offset, self.tolerance)
     }
 
     /// Adds dense blocks from one expansion to another; a block of an expansion with itself is
@@ -154,10 +170,18 @@ impl System {
                 }
             }
         };
-        for some in self.couplings.chunks(BLOCKS_PER_BATCH) {
-            let blocks: Vec<Mat<f64>> = some.par_iter().map(Coupling::dense).collect();
-            for (coupling, block) in some.iter().zip(&blocks) {
-                put(block, coupling.pair.0, coupling.pair.1);
+        let pairs: Vec<(usize, usize)> = self.pairs().collect();
+        let largest = rows.iter().map(Vec::len).max().unwrap_or_default().max(1);
+        for some in pairs.chunks((BATCH_NUMBERS / (largest * largest)).max(2)) {
+            let blocks: Vec<Block> = some
+                .par_iter()
+                .map(|&pair| {
+                    let coupling = self.coupling(pair);
+                    (coupling.pair, coupling.dense())
+                })
+                .collect();
+            for ((from, to), block) in &blocks {
+                put(block, *from, *to);
             }
         }
         for ((from, to), block) in &self.blocks {
@@ -267,10 +291,8 @@ impl System {
     }
 }
 
-/// Number of couplings expanded to dense blocks at a time.
-///
-/// It is small, so that the blocks need little memory compared with the matrix.
-const BLOCKS_PER_BATCH: usize = 32;
+/// Numbers in the dense blocks that are computed at a time: 32 MB.
+const BATCH_NUMBERS: usize = 4_000_000;
 
 /// Iteration limit.
 ///

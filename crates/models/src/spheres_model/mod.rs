@@ -163,7 +163,9 @@ impl SpheresModel {
         };
         let matrix = match self.kind {
             SphereModel::Multipole(tolerance) => {
-                let result = expansion(Accuracy::relative(tolerance))?;
+                // Where the tolerance is out of reach, the error bar of the answer says so.
+                let accuracy = Accuracy::relative(tolerance);
+                let result = multipole::resistance_best(spheres, &self.medium, &accuracy)?;
                 return Ok(Resistances {
                     dofs: result.dofs(),
                     references: vec![(result.coarser().clone(), result.tail())],
