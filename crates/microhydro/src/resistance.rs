@@ -17,6 +17,7 @@ pub struct Resistance {
     coarser: DMatrix<f64>,
     tail: f64,
     orders: Orders,
+    dofs: usize,
 }
 
 impl Resistance {
@@ -25,12 +26,14 @@ impl Resistance {
         coarser: DMatrix<f64>,
         tail: f64,
         orders: Orders,
+        dofs: usize,
     ) -> Self {
         Self {
             matrix,
             coarser,
             tail,
             orders,
+            dofs,
         }
     }
 
@@ -41,7 +44,7 @@ impl Resistance {
 
     /// Number of degrees of freedom: multipoles of all expansions.
     pub fn dofs(&self) -> usize {
-        self.orders.dofs()
+        self.dofs
     }
 
     /// The resistance matrix.

@@ -56,9 +56,12 @@ fn unchecked_resistance(
     let xi = GapCoordinates::narrowest_of(&gaps, spheres.len());
     let invert =
         |mobility: &DMatrix<f64>| Ok(frame.to_laboratory(&unscaled_inverse(mobility, radii)?));
-    let by_order = |scaled: ScaledMobility, tail: f64, orders: Orders| {
-        let resistance =
-            Resistance::new(invert(&scaled.full)?, invert(&scaled.lower)?, tail, orders);
+    let new = |matrix: DMatrix<f64>, coarser: DMatrix<f64>, tail: f64, dofs: usize| {
+        Resistance::new(matrix, coarser, tail, orders.clone(), dofs)
+    };
+    let by_order = |scaled: ScaledMobility, used: &Orders| {
+        let [full, lower] = [invert(&scaled.full)?, invert(&scaled.lower)?];
+        let resistance = new(full, lower, order::tail(&xi, used), used.dofs());
         Ok(Reached {
             expansions: resistance.relative_error(),
             gaps: 0.0,
@@ -66,11 +69,11 @@ fn unchecked_resistance(
         })
     };
     if frame.collinear && !orders.off_axis {
-        let orders = orders.without_gaps();
-        memory::check_on_axis(&orders)?;
+        let used = orders.without_gaps();
+        memory::check_on_axis(&used)?;
         let z: Vec<f64> = frame.centres.iter().map(|x| x.z).collect();
-        let scaled = collinear::mobility(&z, radii, frame.surroundings, &orders)?;
-        return by_order(scaled, order::tail(&xi, &orders), orders);
+        let scaled = collinear::mobility(&z, radii, frame.surroundings, &used)?;
+        return by_order(scaled, &used);
     }
     let narrow = NarrowGap::all(spheres, medium, orders)?;
     // In narrow gaps the resistance grows as 1/xi^2, and so does the condition number of the
@@ -79,7 +82,7 @@ fn unchecked_resistance(
     let accuracy = (tolerance * amplified, 0.03 * tolerance.sqrt() * amplified);
     if narrow.is_empty() {
         let scaled = spatial::mobility(&frame, radii, orders, accuracy)?;
-        return by_order(scaled, order::tail(&xi, orders), orders.clone());
+        return by_order(scaled, orders);
     }
     let eliminated = || {
         let blocks: Vec<[Vec<Block>; 2]> = narrow
@@ -126,14 +129,14 @@ fn unchecked_resistance(
         );
     }
     let tail = order::tail(&xi.widened(), orders);
-    let of_expansions = Resistance::new(matrix, lowered, tail, orders.clone());
+    let of_expansions = new(matrix, lowered, tail, orders.dofs());
     let matrix = of_expansions.matrix();
     let change = (matrix - of_expansions.coarser()) * tail;
     let coarser = matrix - change - &of_gaps;
     Ok(Reached {
         expansions: of_expansions.relative_error(),
         gaps: of_expansions.relative_difference(&(matrix + of_gaps)),
-        resistance: Resistance::new(matrix.clone(), coarser, 1.0, orders.clone()),
+        resistance: new(matrix.clone(), coarser, 1.0, orders.dofs()),
     })
 }
 

@@ -58,7 +58,8 @@ fn narrow_gaps_off_an_axis_meet_the_tolerance_with_an_honest_estimate() {
 fn pairwise_elimination_agrees_with_expansions_of_high_order() {
     let spheres = three(0.3, Vector3::new(0.4, 2.6, 0.3));
     let direct = multipole::resistance(&spheres, &Medium::Unbounded, &Accuracy::order(18)).unwrap();
-    let orders = multipole::orders_for(&[spheres.clone()], &Medium::Unbounded, 1e-4).unwrap();
+    let orders =
+        multipole::orders_for(std::slice::from_ref(&spheres), &Medium::Unbounded, 1e-4).unwrap();
     let pairwise = multipole::resistance_at(&spheres, &Medium::Unbounded, &orders).unwrap();
     assert!(pairwise.dofs() < direct.dofs() / 2);
     let error = distance(pairwise.matrix(), direct.matrix());
@@ -122,7 +123,8 @@ fn orders_of_an_axis_serve_configurations_off_it() {
     // not, and not the error of the expansions
     let difference = distance(on.matrix(), off.matrix());
     assert!(difference < 1e-6, "{difference:e}");
-    let own = multipole::orders_for(&[on_axis.clone()], &Medium::Unbounded, 1e-5).unwrap();
+    let own =
+        multipole::orders_for(std::slice::from_ref(&on_axis), &Medium::Unbounded, 1e-5).unwrap();
     let own = multipole::resistance_at(&on_axis, &Medium::Unbounded, &own).unwrap();
     assert!(distance(on.matrix(), own.matrix()) < 2e-5);
 }

@@ -170,7 +170,8 @@ fn tolerances_that_cannot_be_met_are_refused() {
             matches!(error, Err(HydroError::BadTolerance { .. })),
             "{tolerance}"
         );
-        let error = multipole::orders_for(&[pair.clone()], &Medium::Unbounded, tolerance);
+        let error =
+            multipole::orders_for(std::slice::from_ref(&pair), &Medium::Unbounded, tolerance);
         assert!(
             matches!(error, Err(HydroError::BadTolerance { .. })),
             "{tolerance}"

@@ -4,7 +4,7 @@ mod flow_field;
 
 use std::time::Instant as Clock;
 
-use microhydro::{Accuracy, Medium, Resistance, Spheres, multipole, oseen, rpy};
+use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole, oseen, rpy};
 use nalgebra::{DMatrix, Vector3};
 
 use crate::error::ModelError;
@@ -182,7 +182,11 @@ impl SpheresModel {
             if reference.relative_error() <= REFERENCE_ACCURACY * difference {
                 break;
             }
-            reference = expansion(Accuracy::order(order))?;
+            match expansion(Accuracy::order(order)) {
+                // The last reference that fits into memory estimates the error.
+                Err(ModelError::Spheres(HydroError::TooLarge { .. })) => break,
+                found => reference = found?,
+            }
         }
         Ok(Resistances {
             matrix,
