@@ -6,7 +6,8 @@
 //! ```text
 //! A_jk += -A_jh A_hk   for spheres j != k
 //! ```
-//! The next two orders of each sphere are taken for `h`: higher ones decay with the distance.
+//! The next two orders of each sphere are taken for `h`, and gaps that need no more. In narrower gaps
+//! the two surfaces amplify each other's high degrees, so that the first order is no approximation.
 
 use std::collections::BTreeMap;
 
@@ -25,12 +26,16 @@ const COUPLING_TOLERANCE: f64 = 1e-14;
 /// Number of spheres whose products are computed at a time.
 const SPHERES_PER_BATCH: usize = 32;
 
-/// Blocks between spheres that have a narrow gap with the same third sphere.
+/// Blocks between spheres whose gaps with the same third sphere need the next two orders at most.
 pub(super) fn blocks(frame: &Frame, radii: &[f64], orders: &Orders) -> Vec<Block> {
     let n = radii.len();
     let mut neighbours = vec![Vec::new(); n];
-    for &(first, second) in orders.gaps.keys() {
-        if first < n && second < n {
+    for (&(first, second), gap) in &orders.gaps {
+        if first >= n || second >= n {
+            continue;
+        }
+        let [of_first, of_second] = gap.singular;
+        if of_first <= orders.spheres[first] + 2 && of_second <= orders.spheres[second] + 2 {
             neighbours[first].push(second);
             neighbours[second].push(first);
         }
