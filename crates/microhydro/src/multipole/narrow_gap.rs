@@ -1,8 +1,8 @@
 //! Narrow gaps off an axis: the high degrees of two close surfaces, eliminated for the pair alone.
 //!
 //! A gap of a hundredth of a radius needs orders of about 100. Modes of such a high degree act on
-//! the other surface of the gap only: at a third sphere their flow is smaller by `e^(-ξ l)` with the
-//! wide gap's coordinate `ξ`. Two surfaces have an axis, so their modes decouple by azimuthal
+//! the other surface of the gap only: at a third sphere their flow is smaller by `e^(-ξ l)` with
+//! the wide gap's coordinate `ξ`. Two surfaces have an axis, so their modes decouple by azimuthal
 //! number. With the low degrees `k` (those of the expansions of the spheres) and the high ones `h`,
 //! the Galerkin matrix of the low degrees becomes
 //! ```text

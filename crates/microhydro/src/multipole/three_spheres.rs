@@ -1,13 +1,14 @@
 //! Modes between the orders of the spheres and those of narrow gaps, to first order.
 //!
 //! `narrow_gap` eliminates the high degrees of two spheres exactly, and neglects that a high degree
-//! of one sphere couples two other ones. With the low degrees `k` and the high ones `h` of the sphere
-//! between, that coupling is, to first order,
+//! of one sphere couples two other ones. With the low degrees `k` and the high ones `h` of the
+//! sphere between, that coupling is, to first order,
 //! ```text
 //! A_jk += -A_jh A_hk   for spheres j != k
 //! ```
-//! The next two orders of each sphere are taken for `h`, and gaps that need no more. In narrower gaps
-//! the two surfaces amplify each other's high degrees, so that the first order is no approximation.
+//! The next two orders of each sphere are taken for `h`, and gaps that need no more. In narrower
+//! gaps the two surfaces amplify each other's high degrees, so that the first order is no
+//! approximation.
 
 use std::collections::BTreeMap;
 
