@@ -46,7 +46,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     // Spheres that do not rotate: force per velocity, by boundary collocation (to 1.5e-9).
     let mut together = DVector::zeros(18);
     (0..3).for_each(|sphere| together[6 * sphere + 2] = 1.0);
-    let force = resistance.forces(&together)[2];
+    let force = resistance.forces(&together)?[2];
     assert!((force - 12.49387889059).abs() < 2e-8, "{force}");
     Ok(())
 }

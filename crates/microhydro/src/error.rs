@@ -28,6 +28,21 @@ pub enum HydroError {
         /// Name of the number.
         what: &'static str,
     },
+    /// A length whose powers overflow or vanish.
+    #[error(
+        "{what} is {length:e}; lengths must be between {lowest:e} and {highest:e}: \
+         choose another unit of length"
+    )]
+    OutOfRange {
+        /// Name of the length.
+        what: &'static str,
+        /// The length.
+        length: f64,
+        /// Lowest length other than zero.
+        lowest: f64,
+        /// Highest length.
+        highest: f64,
+    },
     /// Two spheres that touch or overlap.
     #[error(
         "spheres {first} and {second} touch or overlap (gap {gap:.3e}); \
@@ -71,6 +86,46 @@ pub enum HydroError {
         needed: usize,
         /// Highest order that is allowed.
         highest: usize,
+    },
+    /// A requested relative error outside the range that can be met.
+    #[error(
+        "the tolerance {tolerance:e} is not a number between {lowest:e} and 1; \
+         below {lowest:e} rounding errors dominate"
+    )]
+    BadTolerance {
+        /// The requested tolerance.
+        tolerance: f64,
+        /// Lowest tolerance.
+        lowest: f64,
+    },
+    /// An expansion that would take too much memory.
+    #[error(
+        "{dofs:.0} multipoles would take {mib:.0} MiB, at most {highest:.0} MiB are allowed: \
+         use fewer spheres, a lower order or a higher tolerance"
+    )]
+    TooLarge {
+        /// Number of multipoles.
+        dofs: f64,
+        /// Memory that they would take, in MiB.
+        mib: f64,
+        /// Memory that is allowed, in MiB.
+        highest: f64,
+    },
+    /// An estimated error above the tolerance at the highest orders that are allowed.
+    #[error(
+        "the resistance was computed to a relative error of {reached:.1e}, {tolerance:.1e} was \
+         requested; {surfaces} have the narrowest gap ({gap:.3e} smaller radii): widen it or \
+         increase the tolerance"
+    )]
+    ToleranceNotReached {
+        /// The requested relative error.
+        tolerance: f64,
+        /// The smallest estimated relative error.
+        reached: f64,
+        /// The surfaces with the narrowest gap.
+        surfaces: String,
+        /// Distance of these surfaces over the smaller radius.
+        gap: f64,
     },
     /// A point outside the fluid, where the velocity field cannot be evaluated.
     #[error(

@@ -15,9 +15,10 @@ pub(crate) fn resistance(
     medium: &Medium,
     model: &'static str,
 ) -> Result<DMatrix<f64>, HydroError> {
-    match mobility.clone().cholesky() {
-        Some(factor) => Ok(factor.inverse()),
-        None => Err(not_positive_definite(&mobility, spheres, medium, model)),
+    let factor = mobility.clone().cholesky();
+    match factor.map(|factor| factor.inverse()) {
+        Some(inverse) if inverse.iter().all(|x| x.is_finite()) => Ok(inverse),
+        _ => Err(not_positive_definite(&mobility, spheres, medium, model)),
     }
 }
 

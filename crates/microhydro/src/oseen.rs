@@ -27,14 +27,14 @@ use crate::{HydroError, Medium, Spheres, inverse, pair_mobility, wall};
 /// ```
 pub fn mobility(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, HydroError> {
     spheres.check_inside(medium)?;
-    let mut matrix = pair_mobility::mobility(spheres, |_, _| 0.0);
+    let mut matrix = pair_mobility::mobility(spheres, |_, _| 0.0)?;
     match medium {
         Medium::Unbounded => Ok(matrix),
         Medium::Wall { point, normal } => {
             let x = spheres.centres();
             for i in 0..x.len() {
                 for j in 0..x.len() {
-                    let image = wall::image(&x[i], &x[j], point, normal);
+                    let image = wall::image(&x[i], &x[j], point, normal)?;
                     let mut block = matrix.fixed_view_mut::<6, 6>(6 * i, 6 * j);
                     block += image;
                 }

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 
-use crate::Spheres;
+use crate::multipole::check_spheres;
+use crate::{HydroError, Spheres};
 
 /// Velocity and angular velocity at `r` due to a force `F` and a torque `T` at the origin,
 /// viscosity 1.
@@ -36,7 +37,14 @@ pub(crate) fn pair_mobility(r: &Vector3<f64>, s: f64) -> Matrix6<f64> {
 
 /// Mobility matrix with lone-sphere diagonal blocks and [`pair_mobility`] elsewhere; `s(a_i, a_j)`
 /// gives its parameter.
-pub(crate) fn mobility(spheres: &Spheres, s: impl Fn(f64, f64) -> f64) -> DMatrix<f64> {
+///
+/// # Errors
+/// [`HydroError::TooLarge`], [`HydroError::NotFinite`].
+pub(crate) fn mobility(
+    spheres: &Spheres,
+    s: impl Fn(f64, f64) -> f64,
+) -> Result<DMatrix<f64>, HydroError> {
+    check_spheres(spheres.len())?;
     let (x, a) = (spheres.centres(), spheres.radii());
     let n = spheres.len();
     let mut matrix = DMatrix::zeros(6 * n, 6 * n);
@@ -51,5 +59,10 @@ pub(crate) fn mobility(spheres: &Spheres, s: impl Fn(f64, f64) -> f64) -> DMatri
                 .copy_from(&pair_mobility(&(x[i] - x[j]), s(a[i], a[j])));
         }
     }
-    matrix
+    match matrix.iter().all(|x| x.is_finite()) {
+        true => Ok(matrix),
+        false => Err(HydroError::NotFinite {
+            what: "the mobility of the spheres",
+        }),
+    }
 }

@@ -2,6 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::HydroError;
+use crate::multipole::Orders;
+
 /// Grand resistance matrix of spheres and its error estimate.
 ///
 /// Symmetric positive definite, six rows and columns per sphere. Each column holds the forces and
@@ -13,17 +16,30 @@ pub struct Resistance {
     matrix: DMatrix<f64>,
     coarser: DMatrix<f64>,
     tail: f64,
+    orders: Orders,
     dofs: usize,
 }
 
 impl Resistance {
-    pub(crate) fn new(matrix: DMatrix<f64>, coarser: DMatrix<f64>, tail: f64, dofs: usize) -> Self {
+    pub(crate) fn new(
+        matrix: DMatrix<f64>,
+        coarser: DMatrix<f64>,
+        tail: f64,
+        orders: Orders,
+        dofs: usize,
+    ) -> Self {
         Self {
             matrix,
             coarser,
             tail,
+            orders,
             dofs,
         }
+    }
+
+    /// Orders of the expansions that were used.
+    pub fn orders(&self) -> &Orders {
+        &self.orders
     }
 
     /// Number of degrees of freedom: multipoles of all expansions.
@@ -36,9 +52,11 @@ impl Resistance {
         &self.matrix
     }
 
-    /// Resistance matrix from expansions whose orders are lower by two.
+    /// Less accurate resistance matrix: from expansions whose orders are lower by two.
     ///
-    /// A quantity computed from both matrices has an error estimate: see [`Resistance::tail`].
+    /// With narrow gaps off an axis it is extrapolated, so that it differs from
+    /// [`Resistance::matrix`] by the estimated error. A quantity computed from both matrices has an
+    /// error estimate: see [`Resistance::tail`].
     pub fn coarser(&self) -> &DMatrix<f64> {
         &self.coarser
     }
@@ -63,7 +81,7 @@ impl Resistance {
 
     /// Largest difference of an entry from `other`, relative to `sqrt(R_ii R_jj)`.
     ///
-    /// Infinite for a matrix of another size.
+    /// Infinite for a matrix of another size or with NaN.
     pub fn relative_difference(&self, other: &DMatrix<f64>) -> f64 {
         if other.shape() != self.matrix.shape() {
             return f64::INFINITY;
@@ -73,24 +91,32 @@ impl Resistance {
         (0..difference.nrows())
             .flat_map(|i| (0..difference.ncols()).map(move |j| (i, j)))
             .map(|(i, j)| difference[(i, j)] / (size(i) * size(j)))
-            .fold(0.0, f64::max)
-    }
-
-    /// Adds blocks to the given rows and columns of both matrices.
-    pub(crate) fn add(&mut self, rows: &[usize], matrix: &DMatrix<f64>, coarser: &DMatrix<f64>) {
-        for (i, &row) in rows.iter().enumerate() {
-            for (j, &column) in rows.iter().enumerate() {
-                self.matrix[(row, column)] += matrix[(i, j)];
-                self.coarser[(row, column)] += coarser[(i, j)];
-            }
-        }
+            // a NaN is not a small difference
+            .fold(
+                0.0,
+                |m, x| if x.is_nan() { f64::INFINITY } else { m.max(x) },
+            )
     }
 
     /// Forces and torques on the fluid for given velocities and angular velocities.
     ///
-    /// # Panics
-    /// If `velocities` does not have six entries per sphere.
-    pub fn forces(&self, velocities: &DVector<f64>) -> DVector<f64> {
-        &self.matrix * velocities
+    /// # Errors
+    /// [`HydroError::Length`] if `velocities` does not have six entries per sphere;
+    /// [`HydroError::NotFinite`].
+    pub fn forces(&self, velocities: &DVector<f64>) -> Result<DVector<f64>, HydroError> {
+        if velocities.len() != self.matrix.ncols() {
+            return Err(HydroError::Length {
+                what: "velocities of the spheres",
+                expected: self.matrix.ncols(),
+                found: velocities.len(),
+            });
+        }
+        let forces = &self.matrix * velocities;
+        match forces.iter().all(|f| f.is_finite()) {
+            true => Ok(forces),
+            false => Err(HydroError::NotFinite {
+                what: "a velocity or a force",
+            }),
+        }
     }
 }

@@ -33,7 +33,10 @@ use crate::{HydroError, Medium, Spheres, inverse, multipole, pair_mobility};
 /// ```
 pub fn mobility(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, HydroError> {
     match medium {
-        Medium::Unbounded => Ok(pair_mobility::mobility(spheres, |a, b| a * a + b * b)),
+        Medium::Unbounded => {
+            spheres.check_inside(medium)?;
+            pair_mobility::mobility(spheres, |a, b| a * a + b * b)
+        }
         Medium::Ball { .. } | Medium::Wall { .. } => multipole::rigid_mobility(spheres, medium),
     }
 }

@@ -38,12 +38,31 @@ pub enum Medium {
 /// Gaps below this fraction of the smaller radius are rounding errors of the centres.
 const CONTACT_TOLERANCE: f64 = 1e-12;
 
+/// Lengths whose powers and quotients in the formulas neither overflow nor vanish.
+const LENGTHS: (f64, f64) = (1e-50, 1e50);
+
+/// Checks that a length is finite and between `lowest` and the highest of [`LENGTHS`].
+fn check_length(what: &'static str, length: f64, lowest: f64) -> Result<(), HydroError> {
+    if !length.is_finite() {
+        return Err(HydroError::NotFinite { what });
+    }
+    match (lowest..=LENGTHS.1).contains(&length.abs()) {
+        true => Ok(()),
+        false => Err(HydroError::OutOfRange {
+            what,
+            length,
+            lowest: LENGTHS.0,
+            highest: LENGTHS.1,
+        }),
+    }
+}
+
 impl Spheres {
     /// Spheres with the given centres and radii.
     ///
     /// # Errors
     /// Lists of different lengths, a radius that is not positive and finite, a centre that is not
-    /// finite, two spheres that touch.
+    /// finite, lengths beyond [`HydroError::OutOfRange`], two spheres that touch.
     pub fn new(centres: Vec<Vector3<f64>>, radii: Vec<f64>) -> Result<Self, HydroError> {
         if centres.len() != radii.len() {
             return Err(HydroError::Length {
@@ -63,10 +82,16 @@ impl Spheres {
                 radius: radii[sphere],
             });
         }
+        for &x in centres.iter().flatten() {
+            check_length("a sphere's centre", x, 0.0)?;
+        }
+        for &radius in &radii {
+            check_length("a sphere's radius", radius, LENGTHS.0)?;
+        }
         let spheres = Self { centres, radii };
         for second in 0..spheres.len() {
             for first in 0..second {
-                let gap = spheres.gap(first, second);
+                let gap = spheres.relative_gap(first, second);
                 if gap <= CONTACT_TOLERANCE {
                     return Err(HydroError::Touching {
                         first,
@@ -101,9 +126,13 @@ impl Spheres {
 
     /// Distance between the surfaces of two spheres, divided by the smaller radius.
     ///
-    /// # Panics
-    /// If an index is not below [`Spheres::len`].
-    pub fn gap(&self, first: usize, second: usize) -> f64 {
+    /// None for an index that is not below [`Spheres::len`], and for a sphere with itself.
+    pub fn gap(&self, first: usize, second: usize) -> Option<f64> {
+        let exist = first < self.len() && second < self.len() && first != second;
+        exist.then(|| self.relative_gap(first, second))
+    }
+
+    fn relative_gap(&self, first: usize, second: usize) -> f64 {
         let (a, b) = (self.radii[first], self.radii[second]);
         ((self.centres[first] - self.centres[second]).norm() - a - b) / a.min(b)
     }
@@ -114,7 +143,7 @@ impl Spheres {
         let mut narrowest = (String::from("the spheres"), f64::INFINITY);
         for second in 0..self.len() {
             for first in 0..second {
-                let gap = self.gap(first, second);
+                let gap = self.relative_gap(first, second);
                 if gap < narrowest.1 {
                     narrowest = (format!("spheres {first} and {second}"), gap);
                 }
@@ -133,8 +162,9 @@ impl Spheres {
     ///
     /// # Errors
     /// [`HydroError::OutsideMedium`] for the first sphere that touches the boundary or lies beyond
-    /// it.
+    /// it; [`HydroError::NotFinite`] and [`HydroError::OutOfRange`] for the lengths of the medium.
     pub fn check_inside(&self, medium: &Medium) -> Result<(), HydroError> {
+        medium.check()?;
         for sphere in 0..self.len() {
             let clearance = medium.distance(&self.centres[sphere]) - self.radii[sphere];
             // The comparison also rejects a clearance that is NaN.
@@ -157,15 +187,41 @@ impl Medium {
     /// `normal` may have any length.
     ///
     /// # Errors
-    /// [`HydroError::NotFinite`] for a zero or non-finite normal.
+    /// [`HydroError::NotFinite`] for a zero or non-finite normal or a non-finite point;
+    /// [`HydroError::OutOfRange`].
     pub fn wall(point: Vector3<f64>, normal: Vector3<f64>) -> Result<Self, HydroError> {
-        match UnitVector3::try_new(normal, 0.0) {
-            Some(normal) if normal.iter().all(|x| x.is_finite()) => {
-                Ok(Self::Wall { point, normal })
-            }
-            _ => Err(HydroError::NotFinite {
+        // the largest component first, so that squares neither overflow nor vanish
+        let largest = normal.amax();
+        let wall = UnitVector3::try_new(normal / largest, 0.0)
+            .map(|normal| Self::Wall { point, normal })
+            .ok_or(HydroError::NotFinite {
                 what: "the direction of the wall's normal",
-            }),
+            })?;
+        wall.check()?;
+        Ok(wall)
+    }
+
+    /// Checks that the lengths of the medium are in range and its normal is a unit vector.
+    fn check(&self) -> Result<(), HydroError> {
+        match self {
+            Self::Unbounded => Ok(()),
+            Self::Ball { centre, radius } => {
+                for &x in centre {
+                    check_length("the container's centre", x, 0.0)?;
+                }
+                check_length("the container's radius", *radius, LENGTHS.0)
+            }
+            Self::Wall { point, normal } => {
+                for &x in point {
+                    check_length("the point on the wall", x, 0.0)?;
+                }
+                match (normal.norm() - 1.0).abs() <= 1e-12 {
+                    true => Ok(()),
+                    false => Err(HydroError::NotFinite {
+                        what: "the direction of the wall's normal",
+                    }),
+                }
+            }
         }
     }
 

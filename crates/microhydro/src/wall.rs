@@ -4,6 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix6, UnitQuaternion, UnitVector3, Vector3};
 
+use crate::HydroError;
+
 /// Correction to the point mobility due to a plane wall.
 ///
 /// Velocity and angular velocity that the wall adds at `x` for a force (columns 0 to 2) and a
@@ -17,12 +19,27 @@ use nalgebra::{Matrix6, UnitQuaternion, UnitVector3, Vector3};
 /// u*     = -J w - 2 z ∇w_z + z² ∇q
 /// curl u* = -curl w - 4 e_z × ∇w_z + 2 z e_z × ∇q
 /// ```
+///
+/// # Errors
+/// [`HydroError::NotInFluid`] for a point on the wall or beyond it; [`HydroError::NotFinite`] for
+/// lengths whose powers overflow.
 pub fn image(
     x: &Vector3<f64>,
     y: &Vector3<f64>,
     point: &Vector3<f64>,
     normal: &UnitVector3<f64>,
-) -> Matrix6<f64> {
+) -> Result<Matrix6<f64>, HydroError> {
+    for x in [x, y] {
+        // The comparison also rejects NaN.
+        if (x - point).dot(normal) > 0.0 {
+            continue;
+        }
+        return Err(HydroError::NotInFluid {
+            x: x.x,
+            y: x.y,
+            z: x.z,
+        });
+    }
     let to_axes = UnitQuaternion::rotation_between(normal, &Vector3::z())
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI));
     let (x, y) = (to_axes * (x - point), to_axes * (y - point));
@@ -44,7 +61,12 @@ pub fn image(
                 .copy_from(&(from_axes * spin));
         }
     }
-    matrix
+    match matrix.iter().all(|x| x.is_finite()) {
+        true => Ok(matrix),
+        false => Err(HydroError::NotFinite {
+            what: "the mobility due to the wall",
+        }),
+    }
 }
 
 /// Velocity and angular velocity of the image system for the wall `z = 0`.
@@ -88,7 +110,7 @@ mod tests {
         let along = normal.cross(&Vector3::x()).normalize();
         let x = origin + along * 0.7 + normal.cross(&along) * 0.3;
         let y = origin + normal.into_inner() * 1.3 + along * 0.2;
-        let total = image(&x, &y, &origin, &normal) + pair_mobility(&(x - y), 0.0);
+        let total = image(&x, &y, &origin, &normal).unwrap() + pair_mobility(&(x - y), 0.0);
         assert!(total.rows(0, 3).amax() < 1e-15);
     }
 
@@ -96,8 +118,8 @@ mod tests {
     fn image_mobility_is_reciprocal() {
         let normal = UnitVector3::new_normalize(Vector3::new(0.3, -0.5, 0.9));
         let (x, y) = (Vector3::new(1.0, 0.2, 2.0), Vector3::new(-0.3, 0.4, 0.8));
-        let forward = image(&x, &y, &Vector3::zeros(), &normal);
-        let backward = image(&y, &x, &Vector3::zeros(), &normal);
+        let forward = image(&x, &y, &Vector3::zeros(), &normal).unwrap();
+        let backward = image(&y, &x, &Vector3::zeros(), &normal).unwrap();
         assert!((forward - backward.transpose()).amax() < 1e-15);
     }
 
@@ -108,7 +130,7 @@ mod tests {
         // (a/h)^3 about a parallel axis, relative to 1/(8 pi a^3).
         let h = 3.0;
         let x = Vector3::new(0.0, 0.0, h);
-        let m = image(&x, &x, &Vector3::zeros(), &Vector3::z_axis());
+        let m = image(&x, &x, &Vector3::zeros(), &Vector3::z_axis()).unwrap();
         assert!((m[(0, 0)] * 6.0 * PI + 9.0 / 16.0 / h).abs() < 1e-15);
         assert!((m[(2, 2)] * 6.0 * PI + 9.0 / 8.0 / h).abs() < 1e-15);
         assert!((m[(5, 5)] * 8.0 * PI + 1.0 / 8.0 / h.powi(3)).abs() < 1e-15);

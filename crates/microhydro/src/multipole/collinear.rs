@@ -9,15 +9,15 @@ use super::elimination::eliminate;
 use super::frame::Surroundings;
 use super::lamb::{LambCoefficients, trace_index};
 use super::modes::{FAMILIES, Family, Modes};
-use super::order::Orders;
+use super::orders::Orders;
 use super::reflection::image;
 use super::scaled::ScaledMobility;
 use crate::HydroError;
 
 /// Families and azimuthal number of modes that couple to each other.
-struct Sector {
-    m: usize,
-    families: &'static [Family],
+pub(super) struct Sector {
+    pub m: usize,
+    pub families: &'static [Family],
 }
 
 const SECTORS: [Sector; 3] = [
@@ -37,10 +37,10 @@ const SECTORS: [Sector; 3] = [
 
 /// One degree of freedom: a mode of a sphere, or of the container, which comes last.
 #[derive(Clone, Copy)]
-struct Dof {
-    expansion: usize,
-    family: Family,
-    l: usize,
+pub(super) struct Dof {
+    pub expansion: usize,
+    pub family: Family,
+    pub l: usize,
 }
 
 /// Scaled mobility matrices of spheres at heights `z` on the axis.
@@ -94,7 +94,7 @@ pub(crate) fn mobility(
     Ok(scaled)
 }
 
-fn modes(expansion: usize, orders: &Orders) -> Modes {
+pub(super) fn modes(expansion: usize, orders: &Orders) -> Modes {
     Modes {
         order: orders
             .spheres
@@ -141,7 +141,7 @@ fn dofs(sector: &Sector, surroundings: Surroundings, orders: &Orders) -> Vec<Dof
 /// Symmetric matrix of a sector, in the lower triangle.
 ///
 /// Ones on the diagonal, couplings below it; the upper triangle stays zero.
-fn assemble(
+pub(super) fn assemble(
     sector: &Sector,
     z: &[f64],
     radii: &[f64],

@@ -6,7 +6,7 @@
 use faer::linalg::matmul::matmul;
 use faer::prelude::ReborrowMut;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-use nalgebra::{DMatrix, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::axial_translation::{InteriorTranslation, OutgoingTranslation};
 use super::lamb::{LambCoefficients, trace_index};
@@ -228,7 +228,7 @@ impl Coupling {
             multiply(
                 rows_mut(rotated.as_mut(), source.shell(family, l)),
                 Accum::Replace,
-                dense(self.rotation.degree(l)),
+                self.rotation.matrix(l),
                 x.subrows(from.shell(family, l).start, 2 * l + 1),
             );
         }
@@ -254,7 +254,7 @@ impl Coupling {
             multiply(
                 rows_mut(y.rb_mut(), to.shell(family, l)),
                 Accum::Add,
-                dense(self.rotation.degree(l)).transpose(),
+                self.rotation.matrix(l).transpose(),
                 result
                     .as_ref()
                     .subrows(target.shell(family, l).start, 2 * l + 1),
@@ -269,8 +269,4 @@ fn rows_mut(matrix: MatMut<'_, f64>, rows: std::ops::Range<usize>) -> MatMut<'_,
 
 fn multiply(y: MatMut<f64>, accum: Accum, a: MatRef<f64>, x: MatRef<f64>) {
     matmul(y, accum, a, x, 1.0, Par::Seq);
-}
-
-fn dense(matrix: &DMatrix<f64>) -> MatRef<'_, f64> {
-    MatRef::from_column_major_slice(matrix.as_slice(), matrix.nrows(), matrix.ncols())
 }

@@ -4,7 +4,9 @@
 //! speed of one large factorisation. The factorisation also gives both orders at once, and its cost
 //! does not depend on the condition number, which narrow gaps make large.
 
-use super::elimination::eliminate;
+use nalgebra::DMatrix;
+
+use super::elimination::{complements, eliminate};
 use super::modes::Family;
 use super::scaled::ScaledMobility;
 use super::system::System;
@@ -21,6 +23,16 @@ pub(super) fn mobility(system: &System) -> Result<ScaledMobility, HydroError> {
     let rigid = 6 * system.spheres;
     let [full, lower] = eliminate(system.dense(&elimination_rows), rigid, lower_size)?;
     Ok(ScaledMobility { full, lower })
+}
+
+/// Scaled mobility matrix for the orders of a system alone.
+///
+/// # Errors
+/// [`HydroError::FactorisationFailed`].
+pub(super) fn full_mobility(system: &System) -> Result<DMatrix<f64>, HydroError> {
+    let (elimination_rows, _) = elimination_rows(system);
+    let [full] = complements(system.dense(&elimination_rows), [6 * system.spheres])?;
+    Ok(full)
 }
 
 /// Row of each mode in the order of elimination, and the number of rows of the lower order.

@@ -1,8 +1,9 @@
-//! Schur complement on the rigid motions by one Cholesky factorisation.
+//! Schur complements and inverses of symmetric matrices by one Cholesky factorisation.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
-use faer::linalg::matmul::matmul;
+use faer::linalg::cholesky::llt::inverse::{inverse as inverse_from_factor, inverse_scratch};
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par, Spec};
 use nalgebra::DMatrix;
 
@@ -26,6 +27,59 @@ pub(super) fn eliminate(
     rigid: usize,
     lower: usize,
 ) -> Result<[DMatrix<f64>; 2], HydroError> {
+    let par = factor(&mut matrix)?;
+    let first = matrix.nrows() - rigid;
+    let full = complement(&matrix, rigid, par);
+    let omitted = gram(matrix.submatrix(first, lower, rigid, first - lower), par);
+    Ok([full.clone(), full + omitted])
+}
+
+/// Schur complements of `matrix` on its last rows, for several numbers of rows.
+///
+/// # Errors
+/// [`HydroError::FactorisationFailed`].
+pub(super) fn complements<const N: usize>(
+    mut matrix: Mat<f64>,
+    rows: [usize; N],
+) -> Result<[DMatrix<f64>; N], HydroError> {
+    let par = factor(&mut matrix)?;
+    Ok(rows.map(|rows| complement(&matrix, rows, par)))
+}
+
+/// Inverse of a symmetric positive definite matrix; `name` is its name in errors.
+///
+/// # Errors
+/// [`HydroError::FactorisationFailed`].
+pub(super) fn inverse(
+    matrix: &DMatrix<f64>,
+    name: &'static str,
+) -> Result<DMatrix<f64>, HydroError> {
+    let size = matrix.nrows();
+    let mut factor = Mat::from_fn(size, size, |i, j| matrix[(i, j)]);
+    let par = factor_in_place(&mut factor, name)?;
+    let mut memory = MemBuffer::new(inverse_scratch::<f64>(size, par));
+    let mut inverse = Mat::<f64>::zeros(size, size);
+    inverse_from_factor(
+        inverse.as_mut(),
+        factor.as_ref(),
+        par,
+        MemStack::new(&mut memory),
+    );
+    Ok(symmetric(&inverse))
+}
+
+/// The symmetric matrix with the given lower triangle.
+fn symmetric(lower: &Mat<f64>) -> DMatrix<f64> {
+    let size = lower.nrows();
+    DMatrix::from_fn(size, size, |i, j| lower[(i.max(j), i.min(j))])
+}
+
+/// Cholesky factor of a Galerkin matrix, in its lower triangle, and the number of threads used.
+fn factor(matrix: &mut Mat<f64>) -> Result<Par, HydroError> {
+    factor_in_place(matrix, "Galerkin matrix")
+}
+
+fn factor_in_place(matrix: &mut Mat<f64>, name: &'static str) -> Result<Par, HydroError> {
     let size = matrix.nrows();
     // a fixed number of threads, so that the result does not depend on how many there are
     let par = match size < MIN_DOFS_FOR_THREADS {
@@ -40,33 +94,44 @@ pub(super) fn eliminate(
         MemStack::new(&mut memory),
         Spec::default(),
     )
-    .map_err(|_| HydroError::FactorisationFailed {
-        matrix: "Galerkin matrix",
-        size,
-    })?;
-    let first = size - rigid;
-    let corner = Mat::from_fn(rigid, rigid, |i, j| {
-        if i < j {
-            0.0
-        } else {
-            matrix[(first + i, first + j)]
-        }
-    });
-    let full = gram(corner.as_ref(), par);
-    let omitted = gram(matrix.submatrix(first, lower, rigid, first - lower), par);
-    Ok([full.clone(), full + omitted])
+    .map_err(|_| HydroError::FactorisationFailed { matrix: name, size })?;
+    Ok(par)
+}
+
+/// `L_rr L_rr^T` for the last rows `r` of a Cholesky factor.
+fn complement(factor: &Mat<f64>, rows: usize, par: Par) -> DMatrix<f64> {
+    let first = factor.nrows() - rows;
+    let corner = factor.submatrix(first, first, rows, rows);
+    let triangles = (
+        BlockStructure::TriangularLower,
+        BlockStructure::TriangularUpper,
+    );
+    product(corner, triangles, par)
 }
 
 /// `L L^T`.
 fn gram(rows: MatRef<f64>, par: Par) -> DMatrix<f64> {
+    let rectangles = (BlockStructure::Rectangular, BlockStructure::Rectangular);
+    product(rows, rectangles, par)
+}
+
+/// `L L^T`, where only the given parts of the two factors are read.
+fn product(
+    rows: MatRef<f64>,
+    (left, right): (BlockStructure, BlockStructure),
+    par: Par,
+) -> DMatrix<f64> {
     let mut product = Mat::<f64>::zeros(rows.nrows(), rows.nrows());
     matmul(
         product.as_mut(),
+        BlockStructure::TriangularLower,
         Accum::Replace,
         rows,
+        left,
         rows.transpose(),
+        right,
         1.0,
         par,
     );
-    DMatrix::from_fn(rows.nrows(), rows.nrows(), |i, j| product[(i, j)])
+    symmetric(&product)
 }

@@ -27,7 +27,7 @@
 //! The resistance converges spectrally with the order, and from below; its error is the square of
 //! the error of the velocity field. Spheres on an axis of symmetry of their medium decouple by
 //! azimuthal number. `order` predicts the order that a gap needs and estimates the error;
-//! `lubrication` adds pair corrections where that order would be too high.
+//! `narrow_gap` eliminates the high degrees of two close surfaces for the pair alone.
 
 mod accuracy;
 mod adaptive;
@@ -39,18 +39,23 @@ mod elimination;
 mod fixed_order;
 mod frame;
 mod lamb;
-mod lubrication;
+mod memory;
 mod modes;
+mod narrow_gap;
 mod order;
+mod orders;
 mod reflection;
 mod rotation;
 mod scaled;
 mod spatial;
 mod system;
+mod three_spheres;
 mod velocity_field;
 mod wall_image;
 
 pub use self::accuracy::Accuracy;
-pub use self::adaptive::resistance;
+pub use self::adaptive::{orders_for, resistance, resistance_at, resistance_best};
 pub(crate) use self::fixed_order::rigid_mobility;
+pub(crate) use self::memory::check_spheres;
+pub use self::orders::Orders;
 pub use self::velocity_field::VelocityField;

@@ -66,7 +66,8 @@ impl Family {
 ///
 /// The order counts the polynomial degree of the velocity inside the sphere: all flows of a degree
 /// below the order are contained. The set is closed under rotation, so results do not depend on the
-/// frame, and contains the modes of all lower orders.
+/// frame, and contains the modes of all lower orders. Order 1 stands for the rigid motions, order 0
+/// for no modes.
 ///
 /// Sorted by family, degree `l`, then `m = -l ..= l` (`m < 0` is the sine).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,7 +78,11 @@ pub(crate) struct Modes {
 impl Modes {
     /// Highest degree `l` of a family.
     pub fn max_degree(self, family: Family) -> usize {
-        self.order.saturating_sub(family.shift())
+        match family {
+            // order 1 has both rigid motions
+            Family::Rotlet if self.order == 1 => 1,
+            _ => self.order.saturating_sub(family.shift()),
+        }
     }
 
     /// Number of modes.
@@ -86,6 +91,11 @@ impl Modes {
             .iter()
             .map(|&f| Self::count(self.max_degree(f)))
             .sum()
+    }
+
+    /// Whether a mode belongs to the expansion.
+    pub fn contains(self, family: Family, l: usize) -> bool {
+        l <= self.max_degree(family)
     }
 
     /// Index of the first mode of a family.

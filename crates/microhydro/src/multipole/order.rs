@@ -5,72 +5,16 @@
 //! from the centre of the sphere. The coefficients of degree `l` therefore decay as `e^(-ξ l)`,
 //! and the Galerkin error of the resistance as `e^(-2 ξ L)` with the order `L`.
 
-use super::modes::Modes;
+use std::collections::BTreeMap;
+
+use super::orders::{GapOrders, MIN_ORDER, MIN_ORDER_IN_BALL, Orders, min_order};
 use crate::{Medium, Spheres};
 
-/// Orders of the expansions on the spheres, and on the container if there is one.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Orders {
-    /// Order of each sphere.
-    pub spheres: Vec<usize>,
-    /// Order of the container; zero without one.
-    pub container: usize,
-}
-
-impl Orders {
-    /// Number of degrees of freedom: multipoles of all expansions.
-    pub fn dofs(&self) -> usize {
-        let orders = self.spheres.iter().copied().chain(Some(self.container));
-        orders.map(|order| Modes { order }.len()).sum()
-    }
-
-    /// These orders, limited by a highest order for spheres and one for the container.
-    pub(crate) fn limited(&self, spheres: usize, container: usize) -> Self {
-        Self {
-            spheres: self.spheres.iter().map(|&l| l.min(spheres)).collect(),
-            container: self.container.min(container),
-        }
-    }
-
-    /// One order for all expansions, raised to the lowest order that the medium allows.
-    pub fn all(spheres: usize, medium: &Medium, order: usize) -> Self {
-        let order = order.max(min_order(medium));
-        Self {
-            spheres: vec![order; spheres],
-            container: match medium {
-                Medium::Ball { .. } => order,
-                _ => 0,
-            },
-        }
-    }
-}
-
-/// Highest order off an axis.
-///
-/// It suffices without corrections for gaps of 0.05 at a tolerance of 1e-4 and of 0.15 at 1e-8.
+/// Highest order off an axis, outside narrow gaps.
 pub(super) const MAX_ORDER_OFF_AXIS: usize = 28;
 
 /// Highest order of the container off an axis.
 pub(super) const MAX_ORDER_ON_CONTAINER: usize = 2 * MAX_ORDER_OFF_AXIS;
-
-/// Lowest order: rigid motions and stresslets.
-///
-/// Two orders lower is the Rotne-Prager-Yamakawa mobility.
-pub(crate) const MIN_ORDER: usize = 2;
-
-/// Lowest order in a ball.
-///
-/// A container and a sphere reflect each other's source modes even when concentric, and the
-/// expansion that is two orders lower must contain these modes.
-const MIN_ORDER_IN_BALL: usize = 4;
-
-/// Lowest order in a medium.
-fn min_order(medium: &Medium) -> usize {
-    match medium {
-        Medium::Ball { .. } => MIN_ORDER_IN_BALL,
-        _ => MIN_ORDER,
-    }
-}
 
 /// Smallest bispherical coordinate of each sphere and of the container over all their gaps.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,31 +25,63 @@ pub(crate) struct GapCoordinates {
     pub container: f64,
 }
 
-/// Smallest bispherical coordinates over all neighbours and the boundary.
-pub(crate) fn gap_coordinates(spheres: &Spheres, medium: &Medium) -> GapCoordinates {
+/// Gap between two spheres, or between a sphere and the boundary.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gap {
+    /// Indices of the spheres; the second is the number of spheres for the boundary.
+    pub pair: (usize, usize),
+    /// Bispherical coordinates of both surfaces; infinite for a wall.
+    pub xi: [f64; 2],
+}
+
+/// All gaps of an arrangement.
+pub(crate) fn gaps(spheres: &Spheres, medium: &Medium) -> Vec<Gap> {
     let n = spheres.len();
-    let mut xi = vec![f64::INFINITY; n];
-    let mut container = f64::INFINITY;
+    let mut gaps = Vec::with_capacity(n * (n + 1) / 2);
     for j in 0..n {
         let (x, a) = (spheres.centres()[j], spheres.radii()[j]);
         for i in 0..j {
-            let pair = outside((x - spheres.centres()[i]).norm(), spheres.radii()[i], a);
-            xi[i] = xi[i].min(pair.0);
-            xi[j] = xi[j].min(pair.1);
+            let (first, second) = outside((x - spheres.centres()[i]).norm(), spheres.radii()[i], a);
+            gaps.push(Gap {
+                pair: (i, j),
+                xi: [first, second],
+            });
         }
-        match medium {
-            Medium::Unbounded => {}
-            Medium::Ball { centre, radius } => {
-                let pair = inside((x - centre).norm(), a, *radius);
-                xi[j] = xi[j].min(pair.0);
-                container = container.min(pair.1);
-            }
-            Medium::Wall { .. } => xi[j] = xi[j].min(acosh_1p((medium.distance(&x) - a) / a)),
+        let (first, second) = match medium {
+            Medium::Unbounded => continue,
+            Medium::Ball { centre, radius } => inside((x - centre).norm(), a, *radius),
+            Medium::Wall { .. } => (acosh_1p((medium.distance(&x) - a) / a), f64::INFINITY),
+        };
+        gaps.push(Gap {
+            pair: (j, n),
+            xi: [first, second],
+        });
+    }
+    gaps
+}
+
+impl GapCoordinates {
+    /// Smallest coordinates over all gaps, of `spheres` spheres and the container.
+    pub fn narrowest_of(gaps: &[Gap], spheres: usize) -> Self {
+        let mut all = vec![f64::INFINITY; spheres + 1];
+        for Gap { pair, xi } in gaps {
+            all[pair.0] = all[pair.0].min(xi[0]);
+            all[pair.1] = all[pair.1].min(xi[1]);
+        }
+        let container = all.pop().unwrap_or(f64::INFINITY);
+        Self {
+            spheres: all,
+            container,
         }
     }
-    GapCoordinates {
-        spheres: xi,
-        container,
+
+    /// The same coordinates, with gaps widened to those that the expansions of the spheres resolve
+    /// outside the narrow gaps.
+    pub fn widened(&self) -> Self {
+        Self {
+            spheres: self.spheres.iter().map(|xi| xi.max(WIDE_GAP)).collect(),
+            container: self.container,
+        }
     }
 }
 
@@ -114,9 +90,25 @@ pub(crate) fn gap_coordinates(spheres: &Spheres, medium: &Medium) -> GapCoordina
 /// The order `L` at which `e^(-2 ξ L)` equals `tolerance · min(ξ, 1)²`: in narrow gaps the
 /// resistance grows as `1/ξ²`.
 fn order_for(xi: f64, tolerance: f64) -> usize {
-    let terms = -(tolerance * xi.min(1.0).powi(2)).ln() / (2.0 * xi);
+    order_of_decay(xi, tolerance * xi.min(1.0).powi(2))
+}
+
+/// The order `L` at which `e^(-2 ξ L)` equals `tolerance`.
+fn order_of_decay(xi: f64, tolerance: f64) -> usize {
+    let terms = -tolerance.ln() / (2.0 * xi);
     // An order beyond any use; larger values would saturate the cast to an integer.
     MIN_ORDER.max(terms.min(1e6).ceil() as usize + 1)
+}
+
+/// Relative error of the resistance at given orders: the inverse of the function that chooses
+/// orders, for the expansion with the largest error.
+pub(crate) fn error(xi: &GapCoordinates, orders: &Orders) -> f64 {
+    let spheres = xi.spheres.iter().zip(&orders.spheres);
+    spheres
+        .chain(Some((&xi.container, &orders.container)))
+        .filter(|(_, order)| **order > 0)
+        .map(|(&xi, &order)| (-2.0 * xi * (order as f64 - 1.0)).exp() / xi.min(1.0).powi(2))
+        .fold(0.0, f64::max)
 }
 
 /// Orders at which two spheres at a distance represent their interaction to a tolerance.
@@ -137,7 +129,60 @@ pub(crate) fn first_target(xi: &GapCoordinates, spheres: usize, tolerance: f64) 
     tolerance * (0.3 / reflected).clamp(1.0, (1.0 / tolerance).max(1.0))
 }
 
-/// Orders at which the relative error of the resistance is about `tolerance`.
+/// Coordinate of the narrowest gap that the expansions of the spheres resolve by themselves.
+///
+/// A gap of a quarter of a radius between equal spheres. In narrower gaps the high degrees of both
+/// spheres are eliminated for the pair alone.
+pub(crate) const WIDE_GAP: f64 = 0.5;
+
+/// Targets of the relative error of the resistance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Targets {
+    /// Error due to the expansions of the spheres.
+    pub expansions: f64,
+    /// Error due to the expansions in narrow gaps.
+    pub gaps: f64,
+}
+
+/// Orders at which the relative error of the resistance is about that of the targets.
+///
+/// Outside narrow gaps the orders of the spheres are at most `highest`, which is at least the
+/// lowest order of the medium.
+pub(crate) fn for_targets(
+    gaps: &[Gap],
+    spheres: usize,
+    medium: &Medium,
+    targets: Targets,
+    highest: usize,
+) -> Orders {
+    let xi = GapCoordinates::narrowest_of(gaps, spheres);
+    let own = for_tolerance(&xi.widened(), medium, targets.expansions);
+    let mut orders = own.limited(highest.max(min_order(medium)), MAX_ORDER_ON_CONTAINER);
+    let order = |index: usize| {
+        orders
+            .spheres
+            .get(index)
+            .copied()
+            .unwrap_or(orders.container)
+    };
+    let surfaces = |gap: &Gap, order: &dyn Fn(f64) -> usize| {
+        gap.xi.map(|xi| if xi.is_finite() { order(xi) } else { 0 })
+    };
+    let narrow = |gap: &Gap| {
+        let singular = surfaces(gap, &|xi| order_for(xi, targets.gaps));
+        let (first, second) = gap.pair;
+        let beyond = singular[0] > order(first) || singular[1] > order(second);
+        beyond.then(|| {
+            let regular = surfaces(gap, &|xi| order_of_decay(xi, targets.gaps));
+            (gap.pair, GapOrders { singular, regular })
+        })
+    };
+    orders.gaps = gaps.iter().filter_map(narrow).collect();
+    orders
+}
+
+/// Orders at which the relative error of the resistance is about `tolerance`, without treating
+/// narrow gaps apart.
 pub(crate) fn for_tolerance(xi: &GapCoordinates, medium: &Medium, tolerance: f64) -> Orders {
     let order = |xi: f64| order_for(xi, tolerance).max(min_order(medium));
     Orders {
@@ -146,6 +191,8 @@ pub(crate) fn for_tolerance(xi: &GapCoordinates, medium: &Medium, tolerance: f64
             Medium::Ball { .. } => order(xi.container),
             _ => 0,
         },
+        gaps: BTreeMap::new(),
+        off_axis: false,
     }
 }
 

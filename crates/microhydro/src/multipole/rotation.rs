@@ -1,5 +1,6 @@
 //! Rotation of real spherical harmonics.
 
+use faer::MatRef;
 use nalgebra::{DMatrix, Matrix3, UnitQuaternion};
 
 /// Matrices that rotate the coefficients of real spherical harmonics, one per degree.
@@ -31,6 +32,12 @@ impl Rotation {
     /// Matrix of degree `l`; rows and columns are `m = -l ..= l`.
     pub fn degree(&self, l: usize) -> &DMatrix<f64> {
         &self.degrees[l - 1]
+    }
+
+    /// [`Rotation::degree`] as a view for faer.
+    pub fn matrix(&self, l: usize) -> MatRef<'_, f64> {
+        let degree = self.degree(l);
+        MatRef::from_column_major_slice(degree.as_slice(), degree.nrows(), degree.ncols())
     }
 }
 

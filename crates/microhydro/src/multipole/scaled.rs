@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::DMatrix;
 
+use super::elimination;
 use crate::HydroError;
 
 /// Scaled mobility matrices for the requested orders and for orders lower by two.
@@ -36,14 +37,7 @@ pub(super) fn unscaled_inverse(
     mobility: &DMatrix<f64>,
     radii: &[f64],
 ) -> Result<DMatrix<f64>, HydroError> {
-    let inverse = mobility
-        .clone()
-        .cholesky()
-        .ok_or(HydroError::FactorisationFailed {
-            matrix: "mobility matrix",
-            size: mobility.nrows(),
-        })?
-        .inverse();
+    let inverse = elimination::inverse(mobility, "mobility matrix")?;
     Ok(unscaled(&inverse, radii, |unit| unit))
 }
 

@@ -3,35 +3,54 @@
 use nalgebra::DMatrix;
 
 use super::dense;
-use super::frame::Frame;
+use super::frame::{Frame, Surroundings};
+use super::memory;
 use super::modes::{Family, Modes};
-use super::order::Orders;
+use super::narrow_gap::Block;
+use super::orders::Orders;
 use super::scaled::ScaledMobility;
 use super::system::{MultiVector, System};
 use crate::HydroError;
 
-/// Highest number of degrees of freedom for the dense factorisation: 288 MB and two seconds.
-///
-/// Above this number each sphere has so many modes that iterations are faster.
-const MAX_DENSE_DOFS: usize = 6000;
-
 /// Scaled mobility matrices of spheres at any positions.
 ///
 /// For the given orders and for orders lower by two. Couplings below a tenth of `tolerance` are
-/// neglected. Large systems are solved by iterations that stop at `residual`.
+/// neglected. Systems of few spheres with high orders are solved by iterations that stop at
+/// `residual`.
 ///
 /// # Errors
-/// [`HydroError::NotConverged`], [`HydroError::FactorisationFailed`].
+/// [`HydroError::NotConverged`], [`HydroError::FactorisationFailed`], [`HydroError::TooLarge`].
 pub(crate) fn mobility(
     frame: &Frame,
     radii: &[f64],
     orders: &Orders,
     (tolerance, residual): (f64, f64),
 ) -> Result<ScaledMobility, HydroError> {
+    let dense = memory::dense_is_cheaper(orders, frame.surroundings == Surroundings::Wall)?;
     let system = System::new(frame, radii, orders, 0.1 * tolerance);
-    match orders.dofs() <= MAX_DENSE_DOFS {
+    match dense {
         true => dense::mobility(&system),
-        false => by_iteration(&system, residual),
+        false => by_iteration(&system.store_couplings(), residual),
+    }
+}
+
+/// As [`mobility`], for the given orders alone and with further `blocks` of the Galerkin matrix.
+///
+/// # Errors
+/// As [`mobility`].
+pub(crate) fn mobility_with_blocks(
+    frame: &Frame,
+    radii: &[f64],
+    orders: &Orders,
+    blocks: Vec<Block>,
+    (tolerance, residual): (f64, f64),
+) -> Result<DMatrix<f64>, HydroError> {
+    let dense = memory::dense_is_cheaper(orders, frame.surroundings == Surroundings::Wall)?;
+    let mut system = System::new(frame, radii, orders, 0.1 * tolerance);
+    system.add_blocks(blocks);
+    match dense {
+        true => dense::full_mobility(&system),
+        false => Ok(by_iteration(&system.store_couplings(), residual)?.full),
     }
 }
 
@@ -74,7 +93,7 @@ fn by_iteration(system: &System, residual: f64) -> Result<ScaledMobility, HydroE
 /// Scaled mobility of rigid motions with only the container eliminated: no reflections between
 /// spheres.
 pub(crate) fn rigid_mobility(frame: &Frame, radii: &[f64], orders: &Orders) -> DMatrix<f64> {
-    let system = System::new(frame, radii, orders, 0.0);
+    let system = System::new(frame, radii, orders, 0.0).store_couplings();
     let (coupled, rigid_block) = rigid_columns(&system);
     match coupled.get(radii.len()) {
         Some(container) => {
@@ -138,7 +157,7 @@ mod tests {
         for medium in [Medium::Unbounded, ball, wall] {
             let frame = Frame::of(&spheres, &medium);
             let orders = Orders::all(3, &medium, 5);
-            let system = System::new(&frame, spheres.radii(), &orders, 1e-14);
+            let system = System::new(&frame, spheres.radii(), &orders, 1e-14).store_couplings();
             let at_once = dense::mobility(&system).unwrap();
             // errors of the iteration enter squared
             let steps = by_iteration(&system, 1e-7).unwrap();

@@ -2,12 +2,14 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::coupling::{Coupling, Expansion};
 use super::frame::{Frame, Surroundings};
 use super::modes::{Family, Modes};
-use super::order::Orders;
+use super::narrow_gap::Block;
+use super::orders::Orders;
 use super::wall_image;
 use crate::HydroError;
 
@@ -19,15 +21,21 @@ pub(crate) type MultiVector = Vec<Mat<f64>>;
 pub(crate) struct System {
     pub expansions: Vec<Expansion>,
     pub spheres: usize,
+    /// Centres of the expansions.
+    centres: Vec<Vector3<f64>>,
+    /// Accuracy of the couplings.
+    tolerance: f64,
+    /// Couplings of all pairs of expansions; empty until [`System::store_couplings`].
     couplings: Vec<Coupling>,
-    /// Couplings from the image of the first sphere to the second one, first <= second.
-    images: Vec<((usize, usize), Mat<f64>)>,
+    /// Dense blocks from the first expansion to the second one, first <= second: images in a wall
+    /// and narrow gaps.
+    blocks: Vec<Block>,
 }
 
 impl System {
-    /// Computes all couplings that an accuracy of `tolerance` requires.
+    /// System of expansions whose couplings have the accuracy `tolerance`.
     ///
-    /// Storage: `O(L^3)` numbers per pair of spheres, `O(L^4)` beside a wall.
+    /// Beside a wall it computes the couplings with the images: `O(L^4)` numbers per pair.
     pub fn new(frame: &Frame, radii: &[f64], orders: &Orders, tolerance: f64) -> Self {
         let spheres = radii.len();
         let mut expansions: Vec<Expansion> = radii
@@ -38,22 +46,8 @@ impl System {
                 modes: Modes { order },
             })
             .collect();
-        let pairs: Vec<(usize, usize)> = (0..spheres)
-            .flat_map(|j| (0..j).map(move |i| (i, j)))
-            .collect();
-        let x = &frame.centres;
-        let mut couplings: Vec<Coupling> = pairs
-            .par_iter()
-            .map(|&(i, j)| {
-                Coupling::between_spheres(
-                    (i, j),
-                    (&expansions[i], &expansions[j]),
-                    &(x[j] - x[i]),
-                    tolerance,
-                )
-            })
-            .collect();
-        let mut images = Vec::new();
+        let mut centres = frame.centres.clone();
+        let mut blocks = Vec::new();
         match frame.surroundings {
             Surroundings::Unbounded => {}
             Surroundings::Ball(radius) => {
@@ -63,16 +57,14 @@ impl System {
                         order: orders.container,
                     },
                 });
-                let container = expansions[spheres];
-                couplings.par_extend((0..spheres).into_par_iter().map(|j| {
-                    Coupling::with_container((spheres, j), &container, &expansions[j], &x[j])
-                }));
+                centres.push(Vector3::zeros());
             }
             Surroundings::Wall => {
+                let x = &frame.centres;
                 let with_self: Vec<(usize, usize)> = (0..spheres)
                     .flat_map(|j| (0..=j).map(move |i| (i, j)))
                     .collect();
-                images = with_self
+                blocks = with_self
                     .par_iter()
                     .map(|&(i, j)| {
                         (
@@ -89,9 +81,41 @@ impl System {
         Self {
             expansions,
             spheres,
-            couplings,
-            images,
+            centres,
+            tolerance,
+            couplings: Vec::new(),
+            blocks,
         }
+    }
+
+    /// Computes and stores the couplings for [`System::apply`].
+    ///
+    /// Storage: `O(L^3)` numbers per pair of expansions.
+    pub fn store_couplings(mut self) -> Self {
+        let pairs: Vec<(usize, usize)> = self.pairs().collect();
+        self.couplings = pairs.par_iter().map(|&pair| self.coupling(pair)).collect();
+        self
+    }
+
+    /// Pairs of expansions, the container after all spheres.
+    fn pairs(&self) -> impl Iterator<Item = (usize, usize)> {
+        (0..self.expansions.len()).flat_map(|j| (0..j).map(move |i| (i, j)))
+    }
+
+    /// Coupling of a pair of expansions.
+    fn coupling(&self, (i, j): (usize, usize)) -> Coupling {
+        let [first, second] = [i, j].map(|k| &self.expansions[k]);
+        if j == self.spheres {
+            return Coupling::with_container((j, i), second, first, &self.centres[i]);
+        }
+        let offset = self.centres[j] - self.centres[i];
+        Coupling::between_spheres((i, j), (first, second), &offset, self.tolerance)
+    }
+
+    /// Adds dense blocks from one expansion to another; a block of an expansion with itself is
+    /// symmetric.
+    pub fn add_blocks(&mut self, blocks: impl IntoIterator<Item = Block>) {
+        self.blocks.extend(blocks);
     }
 
     /// Zero coefficients for a number of right-hand sides.
@@ -117,14 +141,14 @@ impl System {
                         coupling.add(x[coupling.pair.1].as_ref(), y.as_mut(), true);
                     }
                 }
-                for ((from, to), image) in &self.images {
+                for ((from, to), block) in &self.blocks {
                     let mut add = |a: faer::MatRef<f64>, other: usize| {
                         matmul(y.as_mut(), Accum::Add, a, x[other].as_ref(), 1.0, Par::Seq);
                     };
                     if *to == expansion {
-                        add(image.as_ref(), *from);
+                        add(block.as_ref(), *from);
                     } else if *from == expansion {
-                        add(image.transpose(), *to);
+                        add(block.transpose(), *to);
                     }
                 }
                 y
@@ -139,21 +163,29 @@ impl System {
         let mut put = |block: &Mat<f64>, from: usize, to: usize| {
             for (j, &column) in rows[from].iter().enumerate() {
                 for (i, &row) in rows[to].iter().enumerate() {
-                    // the block of a sphere with itself contains each pair of modes twice
+                    // the block of an expansion with itself contains each pair of modes twice
                     if from != to || row >= column {
                         matrix[(row.max(column), row.min(column))] += block[(i, j)];
                     }
                 }
             }
         };
-        for some in self.couplings.chunks(BLOCKS_PER_BATCH) {
-            let blocks: Vec<Mat<f64>> = some.par_iter().map(Coupling::dense).collect();
-            for (coupling, block) in some.iter().zip(&blocks) {
-                put(block, coupling.pair.0, coupling.pair.1);
+        let pairs: Vec<(usize, usize)> = self.pairs().collect();
+        let largest = rows.iter().map(Vec::len).max().unwrap_or_default().max(1);
+        for some in pairs.chunks((BATCH_NUMBERS / (largest * largest)).max(2)) {
+            let blocks: Vec<Block> = some
+                .par_iter()
+                .map(|&pair| {
+                    let coupling = self.coupling(pair);
+                    (coupling.pair, coupling.dense())
+                })
+                .collect();
+            for ((from, to), block) in &blocks {
+                put(block, *from, *to);
             }
         }
-        for ((from, to), image) in &self.images {
-            put(image, *from, *to);
+        for ((from, to), block) in &self.blocks {
+            put(block, *from, *to);
         }
         matrix
     }
@@ -259,10 +291,8 @@ impl System {
     }
 }
 
-/// Number of couplings expanded to dense blocks at a time.
-///
-/// It is small, so that the blocks need little memory compared with the matrix.
-const BLOCKS_PER_BATCH: usize = 32;
+/// Numbers in the dense blocks that are computed at a time: 32 MB.
+const BATCH_NUMBERS: usize = 4_000_000;
 
 /// Iteration limit.
 ///

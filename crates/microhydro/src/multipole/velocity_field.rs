@@ -11,8 +11,10 @@ use super::coupling::{Expansion, SymmetryClass, rotation_to_z};
 use super::fixed_order::FIXED_ORDER_TOLERANCE;
 use super::frame::{Frame, Surroundings};
 use super::lamb::LambCoefficients;
+use super::memory;
 use super::modes::Family;
-use super::order::{self, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER, Orders};
+use super::order::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
+use super::orders::Orders;
 use super::rotation::Rotation;
 use super::scaled::{AXIS_OF_M, drag_units};
 use super::system::System;
@@ -27,6 +29,9 @@ pub struct VelocityField {
     expansions: Vec<Expansion>,
     /// For each expansion, the coefficients of its own flow on its own surface.
     harmonics: Vec<Vec<f64>>,
+    relative_error: f64,
+    /// Order that the narrowest gap needs for the tolerance.
+    needed: usize,
 }
 
 impl VelocityField {
@@ -38,8 +43,36 @@ impl VelocityField {
     /// [`super::resistance`] off an axis.
     ///
     /// # Errors
-    /// As [`super::resistance`]; [`HydroError::Length`] for velocities of the wrong length.
+    /// [`HydroError::TooClose`] for gaps whose order is too high: [`VelocityField::best`] has an
+    /// answer; otherwise as [`super::resistance`]; [`HydroError::Length`] for velocities of the
+    /// wrong length.
     pub fn new(
+        spheres: &Spheres,
+        medium: &Medium,
+        velocities: &DVector<f64>,
+        accuracy: &Accuracy,
+    ) -> Result<Self, HydroError> {
+        let field = Self::best(spheres, medium, velocities, accuracy)?;
+        if accuracy.order.is_some() || field.relative_error <= accuracy.tolerance {
+            return Ok(field);
+        }
+        let (surfaces, gap) = spheres.narrowest_gap(medium);
+        Err(HydroError::TooClose {
+            surfaces,
+            gap,
+            tolerance: accuracy.tolerance,
+            needed: field.needed,
+            highest: MAX_ORDER_OFF_AXIS,
+        })
+    }
+
+    /// [`VelocityField::new`], or the most accurate field at the highest allowed orders.
+    ///
+    /// [`VelocityField::relative_error`] has the estimate, which may be above the tolerance.
+    ///
+    /// # Errors
+    /// As [`VelocityField::new`], without [`HydroError::TooClose`].
+    pub fn best(
         spheres: &Spheres,
         medium: &Medium,
         velocities: &DVector<f64>,
@@ -52,16 +85,36 @@ impl VelocityField {
                 found: velocities.len(),
             });
         }
+        if !velocities.iter().all(|u| u.is_finite()) {
+            return Err(HydroError::NotFinite {
+                what: "a velocity of a sphere",
+            });
+        }
         spheres.check_inside(medium)?;
+        if accuracy.order.is_none() {
+            accuracy.check()?;
+        }
+        // the iteration cannot be more accurate
         let tolerance = accuracy.tolerance.clamp(1e-12, 1.0);
-        let xi = order::gap_coordinates(spheres, medium);
-        let orders = match accuracy.order {
+        memory::check_spheres(spheres.len())?;
+        let gaps = order::gaps(spheres, medium);
+        let xi = GapCoordinates::narrowest_of(&gaps, spheres.len());
+        let needed = match accuracy.order {
             Some(order) => Orders::all(spheres.len(), medium, order),
-            None => order::for_tolerance(&xi, medium, tolerance * tolerance)
-                .limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER),
+            None => order::for_tolerance(&xi, medium, tolerance * tolerance),
         };
+        let orders = match accuracy.order {
+            Some(_) => needed.clone(),
+            None => needed.limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER),
+        };
+        let relative_error = match orders == needed && accuracy.order.is_none() {
+            true => accuracy.tolerance,
+            false => order::error(&xi, &orders).sqrt(),
+        };
+        memory::check_one_solution(&orders, matches!(medium, Medium::Wall { .. }))?;
         let frame = Frame::of(spheres, medium);
-        let system = System::new(&frame, spheres.radii(), &orders, FIXED_ORDER_TOLERANCE);
+        let system =
+            System::new(&frame, spheres.radii(), &orders, FIXED_ORDER_TOLERANCE).store_couplings();
         let units = drag_units(spheres.radii());
         let mut rhs = system.zeros(1);
         let mut largest = 0.0_f64;
@@ -101,7 +154,14 @@ impl VelocityField {
             spheres: spheres.clone(),
             medium: *medium,
             frame,
+            relative_error,
+            needed: needed.highest(),
         })
+    }
+
+    /// Expected error of the velocities, relative to the velocity of the spheres.
+    pub fn relative_error(&self) -> f64 {
+        self.relative_error
     }
 
     /// Velocities at points of the fluid, evaluated in parallel.
@@ -115,7 +175,8 @@ impl VelocityField {
     /// Velocity at a point of the fluid. Cost: `O(L^3)` per sphere.
     ///
     /// # Errors
-    /// [`HydroError::NotInFluid`].
+    /// [`HydroError::NotInFluid`]; [`HydroError::NotFinite`] for a point so far away that powers of
+    /// its distance overflow.
     pub fn velocity(&self, point: &Vector3<f64>) -> Result<Vector3<f64>, HydroError> {
         // points on a surface, to rounding, belong to the fluid
         let within = |distance: f64, radius: f64| distance < -1e-12 * radius;
@@ -124,6 +185,7 @@ impl VelocityField {
         let clearance = self.medium.distance(point);
         if inside_sphere
             || clearance.is_nan()
+            || !point.iter().all(|x| x.is_finite())
             || within(clearance, a.iter().fold(0.0, |m, &r| r.max(m)))
         {
             return Err(HydroError::NotInFluid {
@@ -160,7 +222,12 @@ impl VelocityField {
             velocity += self
                 .expansion_velocity(container, &local, |m, f, k| flows[m].coefficients(f, k, 1));
         }
-        Ok(self.frame.to_axes.inverse() * velocity)
+        match velocity.iter().all(|u| u.is_finite()) {
+            true => Ok(self.frame.to_axes.inverse() * velocity),
+            false => Err(HydroError::NotFinite {
+                what: "the velocity at a point",
+            }),
+        }
     }
 
     /// Velocity of the flow of one expansion at an offset from its centre.

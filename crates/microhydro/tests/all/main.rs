@@ -1,6 +1,8 @@
 //! Tests of the public interface, in one binary.
 
+mod contract;
 mod exact;
 mod examples;
+mod hostile;
 mod properties;
 mod velocity_field;

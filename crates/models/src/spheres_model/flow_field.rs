@@ -55,7 +55,7 @@ pub(super) fn flow_field(
         .chain([(Container::TAG, container.surface())])
         .collect();
     let mesh = TetMesh::curved(tets, &named)?;
-    let flow = VelocityField::new(spheres, medium, velocities, &Accuracy::relative(ACCURACY))?;
+    let flow = VelocityField::best(spheres, medium, velocities, &Accuracy::relative(ACCURACY))?;
     // On surfaces the velocity is given; by rounding, nodes may lie inside a sphere.
     let mut known = vec![None; mesh.n_points()];
     if *medium != Medium::Unbounded {

@@ -4,7 +4,7 @@ mod flow_field;
 
 use std::time::Instant as Clock;
 
-use microhydro::{Accuracy, Medium, Resistance, Spheres, multipole, oseen, rpy};
+use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole, oseen, rpy};
 use nalgebra::{DMatrix, Vector3};
 
 use crate::error::ModelError;
@@ -158,7 +158,9 @@ impl SpheresModel {
         };
         let matrix = match self.kind {
             SphereModel::Multipole(tolerance) => {
-                let result = expansion(Accuracy::relative(tolerance))?;
+                // Where the tolerance is out of reach, the error bar of the answer says so.
+                let accuracy = Accuracy::relative(tolerance);
+                let result = multipole::resistance_best(spheres, &self.medium, &accuracy)?;
                 return Ok(Resistances {
                     dofs: result.dofs(),
                     references: vec![(result.coarser().clone(), result.tail())],
@@ -175,7 +177,11 @@ impl SpheresModel {
             if reference.relative_error() <= REFERENCE_ACCURACY * difference {
                 break;
             }
-            reference = expansion(Accuracy::order(order))?;
+            match expansion(Accuracy::order(order)) {
+                // The last reference that fits into memory estimates the error.
+                Err(ModelError::Spheres(HydroError::TooLarge { .. })) => break,
+                found => reference = found?,
+            }
         }
         Ok(Resistances {
             matrix,
