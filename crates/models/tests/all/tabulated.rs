@@ -8,8 +8,6 @@ use models::{
 };
 use scene::Scene;
 
-use scene::Scene;
-
 use crate::scenes::three_spheres;
 
 /// A model that records the rates of its queries.
