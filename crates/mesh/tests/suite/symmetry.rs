@@ -153,3 +153,54 @@ fn cut_meshes_are_the_same_for_any_number_of_threads() {
     };
     assert_eq!(on(1), on(3));
 }
+
+/// A body need not be cut by a plane: the plane may be a wall.
+#[test]
+fn bodies_may_lie_beside_a_plane() {
+    let container = ball(10.0);
+    for (spheres, planes) in [
+        (vec![sphere3(0.0, 0.0, 1.5)], [true; 3]),
+        (vec![sphere3(0.0, 0.0, 1.2)], [false, true, true]),
+        (
+            vec![sphere3(0.4, 0.1, 3.0), sphere3(2.9, 0.6, 2.0)],
+            [false, false, true],
+        ),
+    ] {
+        let part = mesh(&spheres, 0.5, &container, planes).unwrap();
+        let share =
+            |axes: &[bool]| 0.5_f64.powi(axes.iter().filter(|&&plane| plane).count() as i32);
+        let ball_volume = |radius: f64| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+        let of_bodies = spheres.len() as f64 * share(&planes[..2]) * ball_volume(1.0);
+        let exact = share(&planes) * ball_volume(10.0) - of_bodies;
+        // Curved elements of these sizes approximate volumes to 1e-3 and better.
+        let volume = part.volume();
+        assert!(
+            (volume / exact - 1.0).abs() < 2e-3,
+            "{planes:?}: {volume} {exact}"
+        );
+        assert!(part.quality().min_quality > 0.2, "{planes:?}");
+    }
+}
+
+#[test]
+fn a_body_that_touches_a_plane_beside_it_is_refused() {
+    for height in [0.999, 1.0] {
+        let error = mesh(
+            &[sphere3(0.0, 0.0, height)],
+            0.5,
+            &ball(10.0),
+            [false, false, true],
+        );
+        assert!(
+            matches!(error, Err(MeshError::NotSymmetric { .. })),
+            "{error:?}"
+        );
+    }
+}
+
+fn sphere3(x: f64, y: f64, z: f64) -> Sphere {
+    Sphere {
+        centre: Vec3::new(x, y, z),
+        radius: 1.0,
+    }
+}

@@ -38,9 +38,26 @@ const REDUCTION_BY_HALVING: f64 = 0.25;
 /// Expected ratio of successive changes up to which a single change is trusted.
 const SURE_RATIO: f64 = 0.1;
 
-/// Integrates a leg; halves the step where increasing the order does not converge.
+/// Integrates a leg to the tolerance, or as well as possible if the scene accepts that.
 pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResult, SwimError> {
-    let accepts_best = evaluator.scene.model().accept == AcceptKind::Best;
+    match in_parts(evaluator, start, false) {
+        Err(SwimError::NotIntegrated { .. })
+            if evaluator.scene.model().accept == AcceptKind::Best =>
+        {
+            in_parts(evaluator, start, true)
+        }
+        result => result,
+    }
+}
+
+/// Integrates a leg; halves the step where increasing the order does not converge.
+///
+/// With `accepts_best`, a step is also accepted if halving no longer reduces its error.
+fn in_parts(
+    evaluator: &mut LegEvaluator,
+    start: &State,
+    accepts_best: bool,
+) -> Result<LegResult, SwimError> {
     let mut result = LegResult::empty(start);
     // Parts of the leg in reverse order, each with the error of the step that was halved.
     let mut todo = vec![((0.0, 1.0), f64::INFINITY)];

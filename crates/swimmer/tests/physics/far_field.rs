@@ -91,3 +91,48 @@ fn bug_a_fixed_body_was_moved_by_the_far_field_correction() {
     let off = (found.bodies[0].force - exact.bodies[0].force).norm();
     assert!(off < 2e-3 * exact.bodies[0].force.norm(), "{off:e}");
 }
+
+#[test]
+fn above_a_plane_wall_elements_agree_with_multipoles() {
+    // One sphere with two, one or no symmetry planes beside the wall, and a pair with an obstacle;
+    // gaps of 0.2 radii and more.
+    for bodies in [
+        "[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 1.5]\nforce = [0, 0, 1]\n",
+        "[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 1.2]\nforce = [1, 0, 0]\n",
+        "[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0.3, 0.1, 3]\nforce = [1, 0, 0.5]\n\
+         [[bodies]]\nname = \"b\"\nradius = 0.7\nposition = [2.3, 0.9, 2]\nfixed = true\n",
+    ] {
+        let solve = |model: &str| {
+            let model = format!("model = {{ kind = \"{model}\", tolerance = 1e-8 }}");
+            let text = format!("domain.kind = \"wall\"\n{model}\n{bodies}");
+            let scene = Scene::parse(&text).unwrap();
+            let mut model = choose(&scene).unwrap().model;
+            solve_start(&scene, model.as_mut()).unwrap()
+        };
+        let (exact, found) = (solve("multipole"), solve("fem"));
+        let speed = exact.bodies[0].velocity.norm();
+        let off = (found.bodies[0].velocity - exact.bodies[0].velocity).norm();
+        let bar = found.error_estimate.total();
+        assert!(
+            off < 1.4 * bar && bar < 8e-3 * speed,
+            "{bodies}{off:e} {bar:e}"
+        );
+    }
+}
+
+#[test]
+fn the_resistance_above_a_plane_wall_is_that_of_multipoles() {
+    let text = "domain.kind = \"wall\"\nmodel.kind = \"fem\"\n\
+                [[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 2]\n";
+    let resistance = |text: &str| {
+        let scene = Scene::parse(text).unwrap();
+        let mut model = choose(&scene).unwrap().model;
+        start_resistance(&scene, model.as_mut()).unwrap()
+    };
+    let found = resistance(text);
+    let exact = resistance(&text.replace("fem", "multipole"));
+    // The discretisation error of the default size: 3e-3 in drags, 1e-2 in torques.
+    for row in 0..6 {
+        assert_relative_eq!(found[(row, row)], exact[(row, row)], max_relative = 1e-2);
+    }
+}
