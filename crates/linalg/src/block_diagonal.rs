@@ -1,15 +1,16 @@
 //! The block-diagonal preconditioner of a symmetric saddle-point system.
 
-use crate::pressure::MASS_STEPS;
+use crate::pressure::PressureInverse;
 use crate::{
-    BorderInverse, LinalgError, LinearOperator, MassInverse, Multigrid, MultigridParams,
-    Preconditioner, PreconditionerKind, Prolongation, SaddleSystem,
+    BorderInverse, Csr, LinalgError, LinearOperator, Multigrid, MultigridParams, Preconditioner,
+    PreconditionerKind, Prolongation, SaddleSystem,
 };
 
-/// Preconditioner `[A 0; 0 M_p]^-1` for a symmetric saddle-point system.
+/// Preconditioner `[A 0; 0 S]^-1` for a symmetric saddle-point system.
 ///
-/// A V-cycle approximates the inverse of the velocity and border block `A`, Chebyshev steps that of
-/// the pressure mass matrix `M_p`.
+/// A V-cycle approximates the inverse of the velocity and border block `A`. That of the Schur
+/// complement `S` is the one of [`BlockTriangular`](crate::BlockTriangular), based on the pressure
+/// mass matrix.
 ///
 /// Symmetric positive definite, as [`minres`](crate::minres) requires. If the border contains
 /// Lagrange multipliers, the cycle must use the absolute value of the border's Schur complement,
@@ -19,7 +20,8 @@ use crate::{
 /// memory for vectors.
 pub struct BlockDiagonal {
     velocity: Multigrid,
-    mass: MassInverse,
+    size: usize,
+    pressure: PressureInverse,
 }
 
 impl BlockDiagonal {
@@ -28,7 +30,7 @@ impl BlockDiagonal {
     /// # Errors
     /// [`LinalgError::NotSymmetric`], [`LinalgError::UnsuitablePreconditioner`] if `velocity` is
     /// not positive definite, [`LinalgError::Shape`] if it was built for another operator, and
-    /// those of [`MassInverse::new`].
+    /// those of [`MassInverse::new`](crate::MassInverse::new).
     pub fn new(system: &SaddleSystem, velocity: Multigrid) -> Result<Self, LinalgError> {
         let method = "the block-diagonal preconditioner";
         let size = system.velocity_block().rows();
@@ -43,8 +45,23 @@ impl BlockDiagonal {
                 found: velocity.kind(),
             });
         }
-        let mass = MassInverse::new(system.pressure_mass(), MASS_STEPS)?;
-        Ok(BlockDiagonal { velocity, mass })
+        Ok(BlockDiagonal {
+            velocity,
+            size: system.rows(),
+            pressure: PressureInverse::new(system)?,
+        })
+    }
+
+    /// Adds the inverse of a Laplacian to that of the mass matrix.
+    ///
+    /// As [`BlockTriangular::with_pressure_laplacian`](crate::BlockTriangular).
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`] for a matrix of another size than the mass matrix, and those of
+    /// [`Multigrid::new`].
+    pub fn with_pressure_laplacian(mut self, laplacian: &Csr) -> Result<Self, LinalgError> {
+        self.pressure = self.pressure.with_pressure_laplacian(laplacian)?;
+        Ok(self)
     }
 
     /// Builds a multigrid hierarchy with default parameters and [`BorderInverse::Absolute`].
@@ -71,13 +88,13 @@ impl BlockDiagonal {
 
 impl Preconditioner for BlockDiagonal {
     fn size(&self) -> usize {
-        self.velocity.size() + self.mass.size()
+        self.size
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
         let split = self.velocity.size();
         self.velocity.apply(&r[..split], &mut z[..split]);
-        self.mass.apply(&r[split..], &mut z[split..]);
+        self.pressure.pass([&r[split..]], [&mut z[split..]]);
     }
 
     fn kind(&self) -> PreconditionerKind {

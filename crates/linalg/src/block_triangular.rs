@@ -90,9 +90,7 @@ impl BlockTriangular {
     /// # Errors
     /// [`LinalgError::Shape`], and those of [`Multigrid::new`].
     pub fn with_pressure_laplacian(mut self, laplacian: &Csr) -> Result<Self, LinalgError> {
-        self.pressure = self
-            .pressure
-            .with_pressure_laplacian(&self.system, laplacian)?;
+        self.pressure = self.pressure.with_pressure_laplacian(laplacian)?;
         Ok(self)
     }
 

@@ -113,6 +113,11 @@ impl MassInverse {
 }
 
 impl MassInverse {
+    /// The mass matrix.
+    pub(crate) fn matrix(&self) -> &Csr {
+        &self.mass
+    }
+
     /// Overwrites the columns `z` with the approximate solutions for `r`.
     pub(crate) fn pass<const S: usize>(&mut self, r: [&[f64]; S], z: [&mut [f64]; S]) {
         let (mass, scale, n) = (

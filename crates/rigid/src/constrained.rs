@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use linalg::{
-    BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, Prolongation, SaddleSystem,
+    BlockDiagonal, BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, Prolongation,
+    SaddleSystem,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -31,7 +32,7 @@ pub struct Constrained {
     pub prolongation: Prolongation,
     /// Stiffness of the free vertices: the coarse operator of `prolongation`.
     pub vertex_stiffness: Csr,
-    gap_stiffness: Option<Csr>,
+    pressure_stiffness: Option<Csr>,
     /// Generalised velocities from the border dofs: `q = columns v + offset`.
     pub(crate) columns: DMatrix<f64>,
     /// Velocities with which the border rows are tested; `None` if they are those of `columns`.
@@ -88,7 +89,7 @@ impl Constrained {
             interpolation,
             interpolation_border,
             vertex_stiffness,
-            gap_stiffness,
+            pressure_stiffness,
         } = blocks;
         let (a, prolongation) = rayon::join(
             || {
@@ -118,7 +119,7 @@ impl Constrained {
             rhs,
             prolongation: prolongation?,
             vertex_stiffness,
-            gap_stiffness,
+            pressure_stiffness,
             columns,
             tests: rows,
             offset,
@@ -220,8 +221,28 @@ impl Constrained {
             Some(self.vertex_stiffness.clone()),
             &MultigridParams::default(),
         )?;
-        let block = BlockTriangular::new(&self.system, multigrid)?;
-        Ok(match &self.gap_stiffness {
+        self.preconditioner_with(multigrid)
+    }
+
+    /// As [`Constrained::preconditioner`], with another hierarchy for velocities and border.
+    ///
+    /// # Errors
+    /// A hierarchy of another size than the velocities and the border.
+    pub fn preconditioner_with(&self, velocity: Multigrid) -> Result<BlockTriangular, RigidError> {
+        let block = BlockTriangular::new(&self.system, velocity)?;
+        Ok(match &self.pressure_stiffness {
+            Some(stiffness) => block.with_pressure_laplacian(stiffness)?,
+            None => block,
+        })
+    }
+
+    /// Block-diagonal preconditioner, symmetric positive definite, for [`linalg::minres`].
+    ///
+    /// # Errors
+    /// A formulation that is not symmetric, a matrix that multigrid cannot treat.
+    pub fn symmetric_preconditioner(&self) -> Result<BlockDiagonal, RigidError> {
+        let block = BlockDiagonal::with_prolongation(&self.system, &self.prolongation)?;
+        Ok(match &self.pressure_stiffness {
             Some(stiffness) => block.with_pressure_laplacian(stiffness)?,
             None => block,
         })

@@ -40,7 +40,7 @@ pub(crate) struct FluidBlocks {
     /// Stiffness of the free vertices, ascending.
     pub vertex_stiffness: Csr,
     /// Stiffness of narrow gaps, pressure dofs x pressure dofs.
-    pub gap_stiffness: Option<Csr>,
+    pub pressure_stiffness: Option<Csr>,
 }
 
 impl RigidFluid {
@@ -137,7 +137,7 @@ impl RigidFluid {
                 interpolation: interpolation?,
                 interpolation_border,
                 vertex_stiffness: vertex_stiffness?,
-                gap_stiffness: None,
+                pressure_stiffness: None,
             },
             surfaces: Surfaces {
                 border,
@@ -154,20 +154,28 @@ impl RigidFluid {
         })
     }
 
-    /// The same fluid with a preconditioner that accounts for narrow gaps.
+    /// The same fluid with a preconditioner that accounts for narrow gaps and channels.
     ///
-    /// `stiffness` is `∫ h^2 / 6 ∇ψ_q · ∇ψ_r` over the pressure functions, `h` the width of the gap
-    /// that a cell lies in and large elsewhere. It changes the number of iterations, not the
-    /// solution; see
+    /// `stiffness` is `∫ k ∇ψ_q · ∇ψ_r` over the pressure functions, `k` being twice the
+    /// permeability at each point: `h^2 / 6` in a gap of width h. It changes the number of
+    /// iterations, not the solution; see
     /// [`with_pressure_laplacian`](linalg::BlockTriangular::with_pressure_laplacian).
     ///
     /// # Errors
     /// A matrix of another size than the pressure mass matrix.
-    pub fn with_gap_stiffness(mut self, stiffness: Csr) -> Result<Self, RigidError> {
+    pub fn with_pressure_stiffness(mut self, stiffness: Csr) -> Result<Self, RigidError> {
         let pressures = self.blocks.pressure_mass.rows();
-        check_length("rows of the gap stiffness", stiffness.rows(), pressures)?;
-        check_length("columns of the gap stiffness", stiffness.cols(), pressures)?;
-        self.blocks.gap_stiffness = Some(stiffness);
+        check_length(
+            "rows of the pressure stiffness",
+            stiffness.rows(),
+            pressures,
+        )?;
+        check_length(
+            "columns of the pressure stiffness",
+            stiffness.cols(),
+            pressures,
+        )?;
+        self.blocks.pressure_stiffness = Some(stiffness);
         Ok(self)
     }
 

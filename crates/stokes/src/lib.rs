@@ -9,6 +9,7 @@ mod flow;
 mod linear;
 mod matrices;
 mod options;
+mod permeability;
 mod problem;
 mod report;
 mod resistance;

@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use linalg::{
-    BlockDiagonal, BlockTriangular, KrylovParams, LinalgError, SaddleLdlt, SaddleSystem, Schwarz,
-    SchwarzParams, SolveReport, WarmStart, fgmres, fgmres_columns, minres,
+    BlockTriangular, KrylovParams, LinalgError, SaddleLdlt, SaddleSystem, Schwarz, SchwarzParams,
+    SolveReport, WarmStart, fgmres, fgmres_columns, minres,
 };
 use rigid::Constrained;
 
@@ -97,8 +97,7 @@ pub fn solve_system(
             }
         }
         Solver::Minres => {
-            let mut preconditioner =
-                BlockDiagonal::with_prolongation(system, &assembled.prolongation)?;
+            let mut preconditioner = assembled.symmetric_preconditioner()?;
             setup = clock.elapsed().as_secs_f64();
             for (rhs, solution) in rhs.iter().zip(&mut columns) {
                 reports.push(minres(

@@ -1,12 +1,13 @@
 //! Stokes flow around rigid bodies on one mesh, as a problem to assemble and solve.
 
-use fem::{CurvedBoundary, FacetGeometry, TaylorHood};
+use fem::{CurvedBoundary, FacetGeometry, StokesMatrices, TaylorHood};
 use mesh::{Sphere, TetMesh};
 use nalgebra::Vector3;
 use rigid::{Constrained, Drive, FluidNodes, Formulation, NodeRole, RigidFluid, SurfaceBody};
 
 use crate::StokesError;
 use crate::matrices::fluid_matrices;
+use crate::permeability::permeability_of_channels;
 
 /// Stokes flow around rigid bodies on one mesh, viscosity 1.
 ///
@@ -115,6 +116,33 @@ impl<'a> Problem<'a> {
         self
     }
 
+    /// Twice the permeability of each cell, where narrow gaps or channels make it matter.
+    fn permeability(
+        &self,
+        roles: &[NodeRole],
+        matrices: &StokesMatrices,
+    ) -> Result<Option<Vec<f64>>, StokesError> {
+        let is_closed = self.mesh.facets().iter().all(|facet| {
+            let tag = facet.tag;
+            self.walls.contains(&tag)
+                || self.bodies.iter().any(|(body, _)| *body == tag)
+                || self.mesh.is_symmetry_plane(tag)
+        });
+        // Where fluid leaves, the pressure is given, and the Laplacian would leave it open.
+        let of_channels = if is_closed {
+            permeability_of_channels(self.mesh, roles, matrices)?
+        } else {
+            None
+        };
+        Ok(match (&self.permeability, of_channels) {
+            (Some(gaps), Some(channels)) if gaps.len() == channels.len() => {
+                Some(gaps.iter().zip(channels).map(|(g, c)| g.min(c)).collect())
+            }
+            (Some(gaps), _) => Some(gaps.clone()),
+            (None, channels) => channels,
+        })
+    }
+
     /// Centres of the bodies.
     pub(crate) fn centres(&self) -> Vec<Vector3<f64>> {
         self.bodies.iter().map(|(_, centre)| *centre).collect()
@@ -161,15 +189,17 @@ impl<'a> Problem<'a> {
                 volume: fem::surface_measures(mesh, tag)?.volume,
             });
         }
+        let matrices = space.matrices(mesh)?;
+        let permeability = self.permeability(&roles, &matrices)?;
         let mut fluid = RigidFluid::new(
-            fluid_matrices(space.matrices(mesh)?),
+            fluid_matrices(matrices),
             FluidNodes::new(mesh.points(), &roles)
                 .with_symmetry_planes(mesh.nodes_on_symmetry_planes()),
             &bodies,
         )?;
-        if let Some(permeability) = &self.permeability {
+        if let Some(permeability) = &permeability {
             let stiffness = space.weighted_vertex_stiffness(mesh, permeability)?;
-            fluid = fluid.with_gap_stiffness(stiffness)?;
+            fluid = fluid.with_pressure_stiffness(stiffness)?;
         }
         Ok(formulation.constrain(fluid, drive)?)
     }

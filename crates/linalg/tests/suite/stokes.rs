@@ -102,15 +102,15 @@ fn block_solver_matches_direct() {
     assert!(difference < 1e-10, "{difference:e}");
 }
 
-/// Structured meshes take twice the iterations of designed ones (46 and 47 here, 21 and 22 there),
-/// as independent of the mesh size.
+/// Structured meshes of a cube take more iterations than designed ones (35 and 36 here, 21 and 22
+/// there; with the mass matrix alone 46 and 47), as independent of the mesh size.
 #[test]
 fn iterations_are_flat_under_refinement() {
     let count =
         |stokes: &Stokes| block_solve(stokes, &body_forces(&stokes.system), &tolerance(1e-8)).1;
     let (coarse, fine) = (count(&one_body(2)), count(&one_body(4)));
     println!("one body: {coarse} at 10 000 dofs, {fine} at 92 000");
-    assert!(coarse <= 50 && fine <= 50 && fine <= coarse + 2);
+    assert!(coarse <= 40 && fine <= 40 && fine <= coarse + 2);
 }
 
 /// Three spheres on an unstructured, graded mesh: at most 35 iterations to 1e-8.

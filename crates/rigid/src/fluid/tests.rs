@@ -70,7 +70,7 @@ fn arrays_and_gap_matrices_that_do_not_fit_are_refused() {
     assert!(matches!(refused, Some(RigidError::Length { .. })));
     let gaps = fluid(matrices())
         .unwrap()
-        .with_gap_stiffness(identity(3, 3));
+        .with_pressure_stiffness(identity(3, 3));
     assert!(matches!(gaps.err(), Some(RigidError::Length { .. })));
 }
 

@@ -3,4 +3,5 @@
 mod examples;
 mod flow;
 mod hostile;
+mod iterations;
 mod problem;
