@@ -116,7 +116,7 @@ fn solutions_are_proportional_to_the_units_of_the_scene() {
                 ..ONES
             },
         );
-        for x in [1e-40, 1e-12, 1e12, 1e40] {
+        for x in [1e-40, 1e40] {
             let [v, _, g] = of_first(
                 model,
                 &Numbers {
