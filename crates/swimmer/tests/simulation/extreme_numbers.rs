@@ -112,10 +112,11 @@ fn solutions_are_proportional_to_the_units_of_the_scene() {
             model,
             &Numbers {
                 torque: 1.0,
+                duration: 1e8,
                 ..ONES
             },
         );
-        for x in [1e-40, 1e-12, 1e12, 1e40] {
+        for x in [1e-40, 1e40] {
             let [v, _, g] = of_first(
                 model,
                 &Numbers {
@@ -134,7 +135,7 @@ fn solutions_are_proportional_to_the_units_of_the_scene() {
             close("duration", [v, g, 0.0], [u / x, f / x, 0.0]);
             let [v, _, g] = of_first(model, &Numbers { length: x, ..ONES });
             close("length", [v, g, 0.0], [u * x, f * x * x, 0.0]);
-            // forces so large that the links move slowly compared with them
+            // on a mesh that is not symmetric the closing arm turns the bodies a little: it is slow
             let duration = (1e8 / x).min(1e45);
             let [_, spin, _] = of_first(
                 model,
