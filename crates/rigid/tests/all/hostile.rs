@@ -173,7 +173,7 @@ proptest! {
             .collect();
         let Ok(fluid) = RigidFluid::new(matrices, nodes, &surfaces) else { return Ok(()) };
         prop_assert!(fluid.bodies() == bodies.len());
-        let _ = (fluid.symmetry_planes().parts(), fluid.clone().with_gap_stiffness(Csr::eye(at)));
+        let _ = (fluid.symmetry_planes().parts(), fluid.clone().with_pressure_stiffness(Csr::eye(at)));
         let centres: Vec<_> = bodies.iter().map(|(centre, _)| *centre).collect();
         let kinds = vec![BodyKind::Rigid; centres.len()];
         let Ok(set) = Articulation::new(&kinds, Vec::new(), Arms::Free, &centres) else {
