@@ -48,9 +48,9 @@ pub enum ModelError {
     },
     /// Bodies that moved too far for the mesh of a file.
     #[error(
-        "the mesh of the file cannot follow the bodies this far ({tried}); {remedy}domain.kind = \
-         \"ball\" or \"box\", where new meshes are generated when needed, or a mesh file of another \
-         configuration"
+        "the mesh of the file cannot follow the bodies this far ({tried}); \
+         {remedy}domain.kind = \"ball\" or \"box\", where new meshes are generated when needed, or \
+         a mesh file of another configuration"
     )]
     MeshFileExhausted {
         /// The methods that were tried to move the mesh, each with the reason why it failed.
