@@ -50,33 +50,47 @@ pub fn closest_contact(
             gap: f64::NAN,
         });
     }
+    contacts(bodies, domain, poses).reduce(|closest, contact| match contact.gap < closest.gap {
+        true => contact,
+        false => closest,
+    })
+}
+
+/// The gaps of all pairs of bodies, and of all bodies and the wall, in a fixed order.
+///
+/// Points have no surface and are left out. The gap between spheroids is a lower bound, measured
+/// along the line of centres. Bodies without a pose are left out.
+pub fn contacts<'a>(
+    bodies: &'a [Body],
+    domain: &'a Domain,
+    poses: &'a [Isometry3<f64>],
+) -> impl Iterator<Item = Contact> + 'a {
+    let solid: Vec<usize> = (0..bodies.len().min(poses.len()))
+        .filter(|&b| bodies[b].bounding_radius() > 0.0)
+        .collect();
     let centre = |body: usize| poses[body].translation.vector;
-    let mut closest: Option<Contact> = None;
-    let mut take = |contact: Contact| {
-        if closest.is_none_or(|found| contact.gap < found.gap) {
-            closest = Some(contact);
-        }
-    };
-    for (k, &body) in solid.iter().enumerate() {
+    (0..solid.len()).flat_map(move |k| {
+        let body = solid[k];
         let clearance = domain.clearance(&bodies[body], &poses[body]);
-        if clearance.is_finite() {
-            take(Contact {
-                body,
-                other: None,
-                gap: clearance,
-            });
-        }
-        for &other in &solid[..k] {
-            let apart = centre(body) - centre(other);
-            let pair = [body, other].map(|b| (&bodies[b], &poses[b].rotation));
-            take(Contact {
-                body: other,
-                other: Some(body),
-                gap: apart.norm() - support_along_centres(pair, &apart),
-            });
-        }
-    }
-    closest
+        let to_wall = clearance.is_finite().then_some(Contact {
+            body,
+            other: None,
+            gap: clearance,
+        });
+        let pairs: Vec<Contact> = solid[..k]
+            .iter()
+            .map(|&other| {
+                let apart = centre(body) - centre(other);
+                let pair = [body, other].map(|b| (&bodies[b], &poses[b].rotation));
+                Contact {
+                    body: other,
+                    other: Some(body),
+                    gap: apart.norm() - support_along_centres(pair, &apart),
+                }
+            })
+            .collect();
+        to_wall.into_iter().chain(pairs)
+    })
 }
 
 /// Sum of the support distances of two bodies, with rotations, along the line of centres.

@@ -248,3 +248,44 @@ impl Observer for Files<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(accept: &str, tolerance_met: bool) -> Report {
+        let scene = Scene::parse(&format!(
+            "model = {{ tolerance = 1e-4, accept = \"{accept}\" }}\n\
+             bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0] }}]\n"
+        ))
+        .unwrap();
+        let mut outcome = Interim::start(&scene).unwrap().outcome;
+        outcome.displacement = vec![nalgebra::Vector3::x()];
+        outcome.error_estimate.integration = Some(1e-3);
+        outcome.limited_error = Some(1e-3);
+        outcome.tolerance_met = tolerance_met;
+        Report {
+            scene,
+            model: "rpy",
+            reasons: Vec::new(),
+            outcome,
+            seconds: 0.0,
+        }
+    }
+
+    #[test]
+    fn a_missed_tolerance_is_an_error_with_what_was_reached_unless_the_best_is_accepted() {
+        assert!(report("tolerance", true).check_tolerance().is_ok());
+        assert!(report("best", false).check_tolerance().is_ok());
+        let error = report("tolerance", false).check_tolerance().unwrap_err();
+        assert_eq!(error.exit_code(), 3);
+        let text = error.to_string();
+        for part in ["is 1.0e-3", "1e-4 allows 1.0e-4", "accept = \"best\""] {
+            assert!(text.contains(part), "{text}");
+        }
+        assert!(matches!(
+            error,
+            SwimError::ToleranceMissed { report, .. } if report.outcome.net() == 1.0
+        ));
+    }
+}

@@ -5,7 +5,7 @@ use models::{
 };
 use nalgebra::{DMatrix, UnitQuaternion};
 use rigid::{State, StateVelocity, Twist};
-use scene::{Leg, Scene, closest_contact};
+use scene::{Leg, Scene, closest_contact, contacts};
 
 use super::leg_solution::LegSolution;
 use super::piece::PathPiece;
@@ -155,12 +155,12 @@ impl<'a> LegEvaluator<'a> {
         }
     }
 
-    /// Smallest gap between surfaces at the position `s` of a path; infinite for a body alone.
-    pub fn smallest_gap(&self, path: &PathPiece, s: f64) -> Result<f64, SwimError> {
+    /// Gaps between surfaces at the position `s` of a path, in a fixed order.
+    pub fn gaps(&self, path: &PathPiece, s: f64) -> Result<Vec<f64>, SwimError> {
         let set = self.scene.articulation();
         let poses = set.place(&path.state(set, s)?, &self.leg.lengths(s))?;
-        let contact = closest_contact(self.scene.bodies(), self.scene.domain(), &poses);
-        Ok(contact.map_or(f64::INFINITY, |contact| contact.gap))
+        let contacts = contacts(self.scene.bodies(), self.scene.domain(), &poses);
+        Ok(contacts.map(|contact| contact.gap).collect())
     }
 
     fn check_clearance(&self, s: f64, state: &State, lengths: &[f64]) -> Result<(), SwimError> {
