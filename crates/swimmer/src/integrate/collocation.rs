@@ -123,7 +123,7 @@ struct Step {
     work_error: f64,
     /// Largest error of the displacement allowed.
     tolerance: f64,
-    /// Change of the step by a new mesh, an uncertainty of the discretisation.
+    /// Change of the step by another mesh, an uncertainty of the discretisation.
     mesh_change: f64,
     is_accepted: bool,
 }
@@ -131,12 +131,12 @@ struct Step {
 /// Increases the order over one part of a leg until the estimated error is below the tolerance.
 ///
 /// Where the changes between orders stop to decrease, the step is accepted only if the cause is
-/// known and measured: rounding, the error bars of a model that controls its own error, or a new
-/// mesh within the step, whose discretisation error differs from that of the mesh before.
+/// known and measured: rounding, the error bars of a model that controls its own error, or a change
+/// of the mesh within the step, because discretisation errors on two meshes differ.
 fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result<Step, SwimError> {
     let width = span.1 - span.0;
     let duration = evaluator.leg.duration * width;
-    let remeshings = evaluator.remeshings;
+    let mesh_changes = evaluator.mesh_changes;
     let guess = initial_guess(evaluator, start, span)?;
     let ratio = expected_ratio(evaluator, &guess)?;
     let mut previous = collocate(evaluator, start, &guess, 1, false)?;
@@ -158,7 +158,7 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
             let is_model_error =
                 evaluator.controls_error() && change <= current.error_bar(duration);
             let is_mesh_change =
-                evaluator.remeshings > remeshings && change <= current.mesh_error_bar(duration);
+                evaluator.mesh_changes > mesh_changes && change <= current.mesh_error_bar(duration);
             if is_rounding || is_model_error {
                 accepted = Some((change, 0.0));
             } else if is_mesh_change {

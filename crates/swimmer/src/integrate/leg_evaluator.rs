@@ -19,8 +19,10 @@ pub(super) struct LegEvaluator<'a> {
     pub leg: &'a Leg,
     pub seconds: Seconds,
     pub solves: usize,
-    /// Number of solutions for which the model generated a new mesh.
-    pub remeshings: usize,
+    /// Number of solutions on another mesh than the solution before.
+    pub mesh_changes: usize,
+    /// Degrees of freedom of the last solution, which differ between meshes.
+    dofs: Option<usize>,
     /// Integration error that the scene's tolerance allows for the leg, if it is known.
     pub tolerance: Option<f64>,
     model: &'a mut dyn Hydrodynamics,
@@ -40,7 +42,8 @@ impl<'a> LegEvaluator<'a> {
             leg,
             seconds: Seconds::default(),
             solves: 0,
-            remeshings: 0,
+            mesh_changes: 0,
+            dofs: None,
             tolerance,
             model,
             observe,
@@ -107,7 +110,9 @@ impl<'a> LegEvaluator<'a> {
     ) -> Result<LegSolution, SwimError> {
         solution.check(self.model)?;
         self.seconds += solution.seconds;
-        self.remeshings += usize::from(solution.remeshed.is_some());
+        let dofs = self.dofs.replace(solution.dofs.total);
+        let has_other_dofs = dofs.is_some_and(|before| before != solution.dofs.total);
+        self.mesh_changes += usize::from(solution.remeshed.is_some() || has_other_dofs);
         let leg_solution = LegSolution {
             number: self.solves,
             s,

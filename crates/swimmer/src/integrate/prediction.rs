@@ -16,7 +16,7 @@ use crate::outcome::{mean_of_moving, positions};
 /// error of it changes the number of solves, not the error bars.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Prediction {
-    /// Net displacement; of a reciprocal gait, the longest displacement.
+    /// Net displacement, or a substitute for one that is too small to be predicted.
     net: f64,
     /// Longest displacement of a body in one phase.
     longest: f64,
@@ -34,6 +34,14 @@ const POINTS: usize = 4;
 /// Predicted net displacement relative to the longest one, below which the gait counts as
 /// reciprocal: its net displacement vanishes up to rounding and the error of the quadrature.
 const RECIPROCAL: f64 = 1e-6;
+
+/// Net displacement over the longest one that stands for that of a reciprocal gait: that of the
+/// swimmer of Najafi & Golestanian.
+const TYPICAL: f64 = 0.04;
+
+/// Smallest net displacement over the longest one for which the error is relative to it. To smaller
+/// ones, as of a gait whose phases do not quite close, errors are compared as to this one.
+const SMALLEST: f64 = 1e-3;
 
 /// Part of the tolerance that the integration may use; the rest is for errors of the model and of
 /// the prediction, which is right within a factor of two where bodies come close.
@@ -71,7 +79,10 @@ impl Prediction {
         let net = mean_of_moving(&displacement).norm();
         let is_reciprocal = net <= RECIPROCAL * longest;
         (longest > 0.0 && longest.is_finite()).then_some(Self {
-            net: if is_reciprocal { longest } else { net },
+            net: match is_reciprocal {
+                true => TYPICAL * longest,
+                false => net.max(SMALLEST * longest),
+            },
             longest,
             phases,
         })
