@@ -1,13 +1,13 @@
 //! Bodies that move along an axis of the domain: finite elements in the meridian half-plane.
 
-use std::f64::consts::PI;
 use std::time::Instant as Clock;
 
 use axisymmetric::{AxialResistance, AxisymmetricError, ResistanceSolver, Spheroid, Surroundings};
 use mesh::TetMesh;
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, Vector3};
 use rigid::Twist;
 
+use crate::axial_resistance::grand_resistance;
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, Hydrodynamics, Query};
@@ -209,39 +209,6 @@ impl AxisymmetricModel {
             .collect()
     }
 
-    /// Grand resistance matrix from the resistances along and about the axis.
-    ///
-    /// For motions that are zero by symmetry it has the entries of single spheres.
-    fn grand_resistance(&self, axial: &DMatrix<f64>, spin: Option<&DMatrix<f64>>) -> DMatrix<f64> {
-        let n = self.shapes.len();
-        let along: Matrix3<f64> = self.axis * self.axis.transpose();
-        let across = Matrix3::identity() - along;
-        let mut matrix = DMatrix::zeros(6 * n, 6 * n);
-        for i in 0..n {
-            for j in 0..n {
-                let block = along * axial[(i, j)];
-                matrix
-                    .fixed_view_mut::<3, 3>(6 * i, 6 * j)
-                    .copy_from(&block);
-            }
-            let size = self.shapes[i].axial.max(self.shapes[i].equatorial);
-            let (drag, torque) = (6.0 * PI * size, 8.0 * PI * size.powi(3));
-            let mut forces = matrix.fixed_view_mut::<3, 3>(6 * i, 6 * i);
-            forces += across * drag;
-            let mut torques = matrix.fixed_view_mut::<3, 3>(6 * i + 3, 6 * i + 3);
-            torques += match spin {
-                Some(_) => across * torque,
-                None => Matrix3::identity() * torque,
-            };
-            for j in 0..n {
-                let about = spin.map_or(0.0, |spin| spin[(i, j)]);
-                let mut block = matrix.fixed_view_mut::<3, 3>(6 * i + 3, 6 * j + 3);
-                block += along * about;
-            }
-        }
-        matrix
-    }
-
     /// Solution for one set of rates, from the resistances of the configuration.
     ///
     /// Its time is counted from `clock`.
@@ -258,7 +225,7 @@ impl AxisymmetricModel {
         } = &self.scaled;
         let constraints = self.scaled.constraints(configuration, rates)?;
         let solve = |of: fn(&AxialResistance) -> &DMatrix<f64>| {
-            let matrix = self.grand_resistance(of(axial), spin.map(of));
+            let matrix = grand_resistance(&self.shapes, &self.axis, of(axial), spin.map(of));
             MobilitySolution::new(&matrix, set, &constraints, loads)
         };
         let solved = solve(AxialResistance::matrix)?;

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod axial_resistance;
 mod axisymmetric_model;
 mod error;
 mod error_estimate;

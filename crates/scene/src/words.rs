@@ -165,8 +165,8 @@ pub enum SolverKind {
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum MeshMotionKind {
-    /// The biharmonic equation; the mesh of a file, which cannot be remeshed, is also moved by other
-    /// methods where the cells become too poor.
+    /// Diffusion with the coefficient of Kanchi & Masud; for the mesh of a file, which cannot be
+    /// remeshed, the biharmonic equation and other methods where cells become too poor.
     #[default]
     Auto,
     /// Laplace's equation.

@@ -151,26 +151,29 @@ impl ReferenceMesh {
 
 /// The mesh motions of a scene, in the order in which they are tried.
 ///
-/// Meshes that can be generated again need one method only. The mesh of a file is tried with others
-/// in the order of their cost (`docs/ale-files.md`): the harmonic motion keeps the curved cells of
-/// coarse meshes better, cubic functions follow bodies towards a wall, linear ones into gaps.
+/// Meshes that can be generated again need one method only, that of the paper. The mesh of a file is
+/// tried with others in the order of their reach and cost (`docs/ale-files.md`): the biharmonic
+/// motion follows fine meshes farthest, the harmonic one keeps the curved cells of coarse meshes
+/// better, cubic functions follow bodies towards a wall, linear ones into gaps.
 pub fn mesh_motions(kind: MeshMotionKind, is_from_file: bool) -> Vec<Box<dyn MeshMotion>> {
-    let mut motions = vec![mesh_motion(kind)];
-    if kind == MeshMotionKind::Auto && is_from_file {
-        motions.extend([
-            Box::new(Harmonic(Stiffening::KanchiMasud)) as Box<dyn MeshMotion>,
+    match (kind, is_from_file) {
+        (MeshMotionKind::Auto, true) => vec![
+            Box::new(Biharmonic),
+            Box::new(Harmonic(Stiffening::KanchiMasud)),
             Box::new(Rbf(Kernel::Cubic)),
             Box::new(Rbf(Kernel::Linear)),
-        ]);
+        ],
+        _ => vec![mesh_motion(kind)],
     }
-    motions
 }
 
 fn mesh_motion(kind: MeshMotionKind) -> Box<dyn MeshMotion> {
     match kind {
-        MeshMotionKind::Auto | MeshMotionKind::Biharmonic => Box::new(Biharmonic),
+        MeshMotionKind::Biharmonic => Box::new(Biharmonic),
         MeshMotionKind::Laplace => Box::new(Harmonic(Stiffening::None)),
-        MeshMotionKind::KanchiMasud => Box::new(Harmonic(Stiffening::KanchiMasud)),
+        MeshMotionKind::Auto | MeshMotionKind::KanchiMasud => {
+            Box::new(Harmonic(Stiffening::KanchiMasud))
+        }
         MeshMotionKind::InverseVolume => Box::new(Harmonic(Stiffening::InverseVolume)),
         MeshMotionKind::Elastic => Box::new(Elastic::default()),
         MeshMotionKind::Rbf => Box::new(Rbf(Kernel::Cubic)),

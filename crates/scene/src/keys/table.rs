@@ -266,8 +266,9 @@ pub const KEYS: &[Key] = &[
         "fem.mesh_motion",
         Kind::Word(MeshMotionKind::WORDS),
         Value("auto"),
-        "how the mesh moves with the bodies until it is remeshed; `auto` is `biharmonic`, and \
-         tries other methods before it gives up the mesh of a file; the rest is for comparison",
+        "how the mesh moves with the bodies until it is remeshed; `auto` is \
+         `kanchi-masud`, and for the mesh of a file `biharmonic` and other methods before the file \
+         is refused; the rest is for comparison",
     ),
     key(
         "fem.mirror",

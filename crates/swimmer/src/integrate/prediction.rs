@@ -49,7 +49,7 @@ const INTEGRATION_SHARE: f64 = 0.5;
 
 /// Part of the tolerance of the integration that errors of the model may use, so that they do not
 /// look like errors of the integration.
-const MODEL_SHARE: f64 = 0.3;
+const MODEL_SHARE: f64 = 0.6;
 
 impl Prediction {
     /// The prediction for a scene; none without a gait, with many bodies, or if nothing moves.

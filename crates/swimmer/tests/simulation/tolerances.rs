@@ -11,14 +11,11 @@ use crate::support::{Tensor, TestModel, scene, three_spheres};
 
 #[test]
 fn a_tolerance_below_the_noise_of_a_model_is_refused_and_the_best_result_has_an_honest_bar() {
-    // Velocities with noise of 1e-4: the net displacement is uncertain by about 4e-4 of the change
-    // of length, 1e-2 of itself.
+    // Velocities with noise of 1e-3: each step of a leg is uncertain by up to 1e-3 of its 1.4, the
+    // net displacement of 0.165 by 2e-2 to 3e-2 of itself.
     let text = three_spheres("model.tolerance = 1e-4", FREE);
     let refused = simulate_with_noise(&text);
-    assert!(
-        matches!(refused, Err(SwimError::NotIntegrated { .. })),
-        "{refused:?}"
-    );
+    assert!(matches!(refused, Err(SwimError::NotIntegrated { .. })));
     let best = three_spheres("model = { tolerance = 1e-4, accept = \"best\" }", FREE);
     let outcome = simulate_with_noise(&best).unwrap();
     let exact: f64 = RPY.iter().sum();
@@ -27,10 +24,10 @@ fn a_tolerance_below_the_noise_of_a_model_is_refused_and_the_best_result_has_an_
         outcome.limited_error.unwrap(),
     );
     assert!(!outcome.tolerance_met && error <= bar, "{error:e} {bar:e}");
-    assert!(bar < 0.1 * exact, "{bar:e}");
+    assert!(bar < 0.3 * exact, "{bar:e}");
 }
 
-/// Simulates a stroke by a model whose velocities have relative noise of 1e-4.
+/// Simulates a stroke by a model whose velocities have relative noise of 1e-3.
 fn simulate_with_noise(text: &str) -> Result<swimmer::Outcome, SwimError> {
     let scene = scene(text);
     let mut model = NoisyModel(TestModel::new(&scene, Tensor::Rpy));
@@ -52,7 +49,7 @@ impl Hydrodynamics for NoisyModel {
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         let lengths: f64 = query.configuration.lengths.iter().sum();
         // A rapidly oscillating function is noise for any quadrature that does not resolve it.
-        let noise = 1e-4 * (1e7 * lengths).sin();
+        let noise = 1e-3 * (1e7 * lengths).sin();
         let mut solutions = self.0.solve(query)?;
         for solution in &mut solutions {
             for frame in &mut solution.motion.frames {
