@@ -74,9 +74,9 @@ impl IncrementalMap {
     /// [`ReferenceMap::moved`](crate::ReferenceMap::moved).
     ///
     /// # Errors
-    /// [`AleError::Motions`], [`AleError::NotFinite`] and [`AleError::NotRotation`] for motions that
-    /// do not fit; [`AleError::Invalid`] if an element would be inverted. The mesh is then unchanged: try a
-    /// smaller step or remesh.
+    /// [`AleError::Motions`], [`AleError::NotFinite`] and [`AleError::NotRotation`] for motions
+    /// that do not fit; [`AleError::Invalid`] if an element would be inverted. The mesh is then
+    /// unchanged: try a smaller step or remesh.
     pub fn advance(&mut self, motions: &[Isometry3<f64>]) -> Result<&TetMesh, AleError> {
         check_motions(self.bodies.len(), motions)?;
         let old = self.mesh.points();

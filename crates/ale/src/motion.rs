@@ -67,7 +67,7 @@ pub trait MeshMotion: Send + Sync {
     /// direct methods.
     ///
     /// # Errors
-    /// Fields of the wrong length or not finite, a parameter out of range, a solver that fails, or a
-    /// problem too large for the method.
+    /// Fields of the wrong length or not finite, a parameter out of range, a solver that fails, or
+    /// a problem too large for the method.
     fn extend(&self, moving: &MovingMesh<'_>, fields: &mut [Vec<Vec3>]) -> Result<usize, AleError>;
 }

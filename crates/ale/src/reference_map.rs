@@ -50,7 +50,8 @@ impl ReferenceMap {
     ///
     /// # Errors
     /// [`AleError::NoSurface`] for a body's tag that the mesh does not have,
-    /// [`AleError::SharedSurface`], a centre that is not finite, or a failure of [`MeshMotion::extend`].
+    /// [`AleError::SharedSurface`], a centre that is not finite, or a failure of
+    /// [`MeshMotion::extend`].
     pub fn new(
         mesh: TetMesh,
         bodies: &[MovingBody],
@@ -138,8 +139,9 @@ impl ReferenceMap {
     /// The translation moves the body's centre; the rotation is about that centre.
     ///
     /// # Errors
-    /// [`AleError::Motions`], [`AleError::NotFinite`] and [`AleError::NotRotation`] for motions that
-    /// do not fit; [`AleError::Invalid`] if an element, straight or curved, is inverted: remesh in this case.
+    /// [`AleError::Motions`], [`AleError::NotFinite`] and [`AleError::NotRotation`] for motions
+    /// that do not fit; [`AleError::Invalid`] if an element, straight or curved, is inverted:
+    /// remesh in this case.
     pub fn moved(&self, motions: &[Isometry3<f64>]) -> Result<TetMesh, AleError> {
         check_motions(self.influences.len(), motions)?;
         let mut points = self.mesh.points().to_vec();

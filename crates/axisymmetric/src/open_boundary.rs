@@ -130,8 +130,8 @@ impl Trace {
     fn new(mesh: &MeridianMesh, order: usize) -> Self {
         let edges = open_edges(mesh);
         let nodes = lobatto(order);
-        // On an edge, a polynomial of degree `l` in the cosine of an angle is smooth on the scale of
-        // `1 / l`: a few points more than half of `l` times half the angle give all digits.
+        // On an edge, a polynomial of degree `l` in the cosine of an angle is smooth on the scale
+        // of `1 / l`: a few points more than half of `l` times half the angle give all digits.
         let widest = edges
             .iter()
             .map(|[left, right]| left - right)

@@ -30,9 +30,9 @@ fn first_order(tolerance: f64) -> usize {
 
 /// Bounds on the factor by which one order reduces the error, when the last change is extrapolated.
 ///
-/// A smaller observed factor is considered accidental: with the smallest one here, estimates are 0.76
-/// to 1.8 times the true error in 13 cases with exact values. A larger one means that the orders do
-/// not converge yet.
+/// A smaller observed factor is considered accidental: with the smallest one here, estimates are
+/// 0.76 to 1.8 times the true error in 13 cases with exact values. A larger one means that the
+/// orders do not converge yet.
 const REDUCTION: [f64; 2] = [0.055, 0.6];
 
 /// Smallest tolerance; rounding in the factorisation causes errors of about a hundredth of it.

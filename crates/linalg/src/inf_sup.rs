@@ -40,8 +40,9 @@ impl InfSup {
     /// (2014), section 3.3.
     ///
     /// # Errors
-    /// [`LinalgError::Parameter`] for none or more than 2000 pressure dofs, [`LinalgError::Factorisation`]
-    /// of `K` or of the mass matrix, [`LinalgError::ConstrainedDofs`].
+    /// [`LinalgError::Parameter`] for none or more than 2000 pressure dofs,
+    /// [`LinalgError::Factorisation`] of `K` or of the mass matrix,
+    /// [`LinalgError::ConstrainedDofs`].
     pub fn of(system: &SaddleSystem) -> Result<Self, LinalgError> {
         system
             .velocity_block()

@@ -3,7 +3,8 @@
 use crate::scene::Scene;
 
 impl Scene {
-    /// The first key in which another scene has a different flow problem; `None` if it has the same.
+    /// The first key in which another scene has a different flow problem; `None` if it has the
+    /// same.
     ///
     /// The flow problem is everything that velocities and forces at given lengths and rates of the
     /// links depend on: fluid, domain, bodies and links. Names, gaits and options may differ.

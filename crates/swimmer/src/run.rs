@@ -82,7 +82,8 @@ pub struct Report {
 /// # Errors
 /// A scene without a gait, a folder that cannot be written to, a checkpoint of another scene,
 /// [`SwimError::Interrupted`], errors of the model and the integration, and
-/// [`SwimError::ToleranceMissed`] with the finished report unless the scene accepts the best result.
+/// [`SwimError::ToleranceMissed`] with the finished report unless the scene accepts the best
+/// result.
 pub fn run(
     mut scene: Scene,
     out: &Path,

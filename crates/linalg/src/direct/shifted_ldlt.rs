@@ -40,8 +40,8 @@ impl ShiftedLdlt {
     ///
     /// # Errors
     /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::Parameter`] for a group
-    /// that is not below the number of dofs, [`LinalgError::Factorisation`] for a singular matrix or
-    /// an unsymmetric pattern.
+    /// that is not below the number of dofs, [`LinalgError::Factorisation`] for a singular matrix
+    /// or an unsymmetric pattern.
     pub fn factor(matrix: Csr, shift: &[f64], group: &[u32]) -> Result<Self, LinalgError> {
         let n = matrix.rows();
         check_shape("saddle-point matrix", matrix.shape(), (n, n))?;

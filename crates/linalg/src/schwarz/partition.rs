@@ -18,8 +18,8 @@ const MOST_SUBDOMAINS: usize = 1 << 16;
 /// boundary of the subdomain, and none has more pressures than its velocities can satisfy.
 ///
 /// # Errors
-/// [`LinalgError::Parameter`] for a number of subdomains out of range or a border dof assigned to a missing one,
-/// [`LinalgError::Shape`], and those of METIS.
+/// [`LinalgError::Parameter`] for a number of subdomains out of range or a border dof assigned to a
+/// missing one, [`LinalgError::Shape`], and those of METIS.
 pub(super) fn cut(
     system: &SaddleSystem,
     params: &SchwarzParams,

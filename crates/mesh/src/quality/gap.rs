@@ -51,8 +51,8 @@ impl TetMesh {
             .map(|body| body.signed_distance(centroid))
             .chain(to_wall);
         let [first, second] = distances.fold([f64::INFINITY; 2], |[a, b], d| {
-            // The centroid of a cell at a curved surface may lie slightly inside the body. A surface
-            // without a distance, whose numbers are not finite, leaves no gap.
+            // The centroid of a cell at a curved surface may lie slightly inside the body. A
+            // surface without a distance, whose numbers are not finite, leaves no gap.
             let d = d.max(0.0);
             if d < a { [d, a] } else { [a, b.min(d)] }
         });

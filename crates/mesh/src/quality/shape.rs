@@ -6,8 +6,8 @@ use crate::{TET_EDGES, Vec3};
 /// Mean-ratio quality of a straight tet: `q = 12 (3 V)^(2/3) / sum of squared edge lengths`.
 ///
 /// One for a regular tet, zero for a flat one, negative for an inverted one; invariant under
-/// translation, rotation and scaling (Liu & Joe, BIT 34, 1994). Zero also for coincident vertices and
-/// where the volume overflows.
+/// translation, rotation and scaling (Liu & Joe, BIT 34, 1994). Zero also for coincident vertices
+/// and where the volume overflows.
 ///
 /// ```
 /// use mesh::{Vec3, mean_ratio};

@@ -1,5 +1,5 @@
-//! Unbounded fluid as a large ball, and the correction for the effect of its wall; the fluid above a
-//! plane wall as a large half ball.
+//! Unbounded fluid as a large ball, and the correction for the effect of its wall; the fluid above
+//! a plane wall as a large half ball.
 //!
 //! A force `F` on the fluid causes the far field `F / (8π μ r)`, so a wall at the distance `R`
 //! reduces the velocity of a body of radius `a` by a relative amount `a / R`. No ball of

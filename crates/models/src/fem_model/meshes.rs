@@ -149,7 +149,8 @@ impl Meshes {
     /// It is moved from the oldest reference for which its cells remain good enough, or newly
     /// generated. Because of this order, once the references of a stroke exist, the mesh depends on
     /// the configuration only and not on the previous one. The references of a file are its mesh
-    /// with one method of motion each, so the mesh depends on the configuration only from the start.
+    /// with one method of motion each, so the mesh depends on the configuration only from the
+    /// start.
     ///
     /// # Errors
     /// Bodies around which no mesh can be generated; [`ModelError::MeshFileExhausted`].
@@ -189,8 +190,8 @@ impl Meshes {
     /// `too_poor` has the reasons why the methods in use do not.
     ///
     /// # Errors
-    /// [`ModelError::MeshFileExhausted`]. (Here the mesh would have to be generated again inside the
-    /// boundary of the file.)
+    /// [`ModelError::MeshFileExhausted`]. (Here the mesh would have to be generated again inside
+    /// the boundary of the file.)
     fn by_other_motion(
         &mut self,
         poses: &[Isometry3<f64>],

@@ -151,8 +151,8 @@ impl ReferenceMesh {
 
 /// The mesh motions of a scene, in the order in which they are tried.
 ///
-/// Meshes that can be generated again need one method only, that of the paper. The mesh of a file is
-/// tried with others in the order of their reach and cost (`docs/ale-files.md`): the biharmonic
+/// Meshes that can be generated again need one method only, that of the paper. The mesh of a file
+/// is tried with others in the order of their reach and cost (`docs/ale-files.md`): the biharmonic
 /// motion follows fine meshes farthest, the harmonic one keeps the curved cells of coarse meshes
 /// better, cubic functions follow bodies towards a wall, linear ones into gaps.
 pub fn mesh_motions(kind: MeshMotionKind, is_from_file: bool) -> Vec<Box<dyn MeshMotion>> {

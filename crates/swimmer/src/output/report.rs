@@ -14,7 +14,8 @@ use crate::outcome::Outcome;
 /// `phases` (each with `link`, `displacement`, `solves`, `error_estimate`), `solves`,
 /// `error_estimate` (absolute, in the scene's unit of length), `corrected` (the displacement minus
 /// its estimated discretisation error), `seconds`, `model`, `reasons`, `cycles`, `duration`, `work`
-/// (of the bodies on the fluid), `work_error` (its error bars), `tolerance`, `tolerance_met`, `meshes`, `peak_rss_mib`.
+/// (of the bodies on the fluid), `work_error` (its error bars), `tolerance`, `tolerance_met`,
+/// `meshes`, `peak_rss_mib`.
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
 /// solves.
 pub fn summary_json(
