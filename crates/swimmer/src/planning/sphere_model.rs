@@ -68,15 +68,14 @@ pub(super) fn choose_sphere_model(scene: &Scene) -> Result<SphereModelChoice, Mo
             ],
         });
     };
-    let candidates = [
-        SphereModel::Oseen,
-        SphereModel::Rpy,
-        SphereModel::Multipole((10.0 * tolerance).min(0.1)),
-        SphereModel::Multipole(tolerance.min(1e-2)),
-        SphereModel::Multipole((0.1 * tolerance).min(1e-3)),
-        SphereModel::Multipole((0.01 * tolerance).clamp(1e-13, 1e-5)),
-        expansion_for_tolerance(scene),
-    ];
+    let mut candidates = vec![SphereModel::Oseen, SphereModel::Rpy];
+    if !stroke {
+        candidates
+            .extend([(10.0 * tolerance).min(0.1), tolerance.min(1e-2)].map(SphereModel::Multipole));
+    }
+    // Along a stroke an expansion of lower accuracy would save little: its order changes with the
+    // shape, and the integration would resolve the jumps.
+    candidates.push(expansion_for_tolerance(scene));
     let mut compared = Vec::new();
     let mut chosen = reference_kind;
     let allowed = TOLERANCE_SHARE * tolerance;
