@@ -333,6 +333,10 @@ fn markdown(cases: &[Case], seed: u64) -> Result<String> {
                 solve_counts.push(*solves as f64);
             }
         }
+        // Models with a small share are not drawn in a short study.
+        if of_model().count() == 0 {
+            continue;
+        }
         let refused = of_model().count() - fractions.len();
         let broken = of_model().filter(|case| !case.holds()).count();
         writeln!(
