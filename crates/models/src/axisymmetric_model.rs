@@ -9,9 +9,8 @@ use rigid::Twist;
 
 use crate::axial_resistance::grand_resistance;
 use crate::error::ModelError;
-use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, Hydrodynamics, Query};
-use crate::mesh_error::{MeshError, power_error_bar};
+use crate::mesh_error::MeshError;
 use crate::mobility::MobilitySolution;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{BodySolution, InstantaneousSolution};
@@ -250,9 +249,21 @@ impl AxisymmetricModel {
             |bodies: &[BodySolution]| -> f64 { bodies.iter().map(BodySolution::power).sum() };
         let power_error = factor.max(spin_factor) * (power(&lower_bodies) - power(&bodies));
         let error = velocities.iter().fold(0.0_f64, |m, e| m.max(e.norm()));
+        let mesh_error = MeshError {
+            frames: (motion.frames.iter().zip(&lower_motion.frames))
+                .map(|(last, lower)| Twist {
+                    linear: factor * (lower.linear - last.linear),
+                    angular: spin_factor * (lower.angular - last.angular),
+                })
+                .collect(),
+            bodies: velocities,
+            uncertainty: UNCERTAINTY * error,
+            power: power_error,
+            forces,
+        };
         let total = clock.elapsed().as_secs_f64();
         let link_forces = solved.link_forces(set, &constraints, loads, scale)?;
-        Ok(InstantaneousSolution {
+        let mut solution = InstantaneousSolution {
             dofs: Dofs {
                 total: axial.dofs() + spin.map_or(0, AxialResistance::dofs),
                 ..Dofs::default()
@@ -268,28 +279,10 @@ impl AxisymmetricModel {
                 total,
                 ..Seconds::default()
             },
-            error_estimate: ErrorEstimate {
-                mesh: Some(error.hypot(UNCERTAINTY * error)),
-                ..ErrorEstimate::default()
-            },
-            power_error: ErrorEstimate {
-                mesh: Some(power_error_bar(power_error)),
-                ..ErrorEstimate::default()
-            },
-            mesh_error: Some(MeshError {
-                frames: (motion.frames.iter().zip(&lower_motion.frames))
-                    .map(|(last, lower)| Twist {
-                        linear: factor * (lower.linear - last.linear),
-                        angular: spin_factor * (lower.angular - last.angular),
-                    })
-                    .collect(),
-                bodies: velocities,
-                uncertainty: UNCERTAINTY * error,
-                power: power_error,
-                forces,
-            }),
             ..InstantaneousSolution::new(bodies, link_forces, motion)
-        })
+        };
+        solution.set_mesh_error(mesh_error);
+        Ok(solution)
     }
 }
 

@@ -30,11 +30,22 @@ pub struct MeshError {
 const POWER_UNCERTAINTY: f64 = 0.5;
 
 /// Error bar of a power or work whose error is estimated as `error`.
-pub(crate) fn power_error_bar(error: f64) -> f64 {
+fn power_error_bar(error: f64) -> f64 {
     error.abs().hypot(POWER_UNCERTAINTY * error)
 }
 
 impl MeshError {
+    /// Error bar of velocities: the largest error of a body, with its uncertainty.
+    pub fn velocity_error_bar(&self) -> f64 {
+        let largest = self.bodies.iter().fold(0.0_f64, |m, e| m.max(e.norm()));
+        largest.hypot(self.uncertainty)
+    }
+
+    /// Error bar of the power of the bodies on the fluid.
+    pub fn power_error_bar(&self) -> f64 {
+        power_error_bar(self.power)
+    }
+
     /// Magnitude of the largest error of a force.
     pub fn force(&self) -> f64 {
         self.forces.iter().fold(0.0, |m, f| m.max(f.norm()))

@@ -67,6 +67,13 @@ impl InstantaneousSolution {
         }
     }
 
+    /// Enters signed discretisation errors, and the error bars that follow from them.
+    pub fn set_mesh_error(&mut self, error: MeshError) {
+        self.error_estimate.mesh = Some(error.velocity_error_bar());
+        self.power_error.mesh = Some(error.power_error_bar());
+        self.mesh_error = Some(error);
+    }
+
     /// Power of the bodies on the fluid.
     pub fn power(&self) -> f64 {
         self.bodies.iter().map(BodySolution::power).sum()

@@ -126,10 +126,7 @@ impl FarField {
     }
 
     fn mobility(&self) -> f64 {
-        match self.has_plane_wall {
-            true => 0.0,
-            false => 3.0 / (8.0 * PI * self.ball.radius),
-        }
+        3.0 / (8.0 * PI * self.ball.radius)
     }
 }
 

@@ -119,9 +119,11 @@ impl Meshes {
             .map_or(0.0, cylinder::relative_error)
     }
 
-    /// The ball that replaces unbounded fluid, if the fluid is unbounded.
+    /// The ball that replaces unbounded fluid, for whose wall velocities are corrected.
+    ///
+    /// None for the half ball above a plane wall, which needs no correction.
     pub fn far_field(&self) -> Option<FarField> {
-        self.generator.far_field
+        self.generator.far_field.filter(|far| !far.has_plane_wall())
     }
 
     /// Function spaces on the current mesh.

@@ -212,8 +212,7 @@ impl FemModel {
         let problem = self.problem(&mesh, &poses)?.with_space(space);
         let options = options(&self.options);
         let has_fixed = self.scaled.set.fixed().contains(&true);
-        let far = self.meshes.far_field().filter(|far| !far.has_plane_wall());
-        if let (Some(far), true) = (far, has_fixed) {
+        if let (Some(far), true) = (self.meshes.far_field(), has_fixed) {
             let scaled = &self.scaled;
             constraints = far_field::in_moving_frame(
                 &problem,

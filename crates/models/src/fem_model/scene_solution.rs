@@ -7,7 +7,7 @@ use stokes::{Estimate, Solution};
 use super::far_field::{FarField, total_force};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
-use crate::mesh_error::{MeshError, power_error_bar};
+use crate::mesh_error::MeshError;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{BodySolution, InstantaneousSolution};
 
@@ -97,11 +97,8 @@ pub fn set_mesh_error(
         }
     }
     let uncertainty = scale.speed_to_scene(estimate.uncertainty);
-    let largest = largest_norm(of_bodies.iter().copied());
-    solution.error_estimate.mesh = Some(largest.hypot(uncertainty));
     let power = power_error(scaled, solution, estimate, &of_bodies);
-    solution.power_error.mesh = Some(power_error_bar(power));
-    solution.mesh_error = Some(MeshError {
+    solution.set_mesh_error(MeshError {
         frames: estimate
             .frames
             .iter()

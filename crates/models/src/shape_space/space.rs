@@ -9,7 +9,7 @@ use super::sampler::{Bars, MAX_DEGREE, Sampler};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Hydrodynamics};
-use crate::mesh_error::{MeshError, power_error_bar};
+use crate::mesh_error::MeshError;
 use crate::solution::InstantaneousSolution;
 use scene::Scene;
 use stokes::{Dofs, SolverReport};
@@ -246,28 +246,23 @@ impl ShapeSpace {
             power: power * self.bars.mesh_power,
             ..error
         });
-        let mesh_bar = |error: &MeshError| {
-            let largest = error.bodies.iter().fold(0.0_f64, |m, e| m.max(e.norm()));
-            largest.hypot(error.uncertainty)
-        };
-        Ok(InstantaneousSolution {
+        let mut solution = InstantaneousSolution {
             dofs: self.dofs,
             solver: self.solver.clone(),
             error_estimate: ErrorEstimate {
-                mesh: mesh_error.as_ref().map(mesh_bar),
                 model: Some(speed * (self.interpolation_error + self.bars.velocity)),
                 ..ErrorEstimate::default()
             },
             power_error: ErrorEstimate {
-                mesh: mesh_error
-                    .as_ref()
-                    .map(|error| power_error_bar(error.power)),
                 model: Some(self.bars.power * power.abs() + 2.0 * self.relative_error * product),
                 ..ErrorEstimate::default()
             },
-            mesh_error,
             ..solution
-        })
+        };
+        if let Some(error) = mesh_error {
+            solution.set_mesh_error(error);
+        }
+        Ok(solution)
     }
 
     /// For each varying link, the numbers of the record for a unit rate.

@@ -57,12 +57,15 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
             reasons,
         })
     };
+    let axisymmetric = || -> Result<AxisymmetricModel, ModelError> {
+        Ok(AxisymmetricModel::new(scene)?.with_accuracy(velocity_tolerance(scene)))
+    };
     match scene.model().kind {
         ModelKind::Oseen => return spheres(SphereModel::Oseen, requested()),
         ModelKind::Rpy => return spheres(SphereModel::Rpy, requested()),
         ModelKind::Multipole => return spheres(expansion_for_tolerance(scene), requested()),
         ModelKind::Auto if AxisymmetricModel::suits(scene) => {
-            let mut model = AxisymmetricModel::new(scene)?.with_accuracy(velocity_tolerance(scene));
+            let mut model = axisymmetric()?;
             let reasons = vec![
                 scene.arrangement().describe().to_owned(),
                 model.describe(scene)?,
@@ -79,9 +82,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         }
         ModelKind::Axisymmetric => {
             return Ok(Choice {
-                model: Box::new(
-                    AxisymmetricModel::new(scene)?.with_accuracy(velocity_tolerance(scene)),
-                ),
+                model: Box::new(axisymmetric()?),
                 reasons: requested(),
             });
         }
