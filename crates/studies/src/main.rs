@@ -51,8 +51,21 @@ enum Task {
         /// Only this quantity: drag, pair, speed or net.
         #[arg(long)]
         only: Option<String>,
-        /// Folder for `accuracy.md`, `accuracy.csv` and the charts
-        /// [default: docs, or accuracy for --quick].
+        /// Random instantaneous solutions and random strokes instead: errors, corrected errors and
+        /// error bars.
+        #[arg(long, conflicts_with_all = ["quick", "only"])]
+        random: bool,
+        /// Number of random instantaneous solutions.
+        #[arg(long, default_value_t = 100, requires = "random")]
+        instants: usize,
+        /// Number of random strokes.
+        #[arg(long, default_value_t = 30, requires = "random")]
+        strokes: usize,
+        /// Seed of the first random case; each following one has the next seed.
+        #[arg(long, default_value_t = 1, requires = "random")]
+        seed: u64,
+        /// Folder for `accuracy.md`, `accuracy.csv` and the charts, or `random.md` and
+        /// `random.csv` [default: docs, or accuracy for --quick].
         #[arg(long)]
         out: Option<PathBuf>,
     },
@@ -168,9 +181,20 @@ fn main() -> Result<()> {
             let out = output_folder(out, quick, "roofline");
             roofline::run(quick, &out)
         }
-        Task::Accuracy { quick, only, out } => {
+        Task::Accuracy {
+            quick,
+            only,
+            random,
+            instants,
+            strokes,
+            seed,
+            out,
+        } => {
             let out = output_folder(out, quick, "accuracy");
-            accuracy::run(quick, only.as_deref(), &out).map(drop)
+            match random {
+                true => accuracy::random::run(instants, strokes, seed, &out),
+                false => accuracy::run(quick, only.as_deref(), &out).map(drop),
+            }
         }
         Task::Ale { quick, files, out } => {
             let out = output_folder(out, quick, "ale");

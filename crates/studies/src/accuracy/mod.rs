@@ -3,6 +3,7 @@
 mod instantaneous;
 mod parameters;
 mod quantity;
+pub mod random;
 mod strokes;
 
 use std::fmt::Write;

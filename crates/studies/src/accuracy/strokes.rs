@@ -19,7 +19,7 @@ const PAPER_STEPS: usize = 10;
 
 /// Largest number of dofs of a solve of a stroke.
 #[derive(Default)]
-struct Largest(usize);
+pub struct Largest(pub usize);
 
 impl Observer for Largest {
     fn solved(

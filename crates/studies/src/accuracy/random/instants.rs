@@ -1,0 +1,118 @@
+//! Random instantaneous solutions against multipoles.
+
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use swimmer::models::{
+    Configuration, Hydrodynamics, InstantaneousSolution, SphereModel, SpheresModel,
+};
+use swimmer::{Scene, choose};
+
+use super::arrangement::Arrangement;
+use super::case::{Case, End};
+use super::quantity::of_instant;
+
+/// Tolerance of the multipoles that are compared with, in three dimensions: a ten thousandth of the
+/// usual errors of corrected values.
+const EXACT: f64 = 1e-8;
+
+/// The same on an axis, where more digits are cheap and elements in the meridian plane have them.
+const EXACT_ON_AXIS: f64 = 1e-12;
+
+/// Gap, in radii of the smaller neighbour, below which a case is counted as narrow.
+const NARROW: f64 = 0.2;
+
+/// Tolerance of elements in the meridian plane.
+const MERIDIAN_TOLERANCE: f64 = 1e-4;
+
+/// Cases of one arrangement: elements in space, and in the meridian plane where there is one.
+///
+/// # Errors
+/// A scene that is invalid; an arrangement for which there are no exact values.
+pub fn cases(seed: u64) -> Result<Vec<Case>> {
+    let drawn = Arrangement::draw(seed);
+    let tolerance = match drawn.is_axisymmetric {
+        true => EXACT_ON_AXIS,
+        false => EXACT,
+    };
+    let scene = Scene::parse(&drawn.text("multipole", tolerance))?;
+    let mut multipoles = SpheresModel::new(&scene, SphereModel::Multipole(tolerance))?;
+    let exact = solve(&scene, &drawn, &mut multipoles).context("no exact value")?;
+    // The tolerance of elements in space is that of the integration.
+    let mut cases = vec![case(&drawn, &exact, "fem", 1e-3)?];
+    if drawn.is_axisymmetric {
+        cases.push(case(&drawn, &exact, "axisymmetric", MERIDIAN_TOLERANCE)?);
+    }
+    Ok(cases)
+}
+
+fn solve(
+    scene: &Scene,
+    drawn: &Arrangement,
+    model: &mut dyn Hydrodynamics,
+) -> Result<InstantaneousSolution> {
+    let state = scene.initial_state();
+    let configuration = Configuration {
+        state: &state,
+        lengths: scene.articulation().initial_lengths(),
+    };
+    Ok(model.solve_one(configuration, &drawn.rates)?)
+}
+
+fn case(
+    drawn: &Arrangement,
+    exact: &InstantaneousSolution,
+    model: &'static str,
+    tolerance: f64,
+) -> Result<Case> {
+    let scene = Scene::parse(&drawn.text(model, tolerance))?;
+    let clock = Instant::now();
+    let solved = choose(&scene)
+        .map_err(anyhow::Error::from)
+        .and_then(|mut choice| solve(&scene, drawn, choice.model.as_mut()));
+    let seconds = clock.elapsed().as_secs_f64();
+    let end = match solved {
+        Ok(solved) => {
+            let speed = exact.bodies.iter().map(|b| b.velocity.norm());
+            let exact_bar = exact.error_estimate.total() / speed.fold(0.0, f64::max);
+            let quantities = of_instant(&scene, &solved);
+            let exact = of_instant(&scene, exact);
+            End::Compared {
+                comparisons: quantities
+                    .iter()
+                    .zip(&exact)
+                    .filter_map(|(quantity, exact)| quantity.compare(exact, exact_bar))
+                    .collect(),
+                dofs: solved.dofs.total,
+                seconds,
+            }
+        }
+        Err(error) => End::Refused(format!("{error:#}")),
+    };
+    Ok(Case {
+        kind: "instant",
+        seed: drawn.seed,
+        model,
+        groups: groups(drawn, model),
+        gap: drawn.gap,
+        description: drawn.description(),
+        end,
+    })
+}
+
+/// Groups of the table that a case belongs to.
+fn groups(drawn: &Arrangement, model: &str) -> Vec<&'static str> {
+    if model == "axisymmetric" {
+        return vec!["meridian plane"];
+    }
+    let either = |yes: bool, one, other| if yes { one } else { other };
+    let mut groups = vec![
+        "all",
+        either(drawn.rates.is_empty(), "free", "linked"),
+        either(drawn.container.is_some(), "ball", "unbounded"),
+        either(drawn.straight, "straight", "curved"),
+        either(drawn.is_axisymmetric, "axisymmetric", "three-dimensional"),
+    ];
+    groups.extend((drawn.gap < NARROW).then_some("gap below 0.2"));
+    groups
+}
