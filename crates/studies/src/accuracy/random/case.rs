@@ -56,7 +56,7 @@ impl Case {
 
     /// The head of [`Case::csv`].
     pub const CSV_HEAD: &'static str = "kind,seed,model,groups,gap,quantity,scale,uncorrected,\
-         corrected,bar,beside_mesh,effectivity,exact_bar,dropped,dofs,seconds,drawn,refused\n";
+         corrected,bar,beside_mesh,estimate,effectivity,exact_bar,dropped,dofs,seconds,drawn,refused\n";
 
     /// One line per quantity.
     pub fn csv(&self) -> String {
@@ -80,13 +80,14 @@ impl Case {
                     // Writing to a String cannot fail.
                     let _ = writeln!(
                         text,
-                        "{head},{},{:e},{:.4e},{:.4e},{bar},{:.2e},{:.4},{:.1e},{},{dofs},\
+                        "{head},{},{:e},{:.4e},{:.4e},{bar},{:.2e},{:.4e},{:.4},{:.1e},{},{dofs},\
                          {seconds:.2},{},",
                         c.name,
                         c.scale,
                         c.uncorrected,
                         c.corrected,
                         c.beside_mesh,
+                        c.estimate,
                         c.effectivity,
                         c.exact_bar,
                         c.is_dropped(),
@@ -97,7 +98,7 @@ impl Case {
             }
             End::Refused(reason) => {
                 let reason = reason.replace(',', ";").replace('\n', " ");
-                format!("{head},,,,,,,,,,,,{},{reason}\n", self.description)
+                format!("{head},,,,,,,,,,,,,{},{reason}\n", self.description)
             }
         }
     }

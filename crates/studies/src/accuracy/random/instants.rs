@@ -12,9 +12,9 @@ use super::arrangement::Arrangement;
 use super::case::{Case, End};
 use super::quantity::of_instant;
 
-/// Tolerance of the multipoles that are compared with, in three dimensions: a ten thousandth of the
+/// Tolerance of the multipoles that are compared with, in three dimensions: a thousandth of the
 /// usual errors of corrected values.
-const EXACT: f64 = 1e-8;
+const EXACT: f64 = 1e-7;
 
 /// The same on an axis, where more digits are cheap and elements in the meridian plane have them.
 const EXACT_ON_AXIS: f64 = 1e-12;

@@ -34,6 +34,8 @@ pub struct Comparison {
     pub bar: Option<f64>,
     /// Part of the bar that does not belong to the mesh.
     pub beside_mesh: f64,
+    /// Largest estimated error over the bodies.
+    pub estimate: f64,
     /// Estimated over true error: `(e_h · e) / (e · e)` over all components.
     pub effectivity: f64,
     /// Error bar of the exact value.
@@ -56,10 +58,12 @@ impl Quantity {
                 .collect()
         };
         let (before, after) = (error(&self.uncorrected), error(&self.corrected));
-        let (mut product, mut square) = (0.0, 0.0);
+        let (mut product, mut square, mut estimate) = (0.0, 0.0, 0.0_f64);
         for (before, after) in before.iter().zip(&after) {
-            product += (before - after).dot(before);
+            let estimated = before - after;
+            product += estimated.dot(before);
             square += before.norm_squared();
+            estimate = estimate.max(estimated.norm());
         }
         Some(Comparison {
             name: self.name,
@@ -68,6 +72,7 @@ impl Quantity {
             corrected: largest(after.into_iter()),
             bar: self.bar.map(|bar| bar / scale),
             beside_mesh: self.beside_mesh / scale,
+            estimate,
             effectivity: product / square,
             exact_bar,
         })

@@ -206,7 +206,7 @@ mod tests {
             let drawn = Stroke::draw(seed);
             let scene = Scene::parse(&drawn.text("kind = \"fem\"")).unwrap();
             scene.require_gait().unwrap();
-            assert_eq!(scene.gait().phases().len(), 4);
+            assert_eq!(scene.gait().phases.len(), 4);
         }
     }
 }
