@@ -53,7 +53,7 @@ pub fn markdown(cases: &[Case], seed: u64) -> String {
     let mut text = format!(
         "# Random cases\n\n{}, {}. Made by `cargo xtask accuracy --random --instants {} --strokes {} --seed {seed}`. \
          Errors are relative to the largest exact value of the quantity among the bodies. uncorrected: the value of the discrete problem; corrected: this value \
-         minus its estimated error. estimate / error: the signed estimate over the true error, projected on it. Exact values: multipoles at a tolerance of 1e-8, on an axis 1e-12; \
+         minus its estimated error. estimate / error: the signed estimate over the true error, projected on it. Exact values: multipoles at a tolerance of 1e-7 (instants in three dimensions), 1e-12 (on an axis) and 1e-8 (strokes); \
          {dropped} comparisons were dropped because their exact values have bars above 5 % of an error. Elements have their default sizes; in the meridian plane the \
          tolerance is 1e-4. `--seed S --instants 1 --strokes 0` (or 0 and 1) draws the case of seed S again.\n\n\
          Instants: 2 to 5 spheres, radii 0.2 to 2, smallest gap 0.02 to 3 radii of the smaller neighbour, half of them on a line, half in a ball, half linked, a \
