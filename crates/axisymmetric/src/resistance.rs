@@ -52,6 +52,14 @@ impl AxialResistance {
         self.error_factor
     }
 
+    /// The resistance matrix without its estimated error: that of the next orders, extrapolated.
+    ///
+    /// `R + factor (R - R_lower)`, with [`AxialResistance::error_factor`]. Its own error is a
+    /// fraction of the estimated one, which no estimate tells.
+    pub fn extrapolated(&self) -> DMatrix<f64> {
+        &self.matrix + (&self.matrix - &self.lower_order) * self.error_factor
+    }
+
     /// Estimated discretisation error: the largest of an entry `R_ij`, relative to
     /// `sqrt(R_ii R_jj)`.
     pub fn relative_error(&self) -> f64 {

@@ -92,6 +92,11 @@ impl MapAt {
         })
     }
 
+    /// `J^-T`, which maps reference gradients to physical gradients.
+    pub fn inverse_transpose(&self) -> Matrix3<f64> {
+        self.inverse_transpose
+    }
+
     /// Physical gradients of the ten shape functions.
     pub fn gradients(&self, point: &CellPoint) -> [Vec3; 10] {
         point.gradients.map(|g| self.inverse_transpose * g)

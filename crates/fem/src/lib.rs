@@ -21,7 +21,10 @@ mod surface;
 
 pub use dirichlet::DirichletCondition;
 pub use error::FemError;
-pub use estimate::{CurvedBoundary, ErrorFunctional, FacetGeometry, Surplus, SurplusSpace};
+pub use estimate::{
+    CubicExtension, CubicProduct, CurvedBoundary, ErrorFunctional, FacetGeometry, Surplus,
+    SurplusSpace,
+};
 pub use forms::load_vector;
 pub use load::{LoadOnFluid, consistent_load, stress_load};
 pub use matrices::StokesMatrices;

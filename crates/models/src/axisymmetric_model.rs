@@ -5,15 +5,14 @@ use std::time::Instant as Clock;
 use axisymmetric::{AxialResistance, AxisymmetricError, ResistanceSolver, Spheroid, Surroundings};
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Vector3};
-use rigid::Twist;
 
 use crate::axial_resistance::grand_resistance;
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, Hydrodynamics, Query};
-use crate::mesh_error::MeshError;
+use crate::mesh_error::{MeshError, Uncertainty};
 use crate::mobility::MobilitySolution;
 use crate::scaled_scene::ScaledScene;
-use crate::solution::{BodySolution, InstantaneousSolution};
+use crate::solution::InstantaneousSolution;
 use scene::{Arrangement, Domain, Scene, Shape};
 use stokes::{Dofs, Seconds, SolverReport};
 
@@ -50,6 +49,12 @@ const MIN_TOLERANCE: f64 = 1e-11;
 /// The estimate continues the changes from order to order as a geometric series. Its ratio varies
 /// by about this relative amount between orders.
 const UNCERTAINTY: f64 = 0.5;
+
+/// Uncertainty of velocities relative to the largest one, per relative error of the resistance.
+///
+/// The estimated errors of linked bodies cancel in their velocities, what is uncertain about them
+/// does not.
+const UNCANCELLED: f64 = 0.1;
 
 /// Relative error of resistances that the lowest order of the elements reaches.
 const LOWEST_ACCURACY: f64 = 1e-4;
@@ -223,46 +228,30 @@ impl AxisymmetricModel {
             scale, set, loads, ..
         } = &self.scaled;
         let constraints = self.scaled.constraints(configuration, rates)?;
-        let solve = |of: fn(&AxialResistance) -> &DMatrix<f64>| {
-            let matrix = grand_resistance(&self.shapes, &self.axis, of(axial), spin.map(of));
-            MobilitySolution::new(&matrix, set, &constraints, loads)
+        let solve = |of: fn(&AxialResistance) -> DMatrix<f64>| {
+            let matrix =
+                grand_resistance(&self.shapes, &self.axis, &of(axial), spin.map(of).as_ref());
+            let solved = MobilitySolution::new(&matrix, set, &constraints, loads)?;
+            let motion = set.state_velocity(solved.generalised.as_slice())?;
+            let solution = InstantaneousSolution::new(
+                solved.bodies(set, scale)?,
+                solved.link_forces(set, &constraints, loads, scale)?,
+                scale.motion_to_scene(&motion),
+            );
+            Ok::<_, ModelError>((solution, solved.residual))
         };
-        let solved = solve(AxialResistance::matrix)?;
-        let lower = solve(AxialResistance::lower_order)?;
-        let bodies = solved.bodies(set, scale)?;
-        let lower_bodies = lower.bodies(set, scale)?;
-        let motion = |solution: &MobilitySolution| -> Result<_, ModelError> {
-            let motion = set.state_velocity(solution.generalised.as_slice())?;
-            Ok(scale.motion_to_scene(&motion))
+        let (computed, residual) = solve(|resistance| resistance.matrix().clone())?;
+        let (corrected, _) = solve(AxialResistance::extrapolated)?;
+        let speed = corrected
+            .bodies
+            .iter()
+            .fold(0.0_f64, |m, body| m.max(body.velocity.norm()));
+        let uncertainty = Uncertainty {
+            relative: UNCERTAINTY,
+            velocity: UNCANCELLED * axial.relative_error() * speed,
         };
-        let (motion, lower_motion) = (motion(&solved)?, motion(&lower)?);
-        // Errors, computed minus exact, are multiples of the change from the order below.
-        let factor = axial.error_factor();
-        let spin_factor = spin.map_or(0.0, AxialResistance::error_factor);
-        let velocities: Vec<Vector3<f64>> = (bodies.iter().zip(&lower_bodies))
-            .map(|(last, lower)| factor * (lower.velocity - last.velocity))
-            .collect();
-        let forces = (bodies.iter().zip(&lower_bodies))
-            .map(|(last, lower)| factor * (lower.force - last.force))
-            .collect();
-        let power =
-            |bodies: &[BodySolution]| -> f64 { bodies.iter().map(BodySolution::power).sum() };
-        let power_error = factor.max(spin_factor) * (power(&lower_bodies) - power(&bodies));
-        let error = velocities.iter().fold(0.0_f64, |m, e| m.max(e.norm()));
-        let mesh_error = MeshError {
-            frames: (motion.frames.iter().zip(&lower_motion.frames))
-                .map(|(last, lower)| Twist {
-                    linear: factor * (lower.linear - last.linear),
-                    angular: spin_factor * (lower.angular - last.angular),
-                })
-                .collect(),
-            bodies: velocities,
-            uncertainty: UNCERTAINTY * error,
-            power: power_error,
-            forces,
-        };
+        let error = MeshError::between(&computed, &corrected, uncertainty);
         let total = clock.elapsed().as_secs_f64();
-        let link_forces = solved.link_forces(set, &constraints, loads, scale)?;
         let mut solution = InstantaneousSolution {
             dofs: Dofs {
                 total: axial.dofs() + spin.map_or(0, AxialResistance::dofs),
@@ -272,16 +261,16 @@ impl AxisymmetricModel {
                 formulation: "p-tilde".to_owned(),
                 solver: "direct".to_owned(),
                 iterations: 0,
-                true_relative_residual: solved.residual.max(axial.residual()),
+                true_relative_residual: residual.max(axial.residual()),
             },
             seconds: Seconds {
                 solve: total,
                 total,
                 ..Seconds::default()
             },
-            ..InstantaneousSolution::new(bodies, link_forces, motion)
+            ..computed
         };
-        solution.set_mesh_error(mesh_error);
+        solution.correct(error);
         Ok(solution)
     }
 }

@@ -22,7 +22,7 @@ pub use error::ModelError;
 pub use error_estimate::ErrorEstimate;
 pub use fem_model::FemModel;
 pub use hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
-pub use mesh_error::{AccumulatedError, MeshError};
+pub use mesh_error::{AccumulatedError, MeshError, Uncertainty};
 pub use remesh::{NewMesh, Remesh};
 pub use rough_model::RoughModel;
 pub use shape_space::{ShapeSpace, Tabulated};

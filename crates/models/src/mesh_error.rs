@@ -4,51 +4,95 @@ use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
 use serde::{Deserialize, Serialize};
 
-/// Estimated discretisation errors of one solution, computed minus exact, in the scene's units.
+use crate::solution::{BodySolution, InstantaneousSolution};
+
+/// Estimated discretisation error of one solution, in the scene's units.
 ///
-/// They have signs, because errors along a stroke partly cancel, as the velocities do.
+/// Errors have signs, because errors along a stroke partly cancel, as the velocities do. They are
+/// what [`InstantaneousSolution::correct`] subtracts: computed minus exact.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshError {
-    /// Error of the frame velocity of each linkage.
-    pub frames: Vec<Twist>,
-    /// Error of the velocity of each body.
-    pub bodies: Vec<Vector3<f64>>,
-    /// Uncertainty of the estimated errors of velocities.
-    pub uncertainty: f64,
-    /// Error of the force of each body; zero where no links act and forces are the given loads.
-    ///
-    /// Forces of linked bodies are assumed to have the relative error of their power. To first
-    /// order this is right if one link moves while the others have constant length.
-    pub forces: Vec<Vector3<f64>>,
-    /// Error of the power of the bodies on the fluid.
-    pub power: f64,
+    /// Error of the rate of change of the state.
+    pub motion: StateVelocity,
+    /// Errors of the velocities and loads of each body.
+    pub bodies: Vec<BodySolution>,
+    /// Error of the force of each link.
+    pub link_forces: Vec<Vector3<f64>>,
+    /// What is uncertain about the estimate: error bars of the corrected solution.
+    pub uncertainty: Uncertainty,
 }
 
-/// Relative uncertainty of the estimated error of the power.
-///
-/// Estimated errors of forces and speeds in `cargo xtask validate` are 0.7 to 1.4 of the true ones.
-const POWER_UNCERTAINTY: f64 = 0.5;
-
-/// Error bar of a power or work whose error is estimated as `error`.
-fn power_error_bar(error: f64) -> f64 {
-    error.abs().hypot(POWER_UNCERTAINTY * error)
+/// Uncertainty of an estimated discretisation error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Uncertainty {
+    /// Relative uncertainty of all parts of the estimate.
+    pub relative: f64,
+    /// Uncertainty of velocities, in which the errors around different bodies do not cancel.
+    pub velocity: f64,
 }
 
 impl MeshError {
-    /// Error bar of velocities: the largest error of a body, with its uncertainty.
+    /// The difference of two solutions of the same query, such as computed minus corrected.
+    pub fn between(
+        computed: &InstantaneousSolution,
+        corrected: &InstantaneousSolution,
+        uncertainty: Uncertainty,
+    ) -> Self {
+        let difference = |(a, b): (&Vector3<f64>, &Vector3<f64>)| a - b;
+        let (motion, other) = (&computed.motion, &corrected.motion);
+        Self {
+            motion: StateVelocity {
+                frames: (motion.frames.iter().zip(&other.frames))
+                    .map(|(a, b)| Twist {
+                        linear: a.linear - b.linear,
+                        angular: a.angular - b.angular,
+                    })
+                    .collect(),
+                spins: (motion.spins.iter().zip(&other.spins))
+                    .map(difference)
+                    .collect(),
+            },
+            bodies: (computed.bodies.iter().zip(&corrected.bodies))
+                .map(|(a, b)| BodySolution {
+                    velocity: a.velocity - b.velocity,
+                    angular_velocity: a.angular_velocity - b.angular_velocity,
+                    force: a.force - b.force,
+                    torque: a.torque - b.torque,
+                })
+                .collect(),
+            link_forces: (computed.link_forces.iter().zip(&corrected.link_forces))
+                .map(difference)
+                .collect(),
+            uncertainty,
+        }
+    }
+
+    /// Error bar of the corrected velocities of all bodies.
     pub fn velocity_error_bar(&self) -> f64 {
-        let largest = self.bodies.iter().fold(0.0_f64, |m, e| m.max(e.norm()));
-        largest.hypot(self.uncertainty)
+        (self.uncertainty.relative * self.largest(|body| body.velocity))
+            .hypot(self.uncertainty.velocity)
     }
 
-    /// Error bar of the power of the bodies on the fluid.
-    pub fn power_error_bar(&self) -> f64 {
-        power_error_bar(self.power)
+    /// Error bar of the corrected forces of all bodies.
+    pub fn force_error_bar(&self) -> f64 {
+        self.uncertainty.relative * self.largest(|body| body.force)
     }
 
-    /// Magnitude of the largest error of a force.
-    pub fn force(&self) -> f64 {
-        self.forces.iter().fold(0.0, |m, f| m.max(f.norm()))
+    fn largest(&self, of: fn(&BodySolution) -> Vector3<f64>) -> f64 {
+        (self.bodies.iter()).fold(0.0, |largest, body| largest.max(of(body).norm()))
+    }
+
+    /// Applies `f` to all vectors.
+    pub(crate) fn for_each_vector(&mut self, f: impl Fn(&mut Vector3<f64>)) {
+        for frame in &mut self.motion.frames {
+            f(&mut frame.linear);
+            f(&mut frame.angular);
+        }
+        self.motion.spins.iter_mut().for_each(&f);
+        for body in &mut self.bodies {
+            body.vectors_mut().into_iter().for_each(&f);
+        }
+        self.link_forces.iter_mut().for_each(&f);
     }
 }
 
@@ -67,27 +111,52 @@ pub struct AccumulatedError {
     /// Error of the work of the bodies on the fluid.
     #[serde(default)]
     pub work: f64,
+    /// Largest relative uncertainty of the parts.
+    #[serde(default)]
+    pub relative_uncertainty: f64,
 }
 
 impl AccumulatedError {
-    /// Error bar of the work.
+    /// Error bar of the corrected work.
     pub fn work_error_bar(&self) -> f64 {
-        power_error_bar(self.work)
+        self.relative_uncertainty * self.work.abs()
     }
 
-    /// Adds the error of a motion that lasts for `time`.
-    pub fn add(&mut self, time: f64, motion: &StateVelocity, error: &MeshError) {
+    /// Error bar of corrected displacements whose largest correction is `correction`.
+    pub fn displacement_error_bar(&self, correction: f64) -> f64 {
+        (self.relative_uncertainty * correction).hypot(self.uncertainty)
+    }
+
+    /// Adds the error that was subtracted from a solution, which lasts for `time`.
+    ///
+    /// Nothing if the solution was not corrected.
+    pub fn add(&mut self, time: f64, solution: &InstantaneousSolution) {
+        let Some(error) = &solution.mesh_error else {
+            return;
+        };
+        let motion = &solution.motion;
         let step = Self {
-            displacement: error.frames.iter().map(|f| f.linear * time).collect(),
-            rotation: error.frames.iter().map(|f| f.angular * time).collect(),
+            displacement: error
+                .motion
+                .frames
+                .iter()
+                .map(|f| f.linear * time)
+                .collect(),
+            rotation: error
+                .motion
+                .frames
+                .iter()
+                .map(|f| f.angular * time)
+                .collect(),
             uncertainty: 0.0,
-            work: error.power * time,
+            work: (solution.uncorrected_power() - solution.power()) * time,
+            relative_uncertainty: error.uncertainty.relative,
         };
         let displacement: Vec<_> = motion.frames.iter().map(|f| f.linear * time).collect();
         self.append(&step, &displacement);
         // On one moving mesh the discretisation errors of successive shapes are correlated, so
         // their uncertainties are summed.
-        self.uncertainty += error.uncertainty * time;
+        self.uncertainty += error.uncertainty.velocity * time;
     }
 
     /// Appends a later part of the stroke, in which the frames move by `frame_displacements`.
@@ -113,6 +182,7 @@ impl AccumulatedError {
         // On different meshes the errors are independent, so the squares of their uncertainties
         // are summed.
         self.uncertainty = self.uncertainty.hypot(later.uncertainty);
+        self.relative_uncertainty = self.relative_uncertainty.max(later.relative_uncertainty);
     }
 
     /// Error of the displacement of a body at the position `arm` relative to its linkage's root.

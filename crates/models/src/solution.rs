@@ -1,7 +1,7 @@
 //! Solutions of models: motion and forces, with their error bars.
 
 use mesh::TetMesh;
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rigid::StateVelocity;
 use serde::{Deserialize, Serialize};
 use stokes::{Checks, Dofs, Seconds, SolverReport};
@@ -34,7 +34,7 @@ pub struct InstantaneousSolution {
     pub error_estimate: ErrorEstimate,
     /// Error bars of the power of the bodies on the fluid.
     pub power_error: ErrorEstimate,
-    /// Signed discretisation errors, if they were requested.
+    /// The estimated discretisation error that was subtracted, if estimates were requested.
     pub mesh_error: Option<MeshError>,
     /// Comparison with independent computations, if estimates were requested.
     pub checks: Option<Checks>,
@@ -67,11 +67,75 @@ impl InstantaneousSolution {
         }
     }
 
-    /// Enters signed discretisation errors, and the error bars that follow from them.
-    pub fn set_mesh_error(&mut self, error: MeshError) {
+    /// Subtracts an estimated discretisation error, and enters the error bars that remain.
+    pub fn correct(&mut self, error: MeshError) {
+        self.shift(&error, -1.0);
+        self.set_mesh_error(error);
+    }
+
+    /// Enters an error that was subtracted before, and the error bars that remain.
+    pub(crate) fn set_mesh_error(&mut self, error: MeshError) {
         self.error_estimate.mesh = Some(error.velocity_error_bar());
-        self.power_error.mesh = Some(error.power_error_bar());
+        let relative = error.uncertainty.relative;
         self.mesh_error = Some(error);
+        let removed = self.uncorrected_power() - self.power();
+        self.power_error.mesh = Some(relative * removed.abs());
+    }
+
+    /// Motion and loads as they were computed, before the correction.
+    #[must_use]
+    pub fn uncorrected(&self) -> Self {
+        let mut computed = self.clone();
+        if let Some(error) = computed.mesh_error.take() {
+            computed.shift(&error, 1.0);
+        }
+        computed
+    }
+
+    /// Power of the bodies on the fluid before the correction.
+    pub fn uncorrected_power(&self) -> f64 {
+        let errors = self.mesh_error.iter().flat_map(|error| &error.bodies);
+        let errors = errors
+            .copied()
+            .chain(std::iter::repeat(BodySolution::default()));
+        (self.bodies.iter().zip(errors))
+            .map(|(body, error)| {
+                (body.force + error.force).dot(&(body.velocity + error.velocity))
+                    + (body.torque + error.torque)
+                        .dot(&(body.angular_velocity + error.angular_velocity))
+            })
+            .sum()
+    }
+
+    fn shift(&mut self, error: &MeshError, factor: f64) {
+        for (body, error) in self.bodies.iter_mut().zip(&error.bodies) {
+            for (value, error) in body.vectors_mut().into_iter().zip(error.vectors()) {
+                *value += factor * error;
+            }
+        }
+        let forces = self.link_forces.iter_mut().zip(&error.link_forces);
+        forces.for_each(|(force, error)| *force += factor * error);
+        let frames = self.motion.frames.iter_mut().zip(&error.motion.frames);
+        frames.for_each(|(frame, error)| *frame = *frame + *error * factor);
+        let spins = self.motion.spins.iter_mut().zip(&error.motion.spins);
+        spins.for_each(|(spin, error)| *spin += factor * error);
+    }
+
+    /// Rotates all motions and loads, for a configuration that is rotated as a whole.
+    pub fn rotate(&mut self, rotation: &UnitQuaternion<f64>) {
+        let rotate = |vector: &mut Vector3<f64>| *vector = rotation * *vector;
+        for frame in &mut self.motion.frames {
+            rotate(&mut frame.linear);
+            rotate(&mut frame.angular);
+        }
+        self.motion.spins.iter_mut().for_each(rotate);
+        for body in &mut self.bodies {
+            body.vectors_mut().into_iter().for_each(rotate);
+        }
+        self.link_forces.iter_mut().for_each(rotate);
+        if let Some(error) = &mut self.mesh_error {
+            error.for_each_vector(rotate);
+        }
     }
 
     /// Power of the bodies on the fluid.
@@ -79,7 +143,7 @@ impl InstantaneousSolution {
         self.bodies.iter().map(BodySolution::power).sum()
     }
 
-    /// Relative discretisation errors of the forces and of the velocities.
+    /// Relative error bars of the forces and of the velocities, for the discretisation.
     ///
     /// They are relative to the largest force and the largest velocity, and zero if nothing was
     /// estimated or nothing moves.
@@ -88,7 +152,9 @@ impl InstantaneousSolution {
         let over = |error: f64, size: f64| if size > 0.0 { error / size } else { 0.0 };
         [
             over(
-                self.mesh_error.as_ref().map_or(0.0, MeshError::force),
+                self.mesh_error
+                    .as_ref()
+                    .map_or(0.0, MeshError::force_error_bar),
                 largest(|body| body.force.norm()),
             ),
             over(
@@ -160,6 +226,26 @@ pub struct BodySolution {
 }
 
 impl BodySolution {
+    /// Velocity, angular velocity, force, torque.
+    pub(crate) fn vectors(&self) -> [&Vector3<f64>; 4] {
+        [
+            &self.velocity,
+            &self.angular_velocity,
+            &self.force,
+            &self.torque,
+        ]
+    }
+
+    /// Velocity, angular velocity, force, torque.
+    pub(crate) fn vectors_mut(&mut self) -> [&mut Vector3<f64>; 4] {
+        [
+            &mut self.velocity,
+            &mut self.angular_velocity,
+            &mut self.force,
+            &mut self.torque,
+        ]
+    }
+
     /// Power of the body on the fluid: `F · U + T · ω`.
     pub fn power(&self) -> f64 {
         self.force.dot(&self.velocity) + self.torque.dot(&self.angular_velocity)

@@ -150,13 +150,31 @@ impl Surfaces {
     /// curved quadratic surfaces, because it is the energy of the flow. Where symmetry planes cut
     /// bodies, these are the forces on the whole bodies.
     pub fn forces(&self, free: &[f64], bodies: &DVector<f64>, pressure: &[f64]) -> DVector<f64> {
-        let mut forces = &self.corner * bodies;
-        add_transposed(&self.border, free, &mut forces);
-        add_transposed(&self.rigid_divergence, pressure, &mut forces);
+        let mut forces = self.residuals(free, bodies, pressure);
         if let Some(walls) = &self.walls {
             forces += &walls.loads;
         }
         self.symmetry_planes.whole(forces)
+    }
+
+    /// Change of [`Surfaces::forces`] by a flow that `forces` on the nodes drive, walls at rest.
+    pub fn change_of_forces(
+        &self,
+        free: &[f64],
+        bodies: &DVector<f64>,
+        pressure: &[f64],
+        forces: &[Vector3<f64>],
+    ) -> DVector<f64> {
+        let residuals = self.residuals(free, bodies, pressure) - self.loads_of_forces(forces);
+        self.symmetry_planes.whole(residuals)
+    }
+
+    /// Residual of the momentum equation tested with rigid motions, walls at rest.
+    fn residuals(&self, free: &[f64], bodies: &DVector<f64>, pressure: &[f64]) -> DVector<f64> {
+        let mut residuals = &self.corner * bodies;
+        add_transposed(&self.border, free, &mut residuals);
+        add_transposed(&self.rigid_divergence, pressure, &mut residuals);
+        residuals
     }
 }
 

@@ -47,6 +47,39 @@ impl FlowSolution {
         }
         Ok(Vector3::from_fn(|axis, _| self.link_loads[3 * link + axis]))
     }
+
+    /// Adds a change of this flow, such as [`Constrained::change`].
+    ///
+    /// # Errors
+    /// A change of a flow on another mesh or of other bodies.
+    pub fn add(&mut self, change: &Self) -> Result<(), RigidError> {
+        let lengths = |flow: &Self| {
+            [
+                ("velocities of a change", flow.velocity.len()),
+                ("pressures of a change", flow.pressure.len()),
+                ("generalised velocities of a change", flow.generalised.len()),
+                ("bodies of a change", flow.bodies.len()),
+                ("loads of links of a change", flow.link_loads.len()),
+                ("frames of a change", flow.state.frames.len()),
+                ("angular velocities of a change", flow.state.spins.len()),
+            ]
+        };
+        for ((what, found), (_, expected)) in lengths(change).into_iter().zip(lengths(self)) {
+            check_length(what, found, expected)?;
+        }
+        (self.velocity.iter_mut().zip(&change.velocity)).for_each(|(u, du)| *u += du);
+        (self.pressure.iter_mut().zip(&change.pressure)).for_each(|(p, dp)| *p += dp);
+        self.generalised += &change.generalised;
+        self.bodies += &change.bodies;
+        self.forces += &change.forces;
+        self.link_loads += &change.link_loads;
+        for (frame, change) in self.state.frames.iter_mut().zip(&change.state.frames) {
+            frame.linear += change.linear;
+            frame.angular += change.angular;
+        }
+        (self.state.spins.iter_mut().zip(&change.state.spins)).for_each(|(w, dw)| *w += dw);
+        Ok(())
+    }
 }
 
 /// A solution vector split into its blocks.
@@ -117,6 +150,53 @@ impl Constrained {
             state: set.state_velocity(generalised.as_slice())?,
             generalised,
             bodies,
+            links: set.links().len(),
+        })
+    }
+
+    /// Change of a flow by forces on the nodes, at the same rates, loads and wall velocities.
+    ///
+    /// `solution` belongs to the right-hand side [`Constrained::rhs_of_forces`] of the `forces`,
+    /// one per node of the mesh. The change of the force of a body is the residual of the momentum
+    /// equation tested with its rigid motions. It is computed as the loads of the links that
+    /// balance these residuals, so that the sum of the forces on a linkage does not change, however
+    /// inaccurate the solution; bodies without links keep the given loads.
+    ///
+    /// # Errors
+    /// Arrays of the wrong length, [`RigidError::OtherSet`],
+    /// [`RigidError::DependentConstraints`].
+    pub fn change(
+        &self,
+        solution: &[f64],
+        forces: &[Vector3<f64>],
+        set: &Articulation,
+    ) -> Result<FlowSolution, RigidError> {
+        if set.velocity_layout() != self.layout {
+            return Err(RigidError::OtherSet);
+        }
+        check_length("forces on the nodes", forces.len(), self.surfaces.nodes())?;
+        let Blocks {
+            free,
+            border,
+            pressure,
+        } = self.split(solution)?;
+        let generalised = &self.columns * &border;
+        let bodies = generalised.select_rows(&self.surface_rows);
+        let residuals = self
+            .surfaces
+            .change_of_forces(free, &bodies, pressure, forces);
+        let (link_loads, forces) = match &self.link_loads {
+            None => (DVector::zeros(0), DVector::zeros(bodies.len())),
+            Some(loads) => loads.change(&residuals)?,
+        };
+        Ok(FlowSolution {
+            velocity: self.surfaces.all_velocities(free, &bodies),
+            pressure: pressure.to_vec(),
+            state: set.state_velocity(generalised.as_slice())?,
+            generalised,
+            bodies,
+            forces,
+            link_loads,
             links: set.links().len(),
         })
     }

@@ -97,18 +97,48 @@ impl LinkLoads {
     /// # Errors
     /// [`RigidError::DependentConstraints`] for rows that are linearly dependent to rounding.
     pub(crate) fn balancing(&self, forces: &DVector<f64>) -> Result<DVector<f64>, RigidError> {
-        let mut unbalanced = -&self.external;
+        let multipliers = self.multipliers(forces, -&self.external)?;
+        let mut loads = DVector::zeros(self.constraints);
+        for (&row, &load) in self.independent.iter().zip(multipliers.iter()) {
+            loads[row] = load;
+        }
+        Ok(loads)
+    }
+
+    /// Change of the loads for a change of the forces `(F, T)`, and the forces that it balances.
+    ///
+    /// The external loads do not change. The forces returned are `C^T λ`, the part of the given
+    /// ones that links can balance.
+    ///
+    /// # Errors
+    /// Those of [`LinkLoads::balancing`].
+    pub(crate) fn change(
+        &self,
+        forces: &DVector<f64>,
+    ) -> Result<(DVector<f64>, DVector<f64>), RigidError> {
+        let multipliers = self.multipliers(forces, DVector::zeros(self.external.len()))?;
+        let mut loads = DVector::zeros(self.constraints);
+        let mut balanced = DVector::zeros(self.external.len());
+        for (k, &row) in self.independent.iter().enumerate() {
+            loads[row] = multipliers[k];
+            balanced.axpy(multipliers[k], &self.rows.row(k).transpose(), 1.0);
+        }
+        Ok((loads, balanced.select_rows(&self.surface_rows)))
+    }
+
+    /// Least-squares solution of `C^T λ = forces + others`, gauge rows included.
+    fn multipliers(
+        &self,
+        forces: &DVector<f64>,
+        others: DVector<f64>,
+    ) -> Result<DVector<f64>, RigidError> {
+        let mut unbalanced = others;
         for (&row, force) in self.surface_rows.iter().zip(forces.iter()) {
             unbalanced[row] += force;
         }
         let normal = (&self.rows * self.rows.transpose())
             .cholesky()
             .ok_or(RigidError::DependentConstraints)?;
-        let multipliers = normal.solve(&(&self.rows * unbalanced));
-        let mut loads = DVector::zeros(self.constraints);
-        for (&row, &load) in self.independent.iter().zip(multipliers.iter()) {
-            loads[row] = load;
-        }
-        Ok(loads)
+        Ok(normal.solve(&(&self.rows * unbalanced)))
     }
 }

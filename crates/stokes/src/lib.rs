@@ -3,6 +3,7 @@
 
 mod adjoint;
 mod checks;
+mod cubic;
 mod error;
 mod estimate;
 mod flow;

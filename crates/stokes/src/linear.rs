@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use linalg::{
-    BlockTriangular, KrylovParams, LinalgError, SaddleLdlt, SaddleSystem, Schwarz, SchwarzParams,
-    SolveReport, WarmStart, fgmres, fgmres_columns, minres,
+    BlockTriangular, KrylovParams, LinalgError, LinearOperator, Preconditioner, SaddleLdlt,
+    Schwarz, SchwarzParams, SolveReport, WarmStart, fgmres, fgmres_columns, minres,
 };
 use rigid::Constrained;
 
@@ -119,8 +119,8 @@ pub fn solve_system(
 
 /// Solves for right-hand sides in groups of equal size, of at most [`MAX_COLUMNS`] each.
 pub fn solve_in_groups(
-    system: &SaddleSystem,
-    preconditioner: &mut BlockTriangular,
+    system: &dyn LinearOperator,
+    preconditioner: &mut dyn Preconditioner,
     rhs: &[&[f64]],
     solutions: &mut [&mut [f64]],
     parameters: &KrylovParams,

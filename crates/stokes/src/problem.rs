@@ -89,9 +89,9 @@ impl<'a> Problem<'a> {
         self
     }
 
-    /// Declares that the straight facets of these boundary parts approximate spheres.
+    /// Declares that the facets of these boundary parts approximate spheres.
     ///
-    /// Error estimates then include the geometry error.
+    /// Error estimates then include the geometry error, of straight and of curved facets.
     ///
     /// # Errors
     /// A name that the mesh does not have.
@@ -148,7 +148,7 @@ impl<'a> Problem<'a> {
         self.bodies.iter().map(|(_, centre)| *centre).collect()
     }
 
-    /// The straight facets that approximate spheres.
+    /// The facets that approximate spheres.
     pub(crate) fn facet_geometry(&self) -> Result<FacetGeometry<'a>, StokesError> {
         Ok(FacetGeometry::new(self.mesh, &self.curved)?)
     }

@@ -10,6 +10,7 @@ use rigid::{Drive, FlowSolution, Imposed};
 use crate::StokesError;
 use crate::adjoint::AdjointSolutions;
 use crate::checks::{Checks, checks};
+use crate::cubic::Corrections;
 use crate::estimate::{Estimate, Estimator};
 use crate::linear::{Solutions, solve_system};
 use crate::options::Options;
@@ -37,7 +38,7 @@ pub struct Solution {
 /// Earlier solutions on the same mesh connectivity, from which the next solves start.
 pub struct InitialGuesses {
     flows: WarmStart,
-    adjoints: AdjointSolutions,
+    estimates: (Corrections, AdjointSolutions),
 }
 
 impl InitialGuesses {
@@ -45,7 +46,7 @@ impl InitialGuesses {
     pub fn new(capacity: usize) -> Self {
         Self {
             flows: WarmStart::new(capacity),
-            adjoints: AdjointSolutions::default(),
+            estimates: Default::default(),
         }
     }
 
@@ -54,7 +55,7 @@ impl InitialGuesses {
     /// Required if the degrees of freedom change, or if solutions must not depend on earlier ones.
     pub fn clear(&mut self) {
         self.flows.clear();
-        self.adjoints = AdjointSolutions::default();
+        self.estimates = Default::default();
     }
 }
 
@@ -142,7 +143,7 @@ impl Problem<'_> {
                 None => system.preconditioner()?,
             };
             let estimated =
-                estimator.estimates(&flows, &mut preconditioner, &mut guesses.adjoints)?;
+                estimator.estimates(&flows, &mut preconditioner, &mut guesses.estimates)?;
             for ((entry, estimate), flow) in estimates.iter_mut().zip(estimated).zip(&flows) {
                 *entry = (Some(estimate), Some(checks(self, flow)?));
             }

@@ -31,8 +31,8 @@ pub struct Outcome {
     pub solves: usize,
     /// Error bars of the displacements.
     pub error_estimate: ErrorEstimate,
-    /// Estimated discretisation errors of the displacements, computed minus exact, one per body;
-    /// subtracting them improves the displacements.
+    /// Estimated discretisation errors that were subtracted from the displacements, computed minus
+    /// exact, one per body.
     pub mesh_error: Option<Vec<Vector3<f64>>>,
     /// Accumulated discretisation error of the legs so far; none where a leg has no estimate.
     #[serde(rename = "drift")]
@@ -72,6 +72,15 @@ impl Outcome {
     /// A rotation about that mean is no displacement. Fixed bodies do not count.
     pub fn net(&self) -> f64 {
         mean_of_moving(&self.displacement).norm()
+    }
+
+    /// The work without the correction of its discretisation error.
+    pub fn uncorrected_work(&self) -> f64 {
+        self.work
+            + self
+                .accumulated_error
+                .as_ref()
+                .map_or(0.0, |error| error.work)
     }
 
     /// The displacement to which `model.tolerance` is relative: the net displacement.

@@ -160,12 +160,13 @@ pub fn continue_from(
         let body_errors = |error: &AccumulatedError| -> Vec<Vector3<f64>> {
             errors_of_bodies(set, error, &after)
         };
-        let error_bar = |error: &AccumulatedError| {
-            body_errors(error)
-                .iter()
-                .fold(0.0_f64, |m, e| m.max(e.norm()))
-                .hypot(error.uncertainty)
+        let largest = |error: &AccumulatedError| {
+            let errors = body_errors(error);
+            errors.iter().fold(0.0_f64, |m, e| m.max(e.norm()))
         };
+        // Errors of the integration are bars, those of the mesh were subtracted.
+        let error_bar = |error: &AccumulatedError| largest(error).hypot(error.uncertainty);
+        let corrected_bar = |error: &AccumulatedError| error.displacement_error_bar(largest(error));
         let (mesh_error, integration_error) = (
             result.accumulated_error.as_ref(),
             result.accumulated_integration_error.as_ref(),
@@ -174,7 +175,7 @@ pub fn continue_from(
             link: leg.link,
             solves: result.solves,
             error_estimate: ErrorEstimate {
-                mesh: mesh_error.map(error_bar),
+                mesh: mesh_error.map(corrected_bar),
                 integration: integration_error
                     .map(error_bar)
                     .or(result.error_estimate.integration),
@@ -205,13 +206,13 @@ pub fn continue_from(
             .error_estimate
             .accumulate(1.0, &result.error_estimate);
         outcome.mesh_error = outcome.accumulated_error.as_ref().map(body_errors);
-        outcome.error_estimate.mesh = outcome.accumulated_error.as_ref().map(error_bar);
+        let accumulated = outcome.accumulated_error.as_ref();
+        outcome.error_estimate.mesh = accumulated.map(corrected_bar);
         if let Some(error) = &outcome.accumulated_integration_error {
             outcome.error_estimate.integration = Some(error_bar(error));
         }
         outcome.work += result.work;
         outcome.work_error.accumulate(1.0, &result.work_error);
-        let accumulated = outcome.accumulated_error.as_ref();
         outcome.work_error.mesh = accumulated.map(AccumulatedError::work_error_bar);
         outcome.seconds += result.seconds;
         observer.leg_done(&leg, &result, &outcome, integrator.model())?;

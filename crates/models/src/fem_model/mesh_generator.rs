@@ -180,13 +180,10 @@ impl MeshGenerator {
             .collect()
     }
 
-    /// Spheres that are approximated by straight facets, with the names of their boundary parts.
+    /// Spheres on the boundary of the fluid, with the names of their boundary parts.
     ///
-    /// Empty if facets are curved. The bodies are at `centres`.
-    pub fn straight_spheres(&self, centres: &[Vector3<f64>]) -> Vec<(&str, Sphere)> {
-        if self.geometry == GeometryKind::Curved {
-            return Vec::new();
-        }
+    /// The bodies are at `centres`.
+    pub fn boundary_spheres(&self, centres: &[Vector3<f64>]) -> Vec<(&str, Sphere)> {
         let wall = match &self.source {
             Source::Generated(Container::Ball(ball)) => Some((Container::TAG, *ball)),
             // Boxes are flat, ends of cylinders are not physical walls, and the exact shape of

@@ -95,11 +95,11 @@ impl Meshes {
         self.generator.wall_tags()
     }
 
-    /// Spheres that are approximated by straight facets, with the names of their boundary parts.
+    /// Spheres on the boundary of the fluid, with the names of their boundary parts.
     ///
     /// The bodies with surfaces are at `centres`.
-    pub fn straight_spheres(&self, centres: &[Vector3<f64>]) -> Vec<(&str, Sphere)> {
-        self.generator.straight_spheres(centres)
+    pub fn boundary_spheres(&self, centres: &[Vector3<f64>]) -> Vec<(&str, Sphere)> {
+        self.generator.boundary_spheres(centres)
     }
 
     /// Relative error of velocities due to the container.

@@ -15,15 +15,16 @@ use std::time::Instant as Clock;
 
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Isometry3};
-use rigid::{Constrained, Constraints, Drive, Formulation};
+use rigid::{Constrained, Constraints, Drive, FlowSolution, Formulation};
 use scene::{EstimatesKind, FemOptions, Scene};
-use stokes::{Dofs, Estimate, InitialGuesses, Problem};
+use stokes::{Dofs, Estimate, InitialGuesses, Problem, Solution};
 
 use self::meshes::{Meshes, PlacedMesh};
 use self::options::options;
-use self::scene_solution::{add_far_field, set_mesh_error, to_scene};
+use self::scene_solution::{add_far_field, to_scene};
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
+use crate::mesh_error::{MeshError, Uncertainty};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{FlowField, InstantaneousSolution};
 
@@ -44,7 +45,7 @@ pub struct FemModel {
 struct Last {
     mesh: TetMesh,
     poses: Vec<Isometry3<f64>>,
-    flow: rigid::FlowSolution,
+    flow: FlowSolution,
     /// Its error estimate, until it is used to adapt the mesh.
     estimate: Option<Estimate>,
 }
@@ -145,7 +146,7 @@ impl FemModel {
             .collect();
         let bodies: Vec<_> = self.meshes.tags().zip(centres.iter().copied()).collect();
         let problem = Problem::new(mesh, &bodies, &self.meshes.wall_tags())?
-            .with_spheres(&self.meshes.straight_spheres(&centres))?;
+            .with_spheres(&self.meshes.boundary_spheres(&centres))?;
         Ok(match self.meshes.permeability(mesh, poses) {
             Some(permeability) => problem.with_permeability(permeability),
             None => problem,
@@ -235,16 +236,31 @@ impl FemModel {
         let mut solutions = Vec::with_capacity(solved.len());
         let mut last = None;
         for mut solved in solved {
-            if let Some(far) = self.meshes.far_field() {
-                add_far_field(&self.scaled, far, &mut solved.flow);
-            }
             let container_error = self.meshes.container_error(&poses);
-            let surfaced = self.meshes.surfaced_bodies();
-            let mut solution = to_scene(&self.scaled, surfaced, &solved, container_error)?;
-            solution.remeshed = remeshed.take();
+            let to_scene = |solved: &Solution, flow: &FlowSolution| {
+                let surfaced = self.meshes.surfaced_bodies();
+                to_scene(&self.scaled, surfaced, solved, flow, container_error)
+            };
+            let add_far_field = |flow: &mut FlowSolution| {
+                if let Some(far) = self.meshes.far_field() {
+                    add_far_field(&self.scaled, far, flow);
+                }
+            };
+            let mut corrected = solved.flow.clone();
+            add_far_field(&mut solved.flow);
+            let mut solution = to_scene(&solved, &solved.flow)?;
             if let Some(estimate) = &solved.estimate {
-                set_mesh_error(&self.scaled, &mut solution, estimate, &poses);
+                corrected.add(&estimate.change)?;
+                add_far_field(&mut corrected);
+                let other = to_scene(&solved, &corrected)?;
+                let bars = Uncertainty {
+                    relative: estimate.relative_uncertainty,
+                    velocity: self.scaled.scale.speed_to_scene(estimate.uncertainty),
+                };
+                solution.correct(MeshError::between(&solution, &other, bars));
+                solved.flow = corrected;
             }
+            solution.remeshed = remeshed.take();
             solutions.push(solution);
             last = Some((solved.flow, solved.estimate));
         }

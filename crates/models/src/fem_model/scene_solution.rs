@@ -1,17 +1,18 @@
 //! Finite-element solutions in the scene's units.
 
-use nalgebra::{Isometry3, Vector3};
-use rigid::{FlowSolution, Twist};
-use stokes::{Estimate, Solution};
+use nalgebra::Vector3;
+use rigid::FlowSolution;
+use stokes::Solution;
 
 use super::far_field::{FarField, total_force};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
-use crate::mesh_error::MeshError;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{BodySolution, InstantaneousSolution};
 
-/// Converts a solution to the scene's units; `surfaced` are the bodies with surfaces.
+/// Converts a solution to the scene's units, with `flow` in place of its own.
+///
+/// `surfaced` are the bodies with surfaces.
 ///
 /// `container_error` is the relative error of velocities caused by the container.
 ///
@@ -21,10 +22,10 @@ pub fn to_scene(
     scaled: &ScaledScene,
     surfaced: impl Iterator<Item = usize>,
     solution: &Solution,
+    flow: &FlowSolution,
     container_error: f64,
 ) -> Result<InstantaneousSolution, ModelError> {
     let (scale, set) = (&scaled.scale, &scaled.set);
-    let flow = &solution.flow;
     let mut bodies = vec![BodySolution::default(); set.kinds().len()];
     let layout = set.velocity_layout();
     let at = |first: usize| Vector3::from_fn(|axis, _| flow.generalised[first + axis]);
@@ -77,74 +78,6 @@ pub fn add_far_field(scaled: &ScaledScene, far: FarField, flow: &mut FlowSolutio
     for body in 0..flow.bodies.len() / 6 {
         let mut velocity = flow.bodies.fixed_rows_mut::<3>(6 * body);
         velocity += correction;
-    }
-}
-
-/// Enters estimated discretisation errors into a solution in the scene's units.
-pub fn set_mesh_error(
-    scaled: &ScaledScene,
-    solution: &mut InstantaneousSolution,
-    estimate: &Estimate,
-    poses: &[Isometry3<f64>],
-) {
-    let (scale, set) = (&scaled.scale, &scaled.set);
-    let mut of_bodies = vec![Vector3::zeros(); poses.len()];
-    for (linkage, frame) in set.linkages().iter().zip(&estimate.frames) {
-        for &body in &linkage.bodies {
-            let [position, root] = [body, linkage.root].map(|b| poses[b].translation.vector);
-            let error = frame.linear + frame.angular.cross(&(position - root));
-            of_bodies[body] = scale.velocity_to_scene(error);
-        }
-    }
-    let uncertainty = scale.speed_to_scene(estimate.uncertainty);
-    let power = power_error(scaled, solution, estimate, &of_bodies);
-    solution.set_mesh_error(MeshError {
-        frames: estimate
-            .frames
-            .iter()
-            .map(|frame| Twist {
-                linear: scale.velocity_to_scene(frame.linear),
-                angular: frame.angular,
-            })
-            .collect(),
-        bodies: of_bodies,
-        uncertainty,
-        power,
-        forces: if set.links().is_empty() {
-            // Without links the forces are the given loads.
-            vec![Vector3::zeros(); solution.bodies.len()]
-        } else {
-            let forces = solution.bodies.iter().map(|b| b.force);
-            forces
-                .map(|force| estimate.relative_energy * force)
-                .collect()
-        },
-    });
-}
-
-/// Error of the power of the bodies, computed minus exact.
-///
-/// The rates of the links are prescribed, and the power that they need is too large by the energy
-/// of the error. External loads are given, and their power has the error of the velocities.
-fn power_error(
-    scaled: &ScaledScene,
-    solution: &InstantaneousSolution,
-    estimate: &Estimate,
-    velocity_errors: &[Vector3<f64>],
-) -> f64 {
-    let set = &scaled.set;
-    let mut by_loads = 0.0;
-    for (linkage, frame) in set.linkages().iter().zip(&estimate.frames) {
-        for &body in &linkage.bodies {
-            let load = &scaled.loads[body];
-            let force = scaled.scale.force_to_scene(load.force);
-            let torque = scaled.scale.torque_to_scene(load.torque);
-            by_loads += force.dot(&velocity_errors[body]) + torque.dot(&frame.angular);
-        }
-    }
-    match set.links().is_empty() {
-        true => by_loads,
-        false => by_loads + estimate.relative_energy * solution.power(),
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
 
-use crate::mesh_error::MeshError;
+use crate::mesh_error::{MeshError, Uncertainty};
 use crate::solution::{BodySolution, InstantaneousSolution};
 
 /// Numbers of bodies and links of a scene, which determine the length of a record.
@@ -20,18 +20,15 @@ pub struct Record {
     pub motion: StateVelocity,
     pub bodies: Vec<BodySolution>,
     pub link_forces: Vec<Vector3<f64>>,
-    /// Discretisation errors; their uncertainty and that of the power are not tabulated.
+    /// Discretisation errors that were subtracted; their uncertainty is not tabulated.
     pub mesh_error: Option<MeshError>,
 }
 
 impl Layout {
     /// Length of the numbers of one record.
     pub fn numbers(self) -> usize {
-        let errors = match self.mesh_errors {
-            true => 2 + 2 * self.bodies,
-            false => 0,
-        };
-        3 * (2 + 5 * self.bodies + self.links + errors)
+        let records = if self.mesh_errors { 2 } else { 1 };
+        records * 3 * (2 + 5 * self.bodies + self.links)
     }
 }
 
@@ -41,60 +38,63 @@ impl Record {
         let mut vectors = numbers
             .chunks_exact(3)
             .map(|v| Vector3::new(v[0], v[1], v[2]));
-        let mut next = || vectors.next().unwrap_or_default();
-        let frame = Twist {
-            linear: next(),
-            angular: next(),
+        let mut quantities = || {
+            let mut next = || vectors.next().unwrap_or_default();
+            let frames = vec![Twist {
+                linear: next(),
+                angular: next(),
+            }];
+            let spins = (0..layout.bodies).map(|_| next()).collect();
+            let bodies = (0..layout.bodies)
+                .map(|_| BodySolution {
+                    velocity: next(),
+                    angular_velocity: next(),
+                    force: next(),
+                    torque: next(),
+                })
+                .collect();
+            let link_forces = (0..layout.links).map(|_| next()).collect();
+            (StateVelocity { frames, spins }, bodies, link_forces)
         };
-        let spins = (0..layout.bodies).map(|_| next()).collect();
-        let bodies: Vec<BodySolution> = (0..layout.bodies)
-            .map(|_| BodySolution {
-                velocity: next(),
-                angular_velocity: next(),
-                force: next(),
-                torque: next(),
-            })
-            .collect();
+        let (motion, bodies, link_forces) = quantities();
+        let mesh_error = layout.mesh_errors.then(|| {
+            let (motion, bodies, link_forces) = quantities();
+            MeshError {
+                motion,
+                bodies,
+                link_forces,
+                uncertainty: Uncertainty::default(),
+            }
+        });
         Self {
-            motion: StateVelocity {
-                frames: vec![frame],
-                spins,
-            },
+            motion,
             bodies,
-            link_forces: (0..layout.links).map(|_| next()).collect(),
-            mesh_error: layout.mesh_errors.then(|| MeshError {
-                frames: vec![Twist {
-                    linear: next(),
-                    angular: next(),
-                }],
-                bodies: (0..layout.bodies).map(|_| next()).collect(),
-                forces: (0..layout.bodies).map(|_| next()).collect(),
-                uncertainty: 0.0,
-                power: 0.0,
-            }),
+            link_forces,
+            mesh_error,
         }
     }
 }
 
 /// Numbers of a solution in the order of [`Record::new`], three per vector.
 pub fn numbers(solution: &InstantaneousSolution) -> Vec<f64> {
-    let frame = solution.motion.frames.first().copied().unwrap_or_default();
-    let mut vectors = vec![frame.linear, frame.angular];
-    vectors.extend(&solution.motion.spins);
-    for body in &solution.bodies {
-        vectors.extend([
-            body.velocity,
-            body.angular_velocity,
-            body.force,
-            body.torque,
-        ]);
-    }
-    vectors.extend(&solution.link_forces);
+    let mut numbers = quantities(&solution.motion, &solution.bodies, &solution.link_forces);
     if let Some(error) = &solution.mesh_error {
-        vectors.extend(error.frames.iter().flat_map(|f| [f.linear, f.angular]));
-        vectors.extend(error.bodies.iter().chain(&error.forces));
+        numbers.extend(quantities(&error.motion, &error.bodies, &error.link_forces));
     }
-    vectors.iter().flatten().copied().collect()
+    numbers
+}
+
+fn quantities(
+    motion: &StateVelocity,
+    bodies: &[BodySolution],
+    link_forces: &[Vector3<f64>],
+) -> Vec<f64> {
+    let frame = motion.frames.first().copied().unwrap_or_default();
+    let mut vectors = vec![&frame.linear, &frame.angular];
+    vectors.extend(&motion.spins);
+    vectors.extend(bodies.iter().flat_map(BodySolution::vectors));
+    vectors.extend(link_forces);
+    vectors.into_iter().flatten().copied().collect()
 }
 
 /// Weights that make tabulated numbers dimensionless, and the largest velocity.
@@ -121,9 +121,7 @@ pub fn weights(
     kinds.extend([Velocity, Angular, Force, Torque].repeat(layout.bodies));
     kinds.extend(vec![Force; layout.links]);
     if layout.mesh_errors {
-        kinds.extend([Velocity, Angular]);
-        kinds.extend(vec![Velocity; layout.bodies]);
-        kinds.extend(vec![Force; layout.bodies]);
+        kinds.extend_from_within(..);
     }
     let kinds: Vec<Kind> = kinds.into_iter().flat_map(|kind| [kind; 3]).collect();
     let kinds = kinds.repeat(records_per_point);
@@ -155,7 +153,7 @@ mod tests {
             links: 1,
             mesh_errors: true,
         };
-        let written: Vec<f64> = (0..57).map(f64::from).collect();
+        let written: Vec<f64> = (0..78).map(f64::from).collect();
         let Record {
             motion,
             bodies,

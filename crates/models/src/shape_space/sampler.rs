@@ -10,6 +10,7 @@ use super::record::{Layout, numbers};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Hydrodynamics, Query};
+use crate::mesh_error::Uncertainty;
 use crate::solution::InstantaneousSolution;
 
 /// Highest degree in a variable; spheres with gaps of a hundredth of a radius need more.
@@ -18,20 +19,18 @@ pub const MAX_DEGREE: usize = 64;
 /// Largest error bars of several solutions, each for a unit rate.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Bars {
-    /// Error bar of velocities without the tabulated discretisation errors.
+    /// Error bar of velocities without that for the discretisation.
     pub velocity: f64,
-    /// Uncertainty of the tabulated discretisation errors of velocities; none without them.
-    pub mesh_uncertainty: Option<f64>,
     /// Error bar of the power without the discretisation error, relative to the power.
     pub power: f64,
-    /// Discretisation error of the power, relative to the power.
-    pub mesh_power: f64,
+    /// Uncertainty of discretisation errors.
+    pub mesh_uncertainty: Uncertainty,
 }
 
 impl Bars {
-    /// Error bar of velocities by all sources but the tabulated discretisation errors themselves.
+    /// Error bar of velocities by all sources.
     pub fn total(&self) -> f64 {
-        self.velocity + self.mesh_uncertainty.unwrap_or(0.0)
+        self.velocity + self.mesh_uncertainty.velocity
     }
 
     fn include(&mut self, solution: &InstantaneousSolution) {
@@ -43,11 +42,9 @@ impl Bars {
         self.velocity = self.velocity.max(untabulated(&solution.error_estimate));
         self.power = self.power.max(untabulated(&solution.power_error) / power);
         if let Some(error) = &solution.mesh_error {
-            let so_far = self.mesh_uncertainty.unwrap_or(0.0);
-            self.mesh_uncertainty = Some(so_far.max(error.uncertainty));
-            if error.power.abs() / power > self.mesh_power.abs() {
-                self.mesh_power = error.power / power;
-            }
+            let (largest, bars) = (&mut self.mesh_uncertainty, error.uncertainty);
+            largest.velocity = largest.velocity.max(bars.velocity);
+            largest.relative = largest.relative.max(bars.relative);
         }
     }
 }

@@ -9,7 +9,7 @@ use super::sampler::{Bars, MAX_DEGREE, Sampler};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Hydrodynamics};
-use crate::mesh_error::MeshError;
+use crate::mesh_error::{MeshError, Uncertainty};
 use crate::solution::InstantaneousSolution;
 use scene::Scene;
 use stokes::{Dofs, SolverReport};
@@ -242,8 +242,10 @@ impl ShapeSpace {
         let sizes = solution.bodies.iter();
         let product: f64 = sizes.map(|b| b.force.norm() * b.velocity.norm()).sum();
         let mesh_error = record.mesh_error.map(|error| MeshError {
-            uncertainty: speed * self.bars.mesh_uncertainty.unwrap_or(0.0),
-            power: power * self.bars.mesh_power,
+            uncertainty: Uncertainty {
+                velocity: speed * self.bars.mesh_uncertainty.velocity,
+                ..self.bars.mesh_uncertainty
+            },
             ..error
         });
         let mut solution = InstantaneousSolution {

@@ -27,7 +27,7 @@ impl Estimated {
     pub fn velocity(solution: &InstantaneousSolution, body: usize) -> Self {
         let error = solution.mesh_error.as_ref();
         Self::new(
-            error.map(|e| (e.bodies[body].x, e.uncertainty)),
+            error.map(|e| (e.bodies[body].velocity.x, e.uncertainty.velocity)),
             &solution.error_estimate,
         )
     }
@@ -35,7 +35,7 @@ impl Estimated {
     /// Estimate for the force of a body along x, if there is one.
     pub fn force(solution: &InstantaneousSolution, body: usize) -> Option<Self> {
         let errors = solution.mesh_error.as_ref()?;
-        Some(Self::signed(errors.forces.get(body)?.x))
+        Some(Self::signed(errors.bodies.get(body)?.force.x))
     }
 
     /// Estimate for the displacement along x of the first body, which does not rotate.

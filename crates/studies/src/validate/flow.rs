@@ -73,7 +73,7 @@ pub fn axial_resistance(
         let by_mesh = instant.mesh_error.as_ref();
         let by_mesh = by_mesh.context("mesh errors were not estimated")?;
         for (row, error) in by_mesh.bodies.iter().enumerate() {
-            errors[(row, pulled)] = error.x;
+            errors[(row, pulled)] = error.velocity.x;
         }
         cost.add(&one);
     }

@@ -42,7 +42,10 @@ fn drag_and_torque(lambda: f64, size: f64) -> Result<[Row; 2]> {
     let drag = 1.0 / (6.0 * PI * body.velocity.x);
     let torque = 1.0 / (8.0 * PI * body.angular_velocity.z);
     let of_drag = Estimated::velocity(&instant, 0).times(-drag / body.velocity.x);
-    let turn = instant.mesh_error.as_ref().map(|e| e.frames[0].angular.z);
+    let turn = instant
+        .mesh_error
+        .as_ref()
+        .map(|e| e.bodies[0].angular_velocity.z);
     let of_torque =
         turn.map(|turn| Estimated::signed(turn).times(-torque / body.angular_velocity.z));
     let expected = expected::sphere(size, lambda)?;

@@ -94,7 +94,10 @@ fn accuracy(solution: &InstantaneousSolution) -> String {
         "the largest velocity",
     );
     if let Some(mesh_error) = &solution.mesh_error {
-        let force = error(mesh_error.force(), largest(|body| body.force.norm()));
+        let force = error(
+            mesh_error.force_error_bar(),
+            largest(|body| body.force.norm()),
+        );
         text += &entry("error of forces", &format!("{force}, mesh only"));
     }
     if let Some(checks) = &solution.checks {

@@ -145,12 +145,17 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
     loop {
         let requested = points >= FIRST_ESTIMATED;
         let mut current = collocate(evaluator, start, &previous.piece, points, requested)?;
-        let (step, previous_step) = (current.piece.step(), previous.piece.step());
-        let change = largest_displacement(evaluator, &(&step + &(&previous_step * -1.0)));
+        // Lower orders have no estimates, so both are compared without corrections.
+        let [uncorrected, before] =
+            [&current, &previous].map(|approximation| approximation.uncorrected_step(duration));
+        let change = &uncorrected + &(&before * -1.0);
+        let change = largest_displacement(evaluator, &change);
+        let step = current.piece.step();
         let tolerance = step_tolerance(evaluator, &step, width);
         changes.push(change);
         let error = remaining_error(&changes, ratio);
-        work_changes.push((current.work(duration) - previous.work(duration)).abs());
+        let work = |approximation: &Approximation| approximation.uncorrected_work(duration);
+        work_changes.push((work(&current) - work(&previous)).abs());
         let mut accepted = (error <= tolerance).then_some((error, 0.0));
         let stalled = matches!(changes[..], [.., before, last] if is_stalled(before, last));
         if accepted.is_none() && stalled {

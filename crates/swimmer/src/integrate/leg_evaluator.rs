@@ -3,8 +3,8 @@
 use models::{
     Configuration, ErrorEstimates, Hydrodynamics, InstantaneousSolution, ModelError, Query, Seconds,
 };
-use nalgebra::{DMatrix, UnitQuaternion};
-use rigid::{State, StateVelocity, Twist};
+use nalgebra::DMatrix;
+use rigid::State;
 use scene::{Leg, Scene, closest_contact, contacts};
 
 use super::leg_solution::LegSolution;
@@ -132,23 +132,7 @@ impl<'a> LegEvaluator<'a> {
             state: state.clone(),
             ..solution.clone()
         };
-        rotate_motion(&rotation, &mut rotated.solution.motion);
-        if let Some(error) = &mut rotated.solution.mesh_error {
-            rotate_frames(&rotation, &mut error.frames);
-            for vector in error.bodies.iter_mut().chain(&mut error.forces) {
-                *vector = rotation * *vector;
-            }
-        }
-        for body in &mut rotated.solution.bodies {
-            for vector in [
-                &mut body.velocity,
-                &mut body.angular_velocity,
-                &mut body.force,
-                &mut body.torque,
-            ] {
-                *vector = rotation * *vector;
-            }
-        }
+        rotated.solution.rotate(&rotation);
         rotated
     }
 
@@ -191,19 +175,5 @@ impl<'a> LegEvaluator<'a> {
                 None => format!("body '{name}' touches the wall (gap {:.4})", contact.gap),
             },
         })
-    }
-}
-
-fn rotate_motion(rotation: &UnitQuaternion<f64>, motion: &mut StateVelocity) {
-    rotate_frames(rotation, &mut motion.frames);
-    for spin in &mut motion.spins {
-        *spin = rotation * *spin;
-    }
-}
-
-fn rotate_frames(rotation: &UnitQuaternion<f64>, frames: &mut [Twist]) {
-    for frame in frames {
-        frame.linear = rotation * frame.linear;
-        frame.angular = rotation * frame.angular;
     }
 }

@@ -1,7 +1,7 @@
 //! The result of a leg, put together from its parts.
 
 use models::{AccumulatedError, ErrorEstimate, InstantaneousSolution, Seconds};
-use rigid::{Articulation, State};
+use rigid::{Articulation, State, StateVelocity};
 
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
@@ -41,7 +41,8 @@ pub struct LegResult {
     pub solves: usize,
     /// Error bars of the displacement.
     pub error_estimate: ErrorEstimate,
-    /// Accumulated discretisation error; none where a part of the leg has no estimate.
+    /// Accumulated discretisation error that was subtracted, and what is uncertain about it; none
+    /// where a part of the leg has no estimate.
     pub accumulated_error: Option<AccumulatedError>,
     /// Accumulated error of the integration, for methods that estimate it with its sign; other
     /// methods enter its size in [`ErrorEstimate::integration`].
@@ -55,15 +56,27 @@ pub struct LegResult {
 }
 
 impl Approximation {
-    /// The discretisation error accumulated over `duration`, by quadrature over the solutions; none
+    /// The estimated discretisation error that was subtracted over `duration`, by quadrature over the solutions; none
     /// if one of them has no estimate.
     pub fn accumulated_error(&self, duration: f64) -> Option<AccumulatedError> {
         let mut accumulated = AccumulatedError::default();
         for (solution, weight) in self.solutions.iter().zip(&self.weights) {
-            let error = solution.solution.mesh_error.as_ref()?;
-            accumulated.add(weight * duration, &solution.solution.motion, error);
+            solution.solution.mesh_error.as_ref()?;
+            accumulated.add(weight * duration, &solution.solution);
         }
         Some(accumulated)
+    }
+
+    /// The step without the corrections of the solutions.
+    pub fn uncorrected_step(&self, duration: f64) -> StateVelocity {
+        let solutions = self.solutions.iter().zip(&self.weights);
+        solutions.fold(
+            self.piece.step(),
+            |step, (solution, weight)| match &solution.solution.mesh_error {
+                Some(error) => &step + &(&error.motion * (weight * duration)),
+                None => step,
+            },
+        )
     }
 
     /// Error bar of the displacement over `duration` by all errors of the solutions.
@@ -81,6 +94,11 @@ impl Approximation {
     /// Work of the bodies on the fluid over `duration`.
     pub fn work(&self, duration: f64) -> f64 {
         self.integral(duration, InstantaneousSolution::power)
+    }
+
+    /// Work without the corrections of the solutions.
+    pub fn uncorrected_work(&self, duration: f64) -> f64 {
+        self.integral(duration, InstantaneousSolution::uncorrected_power)
     }
 
     fn integral(&self, duration: f64, of: impl Fn(&InstantaneousSolution) -> f64) -> f64 {
@@ -146,7 +164,7 @@ impl LegResult {
             }
             _ => None,
         };
-        // Discretisation errors are summed with their signs, in `accumulated_error`.
+        // Bars of the discretisation are in `accumulated_error`.
         let without_mesh = |bars: &ErrorEstimate| ErrorEstimate {
             mesh: None,
             ..*bars

@@ -12,8 +12,8 @@ use crate::outcome::Outcome;
 ///
 /// Keys: `displacement` (by body), `rotation` (rotation vector of the frame of the first linkage),
 /// `phases` (each with `link`, `displacement`, `solves`, `error_estimate`), `solves`,
-/// `error_estimate` (absolute, in the scene's unit of length), `corrected` (the displacement minus
-/// its estimated discretisation error), `seconds`, `model`, `reasons`, `cycles`, `duration`, `work`
+/// `error_estimate` (absolute, in the scene's unit of length), `uncorrected` (displacement and work
+/// before estimated discretisation errors were subtracted), `seconds`, `model`, `reasons`, `cycles`, `duration`, `work`
 /// (of the bodies on the fluid), `work_error` (its error bars), `tolerance`, `tolerance_met`,
 /// `meshes`, `peak_rss_mib`.
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
@@ -48,9 +48,9 @@ pub fn summary_json(
         "phases": phases,
         "solves": outcome.solves,
         "error_estimate": estimate(&outcome.error_estimate),
-        "corrected": (outcome.mesh_error.as_ref().map(|errors| {
-            let corrected: Vec<_> = outcome.displacement.iter().zip(errors).map(|(d, e)| d - e).collect();
-            json!({ "displacement": by_body(&corrected) })
+        "uncorrected": (outcome.mesh_error.as_ref().map(|errors| {
+            let computed: Vec<_> = outcome.displacement.iter().zip(errors).map(|(d, e)| d + e).collect();
+            json!({ "displacement": by_body(&computed), "work": outcome.uncorrected_work() })
         })),
         "seconds": (Seconds { total: wall_seconds, ..outcome.seconds }),
         "model": model,
@@ -70,56 +70,46 @@ pub fn summary_json(
 ///
 /// `links` has the force of each link on the body that its key `body` names; the opposite force
 /// acts on `to`. `error_estimate` refers to the velocities; its entry `force` to the largest force.
-/// `corrected` has the velocities and forces minus their estimated discretisation errors, `checks`
-/// independent computations of the forces and the power.
+/// `uncorrected` has velocities and forces before estimated discretisation errors were subtracted,
+/// `checks` independent computations of these forces and their power.
 pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolution) -> Value {
-    let bodies: Vec<Value> = scene
-        .bodies()
-        .iter()
-        .zip(&solution.bodies)
-        .map(|(body, motion)| {
-            json!({
-                "name": body.name,
-                "velocity": vector(&motion.velocity),
-                "angular_velocity": vector(&motion.angular_velocity),
-                "force": vector(&motion.force),
-                "torque": vector(&motion.torque),
+    let motion = |solution: &InstantaneousSolution| -> Value {
+        let bodies = scene.bodies().iter().zip(&solution.bodies);
+        let bodies: Vec<Value> = bodies
+            .map(|(body, motion)| {
+                json!({
+                    "name": body.name,
+                    "velocity": vector(&motion.velocity),
+                    "angular_velocity": vector(&motion.angular_velocity),
+                    "force": vector(&motion.force),
+                    "torque": vector(&motion.torque),
+                })
             })
-        })
-        .collect();
+            .collect();
+        let links = scene.articulation().links().iter();
+        let links: Vec<Value> = links
+            .zip(&solution.link_forces)
+            .map(|(link, force)| json!({ "name": link.name, "force": vector(force) }))
+            .collect();
+        json!({ "bodies": bodies, "links": links })
+    };
     let mut estimates = estimate(&solution.error_estimate);
     if let (Some(error), Value::Object(estimates)) = (&solution.mesh_error, &mut estimates) {
-        estimates.insert("force".to_owned(), json!({ "mesh": error.force() }));
+        let force = json!({ "mesh": error.force_error_bar() });
+        estimates.insert("force".to_owned(), force);
     }
-    let corrected = solution.mesh_error.as_ref().map(|error| {
-        let errors = error.bodies.iter().zip(&error.forces);
-        let bodies = scene.bodies().iter().zip(&solution.bodies).zip(errors);
-        let entries = bodies.map(|((body, motion), (velocity, force))| {
-            json!({
-                "name": body.name,
-                "velocity": vector(&(motion.velocity - velocity)),
-                "force": vector(&(motion.force - force)),
-            })
-        });
-        json!({ "bodies": entries.collect::<Vec<_>>() })
-    });
-    let links: Vec<Value> = scene
-        .articulation()
-        .links()
-        .iter()
-        .zip(&solution.link_forces)
-        .map(|(link, force)| json!({ "name": link.name, "force": vector(force) }))
-        .collect();
+    let corrected = motion(solution);
+    let uncorrected = (solution.mesh_error.as_ref()).map(|_| motion(&solution.uncorrected()));
     json!({
         "model": model,
-        "bodies": bodies,
-        "links": links,
+        "bodies": corrected["bodies"],
+        "links": corrected["links"],
         "dofs": solution.dofs,
         "solver": solution.solver,
         "seconds": solution.seconds,
         "peak_rss_mib": peak_rss_mib(),
         "error_estimate": estimates,
-        "corrected": corrected,
+        "uncorrected": uncorrected,
         "checks": solution.checks,
     })
 }

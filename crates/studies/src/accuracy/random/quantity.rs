@@ -12,7 +12,7 @@ pub struct Quantity {
     pub name: &'static str,
     /// Value of the discrete problem.
     uncorrected: Vec<Vector3<f64>>,
-    /// This value minus its estimated discretisation error; the same if there is no estimate.
+    /// The answer: this value minus its estimated discretisation error, if there is an estimate.
     corrected: Vec<Vector3<f64>>,
     /// Error bar, the largest over the bodies; `None` if there is none.
     bar: Option<f64>,
@@ -43,6 +43,21 @@ pub struct Comparison {
 }
 
 impl Quantity {
+    fn new(
+        name: &'static str,
+        uncorrected: Vec<Vector3<f64>>,
+        corrected: Vec<Vector3<f64>>,
+    ) -> Self {
+        Self {
+            name,
+            uncorrected,
+            corrected,
+            bar: None,
+            beside_mesh: 0.0,
+            negligible: 0.0,
+        }
+    }
+
     /// Errors against the same quantity of an exact solution, with its relative error bar.
     ///
     /// `None` for a quantity that is zero by symmetry.
@@ -83,9 +98,9 @@ fn largest(vectors: impl Iterator<Item = Vector3<f64>>) -> f64 {
     vectors.fold(0.0, |m, v| m.max(v.norm()))
 }
 
-fn sum_of(vectors: &[Vector3<f64>], errors: Option<&[Vector3<f64>]>) -> Vec<Vector3<f64>> {
+fn with(vectors: &[Vector3<f64>], errors: Option<&[Vector3<f64>]>) -> Vec<Vector3<f64>> {
     match errors {
-        Some(errors) => vectors.iter().zip(errors).map(|(v, e)| v - e).collect(),
+        Some(errors) => vectors.iter().zip(errors).map(|(v, e)| v + e).collect(),
         None => vectors.to_vec(),
     }
 }
@@ -94,74 +109,48 @@ fn sum_of(vectors: &[Vector3<f64>], errors: Option<&[Vector3<f64>]>) -> Vec<Vect
 ///
 /// Forces, torques and link forces are given loads where there are no links, and left out.
 pub fn of_instant(scene: &Scene, solution: &InstantaneousSolution) -> Vec<Quantity> {
-    let set = scene.articulation();
-    let of_bodies = |of: fn(&BodySolution) -> Vector3<f64>| -> Vec<Vector3<f64>> {
-        solution.bodies.iter().map(of).collect()
-    };
-    let error = solution.mesh_error.as_ref();
-    let angular_errors = error.map(|error| {
-        let mut errors = vec![Vector3::zeros(); solution.bodies.len()];
-        // Bodies keep their orientation relative to the frame of their linkage.
-        for (linkage, frame) in set.linkages().iter().zip(&error.frames) {
-            for &body in &linkage.bodies {
-                errors[body] = frame.angular;
-            }
-        }
-        errors
-    });
-    let quantity = |name, values: Vec<Vector3<f64>>, errors: Option<&[Vector3<f64>]>| Quantity {
-        name,
-        corrected: sum_of(&values, errors),
-        uncorrected: values,
-        bar: None,
-        beside_mesh: 0.0,
-        negligible: 0.0,
+    let before = solution.uncorrected();
+    let quantity = |name, of: fn(&BodySolution) -> Vector3<f64>| {
+        let values = |solution: &InstantaneousSolution| solution.bodies.iter().map(of).collect();
+        Quantity::new(name, values(&before), values(solution))
     };
     let bars = &solution.error_estimate;
-    let velocities = of_bodies(|b| b.velocity);
-    let speed = largest(velocities.iter().copied());
+    let size = |of: fn(&BodySolution) -> Vector3<f64>| largest(solution.bodies.iter().map(of));
+    let (speed, force) = (size(|b| b.velocity), size(|b| b.force));
     let radius = scene.bodies().iter().map(|b| b.bounding_radius());
     let radius = radius.fold(0.0, f64::max);
-    let power = solution.power();
+    let power = |power: f64| vec![Vector3::x() * power];
     let mut quantities = vec![
         Quantity {
             bar: Some(bars.total()),
             beside_mesh: bars.total() - bars.mesh.unwrap_or(0.0),
-            ..quantity("velocity", velocities, error.map(|e| &e.bodies[..]))
+            ..quantity("velocity", |b| b.velocity)
         },
         Quantity {
             negligible: NEGLIGIBLE * speed / radius,
-            ..quantity(
-                "angular velocity",
-                of_bodies(|b| b.angular_velocity),
-                angular_errors.as_deref(),
-            )
+            ..quantity("angular velocity", |b| b.angular_velocity)
         },
         Quantity {
             bar: Some(solution.power_error.total()),
             beside_mesh: solution.power_error.total() - solution.power_error.mesh.unwrap_or(0.0),
-            ..quantity(
-                "power",
-                vec![Vector3::x() * power],
-                error
-                    .map(|e| [Vector3::x() * e.power])
-                    .as_ref()
-                    .map(|e| &e[..]),
-            )
+            ..Quantity::new("power", power(before.power()), power(solution.power()))
         },
     ];
-    if !set.links().is_empty() {
-        let forces = of_bodies(|b| b.force);
-        let force = largest(forces.iter().copied());
+    if !scene.articulation().links().is_empty() {
+        let bar = solution.mesh_error.as_ref().map(|e| e.force_error_bar());
         quantities.push(Quantity {
-            bar: error.map(|e| e.force()),
-            ..quantity("force", forces, error.map(|e| &e.forces[..]))
+            bar,
+            ..quantity("force", |b| b.force)
         });
         quantities.push(Quantity {
             negligible: NEGLIGIBLE * force * radius,
-            ..quantity("torque", of_bodies(|b| b.torque), None)
+            ..quantity("torque", |b| b.torque)
         });
-        quantities.push(quantity("link force", solution.link_forces.clone(), None));
+        let (before, after) = (before.link_forces, solution.link_forces.clone());
+        quantities.push(Quantity {
+            bar,
+            ..Quantity::new("link force", before, after)
+        });
     }
     quantities
 }
@@ -171,13 +160,8 @@ pub fn of_stroke(outcome: &Outcome) -> Vec<Quantity> {
     let count = outcome.displacement.len().max(1) as f64;
     let mean = |vectors: &[Vector3<f64>]| vec![vectors.iter().sum::<Vector3<f64>>() / count];
     let accumulated = outcome.accumulated_error.as_ref();
-    let quantity = |name, value: Vec<Vector3<f64>>, error: Option<Vec<Vector3<f64>>>| Quantity {
-        name,
-        corrected: sum_of(&value, error.as_deref()),
-        uncorrected: value,
-        bar: None,
-        beside_mesh: 0.0,
-        negligible: 0.0,
+    let quantity = |name, value: Vec<Vector3<f64>>, error: Option<Vec<Vector3<f64>>>| {
+        Quantity::new(name, with(&value, error.as_deref()), value)
     };
     let bars = &outcome.error_estimate;
     let work = &outcome.work_error;
