@@ -22,8 +22,7 @@ mod surface;
 pub use dirichlet::DirichletCondition;
 pub use error::FemError;
 pub use estimate::{
-    CubicExtension, CubicProduct, CurvedBoundary, ErrorFunctional, FacetGeometry, Surplus,
-    SurplusSpace,
+    CubicExtension, CubicProduct, CurvedBoundary, FacetGeometry, Surplus, SurplusSpace,
 };
 pub use forms::load_vector;
 pub use load::{LoadOnFluid, consistent_load, stress_load};

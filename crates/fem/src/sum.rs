@@ -9,10 +9,10 @@ use crate::FemError;
 const ITEMS_PER_TASK: usize = 1024;
 
 /// Number of cells whose results are stored at the same time, to bound the memory.
-const CELLS_PER_BATCH: usize = 1 << 14;
+pub(crate) const CELLS_PER_BATCH: usize = 1 << 14;
 
 /// Number of cells per task: enough work to outweigh its start.
-const CELLS_PER_TASK: usize = 256;
+pub(crate) const CELLS_PER_TASK: usize = 256;
 
 /// Sum of `term(i)`, an array of `N` numbers, over `0..n`.
 ///

@@ -200,26 +200,39 @@ mod tests {
 
     #[test]
     fn opposite_errors_cancel_and_rotation_errors_change_later_displacements() {
-        let error = |sign: f64| MeshError {
+        let along_x = |speed: f64| StateVelocity {
             frames: vec![Twist {
-                linear: sign * Vector3::x(),
-                angular: Vector3::zeros(),
-            }],
-            bodies: vec![],
-            uncertainty: 0.5,
-            forces: vec![],
-            power: sign,
-        };
-        let motion = StateVelocity {
-            frames: vec![Twist {
-                linear: Vector3::x(),
+                linear: speed * Vector3::x(),
                 angular: Vector3::zeros(),
             }],
             spins: vec![],
         };
+        // One body with a unit force, so that the error of its velocity is that of its power.
+        let corrected = |sign: f64| {
+            let body = BodySolution {
+                force: Vector3::x(),
+                ..BodySolution::default()
+            };
+            let mut solution = InstantaneousSolution::new(vec![body], vec![], along_x(1.0 + sign));
+            solution.correct(MeshError {
+                motion: along_x(sign),
+                bodies: vec![BodySolution {
+                    velocity: sign * Vector3::x(),
+                    ..BodySolution::default()
+                }],
+                link_forces: vec![],
+                uncertainty: Uncertainty {
+                    relative: 0.1,
+                    velocity: 0.5,
+                },
+            });
+            assert_eq!(solution.motion, along_x(1.0));
+            solution
+        };
         let mut sum = AccumulatedError::default();
-        sum.add(2.0, &motion, &error(1.0));
-        sum.add(2.0, &motion, &error(-1.0));
+        sum.add(2.0, &corrected(1.0));
+        assert_eq!((sum.work, sum.work_error_bar()), (2.0, 0.2));
+        sum.add(2.0, &corrected(-1.0));
         assert_eq!(
             (sum.displacement[0], sum.uncertainty),
             (Vector3::zeros(), 2.0)
@@ -230,12 +243,12 @@ mod tests {
         let rotation_error = AccumulatedError {
             displacement: vec![Vector3::zeros()],
             rotation: vec![Vector3::new(0.0, 0.0, 1e-3)],
-            uncertainty: 0.0,
             work: 3.0,
+            ..AccumulatedError::default()
         };
         assert_eq!(sum.work, 0.0);
         sum.append(&rotation_error, &[Vector3::zeros()]);
-        sum.add(2.0, &motion, &error(0.0));
+        sum.add(2.0, &corrected(0.0));
         assert!((sum.displacement[0] - Vector3::new(0.0, 2e-3, 0.0)).norm() < 1e-15);
         let tip = sum.of_body(0, &Vector3::new(10.0, 0.0, 0.0));
         assert_eq!(sum.work, 3.0);
@@ -246,6 +259,9 @@ mod tests {
     fn stored_names_are_those_of_existing_checkpoints() {
         let stored = serde_json::to_value(AccumulatedError::default()).unwrap();
         let names: Vec<&String> = stored.as_object().unwrap().keys().collect();
-        assert_eq!(names, ["moved", "spread", "turned", "work"]);
+        assert_eq!(
+            names,
+            ["moved", "relative_uncertainty", "spread", "turned", "work"]
+        );
     }
 }

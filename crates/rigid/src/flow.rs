@@ -158,9 +158,9 @@ impl Constrained {
     ///
     /// `solution` belongs to the right-hand side [`Constrained::rhs_of_forces`] of the `forces`,
     /// one per node of the mesh. The change of the force of a body is the residual of the momentum
-    /// equation tested with its rigid motions. It is computed as the loads of the links that
-    /// balance these residuals, so that the sum of the forces on a linkage does not change, however
-    /// inaccurate the solution; bodies without links keep the given loads.
+    /// equation tested with its rigid motions, without the part that the links cannot balance: the
+    /// sum of the forces on a linkage does not change, however inaccurate the solution, and bodies
+    /// without links keep the given loads.
     ///
     /// # Errors
     /// Arrays of the wrong length, [`RigidError::OtherSet`],

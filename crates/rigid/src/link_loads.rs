@@ -18,6 +18,8 @@ pub(crate) struct LinkLoads {
     external: DVector<f64>,
     /// Generalised velocities of bodies with surfaces.
     surface_rows: Vec<usize>,
+    /// Velocities of bodies with surfaces that the links allow, one column per dof.
+    surface_basis: DMatrix<f64>,
     /// Vectors along the links.
     ///
     /// They do not affect the loads, but distinguish drives at different lengths: with
@@ -39,13 +41,16 @@ impl Drive<'_> {
     ) -> Result<(NullSpace, LinkLoads), RigidError> {
         self.check()?;
         let constraints = Constraints::with_symmetry(self, symmetry_planes)?;
-        let Reduction { all, .. } = Reduction::of(self.set, &constraints)?;
+        let Reduction {
+            all, surface_basis, ..
+        } = Reduction::of(self.set, &constraints)?;
         let loads = LinkLoads {
             rows: all.constraint_rows(&constraints),
             independent: all.independent.clone(),
             constraints: constraints.matrix.nrows(),
             external: self.generalised_loads()?,
             surface_rows: self.set.surface_velocities(),
+            surface_basis,
             link_vectors: constraints.link_vectors.clone(),
         };
         Ok((all, loads))
@@ -98,17 +103,13 @@ impl LinkLoads {
     /// [`RigidError::DependentConstraints`] for rows that are linearly dependent to rounding.
     pub(crate) fn balancing(&self, forces: &DVector<f64>) -> Result<DVector<f64>, RigidError> {
         let multipliers = self.multipliers(forces, -&self.external)?;
-        let mut loads = DVector::zeros(self.constraints);
-        for (&row, &load) in self.independent.iter().zip(multipliers.iter()) {
-            loads[row] = load;
-        }
-        Ok(loads)
+        Ok(self.of_independent(&multipliers))
     }
 
     /// Change of the loads for a change of the forces `(F, T)`, and the forces that it balances.
     ///
-    /// The external loads do not change. The forces returned are `C^T λ`, the part of the given
-    /// ones that links can balance.
+    /// The external loads do not change. The forces returned are the part of the given ones that
+    /// does no work on motions that the links allow, `f - S (S^T S)^-1 S^T f`.
     ///
     /// # Errors
     /// Those of [`LinkLoads::balancing`].
@@ -116,14 +117,22 @@ impl LinkLoads {
         &self,
         forces: &DVector<f64>,
     ) -> Result<(DVector<f64>, DVector<f64>), RigidError> {
-        let multipliers = self.multipliers(forces, DVector::zeros(self.external.len()))?;
+        let basis = &self.surface_basis;
+        let gram = (basis.tr_mul(basis))
+            .cholesky()
+            .ok_or(RigidError::DependentConstraints)?;
+        let balanced = forces - basis * gram.solve(&basis.tr_mul(forces));
+        let multipliers = self.multipliers(&balanced, DVector::zeros(self.external.len()))?;
+        Ok((self.of_independent(&multipliers), balanced))
+    }
+
+    /// Loads of all rows from those of the independent ones.
+    fn of_independent(&self, multipliers: &DVector<f64>) -> DVector<f64> {
         let mut loads = DVector::zeros(self.constraints);
-        let mut balanced = DVector::zeros(self.external.len());
-        for (k, &row) in self.independent.iter().enumerate() {
-            loads[row] = multipliers[k];
-            balanced.axpy(multipliers[k], &self.rows.row(k).transpose(), 1.0);
+        for (&row, &load) in self.independent.iter().zip(multipliers.iter()) {
+            loads[row] = load;
         }
-        Ok((loads, balanced.select_rows(&self.surface_rows)))
+        loads
     }
 
     /// Least-squares solution of `C^T λ = forces + others`, gauge rows included.

@@ -8,7 +8,7 @@ use rigid::{Constrained, Drive, FlowSolution, SymmetryPlanes};
 
 use crate::StokesError;
 use crate::adjoint::{AdjointSolutions, DistinctLoads, UnitLoad};
-use crate::cubic::{Correction, Corrections};
+use crate::cubic::Correction;
 
 /// Relative uncertainty of the contribution of one cell, independent of that of other cells.
 ///
@@ -225,9 +225,8 @@ impl Estimator<'_> {
         &self,
         flows: &[FlowSolution],
         preconditioner: &mut BlockTriangular,
-        guesses: &mut (Corrections, AdjointSolutions),
+        adjoints: &mut AdjointSolutions,
     ) -> Result<Vec<Estimate>, StokesError> {
-        let (corrections, adjoints) = guesses;
         let correction = Correction {
             mesh: self.mesh,
             space: self.space,
@@ -235,7 +234,7 @@ impl Estimator<'_> {
             set: self.drive.set,
             system: self.system,
         };
-        let changes = correction.changes(flows, preconditioner, corrections)?;
+        let changes = correction.changes(flows, preconditioner)?;
         let mut unit_loads = DistinctLoads::default();
         let loads_of_flows: Vec<Vec<usize>> = flows
             .iter()

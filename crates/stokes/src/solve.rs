@@ -10,7 +10,6 @@ use rigid::{Drive, FlowSolution, Imposed};
 use crate::StokesError;
 use crate::adjoint::AdjointSolutions;
 use crate::checks::{Checks, checks};
-use crate::cubic::Corrections;
 use crate::estimate::{Estimate, Estimator};
 use crate::linear::{Solutions, solve_system};
 use crate::options::Options;
@@ -38,7 +37,7 @@ pub struct Solution {
 /// Earlier solutions on the same mesh connectivity, from which the next solves start.
 pub struct InitialGuesses {
     flows: WarmStart,
-    estimates: (Corrections, AdjointSolutions),
+    adjoints: AdjointSolutions,
 }
 
 impl InitialGuesses {
@@ -46,7 +45,7 @@ impl InitialGuesses {
     pub fn new(capacity: usize) -> Self {
         Self {
             flows: WarmStart::new(capacity),
-            estimates: Default::default(),
+            adjoints: AdjointSolutions::default(),
         }
     }
 
@@ -55,7 +54,7 @@ impl InitialGuesses {
     /// Required if the degrees of freedom change, or if solutions must not depend on earlier ones.
     pub fn clear(&mut self) {
         self.flows.clear();
-        self.estimates = Default::default();
+        self.adjoints = AdjointSolutions::default();
     }
 }
 
@@ -143,7 +142,7 @@ impl Problem<'_> {
                 None => system.preconditioner()?,
             };
             let estimated =
-                estimator.estimates(&flows, &mut preconditioner, &mut guesses.estimates)?;
+                estimator.estimates(&flows, &mut preconditioner, &mut guesses.adjoints)?;
             for ((entry, estimate), flow) in estimates.iter_mut().zip(estimated).zip(&flows) {
                 *entry = (Some(estimate), Some(checks(self, flow)?));
             }

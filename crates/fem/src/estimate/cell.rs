@@ -64,15 +64,6 @@ impl<'a> CellFlow<'a> {
         })
     }
 
-    /// A cell with zero velocity, for integrals of the bubbles alone.
-    pub fn at_rest(mesh: &'a TetMesh, cell: usize) -> Result<Self, FemError> {
-        Ok(Self {
-            shape: Shape::new(mesh, cell)?,
-            nodes: &mesh.cells()[cell],
-            vertex_gradients: [Matrix3::zeros(); 4],
-        })
-    }
-
     /// Energies `∫ |∇φ_k|^2` of the bubbles of the cell.
     pub fn bubble_energies(&self) -> Result<[f64; PER_CELL], FemError> {
         if let Shape::Affine(affine) = &self.shape {
@@ -161,53 +152,6 @@ impl<'a> CellFlow<'a> {
             measures[q] = map.measure;
         }
         Ok((values, measures))
-    }
-
-    /// `∫ δ ∇φ_k`; `weighted` holds `δ` at the quadrature points times the roots of their measures.
-    pub fn tested_with_bubble_gradients(
-        &self,
-        weighted: &[f64; POINTS],
-    ) -> Result<[Vec3; PER_CELL], FemError> {
-        let mut sums = [Vec3::zeros(); PER_CELL];
-        for (point, delta) in rule().iter().zip(weighted) {
-            let map = self.shape.at(point.at)?;
-            let weight = delta * map.measure.sqrt();
-            for (sum, g) in sums.iter_mut().zip(&point.gradients) {
-                *sum += weight * map.physical(g);
-            }
-        }
-        Ok(sums)
-    }
-
-    /// `-∫ (∇v + δ I) ∇N_a` for the ten nodes and `∫ l_b ∇·v` for the four vertices.
-    ///
-    /// `bubbles` holds the coefficients of `v`; `weighted` is as for
-    /// [`CellFlow::tested_with_bubble_gradients`].
-    pub fn functional(
-        &self,
-        bubbles: &[Vec3; PER_CELL],
-        weighted: &[f64; POINTS],
-    ) -> Result<([Vec3; 10], [f64; 4]), FemError> {
-        let (mut velocity, mut pressure) = ([Vec3::zeros(); 10], [0.0; 4]);
-        for (point, delta) in rule().iter().zip(weighted) {
-            let map = self.shape.at(point.at)?;
-            let mut reference = Matrix3::zeros();
-            for (c, g) in bubbles.iter().zip(&point.gradients) {
-                reference += c * g.transpose();
-            }
-            let gradient = map.gradient(&reference);
-            let divergence = gradient.trace() * map.measure;
-            for (sum, l) in pressure.iter_mut().zip(&point.at.barycentric) {
-                *sum += l * divergence;
-            }
-            let stress =
-                gradient * map.measure + Matrix3::from_diagonal_element(delta * map.measure.sqrt());
-            let pulled = map.pulled_back(&stress);
-            for (sum, g) in velocity.iter_mut().zip(&point.at.gradients) {
-                *sum -= pulled * g;
-            }
-        }
-        Ok((velocity, pressure))
     }
 }
 

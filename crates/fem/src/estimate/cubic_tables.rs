@@ -29,6 +29,41 @@ pub(super) struct Stiffness {
     pub to_nodes: Square,
 }
 
+/// What the element matrices of an affine cell depend on.
+#[derive(Clone, Copy)]
+pub(super) struct AffineCell {
+    /// `J^-1 J^-T det J` by the components [`METRIC`].
+    metric: [f64; 6],
+    /// `J^-T det J`, which maps the components of the reference divergence to velocities.
+    pub pull: Matrix3<f64>,
+    volume: f64,
+}
+
+impl AffineCell {
+    /// Reads the geometry of a cell.
+    pub fn new(cell: &Affine) -> Self {
+        let map = cell.map();
+        let metric = map.metric() * map.measure;
+        Self {
+            metric: METRIC.map(|at| metric[at]),
+            pull: map.inverse_transpose() * map.measure,
+            volume: cell.volume,
+        }
+    }
+
+    /// Diagonals: `∫ |∇φ_k|^2` of the bubbles and `∫ ψ_p^2` of the edge pressures.
+    pub fn diagonals(&self) -> ([f64; PER_CELL], [f64; 6]) {
+        let mut energies = [0.0; PER_CELL];
+        for (table, weight) in reference().stiffness.iter().zip(self.metric) {
+            for (k, energy) in energies.iter_mut().enumerate() {
+                *energy += weight * table.bubbles[k][k];
+            }
+        }
+        // ∫ l_a^2 l_b^2 = 3! 2! 2! / 7! |T|
+        (energies, [self.volume / 210.0; 6])
+    }
+}
+
 impl Stiffness {
     const ZERO: Self = Self {
         bubbles: [[0.0; 10]; 10],
@@ -45,12 +80,9 @@ impl Stiffness {
     }
 
     /// Stiffness of an affine cell from the tables of the reference cell.
-    pub fn affine(cell: &Affine) -> Self {
-        let map = cell.map();
-        let metric = map.metric() * map.measure;
+    pub fn affine(cell: &AffineCell) -> Self {
         let mut sum = Self::ZERO;
-        for (table, (a, b)) in reference().stiffness.iter().zip(METRIC) {
-            let weight = metric[(a, b)];
+        for (table, weight) in reference().stiffness.iter().zip(cell.metric) {
             for (sum, table) in sum.blocks_mut().into_iter().zip(table.blocks()) {
                 add_scaled(sum, weight, table);
             }
@@ -59,12 +91,10 @@ impl Stiffness {
     }
 
     /// The block from bubbles to quadratic functions of an affine cell.
-    pub fn affine_to_nodes(cell: &Affine) -> Square {
-        let map = cell.map();
-        let metric = map.metric() * map.measure;
+    pub fn affine_to_nodes(cell: &AffineCell) -> Square {
         let mut sum = [[0.0; 10]; 10];
-        for (table, (a, b)) in reference().stiffness.iter().zip(METRIC) {
-            add_scaled(&mut sum, metric[(a, b)], &table.to_nodes);
+        for (table, weight) in reference().stiffness.iter().zip(cell.metric) {
+            add_scaled(&mut sum, weight, &table.to_nodes);
         }
         sum
     }
@@ -195,23 +225,9 @@ impl CurvedCell {
         Ok(tables)
     }
 
-    /// The diagonals of [`affine_diagonals`].
+    /// Diagonals: `∫ |∇φ_k|^2` of the bubbles and `∫ ψ_p^2` of the edge pressures.
     pub fn diagonals(&self) -> ([f64; PER_CELL], [f64; 6]) {
         let energies = std::array::from_fn(|k| self.stiffness.bubbles[k][k]);
         (energies, self.masses)
     }
-}
-
-/// Diagonals of an affine cell: `∫ |∇φ_k|^2` of its bubbles and `∫ ψ_p^2` of its edge pressures.
-pub(super) fn affine_diagonals(cell: &Affine) -> ([f64; PER_CELL], [f64; 6]) {
-    let map = cell.map();
-    let metric = map.metric() * map.measure;
-    let mut energies = [0.0; PER_CELL];
-    for (table, (a, b)) in reference().stiffness.iter().zip(METRIC) {
-        for (k, energy) in energies.iter_mut().enumerate() {
-            *energy += metric[(a, b)] * table.bubbles[k][k];
-        }
-    }
-    // ∫ l_a^2 l_b^2 = 3! 2! 2! / 7! |T|
-    (energies, [cell.volume / 210.0; 6])
 }

@@ -5,10 +5,8 @@ mod cell;
 mod cubic;
 mod cubic_tables;
 mod facet_geometry;
-mod functional;
 mod surplus;
 
 pub use cubic::{CubicExtension, CubicProduct};
 pub use facet_geometry::{CurvedBoundary, FacetGeometry};
-pub use functional::ErrorFunctional;
 pub use surplus::{Surplus, SurplusSpace};

@@ -6,9 +6,12 @@ use std::f64::consts::PI;
 
 use crate::support::meshes::{BODY, curved_shell, random_affine};
 use crate::support::stokes::{Flow, solve, solve_rigid};
-use crate::support::{dot, noise_vector};
-use fem::{FemError, Surplus, SurplusSpace, consistent_load, momentum_residual};
-use mesh::{TetMesh, Vec3};
+use crate::support::{dot, noise_field, noise_vector};
+use fem::{
+    CubicExtension, CubicProduct, FemError, Surplus, SurplusSpace, TaylorHood, consistent_load,
+    continuity_residual, momentum_residual,
+};
+use mesh::{TET_EDGES, TetMesh, Vec3};
 
 /// Radius of the ball around the unit sphere.
 const OUTER: f64 = 3.0;
@@ -129,19 +132,174 @@ fn the_estimate_is_a_symmetric_bilinear_form_and_the_sum_of_the_indicators() {
     assert!((cells.iter().sum::<f64>() - energy(&sa, &sb)).abs() < 1e-12 * scale);
 }
 
+/// Unknowns of the extension for a flow of cubic velocities and quadratic pressures.
+fn extension_of(
+    mesh: &TetMesh,
+    bubbles: usize,
+    velocity: impl Fn(&Vec3) -> Vec3,
+    pressure: impl Fn(&Vec3) -> f64,
+) -> Vec<f64> {
+    let n = mesh.n_vertices();
+    let edges = mesh.n_points() - n;
+    let mut extension = vec![0.0; bubbles + edges];
+    let at = |nodes: &[u32], l: &[f64]| -> Vec3 {
+        let terms = nodes.iter().zip(l);
+        terms.map(|(&v, &l)| mesh.points()[v as usize] * l).sum()
+    };
+    let mut faces = std::collections::BTreeSet::new();
+    for cell in mesh.cells() {
+        for (k, [a, b]) in TET_EDGES.into_iter().enumerate() {
+            let (low, high) = (cell[a].min(cell[b]), cell[a].max(cell[b]));
+            let edge = cell[4 + k] as usize - n;
+            // l_a l_b (l_a - l_b) is 3 / 32 where l_a = 3 / 4, and quadratic interpolation there has
+            // the weights 3 / 8, -1 / 8 and 3 / 4.
+            let value = |l: f64| velocity(&at(&[low, high], &[l, 1.0 - l]));
+            let interpolated = 0.375 * value(1.0) - 0.125 * value(0.0) + 0.75 * value(0.5);
+            let coefficient = (value(0.75) - interpolated) * 32.0 / 3.0;
+            extension[3 * edge..3 * edge + 3].copy_from_slice(coefficient.as_slice());
+            let value = |l: f64| pressure(&at(&[low, high], &[l, 1.0 - l]));
+            let linear = 0.5 * (value(0.0) + value(1.0));
+            extension[bubbles + edge] = 4.0 * (value(0.5) - linear);
+        }
+        for opposite in 0..4 {
+            let mut face: Vec<u32> = (0..4).filter(|&v| v != opposite).map(|v| cell[v]).collect();
+            face.sort_unstable();
+            faces.insert(face);
+        }
+    }
+    // Faces are numbered after the edges, by their sorted vertices.
+    for (number, face) in faces.iter().enumerate() {
+        let value = |l: [f64; 3]| velocity(&at(face, &l));
+        let third = 1.0 / 3.0;
+        // Quadratic interpolation at the centroid; the bubbles of edges are zero there, and that of
+        // the face is 1 / 27.
+        let corners = value([1.0, 0.0, 0.0]) + value([0.0, 1.0, 0.0]) + value([0.0, 0.0, 1.0]);
+        let middles = value([0.5, 0.5, 0.0]) + value([0.5, 0.0, 0.5]) + value([0.0, 0.5, 0.5]);
+        let interpolated = -third * third * corners + 4.0 * third * third * middles;
+        let coefficient = 27.0 * (value([third; 3]) - interpolated);
+        let first = 3 * (edges + number);
+        extension[first..first + 3].copy_from_slice(coefficient.as_slice());
+    }
+    extension
+}
+
 #[test]
-fn the_functional_of_a_surplus_equals_the_estimate_for_every_other_flow() {
-    let mesh = curved_shell(3, OUTER);
-    let [a, b] = two_flows(&mesh);
+fn a_flow_of_cubic_velocities_and_quadratic_pressures_satisfies_the_extended_equations() {
+    // From the stream function x^3 y + x y^3, whose Laplacian 12 x y is harmonic.
+    let velocity = |x: &Vec3| {
+        Vec3::new(
+            x.x.powi(3) + 3.0 * x.x * x.y * x.y,
+            -3.0 * x.x * x.x * x.y - x.y.powi(3),
+            0.0,
+        )
+    };
+    let pressure = |x: &Vec3| 6.0 * (x.x * x.x - x.y * x.y);
+    let mesh = random_affine(2, 7);
     let space = SurplusSpace::new(&mesh).unwrap();
-    let [sa, sb] = surpluses(&mesh, [&a, &b]);
-    let functional = space.functional(&mesh, &sa).unwrap();
-    for (flow, surplus) in [(&a, &sa), (&b, &sb)] {
-        let velocities = functional.velocity.iter().zip(&flow.velocity);
-        let by_velocity: f64 = velocities.map(|(f, u)| f.dot(u)).sum();
-        let by_functional = by_velocity + dot(&functional.pressure, &flow.pressure);
-        let scale = (sa.energy(&sa).unwrap() * surplus.energy(surplus).unwrap()).sqrt();
-        assert!((by_functional - sa.energy(surplus).unwrap()).abs() < 1e-10 * scale);
+    let cubic = CubicExtension::new(&space, &mesh).unwrap();
+    let extension = extension_of(&mesh, cubic.first_pressure(), velocity, pressure);
+    assert_eq!(extension.len(), cubic.len());
+    let u: Vec<Vec3> = mesh.points().iter().map(velocity).collect();
+    let vertices = &mesh.points()[..mesh.n_vertices()];
+    let p: Vec<f64> = vertices.iter().map(pressure).collect();
+    let product = cubic.product(&u, &p, &extension).unwrap();
+    let size = velocity(&Vec3::repeat(3.0)).norm();
+    let largest = product
+        .extension
+        .iter()
+        .fold(0.0_f64, |m, r| m.max(r.abs()));
+    assert!(largest < 1e-10 * size, "{largest:e}");
+    // With the block of the Taylor-Hood elements the other rows vanish in the interior.
+    let space = TaylorHood::new(&mesh).unwrap();
+    let (k, b) = (
+        space.stiffness(&mesh).unwrap(),
+        space.divergence(&mesh).unwrap(),
+    );
+    let momentum = momentum_residual(&k, &b, &u, &p).unwrap();
+    let mut is_inside = vec![true; mesh.n_points()];
+    for facet in mesh.facets() {
+        facet
+            .nodes
+            .iter()
+            .for_each(|&node| is_inside[node as usize] = false);
+    }
+    for node in (0..mesh.n_points()).filter(|&node| is_inside[node]) {
+        let residual = momentum[node] + product.velocity[node];
+        assert!(residual.norm() < 1e-10 * size, "{residual}");
+    }
+    let continuity = continuity_residual(&b, &u).unwrap();
+    for (own, cubic) in continuity.iter().zip(&product.pressure) {
+        assert!((own + cubic).abs() < 1e-10 * size);
+    }
+}
+
+#[test]
+fn the_extended_matrix_is_symmetric_and_its_parts_are_those_of_the_whole_product() {
+    // Affine and curved cells.
+    let mesh = curved_shell(3, OUTER);
+    let space = SurplusSpace::new(&mesh).unwrap();
+    let cubic = CubicExtension::new(&space, &mesh).unwrap();
+    let random = |seed: u64| {
+        let mut extension = noise_vector(seed + 2, cubic.len());
+        // Bubbles on the boundary are no unknowns.
+        let free = cubic.product(
+            &vec![Vec3::zeros(); mesh.n_points()],
+            &vec![0.0; mesh.n_vertices()],
+            &extension,
+        );
+        for (value, row) in extension.iter_mut().zip(free.unwrap().extension) {
+            *value = if row == 0.0 { 0.0 } else { *value };
+        }
+        (
+            noise_field(seed, mesh.n_points()),
+            noise_vector(seed + 1, mesh.n_vertices()),
+            extension,
+        )
+    };
+    let (a, b) = (random(3), random(11));
+    let [of_a, of_b] = [&a, &b].map(|(u, p, e)| cubic.product(u, p, e).unwrap());
+    let form = |(u, p, e): &(Vec<Vec3>, Vec<f64>, Vec<f64>), of: &CubicProduct| {
+        let velocities: f64 = u.iter().zip(&of.velocity).map(|(u, r)| u.dot(r)).sum();
+        velocities + dot(p, &of.pressure) + dot(e, &of.extension)
+    };
+    let (ab, ba) = (form(&a, &of_b), form(&b, &of_a));
+    let scale = form(&a, &of_a).abs() + form(&b, &of_b).abs();
+    assert!((ab - ba).abs() < 1e-12 * scale, "{ab} {ba}");
+
+    let at_rest = vec![Vec3::zeros(); mesh.n_points()];
+    let whole = cubic
+        .product(&at_rest, &vec![0.0; mesh.n_vertices()], &a.2)
+        .unwrap();
+    let coarse = cubic.coarse_rows(&a.2).unwrap();
+    for (one, other) in coarse.velocity.iter().zip(&whole.velocity) {
+        assert!((one - other).norm() < 1e-12 * scale);
+    }
+    assert_eq!(coarse.pressure, whole.pressure);
+    let pressures: Vec<f64> = (0..cubic.len())
+        .map(|k| {
+            if k < cubic.first_pressure() {
+                0.0
+            } else {
+                a.2[k]
+            }
+        })
+        .collect();
+    let whole = cubic
+        .product(&at_rest, &vec![0.0; mesh.n_vertices()], &pressures)
+        .unwrap();
+    let gradient = cubic.gradient(&pressures).unwrap();
+    let bubbles = ..cubic.first_pressure();
+    assert_eq!(gradient.extension[bubbles], whole.extension[bubbles]);
+    // The diagonal is that of the product with unit vectors.
+    for k in [0, cubic.first_pressure() / 2, cubic.first_pressure() - 1] {
+        let mut unit = vec![0.0; cubic.len()];
+        unit[k] = 1.0;
+        let row = cubic
+            .product(&at_rest, &vec![0.0; mesh.n_vertices()], &unit)
+            .unwrap()
+            .extension[k];
+        let is_free = row != 0.0;
+        assert!(!is_free || (row / cubic.diagonal()[k] - 1.0).abs() < 1e-12);
     }
 }
 
@@ -157,8 +315,11 @@ fn estimates_are_the_same_for_any_number_of_threads() {
         pool.install(|| {
             let [s] = surpluses(&mesh, [&flow]);
             let energy = s.energy(&s).unwrap();
-            let functional = SurplusSpace::new(&mesh).unwrap().functional(&mesh, &s);
-            (s, energy, functional.unwrap())
+            let space = SurplusSpace::new(&mesh).unwrap();
+            let cubic = CubicExtension::new(&space, &mesh).unwrap();
+            let extension = noise_vector(5, cubic.len());
+            let product = cubic.product(&flow.velocity, &flow.pressure, &extension);
+            (s, energy, product.unwrap())
         })
     });
     assert_eq!(one, three);

@@ -3,36 +3,39 @@
 use mesh::{TET_EDGES, TetMesh};
 use nalgebra::Vector3;
 
-/// Power of the element size with which the error indicator of a cell decreases.
+/// Power of the element size with which the energy of the error of a cell decreases.
 ///
 /// Four for the energy of quadratic elements, and three for the volume of the cell.
-const ORDER: f64 = 7.0;
+const QUADRATIC_ORDER: f64 = 7.0;
+
+/// Power of the element size with which the error of a cell decreases after the correction, which
+/// is that of cubic elements: six for their energy, and three for the volume of the cell.
+const ORDER: f64 = 9.0;
 
 /// Bounds on the change of sizes in one step: indicators on coarse meshes are inaccurate.
 const SIZE_FACTOR_BOUNDS: [f64; 2] = [0.35, 2.0];
 
 /// Error that sizes are chosen for, relative to the allowed error.
 ///
-/// Generated edges are about a sixth longer than requested. Once the sizes no longer change, the
-/// error is 1.8 times this value (spheres in a ball, targets of 1e-3 and 1e-4), hence 0.8 of the
-/// allowed error.
-const TARGET: f64 = 0.45;
+/// Generated edges are about a sixth longer than requested, which increases the error by
+/// `(7 / 6)^6 = 2.5`: it will be 0.8 of the allowed error.
+const TARGET: f64 = 0.32;
 
 /// Positions and edge lengths for an adapted mesh, one per cell.
 ///
 /// The indicators `η_c` are relative to the allowed error, so that their sum is to become one. Of
 /// all meshes with the same number of cells, the one with equal indicators has the smallest error.
-/// With `η_c ~ h_c^7`, the new sizes are
+/// With `η_c ~ h_c^9`, the new sizes are
 ///
 /// ```text
-/// h_c (η / η_c)^(1/7),   η = (1 / sum_c η_c^(3/7))^(7/4)
+/// h_c (η / η_c)^(1/9),   η = (1 / sum_c η_c^(3/9))^(9/6)
 /// ```
 ///
-/// This `η` makes the sum one, because a cell is replaced by `(η_c / η)^(3/7)` cells.
+/// This `η` makes the sum one, because a cell is replaced by `(η_c / η)^(3/9)` cells.
 pub fn adapted_sizes(mesh: &TetMesh, indicators: &[f64]) -> Vec<(Vector3<f64>, f64)> {
     let indicators = smoothed(mesh, indicators);
     let sum: f64 = indicators.iter().map(|s| s.powf(3.0 / ORDER)).sum();
-    let equal = (TARGET / sum).powf(ORDER / 4.0);
+    let equal = (TARGET / sum).powf(ORDER / (ORDER - 3.0));
     let [min_factor, max_factor] = SIZE_FACTOR_BOUNDS;
     mesh.cells()
         .iter()
@@ -47,6 +50,20 @@ pub fn adapted_sizes(mesh: &TetMesh, indicators: &[f64]) -> Vec<(Vector3<f64>, f
             (centre, size * factor.clamp(min_factor, max_factor))
         })
         .collect()
+}
+
+/// Distributes an error over the cells, from indicators of the energy of quadratic elements.
+///
+/// The error remains after the correction; where quadratic elements have `η_c ~ h_c^7`, it is
+/// proportional to `η_c^(9/7)`.
+pub fn distributed(error: f64, indicators: &[f64]) -> Vec<f64> {
+    let powers = indicators
+        .iter()
+        .map(|indicator| indicator.abs().powf(ORDER / QUADRATIC_ORDER));
+    let powers: Vec<f64> = powers.collect();
+    let sum: f64 = powers.iter().sum();
+    let factor = if sum > 0.0 { error / sum } else { 0.0 };
+    powers.into_iter().map(|power| factor * power).collect()
 }
 
 /// Absolute indicators averaged over neighbours, since single cells may have small ones by chance.
@@ -80,9 +97,9 @@ mod tests {
     fn equal_indicators_on_equal_cells_scale_all_sizes_by_one_factor() {
         let mesh = TetMesh::straight(LinearTets::cube(3)).unwrap();
         let cells = mesh.n_cells();
-        // The error is twice the allowed one: sizes decrease by the fourth root of TARGET / 2.
+        // The error is twice the allowed one: sizes decrease by the sixth root of TARGET / 2.
         let indicators = vec![2.0 / cells as f64; cells];
-        let factor = (TARGET / 2.0_f64).powf(0.25);
+        let factor = (TARGET / 2.0_f64).powf(1.0 / 6.0);
         for ((_, adapted), nodes) in adapted_sizes(&mesh, &indicators).iter().zip(mesh.cells()) {
             let at = |k: usize| mesh.points()[nodes[k] as usize];
             let size: f64 = TET_EDGES

@@ -14,14 +14,15 @@ mod scene_solution;
 use std::time::Instant as Clock;
 
 use mesh::TetMesh;
-use nalgebra::{DMatrix, Isometry3};
+use nalgebra::{DMatrix, Isometry3, Vector3};
 use rigid::{Constrained, Constraints, Drive, FlowSolution, Formulation};
 use scene::{EstimatesKind, FemOptions, Scene};
 use stokes::{Dofs, Estimate, InitialGuesses, Problem, Solution};
 
+use self::far_field::total_force;
 use self::meshes::{Meshes, PlacedMesh};
 use self::options::options;
-use self::scene_solution::{add_far_field, to_scene};
+use self::scene_solution::{shift, to_scene};
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
 use crate::mesh_error::{MeshError, Uncertainty};
@@ -166,15 +167,13 @@ impl FemModel {
             return Ok(false);
         };
         let indicators = estimate.indicators(space, &last.mesh)?;
-        // Each error is distributed over the cells in proportion to its indicators.
         let mut of_cells = vec![0.0; last.mesh.n_cells()];
         for (indicators, error) in indicators.iter().zip(errors) {
-            let sum: f64 = indicators.iter().map(|indicator| indicator.abs()).sum();
-            if sum > 0.0 {
-                for (cell, indicator) in of_cells.iter_mut().zip(indicators) {
-                    *cell += error / allowed * indicator.abs() / sum;
-                }
-            }
+            let shares = adapt::distributed(error / allowed, indicators);
+            of_cells
+                .iter_mut()
+                .zip(shares)
+                .for_each(|(cell, share)| *cell += share);
         }
         let sizes = adapt::adapted_sizes(&last.mesh, &of_cells);
         self.meshes.adapt(&last.poses, sizes)
@@ -241,17 +240,29 @@ impl FemModel {
                 let surfaced = self.meshes.surfaced_bodies();
                 to_scene(&self.scaled, surfaced, solved, flow, container_error)
             };
-            let add_far_field = |flow: &mut FlowSolution| {
-                if let Some(far) = self.meshes.far_field() {
-                    add_far_field(&self.scaled, far, flow);
-                }
+            let far_field = |flow: &FlowSolution| {
+                let far = self.meshes.far_field();
+                far.map_or_else(Vector3::zeros, |far| {
+                    far.velocity_correction(total_force(flow))
+                })
             };
             let mut corrected = solved.flow.clone();
-            add_far_field(&mut solved.flow);
+            let mut velocity = far_field(&solved.flow);
+            shift(&self.scaled.set, velocity, &mut solved.flow);
             let mut solution = to_scene(&solved, &solved.flow)?;
             if let Some(estimate) = &solved.estimate {
                 corrected.add(&estimate.change)?;
-                add_far_field(&mut corrected);
+                let after = far_field(&corrected);
+                if has_fixed {
+                    // Fixed bodies move with the velocity before in the frame of the solve. That of
+                    // the others changes by a part of the difference.
+                    let change = self.scaled.scale.speed_to_scene((after - velocity).norm());
+                    let bar = &mut solution.error_estimate.container;
+                    *bar = Some(bar.unwrap_or(0.0) + change);
+                } else {
+                    velocity = after;
+                }
+                shift(&self.scaled.set, velocity, &mut corrected);
                 let other = to_scene(&solved, &corrected)?;
                 let bars = Uncertainty {
                     relative: estimate.relative_uncertainty,
@@ -315,16 +326,21 @@ impl Hydrodynamics for FemModel {
 
     fn resistance(&mut self, configuration: Configuration<'_>) -> Result<DMatrix<f64>, ModelError> {
         let (PlacedMesh { mesh, .. }, poses) = self.placed_mesh(configuration)?;
-        let rtol = self.options.rtol;
+        let (rtol, corrected) = (
+            self.options.rtol,
+            self.options.estimates == EstimatesKind::On,
+        );
+        let condensed = |problem: Problem| match corrected {
+            true => problem.corrected_resistance(rtol),
+            false => problem.resistance(rtol),
+        };
         let grand = if mesh.symmetry_planes() == [false; 3] {
             let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-            self.problem(&mesh, &poses)?
-                .with_space(space)
-                .resistance(rtol)?
+            condensed(self.problem(&mesh, &poses)?.with_space(space))?
         } else {
             // A mesh that ends at symmetry planes admits only symmetric motions of the bodies.
             let mesh = mesh.unfolded()?.mesh;
-            self.problem(&mesh, &poses)?.resistance(rtol)?
+            condensed(self.problem(&mesh, &poses)?)?
         };
         let resistance = match self.meshes.far_field() {
             Some(far) => far.corrected(grand.resistance)?,

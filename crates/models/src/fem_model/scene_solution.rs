@@ -1,10 +1,9 @@
 //! Finite-element solutions in the scene's units.
 
 use nalgebra::Vector3;
-use rigid::FlowSolution;
+use rigid::{Articulation, FlowSolution};
 use stokes::Solution;
 
-use super::far_field::{FarField, total_force};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::scaled_scene::ScaledScene;
@@ -62,10 +61,8 @@ pub fn to_scene(
     })
 }
 
-/// Adds the correction for unbounded fluid to all velocities of a flow.
-pub fn add_far_field(scaled: &ScaledScene, far: FarField, flow: &mut FlowSolution) {
-    let set = &scaled.set;
-    let correction = far.velocity_correction(total_force(flow));
+/// Adds a velocity to that of all bodies and of the fluid, which changes no force.
+pub fn shift(set: &Articulation, correction: Vector3<f64>, flow: &mut FlowSolution) {
     flow.velocity.iter_mut().for_each(|u| *u += correction);
     let layout = set.velocity_layout();
     for body in 0..set.kinds().len() {

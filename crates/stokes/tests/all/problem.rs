@@ -85,8 +85,14 @@ fn velocity_of_a_dragged_sphere_is_force_times_mobility() {
         assert!((other.flow.bodies[0] / solution.flow.bodies[0] - 1.0).abs() < 1e-8);
         let estimate = other.estimate.unwrap();
         // The computed velocity is too small, because finite elements are too stiff.
-        let error = estimate.frames[0].linear.x;
-        assert!(error < 0.0 && error.abs() < 0.05 * solution.flow.bodies[0]);
+        let change = estimate.change.state.frames[0].linear.x;
+        assert!(0.0 < change && change < 0.05 * solution.flow.bodies[0]);
+        assert!(estimate.uncertainty < change && estimate.relative_uncertainty < 1.0);
+        // The load is given.
+        assert_eq!(estimate.change.forces.amax(), 0.0);
+        let mut corrected = other.flow.clone();
+        corrected.add(&estimate.change).unwrap();
+        assert_eq!(corrected.bodies[0], other.flow.bodies[0] + change);
         assert!(other.checks.unwrap().dissipation.abs() < 0.1);
     }
 }

@@ -26,12 +26,20 @@ fn domain(radius: f64, size: f64) -> String {
     )
 }
 
-/// Asserts that an error bar is between 0.7 and 1.4 times the true error.
-fn assert_effective(quantity: &str, error: f64, bar: f64) {
-    let effectivity = bar / error.abs();
+/// Asserts that an error is within its bar, and smaller than `uncorrected` by at least `gain`.
+///
+/// Cubic elements miss 9 relative errors of the energy of a correction, at most 5 percent with edges
+/// of half a radius, and the iteration leaves 2 percent: hence a gain of ten on curved elements. The
+/// geometry of straight facets is corrected to first order only: hence a gain of three.
+fn assert_corrected(quantity: &str, error: f64, bar: f64, uncorrected: f64, gain: f64) {
     assert!(
-        (0.7..1.4).contains(&effectivity),
-        "{quantity}: error {error:.3e}, bar {bar:.3e}"
+        error.abs() <= bar && gain * error.abs() <= uncorrected.abs(),
+        "{quantity}: error {error:.3e}, bar {bar:.3e}, uncorrected {uncorrected:.3e}"
+    );
+    // It says something.
+    assert!(
+        bar <= uncorrected.abs(),
+        "{quantity}: bar {bar:.3e} {uncorrected:.3e}"
     );
 }
 
@@ -48,28 +56,26 @@ fn bars_of_a_sphere_with_force_and_torque_are_its_errors() {
             domain(radius, size) + &sphere("s", 0.0, "force = [1, 0, 0]\ntorque = [0, 0, 1]");
         let instant = solve(&scene(&text));
         let error = instant.mesh_error.as_ref().unwrap();
-        let (body, frame) = (&instant.bodies[0], error.frames[0]);
-        assert_effective(
-            "speed",
-            body.velocity.x - speed,
-            instant.error_estimate.mesh.unwrap(),
-        );
-        assert_effective("spin", body.angular_velocity.z - spin, frame.angular.norm());
-        // Corrected values have less than a quarter of the error.
-        let corrected = body.velocity - error.bodies[0];
-        assert!((corrected.x - speed).abs() < 0.25 * (body.velocity.x - speed).abs());
+        let (body, before) = (&instant.bodies[0], &instant.uncorrected().bodies[0]);
+        let errors = [body, before].map(|body| body.velocity.x - speed);
+        let bar = instant.error_estimate.mesh.unwrap();
+        assert_corrected("speed", errors[0], bar, errors[1], 10.0);
+        let errors = [body, before].map(|body| body.angular_velocity.z - spin);
+        let bar = error.uncertainty.relative * error.bodies[0].angular_velocity.norm();
+        assert_corrected("spin", errors[0], bar, errors[1], 10.0);
         // Prescribed loads have no error.
-        assert_eq!(error.force(), 0.0);
+        assert_eq!(error.force_error_bar(), 0.0);
     }
 }
 
-/// Relative error of the force between two approaching spheres, and its error bar.
-fn approach(distance: f64, size: f64, exact: f64) -> [f64; 2] {
+/// Relative error of the force between two approaching spheres, its error bar, and its relative
+/// error before the correction.
+fn approach(distance: f64, size: f64, exact: f64) -> [f64; 3] {
     approach_by("", distance, size, exact)
 }
 
 /// As [`approach`], with further settings of the scene.
-fn approach_by(more: &str, distance: f64, size: f64, exact: f64) -> [f64; 2] {
+fn approach_by(more: &str, distance: f64, size: f64, exact: f64) -> [f64; 3] {
     let links = format!(
         "[[links]]\nname = \"link\"\nbody = \"b\"\nto = \"a\"\n\
          [[gait.phases]]\nlink = \"link\"\nlength = {:?}\n",
@@ -78,21 +84,23 @@ fn approach_by(more: &str, distance: f64, size: f64, exact: f64) -> [f64; 2] {
     // In a ball of 100 radii the wall changes the force by less than (s / 100)^3.
     let spheres = sphere("a", -0.5 * distance, "") + &sphere("b", 0.5 * distance, "");
     let instant = solve(&scene(&(domain(100.0, size) + more + &spheres + &links)));
+    let error = |instant: &InstantaneousSolution| {
+        let [a, b] = [0, 1].map(|k| &instant.bodies[k]);
+        let force = 0.5 * (a.force.x - b.force.x);
+        force / (exact * 6.0 * PI * 0.5 * (a.velocity.x - b.velocity.x)) - 1.0
+    };
     let [a, b] = [0, 1].map(|k| &instant.bodies[k]);
-    let force = 0.5 * (a.force.x - b.force.x);
-    let exact = exact * 6.0 * PI * 0.5 * (a.velocity.x - b.velocity.x);
-    [
-        force / exact - 1.0,
-        instant.mesh_error.unwrap().force() / exact,
-    ]
+    let scale = exact * 6.0 * PI * 0.5 * (a.velocity.x - b.velocity.x).abs();
+    let bar = instant.mesh_error.as_ref().unwrap().force_error_bar() / scale;
+    [error(&instant), bar, error(&instant.uncorrected())]
 }
 
 #[test]
 fn bars_of_forces_between_approaching_spheres_are_their_errors() {
     // Stimson & Jeffery 1926, Maude 1961: force over 6 pi U.
     for (distance, exact) in [(3.0, 2.0386546439229005), (2.5, 2.772418679559134)] {
-        let [error, bar] = approach(distance, 0.5, exact);
-        assert_effective(&format!("s = {distance}"), error, bar);
+        let [error, bar, before] = approach(distance, 0.5, exact);
+        assert_corrected(&format!("s = {distance}"), error, bar, before, 10.0);
     }
 }
 
@@ -100,8 +108,8 @@ fn bars_of_forces_between_approaching_spheres_are_their_errors() {
 #[ignore = "10 s: 174 thousand degrees of freedom"]
 fn bars_hold_in_a_gap_of_a_twentieth_radius() {
     for (distance, exact) in [(2.1, 7.413297606556761), (2.05, 12.71128816977892)] {
-        let [error, bar] = approach(distance, 0.5, exact);
-        assert_effective(&format!("s = {distance}"), error, bar);
+        let [error, bar, before] = approach(distance, 0.5, exact);
+        assert_corrected(&format!("s = {distance}"), error, bar, before, 10.0);
     }
 }
 
@@ -135,17 +143,17 @@ fn bars_of_a_swimming_speed_hold_and_are_smaller_than_those_of_drag() {
     for (size, more) in [(0.5, "fem.mirror = \"off\"\n"), (0.4, "")] {
         let instant = solve(&swimmer(size, more));
         let rate = 4.0;
-        let error = instant.mesh_error.as_ref().unwrap();
-        let difference = instant.bodies[1].velocity.x - rate * speed;
+        let before = instant.uncorrected();
+        let errors = [&instant, &before].map(|i| i.bodies[1].velocity.x - rate * speed);
         let bar = instant.error_estimate.mesh.unwrap();
-        assert_effective("speed", difference, bar);
-        // The signed estimate is accurate enough for a correction.
-        assert!((difference - error.bodies[1].x).abs() < 0.25 * difference.abs());
-        let difference = instant.bodies[0].force.x - rate * force;
-        assert_effective("force", difference, error.force());
+        assert_corrected("speed", errors[0], bar, errors[1], 5.0);
+        let of_force = instant.mesh_error.as_ref().unwrap().force_error_bar();
+        let of_speed = errors[1].abs() / speed.abs();
+        let errors = [&instant, &before].map(|i| i.bodies[0].force.x - rate * force);
+        assert_corrected("force", errors[0], of_force, errors[1], 10.0);
         // Relative errors of forces are a hundred times those of speeds, in which the common errors
         // of equal spheres cancel.
-        assert!(difference / (rate * force) > 10.0 * bar / (rate * speed.abs()));
+        assert!(errors[1].abs() / force > 10.0 * of_speed);
     }
 }
 
@@ -155,12 +163,15 @@ fn estimates_do_not_depend_on_the_formulation() {
         let more = format!("fem.formulation = \"{formulation}\"\n");
         solve(&swimmer(0.7, &more)).mesh_error.unwrap()
     });
-    // The systems of the estimates are solved to a relative residual of 1e-3.
+    // The iterations of the corrections stop two percent from their limits.
     for other in [two, three] {
-        let scale = one.bodies[1].norm() + one.uncertainty;
-        assert!((one.bodies[1] - other.bodies[1]).norm() < 0.05 * scale);
-        assert_relative_eq!(one.uncertainty, other.uncertainty, max_relative = 0.05);
-        assert_relative_eq!(one.force(), other.force(), max_relative = 1e-6);
+        let difference = (one.bodies[1].velocity - other.bodies[1].velocity).norm();
+        let scale = one.bodies[1].velocity.norm() + one.uncertainty.velocity;
+        assert!(difference < 0.05 * scale);
+        let [a, b] = [&one, &other].map(|error| error.uncertainty.velocity);
+        assert_relative_eq!(a, b, max_relative = 0.05);
+        let [a, b] = [&one, &other].map(|error| error.bodies[0].force.x);
+        assert_relative_eq!(a, b, max_relative = 0.04);
     }
 }
 
@@ -204,15 +215,10 @@ fn the_bar_of_the_net_displacement_contains_the_exact_one() {
     let scene = swimmer(0.6, "");
     let mut model = FemModel::new(&scene).unwrap();
     let outcome = simulate(&scene, &mut model, Method::Collocation, &mut ()).unwrap();
-    let difference = (outcome.displacement[1] - exact).norm();
-    let bar = outcome.error_estimate.total();
-    assert!(
-        difference < bar && bar < 3.0 * difference,
-        "{difference:.3e} {bar:.3e}"
-    );
-    // The signed correction at least halves the error.
-    let corrected = outcome.displacement[1] - outcome.mesh_error.unwrap()[1];
-    assert!((corrected - exact).norm() < 0.5 * difference);
+    let removed = outcome.mesh_error.as_ref().unwrap()[1];
+    let error = (outcome.displacement[1] - exact).norm();
+    let before = (outcome.displacement[1] + removed - exact).norm();
+    assert_corrected("net", error, outcome.error_estimate.total(), before, 5.0);
     // The sum of the error bars of the legs is larger than that of the signed errors.
     let legs: f64 = outcome
         .legs
@@ -237,20 +243,22 @@ fn bars_of_straight_elements_include_the_facet_geometry_error() {
             &(domain(radius, size) + straight + &sphere("s", 0.0, loads)),
         ));
         let error = instant.mesh_error.as_ref().unwrap();
-        let (body, frame) = (&instant.bodies[0], error.frames[0]);
-        let difference = body.velocity.x - speed;
-        assert_effective("speed", difference, instant.error_estimate.mesh.unwrap());
-        assert!((difference - error.bodies[0].x).abs() < 0.25 * difference);
-        let difference = body.angular_velocity.z - spin;
-        assert_effective("spin", difference, frame.angular.norm());
-        assert!((difference - frame.angular.z).abs() < 0.25 * difference);
+        let (body, before) = (&instant.bodies[0], &instant.uncorrected().bodies[0]);
+        let errors = [body, before].map(|body| body.velocity.x - speed);
+        let bar = instant.error_estimate.mesh.unwrap();
+        assert_corrected("speed", errors[0], bar, errors[1], 3.0);
+        let errors = [body, before].map(|body| body.angular_velocity.z - spin);
+        let bar = error.uncertainty.relative * error.bodies[0].angular_velocity.norm();
+        assert_corrected("spin", errors[0], bar, errors[1], 3.0);
     }
     // In a gap, which straight facets widen, the error of the force is five times that of a lone
     // sphere.
-    let [error, bar] = approach_by(straight, 2.5, 0.3, 2.772418679559134);
-    assert_effective("force in a gap", error, bar);
+    let [error, bar, before] = approach_by(straight, 2.5, 0.3, 2.772418679559134);
+    assert_corrected("force in a gap", error, bar, before, 3.0);
     // The speed of a swimmer, in which most of the error cancels.
     let instant = solve(&swimmer(0.3, straight));
-    let difference = instant.bodies[1].velocity.x + 4.0 * 0.3428979021151601;
-    assert_effective("swimmer", difference, instant.error_estimate.mesh.unwrap());
+    let before = instant.uncorrected();
+    let errors = [&instant, &before].map(|i| i.bodies[1].velocity.x + 4.0 * 0.3428979021151601);
+    let bar = instant.error_estimate.mesh.unwrap();
+    assert_corrected("swimmer", errors[0], bar, errors[1], 3.0);
 }

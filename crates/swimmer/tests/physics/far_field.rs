@@ -26,13 +26,9 @@ fn a_pulled_sphere_has_the_drag_of_stokes() {
     let instant = solve(&scene);
     let speed = instant.bodies[0].velocity.x;
     let error = 6.0 * PI * speed - 1.0;
-    // Minus the estimated discretisation error: the effect of the ball, 5/2 / 60^3, is below 2e-5,
-    // and so is an eighth of the discretisation error.
-    let corrected = 6.0 * PI * (speed - instant.mesh_error.as_ref().unwrap().bodies[0].x) - 1.0;
-    assert!(
-        error.abs() < 5e-4 && corrected.abs() < 1e-4,
-        "{error:e} {corrected:e}"
-    );
+    // The effect of the ball, 5/2 / 60^3, is below 2e-5.
+    let bar = 6.0 * PI * instant.error_estimate.total();
+    assert!(error.abs() < 5e-4 && error.abs() < bar, "{error:e} {bar:e}");
     assert!(instant.error_estimate.container.unwrap() < 2e-5 * speed);
     assert!(instant.dofs.total < 100_000, "{}", instant.dofs.total);
 }
@@ -54,12 +50,12 @@ fn two_spheres_fall_together_as_in_unbounded_fluid() {
 fn the_resistance_is_that_of_unbounded_fluid() {
     let scene = spheres(&[0.0], "fem.size_factor = 1.5");
     let mut model = FemModel::new(&scene).unwrap();
-    let moving = solve_start(&scene, &mut model).unwrap().bodies[0]
-        .velocity
-        .x;
+    let moving = solve_start(&scene, &mut model).unwrap();
     let resistance = start_resistance(&scene, &mut model).unwrap();
-    // A unit force gives the same velocity as the solve, to the tolerance of the solver.
-    assert_relative_eq!(1.0 / resistance[(0, 0)], moving, max_relative = 1e-6);
+    // A unit force gives the same velocity as the solve, to the accuracy of the corrections.
+    let off = (1.0 / resistance[(0, 0)] - moving.bodies[0].velocity.x).abs();
+    let correction = moving.mesh_error.unwrap().bodies[0].velocity.x.abs();
+    assert!(off < 0.02 * correction, "{off:e} {correction:e}");
     // The far field of a torque is negligible: 8 pi, up to the discretisation error.
     assert_relative_eq!(resistance[(3, 3)], 8.0 * PI, max_relative = 2e-2);
     assert_eq!(model.name(), "fem");

@@ -4,7 +4,9 @@
 use approx::assert_relative_eq;
 use nalgebra::DVector;
 use swimmer::choose;
-use swimmer::models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution};
+use swimmer::models::{
+    BodySolution, Configuration, FemModel, Hydrodynamics, InstantaneousSolution,
+};
 use swimmer::{Method, Scene, simulate, solve_start, start_resistance};
 
 /// Three spheres on a line, arms unequal, the left one changing.
@@ -100,6 +102,8 @@ fn the_solution_is_that_on_the_reflected_mesh() {
             text = text.replace(&body, &format!("{body}, surface = \"{name}\""));
         }
         let (_, whole) = solve(&scene(&text, &settings[2..]));
+        let answers = [&part, &whole].map(|i| i.mesh_error.clone().unwrap());
+        let (part, whole) = (part.uncorrected(), whole.uncorrected());
         let (u, v) = (velocities(&part), velocities(&whole));
         for (u, v) in u.iter().zip(&v) {
             assert!(
@@ -124,17 +128,25 @@ fn the_solution_is_that_on_the_reflected_mesh() {
                 .fold(0.0, f64::max);
             assert!((own - all).norm() <= 1e-6 * size, "{own} for {all}");
         }
-        // So are the error estimates, whose systems are solved to a relative residual of 1e-3.
-        let errors = [&part, &whole].map(|i| i.mesh_error.clone().unwrap());
-        assert_relative_eq!(errors[0].force(), errors[1].force(), max_relative = 1e-4);
-        assert_relative_eq!(
-            errors[0].uncertainty,
-            errors[1].uncertainty,
-            max_relative = 2e-2
+        // So are the corrections, up to the two percent that their iteration leaves; the file does
+        // not tell that its wall is a ball, so that facets there are not corrected.
+        let [own, all] = answers;
+        let [of_velocity, of_force] = [|b: &BodySolution| b.velocity, |b: &BodySolution| b.force]
+            .map(|of| {
+                let difference = |(own, all)| (of(own) - of(all)).norm();
+                let pairs = own.bodies.iter().zip(&all.bodies);
+                let size = all.bodies.iter().fold(0.0_f64, |m, b| m.max(of(b).norm()));
+                pairs.map(difference).fold(0.0, f64::max) / size.max(f64::MIN_POSITIVE)
+            });
+        assert!(
+            of_velocity < 0.05 && of_force < 0.05,
+            "{of_velocity} {of_force}"
         );
-        for (own, all) in errors[0].bodies.iter().zip(&errors[1].bodies) {
-            assert!((own - all).norm() <= 2e-2 * errors[1].uncertainty);
-        }
+        assert_relative_eq!(
+            own.uncertainty.velocity,
+            all.uncertainty.velocity,
+            max_relative = 5e-2
+        );
         let checks = [&part, &whole].map(|i| i.checks.unwrap());
         assert_relative_eq!(checks[0].dissipation, checks[1].dissipation, epsilon = 1e-7);
         assert_relative_eq!(
@@ -222,8 +234,9 @@ fn the_flow_and_the_resistance_are_those_of_the_whole_fluid() {
                 .sum::<f64>()
         })
         .sum();
-    // The total force on the swimmer is zero.
-    assert!(forces.abs() < 1e-5 * resistance[(0, 0)]);
+    // The total force on the swimmer is zero, up to the accuracy of the corrections of resistance
+    // and velocities: two percent of a correction of three percent.
+    assert!(forces.abs() < 1e-3 * resistance[(0, 0)]);
 }
 
 /// The pressure preconditioner for narrow gaps, on a part of the fluid and on the whole.
@@ -242,10 +255,10 @@ fn a_narrow_gap_with_symmetry_planes_has_the_resistance_of_the_whole() {
     let (mut model, instant) = solve(&scene);
     let resistance = start_resistance(&scene, &mut model).unwrap();
     let forces = &resistance * DVector::from_vec(velocities(&instant));
-    // Residuals of 1e-9 of the largest force, and a resistance a hundred times that of a lone
-    // sphere.
+    // The accuracy of the corrections of resistance and velocities: two percent of a correction of
+    // five percent.
     for (row, force) in [2.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0].into_iter().enumerate() {
-        assert!((forces[row] - force).abs() < 1e-6, "{row}: {forces}");
+        assert!((forces[row] - force).abs() < 1e-3 * 2.0, "{row}: {forces}");
     }
 }
 
