@@ -139,6 +139,9 @@ impl<'a> LegEvaluator<'a> {
                 *vector = rotation * *vector;
             }
         }
+        for force in &mut rotated.solution.link_forces {
+            *force = rotation * *force;
+        }
         for body in &mut rotated.solution.bodies {
             for vector in [
                 &mut body.velocity,

@@ -1,10 +1,16 @@
 //! Accuracy and cost of the integration methods.
 
 use approx::assert_abs_diff_eq;
-use swimmer::Method;
+use nalgebra::Vector3;
+use rigid::Twist;
+use swimmer::models::{
+    Configuration, Cost, Hydrodynamics, InstantaneousSolution, MeshError, ModelError, Query,
+    SphereModel, SpheresModel,
+};
+use swimmer::{Method, Scene, legs};
 
 use crate::strokes::{FREE, follow, over_wall};
-use crate::support::{Tensor, run, scene, three_spheres};
+use crate::support::{Tensor, run, run_with, scene, three_spheres};
 
 #[test]
 fn collocation_meets_its_tolerance_and_the_error_bar_holds() {
@@ -86,4 +92,86 @@ fn the_runge_kutta_pair_meets_its_tolerance_and_its_error_bar_holds() {
         // Order five: a tolerance smaller by a factor of a million needs 16 times as many steps.
         assert!(solves < 1000, "{solves}");
     }
+}
+
+/// A model whose discretisation errors rotate with the swimmer.
+struct WithMeshError(SpheresModel);
+
+impl Hydrodynamics for WithMeshError {
+    fn name(&self) -> &'static str {
+        self.0.name()
+    }
+
+    fn scene(&self) -> &Scene {
+        self.0.scene()
+    }
+
+    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
+        let mut solutions = self.0.solve(query)?;
+        let rotation = query.configuration.state.frames[0].rotation;
+        let vector = |k: usize| rotation * Vector3::new(1.0, 2.0, k as f64) * 1e-9;
+        for solution in &mut solutions {
+            let bodies = solution.bodies.len();
+            solution.set_mesh_error(MeshError {
+                frames: vec![Twist {
+                    linear: vector(3),
+                    angular: vector(4),
+                }],
+                bodies: (0..bodies).map(|body| vector(5 + body)).collect(),
+                forces: (0..bodies).map(|body| vector(10 + body)).collect(),
+                uncertainty: 0.0,
+                power: 0.0,
+            });
+        }
+        Ok(solutions)
+    }
+
+    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
+        self.0.cost(configuration)
+    }
+}
+
+/// All vectors of a solution.
+fn vectors(solution: &InstantaneousSolution) -> Vec<Vector3<f64>> {
+    let error = solution.mesh_error.as_ref().unwrap();
+    let bodies = solution.bodies.iter();
+    let frames = solution.motion.frames.iter().chain(&error.frames);
+    bodies
+        .flat_map(|b| [b.velocity, b.angular_velocity, b.force, b.torque])
+        .chain(solution.link_forces.iter().copied())
+        .chain(solution.motion.spins.iter().copied())
+        .chain(frames.flat_map(|frame| [frame.linear, frame.angular]))
+        .chain(error.bodies.iter().chain(&error.forces).copied())
+        .collect()
+}
+
+/// Solutions of a leg are rotated to the corrected path, on which they belong to their states.
+#[test]
+fn solutions_of_a_rotating_swimmer_are_the_solutions_at_their_states() {
+    let text = include_str!("../../templates/planar.toml");
+    let scene = scene(text);
+    let model = || WithMeshError(SpheresModel::new(&scene, SphereModel::Rpy).unwrap());
+    let run = run_with(&scene, &mut model(), Method::Collocation).unwrap();
+    let all = legs(scene.gait(), scene.articulation().initial_lengths()).unwrap();
+    let mut largest_angle = 0.0_f64;
+    for (leg, result) in all.zip(&run.legs) {
+        for found in &result.solutions {
+            let lengths = leg.lengths(found.s);
+            let configuration = Configuration {
+                state: &found.state,
+                lengths: &lengths,
+            };
+            let exact = model().solve_one(configuration, &leg.rates()).unwrap();
+            let (found, exact) = (vectors(&found.solution), vectors(&exact));
+            assert_eq!(found.len(), exact.len());
+            for (found, exact) in found.iter().zip(&exact) {
+                // Forces are 6 pi times velocities, which are of order one; rounding is amplified
+                // by the condition number of the resistance, below 100.
+                let difference = (found - exact).norm();
+                assert!(difference < 1e-12, "{difference:e}");
+            }
+        }
+        largest_angle = largest_angle.max(result.end.frames[0].rotation.angle());
+    }
+    assert!(largest_angle > 0.01, "{largest_angle}");
 }

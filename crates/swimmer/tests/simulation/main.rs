@@ -12,6 +12,7 @@ mod hostile;
 mod inertia;
 mod integrators;
 mod many_cycles;
+mod reports;
 mod strokes;
 mod support;
 mod tolerances;
