@@ -1,6 +1,8 @@
 //! Integration of gaits, checkpoints, error codes and examples.
 
+mod accumulated;
 mod bad_checkpoints;
+mod bookkeeping;
 #[path = "../../../scene/tests/all/edits.rs"]
 mod edits;
 mod euler_bars;

@@ -1,0 +1,162 @@
+//! Errors of the velocities accumulate to errors of the displacements and of the work.
+
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use nalgebra::Vector3;
+use rigid::Twist;
+use swimmer::models::{
+    Configuration, Cost, ErrorEstimate, Hydrodynamics, InstantaneousSolution, MeshError,
+    ModelError, Query,
+};
+use swimmer::{Method, Outcome, Scene, simulate};
+
+use crate::strokes::FREE;
+use crate::support::{Tensor, TestModel, scene, three_spheres};
+
+/// The test model with constant errors, of which only those of the motion are real.
+struct Erring {
+    exact: TestModel,
+    bars: ErrorEstimate,
+    power_bars: ErrorEstimate,
+    mesh_error: MeshError,
+}
+
+impl Erring {
+    fn new(scene: &Scene, error: Twist) -> Self {
+        Self {
+            exact: TestModel::new(scene, Tensor::Rpy),
+            bars: ErrorEstimate::default(),
+            power_bars: ErrorEstimate::default(),
+            mesh_error: MeshError {
+                frames: vec![error],
+                bodies: vec![error.linear; 3],
+                uncertainty: 0.0,
+                forces: vec![Vector3::zeros(); 3],
+                power: 0.0,
+            },
+        }
+    }
+}
+
+impl Hydrodynamics for Erring {
+    fn name(&self) -> &'static str {
+        "erring"
+    }
+
+    fn scene(&self) -> &Scene {
+        self.exact.scene()
+    }
+
+    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
+        let mut solutions = self.exact.solve(query)?;
+        for solution in &mut solutions {
+            let [frame, error] = [solution.motion.frames[0], self.mesh_error.frames[0]];
+            solution.motion.frames[0] = frame + error;
+            for spin in &mut solution.motion.spins {
+                *spin += error.angular;
+            }
+            solution.error_estimate = self.bars;
+            solution.power_error = self.power_bars;
+            solution.set_mesh_error(self.mesh_error.clone());
+        }
+        Ok(solutions)
+    }
+
+    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
+        self.exact.cost(configuration)
+    }
+}
+
+/// Phases of the durations 1/2, 1/2, 1 and 1.
+fn stroke() -> Scene {
+    let text = three_spheres("model.tolerance = 1e-6", FREE);
+    scene(&text.replace("length = 6\n", "length = 6\nduration = 0.5\n"))
+}
+
+const DURATION: f64 = 3.0;
+
+fn follow(model: &mut Erring, method: Method) -> Outcome {
+    simulate(&stroke(), model, method, &mut ()).unwrap()
+}
+
+#[test]
+fn error_bars_of_a_run_are_those_of_the_velocities_times_the_duration() {
+    let bars = |unit: f64| ErrorEstimate {
+        container: Some(unit),
+        model: Some(2.0 * unit),
+        algebraic: Some(4.0 * unit),
+        ..ErrorEstimate::default()
+    };
+    let error = Twist {
+        linear: Vector3::new(3e-7, 0.0, 4e-7),
+        angular: Vector3::zeros(),
+    };
+    let mut model = Erring::new(&stroke(), error);
+    (model.bars, model.power_bars) = (bars(1e-6), bars(1e-5));
+    model.mesh_error.uncertainty = 1e-7;
+    model.mesh_error.power = -1e-3;
+    for method in [Method::Collocation, Method::Euler { steps: 5 }] {
+        let outcome = follow(&mut model, method);
+        for (found, unit) in [(&outcome.error_estimate, 1e-6), (&outcome.work_error, 1e-5)] {
+            let expected = bars(unit * DURATION);
+            for (found, expected) in [
+                (found.container, expected.container),
+                (found.model, expected.model),
+                (found.algebraic, expected.algebraic),
+            ] {
+                assert_relative_eq!(found.unwrap(), expected.unwrap(), max_relative = 1e-13);
+            }
+        }
+        for (leg, duration) in outcome.legs.iter().zip([0.5, 0.5, 1.0, 1.0]) {
+            let found = leg.error_estimate.model.unwrap();
+            assert_relative_eq!(found, 2e-6 * duration, max_relative = 1e-13);
+        }
+        // Errors of known sign are summed with their signs, uncertainties on one mesh as they are.
+        for found in outcome.mesh_error.as_ref().unwrap() {
+            let exact = error.linear * DURATION;
+            assert_abs_diff_eq!(*found, exact, epsilon = 1e-13 * exact.norm());
+        }
+        let uncertainty = outcome.accumulated_error.as_ref().unwrap().uncertainty;
+        let expected = match method {
+            // Within a leg they are summed, legs are independent.
+            Method::Collocation => 1e-7 * 0.5_f64.hypot(0.5).hypot(1.0).hypot(1.0),
+            // Every step is a part of its own.
+            _ => 1e-7 * (5.0 * (2.0 * 0.1_f64.powi(2) + 2.0 * 0.2_f64.powi(2))).sqrt(),
+        };
+        assert_relative_eq!(uncertainty, expected, max_relative = 1e-12);
+        let bar = outcome.error_estimate.mesh.unwrap();
+        assert_relative_eq!(
+            bar,
+            (5e-7 * DURATION).hypot(uncertainty),
+            max_relative = 1e-12
+        );
+        // Half of the estimated error of the power is its uncertainty.
+        let bar = outcome.work_error.mesh.unwrap();
+        assert_relative_eq!(bar, 1e-3 * DURATION * 1.25_f64.sqrt(), max_relative = 1e-12);
+    }
+}
+
+#[test]
+fn an_error_of_the_angular_velocity_changes_the_displacements_as_estimated() {
+    let error = Twist {
+        linear: Vector3::zeros(),
+        angular: Vector3::new(0.5e-5, -1e-5, 2e-5),
+    };
+    for (method, tolerance) in [
+        (Method::Collocation, 0.05),
+        // The rotation within a step is neglected: a quarter of a leg's displacement in four steps.
+        (Method::Euler { steps: 20 }, 0.05),
+    ] {
+        let exact = follow(&mut Erring::new(&stroke(), Twist::default()), method);
+        let outcome = follow(&mut Erring::new(&stroke(), error), method);
+        let estimated = outcome.mesh_error.unwrap();
+        let pairs = outcome.displacement.iter().zip(&exact.displacement);
+        for (body, ((found, exact), estimated)) in pairs.zip(&estimated).enumerate() {
+            let difference = found - exact;
+            assert!(difference.norm() > 1e-5, "{body}: {difference}");
+            assert!(
+                (difference - estimated).norm() <= tolerance * difference.norm(),
+                "{method:?}, body {body}: {difference} {estimated}"
+            );
+        }
+    }
+}
