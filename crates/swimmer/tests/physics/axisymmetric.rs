@@ -46,11 +46,25 @@ fn an_instant_in_a_ball_is_exact_within_its_error_bar() {
         let bar = instant.error_estimate.mesh.expect("always estimated") / 4.0;
         assert!(off < tolerance * 0.34 && off < bar, "{off:e} {bar:e}");
         let exact = [14.122932964125914, -7.611261032148927, -6.5116719319769825];
-        let bar = instant.mesh_error.expect("always estimated").force() / 4.0;
+        let error = instant.mesh_error.as_ref().expect("always estimated");
+        let bar = error.force() / 4.0;
         for (body, force) in instant.bodies.iter().zip(exact) {
             let off = (body.force / 4.0 - axis * force).norm();
             assert!(off < 2.0 * bar, "{off:e} {bar:e}");
             assert!(body.angular_velocity.norm() < 1e-12);
+        }
+        // Estimated errors have the signs of the errors; the forces add up to zero, so the power
+        // is the force of the left sphere times the rate of its arm.
+        let signed = [
+            (instant.bodies[1].velocity - axis * 4.0 * -0.3428979021151601).dot(&error.bodies[1]),
+            (instant.bodies[0].force - axis * 4.0 * exact[0]).dot(&error.forces[0]),
+            (instant.power() - 16.0 * exact[0]) * error.power,
+        ];
+        assert!(signed.iter().all(|product| *product > 0.0), "{signed:?}");
+        // All bodies of a linkage have the velocity of its frame, and the rates of the arms.
+        let frame = error.frames[0].linear;
+        for of_body in &error.bodies {
+            assert!((of_body - frame).norm() < 1e-12, "{of_body} {frame}");
         }
         assert!((instant.link_forces[0] / 4.0 - axis * exact[0]).norm() < 2.0 * bar);
         assert!(instant.error_estimate.container.is_none());
@@ -126,6 +140,19 @@ fn a_torque_about_the_axis_gives_the_exact_angular_velocity() {
     assert!(off < 5e-5 * exact.norm(), "{off:e}");
     assert!((instant.bodies[0].torque.z - 5.0).abs() < 1e-10);
     assert!(instant.bodies[0].velocity.z > 0.0);
+    // The angular velocity has an estimated error, and dofs of its own.
+    let error = instant
+        .mesh_error
+        .as_ref()
+        .expect("always estimated")
+        .frames[0]
+        .angular;
+    assert!(off <= 4.0 * error.norm() + 1e-13, "{off:e} {error}");
+    let pulled = scene.to_toml().expect("TOML").replace("5.0", "0.0");
+    let pulled = Scene::parse(&pulled).expect("a scene");
+    let mut model = choose(&pulled).expect("symmetric").model;
+    let without = solve_start(&pulled, model.as_mut()).expect("a solution");
+    assert!(without.dofs.total < instant.dofs.total);
 }
 
 /// Kim & Karrila (1991), table 3.4: drag `6 pi a X_A` along the long semi-axis, aspect 2.

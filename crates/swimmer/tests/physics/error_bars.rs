@@ -55,6 +55,14 @@ fn bars_of_a_sphere_with_force_and_torque_are_its_errors() {
             instant.error_estimate.mesh.unwrap(),
         );
         assert_effective("spin", body.angular_velocity.z - spin, frame.angular.norm());
+        // The power of a unit force and a unit torque.
+        assert_effective(
+            "power",
+            instant.power() - speed - spin,
+            instant.power_error.mesh.unwrap(),
+        );
+        let difference = body.angular_velocity.z - spin;
+        assert!((difference - frame.angular.z).abs() < 0.25 * difference.abs());
         // Corrected values have less than a quarter of the error.
         let corrected = body.velocity - error.bodies[0];
         assert!((corrected.x - speed).abs() < 0.25 * (body.velocity.x - speed).abs());
@@ -143,6 +151,10 @@ fn bars_of_a_swimming_speed_hold_and_are_smaller_than_those_of_drag() {
         assert!((difference - error.bodies[1].x).abs() < 0.25 * difference.abs());
         let difference = instant.bodies[0].force.x - rate * force;
         assert_effective("force", difference, error.force());
+        assert!((difference - error.forces[0].x).abs() < 0.25 * difference.abs());
+        // The forces add up to zero, so the power is the force times the rate of the arm.
+        let difference = instant.power() - rate * rate * force;
+        assert!((difference - error.power).abs() < 0.25 * difference.abs());
         // Relative errors of forces are a hundred times those of speeds, in which the common errors
         // of equal spheres cancel.
         assert!(difference / (rate * force) > 10.0 * bar / (rate * speed.abs()));

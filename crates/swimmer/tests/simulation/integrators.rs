@@ -10,7 +10,7 @@ use swimmer::models::{
 use swimmer::{Method, Scene, legs};
 
 use crate::strokes::{FREE, follow, over_wall};
-use crate::support::{Tensor, run, run_with, scene, three_spheres};
+use crate::support::{Run, Tensor, run, run_with, scene, three_spheres};
 
 #[test]
 fn collocation_meets_its_tolerance_and_the_error_bar_holds() {
@@ -71,7 +71,9 @@ fn the_runge_kutta_pair_meets_its_tolerance_and_its_error_bar_holds() {
         |tolerance: f64| three_spheres(&format!("model.tolerance = {tolerance}"), FREE),
         |tolerance: f64| over_wall(5.0, tolerance),
     ] {
-        let exact = follow(&text(1e-11)).net(1);
+        let exact = follow(&text(1e-11));
+        let work = |run: &Run| run.legs.iter().map(|leg| leg.work).sum::<f64>();
+        let (exact, exact_work) = (exact.net(1), work(&exact));
         let mut solves = 0;
         for tolerance in [1e-2, 1e-4, 1e-6, 1e-8] {
             let run = run(&scene(&text(tolerance)), Tensor::Rpy, Method::RungeKutta).unwrap();
@@ -86,6 +88,15 @@ fn the_runge_kutta_pair_meets_its_tolerance_and_its_error_bar_holds() {
                 "{error:e} at {tolerance:e}"
             );
             assert!(run.integration_error() <= tolerance * exact.norm());
+            let bars = run
+                .legs
+                .iter()
+                .map(|leg| leg.work_error.integration.unwrap());
+            let (bar, error) = (bars.sum::<f64>(), (work(&run) - exact_work).abs());
+            assert!(
+                error <= bar && bar <= 10.0 * tolerance * exact_work,
+                "work: {error:e} {bar:e} at {tolerance:e}"
+            );
             assert!(run.solves() >= solves);
             solves = run.solves();
         }
