@@ -301,3 +301,34 @@ fn a_large_ball_approaches_a_plane_wall() {
         );
     }
 }
+
+#[test]
+fn errors_are_those_of_the_entries_and_forces_those_of_the_matrix() {
+    // Unequal spheres off an axis, so that entries have different units.
+    let centres = vec![
+        Vector3::zeros(),
+        Vector3::new(3.0, 0.5, 0.0),
+        Vector3::new(0.0, 3.5, 1.0),
+    ];
+    let spheres = Spheres::new(centres, vec![1.0, 0.3, 2.0]).unwrap();
+    let found = multipole::resistance(&spheres, &Medium::Unbounded, &Accuracy::order(4)).unwrap();
+    let exact = multipole::resistance(&spheres, &Medium::Unbounded, &Accuracy::order(12)).unwrap();
+    let matrix = found.matrix();
+    let size = |i: usize, j: usize| (matrix[(i, i)] * matrix[(j, j)]).sqrt();
+    let error = found.error();
+    let (mut largest, mut largest_true) = (0.0_f64, 0.0_f64);
+    for i in 0..18 {
+        for j in 0..18 {
+            let expected = found.tail() * (matrix[(i, j)] - found.coarser()[(i, j)]).abs();
+            assert!((error[(i, j)] - expected).abs() <= 1e-15 * size(i, j));
+            largest = largest.max(error[(i, j)] / size(i, j));
+            let difference = (matrix[(i, j)] - exact.matrix()[(i, j)]).abs();
+            largest_true = largest_true.max(difference / size(i, j));
+        }
+    }
+    assert!((found.relative_error() / largest - 1.0).abs() < 1e-14);
+    assert!(largest_true <= largest && largest_true > 0.0);
+    let velocities = DVector::from_fn(18, |i, _| 0.1 * i as f64 - 0.7);
+    assert_eq!(found.forces(&velocities).unwrap(), matrix * &velocities);
+    assert_ne!(matrix, found.coarser());
+}

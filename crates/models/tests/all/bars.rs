@@ -114,6 +114,17 @@ fn mesh_errors_of_bodies_forces_and_power_follow_from_those_of_the_frame() {
     for (body, found) in solution.bodies.iter().zip(&error.forces) {
         assert!((found - factor * body.force).norm() <= 1e-13 * body.force.norm());
     }
+    // Links transmit what the fluid exerts, apart from the loads.
+    let forces = |body: usize| solution.bodies[body].force;
+    let links = &solution.link_forces;
+    for (found, expected) in [
+        (links[0], forces(0)),
+        (links[1], forces(2)),
+        (-links[0] - links[1], forces(1) - scene.bodies()[1].force),
+    ] {
+        // The solver's residual of 1e-8, of forces of about ten.
+        assert!((found - expected).norm() < 1e-5, "{found} {expected}");
+    }
     // The loads do work by the errors of the velocities.
     let body = &scene.bodies()[1];
     let by_loads = body.force.dot(&error.bodies[1]) + body.torque.dot(&frame.angular);
