@@ -18,6 +18,7 @@ struct Erring {
     bars: ErrorEstimate,
     power_bars: ErrorEstimate,
     mesh_error: MeshError,
+    controls_error: bool,
 }
 
 impl Erring {
@@ -33,6 +34,7 @@ impl Erring {
                 forces: vec![Vector3::zeros(); 3],
                 power: 0.0,
             },
+            controls_error: false,
         }
     }
 }
@@ -44,6 +46,10 @@ impl Hydrodynamics for Erring {
 
     fn scene(&self) -> &Scene {
         self.exact.scene()
+    }
+
+    fn controls_error(&self) -> bool {
+        self.controls_error
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
@@ -109,6 +115,11 @@ fn error_bars_of_a_run_are_those_of_the_velocities_times_the_duration() {
         for (leg, duration) in outcome.legs.iter().zip([0.5, 0.5, 1.0, 1.0]) {
             let found = leg.error_estimate.model.unwrap();
             assert_relative_eq!(found, 2e-6 * duration, max_relative = 1e-13);
+            let found = leg.error_estimate.mesh.unwrap();
+            assert!(
+                (5e-7 * duration..6e-7 * duration).contains(&found),
+                "{found:e}"
+            );
         }
         // Errors of known sign are summed with their signs, uncertainties on one mesh as they are.
         for found in outcome.mesh_error.as_ref().unwrap() {
@@ -159,4 +170,38 @@ fn an_error_of_the_angular_velocity_changes_the_displacements_as_estimated() {
             );
         }
     }
+}
+
+#[test]
+fn the_tolerance_limits_all_bars_of_a_model_that_controls_its_error() {
+    let mut model = Erring::new(&stroke(), Twist::default());
+    // All bars of the model together are between the tolerance of 1e-6 times the net displacement
+    // of 0.16 and the tolerance itself.
+    model.bars.model = Some(4e-7 / DURATION);
+    for controls_error in [false, true] {
+        model.controls_error = controls_error;
+        let outcome = follow(&mut model, Method::Collocation);
+        let bars = &outcome.error_estimate;
+        let limited = match controls_error {
+            true => bars.total(),
+            false => bars.integration.unwrap(),
+        };
+        assert_eq!(outcome.limited_error, Some(limited));
+        assert_eq!(outcome.tolerance_met, !controls_error, "{limited:e}");
+    }
+}
+
+#[test]
+fn the_reference_of_a_stroke_without_net_displacement_is_its_longest_phase() {
+    let mut outcome = follow(
+        &mut Erring::new(&stroke(), Twist::default()),
+        Method::Collocation,
+    );
+    assert_eq!(outcome.reference_displacement(), outcome.net());
+    outcome.displacement = vec![Vector3::x() * 1e-9; 3];
+    outcome.error_estimate.model = Some(1e-6);
+    for (leg, size) in outcome.legs.iter_mut().zip([0.3, 0.9, 0.5, 0.1]) {
+        leg.displacement = vec![Vector3::y() * size, Vector3::zeros(), Vector3::x() * 0.05];
+    }
+    assert_eq!(outcome.reference_displacement(), 0.9);
 }
