@@ -256,7 +256,7 @@ fn stiffening_coefficients_follow_from_the_volumes_of_the_cells() {
     for x in &mut tets.points {
         x.x *= 1.0 + x.x;
     }
-    let mesh = mesh::TetMesh::straight(tets).unwrap();
+    let mesh = TetMesh::straight(tets).unwrap();
     let volumes: Vec<f64> = (0..mesh.n_cells())
         .map(|cell| mesh.cell_volume(cell))
         .collect();
