@@ -69,8 +69,12 @@ impl MeshError {
 
     /// Error bar of the corrected velocities of all bodies.
     pub fn velocity_error_bar(&self) -> f64 {
-        (self.uncertainty.relative * self.largest(|body| body.velocity))
-            .hypot(self.uncertainty.velocity)
+        (self.uncertainty.relative * self.velocity()).hypot(self.uncertainty.velocity)
+    }
+
+    /// Magnitude of the largest error of the velocity of a body.
+    pub fn velocity(&self) -> f64 {
+        self.largest(|body| body.velocity)
     }
 
     /// Error bar of the corrected forces of all bodies.

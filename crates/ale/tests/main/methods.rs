@@ -249,3 +249,31 @@ fn results_are_bitwise_equal_for_one_and_two_threads() {
         assert!(one == two, "{}", motion.name());
     }
 }
+
+#[test]
+fn stiffening_coefficients_follow_from_the_volumes_of_the_cells() {
+    let mut tets = mesh::LinearTets::cube(2);
+    for x in &mut tets.points {
+        x.x *= 1.0 + x.x;
+    }
+    let mesh = TetMesh::straight(tets).unwrap();
+    let volumes: Vec<f64> = (0..mesh.n_cells())
+        .map(|cell| mesh.cell_volume(cell))
+        .collect();
+    let [smallest, largest] = [f64::min, f64::max].map(|of| volumes.iter().copied().reduce(of));
+    let (smallest, largest) = (smallest.unwrap(), largest.unwrap());
+    assert!(largest > 1.5 * smallest);
+    let [none, kanchi_masud, inverse] = [
+        Stiffening::None,
+        Stiffening::KanchiMasud,
+        Stiffening::InverseVolume,
+    ]
+    .map(|stiffening| stiffening.coefficients(&mesh));
+    for (cell, volume) in volumes.iter().enumerate() {
+        assert_eq!(none[cell], 1.0);
+        assert!((inverse[cell] * volume / largest - 1.0).abs() < 1e-14);
+        // 1 + (1 - V_min / V_max) / (V / V_max), one for the largest of equal cells.
+        let expected = 1.0 + (largest - smallest) / volume;
+        assert!((kanchi_masud[cell] / expected - 1.0).abs() < 1e-14);
+    }
+}

@@ -1,7 +1,7 @@
 //! Quality of meshes: known numbers, and the same bits for any number of threads.
 
 use crate::shapes::{ball, curved_ball};
-use mesh::{LinearTets, Quality, TetMesh};
+use mesh::{LinearTets, Quality, TetMesh, dihedral_angles, mean_ratio};
 
 #[test]
 fn kuhn_cube_has_its_known_angles_and_quality() {
@@ -109,4 +109,38 @@ fn gap_ratio_is_about_one_after_generation_and_larger_in_a_closing_gap() {
         assert!(squeezed > 1.5 * fresh, "{gap}: {squeezed}");
         assert_eq!(mesh.gap_ratio(&[&a], None), 0.0);
     }
+}
+
+/// Cells are measured in chunks of 1024, of which the first has the worst cell.
+#[test]
+fn extremes_and_mean_of_many_cells_are_those_of_all_chunks() {
+    let mut tets = LinearTets::cube(8);
+    let first = tets.tets[0][3] as usize;
+    let centre = nalgebra::Vector3::repeat(0.5);
+    let towards_centre = centre - tets.points[first];
+    tets.points[first] += 0.03 * towards_centre;
+    let (found, cells) = (tets.quality(), tets.tets.len());
+    assert!(cells > 2048 && found.cells == cells);
+    let corners = |cell: &[u32; 4]| cell.map(|vertex| tets.points[vertex as usize]);
+    let ratios: Vec<f64> = tets
+        .tets
+        .iter()
+        .map(|cell| mean_ratio(corners(cell)))
+        .collect();
+    let angles: Vec<f64> = tets
+        .tets
+        .iter()
+        .flat_map(|cell| dihedral_angles(corners(cell)))
+        .collect();
+    let min = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
+    let max = |values: &[f64]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    assert_eq!(found.min_quality, min(&ratios));
+    assert_eq!(
+        (found.min_dihedral, found.max_dihedral),
+        (min(&angles), max(&angles))
+    );
+    let mean = ratios.iter().sum::<f64>() / cells as f64;
+    assert!((found.mean_quality - mean).abs() < 1e-13);
+    // The last chunk alone has the quality of the undisturbed cube.
+    assert!(found.min_quality < min(&ratios[2048..]) && found.max_dihedral > 90.5);
 }

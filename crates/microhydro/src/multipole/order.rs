@@ -275,4 +275,21 @@ mod tests {
         let (within, _) = inside(1e9 - 2.0, 1.0, 1e9);
         assert!((within - 2.0_f64.acosh()).abs() < 1e-6);
     }
+
+    #[test]
+    fn both_surfaces_of_a_gap_have_the_same_foci() {
+        // The distance of the foci from the plane between them is a sinh(xi) for each surface.
+        for [(first, a), (second, b)] in [
+            {
+                let (first, second) = outside(4.0, 1.0, 2.5);
+                [(first, 1.0), (second, 2.5)]
+            },
+            {
+                let (first, second) = inside(1.3, 1.0, 4.0);
+                [(first, 1.0), (second, 4.0)]
+            },
+        ] {
+            assert!((a * first.sinh() / (b * second.sinh()) - 1.0).abs() < 1e-13);
+        }
+    }
 }

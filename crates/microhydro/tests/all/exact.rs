@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole, oseen};
-use nalgebra::{DMatrix, DVector, Vector3};
+use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole, oseen, rpy};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 fn on_axis(z: &[f64], a: &[f64]) -> Spheres {
     let centres = z.iter().map(|&z| Vector3::new(0.0, 0.0, z)).collect();
@@ -300,4 +300,50 @@ fn a_large_ball_approaches_a_plane_wall() {
             "{near} {far} {exact}"
         );
     }
+}
+
+#[test]
+fn errors_are_those_of_the_entries_and_forces_those_of_the_matrix() {
+    // Unequal spheres off an axis, so that entries have different units.
+    let centres = vec![
+        Vector3::zeros(),
+        Vector3::new(3.0, 0.5, 0.0),
+        Vector3::new(0.0, 3.5, 1.0),
+    ];
+    let spheres = Spheres::new(centres, vec![1.0, 0.3, 2.0]).unwrap();
+    let found = multipole::resistance(&spheres, &Medium::Unbounded, &Accuracy::order(4)).unwrap();
+    let exact = multipole::resistance(&spheres, &Medium::Unbounded, &Accuracy::order(12)).unwrap();
+    let matrix = found.matrix();
+    let size = |i: usize, j: usize| (matrix[(i, i)] * matrix[(j, j)]).sqrt();
+    let error = found.error();
+    let (mut largest, mut largest_true) = (0.0_f64, 0.0_f64);
+    for i in 0..18 {
+        for j in 0..18 {
+            let expected = found.tail() * (matrix[(i, j)] - found.coarser()[(i, j)]).abs();
+            assert!((error[(i, j)] - expected).abs() <= 1e-15 * size(i, j));
+            largest = largest.max(error[(i, j)] / size(i, j));
+            let difference = (matrix[(i, j)] - exact.matrix()[(i, j)]).abs();
+            largest_true = largest_true.max(difference / size(i, j));
+        }
+    }
+    assert!((found.relative_error() / largest - 1.0).abs() < 1e-14);
+    assert!(largest_true <= largest && largest_true > 0.0);
+    let velocities = DVector::from_fn(18, |i, _| 0.1 * i as f64 - 0.7);
+    assert_eq!(found.forces(&velocities).unwrap(), matrix * &velocities);
+    assert_ne!(matrix, found.coarser());
+}
+
+/// Rotne & Prager 1969 with unequal radii (Jeffrey & Onishi 1984), for a pair along a diagonal.
+#[test]
+fn the_rpy_mobility_of_an_unequal_pair_has_its_closed_form() {
+    let (a, b, r) = (1.0, 0.4, Vector3::new(2.0, 1.0, -2.0));
+    let spheres = Spheres::new(vec![r, Vector3::zeros()], vec![a, b]).unwrap();
+    let found = rpy::mobility(&spheres, &Medium::Unbounded).unwrap();
+    let (distance, along) = (3.0, r * r.transpose() / 9.0);
+    let s = (a * a + b * b) / 9.0;
+    let identity = Matrix3::identity();
+    let translation = (identity * (1.0 + s / 3.0) + along * (1.0 - s)) / (8.0 * PI * distance);
+    let rotation = (along * 3.0 - identity) / (16.0 * PI * distance * distance * distance);
+    assert!((found.fixed_view::<3, 3>(0, 6) - translation).amax() < 1e-16);
+    assert!((found.fixed_view::<3, 3>(3, 9) - rotation).amax() < 1e-16);
 }

@@ -253,22 +253,24 @@ impl FemModel {
             if let Some(estimate) = &solved.estimate {
                 corrected.add(&estimate.change)?;
                 let after = far_field(&corrected);
-                if has_fixed {
-                    // Fixed bodies move with the velocity before in the frame of the solve. That of
-                    // the others changes by a part of the difference.
-                    let change = self.scaled.scale.speed_to_scene((after - velocity).norm());
-                    let bar = &mut solution.error_estimate.container;
-                    *bar = Some(bar.unwrap_or(0.0) + change);
-                } else {
-                    velocity = after;
-                }
+                // Fixed bodies move with the velocity before in the frame of the solve; that of the
+                // others changes by a part of the difference.
+                let neglected = match has_fixed {
+                    true => self.scaled.scale.speed_to_scene((after - velocity).norm()),
+                    false => 0.0,
+                };
+                velocity = if has_fixed { velocity } else { after };
                 shift(&self.scaled.set, velocity, &mut corrected);
-                let other = to_scene(&solved, &corrected)?;
-                let bars = Uncertainty {
+                let mut answer = to_scene(&solved, &corrected)?;
+                let uncertainty = Uncertainty {
                     relative: estimate.relative_uncertainty,
                     velocity: self.scaled.scale.speed_to_scene(estimate.uncertainty),
                 };
-                solution.correct(MeshError::between(&solution, &other, bars));
+                if let Some(bar) = &mut answer.error_estimate.container {
+                    *bar += neglected;
+                }
+                answer.set_mesh_error(MeshError::between(&solution, &answer, uncertainty));
+                solution = answer;
                 solved.flow = corrected;
             }
             solution.remeshed = remeshed.take();

@@ -1,8 +1,11 @@
 //! The tests of this crate in one binary.
 
+mod bars;
 mod examples;
 mod history;
 mod mesh_files;
 mod query;
 mod scenes;
+mod table_errors;
 mod tabulated;
+mod units;

@@ -5,7 +5,7 @@ use mesh::{
 };
 use nalgebra::Vector3;
 use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad};
-use stokes::{InitialGuesses, Options, Problem, StokesError};
+use stokes::{InitialGuesses, Options, Problem, Seconds, StokesError};
 
 fn is_unknown(result: Result<Problem, StokesError>, name: &str) -> bool {
     match result {
@@ -70,10 +70,27 @@ fn velocity_of_a_dragged_sphere_is_force_times_mobility() {
     };
     let options = Options::default();
     let solution = problem.solve(&drive(), &options).unwrap();
-    let mobility = problem.resistance(1e-8).unwrap().mobility;
+    // Residuals of 1e-8 leave an asymmetry of that size, which the mean of both halves removes.
+    let resistance = problem.resistance(1e-8).unwrap();
+    assert!(
+        (1e-16..1e-6).contains(&resistance.asymmetry),
+        "{:e}",
+        resistance.asymmetry
+    );
+    let mobility = resistance.mobility;
+    assert_eq!(mobility, mobility.transpose());
     assert!((solution.flow.bodies[0] / mobility[(0, 0)] - 1.0).abs() < 1e-6);
     assert!((solution.flow.forces[0] - 1.0).abs() < 1e-6);
     assert!(solution.estimate.is_none() && solution.checks.is_none());
+    // The pressure of an enclosed flow has zero mean, up to rounding of pressures of order 1/10.
+    let mean = fem::mean_pressure(&mesh, &solution.flow.pressure).unwrap();
+    assert!(mean.abs() < 1e-14, "{mean:e}");
+    // The bar of the algebraic error is twice a residual below 1e-8.
+    assert!(
+        (1e-13..=1e-8).contains(&solution.algebraic_error),
+        "{:e}",
+        solution.algebraic_error
+    );
 
     let mut guesses = InitialGuesses::new(1);
     let surplus = fem::SurplusSpace::new(&mesh).unwrap();
@@ -94,6 +111,16 @@ fn velocity_of_a_dragged_sphere_is_force_times_mobility() {
         corrected.add(&estimate.change).unwrap();
         assert_eq!(corrected.bodies[0], other.flow.bodies[0] + change);
         assert!(other.checks.unwrap().dissipation.abs() < 0.1);
+        let seconds = other.seconds;
+        let parts = [
+            seconds.assembly,
+            seconds.setup,
+            seconds.solve,
+            seconds.estimate,
+        ];
+        let sum: f64 = parts.iter().sum();
+        assert!((seconds.total / sum - 1.0).abs() < 1e-12, "{seconds:?}");
+        assert!(seconds.solve > 0.0 && seconds.estimate > 0.0);
     }
 }
 
@@ -104,4 +131,19 @@ fn no_drives_have_no_solutions() {
     let mut guesses = InitialGuesses::new(0);
     let solutions = problem.solve_all(&[], &Options::default(), &mut guesses, None);
     assert!(solutions.unwrap().is_empty());
+}
+
+#[test]
+fn seconds_of_several_solutions_are_added_part_by_part() {
+    let seconds = |unit: f64| Seconds {
+        mesh: unit,
+        assembly: 2.0 * unit,
+        setup: 3.0 * unit,
+        solve: 4.0 * unit,
+        estimate: 5.0 * unit,
+        total: 15.0 * unit,
+    };
+    let mut sum = seconds(1.0);
+    sum += seconds(0.5);
+    assert_eq!(sum, seconds(1.5));
 }

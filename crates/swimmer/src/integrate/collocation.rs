@@ -146,28 +146,30 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
         let requested = points >= FIRST_ESTIMATED;
         let mut current = collocate(evaluator, start, &previous.piece, points, requested)?;
         // Lower orders have no estimates, so both are compared without corrections.
-        let [uncorrected, before] =
-            [&current, &previous].map(|approximation| approximation.uncorrected_step(duration));
-        let change = &uncorrected + &(&before * -1.0);
-        let change = largest_displacement(evaluator, &change);
+        let both = [&current, &previous];
+        let [last, before] = both.map(|approximation| approximation.uncorrected_step(duration));
+        let change = largest_displacement(evaluator, &(&last + &(&before * -1.0)));
         let step = current.piece.step();
         let tolerance = step_tolerance(evaluator, &step, width);
         changes.push(change);
         let error = remaining_error(&changes, ratio);
-        let work = |approximation: &Approximation| approximation.uncorrected_work(duration);
-        work_changes.push((work(&current) - work(&previous)).abs());
+        let [last, before] = both.map(|approximation| approximation.uncorrected_work(duration));
+        work_changes.push((last - before).abs());
         let mut accepted = (error <= tolerance).then_some((error, 0.0));
         let stalled = matches!(changes[..], [.., before, last] if is_stalled(before, last));
         if accepted.is_none() && stalled {
             let is_rounding = change <= rounding(evaluator, &step);
             let is_model_error =
                 evaluator.controls_error() && change <= current.error_bar(duration);
-            let is_mesh_change =
-                evaluator.mesh_changes > mesh_changes && change <= current.mesh_error_bar(duration);
+            let is_mesh_change = evaluator.mesh_changes > mesh_changes
+                && change <= current.uncorrected_mesh_error_bar(duration);
             if is_rounding || is_model_error {
                 accepted = Some((change, 0.0));
             } else if is_mesh_change {
-                accepted = Some((0.0, change));
+                // The corrections remove most of it.
+                let correct = |approximation: &Approximation| approximation.piece.step();
+                let corrected = &correct(&current) + &(&correct(&previous) * -1.0);
+                accepted = Some((0.0, largest_displacement(evaluator, &corrected)));
             }
         }
         let is_accepted = accepted.is_some();

@@ -1,6 +1,6 @@
 //! The result of a leg, put together from its parts.
 
-use models::{AccumulatedError, ErrorEstimate, InstantaneousSolution, Seconds};
+use models::{AccumulatedError, ErrorEstimate, InstantaneousSolution, MeshError, Seconds};
 use rigid::{Articulation, State, StateVelocity};
 
 use super::leg_evaluator::LegEvaluator;
@@ -84,10 +84,15 @@ impl Approximation {
         self.integral(duration, |solution| solution.error_estimate.total())
     }
 
-    /// Error bar of the displacement over `duration` by the discretisation; zero without estimates.
-    pub fn mesh_error_bar(&self, duration: f64) -> f64 {
+    /// Error bar of the displacement over `duration` by the discretisation without corrections; zero
+    /// without estimates.
+    pub fn uncorrected_mesh_error_bar(&self, duration: f64) -> f64 {
         self.integral(duration, |solution| {
-            solution.error_estimate.mesh.unwrap_or(0.0)
+            let removed = solution
+                .mesh_error
+                .as_ref()
+                .map_or(0.0, MeshError::velocity);
+            removed + solution.error_estimate.mesh.unwrap_or(0.0)
         })
     }
 

@@ -1,4 +1,5 @@
 //! The `swim` command as a user meets it.
 
 mod output;
+mod printed;
 mod resume;

@@ -253,6 +253,12 @@ fn a_collision_names_bodies_and_time_and_the_completed_phases_are_kept() {
     };
     let (phase, time) = (number("phase "), number("time "));
     assert!(phase > 1.0 && time > phase - 1.0 && time < phase, "{error}");
+    // The percentage is that of the phase, with one decimal.
+    let percent = number("constant lengths, ");
+    assert!(
+        (time - (phase - 1.0) - 0.01 * percent).abs() < 6e-4,
+        "{error}"
+    );
     // All earlier phases are complete in the trajectory and in the checkpoint.
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let csv = read("trajectory.csv");

@@ -53,6 +53,22 @@ fn an_instant_in_a_ball_is_exact_within_its_error_bar() {
             assert!(off < 2.0 * bar, "{off:e} {bar:e}");
             assert!(body.angular_velocity.norm() < 1e-12);
         }
+        // What was subtracted has the sign of the error before; the forces add up to zero, so the
+        // power is the force of the left sphere times the rate of its arm.
+        let before = instant.uncorrected();
+        let signed = [
+            (before.bodies[1].velocity - axis * 4.0 * -0.3428979021151601)
+                .dot(&error.bodies[1].velocity),
+            (before.bodies[0].force - axis * 4.0 * exact[0]).dot(&error.bodies[0].force),
+            (before.power() - 16.0 * exact[0]) * (before.power() - instant.power()),
+        ];
+        assert!(signed.iter().all(|product| *product > 0.0), "{signed:?}");
+        // All bodies of a linkage have the velocity of its frame, and the rates of the arms.
+        let frame = error.motion.frames[0].linear;
+        for of_body in &error.bodies {
+            let off = (of_body.velocity - frame).norm();
+            assert!(off < 1e-12, "{} {frame}", of_body.velocity);
+        }
         assert!((instant.link_forces[0] / 4.0 - axis * exact[0]).norm() < 2.0 * bar);
         assert!(instant.error_estimate.container.is_none());
     }
@@ -127,6 +143,20 @@ fn a_torque_about_the_axis_gives_the_exact_angular_velocity() {
     assert!(off < 5e-5 * exact.norm(), "{off:e}");
     assert!((instant.bodies[0].torque.z - 5.0).abs() < 1e-10);
     assert!(instant.bodies[0].velocity.z > 0.0);
+    // The angular velocity has an estimated error, and dofs of its own.
+    let error = instant
+        .mesh_error
+        .as_ref()
+        .expect("always estimated")
+        .motion
+        .frames[0]
+        .angular;
+    assert!(off <= 4.0 * error.norm() + 1e-13, "{off:e} {error}");
+    let pulled = scene.to_toml().expect("TOML").replace("5.0", "0.0");
+    let pulled = Scene::parse(&pulled).expect("a scene");
+    let mut model = choose(&pulled).expect("symmetric").model;
+    let without = solve_start(&pulled, model.as_mut()).expect("a solution");
+    assert!(without.dofs.total < instant.dofs.total);
 }
 
 /// Kim & Karrila (1991), table 3.4: drag `6 pi a X_A` along the long semi-axis, aspect 2.

@@ -63,6 +63,10 @@ fn bars_of_a_sphere_with_force_and_torque_are_its_errors() {
         let errors = [body, before].map(|body| body.angular_velocity.z - spin);
         let bar = error.uncertainty.relative * error.bodies[0].angular_velocity.norm();
         assert_corrected("spin", errors[0], bar, errors[1], 10.0);
+        // The power of a unit force and a unit torque.
+        let errors = [instant.power(), instant.uncorrected_power()].map(|p| p - speed - spin);
+        let bar = instant.power_error.mesh.unwrap();
+        assert_corrected("power", errors[0], bar, errors[1], 10.0);
         // Prescribed loads have no error.
         assert_eq!(error.force_error_bar(), 0.0);
     }
@@ -151,6 +155,11 @@ fn bars_of_a_swimming_speed_hold_and_are_smaller_than_those_of_drag() {
         let of_speed = errors[1].abs() / speed.abs();
         let errors = [&instant, &before].map(|i| i.bodies[0].force.x - rate * force);
         assert_corrected("force", errors[0], of_force, errors[1], 10.0);
+        // The forces add up to zero, so the power is the force times the rate of the arm.
+        let powers = [instant.power(), instant.uncorrected_power()];
+        let errors = powers.map(|power| power - rate * rate * force);
+        let bar = instant.power_error.mesh.unwrap();
+        assert_corrected("power", errors[0], bar, errors[1], 10.0);
         // Relative errors of forces are a hundred times those of speeds, in which the common errors
         // of equal spheres cancel.
         assert!(errors[1].abs() / force > 10.0 * of_speed);

@@ -2,8 +2,12 @@
 
 use std::f64::consts::PI;
 
-use swimmer::models::FemModel;
-use swimmer::{Method, Scene, simulate, size_factor_for_target, solve_start};
+use approx::assert_relative_eq;
+use swimmer::models::{FemModel, Hydrodynamics};
+use swimmer::{
+    Leg, LegResult, LegSolution, Method, Observer, Outcome, Scene, SwimError, Trial, TrialObserver,
+    simulate, size_factor_for_target, solve_start,
+};
 
 /// Two unit spheres pushed towards each other along their line of centres in a ball of radius 60.
 fn pair(distance: f64, more: &str) -> Scene {
@@ -92,10 +96,92 @@ fn strokes_meet_their_target_error() {
 /// Panics at the first trial stroke.
 struct NoStroke;
 
-impl swimmer::Observer for NoStroke {}
+impl Observer for NoStroke {}
 
-impl swimmer::TrialObserver for NoStroke {
-    fn tried(&mut self, _: &swimmer::Trial) {
+impl TrialObserver for NoStroke {
+    fn tried(&mut self, _: &Trial) {
         panic!("a stroke was tried");
     }
+}
+
+/// Keeps the first trial, and ends the simulation at the next one.
+#[derive(Default)]
+struct FirstTrial {
+    trial: Option<Trial>,
+    /// Relative error of the net displacement after the last leg.
+    relative_error: f64,
+}
+
+impl Observer for FirstTrial {
+    fn solved(&mut self, _: &Leg, _: &LegSolution, _: &dyn Hydrodynamics) -> Result<(), SwimError> {
+        match self.trial {
+            None => Ok(()),
+            Some(_) => Err(SwimError::NoSteps),
+        }
+    }
+
+    fn leg_done(
+        &mut self,
+        _: &Leg,
+        _: &LegResult,
+        so_far: &Outcome,
+        _: &dyn Hydrodynamics,
+    ) -> Result<(), SwimError> {
+        self.relative_error = so_far.error_estimate.mesh.unwrap() / so_far.net();
+        Ok(())
+    }
+}
+
+impl TrialObserver for FirstTrial {
+    fn tried(&mut self, trial: &Trial) {
+        self.trial = Some(*trial);
+    }
+}
+
+/// A swimmer with short arms in a small ball that closes one of them, which takes a fifth of a second
+/// on a coarse mesh.
+fn swimmer_with_target(target: f64) -> Scene {
+    Scene::parse(&format!(
+        r#"
+        domain = {{ kind = "ball", radius = 12 }}
+        model = {{ kind = "fem", tolerance = 0.1 }}
+        fem.target = {target:?}
+        bodies = [
+            {{ name = "l", radius = 1, position = [-4, 0, 0] }},
+            {{ name = "c", radius = 1, position = [0, 0, 0] }},
+            {{ name = "r", radius = 1, position = [4, 0, 0] }},
+        ]
+        links = [
+            {{ name = "left", body = "l", to = "c" }},
+            {{ name = "right", body = "r", to = "c" }},
+        ]
+        gait.phases = [{{ link = "left", length = 3 }}]
+        "#
+    ))
+    .unwrap()
+}
+
+#[test]
+fn sizes_for_a_target_follow_from_the_error_of_the_coarsest_mesh() {
+    let choose_with = |target: f64| {
+        let mut observer = FirstTrial::default();
+        let chosen = size_factor_for_target(&swimmer_with_target(target), &mut observer);
+        (chosen, observer)
+    };
+    // A target above the error: the coarsest mesh meets it.
+    let (chosen, observer) = choose_with(0.9);
+    let trial = observer.trial.unwrap();
+    assert_eq!(trial.size_factor, FemModel::COARSEST_SIZE_FACTOR);
+    assert_eq!(trial.relative_error, observer.relative_error);
+    assert!(trial.relative_error < 0.1, "{trial:?}");
+    assert_eq!(chosen.unwrap(), Some(trial.size_factor));
+    // Below the error, the sizes are extrapolated to 0.6 of the target with the order 3.5.
+    let target = 0.5 * trial.relative_error;
+    let (chosen, observer) = choose_with(target);
+    let again = observer.trial.unwrap();
+    let expected = again.size_factor * (0.6 * target / again.relative_error).powf(1.0 / 3.5);
+    assert_relative_eq!(chosen.unwrap().unwrap(), expected, max_relative = 1e-14);
+    // Far below the error, a second trial precedes the extrapolation.
+    let (chosen, _) = choose_with(1e-3 * trial.relative_error);
+    assert!(matches!(chosen, Err(SwimError::NoSteps)), "{chosen:?}");
 }

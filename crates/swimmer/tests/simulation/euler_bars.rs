@@ -88,6 +88,20 @@ fn bars_of_a_swimmer_that_rotates() {
     let text = std::fs::read_to_string(file).unwrap();
     let text = text.replace("{ kind = \"ball\", radius = 40 }", FREE);
     check("planar", &text);
+    // The error of the rotation is estimated too.
+    let scene = scene(&text);
+    let follow = |method| follow(&scene, &mut TestModel::new(&scene, Tensor::Rpy), method);
+    let exact = follow(Method::Collocation);
+    let euler = follow(Method::Euler { steps: 10 });
+    let (error, accumulated) = (
+        euler.rotation - exact.rotation,
+        euler.accumulated_integration_error.unwrap(),
+    );
+    println!(
+        "{error} {} {}",
+        accumulated.rotation[0], accumulated.uncertainty
+    );
+    assert!((accumulated.rotation[0] - error).norm() < 0.3 * error.norm());
 }
 
 #[test]

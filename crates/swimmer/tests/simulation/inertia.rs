@@ -1,8 +1,10 @@
 //! Time stepping of bodies with mass and moment of inertia.
 
+use std::f64::consts::PI;
+
 use approx::assert_abs_diff_eq;
 use nalgebra::Vector3;
-use swimmer::models::{SphereModel, SpheresModel};
+use swimmer::models::{InstantaneousSolution, SphereModel, SpheresModel};
 use swimmer::{Method, SwimError};
 
 use crate::strokes::FREE;
@@ -52,7 +54,7 @@ fn light_bodies_move_like_massless_ones_and_heavy_ones_keep_their_momentum() {
 fn explicit_steps_with_inertia_are_refused_beyond_the_stability_limit() {
     // One sphere, J = 1: the shortest relaxation time is that of its rotation, 1/(8 pi); the limit
     // is twice that.
-    let limit = 2.0 / (8.0 * std::f64::consts::PI);
+    let limit = 2.0 / (8.0 * PI);
     let pulled = |step: f64| {
         format!(
             "gait.phases = [{{ duration = {:?} }}]\n[[bodies]]\nname = \"a\"\nradius = 1\n\
@@ -64,7 +66,7 @@ fn explicit_steps_with_inertia_are_refused_beyond_the_stability_limit() {
     let step = 0.99 * limit;
     let stable = run_spheres(&pulled(step), method).unwrap();
     // v_k = F/R (1 - g^k) with g = 1 - R dt / m, and a step moves by dt v_k.
-    let drag = 6.0 * std::f64::consts::PI;
+    let drag = 6.0 * PI;
     let g = 1.0 - drag * step;
     let sum = g * (1.0 - g.powi(50)) / (1.0 - g);
     assert_abs_diff_eq!(stable.net(0).x, step * (50.0 - sum) / drag, epsilon = 1e-12);
@@ -86,4 +88,84 @@ fn explicit_steps_with_inertia_are_refused_beyond_the_stability_limit() {
         run_spheres(&massless, Method::BackwardEuler { steps: 5 }),
         Err(SwimError::Scene(swimmer::SceneError::BadValue { .. }))
     ));
+}
+
+/// Velocities and forces of all steps of a run, in order.
+fn steps(run: &Run) -> impl Iterator<Item = &InstantaneousSolution> {
+    run.legs
+        .iter()
+        .flat_map(|leg| leg.solutions.iter().map(|solution| &solution.solution))
+}
+
+#[test]
+fn masses_times_accelerations_are_the_forces_of_the_fluid_and_of_the_links() {
+    // A link on the line of two spheres transmits a force along it and no torque.
+    let (mass, count) = (3.0, 10);
+    let body = |name: &str, x: f64| {
+        format!(
+            "{{ name = \"{name}\", radius = 1, mass = {mass}, inertia = 1, position = [{x}, 0, 0] }}"
+        )
+    };
+    let text = format!(
+        "bodies = [{}, {}]\nlinks = [{{ name = \"arm\", body = \"b\", to = \"a\" }}]\n\
+         gait.phases = [{{ link = \"arm\", length = 5 }}]\n",
+        body("a", 0.0),
+        body("b", 4.0)
+    );
+    let run = run_spheres(&text, Method::BackwardEuler { steps: count }).unwrap();
+    let mut before = [Vector3::zeros(); 2];
+    let mut largest = 0.0_f64;
+    for step in steps(&run) {
+        // The force of the link acts on its body, the opposite one on the other end.
+        for (body, sign) in [(0, -1.0), (1, 1.0)] {
+            let after = step.bodies[body].velocity;
+            let inertia = mass * (after - before[body]) * count as f64;
+            let forces = sign * step.link_forces[0] - step.bodies[body].force;
+            assert_abs_diff_eq!(inertia, forces, epsilon = 1e-11);
+            largest = largest.max(inertia.norm());
+            before[body] = after;
+        }
+    }
+    // The arm starts with a jerk: m v N = 3 x 1/2 x 10.
+    assert_abs_diff_eq!(largest, 15.0, epsilon = 1e-9);
+}
+
+#[test]
+fn forces_and_torques_of_a_sphere_with_inertia_are_those_of_stokes() {
+    let text = "gait.phases = [{ duration = 1 }]\n[[bodies]]\nname = \"a\"\nradius = 1\n\
+                position = [0, 0, 0]\nforce = [1, 0, 0]\ntorque = [0, 2, 0]\nmass = 1\ninertia = 2\n";
+    let run = run_spheres(text, Method::BackwardEuler { steps: 50 }).unwrap();
+    for step in steps(&run) {
+        let body = &step.bodies[0];
+        assert_abs_diff_eq!(body.force, 6.0 * PI * body.velocity, epsilon = 1e-13);
+        assert_abs_diff_eq!(
+            body.torque,
+            8.0 * PI * body.angular_velocity,
+            epsilon = 1e-13
+        );
+    }
+    // After twelve relaxation times or more the load is the drag.
+    let last = &steps(&run).last().unwrap().bodies[0];
+    assert_abs_diff_eq!(last.force.x, 1.0, epsilon = 1e-4);
+    assert_abs_diff_eq!(last.torque.y, 2.0, epsilon = 1e-3);
+}
+
+#[test]
+fn explicit_and_implicit_steps_with_inertia_have_the_same_limit() {
+    // Relaxation times of a few units of time: steps of 1/20 are stable.
+    let text = massive(30.0);
+    let difference = |steps: usize| {
+        let [one, other] = [
+            Method::ExplicitInertia { steps },
+            Method::BackwardEuler { steps },
+        ]
+        .map(|method| run_spheres(&text, method).unwrap());
+        (0..3)
+            .map(|body| (one.net(body) - other.net(body)).norm())
+            .fold(0.0, f64::max)
+    };
+    let (coarse, fine) = (difference(20), difference(40));
+    // First order.
+    assert_abs_diff_eq!(coarse / fine, 2.0, epsilon = 0.2);
+    assert!(fine < 0.1, "{fine}");
 }

@@ -1,6 +1,8 @@
 //! Integration of gaits, checkpoints, error codes and examples.
 
+mod accumulated;
 mod bad_checkpoints;
+mod bookkeeping;
 #[path = "../../../scene/tests/all/edits.rs"]
 mod edits;
 mod euler_bars;
@@ -12,6 +14,7 @@ mod hostile;
 mod inertia;
 mod integrators;
 mod many_cycles;
+mod reports;
 mod strokes;
 mod support;
 mod tolerances;

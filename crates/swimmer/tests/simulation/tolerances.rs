@@ -1,8 +1,10 @@
 //! What happens to the tolerance that a scene asks for.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use rigid::{StateVelocity, Twist};
 use swimmer::models::{
-    Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
+    BodySolution, Configuration, Cost, ErrorEstimates, Hydrodynamics, InstantaneousSolution,
+    MeshError, ModelError, Query, Uncertainty,
 };
 use swimmer::{Method, Scene, SwimError};
 
@@ -87,4 +89,109 @@ fn the_net_displacement_meets_the_tolerance_also_where_it_is_small() {
     // Per leg, orders of one, two and three points, of which the last is accepted, and the end.
     assert_eq!((swimmer.legs.len(), swimmer.solves), (4, 24));
     assert_eq!(swimmer.samples.len(), 1 + 4 * (3 + 1));
+}
+
+/// The test model with a factor on its velocities, on a mesh that changes with every solve.
+struct Changed<F> {
+    model: TestModel,
+    factor: F,
+    /// Error bar of the mesh, relative to the velocity of the frame.
+    bar: f64,
+    solves: usize,
+}
+
+impl<F: Fn(&[f64]) -> f64 + Send> Hydrodynamics for Changed<F> {
+    fn name(&self) -> &'static str {
+        "changed"
+    }
+
+    fn scene(&self) -> &Scene {
+        self.model.scene()
+    }
+
+    fn error_estimates(&self) -> ErrorEstimates {
+        ErrorEstimates::Always
+    }
+
+    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
+        let factor = (self.factor)(query.configuration.lengths);
+        let mut solutions = self.model.solve(query)?;
+        for solution in &mut solutions {
+            let mut largest = 0.0_f64;
+            for frame in &mut solution.motion.frames {
+                frame.linear *= factor;
+                largest = largest.max(frame.linear.norm());
+            }
+            solution.correct(MeshError {
+                motion: StateVelocity {
+                    frames: vec![Twist::default()],
+                    spins: vec![Vector3::zeros(); 3],
+                },
+                bodies: vec![BodySolution::default(); 3],
+                link_forces: Vec::new(),
+                uncertainty: Uncertainty {
+                    relative: 0.0,
+                    velocity: self.bar * largest,
+                },
+            });
+            solution.dofs.total = 1000 + self.solves % 2;
+            self.solves += 1;
+        }
+        Ok(solutions)
+    }
+
+    fn cost(&mut self, at: Configuration<'_>) -> Result<Cost, ModelError> {
+        self.model.cost(at)
+    }
+}
+
+fn simulate_changed(
+    text: &str,
+    bar: f64,
+    factor: impl Fn(&[f64]) -> f64 + Send,
+) -> swimmer::Outcome {
+    let scene = scene(text);
+    let mut model = Changed {
+        model: TestModel::new(&scene, Tensor::Rpy),
+        factor,
+        bar,
+        solves: 0,
+    };
+    swimmer::simulate(&scene, &mut model, Method::Collocation, &mut ()).unwrap()
+}
+
+#[test]
+fn differences_between_meshes_are_an_uncertainty_of_the_mesh_and_not_of_the_integration() {
+    let text = three_spheres("model.tolerance = 1e-4", FREE);
+    let noise = |lengths: &[f64]| 1.0 + 1e-3 * (1e7 * lengths.iter().sum::<f64>()).sin();
+    let outcome = simulate_changed(&text, 5e-3, noise);
+    let exact: f64 = RPY.iter().sum();
+    let error = (outcome.net() - exact).abs();
+    let bar = outcome.error_estimate.mesh.unwrap();
+    assert!(error <= bar && bar < 0.3 * exact, "{error:e} {bar:e}");
+    assert!(outcome.tolerance_met);
+}
+
+#[test]
+fn a_swimmer_among_too_many_bodies_for_a_prediction_meets_the_tolerance_of_its_legs() {
+    let far: String = (0..29)
+        .map(|k| {
+            format!(
+                "[[bodies]]\nname = \"far-{k}\"\nradius = 1\nposition = [{}, 1000, 0]\n",
+                50 * k
+            )
+        })
+        .collect();
+    let text = three_spheres("model.tolerance = 1e-3", FREE) + &far;
+    let scene = scene(&text);
+    let mut model = TestModel::new(&scene, Tensor::Rpy);
+    let outcome = swimmer::simulate(&scene, &mut model, Method::Collocation, &mut ()).unwrap();
+    for leg in &outcome.legs {
+        // Relative to the change of an arm's length, which is the largest displacement.
+        let bar = leg.error_estimate.integration.unwrap();
+        assert!(bar <= 1e-3 / 160.0 * 4.0, "{bar:e}");
+    }
+    let exact: f64 = RPY.iter().sum();
+    let net = outcome.displacement[1].norm();
+    assert!((net - exact).abs() < 1e-3 * exact, "{net} {exact}");
 }

@@ -1,0 +1,298 @@
+//! Error bars of single solutions and what they consist of.
+
+use models::{
+    AxisymmetricModel, BodySolution, Configuration, FemModel, Hydrodynamics, InstantaneousSolution,
+    MeshError, ModelError, Query, SphereModel, SpheresModel, Uncertainty,
+};
+use nalgebra::{UnitQuaternion, Vector3};
+use rigid::StateVelocity;
+use scene::Scene;
+
+use crate::scenes::three_spheres;
+
+fn parse(text: &str) -> Scene {
+    Scene::parse(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+fn solve(model: &mut dyn Hydrodynamics, rates: &[f64]) -> InstantaneousSolution {
+    let scene = model.scene().clone();
+    let state = scene.initial_state();
+    let configuration = Configuration {
+        state: &state,
+        lengths: scene.articulation().initial_lengths(),
+    };
+    model.solve_one(configuration, rates).unwrap()
+}
+
+#[test]
+fn bars_of_models_of_spheres_contain_the_errors_of_velocities_and_power() {
+    let scene = parse(
+        r#"
+        bodies = [
+            { name = "left", radius = 1, position = [-3, 0, 0] },
+            { name = "centre", radius = 1.2, position = [0, 0, 0] },
+            { name = "right", radius = 0.8, position = [3.5, 1, 0] },
+        ]
+        links = [
+            { name = "left arm", body = "left", to = "centre" },
+            { name = "right arm", body = "right", to = "centre" },
+        ]
+        "#,
+    );
+    let exact = |rates: &[f64]| {
+        let kind = SphereModel::Multipole(1e-10);
+        solve(&mut SpheresModel::new(&scene, kind).unwrap(), rates)
+    };
+    for (kind, largest_ratio) in [
+        (SphereModel::Oseen, 1.5),
+        (SphereModel::Rpy, 1.5),
+        (SphereModel::Multipole(1e-2), 100.0),
+        (SphereModel::Multipole(1e-5), 100.0),
+    ] {
+        // The body with the largest error differs.
+        for rates in [[1.0, 0.0], [0.0, 1.0], [0.5, -1.0]] {
+            let found = solve(&mut SpheresModel::new(&scene, kind).unwrap(), &rates);
+            let exact = exact(&rates);
+            let pairs = found.bodies.iter().zip(&exact.bodies);
+            let error = pairs.fold(0.0_f64, |m, (a, b)| m.max((a.velocity - b.velocity).norm()));
+            let bar = found.error_estimate.model.unwrap();
+            assert!(
+                error <= bar && bar <= largest_ratio * error,
+                "{kind:?} {rates:?}: {error:e} {bar:e}"
+            );
+            let error = (found.power() - exact.power()).abs();
+            let bar = found.power_error.model.unwrap();
+            assert!(
+                error <= bar && bar <= largest_ratio * error,
+                "{kind:?} {rates:?}: power {error:e} {bar:e}"
+            );
+        }
+    }
+}
+
+/// A bent swimmer with a load on one of its bodies, in a ball.
+const BENT: &str = r#"
+    domain = { kind = "ball", radius = 12 }
+    model.kind = "fem"
+    fem.surface_size = 1.2
+    bodies = [
+        { name = "a", radius = 1, position = [-3, 0, 0] },
+        { name = "b", radius = 1, position = [0, 0, 0], force = [1, 2, 3], torque = [3, 1, -2] },
+        { name = "c", radius = 1, position = [1, 4, 0] },
+    ]
+    links = [
+        { name = "ab", body = "a", to = "b" },
+        { name = "cb", body = "c", to = "b" },
+    ]
+"#;
+
+#[test]
+fn the_errors_that_are_subtracted_are_those_of_a_rigid_motion_and_of_balanced_forces() {
+    let scene = parse(BENT);
+    let solution = solve(&mut FemModel::new(&scene).unwrap(), &[1.0, -0.5]);
+    let error = solution.mesh_error.as_ref().unwrap();
+    let frame = error.motion.frames[0];
+    let root = scene.bodies()[0].position;
+    assert!(frame.angular.norm() > 1e-5, "{}", frame.angular);
+    let mut largest = 0.0_f64;
+    for (body, found) in scene.bodies().iter().zip(&error.bodies) {
+        let expected = frame.linear + frame.angular.cross(&(body.position - root));
+        // Differences of velocities of about one.
+        assert!((found.velocity - expected).norm() <= 1e-14);
+        assert!((found.angular_velocity - frame.angular).norm() <= 1e-14);
+        largest = largest.max(found.velocity.norm());
+    }
+    let relative = error.uncertainty.relative;
+    assert!((0.01..1.0).contains(&relative), "{relative}");
+    assert!(error.uncertainty.velocity > 0.01 * largest);
+    let bar = solution.error_estimate.mesh.unwrap();
+    let expected = (relative * largest).hypot(error.uncertainty.velocity);
+    assert!((bar / expected - 1.0).abs() < 1e-14);
+    let largest = error
+        .bodies
+        .iter()
+        .fold(0.0_f64, |m, e| m.max(e.force.norm()));
+    assert!((error.force_error_bar() / (relative * largest) - 1.0).abs() < 1e-14);
+    // Forces of a constrained motion are too large.
+    let body = &solution.bodies[0];
+    let factor = error.bodies[0].force.dot(&body.force) / body.force.norm_squared();
+    assert!((1e-3..0.3).contains(&factor), "{factor}");
+    // Loads of the links and the loads of the scene are all that acts on the swimmer.
+    let sum = |vectors: &dyn Fn(usize) -> Vector3<f64>| (0..3).map(vectors).sum::<Vector3<f64>>();
+    let force = sum(&|k| error.bodies[k].force);
+    let about_root = |k: usize| scene.bodies()[k].position - root;
+    let torque = sum(&|k| error.bodies[k].torque + about_root(k).cross(&error.bodies[k].force));
+    // Rounding of forces of about ten.
+    assert!(
+        force.norm() < 1e-12 && torque.norm() < 1e-11,
+        "{force} {torque}"
+    );
+    // Links transmit what the fluid exerts, apart from the loads.
+    for solution in [&solution, &solution.uncorrected()] {
+        let forces = |body: usize| solution.bodies[body].force;
+        let links = &solution.link_forces;
+        for (found, expected) in [
+            (links[0], forces(0)),
+            (links[1], forces(2)),
+            (-links[0] - links[1], forces(1) - scene.bodies()[1].force),
+        ] {
+            // The solver's residual of 1e-8, of forces of about ten.
+            assert!((found - expected).norm() < 1e-5, "{found} {expected}");
+        }
+    }
+    let removed = (solution.uncorrected_power() - solution.power()).abs();
+    let uncorrected = solution.uncorrected();
+    assert!((uncorrected.power() - solution.uncorrected_power()).abs() < 1e-12 * removed.max(1.0));
+    let bar = solution.power_error.mesh.unwrap();
+    assert!((bar / (relative * removed) - 1.0).abs() < 1e-9);
+    // The residual of the solver has the same relative effect on velocities and power.
+    let speed = solution
+        .bodies
+        .iter()
+        .fold(0.0_f64, |m, b| m.max(b.velocity.norm()));
+    let of_velocity = solution.error_estimate.algebraic.unwrap() / speed;
+    let of_power = solution.power_error.algebraic.unwrap() / solution.power().abs();
+    assert!(of_velocity > 0.0 && (of_velocity / of_power - 1.0).abs() < 1e-13);
+}
+
+#[test]
+fn the_far_field_moves_the_whole_flow_and_its_bar_is_that_of_the_neglected_terms() {
+    // The ball of the mesh has 60 times the radius of the bodies, measured from its centre; above a
+    // wall the centre is on the wall, at twice the radius from the farthest point of the sphere.
+    for (domain, height, neglected) in [("unbounded", 0.0, 2.5), ("wall", 1.5, 5.0)] {
+        let scene = parse(&format!(
+            "domain.kind = \"{domain}\"\nmodel.kind = \"fem\"\nfem.surface_size = 1.2\n\
+             bodies = [{{ name = \"s\", radius = 1, position = [0, 0, {height:?}], \
+             force = [1, 0, 0] }}]"
+        ));
+        let mut model = FemModel::new(&scene).unwrap();
+        let solution = solve(&mut model, &[]);
+        let velocity = solution.bodies[0].velocity;
+        let bar = solution.error_estimate.container.unwrap();
+        let expected = neglected / 60.0_f64.powi(3) * velocity.norm();
+        assert!(
+            (bar / expected - 1.0).abs() < 1e-10,
+            "{domain}: {bar:e} {expected:e}"
+        );
+        let bar = solution.power_error.container.unwrap();
+        let expected = neglected / 60.0_f64.powi(3) * solution.power();
+        assert!(
+            (bar / expected - 1.0).abs() < 1e-10,
+            "{domain}: {bar:e} {expected:e}"
+        );
+        assert!((solution.motion.frames[0].linear - velocity).norm() < 1e-14);
+        // The fluid on the sphere moves with it.
+        let flow = model.last_flow().unwrap();
+        let spin = solution.bodies[0].angular_velocity;
+        for node in flow.mesh.nodes_on(flow.mesh.tag("s").unwrap()) {
+            let arm = flow.mesh.points()[node as usize] - scene.bodies()[0].position;
+            let difference = flow.velocity[node as usize] - velocity - spin.cross(&arm);
+            assert!(difference.norm() < 1e-14, "{domain}: {difference}");
+        }
+    }
+}
+
+const PAIR_ON_AXIS: &str = r#"
+    bodies = [
+        { name = "a", radius = 1, position = [0, 0, 0] },
+        { name = "b", radius = 1, position = [4, 0, 0] },
+    ]
+    links = [{ name = "arm", body = "b", to = "a" }]
+"#;
+
+#[test]
+fn the_accuracy_in_the_meridian_plane_is_that_of_the_scene_the_caller_or_the_query() {
+    let scene = |tolerance: f64| parse(&format!("model.tolerance = {tolerance:e}\n{PAIR_ON_AXIS}"));
+    let model = |tolerance: f64| AxisymmetricModel::new(&scene(tolerance)).unwrap();
+    let state = scene(1e-3).initial_state();
+    let configuration = Configuration {
+        state: &state,
+        lengths: &[4.0],
+    };
+    let rates = [vec![1.0]];
+    let query = Query::new(configuration, &rates);
+    let relative = |model: &mut AxisymmetricModel, query: &Query| {
+        let solution = model.solve(query).unwrap().remove(0);
+        let [forces, _] = solution.relative_mesh_errors();
+        forces
+    };
+    let usual = relative(&mut model(1e-1), &query);
+    // A twentieth of the tolerance of the scene; what the caller or the query asks for.
+    for found in [
+        relative(&mut model(1e-6), &query),
+        relative(&mut model(1e-1).with_accuracy(1e-8), &query),
+        relative(&mut model(1e-1), &query.with_accuracy(Some(1e-8))),
+    ] {
+        assert!(
+            found > 0.0 && found < 1e-7 && found < 0.1 * usual,
+            "{found:e} {usual:e}"
+        );
+    }
+    let cost = model(1e-1).cost(configuration).unwrap();
+    assert!(cost.mib > 0.1 && cost.dofs.total > 100, "{cost:?}");
+    // Half of every correction is uncertain, and a part in which errors of bodies do not cancel.
+    let error = solve(&mut model(1e-1), &[1.0]).mesh_error.unwrap();
+    assert_eq!(error.uncertainty.relative, 0.5);
+    assert!(error.uncertainty.velocity > 0.0);
+    // Bodies that leave the axis are refused.
+    let mut turned = state.clone();
+    turned.frames[0].rotation = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 0.1));
+    let configuration = Configuration {
+        state: &turned,
+        lengths: &[4.0],
+    };
+    let refused = model(1e-1).solve(&Query::new(configuration, &rates));
+    assert!(matches!(refused, Err(ModelError::Unsupported { .. })));
+}
+
+#[test]
+fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
+    let scene = three_spheres("");
+    let mut model = SpheresModel::new(&scene, SphereModel::Rpy).unwrap();
+    let mut solution = InstantaneousSolution::new(
+        solve(&mut model, &[1.0, 0.0]).bodies,
+        Vec::new(),
+        StateVelocity {
+            frames: Vec::new(),
+            spins: Vec::new(),
+        },
+    );
+    assert_eq!(solution.relative_mesh_errors(), [0.0, 0.0]);
+    let largest = |of: &dyn Fn(usize) -> f64| (0..3).map(of).fold(0.0, f64::max);
+    let force = largest(&|body| solution.bodies[body].force.norm());
+    let speed = largest(&|body| solution.bodies[body].velocity.norm());
+    let vector = |size: f64| Vector3::new(0.6, 0.0, 0.8) * size;
+    let error = |of_velocity: f64, of_force: f64| BodySolution {
+        velocity: vector(of_velocity * speed),
+        force: vector(of_force * force),
+        ..BodySolution::default()
+    };
+    // Twice the errors, because half of them is uncertain; larger bodies of the same solution.
+    for body in &mut solution.bodies {
+        body.velocity *= 1e3;
+        body.force *= 1e3;
+    }
+    solution.correct(MeshError {
+        motion: StateVelocity {
+            frames: Vec::new(),
+            spins: Vec::new(),
+        },
+        bodies: vec![error(0.02, 0.4), error(0.06, 0.6), error(0.04, 0.2)],
+        link_forces: Vec::new(),
+        uncertainty: Uncertainty {
+            relative: 0.5,
+            velocity: 0.04 * speed,
+        },
+    });
+    let largest = |of: &dyn Fn(usize) -> f64| (0..3).map(of).fold(0.0, f64::max);
+    let sizes = [
+        largest(&|body| solution.bodies[body].force.norm()) / force,
+        largest(&|body| solution.bodies[body].velocity.norm()) / speed,
+    ];
+    let [of_forces, of_velocities] = solution.relative_mesh_errors();
+    assert!((of_forces * sizes[0] - 0.3).abs() < 1e-13, "{of_forces}");
+    assert!(
+        (of_velocities * sizes[1] - 0.05).abs() < 1e-13,
+        "{of_velocities}"
+    );
+}

@@ -1,0 +1,262 @@
+//! What the command prints are the numbers of its JSON, rounded.
+
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Standard output and standard error of a successful command.
+fn swim(arguments: &[&str]) -> (String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_swim"))
+        .args(arguments)
+        .output()
+        .unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    (text(&output.stdout), text(&output.stderr))
+}
+
+/// The text after a label at the start of a line.
+fn after<'a>(text: &'a str, label: &str) -> &'a str {
+    let found = text.lines().find_map(|line| line.strip_prefix(label));
+    found
+        .unwrap_or_else(|| panic!("no line with '{label}':\n{text}"))
+        .trim()
+}
+
+fn number(text: &str) -> f64 {
+    let first = text.split_whitespace().next().unwrap_or_default();
+    first.parse().unwrap_or_else(|_| panic!("{text}"))
+}
+
+/// Value and uncertainty of `1.60 +- 0.04 (2.5 %)` or `(1.60 +- 0.04)e-7 (2.5 %)`.
+fn with_uncertainty(text: &str) -> [f64; 2] {
+    let (numbers, scale) = match text
+        .strip_prefix('(')
+        .and_then(|rest| rest.split_once(")e"))
+    {
+        Some((numbers, rest)) => (
+            numbers,
+            format!("1e{}", rest.split_whitespace().next().unwrap()),
+        ),
+        None => (text, "1".to_owned()),
+    };
+    let (value, uncertainty) = numbers.split_once(" +- ").unwrap();
+    [value, uncertainty].map(|part| number(part) * number(&scale))
+}
+
+/// Asserts that two digits of `printed` are those of `exact`.
+fn assert_two_digits(what: &str, printed: f64, exact: f64) {
+    // Half a unit of the second digit is at most a twentieth.
+    let difference = (printed - exact).abs();
+    assert!(
+        difference <= 0.0501 * exact.abs(),
+        "{what}: {printed:e} {exact:e}"
+    );
+}
+
+fn vector(value: &Value) -> [f64; 3] {
+    [0, 1, 2].map(|axis| value[axis].as_f64().unwrap())
+}
+
+/// A planar swimmer that rotates, in metres: its displacements are micrometres.
+const PLANAR: &str = r#"
+    model = { kind = "rpy", tolerance = 1e-2 }
+    gait.cycles = 2
+    bodies = [
+        { name = "hub", shape = "point", position = [0, 0, 0] },
+        { name = "one", radius = 1e-6, position = [6e-6, 0, 0] },
+        { name = "two", radius = 1e-6, position = [-3e-6, 5e-6, 0] },
+        { name = "three", radius = 1e-6, position = [-3e-6, -5e-6, 0] },
+    ]
+    links = [
+        { name = "arm-1", body = "one", to = "hub" },
+        { name = "arm-2", body = "two", to = "hub" },
+        { name = "arm-3", body = "three", to = "hub" },
+    ]
+    gait.phases = [
+        { link = "arm-1", length = 4e-6 },
+        { link = "arm-2", length = 4e-6 },
+        { link = "arm-1", length = 6e-6 },
+        { link = "arm-2", length = 6e-6 },
+    ]
+"#;
+
+#[test]
+fn a_run_prints_the_numbers_of_its_summary() {
+    let folder = tempfile::tempdir().unwrap();
+    let [scene, out] = ["planar.toml", "out"].map(|name| folder.path().join(name));
+    std::fs::write(&scene, PLANAR).unwrap();
+    let (text, _) = swim(&[
+        "run",
+        scene.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    let summary: Value = serde_json::from_str(&summary).unwrap();
+
+    // The table: phases, then the total, with a common power of ten and five decimals.
+    let unit = 1e-6;
+    let mut table = text
+        .lines()
+        .skip_while(|line| !line.starts_with("displacements"));
+    assert!(
+        table
+            .next()
+            .unwrap()
+            .contains(" in 1e-6 of the scene's unit")
+    );
+    let names: Vec<&str> = table.next().unwrap().split_whitespace().skip(1).collect();
+    assert_eq!(names, ["hub", "one", "two", "three"]);
+    let phases = summary["phases"].as_array().unwrap();
+    assert_eq!(phases.len(), 8);
+    let rows = phases.iter().chain([&summary]);
+    for (line, row) in table.zip(rows) {
+        let cells: Vec<&str> = line.split_whitespace().collect();
+        assert_eq!(cells[0], row["link"].as_str().unwrap_or("total"));
+        for (body, name) in names.iter().enumerate() {
+            let displacement = vector(&row["displacement"][*name]);
+            for (axis, exact) in displacement.into_iter().enumerate() {
+                let printed = number(cells[1 + 3 * body + axis]) * unit;
+                assert!((printed - exact).abs() <= 0.51e-5 * unit, "{line}");
+            }
+        }
+    }
+
+    let bodies = names
+        .iter()
+        .map(|name| vector(&summary["displacement"][*name]));
+    let mean = bodies.fold([0.0; 3], |[x, y, z], d| {
+        [x + d[0] / 4.0, y + d[1] / 4.0, z + d[2] / 4.0]
+    });
+    let net = mean.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let [value, bar] = with_uncertainty(after(&text, "net displacement"));
+    let exact_bar = summary["error_estimate"]["total"].as_f64().unwrap();
+    assert_two_digits("bar of the net displacement", bar, exact_bar);
+    assert!(
+        (value - net).abs() <= 0.051 * exact_bar,
+        "{value:e} {net:e}"
+    );
+    for source in ["model", "integration"] {
+        let printed = number(after(&text, &format!("  {source}")));
+        assert_two_digits(
+            source,
+            printed,
+            summary["error_estimate"][source].as_f64().unwrap(),
+        );
+    }
+    assert_two_digits("sum", number(after(&text, "  sum")), exact_bar);
+    assert!(after(&text, "  not estimated").contains("container"));
+
+    let [value, bar] = with_uncertainty(after(&text, "work on the fluid"));
+    let work = summary["work"].as_f64().unwrap();
+    let exact_bar = summary["work_error"]["total"].as_f64().unwrap();
+    assert_two_digits("bar of the work", bar, exact_bar);
+    assert!(
+        (value - work).abs() <= 0.051 * exact_bar,
+        "{value:e} {work:e}"
+    );
+
+    let rotation = after(&text, "rotation vector").trim_start_matches('(');
+    let printed: Vec<f64> = rotation.split([',', ')']).take(3).map(number).collect();
+    for (printed, exact) in printed.iter().zip(vector(&summary["rotation"])) {
+        assert!((printed - exact).abs() <= 0.51e-5, "{rotation}");
+    }
+    assert!(printed[2] > 0.01, "{rotation}");
+    let solves = summary["solves"].as_u64().unwrap();
+    assert!(after(&text, "cost").starts_with(&format!("{solves} solves, ")));
+    // All solves of all phases are counted.
+    let of_phases = phases.iter().map(|phase| phase["solves"].as_u64().unwrap());
+    assert_eq!(of_phases.sum::<u64>(), solves);
+}
+
+/// Two equal spheres that an arm pushes apart: errors of forces are twenty times those of
+/// velocities, which the rate of the arm determines.
+const PAIR: &str = r#"
+    domain = { kind = "ball", radius = 12 }
+    model.kind = "fem"
+    fem = { size_factor = 2.0, target = 5e-3 }
+    bodies = [
+        { name = "a", radius = 1, position = [-2, 0, 0] },
+        { name = "b", radius = 1, position = [2, 0, 0] },
+    ]
+    links = [{ name = "arm", body = "b", to = "a" }]
+    gait.phases = [{ link = "arm", length = 4.5 }]
+"#;
+
+#[test]
+fn solve_prints_the_numbers_of_its_json_and_warns_about_the_larger_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("pair.toml");
+    std::fs::write(&scene, PAIR).unwrap();
+    let scene = scene.to_str().unwrap();
+    let (text, warning) = swim(&["solve", scene]);
+    let (json, _) = swim(&["solve", scene, "--json"]);
+    let answer: Value = serde_json::from_str(&json).unwrap();
+
+    let mut lines = text.lines().skip_while(|line| !line.starts_with("body "));
+    let mut check = |label: &str, exact: &Value| {
+        let line = lines.next().unwrap();
+        let printed = line.trim_start().strip_prefix(label);
+        let printed = printed.unwrap_or_else(|| panic!("{label}: {line}"));
+        if let Value::String(name) = exact {
+            return assert_eq!(printed.trim(), name);
+        }
+        for (printed, exact) in printed.split_whitespace().zip(vector(exact)) {
+            assert!((number(printed) - exact).abs() <= 0.51e-8, "{line}");
+        }
+    };
+    for body in answer["bodies"].as_array().unwrap() {
+        check("body", &body["name"]);
+        check("velocity", &body["velocity"]);
+        check("angular velocity", &body["angular_velocity"]);
+        check("force on the fluid", &body["force"]);
+        check("torque on the fluid", &body["torque"]);
+    }
+    check("link", &answer["links"][0]["name"]);
+    check("force on b", &answer["links"][0]["force"]);
+    // The link exerts the whole force on its body.
+    assert!(answer["links"][0]["force"][0].as_f64().unwrap() > 1.0);
+
+    let estimate = |key: &str| answer["error_estimate"][key].as_f64().unwrap();
+    assert_two_digits("mesh", number(after(&text, "  mesh")), estimate("mesh"));
+    assert_two_digits("sum", number(after(&text, "  sum")), estimate("total"));
+    let force = answer["error_estimate"]["force"]["mesh"].as_f64().unwrap();
+    assert_two_digits("force", number(after(&text, "error of forces")), force);
+    for (label, key) in [
+        ("check of forces", "force_by_stress"),
+        ("check of power", "dissipation"),
+    ] {
+        let percent = number(after(&text, label));
+        assert_two_digits(
+            label,
+            percent,
+            100.0 * answer["checks"][key].as_f64().unwrap(),
+        );
+    }
+    let dofs = answer["dofs"]["total"].as_u64().unwrap();
+    assert_eq!(after(&text, "degrees of freedom"), dofs.to_string());
+    let dofs_of = |key: &str| answer["dofs"][key].as_u64().unwrap();
+    // One dof more: the speed of the pair.
+    assert!((1..12).contains(&(dofs - dofs_of("velocity") - dofs_of("pressure"))));
+    let iterations = answer["solver"]["iterations"].as_u64().unwrap();
+    assert!(after(&text, "solver").contains(&format!("{iterations} iterations")));
+
+    // The error of the forces is above the target, that of the velocities below.
+    let (speed, size) = (
+        answer["bodies"][0]["velocity"][0].as_f64().unwrap().abs(),
+        answer["bodies"][0]["force"][0].as_f64().unwrap().abs(),
+    );
+    assert!(estimate("mesh") < 5e-3 * speed && force > 5e-3 * size);
+    let words = warning
+        .strip_prefix("warning: fem.target = 5e-3 allows")
+        .unwrap();
+    let (of_force, of_velocity) = words.split_once(" of the largest force and ").unwrap();
+    let of_force = of_force.rsplit_once("is ").unwrap().1;
+    assert_two_digits("force", number(of_force), 100.0 * force / size);
+    assert_two_digits(
+        "velocity",
+        number(of_velocity),
+        100.0 * estimate("mesh") / speed,
+    );
+}

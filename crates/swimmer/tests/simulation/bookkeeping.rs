@@ -1,0 +1,174 @@
+//! Counts, times, meshes and samples of a run.
+
+use approx::assert_abs_diff_eq;
+use nalgebra::Vector3;
+use swimmer::models::{
+    Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query, Remesh, Seconds,
+};
+use swimmer::{Leg, LegSolution, Method, Observer, Outcome, Scene, SwimError, legs, simulate};
+
+use crate::strokes::FREE;
+use crate::support::{Tensor, TestModel, scene, three_spheres};
+
+/// The test model, with given computing times, whose twentieth solution is on a new mesh.
+struct Counted {
+    model: TestModel,
+    solves: usize,
+}
+
+const SECONDS: Seconds = Seconds {
+    mesh: 1.0,
+    assembly: 2.0,
+    setup: 3.0,
+    solve: 4.0,
+    estimate: 5.0,
+    total: 16.0,
+};
+
+const REMESHED: usize = 20;
+
+impl Hydrodynamics for Counted {
+    fn name(&self) -> &'static str {
+        "counted"
+    }
+
+    fn scene(&self) -> &Scene {
+        self.model.scene()
+    }
+
+    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
+        let mut solutions = self.model.solve(query)?;
+        for solution in &mut solutions {
+            solution.seconds = SECONDS;
+            solution.remeshed = (self.solves == REMESHED).then_some(Remesh::First);
+            self.solves += 1;
+        }
+        Ok(solutions)
+    }
+
+    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
+        self.model.cost(configuration)
+    }
+}
+
+/// Phases of the durations 1/2, 1/2, 1 and 1.
+fn stroke() -> Scene {
+    let text = three_spheres("model.tolerance = 1e-6", FREE);
+    scene(&text.replace("length = 6\n", "length = 6\nduration = 0.5\n"))
+}
+
+/// Time and phase of the solution on a new mesh.
+#[derive(Default)]
+struct Remeshed(Option<(f64, usize)>);
+
+impl Observer for Remeshed {
+    fn solved(
+        &mut self,
+        leg: &Leg,
+        solution: &LegSolution,
+        _: &dyn Hydrodynamics,
+    ) -> Result<(), SwimError> {
+        if solution.number == REMESHED {
+            self.0 = Some((leg.start + solution.s * leg.duration, leg.number + 1));
+        }
+        Ok(())
+    }
+}
+
+fn follow(model: &mut Counted, observer: &mut Remeshed) -> Outcome {
+    simulate(&stroke(), model, Method::Collocation, observer).unwrap()
+}
+
+fn counted() -> Counted {
+    Counted {
+        model: TestModel::new(&stroke(), Tensor::Rpy),
+        solves: 0,
+    }
+}
+
+#[test]
+fn solves_seconds_and_meshes_of_all_legs_are_counted() {
+    let (mut model, mut observer) = (counted(), Remeshed::default());
+    let outcome = follow(&mut model, &mut observer);
+    assert_eq!(outcome.solves, model.solves);
+    let of_legs: Vec<usize> = outcome.legs.iter().map(|leg| leg.solves).collect();
+    assert_eq!(of_legs.iter().sum::<usize>(), model.solves);
+    assert!(of_legs.len() == 4 && of_legs.iter().all(|&solves| solves >= 3));
+    let times = |seconds: Seconds| {
+        let Seconds {
+            mesh,
+            assembly,
+            setup,
+            solve,
+            estimate,
+            total,
+        } = seconds;
+        [mesh, assembly, setup, solve, estimate, total]
+    };
+    // Integers, so that the sums are exact.
+    let expected = times(SECONDS).map(|seconds| model.solves as f64 * seconds);
+    assert_eq!(times(outcome.seconds), expected);
+    // The mesh has the time and the phase of its solve.
+    let (time, phase) = observer.0.unwrap();
+    assert!(phase > 1 && time > 0.5);
+    let [mesh] = &outcome.meshes[..] else {
+        panic!("{:?}", outcome.meshes)
+    };
+    assert_eq!((mesh.time, mesh.phase), (time, phase));
+    assert_eq!(mesh.reason, Remesh::First.to_string());
+}
+
+#[test]
+fn samples_and_curve_are_the_trajectory_at_their_times() {
+    let outcome = follow(&mut counted(), &mut Remeshed::default());
+    let scene = stroke();
+    let initial = scene.articulation().initial_lengths();
+    let all: Vec<Leg> = legs(scene.gait(), initial).unwrap().collect();
+    let lengths_at = |time: f64| {
+        let leg = all
+            .iter()
+            .find(|leg| time <= leg.start + leg.duration + 1e-12);
+        let leg = leg.unwrap();
+        leg.lengths((time - leg.start) / leg.duration)
+    };
+    let arms = |x: &[Vector3<f64>]| [(x[0] - x[1]).norm(), (x[2] - x[1]).norm()];
+    // Sums of lengths of about ten have rounding errors of a few units of 1e-15.
+    let check = |time: f64, positions: &[Vector3<f64>]| {
+        for (found, expected) in arms(positions).into_iter().zip(lengths_at(time)) {
+            assert_abs_diff_eq!(found, expected, epsilon = 1e-13);
+        }
+    };
+    for samples in outcome.samples.windows(2) {
+        assert!(samples[0].time < samples[1].time);
+    }
+    let mut on_curve = 0;
+    for sample in &outcome.samples {
+        let positions: Vec<_> = sample
+            .poses
+            .iter()
+            .map(|pose| pose.translation.vector)
+            .collect();
+        check(sample.time, &positions);
+        for (found, expected) in sample.lengths.iter().zip(arms(&positions)) {
+            assert_abs_diff_eq!(*found, expected, epsilon = 1e-13);
+        }
+        for (time, curve) in &outcome.curve {
+            if (time - sample.time).abs() < 1e-12 {
+                on_curve += 1;
+                for (a, b) in curve.iter().zip(&positions) {
+                    assert_abs_diff_eq!(a, b, epsilon = 1e-10);
+                }
+            }
+        }
+    }
+    // At least at the start and the ends of the four legs.
+    assert!(on_curve >= 5, "{on_curve}");
+    for points in outcome.curve.windows(2) {
+        assert!(points[0].0 < points[1].0);
+    }
+    for (time, positions) in &outcome.curve {
+        check(*time, positions);
+    }
+    let [first, last] = [outcome.curve.first(), outcome.curve.last()].map(|point| point.unwrap().0);
+    assert_eq!((first, last), (0.0, scene.gait().duration()));
+}

@@ -1,0 +1,333 @@
+//! JSON and CSV for other programs: every number stands under its own key, and in its own column.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rigid::StateVelocity;
+use serde_json::{Value, json};
+use swimmer::models::{
+    AccumulatedError, BodySolution, Checks, Dofs, ErrorEstimate, InstantaneousSolution, MeshError,
+    NewMesh, Seconds, SolverReport, Uncertainty,
+};
+use swimmer::output::{solution_json, summary_json, trajectory_csv};
+use swimmer::{Method, Outcome, Scene, simulate};
+
+use crate::support::{Tensor, TestModel, scene};
+
+/// Two spheres with an arm that closes, rests and opens, twice.
+fn pair() -> Scene {
+    scene(
+        r#"
+        model = { kind = "rpy", tolerance = 1e-4 }
+        bodies = [
+            { name = "a", radius = 1, position = [0, 0, 0] },
+            { name = "b, the large", radius = 1.5, position = [5, 0, 0] },
+        ]
+        links = [{ name = "arm", body = "b, the large", to = "a" }]
+        gait.cycles = 2
+        gait.phases = [
+            { link = "arm", length = 4, duration = 0.5 },
+            { duration = 0.25 },
+            { link = "arm", length = 5 },
+        ]
+        "#,
+    )
+}
+
+fn outcome(scene: &Scene) -> Outcome {
+    let mut model = TestModel::new(scene, Tensor::Rpy);
+    simulate(scene, &mut model, Method::Collocation, &mut ()).unwrap()
+}
+
+/// A vector that no other number gives.
+fn vector(number: f64) -> Vector3<f64> {
+    Vector3::new(number, number + 0.25, number + 0.5)
+}
+
+fn list(number: f64) -> Value {
+    json!([number, number + 0.25, number + 0.5])
+}
+
+/// An error estimate without that of the container.
+fn estimate(unit: f64) -> ErrorEstimate {
+    ErrorEstimate {
+        mesh: Some(unit),
+        container: None,
+        model: Some(2.0 * unit),
+        algebraic: Some(4.0 * unit),
+        integration: Some(8.0 * unit),
+    }
+}
+
+fn estimate_json(unit: f64) -> Value {
+    json!({
+        "mesh": unit,
+        "model": 2.0 * unit,
+        "algebraic": 4.0 * unit,
+        "integration": 8.0 * unit,
+        "total": 15.0 * unit,
+        "not_estimated": ["container"],
+    })
+}
+
+fn seconds(unit: f64) -> Seconds {
+    Seconds {
+        mesh: unit,
+        assembly: 2.0 * unit,
+        setup: 3.0 * unit,
+        solve: 4.0 * unit,
+        estimate: 5.0 * unit,
+        total: 6.0 * unit,
+    }
+}
+
+fn seconds_json(unit: f64, total: f64) -> Value {
+    json!({
+        "mesh": unit,
+        "assembly": 2.0 * unit,
+        "setup": 3.0 * unit,
+        "solve": 4.0 * unit,
+        "estimate": 5.0 * unit,
+        "total": total,
+    })
+}
+
+/// A report without the memory of this process.
+fn without_memory(mut report: Value) -> Value {
+    assert!(report.as_object_mut().unwrap().contains_key("peak_rss_mib"));
+    report.as_object_mut().unwrap().remove("peak_rss_mib");
+    report
+}
+
+#[test]
+fn the_summary_has_every_number_of_the_outcome() {
+    let scene = pair();
+    let mut outcome = outcome(&scene);
+    outcome.displacement = vec![vector(1.0), vector(2.0)];
+    outcome.mesh_error = Some(vec![vector(0.125), vector(0.25)]);
+    outcome.rotation = vector(3.0);
+    outcome.solves = 41;
+    outcome.error_estimate = estimate(0.5);
+    outcome.work = 42.0;
+    outcome.accumulated_error = Some(AccumulatedError {
+        work: 2.5,
+        ..AccumulatedError::default()
+    });
+    outcome.work_error = estimate(0.25);
+    outcome.tolerance_met = false;
+    outcome.seconds = seconds(1.0);
+    outcome.meshes = vec![NewMesh {
+        time: 0.75,
+        phase: 2,
+        reason: "a reason".to_owned(),
+    }];
+    for (number, leg) in outcome.legs.iter_mut().enumerate() {
+        let unit = number as f64;
+        leg.displacement = vec![vector(10.0 + unit), vector(20.0 + unit)];
+        leg.solves = 50 + number;
+        leg.error_estimate = estimate(1.0 + unit);
+    }
+    let phases: Vec<Value> = (0..6)
+        .map(|number| {
+            let unit = f64::from(number);
+            json!({
+                "link": (number % 3 != 1).then_some("arm"),
+                "displacement": { "a": list(10.0 + unit), "b, the large": list(20.0 + unit) },
+                "solves": 50 + number,
+                "error_estimate": estimate_json(1.0 + unit),
+            })
+        })
+        .collect();
+    let report = summary_json(&scene, "a model", &["why".to_owned()], &outcome, 77.0);
+    assert_eq!(
+        without_memory(report),
+        json!({
+            "displacement": { "a": list(1.0), "b, the large": list(2.0) },
+            "rotation": list(3.0),
+            "phases": phases,
+            "solves": 41,
+            "error_estimate": estimate_json(0.5),
+            "uncorrected": {
+                "displacement": {
+                    "a": [1.125, 1.625, 2.125],
+                    "b, the large": [2.25, 2.75, 3.25],
+                },
+                "work": 44.5,
+            },
+            "seconds": seconds_json(1.0, 77.0),
+            "model": "a model",
+            "reasons": ["why"],
+            "cycles": 2,
+            // Two cycles of 0.5 + 0.25 + 1.
+            "duration": 3.5,
+            "work": 42.0,
+            "work_error": estimate_json(0.25),
+            "tolerance": 1e-4,
+            "tolerance_met": false,
+            "meshes": [{ "time": 0.75, "phase": 2, "reason": "a reason" }],
+        })
+    );
+    outcome.mesh_error = None;
+    let report = summary_json(&scene, "a model", &[], &outcome, 77.0);
+    assert_eq!(report["uncorrected"], Value::Null);
+}
+
+fn body(unit: f64) -> BodySolution {
+    BodySolution {
+        velocity: vector(unit),
+        angular_velocity: vector(unit + 1.0),
+        force: vector(unit + 2.0),
+        torque: vector(unit + 3.0),
+    }
+}
+
+#[test]
+fn the_json_of_a_solution_has_every_number_of_it() {
+    let scene = pair();
+    let motion = StateVelocity {
+        frames: Vec::new(),
+        spins: Vec::new(),
+    };
+    let bodies = vec![body(10.0), body(20.0)];
+    let mut solution = InstantaneousSolution::new(bodies, vec![vector(30.0)], motion);
+    solution.dofs = Dofs {
+        velocity: 3,
+        pressure: 4,
+        total: 9,
+    };
+    solution.solver = SolverReport {
+        formulation: "p-tilde".to_owned(),
+        solver: "block".to_owned(),
+        iterations: 17,
+        true_relative_residual: 1e-9,
+    };
+    solution.seconds = seconds(1.0);
+    solution.checks = Some(Checks {
+        force_by_stress: 0.01,
+        dissipation: 0.02,
+    });
+    // Half of the numbers was subtracted.
+    let mut error = MeshError::between(&solution, &solution, Uncertainty::default());
+    error.bodies = solution.bodies.clone();
+    error.link_forces = solution.link_forces.clone();
+    error.uncertainty.relative = 0.5;
+    let twice = |v: &mut Vector3<f64>| *v *= 2.0;
+    for body in &mut solution.bodies {
+        [
+            &mut body.velocity,
+            &mut body.angular_velocity,
+            &mut body.force,
+            &mut body.torque,
+        ]
+        .into_iter()
+        .for_each(twice);
+    }
+    solution.link_forces.iter_mut().for_each(twice);
+    solution.correct(error);
+    solution.error_estimate = estimate(0.5);
+    let mut estimates = estimate_json(0.5);
+    // Half of the larger of the errors of the two forces.
+    estimates["force"] = json!({ "mesh": 0.5 * vector(22.0).norm() });
+    let body_json = |name: &str, unit: f64| {
+        json!({
+            "name": name,
+            "velocity": list(unit),
+            "angular_velocity": list(unit + 1.0),
+            "force": list(unit + 2.0),
+            "torque": list(unit + 3.0),
+        })
+    };
+    let twice = |mut value: Value| {
+        for entry in value.as_object_mut().unwrap().values_mut() {
+            for number in entry.as_array_mut().into_iter().flatten() {
+                *number = json!(2.0 * number.as_f64().unwrap());
+            }
+        }
+        value
+    };
+    let uncorrected = json!({
+        "bodies": [twice(body_json("a", 10.0)), twice(body_json("b, the large", 20.0))],
+        "links": [twice(json!({ "name": "arm", "force": list(30.0) }))],
+    });
+    assert_eq!(
+        without_memory(solution_json(&scene, "a model", &solution)),
+        json!({
+            "model": "a model",
+            "bodies": [body_json("a", 10.0), body_json("b, the large", 20.0)],
+            "links": [{ "name": "arm", "force": list(30.0) }],
+            "dofs": { "velocity": 3, "pressure": 4, "total": 9 },
+            "solver": {
+                "formulation": "p-tilde",
+                "solver": "block",
+                "iterations": 17,
+                "true_relative_residual": 1e-9,
+            },
+            "seconds": seconds_json(1.0, 6.0),
+            "error_estimate": estimates,
+            "uncorrected": uncorrected,
+            "checks": { "force_by_stress": 0.01, "dissipation": 0.02 },
+        })
+    );
+}
+
+#[test]
+fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
+    let scene = pair();
+    let mut samples = outcome(&scene).samples;
+    // Two cycles of three phases, with solves in each: all leg numbers occur.
+    assert!((0..6).all(|leg| samples.iter().any(|s| s.leg == leg && s.bodies.is_some())));
+    for (number, sample) in samples.iter_mut().enumerate() {
+        let unit = 100.0 * number as f64;
+        sample.lengths = vec![unit + 7.0];
+        for (body, pose) in sample.poses.iter_mut().enumerate() {
+            let rotation = UnitQuaternion::from_scaled_axis(0.01 * vector(body as f64));
+            *pose = Isometry3::from_parts(Translation3::from(vector(unit + body as f64)), rotation);
+        }
+        for (number, entry) in sample.bodies.iter_mut().flatten().enumerate() {
+            *entry = body(unit + 10.0 * (number + 1) as f64);
+        }
+    }
+    let csv = trajectory_csv(&scene, &samples);
+    let names = [
+        "x", "y", "z", "rx", "ry", "rz", "vx", "vy", "vz", "wx", "wy", "wz", "fx", "fy", "fz",
+        "tx", "ty", "tz",
+    ];
+    let columns = |body: &str| names.map(|name| body.replace('*', name)).join(",");
+    let header = format!(
+        "time,cycle,phase,arm.length,{},{}",
+        columns("a.*"),
+        columns("\"b, the large.*\"")
+    );
+    let mut lines = csv.lines();
+    assert_eq!(lines.next().unwrap(), header);
+    assert_eq!(csv.lines().count(), samples.len() + 1);
+    for (line, sample) in lines.zip(&samples) {
+        let row: Vec<&str> = line.split(',').collect();
+        let number = |k: usize| row[k].parse::<f64>().unwrap();
+        assert_eq!(number(0), sample.time);
+        assert_eq!(number(1) as usize, sample.leg / 3 + 1);
+        assert_eq!(number(2) as usize, sample.leg % 3 + 1);
+        assert_eq!(number(3), sample.lengths[0]);
+        for (body, pose) in sample.poses.iter().enumerate() {
+            let first = 4 + 18 * body;
+            let vector = |k: usize| Vector3::from_fn(|axis, _| number(first + 3 * k + axis));
+            assert_eq!(vector(0), pose.translation.vector);
+            assert_eq!(vector(1), pose.rotation.scaled_axis());
+            let Some(bodies) = &sample.bodies else {
+                assert!(
+                    row[first + 6..first + 18]
+                        .iter()
+                        .all(|cell| cell.is_empty())
+                );
+                continue;
+            };
+            let found = [2, 3, 4, 5].map(vector);
+            let body = &bodies[body];
+            let expected = [
+                body.velocity,
+                body.angular_velocity,
+                body.force,
+                body.torque,
+            ];
+            assert_eq!(found, expected);
+        }
+    }
+}
