@@ -51,8 +51,27 @@ impl Quantity {
         Some((error(coarse)? / error(fine)?).ln() / (coarse_size / size).ln())
     }
 
+    /// Least and largest factor by which the correction reduces the smallest error that meshes of
+    /// given element sizes reach in equal seconds.
+    pub fn gains_at_equal_seconds(&self) -> Option<[f64; 2]> {
+        let meshes = || (self.points.iter()).filter_map(|p| Some((p, p.size.and(p.uncorrected)?)));
+        let best = |seconds: f64, error: &dyn Fn(&Point, f64) -> f64| {
+            let affordable = meshes().filter(|(p, _)| p.seconds <= seconds);
+            affordable.fold(f64::INFINITY, |best, (p, before)| {
+                best.min(error(p, before))
+            })
+        };
+        let gains = meshes().map(|(at, _)| {
+            best(at.seconds, &|_, before| before) / best(at.seconds, &|p, _| p.error)
+        });
+        gains.fold(None, |range: Option<[f64; 2]>, gain| {
+            let [least, largest] = range.unwrap_or([gain; 2]);
+            Some([least.min(gain), largest.max(gain)])
+        })
+    }
+
     /// Chart of the error over a cost: one curve per method, beside it that of the uncorrected
-    /// values, and the Pareto fronts of both.
+    /// values, and the Pareto front.
     pub fn chart(&self, cost_name: &str, cost: impl Fn(&Point) -> f64) -> LogLog {
         let mut methods: Vec<&str> = Vec::new();
         for point in &self.points {
@@ -84,22 +103,12 @@ impl Quantity {
                 });
             }
         }
-        let front = |error: &dyn Fn(&Point) -> f64| {
-            let all: Vec<(f64, f64)> = self.points.iter().map(|p| (cost(p), error(p))).collect();
-            pareto_front(&all)
-        };
+        let all: Vec<(f64, f64)> = self.points.iter().map(|p| (cost(p), p.error)).collect();
         series.push(Series {
             name: "Pareto front: no other point is both cheaper and better".into(),
-            points: front(&|p| p.error),
+            points: pareto_front(&all),
             style: Style::Front,
         });
-        if name.is_empty() {
-            series.push(Series {
-                name: "Pareto front before the correction".into(),
-                points: front(&|p| p.uncorrected.unwrap_or(p.error)),
-                style: Style::Guide,
-            });
-        }
         LogLog {
             title: self.title.clone(),
             x: cost_name.into(),
@@ -153,17 +162,20 @@ mod tests {
     }
 
     #[test]
+    fn gains_are_those_of_the_best_affordable_meshes() {
+        // Finer meshes take longer and are better in both respects: 100 / size^2.
+        let [least, largest] = quantity()
+            .gains_at_equal_seconds()
+            .expect("there are meshes");
+        assert!((least - 100.0 / 0.64).abs() < 1e-9 && (largest - 100.0 / 0.16).abs() < 1e-9);
+    }
+
+    #[test]
     fn charts_show_both_errors_of_corrected_methods() {
         let chart = quantity().chart("seconds", |p| p.seconds);
         let styles: Vec<Style> = chart.series.iter().map(|series| series.style).collect();
-        let both = [
-            Style::Curve,
-            Style::Curve,
-            Style::Before(0),
-            Style::Front,
-            Style::Guide,
-        ];
+        let both = [Style::Curve, Style::Curve, Style::Before(0), Style::Front];
         assert_eq!(styles, both);
-        assert_eq!(chart.series[2].points[0].1, 0.8_f64.powi(4));
+        assert!((chart.series[2].points[0].1 - 0.8_f64.powi(4)).abs() < 1e-12);
     }
 }
