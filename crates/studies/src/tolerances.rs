@@ -312,8 +312,8 @@ fn markdown(cases: &[Case], seed: u64) -> Result<String> {
          of three or four collinear spheres in unbounded fluid (radii 0.6 to 1.6, lengths 5 to 10, \
          closing to gaps down to 0.05) at random tolerances from 1e-2 to 1e-11. A result must have \
          an error within its bar (within twice the bar for elements, whose bars are estimates), \
-         and a bar within `model.tolerance`; otherwise the run must be refused. Exact values: the integral of the velocity over the lengths by a double \
-         exponential rule, with multipoles to 1e-13 (for `oseen` and `rpy` with the model itself, \
+         and a bar within `model.tolerance`; otherwise the run must be refused. Exact values: the \
+         integral of the velocity over the lengths by a double exponential rule, with multipoles to 1e-13 (for `oseen` and `rpy` with the model itself, \
          so that their bar is that of the integration; the tolerance of `fem` limits the \
          integration alone).\n\n\
          | model | strokes | within the tolerance | refused | broken | largest error / bar | median \
