@@ -54,8 +54,9 @@ pub fn notes(rows: &[Row]) -> Vec<String> {
 ///
 /// The uncorrected error is above the bar; the error is within [`LARGEST`] bars; and it is within
 /// one bar or below a quarter of the uncorrected error. Of the error of a single sphere, curved
-/// elements of half a radius, the coarsest in the tests, leave 4 percent (`stokes::estimate`). Where
-/// the errors of several bodies cancel, what is left of them need not, hence the larger fraction.
+/// elements of half a radius, the coarsest in the tests, leave 4 percent (`stokes::estimate`).
+/// Where the errors of several bodies cancel, what is left of them need not, hence the larger
+/// fraction.
 #[cfg(test)]
 pub fn assert_corrected(row: &Row) {
     const LEAST_GAIN: f64 = 4.0;
