@@ -42,6 +42,9 @@ const LEGEND_SPACE: i32 = 7;
 /// Series that repeat a colour are dashed.
 const DASHES: [Option<(u32, u32)>; 4] = [None, Some((9, 5)), Some((3, 4)), Some((15, 3))];
 
+/// Dash and gap of a line before an improvement.
+const BEFORE_DASH: (u32, u32) = (4, 4);
+
 /// Marks of points, by the corners relative to the point in pixels; no corners for a disc.
 const MARKS: [&[(i32, i32)]; 4] = [
     &[],
@@ -59,11 +62,14 @@ pub enum Style {
     Points,
     /// A thin line without points: slopes and bounds.
     Guide,
+    /// A thin dashed line without points, in the colour of the series with this number: the same
+    /// quantity before an improvement.
+    Before(usize),
     /// A broad pale line under the others.
     Front,
 }
 
-/// Points with a name.
+/// Points with a name; those with an empty name are not in the legend.
 #[derive(Clone, Debug)]
 pub struct Series {
     pub name: String,
@@ -154,6 +160,10 @@ impl Series {
             Style::Front => line(RGBColor(205, 205, 205), 7),
             Style::Curve => own,
             Style::Points => Look { line: None, ..own },
+            Style::Before(other) => Look {
+                dash: Some(BEFORE_DASH),
+                ..line(COLOURS[other % COLOURS.len()], 1)
+            },
         }
     }
 }
@@ -191,7 +201,13 @@ impl LogLog {
         let y_range = range(all.iter().map(|point| point.1));
         let legend_lines =
             |series: &Series| LEGEND_SPACE + LEGEND_LINE * wrapped(&series.name).len() as i32;
-        let legend_height: i32 = self.series.iter().map(legend_lines).sum();
+        let named = || {
+            self.series
+                .iter()
+                .enumerate()
+                .filter(|(_, series)| !series.name.is_empty())
+        };
+        let legend_height: i32 = named().map(|(_, series)| legend_lines(series)).sum();
         let height = LEAST_HEIGHT.max((LEGEND_TOP + legend_height) as u32);
         let root = SVGBackend::with_string(svg, (WIDTH, height)).into_drawing_area();
         root.fill(&WHITE)?;
@@ -227,7 +243,7 @@ impl LogLog {
                 .draw(chart.plotting_area(), &points, &points)?;
         }
         let mut y = LEGEND_TOP;
-        for (number, series) in self.series.iter().enumerate() {
+        for (number, series) in named() {
             let middle = y + LEGEND_LINE / 2;
             let look = series.look(number);
             let wider = Look {

@@ -82,9 +82,9 @@ enum Task {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Estimated and true errors of all models on scenes with exact solutions.
+    /// Error bars and true errors of all models on scenes with exact solutions.
     ///
-    /// Fails if a true error is larger than the estimated one.
+    /// Fails if a true error is larger than its bar allows.
     Models {
         /// Without finite elements: takes seconds.
         #[arg(long)]

@@ -194,6 +194,9 @@ impl Case {
     }
 
     /// Whether the error is within its bar and the limited bar within the tolerance.
+    ///
+    /// Bars of elements are for values from which the estimated error was subtracted; they hold to
+    /// a factor of two. Other bars are upper bounds.
     fn holds(&self) -> bool {
         match &self.end {
             End::Finished {
@@ -204,7 +207,11 @@ impl Case {
             } => {
                 // The tolerance is relative to the computed displacement, which has this error.
                 let allowed = self.tolerance * (1.0 + bar);
-                *error <= bar + REFERENCE_ERROR && *limited <= allowed
+                let bars = match self.model {
+                    "axisymmetric" | "fem" => 2.0,
+                    _ => 1.0,
+                };
+                *error <= bars * bar + REFERENCE_ERROR && *limited <= allowed
             }
             End::Refused(_) => true,
         }
@@ -304,9 +311,9 @@ fn markdown(cases: &[Case], seed: u64) -> Result<String> {
         "# Tolerances\n\n{}, {}. Made by `cargo xtask tolerances`. {} random strokes (seed {seed}) \
          of three or four collinear spheres in unbounded fluid (radii 0.6 to 1.6, lengths 5 to 10, \
          closing to gaps down to 0.05) at random tolerances from 1e-2 to 1e-11. A result must have \
-         an error within its bar, and a bar within `model.tolerance`; otherwise the run must be \
-         refused. Exact values: the integral of the velocity over the lengths by a double \
-         exponential rule, with multipoles to 1e-13 (for `oseen` and `rpy` with the model itself, \
+         an error within its bar (within twice the bar for elements, whose bars are estimates), \
+         and a bar within `model.tolerance`; otherwise the run must be refused. Exact values: the \
+         integral of the velocity over the lengths by a double exponential rule, with multipoles to 1e-13 (for `oseen` and `rpy` with the model itself, \
          so that their bar is that of the integration; the tolerance of `fem` limits the \
          integration alone).\n\n\
          | model | strokes | within the tolerance | refused | broken | largest error / bar | median \

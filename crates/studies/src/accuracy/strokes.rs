@@ -39,14 +39,17 @@ fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) 
     let mut largest = Largest::default();
     let outcome = simulate(scene, model.as_mut(), method, &mut largest)?;
     let net = outcome.displacement[1].x;
+    let error = |net: f64| (net / exact - 1.0).abs();
     Ok(Point {
         method: name.to_owned(),
         choice: choice.to_owned(),
+        size: None,
         dofs: largest.0,
         seconds: clock.elapsed().as_secs_f64(),
-        error: (net / exact - 1.0).abs(),
+        error: error(net),
+        uncorrected: (outcome.mesh_error.as_ref()).map(|removed| error(net + removed[1].x)),
         // Without an estimate of the integration error, the sum of the others is no error bar.
-        claimed: outcome
+        bar: outcome
             .error_estimate
             .integration
             .map(|_| outcome.error_estimate.total() / net.abs()),
@@ -76,7 +79,10 @@ pub fn net(quick: bool) -> Result<Quantity> {
         for &size in sizes(quick).iter().filter(|&&size| size >= 0.2) {
             let scene = scene_files::read(name, &mesh_overrides(geometry, mirror, size))?;
             let names = [method, &format!("size {size}")];
-            points.push(stroke(&scene, Method::Collocation, names, exact)?);
+            points.push(Point {
+                size: Some(size),
+                ..stroke(&scene, Method::Collocation, names, exact)?
+            });
         }
     }
     if !quick {

@@ -285,7 +285,7 @@ fn stroke(text: &mut String, strokes: &[Stroke]) -> Result<()> {
             s.solves,
             s.net,
             (s.net - STROKES[0].net).abs(),
-            s.error,
+            s.bar,
             s.mesh_seconds,
             s.seconds
         )?;

@@ -15,8 +15,8 @@ pub struct Stroke {
     pub solves: usize,
     /// Net displacement of the middle sphere.
     pub net: f64,
-    /// Estimated error of the net displacement.
-    pub error: f64,
+    /// Error bar of the net displacement.
+    pub bar: f64,
     /// Seconds to generate and move meshes.
     pub mesh_seconds: f64,
     pub seconds: f64,
@@ -45,7 +45,7 @@ pub fn strokes(size: f64) -> Result<Vec<Stroke>> {
             meshes: outcome.meshes.len(),
             solves: outcome.solves,
             net: outcome.displacement[1].x,
-            error: outcome.error_estimate.total(),
+            bar: outcome.error_estimate.total(),
             mesh_seconds: outcome.seconds.mesh,
             seconds: outcome.seconds.total,
         });

@@ -207,8 +207,8 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     Ok(Map {
         key: "models",
         title: "Models: every error within its own error bar",
-        note: "Velocities against multipole expansions to 1e-9: the true error and, after it, the error that the model estimates, both relative to the fastest \
-               sphere. WRONG means an error of more than twice the estimate.",
+        note: "Velocities against multipole expansions to 1e-9: the true error and, after it, the error bar that the model gives, both relative to the fastest \
+               sphere. WRONG means an error of more than twice the bar.",
         columns: models.iter().map(|&model| model.to_owned()).collect(),
         rows,
     })

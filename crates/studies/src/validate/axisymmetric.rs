@@ -115,6 +115,9 @@ fn drag(
 }
 
 /// Entry with the largest error of a resistance matrix, which is given by its upper triangle.
+///
+/// The error bar of the extrapolated matrix is the estimated error of the matrix itself, an upper
+/// bound.
 fn resistance(
     group: &'static str,
     name: &str,
@@ -130,17 +133,21 @@ fn resistance(
         seconds: clock.elapsed().as_secs_f64(),
     };
     let exact = symmetric(exact, bodies.len());
-    let (i, j) = (found.matrix() - &exact).icamax_full();
-    let error = found.error_factor() * (found.lower_order()[(i, j)] - found.matrix()[(i, j)]);
+    let (computed, uncorrected) = (found.extrapolated(), found.matrix());
+    let (i, j) = (&computed - &exact).icamax_full();
+    let scale = (computed[(i, i)] * computed[(j, j)]).sqrt();
     Ok(Row::scaled(
         group,
         format!("axisymmetric, {name}"),
-        [exact[(i, j)], found.matrix()[(i, j)]],
+        [exact[(i, j)], computed[(i, j)]],
         exact.amax(),
         (TOLERANCE, Basis::Promised),
         cost,
     )
-    .with(Some(Estimated::signed(error))))
+    .with(Some(Estimated {
+        removed: Some(uncorrected[(i, j)] - computed[(i, j)]),
+        bar: found.relative_error() * scale,
+    })))
 }
 
 #[cfg(test)]

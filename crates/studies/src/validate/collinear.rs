@@ -31,17 +31,20 @@ fn row(case: &Collinear, size: f64) -> Result<Row> {
         })
         .collect();
     let exact = symmetric(case.resistance, spheres.len());
-    let (computed, errors, cost) = axial_resistance(case.container, size, &spheres)?;
-    let (i, j) = (&computed - &exact).icamax_full();
+    let found = axial_resistance(case.container, size, &spheres)?;
+    let (i, j) = (&found.matrix - &exact).icamax_full();
     Ok(Row::scaled(
         "D",
         format!("{}: R{}{}, h {size}", case.name, i + 1, j + 1),
-        [exact[(i, j)], computed[(i, j)]],
+        [exact[(i, j)], found.matrix[(i, j)]],
         exact.amax(),
         (tolerance(case, size)?, Basis::Interpolation),
-        cost,
+        found.cost,
     )
-    .with(Some(Estimated::signed(errors[(i, j)]))))
+    .with(Some(Estimated {
+        removed: Some(found.removed[(i, j)]),
+        bar: found.bars[(i, j)],
+    })))
 }
 
 /// Largest tolerance over the spheres, each taken at the centre of a ball that touches the wall at

@@ -51,29 +51,33 @@ pub fn solve(scene: &Scene) -> Result<(InstantaneousSolution, Cost)> {
     Ok((instant, cost))
 }
 
-/// Axial resistance matrix of spheres on the x axis, and its estimated errors.
+/// Axial resistance of spheres on the x axis.
+pub struct AxialResistance {
+    pub matrix: DMatrix<f64>,
+    /// Estimated errors that were subtracted from the entries.
+    pub removed: DMatrix<f64>,
+    /// Error bars of the entries.
+    pub bars: DMatrix<f64>,
+    pub cost: Cost,
+}
+
+/// Axial resistance of spheres on the x axis.
 ///
-/// It is the inverse of the mobility matrix, whose columns come from forces on one sphere at a
-/// time.
-pub fn axial_resistance(
-    container: f64,
-    size: f64,
-    spheres: &[Sphere],
-) -> Result<(DMatrix<f64>, DMatrix<f64>, Cost)> {
+/// It is the inverse of the mobility matrix `M`, whose columns come from forces on one sphere at a
+/// time. The bars are upper bounds: `dR = -R dM R`, with all terms added up.
+pub fn axial_resistance(container: f64, size: f64, spheres: &[Sphere]) -> Result<AxialResistance> {
     let n = spheres.len();
-    let (mut mobility, mut errors) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+    let [mut mobility, mut uncorrected, mut bars] = [(); 3].map(|()| DMatrix::zeros(n, n));
     let mut cost = Cost::default();
     for pulled in 0..n {
         let mut loaded = spheres.to_vec();
         loaded[pulled].force = Vector3::x();
         let (instant, one) = solve(&scene(container, size, &loaded, "")?)?;
-        for (row, body) in instant.bodies.iter().enumerate() {
-            mobility[(row, pulled)] = body.velocity.x;
-        }
-        let by_mesh = instant.mesh_error.as_ref();
-        let by_mesh = by_mesh.context("mesh errors were not estimated")?;
-        for (row, error) in by_mesh.bodies.iter().enumerate() {
-            errors[(row, pulled)] = error.velocity.x;
+        let before = instant.uncorrected();
+        for row in 0..n {
+            mobility[(row, pulled)] = instant.bodies[row].velocity.x;
+            uncorrected[(row, pulled)] = before.bodies[row].velocity.x;
+            bars[(row, pulled)] = instant.error_estimate.total();
         }
         cost.add(&one);
     }
@@ -82,8 +86,11 @@ pub fn axial_resistance(
             .try_inverse()
             .context("the mobility matrix is singular")
     };
-    let corrected = inverse(&mobility - errors)?;
-    let resistance = inverse(mobility)?;
-    let errors = &resistance - corrected;
-    Ok((resistance, errors, cost))
+    let matrix = inverse(mobility)?;
+    Ok(AxialResistance {
+        removed: inverse(uncorrected)? - &matrix,
+        bars: matrix.abs() * bars * matrix.abs(),
+        matrix,
+        cost,
+    })
 }

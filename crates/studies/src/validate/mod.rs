@@ -1,8 +1,8 @@
 //! Comparison with exact values: every row has a tolerance with a source.
 
 mod axisymmetric;
+mod bars;
 mod collinear;
-mod effectivity;
 mod effort;
 mod estimated;
 mod expected;
@@ -68,7 +68,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let failed = rows.iter().filter(|row| !row.passes()).count();
     let mut notes = vec![pair::NOTE.to_owned()];
     notes.extend(file::note());
-    notes.extend(effectivity::notes(&rows));
+    notes.extend(bars::notes(&rows));
     notes.push(
         format!(
             "{} of {} rows pass, {:.0} s on {} threads; the seconds of a row include all its solves and meshes, and rows of one case share them.",

@@ -5,11 +5,12 @@
 
 use std::time::Instant;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use fem::SurplusSpace;
 use mesh::{Container, GenerateParams, MeshedBody, Surface, TetMesh, generate};
-use nalgebra::Vector3;
+use nalgebra::{DVector, Vector3};
 use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad, Independent};
-use stokes::{Options, Problem};
+use stokes::{InitialGuesses, Options, Problem};
 
 use super::row::Cost;
 
@@ -45,11 +46,30 @@ pub struct Loads {
     pub torque: f64,
 }
 
+impl Loads {
+    /// Loads from the motion under unit force and torque.
+    fn of(motion: &DVector<f64>) -> Self {
+        Self {
+            drag: 1.0 / motion[0],
+            torque: 1.0 / motion[5],
+        }
+    }
+}
+
+/// Loads of the Taylor-Hood solution, and those after its correction.
+pub struct Solved {
+    pub uncorrected: Loads,
+    pub corrected: Loads,
+    pub cost: Cost,
+}
+
 /// Drag and torque of the unit sphere at the centre of a ball of radius `1 / lambda`.
-pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<(Loads, Cost)> {
+pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<Solved> {
     let clock = Instant::now();
     let mesh = ball_in_ball(lambda, ICOSAHEDRON_EDGE / f64::from(parts), geometry)?;
-    let problem = Problem::new(&mesh, &[("sphere", Vector3::zeros())], &[Container::TAG])?;
+    let spheres = [("sphere", unit_sphere()), (Container::TAG, wall(lambda))];
+    let problem = Problem::new(&mesh, &[("sphere", Vector3::zeros())], &[Container::TAG])?
+        .with_spheres(&spheres)?;
     let set = Articulation::new(
         &[BodyKind::Rigid],
         vec![],
@@ -64,29 +84,41 @@ pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<(Loads, Cos
             torque: Vector3::z(),
         }],
     };
-    let solution = problem.solve(&drive, &Options::default().with_formulation(&Independent))?;
+    let options = Options::default().with_formulation(&Independent);
+    let (mut guesses, space) = (InitialGuesses::new(0), SurplusSpace::new(&mesh)?);
+    let solutions = problem.solve_all(&[drive], &options, &mut guesses, Some(&space))?;
+    let solution = solutions.first().context("one drive has one solution")?;
+    let estimate = solution.estimate.as_ref();
+    let estimate = estimate.context("the error was not estimated")?;
     let motion = &solution.flow.bodies;
-    let cost = Cost {
-        dofs: solution.dofs.total,
-        iterations: solution.solver.iterations,
-        seconds: clock.elapsed().as_secs_f64(),
-    };
-    let loads = Loads {
-        drag: 1.0 / motion[0],
-        torque: 1.0 / motion[5],
-    };
-    Ok((loads, cost))
+    Ok(Solved {
+        uncorrected: Loads::of(motion),
+        corrected: Loads::of(&(motion + &estimate.change.bodies)),
+        cost: Cost {
+            dofs: solution.dofs.total,
+            iterations: solution.solver.iterations,
+            seconds: clock.elapsed().as_secs_f64(),
+        },
+    })
+}
+
+fn unit_sphere() -> mesh::Sphere {
+    mesh::Sphere {
+        centre: Vector3::zeros(),
+        radius: 1.0,
+    }
+}
+
+fn wall(lambda: f64) -> mesh::Sphere {
+    mesh::Sphere {
+        radius: 1.0 / lambda,
+        ..unit_sphere()
+    }
 }
 
 fn ball_in_ball(lambda: f64, size: f64, geometry: Geometry) -> Result<TetMesh> {
-    let sphere = mesh::Sphere {
-        centre: Vector3::zeros(),
-        radius: 1.0,
-    };
-    let container = Container::Ball(mesh::Sphere {
-        centre: Vector3::zeros(),
-        radius: 1.0 / lambda,
-    });
+    let sphere = unit_sphere();
+    let container = Container::Ball(wall(lambda));
     let body = MeshedBody {
         name: "sphere",
         surface: &sphere,

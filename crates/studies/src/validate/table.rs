@@ -12,9 +12,9 @@ pub const HEADINGS: [&str; 14] = [
     "computed",
     "error",
     "tolerance",
-    "estimated",
-    "ratio",
-    "corrected",
+    "bar",
+    "error / bar",
+    "uncorrected",
     "gain",
     "dofs",
     "its",
@@ -26,13 +26,6 @@ impl Row {
     /// Cells of the row in the table.
     pub fn cells(&self) -> [String; HEADINGS.len()] {
         let shown = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
-        let ratio = self
-            .effectivity()
-            .map(|(ratio, comparable)| match comparable {
-                true => format!("{ratio:.2}"),
-                false => format!("({ratio:.2})"),
-            });
-        let (corrected, gain) = self.corrected().unzip();
         [
             self.group.to_owned(),
             self.name.clone(),
@@ -41,9 +34,12 @@ impl Row {
             format!("{:+.2e}", self.error),
             format!("{:.1e} ({})", self.tolerance, self.basis.mark()),
             shown(self.bar().map(|bar| format!("{bar:.2e}"))),
-            shown(ratio),
-            shown(corrected.map(|value| format!("{value:.9}"))),
-            shown(gain.map(|gain| format!("{gain:.1}"))),
+            shown(self.error_in_bars().map(|error| format!("{error:.2}"))),
+            shown(
+                self.uncorrected_error()
+                    .map(|error| format!("{error:+.2e}")),
+            ),
+            shown(self.gain().map(|gain| format!("{gain:.1}"))),
             self.cost.dofs.to_string(),
             self.cost.iterations.to_string(),
             format!("{:.1}", self.cost.seconds),
@@ -109,15 +105,13 @@ pub fn basis_notes(rows: &[Row]) -> Vec<String> {
 /// The rows as comma-separated values, with all digits.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
-        "case,row,exact,computed,error,tolerance,estimated,ratio,ratio_is_comparable,corrected,gain,dofs,iterations,seconds,result\n",
+        "case,row,exact,computed,error,tolerance,bar,error_in_bars,uncorrected_error,gain,dofs,iterations,seconds,result\n",
     );
     let shown = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:?}"));
     for row in rows {
-        let (ratio, comparable) = row.effectivity().unzip();
-        let (corrected, gain) = row.corrected().unzip();
         let _ = writeln!(
             text,
-            "{},\"{}\",{:?},{:?},{:?},{:?},{},{},{},{},{},{},{},{:?},{}",
+            "{},\"{}\",{:?},{:?},{:?},{:?},{},{},{},{},{},{},{:?},{}",
             row.group,
             row.name.replace('"', "'"),
             row.exact,
@@ -125,10 +119,9 @@ pub fn csv(rows: &[Row]) -> String {
             row.error,
             row.tolerance,
             shown(row.bar()),
-            shown(ratio),
-            comparable.map_or(String::new(), |comparable| comparable.to_string()),
-            shown(corrected),
-            shown(gain),
+            shown(row.error_in_bars()),
+            shown(row.uncorrected_error()),
+            shown(row.gain()),
             row.cost.dofs,
             row.cost.iterations,
             row.cost.seconds,
