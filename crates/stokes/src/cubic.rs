@@ -43,8 +43,8 @@ struct CubicSystem<'a> {
 
 /// Multiplicative preconditioner of a [`CubicSystem`]: pressures, bubbles, Taylor-Hood system.
 ///
-/// Diagonals stand for the first two, because the hierarchical basis is well conditioned (Yserentant
-/// 1986; Bank 1996); the last is that of the Taylor-Hood system.
+/// Diagonals stand for the first two, because the hierarchical basis is well conditioned
+/// (Yserentant 1986; Bank 1996); the last is that of the Taylor-Hood system.
 struct CubicPreconditioner<'a> {
     system: &'a CubicSystem<'a>,
     coarse: &'a mut BlockTriangular,
@@ -195,11 +195,11 @@ impl Correction<'_> {
     ///
     /// A change is that from quadratic to cubic elements (P2/P1 to P3/P2) on the same mesh, with
     /// that from its facets to the true surfaces of the bodies ([`FacetGeometry`]). The system of
-    /// P3/P2 elements is iterated for the difference only: it is small, so a few iterations leave an
-    /// error far below that of the estimate.
+    /// P3/P2 elements is iterated for the difference only: it is small, so a few iterations leave
+    /// an error far below that of the estimate.
     ///
-    /// Cost per flow: [`ITERATIONS`] iterations, each of three passes over the cells, a matrix product
-    /// and a preconditioner; then a solve of the Taylor-Hood system to [`COARSE_RTOL`].
+    /// Cost per flow: [`ITERATIONS`] iterations, each of three passes over the cells, a matrix
+    /// product and a preconditioner; then a solve of the Taylor-Hood system to [`COARSE_RTOL`].
     ///
     /// # Errors
     /// Solves that do not converge, cells that are inverted.

@@ -31,8 +31,9 @@ use crate::sum::{CELLS_PER_BATCH, CELLS_PER_TASK};
 /// product is one pass over the cells, with tables of the reference cell for affine cells and
 /// stored element matrices for curved ones.
 ///
-/// Memory: 12 kB per curved cell and 140 bytes per affine one. Unknowns of the extension are three components of each bubble and
-/// then one pressure per edge. Those that the boundary prescribes are zero.
+/// Memory: 12 kB per curved cell and 140 bytes per affine one. Unknowns of the extension are three
+/// components of each bubble and then one pressure per edge. Those that the boundary prescribes are
+/// zero.
 pub struct CubicExtension<'a> {
     space: &'a SurplusSpace,
     mesh: &'a TetMesh,

@@ -151,8 +151,8 @@ fn extension_of(
         for (k, [a, b]) in TET_EDGES.into_iter().enumerate() {
             let (low, high) = (cell[a].min(cell[b]), cell[a].max(cell[b]));
             let edge = cell[4 + k] as usize - n;
-            // l_a l_b (l_a - l_b) is 3 / 32 where l_a = 3 / 4, and quadratic interpolation there has
-            // the weights 3 / 8, -1 / 8 and 3 / 4.
+            // l_a l_b (l_a - l_b) is 3 / 32 where l_a = 3 / 4, and quadratic interpolation there
+            // has the weights 3 / 8, -1 / 8 and 3 / 4.
             let value = |l: f64| velocity(&at(&[low, high], &[l, 1.0 - l]));
             let interpolated = 0.375 * value(1.0) - 0.125 * value(0.0) + 0.75 * value(0.5);
             let coefficient = (value(0.75) - interpolated) * 32.0 / 3.0;

@@ -14,18 +14,16 @@ mod scene_solution;
 use std::time::Instant as Clock;
 
 use mesh::TetMesh;
-use nalgebra::{DMatrix, Isometry3, Vector3};
+use nalgebra::{DMatrix, Isometry3};
 use rigid::{Constrained, Constraints, Drive, FlowSolution, Formulation};
 use scene::{EstimatesKind, FemOptions, Scene};
-use stokes::{Dofs, Estimate, InitialGuesses, Problem, Solution};
+use stokes::{Dofs, Estimate, InitialGuesses, Problem};
 
-use self::far_field::total_force;
 use self::meshes::{Meshes, PlacedMesh};
 use self::options::options;
-use self::scene_solution::{shift, to_scene};
+use self::scene_solution::ToScene;
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
-use crate::mesh_error::{MeshError, Uncertainty};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{FlowField, InstantaneousSolution};
 
@@ -235,44 +233,13 @@ impl FemModel {
         let mut solutions = Vec::with_capacity(solved.len());
         let mut last = None;
         for mut solved in solved {
-            let container_error = self.meshes.container_error(&poses);
-            let to_scene = |solved: &Solution, flow: &FlowSolution| {
-                let surfaced = self.meshes.surfaced_bodies();
-                to_scene(&self.scaled, surfaced, solved, flow, container_error)
+            let converter = ToScene {
+                scaled: &self.scaled,
+                surfaced: self.meshes.surfaced_bodies().collect(),
+                far_field: self.meshes.far_field(),
+                container_error: self.meshes.container_error(&poses),
             };
-            let far_field = |flow: &FlowSolution| {
-                let far = self.meshes.far_field();
-                far.map_or_else(Vector3::zeros, |far| {
-                    far.velocity_correction(total_force(flow))
-                })
-            };
-            let mut corrected = solved.flow.clone();
-            let mut velocity = far_field(&solved.flow);
-            shift(&self.scaled.set, velocity, &mut solved.flow);
-            let mut solution = to_scene(&solved, &solved.flow)?;
-            if let Some(estimate) = &solved.estimate {
-                corrected.add(&estimate.change)?;
-                let after = far_field(&corrected);
-                // Fixed bodies move with the velocity before in the frame of the solve; that of the
-                // others changes by a part of the difference.
-                let neglected = match has_fixed {
-                    true => self.scaled.scale.speed_to_scene((after - velocity).norm()),
-                    false => 0.0,
-                };
-                velocity = if has_fixed { velocity } else { after };
-                shift(&self.scaled.set, velocity, &mut corrected);
-                let mut answer = to_scene(&solved, &corrected)?;
-                let uncertainty = Uncertainty {
-                    relative: estimate.relative_uncertainty,
-                    velocity: self.scaled.scale.speed_to_scene(estimate.uncertainty),
-                };
-                if let Some(bar) = &mut answer.error_estimate.container {
-                    *bar += neglected;
-                }
-                answer.set_mesh_error(MeshError::between(&solution, &answer, uncertainty));
-                solution = answer;
-                solved.flow = corrected;
-            }
+            let mut solution = converter.answer(&mut solved)?;
             solution.remeshed = remeshed.take();
             solutions.push(solution);
             last = Some((solved.flow, solved.estimate));

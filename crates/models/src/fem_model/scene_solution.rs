@@ -4,65 +4,109 @@ use nalgebra::Vector3;
 use rigid::{Articulation, FlowSolution};
 use stokes::Solution;
 
+use super::far_field::{FarField, total_force};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
+use crate::mesh_error::{MeshError, Uncertainty};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{BodySolution, InstantaneousSolution};
 
-/// Converts a solution to the scene's units, with `flow` in place of its own.
-///
-/// `surfaced` are the bodies with surfaces.
-///
-/// `container_error` is the relative error of velocities caused by the container.
-///
-/// # Errors
-/// A solution for another set of bodies.
-pub fn to_scene(
-    scaled: &ScaledScene,
-    surfaced: impl Iterator<Item = usize>,
-    solution: &Solution,
-    flow: &FlowSolution,
-    container_error: f64,
-) -> Result<InstantaneousSolution, ModelError> {
-    let (scale, set) = (&scaled.scale, &scaled.set);
-    let mut bodies = vec![BodySolution::default(); set.kinds().len()];
-    let layout = set.velocity_layout();
-    let at = |first: usize| Vector3::from_fn(|axis, _| flow.generalised[first + axis]);
-    for (body, entry) in bodies.iter_mut().enumerate() {
-        entry.velocity = scale.velocity_to_scene(at(layout.bodies()[body]));
-        entry.angular_velocity = flow.state.spins[body];
+/// What the conversion of a solution to the scene's units needs.
+pub struct ToScene<'a> {
+    pub scaled: &'a ScaledScene,
+    /// The bodies with surfaces.
+    pub surfaced: Vec<usize>,
+    /// The ball that replaces unbounded fluid.
+    pub far_field: Option<FarField>,
+    /// Relative error of velocities caused by the container.
+    pub container_error: f64,
+}
+
+impl ToScene<'_> {
+    /// The answer of a solution: corrected, if errors were estimated, and for unbounded fluid.
+    ///
+    /// The flow of the solution becomes that of the answer.
+    ///
+    /// # Errors
+    /// A solution for another set of bodies.
+    pub fn answer(&self, solved: &mut Solution) -> Result<InstantaneousSolution, ModelError> {
+        let set = &self.scaled.set;
+        let far_field = |flow: &FlowSolution| {
+            let velocity = |far: FarField| far.velocity_correction(total_force(flow));
+            self.far_field.map_or_else(Vector3::zeros, velocity)
+        };
+        let mut corrected = solved.flow.clone();
+        let before = far_field(&corrected);
+        shift(set, before, &mut solved.flow);
+        let computed = self.convert(solved, &solved.flow)?;
+        let Some(estimate) = &solved.estimate else {
+            return Ok(computed);
+        };
+        corrected.add(&estimate.change)?;
+        let after = far_field(&corrected);
+        // Fixed bodies move with the velocity before in the frame of the solve; that of the others
+        // changes by a part of the difference.
+        let has_fixed = set.fixed().contains(&true);
+        shift(set, if has_fixed { before } else { after }, &mut corrected);
+        let mut answer = self.convert(solved, &corrected)?;
+        if let (true, Some(bar)) = (has_fixed, &mut answer.error_estimate.container) {
+            *bar += self.scaled.scale.speed_to_scene((after - before).norm());
+        }
+        let uncertainty = Uncertainty {
+            relative: estimate.relative_uncertainty,
+            velocity: self.scaled.scale.speed_to_scene(estimate.uncertainty),
+        };
+        answer.set_mesh_error(MeshError::between(&computed, &answer, uncertainty));
+        solved.flow = corrected;
+        Ok(answer)
     }
-    for (number, body) in surfaced.enumerate() {
-        let part =
-            |first: usize| Vector3::from_fn(|axis, _| flow.forces[6 * number + first + axis]);
-        bodies[body].force = scale.force_to_scene(part(0));
-        bodies[body].torque = scale.torque_to_scene(part(3));
+
+    /// Converts a solution with `flow` in place of its own.
+    fn convert(
+        &self,
+        solution: &Solution,
+        flow: &FlowSolution,
+    ) -> Result<InstantaneousSolution, ModelError> {
+        let (scale, set) = (&self.scaled.scale, &self.scaled.set);
+        let mut bodies = vec![BodySolution::default(); set.kinds().len()];
+        let layout = set.velocity_layout();
+        let at = |first: usize| Vector3::from_fn(|axis, _| flow.generalised[first + axis]);
+        for (body, entry) in bodies.iter_mut().enumerate() {
+            entry.velocity = scale.velocity_to_scene(at(layout.bodies()[body]));
+            entry.angular_velocity = flow.state.spins[body];
+        }
+        for (number, &body) in self.surfaced.iter().enumerate() {
+            let part =
+                |first: usize| Vector3::from_fn(|axis, _| flow.forces[6 * number + first + axis]);
+            bodies[body].force = scale.force_to_scene(part(0));
+            bodies[body].torque = scale.torque_to_scene(part(3));
+        }
+        let link_forces = (0..set.links().len())
+            .map(|link| Ok(scale.force_to_scene(flow.link_force(link)?)))
+            .collect::<Result<_, ModelError>>()?;
+        let speed = largest_norm(bodies.iter().map(|b| b.velocity));
+        let power = bodies.iter().map(BodySolution::power).sum::<f64>().abs();
+        let bars = |size: f64| ErrorEstimate {
+            container: Some(self.container_error * size),
+            // The equations are those of Stokes flow without approximation.
+            model: Some(0.0),
+            algebraic: Some(solution.algebraic_error * size),
+            ..ErrorEstimate::default()
+        };
+        Ok(InstantaneousSolution {
+            dofs: solution.dofs,
+            error_estimate: bars(speed),
+            power_error: bars(power),
+            checks: solution.checks,
+            solver: solution.solver.clone(),
+            seconds: solution.seconds,
+            ..InstantaneousSolution::new(bodies, link_forces, scale.motion_to_scene(&flow.state))
+        })
     }
-    let link_forces = (0..set.links().len())
-        .map(|link| Ok(scale.force_to_scene(flow.link_force(link)?)))
-        .collect::<Result<_, ModelError>>()?;
-    let speed = largest_norm(bodies.iter().map(|b| b.velocity));
-    let power = bodies.iter().map(BodySolution::power).sum::<f64>().abs();
-    let bars = |size: f64| ErrorEstimate {
-        container: Some(container_error * size),
-        // The equations are those of Stokes flow without approximation.
-        model: Some(0.0),
-        algebraic: Some(solution.algebraic_error * size),
-        ..ErrorEstimate::default()
-    };
-    Ok(InstantaneousSolution {
-        dofs: solution.dofs,
-        error_estimate: bars(speed),
-        power_error: bars(power),
-        checks: solution.checks,
-        solver: solution.solver.clone(),
-        seconds: solution.seconds,
-        ..InstantaneousSolution::new(bodies, link_forces, scale.motion_to_scene(&flow.state))
-    })
 }
 
 /// Adds a velocity to that of all bodies and of the fluid, which changes no force.
-pub fn shift(set: &Articulation, correction: Vector3<f64>, flow: &mut FlowSolution) {
+fn shift(set: &Articulation, correction: Vector3<f64>, flow: &mut FlowSolution) {
     flow.velocity.iter_mut().for_each(|u| *u += correction);
     let layout = set.velocity_layout();
     for body in 0..set.kinds().len() {

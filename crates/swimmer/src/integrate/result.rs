@@ -56,8 +56,8 @@ pub struct LegResult {
 }
 
 impl Approximation {
-    /// The estimated discretisation error that was subtracted over `duration`, by quadrature over the solutions; none
-    /// if one of them has no estimate.
+    /// The estimated discretisation error that was subtracted over `duration`, by quadrature over
+    /// the solutions; none if one of them has no estimate.
     pub fn accumulated_error(&self, duration: f64) -> Option<AccumulatedError> {
         let mut accumulated = AccumulatedError::default();
         for (solution, weight) in self.solutions.iter().zip(&self.weights) {
@@ -84,8 +84,8 @@ impl Approximation {
         self.integral(duration, |solution| solution.error_estimate.total())
     }
 
-    /// Error bar of the displacement over `duration` by the discretisation without corrections; zero
-    /// without estimates.
+    /// Error bar of the displacement over `duration` by the discretisation without corrections;
+    /// zero without estimates.
     pub fn uncorrected_mesh_error_bar(&self, duration: f64) -> f64 {
         self.integral(duration, |solution| {
             let removed = solution

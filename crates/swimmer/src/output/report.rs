@@ -13,8 +13,9 @@ use crate::outcome::Outcome;
 /// Keys: `displacement` (by body), `rotation` (rotation vector of the frame of the first linkage),
 /// `phases` (each with `link`, `displacement`, `solves`, `error_estimate`), `solves`,
 /// `error_estimate` (absolute, in the scene's unit of length), `uncorrected` (displacement and work
-/// before estimated discretisation errors were subtracted), `seconds`, `model`, `reasons`, `cycles`, `duration`, `work`
-/// (of the bodies on the fluid), `work_error` (its error bars), `tolerance`, `tolerance_met`,
+/// before estimated discretisation errors were subtracted), `seconds`, `model`, `reasons`,
+/// `cycles`, `duration`, `work` (of the bodies on the fluid), `work_error` (its error bars),
+/// `tolerance`, `tolerance_met`,
 /// `meshes`, `peak_rss_mib`.
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
 /// solves.

@@ -28,9 +28,10 @@ fn domain(radius: f64, size: f64) -> String {
 
 /// Asserts that an error is within its bar, and smaller than `uncorrected` by at least `gain`.
 ///
-/// Cubic elements miss 9 relative errors of the energy of a correction, at most 5 percent with edges
-/// of half a radius, and the iteration leaves 2 percent: hence a gain of ten on curved elements. The
-/// geometry of straight facets is corrected to first order only: hence a gain of three.
+/// Cubic elements miss 9 relative errors of the energy of a correction, at most 5 percent with
+/// edges of half a radius, and the iteration leaves 2 percent: hence a gain of ten on curved
+/// elements. The geometry of straight facets is corrected to first order only: hence a gain of
+/// three.
 fn assert_corrected(quantity: &str, error: f64, bar: f64, uncorrected: f64, gain: f64) {
     assert!(
         error.abs() <= bar && gain * error.abs() <= uncorrected.abs(),

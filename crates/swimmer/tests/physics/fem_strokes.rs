@@ -89,8 +89,8 @@ fn a_stroke_and_its_reverse_cancel() {
                 .sum()
         })
         .collect();
-    // Corrections cancel to a part of their error bar: they depend on the position in the ball, which
-    // differs by the error of the integration.
+    // Corrections cancel to a part of their error bar: they depend on the position in the ball,
+    // which differs by the error of the integration.
     let net = largest(&outcome.displacement);
     let allowed = remaining_error(&outcome) + 0.2 * outcome.error_estimate.mesh.unwrap();
     assert!(net <= allowed, "{net:e} {allowed:e}");

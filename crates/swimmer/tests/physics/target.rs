@@ -138,8 +138,8 @@ impl TrialObserver for FirstTrial {
     }
 }
 
-/// A swimmer with short arms in a small ball that closes one of them, which takes a fifth of a second
-/// on a coarse mesh.
+/// A swimmer with short arms in a small ball that closes one of them, which takes a fifth of a
+/// second on a coarse mesh.
 fn swimmer_with_target(target: f64) -> Scene {
     Scene::parse(&format!(
         r#"
