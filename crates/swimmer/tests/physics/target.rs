@@ -175,11 +175,11 @@ fn sizes_for_a_target_follow_from_the_error_of_the_coarsest_mesh() {
     assert_eq!(trial.relative_error, observer.relative_error);
     assert!(trial.relative_error < 0.1, "{trial:?}");
     assert_eq!(chosen.unwrap(), Some(trial.size_factor));
-    // Below the error, the sizes are extrapolated to 0.6 of the target with the order 3.5.
+    // Below the error, the sizes are extrapolated to 0.6 of the target with the order 4.
     let target = 0.5 * trial.relative_error;
     let (chosen, observer) = choose_with(target);
     let again = observer.trial.unwrap();
-    let expected = again.size_factor * (0.6 * target / again.relative_error).powf(1.0 / 3.5);
+    let expected = again.size_factor * (0.6 * target / again.relative_error).powf(1.0 / 4.0);
     assert_relative_eq!(chosen.unwrap().unwrap(), expected, max_relative = 1e-14);
     // Far below the error, a second trial precedes the extrapolation.
     let (chosen, _) = choose_with(1e-3 * trial.relative_error);
