@@ -111,8 +111,8 @@ fn a_reciprocal_stroke_has_no_net_displacement() {
         "",
         &[("left", 3.5, 10.0), ("left", left_arm, 0.1)],
     ));
-    // Corrections cancel to a part of their error bar: they depend on the position in the ball, which
-    // differs by the error of the integration.
+    // Corrections cancel to a part of their error bar: they depend on the position in the ball,
+    // which differs by the error of the integration.
     let net = largest(&outcome.displacement);
     let allowed = remaining_error(&outcome) + 0.2 * outcome.error_estimate.mesh.unwrap();
     assert!(net <= allowed, "{net:e} {allowed:e}");
