@@ -9,7 +9,7 @@ use crate::FemError;
 const ITEMS_PER_TASK: usize = 1024;
 
 /// Number of cells whose results are stored at the same time, to bound the memory.
-pub(crate) const CELLS_PER_BATCH: usize = 1 << 14;
+const CELLS_PER_BATCH: usize = 1 << 14;
 
 /// Number of cells per task: enough work to outweigh its start.
 pub(crate) const CELLS_PER_TASK: usize = 256;
@@ -46,16 +46,31 @@ pub(crate) fn accumulate_cells<T: Send>(
     compute: impl Fn(usize) -> Result<T, FemError> + Sync,
     mut add: impl FnMut(usize, T),
 ) -> Result<(), FemError> {
+    let mut outcome = Ok(());
+    accumulate(mesh, compute, |cell, result| match result {
+        Ok(result) if outcome.is_ok() => add(cell, result),
+        Err(error) if outcome.is_ok() => outcome = Err(error),
+        _ => {}
+    });
+    outcome
+}
+
+/// [`accumulate_cells`] for results that are no errors.
+pub(crate) fn accumulate<T: Send>(
+    mesh: &TetMesh,
+    compute: impl Fn(usize) -> T + Sync,
+    mut add: impl FnMut(usize, T),
+) {
+    let mut results = Vec::new();
     for first in (0..mesh.n_cells()).step_by(CELLS_PER_BATCH) {
         let last = mesh.n_cells().min(first + CELLS_PER_BATCH);
-        let results = (first..last)
+        (first..last)
             .into_par_iter()
             .with_min_len(CELLS_PER_TASK)
             .map(&compute)
-            .collect::<Result<Vec<_>, FemError>>()?;
-        for (cell, result) in (first..last).zip(results) {
+            .collect_into_vec(&mut results);
+        for (cell, result) in (first..last).zip(results.drain(..)) {
             add(cell, result);
         }
     }
-    Ok(())
 }

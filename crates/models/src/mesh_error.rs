@@ -1,7 +1,7 @@
 //! Signed discretisation errors: of one solution, and accumulated along a stroke.
 
 use nalgebra::Vector3;
-use rigid::{StateVelocity, Twist};
+use rigid::StateVelocity;
 use serde::{Deserialize, Serialize};
 
 use crate::solution::{BodySolution, InstantaneousSolution};
@@ -39,19 +39,8 @@ impl MeshError {
         uncertainty: Uncertainty,
     ) -> Self {
         let difference = |(a, b): (&Vector3<f64>, &Vector3<f64>)| a - b;
-        let (motion, other) = (&computed.motion, &corrected.motion);
         Self {
-            motion: StateVelocity {
-                frames: (motion.frames.iter().zip(&other.frames))
-                    .map(|(a, b)| Twist {
-                        linear: a.linear - b.linear,
-                        angular: a.angular - b.angular,
-                    })
-                    .collect(),
-                spins: (motion.spins.iter().zip(&other.spins))
-                    .map(difference)
-                    .collect(),
-            },
+            motion: &computed.motion + &(&corrected.motion * -1.0),
             bodies: (computed.bodies.iter().zip(&corrected.bodies))
                 .map(|(a, b)| BodySolution {
                     velocity: a.velocity - b.velocity,
@@ -84,19 +73,6 @@ impl MeshError {
 
     fn largest(&self, of: fn(&BodySolution) -> Vector3<f64>) -> f64 {
         (self.bodies.iter()).fold(0.0, |largest, body| largest.max(of(body).norm()))
-    }
-
-    /// Applies `f` to all vectors.
-    pub(crate) fn for_each_vector(&mut self, f: impl Fn(&mut Vector3<f64>)) {
-        for frame in &mut self.motion.frames {
-            f(&mut frame.linear);
-            f(&mut frame.angular);
-        }
-        self.motion.spins.iter_mut().for_each(&f);
-        for body in &mut self.bodies {
-            body.vectors_mut().into_iter().for_each(&f);
-        }
-        self.link_forces.iter_mut().for_each(&f);
     }
 }
 
@@ -200,6 +176,8 @@ impl AccumulatedError {
 
 #[cfg(test)]
 mod tests {
+    use rigid::Twist;
+
     use super::*;
 
     #[test]

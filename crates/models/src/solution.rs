@@ -94,17 +94,7 @@ impl InstantaneousSolution {
 
     /// Power of the bodies on the fluid before the correction.
     pub fn uncorrected_power(&self) -> f64 {
-        let errors = self.mesh_error.iter().flat_map(|error| &error.bodies);
-        let errors = errors
-            .copied()
-            .chain(std::iter::repeat(BodySolution::default()));
-        (self.bodies.iter().zip(errors))
-            .map(|(body, error)| {
-                (body.force + error.force).dot(&(body.velocity + error.velocity))
-                    + (body.torque + error.torque)
-                        .dot(&(body.angular_velocity + error.angular_velocity))
-            })
-            .sum()
+        self.uncorrected().power()
     }
 
     fn shift(&mut self, error: &MeshError, factor: f64) {
@@ -124,17 +114,19 @@ impl InstantaneousSolution {
     /// Rotates all motions and loads, for a configuration that is rotated as a whole.
     pub fn rotate(&mut self, rotation: &UnitQuaternion<f64>) {
         let rotate = |vector: &mut Vector3<f64>| *vector = rotation * *vector;
-        for frame in &mut self.motion.frames {
-            rotate(&mut frame.linear);
-            rotate(&mut frame.angular);
-        }
-        self.motion.spins.iter_mut().for_each(rotate);
-        for body in &mut self.bodies {
-            body.vectors_mut().into_iter().for_each(rotate);
-        }
-        self.link_forces.iter_mut().for_each(rotate);
+        for_each_vector(
+            &mut self.motion,
+            &mut self.bodies,
+            &mut self.link_forces,
+            rotate,
+        );
         if let Some(error) = &mut self.mesh_error {
-            error.for_each_vector(rotate);
+            for_each_vector(
+                &mut error.motion,
+                &mut error.bodies,
+                &mut error.link_forces,
+                rotate,
+            );
         }
     }
 
@@ -210,6 +202,24 @@ impl InstantaneousSolution {
             }),
         }
     }
+}
+
+/// Applies `f` to all vectors of a motion and its loads.
+fn for_each_vector(
+    motion: &mut StateVelocity,
+    bodies: &mut [BodySolution],
+    link_forces: &mut [Vector3<f64>],
+    f: impl Fn(&mut Vector3<f64>),
+) {
+    for frame in &mut motion.frames {
+        f(&mut frame.linear);
+        f(&mut frame.angular);
+    }
+    motion.spins.iter_mut().for_each(&f);
+    for body in bodies {
+        body.vectors_mut().into_iter().for_each(&f);
+    }
+    link_forces.iter_mut().for_each(&f);
 }
 
 /// Motion and load of one body.

@@ -59,6 +59,7 @@ impl FlowSolution {
                 ("pressures of a change", flow.pressure.len()),
                 ("generalised velocities of a change", flow.generalised.len()),
                 ("bodies of a change", flow.bodies.len()),
+                ("forces of a change", flow.forces.len()),
                 ("loads of links of a change", flow.link_loads.len()),
                 ("frames of a change", flow.state.frames.len()),
                 ("angular velocities of a change", flow.state.spins.len()),
@@ -73,11 +74,7 @@ impl FlowSolution {
         self.bodies += &change.bodies;
         self.forces += &change.forces;
         self.link_loads += &change.link_loads;
-        for (frame, change) in self.state.frames.iter_mut().zip(&change.state.frames) {
-            frame.linear += change.linear;
-            frame.angular += change.angular;
-        }
-        (self.state.spins.iter_mut().zip(&change.state.spins)).for_each(|(w, dw)| *w += dw);
+        self.state = &self.state + &change.state;
         Ok(())
     }
 }

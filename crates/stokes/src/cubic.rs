@@ -34,7 +34,7 @@ const COARSE_RTOL: f64 = 1e-3;
 
 /// The matrix of P3/P2 elements with the constraints of the bodies, in a hierarchical basis.
 ///
-/// Unknowns are those of the Taylor-Hood system, then those of the [`CubicExtension`].
+/// Dofs are those of the Taylor-Hood system, then those of the [`CubicExtension`].
 struct CubicSystem<'a> {
     coarse: &'a Constrained,
     extension: &'a CubicExtension<'a>,
@@ -134,19 +134,12 @@ impl Preconditioner for CubicPreconditioner<'_> {
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
-        self.apply_columns(&[r], &mut [z]);
-    }
-
-    fn apply_columns(&mut self, r: &[&[f64]], z: &mut [&mut [f64]]) {
-        let first = self.system.first();
-        let mut residuals = Vec::with_capacity(r.len());
-        for (r, z) in r.iter().zip(z.iter_mut()) {
-            let relaxed = self.system.relax(r, &mut z[first..]);
-            residuals.push(relaxed.unwrap_or_else(|_| vec![f64::NAN; first]));
+        let (coarse, extension) = z.split_at_mut(self.system.first());
+        match self.system.relax(r, extension) {
+            Ok(residual) => self.coarse.apply(&residual, coarse),
+            // Solvers report numbers that are not finite.
+            Err(_) => coarse.fill(f64::NAN),
         }
-        let residuals: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
-        let mut coarse: Vec<&mut [f64]> = z.iter_mut().map(|z| &mut z[..first]).collect();
-        self.coarse.apply_columns(&residuals, &mut coarse);
     }
 
     fn kind(&self) -> PreconditionerKind {
@@ -178,19 +171,36 @@ impl CubicPreconditioner<'_> {
 
 /// Corrections of flows that were solved with one matrix.
 pub struct Correction<'a> {
-    /// Mesh of the flows.
-    pub mesh: &'a TetMesh,
-    /// Bubbles of the mesh.
-    pub space: &'a SurplusSpace,
-    /// Facets of boundaries whose true surface is known.
-    pub geometry: &'a FacetGeometry<'a>,
-    /// Bodies and links.
-    pub set: &'a Articulation,
-    /// The system that was solved.
-    pub system: &'a Constrained,
+    mesh: &'a TetMesh,
+    extension: CubicExtension<'a>,
+    geometry: &'a FacetGeometry<'a>,
+    set: &'a Articulation,
+    system: &'a Constrained,
 }
 
-impl Correction<'_> {
+impl<'a> Correction<'a> {
+    /// Corrections of the solutions of `system` for the bodies `set` on a mesh.
+    ///
+    /// `space` has the bubbles of the mesh, `geometry` the facets whose true surface is known.
+    ///
+    /// # Errors
+    /// A mesh that does not belong to the space; an inverted cell.
+    pub fn new(
+        mesh: &'a TetMesh,
+        space: &'a SurplusSpace,
+        geometry: &'a FacetGeometry<'a>,
+        set: &'a Articulation,
+        system: &'a Constrained,
+    ) -> Result<Self, StokesError> {
+        Ok(Self {
+            mesh,
+            extension: CubicExtension::new(space, mesh)?,
+            geometry,
+            set,
+            system,
+        })
+    }
+
     /// Estimated changes of flows, exact minus computed.
     ///
     /// A change is that from quadratic to cubic elements (P2/P1 to P3/P2) on the same mesh, with
@@ -208,8 +218,8 @@ impl Correction<'_> {
         flows: &[FlowSolution],
         preconditioner: &mut BlockTriangular,
     ) -> Result<Vec<FlowSolution>, StokesError> {
-        let extension = CubicExtension::new(self.space, self.mesh)?;
-        let system = CubicSystem::new(self.system, &extension);
+        let extension = &self.extension;
+        let system = CubicSystem::new(self.system, extension);
         let first = system.first();
         let no_sources = vec![0.0; self.mesh.n_vertices()];
         let (mut of_geometry, mut rhs) = (Vec::new(), Vec::new());

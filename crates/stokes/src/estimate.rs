@@ -227,13 +227,13 @@ impl Estimator<'_> {
         preconditioner: &mut BlockTriangular,
         adjoints: &mut AdjointSolutions,
     ) -> Result<Vec<Estimate>, StokesError> {
-        let correction = Correction {
-            mesh: self.mesh,
-            space: self.space,
-            geometry: self.facet_geometry,
-            set: self.drive.set,
-            system: self.system,
-        };
+        let correction = Correction::new(
+            self.mesh,
+            self.space,
+            self.facet_geometry,
+            self.drive.set,
+            self.system,
+        )?;
         let changes = correction.changes(flows, preconditioner)?;
         let mut unit_loads = DistinctLoads::default();
         let loads_of_flows: Vec<Vec<usize>> = flows

@@ -56,13 +56,9 @@ impl Problem<'_> {
         let mut preconditioner = system.preconditioner()?;
         let parameters = KrylovParams::default().with_rel_tol(rtol);
         let geometry = self.facet_geometry()?;
-        let corrections = surplus.map(|space| Correction {
-            mesh: self.mesh,
-            space,
-            geometry: &geometry,
-            set: &set,
-            system: &system,
-        });
+        let corrections = surplus
+            .map(|space| Correction::new(self.mesh, space, &geometry, &set, &system))
+            .transpose()?;
         let velocities = system.system.border_range();
         GrandResistance::of(&system, MAX_COLUMNS, |rhs, solutions| {
             let matrix = &system.system;

@@ -13,7 +13,7 @@ use super::surplus::SurplusSpace;
 use crate::FemError;
 use crate::check::{check_array, check_length, check_vectors};
 use crate::geometry::Affine;
-use crate::sum::{CELLS_PER_BATCH, CELLS_PER_TASK};
+use crate::sum::{CELLS_PER_TASK, accumulate};
 
 /// Extension of the Taylor-Hood equations on a mesh by the functions of the next degree.
 ///
@@ -31,7 +31,7 @@ use crate::sum::{CELLS_PER_BATCH, CELLS_PER_TASK};
 /// product is one pass over the cells, with tables of the reference cell for affine cells and
 /// stored element matrices for curved ones.
 ///
-/// Memory: 12 kB per curved cell and 140 bytes per affine one. Unknowns of the extension are three
+/// Memory: 12 kB per curved cell and 140 bytes per affine one. Dofs of the extension are three
 /// components of each bubble and then one pressure per edge. Those that the boundary prescribes are
 /// zero.
 pub struct CubicExtension<'a> {
@@ -107,17 +107,17 @@ impl<'a> CubicExtension<'a> {
         Ok(extension)
     }
 
-    /// Number of unknowns of the extension.
+    /// Number of dofs of the extension.
     pub fn len(&self) -> usize {
         3 * self.space.bubbles.len() + self.n_edges()
     }
 
-    /// Whether there are no unknowns, as on a mesh without cells.
+    /// Whether there are no dofs, as on a mesh without cells.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// First pressure among the unknowns of the extension.
+    /// First pressure among the dofs of the extension.
     pub fn first_pressure(&self) -> usize {
         3 * self.space.bubbles.len()
     }
@@ -179,7 +179,7 @@ impl<'a> CubicExtension<'a> {
 
     /// Rows of quadratic velocities and linear pressures of a product with the extension alone.
     ///
-    /// The rows of the extension are left zero. Cost: a third of [`product`](Self::product).
+    /// The rows of the extension are left out. Cost: a third of [`product`](Self::product).
     ///
     /// # Errors
     /// An array of the wrong length.
@@ -189,7 +189,7 @@ impl<'a> CubicExtension<'a> {
 
     /// Rows of the bubbles of a product with the pressures of the extension alone.
     ///
-    /// All other rows are left zero. Cost: a quarter of [`product`](Self::product).
+    /// All other rows are left out or zero. Cost: a quarter of [`product`](Self::product).
     ///
     /// # Errors
     /// An array of the wrong length.
@@ -206,16 +206,19 @@ impl<'a> CubicExtension<'a> {
         let mesh = self.mesh;
         check_length("the extension", extension.len(), self.len())?;
         let first_pressure = self.first_pressure();
+        let (to_coarse, to_extension) = (rows != Rows::Bubbles, rows != Rows::Coarse);
+        let zeros = |wanted: bool, length: usize| vec![0.0; if wanted { length } else { 0 }];
+        let nodes = if to_coarse { mesh.n_points() } else { 0 };
         let mut product = CubicProduct {
-            velocity: vec![Vec3::zeros(); mesh.n_points()],
-            pressure: vec![0.0; mesh.n_vertices()],
-            extension: vec![0.0; self.len()],
+            velocity: vec![Vec3::zeros(); nodes],
+            pressure: zeros(to_coarse, mesh.n_vertices()),
+            extension: zeros(to_extension, self.len()),
         };
-        let mut results: Vec<Local> = Vec::new();
-        let add = |product: &mut CubicProduct, cell: usize, local: &Local| {
+        let of_cell = |cell| self.multiply(rows, cell, &self.gather(cell, flow, extension));
+        accumulate(mesh, of_cell, |cell, local| {
             let nodes = &mesh.cells()[cell];
             let [x, y, z] = &local.velocity;
-            if rows != Rows::Bubbles {
+            if to_coarse {
                 for (k, &node) in nodes.iter().enumerate() {
                     product.velocity[node as usize] += Vec3::new(x[k], y[k], z[k]);
                 }
@@ -223,7 +226,7 @@ impl<'a> CubicExtension<'a> {
                     product.pressure[vertex as usize] += value;
                 }
             }
-            if rows != Rows::Coarse {
+            if to_extension {
                 let bubbles = self.space.bubbles.of_cell(cell, nodes);
                 for (k, (bubble, sign)) in bubbles.into_iter().zip(signs(nodes)).enumerate() {
                     let k = 10 + k;
@@ -240,17 +243,7 @@ impl<'a> CubicExtension<'a> {
                     product.extension[first_pressure + edge] += value;
                 }
             }
-        };
-        for first in (0..mesh.n_cells()).step_by(CELLS_PER_BATCH) {
-            (first..mesh.n_cells().min(first + CELLS_PER_BATCH))
-                .into_par_iter()
-                .with_min_len(CELLS_PER_TASK)
-                .map(|cell| self.multiply(rows, cell, &self.gather(cell, flow, extension)))
-                .collect_into_vec(&mut results);
-            for (k, local) in results.iter().enumerate() {
-                add(&mut product, first + k, local);
-            }
-        }
+        });
         Ok(product)
     }
 

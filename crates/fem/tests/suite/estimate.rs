@@ -132,7 +132,7 @@ fn the_estimate_is_a_symmetric_bilinear_form_and_the_sum_of_the_indicators() {
     assert!((cells.iter().sum::<f64>() - energy(&sa, &sb)).abs() < 1e-12 * scale);
 }
 
-/// Unknowns of the extension for a flow of cubic velocities and quadratic pressures.
+/// Dofs of the extension for a flow of cubic velocities and quadratic pressures.
 fn extension_of(
     mesh: &TetMesh,
     bubbles: usize,
@@ -241,7 +241,7 @@ fn the_extended_matrix_is_symmetric_and_its_parts_are_those_of_the_whole_product
     let cubic = CubicExtension::new(&space, &mesh).unwrap();
     let random = |seed: u64| {
         let mut extension = noise_vector(seed + 2, cubic.len());
-        // Bubbles on the boundary are no unknowns.
+        // Bubbles on the boundary are no dofs.
         let free = cubic.product(
             &vec![Vec3::zeros(); mesh.n_points()],
             &vec![0.0; mesh.n_vertices()],

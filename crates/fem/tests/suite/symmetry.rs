@@ -63,13 +63,11 @@ fn estimates_of_a_part_equal_those_of_the_whole() {
             (energy, indicators, (residual.len(), inside))
         });
         let [
-            (energy, indicators, (unknowns, free)),
-            (all_energy, all_indicators, (all_unknowns, all_free)),
+            (energy, indicators, (dofs, free)),
+            (all_energy, all_indicators, (all_dofs, all_free)),
         ] = estimated;
-        // Unknowns in the planes are not repeated, and normal components there are prescribed.
-        assert!(
-            all_unknowns < (1 << axes.len()) * unknowns && all_free <= (1 << axes.len()) * free
-        );
+        // Dofs in the planes are not repeated, and normal components there are prescribed.
+        assert!(all_dofs < (1 << axes.len()) * dofs && all_free <= (1 << axes.len()) * free);
         // Rounding of sums of some thousand terms of the size of the whole.
         let close = |a: f64, b: f64, size: f64| (a - b).abs() <= 1e-11 * size;
         // The flow is not a discrete solution, so the estimate may be negative.

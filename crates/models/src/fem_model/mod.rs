@@ -232,13 +232,13 @@ impl FemModel {
         }
         let mut solutions = Vec::with_capacity(solved.len());
         let mut last = None;
+        let converter = ToScene {
+            scaled: &self.scaled,
+            surfaced: self.meshes.surfaced_bodies().collect(),
+            far_field: self.meshes.far_field(),
+            container_error: self.meshes.container_error(&poses),
+        };
         for mut solved in solved {
-            let converter = ToScene {
-                scaled: &self.scaled,
-                surfaced: self.meshes.surfaced_bodies().collect(),
-                far_field: self.meshes.far_field(),
-                container_error: self.meshes.container_error(&poses),
-            };
             let mut solution = converter.answer(&mut solved)?;
             solution.remeshed = remeshed.take();
             solutions.push(solution);

@@ -35,11 +35,11 @@ impl ToScene<'_> {
             let velocity = |far: FarField| far.velocity_correction(total_force(flow));
             self.far_field.map_or_else(Vector3::zeros, velocity)
         };
-        let mut corrected = solved.flow.clone();
-        let before = far_field(&corrected);
+        let before = far_field(&solved.flow);
+        let unshifted = solved.estimate.as_ref().map(|_| solved.flow.clone());
         shift(set, before, &mut solved.flow);
         let computed = self.convert(solved, &solved.flow)?;
-        let Some(estimate) = &solved.estimate else {
+        let (Some(estimate), Some(mut corrected)) = (&solved.estimate, unshifted) else {
             return Ok(computed);
         };
         corrected.add(&estimate.change)?;

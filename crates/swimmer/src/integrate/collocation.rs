@@ -167,8 +167,7 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
                 accepted = Some((change, 0.0));
             } else if is_mesh_change {
                 // The corrections remove most of it.
-                let correct = |approximation: &Approximation| approximation.piece.step();
-                let corrected = &correct(&current) + &(&correct(&previous) * -1.0);
+                let corrected = &step + &(&previous.piece.step() * -1.0);
                 accepted = Some((0.0, largest_displacement(evaluator, &corrected)));
             }
         }

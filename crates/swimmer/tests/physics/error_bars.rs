@@ -44,32 +44,43 @@ fn assert_corrected(quantity: &str, error: f64, bar: f64, uncorrected: f64, gain
     );
 }
 
-#[test]
-fn bars_of_a_sphere_with_force_and_torque_are_its_errors() {
-    let radius = 4.0;
+/// Speed and spin of a unit sphere with a unit force along x and a unit torque about z, at the
+/// centre of a ball.
+fn concentric(radius: f64) -> [f64; 2] {
     let l: f64 = 1.0 / radius;
     // Happel & Brenner 1983, (4-22.12).
     let drag =
         (1.0 - l.powi(5)) / (1.0 - 2.25 * l + 2.5 * l.powi(3) - 2.25 * l.powi(5) + l.powi(6));
-    let (speed, spin) = (1.0 / (6.0 * PI * drag), (1.0 - l.powi(3)) / (8.0 * PI));
+    [1.0 / (6.0 * PI * drag), (1.0 - l.powi(3)) / (8.0 * PI)]
+}
+
+/// [`assert_corrected`] for the speed and the spin of that sphere.
+fn assert_sphere_corrected(instant: &InstantaneousSolution, [speed, spin]: [f64; 2], gain: f64) {
+    let error = instant.mesh_error.as_ref().unwrap();
+    let (body, before) = (&instant.bodies[0], &instant.uncorrected().bodies[0]);
+    let errors = [body, before].map(|body| body.velocity.x - speed);
+    let bar = instant.error_estimate.mesh.unwrap();
+    assert_corrected("speed", errors[0], bar, errors[1], gain);
+    let errors = [body, before].map(|body| body.angular_velocity.z - spin);
+    let bar = error.uncertainty.relative * error.bodies[0].angular_velocity.norm();
+    assert_corrected("spin", errors[0], bar, errors[1], gain);
+}
+
+#[test]
+fn bars_of_a_sphere_with_force_and_torque_are_its_errors() {
+    let radius = 4.0;
+    let [speed, spin] = concentric(radius);
     for size in [0.5, 0.3] {
         let text =
             domain(radius, size) + &sphere("s", 0.0, "force = [1, 0, 0]\ntorque = [0, 0, 1]");
         let instant = solve(&scene(&text));
-        let error = instant.mesh_error.as_ref().unwrap();
-        let (body, before) = (&instant.bodies[0], &instant.uncorrected().bodies[0]);
-        let errors = [body, before].map(|body| body.velocity.x - speed);
-        let bar = instant.error_estimate.mesh.unwrap();
-        assert_corrected("speed", errors[0], bar, errors[1], 10.0);
-        let errors = [body, before].map(|body| body.angular_velocity.z - spin);
-        let bar = error.uncertainty.relative * error.bodies[0].angular_velocity.norm();
-        assert_corrected("spin", errors[0], bar, errors[1], 10.0);
+        assert_sphere_corrected(&instant, [speed, spin], 10.0);
         // The power of a unit force and a unit torque.
         let errors = [instant.power(), instant.uncorrected_power()].map(|p| p - speed - spin);
         let bar = instant.power_error.mesh.unwrap();
         assert_corrected("power", errors[0], bar, errors[1], 10.0);
         // Prescribed loads have no error.
-        assert_eq!(error.force_error_bar(), 0.0);
+        assert_eq!(instant.mesh_error.unwrap().force_error_bar(), 0.0);
     }
 }
 
@@ -243,23 +254,13 @@ fn bars_of_straight_elements_include_the_facet_geometry_error() {
     // The hierarchical surplus is a tenth of it, with the opposite sign.
     let straight = "fem.geometry = \"straight\"\n";
     let radius = 40.0;
-    let l: f64 = 1.0 / radius;
-    let drag =
-        (1.0 - l.powi(5)) / (1.0 - 2.25 * l + 2.5 * l.powi(3) - 2.25 * l.powi(5) + l.powi(6));
-    let (speed, spin) = (1.0 / (6.0 * PI * drag), (1.0 - l.powi(3)) / (8.0 * PI));
+    let [speed, spin] = concentric(radius);
     for size in [0.4, 0.25] {
         let loads = "force = [1, 0, 0]\ntorque = [0, 0, 1]";
         let instant = solve(&scene(
             &(domain(radius, size) + straight + &sphere("s", 0.0, loads)),
         ));
-        let error = instant.mesh_error.as_ref().unwrap();
-        let (body, before) = (&instant.bodies[0], &instant.uncorrected().bodies[0]);
-        let errors = [body, before].map(|body| body.velocity.x - speed);
-        let bar = instant.error_estimate.mesh.unwrap();
-        assert_corrected("speed", errors[0], bar, errors[1], 3.0);
-        let errors = [body, before].map(|body| body.angular_velocity.z - spin);
-        let bar = error.uncertainty.relative * error.bodies[0].angular_velocity.norm();
-        assert_corrected("spin", errors[0], bar, errors[1], 3.0);
+        assert_sphere_corrected(&instant, [speed, spin], 3.0);
     }
     // In a gap, which straight facets widen, the error of the force is five times that of a lone
     // sphere.
