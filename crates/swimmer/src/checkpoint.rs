@@ -116,10 +116,13 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// The factor on the element sizes of the run, given or chosen; none if the scene cannot be
-    /// read.
-    pub fn size_factor(&self) -> Option<f64> {
-        Scene::parse(&self.scene).ok()?.fem().size_factor
+    /// The factor on the element sizes of the run, given or chosen; 1 if the scene has none or cannot
+    /// be read.
+    pub fn size_factor(&self) -> f64 {
+        let scene = Scene::parse(&self.scene).ok();
+        scene
+            .and_then(|scene| scene.fem().size_factor)
+            .unwrap_or(1.0)
     }
 
     /// Restores the history of the model and returns the state and the flow files of the run.

@@ -21,7 +21,7 @@ pub use models;
 pub use observer::Observer;
 pub use outcome::{Interim, LegOutcome, Outcome, Sample};
 pub use output::Folder;
-pub use planning::{Choice, Trial, TrialObserver, choose, size_factor_for_target, with_tables};
+pub use planning::{Choice, MissedTarget, SizeSearch, choose, simulate_to_target, with_tables};
 pub use run::{Progress, Report, run};
 pub use scene::{self, Gait, Leg, Phase, Scene, SceneError, legs};
 pub use simulate::{continue_from, simulate};

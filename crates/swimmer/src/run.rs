@@ -15,7 +15,7 @@ use crate::outcome::{Interim, Outcome};
 #[cfg(feature = "plots")]
 use crate::output::trajectory_svg;
 use crate::output::{FlowSeries, Folder, summary_json, trajectory_csv};
-use crate::planning::{Choice, Trial, TrialObserver, choose, size_factor_for_target, with_tables};
+use crate::planning::{Choice, MissedTarget, SizeSearch, choose, with_tables};
 use crate::simulate::continue_from;
 
 /// Callbacks that inform the caller about the progress of a run.
@@ -25,14 +25,15 @@ pub trait Progress {
         false
     }
 
-    /// A trial stroke on a coarse mesh for `fem.target` is done.
-    fn tried(&mut self, trial: &Trial) {
-        let _ = trial;
-    }
-
-    /// The factor on the element sizes for `fem.target` has been chosen.
+    /// The factor on the element sizes for `fem.target` has been chosen for the stroke that begins.
     fn chose_size_factor(&mut self, target: f64, size_factor: f64) {
         let _ = (target, size_factor);
+    }
+
+    /// The stroke is done and its discretisation error exceeds `fem.target`; another one follows
+    /// with smaller elements.
+    fn missed_target(&mut self, missed: &MissedTarget) {
+        let _ = missed;
     }
 
     /// The gait begins, or continues after `done` phases of an earlier run.
@@ -75,9 +76,10 @@ pub struct Report {
 /// The files are `summary.json`, `trajectory.csv`, `trajectory.svg` (with the feature `plots`),
 /// ParaView files for models with a mesh, and a checkpoint.
 ///
-/// With `resume` the checkpoint in `out` is read; otherwise trial strokes on coarse meshes
-/// determine the element sizes for `fem.target`. Then the model is chosen, with tables over shapes
-/// where they save solves, and the gait is run or continued.
+/// The model is chosen, with tables over shapes where they save solves, and the gait is run. With
+/// `fem.target` the element sizes are those of [`SizeSearch`], and a stroke that misses the target is
+/// repeated with smaller ones; its files are replaced. With `resume` the run continues from the
+/// checkpoint in `out`.
 ///
 /// # Errors
 /// A scene without a gait, a folder that cannot be written to, a checkpoint of another scene,
@@ -85,22 +87,44 @@ pub struct Report {
 /// [`SwimError::ToleranceMissed`] with the finished report unless the scene accepts the best
 /// result.
 pub fn run(
-    mut scene: Scene,
+    scene: Scene,
     out: &Path,
     resume: bool,
     progress: &mut dyn Progress,
 ) -> Result<Report, SwimError> {
     let started = Instant::now();
     scene.require_gait()?;
-    let checkpoint = resume.then(|| Checkpoint::read(out)).transpose()?;
+    let mut checkpoint = resume.then(|| Checkpoint::read(out)).transpose()?;
     let folder = Folder::create(out)?;
-    let size_factor = match &checkpoint {
-        Some(checkpoint) => checkpoint.size_factor(),
-        None => size_factor(&scene, progress)?,
-    };
-    if scene.fem().target.is_some() {
-        scene = scene.with_size_factor(scene.fem().size_factor.or(size_factor))?;
+    let mut search = SizeSearch::new(&scene)?;
+    if let (Some(search), Some(checkpoint)) = (&mut search, &checkpoint) {
+        search.continue_with(checkpoint.size_factor());
     }
+    loop {
+        let mut sized = scene.clone();
+        if let (Some(search), Some(target)) = (&search, scene.fem().target) {
+            sized = search.apply(&scene)?;
+            progress.chose_size_factor(target, search.size_factor());
+        }
+        let report = run_once(sized, &folder, checkpoint.take(), progress)?;
+        let missed = search
+            .as_mut()
+            .and_then(|search| search.refine(&report.outcome));
+        let Some(missed) = missed else {
+            let seconds = started.elapsed().as_secs_f64();
+            return Report { seconds, ..report }.finish(&folder);
+        };
+        progress.missed_target(&missed);
+    }
+}
+
+/// Runs the gait of a scene with its element sizes, from its beginning or from a checkpoint.
+fn run_once(
+    scene: Scene,
+    folder: &Folder,
+    checkpoint: Option<Checkpoint>,
+    progress: &mut dyn Progress,
+) -> Result<Report, SwimError> {
     let Choice { mut model, reasons } = with_tables(&scene, choose(&scene)?);
     let (interim, flows) = match checkpoint {
         None => {
@@ -114,12 +138,12 @@ pub fn run(
                 model.as_ref(),
                 &[],
             )?
-            .write(&folder)?;
-            (interim, FlowSeries::new(&folder))
+            .write(folder)?;
+            (interim, FlowSeries::new(folder))
         }
         Some(checkpoint) => {
-            let (interim, flows) = checkpoint.restore(&scene, model.as_mut(), out)?;
-            let flows = FlowSeries::resumed(&folder, &flows);
+            let (interim, flows) = checkpoint.restore(&scene, model.as_mut(), folder.path())?;
+            let flows = FlowSeries::resumed(folder, &flows);
             (interim, flows)
         }
     };
@@ -127,28 +151,36 @@ pub fn run(
     progress.begins(&scene, done);
     let mut files = Files {
         scene: &scene,
-        folder: &folder,
+        folder,
         flows,
         progress,
         done,
     };
     let method = Method::Collocation;
     let outcome = continue_from(&scene, model.as_mut(), method, &mut files, interim)?;
-    let seconds = started.elapsed().as_secs_f64();
-    let name = model.name();
-    let summary = summary_json(&scene, name, &reasons, &outcome, seconds);
-    folder.write("summary.json", |file| writeln!(file, "{summary:#}"))?;
-    let report = Report {
+    Ok(Report {
+        model: model.name(),
         scene,
-        model: name,
         reasons,
         outcome,
-        seconds,
-    };
-    report.check_tolerance()
+        seconds: 0.0,
+    })
 }
 
 impl Report {
+    /// Writes the summary and checks the tolerance.
+    fn finish(self, folder: &Folder) -> Result<Self, SwimError> {
+        let summary = summary_json(
+            &self.scene,
+            self.model,
+            &self.reasons,
+            &self.outcome,
+            self.seconds,
+        );
+        folder.write("summary.json", |file| writeln!(file, "{summary:#}"))?;
+        self.check_tolerance()
+    }
+
     /// The report, if its error bar is within the tolerance or the scene accepts the best result.
     fn check_tolerance(self) -> Result<Self, SwimError> {
         let (model, outcome) = (self.scene.model(), &self.outcome);
@@ -161,33 +193,6 @@ impl Report {
             allowed: model.tolerance * outcome.reference_displacement(),
             report: Box::new(self),
         })
-    }
-}
-
-/// The factor on the element sizes for `fem.target`, if it has to be chosen.
-fn size_factor(scene: &Scene, progress: &mut dyn Progress) -> Result<Option<f64>, SwimError> {
-    let chosen = size_factor_for_target(scene, &mut Trials(progress))?;
-    if let (Some(size_factor), Some(target)) = (chosen, scene.fem().target) {
-        progress.chose_size_factor(target, size_factor);
-    }
-    Ok(chosen)
-}
-
-/// Observes trial strokes, so that they can be interrupted.
-struct Trials<'a>(&'a mut dyn Progress);
-
-impl Observer for Trials<'_> {
-    fn solved(&mut self, _: &Leg, _: &LegSolution, _: &dyn Hydrodynamics) -> Result<(), SwimError> {
-        match self.0.is_interrupted() {
-            true => Err(SwimError::Interrupted { phases: 0, all: 0 }),
-            false => Ok(()),
-        }
-    }
-}
-
-impl TrialObserver for Trials<'_> {
-    fn tried(&mut self, trial: &Trial) {
-        self.0.tried(trial);
     }
 }
 

@@ -3,8 +3,7 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use swimmer::choose;
-use swimmer::{Method, Observer, Scene, simulate, size_factor_for_target};
+use swimmer::{Method, Observer, Outcome, Scene, choose, simulate, simulate_to_target};
 
 use super::parameters::{MESHES, axisymmetric_overrides, mesh_overrides, sizes, targets};
 use super::quantity::{Point, Quantity};
@@ -33,18 +32,29 @@ impl Observer for Largest {
     }
 }
 
-fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) -> Result<Point> {
+fn stroke(scene: &Scene, method: Method, names: [&str; 2], exact: f64) -> Result<Point> {
     let clock = Instant::now();
     let mut model = choose(scene)?.model;
     let mut largest = Largest::default();
     let outcome = simulate(scene, model.as_mut(), method, &mut largest)?;
+    Ok(point(names, &outcome, largest.0, &clock, exact))
+}
+
+/// The point of a stroke that `clock` has timed.
+fn point(
+    [name, choice]: [&str; 2],
+    outcome: &Outcome,
+    dofs: usize,
+    clock: &Instant,
+    exact: f64,
+) -> Point {
     let net = outcome.displacement[1].x;
     let error = |net: f64| (net / exact - 1.0).abs();
-    Ok(Point {
+    Point {
         method: name.to_owned(),
         choice: choice.to_owned(),
         size: None,
-        dofs: largest.0,
+        dofs,
         seconds: clock.elapsed().as_secs_f64(),
         error: error(net),
         uncorrected: (outcome.mesh_error.as_ref()).map(|removed| error(net + removed[1].x)),
@@ -53,20 +63,19 @@ fn stroke(scene: &Scene, method: Method, [name, choice]: [&str; 2], exact: f64) 
             .error_estimate
             .integration
             .map(|_| outcome.error_estimate.total() / net.abs()),
-    })
+    }
 }
 
-/// Stroke with element sizes that the program chooses for a target error; the time includes its
-/// trial strokes.
+/// Stroke with element sizes that the program chooses for a target error; the time includes strokes
+/// that miss it.
 fn stroke_for_target(name: &str, target: f64, exact: f64) -> Result<Point> {
     let clock = Instant::now();
-    let mut scene = scene_files::read(name, &[format!("fem.target={target:e}")])?;
-    scene = scene.with_size_factor(size_factor_for_target(&scene, &mut ())?)?;
+    let scene = scene_files::read(name, &[format!("fem.target={target:e}")])?;
+    let mut largest = Largest::default();
+    let (_, outcome) = simulate_to_target(&scene, Method::Collocation, &mut largest)?;
     let choice = format!("target {target:e}");
     let names = ["sizes chosen for a target error, curved", &choice];
-    let mut point = stroke(&scene, Method::Collocation, names, exact)?;
-    point.seconds = clock.elapsed().as_secs_f64();
-    Ok(point)
+    Ok(point(names, &outcome, largest.0, &clock, exact))
 }
 
 /// The net displacement of the default stroke.

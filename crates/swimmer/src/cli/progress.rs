@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use swimmer::{Leg, LegResult, LegSolution, Scene, Trial};
+use swimmer::{Leg, LegResult, LegSolution, MissedTarget, Scene};
 
 use super::text::{count, duration, message, percent};
 
@@ -56,20 +56,21 @@ impl swimmer::Progress for Progress {
         self.interrupted.load(Ordering::Relaxed)
     }
 
-    fn tried(&mut self, trial: &Trial) {
-        message(&format!(
-            "trial stroke with fem.size_factor = {:.3}: discretisation error {} of the net \
-             displacement, {} elapsed",
-            trial.size_factor,
-            percent(trial.relative_error),
-            self.elapsed()
-        ));
-    }
-
     fn chose_size_factor(&mut self, target: f64, size_factor: f64) {
         message(&format!(
             "chosen for fem.target = {target:e} ({}): fem.size_factor = {size_factor:.3}",
             percent(target)
+        ));
+    }
+
+    fn missed_target(&mut self, missed: &MissedTarget) {
+        self.finish();
+        message(&format!(
+            "fem.size_factor = {:.3} leaves a discretisation error of {} of the net displacement, \
+             {} elapsed",
+            missed.size_factor,
+            percent(missed.relative_error),
+            self.elapsed()
         ));
     }
 

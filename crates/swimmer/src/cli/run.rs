@@ -11,7 +11,7 @@ use super::arguments::SceneArguments;
 use super::displacements::displacement_table;
 use super::progress::Progress;
 use super::text::{
-    count, duration, entry, error_estimates, percent, print, two_digits, warn, with_uncertainty,
+    count, duration, entry, error_estimates, print, two_digits, warn, with_uncertainty,
 };
 
 pub fn run(
@@ -71,13 +71,14 @@ fn warnings(report: &Report) -> Vec<String> {
         ));
     }
     if let (Some(target), Some(error)) = (scene.fem().target, outcome.error_estimate.mesh)
-        && error > target * net
+        && error > target * outcome.reference_displacement()
     {
         warnings.push(format!(
-            "fem.target = {target:e} allows a discretisation error of {} of the net displacement, \
-             the estimate is {}; reduce fem.size_factor = {:.3}",
-            percent(target),
-            percent(error / net),
+            "fem.target = {target:e} allows a discretisation error of {} (absolute), the estimate \
+             is {} at a net displacement of {}; reduce fem.size_factor = {:.3}",
+            two_digits(target * outcome.reference_displacement()),
+            two_digits(error),
+            two_digits(net),
             scene.fem().size_factor.unwrap_or(1.0),
         ));
     }

@@ -21,10 +21,14 @@ use super::result::{Approximation, IntegrationError, LegResult};
 use super::step_size::{MAX_PARTS, expected_ratio, largest_displacement, rounding, step_tolerance};
 use crate::error::SwimError;
 
-/// From this number of points on, solutions are requested with estimates of the discretisation
-/// error, because this order may be accepted. (Estimates of one order cannot serve another: its
-/// solutions belong to other meshes, whose discretisation errors differ.)
+/// From this number of points on, solutions may be requested with estimates of the discretisation
+/// error. (Estimates of one order cannot serve another: its solutions belong to other meshes, whose
+/// discretisation errors differ.)
 const FIRST_ESTIMATED: usize = 3;
+
+/// Ratio of the expected error of an order to the tolerance, up to which its solutions are requested
+/// with estimates. Estimates in vain cost less than the same points once more.
+const MAY_SUFFICE: f64 = 2.0;
 
 /// Largest number of points: beyond it, halving the step gains more.
 const MAX_POINTS: usize = 8;
@@ -136,21 +140,24 @@ struct Step {
 fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result<Step, SwimError> {
     let width = span.1 - span.0;
     let duration = evaluator.leg.duration * width;
-    let mesh_changes = evaluator.mesh_changes;
     let guess = initial_guess(evaluator, start, span)?;
     let ratio = expected_ratio(evaluator, &guess)?;
     let mut previous = collocate(evaluator, start, &guess, 1, false)?;
+    // A mesh that the first solution brings serves all others.
+    let mesh_changes = evaluator.mesh_changes;
     let (mut changes, mut work_changes) = (Vec::new(), Vec::new());
     let mut points = 2;
     loop {
-        let requested = points >= FIRST_ESTIMATED;
+        let tolerance = step_tolerance(evaluator, &previous.piece.step(), width);
+        let may_suffice = expected_error(&changes, ratio) <= MAY_SUFFICE * tolerance;
+        let has_new_mesh = evaluator.mesh_changes > mesh_changes;
+        let requested = points >= FIRST_ESTIMATED && (may_suffice || has_new_mesh);
         let mut current = collocate(evaluator, start, &previous.piece, points, requested)?;
         // Lower orders have no estimates, so both are compared without corrections.
         let both = [&current, &previous];
         let [last, before] = both.map(|approximation| approximation.uncorrected_step(duration));
         let change = largest_displacement(evaluator, &(&last + &(&before * -1.0)));
         let step = current.piece.step();
-        let tolerance = step_tolerance(evaluator, &step, width);
         changes.push(change);
         let error = remaining_error(&changes, ratio);
         let [last, before] = both.map(|approximation| approximation.uncorrected_work(duration));
@@ -172,7 +179,10 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
             }
         }
         let is_accepted = accepted.is_some();
-        if is_accepted || stalled || points == MAX_POINTS {
+        // What is due to a mesh that this order brought is judged at the next one, with estimates.
+        let has_new_mesh = evaluator.mesh_changes > mesh_changes;
+        let is_judged = requested || !has_new_mesh;
+        if is_accepted || (stalled && is_judged) || points == MAX_POINTS {
             // Accepted at a lower order than expected: the same points again, with estimates.
             let estimates = evaluator.error_estimates();
             if is_accepted && !estimates.given(requested) && estimates.given(true) {
@@ -215,6 +225,16 @@ fn remaining_error(changes: &[f64], least_ratio: f64) -> f64 {
     let ratio = pairs.fold(least_ratio, |ratio, pair| ratio.max(pair[1] / pair[0]));
     let largest = |error: f64, &change: &f64| ratio * error.max(change);
     changes.iter().fold(0.0, largest) / (1.0 - ratio)
+}
+
+/// Error expected of the order after the last one, if the changes go on to decrease as before.
+fn expected_error(changes: &[f64], least_ratio: f64) -> f64 {
+    let next = match *changes {
+        [.., before, last] => last * (last / before).max(least_ratio),
+        [change] => change * least_ratio,
+        [] => return f64::INFINITY,
+    };
+    remaining_error(&[changes, &[next]].concat(), least_ratio)
 }
 
 /// Whether the change by an order is not clearly smaller than that by the order before.

@@ -7,4 +7,4 @@ mod target;
 
 pub use choice::{Choice, choose};
 pub use tables::with_tables;
-pub use target::{Trial, TrialObserver, size_factor_for_target};
+pub use target::{MissedTarget, SizeSearch, simulate_to_target};

@@ -1,4 +1,4 @@
-//! Element sizes that meet a target for the error of the net displacement.
+//! Element sizes with which the net displacement meets `fem.target`.
 
 use models::FemModel;
 use scene::{GeometryKind, Scene};
@@ -7,90 +7,168 @@ use super::choice::choose;
 use crate::error::SwimError;
 use crate::integrate::Method;
 use crate::observer::Observer;
+use crate::outcome::Outcome;
 use crate::simulate::simulate;
+
+/// Relative error bar of the net displacement on curved elements of default size: the median of ten
+/// random strokes, which had 1.3e-4 to 7.1e-4 (`cargo xtask accuracy --random`).
+const CURVED_BAR: f64 = 3e-4;
+/// The same on straight elements: that of the default stroke and of one random stroke.
+const STRAIGHT_BAR: f64 = 1e-2;
 
 /// Assumed order of convergence of the error bar on curved elements; 3.8 to 4.4 were observed.
 const CURVED_ORDER: f64 = 4.0;
 /// Assumed order of convergence of the error bar on straight elements; 1.8 was observed.
 const STRAIGHT_ORDER: f64 = 1.7;
 
-/// Fraction of the target at which the extrapolation aims, because the error bars of different
-/// meshes scatter by a factor of about a half around the assumed power law.
+/// Fraction of the target at which the sizes aim, because the error bars of different meshes scatter
+/// by a factor of about a half around the assumed power law.
 const AIM: f64 = 0.6;
 
-/// Smallest ratio of the extrapolated sizes to those of the last trial.
+/// Smallest ratio of the sizes of a stroke to those of the one before, which costs about eight times
+/// less.
 const MIN_RATIO: f64 = 0.5;
 
-/// Largest number of trial strokes: each costs eight times as much as the one before, the last one
-/// as much as the stroke itself.
-const MAX_TRIALS: usize = 6;
+/// Largest number of strokes with finer sizes.
+const MOST_REFINEMENTS: usize = 4;
 
-/// A trial stroke on a coarse mesh.
+/// A stroke whose estimated discretisation error exceeds `fem.target`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Trial {
+pub struct MissedTarget {
     /// Factor on the element sizes, as the scene key `fem.size_factor`.
     pub size_factor: f64,
-    /// Estimated discretisation error of the net displacement, divided by the net displacement.
+    /// Estimated discretisation error, divided by [`Outcome::reference_displacement`].
     pub relative_error: f64,
 }
 
-/// Callbacks during the trial strokes.
-pub trait TrialObserver: Observer {
-    /// Called after every trial stroke.
-    fn tried(&mut self, trial: &Trial) {
-        let _ = trial;
+/// The search for the factor on the element sizes (`fem.size_factor`) with which the error bar of
+/// the net displacement meets `fem.target`.
+///
+/// The first factor follows from the error bars that are usual at default sizes. The stroke is
+/// simulated with it; if its own error bar exceeds the target, the next factor is extrapolated from
+/// that bar with the order of convergence.
+///
+/// ```
+/// use swimmer::{Scene, SizeSearch};
+/// let scene = Scene::parse(
+///     r#"
+///     domain = { kind = "ball", radius = 40 }
+///     model.kind = "fem"
+///     fem.target = 4.8e-3
+///     bodies = [{ name = "ball", radius = 1, position = [0, 0, 0], force = [1, 0, 0] }]
+///     gait.phases = [{ duration = 1 }]
+///     "#,
+/// )?;
+/// let search = SizeSearch::new(&scene)?.ok_or("no search")?;
+/// // 0.6 of the target is (7/4)^4 times the usual error bar, up to 2 %.
+/// assert!((search.size_factor() - 1.75).abs() < 0.01);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SizeSearch {
+    target: f64,
+    order: f64,
+    size_factor: f64,
+    refinements: usize,
+}
+
+impl SizeSearch {
+    /// The search for a scene, with its first factor.
+    ///
+    /// None without a target, with a given factor, or for a model without estimates of its
+    /// discretisation error.
+    ///
+    /// # Errors
+    /// Those of [`choose`].
+    pub fn new(scene: &Scene) -> Result<Option<Self>, SwimError> {
+        let (Some(target), None) = (scene.fem().target, scene.fem().size_factor) else {
+            return Ok(None);
+        };
+        let (bar, order) = match scene.fem().geometry {
+            GeometryKind::Curved => (CURVED_BAR, CURVED_ORDER),
+            GeometryKind::Straight => (STRAIGHT_BAR, STRAIGHT_ORDER),
+        };
+        let size_factor = (AIM * target / bar).powf(1.0 / order);
+        let search = Self {
+            target,
+            order,
+            size_factor: size_factor.min(FemModel::COARSEST_SIZE_FACTOR),
+            refinements: 0,
+        };
+        let model = choose(&search.apply(scene)?)?.model;
+        Ok(model.error_estimates().given(true).then_some(search))
+    }
+
+    /// The factor for the next stroke.
+    pub fn size_factor(&self) -> f64 {
+        self.size_factor
+    }
+
+    /// Continues with another factor, that of an interrupted run.
+    pub(crate) fn continue_with(&mut self, size_factor: f64) {
+        self.size_factor = size_factor;
+    }
+
+    /// The scene with the factor for the next stroke.
+    ///
+    /// # Errors
+    /// A scene that the factor makes invalid.
+    pub fn apply(&self, scene: &Scene) -> Result<Scene, SwimError> {
+        Ok(scene.with_size_factor(Some(self.size_factor))?)
+    }
+
+    /// Chooses a smaller factor if the outcome of the stroke with the present one misses the target.
+    ///
+    /// None if it meets the target, has no error estimate, or if four smaller factors have been
+    /// tried.
+    pub fn refine(&mut self, outcome: &Outcome) -> Option<MissedTarget> {
+        let relative_error = outcome.error_estimate.mesh? / outcome.reference_displacement();
+        if !(relative_error > self.target && relative_error.is_finite())
+            || self.refinements == MOST_REFINEMENTS
+        {
+            return None;
+        }
+        let missed = MissedTarget {
+            size_factor: self.size_factor,
+            relative_error,
+        };
+        let ratio = (AIM * self.target / relative_error).powf(1.0 / self.order);
+        self.size_factor *= ratio.max(MIN_RATIO);
+        self.refinements += 1;
+        Some(missed)
     }
 }
 
-/// An observer that does nothing.
-impl TrialObserver for () {}
-
-/// The `fem.size_factor` with which the estimated discretisation error of the net displacement
-/// meets `fem.target`, determined by trial strokes on coarse meshes.
+/// Simulates the gait of a scene with element sizes that meet its `fem.target`.
 ///
-/// None without a target, with given sizes, or for a model without estimates.
+/// Returns the scene with the factor on the element sizes, and the outcome. Without a target the
+/// gait is simulated once. The observer sees every stroke.
 ///
-/// Cost: the trial strokes have at most an eighth of the degrees of freedom of the final one, and
-/// each an eighth of the next.
+/// Cost: most strokes meet the target with the first factor; another one costs up to eight times as
+/// much as the one before.
 ///
 /// # Errors
-/// Those of [`simulate`].
-pub fn size_factor_for_target(
+/// Those of [`simulate`] and [`choose`].
+pub fn simulate_to_target(
     scene: &Scene,
-    observer: &mut dyn TrialObserver,
-) -> Result<Option<f64>, SwimError> {
-    let (Some(target), None) = (scene.fem().target, scene.fem().size_factor) else {
-        return Ok(None);
-    };
-    let order = match scene.fem().geometry {
-        GeometryKind::Curved => CURVED_ORDER,
-        GeometryKind::Straight => STRAIGHT_ORDER,
-    };
-    let mut size_factor = FemModel::COARSEST_SIZE_FACTOR;
-    for _ in 0..MAX_TRIALS {
-        let coarse = scene.with_size_factor(Some(size_factor))?;
-        let mut model = choose(&coarse)?.model;
-        if !model.error_estimates().given(true) {
-            return Ok(None);
-        }
-        let outcome = simulate(&coarse, model.as_mut(), Method::Collocation, observer)?;
-        let (Some(error), true) = (outcome.error_estimate.mesh, outcome.net() > 0.0) else {
-            return Ok(None);
+    method: Method,
+    observer: &mut dyn Observer,
+) -> Result<(Scene, Outcome), SwimError> {
+    let mut search = SizeSearch::new(scene)?;
+    loop {
+        let sized = match &search {
+            Some(search) => search.apply(scene)?,
+            None => scene.clone(),
         };
-        let relative_error = error / outcome.net();
-        observer.tried(&Trial {
-            size_factor,
-            relative_error,
-        });
-        if relative_error <= target {
-            return Ok(Some(size_factor));
+        let mut model = choose(&sized)?.model;
+        let outcome = simulate(&sized, model.as_mut(), method, observer)?;
+        if search
+            .as_mut()
+            .and_then(|search| search.refine(&outcome))
+            .is_none()
+        {
+            return Ok((sized, outcome));
         }
-        let next = size_factor * (AIM * target / relative_error).powf(1.0 / order);
-        if next >= MIN_RATIO * size_factor {
-            return Ok(Some(next));
-        }
-        size_factor *= MIN_RATIO;
     }
-    Ok(Some(size_factor))
 }

@@ -3,11 +3,8 @@
 use std::f64::consts::PI;
 
 use approx::assert_relative_eq;
-use swimmer::models::{FemModel, Hydrodynamics};
-use swimmer::{
-    Leg, LegResult, LegSolution, Method, Observer, Outcome, Scene, SwimError, Trial, TrialObserver,
-    simulate, size_factor_for_target, solve_start,
-};
+use swimmer::models::FemModel;
+use swimmer::{Interim, Method, Outcome, Scene, SizeSearch, simulate_to_target, solve_start};
 
 /// Two unit spheres pushed towards each other along their line of centres in a ball of radius 60.
 fn pair(distance: f64, more: &str) -> Scene {
@@ -64,8 +61,7 @@ fn a_given_size_factor_is_kept() {
     let plain = approach("fem.size_factor = 1.5");
     assert_eq!(fixed, plain);
     let scene = pair(4.0, "fem = { target = 1e-6, size_factor = 1.5 }");
-    let chosen = size_factor_for_target(&scene, &mut NoStroke).unwrap();
-    assert_eq!(chosen, None);
+    assert!(SizeSearch::new(&scene).unwrap().is_none());
 }
 
 #[test]
@@ -78,74 +74,26 @@ fn strokes_meet_their_target_error() {
         "/../../scenes/three-sphere.toml"
     ))
     .unwrap();
-    for target in [1e-2, 1e-3] {
-        let mut scene = Scene::parse(&format!("{text}\n[fem]\ntarget = {target:?}\n")).unwrap();
-        let chosen = size_factor_for_target(&scene, &mut ()).unwrap();
-        scene = scene.with_size_factor(chosen).unwrap();
-        let mut model = FemModel::new(&scene).unwrap();
-        let outcome = simulate(&scene, &mut model, Method::Collocation, &mut ()).unwrap();
+    for target in [1e-2, 1e-3, 1e-4] {
+        let scene = Scene::parse(&format!("{text}\n[fem]\ntarget = {target:?}\n")).unwrap();
+        let (_, outcome) = simulate_to_target(&scene, Method::Collocation, &mut ()).unwrap();
         let error = (outcome.displacement[1].x / exact - 1.0).abs();
-        let bar = outcome.error_estimate.mesh.unwrap() / outcome.net();
-        assert!(
-            error <= 1.4 * bar && bar <= 1.5 * target,
-            "{target:e}: {error:.2e} {bar:.2e}"
-        );
-    }
-}
-
-/// Panics at the first trial stroke.
-struct NoStroke;
-
-impl Observer for NoStroke {}
-
-impl TrialObserver for NoStroke {
-    fn tried(&mut self, _: &Trial) {
-        panic!("a stroke was tried");
-    }
-}
-
-/// Keeps the first trial, and ends the simulation at the next one.
-#[derive(Default)]
-struct FirstTrial {
-    trial: Option<Trial>,
-    /// Relative error of the net displacement after the last leg.
-    relative_error: f64,
-}
-
-impl Observer for FirstTrial {
-    fn solved(&mut self, _: &Leg, _: &LegSolution, _: &dyn Hydrodynamics) -> Result<(), SwimError> {
-        match self.trial {
-            None => Ok(()),
-            Some(_) => Err(SwimError::NoSteps),
-        }
-    }
-
-    fn leg_done(
-        &mut self,
-        _: &Leg,
-        _: &LegResult,
-        so_far: &Outcome,
-        _: &dyn Hydrodynamics,
-    ) -> Result<(), SwimError> {
-        self.relative_error = so_far.error_estimate.mesh.unwrap() / so_far.net();
-        Ok(())
-    }
-}
-
-impl TrialObserver for FirstTrial {
-    fn tried(&mut self, trial: &Trial) {
-        self.trial = Some(*trial);
+        let bars = &outcome.error_estimate;
+        let mesh = bars.mesh.unwrap() / outcome.net();
+        assert!(mesh <= target, "{target:e}: {mesh:.2e}");
+        let bar = bars.total() / outcome.net();
+        assert!(error <= bar, "{target:e}: {error:.2e} {bar:.2e}");
     }
 }
 
 /// A swimmer with short arms in a small ball that closes one of them, which takes a fifth of a
 /// second on a coarse mesh.
-fn swimmer_with_target(target: f64) -> Scene {
+fn swimmer_with_target(target: f64, surface_size: f64) -> Scene {
     Scene::parse(&format!(
         r#"
         domain = {{ kind = "ball", radius = 12 }}
         model = {{ kind = "fem", tolerance = 0.1 }}
-        fem.target = {target:?}
+        fem = {{ target = {target:?}, surface_size = {surface_size} }}
         bodies = [
             {{ name = "l", radius = 1, position = [-4, 0, 0] }},
             {{ name = "c", radius = 1, position = [0, 0, 0] }},
@@ -162,26 +110,71 @@ fn swimmer_with_target(target: f64) -> Scene {
 }
 
 #[test]
-fn sizes_for_a_target_follow_from_the_error_of_the_coarsest_mesh() {
-    let choose_with = |target: f64| {
-        let mut observer = FirstTrial::default();
-        let chosen = size_factor_for_target(&swimmer_with_target(target), &mut observer);
-        (chosen, observer)
+fn a_stroke_that_misses_its_target_is_repeated_with_smaller_elements() {
+    let run = |target: f64, surface_size: f64| {
+        let scene = swimmer_with_target(target, surface_size);
+        let first = SizeSearch::new(&scene).unwrap().unwrap().size_factor();
+        let (sized, outcome) = simulate_to_target(&scene, Method::Collocation, &mut ()).unwrap();
+        let error = outcome.error_estimate.mesh.unwrap() / outcome.net();
+        assert!(error <= target, "{error:.2e} for {target:e}");
+        [first, sized.fem().size_factor.unwrap()]
     };
-    // A target above the error: the coarsest mesh meets it.
-    let (chosen, observer) = choose_with(0.9);
-    let trial = observer.trial.unwrap();
-    assert_eq!(trial.size_factor, FemModel::COARSEST_SIZE_FACTOR);
-    assert_eq!(trial.relative_error, observer.relative_error);
-    assert!(trial.relative_error < 0.1, "{trial:?}");
-    assert_eq!(chosen.unwrap(), Some(trial.size_factor));
-    // Below the error, the sizes are extrapolated to 0.6 of the target with the order 4.
-    let target = 0.5 * trial.relative_error;
-    let (chosen, observer) = choose_with(target);
-    let again = observer.trial.unwrap();
-    let expected = again.size_factor * (0.6 * target / again.relative_error).powf(1.0 / 4.0);
-    assert_relative_eq!(chosen.unwrap().unwrap(), expected, max_relative = 1e-14);
-    // Far below the error, a second trial precedes the extrapolation.
-    let (chosen, _) = choose_with(1e-3 * trial.relative_error);
-    assert!(matches!(chosen, Err(SwimError::NoSteps)), "{chosen:?}");
+    // The coarsest mesh, whatever the target above its error.
+    assert_eq!(run(0.9, 0.4), [FemModel::COARSEST_SIZE_FACTOR; 2]);
+    // The first factor is that for a surface size of 0.4, so the error of 0.7 is nine times as large.
+    let [first, last] = run(1e-3, 0.7);
+    assert!(last < 0.9 * first, "{first} {last}");
+}
+
+/// The outcome of a stroke with a net displacement of 2 and an estimated error.
+fn outcome(scene: &Scene, error: Option<f64>) -> Outcome {
+    let mut outcome = Interim::start(scene).unwrap().outcome;
+    outcome.displacement = vec![nalgebra::Vector3::x() * 2.0; 3];
+    outcome.error_estimate.mesh = error;
+    outcome
+}
+
+#[test]
+fn sizes_for_a_target_follow_from_the_error_of_the_stroke_before() {
+    let target = 1e-3;
+    let scene = swimmer_with_target(target, 0.4);
+    let start = SizeSearch::new(&scene).unwrap().unwrap();
+    // 0.6 of the target, where default sizes have an error of 3e-4 and the order is 4.
+    assert_relative_eq!(
+        start.size_factor(),
+        2.0_f64.powf(0.25),
+        max_relative = 1e-14
+    );
+    // Met, or unknown.
+    for error in [Some(2.0 * target), Some(0.0), Some(f64::NAN), None] {
+        let mut search = start.clone();
+        assert_eq!(search.refine(&outcome(&scene, error)), None, "{error:?}");
+        assert_eq!(search.size_factor(), start.size_factor());
+    }
+    // Missed by a factor of two: 0.6 of the target with the order 4.
+    let mut search = start.clone();
+    let missed = search.refine(&outcome(&scene, Some(4.0 * target))).unwrap();
+    assert_eq!(missed.size_factor, start.size_factor());
+    assert_relative_eq!(missed.relative_error, 2.0 * target, max_relative = 1e-14);
+    let ratio = search.size_factor() / start.size_factor();
+    assert_relative_eq!(ratio, 0.3_f64.powf(0.25), max_relative = 1e-14);
+    // Missed by far: half the sizes, four times at most.
+    let mut search = start.clone();
+    let far = outcome(&scene, Some(1e3 * target));
+    for k in 1..=4 {
+        assert!(search.refine(&far).is_some());
+        let ratio = search.size_factor() / start.size_factor();
+        assert_relative_eq!(ratio, 0.5_f64.powi(k), max_relative = 1e-14);
+    }
+    assert_eq!(search.refine(&far), None);
+    // A scallop has no net displacement: the error is relative to that of a phase.
+    let mut scallop = outcome(&scene, Some(0.5 * target));
+    scallop.displacement = vec![nalgebra::Vector3::zeros(); 3];
+    scallop.legs = vec![
+        serde_json::from_value(serde_json::json!({
+            "link": 0, "displacement": [[1.0, 0.0, 0.0]], "solves": 1, "error_estimate": {},
+        }))
+        .unwrap(),
+    ];
+    assert_eq!(start.clone().refine(&scallop), None);
 }
