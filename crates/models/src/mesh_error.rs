@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rigid::StateVelocity;
 use serde::{Deserialize, Serialize};
 
-use crate::solution::{BodySolution, InstantaneousSolution};
+use crate::solution::{BodySolution, InstantaneousSolution, for_each_vector};
 
 /// Estimated discretisation error of one solution, in the scene's units.
 ///
@@ -54,6 +54,49 @@ impl MeshError {
                 .collect(),
             uncertainty,
         }
+    }
+
+    /// The sum of `terms`, each times its factor, such as an interpolation between configurations of
+    /// one arrangement.
+    ///
+    /// Of the relative uncertainties the largest counts, those of velocities are summed like the
+    /// errors. None without terms.
+    pub fn combination<'a>(terms: impl IntoIterator<Item = (f64, &'a Self)>) -> Option<Self> {
+        let scaled = |factor: f64, error: &Self| {
+            let mut term = error.clone();
+            for_each_vector(
+                &mut term.motion,
+                &mut term.bodies,
+                &mut term.link_forces,
+                |vector| *vector *= factor,
+            );
+            term.uncertainty.velocity *= factor;
+            term
+        };
+        let mut terms = terms
+            .into_iter()
+            .map(|(factor, error)| scaled(factor, error));
+        let first = terms.next()?;
+        let mut sum = terms.fold(first, |sum, term| sum.plus(&term));
+        sum.uncertainty.velocity = sum.uncertainty.velocity.max(0.0);
+        Some(sum)
+    }
+
+    fn plus(mut self, term: &Self) -> Self {
+        self.motion = &self.motion + &term.motion;
+        for (sum, term) in self.bodies.iter_mut().zip(&term.bodies) {
+            sum.velocity += term.velocity;
+            sum.angular_velocity += term.angular_velocity;
+            sum.force += term.force;
+            sum.torque += term.torque;
+        }
+        for (sum, term) in self.link_forces.iter_mut().zip(&term.link_forces) {
+            *sum += term;
+        }
+        let (of_sum, of_term) = (&mut self.uncertainty, &term.uncertainty);
+        of_sum.relative = of_sum.relative.max(of_term.relative);
+        of_sum.velocity += of_term.velocity;
+        self
     }
 
     /// Error bar of the corrected velocities of all bodies.

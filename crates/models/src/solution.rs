@@ -205,7 +205,7 @@ impl InstantaneousSolution {
 }
 
 /// Applies `f` to all vectors of a motion and its loads.
-fn for_each_vector(
+pub(crate) fn for_each_vector(
     motion: &mut StateVelocity,
     bodies: &mut [BodySolution],
     link_forces: &mut [Vector3<f64>],

@@ -8,10 +8,12 @@
 //! placed on the path of the order before: every increase of the order improves the quadrature and
 //! the positions at once, and the change of the step measures the error of both.
 
+use models::ErrorEstimates;
 use nalgebra::Vector3;
 use rigid::{State, StateVelocity};
 use scene::AcceptKind;
 
+use super::corrections::{Corrections, FewPoints};
 use super::gauss::Gauss;
 use super::inverse_dexp::coordinate_rate;
 use super::leg_evaluator::LegEvaluator;
@@ -21,13 +23,14 @@ use super::result::{Approximation, IntegrationError, LegResult};
 use super::step_size::{MAX_PARTS, expected_ratio, largest_displacement, rounding, step_tolerance};
 use crate::error::SwimError;
 
-/// From this number of points on, solutions may be requested with estimates of the discretisation
-/// error. (Estimates of one order cannot serve another: its solutions belong to other meshes, whose
-/// discretisation errors differ.)
-const FIRST_ESTIMATED: usize = 3;
+/// Number of points whose solutions have corrections that serve all higher orders.
+///
+/// Corrections are small, so they need fewer points than the velocities: their quadrature is as
+/// accurate, relative to them, as that of the velocities with as many points.
+const CORRECTED: usize = 2;
 
 /// Ratio of the expected error of an order to the tolerance, up to which its solutions are requested
-/// with estimates. Estimates in vain cost less than the same points once more.
+/// with corrections. Corrections in vain cost less than the same points once more.
 const MAY_SUFFICE: f64 = 2.0;
 
 /// Largest number of points: beyond it, halving the step gains more.
@@ -39,7 +42,8 @@ const MAX_POINTS: usize = 8;
 /// to the length of the step, by 2. Where only the best result is requested, noise is accepted.
 const REDUCTION_BY_HALVING: f64 = 0.25;
 
-/// Expected ratio of successive changes up to which a single change is trusted.
+/// Ratio of successive changes up to which a single change is trusted, and corrections are
+/// interpolated.
 const SURE_RATIO: f64 = 0.1;
 
 /// Integrates a leg to the tolerance, or as well as possible if the scene accepts that.
@@ -113,8 +117,8 @@ pub(super) fn fixed_order(
 ) -> Result<State, SwimError> {
     let span = (0.0, 1.0);
     let guess = initial_guess(evaluator, start, span)?;
-    let coarse = collocate(evaluator, start, &guess, 1, false)?;
-    let fine = collocate(evaluator, start, &coarse.piece, points, false)?;
+    let coarse = collocate(evaluator, start, &guess, 1, Corrections::None)?;
+    let fine = collocate(evaluator, start, &coarse.piece, points, Corrections::None)?;
     fine.piece.state(evaluator.scene.articulation(), 1.0)
 }
 
@@ -142,18 +146,27 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
     let duration = evaluator.leg.duration * width;
     let guess = initial_guess(evaluator, start, span)?;
     let ratio = expected_ratio(evaluator, &guess)?;
-    let mut previous = collocate(evaluator, start, &guess, 1, false)?;
+    let mut previous = collocate(evaluator, start, &guess, 1, Corrections::None)?;
     // A mesh that the first solution brings serves all others.
     let mesh_changes = evaluator.mesh_changes;
     let (mut changes, mut work_changes) = (Vec::new(), Vec::new());
+    let on_request = evaluator.error_estimates() == ErrorEstimates::OnRequest;
+    let mut few_points = None;
     let mut points = 2;
     loop {
         let tolerance = step_tolerance(evaluator, &previous.piece.step(), width);
         let may_suffice = expected_error(&changes, ratio) <= MAY_SUFFICE * tolerance;
         let has_new_mesh = evaluator.mesh_changes > mesh_changes;
-        let requested = points >= FIRST_ESTIMATED && (may_suffice || has_new_mesh);
-        let mut current = collocate(evaluator, start, &previous.piece, points, requested)?;
-        // Lower orders have no estimates, so both are compared without corrections.
+        let corrections = match (is_smooth(&changes, ratio) && !has_new_mesh, &few_points) {
+            (true, Some(few_points)) => Corrections::Interpolated(few_points),
+            (true, None) if on_request => Corrections::Computed,
+            (false, _) if points > CORRECTED && (may_suffice || has_new_mesh) => {
+                Corrections::Computed
+            }
+            _ => Corrections::None,
+        };
+        let mut current = collocate(evaluator, start, &previous.piece, points, corrections)?;
+        // The order before may have none, so both are compared without corrections.
         let both = [&current, &previous];
         let [last, before] = both.map(|approximation| approximation.uncorrected_step(duration));
         let change = largest_displacement(evaluator, &(&last + &(&before * -1.0)));
@@ -179,14 +192,18 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
             }
         }
         let is_accepted = accepted.is_some();
-        // What is due to a mesh that this order brought is judged at the next one, with estimates.
+        // What is due to a mesh that this order brought is judged at the next one, with corrections.
         let has_new_mesh = evaluator.mesh_changes > mesh_changes;
-        let is_judged = requested || !has_new_mesh;
-        if is_accepted || (stalled && is_judged) || points == MAX_POINTS {
-            // Accepted at a lower order than expected: the same points again, with estimates.
-            let estimates = evaluator.error_estimates();
-            if is_accepted && !estimates.given(requested) && estimates.given(true) {
-                current = collocate(evaluator, start, &previous.piece, points, true)?;
+        let is_smooth = is_smooth(&changes, ratio) && !has_new_mesh;
+        let are_final = match corrections {
+            Corrections::None => !on_request,
+            Corrections::Computed => true,
+            Corrections::Interpolated(_) => is_smooth,
+        };
+        if is_accepted || (stalled && (are_final || !has_new_mesh)) || points == MAX_POINTS {
+            if is_accepted && !are_final {
+                let path = &previous.piece;
+                current = collocate(evaluator, start, path, points, Corrections::Computed)?;
             }
             let (error, mesh_change) = accepted.unwrap_or((error.max(change), 0.0));
             return Ok(Step {
@@ -197,6 +214,9 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
                 mesh_change,
                 is_accepted,
             });
+        }
+        if points == CORRECTED && is_smooth {
+            few_points = FewPoints::of(&current.solutions).filter(|_| on_request);
         }
         previous = current;
         points += 1;
@@ -237,6 +257,14 @@ fn expected_error(changes: &[f64], least_ratio: f64) -> f64 {
     remaining_error(&[changes, &[next]].concat(), least_ratio)
 }
 
+/// Whether the changes between orders decrease so fast that corrections can be interpolated.
+fn is_smooth(changes: &[f64], least_ratio: f64) -> bool {
+    least_ratio <= SURE_RATIO
+        && changes
+            .windows(2)
+            .all(|pair| pair[1] <= SURE_RATIO * pair[0])
+}
+
 /// Whether the change by an order is not clearly smaller than that by the order before.
 fn is_stalled(before: f64, change: f64) -> bool {
     change > 0.5 * before
@@ -252,13 +280,13 @@ fn initial_guess(
     PathPiece::new(evaluator.scene.articulation(), start, span, vec![rate])
 }
 
-/// Collocation with `points` Gauss points on the path found so far.
+/// Collocation with `points` Gauss points on the path found so far, with corrected solutions.
 fn collocate(
     evaluator: &mut LegEvaluator,
     start: &State,
     path: &PathPiece,
     points: usize,
-    estimates: bool,
+    corrections: Corrections,
 ) -> Result<Approximation, SwimError> {
     let set = evaluator.scene.articulation();
     let span = (path.from, path.to);
@@ -268,7 +296,14 @@ fn collocate(
     let mut solutions = Vec::with_capacity(points);
     for &t in &gauss.nodes {
         let s = span.0 + t * (span.1 - span.0);
-        solutions.push(evaluator.solve(s, &piece.state(set, s)?, estimates)?);
+        let computed = matches!(corrections, Corrections::Computed);
+        let mut solution = evaluator.solve(s, &piece.state(set, s)?, computed)?;
+        if let Corrections::Interpolated(few_points) = corrections
+            && let Some(error) = few_points.at(s)
+        {
+            solution.solution.correct(error);
+        }
+        solutions.push(solution);
     }
     let rates = |piece: &PathPiece, solutions: &[LegSolution]| -> Vec<StateVelocity> {
         let rate = |(s, &t): (&LegSolution, &f64)| {

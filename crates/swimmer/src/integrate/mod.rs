@@ -6,6 +6,7 @@
 //! Gauss quadrature of a line integral.
 
 mod collocation;
+mod corrections;
 mod euler;
 mod gauss;
 mod inertia;

@@ -3,6 +3,7 @@
 mod accumulated;
 mod bad_checkpoints;
 mod bookkeeping;
+mod corrections;
 #[path = "../../../scene/tests/all/edits.rs"]
 mod edits;
 mod euler_bars;

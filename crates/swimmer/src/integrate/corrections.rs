@@ -1,0 +1,43 @@
+//! Where the corrections of discretisation errors along a step come from.
+
+use models::MeshError;
+
+use super::leg_solution::LegSolution;
+
+/// Source of the corrections of all solutions of one order.
+#[derive(Clone, Copy)]
+pub(super) enum Corrections<'a> {
+    /// The solutions are requested without corrections.
+    None,
+    /// Every solution is requested with its own.
+    Computed,
+    /// Interpolated from solutions at fewer points.
+    Interpolated(&'a FewPoints),
+}
+
+/// Discretisation errors at a few points of a step.
+///
+/// They are small and, on one moving mesh, as smooth a function of the configuration as the
+/// velocities, so a quadrature over few points is as accurate, relative to them, as one of the
+/// velocities: 1e-2 of the correction with two points and 1e-2 of the displacement with one.
+pub(super) struct FewPoints(Vec<(f64, MeshError)>);
+
+impl FewPoints {
+    /// The errors that were subtracted from solutions; none if one of them has no estimate.
+    pub fn of(solutions: &[LegSolution]) -> Option<Self> {
+        let error = |s: &LegSolution| Some((s.s, s.solution.mesh_error.clone()?));
+        Some(Self(solutions.iter().map(error).collect::<Option<_>>()?))
+    }
+
+    /// The error at the position `s` on the leg, by the polynomial through the points.
+    pub fn at(&self, s: f64) -> Option<MeshError> {
+        let weight = |i: usize| {
+            let others = self.0.iter().enumerate().filter(|(j, _)| *j != i);
+            others.fold(1.0, |weight, (_, (other, _))| {
+                weight * (s - other) / (self.0[i].0 - other)
+            })
+        };
+        let terms = self.0.iter().enumerate();
+        MeshError::combination(terms.map(|(i, (_, error))| (weight(i), error)))
+    }
+}
