@@ -3,7 +3,7 @@
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::file::{BodyFile, FluidFile, LinkFile, PhaseFile, SceneFile};
+use crate::file::{BodyFile, FluidFile, HarmonicFile, LinkFile, PhaseFile, SceneFile};
 use crate::nearest::find_name;
 use crate::options::FemOptions;
 use crate::scene::Scene;
@@ -178,7 +178,43 @@ impl SceneBuilder {
             link: Some(link.to_owned()),
             length: Some(length),
             duration,
+            ..PhaseFile::default()
         })
+    }
+
+    /// Adds a phase of the gait in which several links change their lengths at the same time.
+    pub fn targets(self, changes: &[(&str, f64)], duration: f64) -> Self {
+        let targets = changes
+            .iter()
+            .map(|&(link, length)| (link.to_owned(), length));
+        self.any_phase(PhaseFile {
+            targets: Some(targets.collect()),
+            duration,
+            ..PhaseFile::default()
+        })
+    }
+
+    /// Adds a term `amplitude sin(2 π order t / period + phase)` to the length of a link.
+    ///
+    /// All terms have the period given last.
+    pub fn harmonic(
+        mut self,
+        link: &str,
+        amplitude: f64,
+        phase: f64,
+        order: u32,
+        period: f64,
+    ) -> Self {
+        let gait = &mut self.file.gait;
+        gait.period = Some(period);
+        gait.harmonics.get_or_insert_default().push(HarmonicFile {
+            link: Some(link.to_owned()),
+            mean: None,
+            amplitude: Some(amplitude),
+            phase,
+            order,
+        });
+        self
     }
 
     /// Adds a phase of the gait in which all lengths are constant.

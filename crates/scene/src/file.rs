@@ -3,10 +3,12 @@
 //! A key is an `Option` if it has no default, or if being present without need is an error. The
 //! defaults of all other keys are here and in [`crate::options`].
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::options::{FemOptions, ModelOptions};
-use crate::words::{ArmsKind, DomainKind, ShapeKind};
+use crate::words::{ArmsKind, DomainKind, GaitKind, InterpolationKind, ShapeKind};
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
@@ -80,7 +82,7 @@ pub(crate) struct LinkFile {
     pub to: Option<String>,
 }
 
-/// Keys of the group `gait`. If `phases` is present, it must not be empty.
+/// Keys of the group `gait`. If `phases` or `harmonics` is present, it must not be empty.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct GaitFile {
@@ -88,6 +90,16 @@ pub(crate) struct GaitFile {
     pub cycles: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phases: Option<Vec<PhaseFile>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kind: Option<GaitKind>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interpolation: Option<InterpolationKind>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub period: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub harmonics: Option<Vec<HarmonicFile>>,
 }
 
 impl Default for GaitFile {
@@ -96,6 +108,34 @@ impl Default for GaitFile {
             arms: ArmsKind::default(),
             cycles: 1,
             phases: None,
+            kind: None,
+            file: None,
+            interpolation: None,
+            period: None,
+            harmonics: None,
+        }
+    }
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct HarmonicFile {
+    pub link: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean: Option<f64>,
+    pub amplitude: Option<f64>,
+    pub phase: f64,
+    pub order: u32,
+}
+
+impl Default for HarmonicFile {
+    fn default() -> Self {
+        Self {
+            link: None,
+            mean: None,
+            amplitude: None,
+            phase: 0.0,
+            order: 1,
         }
     }
 }
@@ -105,6 +145,8 @@ impl Default for GaitFile {
 pub(crate) struct PhaseFile {
     pub link: Option<String>,
     pub length: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub targets: Option<BTreeMap<String, f64>>,
     pub duration: f64,
 }
 
@@ -113,6 +155,7 @@ impl Default for PhaseFile {
         Self {
             link: None,
             length: None,
+            targets: None,
             duration: 1.0,
         }
     }

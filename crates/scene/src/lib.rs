@@ -11,12 +11,14 @@ mod domain;
 mod error;
 mod file;
 mod gait;
+mod gait_table;
 pub mod keys;
 mod nearest;
 mod options;
 mod read;
 mod scene;
 mod shape;
+mod spline;
 mod words;
 mod write;
 
@@ -27,11 +29,11 @@ pub use contact::{Contact, closest_contact, contacts};
 pub use document::Document;
 pub use domain::Domain;
 pub use error::SceneError;
-pub use gait::{Gait, Leg, Phase, legs};
+pub use gait::{CubicLength, Gait, Leg, LengthPath, Phase, Sine, legs};
 pub use options::{FemOptions, ModelOptions};
 pub use scene::Scene;
 pub use shape::Shape;
 pub use words::{
-    AcceptKind, ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind,
-    MirrorKind, ModelKind, ShapeKind, SolverKind,
+    AcceptKind, ArmsKind, DomainKind, EstimatesKind, FormulationKind, GaitKind, GeometryKind,
+    InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind,
 };

@@ -8,6 +8,7 @@ use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::gait::Gait;
+use crate::gait_table::GaitTable;
 use crate::options::{FemOptions, ModelOptions};
 use crate::shape::Shape;
 
@@ -41,6 +42,8 @@ pub struct Scene {
     pub(crate) bodies: Vec<Body>,
     pub(crate) articulation: Articulation,
     pub(crate) gait: Gait,
+    /// The table that the gait is from.
+    pub(crate) gait_table: Option<GaitTable>,
     pub(crate) model: ModelOptions,
     pub(crate) fem: FemOptions,
     pub(crate) document: Document,
@@ -70,6 +73,18 @@ impl Scene {
     /// Bodies and links as one articulation, in the order of the file.
     pub fn articulation(&self) -> &Articulation {
         &self.articulation
+    }
+
+    /// Names of links, joined by ` + `; `constant lengths` without links.
+    pub fn link_names(&self, links: &[usize]) -> String {
+        let all = self.articulation.links();
+        let names: Vec<&str> = (links.iter().filter_map(|&link| all.get(link)))
+            .map(|link| &link.name[..])
+            .collect();
+        match names.is_empty() {
+            true => "constant lengths".to_owned(),
+            false => names.join(" + "),
+        }
     }
 
     /// Gait: the change of the link lengths in time.

@@ -24,6 +24,8 @@ words!(
     DomainKind,
     ShapeKind,
     ArmsKind,
+    GaitKind,
+    InterpolationKind,
     ModelKind,
     AcceptKind,
     FormulationKind,
@@ -70,6 +72,36 @@ pub enum ShapeKind {
     Spheroid,
     /// A massless point without a surface.
     Point,
+}
+
+/// How a gait is given.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum GaitKind {
+    /// Phases with constant rates.
+    #[default]
+    Phases,
+    /// Sums of sines.
+    Harmonic,
+    /// A file with times and lengths.
+    Table,
+}
+
+/// Interpolation of the lengths between the rows of a table.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum InterpolationKind {
+    /// A cubic spline with two continuous derivatives, periodic if the last row is the first one.
+    #[default]
+    Cubic,
+    /// Constant rates between rows.
+    Linear,
 }
 
 /// Attachment of bodies to arms that rotate; see [`rigid::Arms`].
@@ -269,6 +301,8 @@ mod tests {
         check::<DomainKind>(DomainKind::WORDS);
         check::<ShapeKind>(ShapeKind::WORDS);
         check::<ArmsKind>(ArmsKind::WORDS);
+        check::<GaitKind>(GaitKind::WORDS);
+        check::<InterpolationKind>(InterpolationKind::WORDS);
         check::<ModelKind>(ModelKind::WORDS);
         check::<AcceptKind>(AcceptKind::WORDS);
         check::<FormulationKind>(FormulationKind::WORDS);

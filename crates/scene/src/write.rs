@@ -3,10 +3,13 @@
 use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::file::{BodyFile, DomainFile, FluidFile, GaitFile, LinkFile, PhaseFile, SceneFile};
-use crate::gait::Phase;
+use crate::file::{
+    BodyFile, DomainFile, FluidFile, GaitFile, HarmonicFile, LinkFile, PhaseFile, SceneFile,
+};
+use crate::gait::{LengthPath, Sine};
 use crate::scene::Scene;
 use crate::shape::Shape;
+use crate::words::GaitKind;
 
 impl Scene {
     /// The scene as TOML with every key written out, overrides and defaults included.
@@ -21,11 +24,6 @@ impl Scene {
 fn scene_file(scene: &Scene) -> SceneFile {
     let links = scene.articulation.links();
     let name = |body: usize| scene.bodies[body].name.clone();
-    let phase = |phase: &Phase| PhaseFile {
-        link: phase.change.map(|(link, _)| links[link].name.clone()),
-        length: phase.change.map(|(_, length)| length),
-        duration: phase.duration,
-    };
     SceneFile {
         fluid: FluidFile {
             viscosity: scene.viscosity,
@@ -40,15 +38,61 @@ fn scene_file(scene: &Scene) -> SceneFile {
                 to: Some(name(link.to)),
             })
             .collect(),
-        gait: GaitFile {
-            arms: scene.articulation.arms().into(),
-            cycles: scene.gait.cycles,
-            phases: Some(scene.gait.phases.iter().map(phase).collect())
-                .filter(|list: &Vec<_>| !list.is_empty()),
-        },
+        gait: gait_file(scene),
         model: scene.model,
         fem: scene.fem,
     }
+}
+
+fn gait_file(scene: &Scene) -> GaitFile {
+    let (gait, links) = (&scene.gait, scene.articulation.links());
+    let name = |link: usize| links[link].name.clone();
+    let mut file = GaitFile {
+        arms: scene.articulation.arms().into(),
+        cycles: gait.cycles,
+        ..GaitFile::default()
+    };
+    if let Some(table) = &scene.gait_table {
+        file.kind = Some(GaitKind::Table);
+        file.file = Some(table.file.display().to_string());
+        file.interpolation = Some(table.interpolation);
+        return file;
+    }
+    for phase in &gait.phases {
+        let mut phase_file = PhaseFile {
+            duration: phase.duration,
+            ..PhaseFile::default()
+        };
+        match &phase.path {
+            LengthPath::Linear(changes) => match changes[..] {
+                [] => {}
+                [(link, length)] => {
+                    phase_file.link = Some(name(link));
+                    phase_file.length = Some(length);
+                }
+                _ => {
+                    let targets = changes.iter().map(|&(link, length)| (name(link), length));
+                    phase_file.targets = Some(targets.collect());
+                }
+            },
+            // Cubic phases are from a table.
+            LengthPath::Cubic(_) => {}
+            LengthPath::Harmonic { sines, .. } => {
+                let sine_file = |sine: &Sine| HarmonicFile {
+                    link: Some(name(sine.link)),
+                    mean: None,
+                    amplitude: Some(sine.amplitude),
+                    phase: sine.phase,
+                    order: sine.order,
+                };
+                file.harmonics = Some(sines.iter().map(sine_file).collect());
+                *file.period.get_or_insert(0.0) += phase.duration;
+                continue;
+            }
+        }
+        file.phases.get_or_insert_default().push(phase_file);
+    }
+    file
 }
 
 /// The group `domain` of a scene file.

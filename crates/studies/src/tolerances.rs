@@ -229,7 +229,7 @@ fn path_integral(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<Vector3
                 state: &state,
                 lengths: &lengths,
             };
-            let solution = model.solve_one(configuration, &leg.rates())?;
+            let solution = model.solve_one(configuration, &leg.rates(0.0))?;
             let sum: Vector3<f64> = solution.bodies.iter().map(|b| b.velocity).sum();
             Ok(sum / solution.bodies.len() as f64)
         };

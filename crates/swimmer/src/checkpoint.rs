@@ -20,7 +20,7 @@ use crate::output::Folder;
 pub const FILE: &str = "checkpoint.json";
 
 /// Version of the format; increased when older checkpoints can no longer be read.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Largest size of a checkpoint in bytes, about that of a hundred thousand legs.
 const MAX_SIZE: u64 = 1 << 31;
@@ -212,10 +212,9 @@ fn outcome_fits(outcome: &Outcome, scene: &Scene) -> bool {
             .curve
             .iter()
             .all(|(_, positions)| positions.len() == bodies)
-        && outcome
-            .legs
-            .iter()
-            .all(|leg| leg.displacement.len() == bodies && leg.link.is_none_or(|link| link < links))
+        && outcome.legs.iter().all(|leg| {
+            leg.displacement.len() == bodies && leg.links.iter().all(|link| *link < links)
+        })
         && outcome
             .mesh_error
             .as_ref()

@@ -122,8 +122,8 @@ pub(crate) fn mean_of_moving(displacement: &[Vector3<f64>]) -> Vector3<f64> {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct LegOutcome {
-    /// The link that changed its length, if any.
-    pub link: Option<usize>,
+    /// The links that changed their lengths.
+    pub links: Vec<usize>,
     /// Displacement of every body.
     pub displacement: Vec<Vector3<f64>>,
     /// Number of solves.

@@ -172,7 +172,7 @@ pub fn continue_from(
             result.accumulated_integration_error.as_ref(),
         );
         outcome.legs.push(LegOutcome {
-            link: leg.link,
+            links: leg.links.clone(),
             solves: result.solves,
             error_estimate: ErrorEstimate {
                 mesh: mesh_error.map(corrected_bar),

@@ -63,7 +63,7 @@ fn at_start<T>(
     let lengths = scene.articulation().initial_lengths();
     let rates = legs(scene.gait(), lengths)?
         .next()
-        .map_or(vec![0.0; lengths.len()], |leg| leg.rates());
+        .map_or(vec![0.0; lengths.len()], |leg| leg.rates(0.0));
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,

@@ -92,13 +92,14 @@ fn is_in_range(x: f64) -> bool {
     x == 0.0 || (SMALLEST..=LARGEST).contains(&x.abs())
 }
 
-/// The finite numbers of a value or of a list.
+/// The finite numbers of a value, a list or a table.
 fn numbers(value: &Value) -> impl Iterator<Item = f64> {
-    let list = match value {
-        Value::Array(list) => list.as_slice(),
-        value => std::slice::from_ref(value),
+    let list: Vec<&Value> = match value {
+        Value::Array(list) => list.iter().collect(),
+        Value::Table(table) => table.values().collect(),
+        value => vec![value],
     };
-    let floats = list.iter().filter_map(Value::as_float);
+    let floats = list.into_iter().filter_map(Value::as_float);
     floats.filter(|x| x.is_finite())
 }
 
@@ -118,6 +119,9 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
         Kind::NonNegative => number(value).is_some_and(|x| x >= 0.0),
         Kind::Vector => three_numbers(|_| true),
         Kind::PositiveVector => three_numbers(|x| x > 0.0),
+        Kind::PositiveByName => value
+            .as_table()
+            .is_some_and(|table| table.values().all(|x| number(x).is_some_and(|x| x > 0.0))),
         Kind::Count => value
             .as_integer()
             .is_some_and(|n| n > 0 && u32::try_from(n).is_ok()),

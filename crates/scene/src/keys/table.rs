@@ -3,8 +3,8 @@
 use super::key::KeyDefault::{self, Described, Value};
 use super::key::{Key, Kind};
 use crate::words::{
-    AcceptKind, ArmsKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind,
-    MirrorKind, ModelKind, ShapeKind, SolverKind,
+    AcceptKind, ArmsKind, DomainKind, EstimatesKind, FormulationKind, GaitKind, GeometryKind,
+    InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind,
 };
 
 const fn key(path: &'static str, kind: Kind, default: KeyDefault, meaning: &'static str) -> Key {
@@ -173,10 +173,75 @@ pub const KEYS: &[Key] = &[
         "length of the link at the end of the phase",
     ),
     key(
+        "gait.phases[].targets",
+        Kind::PositiveByName,
+        Described("none; instead of `link` and `length`"),
+        "lengths of several links at the end of the phase, by name; they change at the same time",
+    ),
+    key(
         "gait.phases[].duration",
         Kind::Positive,
         Value("1"),
         "duration of the phase",
+    ),
+    key(
+        "gait.kind",
+        Kind::Word(GaitKind::WORDS),
+        Described("what is given"),
+        "phases with constant rates, smooth oscillations of several links at once, or a table of \
+         times and lengths",
+    ),
+    key(
+        "gait.file",
+        Kind::Text,
+        Described("required for a table"),
+        "file of comma-separated values beside the scene file: a line with the names `time` and \
+         links, then lines of numbers; the bodies start at the lengths of the first one",
+    ),
+    key(
+        "gait.interpolation",
+        Kind::Word(InterpolationKind::WORDS),
+        Described("`cubic`, for a table"),
+        "between the rows of the table: a spline with two continuous derivatives, periodic if the \
+         last row has the lengths of the first one, or constant rates",
+    ),
+    key(
+        "gait.period",
+        Kind::Positive,
+        Described("required with `harmonics`"),
+        "period of the oscillations, one cycle",
+    ),
+    key(
+        "gait.harmonics[].link",
+        Kind::Text,
+        Described("required"),
+        "link with the length mean + amplitude sin(2 pi order t / period + phase); several entries \
+         for one link are summed",
+    ),
+    key(
+        "gait.harmonics[].mean",
+        Kind::Positive,
+        Described("that for which the bodies start at their positions"),
+        "mean length of the link; the bodies then start at the lengths of `t = 0` along the \
+         directions that their positions give",
+    ),
+    key(
+        "gait.harmonics[].amplitude",
+        Kind::Positive,
+        Described("required"),
+        "amplitude of the term",
+    ),
+    key(
+        "gait.harmonics[].phase",
+        Kind::NonNegative,
+        Value("0"),
+        "phase angle of the term, in radians",
+    ),
+    key(
+        "gait.harmonics[].order",
+        Kind::Count,
+        Value("1"),
+        "number of oscillations in a period",
     ),
     key(
         "model.kind",

@@ -49,9 +49,18 @@ pub(super) fn check_stroke(scene: &Scene) -> Result<(), SceneError> {
     legs(&gait, scene.articulation.initial_lengths())?.try_for_each(|leg| check_leg(scene, &leg))
 }
 
+/// Number of lines that stand for the curved path of a leg.
+const PARTS_OF_CURVE: u32 = 64;
+
 fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SceneError> {
     let set = &scene.articulation;
-    let length_key = format!("gait.phases[{}].length", leg.phase);
+    let length_key = match (&scene.gait_table, leg.is_linear()) {
+        (Some(_), _) => "gait.file".to_owned(),
+        (None, true) => format!("gait.phases[{}].length", leg.phase),
+        (None, false) => "gait.harmonics".to_owned(),
+    };
+    // Lengths along a curved path are joined by lines, which leave them by a ten-thousandth.
+    let parts: u32 = if leg.is_linear() { 1 } else { PARTS_OF_CURVE };
     let state = scene.initial_state();
     let place = |lengths: &[f64]| {
         set.place(&state, lengths)
@@ -61,8 +70,24 @@ fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SceneError> {
                 problem: format!("fails: {error}"),
             })
     };
-    let (from, to) = (place(&leg.from)?, place(&leg.to)?);
-    for linkage in set.linkages() {
+    for part in 0..parts {
+        let at = |k: u32| f64::from(k) / f64::from(parts);
+        let (begin, end) = (at(part), at(part + 1));
+        let (from, to) = (place(&leg.lengths(begin))?, place(&leg.lengths(end))?);
+        check_part(scene, leg, &length_key, (begin, &from), (end, &to))?;
+    }
+    Ok(())
+}
+
+/// Refuses contact on the line between two placements at two positions of a leg.
+fn check_part(
+    scene: &Scene,
+    leg: &Leg,
+    length_key: &str,
+    (begin, from): (f64, &[Isometry3<f64>]),
+    (end, to): (f64, &[Isometry3<f64>]),
+) -> Result<(), SceneError> {
+    for linkage in scene.articulation.linkages() {
         let solid = linkage
             .bodies
             .iter()
@@ -74,17 +99,18 @@ fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SceneError> {
                 let apart = |poses: &[Isometry3<f64>]| -> Vector3<f64> {
                     poses[one].translation.vector - poses[other].translation.vector
                 };
-                let (s, distance) = closest_approach(&apart(&from), &apart(&to));
+                let (s, distance) = closest_approach(&apart(from), &apart(to));
                 let pair = [one, other].map(|b| (&scene.bodies[b], &from[b].rotation));
-                let radii = support_along_centres(pair, &apart(&from).lerp(&apart(&to), s));
+                let radii = support_along_centres(pair, &apart(from).lerp(&apart(to), s));
                 let contact = Contact {
                     body: other,
                     other: Some(one),
                     gap: distance - radii,
                 };
                 if contact.touches(radii) {
+                    let s = begin + s * (end - begin);
                     return Err(SceneError::Touching {
-                        place: scene.place(&length_key),
+                        place: scene.place(length_key),
                         first: scene.bodies[other].name.clone(),
                         second: scene.bodies[one].name.clone(),
                         when: format!("in phase {} at {:.0} % of it", leg.phase + 1, 100.0 * s),

@@ -6,7 +6,9 @@ use super::checks::Checks;
 use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::gait::Gait;
+use crate::file::GaitFile;
+use crate::gait::{Gait, LengthPath};
+use crate::gait_table::GaitTable;
 use crate::options::FemOptions;
 use crate::shape::Shape;
 
@@ -24,7 +26,7 @@ pub(super) fn check(
     viscosity: f64,
     domain: &Domain,
     bodies: &[Body],
-    gait: &Gait,
+    (gait, gait_file, gait_table): (&Gait, &GaitFile, Option<&GaitTable>),
     fem: &FemOptions,
 ) -> Result<(), SceneError> {
     let semi_axes = |body: &Body| match body.shape {
@@ -73,9 +75,30 @@ pub(super) fn check(
             Shape::Point => {}
         }
     }
+    if let Some(table) = gait_table {
+        demand("gait.file".to_owned(), table.largest())?;
+    }
     for (number, phase) in gait.phases.iter().enumerate() {
-        if let Some((_, length)) = phase.change {
-            demand(format!("gait.phases[{number}].length"), length)?;
+        match &phase.path {
+            LengthPath::Cubic(_) => {}
+            LengthPath::Linear(changes) => {
+                for (_, length) in changes {
+                    demand(format!("gait.phases[{number}].length"), *length)?;
+                }
+            }
+            LengthPath::Harmonic { sines, .. } => {
+                for (number, sine) in sines.iter().enumerate() {
+                    demand(
+                        format!("gait.harmonics[{number}].amplitude"),
+                        sine.amplitude,
+                    )?;
+                }
+            }
+        }
+    }
+    for (number, file) in gait_file.harmonics.iter().flatten().enumerate() {
+        if let Some(mean) = file.mean {
+            demand(format!("gait.harmonics[{number}].mean"), mean)?;
         }
     }
     if let Some(size) = fem.surface_size {

@@ -1,26 +1,163 @@
 //! The gait of a scene file.
 
+use std::path::Path;
+
 use rigid::Link;
 
 use super::checks::Checks;
 use crate::error::SceneError;
-use crate::file::{GaitFile, PhaseFile};
-use crate::gait::{Gait, Phase};
+use crate::file::{GaitFile, HarmonicFile, PhaseFile};
+use crate::gait::{Gait, LengthPath, Phase, Sine};
+use crate::gait_table::GaitTable;
+use crate::words::GaitKind;
 
-/// The gait, with links by number.
-pub(super) fn gait(checks: &Checks, file: &GaitFile, links: &[Link]) -> Result<Gait, SceneError> {
-    if file.phases.as_ref().is_some_and(Vec::is_empty) {
-        return Err(checks.bad_value(
-            "gait.phases",
-            "is empty; give at least one [[gait.phases]] or remove the key",
-        ));
+/// The gait, with links by number, and the table that it is from.
+pub(super) fn gait(
+    checks: &Checks,
+    file: &GaitFile,
+    links: &[Link],
+) -> Result<(Gait, Option<GaitTable>), SceneError> {
+    let GaitFile {
+        phases, harmonics, ..
+    } = file;
+    let given = [
+        (GaitKind::Phases, "phases", phases.is_some()),
+        (GaitKind::Harmonic, "harmonics", harmonics.is_some()),
+        (GaitKind::Table, "file", file.file.is_some()),
+    ];
+    let first = given.iter().find(|(.., is_given)| *is_given);
+    let kind = file
+        .kind
+        .or(first.map(|(kind, ..)| *kind))
+        .unwrap_or_default();
+    for (other, key, is_given) in given {
+        if is_given && other != kind {
+            let problem = format!("is no part of a gait of the kind {}; remove it", word(kind));
+            return Err(checks.bad_value(&format!("gait.{key}"), problem));
+        }
+        if file.kind == Some(other) && !is_given {
+            let problem = format!("is {}, but there is no gait.{key}", word(kind));
+            return Err(checks.bad_value("gait.kind", problem));
+        }
     }
-    let files = file.phases.iter().flatten().enumerate();
-    let phases = files.map(|(number, file)| phase(checks, number, file, links));
-    Ok(Gait {
-        cycles: file.cycles,
-        phases: phases.collect::<Result<_, _>>()?,
-    })
+    let is_empty = |key: &str| {
+        let problem = format!("is empty; give at least one [[{key}]] or remove the key");
+        Err(checks.bad_value(key, problem))
+    };
+    for (owner, key, is_given) in [
+        (GaitKind::Harmonic, "gait.period", file.period.is_some()),
+        (
+            GaitKind::Table,
+            "gait.interpolation",
+            file.interpolation.is_some(),
+        ),
+    ] {
+        if is_given && owner != kind {
+            let problem = format!("belongs to a gait of the kind {}", word(owner));
+            return Err(checks.bad_value(key, problem));
+        }
+    }
+    let gait = match kind {
+        GaitKind::Phases if phases.as_ref().is_some_and(Vec::is_empty) => {
+            return is_empty("gait.phases");
+        }
+        GaitKind::Harmonic if harmonics.as_ref().is_some_and(Vec::is_empty) => {
+            return is_empty("gait.harmonics");
+        }
+        GaitKind::Phases => {
+            let files = phases.iter().flatten().enumerate();
+            let phases = files.map(|(number, file)| phase(checks, number, file, links));
+            Gait {
+                cycles: file.cycles,
+                phases: phases.collect::<Result<_, _>>()?,
+            }
+        }
+        GaitKind::Harmonic => harmonic(checks, file, harmonics.iter().flatten(), links)?,
+        GaitKind::Table => {
+            let table = table(checks, file, links)?;
+            return Ok((table.gait(file.cycles), Some(table)));
+        }
+    };
+    Ok((gait, None))
+}
+
+fn word(kind: GaitKind) -> &'static str {
+    kind.into()
+}
+
+fn table(checks: &Checks, file: &GaitFile, links: &[Link]) -> Result<GaitTable, SceneError> {
+    let key = "gait.file";
+    let name = checks.required(key, file.file.as_ref(), ": a table needs a file")?;
+    let path = checks.0.path().parent().unwrap_or(Path::new("")).join(name);
+    let interpolation = file.interpolation.unwrap_or_default();
+    let table = GaitTable::read(&path, interpolation, links)
+        .map_err(|problem| checks.bad_value(key, problem))?;
+    if file.cycles > 1 && !table.is_closed() {
+        let problem = "cannot be repeated: the last row of gait.file differs from the first one";
+        return Err(checks.bad_value("gait.cycles", problem));
+    }
+    Ok(table)
+}
+
+fn find(checks: &Checks, key: &str, name: &str, links: &[Link]) -> Result<usize, SceneError> {
+    checks.find(key, name, "link", links.iter().map(|link| &link.name[..]))
+}
+
+/// Lengths at the start that the gait determines: of links with means or in a table.
+pub(super) fn initial_lengths(
+    checks: &Checks,
+    file: &GaitFile,
+    (gait, table): (&Gait, Option<&GaitTable>),
+) -> Result<Vec<(usize, f64)>, SceneError> {
+    if let Some(table) = table {
+        return Ok(table.initial_lengths());
+    }
+    let harmonics = file.harmonics.iter().flatten();
+    let Some(LengthPath::Harmonic { sines, .. }) = gait.phases.first().map(|phase| &phase.path)
+    else {
+        return Ok(Vec::new());
+    };
+    let mut means: Vec<(usize, f64)> = Vec::new();
+    for (number, (file, sine)) in harmonics.zip(sines).enumerate() {
+        let Some(mean) = file.mean else { continue };
+        match means.iter().find(|(link, _)| *link == sine.link) {
+            Some((_, other)) if *other != mean => {
+                let problem = format!("is {mean}, but another entry for the link has {other}");
+                return Err(checks.bad_value(&format!("gait.harmonics[{number}].mean"), problem));
+            }
+            Some(_) => {}
+            None => means.push((sine.link, mean)),
+        }
+    }
+    let at_start = |(link, mean): (usize, f64)| {
+        let terms = sines.iter().filter(|sine| sine.link == link);
+        (link, mean + terms.map(|sine| sine.at(0.0)).sum::<f64>())
+    };
+    Ok(means.into_iter().map(at_start).collect())
+}
+
+fn harmonic<'f>(
+    checks: &Checks,
+    file: &GaitFile,
+    harmonics: impl Iterator<Item = &'f HarmonicFile>,
+    links: &[Link],
+) -> Result<Gait, SceneError> {
+    let Some(period) = file.period else {
+        return Err(checks.bad_value("gait.period", "is missing: the period of gait.harmonics"));
+    };
+    let sine = |(number, file): (usize, &HarmonicFile)| {
+        let key = |key: &str| format!("gait.harmonics[{number}].{key}");
+        let missing = |name: &str| checks.bad_value(&key(name), "is missing");
+        let name = file.link.as_ref().ok_or_else(|| missing("link"))?;
+        Ok(Sine {
+            link: find(checks, &key("link"), name, links)?,
+            amplitude: file.amplitude.ok_or_else(|| missing("amplitude"))?,
+            phase: file.phase,
+            order: file.order,
+        })
+    };
+    let sines: Result<Vec<Sine>, SceneError> = harmonics.enumerate().map(sine).collect();
+    Ok(Gait::harmonic(file.cycles, sines?, period))
 }
 
 fn phase(
@@ -30,23 +167,26 @@ fn phase(
     links: &[Link],
 ) -> Result<Phase, SceneError> {
     let key = |key: &str| format!("gait.phases[{number}].{key}");
-    let change = match (&file.link, file.length) {
+    let missing = |name: &str, problem: &str| Err(checks.bad_value(&key(name), problem));
+    let one = match (&file.link, file.length) {
         (None, None) => None,
-        (None, Some(_)) => {
-            let problem = "is missing: say which link gets this length";
-            return Err(checks.bad_value(&key("link"), problem));
-        }
-        (Some(_), None) => {
-            let problem = "is missing: the link's length at the end";
-            return Err(checks.bad_value(&key("length"), problem));
-        }
-        (Some(name), Some(length)) => {
-            let names = links.iter().map(|link| &link.name[..]);
-            Some((checks.find(&key("link"), name, "link", names)?, length))
-        }
+        (None, Some(_)) => return missing("link", "is missing: say which link gets this length"),
+        (Some(_), None) => return missing("length", "is missing: the link's length at the end"),
+        (Some(name), Some(length)) => Some((find(checks, &key("link"), name, links)?, length)),
     };
+    let mut changes: Vec<(usize, f64)> = one.into_iter().collect();
+    if let Some(targets) = &file.targets {
+        if !changes.is_empty() {
+            let problem = "cannot be combined with link; put all links into targets";
+            return missing("targets", problem);
+        }
+        for (name, length) in targets {
+            changes.push((find(checks, &key("targets"), name, links)?, *length));
+        }
+        changes.sort_by_key(|(link, _)| *link);
+    }
     Ok(Phase {
-        change,
+        path: LengthPath::Linear(changes),
         duration: file.duration,
     })
 }

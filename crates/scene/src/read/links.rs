@@ -1,6 +1,6 @@
 //! The links of a scene file, and the articulation of its bodies and links.
 
-use rigid::{Articulation, Link};
+use rigid::{Articulation, Link, RigidError};
 
 use super::checks::Checks;
 use crate::body::Body;
@@ -52,11 +52,15 @@ pub(super) fn links(
 }
 
 /// Bodies and links as an articulation; links need a direction, and points need a link.
+///
+/// Links in `start` have other lengths at the start than between the positions: their bodies are
+/// moved along the directions of the links.
 pub(super) fn articulation(
     checks: &Checks,
-    bodies: &[Body],
+    bodies: &mut [Body],
     links: Vec<Link>,
     arms: ArmsKind,
+    start: &[(usize, f64)],
 ) -> Result<Articulation, SceneError> {
     for (number, link) in links.iter().enumerate() {
         if bodies[link.body].position == bodies[link.to].position {
@@ -88,8 +92,29 @@ pub(super) fn articulation(
         }
     }
     let kinds: Vec<_> = bodies.iter().map(Body::kind).collect();
-    let positions: Vec<_> = bodies.iter().map(|body| body.position).collect();
-    Articulation::new(&kinds, links, arms.into(), &positions)
-        .and_then(|set| set.with_fixed(&fixed))
-        .map_err(|error| checks.bad_value("links", error.to_string()))
+    let join = |links: Vec<Link>, bodies: &[Body]| {
+        let positions: Vec<_> = bodies.iter().map(|body| body.position).collect();
+        Articulation::new(&kinds, links, arms.into(), &positions)?.with_fixed(&fixed)
+    };
+    let set = join(links, bodies).map_err(|error| checks.bad_value("links", error.to_string()))?;
+    let mut lengths = set.initial_lengths().to_vec();
+    for &(link, length) in start {
+        // A length that the positions give is not changed by their rounding.
+        if (length - lengths[link]).abs() > SAME_LENGTH * lengths[link] {
+            lengths[link] = length;
+        }
+    }
+    if lengths == set.initial_lengths() {
+        return Ok(set);
+    }
+    let bad = |error: RigidError| checks.bad_value("gait.harmonics", error.to_string());
+    let poses = set.place(&set.initial_state(), &lengths).map_err(bad)?;
+    for (body, pose) in bodies.iter_mut().zip(poses) {
+        body.position = pose.translation.vector;
+    }
+    join(set.links().to_vec(), bodies).map_err(bad)
 }
+
+/// Relative difference up to which a length at the start of a gait is that of the positions, which
+/// are written with about as many digits.
+const SAME_LENGTH: f64 = 1e-9;

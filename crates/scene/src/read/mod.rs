@@ -65,18 +65,19 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
                 message: error.message().to_owned(),
             })?;
     let domain = domain::domain(&checks, &file.domain)?;
-    let bodies = bodies::bodies(&checks, &file.bodies, &domain)?;
+    let mut bodies = bodies::bodies(&checks, &file.bodies, &domain)?;
     let links = links::links(&checks, &file.links, &bodies)?;
-    let gait = gait::gait(&checks, &file.gait, &links)?;
+    let (gait, gait_table) = gait::gait(&checks, &file.gait, &links)?;
     extent::check(
         &checks,
         file.fluid.viscosity,
         &domain,
         &bodies,
-        &gait,
+        (&gait, &file.gait, gait_table.as_ref()),
         &file.fem,
     )?;
-    let articulation = links::articulation(&checks, &bodies, links, file.gait.arms)?;
+    let start = gait::initial_lengths(&checks, &file.gait, (&gait, gait_table.as_ref()))?;
+    let articulation = links::articulation(&checks, &mut bodies, links, file.gait.arms, &start)?;
     options::check_model(&checks, &file.model)?;
     options::check_fem(&checks, &file.fem)?;
     let name = document
@@ -90,6 +91,7 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
         bodies,
         articulation,
         gait,
+        gait_table,
         model: file.model,
         fem: file.fem,
         document,

@@ -5,7 +5,7 @@ use std::path::Path;
 use scene::keys::{KEYS, KeyDefault, markdown_table};
 use scene::{Document, Scene};
 
-/// One entry of each list, with required keys only; the second body has an axis.
+/// One entry of each list but `gait.harmonics`, with required keys only; the second body has an axis.
 const MINIMAL: &str = r#"
 bodies = [
     { name = "sphere", radius = 1, position = [0, 0, 0] },
@@ -15,15 +15,26 @@ links = [{ name = "arm", body = "sphere", to = "spheroid" }]
 gait.phases = [{}]
 "#;
 
+/// The same with an entry of `gait.harmonics`, which exclude phases.
+fn harmonic() -> String {
+    let harmonics = "gait = { period = 8, harmonics = [{ link = \"arm\", amplitude = 1 }] }";
+    MINIMAL.replace("gait.phases = [{}]", harmonics)
+}
+
 #[test]
 fn writing_a_documented_default_into_a_scene_changes_nothing() {
-    let written = |settings: &[String]| {
-        let mut document = Document::parse(MINIMAL, Path::new("scene.toml")).unwrap();
-        settings.iter().for_each(|s| document.set(s).unwrap());
-        Scene::from_document(document).unwrap().to_toml().unwrap()
-    };
-    let minimal = written(&[]);
+    let harmonic = harmonic();
     for key in KEYS {
+        let text = match key.path.starts_with("gait.harmonics") {
+            true => &harmonic,
+            false => MINIMAL,
+        };
+        let written = |settings: &[String]| {
+            let mut document = Document::parse(text, Path::new("scene.toml")).unwrap();
+            settings.iter().for_each(|s| document.set(s).unwrap());
+            Scene::from_document(document).unwrap().to_toml().unwrap()
+        };
+        let minimal = written(&[]);
         let KeyDefault::Value(value) = key.default else {
             continue;
         };

@@ -4,7 +4,7 @@ use scene::keys::{KEYS, Kind, find};
 use scene::{Domain, FemOptions, Gait, Phase, Scene, Shape, closest_contact, legs};
 
 /// Every key with numbers is in one of these scenes, on a line of its own.
-const SCENES: [&str; 3] = [
+const SCENES: [&str; 5] = [
     r#"
 fluid.viscosity = 1
 model.tolerance = 1e-3
@@ -62,6 +62,44 @@ name = "ball"
 radius = 1
 position = [1, 0, 0]
 "#,
+    r#"
+[[bodies]]
+name = "left"
+radius = 1
+position = [-10, 0, 0]
+[[bodies]]
+name = "right"
+radius = 1
+position = [0, 0, 0]
+[[links]]
+name = "arm"
+body = "left"
+to = "right"
+[[gait.phases]]
+targets = { arm = 6 }
+"#,
+    r#"
+[[bodies]]
+name = "left"
+radius = 1
+position = [-10, 0, 0]
+[[bodies]]
+name = "right"
+radius = 1
+position = [0, 0, 0]
+[[links]]
+name = "arm"
+body = "left"
+to = "right"
+[gait]
+period = 8
+[[gait.harmonics]]
+link = "arm"
+mean = 9
+amplitude = 2
+phase = 0.5
+order = 2
+"#,
 ];
 
 /// Numbers that are refused in every key, except for zero where it is allowed.
@@ -86,7 +124,9 @@ fn changed() -> impl Iterator<Item = (String, usize, &'static str, &'static str)
             let (name, value) = line.split_once(" = ")?;
             let path = match group {
                 "" => name.to_owned(),
-                "bodies" | "links" | "gait.phases" => format!("{group}[].{name}"),
+                "bodies" | "links" | "gait.phases" | "gait.harmonics" => {
+                    format!("{group}[].{name}")
+                }
                 group => format!("{group}.{name}"),
             };
             let key = find(&path).expect("a key");
@@ -96,11 +136,12 @@ fn changed() -> impl Iterator<Item = (String, usize, &'static str, &'static str)
     });
     lines.flat_map(|(text, number, name, value, path)| {
         BEYOND.into_iter().chain(ODD).map(move |hostile| {
-            let value = match value.strip_prefix('[') {
+            let value = match value.as_bytes()[0] {
                 // another component of a vector each time
-                Some(_) if hostile.len() % 2 == 0 => format!("[0, 0, {hostile}]"),
-                Some(_) => format!("[{hostile}, 0, 0]"),
-                None => hostile.to_owned(),
+                b'[' if hostile.len() % 2 == 0 => format!("[0, 0, {hostile}]"),
+                b'[' => format!("[{hostile}, 0, 0]"),
+                b'{' => format!("{{ arm = {hostile} }}"),
+                _ => hostile.to_owned(),
             };
             let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
             lines[number] = format!("{name} = {value}");
@@ -176,7 +217,7 @@ fn bug_a_phase_of_a_link_that_does_not_exist_ended_the_program() {
     let gait = |link, length, duration| Gait {
         cycles: 2,
         phases: vec![Phase {
-            change: Some((link, length)),
+            path: scene::LengthPath::Linear(vec![(link, length)]),
             duration,
         }],
     };

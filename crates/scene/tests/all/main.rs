@@ -6,6 +6,7 @@ mod documented;
 mod edits;
 mod examples;
 mod files;
+mod gaits;
 mod hostile;
 mod malformed;
 mod overrides;

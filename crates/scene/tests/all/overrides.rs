@@ -46,7 +46,10 @@ fn overrides_change_every_kind_of_key() {
     assert_eq!(scene.bodies()[1].position.z, 5.0);
     assert_eq!(scene.fem().solver.word(), "direct");
     assert_eq!(scene.viscosity(), 2e-3);
-    assert_eq!(scene.gait().phases[0].change, Some((0, 7.0)));
+    assert_eq!(
+        scene.gait().phases[0].path,
+        scene::LengthPath::Linear(vec![(0, 7.0)])
+    );
     assert_eq!(scene.domain().kind().word(), "box");
 }
 

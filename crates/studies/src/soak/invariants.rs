@@ -44,7 +44,7 @@ impl Observer for Watch<'_> {
             &solved.solution,
             &places,
             &directions,
-            &leg.rates(),
+            &leg.rates(0.0),
         );
         self.imbalances.balance = self.imbalances.balance.max(seen.balance);
         self.imbalances.power = self.imbalances.power.max(seen.power);

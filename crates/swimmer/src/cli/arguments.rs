@@ -45,7 +45,7 @@ pub enum Command {
         #[command(flatten)]
         scene: SceneArguments,
     },
-    /// Write an example scene: three-sphere, chain, planar or tetrahedral
+    /// Write an example scene: three-sphere, smooth, chain, planar or tetrahedral
     New {
         /// Name of the example
         #[arg(value_name = "NAME")]

@@ -10,11 +10,8 @@ const MAX_ROWS: usize = 24;
 
 /// Displacements of all bodies, phase by phase and in total, with a common power of ten.
 pub fn displacement_table(scene: &Scene, outcome: &Outcome) -> String {
-    let links = scene.articulation().links();
-    let phase_names: Vec<&str> = outcome
-        .legs
-        .iter()
-        .map(|leg| leg.link.map_or("constant", |link| &links[link].name))
+    let phase_names: Vec<String> = (outcome.legs.iter())
+        .map(|leg| scene.link_names(&leg.links))
         .collect();
     let name_width = phase_names
         .iter()

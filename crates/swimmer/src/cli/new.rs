@@ -9,11 +9,12 @@ use swimmer::SwimError;
 use super::text::entry;
 
 /// Names and contents of the example scenes.
-const TEMPLATES: [(&str, &str); 4] = [
+const TEMPLATES: [(&str, &str); 5] = [
     (
         "three-sphere",
         include_str!("../../templates/three-sphere.toml"),
     ),
+    ("smooth", include_str!("../../templates/smooth.toml")),
     ("chain", include_str!("../../templates/chain.toml")),
     ("planar", include_str!("../../templates/planar.toml")),
     (

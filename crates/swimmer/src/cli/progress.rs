@@ -14,7 +14,7 @@ use super::text::{count, duration, message, percent};
 pub struct Progress {
     bar: Option<ProgressBar>,
     legs: usize,
-    links: Vec<String>,
+    scene: Scene,
     started: Instant,
     /// Set when the user interrupts the run.
     interrupted: Arc<AtomicBool>,
@@ -24,11 +24,10 @@ impl Progress {
     /// Progress of the run of a scene that `interrupted` stops.
     pub fn new(scene: &Scene, interrupted: Arc<AtomicBool>) -> Self {
         let legs = scene.gait().phases.len() * scene.gait().cycles as usize;
-        let links = scene.articulation().links();
         Self {
             bar: None,
             legs,
-            links: links.iter().map(|link| link.name.clone()).collect(),
+            scene: scene.clone(),
             started: Instant::now(),
             interrupted,
         }
@@ -41,9 +40,8 @@ impl Progress {
         }
     }
 
-    fn link_name(&self, leg: &Leg) -> &str {
-        leg.link
-            .map_or("constant lengths", |link| &self.links[link])
+    fn link_name(&self, leg: &Leg) -> String {
+        self.scene.link_names(&leg.links)
     }
 
     fn elapsed(&self) -> String {

@@ -103,7 +103,7 @@ fn step(
     let resistance = evaluator.resistance(s, state)?;
     let scene = evaluator.scene;
     let set = scene.articulation();
-    let constraints = set.constraints(state, &evaluator.leg.lengths(s), &evaluator.leg.rates())?;
+    let constraints = set.constraints(state, &evaluator.leg.lengths(s), &evaluator.leg.rates(s))?;
     let reduction = Reduction::of(set, &constraints)?;
     let load = |body: &scene::Body| ExternalLoad {
         force: body.force,

@@ -58,7 +58,7 @@ impl<'a> LegEvaluator<'a> {
         state: &State,
         estimates: bool,
     ) -> Result<LegSolution, SwimError> {
-        let rates = [self.leg.rates()];
+        let rates = [self.leg.rates(s)];
         let mut solutions = self.query(s, state, |model, configuration| {
             model.solve(&Query::new(configuration, &rates).with_estimates(estimates))
         })?;
@@ -136,12 +136,9 @@ impl<'a> LegEvaluator<'a> {
         rotated
     }
 
-    /// Name of the link that changes its length, for messages.
+    /// Names of the links that change their lengths, for messages.
     pub fn link_name(&self) -> String {
-        match self.leg.link {
-            Some(link) => self.scene.articulation().links()[link].name.clone(),
-            None => "constant lengths".to_owned(),
-        }
+        self.scene.link_names(&self.leg.links)
     }
 
     /// Gaps between surfaces at the position `s` of a path, in a fixed order.

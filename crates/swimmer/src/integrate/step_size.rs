@@ -71,8 +71,8 @@ pub(super) fn rounding(evaluator: &LegEvaluator, step: &StateVelocity) -> f64 {
 
 /// The largest change of a link's length over the leg.
 fn largest_length_change(evaluator: &LegEvaluator) -> f64 {
-    let changes = evaluator.leg.from.iter().zip(&evaluator.leg.to);
-    changes.fold(0.0_f64, |m, (a, b)| m.max((b - a).abs()))
+    let ranges = evaluator.leg.ranges().into_iter();
+    ranges.fold(0.0_f64, |m, (low, high)| m.max(high - low))
 }
 
 /// Size of a step: the largest displacement of a body's centre or, by its own rotation, of its
@@ -91,8 +91,8 @@ pub(super) fn largest_displacement(evaluator: &LegEvaluator, step: &StateVelocit
         .fold(0.0, f64::max)
 }
 
-/// Length of the longest link at the start and the end of the leg.
+/// Largest length of a link along the leg.
 fn longest_link(evaluator: &LegEvaluator) -> f64 {
-    let lengths = evaluator.leg.from.iter().chain(&evaluator.leg.to);
-    lengths.fold(0.0_f64, |m, l| m.max(*l))
+    let ranges = evaluator.leg.ranges().into_iter();
+    ranges.fold(0.0_f64, |m, (_, high)| m.max(high))
 }

@@ -30,13 +30,12 @@ pub fn summary_json(
         let entry = |(body, d): (&scene::Body, &Vector3<f64>)| (body.name.clone(), vector(d));
         Value::Object(scene.bodies().iter().zip(displacement).map(entry).collect())
     };
-    let links = scene.articulation().links();
     let phases: Vec<Value> = outcome
         .legs
         .iter()
         .map(|leg| {
             json!({
-                "link": leg.link.map(|link| links[link].name.clone()),
+                "link": (!leg.links.is_empty()).then(|| scene.link_names(&leg.links)),
                 "displacement": by_body(&leg.displacement),
                 "solves": leg.solves,
                 "error_estimate": estimate(&leg.error_estimate),

@@ -33,7 +33,8 @@ pub fn with_tables(scene: &Scene, choice: Choice) -> Choice {
 /// The boxes of link lengths that the tables for a gait cover; none if tables would need more
 /// solves than the gait without them.
 ///
-/// Either one box for each line in shape space along which a phase moves, or one box for all.
+/// Either one box for the shapes of each phase, a line in shape space if one link moves, or one box
+/// for all.
 fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
     if !scene.is_free() {
         return None;
@@ -46,12 +47,7 @@ fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
     let mut lines: Vec<Vec<(f64, f64)>> = Vec::new();
     let mut all: Vec<(f64, f64)> = Vec::new();
     for leg in legs(&gait, scene.articulation().initial_lengths()).ok()? {
-        let line: Vec<(f64, f64)> = leg
-            .from
-            .iter()
-            .zip(&leg.to)
-            .map(|(&a, &b)| (a.min(b), a.max(b)))
-            .collect();
+        let line = leg.ranges();
         if all.is_empty() {
             all.clone_from(&line);
         }
@@ -63,12 +59,15 @@ fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
             lines.push(line);
         }
     }
-    let moving = scene.gait().phases.iter().filter(|p| p.change.is_some());
+    let moving = (scene.gait().phases.iter()).filter(|phase| !phase.path.links().is_empty());
     let direct =
         (moving.count() * TYPICAL_SOLVES_PER_LEG).saturating_mul(scene.gait().cycles as usize);
-    let variables = all.iter().filter(|r| r.0 < r.1).count();
-    let whole = TYPICAL_POINTS.saturating_pow(variables as u32);
-    let by_lines = TYPICAL_POINTS * lines.len();
+    let points = |ranges: &[(f64, f64)]| {
+        let variables = ranges.iter().filter(|r| r.0 < r.1).count();
+        TYPICAL_POINTS.saturating_pow(variables as u32)
+    };
+    let whole = points(&all);
+    let by_lines = (lines.iter()).fold(0_usize, |sum, line| sum.saturating_add(points(line)));
     if lines.is_empty() || whole.min(by_lines) >= direct {
         return None;
     }

@@ -265,6 +265,11 @@ fn templates_have_the_documented_displacements() {
             [0.1598053404, 0.0, 0.0],
         ),
         (
+            include_str!("../../templates/smooth.toml"),
+            1,
+            [0.1238046711583, 0.0, 0.0],
+        ),
+        (
             include_str!("../../templates/planar.toml"),
             0,
             [0.0047918, -0.0026806, 0.0],

@@ -87,7 +87,7 @@ fn texts_that_are_not_checkpoints_are_refused() {
         (b"hello", "is damaged: expected value at line 1"),
         (b"[]", "is damaged"),
         (b"{}", "missing field `version`"),
-        (b"{\"version\": 1}", "missing field `scene`"),
+        (b"{\"version\": 2}", "missing field `scene`"),
         (half, "is damaged: EOF"),
         (b"\xff\xfe{}", "UTF-8"),
         (b"nan", "is damaged"),
@@ -110,7 +110,7 @@ fn values_that_do_not_fit_are_refused() {
         (
             "/version",
             json!(99),
-            "is of version 99, this program reads version 1",
+            "is of version 99, this program reads version 2",
         ),
         ("/version", json!("1"), "invalid type: string"),
         ("/version", json!(-1), "invalid value: integer `-1`"),
@@ -151,7 +151,7 @@ fn values_that_do_not_fit_are_refused() {
             json!([]),
             "does not fit the scene",
         ),
-        ("/outcome/legs/0/link", json!(7), "does not fit the scene"),
+        ("/outcome/legs/0/links", json!([7]), "does not fit the scene"),
         (
             "/outcome/legs/0/solves",
             json!(-3),

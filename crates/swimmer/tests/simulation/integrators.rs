@@ -197,7 +197,9 @@ fn solutions_of_a_rotating_swimmer_are_the_solutions_at_their_states() {
                 state: &found.state,
                 lengths: &lengths,
             };
-            let exact = model().solve_one(configuration, &leg.rates()).unwrap();
+            let exact = model()
+                .solve_one(configuration, &leg.rates(found.s))
+                .unwrap();
             let (found, exact) = (vectors(&found.solution), vectors(&exact));
             assert_eq!(found.len(), exact.len());
             for (found, exact) in found.iter().zip(&exact) {

@@ -11,6 +11,7 @@ mod examples;
 mod exit_codes;
 mod extreme_numbers;
 mod fuzz;
+mod harmonic;
 mod hostile;
 mod inertia;
 mod integrators;

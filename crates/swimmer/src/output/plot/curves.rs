@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use plotters::prelude::*;
-use scene::Scene;
+use scene::{LengthPath, Scene};
 
 use super::style::{Area, BAND, COLOURS, FAINT, GREY, INK, font, px};
 use crate::outcome::Outcome;
@@ -109,9 +109,18 @@ pub(super) fn draw(
 }
 
 fn phase_label(scene: &Scene, phase: usize) -> String {
-    match scene.gait().phases[phase].change {
-        Some((link, length)) => format!("{} to {length}", scene.articulation().links()[link].name),
-        None => "constant lengths".to_owned(),
+    let path = &scene.gait().phases[phase].path;
+    let name = |link: usize| &scene.articulation().links()[link].name;
+    match path {
+        LengthPath::Linear(changes) if changes.is_empty() => "constant lengths".to_owned(),
+        LengthPath::Linear(changes) => {
+            let labels = changes
+                .iter()
+                .map(|&(link, length)| format!("{} to {length}", name(link)));
+            labels.collect::<Vec<_>>().join(", ")
+        }
+        LengthPath::Cubic(_) => format!("row {}", phase + 2),
+        LengthPath::Harmonic { span, .. } => format!("to {} of a period", span.1),
     }
 }
 

@@ -1,0 +1,281 @@
+//! Gaits that move several links at once.
+
+use scene::{LengthPath, Scene, legs};
+
+/// Three spheres on a line, with arms of the length 10.
+fn parse(gait: &str) -> Result<Scene, String> {
+    let text = format!(
+        r#"
+        bodies = [
+            {{ name = "left", radius = 1, position = [-10, 0, 0] }},
+            {{ name = "centre", radius = 1, position = [0, 0, 0] }},
+            {{ name = "right", radius = 1, position = [10, 0, 0] }},
+        ]
+        links = [
+            {{ name = "a", body = "left", to = "centre" }},
+            {{ name = "b", body = "right", to = "centre" }},
+        ]
+        {gait}
+        "#
+    );
+    Scene::parse(&text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn targets_move_several_links_at_once() {
+    let scene = parse("gait.phases = [{ targets = { b = 7, a = 6 }, duration = 2 }]").unwrap();
+    let phase = &scene.gait().phases[0];
+    assert_eq!(phase.path, LengthPath::Linear(vec![(0, 6.0), (1, 7.0)]));
+    assert_eq!(scene.link_names(&phase.path.links()), "a + b");
+    let leg = legs(scene.gait(), &[10.0, 10.0]).unwrap().next().unwrap();
+    assert_eq!(leg.lengths(0.5), [8.0, 8.5]);
+    assert_eq!(leg.rates(0.1), [-2.0, -1.5]);
+    let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
+    assert_eq!(again.gait(), scene.gait());
+}
+
+#[test]
+fn a_harmonic_gait_starts_from_the_positions_or_from_its_means() {
+    let harmonics = |more: &str| {
+        format!(
+            "gait = {{ kind = \"harmonic\", period = 8, harmonics = [\
+             {{ link = \"a\", amplitude = 2, phase = 0.5{more} }}, \
+             {{ link = \"a\", amplitude = 0.5, order = 2 }}, \
+             {{ link = \"b\", amplitude = 1 }}] }}"
+        )
+    };
+    let scene = parse(&harmonics("")).unwrap();
+    assert_eq!(scene.articulation().initial_lengths(), [10.0, 10.0]);
+    assert_eq!(
+        (scene.gait().phases.len(), scene.gait().duration()),
+        (4, 8.0)
+    );
+    let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
+    assert_eq!(again.gait(), scene.gait());
+
+    // The mean and the phase give the length at the start; body 0 is the root and stays.
+    let scene = parse(&harmonics(", mean = 8")).unwrap();
+    let start = 8.0 + 2.0 * 0.5_f64.sin();
+    assert!((scene.articulation().initial_lengths()[0] - start).abs() < 1e-14);
+    let x = |body: usize| scene.bodies()[body].position.x;
+    assert_eq!(x(0), -10.0);
+    assert!((x(1) - (start - 10.0)).abs() < 1e-14 && (x(2) - x(1) - 10.0).abs() < 1e-14);
+    let first = legs(scene.gait(), scene.articulation().initial_lengths())
+        .unwrap()
+        .next();
+    // A quarter of the period later: the sine of the second order is zero again.
+    let quarter = 8.0 + 2.0 * (std::f64::consts::FRAC_PI_2 + 0.5).sin();
+    assert!((first.unwrap().to[0] - quarter).abs() < 1e-14);
+    // Written and read again, it has the same shape to rounding.
+    let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
+    assert_eq!(
+        again.articulation().initial_lengths(),
+        scene.articulation().initial_lengths()
+    );
+}
+
+/// A scene with a gait from a table.
+fn with_table(table: &str, gait: &str) -> Result<Scene, String> {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("stroke.csv"), table).unwrap();
+    let file = folder.path().join("scene.toml");
+    let text = format!(
+        r#"
+        bodies = [
+            {{ name = "left", radius = 1, position = [-10, 0, 0] }},
+            {{ name = "centre", radius = 1, position = [0, 0, 0] }},
+            {{ name = "right", radius = 1, position = [10, 0, 0] }},
+        ]
+        links = [
+            {{ name = "a", body = "left", to = "centre" }},
+            {{ name = "b", body = "right", to = "centre" }},
+        ]
+        gait = {{ file = "stroke.csv"{gait} }}
+        "#
+    );
+    std::fs::write(&file, text).unwrap();
+    let scene = Scene::read(&file, &[]).map_err(|error| error.to_string())?;
+    // Written and read again while the table exists.
+    let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
+    assert_eq!(again.gait(), scene.gait());
+    Ok(scene)
+}
+
+#[test]
+fn a_table_is_a_spline_or_phases_through_its_rows() {
+    let table = "# a stroke\ntime, b, a\n\n0, 8, 10\n1, 7, 8.5\n1.5, 7.5, 8\n4, 8, 10\n";
+    for (gait, is_linear) in [
+        ("", false),
+        (", interpolation = \"linear\", cycles = 3", true),
+    ] {
+        let scene = with_table(table, gait).unwrap();
+        // The bodies start at the lengths of the first row.
+        assert_eq!(scene.articulation().initial_lengths(), [10.0, 8.0]);
+        let all: Vec<_> = legs(scene.gait(), &[10.0, 8.0]).unwrap().collect();
+        assert_eq!(scene.gait().phases.len(), 3);
+        assert_eq!(all[1].to, [8.0, 7.5]);
+        assert_eq!((all[1].start, all[1].duration), (1.0, 0.5));
+        assert_eq!(all[0].is_linear(), is_linear);
+        for leg in &all {
+            for (a, b) in leg.lengths(1.0).iter().zip(&leg.to) {
+                assert!((a - b).abs() < 1e-14);
+            }
+            for s in [0.0, 0.3, 1.0] {
+                let d = 1e-5;
+                let [before, after] = [leg.lengths(s - d), leg.lengths(s + d)];
+                for (link, rate) in leg.rates(s).iter().enumerate() {
+                    let expected = (after[link] - before[link]) / (2.0 * d * leg.duration);
+                    assert!((rate - expected).abs() < 1e-8, "{rate} {expected}");
+                }
+            }
+        }
+        // A spline has no corners, also where the cycle closes; phases have.
+        let joints = all.iter().zip(all.iter().cycle().skip(1)).take(3);
+        for (before, after) in joints {
+            let corners = before.rates(1.0).into_iter().zip(after.rates(0.0));
+            let largest = corners.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+            assert_eq!(largest > 1e-12, is_linear, "{largest:e}");
+        }
+    }
+}
+
+#[test]
+fn bad_tables_are_refused_with_their_line() {
+    for (table, gait, parts) in [
+        ("", "", &["gait.file", "no rows"][..]),
+        ("time, a\n0, 10\n", "", &["less than two rows"]),
+        ("t, a\n0, 10\n1, 9\n", "", &["line 1", "time"]),
+        ("time, c\n0, 10\n1, 9\n", "", &["line 1", "\"c\""]),
+        (
+            "time, a, a\n0, 10, 9\n1, 9, 9\n",
+            "",
+            &["line 1", "two columns"],
+        ),
+        (
+            "time, a\n0, 10\n\n1, x\n",
+            "",
+            &["line 4", "\"x\" is not a number"],
+        ),
+        ("time, a\n0, 10\n1, NaN\n", "", &["line 3", "not a number"]),
+        (
+            "time, a\n0, 10\n1, 9, 8\n",
+            "",
+            &["line 3", "3 columns instead of 2"],
+        ),
+        ("time, a\n0, 10\n0, 9\n", "", &["line 3", "not after"]),
+        ("time, a\n0, 10\n1, -9\n", "", &["line 3", "not positive"]),
+        ("time, a\n0, 10\n1, 1e40\n", "", &["gait.file", "too large"]),
+        (
+            "time, a\n0, 10\n1, 9\n",
+            ", cycles = 2",
+            &["gait.cycles", "first one"],
+        ),
+        ("time, a\n0, 10\n1, 1.5\n", "", &["touch", "phase 1"]),
+        (
+            "time, a\n0, 10\n1, 9\n",
+            ", period = 2",
+            &["gait.period", "harmonic"],
+        ),
+        (
+            "time, a\n0, 10\n1, 9\n",
+            ", kind = \"phases\"",
+            &["gait.kind", "no gait.phases"],
+        ),
+    ] {
+        let message = with_table(table, gait).unwrap_err();
+        for part in parts {
+            assert!(message.contains(part), "{table}\n{message}\nwithout {part}");
+        }
+    }
+    let missing = parse("gait.file = \"nowhere.csv\"").unwrap_err();
+    assert!(
+        missing.contains("gait.file") && missing.contains("nowhere.csv"),
+        "{missing}"
+    );
+}
+
+#[test]
+fn bad_gaits_are_refused_with_their_key() {
+    let harmonic = |entry: &str| format!("gait = {{ period = 8, harmonics = [{entry}] }}");
+    for (gait, parts) in [
+        (
+            "gait.phases = [{ targets = { c = 7 } }]",
+            &["gait.phases[0].targets", "\"c\""][..],
+        ),
+        (
+            "gait.phases = [{ targets = { a = -7 } }]",
+            &["gait.phases[0].targets", "greater"],
+        ),
+        (
+            "gait.phases = [{ targets = 7 }]",
+            &["gait.phases[0].targets", "{ arm = 6 }"],
+        ),
+        (
+            "gait.phases = [{ targets = { a = 1e300 } }]",
+            &["gait.phases[0].targets", "1e50"],
+        ),
+        (
+            "gait.phases = [{ link = \"b\", length = 8, targets = { a = 7 } }]",
+            &["gait.phases[0].targets", "cannot be combined with link"],
+        ),
+        // Both arms at once are shorter than a diameter.
+        (
+            "gait.phases = [{ targets = { a = 1.9, b = 8 } }]",
+            &["touch", "phase 1"],
+        ),
+        (&harmonic(""), &["gait.harmonics", "is empty"]),
+        (
+            &harmonic("{ amplitude = 1 }"),
+            &["gait.harmonics[0].link", "missing"],
+        ),
+        (
+            &harmonic("{ link = \"a\" }"),
+            &["gait.harmonics[0].amplitude", "missing"],
+        ),
+        (
+            &harmonic("{ link = \"c\", amplitude = 1 }"),
+            &["gait.harmonics[0].link", "names no link"],
+        ),
+        (
+            &harmonic("{ link = \"a\", amplitude = 1, order = 0 }"),
+            &["gait.harmonics[0].order", "at least 1"],
+        ),
+        (
+            &harmonic(
+                "{ link = \"a\", amplitude = 1, mean = 8 }, { link = \"a\", amplitude = 1, mean = 9 }",
+            ),
+            &["gait.harmonics[1].mean", "another entry"],
+        ),
+        // The arm is shortest, 10 - 8.5, in the third quarter.
+        (
+            &harmonic("{ link = \"a\", amplitude = 8.5 }"),
+            &["scene.toml:", "touch", "phase 3"],
+        ),
+        (
+            "gait.harmonics = [{ link = \"a\", amplitude = 1 }]",
+            &["gait.period", "missing"],
+        ),
+        ("gait.period = 8", &["gait.period", "harmonic"]),
+        (
+            "gait = { phases = [{}], interpolation = \"linear\" }",
+            &["gait.interpolation", "table"],
+        ),
+        (
+            "gait.kind = \"harmonic\"",
+            &["gait.kind", "no gait.harmonics"],
+        ),
+        (
+            "gait = { kind = \"phases\", period = 8, harmonics = [{ link = \"a\", amplitude = 1 }] }",
+            &["gait.kind", "no gait.phases"],
+        ),
+        (
+            "gait = { phases = [{}], period = 8, harmonics = [{ link = \"a\", amplitude = 1 }] }",
+            &["gait.harmonics", "phases"],
+        ),
+    ] {
+        let message = parse(gait).unwrap_err();
+        for part in parts {
+            assert!(message.contains(part), "{gait}\n{message}\nwithout {part}");
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Smooth gaits in which several links change their lengths at once.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use crate::strokes::{FREE, follow};
+use crate::support::three_spheres;
+
+/// The three-sphere swimmer with this gait instead of its phases.
+fn with_gait(gait: &str) -> String {
+    let scene = three_spheres("model.tolerance = 1e-7", FREE);
+    let without = scene.split("[[gait.phases]]").next().unwrap();
+    format!("{without}\n{gait}")
+}
+
+/// Two arms of the initial length 10 with the phase angles of their oscillations.
+fn harmonic(amplitude: f64, phases: [f64; 2]) -> String {
+    let of = |link: &str, phase: f64| {
+        format!(
+            "[[gait.harmonics]]\nlink = \"{link}\"\namplitude = {amplitude}\nphase = {phase:?}\n"
+        )
+    };
+    let [left, right] = phases;
+    with_gait(&format!(
+        "[gait]\nperiod = 8.0\n{}{}",
+        of("left-arm", left),
+        of("right-arm", right)
+    ))
+}
+
+/// The same path as a polygon of phases that move both arms.
+fn polygon(amplitude: f64, phases: [f64; 2], corners: u32) -> String {
+    let length = |phase: f64, angle: f64| 10.0 + amplitude * ((angle + phase).sin() - phase.sin());
+    let phase = |k: u32| {
+        let angle = TAU * f64::from(k) / f64::from(corners);
+        let [left, right] = phases.map(|phase| length(phase, angle));
+        format!(
+            "[[gait.phases]]\n\
+             targets = {{ left-arm = {left:?}, right-arm = {right:?} }}\n"
+        )
+    };
+    with_gait(&(1..=corners).map(phase).collect::<String>())
+}
+
+#[test]
+fn a_harmonic_gait_is_the_limit_of_polygons() {
+    // Both arms start from their largest length and shorten, as in the stroke of phases.
+    let phases = [FRAC_PI_2, FRAC_PI_2 + 1.0];
+    let smooth = follow(&harmonic(1.5, phases)).net(1).x;
+    assert!(smooth.abs() > 0.01, "{smooth}");
+    let [coarse, middle, fine] =
+        [16, 32, 64].map(|corners| follow(&polygon(1.5, phases, corners)).net(1).x);
+    // The displacement of a closed path is an integral over the enclosed shapes: the errors of
+    // polygons decrease with the squared, those of the extrapolation with the fourth power.
+    let extrapolated = [(4.0 * middle - coarse) / 3.0, (4.0 * fine - middle) / 3.0];
+    let change = (extrapolated[1] - extrapolated[0]).abs();
+    let error = (smooth - extrapolated[1]).abs();
+    // A fifteenth by theory, and the tolerance of three runs.
+    assert!(
+        error <= 0.1 * change + 3e-7 * smooth.abs(),
+        "{error:e} {change:e}"
+    );
+}
+
+/// A file with a table of the path at `rows` times of a period.
+fn table(amplitude: f64, phases: [f64; 2], rows: u32, folder: &std::path::Path) -> String {
+    let file = folder.join("stroke.csv");
+    let mut text = "time, left-arm, right-arm\n".to_owned();
+    for k in 0..=rows {
+        let time = 8.0 * f64::from(k) / f64::from(rows);
+        // The last row is the first one to the last digit.
+        let angle = TAU * f64::from(k % rows) / f64::from(rows);
+        let [left, right] =
+            phases.map(|phase| 10.0 + amplitude * ((angle + phase).sin() - phase.sin()));
+        text += &format!("{time:?}, {left:?}, {right:?}\n");
+    }
+    std::fs::write(&file, text).unwrap();
+    with_gait(&format!("[gait]\nfile = {:?}", file.display().to_string()))
+}
+
+#[test]
+fn a_table_of_a_smooth_gait_converges_with_the_fourth_power_of_its_rows() {
+    let phases = [FRAC_PI_2, FRAC_PI_2 + 1.0];
+    let smooth = follow(&harmonic(1.5, phases)).net(1).x;
+    let folder = tempfile::tempdir().unwrap();
+    let error = |rows: u32| {
+        let net = follow(&table(1.5, phases, rows, folder.path())).net(1).x;
+        (net / smooth - 1.0).abs()
+    };
+    let (coarse, fine) = (error(8), error(16));
+    // Splines of the path err with the fourth power; 16 with a margin for the next order.
+    assert!(fine < coarse / 12.0 && coarse < 1e-2, "{coarse:e} {fine:e}");
+    // The same rows as phases at constant rates: a polygon inside, with less area.
+    let text = table(1.5, phases, 16, folder.path());
+    let linear = text.replace("[gait]", "[gait]\ninterpolation = \"linear\"");
+    let polygon = follow(&polygon(1.5, phases, 16)).net(1).x;
+    let of_table = follow(&linear).net(1).x;
+    assert!(
+        (of_table / polygon - 1.0).abs() < 1e-7,
+        "{of_table} {polygon}"
+    );
+}
+
+#[test]
+fn arms_that_oscillate_in_phase_go_nowhere_and_small_strokes_go_with_the_square() {
+    let net = |amplitude: f64, phase: f64| follow(&harmonic(amplitude, [0.0, phase])).net(1).x;
+    let full = net(0.4, FRAC_PI_2);
+    // The lengths trace the same line forth and back.
+    assert!(net(0.4, 0.0).abs() <= 1e-7 * full.abs());
+    // The next term is of the fourth power, (amplitude / length)^2 relative to the first; the
+    // shapes start at the same lengths, whose means differ by the amplitude.
+    let ratio = full / net(0.2, FRAC_PI_2);
+    assert!((ratio / 4.0 - 1.0).abs() < 0.2, "{ratio}");
+}
