@@ -17,6 +17,7 @@ mod options;
 mod read;
 mod scene;
 mod shape;
+mod support;
 mod words;
 mod write;
 

@@ -1,9 +1,8 @@
 //! Refinement of surface triangulations to a varying edge length.
 
-use super::surface_mesh::SurfaceMesh;
 use super::symmetry_planes::SymmetryPlanes;
 use crate::surface::sphere_radius;
-use crate::{MeshError, Surface, Vec3};
+use crate::{MeshError, Surface, SurfaceMesh, Vec3};
 
 /// Ratio to the wanted length above which edges are split.
 ///
@@ -23,8 +22,12 @@ const MAX_PASSES: usize = 100;
 
 /// Cosine of the angle between normals (84 degrees) beyond which an edge is a ridge.
 ///
-/// Faces of a box meet at right angles, triangles that follow a smooth surface do not.
+/// Faces of a box meet at right angles, fine triangles that follow a smooth surface do not.
 const RIDGE: f64 = 0.1;
+
+/// Cosine of the angle between normals (60 degrees) beyond which triangles do not follow a smooth
+/// surface yet.
+const BENT: f64 = 0.5;
 
 /// Splits, flips and smooths a triangulation until its edges have the wanted length.
 pub(super) struct Refiner<'a> {
@@ -57,11 +60,12 @@ impl<'a> Refiner<'a> {
             mesh,
             neighbours,
             sphere: sphere_radius(surface),
-            // A smooth surface has no ridges, even while its triangles are coarse.
-            ridge: if surface.smallest_curvature_radius() > 0.0 {
-                -2.0
-            } else {
-                RIDGE
+            // Spheres have no ridges. On other shapes coarse triangles do: a flip there could join
+            // opposite sides of a slender body.
+            ridge: match sphere_radius(surface) {
+                Some(_) => -2.0,
+                None if surface.reach() > 0.0 => BENT,
+                None => RIDGE,
             },
             planes,
             name,
@@ -149,6 +153,21 @@ impl<'a> Refiner<'a> {
         any
     }
 
+    /// The point that is projected onto the surface to split the edge between triangles `t` and `u`.
+    ///
+    /// The midpoint, in general. The midpoint of a long edge around a sharp rim is closer to the
+    /// faces on both sides than to the rim, so it is moved out of the body.
+    fn split_point(&self, t: usize, u: usize, edge: [u32; 2]) -> Vec3 {
+        let [b, c] = edge.map(|v| self.mesh.points[v as usize]);
+        let middle = 0.5 * (b + c);
+        let (n_t, n_u) = (self.normal(t).normalize(), self.normal(u).normalize());
+        if n_t.dot(&n_u) > BENT || self.surface.reach() == 0.0 {
+            return middle;
+        }
+        let outwards = (n_t + n_u).try_normalize(1e-6).unwrap_or(n_t);
+        middle + 0.5 * (b - c).norm() * outwards
+    }
+
     /// Splits the edge opposite vertex `i` of `t`: `a b c | d c b` become `a b m, a m c | d c m, d
     /// m b`.
     fn split(&mut self, t: usize, i: usize) {
@@ -158,7 +177,7 @@ impl<'a> Refiner<'a> {
         let d = self.mesh.triangles[u][j];
         let [_, t_b, t_c] = [0, 1, 2].map(|k| self.neighbours[t][(i + k) % 3]);
         let [_, u_c, u_b] = [0, 1, 2].map(|k| self.neighbours[u][(j + k) % 3]);
-        let middle = 0.5 * (self.mesh.points[b as usize] + self.mesh.points[c as usize]);
+        let middle = self.split_point(t, u, [b, c]);
         let m = self.mesh.points.len() as u32;
         let planes = self.planes.at(middle);
         self.mesh
@@ -255,7 +274,34 @@ impl<'a> Refiner<'a> {
         // The new triangles must be oriented like the old ones.
         let facing = self.normal(t) + self.normal(u);
         let faces = |x: Vec3, y: Vec3| (x - a).cross(&(y - a)).dot(&facing) > 0.0;
-        faces(b, d) && faces(d, c) && self.contains_opposite_corner(t, i)
+        faces(b, d)
+            && faces(d, c)
+            && self.contains_opposite_corner(t, i)
+            && !self.is_joined(t, i, self.mesh.triangles[u][self.slot(u, t)])
+    }
+
+    /// Whether an edge joins vertex `i` of `t` to vertex `d`.
+    ///
+    /// Walks around the vertex. A second edge between two vertices would not be a surface.
+    fn is_joined(&self, t: usize, i: usize, d: u32) -> bool {
+        let a = self.mesh.triangles[t][i];
+        let (mut here, mut slot) = (t, i);
+        // No vertex has more triangles than there are.
+        for _ in 0..self.mesh.triangles.len() {
+            let triangle = self.mesh.triangles[here];
+            if triangle.contains(&d) {
+                return true;
+            }
+            // The neighbour across the edge from `a` to the next vertex but one.
+            here = self.neighbours[here][(slot + 1) % 3] as usize;
+            slot = (0..2)
+                .find(|&k| self.mesh.triangles[here][k] == a)
+                .unwrap_or(2);
+            if here == t {
+                break;
+            }
+        }
+        false
     }
 
     /// Whether the Delaunay ball of triangle `t` contains the corner beyond the edge opposite

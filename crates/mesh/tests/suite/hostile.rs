@@ -162,8 +162,8 @@ proptest! {
         }
         let surface = surface(kind, x, shape);
         let _ = (surface.signed_distance(x), surface.closest_point(x), surface.bounding_ball());
-        let _ = (surface.volume(), surface.smallest_curvature_radius(), surface.centre());
-        let _ = surface.distance_to_sharpest(x);
+        let _ = (surface.volume(), surface.reach(), surface.centre());
+        let _ = (surface.inradius(), surface.curvature_size(x, 0.7, 0.3));
     }
 
     #[test]
