@@ -1,5 +1,7 @@
 //! Shapes of bodies.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::words::ShapeKind;
@@ -152,18 +154,59 @@ impl Shape {
         }
     }
 
-    /// Radius on which the default element size is based: that of the thickness of long bodies, and
-    /// of the extent of flat ones. Zero for points.
-    pub fn middle_radius(&self) -> f64 {
+    /// Radius on which element sizes are based: that of the tube or cylinder of long bodies, and of
+    /// the outline of flat ones, but at most 2.5 of half their thickness. Zero for points.
+    pub fn size_radius(&self) -> f64 {
+        const OF_HALF_THICKNESS: f64 = 2.5;
         match *self {
-            Self::Sphere { radius } | Self::Spheroid { radius, .. } => radius,
-            Self::Capsule { radius, .. } | Self::Disk { radius, .. } => radius,
+            Self::Sphere { radius } | Self::Capsule { radius, .. } => radius,
+            Self::Spheroid {
+                radius,
+                half_length,
+                ..
+            }
+            | Self::Disk {
+                radius,
+                half_length,
+                ..
+            } => radius.min(OF_HALF_THICKNESS * half_length),
             Self::Ellipsoid { semi_axes, .. } => {
-                semi_axes.sum() - semi_axes.max() - semi_axes.min()
+                let (low, high) = (semi_axes.min(), semi_axes.max());
+                (semi_axes.sum() - low - high).min(OF_HALF_THICKNESS * low)
             }
             Self::Torus { tube_radius, .. } | Self::Helix { tube_radius, .. } => tube_radius,
             Self::Point => 0.0,
         }
+    }
+
+    /// Points in the middle of the tube of a torus or helix, in the initial configuration relative to
+    /// the position; they are closer to each other than a tube radius. Empty for other shapes.
+    pub fn centreline(&self) -> Vec<Vector3<f64>> {
+        let (radius, tube, pitch, turns) = match *self {
+            Self::Torus {
+                radius,
+                tube_radius,
+                ..
+            } => (radius, tube_radius, 0.0, 1.0),
+            Self::Helix {
+                radius,
+                tube_radius,
+                pitch,
+                turns,
+                ..
+            } => (radius, tube_radius, pitch, turns),
+            _ => return Vec::new(),
+        };
+        let length = TAU.mul_add(radius, pitch.abs()) * turns;
+        // A few thousand points are enough for any picture.
+        let count = (2.0 * length / tube).clamp(48.0, 4096.0).ceil();
+        let orientation = self.orientation();
+        let at = |k: f64| {
+            let t = turns * (k / count - 0.5);
+            let (sin, cos) = (TAU * t).sin_cos();
+            orientation * Vector3::new(pitch * t, radius * cos, radius * sin)
+        };
+        (0..=count as usize).map(|k| at(k as f64)).collect()
     }
 
     /// Mean of the extents along three axes, halved: a radius for rough models.
