@@ -188,25 +188,55 @@ pub(crate) fn distance(bodies: [(&Shape, &UnitQuaternion<f64>); 2], apart: &Vect
         return along_centres;
     }
     let mut bound = along_centres;
-    // The point of the difference of the bodies that is closest to the origin so far.
+    // The point closest to the origin among the convex combinations of some points of the
+    // difference of the bodies, which are given with their weights.
+    let mut corners = vec![(*apart, 1.0)];
     let mut closest = *apart;
     for _ in 0..STEPS {
         let length = closest.norm();
         let Some(n) = closest.try_normalize(0.0) else {
             break;
         };
-        let vertex =
+        let corner =
             apart + first.support_point(of_first, &-n) - second.support_point(of_second, &n);
-        bound = bound.max(n.dot(&vertex));
+        bound = bound.max(n.dot(&corner));
         if bound >= length * (1.0 - ACCURACY) {
             break;
         }
-        // Closest point to the origin on the segment from `closest` to `vertex`.
-        let arm = vertex - closest;
-        let part = -closest.dot(&arm) / arm.norm_squared();
-        closest += part.clamp(0.0, 1.0) * arm;
+        corners.push((corner, 0.0));
+        closest = closest_combination(&mut corners);
     }
     bound
+}
+
+/// The point closest to the origin in the convex hull of the corners, whose weights are updated.
+///
+/// Weight moves from the corner farthest along the point to the one farthest against it, until they
+/// are equally far (pairwise Frank-Wolfe steps, which converge linearly; Lacoste-Julien & Jaggi
+/// 2015). Corners without weight are removed.
+fn closest_combination(corners: &mut Vec<(Vector3<f64>, f64)>) -> Vector3<f64> {
+    let mut point = Vector3::zeros();
+    for _ in 0..STEPS {
+        point = corners.iter().map(|(x, weight)| x * *weight).sum();
+        let along = |k: &usize| point.dot(&corners[*k].0);
+        let all = 0..corners.len();
+        let heavy = all.clone().filter(|&k| corners[k].1 > 0.0);
+        let (Some(low), Some(high)) = (
+            all.min_by(|i, j| along(i).total_cmp(&along(j))),
+            heavy.max_by(|i, j| along(i).total_cmp(&along(j))),
+        ) else {
+            break;
+        };
+        let arm = corners[low].0 - corners[high].0;
+        if -point.dot(&arm) <= 0.1 * ACCURACY * point.norm_squared() {
+            break;
+        }
+        let part = (-point.dot(&arm) / arm.norm_squared()).min(corners[high].1);
+        corners[low].1 += part;
+        corners[high].1 -= part;
+    }
+    corners.retain(|(_, weight)| *weight > 0.0);
+    point
 }
 
 #[cfg(test)]

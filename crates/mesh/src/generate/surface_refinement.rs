@@ -1,5 +1,7 @@
 //! Refinement of surface triangulations to a varying edge length.
 
+mod smoothing;
+
 use super::symmetry_planes::SymmetryPlanes;
 use crate::surface::sphere_radius;
 use crate::{MeshError, Surface, SurfaceMesh, Vec3};
@@ -28,6 +30,9 @@ const RIDGE: f64 = 0.1;
 /// Cosine of the angle between normals (60 degrees) beyond which triangles do not follow a smooth
 /// surface yet.
 const BENT: f64 = 0.5;
+
+/// Largest number of steps along a ray; each covers the distance to the nearest point of the surface.
+const RAY_STEPS: usize = 64;
 
 /// Splits, flips and smooths a triangulation until its edges have the wanted length.
 pub(super) struct Refiner<'a> {
@@ -156,7 +161,7 @@ impl<'a> Refiner<'a> {
     /// The point that is projected onto the surface to split the edge between triangles `t` and `u`.
     ///
     /// The midpoint, in general. The midpoint of a long edge around a sharp rim is closer to the
-    /// faces on both sides than to the rim, so it is moved out of the body.
+    /// faces on both sides than to the rim, so it is moved outwards to the surface.
     fn split_point(&self, t: usize, u: usize, edge: [u32; 2]) -> Vec3 {
         let [b, c] = edge.map(|v| self.mesh.points[v as usize]);
         let middle = 0.5 * (b + c);
@@ -165,7 +170,16 @@ impl<'a> Refiner<'a> {
             return middle;
         }
         let outwards = (n_t + n_u).try_normalize(1e-6).unwrap_or(n_t);
-        middle + 0.5 * (b - c).norm() * outwards
+        // From inside, the ray is followed to the surface by the distances to it.
+        let mut point = middle;
+        for _ in 0..RAY_STEPS {
+            let depth = -self.surface.signed_distance(point);
+            if depth.is_nan() || depth <= 0.0 {
+                break;
+            }
+            point += depth * outwards;
+        }
+        point
     }
 
     /// Splits the edge opposite vertex `i` of `t`: `a b c | d c b` become `a b m, a m c | d c m, d
@@ -335,43 +349,6 @@ impl<'a> Refiner<'a> {
         let x = self.corners(t);
         let (u, v) = (x[(i + 1) % 3] - x[i], x[(i + 2) % 3] - x[i]);
         u.cross(&v).norm().atan2(u.dot(&v))
-    }
-
-    /// Moves each vertex to the weighted centroid of its triangles, projected onto the surface.
-    ///
-    /// Vertices on ridges stay.
-    ///
-    /// The weight of a triangle is its area relative to the wanted one, `area / h^2`. This evens
-    /// out shapes and leaves the number of vertices in each region to the splitting. (The density
-    /// `h^-4` of a centroidal Voronoi tessellation attracts vertices from far away during the
-    /// splitting, and doubles the triangles around a gap of 0.02 radii.)
-    fn smooth(&mut self) {
-        let n = self.mesh.points.len();
-        let mut sums = vec![(Vec3::zeros(), 0.0); n];
-        let mut first_normal = vec![Vec3::zeros(); n];
-        let mut ridge = vec![false; n];
-        for t in 0..self.mesh.triangles.len() {
-            let [a, b, c] = self.corners(t);
-            let normal = self.normal(t);
-            let centroid = (a + b + c) / 3.0;
-            let weight = normal.norm() * (self.size)(centroid).powi(-2);
-            for v in self.mesh.triangles[t].map(|v| v as usize) {
-                sums[v].0 += weight * centroid;
-                sums[v].1 += weight;
-                if first_normal[v] == Vec3::zeros() {
-                    first_normal[v] = normal;
-                }
-                ridge[v] |=
-                    normal.dot(&first_normal[v]) < 0.1 * normal.norm() * first_normal[v].norm();
-            }
-        }
-        for v in 0..n {
-            if !ridge[v] && sums[v].1 > 0.0 {
-                let planes = self.planes.at(self.mesh.points[v]);
-                let centre = planes.along(sums[v].0 / sums[v].1);
-                self.mesh.points[v] = planes.along(self.surface.closest_point(centre));
-            }
-        }
     }
 }
 
