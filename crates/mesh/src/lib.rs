@@ -31,7 +31,10 @@ pub use nalgebra;
 pub use quadratic_tets::QuadraticTets;
 pub use quality::{Quality, dihedral_angles, mean_ratio};
 pub use regions::Regions;
-pub use surface::{BoxSurface, Capsule, Sphere, Spheroid, Surface};
+pub use surface::{
+    BoxSurface, Capsule, Disk, Ellipsoid, Helix, Placed, Sphere, Spheroid, Surface, SurfaceMesh,
+    Torus,
+};
 pub use symmetry::{SYMMETRY_PLANE_TAGS, Unfolded};
 pub use tet::{TET_EDGES, Vec3};
 pub use tet_mesh::{Facet, NamedSurface, TetMesh};

@@ -64,7 +64,8 @@ impl AxisymmetricModel {
     /// Creates the model of a scene.
     ///
     /// # Errors
-    /// [`ModelError::Unsupported`] for arrangements, domains and loads without rotational symmetry.
+    /// [`ModelError::Unsupported`] for arrangements, domains and loads without rotational symmetry, and
+    /// for shapes other than spheres and spheroids.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let refuse = |key: &str, problem: String, instead: &str| {
             Err(ModelError::Unsupported {
@@ -75,6 +76,13 @@ impl AxisymmetricModel {
                 instead: instead.to_owned(),
             })
         };
+        if let Some(number) = scene.first_not_spheroidal() {
+            return refuse(
+                &format!("bodies[{number}].shape"),
+                format!("shape = \"{}\"", scene.bodies()[number].shape.kind().word()),
+                "use model.kind = \"fem\", or spheres and spheroids",
+            );
+        }
         let scaled = ScaledScene::new(scene)?;
         let scale = scaled.scale;
         let surroundings = match *scene.domain() {
@@ -120,7 +128,8 @@ impl AxisymmetricModel {
                         axial: scale.length(half_length),
                         equatorial: scale.length(radius),
                     }),
-                    Shape::Point => None,
+                    // Other shapes are refused above.
+                    _ => None,
                 })
                 .collect(),
             has_torque: scene.bodies().iter().any(|b| b.torque != Vector3::zeros()),
@@ -148,9 +157,15 @@ impl AxisymmetricModel {
     /// It does if models without a mesh do not support the domain or a body. Three-dimensional
     /// elements would cost a thousand times as much.
     pub fn suits(scene: &Scene) -> bool {
-        let is_needed =
-            matches!(scene.domain(), Domain::Cylinder { .. }) || scene.first_spheroid().is_some();
-        is_needed && scene.arrangement() == Arrangement::Axisymmetric
+        let is_needed = matches!(scene.domain(), Domain::Cylinder { .. })
+            || scene.first_nonspherical().is_some();
+        is_needed
+            && scene.first_not_spheroidal().is_none()
+            && matches!(
+                scene.domain(),
+                Domain::Unbounded | Domain::Ball { .. } | Domain::Cylinder { .. }
+            )
+            && scene.arrangement() == Arrangement::Axisymmetric
     }
 
     /// Cost and error of the initial configuration in words, and why the model was selected.
@@ -169,7 +184,7 @@ impl AxisymmetricModel {
             self.solver
                 .axial(&bodies, self.surroundings, self.tolerance),
         )?;
-        let unsupported = match scene.first_spheroid() {
+        let unsupported = match scene.first_nonspherical() {
             Some(_) => "shape = \"spheroid\"".to_owned(),
             None => format!("domain.kind = \"{}\"", scene.domain().kind().word()),
         };

@@ -11,8 +11,8 @@ use scene::{Scene, Shape};
 
 /// Spheres in unbounded fluid with the Rotne-Prager-Yamakawa mobility, whatever the scene has.
 ///
-/// A spheroid is replaced by the sphere with the mean of its semi-axes as radius, and walls are
-/// ignored. The displacements of a stroke have the right order of magnitude, which is what
+/// Another shape is replaced by the sphere with the mean of its half extents as radius, and walls
+/// are ignored. The displacements of a stroke have the right order of magnitude, which is what
 /// tolerances of its parts need. Cost: microseconds for a few bodies.
 pub struct RoughModel {
     scaled: ScaledScene,
@@ -26,16 +26,9 @@ impl RoughModel {
     /// Links or fixed bodies that contradict each other.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let scaled = ScaledScene::new(scene)?;
-        let radius = |shape: &Shape| match *shape {
-            Shape::Sphere { radius } => Some(radius),
-            Shape::Spheroid {
-                radius,
-                half_length,
-                ..
-            } => Some((2.0 * radius + half_length) / 3.0),
-            Shape::Point => None,
-        };
-        let radii = scene.bodies().iter().filter_map(|body| radius(&body.shape));
+        let radii = (scene.bodies().iter())
+            .filter(|body| body.shape != Shape::Point)
+            .map(|body| body.shape.mean_radius());
         Ok(Self {
             radii: radii.map(|radius| scaled.scale.length(radius)).collect(),
             scaled,

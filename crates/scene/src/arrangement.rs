@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 
 use crate::domain::Domain;
 use crate::scene::Scene;
-use crate::shape::Shape;
 use crate::words::{GeometryKind, MeshMotionKind, MirrorKind, SolverKind};
 
 /// Arrangement of the bodies, their loads and the domain.
@@ -80,15 +79,11 @@ impl Scene {
         };
         let holds_for_bodies = |axis: usize| {
             self.bodies.iter().all(|body| {
-                let is_isotropic = match body.shape {
-                    Shape::Sphere { .. } | Shape::Point => true,
-                    Shape::Spheroid { .. } => false,
-                };
                 let in_plane = (0..3).filter(|&other| other != axis);
                 body.position[axis] == 0.0
                     && body.force[axis] == 0.0
                     && in_plane.map(|other| body.torque[other]).all(|t| t == 0.0)
-                    && is_isotropic
+                    && body.shape.is_isotropic()
             })
         };
         [0, 1, 2].map(|axis| domain[axis] && holds_for_bodies(axis))
@@ -153,9 +148,9 @@ impl Scene {
             .bodies
             .iter()
             .all(|body| is_along(&body.force) && is_along(&body.torque));
-        let shapes_along = self.bodies.iter().all(|body| match body.shape {
-            Shape::Spheroid { axis: own, .. } => is_along(&own),
-            Shape::Sphere { .. } | Shape::Point => true,
+        let shapes_along = self.bodies.iter().all(|body| match body.shape.axis() {
+            Some(own) => is_along(&own),
+            None => body.shape.is_isotropic(),
         });
         loads_along
             && shapes_along
@@ -176,10 +171,7 @@ impl Scene {
     /// else the line through the centre of the domain.
     fn single_body_axis(&self) -> Vector3<f64> {
         let body = &self.bodies[0];
-        let own = match body.shape {
-            Shape::Spheroid { axis, .. } => axis,
-            Shape::Sphere { .. } | Shape::Point => Vector3::zeros(),
-        };
+        let own = body.shape.axis().unwrap_or_default();
         let candidates = [own, body.force, body.torque, body.position];
         candidates
             .iter()

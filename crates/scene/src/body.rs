@@ -38,8 +38,8 @@ impl Body {
     /// Kind of body in the articulation: rigid, or a point without rotation.
     pub fn kind(&self) -> BodyKind {
         match self.shape {
-            Shape::Sphere { .. } | Shape::Spheroid { .. } => BodyKind::Rigid,
             Shape::Point => BodyKind::Point,
+            _ => BodyKind::Rigid,
         }
     }
 }

@@ -7,8 +7,9 @@ use crate::file::{BodyFile, FluidFile, HarmonicFile, LinkFile, PhaseFile, SceneF
 use crate::nearest::find_name;
 use crate::options::FemOptions;
 use crate::scene::Scene;
+use crate::shape::Shape;
 use crate::words::{ArmsKind, ModelKind, ShapeKind};
-use crate::write::domain_file;
+use crate::write::{domain_file, shape_file};
 
 /// Replaces the file name in messages about a scene that a program builds.
 const ORIGIN: &str = "scene built by a program";
@@ -114,6 +115,15 @@ impl SceneBuilder {
             axis: Some(axis),
             position: Some(centre),
             ..BodyFile::default()
+        })
+    }
+
+    /// Adds a body of any shape; lengths and directions are those of the initial configuration.
+    pub fn shaped(self, name: &str, shape: Shape, centre: [f64; 3]) -> Self {
+        self.body(BodyFile {
+            name: Some(name.to_owned()),
+            position: Some(centre),
+            ..shape_file(&shape)
         })
     }
 

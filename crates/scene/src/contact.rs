@@ -4,6 +4,8 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::body::Body;
 use crate::domain::Domain;
+use crate::shape::Shape;
+use crate::support::distance;
 
 /// Gap between two bodies, or between a body and the nearest wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +30,8 @@ impl Contact {
 
 /// The smallest gap of a configuration; `None` if there is no pair (one body and no wall).
 ///
-/// Points have no surface and touch nothing. The gap between spheroids is a lower bound, measured
-/// along the line of centres. A body without a pose, or with one that is not finite, has a gap that
+/// Points have no surface and touch nothing. Shapes other than spheres count as their convex hulls,
+/// and their gaps are lower bounds. A body without a pose, or with one that is not finite, has a gap that
 /// is not a number. Cost: all pairs.
 pub fn closest_contact(
     bodies: &[Body],
@@ -58,8 +60,8 @@ pub fn closest_contact(
 
 /// The gaps of all pairs of bodies, and of all bodies and the wall, in a fixed order.
 ///
-/// Points have no surface and are left out. The gap between spheroids is a lower bound, measured
-/// along the line of centres. Bodies without a pose are left out.
+/// Points have no surface and are left out. Shapes other than spheres count as their convex hulls,
+/// and their gaps are lower bounds. Bodies without a pose are left out.
 pub fn contacts<'a>(
     bodies: &'a [Body],
     domain: &'a Domain,
@@ -81,11 +83,11 @@ pub fn contacts<'a>(
             .iter()
             .map(|&other| {
                 let apart = centre(body) - centre(other);
-                let pair = [body, other].map(|b| (&bodies[b], &poses[b].rotation));
+                let pair = [body, other].map(|b| (&bodies[b].shape, &poses[b].rotation));
                 Contact {
                     body: other,
                     other: Some(body),
-                    gap: apart.norm() - support_along_centres(pair, &apart),
+                    gap: distance(pair, &apart),
                 }
             })
             .collect();
@@ -93,25 +95,51 @@ pub fn contacts<'a>(
     })
 }
 
-/// Sum of the support distances of two bodies, with rotations, along the line of centres.
+/// Smallest gap of two bodies while the difference of their centres changes from `from` to `to`.
 ///
-/// `apart` is the difference of the centres. The distance of the centres minus this sum is the gap
-/// of two spheres. For other shapes it is a lower bound: if it is positive, a plane separates them.
-pub(crate) fn support_along_centres(
-    bodies: [(&Body, &UnitQuaternion<f64>); 2],
-    apart: &Vector3<f64>,
-) -> f64 {
-    let direction = apart.try_normalize(0.0).unwrap_or_else(Vector3::x);
-    bodies
-        .iter()
-        .map(|(body, rotation)| body.shape.support_distance(rotation, &direction))
-        .sum()
+/// Returns the parameter `s` in `[0, 1]` and the gap. Rotations are constant, so that the distance of
+/// convex bodies is a convex function of `s`; the golden section finds its minimum.
+pub(crate) fn smallest_gap(
+    pair: [(&Shape, &UnitQuaternion<f64>); 2],
+    from: &Vector3<f64>,
+    to: &Vector3<f64>,
+) -> (f64, f64) {
+    let gap = |s: f64| distance(pair, &from.lerp(to, s));
+    let (s, apart) = closest_approach(from, to);
+    let at_centres = (s, gap(s));
+    if pair.iter().all(|(shape, _)| shape.is_isotropic()) {
+        let radii = from.lerp(to, s).norm() - at_centres.1;
+        return (s, apart - radii);
+    }
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let [mut low, mut high] = [0.0, 1.0];
+    let mut best = at_centres;
+    for end in [0.0, 1.0] {
+        best = lower(best, (end, gap(end)));
+    }
+    let inner = |low: f64, high: f64| {
+        [high - GOLDEN * (high - low), low + GOLDEN * (high - low)].map(|s| (s, gap(s)))
+    };
+    for _ in 0..40 {
+        let [left, right] = inner(low, high);
+        best = lower(lower(best, left), right);
+        if left.1 < right.1 {
+            high = right.0;
+        } else {
+            low = left.0;
+        }
+    }
+    best
+}
+
+fn lower(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    if b.1 < a.1 { b } else { a }
 }
 
 /// Parameter `s` in `[0, 1]` at which `|from + s (to - from)|` is smallest, and this minimum.
 ///
 /// `from` and `to` are the differences of two points that move at constant velocities.
-pub(crate) fn closest_approach(from: &Vector3<f64>, to: &Vector3<f64>) -> (f64, f64) {
+fn closest_approach(from: &Vector3<f64>, to: &Vector3<f64>) -> (f64, f64) {
     let change = to - from;
     let squared = change.norm_squared();
     let s = if squared > 0.0 {

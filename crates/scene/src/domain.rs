@@ -53,7 +53,7 @@ impl Domain {
 
     /// Clearance between a body and the nearest wall, negative if the body crosses the wall.
     ///
-    /// Exact for spheres, a lower bound for spheroids. Infinite without walls, and for a mesh,
+    /// Exact for spheres, a lower bound for other shapes. Infinite without walls, and for a mesh,
     /// whose walls are not known here.
     pub fn clearance(&self, body: &Body, pose: &Isometry3<f64>) -> f64 {
         let (centre, rotation) = (&pose.translation.vector, &pose.rotation);

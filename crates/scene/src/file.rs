@@ -53,8 +53,13 @@ pub(crate) struct BodyFile {
     pub name: Option<String>,
     pub shape: ShapeKind,
     pub radius: Option<f64>,
+    pub semi_axes: Option<[f64; 3]>,
     pub half_length: Option<f64>,
+    pub tube_radius: Option<f64>,
+    pub pitch: Option<f64>,
+    pub turns: Option<f64>,
     pub axis: Option<[f64; 3]>,
+    pub orientation: Option<[f64; 3]>,
     pub position: Option<[f64; 3]>,
     pub surface: Option<String>,
     pub force: [f64; 3],
@@ -65,8 +70,11 @@ pub(crate) struct BodyFile {
     pub inertia: f64,
 }
 
-/// Default of `bodies[].axis`, which only spheroids have.
+/// Default of `bodies[].axis`, which only bodies of revolution have.
 pub(crate) const DEFAULT_AXIS: [f64; 3] = [1.0, 0.0, 0.0];
+
+/// Default of `bodies[].orientation`, which spheres and points do not have.
+pub(crate) const DEFAULT_ORIENTATION: [f64; 3] = [0.0; 3];
 
 /// Default of `bodies[].torque`, which points do not have.
 pub(crate) const DEFAULT_TORQUE: [f64; 3] = [0.0; 3];

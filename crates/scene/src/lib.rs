@@ -19,6 +19,7 @@ mod read;
 mod scene;
 mod shape;
 mod spline;
+mod support;
 mod words;
 mod write;
 

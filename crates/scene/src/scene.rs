@@ -128,11 +128,15 @@ impl Scene {
         self.articulation.initial_state()
     }
 
-    /// Number of the first body that is a spheroid.
-    pub fn first_spheroid(&self) -> Option<usize> {
-        self.bodies
-            .iter()
-            .position(|body| matches!(body.shape, Shape::Spheroid { .. }))
+    /// Number of the first body that is neither a sphere nor a point.
+    pub fn first_nonspherical(&self) -> Option<usize> {
+        self.bodies.iter().position(|b| !b.shape.is_isotropic())
+    }
+
+    /// Number of the first body that is not a sphere, a spheroid or a point.
+    pub fn first_not_spheroidal(&self) -> Option<usize> {
+        let is_spheroid = |shape: &Shape| matches!(shape, Shape::Spheroid { .. });
+        (self.bodies.iter()).position(|b| !b.shape.is_isotropic() && !is_spheroid(&b.shape))
     }
 
     /// Numbers of the obstacles: bodies at rest.

@@ -1,16 +1,29 @@
-//! Shapes of bodies and their support functions.
+//! Shapes of bodies.
+
+use std::f64::consts::TAU;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::words::ShapeKind;
 
 /// Shape of a body.
+///
+/// Bodies of revolution have an `axis`: its direction in the initial configuration, a unit vector.
+/// Other shapes have an `orientation`: the rotation vector in degrees that turns their own
+/// coordinates into the initial configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A sphere.
     Sphere {
         /// Radius.
         radius: f64,
+    },
+    /// An ellipsoid.
+    Ellipsoid {
+        /// Semi-axes along x, y and z before the rotation.
+        semi_axes: Vector3<f64>,
+        /// Rotation vector in degrees.
+        orientation: Vector3<f64>,
     },
     /// A spheroid: prolate if `half_length > radius`, oblate if `half_length < radius`.
     Spheroid {
@@ -21,6 +34,48 @@ pub enum Shape {
         /// Direction of the axis of revolution in the initial configuration, a unit vector.
         axis: Vector3<f64>,
     },
+    /// A cylinder closed by hemispheres.
+    Capsule {
+        /// Radius of the cylinder and of the hemispheres.
+        radius: f64,
+        /// Half of the length including the hemispheres, larger than the radius.
+        half_length: f64,
+        /// Direction of the axis in the initial configuration, a unit vector.
+        axis: Vector3<f64>,
+    },
+    /// A disk with a round rim.
+    Disk {
+        /// Radius including the rim.
+        radius: f64,
+        /// Half of the thickness and radius of the rim, smaller than the radius.
+        half_length: f64,
+        /// Normal of the disk in the initial configuration, a unit vector.
+        axis: Vector3<f64>,
+    },
+    /// A torus.
+    Torus {
+        /// Radius of the circle in the middle of the tube.
+        radius: f64,
+        /// Radius of the tube, smaller than the radius of the circle.
+        tube_radius: f64,
+        /// Axis of revolution in the initial configuration, a unit vector.
+        axis: Vector3<f64>,
+    },
+    /// A tube with round ends along a helix about the x axis, before the rotation.
+    ///
+    /// The middle of the helix is at `(0, radius, 0)` relative to the position.
+    Helix {
+        /// Radius of the helix in the middle of the tube.
+        radius: f64,
+        /// Radius of the tube.
+        tube_radius: f64,
+        /// Length along the axis per turn: positive if right-handed, negative if left-handed.
+        pitch: f64,
+        /// Number of turns.
+        turns: f64,
+        /// Rotation vector in degrees.
+        orientation: Vector3<f64>,
+    },
     /// A massless point without a surface.
     Point,
 }
@@ -30,91 +85,189 @@ impl Shape {
     pub fn kind(&self) -> ShapeKind {
         match self {
             Self::Sphere { .. } => ShapeKind::Sphere,
+            Self::Ellipsoid { .. } => ShapeKind::Ellipsoid,
             Self::Spheroid { .. } => ShapeKind::Spheroid,
+            Self::Capsule { .. } => ShapeKind::Capsule,
+            Self::Disk { .. } => ShapeKind::Disk,
+            Self::Torus { .. } => ShapeKind::Torus,
+            Self::Helix { .. } => ShapeKind::Helix,
             Self::Point => ShapeKind::Point,
+        }
+    }
+
+    /// Whether rotations do not change the shape.
+    pub fn is_isotropic(&self) -> bool {
+        matches!(self, Self::Sphere { .. } | Self::Point)
+    }
+
+    /// Axis of revolution in the initial configuration; `None` for spheres, points and shapes
+    /// without such an axis.
+    pub fn axis(&self) -> Option<Vector3<f64>> {
+        match *self {
+            Self::Spheroid { axis, .. }
+            | Self::Capsule { axis, .. }
+            | Self::Disk { axis, .. }
+            | Self::Torus { axis, .. } => Some(axis),
+            Self::Sphere { .. } | Self::Ellipsoid { .. } | Self::Helix { .. } | Self::Point => None,
+        }
+    }
+
+    /// Rotation of the shape's own coordinates into the initial configuration.
+    ///
+    /// In their own coordinates, bodies of revolution have the x axis as axis.
+    pub fn orientation(&self) -> UnitQuaternion<f64> {
+        match *self {
+            Self::Ellipsoid { orientation, .. } | Self::Helix { orientation, .. } => {
+                rotation_by_degrees(&orientation)
+            }
+            // All bodies of revolution are symmetric, so opposite axes need no rotation.
+            _ => (self.axis())
+                .and_then(|axis| UnitQuaternion::rotation_between(&Vector3::x(), &axis))
+                .unwrap_or_else(UnitQuaternion::identity),
         }
     }
 
     /// Radius of the smallest ball about the centre that contains the body; zero for points.
     pub fn bounding_radius(&self) -> f64 {
         match *self {
-            Self::Sphere { radius } => radius,
+            Self::Sphere { radius } | Self::Disk { radius, .. } => radius,
+            Self::Ellipsoid { semi_axes, .. } => semi_axes.max(),
             Self::Spheroid {
                 radius,
                 half_length,
                 ..
             } => radius.max(half_length),
+            Self::Capsule { half_length, .. } => half_length,
+            Self::Torus {
+                radius,
+                tube_radius,
+                ..
+            } => radius + tube_radius,
+            Self::Helix {
+                radius,
+                tube_radius,
+                pitch,
+                turns,
+                ..
+            } => radius.hypot(0.5 * pitch * turns) + tube_radius,
             Self::Point => 0.0,
         }
     }
 
-    /// Support distance `max n · (x - c)` over the points `x` of the body with centre `c`.
-    ///
-    /// `direction` is the unit vector `n`; `rotation` is relative to the initial configuration.
-    pub fn support_distance(
-        &self,
-        rotation: &UnitQuaternion<f64>,
-        direction: &Vector3<f64>,
-    ) -> f64 {
+    /// Radius on which element sizes are based: that of the tube or cylinder of long bodies, and of
+    /// the outline of flat ones, but at most 2.5 of half their thickness. Zero for points.
+    pub fn size_radius(&self) -> f64 {
+        const OF_HALF_THICKNESS: f64 = 2.5;
         match *self {
-            Self::Sphere { radius } => radius,
+            Self::Sphere { radius } | Self::Capsule { radius, .. } => radius,
             Self::Spheroid {
                 radius,
                 half_length,
-                axis,
-            } => {
-                let along = (rotation * axis).dot(direction);
-                let across = (1.0 - along * along).max(0.0).sqrt();
-                (half_length * along).hypot(radius * across)
+                ..
             }
+            | Self::Disk {
+                radius,
+                half_length,
+                ..
+            } => radius.min(OF_HALF_THICKNESS * half_length),
+            Self::Ellipsoid { semi_axes, .. } => {
+                let (low, high) = (semi_axes.min(), semi_axes.max());
+                (semi_axes.sum() - low - high).min(OF_HALF_THICKNESS * low)
+            }
+            Self::Torus { tube_radius, .. } | Self::Helix { tube_radius, .. } => tube_radius,
             Self::Point => 0.0,
         }
     }
 
-    /// Largest support distance over all directions perpendicular to `direction`, a unit vector.
-    ///
-    /// `rotation` is relative to the initial configuration.
-    pub fn transverse_support_distance(
-        &self,
-        rotation: &UnitQuaternion<f64>,
-        direction: &Vector3<f64>,
-    ) -> f64 {
+    /// Points in the middle of the tube of a torus or helix, in the initial configuration relative to
+    /// the position; they are closer to each other than a tube radius. Empty for other shapes.
+    pub fn centreline(&self) -> Vec<Vector3<f64>> {
+        let (radius, tube, pitch, turns) = match *self {
+            Self::Torus {
+                radius,
+                tube_radius,
+                ..
+            } => (radius, tube_radius, 0.0, 1.0),
+            Self::Helix {
+                radius,
+                tube_radius,
+                pitch,
+                turns,
+                ..
+            } => (radius, tube_radius, pitch, turns),
+            _ => return Vec::new(),
+        };
+        let length = TAU.mul_add(radius, pitch.abs()) * turns;
+        // A few thousand points are enough for any picture.
+        let count = (2.0 * length / tube).clamp(48.0, 4096.0).ceil();
+        let orientation = self.orientation();
+        let at = |k: f64| {
+            let t = turns * (k / count - 0.5);
+            let (sin, cos) = (TAU * t).sin_cos();
+            orientation * Vector3::new(pitch * t, radius * cos, radius * sin)
+        };
+        (0..=count as usize).map(|k| at(k as f64)).collect()
+    }
+
+    /// Mean of the extents along three axes, halved: a radius for rough models.
+    pub fn mean_radius(&self) -> f64 {
+        let unit = UnitQuaternion::identity();
+        // Opposite directions for a helix, which is not symmetric.
+        let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| self.orientation() * axis);
+        let extents = axes.iter().flat_map(|axis| [*axis, -*axis]);
+        extents
+            .map(|n| self.support_distance(&unit, &n))
+            .sum::<f64>()
+            / 6.0
+    }
+
+    /// The lengths of the shape with their keys.
+    pub fn lengths(&self) -> Vec<(&'static str, f64)> {
         match *self {
-            Self::Sphere { radius } => radius,
-            Self::Spheroid { radius, axis, .. } => {
-                let axis = rotation * axis;
-                let across = axis - axis.dot(direction) * direction;
-                // The maximum is attained at the direction nearest to the axis (prolate) or on the
-                // equator (oblate).
-                across.try_normalize(0.0).map_or(radius, |across| {
-                    self.support_distance(rotation, &across).max(radius)
-                })
+            Self::Sphere { radius } => vec![("radius", radius)],
+            Self::Ellipsoid { semi_axes, .. } => {
+                vec![
+                    ("semi_axes", semi_axes.max()),
+                    ("semi_axes", semi_axes.min()),
+                ]
             }
-            Self::Point => 0.0,
+            Self::Spheroid {
+                radius,
+                half_length,
+                ..
+            }
+            | Self::Capsule {
+                radius,
+                half_length,
+                ..
+            }
+            | Self::Disk {
+                radius,
+                half_length,
+                ..
+            } => vec![("radius", radius), ("half_length", half_length)],
+            Self::Torus {
+                radius,
+                tube_radius,
+                ..
+            } => vec![("radius", radius), ("tube_radius", tube_radius)],
+            Self::Helix {
+                radius,
+                tube_radius,
+                pitch,
+                turns,
+                ..
+            } => vec![
+                ("radius", radius),
+                ("tube_radius", tube_radius),
+                ("pitch", pitch.abs() * turns.max(1.0)),
+            ],
+            Self::Point => Vec::new(),
         }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn support_distances_of_a_spheroid_along_its_axes_are_its_semi_axes() {
-        let shape = Shape::Spheroid {
-            radius: 1.0,
-            half_length: 3.0,
-            axis: Vector3::x(),
-        };
-        let rotation = UnitQuaternion::from_scaled_axis(Vector3::z() * std::f64::consts::FRAC_PI_2);
-        for (direction, expected) in [
-            (Vector3::x(), 1.0),
-            (Vector3::y(), 3.0),
-            (Vector3::z(), 1.0),
-        ] {
-            assert!((shape.support_distance(&rotation, &direction) - expected).abs() < 1e-12);
-        }
-        assert!((shape.transverse_support_distance(&rotation, &Vector3::x()) - 3.0).abs() < 1e-12);
-        assert!((shape.transverse_support_distance(&rotation, &Vector3::y()) - 1.0).abs() < 1e-12);
-    }
+/// Rotation by the length of a vector, in degrees, about its direction.
+pub(crate) fn rotation_by_degrees(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_scaled_axis(vector.map(f64::to_radians))
 }

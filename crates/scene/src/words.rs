@@ -68,8 +68,18 @@ pub enum ShapeKind {
     /// A sphere.
     #[default]
     Sphere,
+    /// An ellipsoid.
+    Ellipsoid,
     /// A spheroid.
     Spheroid,
+    /// A cylinder closed by hemispheres.
+    Capsule,
+    /// A disk with a round rim.
+    Disk,
+    /// A torus.
+    Torus,
+    /// A tube with round ends along a helix.
+    Helix,
     /// A massless point without a surface.
     Point,
 }

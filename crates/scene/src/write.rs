@@ -113,22 +113,61 @@ pub(crate) fn domain_file(domain: &Domain) -> DomainFile {
     file
 }
 
-fn body_file(body: &Body) -> BodyFile {
-    let (radius, half_length, axis) = match body.shape {
-        Shape::Sphere { radius } => (Some(radius), None, None),
+/// The keys of a body that describe its shape.
+pub(crate) fn shape_file(shape: &Shape) -> BodyFile {
+    let mut file = BodyFile {
+        shape: shape.kind(),
+        axis: shape.axis().map(Into::into),
+        ..BodyFile::default()
+    };
+    match *shape {
+        Shape::Sphere { radius } => file.radius = Some(radius),
+        Shape::Ellipsoid {
+            semi_axes,
+            orientation,
+        } => {
+            file.semi_axes = Some(semi_axes.into());
+            file.orientation = Some(orientation.into());
+        }
         Shape::Spheroid {
             radius,
             half_length,
-            axis,
-        } => (Some(radius), Some(half_length), Some(axis.into())),
-        Shape::Point => (None, None, None),
-    };
+            ..
+        }
+        | Shape::Capsule {
+            radius,
+            half_length,
+            ..
+        }
+        | Shape::Disk {
+            radius,
+            half_length,
+            ..
+        } => (file.radius, file.half_length) = (Some(radius), Some(half_length)),
+        Shape::Torus {
+            radius,
+            tube_radius,
+            ..
+        } => (file.radius, file.tube_radius) = (Some(radius), Some(tube_radius)),
+        Shape::Helix {
+            radius,
+            tube_radius,
+            pitch,
+            turns,
+            orientation,
+        } => {
+            (file.radius, file.tube_radius) = (Some(radius), Some(tube_radius));
+            (file.pitch, file.turns) = (Some(pitch), Some(turns));
+            file.orientation = Some(orientation.into());
+        }
+        Shape::Point => {}
+    }
+    file
+}
+
+fn body_file(body: &Body) -> BodyFile {
     BodyFile {
         name: Some(body.name.clone()),
-        shape: body.shape.kind(),
-        radius,
-        half_length,
-        axis,
         position: Some(body.position.into()),
         surface: body.surface.clone(),
         force: body.force.into(),
@@ -136,5 +175,6 @@ fn body_file(body: &Body) -> BodyFile {
         fixed: body.fixed,
         mass: body.mass,
         inertia: body.inertia,
+        ..shape_file(&body.shape)
     }
 }

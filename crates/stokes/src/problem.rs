@@ -1,7 +1,7 @@
 //! Stokes flow around rigid bodies on one mesh, as a problem to assemble and solve.
 
 use fem::{CurvedBoundary, FacetGeometry, StokesMatrices, TaylorHood};
-use mesh::{Sphere, TetMesh};
+use mesh::{NamedSurface, TetMesh};
 use nalgebra::Vector3;
 use rigid::{Constrained, Drive, FluidNodes, Formulation, NodeRole, RigidFluid, SurfaceBody};
 
@@ -38,7 +38,7 @@ pub struct Problem<'a> {
     /// Boundary part and centre of each body.
     pub(crate) bodies: Vec<(u16, Vector3<f64>)>,
     walls: Vec<u16>,
-    curved: Vec<CurvedBoundary>,
+    curved: Vec<CurvedBoundary<'a>>,
     permeability: Option<Vec<f64>>,
 }
 
@@ -89,19 +89,21 @@ impl<'a> Problem<'a> {
         self
     }
 
-    /// Declares that the facets of these boundary parts approximate spheres.
+    /// Declares which smooth surfaces the facets of these boundary parts approximate.
     ///
     /// Error estimates then include the geometry error, of straight and of curved facets.
     ///
     /// # Errors
     /// A name that the mesh does not have.
-    pub fn with_spheres(mut self, parts: &[(&str, Sphere)]) -> Result<Self, StokesError> {
-        for (name, sphere) in parts {
+    pub fn with_surfaces(mut self, parts: &[NamedSurface<'a>]) -> Result<Self, StokesError> {
+        for &(name, surface) in parts {
             let tag = self.mesh.tag(name)?;
-            let (centre, radius) = (sphere.centre, sphere.radius);
             let is_wall = self.walls.contains(&tag);
-            self.curved
-                .push(CurvedBoundary::sphere(tag, centre, radius, is_wall));
+            self.curved.push(CurvedBoundary {
+                tag,
+                surface,
+                is_wall,
+            });
         }
         Ok(self)
     }
@@ -148,7 +150,7 @@ impl<'a> Problem<'a> {
         self.bodies.iter().map(|(_, centre)| *centre).collect()
     }
 
-    /// The facets that approximate spheres.
+    /// The facets that approximate smooth surfaces.
     pub(crate) fn facet_geometry(&self) -> Result<FacetGeometry<'a>, StokesError> {
         Ok(FacetGeometry::new(self.mesh, &self.curved)?)
     }

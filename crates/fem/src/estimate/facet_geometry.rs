@@ -1,6 +1,6 @@
 //! Error of straight facets on curved boundaries (geometry error), as a functional of the flow.
 
-use mesh::{Facet, TetMesh, Vec3};
+use mesh::{Facet, Surface, TetMesh, Vec3};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -14,35 +14,20 @@ use crate::surface::{facet_nodes, position_and_normal, tagged_facets};
 /// Number of facets per task: enough work to outweigh its start.
 const FACETS_PER_TASK: usize = 64;
 
-/// A sphere that is approximated by the facets with a tag.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct CurvedBoundary {
+/// A smooth surface that is approximated by the facets with a tag.
+#[derive(Clone, Copy)]
+pub struct CurvedBoundary<'a> {
     /// Index into [`TetMesh::tags`].
     pub tag: u16,
-    /// Centre of the sphere.
-    pub centre: Vec3,
-    /// Radius of the sphere.
-    pub radius: f64,
-    /// Whether the fluid is inside the sphere.
+    /// The true surface.
+    pub surface: &'a dyn Surface,
+    /// Whether the fluid is inside the surface.
     pub is_wall: bool,
 }
 
-impl CurvedBoundary {
-    /// Sphere for the facets with `tag`; `is_wall` if the fluid is inside it.
-    pub fn sphere(tag: u16, centre: Vec3, radius: f64, is_wall: bool) -> Self {
-        Self {
-            tag,
-            centre,
-            radius,
-            is_wall,
-        }
-    }
-}
-
-/// Geometry error: effect of the straight facets of spheres on functionals of the flow.
+/// Geometry error: effect of the facets of curved boundaries on functionals of the flow.
 ///
-/// The vertices of the facets lie on spheres. If the boundary is moved by `δ` into the fluid, with
+/// The nodes of the facets lie on the true surfaces. If the boundary is moved by `δ` into the fluid, with
 /// the same rigid motions prescribed on it, the bilinear form of the power changes by
 ///
 /// ```text
@@ -53,9 +38,9 @@ impl CurvedBoundary {
 /// velocity relative to the motion of the body has only a normal derivative, and this derivative is
 /// the shear traction at viscosity 1. Hence `R_ab - R_h,ab = G(a, b)` for resistances, with flows
 /// of unit motions of bodies, and `M_h,ab - M_ab = G(a, b)` for mobilities, with flows of unit
-/// loads. Facets inside a sphere are at the distance `δ = R - |x - c|` below it, of second order in
-/// their size; on a wall around the fluid the facets are inside the fluid domain, and `δ` is
-/// negative.
+/// loads. Facets inside a body are at the distance `δ` below its surface;
+/// on a wall around the fluid the facets are inside the fluid domain, and `δ` is negative. For
+/// straight facets `δ` is of second order in their size, for curved ones of third order.
 ///
 /// The ratio of the estimate, including the hierarchical surplus, to the true error of straight
 /// elements is 0.72 to 0.97 for drag and torque of a sphere, a pair half a radius apart and the
@@ -65,19 +50,20 @@ impl CurvedBoundary {
 /// the estimate.
 pub struct FacetGeometry<'a> {
     mesh: &'a TetMesh,
-    facets: Vec<(&'a Facet, CurvedBoundary)>,
+    facets: Vec<(&'a Facet, CurvedBoundary<'a>)>,
 }
 
 impl<'a> FacetGeometry<'a> {
     /// Collects the facets of the given boundaries.
     ///
     /// # Errors
-    /// A boundary without facets, or whose centre or radius is not finite.
-    pub fn new(mesh: &'a TetMesh, boundaries: &[CurvedBoundary]) -> Result<Self, FemError> {
+    /// A boundary without facets, or whose bounding ball is not finite.
+    pub fn new(mesh: &'a TetMesh, boundaries: &[CurvedBoundary<'a>]) -> Result<Self, FemError> {
         let mut facets = Vec::new();
         for &boundary in boundaries {
-            check_array("the radius of a curved boundary", &[boundary.radius], 1)?;
-            check_vectors("the centre of a curved boundary", &[boundary.centre], 1)?;
+            let (centre, radius) = boundary.surface.bounding_ball();
+            check_array("the radius of a curved boundary", &[radius], 1)?;
+            check_vectors("the centre of a curved boundary", &[centre], 1)?;
             let tagged = tagged_facets(mesh, boundary.tag)?;
             facets.extend(tagged.into_iter().map(|facet| (facet, boundary)));
         }
@@ -155,7 +141,7 @@ impl<'a> FacetGeometry<'a> {
     /// Applies `f` to all facets in parallel.
     fn map_facets<T: Send>(
         &self,
-        f: impl Fn(&Facet, &CurvedBoundary) -> Result<T, FemError> + Sync,
+        f: impl Fn(&Facet, &CurvedBoundary<'_>) -> Result<T, FemError> + Sync,
     ) -> Result<Vec<T>, FemError> {
         let facets = self.facets.par_iter().with_min_len(FACETS_PER_TASK);
         facets.map(|(facet, boundary)| f(facet, boundary)).collect()
@@ -168,7 +154,7 @@ impl<'a> FacetGeometry<'a> {
     fn for_each_point(
         &self,
         facet: &Facet,
-        boundary: &CurvedBoundary,
+        boundary: &CurvedBoundary<'_>,
         mut f: impl FnMut(&[Vec3; 10], &Vec3, f64),
     ) -> Result<(), FemError> {
         let cell = facet.cell as usize;
@@ -178,11 +164,8 @@ impl<'a> FacetGeometry<'a> {
             let map = MapAt::new(cell, &positions, &inside)?;
             let (x, normal) = position_and_normal(&surface, point);
             let area = normal.norm();
-            let from_centre = x - boundary.centre;
-            let distance = match boundary.is_wall {
-                true => from_centre.norm() - boundary.radius,
-                false => boundary.radius - from_centre.norm(),
-            };
+            let outside = boundary.surface.signed_distance(x);
+            let distance = if boundary.is_wall { outside } else { -outside };
             f(
                 &map.gradients(&inside),
                 &(normal / area),
@@ -202,7 +185,7 @@ fn shear(gradient: &Matrix3<f64>, normal: &Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh::LinearTets;
+    use mesh::{LinearTets, Sphere};
 
     /// Unit cube whose boundary stands for a ball around it, so that all distances are known.
     fn cube() -> TetMesh {
@@ -213,7 +196,15 @@ mod tests {
     fn shear_is_zero_for_rigid_motion_and_the_rate_for_shear_flow() {
         let mesh = cube();
         let tag = mesh.tag("z1").unwrap();
-        let ball = CurvedBoundary::sphere(tag, Vec3::new(0.5, 0.5, 0.5), 1.0, true);
+        let surface = &Sphere {
+            centre: Vec3::new(0.5, 0.5, 0.5),
+            radius: 1.0,
+        };
+        let ball = CurvedBoundary {
+            tag,
+            surface,
+            is_wall: true,
+        };
         let geometry = FacetGeometry::new(&mesh, &[ball]).unwrap();
         let flow = |f: fn(&Vec3) -> Vec3| -> Vec<Vec3> { mesh.points().iter().map(f).collect() };
         let rigid = flow(|x| Vec3::new(1.0, 2.0, 3.0) + Vec3::new(0.3, -0.2, 0.1).cross(x));

@@ -6,7 +6,7 @@ use fem::{
     momentum_residual, pressure_error, stress_load, surface_measures, velocity_error,
 };
 use linalg::{Csr, Csr3};
-use mesh::{LinearTets, TetMesh, Vec3};
+use mesh::{LinearTets, Sphere, TetMesh, Vec3};
 use nalgebra::Matrix3;
 use proptest::prelude::*;
 
@@ -90,7 +90,8 @@ proptest! {
         let space = TaylorHood::new(&mesh).expect("a space");
         let _ = space.weighted_vertex_stiffness(&mesh, c);
         let _ = space.vertex_elasticity(&mesh, c, x);
-        let ball = CurvedBoundary::sphere(tag, centre, x, is_wall);
+        let surface = &Sphere { centre, radius: x };
+        let ball = CurvedBoundary { tag, surface, is_wall };
         if let Ok(geometry) = FacetGeometry::new(&mesh, &[ball]) {
             let _ = (geometry.is_wall().count(), geometry.cells().count());
             if let Ok(load) = geometry.functional(u) {

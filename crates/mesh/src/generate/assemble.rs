@@ -4,7 +4,7 @@ use super::boundary_faces::boundary_faces;
 use super::container::Container;
 use super::layout::Layout;
 use super::meshed_body::MeshedBody;
-use crate::surface::sphere_radius;
+use crate::surface::{euler_characteristic, sphere_radius};
 use crate::{LinearTets, MeshError, Regions, SYMMETRY_PLANE_TAGS, Vec3};
 use std::ops::Range;
 
@@ -45,8 +45,9 @@ pub(super) fn assemble(
     }
     for (part, list) in faces.iter().enumerate() {
         let vertices = &layout.vertices[part];
-        if !is_closed_surface(list, vertices.clone(), layout) {
-            return Err(not_recovered([vertices.start; 3], part));
+        let designed = &layout.triangles[part];
+        if let Some(vertex) = defect(list, designed, vertices.clone(), layout) {
+            return Err(not_recovered([vertex; 3], part));
         }
         // On spheres the faces must be the designed triangles. The normals of faces point out of
         // the fluid, those of designed triangles out of the body.
@@ -93,11 +94,16 @@ pub(super) fn assemble(
     })
 }
 
-/// Whether the triangles form a closed surface through all `vertices`.
+/// A vertex at which the triangles are not a closed surface through all `vertices`, if there is one.
 ///
-/// It must have the topology of a sphere or, if symmetry planes cut it, of a disc whose rim lies on
-/// the planes.
-fn is_closed_surface(triangles: &[[u32; 3]], vertices: Range<u32>, layout: &Layout<'_>) -> bool {
+/// The surface must have the Euler characteristic of the `designed` triangles and, if symmetry
+/// planes cut it, a rim that lies on the planes.
+fn defect(
+    triangles: &[[u32; 3]],
+    designed: &[[u32; 3]],
+    vertices: Range<u32>,
+    layout: &Layout<'_>,
+) -> Option<u32> {
     let mut edges: Vec<[u32; 2]> = triangles
         .iter()
         .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
@@ -105,27 +111,24 @@ fn is_closed_surface(triangles: &[[u32; 3]], vertices: Range<u32>, layout: &Layo
     edges.sort_unstable();
     // Each directed edge must occur once, and so must its reverse: every edge joins two triangles
     // of consistent orientation.
-    let once = edges.windows(2).all(|pair| pair[0] != pair[1]);
+    if let Some(pair) = edges.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Some(pair[0][0]);
+    }
     let on_plane = |edge: &[u32; 2]| {
         let ends = edge.map(|v| layout.points[v as usize]);
         !layout.planes.through(&ends).is_empty()
     };
-    let mut on_rim = 0;
-    for edge in &edges {
-        if edges.binary_search(&[edge[1], edge[0]]).is_err() {
-            if !on_plane(edge) {
-                return false;
-            }
-            on_rim += 1;
-        }
+    let is_matched = |edge: &[u32; 2]| edges.binary_search(&[edge[1], edge[0]]).is_ok();
+    if let Some(edge) = edges.iter().find(|e| !is_matched(e) && !on_plane(e)) {
+        return Some(edge[0]);
     }
-    // Every vertex must occur. Euler's formula is V - E + F = 2, or 1 for a disc, with 2 E = 3 F +
-    // the number of edges on the rim.
     let mut starts: Vec<u32> = edges.iter().map(|e| e[0]).collect();
     starts.dedup();
-    let euler = if on_rim == 0 { 2 } else { 1 };
-    once && starts.into_iter().eq(vertices.clone())
-        && 2 * (vertices.len() + triangles.len()) == 3 * triangles.len() + on_rim + 2 * euler
+    let mut missing = vertices
+        .clone()
+        .filter(|v| starts.binary_search(v).is_err());
+    let is_other = euler_characteristic(triangles) != euler_characteristic(designed);
+    missing.next().or(is_other.then_some(vertices.start))
 }
 
 /// Sorted list of the triangles, each rotated to begin with its smallest vertex.

@@ -2,8 +2,7 @@
 //!
 //! On the cylinder the triangulation is the convex hull of the vertices.
 
-use super::surface_mesh::SurfaceMesh;
-use crate::{Capsule, MeshError, Vec3};
+use crate::{Capsule, MeshError, SurfaceMesh, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Ratio of the height of a regular triangle to its edge.

@@ -140,12 +140,22 @@ impl<'a> Gap<'a> {
     }
 }
 
-/// Closest points of two convex shapes that do not overlap, by alternating projections (Cheney &
-/// Goldstein 1959).
+/// Closest points of two shapes that do not overlap, by alternating projections (Cheney & Goldstein
+/// 1959).
 ///
-/// Overlapping shapes give a point of `a` inside `b`, twice.
+/// They converge for convex shapes from anywhere; for other shapes they start at the vertex of a
+/// coarse triangulation that is closest to the other shape. Overlapping shapes give a point of `a`
+/// inside `b`, twice.
 fn closest_points(a: &dyn Surface, b: &dyn Surface) -> (Vec3, Vec3) {
-    let mut q = b.closest_point(a.centre());
+    let mut q = match [a, b].iter().all(|s| s.is_convex()) {
+        true => b.closest_point(a.centre()),
+        false => {
+            let of_a = closest_vertex(a, b).map(|(x, distance)| (b.closest_point(x), distance));
+            let candidates = [of_a, closest_vertex(b, a)].into_iter().flatten();
+            let closest = candidates.min_by(|x, y| x.1.total_cmp(&y.1));
+            closest.map_or_else(|| b.closest_point(a.centre()), |(q, _)| q)
+        }
+    };
     let mut p = a.closest_point(q);
     // Convergence is linear, but sizes need a few digits only.
     for _ in 0..200 {
@@ -158,11 +168,24 @@ fn closest_points(a: &dyn Surface, b: &dyn Surface) -> (Vec3, Vec3) {
     (p, q)
 }
 
+/// The vertex of a coarse triangulation of `a` closest to `b`, with its signed distance.
+fn closest_vertex(a: &dyn Surface, b: &dyn Surface) -> Option<(Vec3, f64)> {
+    let points = a.triangulation()?.points.into_iter();
+    let distances = points.map(|x| (x, b.signed_distance(x)));
+    distances.min_by(|x, y| x.1.total_cmp(&y.1))
+}
+
 /// Point of `body` closest to the wall, by alternating projections.
 ///
 /// If the body crosses the wall, the point is outside.
 fn closest_to_wall(body: &dyn Surface, wall: &dyn Surface) -> Vec3 {
-    let mut p = body.closest_point(wall.closest_point(body.centre()));
+    let points = (body.triangulation().filter(|_| !body.is_convex())).map(|mesh| mesh.points);
+    let nearest = (points.into_iter().flatten()).max_by(|x, y| {
+        wall.signed_distance(*x)
+            .total_cmp(&wall.signed_distance(*y))
+    });
+    let start = nearest.unwrap_or_else(|| body.centre());
+    let mut p = body.closest_point(wall.closest_point(start));
     for _ in 0..200 {
         if wall.signed_distance(p) >= 0.0 {
             return p;

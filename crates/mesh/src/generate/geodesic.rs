@@ -3,8 +3,7 @@
 //! Each face is divided into `T` triangles. The octahedron is used where symmetry planes cut
 //! the sphere.
 
-use super::surface_mesh::SurfaceMesh;
-use crate::Vec3;
+use crate::{SurfaceMesh, Vec3};
 use std::collections::HashMap;
 
 /// Edge length of an equilateral triangle of area `4 pi / 20`.

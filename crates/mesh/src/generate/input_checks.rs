@@ -91,8 +91,11 @@ pub(super) fn check(
         length(&format!("radius of '{}'", body.name), radius)?;
         length(&format!("size of '{}'", body.name), body.size)?;
         length(
-            &format!("radius of curvature of '{}'", body.name),
-            body.surface.smallest_curvature_radius(),
+            &format!(
+                "reach (radius of curvature, or half the gap to itself) of '{}'",
+                body.name
+            ),
+            body.surface.reach(),
         )?;
     }
     check_symmetry(SymmetryPlanes(params.symmetry_planes), bodies, container)

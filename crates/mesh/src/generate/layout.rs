@@ -5,14 +5,14 @@ use super::capsule_mesh::triangulate_capsule;
 use super::container::Container;
 use super::hill_climbing::MidsideOffsets;
 use super::meshed_body::MeshedBody;
+use super::odt::circumcentre;
 use super::packing::{is_near, pack};
 use super::params::GenerateParams;
 use super::size_field::SizeField;
-use super::surface_mesh::SurfaceMesh;
 use super::surface_triangulation::{triangulate, triangulate_box};
 use super::symmetry_planes::SymmetryPlanes;
 use crate::delaunay::insertion_order;
-use crate::{MeshError, Surface, Vec3};
+use crate::{MeshError, Surface, SurfaceMesh, Vec3};
 use std::collections::VecDeque;
 use std::ops::Range;
 
@@ -42,7 +42,7 @@ pub(super) struct Layout<'a> {
     pub vertices: Vec<Range<u32>>,
     /// Designed triangles of each body, then of the container.
     pub triangles: Vec<Vec<[u32; 3]>>,
-    /// Vertices at the centres of bodies; they are not part of the final mesh.
+    /// Vertices at the centres of convex bodies; they are not part of the final mesh.
     pub centres: Range<u32>,
     /// Symmetry planes, which cut off all negative coordinates.
     pub planes: SymmetryPlanes,
@@ -124,7 +124,9 @@ impl<'a> Layout<'a> {
         let packed = pack(field, surfaces, wall, planes, &layout.points, &seeds, limit)?;
         let first_centre = layout.points.len() as u32;
         for (k, body) in bodies.iter().enumerate() {
-            layout.add(&[body.surface.centre()], k as u32, false);
+            if body.surface.is_convex() {
+                layout.add(&[body.surface.centre()], k as u32, false);
+            }
         }
         layout.centres = first_centre..layout.points.len() as u32;
         // Along a space-filling curve neighbours in the mesh are neighbours in memory.
@@ -170,8 +172,7 @@ impl<'a> Layout<'a> {
 
     /// Removes the tets that are not in the fluid.
     ///
-    /// These are the tets with all vertices on (or in) one body, which is convex, and flat tets on
-    /// a wall with discontinuous curvature.
+    /// These are the tets inside bodies, and flat tets on a wall with discontinuous curvature.
     ///
     /// On such a wall, as at the ends of a cylinder, four vertices may lie nearly on a circle, and
     /// the Delaunay tet between them is nearly flat. Without it the wall follows the other
@@ -181,11 +182,26 @@ impl<'a> Layout<'a> {
         tets.retain(|tet| {
             let owner = tet.map(|v| self.owner[v as usize]);
             if owner[0] < n_bodies {
-                return owner.iter().any(|&o| o != owner[0]);
+                return owner.iter().any(|&o| o != owner[0]) || !self.is_inside(tet);
             }
             !self.curvature_jumps || owner.iter().any(|&o| o != n_bodies) || !self.is_flat(tet)
         });
         tets
+    }
+
+    /// Whether a tet with all vertices on one body is inside it.
+    ///
+    /// Outside a shape that is not convex are tets between parts of its surface. Their circumcentres
+    /// are outside too: the faces whose Delaunay balls have centres on both sides are the restricted
+    /// Delaunay triangulation of the surface. Flat tets lie in the surface and only exchange the
+    /// diagonal between two of its triangles, so they are on the side where they are not meshed.
+    fn is_inside(&self, tet: &[u32; 4]) -> bool {
+        let surface = self.surfaces[self.owner[tet[0] as usize] as usize];
+        if surface.is_convex() || self.is_flat(tet) {
+            return true;
+        }
+        let (centre, _) = circumcentre(tet.map(|v| self.points[v as usize]));
+        surface.signed_distance(centre) < 0.0
     }
 
     /// Whether the volume of a tet is far below that of a regular tet with its longest edge.

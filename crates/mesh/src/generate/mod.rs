@@ -20,7 +20,6 @@ mod params;
 mod point_grid;
 mod size_field;
 mod size_map;
-mod surface_mesh;
 mod surface_refinement;
 mod surface_triangulation;
 mod symmetry_planes;
@@ -75,9 +74,12 @@ pub struct StageSeconds {
 /// sizes vary; a lattice-like packing of vertices between the surfaces; Delaunay tetrahedralisation
 /// with exact predicates; sweeps of optimal-Delaunay smoothing; hill climbing on the worst angles.
 /// A surface triangle is a face of a Delaunay tet because the body behind it contains a (nearly)
-/// empty ball: the only vertex inside the body is its centre. The result is checked: the faces on
-/// each body must form a closed surface through all its vertices, and on spheres they must be the
-/// designed triangles.
+/// empty ball: edges are shorter than the [`reach`](crate::Surface::reach) of the surface, and the
+/// only vertex inside a convex body is its centre. Of the tets with all vertices on one body, those
+/// whose circumcentre is inside belong to the body: their boundary is the restricted Delaunay
+/// triangulation of the surface (Edelsbrunner & Shah 1997). The result is checked: the faces on
+/// each body must form a closed surface through all its vertices, with the Euler characteristic of
+/// the designed triangulation, and on spheres they must be the designed triangles.
 ///
 /// # Errors
 /// [`MeshError::BadTag`] for a name used twice, [`MeshError::BadParameter`],

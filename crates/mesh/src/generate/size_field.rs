@@ -12,11 +12,23 @@ use crate::{BoxSurface, MeshError, Surface, Vec3};
 /// 60 degrees along them, neighbouring triangles face the same way.
 const OF_CURVATURE: f64 = 0.7;
 
+/// The same fraction for edges of one radius on the largest ball inside the body.
+///
+/// Edges of 0.4 radii, the default of the models, and longer ones give [`OF_CURVATURE`]. With finer
+/// edges everywhere, those on strongly curved parts become finer in proportion.
+const PER_SIZE: f64 = OF_CURVATURE / 0.4;
+
+/// Largest edge on a body, as a fraction of the radius of the largest ball inside it.
+///
+/// A ball through the corners of a triangle on one side of a plate must be able to avoid the
+/// vertices on the other side and those in the fluid.
+const OF_THICKNESS: f64 = 1.2;
+
 /// The wanted edge length `h(x)`: the minimum of
 ///
 /// * `size + growth d` around each body, `d` the distance to it;
-/// * `0.7 rho + growth s` around the points of largest curvature, `rho` the radius of curvature and
-///   `s` the distance to them;
+/// * `factor rho + growth s` around points of strong curvature, `rho` the radius of curvature and `s`
+///   the distance to them ([`Surface::curvature_size`]), `factor` at most 0.7;
 /// * `gap (d1 + d2)` between each pair of close surfaces, lowered until it grows no faster than
 ///   `growth`;
 /// * the largest size, and a fraction of the container's size;
@@ -27,6 +39,10 @@ const OF_CURVATURE: f64 = 0.7;
 /// constant `growth` if the background is.
 pub(super) struct SizeField<'a> {
     bodies: &'a [MeshedBody<'a>],
+    /// Wanted edge length on each body.
+    sizes: Vec<f64>,
+    /// Wanted edge length on each body as a fraction of the radius of curvature.
+    of_curvature: Vec<f64>,
     /// Wanted edge length where the curvature of each body is largest.
     sharp: Vec<f64>,
     gaps: Vec<Gap<'a>>,
@@ -67,12 +83,19 @@ impl<'a> SizeField<'a> {
         copies: &[usize],
         params: &GenerateParams,
     ) -> Result<Self, MeshError> {
+        let per_size = |b: &MeshedBody| PER_SIZE * b.size / b.surface.inradius();
+        let of_curvature: Vec<f64> = (bodies.iter())
+            .map(|b| OF_CURVATURE.min(per_size(b)))
+            .collect();
         let mut field = SizeField {
             bodies,
-            sharp: bodies
-                .iter()
-                .map(|b| OF_CURVATURE * b.surface.smallest_curvature_radius())
+            sizes: (bodies.iter())
+                .map(|b| b.size.min(OF_THICKNESS * b.surface.inradius()))
                 .collect(),
+            sharp: (bodies.iter().zip(&of_curvature))
+                .map(|(b, factor)| factor * b.surface.reach())
+                .collect(),
+            of_curvature,
             gaps: Vec::new(),
             growth: params.growth,
             gap: params.gap,
@@ -122,9 +145,7 @@ impl<'a> SizeField<'a> {
     /// Its translations to all copies of the members are added too. There is one member if the gap
     /// is between a body and the wall.
     fn add_gap(&mut self, gap: Gap<'a>, members: &[usize], copies: &[usize]) {
-        let size = members
-            .iter()
-            .fold(0.0, |m: f64, &i| m.max(self.bodies[i].size));
+        let size = members.iter().fold(0.0, |m: f64, &i| m.max(self.sizes[i]));
         // In wide gaps the sizes that grow from the surfaces are smaller.
         if self.gap * gap.width >= size + self.growth * gap.width {
             return;
@@ -173,17 +194,18 @@ impl<'a> SizeField<'a> {
         if let Some(size) = wanted {
             h = h.min(size);
         }
-        for (body, sharp) in self.bodies.iter().zip(&self.sharp) {
+        for (k, body) in self.bodies.iter().enumerate() {
+            let size = self.sizes[k];
             // A lower bound of the distance avoids evaluating shapes far away.
             let (centre, radius) = body.surface.bounding_ball();
             let away = ((x - centre).norm() - radius).max(0.0);
-            if body.size.min(*sharp) + self.growth * away < h {
+            if size.min(self.sharp[k]) + self.growth * away < h {
                 let distance = body.surface.signed_distance(x).max(0.0);
                 if wanted.is_none() {
-                    h = h.min(body.size + self.growth * distance);
+                    h = h.min(size + self.growth * distance);
                 }
-                let to_sharpest = body.surface.distance_to_sharpest(x).max(distance);
-                h = h.min(sharp + self.growth * to_sharpest);
+                let factor = self.of_curvature[k];
+                h = h.min(body.surface.curvature_size(x, factor, self.growth));
             }
         }
         for gap in &self.gaps {

@@ -1,9 +1,10 @@
 //! Refinement of surface triangulations to a varying edge length.
 
-use super::surface_mesh::SurfaceMesh;
+mod smoothing;
+
 use super::symmetry_planes::SymmetryPlanes;
 use crate::surface::sphere_radius;
-use crate::{MeshError, Surface, Vec3};
+use crate::{MeshError, Surface, SurfaceMesh, Vec3};
 
 /// Ratio to the wanted length above which edges are split.
 ///
@@ -23,8 +24,15 @@ const MAX_PASSES: usize = 100;
 
 /// Cosine of the angle between normals (84 degrees) beyond which an edge is a ridge.
 ///
-/// Faces of a box meet at right angles, triangles that follow a smooth surface do not.
+/// Faces of a box meet at right angles, fine triangles that follow a smooth surface do not.
 const RIDGE: f64 = 0.1;
+
+/// Cosine of the angle between normals (60 degrees) beyond which triangles do not follow a smooth
+/// surface yet.
+const BENT: f64 = 0.5;
+
+/// Largest number of steps along a ray; each covers the distance to the nearest point of the surface.
+const RAY_STEPS: usize = 64;
 
 /// Splits, flips and smooths a triangulation until its edges have the wanted length.
 pub(super) struct Refiner<'a> {
@@ -57,11 +65,12 @@ impl<'a> Refiner<'a> {
             mesh,
             neighbours,
             sphere: sphere_radius(surface),
-            // A smooth surface has no ridges, even while its triangles are coarse.
-            ridge: if surface.smallest_curvature_radius() > 0.0 {
-                -2.0
-            } else {
-                RIDGE
+            // Spheres have no ridges. On other shapes coarse triangles do: a flip there could join
+            // opposite sides of a slender body.
+            ridge: match sphere_radius(surface) {
+                Some(_) => -2.0,
+                None if surface.reach() > 0.0 => BENT,
+                None => RIDGE,
             },
             planes,
             name,
@@ -149,6 +158,30 @@ impl<'a> Refiner<'a> {
         any
     }
 
+    /// The point that is projected onto the surface to split the edge between triangles `t` and `u`.
+    ///
+    /// The midpoint, in general. The midpoint of a long edge around a sharp rim is closer to the
+    /// faces on both sides than to the rim, so it is moved outwards to the surface.
+    fn split_point(&self, t: usize, u: usize, edge: [u32; 2]) -> Vec3 {
+        let [b, c] = edge.map(|v| self.mesh.points[v as usize]);
+        let middle = 0.5 * (b + c);
+        let (n_t, n_u) = (self.normal(t).normalize(), self.normal(u).normalize());
+        if n_t.dot(&n_u) > BENT || self.surface.reach() == 0.0 {
+            return middle;
+        }
+        let outwards = (n_t + n_u).try_normalize(1e-6).unwrap_or(n_t);
+        // From inside, the ray is followed to the surface by the distances to it.
+        let mut point = middle;
+        for _ in 0..RAY_STEPS {
+            let depth = -self.surface.signed_distance(point);
+            if depth.is_nan() || depth <= 0.0 {
+                break;
+            }
+            point += depth * outwards;
+        }
+        point
+    }
+
     /// Splits the edge opposite vertex `i` of `t`: `a b c | d c b` become `a b m, a m c | d c m, d
     /// m b`.
     fn split(&mut self, t: usize, i: usize) {
@@ -158,7 +191,7 @@ impl<'a> Refiner<'a> {
         let d = self.mesh.triangles[u][j];
         let [_, t_b, t_c] = [0, 1, 2].map(|k| self.neighbours[t][(i + k) % 3]);
         let [_, u_c, u_b] = [0, 1, 2].map(|k| self.neighbours[u][(j + k) % 3]);
-        let middle = 0.5 * (self.mesh.points[b as usize] + self.mesh.points[c as usize]);
+        let middle = self.split_point(t, u, [b, c]);
         let m = self.mesh.points.len() as u32;
         let planes = self.planes.at(middle);
         self.mesh
@@ -255,7 +288,34 @@ impl<'a> Refiner<'a> {
         // The new triangles must be oriented like the old ones.
         let facing = self.normal(t) + self.normal(u);
         let faces = |x: Vec3, y: Vec3| (x - a).cross(&(y - a)).dot(&facing) > 0.0;
-        faces(b, d) && faces(d, c) && self.contains_opposite_corner(t, i)
+        faces(b, d)
+            && faces(d, c)
+            && self.contains_opposite_corner(t, i)
+            && !self.is_joined(t, i, self.mesh.triangles[u][self.slot(u, t)])
+    }
+
+    /// Whether an edge joins vertex `i` of `t` to vertex `d`.
+    ///
+    /// Walks around the vertex. A second edge between two vertices would not be a surface.
+    fn is_joined(&self, t: usize, i: usize, d: u32) -> bool {
+        let a = self.mesh.triangles[t][i];
+        let (mut here, mut slot) = (t, i);
+        // No vertex has more triangles than there are.
+        for _ in 0..self.mesh.triangles.len() {
+            let triangle = self.mesh.triangles[here];
+            if triangle.contains(&d) {
+                return true;
+            }
+            // The neighbour across the edge from `a` to the next vertex but one.
+            here = self.neighbours[here][(slot + 1) % 3] as usize;
+            slot = (0..2)
+                .find(|&k| self.mesh.triangles[here][k] == a)
+                .unwrap_or(2);
+            if here == t {
+                break;
+            }
+        }
+        false
     }
 
     /// Whether the Delaunay ball of triangle `t` contains the corner beyond the edge opposite
@@ -289,43 +349,6 @@ impl<'a> Refiner<'a> {
         let x = self.corners(t);
         let (u, v) = (x[(i + 1) % 3] - x[i], x[(i + 2) % 3] - x[i]);
         u.cross(&v).norm().atan2(u.dot(&v))
-    }
-
-    /// Moves each vertex to the weighted centroid of its triangles, projected onto the surface.
-    ///
-    /// Vertices on ridges stay.
-    ///
-    /// The weight of a triangle is its area relative to the wanted one, `area / h^2`. This evens
-    /// out shapes and leaves the number of vertices in each region to the splitting. (The density
-    /// `h^-4` of a centroidal Voronoi tessellation attracts vertices from far away during the
-    /// splitting, and doubles the triangles around a gap of 0.02 radii.)
-    fn smooth(&mut self) {
-        let n = self.mesh.points.len();
-        let mut sums = vec![(Vec3::zeros(), 0.0); n];
-        let mut first_normal = vec![Vec3::zeros(); n];
-        let mut ridge = vec![false; n];
-        for t in 0..self.mesh.triangles.len() {
-            let [a, b, c] = self.corners(t);
-            let normal = self.normal(t);
-            let centroid = (a + b + c) / 3.0;
-            let weight = normal.norm() * (self.size)(centroid).powi(-2);
-            for v in self.mesh.triangles[t].map(|v| v as usize) {
-                sums[v].0 += weight * centroid;
-                sums[v].1 += weight;
-                if first_normal[v] == Vec3::zeros() {
-                    first_normal[v] = normal;
-                }
-                ridge[v] |=
-                    normal.dot(&first_normal[v]) < 0.1 * normal.norm() * first_normal[v].norm();
-            }
-        }
-        for v in 0..n {
-            if !ridge[v] && sums[v].1 > 0.0 {
-                let planes = self.planes.at(self.mesh.points[v]);
-                let centre = planes.along(sums[v].0 / sums[v].1);
-                self.mesh.points[v] = planes.along(self.surface.closest_point(centre));
-            }
-        }
     }
 }
 

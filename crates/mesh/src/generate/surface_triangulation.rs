@@ -1,11 +1,10 @@
 //! Triangulation of surfaces: geodesic on spheres with one edge length, refined where it varies.
 
 use super::geodesic::{geodesic_sphere, octahedral_sphere, triangles_for};
-use super::surface_mesh::SurfaceMesh;
 use super::surface_refinement::Refiner;
 use super::symmetry_planes::SymmetryPlanes;
 use crate::surface::sphere_radius;
-use crate::{MeshError, Surface, Vec3};
+use crate::{MeshError, Surface, SurfaceMesh, Vec3};
 use std::collections::HashMap;
 
 /// Largest ratio of the wanted edge lengths on a sphere up to which one geodesic triangulation is
@@ -25,7 +24,7 @@ pub(super) fn triangulate(
     planes: SymmetryPlanes,
     limit: usize,
 ) -> Result<SurfaceMesh, MeshError> {
-    let mut mesh = coarse(surface, planes);
+    let mut mesh = (surface.triangulation()).unwrap_or_else(|| coarse(surface, planes));
     let sizes = mesh.points.iter().map(|p| size(*p));
     let (low, high) = sizes.fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), s| {
         (l.min(s), h.max(s))

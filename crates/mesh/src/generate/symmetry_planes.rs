@@ -1,7 +1,6 @@
 //! Sets of symmetry planes; the part of the fluid with positive coordinates is meshed.
 
-use super::surface_mesh::SurfaceMesh;
-use crate::Vec3;
+use crate::{SurfaceMesh, Vec3};
 
 /// A set of planes through the origin normal to coordinate axes.
 ///

@@ -46,9 +46,17 @@ impl Surface for BoxSurface {
         (self.max - self.min).product()
     }
 
+    fn is_convex(&self) -> bool {
+        true
+    }
+
     /// Zero: the edges are sharp.
-    fn smallest_curvature_radius(&self) -> f64 {
+    fn reach(&self) -> f64 {
         0.0
+    }
+
+    fn inradius(&self) -> f64 {
+        0.5 * (self.max - self.min).min()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Cylinders closed by hemispheres.
 
-use super::Surface;
+use super::tube::{Section, intervals, open_tube};
+use super::{Surface, SurfaceMesh};
 use crate::Vec3;
 
 /// A cylinder along x, closed by hemispheres.
@@ -57,8 +58,24 @@ impl Surface for Capsule {
             * (2.0 * self.half_length + 4.0 / 3.0 * self.radius)
     }
 
-    fn smallest_curvature_radius(&self) -> f64 {
+    fn is_convex(&self) -> bool {
+        true
+    }
+
+    fn reach(&self) -> f64 {
         self.radius
+    }
+
+    fn triangulation(&self) -> Option<SurfaceMesh> {
+        let count = intervals(2.0 * self.half_length, self.radius, 1);
+        let sections: Vec<Section> = (0..=count)
+            .map(|k| Section {
+                centre: self.centre
+                    + Vec3::x() * (self.half_length * (2.0 * k as f64 / count as f64 - 1.0)),
+                across: [Vec3::y(), Vec3::z()],
+            })
+            .collect();
+        Some(open_tube(self.radius, &sections))
     }
 }
 

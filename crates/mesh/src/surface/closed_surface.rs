@@ -1,5 +1,6 @@
 //! The interface between a shape and the mesh generator.
 
+use super::SurfaceMesh;
 use crate::Vec3;
 
 /// A smooth closed surface around which, or inside which, a mesh can be generated.
@@ -16,7 +17,7 @@ pub trait Surface: Sync {
     /// Centre and radius of a ball that contains the shape.
     fn bounding_ball(&self) -> (Vec3, f64);
 
-    /// A point inside the shape with respect to which the shape is star-shaped.
+    /// The point that moves with the shape; inside it if the shape is convex.
     fn centre(&self) -> Vec3 {
         self.bounding_ball().0
     }
@@ -24,16 +25,36 @@ pub trait Surface: Sync {
     /// Volume enclosed by the surface.
     fn volume(&self) -> f64;
 
-    /// Smallest radius of curvature; it bounds the element size that can follow the surface.
-    fn smallest_curvature_radius(&self) -> f64;
+    /// Whether the shape is convex. Other shapes need a [`triangulation`](Self::triangulation).
+    fn is_convex(&self) -> bool;
 
-    /// Distance from `point` to the nearest point of largest curvature on the surface.
+    /// Radius of the largest balls that fit to both sides of every point of the surface (reach).
     ///
-    /// Elements may grow with this distance.
+    /// At most the smallest radius of curvature, and half the width of the narrowest neck of the
+    /// shape or of the space around it (Federer 1959). It bounds the length of edges that can
+    /// follow the surface.
+    fn reach(&self) -> f64;
+
+    /// Radius of the largest ball inside the shape.
+    fn inradius(&self) -> f64 {
+        self.reach()
+    }
+
+    /// Largest edge length at `point` for edges of `factor` radii of curvature on the surface.
     ///
-    /// Zero, the default, stands for a surface of uniform curvature.
-    fn distance_to_sharpest(&self, _point: Vec3) -> f64 {
-        0.0
+    /// The minimum of `factor ρ(y) + growth |x - y|` over the points `y` of the surface, with the
+    /// smaller radius of curvature `ρ(y)`, or a lower bound. The default stands for a surface with
+    /// the radius [`reach`](Self::reach) everywhere.
+    fn curvature_size(&self, point: Vec3, factor: f64, growth: f64) -> f64 {
+        factor * self.reach() + growth * self.signed_distance(point).max(0.0)
+    }
+
+    /// A coarse triangulation with vertices on the surface, which is refined.
+    ///
+    /// Required unless the shape is convex. `None`, the default, stands for a convex shape whose
+    /// coarse vertices have evenly distributed normals; it must not be slender.
+    fn triangulation(&self) -> Option<SurfaceMesh> {
+        None
     }
 }
 

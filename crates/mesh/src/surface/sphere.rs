@@ -38,7 +38,11 @@ impl Surface for Sphere {
         4.0 / 3.0 * std::f64::consts::PI * self.radius.powi(3)
     }
 
-    fn smallest_curvature_radius(&self) -> f64 {
+    fn is_convex(&self) -> bool {
+        true
+    }
+
+    fn reach(&self) -> f64 {
         self.radius
     }
 }

@@ -109,7 +109,11 @@ impl Surface for Spheroid {
         4.0 / 3.0 * std::f64::consts::PI * self.axial * self.equatorial * self.equatorial
     }
 
-    fn smallest_curvature_radius(&self) -> f64 {
+    fn is_convex(&self) -> bool {
+        true
+    }
+
+    fn reach(&self) -> f64 {
         // b^2 / a at the tips of a prolate spheroid; a^2 / b at the rim of an oblate one, in planes
         // through the axis.
         let (long, short) = (
@@ -119,15 +123,21 @@ impl Surface for Spheroid {
         short * short / long
     }
 
-    fn distance_to_sharpest(&self, point: Vec3) -> f64 {
+    fn inradius(&self) -> f64 {
+        self.axial.min(self.equatorial)
+    }
+
+    fn curvature_size(&self, point: Vec3, factor: f64, growth: f64) -> f64 {
         let (z, r, _) = self.cylindrical(point);
-        if self.axial > self.equatorial {
+        let to_sharpest = if self.axial > self.equatorial {
             (z.abs() - self.axial).hypot(r)
         } else if self.axial < self.equatorial {
             z.hypot(r - self.equatorial)
         } else {
             0.0
-        }
+        };
+        let distance = self.signed_distance(point).max(0.0);
+        factor * self.reach() + growth * to_sharpest.max(distance)
     }
 }
 

@@ -3,9 +3,9 @@
 //! Functions of one cell index a slice and panic for a cell that does not exist, as documented.
 
 use mesh::{
-    BoxSurface, Capsule, Container, GenerateParams, LinearTets, MeshedBody, MshFile, Pvd,
-    QuadraticTets, Regions, SizeMap, Sphere, Spheroid, Surface, TetMesh, Vec3, Vtu,
-    dihedral_angles, generate, generate_sized, mean_ratio, scaled_jacobian_bound,
+    BoxSurface, Capsule, Container, Disk, Ellipsoid, GenerateParams, Helix, LinearTets, MeshedBody,
+    MshFile, Pvd, QuadraticTets, Regions, SizeMap, Sphere, Spheroid, Surface, TetMesh, Torus, Vec3,
+    Vtu, dihedral_angles, generate, generate_sized, mean_ratio, scaled_jacobian_bound,
 };
 use proptest::prelude::*;
 
@@ -53,11 +53,18 @@ fn surface(kind: usize, centre: Vec3, [a, b]: [f64; 2]) -> Box<dyn Surface> {
             min: -centre,
             max: Vec3::repeat(a),
         }),
-        _ => Box::new(Capsule {
+        3 => Box::new(Capsule {
             centre,
             radius: a,
             half_length: b,
         }),
+        4 => Box::new(Ellipsoid { semi_axes: centre }),
+        5 => Box::new(Disk {
+            radius: a,
+            half_thickness: b,
+        }),
+        6 => Box::new(Torus { radius: a, tube: b }),
+        _ => Box::new(Helix::new(a, b, centre.x, centre.y)),
     }
 }
 
@@ -79,7 +86,7 @@ proptest! {
     #[test]
     fn meshes_of_hostile_arrays_are_valid_or_refused(
         change in 0..12usize, (at, other) in (item(), item()), (x, p) in (number(), vector()),
-        scale in length(), (kind, shape) in (0..4usize, [number(), number()]),
+        scale in length(), (kind, shape) in (0..8usize, [number(), number()]),
     ) {
         let mut tets = LinearTets::cube(1);
         let place = at as usize;
@@ -154,7 +161,7 @@ proptest! {
     #[test]
     fn size_maps_and_surfaces_answer_or_refuse(
         points in prop::collection::vec((vector(), number()), 0..20),
-        (growth, x) in (number(), vector()), (kind, shape) in (0..4usize, [number(), number()]),
+        (growth, x) in (number(), vector()), (kind, shape) in (0..8usize, [number(), number()]),
     ) {
         if let Ok(map) = SizeMap::new(points, growth) {
             let size = map.at(x);
@@ -162,8 +169,8 @@ proptest! {
         }
         let surface = surface(kind, x, shape);
         let _ = (surface.signed_distance(x), surface.closest_point(x), surface.bounding_ball());
-        let _ = (surface.volume(), surface.smallest_curvature_radius(), surface.centre());
-        let _ = surface.distance_to_sharpest(x);
+        let _ = (surface.volume(), surface.reach(), surface.centre());
+        let _ = (surface.inradius(), surface.curvature_size(x, 0.7, 0.3), surface.is_convex());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use mesh::{MshFile, NamedSurface, Sphere, Surface, TetMesh};
+use mesh::{MshFile, NamedSurface, TetMesh};
 
 use crate::ModelError;
 use crate::units::Scale;
@@ -10,14 +10,14 @@ use scene::GeometryKind;
 
 /// Reads a mesh file in scaled units.
 ///
-/// `spheres` are the bodies with the names of their boundary parts, in scaled units; nodes on these
-/// parts are moved onto the spheres.
+/// `surfaces` are those of the bodies with the names of their boundary parts, in scaled units; nodes
+/// on these parts are moved onto the surfaces.
 ///
 /// # Errors
-/// A file that cannot be read; [`ModelError::OpenBoundary`]; surfaces that are not on the spheres.
+/// A file that cannot be read; [`ModelError::OpenBoundary`]; parts of the boundary that are not on them.
 pub fn read_mesh(
     file: &Path,
-    spheres: &[(&str, Sphere)],
+    surfaces: &[NamedSurface<'_>],
     walls: &[String],
     geometry: GeometryKind,
     scale: &Scale,
@@ -28,19 +28,15 @@ pub fn read_mesh(
         MshFile::Quadratic(tets) => &mut tets.points,
     };
     points.iter_mut().for_each(|x| *x = scale.point(*x));
-    let known = |tag: &String| walls.contains(tag) || spheres.iter().any(|(name, _)| name == tag);
+    let known = |tag: &String| walls.contains(tag) || surfaces.iter().any(|(name, _)| name == tag);
     if let Some(tag) = read.tags().iter().find(|tag| !known(tag)) {
         return Err(ModelError::OpenBoundary {
             file: file.display().to_string(),
             tag: tag.clone(),
         });
     }
-    let surfaces: Vec<NamedSurface> = spheres
-        .iter()
-        .map(|(name, s)| (*name, s as &dyn Surface))
-        .collect();
-    // Also if cells are straight: this checks that the surfaces are on the spheres of the scene.
-    let curved = read.clone().into_mesh(&surfaces)?;
+    // Also if cells are straight: this checks that the boundary is on the surfaces of the scene.
+    let curved = read.clone().into_mesh(surfaces)?;
     Ok(match geometry {
         GeometryKind::Curved => curved,
         GeometryKind::Straight => read.into_mesh(&[])?,

@@ -4,8 +4,9 @@ use mesh::{
     BoxSurface, Capsule, Container, GenerateParams, MeshedBody, NamedSurface, SYMMETRY_PLANE_TAGS,
     SizeMap, Sphere, Surface, TetMesh,
 };
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Translation3, Vector3};
 
+use super::body_surface::body_surface;
 use super::cylinder;
 use super::element_size::{ADAPTED_GROWTH, growth, surface_size};
 use super::far_field::FarField;
@@ -28,21 +29,20 @@ const PLANE_WALL: &str = "wall";
 pub(super) struct Surfaced {
     /// Index of the body in the scene.
     pub body: usize,
-    /// Position of the centre in the scene.
-    pub position: Vector3<f64>,
+    /// Pose in the initial configuration of the scene.
+    pub pose: Isometry3<f64>,
+    /// Radius of the ball about the centre that contains the body.
     pub radius: f64,
     /// Element size on the surface.
     pub size: f64,
+    /// The same relative to the radius on which sizes are based.
+    pub relative_size: f64,
+    /// Shape in the units of the scene.
+    pub shape: Shape,
 }
 
-impl Surfaced {
-    fn sphere(&self, centre: Vector3<f64>) -> Sphere {
-        Sphere {
-            centre,
-            radius: self.radius,
-        }
-    }
-}
+/// Poses of all bodies with surfaces.
+pub(super) type Poses = [Isometry3<f64>];
 
 /// Where meshes come from.
 pub(super) enum Source {
@@ -56,6 +56,7 @@ pub(super) enum Source {
 
 /// Generator of meshes for one scene.
 pub(super) struct MeshGenerator {
+    scale: Scale,
     pub source: Source,
     /// The ball or half ball that replaces unbounded fluid.
     pub far_field: Option<FarField>,
@@ -73,33 +74,20 @@ impl MeshGenerator {
     /// Creates the generator for a scene; reads the mesh file if there is one.
     ///
     /// # Errors
-    /// [`ModelError::Unsupported`] for spheroids and for domains that cannot be meshed; a file that
-    /// cannot be read.
+    /// A file that cannot be read.
     pub fn new(scene: &Scene, scale: &Scale) -> Result<Self, ModelError> {
-        if let Some(number) = scene.first_spheroid() {
-            return Err(ModelError::Unsupported {
-                what: format!(
-                    "{}: shape = \"spheroid\" for finite elements in space",
-                    scene.place(&format!("bodies[{number}].shape"))
-                ),
-                instead: "use model.kind = \"axisymmetric\" with all bodies on one axis, or \
-                          shape = \"sphere\""
-                    .to_owned(),
-            });
-        }
-        let surfaced: Vec<Surfaced> = scene
-            .bodies()
-            .iter()
-            .enumerate()
-            .filter_map(|(body, b)| match b.shape {
-                Shape::Sphere { radius } => Some(Surfaced {
+        let surfaced: Vec<Surfaced> = (scene.bodies().iter().enumerate())
+            .filter(|(_, b)| b.shape != Shape::Point)
+            .map(|(body, b)| {
+                let size = surface_size(scene.fem(), b.shape.size_radius());
+                Surfaced {
                     body,
-                    position: scale.point(b.position),
-                    radius: scale.length(radius),
-                    size: scale.length(surface_size(scene.fem(), radius)),
-                }),
-                // Spheroids are refused above.
-                Shape::Spheroid { .. } | Shape::Point => None,
+                    pose: Translation3::from(scale.point(b.position)).into(),
+                    radius: scale.length(b.bounding_radius()),
+                    size: scale.length(size),
+                    relative_size: size / b.shape.size_radius(),
+                    shape: b.shape,
+                }
             })
             .collect();
         let tags: Vec<String> = scene
@@ -126,11 +114,15 @@ impl MeshGenerator {
             }
             Domain::Cylinder { radius } => Source::Cylinder(scale.length(*radius)),
             Domain::Mesh { file, walls } => {
-                let spheres: Vec<(&str, Sphere)> = surfaced
-                    .iter()
-                    .map(|s| (tags[s.body].as_str(), s.sphere(s.position)))
+                let surfaces: Vec<(&str, Box<dyn Surface>)> = (surfaced.iter())
+                    .filter_map(|s| {
+                        let surface = body_surface(&s.shape, scale, &s.pose)?;
+                        Some((tags[s.body].as_str(), surface))
+                    })
                     .collect();
-                let mesh = read_mesh(file, &spheres, walls, scene.fem().geometry, scale)?;
+                let surfaces: Vec<NamedSurface> =
+                    surfaces.iter().map(|(name, s)| (*name, &**s)).collect();
+                let mesh = read_mesh(file, &surfaces, walls, scene.fem().geometry, scale)?;
                 Source::File {
                     mesh,
                     walls: walls.clone(),
@@ -138,6 +130,7 @@ impl MeshGenerator {
             }
         };
         Ok(Self {
+            scale: *scale,
             source,
             far_field,
             surfaced,
@@ -172,74 +165,86 @@ impl MeshGenerator {
         }
     }
 
-    /// Centres of the bodies with surfaces.
-    pub fn centres(&self, poses: &[Isometry3<f64>]) -> Vec<Vector3<f64>> {
-        self.surfaced
-            .iter()
-            .map(|s| poses[s.body].translation.vector)
+    /// Poses of the bodies with surfaces, from those of all bodies.
+    pub fn poses(&self, poses: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
+        self.surfaced.iter().map(|s| poses[s.body]).collect()
+    }
+
+    /// Surfaces of the bodies.
+    fn surfaces(&self, poses: &Poses) -> Vec<Box<dyn Surface>> {
+        (self.surfaced.iter().zip(poses))
+            .filter_map(|(s, pose)| body_surface(&s.shape, &self.scale, pose))
             .collect()
     }
 
-    /// Spheres on the boundary of the fluid, with the names of their boundary parts.
-    ///
-    /// The bodies are at `centres`.
-    pub fn boundary_spheres(&self, centres: &[Vector3<f64>]) -> Vec<(&str, Sphere)> {
-        let wall = match &self.source {
-            Source::Generated(Container::Ball(ball)) => Some((Container::TAG, *ball)),
+    /// Smooth surfaces on the boundary of the fluid, with the names of their boundary parts.
+    pub fn boundary_surfaces(&self, poses: &Poses) -> Vec<(&str, Box<dyn Surface>)> {
+        let wall: Option<(&str, Box<dyn Surface>)> = match &self.source {
+            Source::Generated(Container::Ball(ball)) => Some((Container::TAG, Box::new(*ball))),
             // Boxes are flat, ends of cylinders are not physical walls, and the exact shape of
             // walls in a file is not known.
             Source::Generated(_) | Source::Cylinder(_) | Source::File { .. } => None,
         };
-        self.tags().zip(self.spheres(centres)).chain(wall).collect()
+        self.tags().zip(self.surfaces(poses)).chain(wall).collect()
+    }
+
+    /// Balls about the centres of the bodies that contain them.
+    pub fn bounding_balls(&self, poses: &Poses) -> Vec<Sphere> {
+        (self.surfaced.iter().zip(poses))
+            .map(|(s, pose)| Sphere {
+                centre: pose.translation.vector,
+                radius: s.radius,
+            })
+            .collect()
     }
 
     /// Container of the fluid around the bodies; `None` for the mesh of a file.
-    fn container(&self, bodies: &[Sphere]) -> Option<Container> {
+    fn container(&self, poses: &Poses) -> Option<Container> {
         match &self.source {
             Source::Generated(container) => Some(*container),
             Source::Cylinder(radius) => Some(Container::Capsule(cylinder::capsule_around(
-                *radius, bodies,
+                *radius,
+                &self.bounding_balls(poses),
             ))),
             Source::File { .. } => None,
         }
     }
 
-    /// The part of a cylinder that a new mesh with the bodies at `centres` fills.
-    pub fn capsule(&self, centres: &[Vector3<f64>]) -> Option<Capsule> {
-        match self.container(&self.spheres(centres)) {
+    /// The part of a cylinder that a new mesh around the bodies fills.
+    pub fn capsule(&self, poses: &Poses) -> Option<Capsule> {
+        match self.container(poses) {
             Some(Container::Capsule(capsule)) => Some(capsule),
             _ => None,
         }
     }
 
-    /// Spheres with the bodies' radii at `centres`.
-    pub fn spheres(&self, centres: &[Vector3<f64>]) -> Vec<Sphere> {
-        (self.surfaced.iter().zip(centres))
-            .map(|(s, &centre)| s.sphere(centre))
-            .collect()
-    }
-
     /// Prescribes element sizes for new meshes: edge lengths at positions.
     ///
-    /// The positions are those of a mesh with the bodies at `centres`. Equal bodies get equal
-    /// meshes: the sizes near one of them are prescribed at all of them.
+    /// The positions are those of a mesh with the bodies at `poses`. Equal bodies with equal
+    /// orientations get equal meshes: the sizes near one of them are prescribed at all of them.
     ///
     /// # Errors
     /// Sizes that are not positive.
     pub fn adapt(
         &mut self,
-        centres: &[Vector3<f64>],
+        poses: &Poses,
         mut sizes: Vec<(Vector3<f64>, f64)>,
     ) -> Result<(), ModelError> {
+        let placed: Vec<_> = self.surfaced.iter().zip(poses).collect();
         for k in 0..sizes.len() {
             let (position, size) = sizes[k];
-            for (s, centre) in self.surfaced.iter().zip(centres) {
+            for (s, pose) in &placed {
+                let centre = pose.translation.vector;
                 if (position - centre).norm() > 2.0 * s.radius {
                     continue;
                 }
-                for (other, other_centre) in self.surfaced.iter().zip(centres) {
-                    if other.body != s.body && (other.radius, other.size) == (s.radius, s.size) {
-                        sizes.push((position - centre + other_centre, size));
+                for (other, other_pose) in &placed {
+                    let is_turned = pose.rotation != other_pose.rotation;
+                    if other.body != s.body
+                        && (other.shape, other.size) == (s.shape, s.size)
+                        && (s.shape.is_isotropic() || !is_turned)
+                    {
+                        sizes.push((position - centre + other_pose.translation.vector, size));
                     }
                 }
             }
@@ -250,64 +255,65 @@ impl MeshGenerator {
 
     /// Largest length of cells in gaps, relative to the width of their gap
     /// ([`TetMesh::gap_ratio`]).
-    pub fn gap_ratio(&self, mesh: &TetMesh, centres: &[Vector3<f64>]) -> f64 {
-        let spheres = self.spheres(centres);
-        let surfaces: Vec<&dyn Surface> = spheres.iter().map(|s| s as &dyn Surface).collect();
-        let container = self.container(&spheres);
+    pub fn gap_ratio(&self, mesh: &TetMesh, poses: &Poses) -> f64 {
+        let surfaces = self.surfaces(poses);
+        let surfaces: Vec<&dyn Surface> = surfaces.iter().map(|s| &**s).collect();
+        let container = self.container(poses);
         mesh.gap_ratio(&surfaces, container.as_ref().map(Container::surface))
     }
 
     /// Permeability `h^2 / 6` of each cell, `h` being the width of the gap that it lies in.
     ///
-    /// It is twice that of lubrication theory. `None` if no gap between the bodies at `centres` and
+    /// It is twice that of lubrication theory. `None` if no gap between the bodies at `poses` and
     /// the wall is narrow.
-    pub fn permeability(&self, mesh: &TetMesh, centres: &[Vector3<f64>]) -> Option<Vec<f64>> {
-        let spheres = self.spheres(centres);
-        let container = self.container(&spheres);
+    pub fn permeability(&self, mesh: &TetMesh, poses: &Poses) -> Option<Vec<f64>> {
+        let (surfaces, balls) = (self.surfaces(poses), self.bounding_balls(poses));
+        let container = self.container(poses);
         let wall = container.as_ref().map(Container::surface);
         let narrow = |gap: f64, radius: f64| gap < NARROW * radius;
+        // Gaps to the balls are lower bounds.
         let is_near_others = |(k, a): (usize, &Sphere)| {
-            spheres[..k].iter().any(|b| {
+            surfaces[..k].iter().zip(&balls).any(|(b, ball)| {
                 let gap = b.signed_distance(a.centre) - a.radius;
-                narrow(gap, a.radius.min(b.radius))
+                narrow(gap, a.radius.min(ball.radius))
             })
         };
         let is_near_wall = |a: &Sphere| {
             wall.is_some_and(|wall| narrow(-wall.signed_distance(a.centre) - a.radius, a.radius))
         };
         let is_narrow =
-            spheres.iter().enumerate().any(is_near_others) || spheres.iter().any(is_near_wall);
+            balls.iter().enumerate().any(is_near_others) || balls.iter().any(is_near_wall);
         is_narrow.then(|| {
-            let surfaces: Vec<&dyn Surface> = spheres.iter().map(|s| s as &dyn Surface).collect();
+            let surfaces: Vec<&dyn Surface> = surfaces.iter().map(|s| &**s).collect();
             let widths = mesh.gap_widths(&surfaces, wall);
             widths.into_iter().map(|h| h * h / 6.0).collect()
         })
     }
 
-    /// Generates a mesh with the bodies at `centres`.
+    /// Generates a mesh with the bodies at `poses`.
     ///
     /// # Errors
     /// Bodies around which no mesh can be generated; [`ModelError::NoMesh`] for the mesh of a file.
-    pub fn generate(&self, centres: &[Vector3<f64>]) -> Result<TetMesh, ModelError> {
-        let spheres = self.spheres(centres);
-        let Some(container) = &self.container(&spheres) else {
+    pub fn generate(&self, poses: &Poses) -> Result<TetMesh, ModelError> {
+        let surfaces = self.surfaces(poses);
+        let Some(container) = &self.container(poses) else {
             return Err(ModelError::NoMesh);
         };
         let bodies: Vec<MeshedBody> = self
             .surfaced
             .iter()
             .zip(self.tags())
-            .zip(&spheres)
+            .zip(&surfaces)
             .map(|((s, name), surface)| MeshedBody {
                 name,
-                surface,
+                surface: &**surface,
                 size: s.size,
             })
             .collect();
         let finest = self
             .surfaced
             .iter()
-            .map(|s| s.size / s.radius)
+            .map(|s| s.relative_size)
             .fold(f64::INFINITY, f64::min);
         let mut parameters = GenerateParams::default();
         parameters.growth = growth(finest);

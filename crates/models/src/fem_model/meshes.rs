@@ -2,7 +2,7 @@
 
 use ale::{AleError, MeshMotion};
 use fem::{SurplusSpace, TaylorHood};
-use mesh::{Sphere, TetMesh};
+use mesh::{Surface, TetMesh};
 use nalgebra::{Isometry3, Vector3};
 
 use super::cylinder;
@@ -95,27 +95,28 @@ impl Meshes {
         self.generator.wall_tags()
     }
 
-    /// Spheres on the boundary of the fluid, with the names of their boundary parts.
+    /// Smooth surfaces on the boundary of the fluid, with the names of their boundary parts.
     ///
-    /// The bodies with surfaces are at `centres`.
-    pub fn boundary_spheres(&self, centres: &[Vector3<f64>]) -> Vec<(&str, Sphere)> {
-        self.generator.boundary_spheres(centres)
+    /// The bodies of the scene are at `poses`.
+    pub fn boundary_surfaces(&self, poses: &[Isometry3<f64>]) -> Vec<(&str, Box<dyn Surface>)> {
+        self.generator
+            .boundary_surfaces(&self.generator.poses(poses))
     }
 
     /// Relative error of velocities due to the container.
     ///
     /// Zero unless the container replaces unbounded fluid or an infinite cylinder.
     pub fn container_error(&self, poses: &[Isometry3<f64>]) -> f64 {
-        let centres = self.generator.centres(poses);
+        let poses = self.generator.poses(poses);
         if let Some(far) = self.generator.far_field {
-            let bodies = self.generator.spheres(&centres).into_iter();
+            let bodies = self.generator.bounding_balls(&poses).into_iter();
             return far.relative_error(bodies.map(|body| (body.centre, body.radius)));
         }
         let reference = self
             .current
             .and_then(|current| self.references.get(current));
         reference
-            .and_then(|reference| reference.end_distance(&self.generator, &centres))
+            .and_then(|reference| reference.end_distance(&self.generator, &poses))
             .map_or(0.0, cylinder::relative_error)
     }
 
@@ -158,9 +159,9 @@ impl Meshes {
     /// Bodies around which no mesh can be generated; [`ModelError::MeshFileExhausted`].
     pub fn at(&mut self, poses: &[Isometry3<f64>]) -> Result<PlacedMesh, ModelError> {
         let mut too_poor = Vec::new();
-        let centres = self.generator.centres(poses);
+        let surfaced = self.generator.poses(poses);
         for number in 0..self.references.len() {
-            match self.references[number].moved(&self.generator, &centres)? {
+            match self.references[number].moved(&self.generator, &surfaced)? {
                 Ok(mesh) => {
                     let has_other_cells = self.current != Some(number) && !self.is_from_file();
                     self.current = Some(number);
@@ -174,7 +175,7 @@ impl Meshes {
             }
         }
         if self.is_from_file() {
-            return self.by_other_motion(poses, &centres, too_poor);
+            return self.by_other_motion(poses, &surfaced, too_poor);
         }
         // Of several references the newest determines the reason.
         let reason = too_poor.pop().unwrap_or(Remesh::First);
@@ -197,13 +198,13 @@ impl Meshes {
     fn by_other_motion(
         &mut self,
         poses: &[Isometry3<f64>],
-        centres: &[Vector3<f64>],
+        surfaced: &[Isometry3<f64>],
         mut too_poor: Vec<Remesh>,
     ) -> Result<PlacedMesh, ModelError> {
         while self.add_motion(poses)? {
             let number = self.references.len() - 1;
             let reference = &self.references[number];
-            match reference.moved(&self.generator, centres)? {
+            match reference.moved(&self.generator, surfaced)? {
                 Ok(mesh) => {
                     self.current = Some(number);
                     let is_other = number > 0 || !self.unusable.is_empty();
@@ -253,7 +254,7 @@ impl Meshes {
                 return Ok(false);
             };
             let is_only = self.motions.len() == 1;
-            let centres = (self.generator.surfaced.iter().map(|s| s.position)).collect();
+            let start = (self.generator.surfaced.iter().map(|s| s.pose)).collect();
             // The first reference is in use from the start, not from a configuration on.
             let poses = if self.references.is_empty() {
                 &[]
@@ -261,7 +262,7 @@ impl Meshes {
                 poses
             };
             let motion = motion.as_ref();
-            match ReferenceMesh::new(&self.generator, motion, mesh.clone(), centres, poses) {
+            match ReferenceMesh::new(&self.generator, motion, mesh.clone(), start, poses) {
                 Ok(reference) => {
                     self.references.push(reference);
                     return Ok(true);
@@ -287,10 +288,10 @@ impl Meshes {
     /// # Errors
     /// Bodies around which no mesh can be generated.
     fn remesh(&mut self, poses: &[Isometry3<f64>]) -> Result<TetMesh, ModelError> {
-        let centres = self.generator.centres(poses);
-        let mesh = self.generator.generate(&centres)?;
+        let surfaced = self.generator.poses(poses);
+        let mesh = self.generator.generate(&surfaced)?;
         let motion = self.motions[0].as_ref();
-        let reference = ReferenceMesh::new(&self.generator, motion, mesh.clone(), centres, poses)?;
+        let reference = ReferenceMesh::new(&self.generator, motion, mesh.clone(), surfaced, poses)?;
         if self.references.len() == MAX_REFERENCES {
             self.references.remove(0);
         }
@@ -314,8 +315,7 @@ impl Meshes {
         if self.is_from_file() {
             return Ok(false);
         }
-        self.generator
-            .adapt(&self.generator.centres(poses), sizes)?;
+        self.generator.adapt(&self.generator.poses(poses), sizes)?;
         // Earlier references have other element sizes.
         self.references.clear();
         self.remesh(poses)?;
@@ -377,7 +377,7 @@ impl Meshes {
 
     /// Permeability of each cell ([`MeshGenerator::permeability`]), with the bodies at `poses`.
     pub fn permeability(&self, mesh: &TetMesh, poses: &[Isometry3<f64>]) -> Option<Vec<f64>> {
-        let centres = self.generator.centres(poses);
-        self.generator.permeability(mesh, &centres)
+        let poses = self.generator.poses(poses);
+        self.generator.permeability(mesh, &poses)
     }
 }

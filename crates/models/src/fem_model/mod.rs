@@ -1,6 +1,7 @@
 //! Three-dimensional Taylor-Hood elements on body-fitted meshes that follow the bodies.
 
 mod adapt;
+mod body_surface;
 mod cylinder;
 mod element_size;
 mod far_field;
@@ -13,7 +14,7 @@ mod scene_solution;
 
 use std::time::Instant as Clock;
 
-use mesh::TetMesh;
+use mesh::{NamedSurface, Surface, TetMesh};
 use nalgebra::{DMatrix, Isometry3};
 use rigid::{Constrained, Constraints, Drive, FlowSolution, Formulation};
 use scene::{EstimatesKind, FemOptions, Scene};
@@ -122,7 +123,8 @@ impl FemModel {
         let constraints = self.scaled.constraints(configuration, rates)?;
         let drive = self.drive(&constraints);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-        let problem = self.problem(&mesh, &poses)?.with_space(space);
+        let surfaces = self.meshes.boundary_surfaces(&poses);
+        let problem = self.problem(&mesh, &poses, &surfaces)?.with_space(space);
         Ok(problem.assemble(&drive, formulation)?)
     }
 
@@ -135,17 +137,21 @@ impl FemModel {
     }
 
     /// The problem on a mesh with the bodies at `poses`, in scaled units.
+    ///
+    /// `surfaces` are those of [`Meshes::boundary_surfaces`] at the same poses.
     fn problem<'m>(
         &self,
         mesh: &'m TetMesh,
         poses: &[Isometry3<f64>],
+        surfaces: &'m [(&str, Box<dyn Surface>)],
     ) -> Result<Problem<'m>, ModelError> {
         let centres: Vec<_> = (self.meshes.surfaced_bodies())
             .map(|body| poses[body].translation.vector)
             .collect();
         let bodies: Vec<_> = self.meshes.tags().zip(centres.iter().copied()).collect();
-        let problem = Problem::new(mesh, &bodies, &self.meshes.wall_tags())?
-            .with_spheres(&self.meshes.boundary_spheres(&centres))?;
+        let surfaces: Vec<NamedSurface> = surfaces.iter().map(|(name, s)| (*name, &**s)).collect();
+        let problem =
+            Problem::new(mesh, &bodies, &self.meshes.wall_tags())?.with_surfaces(&surfaces)?;
         Ok(match self.meshes.permeability(mesh, poses) {
             Some(permeability) => problem.with_permeability(permeability),
             None => problem,
@@ -207,7 +213,8 @@ impl FemModel {
         }
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let surplus = self.meshes.surplus_space().filter(|_| estimates);
-        let problem = self.problem(&mesh, &poses)?.with_space(space);
+        let surfaces = self.meshes.boundary_surfaces(&poses);
+        let problem = self.problem(&mesh, &poses, &surfaces)?.with_space(space);
         let options = options(&self.options);
         let has_fixed = self.scaled.set.fixed().contains(&true);
         if let (Some(far), true) = (self.meshes.far_field(), has_fixed) {
@@ -303,13 +310,14 @@ impl Hydrodynamics for FemModel {
             true => problem.corrected_resistance(rtol),
             false => problem.resistance(rtol),
         };
+        let surfaces = self.meshes.boundary_surfaces(&poses);
         let grand = if mesh.symmetry_planes() == [false; 3] {
             let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-            condensed(self.problem(&mesh, &poses)?.with_space(space))?
+            condensed(self.problem(&mesh, &poses, &surfaces)?.with_space(space))?
         } else {
             // A mesh that ends at symmetry planes admits only symmetric motions of the bodies.
             let mesh = mesh.unfolded()?.mesh;
-            condensed(self.problem(&mesh, &poses)?)?
+            condensed(self.problem(&mesh, &poses, &surfaces)?)?
         };
         let resistance = match self.meshes.far_field() {
             Some(far) => far.corrected(grand.resistance)?,

@@ -5,10 +5,10 @@ use ale::{
 };
 use fem::{SurplusSpace, TaylorHood};
 use mesh::{Capsule, Quality, TetMesh};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::cylinder;
-use super::mesh_generator::MeshGenerator;
+use super::mesh_generator::{MeshGenerator, Poses};
 use crate::{ModelError, Remesh};
 use scene::MeshMotionKind;
 
@@ -39,7 +39,8 @@ pub struct ReferenceMesh {
     pub space: TaylorHood,
     /// Space for error estimates; created when estimates are first requested.
     pub surplus: Option<SurplusSpace>,
-    centres: Vec<Vector3<f64>>,
+    /// Poses of the bodies with surfaces.
+    surfaced: Vec<Isometry3<f64>>,
     /// Poses of all bodies of the scene for which the reference was needed; empty for the mesh of a
     /// file, moved by the first method.
     pub poses: Vec<Isometry3<f64>>,
@@ -50,7 +51,8 @@ pub struct ReferenceMesh {
 }
 
 impl ReferenceMesh {
-    /// Prepares the motion of a mesh with the bodies at `centres` and `poses`.
+    /// Prepares the motion of a mesh; `surfaced` are the poses of the bodies with surfaces, `poses`
+    /// those of all bodies.
     ///
     /// # Errors
     /// A mesh that is too large, or whose motion cannot be computed.
@@ -58,31 +60,32 @@ impl ReferenceMesh {
         generator: &MeshGenerator,
         motion: &dyn MeshMotion,
         mesh: TetMesh,
-        centres: Vec<Vector3<f64>>,
+        surfaced: Vec<Isometry3<f64>>,
         poses: &[Isometry3<f64>],
     ) -> Result<Self, ModelError> {
         let space = TaylorHood::new(&mesh)?;
         let moving: Vec<MovingBody> = generator
             .tags()
-            .zip(&centres)
-            .map(|(tag, &centre)| MovingBody {
+            .zip(generator.surfaced.iter().zip(&surfaced))
+            .map(|(tag, (body, pose))| MovingBody {
                 tag: tag.to_owned(),
-                centre,
-                rotates: false,
+                centre: pose.translation.vector,
+                // Rotations do not change spheres.
+                rotates: !body.shape.is_isotropic(),
             })
             .collect();
-        let gap_ratio = generator.gap_ratio(&mesh, &centres);
+        let gap_ratio = generator.gap_ratio(&mesh, &surfaced);
         let quality = mesh.quality();
         let map = ReferenceMap::new(mesh, &moving, motion)?;
         Ok(Self {
             gap_ratio,
             quality,
-            capsule: generator.capsule(&centres),
+            capsule: generator.capsule(&surfaced),
             motion: motion.name(),
             map,
             space,
             surplus: None,
-            centres,
+            surfaced,
             poses: poses.to_vec(),
         })
     }
@@ -98,32 +101,39 @@ impl ReferenceMesh {
         Ok(())
     }
 
-    /// Distance from bodies at `centres` to the nearer end of a cylinder, in its radii.
-    pub fn end_distance(&self, generator: &MeshGenerator, centres: &[Vector3<f64>]) -> Option<f64> {
+    /// Distance from bodies at `poses` to the nearer end of a cylinder, in its radii.
+    pub fn end_distance(&self, generator: &MeshGenerator, poses: &Poses) -> Option<f64> {
         let capsule = self.capsule.as_ref()?;
-        Some(cylinder::end_distance(capsule, &generator.spheres(centres)))
+        Some(cylinder::end_distance(
+            capsule,
+            &generator.bounding_balls(poses),
+        ))
     }
 
-    /// The mesh moved to bodies at `centres`, or the reason why it becomes too poor.
+    /// The mesh moved to bodies at `poses`, or the reason why it becomes too poor.
     ///
     /// # Errors
     /// A failed motion for another reason than a poor mesh.
     pub fn moved(
         &self,
         generator: &MeshGenerator,
-        centres: &[Vector3<f64>],
+        poses: &Poses,
     ) -> Result<Result<TetMesh, Remesh>, ModelError> {
-        if let Some(distance) = self.end_distance(generator, centres)
+        if let Some(distance) = self.end_distance(generator, poses)
             && cylinder::is_too_close(distance)
         {
             return Ok(Err(Remesh::End(distance)));
         }
-        // All bodies are spheres, which rotations do not change: surface meshes are translated.
-        let motions: Vec<Isometry3<f64>> = centres
-            .iter()
-            .zip(&self.centres)
-            .map(|(now, then)| {
-                Isometry3::from_parts(Translation3::from(now - then), UnitQuaternion::identity())
+        let bodies = generator.surfaced.iter().zip(poses).zip(&self.surfaced);
+        let motions: Vec<Isometry3<f64>> = bodies
+            .map(|((body, now), then)| {
+                let translation = now.translation.vector - then.translation.vector;
+                // Rotations do not change spheres, whose surface meshes are translated.
+                let rotation = match body.shape.is_isotropic() {
+                    true => UnitQuaternion::identity(),
+                    false => now.rotation * then.rotation.inverse(),
+                };
+                Isometry3::from_parts(Translation3::from(translation), rotation)
             })
             .collect();
         let mesh = match self.map.moved(&motions) {
@@ -141,7 +151,7 @@ impl ReferenceMesh {
         if quality.min_quality < MIN_QUALITY.min(ALWAYS_ALLOWED * reference.min_quality) {
             return Ok(Err(Remesh::Quality(quality.min_quality)));
         }
-        let gap_ratio = generator.gap_ratio(&mesh, centres);
+        let gap_ratio = generator.gap_ratio(&mesh, poses);
         if gap_ratio > MAX_GAP_RATIO.max(self.gap_ratio / ALWAYS_ALLOWED) {
             return Ok(Err(Remesh::Gap(gap_ratio)));
         }

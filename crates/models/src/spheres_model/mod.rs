@@ -77,15 +77,17 @@ impl SpheresModel {
     /// Creates the model of a scene.
     ///
     /// # Errors
-    /// [`ModelError::Unsupported`] for spheroids and for other domains.
+    /// [`ModelError::Unsupported`] for shapes that are not spheres and for other domains.
     pub fn new(scene: &Scene, kind: SphereModel) -> Result<Self, ModelError> {
-        if let Some(number) = scene.first_spheroid() {
+        if let Some(number) = scene.first_nonspherical() {
             return Err(ModelError::Unsupported {
                 what: format!(
-                    "{}: shape = \"spheroid\" for models of spheres",
-                    scene.place(&format!("bodies[{number}].shape"))
+                    "{}: shape = \"{}\" for models of spheres",
+                    scene.place(&format!("bodies[{number}].shape")),
+                    scene.bodies()[number].shape.kind().word()
                 ),
-                instead: "use model.kind = \"axisymmetric\" with all bodies on one axis".to_owned(),
+                instead: "use model.kind = \"fem\", or \"axisymmetric\" for spheroids on one axis"
+                    .to_owned(),
             });
         }
         let scaled = ScaledScene::new(scene)?;
@@ -118,8 +120,8 @@ impl SpheresModel {
                 .iter()
                 .filter_map(|body| match body.shape {
                     Shape::Sphere { radius } => Some(scale.length(radius)),
-                    // Spheroids are refused above.
-                    Shape::Spheroid { .. } | Shape::Point => None,
+                    // Other shapes are refused above.
+                    _ => None,
                 })
                 .collect(),
             names: scene

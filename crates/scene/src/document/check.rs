@@ -115,6 +115,7 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
     };
     let is_full = |value: &Value| value.as_str().is_some_and(|text| !text.trim().is_empty());
     let is_right = match kind {
+        Kind::Number => number(value).is_some(),
         Kind::Positive => number(value).is_some_and(|x| x > 0.0),
         Kind::NonNegative => number(value).is_some_and(|x| x >= 0.0),
         Kind::Vector => three_numbers(|_| true),

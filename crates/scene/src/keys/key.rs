@@ -25,6 +25,8 @@ pub enum KeyDefault {
 /// Kind of the values of a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
+    /// A finite number.
+    Number,
     /// A finite number greater than zero.
     Positive,
     /// A finite number that is not negative.
@@ -51,6 +53,7 @@ impl Kind {
     /// The admissible values, as in "must be ...".
     pub fn describe(self) -> String {
         match self {
+            Self::Number => "a number".to_owned(),
             Self::Positive => "a number greater than zero".to_owned(),
             Self::NonNegative => "a number that is not negative".to_owned(),
             Self::Vector => "three numbers, such as [0, 0, 1]".to_owned(),

@@ -71,20 +71,54 @@ pub const KEYS: &[Key] = &[
     key(
         "bodies[].radius",
         Kind::Positive,
-        Described("required unless the shape is point"),
-        "radius; of a spheroid: radius of its equator",
+        Described("required unless the shape is ellipsoid or point"),
+        "radius; of a spheroid: of its equator; of a capsule: of its cylinder; of a disk: to its \
+         outer edge; of a torus or a helix: of the middle of the tube about the axis",
+    ),
+    key(
+        "bodies[].semi_axes",
+        Kind::PositiveVector,
+        Described("required for ellipsoid"),
+        "semi-axes of an ellipsoid along x, y and z, before it is turned by `orientation`",
     ),
     key(
         "bodies[].half_length",
         Kind::Positive,
-        Described("required for spheroid"),
-        "half of the length of a spheroid along its axis of revolution",
+        Described("required for spheroid, capsule and disk"),
+        "half of the length along the axis of revolution: of a capsule with its round ends, of a \
+         disk half of its thickness",
+    ),
+    key(
+        "bodies[].tube_radius",
+        Kind::Positive,
+        Described("required for torus and helix"),
+        "radius of the tube",
+    ),
+    key(
+        "bodies[].pitch",
+        Kind::Number,
+        Described("required for helix"),
+        "length of a helix along its axis per turn: positive if right-handed, negative if \
+         left-handed",
+    ),
+    key(
+        "bodies[].turns",
+        Kind::Positive,
+        Described("required for helix"),
+        "number of turns of a helix, at most 1000; its ends are round",
     ),
     key(
         "bodies[].axis",
         Kind::Vector,
         Value("[1, 0, 0]"),
-        "direction of a spheroid's axis in the initial configuration",
+        "direction of the axis of a spheroid, capsule, disk or torus in the initial configuration",
+    ),
+    key(
+        "bodies[].orientation",
+        Kind::Vector,
+        Value("[0, 0, 0]"),
+        "rotation vector in degrees that turns a body whose axis is x into its initial \
+         orientation: [0, 0, 90] makes it y; the body turns with the flow from there",
     ),
     key(
         "bodies[].position",

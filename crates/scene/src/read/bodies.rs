@@ -2,15 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector3;
-
 use super::checks::Checks;
+use super::shape::shape;
 use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::file::{BodyFile, DEFAULT_AXIS, DEFAULT_TORQUE};
+use crate::file::{BodyFile, DEFAULT_TORQUE};
 use crate::shape::Shape;
-use crate::words::ShapeKind;
 
 /// All bodies, with unique names, of which at least one has a surface and can move.
 pub(super) fn bodies(
@@ -87,60 +85,4 @@ fn check_obstacles(checks: &Checks, bodies: &[Body]) -> Result<(), SceneError> {
         return Err(checks.bad_value("bodies", problem));
     }
     Ok(())
-}
-
-/// The shape of a body; keys that the shape does not have are refused.
-fn shape(checks: &Checks, number: usize, file: &BodyFile) -> Result<Shape, SceneError> {
-    let key = |key: &str| format!("bodies[{number}].{key}");
-    let required =
-        |name: &str, value: Option<f64>, why: &str| checks.required(&key(name), value, why);
-    let shape = match file.shape {
-        ShapeKind::Sphere => Shape::Sphere {
-            radius: required("radius", file.radius, ": a sphere needs a radius")?,
-        },
-        ShapeKind::Point if file.radius.is_some() => {
-            let problem = "makes no sense for a point; remove it";
-            return Err(checks.bad_value(&key("radius"), problem));
-        }
-        ShapeKind::Point if file.torque.is_some() => {
-            let problem = "cannot act on a point, which does not rotate; remove it";
-            return Err(checks.bad_value(&key("torque"), problem));
-        }
-        ShapeKind::Point => Shape::Point,
-        ShapeKind::Spheroid => Shape::Spheroid {
-            radius: required(
-                "radius",
-                file.radius,
-                ": a spheroid needs the radius of its equator",
-            )?,
-            half_length: required(
-                "half_length",
-                file.half_length,
-                ": a spheroid needs half its length along its axis",
-            )?,
-            axis: unit_axis(file.axis.unwrap_or(DEFAULT_AXIS)).ok_or_else(|| {
-                checks.bad_value(&key("axis"), "must not be zero: it is a direction")
-            })?,
-        },
-    };
-    if !matches!(shape, Shape::Spheroid { .. }) {
-        let given = [
-            ("half_length", file.half_length.is_some()),
-            ("axis", file.axis.is_some()),
-        ];
-        if let Some((name, _)) = given.iter().find(|(_, given)| *given) {
-            let problem = "belongs to shape = \"spheroid\"; remove it or set the shape";
-            return Err(checks.bad_value(&key(name), problem));
-        }
-    }
-    Ok(shape)
-}
-
-/// The direction of a vector; `None` for zero.
-fn unit_axis(axis: [f64; 3]) -> Option<Vector3<f64>> {
-    let axis = Vector3::from(axis);
-    let unit = axis.try_normalize(0.0)?;
-    // A written unit vector reads back to the last bit, without a second normalisation.
-    let is_unit = (axis.norm() - 1.0).abs() <= 2.0 * f64::EPSILON;
-    Some(if is_unit { axis } else { unit })
 }

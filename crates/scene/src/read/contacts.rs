@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Vector3};
 
-use crate::contact::{Contact, closest_approach, closest_contact, support_along_centres};
+use crate::contact::{Contact, closest_contact, smallest_gap};
 use crate::error::SceneError;
 use crate::gait::{Gait, Leg, legs};
 use crate::scene::Scene;
@@ -99,15 +99,17 @@ fn check_part(
                 let apart = |poses: &[Isometry3<f64>]| -> Vector3<f64> {
                     poses[one].translation.vector - poses[other].translation.vector
                 };
-                let (s, distance) = closest_approach(&apart(from), &apart(to));
-                let pair = [one, other].map(|b| (&scene.bodies[b], &from[b].rotation));
-                let radii = support_along_centres(pair, &apart(from).lerp(&apart(to), s));
+                let pair = [one, other].map(|b| (&scene.bodies[b].shape, &from[b].rotation));
+                let (s, gap) = smallest_gap(pair, &apart(from), &apart(to));
+                let size = (pair.iter())
+                    .map(|(shape, _)| shape.bounding_radius())
+                    .sum();
                 let contact = Contact {
                     body: other,
                     other: Some(one),
-                    gap: distance - radii,
+                    gap,
                 };
-                if contact.touches(radii) {
+                if contact.touches(size) {
                     let s = begin + s * (end - begin);
                     return Err(SceneError::Touching {
                         place: scene.place(length_key),

@@ -10,9 +10,8 @@ use crate::file::GaitFile;
 use crate::gait::{Gait, LengthPath};
 use crate::gait_table::GaitTable;
 use crate::options::FemOptions;
-use crate::shape::Shape;
 
-/// Largest length of a scene over the smallest semi-axis of a body.
+/// Largest length of a scene over the smallest length of a body.
 ///
 /// Positions are rounded to 1.1e-16 of their size. At this distance that is 1e-7 of the smallest
 /// body: less than the error of the finest mesh, and less than a thousandth of the smallest gap
@@ -29,16 +28,7 @@ pub(super) fn check(
     (gait, gait_file, gait_table): (&Gait, &GaitFile, Option<&GaitTable>),
     fem: &FemOptions,
 ) -> Result<(), SceneError> {
-    let semi_axes = |body: &Body| match body.shape {
-        Shape::Sphere { radius } => [radius; 2],
-        Shape::Spheroid {
-            radius,
-            half_length,
-            ..
-        } => [radius, half_length],
-        Shape::Point => [f64::INFINITY; 2],
-    };
-    let all = bodies.iter().flat_map(semi_axes);
+    let all = (bodies.iter()).flat_map(|body| body.shape.lengths().into_iter().map(|l| l.1));
     let smallest = all.fold(f64::INFINITY, f64::min);
     let demand = |key: String, length: f64| {
         if length <= LARGEST_RATIO * smallest {
@@ -62,17 +52,8 @@ pub(super) fn check(
     for (number, body) in bodies.iter().enumerate() {
         let key = |key: &str| format!("bodies[{number}].{key}");
         demand(key("position"), body.position.amax())?;
-        match body.shape {
-            Shape::Sphere { radius } => demand(key("radius"), radius)?,
-            Shape::Spheroid {
-                radius,
-                half_length,
-                ..
-            } => {
-                demand(key("radius"), radius)?;
-                demand(key("half_length"), half_length)?;
-            }
-            Shape::Point => {}
+        for (name, length) in body.shape.lengths() {
+            demand(key(name), length)?;
         }
     }
     if let Some(table) = gait_table {

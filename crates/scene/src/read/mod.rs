@@ -9,6 +9,7 @@ mod extent;
 mod gait;
 mod links;
 mod options;
+mod shape;
 
 use std::path::Path;
 

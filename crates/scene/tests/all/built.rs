@@ -1,7 +1,9 @@
 //! Scenes built or changed by a program pass the same checks as files.
 
 use nalgebra::Vector3;
-use scene::{ArmsKind, Domain, FemOptions, ModelKind, Scene, SceneBuilder, SolverKind};
+use scene::{
+    ArmsKind, Domain, FemOptions, ModelKind, Scene, SceneBuilder, SceneError, Shape, SolverKind,
+};
 
 fn two_spheres() -> SceneBuilder {
     Scene::builder()
@@ -144,4 +146,90 @@ fn mass_and_inertia_are_kept_for_the_integrators_of_the_library() {
         let body = &scene.bodies()[1];
         assert_eq!((body.mass, body.inertia), (mass, inertia));
     }
+}
+
+/// Every shape is written and read back as it was, and its orientation means the same in both keys.
+#[test]
+fn shapes_survive_writing_and_reading() {
+    let axis = Vector3::new(2.0, -1.0, 2.0) / 3.0;
+    let orientation = Vector3::new(30.0, 50.0, -20.0);
+    let (radius, half_length, tube_radius) = (1.0, 2.5, 0.25);
+    let shapes = [
+        Shape::Ellipsoid {
+            semi_axes: Vector3::new(3.0, 2.0, 1.0),
+            orientation,
+        },
+        Shape::Spheroid {
+            radius,
+            half_length,
+            axis,
+        },
+        Shape::Capsule {
+            radius,
+            half_length,
+            axis,
+        },
+        Shape::Disk {
+            radius,
+            half_length: 0.25,
+            axis,
+        },
+        Shape::Torus {
+            radius,
+            tube_radius,
+            axis,
+        },
+        Shape::Helix {
+            radius,
+            tube_radius,
+            pitch: -2.0,
+            turns: 1.5,
+            orientation,
+        },
+    ];
+    let mut builder = Scene::builder();
+    for (k, shape) in shapes.into_iter().enumerate() {
+        builder = builder.shaped(&format!("b{k}"), shape, [10.0 * k as f64, 0.0, 0.0]);
+    }
+    let scene = builder.build().unwrap();
+    let text = scene.to_toml().unwrap();
+    let again = Scene::parse(&text).unwrap();
+    for ((body, read), shape) in scene.bodies().iter().zip(again.bodies()).zip(shapes) {
+        assert_eq!(body.shape, shape);
+        assert_eq!(read.shape, shape);
+    }
+    let turned = Scene::parse(
+        r#"bodies = [{ name = "c", shape = "capsule", radius = 1, half_length = 2,
+           position = [0, 0, 0], orientation = [0, 0, 90] }]"#,
+    )
+    .unwrap();
+    let axis = turned.bodies()[0].shape.axis().unwrap();
+    assert!((axis - Vector3::y()).norm() < 1e-15, "{axis}");
+}
+
+/// Capsules side by side, whose ends pass the line of the centres of their neighbours.
+#[test]
+fn gaps_of_long_bodies_are_not_those_of_their_balls() {
+    let scene = |offset: f64| {
+        let capsule = |y: f64, x: f64| {
+            format!(
+                r#"{{ name = "c{y}", shape = "capsule", radius = 1, half_length = 5, position = [{x}, {y}, 0] }}"#
+            )
+        };
+        Scene::parse(&format!(
+            "bodies = [{}, {}]",
+            capsule(0.0, 0.0),
+            capsule(2.5, offset)
+        ))
+    };
+    for offset in [0.0, 3.0, 9.0] {
+        assert!(scene(offset).is_ok(), "{offset}");
+    }
+    let overlapping = r#"bodies = [
+        { name = "a", shape = "capsule", radius = 1, half_length = 5, position = [0, 0, 0] },
+        { name = "b", shape = "capsule", radius = 1, half_length = 5, position = [4, 1.9, 0] }]"#;
+    assert!(matches!(
+        Scene::parse(overlapping),
+        Err(SceneError::Touching { .. })
+    ));
 }

@@ -38,11 +38,8 @@ fn writing_a_documented_default_into_a_scene_changes_nothing() {
         let KeyDefault::Value(value) = key.default else {
             continue;
         };
-        let entry = if key.path.ends_with(".axis") {
-            ".1"
-        } else {
-            ".0"
-        };
+        let is_of_shape = key.path.ends_with(".axis") || key.path.ends_with(".orientation");
+        let entry = if is_of_shape { ".1" } else { ".0" };
         let setting = format!("{}={value}", key.path.replace("[]", entry));
         assert_eq!(
             written(std::slice::from_ref(&setting)),

@@ -4,7 +4,7 @@ use scene::keys::{KEYS, Kind, find};
 use scene::{Domain, FemOptions, Gait, Phase, Scene, Shape, closest_contact, legs};
 
 /// Every key with numbers is in one of these scenes, on a line of its own.
-const SCENES: [&str; 5] = [
+const SCENES: [&str; 6] = [
     r#"
 fluid.viscosity = 1
 model.tolerance = 1e-3
@@ -52,6 +52,22 @@ half_length = 2
 axis = [0, 0, 1]
 position = [1, 0, 0]
 force = [1, 0, 0]
+"#,
+    r#"
+[[bodies]]
+name = "ellipsoid"
+shape = "ellipsoid"
+semi_axes = [3, 2, 1]
+orientation = [10, 20, 30]
+position = [1, 0, 0]
+[[bodies]]
+name = "helix"
+shape = "helix"
+radius = 1
+tube_radius = 0.2
+pitch = 2
+turns = 3
+position = [9, 0, 0]
 "#,
     r#"
 [domain]

@@ -29,7 +29,7 @@ fn unknown_names_of_bodies_walls_and_spheres_are_refused() {
     };
     let problem = Problem::new(&mesh, &[("z1", origin)], &["z0"]).unwrap();
     assert!(is_unknown(
-        problem.with_spheres(&[("ball", sphere)]),
+        problem.with_surfaces(&[("ball", &sphere)]),
         "ball"
     ));
 }

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use fem::SurplusSpace;
-use mesh::{Container, GenerateParams, MeshedBody, Surface, TetMesh, generate};
+use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Surface, TetMesh, generate};
 use nalgebra::{DVector, Vector3};
 use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad, Independent};
 use stokes::{InitialGuesses, Options, Problem};
@@ -67,9 +67,10 @@ pub struct Solved {
 pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<Solved> {
     let clock = Instant::now();
     let mesh = ball_in_ball(lambda, ICOSAHEDRON_EDGE / f64::from(parts), geometry)?;
-    let spheres = [("sphere", unit_sphere()), (Container::TAG, wall(lambda))];
+    let (body, wall) = (unit_sphere(), wall(lambda));
+    let surfaces: [NamedSurface; 2] = [("sphere", &body), (Container::TAG, &wall)];
     let problem = Problem::new(&mesh, &[("sphere", Vector3::zeros())], &[Container::TAG])?
-        .with_spheres(&spheres)?;
+        .with_surfaces(&surfaces)?;
     let set = Articulation::new(
         &[BodyKind::Rigid],
         vec![],

@@ -76,7 +76,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
                 reasons,
             });
         }
-        ModelKind::Auto if is_mesh_free => {
+        ModelKind::Auto if is_mesh_free && scene.first_nonspherical().is_none() => {
             let choice = choose_sphere_model(scene)?;
             return spheres(choice.kind, choice.reasons);
         }
@@ -91,10 +91,16 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     let reasons = match scene.model().kind {
         ModelKind::Auto => vec![
             scene.arrangement().describe().to_owned(),
-            format!(
-                "mesh-free models do not support domain.kind = \"{}\"",
-                scene.domain().kind().word()
-            ),
+            match scene.first_nonspherical() {
+                Some(body) => format!(
+                    "mesh-free models do not support shape = \"{}\"",
+                    scene.bodies()[body].shape.kind().word()
+                ),
+                None => format!(
+                    "mesh-free models do not support domain.kind = \"{}\"",
+                    scene.domain().kind().word()
+                ),
+            },
             "chosen: finite elements in three dimensions".to_owned(),
         ],
         _ => requested(),

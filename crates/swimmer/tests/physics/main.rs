@@ -20,6 +20,7 @@ mod reproducible;
 mod scenes;
 mod several_rates;
 mod shape_space;
+mod shapes;
 mod sphere_instants;
 mod sphere_strokes;
 mod surroundings;

@@ -151,7 +151,11 @@ fn values_that_do_not_fit_are_refused() {
             json!([]),
             "does not fit the scene",
         ),
-        ("/outcome/legs/0/links", json!([7]), "does not fit the scene"),
+        (
+            "/outcome/legs/0/links",
+            json!([7]),
+            "does not fit the scene",
+        ),
         (
             "/outcome/legs/0/solves",
             json!(-3),

@@ -51,12 +51,6 @@ rtol = 1e-8
 fn unsupported_scenes_are_refused_with_the_alternative() {
     for (part, by, fragment) in [
         (
-            "[[bodies]]",
-            "[[bodies]]\nname = \"long\"\nshape = \"spheroid\"\nhalf_length = 2\nradius = 1\n\
-             position = [0, 9, 0]\n[[bodies]]",
-            "is not supported; use model.kind = \"axisymmetric\"",
-        ),
-        (
             "radius = 1\nposition = [0",
             "mass = 2\nradius = 1\nposition = [0",
             "bodies[1].mass = 2 is not supported; remove it",

@@ -1,6 +1,7 @@
 //! Generated meshes have the promised quality, in the scenes for which the solvers are used.
 
 mod bad_scenes;
+mod bodies_of_any_shape;
 mod random_scenes;
 
 use mesh::{

@@ -221,6 +221,51 @@ pub const CASES: &[(&str, &str, &[&str])] = &[
     (
         "radius = 1\nposition = [0",
         "half_length = 2\nradius = 1\nposition = [0",
-        &["bodies[1].half_length belongs to shape = \"spheroid\""],
+        &["bodies[1].half_length belongs to shape = \"spheroid\", \"capsule\", \"disk\""],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"ellipsoid\"\nradius = 1\nposition = [0",
+        &["bodies[1].radius belongs to shape = \"sphere\""],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"ellipsoid\"\nposition = [0",
+        &["scene.toml:", "bodies[1].semi_axes is missing"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"elipsoid\"\nposition = [0",
+        &["did you mean \"ellipsoid\"?"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"capsule\"\nradius = 1\nhalf_length = 0.5\nposition = [0",
+        &["bodies[1].half_length must be larger than the radius"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"disk\"\nradius = 1\nhalf_length = 2\nposition = [0",
+        &["bodies[1].half_length must be smaller than the radius"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"torus\"\nradius = 1\ntube_radius = 1\nposition = [0",
+        &["bodies[1].tube_radius must be smaller than the radius"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"helix\"\nradius = 1\ntube_radius = 0.1\npitch = 0\nturns = 2\nposition = [0",
+        &["bodies[1].pitch must be other than zero"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"helix\"\nradius = 1\ntube_radius = 0.1\npitch = 1\nturns = 1e6\nposition = [0",
+        &["bodies[1].turns must be at most 1000"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"capsule\"\nradius = 1\nhalf_length = 2\naxis = [0, 0, 1]\norientation = [0, 90, 0]\nposition = [0",
+        &["bodies[1].orientation is given beside axis"],
     ),
 ];

@@ -1,6 +1,6 @@
 //! The lower half of the plot: the bodies at the ends of phases.
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Point3, Vector3};
 use plotters::prelude::*;
 use scene::{Scene, Shape};
 
@@ -103,54 +103,42 @@ pub(super) fn draw(
         for (body, shape) in scene.bodies().iter().map(|body| body.shape).enumerate() {
             let colour = COLOURS[body % COLOURS.len()];
             let least = f64::from(px(2));
-            let radius = match shape {
-                Shape::Sphere { radius } => (scale * radius).max(least),
-                Shape::Spheroid { .. } => {
-                    area.draw(&Polygon::new(
-                        outline(scene, sample, body, axis, &across)
-                            .map(|x| pixel(&x))
-                            .collect::<Vec<_>>(),
-                        colour.filled(),
-                    ))?;
-                    continue;
-                }
-                Shape::Point => least,
+            let disc = |at: (i32, i32), radius: f64| {
+                let radius = (scale * radius).max(least).round() as i32;
+                area.draw(&Circle::new(at, radius, colour.filled()))
             };
-            area.draw(&Circle::new(
-                at(body),
-                radius.round() as i32,
-                colour.filled(),
-            ))?;
+            match shape {
+                Shape::Sphere { radius } => disc(at(body), radius)?,
+                Shape::Point => disc(at(body), 0.0)?,
+                Shape::Torus { tube_radius, .. } | Shape::Helix { tube_radius, .. } => {
+                    let pose = &sample.poses[body];
+                    for x in shape.centreline() {
+                        disc(pixel(&(pose * Point3::from(x)).coords), tube_radius)?;
+                    }
+                }
+                _ => {
+                    let outline = outline(&shape, &sample.poses[body], axis, &across);
+                    let corners: Vec<_> = outline.map(|x| pixel(&x)).collect();
+                    area.draw(&Polygon::new(corners, colour.filled()))?;
+                }
+            }
         }
     }
     Ok(())
 }
 
-/// The outline of a body projected onto the plane of `axis` and `across`.
+/// The outline of a convex body projected onto the plane of `axis` and `across`.
 fn outline<'a>(
-    scene: &'a Scene,
-    sample: &'a Sample,
-    body: usize,
+    shape: &'a Shape,
+    pose: &'a Isometry3<f64>,
     axis: &'a Vector3<f64>,
     across: &'a Vector3<f64>,
 ) -> impl Iterator<Item = Vector3<f64>> + 'a {
     const CORNERS: usize = 48;
-    let pose = &sample.poses[body];
-    let support_distance = move |angle: f64| {
-        let direction = axis * angle.cos() + across * angle.sin();
-        scene.bodies()[body]
-            .shape
-            .support_distance(&pose.rotation, &direction)
-    };
     (0..CORNERS).map(move |k| {
         let angle = std::f64::consts::TAU * k as f64 / CORNERS as f64;
-        // The support point: the support distance along the direction, its derivative across it.
-        let step = 1e-4;
-        let slope =
-            (support_distance(angle + step) - support_distance(angle - step)) / (2.0 * step);
         let direction = axis * angle.cos() + across * angle.sin();
-        let normal = across * angle.cos() - axis * angle.sin();
-        pose.translation.vector + direction * support_distance(angle) + normal * slope
+        pose.translation.vector + shape.support_point(&pose.rotation, &direction)
     })
 }
 

@@ -1,0 +1,72 @@
+//! Shapes moved and turned.
+
+use super::{Surface, SurfaceMesh};
+use crate::Vec3;
+use nalgebra::{Isometry3, Point3};
+
+/// A shape in its own coordinates, moved and turned by a pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed<S> {
+    /// The shape.
+    pub shape: S,
+    /// Position of the origin of the shape's coordinates, and their rotation.
+    pub pose: Isometry3<f64>,
+}
+
+impl<S: Surface> Placed<S> {
+    fn to_own(&self, point: Vec3) -> Vec3 {
+        self.pose
+            .inverse_transform_point(&Point3::from(point))
+            .coords
+    }
+
+    fn from_own(&self, point: Vec3) -> Vec3 {
+        self.pose.transform_point(&Point3::from(point)).coords
+    }
+}
+
+impl<S: Surface> Surface for Placed<S> {
+    fn signed_distance(&self, point: Vec3) -> f64 {
+        self.shape.signed_distance(self.to_own(point))
+    }
+
+    fn closest_point(&self, point: Vec3) -> Vec3 {
+        self.from_own(self.shape.closest_point(self.to_own(point)))
+    }
+
+    fn bounding_ball(&self) -> (Vec3, f64) {
+        let (centre, radius) = self.shape.bounding_ball();
+        (self.from_own(centre), radius)
+    }
+
+    fn centre(&self) -> Vec3 {
+        self.from_own(self.shape.centre())
+    }
+
+    fn volume(&self) -> f64 {
+        self.shape.volume()
+    }
+
+    fn is_convex(&self) -> bool {
+        self.shape.is_convex()
+    }
+
+    fn reach(&self) -> f64 {
+        self.shape.reach()
+    }
+
+    fn inradius(&self) -> f64 {
+        self.shape.inradius()
+    }
+
+    fn curvature_size(&self, point: Vec3, factor: f64, growth: f64) -> f64 {
+        self.shape
+            .curvature_size(self.to_own(point), factor, growth)
+    }
+
+    fn triangulation(&self) -> Option<SurfaceMesh> {
+        let mut mesh = self.shape.triangulation()?;
+        mesh.points.iter_mut().for_each(|p| *p = self.from_own(*p));
+        Some(mesh)
+    }
+}
