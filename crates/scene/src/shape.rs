@@ -9,7 +9,7 @@ use crate::words::ShapeKind;
 /// Shape of a body.
 ///
 /// Bodies of revolution have an `axis`: its direction in the initial configuration, a unit vector.
-/// Other shapes have an `orientation`: the rotation vector in degrees that turns their own
+/// Other shapes have an `orientation`: the rotation vector (radians) that turns their own
 /// coordinates into the initial configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
@@ -22,7 +22,7 @@ pub enum Shape {
     Ellipsoid {
         /// Semi-axes along x, y and z before the rotation.
         semi_axes: Vector3<f64>,
-        /// Rotation vector in degrees.
+        /// Rotation vector, in radians.
         orientation: Vector3<f64>,
     },
     /// A spheroid: prolate if `half_length > radius`, oblate if `half_length < radius`.
@@ -73,7 +73,7 @@ pub enum Shape {
         pitch: f64,
         /// Number of turns.
         turns: f64,
-        /// Rotation vector in degrees.
+        /// Rotation vector, in radians.
         orientation: Vector3<f64>,
     },
     /// A massless point without a surface.
@@ -118,7 +118,7 @@ impl Shape {
     pub fn orientation(&self) -> UnitQuaternion<f64> {
         match *self {
             Self::Ellipsoid { orientation, .. } | Self::Helix { orientation, .. } => {
-                rotation_by_degrees(&orientation)
+                UnitQuaternion::from_scaled_axis(orientation)
             }
             // All bodies of revolution are symmetric, so opposite axes need no rotation.
             _ => (self.axis())
@@ -265,9 +265,4 @@ impl Shape {
             Self::Point => Vec::new(),
         }
     }
-}
-
-/// Rotation by the length of a vector, in degrees, about its direction.
-pub(crate) fn rotation_by_degrees(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_scaled_axis(vector.map(f64::to_radians))
 }

@@ -117,8 +117,8 @@ pub const KEYS: &[Key] = &[
         "bodies[].orientation",
         Kind::Vector,
         Value("[0, 0, 0]"),
-        "rotation vector in degrees that turns a body whose axis is x into its initial \
-         orientation: [0, 0, 90] makes it y; the body turns with the flow from there",
+        "rotation vector in radians that turns a body whose axis is x into its initial \
+         orientation: [0, 0, 1.5707963] makes it y; the body turns with the flow from there",
     ),
     key(
         "bodies[].position",

@@ -1,11 +1,11 @@
 //! The shape of a body of a scene file.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::checks::Checks;
 use crate::error::SceneError;
 use crate::file::{BodyFile, DEFAULT_AXIS, DEFAULT_ORIENTATION};
-use crate::shape::{Shape, rotation_by_degrees};
+use crate::shape::Shape;
 use crate::words::ShapeKind;
 
 /// Largest number of turns of a helix; closest points are searched on all of them.
@@ -165,7 +165,7 @@ fn axis(checks: &Checks, number: usize, file: &BodyFile) -> Result<Vector3<f64>,
             "is given beside axis, and either determines the other; remove one of them",
         )),
         (None, Some(orientation)) => {
-            Ok(rotation_by_degrees(&orientation.into()) * Vector3::from(DEFAULT_AXIS))
+            Ok(UnitQuaternion::from_scaled_axis(orientation.into()) * Vector3::from(DEFAULT_AXIS))
         }
         (axis, None) => unit_axis(axis.unwrap_or(DEFAULT_AXIS)).ok_or_else(|| {
             checks.bad_value(&key(number, "axis"), "must not be zero: it is a direction")

@@ -152,7 +152,7 @@ fn mass_and_inertia_are_kept_for_the_integrators_of_the_library() {
 #[test]
 fn shapes_survive_writing_and_reading() {
     let axis = Vector3::new(2.0, -1.0, 2.0) / 3.0;
-    let orientation = Vector3::new(30.0, 50.0, -20.0);
+    let orientation = Vector3::new(0.5, 0.9, -0.3);
     let (radius, half_length, tube_radius) = (1.0, 2.5, 0.25);
     let shapes = [
         Shape::Ellipsoid {
@@ -200,7 +200,7 @@ fn shapes_survive_writing_and_reading() {
     }
     let turned = Scene::parse(
         r#"bodies = [{ name = "c", shape = "capsule", radius = 1, half_length = 2,
-           position = [0, 0, 0], orientation = [0, 0, 90] }]"#,
+           position = [0, 0, 0], orientation = [0, 0, 1.5707963267948966] }]"#,
     )
     .unwrap();
     let axis = turned.bodies()[0].shape.axis().unwrap();

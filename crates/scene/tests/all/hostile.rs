@@ -58,7 +58,7 @@ force = [1, 0, 0]
 name = "ellipsoid"
 shape = "ellipsoid"
 semi_axes = [3, 2, 1]
-orientation = [10, 20, 30]
+orientation = [0.1, 0.2, 0.3]
 position = [1, 0, 0]
 [[bodies]]
 name = "helix"
