@@ -64,8 +64,8 @@ impl AxisymmetricModel {
     /// Creates the model of a scene.
     ///
     /// # Errors
-    /// [`ModelError::Unsupported`] for arrangements, domains and loads without rotational symmetry, and
-    /// for shapes other than spheres and spheroids.
+    /// [`ModelError::Unsupported`] for arrangements, domains and loads without rotational symmetry,
+    /// and for shapes other than spheres and spheroids.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let refuse = |key: &str, problem: String, instead: &str| {
             Err(ModelError::Unsupported {

@@ -31,8 +31,8 @@ impl Contact {
 /// The smallest gap of a configuration; `None` if there is no pair (one body and no wall).
 ///
 /// Points have no surface and touch nothing. Shapes other than spheres count as their convex hulls,
-/// and their gaps are lower bounds. A body without a pose, or with one that is not finite, has a gap that
-/// is not a number. Cost: all pairs.
+/// and their gaps are lower bounds. A body without a pose, or with one that is not finite, has a
+/// gap that is not a number. Cost: all pairs.
 pub fn closest_contact(
     bodies: &[Body],
     domain: &Domain,
@@ -97,8 +97,8 @@ pub fn contacts<'a>(
 
 /// Smallest gap of two bodies while the difference of their centres changes from `from` to `to`.
 ///
-/// Returns the parameter `s` in `[0, 1]` and the gap. Rotations are constant, so that the distance of
-/// convex bodies is a convex function of `s`; the golden section finds its minimum.
+/// Returns the parameter `s` in `[0, 1]` and the gap. Rotations are constant, so that the distance
+/// of convex bodies is a convex function of `s`; the golden section finds its minimum.
 pub(crate) fn smallest_gap(
     pair: [(&Shape, &UnitQuaternion<f64>); 2],
     from: &Vector3<f64>,

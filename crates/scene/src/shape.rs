@@ -179,8 +179,8 @@ impl Shape {
         }
     }
 
-    /// Points in the middle of the tube of a torus or helix, in the initial configuration relative to
-    /// the position; they are closer to each other than a tube radius. Empty for other shapes.
+    /// Points in the middle of the tube of a torus or helix, in the initial configuration relative
+    /// to the position; they are closer to each other than a tube radius. Empty for other shapes.
     pub fn centreline(&self) -> Vec<Vector3<f64>> {
         let (radius, tube, pitch, turns) = match *self {
             Self::Torus {

@@ -27,8 +27,8 @@ pub struct CurvedBoundary<'a> {
 
 /// Geometry error: effect of the facets of curved boundaries on functionals of the flow.
 ///
-/// The nodes of the facets lie on the true surfaces. If the boundary is moved by `δ` into the fluid, with
-/// the same rigid motions prescribed on it, the bilinear form of the power changes by
+/// The nodes of the facets lie on the true surfaces. If the boundary is moved by `δ` into the
+/// fluid, with the same rigid motions prescribed on it, the bilinear form of the power changes by
 ///
 /// ```text
 /// G(a, b) = ∮ δ t_a · t_b dS,   t = 2 D(u) n - n (n · 2 D(u) n)

@@ -94,7 +94,8 @@ pub(super) fn assemble(
     })
 }
 
-/// A vertex at which the triangles are not a closed surface through all `vertices`, if there is one.
+/// A vertex at which the triangles are not a closed surface through all `vertices`, if there is
+/// one.
 ///
 /// The surface must have the Euler characteristic of the `designed` triangles and, if symmetry
 /// planes cut it, a rim that lies on the planes.

@@ -191,10 +191,11 @@ impl<'a> Layout<'a> {
 
     /// Whether a tet with all vertices on one body is inside it.
     ///
-    /// Outside a shape that is not convex are tets between parts of its surface. Their circumcentres
-    /// are outside too: the faces whose Delaunay balls have centres on both sides are the restricted
-    /// Delaunay triangulation of the surface. Flat tets lie in the surface and only exchange the
-    /// diagonal between two of its triangles, so they are on the side where they are not meshed.
+    /// Outside a shape that is not convex are tets between parts of its surface. Their
+    /// circumcentres are outside too: the faces whose Delaunay balls have centres on both sides are
+    /// the restricted Delaunay triangulation of the surface. Flat tets lie in the surface and only
+    /// exchange the diagonal between two of its triangles, so they are on the side where they are
+    /// not meshed.
     fn is_inside(&self, tet: &[u32; 4]) -> bool {
         let surface = self.surfaces[self.owner[tet[0] as usize] as usize];
         if surface.is_convex() || self.is_flat(tet) {

@@ -27,8 +27,8 @@ const OF_THICKNESS: f64 = 1.2;
 /// The wanted edge length `h(x)`: the minimum of
 ///
 /// * `size + growth d` around each body, `d` the distance to it;
-/// * `factor rho + growth s` around points of strong curvature, `rho` the radius of curvature and `s`
-///   the distance to them ([`Surface::curvature_size`]), `factor` at most 0.7;
+/// * `factor rho + growth s` around points of strong curvature, `rho` the radius of curvature and
+///   `s` the distance to them ([`Surface::curvature_size`]), `factor` at most 0.7;
 /// * `gap (d1 + d2)` between each pair of close surfaces, lowered until it grows no faster than
 ///   `growth`;
 /// * the largest size, and a fraction of the container's size;

@@ -31,7 +31,8 @@ const RIDGE: f64 = 0.1;
 /// surface yet.
 const BENT: f64 = 0.5;
 
-/// Largest number of steps along a ray; each covers the distance to the nearest point of the surface.
+/// Largest number of steps along a ray; each covers the distance to the nearest point of the
+/// surface.
 const RAY_STEPS: usize = 64;
 
 /// Splits, flips and smooths a triangulation until its edges have the wanted length.
@@ -158,7 +159,8 @@ impl<'a> Refiner<'a> {
         any
     }
 
-    /// The point that is projected onto the surface to split the edge between triangles `t` and `u`.
+    /// The point that is projected onto the surface to split the edge between triangles `t` and
+    /// `u`.
     ///
     /// The midpoint, in general. The midpoint of a long edge around a sharp rim is closer to the
     /// faces on both sides than to the rim, so it is moved outwards to the surface.

@@ -10,11 +10,12 @@ use scene::GeometryKind;
 
 /// Reads a mesh file in scaled units.
 ///
-/// `surfaces` are those of the bodies with the names of their boundary parts, in scaled units; nodes
-/// on these parts are moved onto the surfaces.
+/// `surfaces` are those of the bodies with the names of their boundary parts, in scaled units;
+/// nodes on these parts are moved onto the surfaces.
 ///
 /// # Errors
-/// A file that cannot be read; [`ModelError::OpenBoundary`]; parts of the boundary that are not on them.
+/// A file that cannot be read; [`ModelError::OpenBoundary`]; parts of the boundary that are not on
+/// them.
 pub fn read_mesh(
     file: &Path,
     surfaces: &[NamedSurface<'_>],
