@@ -1,8 +1,12 @@
 //! Delaunay tetrahedralisation of a point set, with exact predicates.
 
+mod flips;
 mod hilbert;
+mod linked_tets;
 mod predicates;
 mod triangulation;
 
 pub(crate) use hilbert::insertion_order;
+pub(crate) use linked_tets::LinkedTets;
+pub(crate) use predicates::orientation;
 pub(crate) use triangulation::delaunay;

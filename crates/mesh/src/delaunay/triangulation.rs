@@ -6,6 +6,7 @@
 //! [`Builder::find_cavity`]).
 
 use super::hilbert::insertion_order;
+use super::linked_tets::FACE;
 use super::predicates::{in_sphere, orientation};
 use crate::{MeshError, Vec3};
 
@@ -15,10 +16,6 @@ const GHOST: u32 = u32::MAX;
 ///
 /// The other bits are the index of the new tet behind the face.
 const NEW: u32 = 1 << 31;
-
-/// Vertices of the face opposite each vertex, ordered such that `(face, opposite vertex)` is a
-/// positively oriented tet.
-const FACE: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]];
 
 /// Delaunay tets of `points`, positively oriented.
 ///

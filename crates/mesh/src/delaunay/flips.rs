@@ -1,0 +1,201 @@
+//! Flips that make tets Delaunay again after their vertices have moved (Lawson 1977; Joe 1991).
+//!
+//! A face whose neighbours' circumballs contain the vertices beyond is replaced by an edge (two
+//! tets become three), or an edge with three tets around it by a face. On a symmetry plane two tets
+//! exchange the diagonal of their two faces. Every flip lowers the interpolant of `|x|^2`, so the
+//! flips end. In three dimensions they may end before all tets are Delaunay.
+
+use super::linked_tets::{FACE, LinkedTets, NONE, face_number, split};
+use super::predicates::{in_sphere, orientation};
+use crate::Vec3;
+use rayon::prelude::*;
+
+/// Tets per parallel task; fixed, so that the work is divided equally for any number of threads.
+const CHUNK: usize = 2048;
+
+/// The two tets at a face and what a flip needs to know about them.
+struct Bipyramid {
+    /// The tets on both sides.
+    tets: [usize; 2],
+    /// Vertices of the face, such that `(face, apex 0)` is positively oriented.
+    face: [u32; 3],
+    /// The vertices beyond.
+    apexes: [u32; 2],
+    /// For each vertex of the face, the outer faces opposite it: in the neighbours of both tets.
+    beyond: [[u32; 2]; 3],
+}
+
+impl LinkedTets {
+    /// Flips faces that are not locally Delaunay, except to tets that are not `allowed`.
+    ///
+    /// The boundary is kept, except for diagonals in planes. All tets must be positively oriented,
+    /// and stay so. Serial after a parallel search, with the same result for any number of threads.
+    pub fn flip_to_delaunay(&mut self, points: &[Vec3], allowed: impl Fn(&[u32; 4]) -> bool) {
+        let mut faces: Vec<u32> = (0..self.tets.len())
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .flat_map_iter(|t| (0..4).map(move |i| face_number(t, i)))
+            .filter(|&face| {
+                let (t, i) = split(face);
+                self.across[t][i] > face && !self.is_delaunay(face, points)
+            })
+            .collect();
+        while let Some(face) = faces.pop() {
+            // A flip may have removed the last tets.
+            if split(face).0 < self.tets.len() && !self.is_delaunay(face, points) {
+                self.flip(face, points, &allowed, &mut faces);
+            }
+        }
+    }
+
+    /// Whether the open circumball of the tet of a face does not contain the vertex beyond.
+    fn is_delaunay(&self, face: u32, points: &[Vec3]) -> bool {
+        let (t, i) = split(face);
+        let other = self.across[t][i];
+        if other == NONE {
+            return true;
+        }
+        let (u, j) = split(other);
+        let [a, b, c, d] = self.tets[t].map(|v| &points[v as usize]);
+        in_sphere(a, b, c, d, &points[self.tets[u][j] as usize]) <= 0.0
+    }
+
+    fn bipyramid(&self, face: u32) -> Bipyramid {
+        let (t, i) = split(face);
+        let (u, j) = split(self.across[t][i]);
+        let corners = FACE[i].map(|k| self.tets[t][k]);
+        let beyond = [0, 1, 2].map(|k| {
+            let in_other = position(&self.tets[u], corners[k]);
+            [self.across[t][FACE[i][k]], self.across[u][in_other]]
+        });
+        Bipyramid {
+            tets: [t, u],
+            face: corners,
+            apexes: [self.tets[t][i], self.tets[u][j]],
+            beyond,
+        }
+    }
+
+    /// Flips a face or one of its edges, if a flip is possible; adds faces to be checked.
+    fn flip(
+        &mut self,
+        face: u32,
+        points: &[Vec3],
+        allowed: &impl Fn(&[u32; 4]) -> bool,
+        changed: &mut Vec<u32>,
+    ) {
+        let mut pyramid = self.bipyramid(face);
+        let Bipyramid { face, apexes, .. } = pyramid;
+        // The tets around the edge between the apexes, each with one edge of the face.
+        let around = [0, 1, 2].map(|k| [face[k], face[(k + 1) % 3], apexes[1], apexes[0]]);
+        let sides = around.map(|tet| {
+            let [a, b, c, d] = tet.map(|v| &points[v as usize]);
+            orientation(a, b, c, d)
+        });
+        let mut outside = (0..3).filter(|&k| sides[k] <= 0.0);
+        match (outside.next(), outside.next()) {
+            (None, _) if around.iter().all(allowed) => self.replace_face(&pyramid, changed),
+            (Some(k), None) => {
+                // Rotated such that the edge to be replaced comes first.
+                pyramid.face.rotate_left(k);
+                pyramid.beyond.rotate_left(k);
+                let new = [around[(k + 1) % 3], around[(k + 2) % 3]];
+                if new.iter().all(allowed) {
+                    self.replace_edge(&pyramid, new, sides[k] == 0.0, changed);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Replaces a face by the edge between its apexes: two tets become three.
+    fn replace_face(&mut self, pyramid: &Bipyramid, changed: &mut Vec<u32>) {
+        let [p, q, r] = pyramid.face;
+        let [a, e] = pyramid.apexes;
+        let slots = [pyramid.tets[0], pyramid.tets[1], self.tets.len()];
+        self.tets.push([NONE; 4]);
+        self.across.push([NONE; 4]);
+        for (k, (tet, opposite)) in [([p, q], 2), ([q, r], 0), ([r, p], 1)].iter().enumerate() {
+            let t = slots[k];
+            self.tets[t] = [tet[0], tet[1], e, a];
+            self.across[t][0] = face_number(slots[(k + 1) % 3], 1);
+            self.across[t][1] = face_number(slots[(k + 2) % 3], 0);
+            for side in 0..2 {
+                self.link(t, 2 + side, pyramid.beyond[*opposite][side]);
+                changed.push(face_number(t, 2 + side));
+            }
+        }
+    }
+
+    /// Replaces the edge of the first two vertices of the face, if three tets are around it, by the
+    /// face with the apexes: three tets become two.
+    ///
+    /// On the boundary, if the four vertices lie `in_plane`, the edge with two tets is replaced by
+    /// the other diagonal.
+    fn replace_edge(
+        &mut self,
+        pyramid: &Bipyramid,
+        new: [[u32; 4]; 2],
+        in_plane: bool,
+        changed: &mut Vec<u32>,
+    ) {
+        let [p, q, _] = pyramid.face;
+        let [across_0, across_1] = pyramid.beyond[2];
+        let (third, ends) = if across_0 == NONE || across_1 == NONE {
+            if across_0 != across_1 || !in_plane {
+                return;
+            }
+            (None, [NONE; 2])
+        } else {
+            let third = split(across_0).0;
+            if third != split(across_1).0 {
+                return;
+            }
+            let ends = [p, q].map(|v| self.across[third][position(&self.tets[third], v)]);
+            (Some(third), ends)
+        };
+        let [t, u] = pyramid.tets;
+        (self.tets[t], self.tets[u]) = (new[0], new[1]);
+        self.across[t][0] = face_number(u, 1);
+        self.across[u][1] = face_number(t, 0);
+        self.link(t, 1, ends[0]);
+        self.link(u, 0, ends[1]);
+        for side in 0..2 {
+            self.link(t, 2 + side, pyramid.beyond[0][side]);
+            self.link(u, 2 + side, pyramid.beyond[1][side]);
+        }
+        changed.extend([1, 2, 3].map(|i| face_number(t, i)));
+        changed.extend([0, 2, 3].map(|i| face_number(u, i)));
+        if let Some(third) = third {
+            self.remove(third, changed);
+        }
+    }
+
+    /// Removes a tet without neighbours; the last tet takes its place and is checked again.
+    fn remove(&mut self, t: usize, changed: &mut Vec<u32>) {
+        self.tets.swap_remove(t);
+        self.across.swap_remove(t);
+        if t < self.tets.len() {
+            for i in 0..4 {
+                self.link(t, i, self.across[t][i]);
+                changed.push(face_number(t, i));
+            }
+        }
+    }
+
+    /// Makes two faces one.
+    #[inline]
+    fn link(&mut self, t: usize, i: usize, other: u32) {
+        self.across[t][i] = other;
+        if other != NONE {
+            let (u, j) = split(other);
+            self.across[u][j] = face_number(t, i);
+        }
+    }
+}
+
+/// Position of a vertex, which must be one of the tet.
+#[inline]
+fn position(tet: &[u32; 4], vertex: u32) -> usize {
+    (0..3).find(|&k| tet[k] == vertex).unwrap_or(3)
+}
