@@ -5,6 +5,7 @@
 //! exchange the diagonal of their two faces. Every flip lowers the interpolant of `|x|^2`, so the
 //! flips end. In three dimensions they may end before all tets are Delaunay.
 
+use super::circumcentre::circumcentre;
 use super::linked_tets::{FACE, LinkedTets, NONE, face_number, split};
 use super::predicates::{in_sphere, orientation};
 use crate::Vec3;
@@ -34,11 +35,7 @@ impl LinkedTets {
         let mut faces: Vec<u32> = (0..self.tets.len())
             .into_par_iter()
             .with_min_len(CHUNK)
-            .flat_map_iter(|t| (0..4).map(move |i| face_number(t, i)))
-            .filter(|&face| {
-                let (t, i) = split(face);
-                self.across[t][i] > face && !self.is_delaunay(face, points)
-            })
+            .flat_map_iter(|t| self.suspects(t, points))
             .collect();
         while let Some(face) = faces.pop() {
             // A flip may have removed the last tets.
@@ -46,6 +43,31 @@ impl LinkedTets {
                 self.flip(face, points, &allowed, &mut faces);
             }
         }
+    }
+
+    /// Faces of a tet that are probably not locally Delaunay.
+    ///
+    /// Each face is tested from one side only, by the distance of the vertex beyond from the
+    /// circumcentre, which is faster than the exact predicate.
+    fn suspects(&self, t: usize, points: &[Vec3]) -> impl Iterator<Item = u32> {
+        let x = self.tets[t].map(|v| points[v as usize]);
+        let (centre, _) = circumcentre(x);
+        let squared_radius = (centre - x[0]).norm_squared();
+        let across = self.across[t];
+        let inside = [0, 1, 2, 3].map(|i| {
+            let other = across[i];
+            if other == NONE || other < face_number(t, i) {
+                return false;
+            }
+            let (u, j) = split(other);
+            let beyond = points[self.tets[u][j] as usize];
+            // Not a comparison of the opposite kind, so that faces of flat tets, with NaN, are
+            // suspect.
+            !((beyond - centre).norm_squared() >= squared_radius)
+        });
+        (0..4)
+            .filter(move |&i| inside[i])
+            .map(move |i| face_number(t, i))
     }
 
     /// Whether the open circumball of the tet of a face does not contain the vertex beyond.

@@ -148,7 +148,7 @@ fn generate_with(
     let mut layout = Layout::new(bodies, container, &copies, &field, params)?;
     lap(&mut seconds.points);
 
-    let tets = layout.fluid(delaunay(&layout.points)?);
+    let tets = layout.fluid(delaunay(&layout.points, layout.centres.clone())?);
     let mut tets = LinkedTets::new(layout.points.len(), tets);
     let sizes = smoothing::smooth(&mut layout, &mut tets, &field, params.sweeps);
     lap(&mut seconds.smoothing);

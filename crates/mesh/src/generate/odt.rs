@@ -2,6 +2,7 @@
 //! Yvinec & Desbrun 2005).
 
 use crate::Vec3;
+pub(super) use crate::delaunay::circumcentre;
 use rayon::prelude::*;
 
 /// Tets per parallel task; fixed, so that the work is divided equally for any number of threads.
@@ -56,13 +57,4 @@ pub(super) fn smoothed(points: &[Vec3], tets: &[[u32; 4]], sizes: &[f64]) -> Vec
         .zip(points)
         .map(|(&(sum, weight), p)| if weight > 0.0 { sum / weight } else { *p })
         .collect()
-}
-
-/// Circumcentre and volume of a tet.
-pub(super) fn circumcentre(x: [Vec3; 4]) -> (Vec3, f64) {
-    let [u, v, w] = [x[1] - x[0], x[2] - x[0], x[3] - x[0]];
-    let (vw, wu, uv) = (v.cross(&w), w.cross(&u), u.cross(&v));
-    let det = u.dot(&vw);
-    let arm = (u.norm_squared() * vw + v.norm_squared() * wu + w.norm_squared() * uv) / (2.0 * det);
-    (x[0] + arm, det / 6.0)
 }
