@@ -37,14 +37,15 @@ fn angle_quality(x: [Vec3; 4]) -> f64 {
     }
     // Inward area vectors of the faces opposite vertices 1, 2, 3, and 0.
     let faces = [vw, wu, uv, -(vw + wu + uv)];
-    let inverse = faces.map(|n| 1.0 / n.norm());
+    let inverse = faces.map(|n| 1.0 / n.norm_squared());
     let mut worst = 0f64;
     for i in 0..4 {
         for j in i + 1..4 {
-            worst = worst.max((faces[i].dot(&faces[j]) * (inverse[i] * inverse[j])).abs());
+            let product = faces[i].dot(&faces[j]);
+            worst = worst.max((product * inverse[i]) * (product * inverse[j]));
         }
     }
-    1.0 - worst
+    1.0 - worst.sqrt()
 }
 
 /// Offsets of the midside nodes of curved edges from the midpoints.
@@ -163,6 +164,7 @@ impl<'a> HillClimbing<'a> {
             .collect();
         // Vertices without a better position, until something around them changes.
         let mut settled = vec![false; points.len()];
+        let mut star = Vec::new();
         for _ in 0..PASSES {
             let mut worst: Vec<u32> = (0..tets.len() as u32)
                 .filter(|&t| quality[t as usize] < bad)
@@ -178,13 +180,18 @@ impl<'a> HillClimbing<'a> {
                     if !self.free[v as usize] || settled[v as usize] || quality[t as usize] >= bad {
                         continue;
                     }
-                    let star = around.of(v);
-                    let lowest = star
-                        .iter()
-                        .fold(1.0, |m: f64, &s| m.min(quality[s as usize]));
-                    if self.move_vertex(points, v, star, lowest) {
+                    star.clear();
+                    star.extend_from_slice(around.of(v));
+                    // Most trials fail at the worst tet, so it is tried first.
+                    star.sort_unstable_by(|&a, &b| {
+                        quality[a as usize]
+                            .total_cmp(&quality[b as usize])
+                            .then(a.cmp(&b))
+                    });
+                    let lowest = quality[star[0] as usize];
+                    if self.move_vertex(points, v, &star, lowest) {
                         moved = true;
-                        for &s in star {
+                        for &s in &star {
                             quality[s as usize] = at(points, s);
                             for w in tets[s as usize] {
                                 settled[w as usize] = false;

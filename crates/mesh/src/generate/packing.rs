@@ -23,7 +23,7 @@ const CLEARANCE: f64 = 0.6;
 /// the vertices are that exclude its candidates.
 ///
 /// Candidates are at 0.95 and 1.1. It affects the time only: TODO
-const AROUND: f64 = 1.4;
+const AROUND: f64 = 1.0;
 
 /// Nearest neighbours in a body-centred cubic lattice, in units of half its period: eight along the
 /// diagonals, then six along the axes.
