@@ -14,6 +14,11 @@ use rayon::prelude::*;
 /// Tets per parallel task; fixed, so that the work is divided equally for any number of threads.
 const CHUNK: usize = 2048;
 
+/// Largest number of checks of faces per tet.
+///
+/// After a smoothing sweep there is less than one (measured).
+const MOST_CHECKS: usize = 100;
+
 /// The two tets at a face and what a flip needs to know about them.
 struct Bipyramid {
     /// The tets on both sides.
@@ -37,7 +42,10 @@ impl LinkedTets {
             .with_min_len(CHUNK)
             .flat_map_iter(|t| self.suspects(t, points))
             .collect();
-        while let Some(face) = faces.pop() {
+        // Flips end by themselves, except where numbers underflow or overflow.
+        let mut left = MOST_CHECKS * (self.tets.len() + 1);
+        while let Some(face) = faces.pop().filter(|_| left > 0) {
+            left -= 1;
             // A flip may have removed the last tets.
             if split(face).0 < self.tets.len() && !self.is_delaunay(face, points) {
                 self.flip(face, points, &allowed, &mut faces);
@@ -220,4 +228,136 @@ impl LinkedTets {
 #[inline]
 fn position(tet: &[u32; 4], vertex: u32) -> usize {
     (0..3).find(|&k| tet[k] == vertex).unwrap_or(3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delaunay::delaunay;
+
+    /// Points of a cubic lattice in the cube `[0, n - 1]^3`, with the inner ones displaced by up to
+    /// `amplitude` times a fixed sequence that depends on `phase`.
+    fn lattice(n: u32, amplitude: f64, phase: f64) -> Vec<Vec3> {
+        let grid = (0..n * n * n).map(|k| [k % n, k / n % n, k / n / n]);
+        let points = grid.enumerate().map(|(k, at)| {
+            let inner = at.iter().all(|&c| c > 0 && c < n - 1);
+            let t = k as f64 + phase;
+            let shift = Vec3::new((12.9 * t).sin(), (78.2 * t).sin(), (37.7 * t).sin());
+            let scale = if inner { amplitude } else { 0.0 };
+            Vec3::from(at.map(f64::from)) + scale * shift
+        });
+        points.collect()
+    }
+
+    fn volume(tets: &[[u32; 4]], points: &[Vec3]) -> f64 {
+        let of_tet = |tet: &[u32; 4]| {
+            let [a, b, c, d] = tet.map(|v| points[v as usize]);
+            (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
+        };
+        tets.iter().map(of_tet).sum()
+    }
+
+    fn faces(linked: &LinkedTets) -> impl Iterator<Item = u32> {
+        (0..linked.tets.len()).flat_map(|t| (0..4).map(move |i| face_number(t, i)))
+    }
+
+    fn assert_linked(linked: &LinkedTets) {
+        for face in faces(linked) {
+            let (t, i) = split(face);
+            let across = linked.across[t][i];
+            if across == NONE {
+                continue;
+            }
+            let (u, j) = split(across);
+            assert_eq!(linked.across[u][j], face);
+            let corners = |t: usize, i: usize| {
+                let mut corners = FACE[i].map(|k| linked.tets[t][k]);
+                corners.sort_unstable();
+                corners
+            };
+            assert_eq!(corners(t, i), corners(u, j));
+        }
+    }
+
+    #[test]
+    fn moved_vertices_have_delaunay_tets_again() {
+        let before = lattice(9, 0.3, 0.0);
+        let tets = delaunay(&before, 0..0).unwrap();
+        let mut linked = LinkedTets::new(before.len(), tets);
+        let boundary = sorted_corners(linked.boundary_faces());
+        // A twentieth of the way to other positions leaves no tet inverted.
+        let other = lattice(9, 0.3, 1000.0);
+        let mut moved = before.clone();
+        for (p, q) in moved.iter_mut().zip(&other) {
+            *p += 0.05 * (q - *p);
+        }
+        let is_positive = |tet: &[u32; 4]| {
+            let [a, b, c, d] = tet.map(|v| &moved[v as usize]);
+            orientation(a, b, c, d) > 0.0
+        };
+        linked.tets.iter().for_each(|t| assert!(is_positive(t)));
+        let bad = |linked: &LinkedTets| {
+            let faces = faces(linked);
+            faces.filter(|&f| !linked.is_delaunay(f, &moved)).count()
+        };
+        let first = bad(&linked);
+        assert!(first > 100, "{first} faces");
+        linked.flip_to_delaunay(&moved, |_| true);
+        assert_eq!(bad(&linked), 0);
+        assert_linked(&linked);
+        linked.tets.iter().for_each(|t| assert!(is_positive(t)));
+        assert!(sorted_corners(linked.boundary_faces()) == boundary);
+        // The cube has the side 8; each term rounds by less than a unit of the sum.
+        let rounding = linked.tets.len() as f64 * f64::EPSILON * 512.0;
+        assert!((volume(&linked.tets, &moved) - 512.0).abs() < rounding);
+        // With all faces locally Delaunay, the tets are those of a new tetrahedralisation.
+        let mut own: Vec<[u32; 4]> = linked.tets.clone();
+        let mut new = delaunay(&moved, 0..0).unwrap();
+        let inner = |tet: &[u32; 4]| tet.iter().any(|&v| moved[v as usize] != lattice_point(v));
+        for list in [&mut own, &mut new] {
+            list.retain(inner);
+            list.iter_mut().for_each(|tet| tet.sort_unstable());
+            list.sort_unstable();
+        }
+        assert!(own == new);
+    }
+
+    /// The faces with their vertices in ascending order.
+    fn sorted_corners(mut faces: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
+        faces.iter_mut().for_each(|face| face.sort_unstable());
+        faces
+    }
+
+    /// Vertex of the undisplaced lattice.
+    fn lattice_point(v: u32) -> Vec3 {
+        Vec3::new(f64::from(v % 9), f64::from(v / 9 % 9), f64::from(v / 81))
+    }
+
+    #[test]
+    fn diagonals_in_a_plane_are_exchanged() {
+        // A quadrilateral in the plane z = 0, divided along its longer diagonal, and an apex.
+        let points = [
+            Vec3::new(-2.0, 0.0, 0.0),
+            Vec3::new(0.0, -1.0, 0.0),
+            Vec3::new(2.0, 0.0, 0.0),
+            Vec3::new(0.0, 1.0, 0.0),
+            Vec3::new(0.0, 0.0, 1.0),
+        ];
+        let tets = vec![[0, 1, 2, 4], [0, 2, 3, 4]];
+        let mut linked = LinkedTets::new(5, tets.clone());
+        linked.flip_to_delaunay(&points, |tet| !tet.contains(&3));
+        assert_eq!(linked.tets, tets);
+        linked.flip_to_delaunay(&points, |_| true);
+        assert_eq!(linked.tets.len(), 2);
+        assert!(linked.tets.iter().all(|t| t.contains(&1) && t.contains(&3)));
+        assert_linked(&linked);
+        assert!((volume(&linked.tets, &points) - 4.0 / 3.0).abs() < 1e-15);
+        // The same quadrilateral bent along its diagonal keeps it.
+        let mut bent = points;
+        bent[1].z = -0.1;
+        bent[3].z = -0.1;
+        let mut linked = LinkedTets::new(5, tets.clone());
+        linked.flip_to_delaunay(&bent, |_| true);
+        assert_eq!(linked.tets, tets);
+    }
 }

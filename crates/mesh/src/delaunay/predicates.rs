@@ -26,13 +26,19 @@ const ORIENTATION_ERROR: f64 = 6.0 * 7.01 * (0.5 * f64::EPSILON);
 /// products, times the squared length, at most three squares.
 const IN_SPHERE_ERROR: f64 = 4.0 * 6.0 * 3.0 * 16.01 * (0.5 * f64::EPSILON);
 
+/// Bound of the errors of underflow, which are some units of the smallest subnormal number, 2^-1074.
+///
+/// Where a product of a subnormal and a large number has a larger error, the relative bounds above
+/// are larger too.
+const UNDERFLOW: f64 = f64::MIN_POSITIVE;
+
 /// A number with the sign of `det(b - a, c - a, d - a)`: positive for a positively oriented tet.
 #[inline]
 pub(crate) fn orientation(a: &Vec3, b: &Vec3, c: &Vec3, d: &Vec3) -> f64 {
     let (u, v, w) = (b - a, c - a, d - a);
     let determinant = u.dot(&v.cross(&w));
     let largest = u.amax().max(v.amax()).max(w.amax());
-    if determinant.abs() > ORIENTATION_ERROR * (largest * largest * largest) {
+    if determinant.abs() > ORIENTATION_ERROR * (largest * largest * largest) + UNDERFLOW {
         return determinant;
     }
     -robust::orient3d(coord(a), coord(b), coord(c), coord(d))
@@ -56,7 +62,7 @@ pub(super) fn in_sphere(a: &Vec3, b: &Vec3, c: &Vec3, d: &Vec3, e: &Vec3) -> f64
         + (p.norm_squared() * qrs - q.norm_squared() * rsp);
     let largest = p.amax().max(q.amax()).max(r.amax()).max(s.amax());
     let squared = largest * largest;
-    if determinant.abs() > IN_SPHERE_ERROR * (squared * squared * largest) {
+    if determinant.abs() > IN_SPHERE_ERROR * (squared * squared * largest) + UNDERFLOW {
         return determinant;
     }
     -robust::insphere(coord(a), coord(b), coord(c), coord(d), coord(e))
@@ -76,5 +82,39 @@ mod tests {
         assert!(in_sphere(&o, &x, &y, &z, &centre) > 0.0);
         assert!(in_sphere(&o, &x, &y, &z, &Vec3::repeat(1.1)) < 0.0);
         assert_eq!(in_sphere(&o, &x, &y, &z, &Vec3::repeat(1.0)), 0.0);
+    }
+
+    /// The filter once trusted a determinant that had underflowed, and the walk to a point of a
+    /// tiny scene did not end.
+    #[test]
+    fn underflow_is_not_trusted() {
+        let tiny = |x: f64, y: f64, z: f64| 1e-108 * Vec3::new(x, y, z);
+        let [a, b] = [tiny(0.0, 0.0, 0.0), tiny(1.0, 0.1, 0.3)];
+        let [c, d] = [tiny(0.3, 1.0, 0.7), tiny(1.3, 1.1, 1.0)];
+        let exact = -robust::orient3d(coord(&a), coord(&b), coord(&c), coord(&d));
+        assert_eq!(orientation(&a, &b, &c, &d), exact);
+    }
+
+    #[test]
+    fn filtered_signs_are_the_exact_ones_next_to_spheres_and_planes() {
+        // Points of a sphere whose coordinates are rounded, and one moved by some units of rounding.
+        let at = |k: f64| {
+            let t = Vec3::new((3.1 * k).sin(), (1.7 * k).cos(), (0.9 * k).sin());
+            Vec3::new(0.3, -7.0, 2.0) + 0.01 * t.normalize()
+        };
+        for n in 0..2000 {
+            let k = f64::from(n);
+            let [a, b, c, d] = [at(k), at(k + 0.21), at(k + 0.47), at(k + 0.83)];
+            let e = at(k + 0.63) + Vec3::repeat(f64::EPSILON * f64::from(n % 9 - 4));
+            let exact = -robust::insphere(coord(&a), coord(&b), coord(&c), coord(&d), coord(&e));
+            assert_eq!(sign(in_sphere(&a, &b, &c, &d, &e)), sign(exact));
+            let f = a + 0.3 * (b - a) + 0.4 * (c - a);
+            let exact = -robust::orient3d(coord(&a), coord(&b), coord(&c), coord(&f));
+            assert_eq!(sign(orientation(&a, &b, &c, &f)), sign(exact));
+        }
+    }
+
+    fn sign(x: f64) -> i32 {
+        i32::from(x > 0.0) - i32::from(x < 0.0)
     }
 }

@@ -345,6 +345,29 @@ mod tests {
         check(&points, 4.0 / 3.0);
     }
 
+    /// The tets do not depend on the order of insertion if no five points lie on a sphere. A centre
+    /// that is inserted first replaces the tets between points on its sphere.
+    #[test]
+    fn points_inserted_first_change_the_order_only() {
+        let mut points: Vec<Vec3> = (1..201)
+            .map(|k| {
+                let t = f64::from(k);
+                Vec3::new((12.9 * t).sin(), (78.2 * t).sin(), (37.7 * t).sin())
+            })
+            .collect();
+        let sorted = |first| {
+            let mut tets = delaunay(&points, first).unwrap();
+            tets.iter_mut().for_each(|tet| tet.sort_unstable());
+            tets.sort_unstable();
+            tets
+        };
+        assert_eq!(sorted(0..0), sorted(150..170));
+        points.iter_mut().for_each(|p| *p = p.normalize());
+        points.push(Vec3::zeros());
+        let tets = delaunay(&points, 200..201).unwrap();
+        assert!(tets.iter().all(|tet| tet.contains(&200)));
+    }
+
     #[test]
     fn flat_duplicate_and_nan_points_are_errors() {
         let plane: Vec<Vec3> = (0..20)
