@@ -19,8 +19,10 @@ use crate::{folder, machine, scene_files};
 /// Number of rounds; the fastest one counts, since other load on the machine can only slow it down.
 const ROUNDS: usize = 5;
 
-/// Growth of the edge length with the distance from the spheres, in both programs.
-const GROWTH: f64 = 0.3;
+/// Growth of the edge length with the distance from the spheres, in both programs: that of scenes.
+fn growth(size: f64) -> f64 {
+    (8.0 / 7.0 * size).min(0.3)
+}
 
 /// Names and arguments of the algorithms of Gmsh; only the first one is parallel.
 const GMSH: [(&str, &str, usize); 3] = [
@@ -96,7 +98,7 @@ fn ours(size: f64) -> Result<Vec<Row>> {
     let mut surfaces: Vec<NamedSurface> = bodies.iter().map(|b| (b.name, b.surface)).collect();
     surfaces.push((Container::TAG, container.surface()));
     let mut params = GenerateParams::default();
-    params.growth = GROWTH;
+    params.growth = growth(size);
     let overrides = [
         format!("fem.surface_size={size}"),
         "fem.mirror=off".to_owned(),
@@ -155,7 +157,7 @@ fn gmsh_in(
         let output = Command::new("gmsh")
             .args(["-3", "-algo", algorithm, "-nt", &threads.to_string()])
             .args(["-setnumber", "size", &size.to_string()])
-            .args(["-setnumber", "growth", &GROWTH.to_string()])
+            .args(["-setnumber", "growth", &growth(size).to_string()])
             .args(["-setnumber", "largest", "20"])
             .arg("-o")
             .args([&file, &geometry])
@@ -194,7 +196,7 @@ fn seconds_of_meshing(log: &str) -> Option<f64> {
 fn markdown(rows: &[Row]) -> Result<String> {
     let mut text = format!(
         "# Speed of the mesh generator\n\n{}, {}. Made by `cargo xtask mesher`.\n\n\
-         Three unit spheres with arms of 10 in a ball of radius 40; edges of the given size on the spheres, growing by {GROWTH} per unit of distance. Thousand tets per second, from\n\
+         Three unit spheres with arms of 10 in a ball of radius 40; edges of the given size on the spheres, growing by 8/7 of it, at most 0.3, per unit of distance. Thousand tets per second, from\n\
          surfaces to tets, and to the checked curved mesh; the fastest of {ROUNDS} rounds. The times of Gmsh are its own, for curves, surfaces and volume, without start and files.\n\
          Angles in degrees. The error is that of the velocity of the middle sphere while one arm closes, relative to the exact value, without and with the correction by cubic elements\n\
          (-: some curved cells are inverted).\n\n\

@@ -69,9 +69,9 @@ impl LinkedTets {
             }
             let (u, j) = split(other);
             let beyond = points[self.tets[u][j] as usize];
-            // Not a comparison of the opposite kind, so that faces of flat tets, with NaN, are
-            // suspect.
-            !((beyond - centre).norm_squared() >= squared_radius)
+            // Written so that faces of flat tets, with NaN, are suspect.
+            let is_outside = (beyond - centre).norm_squared() >= squared_radius;
+            !is_outside
         });
         (0..4)
             .filter(move |&i| inside[i])

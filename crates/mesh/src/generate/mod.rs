@@ -55,7 +55,7 @@ pub struct Generated {
 pub struct StageSeconds {
     /// Surface triangulations and packing of vertices.
     pub points: f64,
-    /// Smoothing, with one Delaunay tetrahedralisation per sweep.
+    /// Delaunay tetrahedralisation and smoothing.
     pub smoothing: f64,
     /// Hill climbing.
     pub hill_climbing: f64,
@@ -73,7 +73,8 @@ pub struct StageSeconds {
 ///
 /// Method: geodesic points on spheres, and points from splitting, flipping and smoothing where
 /// sizes vary; a lattice-like packing of vertices between the surfaces; Delaunay tetrahedralisation
-/// with exact predicates; sweeps of optimal-Delaunay smoothing; hill climbing on the worst angles.
+/// with exact predicates; sweeps of optimal-Delaunay smoothing, each followed by flips; hill climbing
+/// on the worst angles.
 /// A surface triangle is a face of a Delaunay tet because the body behind it contains a (nearly)
 /// empty ball: the only vertex inside the body is its centre. The result is checked: the faces on
 /// each body must form a closed surface through all its vertices, and on spheres they must be the
@@ -162,7 +163,7 @@ fn generate_with(
     Ok(Generated { mesh, seconds })
 }
 
-/// Largest number of rounds of Delaunay tetrahedralisation and hill climbing.
+/// Largest number of rounds of hill climbing and flips.
 ///
 /// One or two reach the target in most scenes, and later ones lower the mean quality.
 const ROUNDS: usize = 4;
@@ -177,17 +178,17 @@ fn improve(
     params: &GenerateParams,
 ) -> (Vec<Vec3>, LinkedTets) {
     let offsets = layout.midside_offsets(&tets.boundary_faces());
-    let mut best: Option<(f64, Vec<Vec3>, LinkedTets)> = None;
+    let mut best = (f64::NEG_INFINITY, layout.points.clone(), tets.clone());
     for _ in 0..ROUNDS {
         let climbing = HillClimbing::new(tets.tets(), &layout.free, &offsets, layout.planes, sizes);
         let quality = climbing.run(&mut layout.points, params.target_dihedral);
-        if best.as_ref().is_none_or(|(highest, ..)| quality > *highest) {
-            best = Some((quality, layout.points.clone(), tets.clone()));
+        if quality > best.0 {
+            best = (quality, layout.points.clone(), tets.clone());
         }
         if quality >= 1.0 - params.target_dihedral.to_radians().cos() {
             break;
         }
         tets.flip_to_delaunay(&layout.points, |tet| layout.joins_fluid(tet));
     }
-    best.map_or((Vec::new(), tets), |(_, points, tets)| (points, tets))
+    (best.1, best.2)
 }

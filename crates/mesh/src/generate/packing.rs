@@ -10,8 +10,8 @@ use std::collections::VecDeque;
 ///
 /// In a body-centred lattice with mean edge 1 the nearest neighbours are at 0.93. Allowing a fifth
 /// less lets vertices fill the space where two fronts meet. Vertices and mean quality for three
-/// spheres of size 0.3 in a ball of radius 40: 0.66: 7312, 0.883; 0.73: 5947, 0.883; 0.76: 5256,
-/// 0.880; 0.82: 4191, 0.872; 0.86: 3700, 0.865.
+/// spheres of size 0.3 in a ball of radius 40: 0.66: 7312, 0.892; 0.73: 5947, 0.892; 0.76: 5256,
+/// 0.889; 0.82: 4191, 0.879; 0.86: 3700, 0.872.
 const SPACING: f64 = 0.76;
 
 /// Smallest distance of a vertex from a surface, as a fraction of the wanted edge length.

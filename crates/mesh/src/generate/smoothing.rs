@@ -12,6 +12,11 @@ use rayon::prelude::*;
 const CHUNK: usize = 1024;
 
 /// Part of the previous step of a vertex that is added to the next one (Polyak 1964).
+///
+/// Mean quality after ten sweeps, in the example of [`GenerateParams::growth`]: 0.880 at 0, 0.884 at
+/// 0.3, 0.889 at 0.5, 0.890 at 0.6, 0.889 at 0.7. Longer steps instead (1.5 times) diverge.
+///
+/// [`GenerateParams::growth`]: crate::GenerateParams::growth
 const MOMENTUM: f64 = 0.5;
 
 /// How often the step of a vertex is halved before the vertex stays.
@@ -19,8 +24,8 @@ const HALVINGS: u8 = 3;
 
 /// Smooths the vertices of the layout, and returns the wanted edge length at each of them.
 ///
-/// One Jacobi sweep of optimal-Delaunay smoothing, with momentum, moves all vertices at once. Steps
-/// that invert tets are shortened. The result is the same for any number of threads.
+/// Each sweep of optimal-Delaunay smoothing, with momentum, moves all vertices at once. Steps that
+/// invert tets are shortened. The result is the same for any number of threads.
 pub(super) fn smooth(
     layout: &mut Layout<'_>,
     tets: &mut LinkedTets,
