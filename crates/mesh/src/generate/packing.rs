@@ -22,8 +22,9 @@ const CLEARANCE: f64 = 0.6;
 /// Radius, as a fraction of the wanted edge length, around a vertex of the front within which most of
 /// the vertices are that exclude its candidates.
 ///
-/// Candidates are at 0.95 and 1.1. It affects the time only: TODO
-const AROUND: f64 = 1.0;
+/// Candidates are at 0.95 and 1.1. It affects the time only: that of a whole mesh is 0.128 s at 0,
+/// 0.121 s at 0.6, 0.125 s at 0.8 and 1.0, 0.129 s at 1.4 (three spheres of size 0.2).
+const AROUND: f64 = 0.8;
 
 /// Nearest neighbours in a body-centred cubic lattice, in units of half its period: eight along the
 /// diagonals, then six along the axes.
