@@ -7,6 +7,7 @@ mod chart;
 mod folder;
 mod iterations;
 mod machine;
+mod mesher;
 mod models;
 mod multiple_rhs;
 mod page;
@@ -137,6 +138,15 @@ enum Task {
         #[arg(long)]
         out: Option<PathBuf>,
     },
+    /// Speed and quality of the mesh generator, beside those of the command `gmsh` if there is one.
+    Mesher {
+        /// One size: half a minute on two cores.
+        #[arg(long)]
+        quick: bool,
+        /// Folder for `mesher.md` [default: docs, or mesher for --quick].
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// Runs random scenes with all models: checks balances, reproducibility and memory.
     Soak {
         /// Duration of the run.
@@ -228,6 +238,10 @@ fn main() -> Result<()> {
         Task::Iterations { quick, out } => {
             let out = output_folder(out, quick, "iterations");
             iterations::run(quick, &out)
+        }
+        Task::Mesher { quick, out } => {
+            let out = output_folder(out, quick, "mesher");
+            mesher::run(quick, &out)
         }
         Task::Tolerances { cases, seed, out } => {
             tolerances::run(cases, seed, &output_folder(out, false, ""))

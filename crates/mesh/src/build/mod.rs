@@ -22,6 +22,9 @@ use input_checks::{check_numbers, check_regions, check_tags, check_vertices};
 /// of the product of their lengths (Higham 2002, 3.5).
 const FLAT: f64 = 16.0 * f64::EPSILON;
 
+/// Cells per parallel task.
+const CHUNK: usize = 4096;
+
 impl TetMesh {
     /// Straight-sided mesh of `tets`: midside nodes are midpoints.
     ///
@@ -86,9 +89,11 @@ fn build(
     let old_edges = EdgeIndex::new(linear.points.len(), &linear.tets);
     let order = reverse_cuthill_mckee(linear.points.len(), &old_edges);
     let tets = renumber(&mut linear, &order)?;
-    let boundary = match_boundary(&linear.points, &tets, &linear.faces, &linear.tags)?;
-
-    let edges = EdgeIndex::new(linear.points.len(), &tets);
+    let (boundary, edges) = rayon::join(
+        || match_boundary(&linear.points, &tets, &linear.faces, &linear.tags),
+        || EdgeIndex::new(linear.points.len(), &tets),
+    );
+    let boundary = boundary?;
     let n_vertices = linear.points.len();
     if n_vertices + edges.len() > i32::MAX as usize {
         return Err(MeshError::TooLarge {
@@ -99,7 +104,8 @@ fn build(
     // `find` succeeds because every pair is an edge of some tet; the default is never used.
     let node = |a: u32, b: u32| (n_vertices + edges.find(a, b).unwrap_or_default()) as u32;
     let cells = tets
-        .iter()
+        .par_iter()
+        .with_min_len(CHUNK)
         .map(|v| {
             let m = TET_EDGES.map(|[i, j]| node(v[i], v[j]));
             [v[0], v[1], v[2], v[3], m[0], m[1], m[2], m[3], m[4], m[5]]
@@ -122,10 +128,13 @@ fn build(
     // Vertices are projected first, because midpoints are computed from their final positions.
     project(&mut points, &facets, 0..3, &linear.tags, surfaces)?;
     let middle = |[a, b]: [u32; 2]| {
+        let midpoint = 0.5 * (points[a as usize] + points[b as usize]);
+        if middles.is_empty() {
+            return midpoint;
+        }
         let [old_a, old_b] = [a, b].map(|v| order[v as usize]);
         let given = old_edges.find(old_a, old_b).and_then(|e| middles.get(e));
-        let midpoint = || 0.5 * (points[a as usize] + points[b as usize]);
-        given.copied().unwrap_or_else(midpoint)
+        given.copied().unwrap_or(midpoint)
     };
     let middles: Vec<Vec3> = edges.iter().map(middle).collect();
     points.extend(middles);
@@ -185,36 +194,32 @@ fn renumber(linear: &mut LinearTets, order: &[u32]) -> Result<Vec<[u32; 4]>, Mes
     for (face, _) in &mut linear.faces {
         *face = face.map(|v| new[v as usize]);
     }
-    let mut tets: Vec<[u32; 4]> = linear
-        .tets
-        .iter()
-        .map(|tet| tet.map(|v| new[v as usize]))
+    let regions = &mut linear.regions.of_cells;
+    let mut keyed: Vec<(u128, [u32; 4], u16)> = (linear.tets.par_iter().enumerate())
+        .with_min_len(CHUNK)
+        .map(|(cell, tet)| {
+            let tet = tet.map(|v| new[v as usize]);
+            (key(&tet), tet, regions.get(cell).copied().unwrap_or(0))
+        })
         .collect();
-    let of_cells = &mut linear.regions.of_cells;
-    if of_cells.is_empty() {
-        tets.par_sort_unstable_by_key(|tet| (sorted(tet), *tet));
-    } else {
-        let mut pairs: Vec<([u32; 4], u16)> = tets.into_iter().zip(of_cells.drain(..)).collect();
-        pairs.par_sort_unstable_by_key(|(tet, _)| (sorted(tet), *tet));
-        (tets, *of_cells) = pairs.into_iter().unzip();
+    keyed.par_sort_unstable();
+    for (region, &(_, _, of_cell)) in regions.iter_mut().zip(&keyed) {
+        *region = of_cell;
     }
-    match tets
-        .windows(2)
-        .find(|pair| sorted(&pair[0]) == sorted(&pair[1]))
-    {
+    match keyed.windows(2).find(|pair| pair[0].0 == pair[1].0) {
         Some(pair) => {
-            let x = pair[0].map(|v| linear.points[v as usize]);
+            let x = pair[0].1.map(|v| linear.points[v as usize]);
             Err(MeshError::DuplicateCell {
                 at: ((x[0] + x[1] + x[2] + x[3]) / 4.0).into(),
             })
         }
-        None => Ok(tets),
+        None => Ok(keyed.into_iter().map(|(_, tet, _)| tet).collect()),
     }
 }
 
-/// The vertices of a tet in ascending order.
-fn sorted(tet: &[u32; 4]) -> [u32; 4] {
-    let mut key = *tet;
-    key.sort_unstable();
-    key
+/// The vertices of a tet in ascending order, as one number.
+fn key(tet: &[u32; 4]) -> u128 {
+    let mut sorted = *tet;
+    sorted.sort_unstable();
+    sorted.iter().fold(0, |key, &v| key << 32 | u128::from(v))
 }

@@ -1,26 +1,29 @@
 //! Incremental construction by cavities (Bowyer 1981, Watson 1981).
 //!
-//! Tets are stored in flat arrays with their four neighbours. Ghost tets, which share one vertex at
+//! Tets are stored with their four neighbours, as in [`LinkedTets`]. Ghost tets, which share one vertex at
 //! infinity, close the hull. Cospherical points need no perturbation: with exact signs, and points
 //! on a sphere counted as outside, every cavity is star-shaped with respect to the new point (see
 //! [`Builder::find_cavity`]).
 
 use super::hilbert::insertion_order;
+use super::linked_tets::{FACE, LinkedTets, NONE, face_number, split};
 use super::predicates::{in_sphere, orientation};
 use crate::{MeshError, Vec3};
+use std::ops::Range;
 
 /// The vertex at infinity.
 const GHOST: u32 = u32::MAX;
-/// Flag in the neighbour array of a cavity tet: the face is on the boundary of the cavity.
+/// Position of the vertex at infinity in a ghost tet.
+const GHOST_SLOT: usize = 3;
+/// Flag in the list of neighbours of a cavity tet: the face is on the boundary of the cavity.
 ///
-/// The other bits are the index of the new tet behind the face.
+/// The other bits are the number of the same face in the new tet behind it.
 const NEW: u32 = 1 << 31;
 
-/// Vertices of the face opposite each vertex, ordered such that `(face, opposite vertex)` is a
-/// positively oriented tet.
-const FACE: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]];
-
 /// Delaunay tets of `points`, positively oriented.
+///
+/// The points `first` are inserted first. A point near the centre of others that lie on a sphere
+/// saves most of their exact predicates: no tet has four of its vertices among them then.
 ///
 /// The open circumball of every tet contains no point. Among cospherical points there are several
 /// valid choices; the insertion order determines one, the same on every machine. Cost: O(n log n)
@@ -29,11 +32,12 @@ const FACE: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]];
 /// # Errors
 /// [`MeshError::NotFinite`], [`MeshError::DuplicateVertices`], and [`MeshError::FlatPoints`] if all
 /// points lie in one plane.
-pub(crate) fn delaunay(points: &[Vec3]) -> Result<Vec<[u32; 4]>, MeshError> {
+pub(crate) fn delaunay(points: &[Vec3], first: Range<u32>) -> Result<Vec<[u32; 4]>, MeshError> {
     if let Some(i) = points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
         return Err(MeshError::NotFinite { point: i });
     }
-    let order = insertion_order(points);
+    let mut order = insertion_order(points);
+    order.sort_by_key(|p| !first.contains(p));
     let start = first_tet(points, &order).ok_or(MeshError::FlatPoints {
         points: points.len(),
     })?;
@@ -71,9 +75,8 @@ fn first_tet(points: &[Vec3], order: &[u32]) -> Option<[u32; 4]> {
 /// A Delaunay triangulation under construction.
 struct Builder<'a> {
     points: &'a [Vec3],
-    tets: Vec<[u32; 4]>,
-    /// Neighbour across the face opposite each vertex.
-    neighbours: Vec<[u32; 4]>,
+    /// All tets with their neighbours, and unused slots.
+    linked: LinkedTets,
     /// State of each tet in the current insertion.
     ///
     /// `2 stamp + 1` for tets in the cavity, `2 stamp` for tested tets outside it, smaller values
@@ -86,31 +89,34 @@ struct Builder<'a> {
     /// A tet of the last insertion, where the next walk starts.
     last: u32,
     cavity: Vec<u32>,
-    /// Boundary faces of the cavity: a cavity tet and one of its local faces.
-    boundary: Vec<(u32, u32)>,
+    /// Boundary faces of the cavity, by their numbers in the cavity tets.
+    boundary: Vec<u32>,
 }
 
 impl<'a> Builder<'a> {
     fn new(points: &'a [Vec3], start: [u32; 4]) -> Self {
-        // Tet 0 is the start; ghost 1 + i is the neighbour across its face i.
-        let mut tets = vec![start];
-        let mut neighbours = vec![[1, 2, 3, 4]];
-        for face in &FACE {
+        // The ghosts are the neighbours across the faces of the start tet.
+        let ghosts = FACE.map(|face| {
             let [a, b, c] = face.map(|k| start[k]);
-            tets.push([a, c, b, GHOST]);
-            // The neighbours across the faces opposite a, c, b are the ghosts across the faces of
-            // the start tet opposite the same vertices.
-            neighbours.push([
-                1 + face[0] as u32,
-                1 + face[2] as u32,
-                1 + face[1] as u32,
-                0,
-            ]);
-        }
+            [a, c, b, GHOST]
+        });
+        let tets: Vec<[u32; 4]> = [start].into_iter().chain(ghosts).collect();
+        // The neighbour across the face opposite a vertex is opposite the same vertex in it.
+        let across = (tets.iter().enumerate())
+            .map(|(t, tet)| {
+                [0, 1, 2, 3].map(|i| match (t, tet[i]) {
+                    (0, _) => face_number(i + 1, GHOST_SLOT),
+                    (_, GHOST) => face_number(0, t - 1),
+                    (_, v) => {
+                        let other = slot_of(&start, v) + 1;
+                        face_number(other, slot_of(&tets[other], start[t - 1]))
+                    }
+                })
+            })
+            .collect();
         Builder {
             points,
-            tets,
-            neighbours,
+            linked: LinkedTets { tets, across },
             marks: vec![0; 5],
             stamp: 0,
             free: Vec::new(),
@@ -124,7 +130,7 @@ impl<'a> Builder<'a> {
     fn insert(&mut self, p: u32) -> Result<(), MeshError> {
         let start = self.locate(p);
         let at = self.points[p as usize];
-        for &v in &self.tets[start as usize] {
+        for &v in &self.linked.tets[start as usize] {
             if v != GHOST && self.points[v as usize] == at {
                 return Err(MeshError::DuplicateVertices {
                     first: v as usize,
@@ -145,25 +151,25 @@ impl<'a> Builder<'a> {
     /// walk cannot cycle (Edelsbrunner 1990).
     fn locate(&self, p: u32) -> u32 {
         let at = &self.points[p as usize];
-        let mut here = self.last;
-        if let Some(k) = self.tets[here as usize].iter().position(|&v| v == GHOST) {
-            here = self.neighbours[here as usize][k];
+        let LinkedTets { tets, across } = &self.linked;
+        let mut here = self.last as usize;
+        if tets[here][GHOST_SLOT] == GHOST {
+            here = split(across[here][GHOST_SLOT]).0;
         }
-        let mut from = u32::MAX;
+        let mut from = NONE;
         'walk: loop {
-            let tet = self.tets[here as usize];
-            if tet.contains(&GHOST) {
-                return here;
+            let tet = &tets[here];
+            if tet[GHOST_SLOT] == GHOST {
+                return here as u32;
             }
             for i in 0..4 {
-                let next = self.neighbours[here as usize][i];
-                if next != from && self.side(&tet, i, at) < 0.0 {
-                    from = here;
-                    here = next;
+                if face_number(here, i) != from && self.side(tet, i, at) < 0.0 {
+                    from = across[here][i];
+                    here = split(from).0;
                     continue 'walk;
                 }
             }
-            return here;
+            return here as u32;
         }
     }
 
@@ -181,11 +187,12 @@ impl<'a> Builder<'a> {
     /// face in the same disc, so the new point never lies in the plane of a boundary face of the
     /// cavity.
     #[inline]
-    fn conflicts(&self, t: u32, at: &Vec3) -> bool {
-        let tet = &self.tets[t as usize];
-        if let Some(k) = tet.iter().position(|&v| v == GHOST) {
-            let side = self.side(tet, k, at);
-            return side > 0.0 || side == 0.0 && self.conflicts(self.neighbours[t as usize][k], at);
+    fn conflicts(&self, t: usize, at: &Vec3) -> bool {
+        let tet = &self.linked.tets[t];
+        if tet[GHOST_SLOT] == GHOST {
+            let side = self.side(tet, GHOST_SLOT, at);
+            let behind = || split(self.linked.across[t][GHOST_SLOT]).0;
+            return side > 0.0 || side == 0.0 && self.conflicts(behind(), at);
         }
         let [a, b, c, d] = tet.map(|v| &self.points[v as usize]);
         in_sphere(a, b, c, d, at) > 0.0
@@ -202,19 +209,21 @@ impl<'a> Builder<'a> {
         self.marks[start as usize] = inside;
         let mut next = 0;
         while next < self.cavity.len() {
-            let t = self.cavity[next];
+            let t = self.cavity[next] as usize;
             next += 1;
-            for i in 0..4 {
-                let n = self.neighbours[t as usize][i];
-                if self.marks[n as usize] < outside {
-                    let hit = self.conflicts(n, at);
-                    self.marks[n as usize] = if hit { inside } else { outside };
-                    if hit {
-                        self.cavity.push(n);
+            let across = self.linked.across[t];
+            for (i, face) in across.into_iter().enumerate() {
+                let n = split(face).0;
+                let mut mark = self.marks[n];
+                if mark < outside {
+                    mark = outside + u32::from(self.conflicts(n, at));
+                    self.marks[n] = mark;
+                    if mark == inside {
+                        self.cavity.push(n as u32);
                     }
                 }
-                if self.marks[n as usize] == outside {
-                    self.boundary.push((t, i as u32));
+                if mark == outside {
+                    self.boundary.push(face_number(t, i));
                 }
             }
         }
@@ -222,72 +231,70 @@ impl<'a> Builder<'a> {
 
     /// Fills the cavity with the tets that join its boundary faces to `p`.
     fn fill_cavity(&mut self, p: u32) {
-        let boundary = std::mem::take(&mut self.boundary);
-        for &(t, i) in &boundary {
-            let (t, i) = (t as usize, i as usize);
-            let mut tet = self.tets[t];
-            tet[i] = p;
-            let beyond = self.neighbours[t][i];
-            let mut around = [u32::MAX; 4];
-            around[i] = beyond;
-            let new = match self.free.pop() {
-                Some(slot) => {
-                    self.tets[slot as usize] = tet;
-                    self.neighbours[slot as usize] = around;
-                    self.marks[slot as usize] = 0;
-                    slot
-                }
-                None => {
-                    self.tets.push(tet);
-                    self.neighbours.push(around);
-                    self.marks.push(0);
-                    (self.tets.len() - 1) as u32
-                }
-            };
-            let back = slot_of(&self.neighbours[beyond as usize], t as u32);
-            self.neighbours[beyond as usize][back] = new;
-            self.neighbours[t][i] = NEW | new;
+        let LinkedTets { tets, across } = &mut self.linked;
+        for &face in &self.boundary {
+            let (t, i) = split(face);
+            let slot = self.free.pop().map_or(tets.len(), |slot| slot as usize);
+            if slot == tets.len() {
+                tets.push([NONE; 4]);
+                across.push([NONE; 4]);
+                self.marks.push(0);
+            }
+            let beyond = across[t][i];
+            let (u, j) = split(beyond);
+            tets[slot] = tets[t];
+            tets[slot][i] = p;
+            across[slot] = [NONE; 4];
+            across[slot][i] = beyond;
+            across[u][j] = face_number(slot, i);
+            self.marks[slot] = 0;
+            across[t][i] = NEW | face_number(slot, i);
         }
-        for &(t, i) in &boundary {
-            let new = (self.neighbours[t as usize][i as usize] & !NEW) as usize;
+        for &face in &self.boundary {
+            let (t, i) = split(face);
+            let new = split(across[t][i] & !NEW).0;
             for j in 0..4 {
-                if j != i as usize {
-                    self.neighbours[new][j] = self.new_neighbour(t as usize, i as usize, j);
+                if across[new][j] == NONE {
+                    let other = new_neighbour(tets, across, [t, i, j]);
+                    let (u, k) = split(other);
+                    across[new][j] = other;
+                    across[u][k] = face_number(new, j);
                 }
             }
+            self.last = new as u32;
         }
-        self.last = self.neighbours[boundary[0].0 as usize][boundary[0].1 as usize] & !NEW;
         self.free.append(&mut self.cavity);
-        self.boundary = boundary;
-    }
-
-    /// Neighbour of the new tet on boundary face `(t, i)` across its face opposite vertex `j`.
-    ///
-    /// Rotates through the cavity about the edge common to the faces `i` and `j` of `t`, until the
-    /// next boundary face.
-    fn new_neighbour(&self, t: usize, i: usize, j: usize) -> u32 {
-        let (mut t, mut i, mut j) = (t, i, j);
-        loop {
-            let next = self.neighbours[t][j];
-            if next & NEW != 0 {
-                return next & !NEW;
-            }
-            let next = next as usize;
-            // Cross face j. Vertex i of `t` is also a vertex of `next`; the next face is opposite
-            // to it.
-            let pivot = slot_of(&self.tets[next], self.tets[t][i]);
-            i = slot_of(&self.neighbours[next], t as u32);
-            (t, j) = (next, pivot);
-        }
     }
 
     /// The tets without ghosts and unused slots.
-    fn finish(mut self) -> Vec<[u32; 4]> {
+    fn finish(self) -> Vec<[u32; 4]> {
+        let mut tets = self.linked.tets;
         for &slot in &self.free {
-            self.tets[slot as usize] = [GHOST; 4];
+            tets[slot as usize] = [GHOST; 4];
         }
-        self.tets.retain(|tet| !tet.contains(&GHOST));
-        self.tets
+        tets.retain(|tet| tet[GHOST_SLOT] != GHOST);
+        tets
+    }
+}
+
+/// Face of a new tet that is also a face of the new tet on boundary face `i` of cavity tet `t`, where
+/// it is opposite vertex `j`.
+///
+/// Rotates through the cavity about the edge common to the faces `i` and `j` of `t`, until the next
+/// boundary face.
+fn new_neighbour(tets: &[[u32; 4]], across: &[[u32; 4]], [t, i, j]: [usize; 3]) -> u32 {
+    let (mut t, mut i, mut j) = (t, i, j);
+    loop {
+        let next = across[t][j];
+        if next & NEW != 0 {
+            // The new tet has the vertices of `t`, except `j`.
+            return face_number(split(next & !NEW).0, i);
+        }
+        // Cross face j. Vertex i of `t` is also a vertex of the next tet; the next face is opposite
+        // to it.
+        let (neighbour, back) = split(next);
+        j = slot_of(&tets[neighbour], tets[t][i]);
+        (t, i) = (neighbour, back);
     }
 }
 
@@ -303,7 +310,7 @@ mod tests {
 
     /// Checks orientation, empty circumballs (against every point), and the volume of the hull.
     fn check(points: &[Vec3], volume: f64) {
-        let tets = delaunay(points).expect("points span a volume");
+        let tets = delaunay(points, 0..0).expect("points span a volume");
         let mut sum = 0.0;
         for tet in &tets {
             let [a, b, c, d] = tet.map(|v| &points[v as usize]);
@@ -338,30 +345,53 @@ mod tests {
         check(&points, 4.0 / 3.0);
     }
 
+    /// The tets do not depend on the order of insertion if no five points lie on a sphere. A centre
+    /// that is inserted first replaces the tets between points on its sphere.
+    #[test]
+    fn points_inserted_first_change_the_order_only() {
+        let mut points: Vec<Vec3> = (1..201)
+            .map(|k| {
+                let t = f64::from(k);
+                Vec3::new((12.9 * t).sin(), (78.2 * t).sin(), (37.7 * t).sin())
+            })
+            .collect();
+        let sorted = |first| {
+            let mut tets = delaunay(&points, first).unwrap();
+            tets.iter_mut().for_each(|tet| tet.sort_unstable());
+            tets.sort_unstable();
+            tets
+        };
+        assert_eq!(sorted(0..0), sorted(150..170));
+        points.iter_mut().for_each(|p| *p = p.normalize());
+        points.push(Vec3::zeros());
+        let tets = delaunay(&points, 200..201).unwrap();
+        assert!(tets.iter().all(|tet| tet.contains(&200)));
+    }
+
     #[test]
     fn flat_duplicate_and_nan_points_are_errors() {
         let plane: Vec<Vec3> = (0..20)
             .map(|i| Vec3::new(f64::from(i % 5), f64::from(i / 5), 1.0))
             .collect();
         assert!(matches!(
-            delaunay(&plane),
+            delaunay(&plane, 0..0),
             Err(MeshError::FlatPoints { points: 20 })
         ));
         assert!(matches!(
-            delaunay(&[]),
+            delaunay(&[], 0..0),
             Err(MeshError::FlatPoints { points: 0 })
         ));
         let mut solid = plane.clone();
         solid.push(Vec3::zeros());
-        assert!(delaunay(&solid).is_ok());
+        assert!(delaunay(&solid, 0..0).is_ok());
         solid.push(solid[7]);
         assert!(matches!(
-            delaunay(&solid),
+            delaunay(&solid, 0..0),
             Err(MeshError::DuplicateVertices { .. })
         ));
         solid[3].x = f64::NAN;
         assert!(matches!(
-            delaunay(&solid),
+            delaunay(&solid, 0..0),
             Err(MeshError::NotFinite { point: 3 })
         ));
     }

@@ -1,9 +1,9 @@
 //! Assembly of the finished mesh, with a check of its boundary faces.
 
-use super::boundary_faces::boundary_faces;
 use super::container::Container;
 use super::layout::Layout;
 use super::meshed_body::MeshedBody;
+use crate::delaunay::LinkedTets;
 use crate::surface::{euler_characteristic, sphere_radius};
 use crate::{LinearTets, MeshError, Regions, SYMMETRY_PLANE_TAGS, Vec3};
 use std::ops::Range;
@@ -16,9 +16,8 @@ use std::ops::Range;
 pub(super) fn assemble(
     layout: &Layout<'_>,
     bodies: &[MeshedBody<'_>],
-    tets: Vec<[u32; 4]>,
+    tets: &LinkedTets,
 ) -> Result<LinearTets, MeshError> {
-    let boundary = boundary_faces(&tets);
     let n_bodies = bodies.len();
     let mut faces: Vec<Vec<[u32; 3]>> = vec![Vec::new(); n_bodies + 1];
     let mut on_planes: [Vec<[u32; 3]>; 3] = Default::default();
@@ -29,7 +28,7 @@ pub(super) fn assemble(
             at: (sum / 3.0).into(),
         }
     };
-    for face in boundary {
+    for face in tets.boundary_faces() {
         if let Some(axis) = layout.plane_of(face) {
             on_planes[axis].push(face);
             continue;
@@ -83,7 +82,7 @@ pub(super) fn assemble(
     points.drain(layout.centres.start as usize..layout.centres.end as usize);
     Ok(LinearTets {
         points,
-        tets: tets.iter().map(|t| t.map(number)).collect(),
+        tets: tets.tets().iter().map(|t| t.map(number)).collect(),
         faces: faces
             .iter()
             .enumerate()

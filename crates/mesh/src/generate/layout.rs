@@ -1,6 +1,5 @@
 //! The vertices of a mesh during its generation, with the body or container to which each belongs.
 
-use super::boundary_faces::boundary_faces;
 use super::capsule_mesh::triangulate_capsule;
 use super::container::Container;
 use super::hill_climbing::MidsideOffsets;
@@ -145,9 +144,9 @@ impl<'a> Layout<'a> {
     }
 
     /// Offsets of the midside nodes of boundary edges from the midpoints.
-    pub fn midside_offsets(&self, tets: &[[u32; 4]]) -> MidsideOffsets {
+    pub fn midside_offsets(&self, boundary: &[[u32; 3]]) -> MidsideOffsets {
         let mut offsets = MidsideOffsets::new();
-        for [a, b, c] in boundary_faces(tets) {
+        for &[a, b, c] in boundary {
             let owner = self.owner[a as usize] as usize;
             let surface = self.surfaces.get(owner).unwrap_or(&self.container);
             let is_flat = self.plane_of([a, b, c]).is_some();
@@ -214,24 +213,30 @@ impl<'a> Layout<'a> {
         volume < FLAT * longest.powi(3)
     }
 
-    /// Moves free vertices to their targets, except where they would come too close to a surface.
+    /// New position of vertex `i` on its way to a target, with the wanted edge length there.
     ///
-    /// Vertices on symmetry planes move in them: by symmetry, the mean over the tets on both sides
-    /// of a plane is the mean over one side minus its normal component.
-    pub fn move_free(&mut self, target: &[Vec3], field: &SizeField<'_>) {
-        for (i, &to) in target.iter().enumerate() {
-            if self.free[i] {
-                let own = self.planes.at(self.points[i]);
-                let to = own.along(to);
-                let clear = 0.4 * field.at(to);
-                let near = self.planes.distance(to, own) < clear
-                    || -self.container.signed_distance(to) < clear
-                    || self.surfaces.iter().any(|s| is_near(*s, to, clear));
-                if !near {
-                    self.points[i] = to;
-                }
-            }
+    /// The vertex stays, with its length `size`, if it is not free or would come too close to a
+    /// surface. Vertices on symmetry planes move in them: by symmetry, the mean over the tets on
+    /// both sides of a plane is the mean over one side minus its normal component.
+    pub fn moved(&self, i: usize, to: Vec3, size: f64, field: &SizeField<'_>) -> (Vec3, f64) {
+        let from = self.points[i];
+        if !self.free[i] {
+            return (from, size);
         }
+        let own = self.planes.at(from);
+        let to = own.along(to);
+        let h = field.at(to);
+        let clear = 0.4 * h;
+        let near = self.planes.distance(to, own) < clear
+            || -self.container.signed_distance(to) < clear
+            || self.surfaces.iter().any(|s| is_near(*s, to, clear));
+        if near { (from, size) } else { (to, h) }
+    }
+
+    /// Whether the vertices of a tet are not all on one surface.
+    pub fn joins_fluid(&self, tet: &[u32; 4]) -> bool {
+        let owner = tet.map(|v| self.owner[v as usize]);
+        owner[0] == FLUID || owner.iter().any(|&o| o != owner[0])
     }
 }
 

@@ -4,7 +4,6 @@
 //! climbing.
 
 mod assemble;
-mod boundary_faces;
 mod capsule_mesh;
 mod container;
 mod copies;
@@ -20,6 +19,7 @@ mod params;
 mod point_grid;
 mod size_field;
 mod size_map;
+mod smoothing;
 mod surface_refinement;
 mod surface_triangulation;
 mod symmetry_planes;
@@ -29,7 +29,7 @@ pub use meshed_body::MeshedBody;
 pub use params::GenerateParams;
 pub use size_map::SizeMap;
 
-use crate::delaunay::delaunay;
+use crate::delaunay::{LinkedTets, delaunay};
 use crate::{LinearTets, MeshError, Vec3};
 use hill_climbing::HillClimbing;
 use layout::Layout;
@@ -54,7 +54,7 @@ pub struct Generated {
 pub struct StageSeconds {
     /// Surface triangulations and packing of vertices.
     pub points: f64,
-    /// Smoothing, with one Delaunay tetrahedralisation per sweep.
+    /// Delaunay tetrahedralisation and smoothing.
     pub smoothing: f64,
     /// Hill climbing.
     pub hill_climbing: f64,
@@ -72,7 +72,8 @@ pub struct StageSeconds {
 ///
 /// Method: geodesic points on spheres, and points from splitting, flipping and smoothing where
 /// sizes vary; a lattice-like packing of vertices between the surfaces; Delaunay tetrahedralisation
-/// with exact predicates; sweeps of optimal-Delaunay smoothing; hill climbing on the worst angles.
+/// with exact predicates; sweeps of optimal-Delaunay smoothing, each followed by flips; hill climbing
+/// on the worst angles.
 /// A surface triangle is a face of a Delaunay tet because the body behind it contains a (nearly)
 /// empty ball: edges are shorter than the [`reach`](crate::Surface::reach) of the surface, and the
 /// only vertex inside a convex body is its centre. Of the tets with all vertices on one body, those
@@ -150,47 +151,46 @@ fn generate_with(
     let mut layout = Layout::new(bodies, container, &copies, &field, params)?;
     lap(&mut seconds.points);
 
-    for _ in 0..params.sweeps {
-        let tets = layout.fluid(delaunay(&layout.points)?);
-        let target = odt::smoothed(&layout.points, &tets, &field);
-        layout.move_free(&target, &field);
-    }
+    let tets = layout.fluid(delaunay(&layout.points, layout.centres.clone())?);
+    let mut tets = LinkedTets::new(layout.points.len(), tets);
+    let sizes = smoothing::smooth(&mut layout, &mut tets, &field, params.sweeps);
     lap(&mut seconds.smoothing);
 
-    let (points, tets) = improve(&mut layout, &field, params)?;
+    let (points, tets) = improve(&mut layout, tets, &sizes, params);
     lap(&mut seconds.hill_climbing);
 
     layout.points = points;
-    let mesh = assemble::assemble(&layout, bodies, tets)?;
+    let mesh = assemble::assemble(&layout, bodies, &tets)?;
     lap(&mut seconds.checking);
     Ok(Generated { mesh, seconds })
 }
 
-/// Largest number of rounds of Delaunay tetrahedralisation and hill climbing.
+/// Largest number of rounds of hill climbing and flips.
 ///
 /// One or two reach the target in most scenes, and later ones lower the mean quality.
 const ROUNDS: usize = 4;
 
-/// Alternates Delaunay tetrahedralisation with hill climbing.
+/// Alternates hill climbing with flips to Delaunay tets.
 ///
 /// Returns the points and tets of the round whose worst tet has the highest quality.
 fn improve(
     layout: &mut Layout,
-    field: &SizeField<'_>,
+    mut tets: LinkedTets,
+    sizes: &[f64],
     params: &GenerateParams,
-) -> Result<(Vec<Vec3>, Vec<[u32; 4]>), MeshError> {
-    let mut best = (f64::NEG_INFINITY, Vec::new(), Vec::new());
+) -> (Vec<Vec3>, LinkedTets) {
+    let offsets = layout.midside_offsets(&tets.boundary_faces());
+    let mut best = (f64::NEG_INFINITY, layout.points.clone(), tets.clone());
     for _ in 0..ROUNDS {
-        let tets = layout.fluid(delaunay(&layout.points)?);
-        let offsets = layout.midside_offsets(&tets);
-        let climbing = HillClimbing::new(&tets, &offsets, layout.planes, field);
-        let quality = climbing.run(&mut layout.points, &layout.free, params.target_dihedral);
+        let climbing = HillClimbing::new(tets.tets(), &layout.free, &offsets, layout.planes, sizes);
+        let quality = climbing.run(&mut layout.points, params.target_dihedral);
         if quality > best.0 {
-            best = (quality, layout.points.clone(), tets);
+            best = (quality, layout.points.clone(), tets.clone());
         }
         if quality >= 1.0 - params.target_dihedral.to_radians().cos() {
             break;
         }
+        tets.flip_to_delaunay(&layout.points, |tet| layout.joins_fluid(tet));
     }
-    Ok((best.1, best.2))
+    (best.1, best.2)
 }

@@ -10,14 +10,21 @@ use std::collections::VecDeque;
 ///
 /// In a body-centred lattice with mean edge 1 the nearest neighbours are at 0.93. Allowing a fifth
 /// less lets vertices fill the space where two fronts meet. Vertices and mean quality for three
-/// spheres of size 0.3 in a ball of radius 40: 0.66: 7312, 0.883; 0.73: 5947, 0.883; 0.76: 5256,
-/// 0.880; 0.82: 4191, 0.872; 0.86: 3700, 0.865.
+/// spheres of size 0.3 in a ball of radius 40: 0.66: 7312, 0.892; 0.73: 5947, 0.892; 0.76: 5256,
+/// 0.889; 0.82: 4191, 0.879; 0.86: 3700, 0.872.
 const SPACING: f64 = 0.76;
 
 /// Smallest distance of a vertex from a surface, as a fraction of the wanted edge length.
 ///
 /// A regular tet has the height 0.816.
 const CLEARANCE: f64 = 0.6;
+
+/// Radius, as a fraction of the wanted edge length, around a vertex of the front within which most of
+/// the vertices are that exclude its candidates.
+///
+/// Candidates are at 0.95 and 1.1. It affects the time only: that of a whole mesh is 0.128 s at 0,
+/// 0.121 s at 0.6, 0.125 s at 0.8 and 1.0, 0.129 s at 1.4 (three spheres of size 0.2).
+const AROUND: f64 = 0.8;
 
 /// Nearest neighbours in a body-centred cubic lattice, in units of half its period: eight along the
 /// diagonals, then six along the axes.
@@ -76,7 +83,7 @@ pub(super) fn pack(
     for own in planes.intersections() {
         // The corner of three planes is the only point of its intersection; it is on no surface.
         if own.len() == 3 {
-            packing.offer(Vec3::zeros(), own);
+            packing.offer(Vec3::zeros(), own, &[]);
         }
         let known = surface_points.iter().chain(&packing.accepted);
         let sources = known.copied().filter(|p| planes.at(*p).include(own));
@@ -84,7 +91,7 @@ pub(super) fn pack(
     }
     let mut front: VecDeque<Vec3> = packing.accepted.iter().copied().collect();
     for &seed in seeds {
-        if packing.offer(seed, SymmetryPlanes::default()) {
+        if packing.offer(seed, SymmetryPlanes::default(), &[]) {
             front.push_back(seed);
         }
     }
@@ -123,11 +130,14 @@ impl Packing<'_> {
         own: SymmetryPlanes,
         limit: usize,
     ) -> Result<(), MeshError> {
+        // Most candidates are too close to a vertex near the one of the front.
+        let mut around = Vec::new();
         while let Some(p) = front.pop_front() {
-            let length = part * self.field.at(p);
+            let h = self.field.at(p);
+            self.grid.some_around(p, AROUND * h, h, &mut around);
             for step in steps {
-                let candidate = p + length * step;
-                if self.offer(candidate, own) {
+                let candidate = p + (part * h) * step;
+                if self.offer(candidate, own, &around) {
                     front.push_back(candidate);
                 }
             }
@@ -141,10 +151,15 @@ impl Packing<'_> {
     /// Accepts the point if it is in the fluid and has the required clearances.
     ///
     /// It must not be too close to another vertex, a surface or a symmetry plane, except its `own`
-    /// planes.
-    fn offer(&mut self, p: Vec3, own: SymmetryPlanes) -> bool {
+    /// planes. The vertices `around` it are only compared first, to save time.
+    fn offer(&mut self, p: Vec3, own: SymmetryPlanes, around: &[Vec3]) -> bool {
         let h = self.field.at(p);
         let clear = CLEARANCE * h;
+        let squared_spacing = (SPACING * h).powi(2);
+        let too_close = |q: &Vec3| (p - q).norm_squared() < squared_spacing;
+        if around.iter().any(too_close) {
+            return false;
+        }
         if self.planes.distance(p, own) < clear
             || -self.container.signed_distance(p) < clear
             || self.grid.any_within(p, SPACING * h, h)

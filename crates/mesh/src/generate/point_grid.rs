@@ -41,6 +41,22 @@ impl PointGrid {
     /// Whether a point is closer to `p` than `radius`, which is at most the edge length `h`.
     pub fn any_within(&self, p: Vec3, radius: f64, h: f64) -> bool {
         // Cells are at least `h` wide, so the ball meets at most eight of them.
+        self.visit(p, radius, h, |q| (p - q).norm_squared() < radius * radius)
+    }
+
+    /// Collects points around `p`, most of those closer than `radius`.
+    ///
+    /// Points with less than half or more than twice the edge length `h` may be missing.
+    pub fn some_around(&self, p: Vec3, radius: f64, h: f64, found: &mut Vec<Vec3>) {
+        found.clear();
+        self.visit(p, radius, h, |q| {
+            found.push(q);
+            false
+        });
+    }
+
+    /// Visits the points in the cells of level `h` around `p` until `stop`; returns whether it did.
+    fn visit(&self, p: Vec3, radius: f64, h: f64, mut stop: impl FnMut(Vec3) -> bool) -> bool {
         let level = h.log2().ceil() as i32;
         let low = Self::cell(p - Vec3::repeat(radius), level);
         let high = Self::cell(p + Vec3::repeat(radius), level);
@@ -51,7 +67,7 @@ impl PointGrid {
                     let mut entry = head.copied().unwrap_or(Self::NONE);
                     while entry != Self::NONE {
                         let (q, next) = self.entries[entry as usize];
-                        if (p - q).norm_squared() < radius * radius {
+                        if stop(q) {
                             return true;
                         }
                         entry = next;

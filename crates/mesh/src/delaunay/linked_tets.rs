@@ -1,0 +1,97 @@
+//! Tets linked with their neighbours.
+
+/// Vertices of the face opposite each vertex, ordered such that `(face, opposite vertex)` is a
+/// positively oriented tet.
+pub(super) const FACE: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]];
+
+/// The neighbour across a face on the boundary.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Positively oriented tets, each with its neighbours.
+///
+/// A face has the number `4 t + i`, where `t` is the tet and `i` the position of the opposite
+/// vertex. The same face has another number in the neighbour.
+#[derive(Clone, Debug)]
+pub(crate) struct LinkedTets {
+    pub(super) tets: Vec<[u32; 4]>,
+    /// For each face its number in the neighbour, or [`NONE`].
+    pub(super) across: Vec<[u32; 4]>,
+}
+
+/// Tet and position of a face.
+#[inline]
+pub(super) fn split(face: u32) -> (usize, usize) {
+    ((face >> 2) as usize, (face & 3) as usize)
+}
+
+/// Number of the face of tet `t` opposite its vertex `i`.
+#[inline]
+pub(super) fn face_number(t: usize, i: usize) -> u32 {
+    (t as u32) << 2 | i as u32
+}
+
+impl LinkedTets {
+    /// Links tets between `n_points` vertices by their common faces.
+    ///
+    /// Cost: O(n), by a list of the faces around each vertex.
+    pub fn new(n_points: usize, tets: Vec<[u32; 4]>) -> Self {
+        // Faces are sorted by their smallest vertex, and compared by the other two.
+        let corners = |t: usize, i: usize| {
+            let mut face = FACE[i].map(|k| tets[t][k]);
+            face.sort_unstable();
+            face
+        };
+        let mut starts = vec![0u32; n_points + 2];
+        for t in 0..tets.len() {
+            for i in 0..4 {
+                starts[corners(t, i)[0] as usize + 2] += 1;
+            }
+        }
+        for v in 1..starts.len() {
+            starts[v] += starts[v - 1];
+        }
+        let mut faces = vec![([0; 2], 0); 4 * tets.len()];
+        for t in 0..tets.len() {
+            for i in 0..4 {
+                let [a, b, c] = corners(t, i);
+                let slot = &mut starts[a as usize + 1];
+                faces[*slot as usize] = ([b, c], face_number(t, i));
+                *slot += 1;
+            }
+        }
+        let mut across = vec![[NONE; 4]; tets.len()];
+        for range in starts.windows(2) {
+            let around = &mut faces[range[0] as usize..range[1] as usize];
+            around.sort_unstable();
+            for pair in around.windows(2) {
+                if pair[0].0 == pair[1].0 {
+                    for (face, other) in [(pair[0].1, pair[1].1), (pair[1].1, pair[0].1)] {
+                        let (t, i) = split(face);
+                        across[t][i] = other;
+                    }
+                }
+            }
+        }
+        LinkedTets { tets, across }
+    }
+
+    /// The tets.
+    pub fn tets(&self) -> &[[u32; 4]] {
+        &self.tets
+    }
+
+    /// Faces without a neighbour, with the normal out of the tet, sorted by their vertices.
+    pub fn boundary_faces(&self) -> Vec<[u32; 3]> {
+        let mut faces: Vec<([u32; 3], [u32; 3])> = Vec::new();
+        for (tet, across) in self.tets.iter().zip(&self.across) {
+            for i in (0..4).filter(|&i| across[i] == NONE) {
+                let [a, b, c] = FACE[i].map(|k| tet[k]);
+                let mut key = [a, b, c];
+                key.sort_unstable();
+                faces.push((key, [a, c, b]));
+            }
+        }
+        faces.sort_unstable();
+        faces.into_iter().map(|(_, face)| face).collect()
+    }
+}
