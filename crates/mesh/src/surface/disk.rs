@@ -73,7 +73,7 @@ impl Surface for Disk {
 
     fn triangulation(&self) -> Option<SurfaceMesh> {
         let axes = Vec3::new(self.half_thickness, self.radius, self.radius);
-        let mut mesh = stretched_sphere(axes);
+        let mut mesh = stretched_sphere(axes, 3);
         for p in &mut mesh.points {
             *p = self.closest_point(*p);
         }

@@ -3,6 +3,11 @@
 use super::tube::stretched_sphere;
 use super::{Surface, SurfaceMesh};
 use crate::Vec3;
+use std::f64::consts::PI;
+
+/// Ratio of the longest to the middle semi-axis above which the longest determines the
+/// triangulation.
+const SLENDER: f64 = 1.5;
 
 /// The ellipsoid about the origin with semi-axes along the coordinate axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,7 +127,7 @@ impl Surface for Ellipsoid {
     }
 
     fn volume(&self) -> f64 {
-        4.0 / 3.0 * std::f64::consts::PI * self.semi_axes.product()
+        4.0 / 3.0 * PI * self.semi_axes.product()
     }
 
     fn is_convex(&self) -> bool {
@@ -155,7 +160,25 @@ impl Surface for Ellipsoid {
     }
 
     fn triangulation(&self) -> Option<SurfaceMesh> {
-        Some(stretched_sphere(self.semi_axes))
+        let order = self.order();
+        let [a, b, _] = self.sorted();
+        if a < SLENDER * b {
+            return Some(stretched_sphere(self.semi_axes, 3));
+        }
+        // Circles across the longest axis, at most about a middle semi-axis apart.
+        let circles = (PI * a / b).ceil() as usize;
+        let mut mesh = stretched_sphere(Vec3::from(self.sorted()), circles);
+        for p in &mut mesh.points {
+            let own = *p;
+            for (k, axis) in order.into_iter().enumerate() {
+                p[axis] = own[k];
+            }
+        }
+        // An odd permutation of the axes turns the triangles over.
+        if (order[1] + 3 - order[0]) % 3 == 2 {
+            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        Some(mesh)
     }
 }
 

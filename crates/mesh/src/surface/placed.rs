@@ -14,33 +14,33 @@ pub struct Placed<S> {
 }
 
 impl<S: Surface> Placed<S> {
-    fn to_own(&self, point: Vec3) -> Vec3 {
+    fn own(&self, point: Vec3) -> Vec3 {
         self.pose
             .inverse_transform_point(&Point3::from(point))
             .coords
     }
 
-    fn from_own(&self, point: Vec3) -> Vec3 {
+    fn placed(&self, point: Vec3) -> Vec3 {
         self.pose.transform_point(&Point3::from(point)).coords
     }
 }
 
 impl<S: Surface> Surface for Placed<S> {
     fn signed_distance(&self, point: Vec3) -> f64 {
-        self.shape.signed_distance(self.to_own(point))
+        self.shape.signed_distance(self.own(point))
     }
 
     fn closest_point(&self, point: Vec3) -> Vec3 {
-        self.from_own(self.shape.closest_point(self.to_own(point)))
+        self.placed(self.shape.closest_point(self.own(point)))
     }
 
     fn bounding_ball(&self) -> (Vec3, f64) {
         let (centre, radius) = self.shape.bounding_ball();
-        (self.from_own(centre), radius)
+        (self.placed(centre), radius)
     }
 
     fn centre(&self) -> Vec3 {
-        self.from_own(self.shape.centre())
+        self.placed(self.shape.centre())
     }
 
     fn volume(&self) -> f64 {
@@ -60,13 +60,12 @@ impl<S: Surface> Surface for Placed<S> {
     }
 
     fn curvature_size(&self, point: Vec3, factor: f64, growth: f64) -> f64 {
-        self.shape
-            .curvature_size(self.to_own(point), factor, growth)
+        self.shape.curvature_size(self.own(point), factor, growth)
     }
 
     fn triangulation(&self) -> Option<SurfaceMesh> {
         let mut mesh = self.shape.triangulation()?;
-        mesh.points.iter_mut().for_each(|p| *p = self.from_own(*p));
+        mesh.points.iter_mut().for_each(|p| *p = self.placed(*p));
         Some(mesh)
     }
 }

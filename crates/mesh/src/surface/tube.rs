@@ -2,7 +2,7 @@
 
 use super::SurfaceMesh;
 use crate::Vec3;
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Points around a tube: edges of 0.77 radii.
 const AROUND: usize = 8;
@@ -22,28 +22,16 @@ impl Section {
 
     /// Circle of points with the given radius, shifted along the tube; every other one is turned
     /// by half a step.
-    fn circle(&self, radius: f64, shift: f64, turned: bool) -> impl Iterator<Item = Vec3> {
+    fn circle(&self, radius: f64, shift: f64, turned: bool) -> Vec<Vec3> {
         let centre = self.centre + shift * self.tangent();
         let [u, v] = self.across;
         let start = if turned { 0.5 } else { 0.0 };
-        (0..AROUND).map(move |k| {
+        let point = |k: usize| {
             let angle = 2.0 * PI * (k as f64 + start) / AROUND as f64;
             centre + radius * (angle.cos() * u + angle.sin() * v)
-        })
+        };
+        (0..AROUND).map(point).collect()
     }
-}
-
-/// A sphere of 26 points about the x axis, stretched to the given semi-axes.
-pub(super) fn stretched_sphere(semi_axes: Vec3) -> SurfaceMesh {
-    let equator = Section {
-        centre: Vec3::zeros(),
-        across: [Vec3::y(), Vec3::z()],
-    };
-    let mut mesh = open_tube(1.0, &[equator]);
-    for p in &mut mesh.points {
-        p.component_mul_assign(&semi_axes);
-    }
-    mesh
 }
 
 /// Number of intervals of about one radius in a length, at least `least`.
@@ -53,30 +41,54 @@ pub(super) fn intervals(length: f64, radius: f64, least: usize) -> usize {
 
 /// The tube through the sections, with round ends.
 pub(super) fn open_tube(radius: f64, sections: &[Section]) -> SurfaceMesh {
-    let mut mesh = SurfaceMesh::default();
     let (Some(first), Some(last)) = (sections.first(), sections.last()) else {
-        return mesh;
+        return SurfaceMesh::default();
     };
     // Half of each end: a circle at 45 degrees and the pole.
     let diagonal = radius * FRAC_PI_4.cos();
-    mesh.points.push(first.centre - radius * first.tangent());
-    mesh.points.extend(first.circle(diagonal, -diagonal, true));
-    for (k, section) in sections.iter().enumerate() {
-        mesh.points.extend(section.circle(radius, 0.0, k % 2 == 1));
+    let mut circles = vec![first.circle(diagonal, -diagonal, true)];
+    let inner = sections.iter().enumerate();
+    circles.extend(inner.map(|(k, section)| section.circle(radius, 0.0, k % 2 == 1)));
+    circles.push(last.circle(diagonal, diagonal, sections.len() % 2 == 1));
+    let poles = [
+        first.centre - radius * first.tangent(),
+        last.centre + radius * last.tangent(),
+    ];
+    closed_by_poles(poles, circles)
+}
+
+/// The sphere about the x axis with `circles` circles of latitude, stretched to the semi-axes.
+pub(super) fn stretched_sphere(semi_axes: Vec3, circles: usize) -> SurfaceMesh {
+    let latitudes = (0..circles).map(|k| PI * (k + 1) as f64 / (circles + 1) as f64 - FRAC_PI_2);
+    let equator = Section {
+        centre: Vec3::zeros(),
+        across: [Vec3::y(), Vec3::z()],
+    };
+    let circles = latitudes
+        .enumerate()
+        .map(|(k, latitude)| equator.circle(latitude.cos(), latitude.sin(), k % 2 == 0));
+    let mut mesh = closed_by_poles([-Vec3::x(), Vec3::x()], circles.collect());
+    for p in &mut mesh.points {
+        p.component_mul_assign(&semi_axes);
     }
-    let turned = sections.len() % 2 == 1;
-    mesh.points.extend(last.circle(diagonal, diagonal, turned));
-    mesh.points.push(last.centre + radius * last.tangent());
-    let circles = sections.len() + 2;
+    mesh
+}
+
+/// Joins circles, of which the first and then every other one is turned, and closes both ends.
+fn closed_by_poles([start, end]: [Vec3; 2], circles: Vec<Vec<Vec3>>) -> SurfaceMesh {
+    let mut mesh = SurfaceMesh::default();
+    let count = circles.len();
+    mesh.points.push(start);
+    mesh.points.extend(circles.into_iter().flatten());
+    mesh.points.push(end);
     let at = |circle: usize, k: usize| (1 + circle * AROUND + k % AROUND) as u32;
     let pole = mesh.points.len() as u32 - 1;
     for k in 0..AROUND {
         mesh.triangles.push([0, at(0, k + 1), at(0, k)]);
-        let end = circles - 1;
-        mesh.triangles.push([pole, at(end, k), at(end, k + 1)]);
+        mesh.triangles
+            .push([pole, at(count - 1, k), at(count - 1, k + 1)]);
     }
-    for circle in 0..circles - 1 {
-        // The first circle is turned, then every other one.
+    for circle in 0..count - 1 {
         join(&mut mesh, circle % 2 == 0, [circle, circle + 1], at);
     }
     mesh

@@ -8,7 +8,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use swimmer::models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution};
 use swimmer::{Method, Scene, choose, simulate, solve_start};
@@ -232,9 +232,8 @@ fn meshes_turn_with_the_bodies() {
     let mut state = scene.initial_state();
     let mut model = FemModel::new(&scene).expect("a model");
     let mut at = |model: &mut FemModel, angle: f64| {
-        let start = scene.initial_state().frames[0];
         let turn = UnitQuaternion::from_scaled_axis(angle * Vector3::new(0.6, 0.0, 0.8));
-        state.frames[0] = Isometry3::from_parts(start.translation, turn);
+        state.attitudes[0] = turn;
         let poses = scene.articulation().place(&state, &[]).expect("poses");
         assert!(poses[0].rotation.angle_to(&turn) < 1e-12);
         let configuration = Configuration {
@@ -294,6 +293,6 @@ fn the_capsule_swimmer_swims() {
         .fold(0.0, f64::max);
     assert!(force.norm() < 1e-6 * largest, "{force} {largest}");
     let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut ()).expect("a run");
-    // With size_factor = 1: 0.092721 +- 0.000070.
+    // The bar is 0.000070; without an exact value this keeps the answer where it was computed.
     assert!((outcome.net() - 0.092721).abs() < 3e-4, "{}", outcome.net());
 }
