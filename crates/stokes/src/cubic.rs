@@ -19,11 +19,14 @@ use crate::linear::solve_in_groups;
 /// opposite corrections: a reciprocal stroke has no net displacement.
 const ITERATIONS: usize = 8;
 
-/// Relative residual of the extended system above which it is iterated again.
+/// Relative residual of the extended system above which it is iterated again, twice as often.
 const SUFFICIENT: f64 = 0.5;
 
-/// Largest number of times that it is iterated.
-const MAX_CYCLES: usize = 8;
+/// Largest number of iterations without a restart.
+///
+/// A stroke that closes to a gap of 0.08 radii stalled at a residual of 0.65 with restarts after
+/// every eight iterations.
+const MOST_ITERATIONS: usize = 128;
 
 /// Relative residual to which the Taylor-Hood part of a correction is solved at the end.
 ///
@@ -150,22 +153,23 @@ impl Preconditioner for CubicPreconditioner<'_> {
 impl CubicPreconditioner<'_> {
     /// Iterates towards the solution for the right-hand side `b`.
     fn iterate(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), StokesError> {
-        let parameters = KrylovParams::default()
-            .with_rel_tol(COARSE_RTOL)
-            .with_max_iterations(ITERATIONS);
         let system = self.system;
-        let mut result = Ok(());
-        for _ in 0..MAX_CYCLES {
-            result = fgmres(system, self, b, x, &parameters).map(|_| ());
-            match result {
+        let mut iterations = ITERATIONS;
+        loop {
+            let parameters = KrylovParams::default()
+                .with_rel_tol(COARSE_RTOL)
+                .with_max_iterations(iterations)
+                .with_restart(iterations);
+            match fgmres(system, self, b, x, &parameters) {
                 Err(LinalgError::NotConverged {
                     true_rel_residual, ..
-                }) if true_rel_residual > SUFFICIENT => {}
-                Err(LinalgError::NotConverged { .. }) => return Ok(()),
-                _ => break,
+                }) if true_rel_residual <= SUFFICIENT => return Ok(()),
+                Err(LinalgError::NotConverged { .. }) if iterations < MOST_ITERATIONS => {
+                    iterations *= 2;
+                }
+                result => return Ok(result.map(|_| ())?),
             }
         }
-        Ok(result?)
     }
 }
 

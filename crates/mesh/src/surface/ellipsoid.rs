@@ -199,8 +199,16 @@ mod tests {
                 let mut x =
                     Vec3::new((1.3 * k).sin(), (2.1 * k).cos(), (0.7 * k).sin()) * (0.01 * k);
                 // Points in coordinate planes and on axes too.
-                x[(k as usize / 3) % 3] *= if k as usize % 3 == 0 { 0.0 } else { 1.0 };
-                x[(k as usize / 7) % 3] *= if k as usize % 4 == 0 { 0.0 } else { 1.0 };
+                x[(k as usize / 3) % 3] *= if (k as usize).is_multiple_of(3) {
+                    0.0
+                } else {
+                    1.0
+                };
+                x[(k as usize / 7) % 3] *= if (k as usize).is_multiple_of(4) {
+                    0.0
+                } else {
+                    1.0
+                };
                 let foot = shape.closest_point(x);
                 let scaled = foot.component_div(&shape.semi_axes);
                 assert_relative_eq!(scaled.norm(), 1.0, epsilon = 1e-13);

@@ -243,9 +243,9 @@ fn meshes_turn_with_the_bodies() {
         model.solve_one(configuration, &[]).expect("a solution")
     };
     at(&mut model, 0.0);
-    let moved = at(&mut model, 0.4);
+    let moved = at(&mut model, 0.2);
     assert!(moved.remeshed.is_none(), "{:?}", moved.remeshed);
-    let new = at(&mut FemModel::new(&scene).expect("a model"), 0.4);
+    let new = at(&mut FemModel::new(&scene).expect("a model"), 0.2);
     let [a, b] = [&moved, &new].map(|s| s.bodies[0].velocity);
     let bars = moved.error_estimate.total() + new.error_estimate.total();
     assert!((a - b).norm() <= bars, "{a} {b} {bars:.1e}");

@@ -262,25 +262,6 @@ fn a_narrow_gap_with_symmetry_planes_has_the_resistance_of_the_whole() {
     }
 }
 
-/// A new mesh with a quality below the limit for moved meshes was remeshed at each solve, without
-/// any improvement.
-#[test]
-fn bug_a_new_mesh_of_low_quality_was_not_kept() {
-    let file = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../scenes/planar-three-sphere.toml"
-    );
-    let settings = ["fem.surface_size=0.7", "fem.estimates=off"].map(str::to_owned);
-    let scene = Scene::read(file.as_ref(), &settings).unwrap();
-    let (mut model, first) = solve(&scene);
-    assert!(first.remeshed.is_some());
-    // The limit for moved meshes is 0.2.
-    let quality = model.last_flow().unwrap().mesh.quality();
-    assert!(quality.min_jacobian < 0.2, "{}", quality.min_jacobian);
-    let again = solve_start(&scene, &mut model).unwrap();
-    assert!(again.remeshed.is_none());
-}
-
 #[test]
 fn symmetry_planes_are_found_and_used_where_supported() {
     let planes = |text: &str, settings: &[&str]| scene(text, settings).fem_symmetry_planes();
