@@ -56,8 +56,8 @@ impl MeshError {
         }
     }
 
-    /// The sum of `terms`, each times its factor, such as an interpolation between configurations of
-    /// one arrangement.
+    /// The sum of `terms`, each times its factor, such as an interpolation between configurations
+    /// of one arrangement.
     ///
     /// Of the relative uncertainties the largest counts, those of velocities are summed like the
     /// errors. None without terms.

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use rigid::Link;
 
-use crate::gait::{CubicLength, Gait, LengthPath, Phase};
+use crate::gait::{Gait, Phase};
+use crate::length_path::{CubicLength, LengthPath};
 use crate::nearest::find_name;
 use crate::spline::second_derivatives;
 use crate::words::InterpolationKind;

@@ -6,7 +6,7 @@ use crate::error::SceneError;
 use crate::file::{
     BodyFile, DomainFile, FluidFile, GaitFile, HarmonicFile, LinkFile, PhaseFile, SceneFile,
 };
-use crate::gait::{LengthPath, Sine};
+use crate::length_path::{LengthPath, Sine};
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::words::GaitKind;

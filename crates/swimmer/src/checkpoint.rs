@@ -116,8 +116,8 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// The factor on the element sizes of the run, given or chosen; 1 if the scene has none or cannot
-    /// be read.
+    /// The factor on the element sizes of the run, given or chosen; 1 if the scene has none or
+    /// cannot be read.
     pub fn size_factor(&self) -> f64 {
         let scene = Scene::parse(&self.scene).ok();
         scene

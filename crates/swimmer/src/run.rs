@@ -77,8 +77,8 @@ pub struct Report {
 /// ParaView files for models with a mesh, and a checkpoint.
 ///
 /// The model is chosen, with tables over shapes where they save solves, and the gait is run. With
-/// `fem.target` the element sizes are those of [`SizeSearch`], and a stroke that misses the target is
-/// repeated with smaller ones; its files are replaced. With `resume` the run continues from the
+/// `fem.target` the element sizes are those of [`SizeSearch`], and a stroke that misses the target
+/// is repeated with smaller ones; its files are replaced. With `resume` the run continues from the
 /// checkpoint in `out`.
 ///
 /// # Errors

@@ -26,7 +26,8 @@ const ORIENTATION_ERROR: f64 = 6.0 * 7.01 * (0.5 * f64::EPSILON);
 /// products, times the squared length, at most three squares.
 const IN_SPHERE_ERROR: f64 = 4.0 * 6.0 * 3.0 * 16.01 * (0.5 * f64::EPSILON);
 
-/// Bound of the errors of underflow, which are some units of the smallest subnormal number, 2^-1074.
+/// Bound of the errors of underflow, which are some units of the smallest subnormal number,
+/// 2^-1074.
 ///
 /// Where a product of a subnormal and a large number has a larger error, the relative bounds above
 /// are larger too.
@@ -97,7 +98,8 @@ mod tests {
 
     #[test]
     fn filtered_signs_are_the_exact_ones_next_to_spheres_and_planes() {
-        // Points of a sphere whose coordinates are rounded, and one moved by some units of rounding.
+        // Points of a sphere whose coordinates are rounded, and one moved by some units of
+        // rounding.
         let at = |k: f64| {
             let t = Vec3::new((3.1 * k).sin(), (1.7 * k).cos(), (0.9 * k).sin());
             Vec3::new(0.3, -7.0, 2.0) + 0.01 * t.normalize()

@@ -1,9 +1,9 @@
 //! Incremental construction by cavities (Bowyer 1981, Watson 1981).
 //!
-//! Tets are stored with their four neighbours, as in [`LinkedTets`]. Ghost tets, which share one vertex at
-//! infinity, close the hull. Cospherical points need no perturbation: with exact signs, and points
-//! on a sphere counted as outside, every cavity is star-shaped with respect to the new point (see
-//! [`Builder::find_cavity`]).
+//! Tets are stored with their four neighbours, as in [`LinkedTets`]. Ghost tets, which share one
+//! vertex at infinity, close the hull. Cospherical points need no perturbation: with exact signs,
+//! and points on a sphere counted as outside, every cavity is star-shaped with respect to the new
+//! point (see [`Builder::find_cavity`]).
 
 use super::hilbert::insertion_order;
 use super::linked_tets::{FACE, LinkedTets, NONE, face_number, split};
@@ -277,8 +277,8 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Face of a new tet that is also a face of the new tet on boundary face `i` of cavity tet `t`, where
-/// it is opposite vertex `j`.
+/// Face of a new tet that is also a face of the new tet on boundary face `i` of cavity tet `t`,
+/// where it is opposite vertex `j`.
 ///
 /// Rotates through the cavity about the edge common to the faces `i` and `j` of `t`, until the next
 /// boundary face.

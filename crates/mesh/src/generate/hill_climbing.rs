@@ -90,8 +90,8 @@ pub(super) struct HillClimbing<'a> {
 }
 
 impl<'a> HillClimbing<'a> {
-    /// Prepares the tets; `offsets` are those of the curved edges, `sizes` the wanted edge lengths at
-    /// the vertices.
+    /// Prepares the tets; `offsets` are those of the curved edges, `sizes` the wanted edge lengths
+    /// at the vertices.
     ///
     /// The quality of a tet with a curved edge also depends on its Jacobian.
     pub fn new(

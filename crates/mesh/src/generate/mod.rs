@@ -72,8 +72,8 @@ pub struct StageSeconds {
 ///
 /// Method: geodesic points on spheres, and points from splitting, flipping and smoothing where
 /// sizes vary; a lattice-like packing of vertices between the surfaces; Delaunay tetrahedralisation
-/// with exact predicates; sweeps of optimal-Delaunay smoothing, each followed by flips; hill climbing
-/// on the worst angles.
+/// with exact predicates; sweeps of optimal-Delaunay smoothing, each followed by flips; hill
+/// climbing on the worst angles.
 /// A surface triangle is a face of a Delaunay tet because the body behind it contains a (nearly)
 /// empty ball: edges are shorter than the [`reach`](crate::Surface::reach) of the surface, and the
 /// only vertex inside a convex body is its centre. Of the tets with all vertices on one body, those

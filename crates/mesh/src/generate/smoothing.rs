@@ -13,7 +13,8 @@ const CHUNK: usize = 1024;
 
 /// Part of the previous step of a vertex that is added to the next one (Polyak 1964).
 ///
-/// Mean quality after ten sweeps, in the example of [`GenerateParams::growth`]: 0.880 at 0, 0.884 at
+/// Mean quality after ten sweeps, in the example of [`GenerateParams::growth`]: 0.880 at 0, 0.884
+/// at
 /// 0.3, 0.889 at 0.5, 0.890 at 0.6, 0.889 at 0.7. Longer steps instead (1.5 times) diverge.
 ///
 /// [`GenerateParams::growth`]: crate::GenerateParams::growth

@@ -230,7 +230,8 @@ fn the_accuracy_in_the_meridian_plane_is_that_of_the_scene_the_caller_or_the_que
     }
     let cost = model(1e-1).cost(configuration).unwrap();
     assert!(cost.mib > 0.1 && cost.dofs.total > 100, "{cost:?}");
-    // Three quarters of every correction are uncertain, and a part in which errors of bodies do not cancel.
+    // Three quarters of every correction are uncertain, and a part in which errors of bodies do not
+    // cancel.
     let error = solve(&mut model(1e-1), &[1.0]).mesh_error.unwrap();
     assert_eq!(error.uncertainty.relative, 0.75);
     assert!(error.uncertainty.velocity > 0.0);

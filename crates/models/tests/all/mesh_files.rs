@@ -241,3 +241,61 @@ fn bug_a_reference_mesh_of_low_quality_was_not_kept() {
     // The file's mesh, by the first method of motion; then the same again.
     assert_eq!([remeshed(), remeshed()], [None, None]);
 }
+
+/// A sphere, a turned ellipsoid and a capsule in a ball, meshed by Gmsh with curved cells, and the
+/// same bodies in our own mesh: the answers agree within their bars.
+#[test]
+fn bodies_of_a_second_order_file_move_as_those_of_our_own_mesh() {
+    let file = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../../shared/meshes/mixed_bodies_order2.msh"
+    );
+    if !Path::new(file).exists() {
+        return;
+    }
+    let angle = 0.6 / 3.0_f64.sqrt();
+    let velocities = |domain: &str, surfaces: [&str; 3]| {
+        let [sphere, ellipsoid, capsule] = surfaces;
+        let scene = Scene::parse(&format!(
+            r#"
+            domain = {domain}
+            model.kind = "fem"
+            fem.size_factor = 1.5
+            bodies = [
+                {{ name = "sphere", radius = 1, position = [-6, 0, 0]{sphere} }},
+                {{ name = "ellipsoid", shape = "ellipsoid", semi_axes = [1.5, 1, 0.8],
+                   orientation = [{angle}, {angle}, {angle}], position = [0, 0, 0]{ellipsoid} }},
+                {{ name = "capsule", shape = "capsule", radius = 1, half_length = 2,
+                   position = [6, 0, 0]{capsule} }},
+            ]
+            links = [
+                {{ name = "a", body = "sphere", to = "ellipsoid" }},
+                {{ name = "b", body = "capsule", to = "ellipsoid" }},
+            ]
+            "#
+        ))
+        .unwrap();
+        let mut model = FemModel::new(&scene).unwrap();
+        let (state, lengths) = (
+            scene.initial_state(),
+            scene.articulation().initial_lengths(),
+        );
+        let configuration = Configuration {
+            state: &state,
+            lengths,
+        };
+        let solution = model.solve_one(configuration, &[-1.0, 0.5]).unwrap();
+        let bar = solution.error_estimate.total();
+        (solution.bodies, bar)
+    };
+    let parts = ["sphere", "ellipsoid", "capsule"].map(|tag| format!(", surface = \"{tag}\""));
+    let mesh = format!("{{ kind = \"mesh\", file = {file:?}, walls = [\"outer\"] }}");
+    let (of_file, file_bar) = velocities(&mesh, parts.each_ref().map(String::as_str));
+    let (own, own_bar) = velocities("{ kind = \"ball\", radius = 20 }", [""; 3]);
+    for (a, b) in of_file.iter().zip(&own) {
+        let difference = (a.velocity - b.velocity).norm();
+        let bars = file_bar + own_bar;
+        assert!(difference <= bars, "{difference:.1e} {bars:.1e}");
+    }
+    assert!(own_bar < 1e-3, "{own_bar:.1e}");
+}

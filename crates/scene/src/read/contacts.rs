@@ -4,7 +4,8 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::contact::{Contact, closest_contact, smallest_gap};
 use crate::error::SceneError;
-use crate::gait::{Gait, Leg, legs};
+use crate::gait::{Gait, legs};
+use crate::leg::Leg;
 use crate::scene::Scene;
 
 /// Refuses bodies that touch each other or a wall in the initial configuration.

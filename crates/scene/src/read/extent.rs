@@ -7,8 +7,9 @@ use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::file::GaitFile;
-use crate::gait::{Gait, LengthPath};
+use crate::gait::Gait;
 use crate::gait_table::GaitTable;
+use crate::length_path::LengthPath;
 use crate::options::FemOptions;
 
 /// Largest length of a scene over the smallest length of a body.

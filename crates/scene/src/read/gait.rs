@@ -7,8 +7,9 @@ use rigid::Link;
 use super::checks::Checks;
 use crate::error::SceneError;
 use crate::file::{GaitFile, HarmonicFile, PhaseFile};
-use crate::gait::{Gait, LengthPath, Phase, Sine};
+use crate::gait::{Gait, Phase};
 use crate::gait_table::GaitTable;
+use crate::length_path::{LengthPath, Sine};
 use crate::words::GaitKind;
 
 /// The gait, with links by number, and the table that it is from.

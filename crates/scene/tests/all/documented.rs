@@ -5,7 +5,8 @@ use std::path::Path;
 use scene::keys::{KEYS, KeyDefault, markdown_table};
 use scene::{Document, Scene};
 
-/// One entry of each list but `gait.harmonics`, with required keys only; the second body has an axis.
+/// One entry of each list but `gait.harmonics`, with required keys only; the second body has an
+/// axis.
 const MINIMAL: &str = r#"
 bodies = [
     { name = "sphere", radius = 1, position = [0, 0, 0] },

@@ -29,8 +29,8 @@ use crate::error::SwimError;
 /// accurate, relative to them, as that of the velocities with as many points.
 const CORRECTED: usize = 2;
 
-/// Ratio of the expected error of an order to the tolerance, up to which its solutions are requested
-/// with corrections. Corrections in vain cost less than the same points once more.
+/// Ratio of the expected error of an order to the tolerance, up to which its solutions are
+/// requested with corrections. Corrections in vain cost less than the same points once more.
 const MAY_SUFFICE: f64 = 2.0;
 
 /// Largest number of points: beyond it, halving the step gains more.
@@ -192,7 +192,8 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
             }
         }
         let is_accepted = accepted.is_some();
-        // What is due to a mesh that this order brought is judged at the next one, with corrections.
+        // What is due to a mesh that this order brought is judged at the next one, with
+        // corrections.
         let has_new_mesh = evaluator.mesh_changes > mesh_changes;
         let is_smooth = is_smooth(&changes, ratio) && !has_new_mesh;
         let are_final = match corrections {

@@ -21,12 +21,12 @@ const CURVED_ORDER: f64 = 4.0;
 /// Assumed order of convergence of the error bar on straight elements; 1.8 was observed.
 const STRAIGHT_ORDER: f64 = 1.7;
 
-/// Fraction of the target at which the sizes aim, because the error bars of different meshes scatter
-/// by a factor of about a half around the assumed power law.
+/// Fraction of the target at which the sizes aim, because the error bars of different meshes
+/// scatter by a factor of about a half around the assumed power law.
 const AIM: f64 = 0.6;
 
-/// Smallest ratio of the sizes of a stroke to those of the one before, which costs about eight times
-/// less.
+/// Smallest ratio of the sizes of a stroke to those of the one before, which costs about eight
+/// times less.
 const MIN_RATIO: f64 = 0.5;
 
 /// Largest number of strokes with finer sizes.
@@ -118,7 +118,8 @@ impl SizeSearch {
         Ok(scene.with_size_factor(Some(self.size_factor))?)
     }
 
-    /// Chooses a smaller factor if the outcome of the stroke with the present one misses the target.
+    /// Chooses a smaller factor if the outcome of the stroke with the present one misses the
+    /// target.
     ///
     /// None if it meets the target, has no error estimate, or if four smaller factors have been
     /// tried.

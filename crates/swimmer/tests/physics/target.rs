@@ -121,7 +121,8 @@ fn a_stroke_that_misses_its_target_is_repeated_with_smaller_elements() {
     };
     // The coarsest mesh, whatever the target above its error.
     assert_eq!(run(0.9, 0.4), [FemModel::COARSEST_SIZE_FACTOR; 2]);
-    // The first factor is that for a surface size of 0.4, so the error of 0.7 is nine times as large.
+    // The first factor is that for a surface size of 0.4, so the error of 0.7 is nine times as
+    // large.
     let [first, last] = run(1e-3, 0.7);
     assert!(last < 0.9 * first, "{first} {last}");
 }
