@@ -25,6 +25,8 @@ pub(super) struct LegEvaluator<'a> {
     dofs: Option<usize>,
     /// Integration error that the scene's tolerance allows for the leg, if it is known.
     pub tolerance: Option<f64>,
+    /// Intervals of the lengths of the links along the leg.
+    pub ranges: Vec<(f64, f64)>,
     model: &'a mut dyn Hydrodynamics,
     observe: Observer<'a>,
 }
@@ -45,6 +47,7 @@ impl<'a> LegEvaluator<'a> {
             mesh_changes: 0,
             dofs: None,
             tolerance,
+            ranges: leg.ranges(),
             model,
             observe,
         }

@@ -71,7 +71,7 @@ pub(super) fn rounding(evaluator: &LegEvaluator, step: &StateVelocity) -> f64 {
 
 /// The largest change of a link's length over the leg.
 fn largest_length_change(evaluator: &LegEvaluator) -> f64 {
-    let ranges = evaluator.leg.ranges().into_iter();
+    let ranges = evaluator.ranges.iter();
     ranges.fold(0.0_f64, |m, (low, high)| m.max(high - low))
 }
 
@@ -93,6 +93,6 @@ pub(super) fn largest_displacement(evaluator: &LegEvaluator, step: &StateVelocit
 
 /// Largest length of a link along the leg.
 fn longest_link(evaluator: &LegEvaluator) -> f64 {
-    let ranges = evaluator.leg.ranges().into_iter();
-    ranges.fold(0.0_f64, |m, (_, high)| m.max(high))
+    let ranges = evaluator.ranges.iter();
+    ranges.fold(0.0_f64, |m, (_, high)| m.max(*high))
 }
