@@ -252,7 +252,7 @@ impl AxisymmetricModel {
             let solution = InstantaneousSolution::new(
                 solved.bodies(set, scale)?,
                 solved.link_forces(set, &constraints, loads, scale)?,
-                scale.motion_to_scene(&motion),
+                self.scaled.motion_to_scene(&motion),
             );
             Ok::<_, ModelError>((solution, solved.residual))
         };

@@ -2,28 +2,30 @@
 
 use mesh::TetMesh;
 use nalgebra::DMatrix;
-use rigid::State;
+use rigid::{State, StateVelocity};
 use scene::Scene;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stokes::Dofs;
 
 use crate::error::ModelError;
+use crate::rough_model::RoughModel;
 use crate::solution::{FlowField, InstantaneousSolution};
 
-/// Positions of the bodies: the state of the articulated set and the lengths of its links.
+/// Positions of the bodies: the state of the articulated set and the values of its joints.
 #[derive(Clone, Copy, Debug)]
 pub struct Configuration<'a> {
     /// Frames of the linkages and attitudes of the bodies, for [`rigid::Articulation::place`].
     pub state: &'a State,
-    /// Length of each link, in the scene's units.
+    /// Value of the joint of each link: the length of a slide in the scene's units, or an angle.
+    /// Those of passive joints are part of the state, and their entries have no effect.
     pub lengths: &'a [f64],
 }
 
 /// Input of a model: one configuration and one or several sets of link rates.
 ///
 /// ```
-/// # let state = rigid::State { frames: vec![], attitudes: vec![] };
+/// # let state = rigid::State { frames: vec![], attitudes: vec![], joints: vec![] };
 /// use models::{Configuration, Query};
 /// let rates = [vec![-4.0, 0.0]];
 /// let configuration = Configuration { state: &state, lengths: &[10.0, 10.0] };
@@ -197,6 +199,20 @@ pub trait Hydrodynamics: Send {
             what: format!("the grand resistance by the model '{}'", self.name()),
             instead: "use model.kind = \"fem\"".to_owned(),
         })
+    }
+
+    /// Velocities for a unit force on each passive joint, all else at rest and without loads.
+    ///
+    /// They are derivatives for the implicit integration of springs and affect its convergence, not
+    /// its result. By default they are those of spheres in unbounded fluid.
+    ///
+    /// # Errors
+    /// A configuration for which they cannot be computed.
+    fn joint_responses(
+        &mut self,
+        configuration: Configuration<'_>,
+    ) -> Result<Vec<StateVelocity>, ModelError> {
+        RoughModel::new(self.scene())?.joint_responses(configuration)
     }
 
     /// Predicted cost of one solution, without solving if the model can predict it.

@@ -70,6 +70,7 @@ impl MeshError {
                 &mut term.link_forces,
                 |vector| *vector *= factor,
             );
+            (term.motion.joints.iter_mut()).for_each(|rate| *rate *= factor);
             term.uncertainty.velocity *= factor;
             term
         };
@@ -231,6 +232,7 @@ mod tests {
                 angular: Vector3::zeros(),
             }],
             spins: vec![],
+            joints: vec![],
         };
         // One body with a unit force, so that the error of its velocity is that of its power.
         let corrected = |sign: f64| {

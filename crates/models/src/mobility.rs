@@ -1,9 +1,13 @@
 //! Velocities and forces of linked bodies from their grand resistance matrix.
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use rigid::{Articulation, BodyKind, Constraints, Drive, ExternalLoad, Reduction};
+use rigid::{
+    Articulation, BodyKind, Constraints, Drive, ExternalLoad, Link, Reduction, StateVelocity,
+};
 
 use crate::error::ModelError;
+use crate::hydrodynamics::Configuration;
+use crate::scaled_scene::ScaledScene;
 use crate::solution::BodySolution;
 use crate::units::Scale;
 
@@ -22,10 +26,11 @@ impl MobilitySolution {
     /// Solves for the motions that the links leave free (formulation P-tilde).
     ///
     /// With a basis `S` of these motions, the motion `W` that the rates of the links impose, the
-    /// grand resistance `R` and the external loads `F`, the coefficients `v` satisfy
+    /// grand resistance `R`, the coefficients `D` of dashpots and the external loads `F`, the
+    /// coefficients `v` satisfy
     ///
     /// ```text
-    /// S^T R S v = S^T (F - R W)
+    /// S^T (R + D) S v = S^T (F - (R + D) W)
     /// ```
     ///
     /// # Errors
@@ -43,9 +48,11 @@ impl MobilitySolution {
             loads,
         };
         let (s, w) = (&reduction.surface_basis, &reduction.surface_offset);
-        let rhs =
-            reduction.all.basis.tr_mul(&drive.generalised_loads()?) - s.tr_mul(&(resistance * w));
-        let matrix = s.tr_mul(&(resistance * s));
+        let (all, damping) = (&reduction.all, drive.damping());
+        let loads = drive.generalised_loads()? - damping.component_mul(&all.offset);
+        let rhs = all.basis.tr_mul(&loads) - s.tr_mul(&(resistance * w));
+        let dashpots = DMatrix::from_diagonal(&damping);
+        let matrix = s.tr_mul(&(resistance * s)) + all.basis.tr_mul(&(dashpots * &all.basis));
         let coefficients = matrix
             .clone()
             .cholesky()
@@ -131,11 +138,37 @@ impl MobilitySolution {
             constraints,
             loads,
         };
-        let loads = drive.link_loads(&self.forces)?;
-        Ok((0..set.links().len())
-            .map(|link| scale.force_to_scene(vector(&loads, 3 * link)))
+        let loads = drive.link_loads(&self.forces, &self.generalised)?;
+        let rows = set.link_rows().into_iter();
+        Ok(rows
+            .map(|row| scale.force_to_scene(vector(&loads, row)))
             .collect())
     }
+}
+
+/// Velocities in the scene's units for a unit force on each passive joint, all else at rest, from
+/// the grand resistance.
+///
+/// # Errors
+/// Links that contradict each other; bodies too close for the resistance.
+pub(crate) fn joint_responses(
+    scaled: &ScaledScene,
+    configuration: Configuration,
+    resistance: &DMatrix<f64>,
+) -> Result<Vec<StateVelocity>, ModelError> {
+    let set = &scaled.set;
+    let at_rest = vec![0.0; set.links().len()];
+    let mut constraints = scaled.constraints(configuration, &at_rest)?;
+    let loads = vec![ExternalLoad::default(); set.kinds().len()];
+    let joints = set.passive_joints().enumerate();
+    let response = |(number, link): (usize, &Link)| {
+        constraints.joint_forces.fill(0.0);
+        constraints.joint_forces[number] = scaled.scale.joint_force(link, 1.0);
+        let solved = MobilitySolution::new(resistance, set, &constraints, &loads)?;
+        let motion = set.state_velocity(solved.generalised.as_slice())?;
+        Ok(scaled.motion_to_scene(&motion))
+    };
+    joints.map(response).collect()
 }
 
 /// Three successive entries.

@@ -1,10 +1,11 @@
 //! A cheap model without error bars, to predict the size of displacements.
 
 use microhydro::{Medium, Spheres, rpy};
+use rigid::StateVelocity;
 
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, Hydrodynamics, Query};
-use crate::mobility::MobilitySolution;
+use crate::mobility::{self, MobilitySolution};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
 use scene::{Scene, Shape};
@@ -59,10 +60,19 @@ impl Hydrodynamics for RoughModel {
             Ok(InstantaneousSolution::new(
                 solved.bodies(set, scale)?,
                 solved.link_forces(set, &constraints, loads, scale)?,
-                scale.motion_to_scene(&motion),
+                self.scaled.motion_to_scene(&motion),
             ))
         };
         query.rates.iter().map(solution).collect()
+    }
+
+    fn joint_responses(
+        &mut self,
+        configuration: Configuration<'_>,
+    ) -> Result<Vec<StateVelocity>, ModelError> {
+        let spheres = Spheres::new(self.scaled.centres(configuration)?, self.radii.clone())?;
+        let resistance = rpy::resistance(&spheres, &Medium::Unbounded)?;
+        mobility::joint_responses(&self.scaled, configuration, &resistance)
     }
 
     fn cost(&mut self, _: Configuration<'_>) -> Result<Cost, ModelError> {

@@ -1,7 +1,7 @@
 //! Bodies, links and loads of a scene in scaled units: the input of every model.
 
 use nalgebra::{Isometry3, Vector3};
-use rigid::{Articulation, BodyKind, Constraints, ExternalLoad};
+use rigid::{Articulation, BodyKind, Constraints, ExternalLoad, State, StateVelocity};
 
 use crate::error::ModelError;
 use crate::hydrodynamics::Configuration;
@@ -29,13 +29,19 @@ impl ScaledScene {
         let bodies = || scene.bodies().iter();
         let kinds: Vec<_> = bodies().map(|b| b.kind()).collect();
         let positions: Vec<_> = bodies().map(|b| scale.point(b.position)).collect();
+        let links = scene.articulation().links();
         let set = Articulation::new(
             &kinds,
-            scene.articulation().links().to_vec(),
+            links.iter().map(|link| scale.link(link)).collect(),
             scene.articulation().arms(),
             &positions,
         )?
         .with_fixed(&scene.fixed_bodies())?;
+        let values = links.iter().zip(scene.articulation().initial_lengths());
+        let values: Vec<f64> = values
+            .map(|(link, value)| scale.value(link, *value))
+            .collect();
+        let set = set.with_initial_values(&values)?;
         Ok(Self {
             scene: scene.clone(),
             scale,
@@ -49,10 +55,10 @@ impl ScaledScene {
     /// # Errors
     /// Lengths of links for which a loop does not close.
     pub fn poses(&self, configuration: Configuration) -> Result<Vec<Isometry3<f64>>, ModelError> {
-        let state = self.scale.state(configuration.state);
+        let state = self.state(configuration);
         Ok(self
             .set
-            .place(&state, &self.lengths(configuration.lengths))?)
+            .place(&state, &self.values(configuration.lengths))?)
     }
 
     /// Centres of the bodies with surfaces in a configuration.
@@ -77,12 +83,27 @@ impl ScaledScene {
         configuration: Configuration,
         rates: &[f64],
     ) -> Result<Constraints, ModelError> {
-        let state = self.scale.state(configuration.state);
-        let [lengths, rates] = [configuration.lengths, rates].map(|list| self.lengths(list));
+        let state = self.state(configuration);
+        let [lengths, rates] = [configuration.lengths, rates].map(|list| self.values(list));
         Ok(self.set.constraints(&state, &lengths, &rates)?)
     }
 
-    fn lengths(&self, list: &[f64]) -> Vec<f64> {
-        list.iter().map(|&l| self.scale.length(l)).collect()
+    /// Rate of change of the state in the units of the scene.
+    pub fn motion_to_scene(&self, motion: &StateVelocity) -> StateVelocity {
+        self.scale
+            .motion_to_scene(motion, self.set.passive_joints())
+    }
+
+    fn state(&self, configuration: Configuration) -> State {
+        self.scale
+            .state(configuration.state, self.set.passive_joints())
+    }
+
+    /// Scaled values, or rates, of all joints.
+    fn values(&self, list: &[f64]) -> Vec<f64> {
+        let links = self.set.links().iter().zip(list);
+        links
+            .map(|(link, &value)| self.scale.value(link, value))
+            .collect()
     }
 }

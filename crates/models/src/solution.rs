@@ -109,6 +109,8 @@ impl InstantaneousSolution {
         frames.for_each(|(frame, error)| *frame = *frame + *error * factor);
         let spins = self.motion.spins.iter_mut().zip(&error.motion.spins);
         spins.for_each(|(spin, error)| *spin += factor * error);
+        let joints = self.motion.joints.iter_mut().zip(&error.motion.joints);
+        joints.for_each(|(rate, error)| *rate += factor * error);
     }
 
     /// Rotates all motions and loads, for a configuration that is rotated as a whole.

@@ -2,7 +2,7 @@
 
 use mesh::{MeshError, TetMesh};
 use nalgebra::{DMatrix, Isometry3, Translation3, Vector3};
-use rigid::{ExternalLoad, State, StateVelocity, Twist};
+use rigid::{ExternalLoad, JointDrive, Link, PassiveDrive, State, StateVelocity, Twist};
 
 use scene::Scene;
 
@@ -61,8 +61,8 @@ impl Scale {
         mesh.with_points(points.map(|&x| self.point_to_scene(x)).collect())
     }
 
-    /// Scaled state of a state of the scene.
-    pub fn state(&self, state: &State) -> State {
+    /// Scaled state of a state of the scene, whose passive joints are those of the links `passive`.
+    pub fn state<'l>(&self, state: &State, passive: impl Iterator<Item = &'l Link>) -> State {
         State {
             frames: state
                 .frames
@@ -75,6 +75,49 @@ impl Scale {
                 })
                 .collect(),
             attitudes: state.attitudes.clone(),
+            joints: (state.joints.iter().zip(passive))
+                .map(|(&value, link)| self.value(link, value))
+                .collect(),
+        }
+    }
+
+    /// Scaled link of a link of the scene: its joint, and what drives it.
+    ///
+    /// Forces of joints that turn are torques, and their values angles.
+    pub fn link(&self, link: &Link) -> Link {
+        let scaled = link
+            .clone()
+            .with_joint(link.joint.scaled(1.0 / self.length));
+        let JointDrive::Passive(drive) = link.drive else {
+            return scaled;
+        };
+        // Stiffness and damping are forces per value and per rate.
+        let per_value = |x: f64| self.joint_force(link, x) * self.value_unit(link);
+        scaled.with_drive(JointDrive::Passive(PassiveDrive {
+            force: self.joint_force(link, drive.force),
+            stiffness: per_value(drive.stiffness),
+            rest: self.value(link, drive.rest),
+            damping: per_value(drive.damping),
+        }))
+    }
+
+    /// Scaled force on the joint of a link, a torque for joints that turn.
+    pub fn joint_force(&self, link: &Link, force: f64) -> f64 {
+        match link.joint.is_angle() {
+            true => force / (self.force_unit() * self.length),
+            false => force / self.force_unit(),
+        }
+    }
+
+    /// Scaled value, or rate, of the joint of a link: only lengths have a unit.
+    pub fn value(&self, link: &Link, value: f64) -> f64 {
+        value / self.value_unit(link)
+    }
+
+    fn value_unit(&self, link: &Link) -> f64 {
+        match link.joint.is_angle() {
+            true => 1.0,
+            false => self.length,
         }
     }
 
@@ -128,8 +171,13 @@ impl Scale {
         pressure * self.viscosity
     }
 
-    /// Rate of change of the state in the scene of a scaled one.
-    pub fn motion_to_scene(&self, motion: &StateVelocity) -> StateVelocity {
+    /// Rate of change of the state in the scene of a scaled one, with the links of its passive
+    /// joints.
+    pub fn motion_to_scene<'l>(
+        &self,
+        motion: &StateVelocity,
+        passive: impl Iterator<Item = &'l Link>,
+    ) -> StateVelocity {
         StateVelocity {
             frames: motion
                 .frames
@@ -140,6 +188,9 @@ impl Scale {
                 })
                 .collect(),
             spins: motion.spins.clone(),
+            joints: (motion.joints.iter().zip(passive))
+                .map(|(rate, link)| rate * self.value_unit(link))
+                .collect(),
         }
     }
 

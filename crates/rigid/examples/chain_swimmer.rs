@@ -25,11 +25,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     let fluid = RigidFluid::new(mesh.matrices, nodes, &mesh.bodies)?;
 
     // Two arms from the centre; the left one closes at unit speed, the right one keeps its length.
-    let link = |name: &str, body: usize| Link {
-        name: name.into(),
-        body,
-        to: 1,
-    };
+    let link = |name: &str, body: usize| Link::slide(name, body, 1);
     let links = vec![link("left arm", 0), link("right arm", 2)];
     let set = Articulation::new(&[BodyKind::Rigid; 3], links, Arms::Clamped, &centres)?;
     let state = set.initial_state();

@@ -1,9 +1,10 @@
-//! Articulated sets: bodies joined by extensible links, and the graph that they form.
+//! Articulated sets: bodies joined by links, and the graph that they form.
 
 use nalgebra::Vector3;
 
 use crate::RigidError;
 use crate::error::check_length;
+use crate::joint::{Joint, JointDrive, PassiveDrive};
 use crate::linkage::{Link, Linkage, find_linkages};
 
 /// The kind of a member of an articulated set.
@@ -20,10 +21,10 @@ pub enum BodyKind {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Arms {
-    /// Bodies do not rotate relative to the frame of their linkage: one angular velocity for all.
+    /// Bodies do not rotate relative to their frame: one angular velocity for each frame.
     #[default]
     Clamped,
-    /// Each body rotates torque-free, and so does the frame of each linkage.
+    /// Each body rotates torque-free, and so does each frame.
     Free,
     /// Arms keep their direction in the laboratory axes and bodies rotate freely.
     ///
@@ -32,30 +33,43 @@ pub enum Arms {
     Lab,
 }
 
-/// Bodies, the links between them, and the directions of the links in the frame of their linkage.
+/// Bodies, the links between them, and the arms of the links in the frames of their bodies.
 #[derive(Clone, Debug)]
 pub struct Articulation {
     kinds: Vec<BodyKind>,
     links: Vec<Link>,
     arms: Arms,
-    directions: Vec<Vector3<f64>>,
+    arm_vectors: Vec<ArmVectors>,
     linkages: Vec<Linkage>,
     linkage_of: Vec<usize>,
+    frame_of: Vec<usize>,
     initial_positions: Vec<Vector3<f64>>,
     initial_lengths: Vec<f64>,
     fixed: Vec<bool>,
 }
 
+/// What a link needs to place its bodies, in the axes of their frames.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ArmVectors {
+    /// Unit vector along which the value of the joint acts: from `to` to `body` for slides.
+    pub direction: Vector3<f64>,
+    /// From the centre of `to` to the pivot; to the centre of `body` for slides and fixed links.
+    pub near: Vector3<f64>,
+    /// From the centre of `body` to the pivot; zero for slides and fixed links.
+    pub far: Vector3<f64>,
+}
+
 impl Articulation {
     /// Joins `kinds.len()` bodies at `positions` by `links`.
     ///
-    /// The positions give the directions and the initial lengths of the links. Any graph is
+    /// The positions give the directions and the initial lengths of the slides. Any graph is
     /// allowed: chains, stars, loops, several separate linkages, bodies without links. The root
     /// of a linkage is its body with the lowest index.
     ///
     /// # Errors
-    /// A link to a body that does not exist, a link between coincident bodies, a point without a
-    /// link, a position or a distance that is not finite.
+    /// A link to a body that does not exist, a slide between coincident bodies, a point without a
+    /// link, a position or a distance that is not finite, a joint or drive that is not valid, joints
+    /// that turn with [`Arms::Lab`], balls with other arms than [`Arms::Clamped`].
     pub fn new(
         kinds: &[BodyKind],
         links: Vec<Link>,
@@ -69,7 +83,7 @@ impl Articulation {
                 what: "a body's position",
             });
         }
-        let mut directions = Vec::with_capacity(links.len());
+        let mut arm_vectors = Vec::with_capacity(links.len());
         let mut initial_lengths = Vec::with_capacity(links.len());
         for link in &links {
             for body in [link.body, link.to] {
@@ -81,25 +95,12 @@ impl Articulation {
                     });
                 }
             }
-            let arm = positions[link.body] - positions[link.to];
-            let distance = arm.norm();
-            let scale = positions[link.body].norm().max(positions[link.to].norm());
-            if !distance.is_finite() {
-                return Err(RigidError::NotFinite {
-                    what: "the distance between two linked bodies",
-                });
-            }
-            // A distance at the level of rounding of the positions determines no direction.
-            if distance <= 1e-12 * scale || distance == 0.0 {
-                return Err(RigidError::NoDirection {
-                    link: link.name.clone(),
-                    distance,
-                });
-            }
-            directions.push(arm / distance);
-            initial_lengths.push(distance);
+            check_joint(link, arms)?;
+            let (arm, length) = arm_of(link, positions)?;
+            arm_vectors.push(arm);
+            initial_lengths.push(length);
         }
-        let linkages = find_linkages(bodies, &links);
+        let (linkages, frame_of) = find_linkages(bodies, &links);
         let mut linkage_of = vec![0; bodies];
         for (number, linkage) in linkages.iter().enumerate() {
             if let [body] = linkage.bodies[..]
@@ -115,9 +116,10 @@ impl Articulation {
             kinds: kinds.to_vec(),
             links,
             arms,
-            directions,
+            arm_vectors,
             linkages,
             linkage_of,
+            frame_of,
             initial_positions: positions.to_vec(),
             initial_lengths,
             fixed: vec![false; bodies],
@@ -142,6 +144,22 @@ impl Articulation {
             };
             return Err(RigidError::FixedBody { body, problem });
         }
+        Ok(self)
+    }
+
+    /// The same set with other values of the joints at the start; poses, axes and pivots stay those
+    /// given to [`Articulation::new`].
+    ///
+    /// # Errors
+    /// A list of the wrong length, values that [`Articulation::place`] refuses.
+    pub fn with_initial_values(mut self, values: &[f64]) -> Result<Self, RigidError> {
+        check_length(
+            "initial values of the joints",
+            values.len(),
+            self.links.len(),
+        )?;
+        self.initial_lengths = values.to_vec();
+        self.placement(&self.initial_state(), values)?;
         Ok(self)
     }
 
@@ -175,7 +193,103 @@ impl Articulation {
         &self.linkage_of
     }
 
-    /// Lengths of the links at the positions given to [`Articulation::new`].
+    /// Number of the frame that each body belongs to; a frame is a set of bodies that joints
+    /// without rotation connect.
+    pub fn frame_of(&self) -> &[usize] {
+        &self.frame_of
+    }
+
+    /// The links whose values are part of the state, with the forces on them.
+    pub fn passive_links(&self) -> impl Iterator<Item = (usize, &PassiveDrive)> {
+        let numbered = self.links.iter().enumerate();
+        numbered.filter_map(|(number, link)| match &link.drive {
+            JointDrive::Passive(drive) if link.joint.has_value() => Some((number, drive)),
+            _ => None,
+        })
+    }
+
+    /// Whether the attitude of a body is part of the state, and not that of its frame.
+    ///
+    /// Bodies that are clamped to a frame have its rotation, but for the first of a frame that a
+    /// ball joins: its attitude is the rotation of the frame.
+    pub fn has_own_attitude(&self, body: usize) -> bool {
+        let (Some(&linkage), Some(&kind)) = (self.linkage_of.get(body), self.kinds.get(body))
+        else {
+            return false;
+        };
+        let linkage = &self.linkages[linkage];
+        let is_child_of_ball = || {
+            let mut edges = linkage.tree.iter().filter(|edge| edge.child == body);
+            edges.any(|edge| matches!(self.links[edge.link].joint, Joint::Ball { .. }))
+        };
+        match (self.arms, kind) {
+            _ if linkage.bodies.len() == 1 => true,
+            (Arms::Clamped, _) => is_child_of_ball(),
+            (Arms::Free | Arms::Lab, BodyKind::Rigid) => true,
+            (Arms::Free | Arms::Lab, BodyKind::Point) => false,
+        }
+    }
+
+    /// Largest distance of the two bodies of a link at a value of its joint; zero for a link that
+    /// does not exist.
+    pub fn arm_length(&self, link: usize, value: f64) -> f64 {
+        match (self.links.get(link), self.arm_vectors.get(link)) {
+            (
+                Some(Link {
+                    joint: Joint::Slide,
+                    ..
+                }),
+                _,
+            ) => value.abs(),
+            (Some(_), Some(arm)) => arm.near.norm() + arm.far.norm(),
+            _ => 0.0,
+        }
+    }
+
+    /// Largest displacement of one body of a link relative to the other where the value of the
+    /// joint changes by `change`; zero for a link that does not exist.
+    pub fn arm_displacement(&self, link: usize, change: f64) -> f64 {
+        let lever = match (self.links.get(link), self.arm_vectors.get(link)) {
+            (
+                Some(Link {
+                    joint: Joint::Turn { advance, .. },
+                    ..
+                }),
+                Some(arm),
+            ) => arm.near.norm().max(arm.far.norm()) + advance.abs(),
+            (
+                Some(Link {
+                    joint: Joint::Slide,
+                    ..
+                }),
+                _,
+            ) => 1.0,
+            _ => 0.0,
+        };
+        change.abs() * lever
+    }
+
+    /// The links whose values are part of the state.
+    pub fn passive_joints(&self) -> impl Iterator<Item = &Link> {
+        self.links.iter().filter(|link| link.is_passive())
+    }
+
+    /// First of the rows of each link in [`Constraints::matrix`](crate::Constraints::matrix).
+    ///
+    /// The three rows from it belong to the force on `body`; for joints about an axis the next
+    /// three belong to the torque on the frame of `body` about the pivot.
+    pub fn link_rows(&self) -> Vec<usize> {
+        let mut next = 0;
+        let rows = self.links.iter().map(|link| {
+            let first = next;
+            next += link.joint.rows();
+            first
+        });
+        rows.collect()
+    }
+
+    /// Values of the joints at the start: those at the positions given to [`Articulation::new`]
+    /// (lengths of slides, zero for others) or [`Articulation::with_initial_values`].
     pub fn initial_lengths(&self) -> &[f64] {
         &self.initial_lengths
     }
@@ -185,9 +299,88 @@ impl Articulation {
         &self.initial_positions
     }
 
-    /// Unit vectors of the links from `to` to `body`, in the frame of their linkage.
-    pub(crate) fn directions(&self) -> &[Vector3<f64>] {
-        &self.directions
+    /// Arms of the links, in the axes of the frames.
+    pub(crate) fn arm_vectors(&self) -> &[ArmVectors] {
+        &self.arm_vectors
+    }
+
+    /// Whether the frames have angular velocities of their own.
+    pub(crate) fn has_frame(&self, linkage: &Linkage) -> bool {
+        self.arms != Arms::Lab && linkage.bodies.len() > 1
+    }
+
+    /// Number of frames, of bodies without links too.
+    pub(crate) fn frames(&self) -> usize {
+        self.frame_of
+            .iter()
+            .map(|frame| frame + 1)
+            .max()
+            .unwrap_or(0)
+    }
+}
+
+/// Refuses joints and drives that are not valid or that the arms do not allow.
+fn check_joint(link: &Link, arms: Arms) -> Result<(), RigidError> {
+    let drive_is_valid = match &link.drive {
+        JointDrive::Prescribed => true,
+        JointDrive::Passive(drive) => drive.is_valid(),
+    };
+    let problem = match (&link.joint, arms) {
+        (joint, _) if !joint.is_valid() => {
+            "has an axis that is no unit vector or a number that is not finite"
+        }
+        _ if !drive_is_valid => "has a drive that is not finite, or negative",
+        (joint, Arms::Lab) if joint.turns() => {
+            "turns, but with arms = lab all arms keep their directions; use clamped arms"
+        }
+        (Joint::Ball { .. }, Arms::Free) => {
+            "is a ball, but with arms = free bodies rotate already; use clamped arms"
+        }
+        _ => return Ok(()),
+    };
+    Err(RigidError::BadJoint {
+        link: link.name.clone(),
+        problem,
+    })
+}
+
+/// The arm of a link in the initial configuration, and the initial value of its joint.
+fn arm_of(link: &Link, positions: &[Vector3<f64>]) -> Result<(ArmVectors, f64), RigidError> {
+    let (far, near) = (positions[link.body], positions[link.to]);
+    let arm = far - near;
+    let to_pivot = |direction, pivot: &Vector3<f64>| ArmVectors {
+        direction,
+        near: pivot - near,
+        far: pivot - far,
+    };
+    match &link.joint {
+        Joint::Turn { axis, pivot, .. } => Ok((to_pivot(*axis, pivot), 0.0)),
+        Joint::Ball { pivot } => Ok((to_pivot(Vector3::zeros(), pivot), 0.0)),
+        Joint::Slide | Joint::Fixed => {
+            let distance = arm.norm();
+            if !distance.is_finite() {
+                return Err(RigidError::NotFinite {
+                    what: "the distance between two linked bodies",
+                });
+            }
+            let vectors = |direction| ArmVectors {
+                direction,
+                near: arm,
+                far: Vector3::zeros(),
+            };
+            if link.joint == Joint::Fixed {
+                return Ok((vectors(Vector3::zeros()), 0.0));
+            }
+            // A distance at the level of rounding of the positions determines no direction.
+            let scale = far.norm().max(near.norm());
+            if distance <= 1e-12 * scale || distance == 0.0 {
+                return Err(RigidError::NoDirection {
+                    link: link.name.clone(),
+                    distance,
+                });
+            }
+            Ok((vectors(arm / distance), distance))
+        }
     }
 }
 
@@ -198,13 +391,7 @@ mod tests {
     #[test]
     fn separate_linkages_and_loose_points_are_found() {
         let x = [Vector3::zeros(), Vector3::x(), 5.0 * Vector3::y()];
-        let link = || {
-            vec![Link {
-                name: "0-1".into(),
-                body: 0,
-                to: 1,
-            }]
-        };
+        let link = || vec![Link::slide("0-1", 0, 1)];
         let set = Articulation::new(&[BodyKind::Rigid; 3], link(), Arms::Free, &x).unwrap();
         assert_eq!(set.linkages().len(), 2);
         assert_eq!(set.linkage_of(), &[0, 0, 1]);

@@ -75,8 +75,16 @@ impl Constrained {
         let surface_columns = columns.select_rows(&surface_rows);
         let tests = rows.as_ref().unwrap_or(&columns);
         let surface_tests = tests.select_rows(&surface_rows);
-        let rhs = imposed_rhs(&surfaces, tests, &surface_rows, loads, &offset);
+        let damping = DMatrix::from_diagonal(&drive.damping());
+        let rhs = imposed_rhs(
+            &surfaces,
+            tests,
+            &surface_rows,
+            &(loads - &damping * &offset),
+            &offset,
+        );
         let mut corner = surface_tests.tr_mul(&(&surfaces.corner * &surface_columns));
+        corner += tests.tr_mul(&(damping * &columns));
         if let Some(constraints) = &constraints {
             corner += constraints;
         }
@@ -155,7 +163,7 @@ impl Constrained {
                 &self.surfaces,
                 self.tests(),
                 &self.surface_rows,
-                loads,
+                &(loads - drive.damping().component_mul(&all.offset)),
                 &all.offset,
             ),
             offset: all.offset,

@@ -3,17 +3,22 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use crate::error::check_length;
+use crate::joint::Joint;
+use crate::placement::Placement;
 use crate::{Arms, Articulation, BodyKind, RigidError, State, StateVelocity, Twist};
 
-/// Positions of the velocities of bodies and frames in the vector of generalised velocities `q`.
+/// Positions of the velocities of bodies, frames and joints in the vector of generalised velocities
+/// `q`.
 ///
-/// Order: the bodies one after the other (rigid: `U`, `ω`; point: `U`), then the angular velocity
-/// of the frame of each linkage of two or more bodies, unless arms keep their direction
-/// ([`Arms::Lab`]).
+/// Order: the bodies one after the other (rigid: `U`, `ω`; point: `U`), then the angular velocities
+/// of the frames of each linkage of two or more bodies, unless arms keep their direction
+/// ([`Arms::Lab`]), then the rates of the passive joints.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VelocityLayout {
     bodies: Vec<usize>,
     frames: Vec<Option<usize>>,
+    /// Links of the passive joints, with the positions of their rates.
+    joints: Vec<(usize, usize)>,
     len: usize,
 }
 
@@ -36,8 +41,23 @@ impl VelocityLayout {
     }
 
     /// Index of the first component of a frame's angular velocity, if the frame has its own.
-    pub fn frame(&self, linkage: usize) -> Option<usize> {
-        self.frames.get(linkage).copied().flatten()
+    ///
+    /// Frames are numbered as in [`Articulation::frame_of`].
+    pub fn frame(&self, frame: usize) -> Option<usize> {
+        self.frames.get(frame).copied().flatten()
+    }
+
+    /// Index of the rate of the joint of a link, if it is passive.
+    pub fn joint(&self, link: usize) -> Option<usize> {
+        let mut joints = self.joints.iter();
+        joints
+            .find(|(number, _)| *number == link)
+            .map(|(_, column)| *column)
+    }
+
+    /// Indices of the rates of all passive joints.
+    pub fn joints(&self) -> impl Iterator<Item = usize> {
+        self.joints.iter().map(|(_, column)| *column)
     }
 
     /// Index of the first velocity component of each body.
@@ -48,10 +68,19 @@ impl VelocityLayout {
 
 /// The velocity constraints `C q = w` of an articulated set in one configuration.
 ///
-/// A link of length `l` and direction `e` from `to` to `body`, on a frame of angular velocity `Ω`:
-/// `U_body - U_to - Ω × (x_body - x_to) = (dl/dt) e`. A body clamped to its arms: `ω_i - Ω = 0`. A
-/// fixed body: `U_i = 0`, `ω_i = 0`. With [`Arms::Lab`], `Ω = 0` and the rows of links are equation
-/// (11) of Berti et al. (2021).
+/// With `Ω` and `Ω'` the angular velocities of the frames of `to` and `body`, and the rate `dv/dt`
+/// of the joint:
+///
+/// ```text
+/// slide along e:   U_body - U_to - Ω × (x_body - x_to) = (dv/dt) e
+/// turn about a:    U_body + Ω' × (p - x_body) - U_to - Ω × (p - x_to) = h (dv/dt) a
+///                  Ω' - Ω = (dv/dt) a
+/// ```
+///
+/// with the pivot `p` and the advance `h`. A fixed link is a slide, a ball a turn without the second
+/// row, both with the rate zero. The rate of a passive joint is one of the velocities `q`. A body
+/// clamped to its arms: `ω_i - Ω = 0`. A fixed body: `U_i = 0`, `ω_i = 0`. With [`Arms::Lab`],
+/// `Ω = 0` and the rows of links are equation (11) of Berti et al. (2021).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Constraints {
@@ -63,6 +92,10 @@ pub struct Constraints {
     pub labels: Vec<String>,
     /// Meaning of the columns.
     pub layout: VelocityLayout,
+    /// Forces of the drives on the passive joints, without those of dashpots.
+    pub joint_forces: Vec<f64>,
+    /// Coefficients of the dashpots of the passive joints.
+    pub joint_damping: Vec<f64>,
     /// Vector of each link, `x_body - x_to`.
     pub(crate) link_vectors: Vec<Vector3<f64>>,
     /// Position of each rigid body.
@@ -108,10 +141,14 @@ impl Constraints {
     pub(crate) fn check(&self) -> Result<(), RigidError> {
         let (rows, columns) = self.matrix.shape();
         let fits = [self.rates.len(), self.labels.len(), self.layout.len];
-        if fits != [rows, rows, columns] {
+        let joints = [self.joint_forces.len(), self.joint_damping.len()];
+        if fits != [rows, rows, columns] || joints != [self.layout.joints.len(); 2] {
             return Err(RigidError::OtherSet);
         }
-        let mut entries = self.matrix.iter().chain(self.rates.iter());
+        let mut entries = (self.matrix.iter())
+            .chain(self.rates.iter())
+            .chain(&self.joint_forces)
+            .chain(&self.joint_damping);
         if !entries.all(|entry| entry.is_finite()) {
             return Err(RigidError::NotFinite {
                 what: "a constraint",
@@ -134,19 +171,28 @@ impl Articulation {
                 first
             })
             .collect();
-        let frames = self
+        let mut frames = vec![None; self.frames()];
+        for linkage in self
             .linkages()
             .iter()
-            .map(|linkage| {
-                (self.arms() != Arms::Lab && linkage.bodies.len() > 1).then(|| {
-                    len += 3;
-                    len - 3
-                })
-            })
-            .collect();
+            .filter(|linkage| self.has_frame(linkage))
+        {
+            for &body in &linkage.bodies {
+                frames[self.frame_of()[body]] = Some(0);
+            }
+        }
+        for frame in frames.iter_mut().flatten() {
+            *frame = len;
+            len += 3;
+        }
+        let joints = self.passive_links().map(|(link, _)| {
+            len += 1;
+            (link, len - 1)
+        });
         VelocityLayout {
             bodies,
             frames,
+            joints: joints.collect(),
             len,
         }
     }
@@ -160,10 +206,11 @@ impl Articulation {
             .collect()
     }
 
-    /// The constraints in one configuration, where the lengths change at `rates` (one per link).
+    /// The constraints in one configuration, where the values of the joints change at `rates` (one
+    /// per link; those of passive joints have no effect).
     ///
     /// # Errors
-    /// Arrays whose lengths do not fit the set, a rate that is not finite, lengths that
+    /// Arrays whose lengths do not fit the set, a rate that is not finite, values that
     /// [`Articulation::place`] refuses.
     pub fn constraints(
         &self,
@@ -177,74 +224,117 @@ impl Articulation {
                 what: "the rate of a link",
             });
         }
-        let poses = self.place(state, lengths)?;
+        let placement = self.placement(state, lengths)?;
         let layout = self.velocity_layout();
-        let clamped_bodies: Vec<usize> = (0..self.kinds().len())
-            .filter(|&body| {
-                self.arms() == Arms::Clamped
-                    && self.kinds()[body] == BodyKind::Rigid
-                    && layout.frame(self.linkage_of()[body]).is_some()
-            })
-            .collect();
+        let frame_of = |body: usize| layout.frame(self.frame_of()[body]);
+        let is_rigid = |body: &usize| self.kinds()[*body] == BodyKind::Rigid;
+        let clamped: Vec<(usize, usize)> = match self.arms() {
+            Arms::Clamped => (0..self.kinds().len())
+                .filter(is_rigid)
+                .filter_map(|body| Some((body, frame_of(body)?)))
+                .collect(),
+            Arms::Free | Arms::Lab => Vec::new(),
+        };
         let fixed_bodies: Vec<usize> = (0..self.kinds().len())
             .filter(|&body| self.fixed()[body])
             .collect();
-        let moving_rows = 3 * (self.links().len() + clamped_bodies.len());
-        let rows = moving_rows + 6 * fixed_bodies.len();
-        let mut matrix = DMatrix::zeros(rows, layout.len());
-        let mut rhs = DVector::zeros(rows);
-        let mut labels = Vec::with_capacity(rows);
-        let mut link_vectors = Vec::with_capacity(self.links().len());
-        let identity = Matrix3::<f64>::identity();
-        for (number, link) in self.links().iter().enumerate() {
-            let row = 3 * number;
-            matrix
-                .fixed_view_mut::<3, 3>(row, layout.bodies[link.body])
-                .copy_from(&identity);
-            matrix
-                .fixed_view_mut::<3, 3>(row, layout.bodies[link.to])
-                .copy_from(&-identity);
-            let arm = poses[link.body].translation.vector - poses[link.to].translation.vector;
-            link_vectors.push(arm);
-            if let Some(frame) = layout.frame(self.linkage_of()[link.body]) {
-                // -Ω × arm = [arm]_× Ω
-                matrix
-                    .fixed_view_mut::<3, 3>(row, frame)
-                    .copy_from(&arm.cross_matrix());
-            }
-            rhs.fixed_rows_mut::<3>(row)
-                .copy_from(&(rates[number] * self.rotated_direction(state, number)));
-            labels.extend(std::iter::repeat_n(link.name.clone(), 3));
-        }
-        for (number, &body) in clamped_bodies.iter().enumerate() {
-            let row = 3 * (self.links().len() + number);
-            matrix
-                .fixed_view_mut::<3, 3>(row, layout.bodies[body] + 3)
-                .copy_from(&identity);
-            if let Some(frame) = layout.frame(self.linkage_of()[body]) {
-                matrix
-                    .fixed_view_mut::<3, 3>(row, frame)
-                    .copy_from(&-identity);
-            }
-            labels.extend(std::iter::repeat_n(format!("clamp of body {body}"), 3));
-        }
-        for (number, &body) in fixed_bodies.iter().enumerate() {
-            matrix
-                .fixed_view_mut::<6, 6>(moving_rows + 6 * number, layout.bodies[body])
-                .fill_with_identity();
-            labels.extend(std::iter::repeat_n(format!("fixed body {body}"), 6));
-        }
-        Ok(Constraints {
-            matrix,
-            rates: rhs,
-            labels,
-            layout,
-            link_vectors,
-            rigid_positions: (poses.iter().zip(self.kinds()))
-                .filter(|(_, kind)| **kind == BodyKind::Rigid)
-                .map(|(pose, _)| pose.translation.vector)
+        let link_rows: usize = self.links().iter().map(|link| link.joint.rows()).sum();
+        let rows = link_rows + 3 * clamped.len() + 6 * fixed_bodies.len();
+        let mut constraints = Constraints {
+            matrix: DMatrix::zeros(rows, layout.len()),
+            rates: DVector::zeros(rows),
+            labels: Vec::with_capacity(rows),
+            joint_forces: (self.passive_links())
+                .map(|(link, drive)| drive.static_force(placement.values[link]))
                 .collect(),
-        })
+            joint_damping: self
+                .passive_links()
+                .map(|(_, drive)| drive.damping)
+                .collect(),
+            link_vectors: Vec::with_capacity(self.links().len()),
+            rigid_positions: (placement.positions.iter().zip(self.kinds()))
+                .filter(|(_, kind)| **kind == BodyKind::Rigid)
+                .map(|(position, _)| *position)
+                .collect(),
+            layout,
+        };
+        for (link, &rate) in rates.iter().enumerate() {
+            self.add_link(&mut constraints, &placement, link, rate);
+        }
+        for (body, frame) in clamped {
+            let row = constraints.labels.len();
+            let spin = constraints.layout.bodies[body] + 3;
+            add_block(
+                &mut constraints.matrix,
+                row,
+                Some(spin),
+                &Matrix3::identity(),
+            );
+            add_block(
+                &mut constraints.matrix,
+                row,
+                Some(frame),
+                &-Matrix3::identity(),
+            );
+            let label = format!("clamp of body {body}");
+            constraints.labels.extend(std::iter::repeat_n(label, 3));
+        }
+        for body in fixed_bodies {
+            let row = constraints.labels.len();
+            constraints
+                .matrix
+                .fixed_view_mut::<6, 6>(row, constraints.layout.bodies[body])
+                .fill_with_identity();
+            let label = format!("fixed body {body}");
+            constraints.labels.extend(std::iter::repeat_n(label, 6));
+        }
+        Ok(constraints)
+    }
+
+    /// Adds the rows of a link.
+    fn add_link(&self, to: &mut Constraints, placement: &Placement, link: usize, rate: f64) {
+        let (number, link) = (link, &self.links()[link]);
+        let row = to.labels.len();
+        let layout = to.layout.clone();
+        let direction = self.direction(placement, number);
+        let [far, near] = [link.body, link.to].map(|body| placement.positions[body]);
+        to.link_vectors.push(far - near);
+        let [far_frame, near_frame] =
+            [link.body, link.to].map(|body| layout.frame(self.frame_of()[body]));
+        // The point at which the two frames have the same velocity, but for the rate of the joint.
+        let pivot = match link.joint {
+            Joint::Slide | Joint::Fixed => far,
+            Joint::Turn { .. } | Joint::Ball { .. } => {
+                let rotation = placement.rotations[self.frame_of()[link.body]];
+                far + rotation * self.arm_vectors()[number].far
+            }
+        };
+        let identity = Matrix3::identity();
+        let matrix = &mut to.matrix;
+        add_block(matrix, row, Some(layout.bodies[link.body]), &identity);
+        add_block(matrix, row, Some(layout.bodies[link.to]), &-identity);
+        // Ω' × r = -[r]_× Ω'
+        add_block(matrix, row, far_frame, &-(pivot - far).cross_matrix());
+        add_block(matrix, row, near_frame, &(pivot - near).cross_matrix());
+        let (translation, rotation) = match link.joint {
+            Joint::Slide => (direction, None),
+            Joint::Fixed | Joint::Ball { .. } => (Vector3::zeros(), None),
+            Joint::Turn { advance, .. } => (advance * direction, Some(direction)),
+        };
+        let mut along_joint = vec![translation];
+        if let Some(axis) = rotation {
+            add_block(matrix, row + 3, far_frame, &identity);
+            add_block(matrix, row + 3, near_frame, &-identity);
+            along_joint.push(axis);
+        }
+        for (part, vector) in along_joint.into_iter().enumerate() {
+            let row = row + 3 * part;
+            match layout.joint(number) {
+                Some(column) => (to.matrix.fixed_view_mut::<3, 1>(row, column)).copy_from(&-vector),
+                None => (to.rates.fixed_rows_mut::<3>(row)).copy_from(&(rate * vector)),
+            }
+            to.labels.extend(std::iter::repeat_n(link.name.clone(), 3));
+        }
     }
 
     /// Rate of change of the state for generalised velocities `q`.
@@ -255,31 +345,41 @@ impl Articulation {
         let layout = self.velocity_layout();
         check_length("generalised velocities", q.len(), layout.len())?;
         let at = |first: usize| Vector3::new(q[first], q[first + 1], q[first + 2]);
-        let frame_spin =
-            |linkage: usize| match (layout.frame(linkage), &self.linkages()[linkage].bodies[..]) {
+        let frame_spin = |body: usize| {
+            let linkage = &self.linkages()[self.linkage_of()[body]];
+            match (layout.frame(self.frame_of()[body]), &linkage.bodies[..]) {
                 (Some(frame), _) => at(frame),
                 // The frame of a body without links rotates with the body.
                 (None, &[body]) if self.kinds()[body] == BodyKind::Rigid => {
                     at(layout.bodies[body] + 3)
                 }
                 (None, _) => Vector3::zeros(),
-            };
+            }
+        };
         Ok(StateVelocity {
             frames: self
                 .linkages()
                 .iter()
-                .enumerate()
-                .map(|(number, linkage)| Twist {
+                .map(|linkage| Twist {
                     linear: at(layout.bodies[linkage.root]),
-                    angular: frame_spin(number),
+                    angular: frame_spin(linkage.root),
                 })
                 .collect(),
             spins: (0..self.kinds().len())
                 .map(|body| match self.kinds()[body] {
                     BodyKind::Rigid => at(layout.bodies[body] + 3),
-                    BodyKind::Point => frame_spin(self.linkage_of()[body]),
+                    BodyKind::Point => frame_spin(body),
                 })
                 .collect(),
+            joints: layout.joints().map(|column| q[column]).collect(),
         })
+    }
+}
+
+/// Adds a 3 x 3 block to a matrix; nothing without a column.
+fn add_block(matrix: &mut DMatrix<f64>, row: usize, column: Option<usize>, block: &Matrix3<f64>) {
+    if let Some(column) = column {
+        let mut view = matrix.fixed_view_mut::<3, 3>(row, column);
+        view += block;
     }
 }

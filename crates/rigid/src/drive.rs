@@ -31,7 +31,8 @@ pub struct ExternalLoad {
 }
 
 impl Drive<'_> {
-    /// External loads as a vector conjugate to the generalised velocities.
+    /// External loads and forces on passive joints as a vector conjugate to the generalised
+    /// velocities.
     ///
     /// # Errors
     /// A list of loads of the wrong length, a load that is not finite, constraints of another set.
@@ -46,7 +47,20 @@ impl Drive<'_> {
                 loads.fixed_rows_mut::<3>(first + 3).copy_from(&load.torque);
             }
         }
+        for (column, force) in layout.joints().zip(&self.constraints.joint_forces) {
+            loads[column] = *force;
+        }
         Ok(loads)
+    }
+
+    /// Coefficients of the dashpots, one per generalised velocity: zero for all but passive joints.
+    pub fn damping(&self) -> DVector<f64> {
+        let layout = &self.constraints.layout;
+        let mut damping = DVector::zeros(layout.len());
+        for (column, coefficient) in layout.joints().zip(&self.constraints.joint_damping) {
+            damping[column] = *coefficient;
+        }
+        damping
     }
 
     /// Refuses constraints of another set, and loads that do not fit the bodies.

@@ -138,6 +138,24 @@ pub enum RigidError {
         /// The length.
         length: f64,
     },
+    /// Loads on a motion that moves no surface: its velocity would be infinite.
+    #[error(
+        "loads act on a motion that moves no surface, so that no fluid resists it (power \
+         {power:.3e} at unit speed); give the moving part a body or remove the load, spring or \
+         force"
+    )]
+    Unresisted {
+        /// Power of the loads at unit speed of the motion.
+        power: f64,
+    },
+    /// A joint that is not valid, or that does not fit the arms.
+    #[error("the joint of link '{link}' {problem}")]
+    BadJoint {
+        /// Name of the link.
+        link: String,
+        /// The reason.
+        problem: &'static str,
+    },
     /// A loop of links that does not close at the given lengths.
     #[error(
         "the loop closed by link '{link}' does not meet: its ends are {gap:.3e} away from the \

@@ -18,7 +18,8 @@ pub struct Twist {
     pub angular: Vector3<f64>,
 }
 
-/// Rate of change of a [`State`]: one twist per linkage and one angular velocity per body.
+/// Rate of change of a [`State`]: one twist per linkage, one angular velocity per body, one rate per
+/// passive joint.
 ///
 /// A sum has as many twists as the shorter of its terms; [`Articulation::advance`] refuses a number
 /// that does not fit the set.
@@ -29,6 +30,9 @@ pub struct StateVelocity {
     pub frames: Vec<Twist>,
     /// Angular velocity of each body.
     pub spins: Vec<Vector3<f64>>,
+    /// Rates of the joints that are not prescribed.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub joints: Vec<f64>,
 }
 
 impl Add for Twist {
@@ -67,6 +71,9 @@ impl Add for &StateVelocity {
                 .zip(&other.spins)
                 .map(|(a, b)| a + b)
                 .collect(),
+            joints: (self.joints.iter().zip(&other.joints))
+                .map(|(a, b)| a + b)
+                .collect(),
         }
     }
 }
@@ -77,6 +84,7 @@ impl Mul<f64> for &StateVelocity {
         StateVelocity {
             frames: self.frames.iter().map(|&t| t * factor).collect(),
             spins: self.spins.iter().map(|w| w * factor).collect(),
+            joints: self.joints.iter().map(|rate| rate * factor).collect(),
         }
     }
 }
@@ -85,7 +93,8 @@ impl Articulation {
     /// The state after one unit of time at the constant velocity `step`.
     ///
     /// Positions and attitudes are advanced on `R^3 × SO(3)`: `x + U` and `exp(ω) Q`, both in the
-    /// laboratory axes. The exponential is exact for any step, and attitudes stay rotations.
+    /// laboratory axes. The exponential is exact for any step, and attitudes stay rotations. Those
+    /// that follow from a frame do not change ([`Articulation::has_own_attitude`]).
     ///
     /// # Errors
     /// Arrays whose lengths do not fit the set, or a velocity or a new state that is not finite.
@@ -97,8 +106,14 @@ impl Articulation {
             step.spins.len(),
             state.attitudes.len(),
         )?;
+        check_length(
+            "rates of the passive joints",
+            step.joints.len(),
+            state.joints.len(),
+        )?;
         let frames = step.frames.iter().flat_map(|t| [&t.linear, &t.angular]);
-        if !frames.chain(&step.spins).all(is_finite) {
+        let joints_are_finite = step.joints.iter().all(|rate| rate.is_finite());
+        if !(frames.chain(&step.spins).all(is_finite) && joints_are_finite) {
             return Err(RigidError::NotFinite { what: "a velocity" });
         }
         let next = State {
@@ -117,7 +132,14 @@ impl Articulation {
                 .attitudes
                 .iter()
                 .zip(&step.spins)
-                .map(|(q, w)| rotated(q, w))
+                .enumerate()
+                .map(|(body, (q, w))| match self.has_own_attitude(body) {
+                    true => rotated(q, w),
+                    false => *q,
+                })
+                .collect(),
+            joints: (state.joints.iter().zip(&step.joints))
+                .map(|(value, change)| value + change)
                 .collect(),
         };
         self.check_state(&next)?;

@@ -21,14 +21,15 @@ pub struct FlowSolution {
     pub forces: DVector<f64>,
     /// Loads `λ` of the links, one per row of [`Constraints::matrix`](crate::Constraints::matrix).
     ///
-    /// Bodies receive `C^T λ` in addition to the external loads. Redundant rows carry zero. Rows
-    /// 3l, 3l+1, 3l+2 are the force of link l on its `body`, the opposite force acts on `to`; after
-    /// the links come the torques of clamps and the loads that fix bodies.
+    /// Bodies receive `C^T λ` in addition to the external loads. Redundant rows carry zero. The
+    /// three rows from [`Articulation::link_rows`] on are the force of a link on its `body`, the
+    /// opposite force acts on `to`; after the links come the torques of clamps and the loads that
+    /// fix bodies.
     pub link_loads: DVector<f64>,
     /// Rate of change of the state of the articulated set.
     pub state: StateVelocity,
-    /// Number of links.
-    links: usize,
+    /// First row of each link.
+    link_rows: Vec<usize>,
 }
 
 impl FlowSolution {
@@ -41,11 +42,14 @@ impl FlowSolution {
     /// # Errors
     /// [`RigidError::NoSuchLink`].
     pub fn link_force(&self, link: usize) -> Result<Vector3<f64>, RigidError> {
-        let links = self.links.min(self.link_loads.len() / 3);
-        if link >= links {
-            return Err(RigidError::NoSuchLink { link, links });
+        let first = self.link_rows.get(link).copied();
+        match first.filter(|first| first + 3 <= self.link_loads.len()) {
+            Some(first) => Ok(self.link_loads.fixed_rows::<3>(first).into()),
+            None => Err(RigidError::NoSuchLink {
+                link,
+                links: self.link_rows.len(),
+            }),
         }
-        Ok(Vector3::from_fn(|axis, _| self.link_loads[3 * link + axis]))
     }
 
     /// Adds a change of this flow, such as [`Constrained::change`].
@@ -137,7 +141,7 @@ impl Constrained {
         let link_loads = match (&self.link_loads, self.first_multiplier.filter(|_| is_whole)) {
             (None, _) => DVector::zeros(0),
             (Some(loads), Some(first)) => loads.of_multipliers(&border.as_slice()[first..]),
-            (Some(loads), None) => loads.balancing(&forces)?,
+            (Some(loads), None) => loads.balancing(&forces, &generalised)?,
         };
         Ok(FlowSolution {
             velocity: self.surfaces.with_walls(free, &bodies),
@@ -147,7 +151,7 @@ impl Constrained {
             state: set.state_velocity(generalised.as_slice())?,
             generalised,
             bodies,
-            links: set.links().len(),
+            link_rows: set.link_rows(),
         })
     }
 
@@ -184,7 +188,7 @@ impl Constrained {
             .change_of_forces(free, &bodies, pressure, forces);
         let (link_loads, forces) = match &self.link_loads {
             None => (DVector::zeros(0), DVector::zeros(bodies.len())),
-            Some(loads) => loads.change(&residuals)?,
+            Some(loads) => loads.change(&residuals, &generalised)?,
         };
         Ok(FlowSolution {
             velocity: self.surfaces.all_velocities(free, &bodies),
@@ -194,7 +198,7 @@ impl Constrained {
             bodies,
             forces,
             link_loads,
-            links: set.links().len(),
+            link_rows: set.link_rows(),
         })
     }
 

@@ -20,12 +20,20 @@ pub(crate) struct LinkLoads {
     surface_rows: Vec<usize>,
     /// Velocities of bodies with surfaces that the links allow, one column per dof.
     surface_basis: DMatrix<f64>,
+    /// Velocities of bodies, frames and joints that the links allow, one column per dof.
+    basis: DMatrix<f64>,
+    /// Coefficients of the dashpots, one per generalised velocity.
+    damping: DVector<f64>,
     /// Vectors along the links.
     ///
     /// They do not affect the loads, but distinguish drives at different lengths: with
     /// [`Arms::Lab`](crate::Arms::Lab) `rows` contain no lengths.
     link_vectors: Vec<Vector3<f64>>,
 }
+
+/// Power of the loads on a motion of unit size, relative to the loads, up to which it is rounding of
+/// the elimination.
+const UNRESISTED: f64 = 1e-9;
 
 impl Drive<'_> {
     /// The velocities that links and symmetry planes allow, and data for the loads of the links.
@@ -34,7 +42,7 @@ impl Drive<'_> {
     ///
     /// # Errors
     /// Links that contradict each other, loads that are not symmetric about the planes, not finite
-    /// or of the wrong number, constraints of another set.
+    /// or of the wrong number, loads on motions that move no surface, constraints of another set.
     pub(crate) fn reduced(
         &self,
         symmetry_planes: SymmetryPlanes,
@@ -44,13 +52,22 @@ impl Drive<'_> {
         let Reduction {
             all, surface_basis, ..
         } = Reduction::of(self.set, &constraints)?;
+        let external = self.generalised_loads()?;
+        let power = all.unresisted.tr_mul(&external);
+        if power.amax() > UNRESISTED * external.amax() {
+            return Err(RigidError::Unresisted {
+                power: power.amax(),
+            });
+        }
         let loads = LinkLoads {
             rows: all.constraint_rows(&constraints),
             independent: all.independent.clone(),
             constraints: constraints.matrix.nrows(),
-            external: self.generalised_loads()?,
+            external,
             surface_rows: self.set.surface_velocities(),
             surface_basis,
+            basis: all.basis.clone(),
+            damping: self.damping(),
             link_vectors: constraints.link_vectors.clone(),
         };
         Ok((all, loads))
@@ -58,18 +75,29 @@ impl Drive<'_> {
 
     /// Loads of the links that balance given forces `(F, T)` of the rigid bodies on the fluid.
     ///
-    /// For flow models that provide resistances only. The layout is that of
+    /// For flow models that provide resistances only; `velocities` are all generalised velocities,
+    /// which dashpots depend on. The layout is that of
     /// [`FlowSolution::link_loads`](crate::FlowSolution::link_loads).
     ///
     /// # Errors
     /// Links that contradict each other, lists of the wrong length.
-    pub fn link_loads(&self, forces: &DVector<f64>) -> Result<DVector<f64>, RigidError> {
+    pub fn link_loads(
+        &self,
+        forces: &DVector<f64>,
+        velocities: &DVector<f64>,
+    ) -> Result<DVector<f64>, RigidError> {
+        check_length(
+            "generalised velocities",
+            velocities.len(),
+            self.constraints.layout.len(),
+        )?;
         check_length(
             "forces and torques of the rigid bodies",
             forces.len(),
             self.set.surface_velocities().len(),
         )?;
-        self.reduced(SymmetryPlanes::default())?.1.balancing(forces)
+        let (_, loads) = self.reduced(SymmetryPlanes::default())?;
+        loads.balancing(forces, velocities)
     }
 }
 
@@ -93,36 +121,46 @@ impl LinkLoads {
         loads
     }
 
-    /// Loads that balance the forces `(F, T)` of the bodies on the fluid.
+    /// Loads that balance the forces `(F, T)` of the bodies on the fluid at velocities `q`.
     ///
-    /// `C^T λ = forces - external`. The rows are independent, so the least-squares solution is
+    /// `C^T λ = forces + damping q - external`. The rows are independent, so the least-squares solution is
     /// unique. Its residual is the residual of the force balances of the motions that the links
     /// allow.
     ///
     /// # Errors
     /// [`RigidError::DependentConstraints`] for rows that are linearly dependent to rounding.
-    pub(crate) fn balancing(&self, forces: &DVector<f64>) -> Result<DVector<f64>, RigidError> {
-        let multipliers = self.multipliers(forces, -&self.external)?;
+    pub(crate) fn balancing(
+        &self,
+        forces: &DVector<f64>,
+        velocities: &DVector<f64>,
+    ) -> Result<DVector<f64>, RigidError> {
+        let others = self.damping.component_mul(velocities) - &self.external;
+        let multipliers = self.multipliers(forces, others)?;
         Ok(self.of_independent(&multipliers))
     }
 
-    /// Change of the loads for a change of the forces `(F, T)`, and the forces that it balances.
+    /// Change of the loads for changes of the forces `(F, T)` and of all velocities, and the forces
+    /// that it balances.
     ///
-    /// The external loads do not change. The forces returned are the part of the given ones that
-    /// does no work on motions that the links allow, `f - S (S^T S)^-1 S^T f`.
+    /// The external loads do not change. The forces returned do no work on motions that the links
+    /// allow, but for that of the dashpots: `f - S (S^T S)^-1 (S^T f + B^T D q)` with the basis `B`
+    /// of all velocities, `S` its rows of surfaces.
     ///
     /// # Errors
     /// Those of [`LinkLoads::balancing`].
     pub(crate) fn change(
         &self,
         forces: &DVector<f64>,
+        velocities: &DVector<f64>,
     ) -> Result<(DVector<f64>, DVector<f64>), RigidError> {
         let basis = &self.surface_basis;
         let gram = (basis.tr_mul(basis))
             .cholesky()
             .ok_or(RigidError::DependentConstraints)?;
-        let balanced = forces - basis * gram.solve(&basis.tr_mul(forces));
-        let multipliers = self.multipliers(&balanced, DVector::zeros(self.external.len()))?;
+        let of_dashpots = self.damping.component_mul(velocities);
+        let work = basis.tr_mul(forces) + self.basis.tr_mul(&of_dashpots);
+        let balanced = forces - basis * gram.solve(&work);
+        let multipliers = self.multipliers(&balanced, of_dashpots)?;
         Ok((self.of_independent(&multipliers), balanced))
     }
 

@@ -1,7 +1,15 @@
 //! Links between bodies, and the connected sets (linkages) that they form.
 
-/// A link of prescribed length between the centres of two bodies.
-#[derive(Clone, Debug, PartialEq, Eq)]
+use crate::joint::{Joint, JointDrive};
+
+/// A joint between two bodies.
+///
+/// ```
+/// use rigid::{Joint, JointDrive, Link};
+/// let arm = Link::slide("left", 0, 1);
+/// assert_eq!((arm.joint, arm.drive), (Joint::Slide, JointDrive::Prescribed));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Link {
     /// Name, for messages.
@@ -10,17 +18,56 @@ pub struct Link {
     pub body: usize,
     /// The body at the near end.
     pub to: usize,
+    /// The relative motion that is possible.
+    pub joint: Joint,
+    /// What determines the value of the joint.
+    pub drive: JointDrive,
 }
 
-/// A connected set of bodies: while no length changes, it moves as one rigid frame.
+impl Link {
+    /// A link of prescribed length between the centres of two bodies.
+    pub fn slide(name: &str, body: usize, to: usize) -> Self {
+        Self {
+            name: name.to_owned(),
+            body,
+            to,
+            joint: Joint::Slide,
+            drive: JointDrive::Prescribed,
+        }
+    }
+
+    /// The same link with another joint.
+    #[must_use]
+    pub fn with_joint(self, joint: Joint) -> Self {
+        Self { joint, ..self }
+    }
+
+    /// The same link with another drive.
+    #[must_use]
+    pub fn with_drive(self, drive: JointDrive) -> Self {
+        Self { drive, ..self }
+    }
+
+    /// Whether the value of the joint is part of the state and not prescribed.
+    pub fn is_passive(&self) -> bool {
+        matches!(self.drive, JointDrive::Passive(_)) && self.joint.has_value()
+    }
+}
+
+/// A connected set of bodies.
+///
+/// It consists of frames: sets of bodies whose arms keep their angles to each other. Joints that
+/// turn connect different frames; without them a linkage has one frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Linkage {
-    /// The body at the origin of the frame: the one with the lowest index.
+    /// The body at the origin of the first frame: the one with the lowest index.
     pub root: usize,
     /// All bodies of the set in breadth-first order, the root first.
     pub bodies: Vec<usize>,
     /// Edges of the spanning tree, one for each body after the root, in the order of `bodies`.
     pub(crate) tree: Vec<TreeEdge>,
+    /// Number of the frame of the root; those of the other frames follow it.
+    pub(crate) first_frame: usize,
 }
 
 /// An edge of the spanning tree of a linkage.
@@ -32,13 +79,19 @@ pub(crate) struct TreeEdge {
 }
 
 /// Breadth-first spanning trees of the graph of bodies and links, rooted at the lowest indices.
-pub(crate) fn find_linkages(bodies: usize, links: &[Link]) -> Vec<Linkage> {
+///
+/// Returns the linkages and the frame of each body.
+pub(crate) fn find_linkages(bodies: usize, links: &[Link]) -> (Vec<Linkage>, Vec<usize>) {
     let mut neighbours = vec![Vec::new(); bodies];
     for (number, link) in links.iter().enumerate() {
         neighbours[link.body].push((number, link.to));
         neighbours[link.to].push((number, link.body));
     }
     let mut reached = vec![false; bodies];
+    let mut frames = Frames {
+        of_body: vec![usize::MAX; bodies],
+        count: 0,
+    };
     let mut linkages = Vec::new();
     for root in 0..bodies {
         if reached[root] {
@@ -49,10 +102,12 @@ pub(crate) fn find_linkages(bodies: usize, links: &[Link]) -> Vec<Linkage> {
             root,
             bodies: vec![root],
             tree: Vec::new(),
+            first_frame: frames.count,
         };
         let mut next = 0;
         while let Some(&parent) = linkage.bodies.get(next) {
             next += 1;
+            frames.add(parent, links, &neighbours);
             for &(link, child) in &neighbours[parent] {
                 if !reached[child] {
                     reached[child] = true;
@@ -67,5 +122,31 @@ pub(crate) fn find_linkages(bodies: usize, links: &[Link]) -> Vec<Linkage> {
         }
         linkages.push(linkage);
     }
-    linkages
+    (linkages, frames.of_body)
+}
+
+struct Frames {
+    of_body: Vec<usize>,
+    count: usize,
+}
+
+impl Frames {
+    /// Numbers the frame of a body, if it has no number yet: all bodies that joints without
+    /// rotation connect to it.
+    fn add(&mut self, body: usize, links: &[Link], neighbours: &[Vec<(usize, usize)>]) {
+        if self.of_body[body] != usize::MAX {
+            return;
+        }
+        let mut members = vec![body];
+        self.of_body[body] = self.count;
+        while let Some(member) = members.pop() {
+            for &(link, other) in &neighbours[member] {
+                if !links[link].joint.turns() && self.of_body[other] == usize::MAX {
+                    self.of_body[other] = self.count;
+                    members.push(other);
+                }
+            }
+        }
+        self.count += 1;
+    }
 }

@@ -22,6 +22,8 @@ pub struct NullSpace {
     ///
     /// An example is the rotation of a collinear free frame about its own axis.
     pub gauge: DMatrix<f64>,
+    /// The motions that the gauge rows prescribe as zero, one per column.
+    pub(crate) unresisted: DMatrix<f64>,
     /// Indices of the free velocities, before motions without resistance are removed.
     free: Vec<usize>,
 }
@@ -113,6 +115,7 @@ impl NullSpace {
             offset,
             independent: labels,
             gauge: DMatrix::zeros(0, columns),
+            unresisted: DMatrix::zeros(columns, 0),
             free,
         })
     }
@@ -162,6 +165,7 @@ impl NullSpace {
             for (k, &velocity) in self.free.iter().enumerate() {
                 self.gauge.set_column(velocity, &dropped.row(k).transpose());
             }
+            self.unresisted = &self.basis * dropped;
             self.basis = &self.basis * kept;
         }
     }
@@ -202,12 +206,15 @@ impl Reduction {
             return Err(RigidError::OtherSet);
         }
         let mut masters = vec![false; layout.len()];
-        for (number, linkage) in set.linkages().iter().enumerate() {
+        for linkage in set.linkages() {
             let root = layout.bodies()[linkage.root];
             masters[root..root + 3].fill(true);
-            if let Some(frame) = layout.frame(number) {
+            if let Some(frame) = layout.frame(linkage.first_frame) {
                 masters[frame..frame + 3].fill(true);
             }
+        }
+        for joint in layout.joints() {
+            masters[joint] = true;
         }
         let surface_rows = set.surface_velocities();
         let mut all = NullSpace::of(constraints, &masters)?;

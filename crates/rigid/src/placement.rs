@@ -1,9 +1,10 @@
-//! Configurations of an articulated set: from frames and link lengths to the poses of all bodies.
+//! Configurations of an articulated set: from frames and joint values to the poses of all bodies.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::error::check_length;
-use crate::{Articulation, RigidError};
+use crate::joint::Joint;
+use crate::{Articulation, Link, RigidError};
 
 /// Position and attitude of an articulated set: one frame per linkage, one attitude per body.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,8 +12,20 @@ use crate::{Articulation, RigidError};
 pub struct State {
     /// Pose of the frame of each linkage; its origin is the centre of the root body.
     pub frames: Vec<Isometry3<f64>>,
-    /// Attitude of each body relative to the laboratory axes; the identity at the start.
+    /// Attitude of each body that has its own, relative to the laboratory axes; the identity at the
+    /// start and for all other bodies.
     pub attitudes: Vec<UnitQuaternion<f64>>,
+    /// Values of the joints that are not prescribed, in the order of their links.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub joints: Vec<f64>,
+}
+
+/// Positions of all bodies and rotations of all frames.
+pub(crate) struct Placement {
+    pub positions: Vec<Vector3<f64>>,
+    pub rotations: Vec<UnitQuaternion<f64>>,
+    /// Values of all joints, those of the state included.
+    pub values: Vec<f64>,
 }
 
 impl Articulation {
@@ -30,69 +43,170 @@ impl Articulation {
                 })
                 .collect(),
             attitudes: vec![UnitQuaternion::identity(); self.kinds().len()],
+            joints: (self.passive_links())
+                .map(|(link, _)| self.initial_lengths()[link])
+                .collect(),
         }
     }
 
-    /// Direction of a link in the laboratory axes, from `to` to `body`.
+    /// Directions of the links in the laboratory axes: from `to` to `body` for slides, along the
+    /// axis for joints that have one, zero for others.
     ///
     /// # Errors
-    /// A link that does not exist; a state that does not fit the set, is not finite or not rigid.
-    pub fn direction(&self, state: &State, link: usize) -> Result<Vector3<f64>, RigidError> {
-        self.check_state(state)?;
-        let links = self.links().len();
-        if link >= links {
-            return Err(RigidError::NoSuchLink { link, links });
+    /// As [`Articulation::place`].
+    pub fn directions(
+        &self,
+        state: &State,
+        lengths: &[f64],
+    ) -> Result<Vec<Vector3<f64>>, RigidError> {
+        let placement = self.placement(state, lengths)?;
+        let numbers = 0..self.links().len();
+        Ok(numbers
+            .map(|link| self.direction(&placement, link))
+            .collect())
+    }
+
+    pub(crate) fn direction(&self, placement: &Placement, link: usize) -> Vector3<f64> {
+        let frame = self.frame_of()[self.links()[link].to];
+        placement.rotations[frame] * self.arm_vectors()[link].direction
+    }
+
+    /// Values of all joints: those of the passive ones from the state, of others from `lengths`.
+    ///
+    /// # Errors
+    /// Lists whose lengths do not fit the set.
+    pub fn joint_values(&self, state: &State, lengths: &[f64]) -> Result<Vec<f64>, RigidError> {
+        check_length("lengths of the links", lengths.len(), self.links().len())?;
+        let passive = self.passive_links().count();
+        check_length("values of the passive joints", state.joints.len(), passive)?;
+        let mut values = lengths.to_vec();
+        for ((link, _), value) in self.passive_links().zip(&state.joints) {
+            values[link] = *value;
         }
-        Ok(self.rotated_direction(state, link))
+        Ok(values)
     }
 
-    /// [`Articulation::direction`] of a link that exists, in a state that fits.
-    pub(crate) fn rotated_direction(&self, state: &State, link: usize) -> Vector3<f64> {
-        let frame = &state.frames[self.linkage_of()[self.links()[link].body]];
-        frame.rotation * self.directions()[link]
-    }
-
-    /// Poses of all bodies, points included, for given lengths of the links.
+    /// Poses of all bodies, points included, for given values of the joints: the lengths of slides,
+    /// the angles of others.
     ///
-    /// `x_body = x_to + l Q e` along the spanning tree of each linkage, `Q` the rotation of its
-    /// frame.
+    /// With `Q` the rotation of the frame of `to` and `Q'` that of `body`, along the spanning tree
+    /// of each linkage:
+    ///
+    /// ```text
+    /// slide of the length l:  x_body = x_to + l Q e,  Q' = Q
+    /// turn by the angle v:    x_body = x_to + Q (r + h v a) - Q' r',  Q' = Q exp(v a)
+    /// ```
+    ///
+    /// with the unit vectors `e` and `a`, the vectors `r` and `r'` from the centres to the pivot at
+    /// the start, and the advance `h`. Values of passive joints are those of the state; their
+    /// entries in `lengths` have no effect.
     ///
     /// # Errors
-    /// A length that is not positive, or lengths that do not close a loop; a state that does not
+    /// A length that is not positive, or values that do not close a loop; a state that does not
     /// fit the set, is not finite or not rigid; positions that overflow. The tolerance of a loop is
-    /// 1e-9 of the longest link: rounding along any realistic loop is far below it, and a real
+    /// 1e-9 of the longest arm: rounding along any realistic loop is far below it, and a real
     /// misfit far above.
     pub fn place(&self, state: &State, lengths: &[f64]) -> Result<Vec<Isometry3<f64>>, RigidError> {
+        let placement = self.placement(state, lengths)?;
+        let pose = |(body, x): (usize, &Vector3<f64>)| {
+            let attitude = match self.has_own_attitude(body) {
+                true => state.attitudes[body],
+                false => placement.rotations[self.frame_of()[body]],
+            };
+            Isometry3::from_parts(Translation3::from(*x), attitude)
+        };
+        Ok(placement.positions.iter().enumerate().map(pose).collect())
+    }
+
+    /// Positions of the bodies and rotations of the frames, with closed loops.
+    pub(crate) fn placement(
+        &self,
+        state: &State,
+        lengths: &[f64],
+    ) -> Result<Placement, RigidError> {
         self.check_state(state)?;
-        check_length("lengths of the links", lengths.len(), self.links().len())?;
-        if let Some(bad) = lengths.iter().position(|l| !(l.is_finite() && *l > 0.0)) {
+        let values = self.joint_values(state, lengths)?;
+        let bad = |(link, value): &(usize, &f64)| match self.links()[*link].joint {
+            Joint::Slide => !(value.is_finite() && **value > 0.0),
+            _ => !value.is_finite(),
+        };
+        if let Some((link, length)) = values.iter().enumerate().find(bad) {
             return Err(RigidError::BadLength {
-                link: self.links()[bad].name.clone(),
-                length: lengths[bad],
+                link: self.links()[link].name.clone(),
+                length: *length,
             });
         }
-        let mut positions = vec![Vector3::zeros(); self.kinds().len()];
+        let identity = UnitQuaternion::identity();
+        let mut placement = Placement {
+            positions: vec![Vector3::zeros(); self.kinds().len()],
+            rotations: vec![identity; self.frames()],
+            values,
+        };
+        let mut is_placed = vec![false; self.frames()];
         for (linkage, frame) in self.linkages().iter().zip(&state.frames) {
-            positions[linkage.root] = frame.translation.vector;
+            placement.positions[linkage.root] = frame.translation.vector;
+            placement.rotations[linkage.first_frame] = frame.rotation;
+            is_placed[linkage.first_frame] = true;
             for edge in &linkage.tree {
-                let arm = lengths[edge.link] * (frame.rotation * self.directions()[edge.link]);
-                let outward = if self.links()[edge.link].body == edge.child {
-                    arm
-                } else {
-                    -arm
-                };
-                positions[edge.child] = positions[edge.parent] + outward;
+                let link = &self.links()[edge.link];
+                let [parent, child] = [edge.parent, edge.child].map(|body| self.frame_of()[body]);
+                if !is_placed[child] {
+                    is_placed[child] = true;
+                    let turned = link.joint.rotation(placement.values[edge.link]);
+                    placement.rotations[child] = match (&link.joint, link.body == edge.child) {
+                        (Joint::Ball { .. }, _) => state.attitudes[edge.child],
+                        (_, true) => placement.rotations[parent] * turned,
+                        (_, false) => placement.rotations[parent] * turned.inverse(),
+                    };
+                }
+                let arm = self.arm(&placement, edge.link);
+                let outward = if link.body == edge.child { arm } else { -arm };
+                placement.positions[edge.child] = placement.positions[edge.parent] + outward;
             }
         }
-        if !positions.iter().all(is_finite) {
+        if !placement.positions.iter().all(is_finite) {
             return Err(RigidError::NotFinite {
                 what: "a body's position",
             });
         }
-        let longest = lengths.iter().fold(0.0_f64, |a, &b| a.max(b));
+        self.check_loops(&placement)?;
+        Ok(placement)
+    }
+
+    /// Vector of a link from the centre of `to` to that of `body`, from the frames and values.
+    fn arm(&self, placement: &Placement, link: usize) -> Vector3<f64> {
+        let vectors = &self.arm_vectors()[link];
+        let value = placement.values[link];
+        let Link {
+            body, to, joint, ..
+        } = &self.links()[link];
+        let [far, near] = [body, to].map(|body| placement.rotations[self.frame_of()[*body]]);
+        match joint {
+            Joint::Slide => value * (near * vectors.direction),
+            Joint::Fixed => near * vectors.near,
+            Joint::Turn { advance, .. } => {
+                near * (vectors.near + advance * value * vectors.direction) - far * vectors.far
+            }
+            Joint::Ball { .. } => near * vectors.near - far * vectors.far,
+        }
+    }
+
+    /// Refuses positions or rotations that do not fit a link outside the spanning trees.
+    fn check_loops(&self, placement: &Placement) -> Result<(), RigidError> {
+        let arms: Vec<Vector3<f64>> = (0..self.links().len())
+            .map(|link| self.arm(placement, link))
+            .collect();
+        let longest = arms.iter().map(Vector3::norm).fold(0.0_f64, f64::max);
         for (number, link) in self.links().iter().enumerate() {
-            let arm = lengths[number] * self.rotated_direction(state, number);
-            let gap = (positions[link.body] - positions[link.to] - arm).norm();
+            let [far, near] = [link.body, link.to].map(|body| placement.positions[body]);
+            let mut gap = (far - near - arms[number]).norm();
+            if let Joint::Turn { .. } = link.joint {
+                let [far, near] =
+                    [link.body, link.to].map(|body| placement.rotations[self.frame_of()[body]]);
+                let turned = near * link.joint.rotation(placement.values[number]);
+                // an angle counts like a distance at the longest arm
+                gap = gap.max(far.angle_to(&turned) * longest);
+            }
             if gap.is_nan() || gap > 1e-9 * longest {
                 return Err(RigidError::OpenLoop {
                     link: link.name.clone(),
@@ -100,11 +214,7 @@ impl Articulation {
                 });
             }
         }
-        Ok(positions
-            .into_iter()
-            .zip(&state.attitudes)
-            .map(|(x, q)| Isometry3::from_parts(Translation3::from(x), *q))
-            .collect())
+        Ok(())
     }
 
     /// Refuses a state with another number of frames or attitudes than this set has, positions that
@@ -119,6 +229,11 @@ impl Articulation {
             "attitudes of the bodies",
             state.attitudes.len(),
             self.kinds().len(),
+        )?;
+        check_length(
+            "values of the passive joints",
+            state.joints.len(),
+            self.passive_links().count(),
         )?;
         let positions = || state.frames.iter().map(|frame| &frame.translation.vector);
         if !positions().all(is_finite) {
@@ -151,14 +266,10 @@ mod tests {
     use approx::assert_relative_eq;
 
     use super::*;
-    use crate::{Arms, BodyKind, Link};
+    use crate::{Arms, BodyKind};
 
     fn link(body: usize, to: usize) -> Link {
-        Link {
-            name: format!("{body}-{to}"),
-            body,
-            to,
-        }
+        Link::slide(&format!("{body}-{to}"), body, to)
     }
 
     #[test]

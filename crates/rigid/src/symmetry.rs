@@ -129,7 +129,7 @@ fn constrained_velocities(
         let label = format!("symmetry plane of body {body}");
         all.extend(constrained(layout.bodies()[body], components).map(|v| (v, label.clone())));
     }
-    for number in 0..set.linkages().len() {
+    for number in 0..set.frames() {
         if let Some(frame) = layout.frame(number) {
             let label = format!("symmetry plane of frame {number}");
             all.extend(constrained(frame, 3..6).map(|v| (v, label.clone())));

@@ -1,6 +1,7 @@
 //! Arrangement of the bodies, and the symmetry planes and axes that models can use.
 
 use nalgebra::Vector3;
+use rigid::Joint;
 
 use crate::domain::Domain;
 use crate::scene::Scene;
@@ -86,7 +87,25 @@ impl Scene {
                     && body.shape.is_isotropic()
             })
         };
-        [0, 1, 2].map(|axis| domain[axis] && holds_for_bodies(axis))
+        // Joints that turn keep a plane if they turn within it.
+        let holds_for_joint = |axis: usize, joint: &Joint| match joint {
+            Joint::Slide | Joint::Fixed => true,
+            Joint::Ball { pivot } => pivot[axis] == 0.0,
+            Joint::Turn {
+                axis: own,
+                pivot,
+                advance,
+            } => {
+                let in_plane = (0..3).filter(|&other| other != axis);
+                pivot[axis] == 0.0 && *advance == 0.0 && in_plane.map(|k| own[k]).all(|a| a == 0.0)
+            }
+        };
+        let links = self.articulation.links();
+        [0, 1, 2].map(|axis| {
+            domain[axis]
+                && holds_for_bodies(axis)
+                && links.iter().all(|link| holds_for_joint(axis, &link.joint))
+        })
     }
 
     /// The planes of [`Scene::symmetry_planes`] that the finite-element model uses.
@@ -142,6 +161,14 @@ impl Scene {
 
     /// Whether shapes, loads and domain are symmetric about a line on which the bodies are.
     fn is_axis(&self, line: &Line) -> bool {
+        if self
+            .articulation
+            .links()
+            .iter()
+            .any(|link| link.joint.turns())
+        {
+            return false;
+        }
         let (origin, axis, tolerance) = (self.bodies[0].position, line.axis, line.tolerance);
         let is_along = |v: &Vector3<f64>| v.cross(&axis).norm() <= 1e-9 * v.norm();
         let loads_along = self

@@ -1,5 +1,7 @@
 //! Scenes built by a program.
 
+use rigid::{Joint, JointDrive, Link};
+
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
@@ -9,7 +11,7 @@ use crate::options::FemOptions;
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::words::{ArmsKind, ModelKind, ShapeKind};
-use crate::write::{domain_file, shape_file};
+use crate::write::{domain_file, link_file, shape_file};
 
 /// Replaces the file name in messages about a scene that a program builds.
 const ORIGIN: &str = "scene built by a program";
@@ -173,11 +175,25 @@ impl SceneBuilder {
     }
 
     /// Links `body` to the body `to`; the initial distance is the initial length.
-    pub fn link(mut self, name: &str, body: &str, to: &str) -> Self {
+    pub fn link(self, name: &str, body: &str, to: &str) -> Self {
+        self.joint(name, body, to, Joint::Slide, JointDrive::Prescribed)
+    }
+
+    /// Links `body` to the body `to` by a joint, given in the pose of the bodies' positions.
+    pub fn joint(
+        mut self,
+        name: &str,
+        body: &str,
+        to: &str,
+        joint: Joint,
+        drive: JointDrive,
+    ) -> Self {
+        // The numbers of the bodies are not known yet; their names count.
+        let link = Link::slide(name, 0, 0).with_joint(joint).with_drive(drive);
         self.file.links.push(LinkFile {
-            name: Some(name.to_owned()),
             body: Some(body.to_owned()),
             to: Some(to.to_owned()),
+            ..link_file(&link)
         });
         self
     }
@@ -243,6 +259,12 @@ impl SceneBuilder {
     /// Sets the number of times that the phases are repeated.
     pub fn cycles(mut self, cycles: u32) -> Self {
         self.file.gait.cycles = cycles;
+        self
+    }
+
+    /// Starts passive joints from the values of the periodic state.
+    pub fn periodic(mut self) -> Self {
+        self.file.gait.periodic = true;
         self
     }
 

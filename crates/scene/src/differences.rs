@@ -1,5 +1,7 @@
 //! Differences between the flow problems of two scenes.
 
+use rigid::{Joint, JointDrive};
+
 use crate::scene::Scene;
 
 impl Scene {
@@ -21,7 +23,7 @@ impl Scene {
             ("fluid.viscosity", self.viscosity == other.viscosity),
             ("domain", self.domain == other.domain),
             ("bodies", self.bodies.len() == other.bodies.len()),
-            ("links", self.joined_bodies().eq(other.joined_bodies())),
+            ("links", self.joints().eq(other.joints())),
             (
                 "gait.arms",
                 self.articulation.arms() == other.articulation.arms(),
@@ -47,8 +49,9 @@ impl Scene {
         })
     }
 
-    /// The two bodies of each link.
-    fn joined_bodies(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.articulation.links().iter().map(|l| (l.body, l.to))
+    /// The two bodies of each link, its joint and what drives it.
+    fn joints(&self) -> impl Iterator<Item = (usize, usize, Joint, JointDrive)> {
+        let links = self.articulation.links().iter();
+        links.map(|l| (l.body, l.to, l.joint, l.drive))
     }
 }

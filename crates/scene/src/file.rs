@@ -8,7 +8,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::options::{FemOptions, ModelOptions};
-use crate::words::{ArmsKind, DomainKind, GaitKind, InterpolationKind, ShapeKind};
+use crate::words::{
+    ArmsKind, DomainKind, DriveKind, GaitKind, InterpolationKind, JointKind, ShapeKind,
+};
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
@@ -88,6 +90,24 @@ pub(crate) struct LinkFile {
     pub name: Option<String>,
     pub body: Option<String>,
     pub to: Option<String>,
+    #[serde(default)]
+    pub joint: JointKind,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis: Option<[f64; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pivot: Option<[f64; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pitch: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive: Option<DriveKind>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rest: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
 }
 
 /// Keys of the group `gait`. If `phases` or `harmonics` is present, it must not be empty.
@@ -96,6 +116,7 @@ pub(crate) struct LinkFile {
 pub(crate) struct GaitFile {
     pub arms: ArmsKind,
     pub cycles: u32,
+    pub periodic: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phases: Option<Vec<PhaseFile>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -115,6 +136,7 @@ impl Default for GaitFile {
         Self {
             arms: ArmsKind::default(),
             cycles: 1,
+            periodic: false,
             phases: None,
             kind: None,
             file: None,

@@ -4,7 +4,7 @@ use crate::error::SceneError;
 use crate::leg::Leg;
 use crate::length_path::{LengthPath, Sine};
 
-/// Change of the link lengths in time: phases that are repeated.
+/// Change of the joint values in time (lengths of slides, angles): phases that are repeated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gait {
     /// Number of times that the phases are repeated.
@@ -65,8 +65,9 @@ impl Gait {
 /// The legs of all cycles of a gait in order, from the given initial lengths.
 ///
 /// # Errors
-/// [`SceneError::BadValue`] for a phase of a link that has no initial length, and for lengths and
-/// durations that are not positive and finite. The gait of a [`Scene`](crate::Scene) has none.
+/// [`SceneError::BadValue`] for a phase of a link that has no initial value, for values that are not
+/// finite and durations that are not positive and finite. The gait of a [`Scene`](crate::Scene) has
+/// none.
 ///
 /// ```
 /// use scene::{Gait, LengthPath, Phase, legs};
@@ -139,9 +140,13 @@ fn check(gait: &Gait, initial_lengths: &[f64]) -> Result<(), SceneError> {
         true => Ok(()),
         false => Err(bad(key, format!("is {value}; it must be positive"))),
     };
+    let finite = |key: String, value: f64| match value.is_finite() {
+        true => Ok(()),
+        false => Err(bad(key, format!("is {value}; it must be finite"))),
+    };
     let links = initial_lengths.len();
     for (link, &length) in initial_lengths.iter().enumerate() {
-        positive(format!("links[{link}].length"), length)?;
+        finite(format!("links[{link}].length"), length)?;
     }
     for (number, phase) in gait.phases.iter().enumerate() {
         let key = |key: &str| format!("gait.phases[{number}].{key}");
@@ -154,12 +159,12 @@ fn check(gait: &Gait, initial_lengths: &[f64]) -> Result<(), SceneError> {
         match &phase.path {
             LengthPath::Linear(changes) => {
                 for (_, length) in changes {
-                    positive(key("length"), *length)?;
+                    finite(key("length"), *length)?;
                 }
             }
             LengthPath::Cubic(pieces) => {
                 for piece in pieces {
-                    positive(key("length"), piece.end)?;
+                    finite(key("length"), piece.end)?;
                     if !(piece.square.is_finite() && piece.cube.is_finite()) {
                         return Err(bad(
                             key("length"),

@@ -7,6 +7,7 @@ use rigid::Link;
 use crate::gait::{Gait, Phase};
 use crate::length_path::{CubicLength, LengthPath};
 use crate::nearest::find_name;
+use crate::read::check_prescribed;
 use crate::spline::second_derivatives;
 use crate::words::InterpolationKind;
 
@@ -77,12 +78,14 @@ impl GaitTable {
             if table.links.contains(&link) {
                 return Err(format!("line {number}: \"{name}\" has two columns"));
             }
+            check_prescribed(&links[link])
+                .map_err(|problem| format!("line {number}: a column {problem}"))?;
             table.links.push(link);
             table.lengths.push(Vec::new());
         }
         for (number, line) in lines {
             table
-                .add_row(line)
+                .add_row(line, links)
                 .map_err(|problem| format!("line {number}: {problem}"))?;
         }
         match table.times.len() {
@@ -92,7 +95,7 @@ impl GaitTable {
         }
     }
 
-    fn add_row(&mut self, line: &str) -> Result<(), String> {
+    fn add_row(&mut self, line: &str, links: &[Link]) -> Result<(), String> {
         let numbers = line.split(',').map(str::trim).map(|word| {
             let number = word.parse::<f64>().ok().filter(|x| x.is_finite());
             number.ok_or_else(|| format!("\"{word}\" is not a number"))
@@ -109,7 +112,9 @@ impl GaitTable {
         if let Some(before) = self.times.last().filter(|before| time <= **before) {
             return Err(format!("the time {time} is not after {before}"));
         }
-        if let Some(length) = lengths.iter().find(|length| **length <= 0.0) {
+        let is_bad =
+            |(link, value): &(&usize, &f64)| **value <= 0.0 && !links[**link].joint.is_angle();
+        if let Some((_, length)) = self.links.iter().zip(lengths).find(is_bad) {
             return Err(format!("the length {length} is not positive"));
         }
         self.times.push(time);
@@ -130,11 +135,11 @@ impl GaitTable {
         (self.lengths.iter()).all(|column| column.first() == column.last())
     }
 
-    /// The largest length.
-    pub fn largest(&self) -> f64 {
-        self.lengths
-            .iter()
-            .flatten()
+    /// The largest length of a slide.
+    pub fn largest(&self, links: &[Link]) -> f64 {
+        (self.links.iter().zip(&self.lengths))
+            .filter(|(link, _)| !links[**link].joint.is_angle())
+            .flat_map(|(_, column)| column)
             .fold(0.0, |largest, length| length.max(largest))
     }
 

@@ -1,7 +1,7 @@
 //! A scene: fluid, domain, bodies, links, gait, and the options of the computation.
 
 use nalgebra::Vector3;
-use rigid::{Articulation, State};
+use rigid::{Articulation, Joint, State};
 
 use crate::body::Body;
 use crate::document::Document;
@@ -42,6 +42,7 @@ pub struct Scene {
     pub(crate) bodies: Vec<Body>,
     pub(crate) articulation: Articulation,
     pub(crate) gait: Gait,
+    pub(crate) starts_periodic: bool,
     /// The table that the gait is from.
     pub(crate) gait_table: Option<GaitTable>,
     pub(crate) model: ModelOptions,
@@ -90,6 +91,11 @@ impl Scene {
     /// Gait: the change of the link lengths in time.
     pub fn gait(&self) -> &Gait {
         &self.gait
+    }
+
+    /// Whether passive joints start from the values of the periodic state.
+    pub fn starts_periodic(&self) -> bool {
+        self.starts_periodic
     }
 
     /// Options of the flow model.
@@ -146,6 +152,14 @@ impl Scene {
             .collect()
     }
 
+    /// Whether the flow determines the values of some joints.
+    pub fn has_passive_joints(&self) -> bool {
+        let links = self.articulation.links();
+        links
+            .iter()
+            .any(|link| link.is_passive() || matches!(link.joint, Joint::Ball { .. }))
+    }
+
     /// Whether external forces or torques act on the bodies.
     pub fn has_loads(&self) -> bool {
         self.bodies
@@ -153,12 +167,13 @@ impl Scene {
             .any(|body| body.force != Vector3::zeros() || body.torque != Vector3::zeros())
     }
 
-    /// Whether the motion depends on the lengths of the links alone.
+    /// Whether the motion depends on the values that the gait prescribes alone.
     ///
-    /// This holds for one linkage in unbounded fluid without loads.
+    /// This holds for one linkage in unbounded fluid without loads and passive joints.
     pub fn is_free(&self) -> bool {
         self.domain == Domain::Unbounded
             && !self.has_loads()
             && self.articulation.linkages().len() == 1
+            && !self.has_passive_joints()
     }
 }

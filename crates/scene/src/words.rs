@@ -24,6 +24,8 @@ words!(
     DomainKind,
     ShapeKind,
     ArmsKind,
+    JointKind,
+    DriveKind,
     GaitKind,
     InterpolationKind,
     ModelKind,
@@ -128,6 +130,58 @@ pub enum ArmsKind {
     Free,
     /// Arms keep their direction in the laboratory frame.
     Lab,
+}
+
+/// Relative motion that a link allows.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum JointKind {
+    /// The distance of the two centres changes along their line.
+    #[default]
+    Slide,
+    /// Rotation about an axis through a pivot.
+    Hinge,
+    /// Rotation about an axis through the centre of the body.
+    Rotor,
+    /// Free rotation about a pivot.
+    Ball,
+    /// Rotation about an axis with a proportional translation along it.
+    Screw,
+    /// No relative motion.
+    Fixed,
+}
+
+impl JointKind {
+    /// Whether the joint has an axis.
+    pub fn has_axis(self) -> bool {
+        matches!(self, Self::Hinge | Self::Rotor | Self::Screw)
+    }
+
+    /// Whether the joint has a pivot.
+    pub fn has_pivot(self) -> bool {
+        self.has_axis() || self == Self::Ball
+    }
+}
+
+/// What determines the value of a joint.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum DriveKind {
+    /// The gait prescribes it.
+    #[default]
+    Prescribed,
+    /// A spring acts on it.
+    Spring,
+    /// A constant force or torque acts on it.
+    Force,
+    /// It moves freely.
+    Free,
 }
 
 /// Model of the flow.
@@ -311,6 +365,8 @@ mod tests {
         check::<DomainKind>(DomainKind::WORDS);
         check::<ShapeKind>(ShapeKind::WORDS);
         check::<ArmsKind>(ArmsKind::WORDS);
+        check::<JointKind>(JointKind::WORDS);
+        check::<DriveKind>(DriveKind::WORDS);
         check::<GaitKind>(GaitKind::WORDS);
         check::<InterpolationKind>(InterpolationKind::WORDS);
         check::<ModelKind>(ModelKind::WORDS);

@@ -1,5 +1,9 @@
 //! Writing of a scene as a file in which every key is written out.
 
+use std::f64::consts::TAU;
+
+use rigid::{Joint, JointDrive, Link};
+
 use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
@@ -9,7 +13,7 @@ use crate::file::{
 use crate::length_path::{LengthPath, Sine};
 use crate::scene::Scene;
 use crate::shape::Shape;
-use crate::words::GaitKind;
+use crate::words::{DriveKind, GaitKind, JointKind};
 
 impl Scene {
     /// The scene as TOML with every key written out, overrides and defaults included.
@@ -33,9 +37,9 @@ fn scene_file(scene: &Scene) -> SceneFile {
         links: links
             .iter()
             .map(|link| LinkFile {
-                name: Some(link.name.clone()),
                 body: Some(name(link.body)),
                 to: Some(name(link.to)),
+                ..link_file(link)
             })
             .collect(),
         gait: gait_file(scene),
@@ -50,6 +54,7 @@ fn gait_file(scene: &Scene) -> GaitFile {
     let mut file = GaitFile {
         arms: scene.articulation.arms().into(),
         cycles: gait.cycles,
+        periodic: scene.starts_periodic,
         ..GaitFile::default()
     };
     if let Some(table) = &scene.gait_table {
@@ -78,9 +83,16 @@ fn gait_file(scene: &Scene) -> GaitFile {
             // Cubic phases are from a table.
             LengthPath::Cubic(_) => {}
             LengthPath::Harmonic { sines, .. } => {
+                let at_start = |link: usize| -> f64 {
+                    let terms = sines.iter().filter(|sine| sine.link == link);
+                    terms.map(|sine| sine.at(0.0)).sum()
+                };
                 let sine_file = |sine: &Sine| HarmonicFile {
                     link: Some(name(sine.link)),
-                    mean: None,
+                    // Slides start where the bodies are, joints that turn from their angles.
+                    mean: (links[sine.link].joint.is_angle()).then(|| {
+                        scene.articulation.initial_lengths()[sine.link] - at_start(sine.link)
+                    }),
                     amplitude: Some(sine.amplitude),
                     phase: sine.phase,
                     order: sine.order,
@@ -91,6 +103,52 @@ fn gait_file(scene: &Scene) -> GaitFile {
             }
         }
         file.phases.get_or_insert_default().push(phase_file);
+    }
+    file
+}
+
+/// The keys of a link, without those of its bodies.
+pub(crate) fn link_file(link: &Link) -> LinkFile {
+    let mut file = LinkFile {
+        name: Some(link.name.clone()),
+        ..LinkFile::default()
+    };
+    match link.joint {
+        Joint::Slide => {}
+        Joint::Fixed => file.joint = JointKind::Fixed,
+        Joint::Ball { pivot } => {
+            (file.joint, file.pivot) = (JointKind::Ball, Some(pivot.into()));
+        }
+        Joint::Turn {
+            axis,
+            pivot,
+            advance,
+        } => {
+            (file.axis, file.pivot) = (Some(axis.into()), Some(pivot.into()));
+            file.joint = JointKind::Hinge;
+            if advance != 0.0 {
+                (file.joint, file.pitch) = (JointKind::Screw, Some(TAU * advance));
+            }
+        }
+    }
+    let JointDrive::Passive(passive) = link.drive else {
+        return file;
+    };
+    if !link.joint.has_value() {
+        return file;
+    }
+    file.damping = Some(passive.damping);
+    file.drive = Some(DriveKind::Free);
+    if passive.stiffness != 0.0 {
+        file.drive = Some(DriveKind::Spring);
+        // A constant force on a spring shifts its rest.
+        let shift = match passive.force {
+            0.0 => 0.0,
+            force => force / passive.stiffness,
+        };
+        (file.stiffness, file.rest) = (Some(passive.stiffness), Some(passive.rest + shift));
+    } else if passive.force != 0.0 {
+        (file.drive, file.force) = (Some(DriveKind::Force), Some(passive.force));
     }
     file
 }

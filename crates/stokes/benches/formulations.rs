@@ -53,11 +53,7 @@ fn ball_mesh(size: f64) -> TetMesh {
 
 fn formulations(criterion: &mut Criterion) {
     let centres = spheres().map(|sphere| sphere.centre);
-    let link = |body: usize| Link {
-        name: NAMES[body].into(),
-        body,
-        to: 1,
-    };
+    let link = |body: usize| Link::slide(NAMES[body], body, 1);
     let set = Articulation::new(
         &[BodyKind::Rigid; 3],
         vec![link(0), link(2)],

@@ -185,11 +185,7 @@ fn three_spheres(size: f64) -> Result<Constrained> {
     let mesh = TetMesh::curved(tets, &surfaces)?;
     let parts: Vec<_> = NAMES.into_iter().zip(centres).collect();
     let problem = Problem::new(&mesh, &parts, &[Container::TAG])?;
-    let link = |body: usize| Link {
-        name: NAMES[body].into(),
-        body,
-        to: 1,
-    };
+    let link = |body: usize| Link::slide(NAMES[body], body, 1);
     let set = Articulation::new(
         &[BodyKind::Rigid; 3],
         vec![link(0), link(2)],

@@ -20,7 +20,7 @@ use crate::output::Folder;
 pub const FILE: &str = "checkpoint.json";
 
 /// Version of the format; increased when older checkpoints can no longer be read.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Largest size of a checkpoint in bytes, about that of a hundred thousand legs.
 const MAX_SIZE: u64 = 1 << 31;
@@ -36,6 +36,8 @@ pub struct Checkpoint {
     scene: String,
     frames: Vec<Isometry3<f64>>,
     attitudes: Vec<UnitQuaternion<f64>>,
+    /// Values of the passive joints.
+    joints: Vec<f64>,
     /// State of the model on which its solutions depend besides the configuration.
     history: History,
     outcome: Outcome,
@@ -60,6 +62,7 @@ impl Checkpoint {
             scene: scene.to_toml()?,
             frames: state.frames.clone(),
             attitudes: state.attitudes.clone(),
+            joints: state.joints.clone(),
             history: model.history()?,
             outcome: outcome.clone(),
             flows: flows.to_vec(),
@@ -161,6 +164,8 @@ impl Checkpoint {
         let outcome = self.outcome;
         let fits = self.frames.len() == set.linkages().len()
             && self.attitudes.len() == scene.bodies().len()
+            && self.joints.len() == set.passive_joints().count()
+            && self.joints.iter().all(|value| value.is_finite())
             && outcome_fits(&outcome, scene);
         if !fits || outcome.legs.len() > legs {
             return Err(bad(format!(
@@ -189,6 +194,7 @@ impl Checkpoint {
         let state = State {
             frames: self.frames,
             attitudes: self.attitudes,
+            joints: self.joints,
         };
         Ok((Interim { state, outcome }, self.flows))
     }

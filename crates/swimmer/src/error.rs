@@ -79,6 +79,18 @@ pub enum SwimError {
         /// Number of steps of the smallest tried length in the phase.
         parts: usize,
     },
+    /// A gait whose passive joints do not reach a periodic state.
+    #[error(
+        "gait.periodic: after {cycles} cycles the values of the passive joints still change by \
+         {mismatch:.1e} per cycle (in the scene's unit of length); use stiffer springs, a gait that \
+         closes, or start from the positions without gait.periodic"
+    )]
+    NotPeriodic {
+        /// Number of cycles tried.
+        cycles: usize,
+        /// Change per cycle, as a displacement of the bodies.
+        mismatch: f64,
+    },
     /// A finished run whose error bar is larger than the tolerance; its files are written.
     #[error(
         "the error bar of the net displacement is {error:.1e}, and model.tolerance = \
@@ -157,6 +169,7 @@ impl SwimError {
             Self::Model(error) if !error.is_bad_input() => 3,
             Self::Collision { .. }
             | Self::NotIntegrated { .. }
+            | Self::NotPeriodic { .. }
             | Self::ToleranceMissed { .. }
             | Self::Unstable { .. }
             | Self::Plot(_) => 3,

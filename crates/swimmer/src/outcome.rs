@@ -154,8 +154,15 @@ impl Interim {
     /// # Errors
     /// A linkage whose loop the initial lengths do not close.
     pub fn start(scene: &Scene) -> Result<Self, SwimError> {
+        Self::from_state(scene, scene.initial_state())
+    }
+
+    /// A state before the first leg, such as one with other values of passive joints.
+    ///
+    /// # Errors
+    /// A state of another articulation, or one in which a loop does not close.
+    pub fn from_state(scene: &Scene, state: State) -> Result<Self, SwimError> {
         let set = scene.articulation();
-        let state = scene.initial_state();
         let lengths = set.initial_lengths();
         let origin = positions(set, &state, lengths)?;
         let outcome = Outcome {
@@ -176,7 +183,7 @@ impl Interim {
             samples: vec![Sample {
                 time: 0.0,
                 leg: 0,
-                lengths: lengths.to_vec(),
+                lengths: set.joint_values(&state, lengths)?,
                 poses: set.place(&state, lengths)?,
                 bodies: None,
             }],

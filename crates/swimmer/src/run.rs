@@ -15,6 +15,7 @@ use crate::outcome::{Interim, Outcome};
 #[cfg(feature = "plots")]
 use crate::output::trajectory_svg;
 use crate::output::{FlowSeries, Folder, summary_json, trajectory_csv};
+use crate::periodic::periodic_state;
 use crate::planning::{Choice, MissedTarget, SizeSearch, choose, with_tables};
 use crate::simulate::continue_from;
 
@@ -128,7 +129,21 @@ fn run_once(
     let Choice { mut model, reasons } = with_tables(&scene, choose(&scene)?);
     let (interim, flows) = match checkpoint {
         None => {
-            let interim = Interim::start(&scene)?;
+            let mut interim = Interim::start(&scene)?;
+            if scene.starts_periodic() {
+                let mut observe =
+                    |_: &LegSolution, _: &dyn Hydrodynamics| match progress.is_interrupted() {
+                        true => Err(SwimError::Interrupted {
+                            phases: 0,
+                            all: scene.gait().phases.len() * scene.gait().cycles as usize,
+                        }),
+                        false => Ok(()),
+                    };
+                let (state, solves) =
+                    periodic_state(&scene, model.as_mut(), Method::Collocation, &mut observe)?;
+                interim = Interim::from_state(&scene, state)?;
+                interim.outcome.solves = solves;
+            }
             // If this run ends early, the summary of an older run must not be taken for its result.
             folder.remove_old("summary.json")?;
             Checkpoint::new(

@@ -106,7 +106,10 @@ pub fn continue_from(
     let set = scene.articulation();
     let start = scene.initial_state();
     let initial_lengths = set.initial_lengths();
-    let origin = positions(set, &start, initial_lengths)?;
+    let origin = match outcome.curve.first() {
+        Some((_, origin)) => origin.clone(),
+        None => positions(set, &state, initial_lengths)?,
+    };
     let mut integrator = Integrator::new(scene, model, method);
     for leg in legs(scene.gait(), initial_lengths)?.skip(outcome.legs.len()) {
         let before = positions(set, &state, &leg.from)?;
@@ -131,11 +134,12 @@ pub fn continue_from(
         })?;
         for leg_solution in &result.solutions {
             let lengths = leg.lengths(leg_solution.s);
+            let state = result.state(set, leg_solution.s)?;
             outcome.samples.push(Sample {
                 time: leg.time(leg_solution.s),
                 leg: leg.number,
-                poses: set.place(&result.state(set, leg_solution.s)?, &lengths)?,
-                lengths,
+                poses: set.place(&state, &lengths)?,
+                lengths: set.joint_values(&state, &lengths)?,
                 bodies: Some(leg_solution.solution.bodies.clone()),
             });
         }
@@ -152,7 +156,7 @@ pub fn continue_from(
         outcome.samples.push(Sample {
             time: leg.time(1.0),
             leg: leg.number,
-            lengths: leg.to.clone(),
+            lengths: set.joint_values(&state, &leg.to)?,
             poses: set.place(&state, &leg.to)?,
             bodies: None,
         });

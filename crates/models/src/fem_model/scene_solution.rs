@@ -100,7 +100,11 @@ impl ToScene<'_> {
             checks: solution.checks,
             solver: solution.solver.clone(),
             seconds: solution.seconds,
-            ..InstantaneousSolution::new(bodies, link_forces, scale.motion_to_scene(&flow.state))
+            ..InstantaneousSolution::new(
+                bodies,
+                link_forces,
+                self.scaled.motion_to_scene(&flow.state),
+            )
         })
     }
 }

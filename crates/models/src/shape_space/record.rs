@@ -54,7 +54,13 @@ impl Record {
                 })
                 .collect();
             let link_forces = (0..layout.links).map(|_| next()).collect();
-            (StateVelocity { frames, spins }, bodies, link_forces)
+            // Tables are of scenes whose joints are all prescribed.
+            let motion = StateVelocity {
+                frames,
+                spins,
+                joints: Vec::new(),
+            };
+            (motion, bodies, link_forces)
         };
         let (motion, bodies, link_forces) = quantities();
         let mesh_error = layout.mesh_errors.then(|| {

@@ -1,7 +1,7 @@
 //! Solutions of a model, interpolated over a box of shapes.
 
 use nalgebra::{DMatrix, Vector3};
-use rigid::{State, Twist};
+use rigid::{Link, State, Twist};
 
 use super::chebyshev::{Interpolant, indices};
 use super::record::{Layout, Record, weights};
@@ -80,12 +80,15 @@ impl ShapeSpace {
                  fluid without external loads",
             );
         }
-        let links = scene.articulation().links().len();
-        let is_valid =
-            |r: &(f64, f64)| r.0.is_finite() && r.1.is_finite() && 0.0 < r.0 && r.0 <= r.1;
-        if ranges.len() != links || !ranges.iter().all(is_valid) {
+        let set = scene.articulation();
+        let links = set.links().len();
+        let is_valid = |(range, link): (&(f64, f64), &Link)| {
+            let is_positive = 0.0 < range.0 || link.joint.is_angle() || !link.joint.has_value();
+            range.0.is_finite() && range.1.is_finite() && is_positive && range.0 <= range.1
+        };
+        if ranges.len() != links || !ranges.iter().zip(set.links()).all(is_valid) {
             return refuse(
-                "every link needs a range of positive lengths, the smaller length first",
+                "every link needs a range of positive lengths or of angles, the smaller one first",
             );
         }
         let variables: Vec<usize> = (0..links).filter(|&k| ranges[k].0 < ranges[k].1).collect();
@@ -106,7 +109,9 @@ impl ShapeSpace {
             mesh_errors: false,
         };
         let mut sampler = Sampler::new(model, start.clone(), lengths, &variables, layout);
-        let longest = ranges.iter().fold(0.0_f64, |m, r| m.max(r.1));
+        let longest = (ranges.iter().enumerate())
+            .map(|(link, range)| set.arm_length(link, range.1))
+            .fold(0.0, f64::max);
         let box_ranges: Vec<(f64, f64)> = variables.iter().map(|&k| ranges[k]).collect();
         let mut degrees = vec![FIRST_DEGREE; variables.len()];
         let mut previous_tail = f64::INFINITY;

@@ -3,6 +3,7 @@
 use std::time::Instant as Clock;
 
 use nalgebra::DMatrix;
+use rigid::StateVelocity;
 use scene::Scene;
 
 use super::space::{ShapeSpace, covers};
@@ -146,6 +147,13 @@ impl Hydrodynamics for Tabulated {
         rates: &[f64],
     ) -> Result<FlowField, ModelError> {
         self.model.flow(configuration, rates)
+    }
+
+    fn joint_responses(
+        &mut self,
+        configuration: Configuration<'_>,
+    ) -> Result<Vec<StateVelocity>, ModelError> {
+        self.model.joint_responses(configuration)
     }
 
     fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {

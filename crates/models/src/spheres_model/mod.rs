@@ -6,11 +6,12 @@ use std::time::Instant as Clock;
 
 use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole, oseen, rpy};
 use nalgebra::{DMatrix, Vector3};
+use rigid::StateVelocity;
 
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Cost, Hydrodynamics, Query};
-use crate::mobility::MobilitySolution;
+use crate::mobility::{self, MobilitySolution};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{FlowField, InstantaneousSolution};
 use scene::{Domain, ModelKind, Scene, Shape};
@@ -218,7 +219,8 @@ impl SpheresModel {
             previous = reference;
         }
         let total = clock.elapsed().as_secs_f64();
-        let motion = scale.motion_to_scene(&set.state_velocity(solved.generalised.as_slice())?);
+        let motion = set.state_velocity(solved.generalised.as_slice())?;
+        let motion = self.scaled.motion_to_scene(&motion);
         let link_forces = solved.link_forces(set, &constraints, loads, scale)?;
         Ok(InstantaneousSolution {
             dofs: Dofs {
@@ -301,6 +303,14 @@ impl Hydrodynamics for SpheresModel {
                 .collect(),
             pressure: Vec::new(),
         })
+    }
+
+    fn joint_responses(
+        &mut self,
+        configuration: Configuration<'_>,
+    ) -> Result<Vec<StateVelocity>, ModelError> {
+        let resistances = self.resistance_at(configuration)?;
+        mobility::joint_responses(&self.scaled, configuration, &resistances.matrix)
     }
 
     fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {

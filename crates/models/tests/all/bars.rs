@@ -256,6 +256,7 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
         StateVelocity {
             frames: Vec::new(),
             spins: Vec::new(),
+            joints: vec![],
         },
     );
     assert_eq!(solution.relative_mesh_errors(), [0.0, 0.0]);
@@ -277,6 +278,7 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
         motion: StateVelocity {
             frames: Vec::new(),
             spins: Vec::new(),
+            joints: vec![],
         },
         bodies: vec![error(0.02, 0.4), error(0.06, 0.6), error(0.04, 0.2)],
         link_forces: Vec::new(),

@@ -58,6 +58,7 @@ impl Hydrodynamics for WithBars {
                         angular: Vector3::zeros(),
                     }],
                     spins: vec![Vector3::zeros(); 3],
+                    joints: vec![],
                 },
                 bodies: (solution.bodies.iter())
                     .map(|body| BodySolution {

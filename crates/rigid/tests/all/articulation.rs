@@ -4,11 +4,13 @@ use nalgebra::{DVector, Vector3};
 use proptest::prelude::*;
 use rigid::{Arms, Articulation, BodyKind, Reduction, RigidError};
 
-use crate::support::sets::{constraints, link, moved_state, tree, vector};
+use crate::support::sets::{constraints, link, moved_state, tree, values, vector};
 
 fn check_reduction(set: &Articulation, rotation: Vector3<f64>, rates: &[f64], v: &[f64]) {
     let state = moved_state(set, &[rotation]);
-    let c = constraints(set, &state, &rates[..set.links().len()]);
+    let c = set
+        .constraints(&state, &values(set), &rates[..set.links().len()])
+        .unwrap();
     let reduction = Reduction::of(set, &c).unwrap();
     let q = reduction
         .velocities(&DVector::from_column_slice(&v[..reduction.dofs()]))
@@ -22,7 +24,7 @@ fn check_reduction(set: &Articulation, rotation: Vector3<f64>, rates: &[f64], v:
 fn check_poses(set: &Articulation, rotation: Vector3<f64>, rates: &[f64], v: &[f64]) {
     let rates = &rates[..set.links().len()];
     let state = moved_state(set, &[rotation]);
-    let c = constraints(set, &state, rates);
+    let c = set.constraints(&state, &values(set), rates).unwrap();
     let reduction = Reduction::of(set, &c).unwrap();
     let q = reduction
         .velocities(&DVector::from_column_slice(&v[..reduction.dofs()]))
@@ -30,7 +32,7 @@ fn check_poses(set: &Articulation, rotation: Vector3<f64>, rates: &[f64], v: &[f
     let velocity = set.state_velocity(q.as_slice()).unwrap();
     let dt = 1e-5;
     let poses_at = |dt: f64| {
-        let lengths = set.initial_lengths().iter().zip(rates);
+        let lengths = values(set).into_iter().zip(rates);
         let lengths: Vec<f64> = lengths.map(|(l, r)| l + dt * r).collect();
         set.place(&set.advance(&state, &(&velocity * dt)).unwrap(), &lengths)
             .unwrap()

@@ -5,8 +5,9 @@ use proptest::prelude::*;
 use rigid::linalg::Csr;
 use rigid::{
     Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, FluidMatrices,
-    FluidNodes, Formulation, GrandResistance, Independent, Lagrange, Link, NodeRole, NullSpace,
-    Reduction, RigidError, RigidFluid, State, StateVelocity, SurfaceBody, SymmetryPlanes, Twist,
+    FluidNodes, Formulation, GrandResistance, Independent, Joint, JointDrive, Lagrange, Link,
+    NodeRole, NullSpace, PassiveDrive, Reduction, RigidError, RigidFluid, State, StateVelocity,
+    SurfaceBody, SymmetryPlanes, Twist,
 };
 
 use crate::support::sets::{constraints, fluid_matrices, link, random_fluid};
@@ -39,6 +40,33 @@ fn arms() -> impl Strategy<Value = Arms> {
     prop_oneof![Just(Arms::Clamped), Just(Arms::Free), Just(Arms::Lab)]
 }
 
+fn joint() -> impl Strategy<Value = Joint> {
+    prop_oneof![
+        2 => Just(Joint::Slide),
+        1 => Just(Joint::Fixed),
+        1 => vector().prop_map(|pivot| Joint::Ball { pivot }),
+        1 => (vector(), number()).prop_map(|(pivot, advance)| {
+            Joint::Turn { axis: Vector3::z(), pivot, advance }
+        }),
+        1 => (vector(), vector(), number()).prop_map(|(axis, pivot, advance)| {
+            Joint::Turn { axis, pivot, advance }
+        }),
+    ]
+}
+
+fn drive() -> impl Strategy<Value = JointDrive> {
+    let passive =
+        (number(), number(), number(), number()).prop_map(|(force, stiffness, rest, damping)| {
+            JointDrive::Passive(PassiveDrive {
+                force,
+                stiffness,
+                rest,
+                damping,
+            })
+        });
+    prop_oneof![2 => Just(JointDrive::Prescribed), 1 => passive]
+}
+
 fn kind() -> impl Strategy<Value = BodyKind> {
     prop_oneof![4 => Just(BodyKind::Rigid), 1 => Just(BodyKind::Point)]
 }
@@ -57,7 +85,12 @@ fn state() -> impl Strategy<Value = State> {
         (vector(), rotation()).prop_map(|(x, q)| Isometry3::from_parts(Translation3::from(x), q));
     let frames = prop::collection::vec(frame, 0..4);
     let attitudes = prop::collection::vec(rotation(), 0..4);
-    (frames, attitudes).prop_map(|(frames, attitudes)| State { frames, attitudes })
+    let joints = prop::collection::vec(number(), 0..3);
+    (frames, attitudes, joints).prop_map(|(frames, attitudes, joints)| State {
+        frames,
+        attitudes,
+        joints,
+    })
 }
 
 fn is_finite(numbers: &[f64]) -> bool {
@@ -72,6 +105,7 @@ proptest! {
         kinds in prop::collection::vec(kind(), 0..4),
         ends in prop::collection::vec((index(), index()), 0..4),
         (arms, state) in (arms(), state()),
+        joints in prop::collection::vec((joint(), drive()), 4),
         positions in prop::collection::vec(vector(), 0..4),
         fixed in prop::collection::vec(index(), 0..2),
         lists in prop::array::uniform4(prop::collection::vec(number(), 0..4)),
@@ -80,7 +114,10 @@ proptest! {
     ) {
         let links: Vec<Link> = ends
             .iter()
-            .map(|&(body, to)| Link { name: "arm".into(), body, to })
+            .zip(joints)
+            .map(|(&(body, to), (joint, drive))| {
+                Link::slide("arm", body, to).with_joint(joint).with_drive(drive)
+            })
             .collect();
         let set = Articulation::new(&kinds, links, arms, &positions)
             .and_then(|set| set.with_fixed(&fixed));
@@ -89,11 +126,11 @@ proptest! {
         let layout = set.velocity_layout();
         prop_assert_eq!(layout.body(kinds.len()), None);
         prop_assert_eq!(layout.frame(usize::MAX), None);
-        prop_assert!(set.direction(&set.initial_state(), set.links().len()).is_err());
         let initial = set.initial_state();
         for state in [&state, &initial] {
-            let _ = set.direction(state, 0);
             for lengths in [&lists[0][..], set.initial_lengths()] {
+                let directions = set.directions(state, lengths);
+                prop_assert_eq!(directions.is_ok(), set.place(state, lengths).is_ok());
                 if let Ok(poses) = set.place(state, lengths) {
                     prop_assert!(poses.iter().all(|p| is_finite(p.to_homogeneous().as_slice())));
                 }
@@ -105,6 +142,7 @@ proptest! {
             let step = StateVelocity {
                 frames: twists.collect(),
                 spins: loads.iter().map(|load| load.1).collect(),
+                joints: lists[3].clone(),
             };
             let _ = &step + &(&step * f64::NAN);
             if let Ok(next) = set.advance(state, &step) {
@@ -131,7 +169,8 @@ proptest! {
         if let Ok(loads) = drive.generalised_loads() {
             prop_assert!(is_finite(loads.as_slice()));
         }
-        let _ = drive.link_loads(&DVector::from_column_slice(&q));
+        let q = DVector::from_column_slice(&q);
+        let _ = drive.link_loads(&q, &q);
     }
 
     #[test]

@@ -6,6 +6,7 @@
 mod articulation;
 mod examples;
 mod hostile;
+mod joints;
 mod rates;
 mod support;
 mod symmetry;

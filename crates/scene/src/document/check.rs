@@ -120,9 +120,9 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
         Kind::NonNegative => number(value).is_some_and(|x| x >= 0.0),
         Kind::Vector => three_numbers(|_| true),
         Kind::PositiveVector => three_numbers(|x| x > 0.0),
-        Kind::PositiveByName => value
+        Kind::NumbersByName => value
             .as_table()
-            .is_some_and(|table| table.values().all(|x| number(x).is_some_and(|x| x > 0.0))),
+            .is_some_and(|table| table.values().all(|x| number(x).is_some())),
         Kind::Count => value
             .as_integer()
             .is_some_and(|n| n > 0 && u32::try_from(n).is_ok()),

@@ -35,8 +35,8 @@ pub enum Kind {
     Vector,
     /// Three finite numbers greater than zero.
     PositiveVector,
-    /// Finite numbers greater than zero, each with a name.
-    PositiveByName,
+    /// Finite numbers, each with a name.
+    NumbersByName,
     /// A whole number of at least one.
     Count,
     /// A text that is not empty.
@@ -58,9 +58,7 @@ impl Kind {
             Self::NonNegative => "a number that is not negative".to_owned(),
             Self::Vector => "three numbers, such as [0, 0, 1]".to_owned(),
             Self::PositiveVector => "three numbers greater than zero".to_owned(),
-            Self::PositiveByName => {
-                "a table of numbers greater than zero, such as { arm = 6 }".to_owned()
-            }
+            Self::NumbersByName => "a table of numbers, such as { arm = 6 }".to_owned(),
             Self::Count => "a whole number of at least 1".to_owned(),
             Self::Text => "a text that is not empty".to_owned(),
             Self::Texts => "a list of texts that are not empty".to_owned(),

@@ -3,8 +3,9 @@
 use super::key::KeyDefault::{self, Described, Value};
 use super::key::{Key, Kind};
 use crate::words::{
-    AcceptKind, ArmsKind, DomainKind, EstimatesKind, FormulationKind, GaitKind, GeometryKind,
-    InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind,
+    AcceptKind, ArmsKind, DomainKind, DriveKind, EstimatesKind, FormulationKind, GaitKind,
+    GeometryKind, InterpolationKind, JointKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind,
+    SolverKind,
 };
 
 const fn key(path: &'static str, kind: Kind, default: KeyDefault, meaning: &'static str) -> Key {
@@ -182,6 +183,64 @@ pub const KEYS: &[Key] = &[
         "body that it is linked to",
     ),
     key(
+        "links[].joint",
+        Kind::Word(JointKind::WORDS),
+        Value("slide"),
+        "relative motion of the two bodies: along the line of their centres (slide), about an axis \
+         (hinge, rotor), about a point (ball), about and along an axis (screw), or none (fixed); \
+         the value of a slide is the distance of the centres, that of the others the angle in \
+         radians from the pose of the file, counterclockwise about the axis for `body`",
+    ),
+    key(
+        "links[].axis",
+        Kind::Vector,
+        Described("required for hinges; from `to` to `body` for rotors and screws"),
+        "direction of the axis in the pose of the file",
+    ),
+    key(
+        "links[].pivot",
+        Kind::Vector,
+        Described("centre of `to` for hinges and balls, of `body` for rotors and screws"),
+        "point of the axis, or centre of a ball, in the pose of the file",
+    ),
+    key(
+        "links[].pitch",
+        Kind::Number,
+        Described("required for screws"),
+        "translation along the axis per turn",
+    ),
+    key(
+        "links[].drive",
+        Kind::Word(DriveKind::WORDS),
+        Value("prescribed"),
+        "what determines the value of the joint: the gait (prescribed), a spring, a constant force \
+         or nothing (free); balls are always free",
+    ),
+    key(
+        "links[].stiffness",
+        Kind::NonNegative,
+        Described("required for springs"),
+        "force of the spring per change of the value; torque per radian for joints that turn",
+    ),
+    key(
+        "links[].rest",
+        Kind::Number,
+        Described("the value at the start"),
+        "value at which the spring has no force",
+    ),
+    key(
+        "links[].force",
+        Kind::Number,
+        Described("required for the drive `force`"),
+        "force that increases the value; torque for joints that turn",
+    ),
+    key(
+        "links[].damping",
+        Kind::NonNegative,
+        Described("0, if not prescribed"),
+        "force against the motion of the joint, per rate of its value",
+    ),
+    key(
         "gait.arms",
         Kind::Word(ArmsKind::WORDS),
         Value("clamped"),
@@ -195,22 +254,29 @@ pub const KEYS: &[Key] = &[
         "number of times that the phases are repeated",
     ),
     key(
+        "gait.periodic",
+        Kind::Flag,
+        Value("false"),
+        "whether passive joints start from the values of the periodic state, which are searched \
+         first; otherwise they start from the pose of the file",
+    ),
+    key(
         "gait.phases[].link",
         Kind::Text,
-        Described("none: all lengths are constant"),
-        "link whose length changes",
+        Described("none: all joints are at rest"),
+        "link whose value changes",
     ),
     key(
         "gait.phases[].length",
-        Kind::Positive,
+        Kind::Number,
         Described("required with `link`"),
-        "length of the link at the end of the phase",
+        "value of the link at the end of the phase: length of a slide, angle of other joints",
     ),
     key(
         "gait.phases[].targets",
-        Kind::PositiveByName,
+        Kind::NumbersByName,
         Described("none; instead of `link` and `length`"),
-        "lengths of several links at the end of the phase, by name; they change at the same time",
+        "values of several links at the end of the phase, by name; they change at the same time",
     ),
     key(
         "gait.phases[].duration",
@@ -223,21 +289,21 @@ pub const KEYS: &[Key] = &[
         Kind::Word(GaitKind::WORDS),
         Described("what is given"),
         "phases with constant rates, smooth oscillations of several links at once, or a table of \
-         times and lengths",
+         times and values",
     ),
     key(
         "gait.file",
         Kind::Text,
         Described("required for a table"),
         "file of comma-separated values beside the scene file: a line with the names `time` and \
-         links, then lines of numbers; the bodies start at the lengths of the first one",
+         links, then lines of numbers; the bodies start at the values of the first one",
     ),
     key(
         "gait.interpolation",
         Kind::Word(InterpolationKind::WORDS),
         Described("`cubic`, for a table"),
         "between the rows of the table: a spline with two continuous derivatives, periodic if the \
-         last row has the lengths of the first one, or constant rates",
+         last row has the values of the first one, or constant rates",
     ),
     key(
         "gait.period",
@@ -249,15 +315,14 @@ pub const KEYS: &[Key] = &[
         "gait.harmonics[].link",
         Kind::Text,
         Described("required"),
-        "link with the length mean + amplitude sin(2 pi order t / period + phase); several entries \
+        "link with the value mean + amplitude sin(2 pi order t / period + phase); several entries \
          for one link are summed",
     ),
     key(
         "gait.harmonics[].mean",
-        Kind::Positive,
+        Kind::Number,
         Described("that for which the bodies start at their positions"),
-        "mean length of the link; the bodies then start at the lengths of `t = 0` along the \
-         directions that their positions give",
+        "mean value of the link; the bodies then start at the values of `t = 0`",
     ),
     key(
         "gait.harmonics[].amplitude",

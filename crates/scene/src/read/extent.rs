@@ -1,6 +1,9 @@
 //! Checks that the numbers of a scene can be computed with: their sizes relative to the bodies.
 
+use std::f64::consts::TAU;
+
 use nalgebra::Vector3;
+use rigid::{Joint, JointDrive, Link};
 
 use super::checks::Checks;
 use crate::body::Body;
@@ -27,6 +30,7 @@ pub(super) fn check(
     domain: &Domain,
     bodies: &[Body],
     (gait, gait_file, gait_table): (&Gait, &GaitFile, Option<&GaitTable>),
+    links: &[Link],
     fem: &FemOptions,
 ) -> Result<(), SceneError> {
     let all = (bodies.iter()).flat_map(|body| body.shape.lengths().into_iter().map(|l| l.1));
@@ -57,30 +61,40 @@ pub(super) fn check(
             demand(key(name), length)?;
         }
     }
+    let is_length = |link: usize| !links[link].joint.is_angle();
     if let Some(table) = gait_table {
-        demand("gait.file".to_owned(), table.largest())?;
+        demand("gait.file".to_owned(), table.largest(links))?;
     }
     for (number, phase) in gait.phases.iter().enumerate() {
         match &phase.path {
             LengthPath::Cubic(_) => {}
             LengthPath::Linear(changes) => {
-                for (_, length) in changes {
+                let of_slides = changes.iter().filter(|(link, _)| is_length(*link));
+                for (_, length) in of_slides {
                     demand(format!("gait.phases[{number}].length"), *length)?;
                 }
             }
             LengthPath::Harmonic { sines, .. } => {
-                for (number, sine) in sines.iter().enumerate() {
-                    demand(
-                        format!("gait.harmonics[{number}].amplitude"),
-                        sine.amplitude,
-                    )?;
+                let numbered = sines.iter().zip(gait_file.harmonics.iter().flatten());
+                for (number, (sine, file)) in numbered.enumerate() {
+                    if is_length(sine.link) {
+                        let key = |name: &str| format!("gait.harmonics[{number}].{name}");
+                        demand(key("amplitude"), sine.amplitude)?;
+                        demand(key("mean"), file.mean.unwrap_or(0.0))?;
+                    }
                 }
             }
         }
     }
-    for (number, file) in gait_file.harmonics.iter().flatten().enumerate() {
-        if let Some(mean) = file.mean {
-            demand(format!("gait.harmonics[{number}].mean"), mean)?;
+    for (number, link) in links.iter().enumerate() {
+        let key = |key: &str| format!("links[{number}].{key}");
+        match link.joint {
+            Joint::Slide | Joint::Fixed => {}
+            Joint::Ball { pivot } => demand(key("pivot"), pivot.amax())?,
+            Joint::Turn { pivot, advance, .. } => {
+                demand(key("pivot"), pivot.amax())?;
+                demand(key("pitch"), TAU * advance.abs())?;
+            }
         }
     }
     if let Some(size) = fem.surface_size {
@@ -94,6 +108,7 @@ pub(super) fn check(
             return Err(checks.bad_value("fem.surface_size", problem));
         }
     }
+    check_drives(checks, links, viscosity, smallest)?;
     // A body under a load moves at about load / (viscosity size).
     for (number, body) in bodies.iter().enumerate() {
         let unit = viscosity * smallest * smallest;
@@ -109,6 +124,42 @@ pub(super) fn check(
                      radius during the gait; the limit is {LARGEST_RATIO:e} times"
                 );
                 return Err(checks.bad_value(&format!("bodies[{number}].{name}"), problem));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses drives of joints that are far from the resistance of the smallest body.
+fn check_drives(
+    checks: &Checks,
+    links: &[Link],
+    viscosity: f64,
+    smallest: f64,
+) -> Result<(), SceneError> {
+    for (number, link) in links.iter().enumerate() {
+        let JointDrive::Passive(drive) = &link.drive else {
+            continue;
+        };
+        // Resistance to a rotation, or to a translation of the joint.
+        let (resistance, unit) = match link.joint.is_angle() {
+            true => (viscosity * smallest.powi(3), 1.0),
+            false => (viscosity * smallest, smallest),
+        };
+        let sizes = [
+            ("rest", drive.rest / unit),
+            ("force", drive.force / (resistance * unit)),
+            ("stiffness", drive.stiffness / resistance),
+            ("damping", drive.damping / resistance),
+        ];
+        for (name, size) in sizes {
+            if size.is_nan() || size.abs() > LARGEST_RATIO {
+                let problem = format!(
+                    "is too large: {:.1e} in the units of the smallest radius and the viscosity; \
+                     the limit is {LARGEST_RATIO:e}",
+                    size.abs()
+                );
+                return Err(checks.bad_value(&format!("links[{number}].{name}"), problem));
             }
         }
     }

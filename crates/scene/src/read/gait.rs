@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use rigid::Link;
+use rigid::{Articulation, Link};
 
 use super::checks::Checks;
 use crate::error::SceneError;
@@ -100,8 +100,52 @@ fn table(checks: &Checks, file: &GaitFile, links: &[Link]) -> Result<GaitTable, 
     Ok(table)
 }
 
+/// The link of this name, whose value the gait can prescribe.
 fn find(checks: &Checks, key: &str, name: &str, links: &[Link]) -> Result<usize, SceneError> {
-    checks.find(key, name, "link", links.iter().map(|link| &link.name[..]))
+    let link = checks.find(key, name, "link", links.iter().map(|link| &link.name[..]))?;
+    check_prescribed(&links[link]).map_err(|problem| checks.bad_value(key, problem))?;
+    Ok(link)
+}
+
+/// Refuses a link without a value, or with one that a drive determines.
+pub(crate) fn check_prescribed(link: &Link) -> Result<(), String> {
+    let problem = match (link.joint.has_value(), link.is_passive()) {
+        (true, false) => return Ok(()),
+        (true, true) => "is not prescribed: its drive determines the value",
+        (false, _) => "has no value that a gait can change",
+    };
+    Err(format!("names the link \"{}\", which {problem}", link.name))
+}
+
+/// Largest angle in radians: rounding errors of the rotation stay below 1e-10.
+const LARGEST_ANGLE: f64 = 1e6;
+
+/// Refuses a length that is not positive; angles may have any sign.
+fn check_value(checks: &Checks, key: &str, link: &Link, value: f64) -> Result<(), SceneError> {
+    let problem = match link.joint.is_angle() {
+        true if value.abs() <= LARGEST_ANGLE => return Ok(()),
+        true => format!("must be an angle of at most {LARGEST_ANGLE:e}, not {value:e}"),
+        false if value > 0.0 => return Ok(()),
+        false => format!("must be a length greater than zero, not {value}"),
+    };
+    Err(checks.bad_value(key, problem))
+}
+
+/// Refuses a periodic start if some passive joint has no spring, which would bring it back.
+pub(super) fn check_periodic(checks: &Checks, set: &Articulation) -> Result<(), SceneError> {
+    match set
+        .passive_links()
+        .find(|(_, drive)| drive.stiffness == 0.0)
+    {
+        Some((link, _)) => {
+            let problem = format!(
+                "needs springs: the link \"{}\" has none, so that its value has no periodic state",
+                set.links()[link].name
+            );
+            Err(checks.bad_value("gait.periodic", problem))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Lengths at the start that the gait determines: of links with means or in a table.
@@ -109,6 +153,7 @@ pub(super) fn initial_lengths(
     checks: &Checks,
     file: &GaitFile,
     (gait, table): (&Gait, Option<&GaitTable>),
+    links: &[Link],
 ) -> Result<Vec<(usize, f64)>, SceneError> {
     if let Some(table) = table {
         return Ok(table.initial_lengths());
@@ -121,10 +166,12 @@ pub(super) fn initial_lengths(
     let mut means: Vec<(usize, f64)> = Vec::new();
     for (number, (file, sine)) in harmonics.zip(sines).enumerate() {
         let Some(mean) = file.mean else { continue };
+        let key = format!("gait.harmonics[{number}].mean");
+        check_value(checks, &key, &links[sine.link], mean)?;
         match means.iter().find(|(link, _)| *link == sine.link) {
             Some((_, other)) if *other != mean => {
                 let problem = format!("is {mean}, but another entry for the link has {other}");
-                return Err(checks.bad_value(&format!("gait.harmonics[{number}].mean"), problem));
+                return Err(checks.bad_value(&key, problem));
             }
             Some(_) => {}
             None => means.push((sine.link, mean)),
@@ -185,6 +232,13 @@ fn phase(
             changes.push((find(checks, &key("targets"), name, links)?, *length));
         }
         changes.sort_by_key(|(link, _)| *link);
+    }
+    let value_key = match file.targets.is_some() {
+        true => "targets",
+        false => "length",
+    };
+    for &(link, value) in &changes {
+        check_value(checks, &key(value_key), &links[link], value)?;
     }
     Ok(Phase {
         path: LengthPath::Linear(changes),

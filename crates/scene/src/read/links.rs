@@ -1,8 +1,9 @@
 //! The links of a scene file, and the articulation of its bodies and links.
 
-use rigid::{Articulation, Link, RigidError};
+use rigid::{Articulation, Joint, Link, RigidError};
 
 use super::checks::Checks;
+use super::joint;
 use crate::body::Body;
 use crate::error::SceneError;
 use crate::file::LinkFile;
@@ -46,15 +47,27 @@ pub(super) fn links(
             );
             return Err(checks.bad_value(&format!("links[{number}]"), problem));
         }
-        links.push(Link { name, body, to });
+        let joint = joint::joint(checks, number, file, [&bodies[body], &bodies[to]])?;
+        let start = match joint {
+            Joint::Slide => (bodies[body].position - bodies[to].position).norm(),
+            _ => 0.0,
+        };
+        let drive = joint::drive(checks, number, file, start)?;
+        links.push(Link {
+            name,
+            body,
+            to,
+            joint,
+            drive,
+        });
     }
     Ok(links)
 }
 
 /// Bodies and links as an articulation; links need a direction, and points need a link.
 ///
-/// Links in `start` have other lengths at the start than between the positions: their bodies are
-/// moved along the directions of the links.
+/// Links in `start` have other values at the start than in the pose of the file: bodies of slides
+/// are moved along the directions of the links, joints that turn start from their angles.
 pub(super) fn articulation(
     checks: &Checks,
     bodies: &mut [Body],
@@ -63,7 +76,8 @@ pub(super) fn articulation(
     start: &[(usize, f64)],
 ) -> Result<Articulation, SceneError> {
     for (number, link) in links.iter().enumerate() {
-        if bodies[link.body].position == bodies[link.to].position {
+        let is_slide = link.joint == Joint::Slide;
+        if is_slide && bodies[link.body].position == bodies[link.to].position {
             let problem = format!(
                 "has no direction: '{}' and '{}' are at the same place; move one",
                 bodies[link.body].name, bodies[link.to].name
@@ -98,21 +112,27 @@ pub(super) fn articulation(
     };
     let set = join(links, bodies).map_err(|error| checks.bad_value("links", error.to_string()))?;
     let mut lengths = set.initial_lengths().to_vec();
-    for &(link, length) in start {
+    let mut angles = lengths.clone();
+    for &(link, value) in start {
         // A length that the positions give is not changed by their rounding.
-        if (length - lengths[link]).abs() > SAME_LENGTH * lengths[link] {
-            lengths[link] = length;
+        if set.links()[link].joint.is_angle() {
+            angles[link] = value;
+        } else if (value - lengths[link]).abs() > SAME_LENGTH * lengths[link] {
+            (lengths[link], angles[link]) = (value, value);
         }
     }
-    if lengths == set.initial_lengths() {
-        return Ok(set);
-    }
-    let bad = |error: RigidError| checks.bad_value("gait.harmonics", error.to_string());
-    let poses = set.place(&set.initial_state(), &lengths).map_err(bad)?;
-    for (body, pose) in bodies.iter_mut().zip(poses) {
-        body.position = pose.translation.vector;
-    }
-    join(set.links().to_vec(), bodies).map_err(bad)
+    let bad = |error: RigidError| checks.bad_value("gait", error.to_string());
+    let set = match lengths == set.initial_lengths() {
+        true => set,
+        false => {
+            let poses = set.place(&set.initial_state(), &lengths).map_err(bad)?;
+            for (body, pose) in bodies.iter_mut().zip(poses) {
+                body.position = pose.translation.vector;
+            }
+            join(set.links().to_vec(), bodies).map_err(bad)?
+        }
+    };
+    set.with_initial_values(&angles).map_err(bad)
 }
 
 /// Relative difference up to which a length at the start of a gait is that of the positions, which

@@ -7,6 +7,7 @@ mod contacts;
 mod domain;
 mod extent;
 mod gait;
+mod joint;
 mod links;
 mod options;
 mod shape;
@@ -14,6 +15,7 @@ mod shape;
 use std::path::Path;
 
 use checks::Checks;
+pub(crate) use gait::check_prescribed;
 
 use crate::document::Document;
 use crate::error::SceneError;
@@ -75,10 +77,15 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
         &domain,
         &bodies,
         (&gait, &file.gait, gait_table.as_ref()),
+        &links,
         &file.fem,
     )?;
-    let start = gait::initial_lengths(&checks, &file.gait, (&gait, gait_table.as_ref()))?;
+    let from = (&gait, gait_table.as_ref());
+    let start = gait::initial_lengths(&checks, &file.gait, from, &links)?;
     let articulation = links::articulation(&checks, &mut bodies, links, file.gait.arms, &start)?;
+    if file.gait.periodic {
+        gait::check_periodic(&checks, &articulation)?;
+    }
     options::check_model(&checks, &file.model)?;
     options::check_fem(&checks, &file.fem)?;
     let name = document
@@ -93,6 +100,7 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
         articulation,
         gait,
         gait_table,
+        starts_periodic: file.gait.periodic,
         model: file.model,
         fem: file.fem,
         document,

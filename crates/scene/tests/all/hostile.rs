@@ -4,7 +4,7 @@ use scene::keys::{KEYS, Kind, find};
 use scene::{Domain, FemOptions, Gait, Phase, Scene, Shape, closest_contact, legs};
 
 /// Every key with numbers is in one of these scenes, on a line of its own.
-const SCENES: [&str; 6] = [
+const SCENES: [&str; 7] = [
     r#"
 fluid.viscosity = 1
 model.tolerance = 1e-3
@@ -115,6 +115,38 @@ mean = 9
 amplitude = 2
 phase = 0.5
 order = 2
+"#,
+    r#"
+[[bodies]]
+name = "left"
+radius = 1
+position = [-10, 0, 0]
+[[bodies]]
+name = "right"
+radius = 1
+position = [0, 0, 0]
+[[bodies]]
+name = "tail"
+radius = 1
+position = [10, 0, 0]
+[[links]]
+name = "screw"
+body = "left"
+to = "right"
+joint = "screw"
+axis = [0, 0, 1]
+pivot = [1, 0, 0]
+pitch = 2
+drive = "spring"
+stiffness = 1
+rest = 1
+damping = 1
+[[links]]
+name = "spring"
+body = "tail"
+to = "right"
+drive = "force"
+force = 1
 "#,
 ];
 
@@ -251,8 +283,11 @@ fn bug_a_phase_of_a_link_that_does_not_exist_ended_the_program() {
         assert!(legs(&bad, &[5.0]).is_err());
     }
     for number in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(legs(&gait(0, number, 1.0), &[5.0]).is_err());
         assert!(legs(&gait(0, 6.0, number), &[5.0]).is_err());
+    }
+    // Angles may be zero or negative.
+    for number in [f64::NAN, f64::INFINITY] {
+        assert!(legs(&gait(0, number, 1.0), &[5.0]).is_err());
         assert!(legs(&gait(0, 6.0, 1.0), &[number]).is_err());
     }
 }

@@ -36,9 +36,7 @@ impl Observer for Watch<'_> {
             .iter()
             .map(|pose| pose.translation.vector)
             .collect();
-        let directions: Vec<Vector3<f64>> = (0..set.links().len())
-            .map(|link| set.direction(&solved.state, link))
-            .collect::<Result<_, _>>()?;
+        let directions = set.directions(&solved.state, &leg.lengths(solved.s))?;
         let seen = of_solution(
             self.scene,
             &solved.solution,

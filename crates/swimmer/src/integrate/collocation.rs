@@ -282,6 +282,8 @@ fn initial_guess(
 }
 
 /// Collocation with `points` Gauss points on the path found so far, with corrected solutions.
+///
+/// Where springs determine values of joints, these are iterated to a part of the tolerance.
 fn collocate(
     evaluator: &mut LegEvaluator,
     start: &State,
@@ -291,28 +293,44 @@ fn collocate(
 ) -> Result<Approximation, SwimError> {
     let set = evaluator.scene.articulation();
     let span = (path.from, path.to);
-    let duration = evaluator.leg.duration * (span.1 - span.0);
+    let width = span.1 - span.0;
+    let duration = evaluator.leg.duration * width;
     let gauss = Gauss::new(points);
-    let mut piece = path.clone();
-    let mut solutions = Vec::with_capacity(points);
-    for &t in &gauss.nodes {
-        let s = span.0 + t * (span.1 - span.0);
-        let computed = matches!(corrections, Corrections::Computed);
-        let mut solution = evaluator.solve(s, &piece.state(set, s)?, computed)?;
-        if let Corrections::Interpolated(few_points) = corrections
-            && let Some(error) = few_points.at(s)
-        {
-            solution.solution.correct(error);
-        }
-        solutions.push(solution);
-    }
+    let middle = span.0 + 0.5 * width;
+    let newton = evaluator.joint_newton(middle, &path.state(set, middle)?)?;
     let rates = |piece: &PathPiece, solutions: &[LegSolution]| -> Vec<StateVelocity> {
         let rate = |(s, &t): (&LegSolution, &f64)| {
-            &coordinate_rate(&piece.coordinates(t), &s.solution.motion) * duration
+            &coordinate_rate(set, &piece.coordinates(t), &s.solution.motion) * duration
         };
         solutions.iter().zip(&gauss.nodes).map(rate).collect()
     };
-    piece = PathPiece::new(set, start, span, rates(&piece, &solutions))?;
+    let mut piece = path.clone();
+    let mut iterations = 0;
+    let mut solutions = loop {
+        let solutions = solve_points(evaluator, &piece, &gauss, corrections)?;
+        let mut rates = rates(&piece, &solutions);
+        let joint_change = match &newton {
+            None => 0.0,
+            Some(newton) => {
+                let values = solutions
+                    .iter()
+                    .map(|solution| solution.state.joints.clone());
+                let values: Vec<_> = values.collect();
+                let changes = newton.step(&start.joints, &values, &mut rates, duration);
+                let displacements = changes.iter().flat_map(|changes| {
+                    (set.passive_links().zip(changes))
+                        .map(|((link, _), change)| set.arm_displacement(link, *change))
+                });
+                displacements.fold(0.0, f64::max)
+            }
+        };
+        piece = PathPiece::new(set, start, span, rates)?;
+        iterations += 1;
+        let allowed = JOINT_SHARE * step_tolerance(evaluator, &piece.step(), width);
+        if joint_change <= allowed || points == 1 || iterations == MAX_JOINT_ITERATIONS {
+            break solutions;
+        }
+    };
     if evaluator.scene.is_free() {
         // The motion depends on the shape alone, so the same solutions, rotated, hold on the
         // corrected path: iterate to rounding.
@@ -335,6 +353,36 @@ fn collocate(
         weights: gauss.weights,
     })
 }
+
+/// The solutions at the Gauss points of a path.
+fn solve_points(
+    evaluator: &mut LegEvaluator,
+    path: &PathPiece,
+    gauss: &Gauss,
+    corrections: Corrections,
+) -> Result<Vec<LegSolution>, SwimError> {
+    let set = evaluator.scene.articulation();
+    let mut solutions = Vec::with_capacity(gauss.nodes.len());
+    for &t in &gauss.nodes {
+        let s = path.from + t * (path.to - path.from);
+        let computed = matches!(corrections, Corrections::Computed);
+        let mut solution = evaluator.solve(s, &path.state(set, s)?, computed)?;
+        if let Corrections::Interpolated(few_points) = corrections
+            && let Some(error) = few_points.at(s)
+        {
+            solution.solution.correct(error);
+        }
+        solutions.push(solution);
+    }
+    Ok(solutions)
+}
+
+/// Part of the tolerance of a step to which the values of passive joints are iterated.
+const JOINT_SHARE: f64 = 0.01;
+
+/// Largest number of iterations for the values of passive joints. They converge by the error of the
+/// derivative, 0.3 at worst; what is left is part of the change to the next order.
+const MAX_JOINT_ITERATIONS: usize = 6;
 
 /// Largest number of fixed-point iterations for the rotation of a free swimmer; each reduces the
 /// error by a factor of the rotation angle of a leg, below 0.3.

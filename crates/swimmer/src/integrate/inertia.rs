@@ -147,7 +147,7 @@ fn step(
     let after = generalised.select_rows(&set.surface_velocities());
     let forces = &resistance * &after;
     // The links also transmit the forces that accelerate the bodies.
-    let link_loads = drive.link_loads(&(&forces + &inertia * (&after - before)))?;
+    let link_loads = drive.link_loads(&(&forces + &inertia * (&after - before)), &generalised)?;
     let motion = set.state_velocity(generalised.as_slice())?;
     let layout = set.velocity_layout();
     let vector = |list: &DVector<f64>, first: usize| list.fixed_rows::<3>(first).into_owned();
@@ -168,8 +168,9 @@ fn step(
             entry
         })
         .collect();
-    let link_forces = (0..set.links().len())
-        .map(|link| -> Vector3<f64> { vector(&link_loads, 3 * link) })
+    let rows = set.link_rows().into_iter();
+    let link_forces = rows
+        .map(|row| -> Vector3<f64> { vector(&link_loads, row) })
         .collect();
     let solution = InstantaneousSolution::new(bodies, link_forces, motion);
     Ok((evaluator.record(s, state, solution)?, after))

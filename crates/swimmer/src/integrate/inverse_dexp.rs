@@ -1,7 +1,7 @@
 //! The differential of the exponential map of rotations.
 
 use nalgebra::Vector3;
-use rigid::{StateVelocity, Twist};
+use rigid::{Articulation, StateVelocity, Twist};
 
 /// The rate of the rotation vector `sigma` when `exp(sigma) Q` rotates with angular velocity
 /// `omega`.
@@ -28,8 +28,13 @@ fn inverse_differential(sigma: &Vector3<f64>, omega: &Vector3<f64>) -> Vector3<f
 
 /// The rate of the coordinates `sigma` of a state that moves with `velocity`.
 ///
-/// Translations are a vector space, so their rate is the velocity; rotations are not.
-pub(super) fn coordinate_rate(sigma: &StateVelocity, velocity: &StateVelocity) -> StateVelocity {
+/// Translations and values of joints are vector spaces, so their rates are the velocities; rotations
+/// are not. Attitudes that follow from a frame have no coordinates.
+pub(super) fn coordinate_rate(
+    set: &Articulation,
+    sigma: &StateVelocity,
+    velocity: &StateVelocity,
+) -> StateVelocity {
     let frame = |(s, v): (&Twist, &Twist)| Twist {
         linear: v.linear,
         angular: inverse_differential(&s.angular, &v.angular),
@@ -45,8 +50,13 @@ pub(super) fn coordinate_rate(sigma: &StateVelocity, velocity: &StateVelocity) -
             .spins
             .iter()
             .zip(&velocity.spins)
-            .map(|(s, w)| inverse_differential(s, w))
+            .enumerate()
+            .map(|(body, (s, w))| match set.has_own_attitude(body) {
+                true => inverse_differential(s, w),
+                false => Vector3::zeros(),
+            })
             .collect(),
+        joints: velocity.joints.clone(),
     }
 }
 

@@ -8,6 +8,7 @@ use rigid::State;
 use scene::{Leg, Scene, closest_contact, contacts};
 
 use super::leg_solution::LegSolution;
+use super::passive_joints::JointNewton;
 use super::piece::PathPiece;
 use crate::error::SwimError;
 
@@ -76,6 +77,24 @@ impl<'a> LegEvaluator<'a> {
         self.query(s, state, |model, configuration| {
             model.resistance(configuration)
         })
+    }
+
+    /// The derivatives of the motion with respect to the values of passive joints; none without
+    /// springs.
+    pub fn joint_newton(
+        &mut self,
+        s: f64,
+        state: &State,
+    ) -> Result<Option<JointNewton>, SwimError> {
+        let set = self.scene.articulation();
+        if set.passive_joints().next().is_none() {
+            return Ok(None);
+        }
+        let responses = self.query(s, state, |model, configuration| {
+            model.joint_responses(configuration)
+        })?;
+        let drives = set.passive_links().map(|(_, drive)| drive);
+        Ok(JointNewton::new(&responses, drives))
     }
 
     /// When the model estimates its discretisation errors.

@@ -13,6 +13,7 @@ mod inertia;
 mod inverse_dexp;
 mod leg_evaluator;
 mod leg_solution;
+mod passive_joints;
 mod piece;
 mod prediction;
 mod result;

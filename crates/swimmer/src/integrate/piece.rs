@@ -74,6 +74,7 @@ pub(super) fn combination<'a>(
     let zero = StateVelocity {
         frames: vec![Twist::default(); state.frames.len()],
         spins: vec![Vector3::zeros(); state.attitudes.len()],
+        joints: vec![0.0; state.joints.len()],
     };
     terms.fold(zero, |sum, (rate, weight)| &sum + &(rate * weight))
 }

@@ -149,15 +149,17 @@ fn step(
     first: &LegSolution,
     span: (f64, f64),
 ) -> Result<Step, SwimError> {
+    let set = evaluator.scene.articulation();
     let width = span.1 - span.0;
     let duration = evaluator.leg.duration * width;
     let mut solutions = vec![first.clone()];
-    let mut rates = vec![&first.solution.motion * duration];
+    let at_start = combination(std::iter::empty(), start);
+    let mut rates = vec![&coordinate_rate(set, &at_start, &first.solution.motion) * duration];
     for (weights, node) in STAGES.iter().zip(&NODES[1..]) {
         let sigma = combination(rates.iter().zip(weights.iter().copied()), start);
-        let state = evaluator.scene.articulation().advance(start, &sigma)?;
+        let state = set.advance(start, &sigma)?;
         let stage = evaluator.solve(span.0 + node * width, &state, false)?;
-        rates.push(&coordinate_rate(&sigma, &stage.solution.motion) * duration);
+        rates.push(&coordinate_rate(set, &sigma, &stage.solution.motion) * duration);
         solutions.push(stage);
     }
     let error = combination(rates.iter().zip(DIFFERENCE), start);

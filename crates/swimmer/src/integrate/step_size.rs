@@ -69,16 +69,21 @@ pub(super) fn rounding(evaluator: &LegEvaluator, step: &StateVelocity) -> f64 {
     OPERATIONS * f64::EPSILON * size
 }
 
-/// The largest change of a link's length over the leg.
+/// The largest displacement by one joint over the leg.
 fn largest_length_change(evaluator: &LegEvaluator) -> f64 {
-    let ranges = evaluator.ranges.iter();
-    ranges.fold(0.0_f64, |m, (low, high)| m.max(high - low))
+    let set = evaluator.scene.articulation();
+    let ranges = evaluator.ranges.iter().enumerate();
+    let changes = ranges.map(|(link, (low, high))| set.arm_displacement(link, high - low));
+    changes.fold(0.0, f64::max)
 }
 
 /// Size of a step: the largest displacement of a body's centre or, by its own rotation, of its
 /// surface.
 pub(super) fn largest_displacement(evaluator: &LegEvaluator, step: &StateVelocity) -> f64 {
     let longest_link = longest_link(evaluator);
+    let set = evaluator.scene.articulation();
+    let joints = (set.passive_links().zip(&step.joints))
+        .map(|((link, _), change)| set.arm_displacement(link, *change));
     let spins = step
         .spins
         .iter()
@@ -88,11 +93,14 @@ pub(super) fn largest_displacement(evaluator: &LegEvaluator, step: &StateVelocit
         .iter()
         .map(|f| f.linear.norm() + f.angular.norm() * longest_link)
         .chain(spins)
+        .chain(joints)
         .fold(0.0, f64::max)
 }
 
-/// Largest length of a link along the leg.
+/// Largest distance of two linked bodies along the leg.
 fn longest_link(evaluator: &LegEvaluator) -> f64 {
-    let ranges = evaluator.ranges.iter();
-    ranges.fold(0.0_f64, |m, (_, high)| m.max(*high))
+    let set = evaluator.scene.articulation();
+    let ranges = evaluator.ranges.iter().enumerate();
+    let lengths = ranges.map(|(link, (_, high))| set.arm_length(link, *high));
+    lengths.fold(0.0, f64::max)
 }

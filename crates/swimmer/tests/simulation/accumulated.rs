@@ -33,6 +33,7 @@ impl Erring {
                 motion: StateVelocity {
                     frames: vec![error],
                     spins: vec![error.angular; 3],
+                    joints: vec![],
                 },
                 bodies: vec![BodySolution::default(); 3],
                 link_forces: vec![Vector3::zeros(); 2],

@@ -110,7 +110,7 @@ fn values_that_do_not_fit_are_refused() {
         (
             "/version",
             json!(99),
-            "is of version 99, this program reads version 2",
+            "is of version 99, this program reads version 3",
         ),
         ("/version", json!("1"), "invalid type: string"),
         ("/version", json!(-1), "invalid value: integer `-1`"),
@@ -134,6 +134,7 @@ fn values_that_do_not_fit_are_refused() {
             "the norm of a quaternion differs from 1 by 1e0",
         ),
         ("/attitudes", json!([]), "1 frames, 0 bodies"),
+        ("/joints", json!([1.0]), "does not fit the scene"),
         (
             "/attitudes/1",
             json!([1e200, 0.0, 0.0, 0.0]),
@@ -211,6 +212,7 @@ fn missing_fields_are_named() {
         "scene",
         "frames",
         "attitudes",
+        "joints",
         "history",
         "outcome",
         "flows",

@@ -208,6 +208,7 @@ fn hostile_configurations_are_refused_by_every_model() {
     let empty = State {
         frames: vec![],
         attitudes: vec![],
+        joints: vec![],
     };
     let models: [Box<dyn Hydrodynamics>; 3] = [
         Box::new(spheres(&scene)),
@@ -266,6 +267,7 @@ fn tables_outside_their_box_are_refused() {
     let empty = State {
         frames: vec![],
         attitudes: vec![],
+        joints: vec![],
     };
     assert!(space.connection(&[7.0, 10.0]).is_ok() && space.metric(&[7.0, 10.0]).is_ok());
     for lengths in [

@@ -131,6 +131,7 @@ impl Hydrodynamics for WithMeshError {
                         angular: vector(4),
                     }],
                     spins: (0..bodies).map(|body| vector(5 + body)).collect(),
+                    joints: vec![],
                 },
                 bodies: (0..bodies)
                     .map(|body| BodySolution {

@@ -15,6 +15,7 @@ mod harmonic;
 mod hostile;
 mod inertia;
 mod integrators;
+mod joints;
 mod many_cycles;
 mod reports;
 mod strokes;

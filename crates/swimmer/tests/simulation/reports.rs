@@ -185,6 +185,7 @@ fn the_json_of_a_solution_has_every_number_of_it() {
     let motion = StateVelocity {
         frames: Vec::new(),
         spins: Vec::new(),
+        joints: vec![],
     };
     let bodies = vec![body(10.0), body(20.0)];
     let mut solution = InstantaneousSolution::new(bodies, vec![vector(30.0)], motion);

@@ -126,6 +126,7 @@ impl<F: Fn(&[f64]) -> f64 + Send> Hydrodynamics for Changed<F> {
                 motion: StateVelocity {
                     frames: vec![Twist::default()],
                     spins: vec![Vector3::zeros(); 3],
+                    joints: vec![],
                 },
                 bodies: vec![BodySolution::default(); 3],
                 link_forces: Vec::new(),

@@ -122,11 +122,7 @@ pub struct Case {
 impl Case {
     /// Linked bodies without loads, in fluid at rest on the wall.
     pub fn linked(mesh: TetMesh, centres: [Vector3<f64>; 2]) -> Self {
-        let link = Link {
-            name: "arm".into(),
-            body: 1,
-            to: 0,
-        };
+        let link = Link::slide("arm", 1, 0);
         Self::new(mesh, vec![link], centres, vec![ExternalLoad::default(); 2])
     }
 

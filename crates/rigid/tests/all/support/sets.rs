@@ -4,16 +4,12 @@ use linalg::{Csr, Csr3};
 use nalgebra::{DMatrix, Isometry3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rigid::{
-    Arms, Articulation, BodyKind, Constraints, FluidMatrices, FluidNodes, Link, NodeRole,
-    RigidFluid, State, SurfaceBody,
+    Arms, Articulation, BodyKind, Constraints, FluidMatrices, FluidNodes, Joint, JointDrive, Link,
+    NodeRole, PassiveDrive, RigidFluid, State, SurfaceBody,
 };
 
 pub fn link(body: usize, to: usize) -> Link {
-    Link {
-        name: format!("{body}-{to}"),
-        body,
-        to,
-    }
+    Link::slide(&format!("{body}-{to}"), body, to)
 }
 
 pub fn vector(range: f64) -> impl Strategy<Value = Vector3<f64>> {
@@ -24,7 +20,39 @@ fn arms() -> impl Strategy<Value = Arms> {
     prop_oneof![Just(Arms::Clamped), Just(Arms::Free), Just(Arms::Lab)]
 }
 
-/// A random tree of 2 to 6 bodies, some of them points, at random positions.
+/// Any joint about an axis or pivot within the range of the bodies of [`tree`].
+fn joint() -> impl Strategy<Value = Joint> {
+    let pivot = || vector(5.0);
+    let axis = vector(1.0).prop_filter_map("no direction", |v| v.try_normalize(0.1));
+    prop_oneof![
+        4 => Just(Joint::Slide),
+        1 => Just(Joint::Fixed),
+        3 => (axis, pivot(), prop_oneof![Just(0.0), -1.0..1.0])
+            .prop_map(|(axis, pivot, advance)| Joint::Turn { axis, pivot, advance }),
+        1 => pivot().prop_map(|pivot| Joint::Ball { pivot }),
+    ]
+}
+
+fn joint_drive() -> impl Strategy<Value = JointDrive> {
+    let passive = (
+        -1.0..1.0,
+        0.0..2.0,
+        -1.0..1.0,
+        prop_oneof![Just(0.0), 0.0..2.0],
+    )
+        .prop_map(|(force, stiffness, rest, damping)| {
+            JointDrive::Passive(PassiveDrive {
+                force,
+                stiffness,
+                rest,
+                damping,
+            })
+        });
+    prop_oneof![2 => Just(JointDrive::Prescribed), 1 => passive]
+}
+
+/// A random tree of 2 to 6 bodies, some of them points, at random positions, with any joints that
+/// the arms allow.
 pub fn tree() -> impl Strategy<Value = Articulation> {
     (2usize..7).prop_flat_map(|n| {
         let parents: Vec<_> = (1..n).map(|child| 0..child).collect();
@@ -33,43 +61,60 @@ pub fn tree() -> impl Strategy<Value = Articulation> {
             prop::collection::vec(vector(5.0), n),
             prop::collection::vec(any::<bool>(), n),
             arms(),
+            prop::collection::vec((joint(), joint_drive()), n),
         )
-            .prop_filter_map("bodies too close", |(parents, jitter, points, arms)| {
-                // The bodies are far enough apart that no two coincide.
-                let positions: Vec<_> = jitter
-                    .iter()
-                    .enumerate()
-                    .map(|(i, x)| x + Vector3::new(20.0 * i as f64, 0.0, 0.0))
-                    .collect();
-                // At least two bodies have a surface: rotations about any axis are resisted.
-                let kinds: Vec<_> = points
-                    .iter()
-                    .enumerate()
-                    .map(|(i, &p)| {
-                        if p && i > 1 {
-                            BodyKind::Point
-                        } else {
-                            BodyKind::Rigid
-                        }
-                    })
-                    .collect();
-                let links = parents
-                    .iter()
-                    .enumerate()
-                    .map(|(i, &to)| Link {
-                        name: format!("arm {i}"),
-                        body: i + 1,
-                        to,
-                    })
-                    .collect();
-                Articulation::new(&kinds, links, arms, &positions).ok()
-            })
+            .prop_filter_map(
+                "bodies too close",
+                |(parents, jitter, points, arms, joints)| {
+                    // The bodies are far enough apart that no two coincide.
+                    let positions: Vec<_> = jitter
+                        .iter()
+                        .enumerate()
+                        .map(|(i, x)| x + Vector3::new(20.0 * i as f64, 0.0, 0.0))
+                        .collect();
+                    // At least two bodies have a surface: rotations about any axis are resisted.
+                    let kinds: Vec<_> = points
+                        .iter()
+                        .enumerate()
+                        .map(|(i, &p)| {
+                            if p && i > 1 {
+                                BodyKind::Point
+                            } else {
+                                BodyKind::Rigid
+                            }
+                        })
+                        .collect();
+                    let links = parents
+                        .iter()
+                        .enumerate()
+                        .zip(joints)
+                        .map(|((i, &to), (joint, drive))| {
+                            let is_allowed = match arms {
+                                Arms::Clamped => true,
+                                Arms::Free => !matches!(joint, Joint::Ball { .. }),
+                                Arms::Lab => !joint.turns(),
+                            };
+                            let link = Link::slide(&format!("arm {i}"), i + 1, to);
+                            // Nothing would resist the motion of a point at the end of a joint.
+                            if kinds[i + 1] == BodyKind::Point {
+                                return link;
+                            }
+                            link.with_joint(if is_allowed { joint } else { Joint::Slide })
+                                .with_drive(drive)
+                        })
+                        .collect();
+                    Articulation::new(&kinds, links, arms, &positions).ok()
+                },
+            )
     })
 }
 
 /// The initial state with its first frames translated and rotated.
 pub fn moved_state(set: &Articulation, rotations: &[Vector3<f64>]) -> State {
     let mut state = set.initial_state();
+    for value in &mut state.joints {
+        *value += 0.3;
+    }
     for (frame, rotation) in state.frames.iter_mut().zip(rotations) {
         *frame = Isometry3::from_parts(
             Translation3::from(frame.translation.vector + rotation),
@@ -79,7 +124,12 @@ pub fn moved_state(set: &Articulation, rotations: &[Vector3<f64>]) -> State {
     state
 }
 
-/// The constraints at the initial lengths.
+/// Values of the joints away from those at the start.
+pub fn values(set: &Articulation) -> Vec<f64> {
+    set.initial_lengths().iter().map(|l| l + 0.4).collect()
+}
+
+/// The constraints at the values at the start.
 pub fn constraints(set: &Articulation, state: &State, rates: &[f64]) -> Constraints {
     set.constraints(state, set.initial_lengths(), rates)
         .unwrap()

@@ -1,0 +1,233 @@
+//! Joints of all kinds: the formulations agree, balances hold, contradictions are refused.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+use proptest::prelude::*;
+use rigid::linalg::LinearOperator;
+use rigid::{
+    Arms, Articulation, BodyKind, Constrained, DirectRows, Drive, Eliminated, ExternalLoad,
+    FlowSolution, Formulation, Joint, JointDrive, Lagrange, Link, PassiveDrive, RigidError,
+};
+
+use crate::support::sets::{link, moved_state, random_fluid, tree, values, vector};
+
+/// The flow of a system by a dense factorisation, and the condition of its matrix.
+fn flow(system: &Constrained, set: &Articulation) -> (FlowSolution, f64) {
+    let size = system.rhs.len();
+    let mut matrix = DMatrix::zeros(size, size);
+    let mut unit = vec![0.0; size];
+    for column in 0..size {
+        unit[column] = 1.0;
+        let mut product = vec![0.0; size];
+        system.system.apply(&unit, &mut product);
+        unit[column] = 0.0;
+        matrix.set_column(column, &DVector::from_vec(product));
+    }
+    let rhs = DVector::from_column_slice(&system.rhs);
+    let singular = matrix.singular_values();
+    let solution = matrix.full_piv_lu().solve(&rhs).unwrap();
+    let flow = system.flow(solution.as_slice(), set).unwrap();
+    (flow, singular.max() / singular.min())
+}
+
+fn check_formulations(
+    set: &Articulation,
+    rotation: Vector3<f64>,
+    rates: &[f64],
+    loads: &[ExternalLoad],
+    seed: &[f64],
+) {
+    let state = moved_state(set, &[rotation]);
+    let values = values(set);
+    let constraints = set
+        .constraints(&state, &values, &rates[..set.links().len()])
+        .unwrap();
+    let poses = set.place(&state, &values).unwrap();
+    let rigid = poses.iter().zip(set.kinds());
+    let centres: Vec<_> = rigid
+        .filter(|(_, kind)| **kind == BodyKind::Rigid)
+        .map(|(pose, _)| pose.translation.vector)
+        .collect();
+    let fluid = random_fluid(&centres, seed);
+    let drive = Drive {
+        set,
+        constraints: &constraints,
+        loads,
+    };
+    let formulations: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
+    let flows = formulations.map(|formulation| {
+        let system = formulation.constrain(fluid.clone(), &drive).unwrap();
+        flow(&system, set)
+    });
+    // The random matrices are not definite. Rounding errors of 60 unknowns grow with the condition.
+    let condition = flows
+        .iter()
+        .map(|(_, condition)| *condition)
+        .fold(0.0, f64::max);
+    let flows = flows.map(|(flow, _)| flow);
+    let tolerance = |values: &DVector<f64>| 1e-14 * condition * (1.0 + values.amax());
+    let velocity = tolerance(&flows[0].generalised);
+    // Forces are products with matrices of entries up to 30.
+    let force = 30.0 * velocity + tolerance(&flows[0].forces) + tolerance(&flows[0].link_loads);
+    for other in &flows[1..] {
+        assert!((&other.generalised - &flows[0].generalised).amax() < velocity);
+        assert!((&other.forces - &flows[0].forces).amax() < force);
+        assert!((&other.link_loads - &flows[0].link_loads).amax() < force);
+    }
+    let flow = &flows[0];
+    let missed = &constraints.matrix * &flow.generalised - &constraints.rates;
+    assert!(missed.amax() < velocity * constraints.matrix.amax());
+    // The loads of the links and of the drives balance the forces: also those on passive joints.
+    let mut sum = constraints.matrix.tr_mul(&flow.link_loads);
+    sum += drive.generalised_loads().unwrap();
+    sum -= drive.damping().component_mul(&flow.generalised);
+    for (row, force) in set.surface_velocities().into_iter().zip(flow.forces.iter()) {
+        sum[row] -= force;
+    }
+    assert!(sum.amax() < force * constraints.matrix.amax(), "{sum}");
+}
+
+proptest! {
+    #[test]
+    fn formulations_agree_on_random_joint_trees(
+        set in tree(),
+        rotation in vector(1.0),
+        rates in prop::collection::vec(-2.0..2.0, 6),
+        vectors in prop::collection::vec(vector(1.0), 12),
+        seed in prop::collection::vec(-1.0..1.0, 50),
+    ) {
+        // A load on a point may act on a rotation of free arms that nothing resists.
+        let load = |body: usize| match set.kinds()[body] {
+            BodyKind::Rigid => ExternalLoad { force: vectors[body], torque: vectors[body + 5] },
+            BodyKind::Point => ExternalLoad::default(),
+        };
+        let loads: Vec<ExternalLoad> = (0..set.kinds().len()).map(load).collect();
+        check_formulations(&set, rotation, &rates, &loads, &seed);
+    }
+}
+
+fn hinge(pivot: Vector3<f64>) -> Joint {
+    Joint::Turn {
+        axis: Vector3::z(),
+        pivot,
+        advance: 0.0,
+    }
+}
+
+#[test]
+fn a_hinge_turns_its_body_about_the_pivot() {
+    let x = [Vector3::zeros(), 3.0 * Vector3::x(), 5.0 * Vector3::x()];
+    let links = vec![link(1, 0).with_joint(hinge(Vector3::x())), link(2, 1)];
+    let set = Articulation::new(&[BodyKind::Rigid; 3], links, Arms::Clamped, &x).unwrap();
+    let angle = std::f64::consts::FRAC_PI_2;
+    let poses = set.place(&set.initial_state(), &[angle, 4.0]).unwrap();
+    // Body 1 is 2 from the pivot and turns from x to y; body 2 follows it at the new length 4.
+    assert!((poses[1].translation.vector - Vector3::new(1.0, 2.0, 0.0)).norm() < 1e-14);
+    assert!((poses[2].translation.vector - Vector3::new(1.0, 6.0, 0.0)).norm() < 1e-14);
+    assert!((poses[2].rotation.scaled_axis() - angle * Vector3::<f64>::z()).norm() < 1e-14);
+    assert!(poses[0].rotation.angle() == 0.0);
+}
+
+#[test]
+fn a_screw_advances_by_its_rotation() {
+    let x = [Vector3::zeros(), 3.0 * Vector3::x()];
+    let screw = Joint::Turn {
+        axis: Vector3::x(),
+        pivot: x[1],
+        advance: 0.5,
+    };
+    let links = vec![link(1, 0).with_joint(screw)];
+    let set = Articulation::new(&[BodyKind::Rigid; 2], links, Arms::Clamped, &x).unwrap();
+    let poses = set.place(&set.initial_state(), &[2.0]).unwrap();
+    assert!((poses[1].translation.vector - 4.0 * Vector3::<f64>::x()).norm() < 1e-14);
+    assert!((poses[1].rotation.scaled_axis() - 2.0 * Vector3::<f64>::x()).norm() < 1e-14);
+}
+
+#[test]
+fn a_loop_of_hinges_closes_only_at_matching_angles() {
+    // A parallelogram of four hinges: the angles are v, -v, v, -v.
+    let x = [
+        Vector3::zeros(),
+        4.0 * Vector3::x(),
+        Vector3::new(4.0, 3.0, 0.0),
+        3.0 * Vector3::y(),
+    ];
+    let joint = |body: usize, to: usize| link(body, to).with_joint(hinge(x[to]));
+    let links = vec![joint(1, 0), joint(2, 1), joint(3, 2), joint(0, 3)];
+    let set = Articulation::new(&[BodyKind::Rigid; 4], links, Arms::Clamped, &x).unwrap();
+    let state = set.initial_state();
+    let v = 0.3;
+    assert!(set.place(&state, &[v, -v, v, -v]).is_ok());
+    let open = set.place(&state, &[v, -v, v, v]);
+    assert!(matches!(open, Err(RigidError::OpenLoop { .. })));
+    let rates = |rates: [f64; 4]| {
+        let constraints = set.constraints(&state, &[v, -v, v, -v], &rates).unwrap();
+        rigid::Reduction::of(&set, &constraints).map(|reduction| reduction.dofs())
+    };
+    assert_eq!(rates([1.0, -1.0, 1.0, -1.0]), Ok(6));
+    assert!(matches!(
+        rates([1.0, -1.0, 1.0, 1.0]),
+        Err(RigidError::IncompatibleLinks { .. })
+    ));
+}
+
+#[test]
+fn joints_that_do_not_fit_the_arms_are_refused() {
+    let x = [Vector3::zeros(), 3.0 * Vector3::x()];
+    let new = |joint, arms| {
+        let links = vec![link(1, 0).with_joint(joint)];
+        Articulation::new(&[BodyKind::Rigid; 2], links, arms, &x)
+    };
+    let ball = Joint::Ball { pivot: x[0] };
+    assert!(new(ball, Arms::Clamped).is_ok());
+    for (joint, arms) in [
+        (hinge(x[0]), Arms::Lab),
+        (ball, Arms::Lab),
+        (ball, Arms::Free),
+        (
+            Joint::Turn {
+                axis: 2.0 * Vector3::x(),
+                pivot: x[0],
+                advance: 0.0,
+            },
+            Arms::Clamped,
+        ),
+    ] {
+        let refused = new(joint, arms);
+        assert!(
+            matches!(refused, Err(RigidError::BadJoint { .. })),
+            "{joint:?}"
+        );
+    }
+    let drive = JointDrive::Passive(PassiveDrive {
+        stiffness: -1.0,
+        ..PassiveDrive::default()
+    });
+    let links = vec![Link::slide("spring", 1, 0).with_drive(drive)];
+    let refused = Articulation::new(&[BodyKind::Rigid; 2], links, Arms::Clamped, &x);
+    assert!(matches!(refused, Err(RigidError::BadJoint { .. })));
+}
+
+#[test]
+fn a_force_on_a_joint_that_moves_no_surface_is_refused() {
+    let x = [Vector3::zeros(), 5.0 * Vector3::x(), 3.0 * Vector3::y()];
+    let kinds = [BodyKind::Rigid, BodyKind::Rigid, BodyKind::Point];
+    let at_force = |force| {
+        let drive = JointDrive::Passive(PassiveDrive {
+            force,
+            ..PassiveDrive::default()
+        });
+        let links = vec![link(1, 0), link(2, 0).with_drive(drive)];
+        let set = Articulation::new(&kinds, links, Arms::Clamped, &x).unwrap();
+        let lengths = set.initial_lengths().to_vec();
+        let constraints = set.constraints(&set.initial_state(), &lengths, &[0.0; 2]);
+        let drive = Drive {
+            set: &set,
+            constraints: &constraints.unwrap(),
+            loads: &[ExternalLoad::default(); 3],
+        };
+        let fluid = random_fluid(&x[..2], &[0.3, -0.1, 0.7]);
+        Eliminated.constrain(fluid, &drive).map(drop)
+    };
+    assert_eq!(at_force(0.0), Ok(()));
+    assert!(matches!(at_force(2.0), Err(RigidError::Unresisted { .. })));
+}

@@ -1,0 +1,133 @@
+//! The joint of a link and what drives it.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector3;
+use rigid::{Joint, JointDrive, PassiveDrive};
+
+use super::checks::Checks;
+use crate::body::Body;
+use crate::error::SceneError;
+use crate::file::LinkFile;
+use crate::words::{DriveKind, JointKind};
+
+/// The joint of a link between two bodies.
+///
+/// Hinges and balls turn about the centre of the body `to` unless a pivot is given, rotors and
+/// screws about an axis through the centre of `body`, from `to` to `body` unless one is given.
+pub(super) fn joint(
+    checks: &Checks,
+    number: usize,
+    file: &LinkFile,
+    [body, to]: [&Body; 2],
+) -> Result<Joint, SceneError> {
+    let key = |key: &str| format!("links[{number}].{key}");
+    let kind = file.joint;
+    let given = [
+        ("axis", file.axis.is_some(), kind.has_axis()),
+        ("pivot", file.pivot.is_some(), kind.has_pivot()),
+        ("pitch", file.pitch.is_some(), kind == JointKind::Screw),
+    ];
+    for (name, is_given, belongs) in given {
+        if is_given && !belongs {
+            let problem = format!("is no part of the joint \"{}\"; remove it", kind.word());
+            return Err(checks.bad_value(&key(name), problem));
+        }
+    }
+    let pivot = |default: Vector3<f64>| file.pivot.map_or(default, Vector3::from);
+    let axis = |default: Option<Vector3<f64>>| -> Result<Vector3<f64>, SceneError> {
+        let given = file.axis.map(Vector3::from);
+        let axis = checks.required(&key("axis"), given.or(default), ": the axis of rotation")?;
+        axis.try_normalize(0.0)
+            .ok_or_else(|| checks.bad_value(&key("axis"), "has no direction; it must not be zero"))
+    };
+    let turn = |axis, pivot, advance| Joint::Turn {
+        axis,
+        pivot,
+        advance,
+    };
+    let line = (body.position - to.position)
+        .try_normalize(0.0)
+        .filter(|line| line.iter().all(|x| x.is_finite()));
+    Ok(match kind {
+        JointKind::Slide => Joint::Slide,
+        JointKind::Fixed => Joint::Fixed,
+        JointKind::Hinge => turn(axis(None)?, pivot(to.position), 0.0),
+        JointKind::Rotor => turn(axis(line)?, pivot(body.position), 0.0),
+        JointKind::Screw => {
+            let pitch = checks.required(
+                &key("pitch"),
+                file.pitch,
+                ": the translation along the axis per turn",
+            )?;
+            turn(axis(line)?, pivot(body.position), pitch / TAU)
+        }
+        JointKind::Ball => Joint::Ball {
+            pivot: pivot(to.position),
+        },
+    })
+}
+
+/// What drives a joint whose value is `start` at the start.
+pub(super) fn drive(
+    checks: &Checks,
+    number: usize,
+    file: &LinkFile,
+    start: f64,
+) -> Result<JointDrive, SceneError> {
+    let key = |key: &str| format!("links[{number}].{key}");
+    let kind = match (file.joint, file.drive) {
+        (JointKind::Ball, None | Some(DriveKind::Free)) => DriveKind::Free,
+        (JointKind::Fixed, None) => DriveKind::Prescribed,
+        (JointKind::Ball | JointKind::Fixed, Some(other)) => {
+            let problem = format!(
+                "cannot be \"{}\": a joint \"{}\" has no value; remove the key",
+                other.word(),
+                file.joint.word()
+            );
+            return Err(checks.bad_value(&key("drive"), problem));
+        }
+        (_, kind) => kind.unwrap_or_default(),
+    };
+    let is_passive = kind != DriveKind::Prescribed && file.joint != JointKind::Ball;
+    let given = [
+        (
+            "stiffness",
+            file.stiffness.is_some(),
+            kind == DriveKind::Spring,
+        ),
+        ("rest", file.rest.is_some(), kind == DriveKind::Spring),
+        ("force", file.force.is_some(), kind == DriveKind::Force),
+        ("damping", file.damping.is_some(), is_passive),
+    ];
+    for (name, is_given, belongs) in given {
+        if is_given && !belongs {
+            let problem = format!("is no part of the drive \"{}\"; remove it", kind.word());
+            return Err(checks.bad_value(&key(name), problem));
+        }
+    }
+    let mut passive = PassiveDrive {
+        damping: file.damping.unwrap_or(0.0),
+        ..PassiveDrive::default()
+    };
+    match kind {
+        DriveKind::Prescribed => return Ok(JointDrive::Prescribed),
+        DriveKind::Free => {}
+        DriveKind::Spring => {
+            passive.stiffness = checks.required(
+                &key("stiffness"),
+                file.stiffness,
+                ": force per change of the value",
+            )?;
+            passive.rest = file.rest.unwrap_or(start);
+        }
+        DriveKind::Force => {
+            passive.force = checks.required(
+                &key("force"),
+                file.force,
+                ": the force on the joint, a torque for joints that turn",
+            )?;
+        }
+    }
+    Ok(JointDrive::Passive(passive))
+}
