@@ -8,6 +8,7 @@ mod estimated;
 mod expected;
 mod file;
 mod flow;
+mod joints;
 mod multipole;
 mod overview;
 mod pair;
@@ -37,7 +38,7 @@ type Part<'a> = (&'a str, &'a dyn Fn() -> Result<Vec<Row>>);
 pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
-    let parts: [Part; 9] = [
+    let parts: [Part; 10] = [
         ("sphere in a concentric ball", &|| sphere::rows(effort)),
         ("orders of convergence", &sphere::orders),
         ("two spheres", &|| pair::rows(effort)),
@@ -53,6 +54,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
             axisymmetric::rows(effort)
         }),
         ("multipole expansions", &multipole::rows),
+        ("hinges and springs", &|| joints::rows(effort)),
     ];
     for (name, part) in parts {
         let part_clock = Instant::now();

@@ -9,7 +9,7 @@ use swimmer::SwimError;
 use super::text::entry;
 
 /// Names and contents of the example scenes.
-const TEMPLATES: [(&str, &str); 5] = [
+const TEMPLATES: [(&str, &str); 9] = [
     (
         "three-sphere",
         include_str!("../../templates/three-sphere.toml"),
@@ -21,6 +21,13 @@ const TEMPLATES: [(&str, &str); 5] = [
         "tetrahedral",
         include_str!("../../templates/tetrahedral.toml"),
     ),
+    ("purcell", include_str!("../../templates/purcell.toml")),
+    ("scallop", include_str!("../../templates/scallop.toml")),
+    (
+        "elastic-arm",
+        include_str!("../../templates/elastic-arm.toml"),
+    ),
+    ("corkscrew", include_str!("../../templates/corkscrew.toml")),
 ];
 
 /// Writes an example scene to a file that must not exist yet.

@@ -305,9 +305,14 @@ fn new_writes_a_valid_scene() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.toml");
     let file = file.to_str().unwrap();
-    let output = swim(&["new", "planar", "--out", file]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(swim(&["check", file]).status.success());
+    for name in ["purcell", "scallop", "elastic-arm", "corkscrew", "planar"] {
+        let output = swim(&["new", name, "--out", file]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert!(swim(&["check", file]).status.success(), "{name}");
+        if name != "planar" {
+            std::fs::remove_file(file).unwrap();
+        }
+    }
     // Existing files are not overwritten; for an unknown name the known ones are listed.
     assert_eq!(
         swim(&["new", "planar", "--out", file]).status.code(),

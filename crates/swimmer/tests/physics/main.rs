@@ -13,6 +13,7 @@ mod far_field;
 mod fem_strokes;
 mod formulations;
 mod frames;
+mod joints;
 mod mesh_files;
 mod mobility;
 mod model_choice;

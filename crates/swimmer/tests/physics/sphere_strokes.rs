@@ -279,6 +279,11 @@ fn templates_have_the_documented_displacements() {
             0,
             [0.0000761, 0.0045765, 0.0045765],
         ),
+        (
+            include_str!("../../templates/scallop.toml"),
+            1,
+            [0.0, 0.0, 0.0],
+        ),
     ] {
         let scene = Scene::parse(text).unwrap();
         let found = run(&scene).displacement[body];
