@@ -15,9 +15,10 @@ type Term = (usize, Vec3, Vec3);
 impl CubicExtension<'_> {
     /// Writes the bubbles of the facets with `tag` for a velocity of the surface into dofs.
     ///
-    /// Cubic interpolation: at the centre of each facet and, for the odd part along each edge, at
-    /// its quarter points. Quadratic facets already interpolate the `nodal` velocities, one per
-    /// node of the mesh. The flux of the bubbles is removed, as that of the nodal values.
+    /// Quadratic facets already interpolate the `nodal` velocities, one per node of the mesh. The
+    /// bubbles of edges interpolate the odd part of what is missed at the quarter points of each
+    /// edge; the bubble of a facet makes its mean exact, so that what is still missed has an effect
+    /// of higher order on forces. The flux of the bubbles is removed, as that of the nodal values.
     ///
     /// # Errors
     /// Arrays of the wrong length; no facet has the tag.
@@ -76,31 +77,38 @@ impl CubicExtension<'_> {
             let [a, b] = [facet.nodes[edge], facet.nodes[(edge + 1) % 3]];
             if a > b { -1.0 } else { 1.0 }
         };
-        let mut weights = [Vec3::zeros(); 4];
-        for point in facet_degree_6() {
-            let (_, normal) = position_and_normal(&nodes, point);
-            let l = point.barycentric;
-            for (edge, weight) in weights[..3].iter_mut().enumerate() {
-                let (a, b) = (l[edge], l[(edge + 1) % 3]);
-                *weight += normal * (point.weight * orientation(edge) * a * b * (a - b));
-            }
-            weights[3] += normal * (point.weight * l[0] * l[1] * l[2]);
-        }
-        std::array::from_fn(|k| {
-            if k == 3 {
-                // The edge bubbles are zero at the centre, the face bubble is 1/27.
-                let value = 27.0 * missed([1.0 / 3.0; 3]);
-                return (self.face_bubble(facet), value, weights[3]);
-            }
+        // The bubble of an edge is ± 3/32 at its quarter points.
+        let of_edges: [Vec3; 3] = std::array::from_fn(|k| {
             let at = |fraction: f64| {
                 let mut barycentric = [0.0; 3];
                 (barycentric[k], barycentric[(k + 1) % 3]) = (fraction, 1.0 - fraction);
                 missed(barycentric)
             };
-            // The bubble is ± 3/32 at the quarter points.
-            let value = (at(0.75) - at(0.25)) * (orientation(k) * 16.0 / 3.0);
+            (at(0.75) - at(0.25)) * (orientation(k) * 16.0 / 3.0)
+        });
+        let mut weights = [Vec3::zeros(); 4];
+        let (mut integral, mut of_bubble) = (Vec3::zeros(), 0.0);
+        for point in facet_degree_6() {
+            let (_, normal) = position_and_normal(&nodes, point);
+            let l = point.barycentric;
+            let area = point.weight * normal.norm();
+            integral += area * missed(l);
+            for (edge, weight) in weights[..3].iter_mut().enumerate() {
+                let (a, b) = (l[edge], l[(edge + 1) % 3]);
+                let bubble = orientation(edge) * a * b * (a - b);
+                *weight += normal * (point.weight * bubble);
+                integral -= of_edges[edge] * (area * bubble);
+            }
+            let bubble = l[0] * l[1] * l[2];
+            weights[3] += normal * (point.weight * bubble);
+            of_bubble += area * bubble;
+        }
+        std::array::from_fn(|k| {
+            if k == 3 {
+                return (self.face_bubble(facet), integral / of_bubble, weights[3]);
+            }
             let bubble = facet.nodes[3 + k] as usize - mesh.n_vertices();
-            (bubble, value, weights[k])
+            (bubble, of_edges[k], weights[k])
         })
     }
 }
