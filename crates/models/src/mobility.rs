@@ -5,6 +5,7 @@ use rigid::{Articulation, BodyKind, Constraints, Drive, ExternalLoad, Reduction}
 
 use crate::error::ModelError;
 use crate::solution::BodySolution;
+use crate::surface_motion::SurfaceEffect;
 use crate::units::Scale;
 
 /// Velocities and forces of linked bodies, in scaled units.
@@ -16,16 +17,19 @@ pub(crate) struct MobilitySolution {
     pub forces: DVector<f64>,
     /// Residual of the balance of forces, relative to the right-hand side.
     pub residual: f64,
+    /// Power of the slip on the fluid.
+    pub slip_power: f64,
 }
 
 impl MobilitySolution {
     /// Solves for the motions that the links leave free (formulation P-tilde).
     ///
     /// With a basis `S` of these motions, the motion `W` that the rates of the links impose, the
-    /// grand resistance `R` and the external loads `F`, the coefficients `v` satisfy
+    /// grand resistance `R`, the external loads `F` and the velocities `U_0` of force-free bodies by
+    /// the velocities of their `surfaces`, the coefficients `v` satisfy
     ///
     /// ```text
-    /// S^T R S v = S^T (F - R W)
+    /// S^T R S v = S^T (F - R (W - U_0))
     /// ```
     ///
     /// # Errors
@@ -35,6 +39,7 @@ impl MobilitySolution {
         set: &Articulation,
         constraints: &Constraints,
         loads: &[ExternalLoad],
+        surfaces: Option<&SurfaceEffect>,
     ) -> Result<Self, ModelError> {
         let reduction = Reduction::of(set, constraints)?;
         let drive = Drive {
@@ -42,7 +47,13 @@ impl MobilitySolution {
             constraints,
             loads,
         };
-        let (s, w) = (&reduction.surface_basis, &reduction.surface_offset);
+        let force_free = surfaces.map(|surfaces| &surfaces.velocities);
+        let relative_to_fluid = |velocities: &DVector<f64>| match force_free {
+            Some(force_free) => velocities - force_free,
+            None => velocities.clone(),
+        };
+        let s = &reduction.surface_basis;
+        let w = &relative_to_fluid(&reduction.surface_offset);
         let rhs =
             reduction.all.basis.tr_mul(&drive.generalised_loads()?) - s.tr_mul(&(resistance * w));
         let matrix = s.tr_mul(&(resistance * s));
@@ -58,9 +69,11 @@ impl MobilitySolution {
         let scale = rhs.amax();
         let residual = (&matrix * &coefficients - &rhs).amax();
         let generalised = reduction.velocities(&coefficients)?;
-        let surfaces = generalised.select_rows(&set.surface_velocities());
+        let velocities = generalised.select_rows(&set.surface_velocities());
+        let forces = resistance * relative_to_fluid(&velocities);
         Ok(Self {
-            forces: resistance * surfaces,
+            slip_power: surfaces.map_or(0.0, |surfaces| surfaces.power(&forces)),
+            forces,
             generalised,
             residual: if scale > 0.0 { residual / scale } else { 0.0 },
         })
@@ -78,10 +91,10 @@ impl MobilitySolution {
             .fold(0.0, f64::max)
     }
 
-    /// Power of the bodies on the fluid.
+    /// Power of the bodies and their slip on the fluid.
     pub fn power(&self, set: &Articulation) -> f64 {
         let velocities = self.generalised.select_rows(&set.surface_velocities());
-        self.forces.dot(&velocities)
+        self.forces.dot(&velocities) + self.slip_power
     }
 
     /// Motion and load of every body in the scene's units.

@@ -33,6 +33,9 @@ pub struct SurfaceFlow {
     pub velocities: DMatrix<f64>,
     /// The powers `P_ij`.
     pub powers: DMatrix<f64>,
+    /// Powers `∮ s_i · t_j dS` of the tractions `t_j = σ n` of the flows inside the spheres with the
+    /// velocities `s_j` on their surfaces.
+    pub inner_powers: DMatrix<f64>,
     /// The velocities by expansions whose orders are lower by two.
     pub coarser_velocities: DMatrix<f64>,
     /// The powers by expansions whose orders are lower by two.
@@ -88,10 +91,12 @@ pub fn surface_flow(
     let xi = GapCoordinates::narrowest_of(&order::gaps(spheres, medium), spheres.len());
     let largest = traces.iter().map(Mat::norm_max).fold(0.0, f64::max);
     let mut x = system.zeros(surface_velocities.len());
+    let inner_powers = interior::powers(&system, &traces);
     let mut force_free = |included: &dyn Fn(Modes, Family, usize) -> bool| {
         let mask = not_rigid(&system, included);
         system.solve(&mask, &traces, &mut x, RESIDUAL * largest)?;
-        Ok::<_, HydroError>(motion(&system, &frame, spheres, &traces, &x))
+        let (velocities, powers) = motion(&system, &frame, spheres, &traces, &x);
+        Ok::<_, HydroError>((velocities, powers - &inner_powers))
     };
     let (coarser_velocities, coarser_powers) =
         force_free(&|modes, family, l| modes.in_lower_order(family, l))?;
@@ -108,6 +113,7 @@ pub fn surface_flow(
     Ok(SurfaceFlow {
         velocities,
         powers,
+        inner_powers,
         coarser_velocities,
         coarser_powers,
         tail: order::tail(&xi, &orders),
@@ -128,8 +134,8 @@ fn not_rigid(system: &System, included: &dyn Fn(Modes, Family, usize) -> bool) -
 /// Velocities and powers of a solution `x` without forces and torques.
 ///
 /// With the rigid modes `r` and all others `h`, the velocities are `A_rh x_h - t_r` for the traces
-/// `t`, and the powers are `t_h^T x_h`
-/// minus those inside the spheres.
+/// `t`, and the powers are `t_h^T x_h`,
+/// with those of the flows inside the spheres.
 fn motion(
     system: &System,
     frame: &Frame,
@@ -166,6 +172,5 @@ fn motion(
         let block = trace.transpose() * x;
         powers += DMatrix::from_fn(columns, columns, |i, j| block[(i, j)]);
     }
-    powers -= interior::powers(system, traces);
     (velocities, (&powers + powers.transpose()) * 0.5)
 }
