@@ -5,6 +5,7 @@ use crate::collar::Motion;
 use crate::meridian::Surroundings;
 use crate::resistance::AxialResistance;
 use crate::spheroid::Spheroid;
+use crate::surface_modes::{LENGTHS, MODES, PARITIES};
 
 /// Bodies from left to right, shifted, mirrored and scaled to a standard position.
 ///
@@ -14,6 +15,8 @@ pub(crate) struct Canonical {
     pub surroundings: Surroundings,
     /// Index of each body in the caller's list.
     given: Vec<usize>,
+    /// Whether the axis is reversed.
+    is_mirrored: bool,
     /// The caller's length that is one here: a power of two, at most the smallest semi-axis.
     unit: f64,
 }
@@ -85,14 +88,17 @@ impl Canonical {
                 .map(|b| [b.axial, b.equatorial, b.centre])
                 .collect()
         };
+        let mut is_mirrored = false;
         if numbers(&mirrored) < numbers(&sorted) {
             given.reverse();
             sorted = mirrored;
+            is_mirrored = true;
         }
         Self {
             bodies: sorted,
             surroundings,
             given,
+            is_mirrored,
             unit,
         }
     }
@@ -122,17 +128,35 @@ impl Canonical {
     ) -> Result<AxialResistance, AxisymmetricError> {
         // forces per velocity are lengths, torques per angular velocity volumes
         let factor = match motion {
-            Motion::Translation => self.unit,
+            Motion::Translation | Motion::Surfaces => self.unit,
             Motion::Rotation => self.unit.powi(3),
         };
+        // Place in the list of the caller, and factor of each velocity. All bodies reverse their
+        // velocities in a mirror image, which does not change the matrix.
+        let mut places: Vec<(usize, f64)> = self.given.iter().map(|&body| (body, 1.0)).collect();
+        if motion == Motion::Surfaces {
+            for (&body, mode) in self
+                .given
+                .iter()
+                .flat_map(|b| (0..MODES).map(move |m| (b, m)))
+            {
+                let sign = if self.is_mirrored {
+                    -PARITIES[mode]
+                } else {
+                    1.0
+                };
+                let place = self.given.len() + MODES * body + mode;
+                places.push((place, sign * self.unit.powi(LENGTHS[mode])));
+            }
+        }
         let mut converted = found.clone();
         for (from, to) in [
             (&found.matrix, &mut converted.matrix),
             (&found.lower_order, &mut converted.lower_order),
         ] {
-            for (i, &row) in self.given.iter().enumerate() {
-                for (j, &column) in self.given.iter().enumerate() {
-                    to[(row, column)] = factor * from[(i, j)];
+            for (i, &(row, of_row)) in places.iter().enumerate() {
+                for (j, &(column, of_column)) in places.iter().enumerate() {
+                    to[(row, column)] = of_row * of_column * factor * from[(i, j)];
                 }
             }
             if !to.diagonal().iter().all(|r| r.is_normal()) {

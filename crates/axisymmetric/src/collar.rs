@@ -12,6 +12,7 @@ use crate::meridian::{GROWTH, Meridian};
 use crate::mesh::MeridianMesh;
 use crate::spheroid::Spheroid;
 use crate::stokes::stokes;
+use crate::surface_modes::MODES;
 use crate::swirl::swirl;
 use crate::system::System;
 
@@ -22,6 +23,8 @@ pub(crate) enum Motion {
     Translation,
     /// About the axis.
     Rotation,
+    /// Along the axis, with the modes of the surfaces.
+    Surfaces,
 }
 
 impl Motion {
@@ -29,11 +32,37 @@ impl Motion {
     ///
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`].
-    pub fn system(self, mesh: &MeridianMesh, order: usize) -> Result<System, AxisymmetricError> {
+    pub fn system(
+        self,
+        mesh: &MeridianMesh,
+        order: usize,
+        bodies: &[Spheroid],
+    ) -> Result<System, AxisymmetricError> {
         match self {
-            Self::Translation => stokes(mesh, order),
+            Self::Translation => stokes(mesh, order, None),
+            Self::Surfaces => stokes(mesh, order, Some(bodies)),
             Self::Rotation => swirl(mesh, order),
         }
+    }
+}
+
+impl Motion {
+    /// Prescribed velocities of a number of bodies: their own, then those of the modes.
+    pub fn prescribed(self, bodies: usize) -> usize {
+        match self {
+            Self::Translation | Self::Rotation => bodies,
+            Self::Surfaces => bodies * (1 + MODES),
+        }
+    }
+
+    /// Numbers of the prescribed velocities of one of several bodies: its own, then its modes.
+    pub fn of_body(self, body: usize, bodies: usize) -> impl Iterator<Item = usize> {
+        let modes = match self {
+            Self::Translation | Self::Rotation => 0,
+            Self::Surfaces => MODES,
+        };
+        let first = bodies + MODES * body;
+        std::iter::once(body).chain(first..first + modes)
     }
 }
 
@@ -92,8 +121,9 @@ impl Collars {
         let computed = (missing.into_par_iter())
             .map(|(key, (body, outline))| {
                 let mesh = generate(&Meridian::of_collar(body, outline), GROWTH)?;
-                let system = motion.system(&mesh, key.order)?;
-                Ok((key, system.condensed(BoundaryPart::Open)?))
+                let system = motion.system(&mesh, key.order, &[body.centred()])?;
+                let prescribed = motion.prescribed(1);
+                Ok((key, system.condensed(BoundaryPart::Open, prescribed)?))
             })
             .collect::<Result<Vec<_>, AxisymmetricError>>()?;
         self.matrices.extend(computed);

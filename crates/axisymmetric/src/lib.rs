@@ -22,13 +22,15 @@ mod solver;
 mod space;
 mod spheroid;
 mod stokes;
+mod surface_modes;
 mod swirl;
 mod system;
 
 pub use error::AxisymmetricError;
 pub use meridian::Surroundings;
-pub use resistance::AxialResistance;
+pub use resistance::{AxialResistance, SurfaceResistance};
 pub use solver::{ResistanceSolver, axial_resistance, spin_resistance};
 pub use spheroid::Spheroid;
+pub use surface_modes::SurfaceMode;
 
 pub use nalgebra;

@@ -2,6 +2,9 @@
 
 use nalgebra::DMatrix;
 
+use crate::spheroid::Spheroid;
+use crate::surface_modes::{self, MODES, SurfaceMode};
+
 /// Resistance matrix `R` of motions along the axis or about it, with an error estimate.
 ///
 /// `F_i = sum_j R_ij U_j` are the forces (torques) that the bodies exert on the fluid when they
@@ -86,5 +89,51 @@ impl AxialResistance {
     /// Largest true relative residual of a solve.
     pub fn residual(&self) -> f64 {
         self.residual
+    }
+}
+
+/// Resistance to motions along the axis and to velocities of the surfaces, with an error estimate.
+///
+/// The matrix of [`SurfaceResistance::power`] has one row for the velocity of each body, then one
+/// row for each [`SurfaceMode`](crate::SurfaceMode) of each body, body by body. It is the bilinear
+/// form of the power: with the amplitudes `q` the forces on the fluid that are conjugate to them are
+/// the product with `q`, and those of the first rows are the forces of the bodies along the axis.
+/// Viscosity 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceResistance {
+    power: AxialResistance,
+    powers_in_flows: DMatrix<f64>,
+}
+
+impl SurfaceResistance {
+    pub(crate) fn new(power: AxialResistance, bodies: &[Spheroid]) -> Self {
+        let n = bodies.len();
+        let mut powers_in_flows = DMatrix::zeros(n * (1 + MODES), n * (1 + MODES));
+        for (i, body) in bodies.iter().enumerate() {
+            let first = n + MODES * i;
+            let mut own = powers_in_flows.fixed_view_mut::<MODES, MODES>(first, first);
+            own.copy_from(&surface_modes::powers_in_flows(body));
+        }
+        Self {
+            power,
+            powers_in_flows,
+        }
+    }
+
+    /// The matrix of the power, with its error estimate.
+    pub fn power(&self) -> &AxialResistance {
+        &self.power
+    }
+
+    /// Powers `∮ u_i · 2 E_j n dS` of modes `i` in the viscous stress of the flows `j`, extension and
+    /// parabola, with the normal out of the body; same rows and columns.
+    pub fn powers_in_flows(&self) -> &DMatrix<f64> {
+        &self.powers_in_flows
+    }
+
+    /// Row of a mode of a body.
+    pub fn row(&self, body: usize, mode: SurfaceMode) -> usize {
+        let bodies = self.power.matrix.nrows() / (1 + MODES);
+        bodies + MODES * body + mode as usize
     }
 }

@@ -12,8 +12,9 @@ use crate::generate::generate;
 use crate::meridian::{GROWTH, Meridian, Surroundings};
 use crate::mesh::MeridianMesh;
 use crate::open_boundary::{exterior_flow, exterior_swirl};
-use crate::resistance::{AxialResistance, distance};
+use crate::resistance::{AxialResistance, SurfaceResistance, distance};
 use crate::spheroid::Spheroid;
+use crate::surface_modes::{MODES, omitted_powers};
 use crate::swirl::omitted_torque;
 use crate::system::{Dof, Element, Solution};
 
@@ -172,6 +173,25 @@ impl ResistanceSolver {
         self.converged(bodies, surroundings, tolerance, Motion::Rotation)
     }
 
+    /// Resistance to motion along the axis and to the modes of the surfaces.
+    ///
+    /// If the tolerance is out of reach, the result has the highest order and its error estimate.
+    ///
+    /// # Errors
+    /// Those of [`axial_resistance`] except [`AxisymmetricError::NotConverged`].
+    pub fn surfaces(
+        &mut self,
+        bodies: &[Spheroid],
+        surroundings: Surroundings,
+        tolerance: f64,
+    ) -> Result<SurfaceResistance, AxisymmetricError> {
+        let found = match self.converged(bodies, surroundings, tolerance, Motion::Surfaces) {
+            Err(AxisymmetricError::NotConverged { best, .. }) => *best,
+            found => found?,
+        };
+        Ok(SurfaceResistance::new(found, bodies))
+    }
+
     /// Raises the order until the estimated error is below `tolerance`.
     fn converged(
         &mut self,
@@ -276,26 +296,34 @@ struct Discretisation<'a> {
 impl Discretisation<'_> {
     /// The resistance by elements of this order.
     fn solve(&self, order: usize, collars: &Collars) -> Result<Solution, AxisymmetricError> {
-        let mut system = self.motion.system(self.mesh, order)?;
+        let n = self.bodies.len();
+        let mut system = self.motion.system(self.mesh, order, self.bodies)?;
         for (number, body, outline) in self.meridian.collars() {
             let mut dofs = system.trace(BoundaryPart::Interface(number)).to_vec();
-            dofs.push(Dof::Body(number));
+            dofs.extend(self.motion.of_body(number, n).map(Dof::Body));
             let matrix = collars.matrix(&body, &outline, self.motion, order);
             system.elements.push(Element { dofs, matrix });
         }
         if let Some(radius) = self.meridian.open_radius() {
             let matrix = match self.motion {
-                Motion::Translation => exterior_flow(self.mesh, order, radius),
+                Motion::Translation | Motion::Surfaces => exterior_flow(self.mesh, order, radius),
                 Motion::Rotation => exterior_swirl(self.mesh, order, radius),
             };
             // the pressures on the boundary are not degrees of freedom of the flow beyond it
             let dofs = system.trace(BoundaryPart::Open)[..matrix.nrows()].to_vec();
             system.elements.push(Element { dofs, matrix });
         }
-        let mut solution = system.resistance(self.bodies.len())?;
-        if self.motion == Motion::Rotation {
-            for (i, body) in self.bodies.iter().enumerate() {
-                solution.resistance[(i, i)] += omitted_torque(body);
+        let mut solution = system.resistance(self.motion.prescribed(n))?;
+        for (i, body) in self.bodies.iter().enumerate() {
+            match self.motion {
+                Motion::Translation => {}
+                Motion::Rotation => solution.resistance[(i, i)] += omitted_torque(body),
+                Motion::Surfaces => {
+                    let first = n + MODES * i;
+                    let mut own =
+                        (solution.resistance).fixed_view_mut::<MODES, MODES>(first, first);
+                    own += omitted_powers(body);
+                }
             }
         }
         Ok(solution)

@@ -13,6 +13,8 @@ use crate::geometry_map::{map_points, node_positions};
 use crate::mesh::MeridianMesh;
 use crate::rule::triangle_rule;
 use crate::space::Space;
+use crate::spheroid::Spheroid;
+use crate::surface_modes::SurfaceModes;
 use crate::system::{Dof, Element, System, condensed, numbered_consecutively};
 
 /// Multiple of the pressure mass subtracted from the factorised matrix.
@@ -26,13 +28,21 @@ const SHIFT: f64 = 1e-8;
 /// elements, stable in two dimensions for `order >= 2` on three or more triangles, Boffi 1994).
 /// Degrees of freedom in the interior of triangles are eliminated by static condensation.
 ///
+/// With `surfaces`, the modes of their surfaces are prescribed velocities too ([`SurfaceModes`]).
+///
 /// # Errors
 /// [`AxisymmetricError::InvertedTriangle`], [`AxisymmetricError::SingularElement`].
-pub(crate) fn stokes(mesh: &MeridianMesh, order: usize) -> Result<System, AxisymmetricError> {
+pub(crate) fn stokes(
+    mesh: &MeridianMesh,
+    order: usize,
+    surfaces: Option<&[Spheroid]>,
+) -> Result<System, AxisymmetricError> {
     let (velocity, pressure) = (Lagrange::new(order)?, Lagrange::new(order - 1)?);
     let spaces = [Space::new(mesh, &velocity), Space::new(mesh, &pressure)];
     let numbering = Numbering::new(mesh, &spaces, [&velocity, &pressure]);
     let matrices = element_matrices(mesh, &velocity, &pressure)?;
+    let modes =
+        surfaces.map(|bodies| SurfaceModes::new(bodies, mesh, &velocity, &spaces[0], &matrices));
     let mut shift = vec![0.0; numbering.n_dofs];
     for (t, matrices) in matrices.iter().enumerate() {
         let shared = &spaces[1].nodes[t][..pressure.n_shared_nodes()];
@@ -50,11 +60,14 @@ pub(crate) fn stokes(mesh: &MeridianMesh, order: usize) -> Result<System, Axisym
     let elements = (matrices.into_par_iter().enumerate())
         .map(|(t, matrices)| {
             let nodes = [0, 1].map(|k| &spaces[k].nodes[t][..shared[k]]);
-            let matrix = condensed(&saddle_point_matrix(&matrices), &inner);
-            Ok(Element {
-                dofs: numbering.dofs(nodes[0], nodes[1]),
-                matrix: matrix.ok_or(AxisymmetricError::SingularElement { triangle: t })?,
-            })
+            let matrix = condensed(&saddle_point_matrix(&matrices), &inner)
+                .ok_or(AxisymmetricError::SingularElement { triangle: t })?;
+            let dofs = numbering.dofs(nodes[0], nodes[1]);
+            let (dofs, matrix) = match &modes {
+                Some(modes) => modes.with_modes(t, dofs, matrix),
+                None => (dofs, matrix),
+            };
+            Ok(Element { dofs, matrix })
         })
         .collect::<Result<_, AxisymmetricError>>()?;
     Ok(System {
@@ -216,7 +229,7 @@ mod tests {
         // axis
         let flow = |x: &Point| [x.y * x.y + x.x * x.x, -x.y * x.x, 6.0 * x.x];
         for order in [2, 3, 5] {
-            let stokes = stokes(&mesh, order).expect("solvable");
+            let stokes = stokes(&mesh, order, None).expect("solvable");
             let [velocity, pressure] =
                 [order, order - 1].map(|k| Lagrange::new(k).expect("low order"));
             // per row: residual, sum of absolute terms, whether all its elements are straight
@@ -293,7 +306,7 @@ mod tests {
                     Surroundings::Ball { radius: 2.0 },
                     growth,
                 );
-                let solution = stokes(&mesh, order)
+                let solution = stokes(&mesh, order, None)
                     .and_then(|s| s.resistance(1))
                     .expect("solvable");
                 let error = solution.resistance[(0, 0)] / exact - 1.0;

@@ -89,14 +89,19 @@ impl System {
         })
     }
 
-    /// The matrix of the degrees of freedom on the boundary `part` and of the body, after static
-    /// condensation: all other degrees of freedom are eliminated.
+    /// The matrix of the degrees of freedom on the boundary `part` and of the `prescribed`
+    /// velocities of the body, after static condensation: all others are eliminated.
     ///
-    /// Its last row belongs to the body. Rows of constrained degrees of freedom are zero.
+    /// Its last rows belong to the prescribed velocities. Rows of constrained degrees of freedom are
+    /// zero.
     ///
     /// # Errors
     /// Those of [`System::resistance`].
-    pub fn condensed(&self, part: BoundaryPart) -> Result<DMatrix<f64>, AxisymmetricError> {
+    pub fn condensed(
+        &self,
+        part: BoundaryPart,
+        prescribed: usize,
+    ) -> Result<DMatrix<f64>, AxisymmetricError> {
         let kept = self.trace(part);
         // what remains is prescribed like the velocities of bodies, and its forces are wanted
         let mut roles: Vec<Option<Dof>> = vec![None; self.n_dofs];
@@ -112,7 +117,7 @@ impl System {
         let role = |dof: &Dof| match *dof {
             Dof::Free(i) => roles[i as usize].unwrap_or(Dof::Constrained),
             Dof::Constrained => Dof::Constrained,
-            Dof::Body(_) => Dof::Body(kept.len()),
+            Dof::Body(body) => Dof::Body(kept.len() + body),
         };
         let elements = self.elements.iter().map(|element| Element {
             dofs: element.dofs.iter().map(role).collect(),
@@ -125,7 +130,7 @@ impl System {
             group: numbered_consecutively(interior.iter().map(|&i| self.group[i]).collect()),
             traces: BTreeMap::new(),
         };
-        Ok(inner.resistance(kept.len() + 1)?.resistance)
+        Ok(inner.resistance(kept.len() + prescribed)?.resistance)
     }
 
     /// The assembled matrix of the free degrees of freedom.

@@ -18,19 +18,22 @@ mod residual;
 mod space;
 mod sum;
 mod surface;
+mod surface_velocity;
 
 pub use dirichlet::DirichletCondition;
 pub use error::FemError;
 pub use estimate::{
-    CubicExtension, CubicProduct, CurvedBoundary, FacetGeometry, Surplus, SurplusSpace,
+    BoundaryFlow, CubicExtension, CubicProduct, CurvedBoundary, FacetGeometry, Surplus,
+    SurplusSpace,
 };
 pub use forms::load_vector;
 pub use load::{LoadOnFluid, consistent_load, stress_load};
 pub use matrices::StokesMatrices;
-pub use norms::{VelocityError, dissipation, mean_pressure, pressure_error, velocity_error};
+pub use norms::{VelocityError, dissipation, mean_pressure, power, pressure_error, velocity_error};
 pub use residual::{continuity_residual, momentum_residual};
 pub use space::TaylorHood;
 pub use surface::{SurfaceMeasures, surface_measures};
+pub use surface_velocity::{NodalSurfaceVelocity, SurfaceVelocity, nodal_surface_velocity};
 
 // Types of these crates are part of the interface.
 pub use nalgebra;

@@ -40,6 +40,53 @@ pub fn dissipation(mesh: &TetMesh, velocity: &[Vec3]) -> Result<f64, FemError> {
     Ok(dissipation)
 }
 
+/// Power of the forces of a flow in the motion `test` of the boundary, at viscosity 1.
+///
+/// ```text
+/// P = ∫ 2 D(u):D(v) - ∫ p ∇·v
+/// ```
+///
+/// For a solution `u` without body force this is `∮ v · f dS` with the forces `f` of the boundary
+/// on the fluid, and depends on `v` on the boundary only; its error is of the order of that of the
+/// consistent forces. Shapes: `velocity` and `test` `n_points`, `pressure` `n_vertices`.
+///
+/// # Errors
+/// Arrays of the wrong length or not finite; [`FemError::InvertedCell`].
+pub fn power(
+    mesh: &TetMesh,
+    velocity: &[Vec3],
+    pressure: &[f64],
+    test: &[Vec3],
+) -> Result<f64, FemError> {
+    check_vectors("the velocity", velocity, mesh.n_points())?;
+    check_array("the pressure", pressure, mesh.n_vertices())?;
+    check_vectors("the test velocity", test, mesh.n_points())?;
+    let [power] = sum_over(mesh.cells().len(), |cell| {
+        let nodes = &mesh.cells()[cell];
+        if nodes
+            .iter()
+            .all(|&node| test[node as usize] == Vec3::zeros())
+        {
+            return Ok([0.0]);
+        }
+        let positions = mesh.cell_points(cell);
+        let mut sum = 0.0;
+        for point in degree_5() {
+            let map = MapAt::new(cell, &positions, point)?;
+            let gradients = map.gradients(point);
+            let [u, v] = [velocity, test].map(|field| velocity_gradient(nodes, field, &gradients));
+            let terms = point.barycentric.iter().zip(nodes);
+            let p: f64 = terms
+                .map(|(l, &vertex)| l * pressure[vertex as usize])
+                .sum();
+            sum += map.measure * ((u + u.transpose()).dot(&v) - p * v.trace());
+        }
+        Ok([sum])
+    })?;
+    check_array("the power", &[power], 1)?;
+    Ok(power)
+}
+
 /// Mean of the pressure over the fluid, `∫ p / |Ω|`.
 ///
 /// Exact on quadratic cells. Shapes: `pressure` `n_vertices`.

@@ -2,8 +2,18 @@
 
 use std::f64::consts::PI;
 
-use axisymmetric::Spheroid;
+use axisymmetric::{AxialResistance, AxisymmetricError, Spheroid, SurfaceResistance};
 use nalgebra::{DMatrix, Matrix3, Vector3};
+
+/// Resistances of one configuration.
+pub(crate) struct Resistances {
+    /// To motions along the axis, and to the modes of the surfaces if there are `surfaces`.
+    pub axial: AxialResistance,
+    /// Modes of the surfaces, with slip or a background flow.
+    pub surfaces: Option<SurfaceResistance>,
+    /// To rotations about the axis, with torques.
+    pub spin: Option<AxialResistance>,
+}
 
 /// Grand resistance matrix from the resistances along and about the axis.
 ///
@@ -41,4 +51,17 @@ pub(crate) fn grand_resistance(
         }
     }
     matrix
+}
+
+/// The resistance found, even if its error is above the tolerance.
+///
+/// The error bars of the solution are those of the resistance. Whether they are small enough for
+/// the stroke is decided by whoever integrates it.
+pub(crate) fn best_found(
+    result: Result<AxialResistance, AxisymmetricError>,
+) -> Result<AxialResistance, AxisymmetricError> {
+    match result {
+        Err(AxisymmetricError::NotConverged { best, .. }) => Ok(*best),
+        result => result,
+    }
 }

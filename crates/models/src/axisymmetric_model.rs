@@ -2,11 +2,12 @@
 
 use std::time::Instant as Clock;
 
-use axisymmetric::{AxialResistance, AxisymmetricError, ResistanceSolver, Spheroid, Surroundings};
+use axisymmetric::{AxialResistance, ResistanceSolver, Spheroid, Surroundings};
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Vector3};
 
-use crate::axial_resistance::grand_resistance;
+use crate::axial_resistance::{Resistances, best_found, grand_resistance};
+use crate::axial_surfaces::AxialSurfaces;
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, Hydrodynamics, Query};
 use crate::mesh_error::{MeshError, Uncertainty};
@@ -236,24 +237,35 @@ impl AxisymmetricModel {
         &self,
         configuration: Configuration,
         rates: &[f64],
-        axial: &AxialResistance,
-        spin: Option<&AxialResistance>,
+        resistances: &Resistances,
         clock: Clock,
     ) -> Result<InstantaneousSolution, ModelError> {
+        let (axial, spin) = (&resistances.axial, resistances.spin.as_ref());
         let ScaledScene {
             scale, set, loads, ..
         } = &self.scaled;
         let constraints = self.scaled.constraints(configuration, rates)?;
+        let surfaces = match &resistances.surfaces {
+            Some(surfaces) => {
+                AxialSurfaces::new(&self.scaled, configuration, surfaces, &self.axis)?
+            }
+            None => None,
+        };
+        let n = self.shapes.len();
         let solve = |of: fn(&AxialResistance) -> DMatrix<f64>| {
-            let matrix =
-                grand_resistance(&self.shapes, &self.axis, &of(axial), spin.map(of).as_ref());
-            let solved = MobilitySolution::new(&matrix, set, &constraints, loads)?;
+            let along = of(axial);
+            let effect = surfaces.as_ref().map(|surfaces| surfaces.effect(&along));
+            let effect = effect.transpose()?;
+            let along = along.view((0, 0), (n, n)).into_owned();
+            let matrix = grand_resistance(&self.shapes, &self.axis, &along, spin.map(of).as_ref());
+            let solved = MobilitySolution::new(&matrix, set, &constraints, loads, effect.as_ref())?;
             let motion = set.state_velocity(solved.generalised.as_slice())?;
-            let solution = InstantaneousSolution::new(
+            let mut solution = InstantaneousSolution::new(
                 solved.bodies(set, scale)?,
                 solved.link_forces(set, &constraints, loads, scale)?,
                 self.scaled.motion_to_scene(&motion),
             );
+            solution.slip_power = scale.power_to_scene(solved.slip_power);
             Ok::<_, ModelError>((solution, solved.residual))
         };
         let (computed, residual) = solve(|resistance| resistance.matrix().clone())?;
@@ -286,7 +298,13 @@ impl AxisymmetricModel {
             },
             ..computed
         };
+        solution.slip_power = corrected.slip_power;
         solution.correct(error);
+        if surfaces.is_some() {
+            let of_slip = axial.relative_error() * solution.slip_power.abs();
+            let bar = &mut solution.power_error.mesh;
+            *bar = bar.map(|bar| bar.hypot(of_slip));
+        }
         Ok(solution)
     }
 }
@@ -320,7 +338,17 @@ impl Hydrodynamics for AxisymmetricModel {
             self.tolerance.min(SHARE * accuracy).max(MIN_TOLERANCE)
         });
         let bodies = self.on_axis(query.configuration)?;
-        let axial = best_found(self.solver.axial(&bodies, self.surroundings, tolerance))?;
+        let surfaces = match self.scaled.scene.has_surface_velocity() {
+            true => Some(
+                self.solver
+                    .surfaces(&bodies, self.surroundings, tolerance)?,
+            ),
+            false => None,
+        };
+        let axial = match &surfaces {
+            Some(surfaces) => surfaces.power().clone(),
+            None => best_found(self.solver.axial(&bodies, self.surroundings, tolerance))?,
+        };
         let spin = match self.has_torque {
             true => {
                 let spin = self.solver.spin(&bodies, self.surroundings, tolerance);
@@ -328,10 +356,15 @@ impl Hydrodynamics for AxisymmetricModel {
             }
             false => None,
         };
+        let resistances = Resistances {
+            axial,
+            surfaces,
+            spin,
+        };
         (query.rates.iter())
             .map(|rates| {
                 let begin = std::mem::replace(&mut clock, Clock::now());
-                self.solution(query.configuration, rates, &axial, spin.as_ref(), begin)
+                self.solution(query.configuration, rates, &resistances, begin)
             })
             .collect()
     }
@@ -367,18 +400,5 @@ impl Hydrodynamics for AxisymmetricModel {
             seconds: solution.seconds.total,
             mib: MIB_PER_DOF * solution.dofs.total as f64,
         })
-    }
-}
-
-/// The resistance found, even if its error is above the tolerance.
-///
-/// The error bars of the solution are those of the resistance. Whether they are small enough for
-/// the stroke is decided by whoever integrates it.
-fn best_found(
-    result: Result<AxialResistance, AxisymmetricError>,
-) -> Result<AxialResistance, AxisymmetricError> {
-    match result {
-        Err(AxisymmetricError::NotConverged { best, .. }) => Ok(*best),
-        result => result,
     }
 }

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod axial_resistance;
+mod axial_surfaces;
 mod axisymmetric_model;
 mod error;
 mod error_estimate;
@@ -15,6 +16,7 @@ mod scaled_scene;
 mod shape_space;
 mod solution;
 mod spheres_model;
+mod surface_motion;
 mod units;
 
 pub use axisymmetric_model::AxisymmetricModel;

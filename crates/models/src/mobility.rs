@@ -9,6 +9,7 @@ use crate::error::ModelError;
 use crate::hydrodynamics::Configuration;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::BodySolution;
+use crate::surface_motion::SurfaceEffect;
 use crate::units::Scale;
 
 /// Velocities and forces of linked bodies, in scaled units.
@@ -20,17 +21,20 @@ pub(crate) struct MobilitySolution {
     pub forces: DVector<f64>,
     /// Residual of the balance of forces, relative to the right-hand side.
     pub residual: f64,
+    /// Power of the slip on the fluid.
+    pub slip_power: f64,
 }
 
 impl MobilitySolution {
     /// Solves for the motions that the links leave free (formulation P-tilde).
     ///
     /// With a basis `S` of these motions, the motion `W` that the rates of the links impose, the
-    /// grand resistance `R`, the coefficients `D` of dashpots and the external loads `F`, the
-    /// coefficients `v` satisfy
+    /// grand resistance `R`, the coefficients `D` of dashpots, the external loads `F` and the
+    /// velocities `U_0` of force-free bodies by the velocities of their `surfaces`, the coefficients
+    /// `v` satisfy
     ///
     /// ```text
-    /// S^T (R + D) S v = S^T (F - (R + D) W)
+    /// S^T (R + D) S v = S^T (F - D W - R (W - U_0))
     /// ```
     ///
     /// # Errors
@@ -40,6 +44,7 @@ impl MobilitySolution {
         set: &Articulation,
         constraints: &Constraints,
         loads: &[ExternalLoad],
+        surfaces: Option<&SurfaceEffect>,
     ) -> Result<Self, ModelError> {
         let reduction = Reduction::of(set, constraints)?;
         let drive = Drive {
@@ -47,7 +52,13 @@ impl MobilitySolution {
             constraints,
             loads,
         };
-        let (s, w) = (&reduction.surface_basis, &reduction.surface_offset);
+        let force_free = surfaces.map(|surfaces| &surfaces.velocities);
+        let relative_to_fluid = |velocities: &DVector<f64>| match force_free {
+            Some(force_free) => velocities - force_free,
+            None => velocities.clone(),
+        };
+        let s = &reduction.surface_basis;
+        let w = &relative_to_fluid(&reduction.surface_offset);
         let (all, damping) = (&reduction.all, drive.damping());
         let loads = drive.generalised_loads()? - damping.component_mul(&all.offset);
         let rhs = all.basis.tr_mul(&loads) - s.tr_mul(&(resistance * w));
@@ -65,9 +76,11 @@ impl MobilitySolution {
         let scale = rhs.amax();
         let residual = (&matrix * &coefficients - &rhs).amax();
         let generalised = reduction.velocities(&coefficients)?;
-        let surfaces = generalised.select_rows(&set.surface_velocities());
+        let velocities = generalised.select_rows(&set.surface_velocities());
+        let forces = resistance * relative_to_fluid(&velocities);
         Ok(Self {
-            forces: resistance * surfaces,
+            slip_power: surfaces.map_or(0.0, |surfaces| surfaces.power(&forces)),
+            forces,
             generalised,
             residual: if scale > 0.0 { residual / scale } else { 0.0 },
         })
@@ -85,10 +98,10 @@ impl MobilitySolution {
             .fold(0.0, f64::max)
     }
 
-    /// Power of the bodies on the fluid.
+    /// Power of the bodies and their slip on the fluid.
     pub fn power(&self, set: &Articulation) -> f64 {
         let velocities = self.generalised.select_rows(&set.surface_velocities());
-        self.forces.dot(&velocities)
+        self.forces.dot(&velocities) + self.slip_power
     }
 
     /// Motion and load of every body in the scene's units.
@@ -164,7 +177,7 @@ pub(crate) fn joint_responses(
     let response = |(number, link): (usize, &Link)| {
         constraints.joint_forces.fill(0.0);
         constraints.joint_forces[number] = scaled.scale.joint_force(link, 1.0);
-        let solved = MobilitySolution::new(resistance, set, &constraints, &loads)?;
+        let solved = MobilitySolution::new(resistance, set, &constraints, &loads, None)?;
         let motion = set.state_velocity(solved.generalised.as_slice())?;
         Ok(scaled.motion_to_scene(&motion))
     };

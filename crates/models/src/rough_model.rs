@@ -13,7 +13,7 @@ use scene::{Scene, Shape};
 /// Spheres in unbounded fluid with the Rotne-Prager-Yamakawa mobility, whatever the scene has.
 ///
 /// Another shape is replaced by the sphere with the mean of its half extents as radius, and walls
-/// are ignored. The displacements of a stroke have the right order of magnitude, which is what
+/// slip and background flow are ignored. The displacements of a stroke have the right order of magnitude, which is what
 /// tolerances of its parts need. Cost: microseconds for a few bodies.
 pub struct RoughModel {
     scaled: ScaledScene,
@@ -55,7 +55,7 @@ impl Hydrodynamics for RoughModel {
         let resistance = rpy::resistance(&spheres, &Medium::Unbounded)?;
         let solution = |rates: &Vec<f64>| {
             let constraints = self.scaled.constraints(query.configuration, rates)?;
-            let solved = MobilitySolution::new(&resistance, set, &constraints, loads)?;
+            let solved = MobilitySolution::new(&resistance, set, &constraints, loads, None)?;
             let motion = set.state_velocity(solved.generalised.as_slice())?;
             Ok(InstantaneousSolution::new(
                 solved.bodies(set, scale)?,

@@ -46,7 +46,9 @@ impl ScaledScene {
             scene: scene.clone(),
             scale,
             set,
-            loads: bodies().map(|b| scale.load(b.force, b.torque)).collect(),
+            loads: bodies()
+                .map(|b| scale.load(b.total_force(), b.torque))
+                .collect(),
         })
     }
 

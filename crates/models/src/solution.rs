@@ -30,6 +30,8 @@ pub struct InstantaneousSolution {
     pub solver: SolverReport,
     /// Computing times.
     pub seconds: Seconds,
+    /// Power of the slip of the bodies on the fluid, beside that of their motion.
+    pub slip_power: f64,
     /// Error bars of the velocities.
     pub error_estimate: ErrorEstimate,
     /// Error bars of the power of the bodies on the fluid.
@@ -59,6 +61,7 @@ impl InstantaneousSolution {
             dofs: Dofs::default(),
             solver: SolverReport::default(),
             seconds: Seconds::default(),
+            slip_power: 0.0,
             error_estimate: ErrorEstimate::default(),
             power_error: ErrorEstimate::default(),
             mesh_error: None,
@@ -132,9 +135,9 @@ impl InstantaneousSolution {
         }
     }
 
-    /// Power of the bodies on the fluid.
+    /// Power of the bodies on the fluid: of their motion and of their slip.
     pub fn power(&self) -> f64 {
-        self.bodies.iter().map(BodySolution::power).sum()
+        self.bodies.iter().map(BodySolution::power).sum::<f64>() + self.slip_power
     }
 
     /// Relative error bars of the forces and of the velocities, for the discretisation.

@@ -4,7 +4,7 @@ use mesh::{MeshError, TetMesh};
 use nalgebra::{DMatrix, Isometry3, Translation3, Vector3};
 use rigid::{ExternalLoad, JointDrive, Link, PassiveDrive, State, StateVelocity, Twist};
 
-use scene::Scene;
+use scene::{Background, Scene};
 
 /// Conversion between the units of a scene and scaled units.
 ///
@@ -127,6 +127,12 @@ impl Scale {
             force: force / self.force_unit(),
             torque: torque / (self.force_unit() * self.length),
         }
+    }
+
+    /// Scaled background flow of a scene.
+    pub(crate) fn background(&self, scene: &Scene) -> Option<Background> {
+        let scaled = |flow: &Background| flow.in_units_of(self.length);
+        scene.background().map(scaled)
     }
 
     /// Velocity in the scene of a scaled velocity.

@@ -5,7 +5,7 @@ use std::ops::AddAssign;
 use linalg::Csr;
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::wall_motion::WallMotion;
+use crate::prescribed_motion::PrescribedMotion;
 use crate::{NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
 
 /// Largest distance of a body from the centre of its surface, over the size of the body.
@@ -32,8 +32,8 @@ pub(crate) struct Surfaces {
     pub constrained: Vec<(u32, [bool; 3])>,
     /// The symmetry planes of the mesh.
     pub symmetry_planes: SymmetryPlanes,
-    /// Terms of a prescribed wall velocity; none if all walls are at rest.
-    pub walls: Option<WallMotion>,
+    /// Terms of the prescribed velocities of walls and surfaces; none if all of them are zero.
+    pub prescribed: Option<PrescribedMotion>,
     /// Role of each node.
     pub roles: Vec<NodeRole>,
     /// Reference point and volume of each body.
@@ -111,7 +111,7 @@ impl Surfaces {
         loads
     }
 
-    /// Velocities of all nodes, walls at rest, from those of free nodes (interleaved) and bodies.
+    /// Velocities of all nodes, prescribed velocities zero, from those of free nodes (interleaved) and bodies.
     pub fn all_velocities(&self, free: &[f64], bodies: &DVector<f64>) -> Vec<Vector3<f64>> {
         let mut velocity: Vec<Vector3<f64>> = self
             .roles
@@ -132,13 +132,13 @@ impl Surfaces {
         velocity
     }
 
-    /// Velocities of all nodes, with the prescribed velocities of walls.
+    /// Velocities of all nodes, with the prescribed velocities of walls and surfaces.
     ///
     /// Arguments as in [`all_velocities`](Self::all_velocities).
-    pub fn with_walls(&self, free: &[f64], bodies: &DVector<f64>) -> Vec<Vector3<f64>> {
+    pub fn with_prescribed(&self, free: &[f64], bodies: &DVector<f64>) -> Vec<Vector3<f64>> {
         let mut velocity = self.all_velocities(free, bodies);
-        if let Some(walls) = &self.walls {
-            walls.write_velocity(&mut velocity);
+        if let Some(prescribed) = &self.prescribed {
+            prescribed.add_velocity(&mut velocity);
         }
         velocity
     }
@@ -146,13 +146,13 @@ impl Surfaces {
     /// Consistent forces and torques `(F, T)` that the bodies exert on the fluid, six per body.
     ///
     /// The residual of the momentum equation tested with rigid motions,
-    /// `F = (K_IB P)^T u_I + M U + (B_B P)^T p + P^T K_BW u_W`, `M` the corner. Fourth order on
-    /// curved quadratic surfaces, because it is the energy of the flow. Where symmetry planes cut
+    /// `F = (K_IB P)^T u_I + M U + (B_B P)^T p` and the terms of prescribed velocities, `M` the
+    /// corner. Fourth order on curved quadratic surfaces, because it is the energy of the flow. Where symmetry planes cut
     /// bodies, these are the forces on the whole bodies.
     pub fn forces(&self, free: &[f64], bodies: &DVector<f64>, pressure: &[f64]) -> DVector<f64> {
         let mut forces = self.residuals(free, bodies, pressure);
-        if let Some(walls) = &self.walls {
-            forces += &walls.loads;
+        if let Some(prescribed) = &self.prescribed {
+            forces += &prescribed.loads;
         }
         self.symmetry_planes.whole(forces)
     }

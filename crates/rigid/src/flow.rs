@@ -144,7 +144,7 @@ impl Constrained {
             (Some(loads), None) => loads.balancing(&forces, &generalised)?,
         };
         Ok(FlowSolution {
-            velocity: self.surfaces.with_walls(free, &bodies),
+            velocity: self.surfaces.with_prescribed(free, &bodies),
             forces,
             link_loads,
             pressure: pressure.to_vec(),

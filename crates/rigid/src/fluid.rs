@@ -8,7 +8,7 @@ use crate::error::check_length;
 use crate::node_blocks::{NodeBlocks, block};
 use crate::node_order;
 use crate::placement::is_finite;
-use crate::wall_motion::WallMotion;
+use crate::prescribed_motion::PrescribedMotion;
 use crate::{FluidMatrices, FluidNodes, NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
 
 /// The equations of the fluid at free nodes, with six border columns `(U, ω)` per rigid body.
@@ -87,7 +87,8 @@ impl RigidFluid {
                 _ => Vector3::zeros(),
             })
             .collect();
-        let walls = WallMotion::new(&matrices, &nodes, &free_nodes, &arms, bodies.len())?;
+        let prescribed =
+            PrescribedMotion::new(&matrices, &nodes, &free_nodes, &arms, bodies.len())?;
         let FluidMatrices {
             stiffness,
             divergence,
@@ -146,7 +147,7 @@ impl RigidFluid {
                 free_nodes,
                 constrained,
                 symmetry_planes,
-                walls,
+                prescribed,
                 roles: roles.to_vec(),
                 bodies: bodies.to_vec(),
                 arms,

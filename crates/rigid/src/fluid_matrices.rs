@@ -57,6 +57,11 @@ pub struct FluidNodes<'a> {
     pub on_symmetry_planes: Vec<(u32, [bool; 3])>,
     /// Prescribed velocity, one per node, of which those at [`NodeRole::Fixed`] nodes are used.
     pub wall_velocity: Option<&'a [Vector3<f64>]>,
+    /// Velocity of the surfaces relative to the rigid motion of their bodies, one per node of the
+    /// mesh, of which those at [`NodeRole::Body`] nodes are used.
+    pub surface_velocity: Option<&'a [Vector3<f64>]>,
+    /// `∮ n × s dS` of each body for the surface velocity `s`; empty without one.
+    pub surface_moments: &'a [Vector3<f64>],
 }
 
 impl<'a> FluidNodes<'a> {
@@ -67,6 +72,8 @@ impl<'a> FluidNodes<'a> {
             roles,
             on_symmetry_planes: Vec::new(),
             wall_velocity: None,
+            surface_velocity: None,
+            surface_moments: &[],
         }
     }
 
@@ -88,6 +95,22 @@ impl<'a> FluidNodes<'a> {
         self
     }
 
+    /// The same nodes with surfaces that move relative to their bodies, as by slip.
+    ///
+    /// `velocity` is the velocity `s` relative to the rigid motion, one per node of the mesh, of
+    /// which those at [`NodeRole::Body`] nodes are used. `moments` are `∮ n × s dS` over each body,
+    /// with the normal out of the body: the torques by which the stiffness `∫ ∇u:∇v` differs from
+    /// `∫ 2 D(u):D(v)` for velocities that are not rigid. The matrix does not change.
+    pub fn with_surface_velocity(
+        mut self,
+        velocity: &'a [Vector3<f64>],
+        moments: &'a [Vector3<f64>],
+    ) -> Self {
+        self.surface_velocity = Some(velocity);
+        self.surface_moments = moments;
+        self
+    }
+
     /// The symmetry planes that some node lies on.
     pub(crate) fn symmetry(&self) -> SymmetryPlanes {
         SymmetryPlanes::of(&self.on_symmetry_planes)
@@ -99,6 +122,11 @@ impl<'a> FluidNodes<'a> {
         check_length("roles of the nodes", self.roles.len(), nodes)?;
         if let Some(velocity) = self.wall_velocity {
             check_length("wall velocities of the nodes", velocity.len(), nodes)?;
+        }
+        if let Some(velocity) = self.surface_velocity {
+            check_length("surface velocities of the nodes", velocity.len(), nodes)?;
+            let moments = self.surface_moments.len();
+            check_length("moments of the surface velocities", moments, bodies)?;
         }
         if !self.points.iter().all(is_finite) {
             return Err(RigidError::NotFinite {

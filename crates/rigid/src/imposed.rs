@@ -1,4 +1,4 @@
-//! Right-hand sides of prescribed velocities: rates of links and moving walls.
+//! Right-hand sides of prescribed velocities: rates of links, moving walls, moving surfaces.
 
 use linalg::Csr;
 use nalgebra::{DMatrix, DVector};
@@ -23,7 +23,7 @@ pub struct Imposed {
 ///
 /// The velocities `W` satisfy every constraint. The blocks are `-C W` for the flow, `L^T (F - M W)`
 /// for the border (`L` = `tests`; zero where a row is a constraint) and `-E W` for
-/// incompressibility, each minus the terms of moving walls. They are the same for all formulations,
+/// incompressibility, each minus the terms of prescribed velocities. They are the same for all formulations,
 /// so that relative residuals are comparable.
 pub(crate) fn imposed_rhs(
     surfaces: &Surfaces,
@@ -38,10 +38,10 @@ pub(crate) fn imposed_rhs(
     let mut border = tests.tr_mul(loads) / surfaces.symmetry_planes.parts()
         - surface_tests.tr_mul(&(&surfaces.corner * &of_surfaces));
     let mut flux = negated_product(&surfaces.rigid_divergence, &of_surfaces);
-    if let Some(walls) = &surfaces.walls {
-        subtract(&mut rhs, &walls.momentum);
-        border -= surface_tests.tr_mul(&walls.loads);
-        subtract(&mut flux, &walls.flux);
+    if let Some(prescribed) = &surfaces.prescribed {
+        subtract(&mut rhs, &prescribed.momentum);
+        border -= surface_tests.tr_mul(&prescribed.loads);
+        subtract(&mut flux, &prescribed.flux);
     }
     surfaces.zero_constrained(&mut rhs);
     rhs.extend(border.iter());

@@ -25,9 +25,9 @@ mod node_blocks;
 mod node_order;
 mod null_space;
 mod placement;
+mod prescribed_motion;
 mod resistance;
 mod symmetry;
-mod wall_motion;
 
 pub use articulation::{Arms, Articulation, BodyKind};
 pub use constrained::Constrained;

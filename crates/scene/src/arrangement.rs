@@ -70,8 +70,12 @@ impl Scene {
     /// Symmetry planes of the whole run, among the coordinate planes normal to x, y and z.
     ///
     /// All centres and forces lie in such a plane, torques are normal to it, and the domain is
-    /// symmetric about it. No body can then leave the plane.
+    /// symmetric about it. No body can then leave the plane. None with slip or a background flow:
+    /// the model that uses symmetry planes does not support them there.
     pub fn symmetry_planes(&self) -> [bool; 3] {
+        if self.has_surface_velocity() {
+            return [false; 3];
+        }
         let domain = match self.domain {
             Domain::Unbounded | Domain::Ball { .. } | Domain::Box { .. } => [true; 3],
             // The wall is the plane z = 0.
@@ -82,7 +86,7 @@ impl Scene {
             self.bodies.iter().all(|body| {
                 let in_plane = (0..3).filter(|&other| other != axis);
                 body.position[axis] == 0.0
-                    && body.force[axis] == 0.0
+                    && body.total_force()[axis] == 0.0
                     && in_plane.map(|other| body.torque[other]).all(|t| t == 0.0)
                     && body.shape.is_isotropic()
             })
@@ -159,7 +163,7 @@ impl Scene {
         }
     }
 
-    /// Whether shapes, loads and domain are symmetric about a line on which the bodies are.
+    /// Whether shapes, loads, slip, background and domain are symmetric about a line on which the bodies are.
     fn is_axis(&self, line: &Line) -> bool {
         if self
             .articulation
@@ -174,13 +178,19 @@ impl Scene {
         let loads_along = self
             .bodies
             .iter()
-            .all(|body| is_along(&body.force) && is_along(&body.torque));
+            .all(|body| is_along(&body.total_force()) && is_along(&body.torque));
         let shapes_along = self.bodies.iter().all(|body| match body.shape.axis() {
             Some(own) => is_along(&own),
             None => body.shape.is_isotropic(),
         });
+        let slip_along = (self.bodies.iter())
+            .filter_map(|body| body.slip)
+            .all(|slip| is_along(&slip.axis));
+        let background = self.background.as_ref();
         loads_along
             && shapes_along
+            && slip_along
+            && background.is_none_or(|flow| flow.is_axisymmetric(&origin, &axis))
             && match self.domain {
                 Domain::Unbounded => true,
                 Domain::Ball { .. } => {
@@ -199,7 +209,8 @@ impl Scene {
     fn single_body_axis(&self) -> Vector3<f64> {
         let body = &self.bodies[0];
         let own = body.shape.axis().unwrap_or_default();
-        let candidates = [own, body.force, body.torque, body.position];
+        let slip = body.slip.map(|slip| slip.axis).unwrap_or_default();
+        let candidates = [own, slip, body.total_force(), body.torque, body.position];
         candidates
             .iter()
             .find_map(|v| v.try_normalize(0.0))

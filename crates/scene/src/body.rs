@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use rigid::BodyKind;
 
+use crate::flow::Slip;
 use crate::shape::Shape;
 
 /// A body.
@@ -17,12 +18,18 @@ pub struct Body {
     pub position: Vector3<f64>,
     /// Name of the body's part of the mesh boundary, if the domain is a mesh.
     pub surface: Option<String>,
-    /// External force.
+    /// External force without the weight.
     pub force: Vector3<f64>,
+    /// Weight minus buoyancy, which acts on the centre: zero without a density or without gravity.
+    pub weight: Vector3<f64>,
     /// External torque about the centre.
     pub torque: Vector3<f64>,
     /// Whether the body is an obstacle at rest.
     pub fixed: bool,
+    /// Density, for the weight; `None` if the body has the density of the fluid.
+    pub density: Option<f64>,
+    /// Tangential velocity of the surface.
+    pub slip: Option<Slip>,
     /// Mass; zero if inertia is neglected.
     pub mass: f64,
     /// Moment of inertia about the centre; zero if inertia is neglected.
@@ -30,6 +37,11 @@ pub struct Body {
 }
 
 impl Body {
+    /// External force with the weight.
+    pub fn total_force(&self) -> Vector3<f64> {
+        self.force + self.weight
+    }
+
     /// Radius of the smallest ball about the centre that contains the body; zero for points.
     pub fn bounding_radius(&self) -> f64 {
         self.shape.bounding_radius()

@@ -5,7 +5,7 @@ use rigid::{Joint, JointDrive, Link};
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::file::{BodyFile, FluidFile, HarmonicFile, LinkFile, PhaseFile, SceneFile};
+use crate::file::{BodyFile, HarmonicFile, LinkFile, PhaseFile, SceneFile};
 use crate::nearest::find_name;
 use crate::options::FemOptions;
 use crate::scene::Scene;
@@ -73,7 +73,7 @@ impl SceneBuilder {
 
     /// Sets the dynamic viscosity.
     pub fn viscosity(mut self, viscosity: f64) -> Self {
-        self.file.fluid = FluidFile { viscosity };
+        self.file.fluid.viscosity = viscosity;
         self
     }
 

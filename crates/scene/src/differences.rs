@@ -21,6 +21,7 @@ impl Scene {
     pub fn differing_key(&self, other: &Self) -> Option<String> {
         let of_scene = [
             ("fluid.viscosity", self.viscosity == other.viscosity),
+            ("background", self.background == other.background),
             ("domain", self.domain == other.domain),
             ("bodies", self.bodies.len() == other.bodies.len()),
             ("links", self.joints().eq(other.joints())),
@@ -40,6 +41,8 @@ impl Scene {
                 ("surface", own.surface == other.surface),
                 ("force", own.force == other.force),
                 ("torque", own.torque == other.torque),
+                ("density", own.weight == other.weight),
+                ("slip", own.slip == other.slip),
                 ("fixed", own.fixed == other.fixed),
                 ("mass", own.mass == other.mass),
                 ("inertia", own.inertia == other.inertia),

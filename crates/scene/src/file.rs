@@ -9,14 +9,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::options::{FemOptions, ModelOptions};
 use crate::words::{
-    ArmsKind, DomainKind, DriveKind, GaitKind, InterpolationKind, JointKind, ShapeKind,
+    ArmsKind, BackgroundKind, DomainKind, DriveKind, GaitKind, InterpolationKind, JointKind,
+    ShapeKind,
 };
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct SceneFile {
+    #[serde(skip_serializing_if = "is_zero")]
+    pub gravity: [f64; 3],
     pub fluid: FluidFile,
     pub domain: DomainFile,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<BackgroundFile>,
     pub bodies: Vec<BodyFile>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub links: Vec<LinkFile>,
@@ -29,11 +34,43 @@ pub(crate) struct SceneFile {
 #[serde(default)]
 pub(crate) struct FluidFile {
     pub viscosity: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+}
+
+/// Keys of the group `background`.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct BackgroundFile {
+    pub kind: Option<BackgroundKind>,
+    pub velocity: Option<[f64; 3]>,
+    pub gradient: Option<[[f64; 3]; 3]>,
+}
+
+/// Keys of the group `bodies[].slip`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct SlipFile {
+    pub b1: f64,
+    pub b2: f64,
+    pub axis: [f64; 3],
+}
+
+impl Default for SlipFile {
+    fn default() -> Self {
+        Self {
+            b1: 0.0,
+            b2: 0.0,
+            axis: DEFAULT_AXIS,
+        }
+    }
 }
 
 impl Default for FluidFile {
     fn default() -> Self {
-        Self { viscosity: 1.0 }
+        Self {
+            viscosity: 1.0,
+            density: None,
+        }
     }
 }
 
@@ -70,6 +107,10 @@ pub(crate) struct BodyFile {
     pub fixed: bool,
     pub mass: f64,
     pub inertia: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slip: Option<SlipFile>,
 }
 
 /// Default of `bodies[].axis`, which only bodies of revolution have.
@@ -83,6 +124,10 @@ pub(crate) const DEFAULT_TORQUE: [f64; 3] = [0.0; 3];
 
 fn is_false(flag: &bool) -> bool {
     !flag
+}
+
+fn is_zero(vector: &[f64; 3]) -> bool {
+    *vector == [0.0; 3]
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

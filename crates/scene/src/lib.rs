@@ -10,6 +10,7 @@ mod document;
 mod domain;
 mod error;
 mod file;
+mod flow;
 mod gait;
 mod gait_table;
 pub mod keys;
@@ -32,6 +33,7 @@ pub use contact::{Contact, closest_contact, contacts};
 pub use document::Document;
 pub use domain::Domain;
 pub use error::SceneError;
+pub use flow::{Background, Slip};
 pub use gait::{Gait, Phase, legs};
 pub use leg::Leg;
 pub use length_path::{CubicLength, LengthPath, Sine};
@@ -39,6 +41,6 @@ pub use options::{FemOptions, ModelOptions};
 pub use scene::Scene;
 pub use shape::Shape;
 pub use words::{
-    AcceptKind, ArmsKind, DomainKind, EstimatesKind, FormulationKind, GaitKind, GeometryKind,
-    InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind,
+    AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FormulationKind, GaitKind,
+    GeometryKind, InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind,
 };

@@ -7,6 +7,7 @@ use crate::body::Body;
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
+use crate::flow::Background;
 use crate::gait::Gait;
 use crate::gait_table::GaitTable;
 use crate::options::{FemOptions, ModelOptions};
@@ -38,6 +39,10 @@ use crate::shape::Shape;
 pub struct Scene {
     pub(crate) name: String,
     pub(crate) viscosity: f64,
+    /// Density of the fluid, for the buoyancy.
+    pub(crate) density: f64,
+    pub(crate) gravity: Vector3<f64>,
+    pub(crate) background: Option<Background>,
     pub(crate) domain: Domain,
     pub(crate) bodies: Vec<Body>,
     pub(crate) articulation: Articulation,
@@ -59,6 +64,24 @@ impl Scene {
     /// Dynamic viscosity.
     pub fn viscosity(&self) -> f64 {
         self.viscosity
+    }
+
+    /// Acceleration of gravity; zero by default.
+    pub fn gravity(&self) -> Vector3<f64> {
+        self.gravity
+    }
+
+    /// Flow in the absence of the bodies; `None` for fluid at rest.
+    pub fn background(&self) -> Option<&Background> {
+        self.background.as_ref()
+    }
+
+    /// Whether surfaces have velocities relative to their bodies or to the fluid: slip of some
+    /// body, or a background flow.
+    ///
+    /// Velocities at constant lengths of the links are then not zero.
+    pub fn has_surface_velocity(&self) -> bool {
+        self.background.is_some() || self.bodies.iter().any(|body| body.slip.is_some())
     }
 
     /// Region that the fluid fills.
@@ -164,15 +187,17 @@ impl Scene {
     pub fn has_loads(&self) -> bool {
         self.bodies
             .iter()
-            .any(|body| body.force != Vector3::zeros() || body.torque != Vector3::zeros())
+            .any(|body| body.total_force() != Vector3::zeros() || body.torque != Vector3::zeros())
     }
 
     /// Whether the motion depends on the values that the gait prescribes alone.
     ///
-    /// This holds for one linkage in unbounded fluid without loads and passive joints.
+    /// This holds for one linkage in unbounded fluid at rest, without loads, slip and passive joints.
+    /// With slip, the motion also depends on the speed at which the lengths change.
     pub fn is_free(&self) -> bool {
         self.domain == Domain::Unbounded
             && !self.has_loads()
+            && !self.has_surface_velocity()
             && self.articulation.linkages().len() == 1
             && !self.has_passive_joints()
     }

@@ -1,6 +1,6 @@
 //! Shapes of bodies.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -207,6 +207,53 @@ impl Shape {
             orientation * Vector3::new(pitch * t, radius * cos, radius * sin)
         };
         (0..=count as usize).map(|k| at(k as f64)).collect()
+    }
+
+    /// Volume; zero for points.
+    ///
+    /// That of a disk, whose rim is half of a torus, by Pappus' theorem. A helix is a tube along its
+    /// curve with half balls at the ends.
+    pub fn volume(&self) -> f64 {
+        let ball = 4.0 / 3.0 * PI;
+        match *self {
+            Self::Sphere { radius } => ball * radius.powi(3),
+            Self::Ellipsoid { semi_axes, .. } => ball * semi_axes.product(),
+            Self::Spheroid {
+                radius,
+                half_length,
+                ..
+            } => ball * radius * radius * half_length,
+            Self::Capsule {
+                radius,
+                half_length,
+                ..
+            } => ball * radius.powi(3) + TAU * radius * radius * (half_length - radius),
+            Self::Disk {
+                radius,
+                half_length: h,
+                ..
+            } => {
+                // A cylinder of the radius c with half a circle of the radius h turned around it.
+                let c = radius - h;
+                TAU * h * c * c + PI * PI * c * h * h + ball * h.powi(3)
+            }
+            Self::Torus {
+                radius,
+                tube_radius,
+                ..
+            } => TAU * PI * radius * tube_radius * tube_radius,
+            Self::Helix {
+                radius,
+                tube_radius,
+                pitch,
+                turns,
+                ..
+            } => {
+                let length = turns * (TAU * radius).hypot(pitch);
+                PI * tube_radius * tube_radius * length + ball * tube_radius.powi(3)
+            }
+            Self::Point => 0.0,
+        }
     }
 
     /// Mean of the extents along three axes, halved: a radius for rough models.

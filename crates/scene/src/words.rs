@@ -22,6 +22,7 @@ macro_rules! words {
 
 words!(
     DomainKind,
+    BackgroundKind,
     ShapeKind,
     ArmsKind,
     JointKind,
@@ -58,6 +59,23 @@ pub enum DomainKind {
     Wall,
     /// The volume of a mesh file.
     Mesh,
+}
+
+/// Kind of background flow.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum BackgroundKind {
+    /// The same velocity everywhere.
+    Uniform,
+    /// A constant gradient of the velocity.
+    Shear,
+    /// A constant gradient of the velocity without rotation: a symmetric one.
+    Extension,
+    /// Poiseuille flow along the tube that is the domain.
+    Poiseuille,
 }
 
 /// Kind of body.

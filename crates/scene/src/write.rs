@@ -8,8 +8,10 @@ use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::file::{
-    BodyFile, DomainFile, FluidFile, GaitFile, HarmonicFile, LinkFile, PhaseFile, SceneFile,
+    BackgroundFile, BodyFile, DomainFile, FluidFile, GaitFile, HarmonicFile, LinkFile, PhaseFile,
+    SceneFile, SlipFile,
 };
+use crate::flow::Background;
 use crate::length_path::{LengthPath, Sine};
 use crate::scene::Scene;
 use crate::shape::Shape;
@@ -31,7 +33,10 @@ fn scene_file(scene: &Scene) -> SceneFile {
     SceneFile {
         fluid: FluidFile {
             viscosity: scene.viscosity,
+            density: Some(scene.density).filter(|density| *density > 0.0),
         },
+        gravity: scene.gravity.into(),
+        background: scene.background.as_ref().map(background_file),
         domain: domain_file(&scene.domain),
         bodies: scene.bodies.iter().map(body_file).collect(),
         links: links
@@ -153,6 +158,22 @@ pub(crate) fn link_file(link: &Link) -> LinkFile {
     file
 }
 
+fn background_file(background: &Background) -> BackgroundFile {
+    let (mut velocity, mut gradient) = (None, None);
+    match background {
+        Background::Uniform { velocity: v } => velocity = Some((*v).into()),
+        Background::Linear { gradient: g, .. } => {
+            gradient = Some([0, 1, 2].map(|row| [0, 1, 2].map(|column| g[(row, column)])));
+        }
+        Background::Poiseuille { velocity: v, .. } => velocity = Some([*v, 0.0, 0.0]),
+    }
+    BackgroundFile {
+        kind: Some(background.kind()),
+        velocity,
+        gradient,
+    }
+}
+
 /// The group `domain` of a scene file.
 pub(crate) fn domain_file(domain: &Domain) -> DomainFile {
     let mut file = DomainFile {
@@ -233,6 +254,12 @@ fn body_file(body: &Body) -> BodyFile {
         fixed: body.fixed,
         mass: body.mass,
         inertia: body.inertia,
+        density: body.density,
+        slip: body.slip.map(|slip| SlipFile {
+            b1: slip.b1,
+            b2: slip.b2,
+            axis: slip.axis.into(),
+        }),
         ..shape_file(&body.shape)
     }
 }

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::StokesError;
 use crate::problem::Problem;
+use crate::surface_flow::NodalSurfaceFlow;
 
 /// Relative differences between a solution and independent computations of the same quantities.
 ///
@@ -24,7 +25,11 @@ pub struct Checks {
 ///
 /// # Errors
 /// An inverted cell, which a mesh with a solution does not have.
-pub fn checks(problem: &Problem, flow: &FlowSolution) -> Result<Checks, StokesError> {
+pub fn checks(
+    problem: &Problem,
+    flow: &FlowSolution,
+    surfaces: Option<&NodalSurfaceFlow>,
+) -> Result<Checks, StokesError> {
     let mesh = problem.mesh;
     let planes = SymmetryPlanes {
         planes: mesh.symmetry_planes(),
@@ -43,7 +48,7 @@ pub fn checks(problem: &Problem, flow: &FlowSolution) -> Result<Checks, StokesEr
         largest = largest.max(force.norm());
         difference = difference.max((stress_force - force).norm());
     }
-    let power = flow.forces.dot(&flow.bodies);
+    let power = flow.forces.dot(&flow.bodies) + problem.power_of_surfaces(flow, surfaces)?;
     // For bodies at rest there is nothing to compare.
     let relative = |difference: f64, whole: f64| if whole > 0.0 { difference / whole } else { 0.0 };
     let dissipation = parts * fem::dissipation(mesh, &flow.velocity)?;

@@ -1,6 +1,8 @@
 //! Correction of a flow by functions of the next degree: the Taylor-Hood space P3/P2.
 
-use fem::{CubicExtension, CubicProduct, FacetGeometry, SurplusSpace};
+use fem::{
+    BoundaryFlow, CubicExtension, CubicProduct, FacetGeometry, SurfaceVelocity, SurplusSpace,
+};
 use linalg::{
     BlockTriangular, KrylovParams, LinalgError, LinearOperator, Preconditioner, PreconditionerKind,
     fgmres,
@@ -10,6 +12,7 @@ use rigid::{Articulation, Constrained, FlowSolution};
 
 use crate::StokesError;
 use crate::linear::solve_in_groups;
+use crate::surface_flow::NodalSurfaceFlow;
 
 /// Number of iterations with the extended system, from zero.
 ///
@@ -180,12 +183,14 @@ pub struct Correction<'a> {
     geometry: &'a FacetGeometry<'a>,
     set: &'a Articulation,
     system: &'a Constrained,
+    surfaces: Option<(&'a NodalSurfaceFlow, &'a SurfaceVelocity<'a>)>,
 }
 
 impl<'a> Correction<'a> {
     /// Corrections of the solutions of `system` for the bodies `set` on a mesh.
     ///
-    /// `space` has the bubbles of the mesh, `geometry` the facets whose true surface is known.
+    /// `space` has the bubbles of the mesh, `geometry` the facets whose true surface is known,
+    /// `surfaces` the velocities of surfaces that do not move rigidly.
     ///
     /// # Errors
     /// A mesh that does not belong to the space; an inverted cell.
@@ -195,6 +200,7 @@ impl<'a> Correction<'a> {
         geometry: &'a FacetGeometry<'a>,
         set: &'a Articulation,
         system: &'a Constrained,
+        surfaces: Option<(&'a NodalSurfaceFlow, &'a SurfaceVelocity<'a>)>,
     ) -> Result<Self, StokesError> {
         Ok(Self {
             mesh,
@@ -202,14 +208,27 @@ impl<'a> Correction<'a> {
             geometry,
             set,
             system,
+            surfaces,
         })
+    }
+
+    /// Bubbles of the velocities of surfaces; zero for surfaces that move rigidly.
+    fn bubbles_of_surfaces(&self) -> Result<Vec<f64>, StokesError> {
+        let mut dofs = vec![0.0; self.extension.len()];
+        if let Some((nodal, velocity)) = self.surfaces {
+            for &tag in &nodal.tags {
+                self.extension
+                    .interpolate(tag, velocity, &nodal.velocity, &mut dofs)?;
+            }
+        }
+        Ok(dofs)
     }
 
     /// Estimated changes of flows, exact minus computed.
     ///
     /// A change is that from quadratic to cubic elements (P2/P1 to P3/P2) on the same mesh, with
     /// that from its facets to the true surfaces of the bodies ([`FacetGeometry`]). The system of
-    /// P3/P2 elements is iterated for the difference only: it is small, so a few iterations leave
+    /// P3/P2 elements, with the velocities of surfaces in bubbles, is iterated for the difference only: it is small, so a few iterations leave
     /// an error far below that of the estimate.
     ///
     /// Cost per flow: [`ITERATIONS`] iterations, each of three passes over the cells, a matrix
@@ -225,14 +244,18 @@ impl<'a> Correction<'a> {
         let extension = &self.extension;
         let system = CubicSystem::new(self.system, extension);
         let first = system.first();
-        let no_sources = vec![0.0; self.mesh.n_vertices()];
+        let of_surfaces = self.bubbles_of_surfaces()?;
         let (mut of_geometry, mut rhs) = (Vec::new(), Vec::new());
         for flow in flows {
-            let mut forces = self.geometry.functional(&flow.velocity)?;
-            forces.iter_mut().for_each(|force| *force = -*force);
-            let mut column = self.system.rhs_of_forces(&forces, &no_sources)?;
-            let at_rest = vec![0.0; extension.len()];
-            let residual = extension.product(&flow.velocity, &flow.pressure, &at_rest)?;
+            let mut forces = self.geometry.functional(BoundaryFlow {
+                velocity: &flow.velocity,
+                surface_velocity: self.surfaces.map(|(_, velocity)| velocity),
+            })?;
+            let residual = extension.product(&flow.velocity, &flow.pressure, &of_surfaces)?;
+            let rows = forces.iter_mut().zip(&residual.velocity);
+            rows.for_each(|(force, row)| *force = -*force - row);
+            let sources: Vec<f64> = residual.pressure.iter().map(|row| -row).collect();
+            let mut column = self.system.rhs_of_forces(&forces, &sources)?;
             column.extend(residual.extension.iter().map(|r| -r));
             rhs.push(column);
             of_geometry.push(forces);

@@ -1,6 +1,6 @@
 //! Discretisation errors of velocities and forces, estimated by elements of the next degree.
 
-use fem::{FacetGeometry, Surplus, SurplusSpace};
+use fem::{BoundaryFlow, FacetGeometry, SurfaceVelocity, Surplus, SurplusSpace};
 use linalg::BlockTriangular;
 use mesh::TetMesh;
 use nalgebra::{DVector, Vector3};
@@ -9,6 +9,8 @@ use rigid::{Constrained, Drive, FlowSolution, SymmetryPlanes};
 use crate::StokesError;
 use crate::adjoint::{AdjointSolutions, DistinctLoads, UnitLoad};
 use crate::cubic::Correction;
+use crate::problem::Problem;
+use crate::surface_flow::NodalSurfaceFlow;
 
 /// Relative uncertainty of the contribution of one cell, independent of that of other cells.
 ///
@@ -46,6 +48,8 @@ pub struct Estimate {
     pub uncertainty: f64,
     /// Relative uncertainty of every part of the change.
     pub relative_uncertainty: f64,
+    /// Estimated error of the dissipation of the computed flow.
+    pub energy_error: f64,
     /// Hierarchical surplus of the flow.
     surplus: Surplus,
     /// Contribution of each cell to `uncertainty`.
@@ -76,8 +80,10 @@ impl Estimate {
 
 /// Estimator of the discretisation errors of flows that were solved with one matrix.
 pub struct Estimator<'a> {
-    /// Mesh of the solution.
-    pub mesh: &'a TetMesh,
+    /// The problem that was solved.
+    pub problem: &'a Problem<'a>,
+    /// Velocities of surfaces, if they do not move rigidly.
+    pub surfaces: Option<(&'a NodalSurfaceFlow, &'a SurfaceVelocity<'a>)>,
     /// Hierarchical surplus space of the mesh.
     pub space: &'a SurplusSpace,
     /// Straight facets on curved boundaries; empty where facets are curved.
@@ -92,6 +98,7 @@ pub struct Estimator<'a> {
 struct Indicators<'f> {
     velocity: &'f [Vector3<f64>],
     surplus: Surplus,
+    energy_error: f64,
     /// Contribution of each facet to `G(u, u)`.
     of_facets: Vec<f64>,
     relative_uncertainty: f64,
@@ -106,11 +113,16 @@ struct Response {
 impl Estimator<'_> {
     fn indicators<'f>(&self, flow: &'f FlowSolution) -> Result<Indicators<'f>, StokesError> {
         let velocity = &flow.velocity;
-        let surplus = self.space.surplus(self.mesh, velocity, &flow.pressure)?;
-        let of_facets = self.facet_geometry.indicators(velocity, velocity)?;
+        let surplus = self
+            .space
+            .surplus(self.problem.mesh, velocity, &flow.pressure)?;
+        let of_flow = self.boundary_flow(velocity);
+        let of_facets = self.facet_geometry.indicators(of_flow, of_flow)?;
         let energy = surplus.energy(&surplus)?;
         let geometry = of_facets.iter().sum::<f64>();
-        let power = flow.forces.dot(&flow.bodies) / self.parts();
+        let surfaces = self.surfaces.map(|(nodal, _)| nodal);
+        let of_surfaces = self.problem.power_of_surfaces(flow, surfaces)?;
+        let power = flow.forces.dot(&flow.bodies) / self.parts() + of_surfaces;
         let uncertain = (SOLVE_UNCERTAINTY + ENERGY_UNCERTAINTY * (energy / power).abs())
             * energy.abs()
             + FACET_UNCERTAINTY * geometry.abs();
@@ -119,6 +131,7 @@ impl Estimator<'_> {
         Ok(Indicators {
             velocity,
             surplus,
+            energy_error: (energy - geometry).abs() * self.parts(),
             of_facets,
             relative_uncertainty: if ratio.is_finite() {
                 ratio.min(1.0)
@@ -128,10 +141,17 @@ impl Estimator<'_> {
         })
     }
 
+    fn boundary_flow<'f>(&'f self, velocity: &'f [Vector3<f64>]) -> BoundaryFlow<'f> {
+        BoundaryFlow {
+            velocity,
+            surface_velocity: self.surfaces.map(|(_, velocity)| velocity),
+        }
+    }
+
     /// Number of images of each cell, itself included, under the reflections at symmetry planes.
     fn parts(&self) -> f64 {
         SymmetryPlanes {
-            planes: self.mesh.symmetry_planes(),
+            planes: self.problem.mesh.symmetry_planes(),
         }
         .parts()
     }
@@ -160,7 +180,9 @@ impl Estimator<'_> {
     /// Flow and surplus of a unit load, from its adjoint solution.
     fn response(&self, adjoint: &[f64]) -> Result<Response, StokesError> {
         let (velocity, pressure) = self.system.flow_of_loads(adjoint)?;
-        let surplus = self.space.surplus(self.mesh, &velocity, &pressure)?;
+        let surplus = self
+            .space
+            .surplus(self.problem.mesh, &velocity, &pressure)?;
         Ok(Response { velocity, surplus })
     }
 
@@ -172,15 +194,15 @@ impl Estimator<'_> {
         responses: &[&Response],
     ) -> Result<Estimate, StokesError> {
         let parts = self.parts();
-        let mut frame_indicators = vec![0.0; self.mesh.n_cells()];
+        let mut frame_indicators = vec![0.0; self.problem.mesh.n_cells()];
         let mut of_walls = 0.0_f64;
         for response in responses {
-            let mut cells = self
-                .space
-                .indicators(self.mesh, &response.surplus, &error.surplus)?;
+            let mut cells =
+                self.space
+                    .indicators(self.problem.mesh, &response.surplus, &error.surplus)?;
             let of_facets = self
                 .facet_geometry
-                .indicators(&response.velocity, error.velocity)?;
+                .indicators(&response.velocity, self.boundary_flow(error.velocity))?;
             let mut wall_sum = 0.0;
             let facets = self
                 .facet_geometry
@@ -206,6 +228,7 @@ impl Estimator<'_> {
             change,
             uncertainty: (CELL_UNCERTAINTY * of_cells).hypot(of_walls),
             relative_uncertainty: error.relative_uncertainty,
+            energy_error: error.energy_error,
             surplus: error.surplus,
             frame_indicators,
             facet_indicators: cells.zip(error.of_facets).collect(),
@@ -228,11 +251,12 @@ impl Estimator<'_> {
         adjoints: &mut AdjointSolutions,
     ) -> Result<Vec<Estimate>, StokesError> {
         let correction = Correction::new(
-            self.mesh,
+            self.problem.mesh,
             self.space,
             self.facet_geometry,
             self.drive.set,
             self.system,
+            self.surfaces,
         )?;
         let changes = correction.changes(flows, preconditioner)?;
         let mut unit_loads = DistinctLoads::default();

@@ -15,6 +15,7 @@ mod problem;
 mod report;
 mod resistance;
 mod solve;
+mod surface_flow;
 
 pub use checks::Checks;
 pub use error::StokesError;
@@ -25,6 +26,7 @@ pub use options::{Options, Solver};
 pub use problem::Problem;
 pub use report::{Dofs, Seconds, SolverReport};
 pub use solve::{InitialGuesses, Solution};
+pub use surface_flow::SurfaceFlow;
 
 // Types of these crates are part of the interface.
 pub use fem;

@@ -8,6 +8,7 @@ use rigid::{Constrained, Drive, FluidNodes, Formulation, NodeRole, RigidFluid, S
 use crate::StokesError;
 use crate::matrices::fluid_matrices;
 use crate::permeability::permeability_of_channels;
+use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow};
 
 /// Stokes flow around rigid bodies on one mesh, viscosity 1.
 ///
@@ -40,6 +41,7 @@ pub struct Problem<'a> {
     walls: Vec<u16>,
     curved: Vec<CurvedBoundary<'a>>,
     permeability: Option<Vec<f64>>,
+    pub(crate) surface_flow: Option<&'a dyn SurfaceFlow>,
 }
 
 impl<'a> Problem<'a> {
@@ -77,6 +79,7 @@ impl<'a> Problem<'a> {
             walls: walls.iter().map(wall).collect::<Result<_, _>>()?,
             curved: Vec::new(),
             permeability: None,
+            surface_flow: None,
         })
     }
 
@@ -115,6 +118,13 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn with_permeability(mut self, permeability: Vec<f64>) -> Self {
         self.permeability = Some(permeability);
+        self
+    }
+
+    /// Adds slip of the bodies and a background flow; solutions are then the disturbance flow.
+    #[must_use]
+    pub fn with_surface_flow(mut self, flow: &'a dyn SurfaceFlow) -> Self {
+        self.surface_flow = Some(flow);
         self
     }
 
@@ -166,6 +176,16 @@ impl<'a> Problem<'a> {
         drive: &Drive,
         formulation: &dyn Formulation,
     ) -> Result<Constrained, StokesError> {
+        self.assemble_with(drive, formulation, self.nodal_surface_flow()?.as_ref())
+    }
+
+    /// The system of [`Problem::assemble`] with these velocities of surfaces.
+    pub(crate) fn assemble_with(
+        &self,
+        drive: &Drive,
+        formulation: &dyn Formulation,
+        surfaces: Option<&NodalSurfaceFlow>,
+    ) -> Result<Constrained, StokesError> {
         let mesh = self.mesh;
         let new_space;
         let space = match self.space {
@@ -193,12 +213,12 @@ impl<'a> Problem<'a> {
         }
         let matrices = space.matrices(mesh)?;
         let permeability = self.permeability(&roles, &matrices)?;
-        let mut fluid = RigidFluid::new(
-            fluid_matrices(matrices),
-            FluidNodes::new(mesh.points(), &roles)
-                .with_symmetry_planes(mesh.nodes_on_symmetry_planes()),
-            &bodies,
-        )?;
+        let mut nodes = FluidNodes::new(mesh.points(), &roles)
+            .with_symmetry_planes(mesh.nodes_on_symmetry_planes());
+        if let Some(surfaces) = surfaces {
+            nodes = nodes.with_surface_velocity(&surfaces.velocity, &surfaces.moments);
+        }
+        let mut fluid = RigidFluid::new(fluid_matrices(matrices), nodes, &bodies)?;
         if let Some(permeability) = &permeability {
             let stiffness = space.weighted_vertex_stiffness(mesh, permeability)?;
             fluid = fluid.with_pressure_stiffness(stiffness)?;

@@ -52,12 +52,12 @@ impl Problem<'_> {
             constraints: &set.constraints(&set.initial_state(), &[], &[])?,
             loads: &vec![ExternalLoad::default(); bodies],
         };
-        let system = self.assemble(&drive, &Independent)?;
+        let system = self.assemble_with(&drive, &Independent, None)?;
         let mut preconditioner = system.preconditioner()?;
         let parameters = KrylovParams::default().with_rel_tol(rtol);
         let geometry = self.facet_geometry()?;
         let corrections = surplus
-            .map(|space| Correction::new(self.mesh, space, &geometry, &set, &system))
+            .map(|space| Correction::new(self.mesh, space, &geometry, &set, &system, None))
             .transpose()?;
         let velocities = system.system.border_range();
         GrandResistance::of(&system, MAX_COLUMNS, |rhs, solutions| {

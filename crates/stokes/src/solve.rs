@@ -20,6 +20,8 @@ use crate::report::{Dofs, Seconds, SolverReport};
 pub struct Solution {
     /// Velocities, forces and pressure; the pressure has zero mean over the fluid.
     pub flow: FlowSolution,
+    /// Power of the slip on the fluid.
+    pub slip_power: f64,
     /// Estimated discretisation errors, if requested.
     pub estimate: Option<Estimate>,
     /// Comparison with independent computations of forces and power, if estimates were requested.
@@ -90,7 +92,9 @@ impl Problem<'_> {
             return Ok(Vec::new());
         };
         let clock = Instant::now();
-        let system = self.assemble(drive, options.formulation)?;
+        let surfaces = self.nodal_surface_flow()?;
+        let surfaces = surfaces.as_ref();
+        let system = self.assemble_with(drive, options.formulation, surfaces)?;
         let others: Vec<Imposed> = others
             .iter()
             .map(|drive| system.imposed(drive))
@@ -129,8 +133,10 @@ impl Problem<'_> {
             vec![(None, None); flows.len()];
         if let Some(space) = surplus {
             let clock = Instant::now();
+            let surface_velocity = self.surface_velocity();
             let estimator = Estimator {
-                mesh: self.mesh,
+                problem: self,
+                surfaces: surfaces.zip(surface_velocity.as_deref()),
                 space,
                 facet_geometry: &self.facet_geometry()?,
                 drive,
@@ -144,10 +150,13 @@ impl Problem<'_> {
             let estimated =
                 estimator.estimates(&flows, &mut preconditioner, &mut guesses.adjoints)?;
             for ((entry, estimate), flow) in estimates.iter_mut().zip(estimated).zip(&flows) {
-                *entry = (Some(estimate), Some(checks(self, flow)?));
+                *entry = (Some(estimate), Some(checks(self, flow, surfaces)?));
             }
             estimating = clock.elapsed().as_secs_f64();
         }
+        let slip_powers: Vec<f64> = (flows.iter())
+            .map(|flow| self.slip_power(flow, surfaces))
+            .collect::<Result<_, _>>()?;
         let count = drives.len() as f64;
         let mut per_drive = Seconds {
             solve: solve / count,
@@ -162,24 +171,28 @@ impl Problem<'_> {
             ..Seconds::default()
         };
         let seconds = once(shared).chain(repeat(Seconds::default()));
-        Ok((flows.into_iter().zip(reports).zip(estimates).zip(seconds))
-            .map(|(((flow, report), (estimate, checks)), mut seconds)| {
-                seconds += per_drive;
-                Solution {
-                    flow,
-                    estimate,
-                    checks,
-                    dofs,
-                    solver: SolverReport {
-                        formulation: options.formulation.name().to_owned(),
-                        solver: options.solver.name().to_owned(),
-                        iterations: report.iterations,
-                        true_relative_residual: report.true_rel_residual,
-                    },
-                    algebraic_error: report.error_estimate(),
-                    seconds,
-                }
-            })
+        let flows = flows.into_iter().zip(slip_powers);
+        Ok((flows.zip(reports).zip(estimates).zip(seconds))
+            .map(
+                |((((flow, slip_power), report), (estimate, checks)), mut seconds)| {
+                    seconds += per_drive;
+                    Solution {
+                        flow,
+                        slip_power,
+                        estimate,
+                        checks,
+                        dofs,
+                        solver: SolverReport {
+                            formulation: options.formulation.name().to_owned(),
+                            solver: options.solver.name().to_owned(),
+                            iterations: report.iterations,
+                            true_relative_residual: report.true_rel_residual,
+                        },
+                        algebraic_error: report.error_estimate(),
+                        seconds,
+                    }
+                },
+            )
             .collect())
     }
 }

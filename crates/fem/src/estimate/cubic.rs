@@ -1,6 +1,6 @@
 //! The equations of Stokes flow in cubic velocities and quadratic pressures.
 
-use mesh::{TetMesh, Vec3};
+use mesh::{Facet, TetMesh, Vec3};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -33,7 +33,8 @@ use crate::sum::{CELLS_PER_TASK, accumulate};
 ///
 /// Memory: 12 kB per curved cell and 140 bytes per affine one. Dofs of the extension are three
 /// components of each bubble and then one pressure per edge. Those that the boundary prescribes are
-/// zero.
+/// zero in all rows; in a vector they are zero, or the velocity of a surface
+/// ([`interpolate`](Self::interpolate)).
 pub struct CubicExtension<'a> {
     space: &'a SurplusSpace,
     mesh: &'a TetMesh,
@@ -105,6 +106,20 @@ impl<'a> CubicExtension<'a> {
         };
         extension.diagonal = extension.compute_diagonal();
         Ok(extension)
+    }
+
+    /// The mesh.
+    pub(super) fn mesh(&self) -> &TetMesh {
+        self.mesh
+    }
+
+    /// Number of the face bubble of a facet of the boundary.
+    pub(super) fn face_bubble(&self, facet: &Facet) -> usize {
+        let (cell, corners) = (facet.cell as usize, &facet.nodes[..3]);
+        let nodes = &self.mesh.cells()[cell];
+        let opposite = (0..4).find(|&k| !corners.contains(&nodes[k]));
+        // The face bubbles come after those of the edges, in the order of the opposite vertices.
+        self.space.bubbles.of_cell(cell, nodes)[6 + opposite.unwrap_or_default()]
     }
 
     /// Number of dofs of the extension.

@@ -7,9 +7,10 @@ use rayon::prelude::*;
 use crate::FemError;
 use crate::check::{check_array, check_vectors};
 use crate::geometry::MapAt;
-use crate::load::{facet_cell_point, velocity_gradient};
+use crate::load::facet_cell_point;
 use crate::quadrature::facet_degree_6;
 use crate::surface::{facet_nodes, position_and_normal, tagged_facets};
+use crate::surface_velocity::SurfaceVelocity;
 
 /// Number of facets per task: enough work to outweigh its start.
 const FACETS_PER_TASK: usize = 64;
@@ -25,6 +26,43 @@ pub struct CurvedBoundary<'a> {
     pub is_wall: bool,
 }
 
+/// A flow with the velocity of the boundary relative to rigid motions.
+#[derive(Clone, Copy)]
+pub struct BoundaryFlow<'a> {
+    /// Velocity of each node.
+    pub velocity: &'a [Vec3],
+    /// Velocity of the boundary; none if it moves rigidly.
+    pub surface_velocity: Option<&'a SurfaceVelocity<'a>>,
+}
+
+impl<'a> From<&'a [Vec3]> for BoundaryFlow<'a> {
+    fn from(velocity: &'a [Vec3]) -> Self {
+        Self {
+            velocity,
+            surface_velocity: None,
+        }
+    }
+}
+
+impl<'a> From<&'a Vec<Vec3>> for BoundaryFlow<'a> {
+    fn from(velocity: &'a Vec<Vec3>) -> Self {
+        Self::from(&velocity[..])
+    }
+}
+
+impl BoundaryFlow<'_> {
+    /// Velocities of the nodes of the cell of a facet, relative to that of the boundary.
+    fn relative(&self, mesh: &TetMesh, facet: &Facet) -> [Vec3; 10] {
+        mesh.cells()[facet.cell as usize].map(|node| {
+            let (velocity, x) = (self.velocity[node as usize], mesh.points()[node as usize]);
+            match self.surface_velocity {
+                None => velocity,
+                Some(surface_velocity) => velocity - surface_velocity(facet.tag, x),
+            }
+        })
+    }
+}
+
 /// Geometry error: effect of the facets of curved boundaries on functionals of the flow.
 ///
 /// The nodes of the facets lie on the true surfaces. If the boundary is moved by `δ` into the
@@ -36,7 +74,8 @@ pub struct CurvedBoundary<'a> {
 ///
 /// to first order in `δ` (Hadamard's formula; Pironneau 1974 for the Stokes drag). The reason: the
 /// velocity relative to the motion of the body has only a normal derivative, and this derivative is
-/// the shear traction at viscosity 1. Hence `R_ab - R_h,ab = G(a, b)` for resistances, with flows
+/// the shear traction at viscosity 1. A velocity of the surface relative to the body is subtracted
+/// before ([`BoundaryFlow`]). Hence `R_ab - R_h,ab = G(a, b)` for resistances, with flows
 /// of unit motions of bodies, and `M_h,ab - M_ab = G(a, b)` for mobilities, with flows of unit
 /// loads. Facets inside a body are at the distance `δ` below its surface;
 /// on a wall around the fluid the facets are inside the fluid domain, and `δ` is negative. For
@@ -88,13 +127,15 @@ impl<'a> FacetGeometry<'a> {
     /// # Errors
     /// A velocity of the wrong length or not finite; an inverted cell at the surface; a result that
     /// is not finite.
-    pub fn functional(&self, velocity: &[Vec3]) -> Result<Vec<Vec3>, FemError> {
+    pub fn functional<'f>(&self, flow: impl Into<BoundaryFlow<'f>>) -> Result<Vec<Vec3>, FemError> {
+        let flow = flow.into();
+        let velocity = flow.velocity;
         check_vectors("the velocity", velocity, self.mesh.n_points())?;
         let loads = self.map_facets(|facet, boundary| {
-            let nodes = &self.mesh.cells()[facet.cell as usize];
+            let relative = flow.relative(self.mesh, facet);
             let mut load = [Vec3::zeros(); 10];
             self.for_each_point(facet, boundary, |gradients, normal, weight| {
-                let shear = shear(&velocity_gradient(nodes, velocity, gradients), normal);
+                let shear = shear(&gradient_of(&relative, gradients), normal);
                 for (value, gradient) in load.iter_mut().zip(gradients) {
                     // The shear is tangential, so the traction of the other flow need not be
                     // projected onto the tangential plane.
@@ -121,15 +162,20 @@ impl<'a> FacetGeometry<'a> {
     ///
     /// # Errors
     /// Those of [`FacetGeometry::functional`].
-    pub fn indicators(&self, a: &[Vec3], b: &[Vec3]) -> Result<Vec<f64>, FemError> {
-        for velocity in [a, b] {
-            check_vectors("the velocity", velocity, self.mesh.n_points())?;
+    pub fn indicators<'f>(
+        &self,
+        a: impl Into<BoundaryFlow<'f>>,
+        b: impl Into<BoundaryFlow<'f>>,
+    ) -> Result<Vec<f64>, FemError> {
+        let flows = [a.into(), b.into()];
+        for flow in &flows {
+            check_vectors("the velocity", flow.velocity, self.mesh.n_points())?;
         }
         let indicators = self.map_facets(|facet, boundary| {
-            let nodes = &self.mesh.cells()[facet.cell as usize];
+            let relative = flows.map(|flow| flow.relative(self.mesh, facet));
             let mut indicator = 0.0;
             self.for_each_point(facet, boundary, |gradients, normal, weight| {
-                let [a, b] = [a, b].map(|u| shear(&velocity_gradient(nodes, u, gradients), normal));
+                let [a, b] = relative.map(|u| shear(&gradient_of(&u, gradients), normal));
                 indicator += weight * a.dot(&b);
             })?;
             Ok(indicator)
@@ -174,6 +220,12 @@ impl<'a> FacetGeometry<'a> {
         }
         Ok(())
     }
+}
+
+/// Velocity gradient `∂u_c/∂x_k` from the velocities of the nodes of a cell.
+fn gradient_of(velocities: &[Vec3; 10], gradients: &[Vec3; 10]) -> Matrix3<f64> {
+    let terms = velocities.iter().zip(gradients);
+    terms.map(|(u, gradient)| u * gradient.transpose()).sum()
 }
 
 /// Tangential part of `2 D n`.

@@ -1,5 +1,6 @@
 //! Error estimates: hierarchical surplus of the discretisation, geometry error of straight facets.
 
+mod boundary_bubbles;
 mod bubbles;
 mod cell;
 mod cubic;
@@ -8,5 +9,5 @@ mod facet_geometry;
 mod surplus;
 
 pub use cubic::{CubicExtension, CubicProduct};
-pub use facet_geometry::{CurvedBoundary, FacetGeometry};
+pub use facet_geometry::{BoundaryFlow, CurvedBoundary, FacetGeometry};
 pub use surplus::{Surplus, SurplusSpace};

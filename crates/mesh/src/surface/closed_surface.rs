@@ -14,6 +14,21 @@ pub trait Surface: Sync {
     /// Point of the surface closest to `point`.
     fn closest_point(&self, point: Vec3) -> Vec3;
 
+    /// Outward unit normal at the point of the surface closest to `point`.
+    ///
+    /// By default the gradient of the signed distance, from differences of fourth order over a
+    /// thousandth of the reach: its error is about 1e-12.
+    fn normal(&self, point: Vec3) -> Vec3 {
+        let (foot, h) = (self.closest_point(point), 1e-3 * self.reach());
+        let difference = |axis: usize, step: f64| {
+            let mut arm = Vec3::zeros();
+            arm[axis] = step;
+            self.signed_distance(foot + arm) - self.signed_distance(foot - arm)
+        };
+        let gradient = |axis| 8.0 * difference(axis, h) - difference(axis, 2.0 * h);
+        Vec3::new(gradient(0), gradient(1), gradient(2)).normalize()
+    }
+
     /// Centre and radius of a ball that contains the shape.
     fn bounding_ball(&self) -> (Vec3, f64);
 

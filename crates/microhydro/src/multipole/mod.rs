@@ -24,6 +24,10 @@
 //!    Schur complement of all other modes is the mobility matrix of the spheres, its inverse
 //!    the resistance.
 //!
+//! 6. *Surface velocities* (`surface_velocity`, `surface_flow`). Slip and background flows have the
+//!    lowest modes of all families as boundary values; the same elimination gives the velocities
+//!    of force-free spheres.
+//!
 //! The resistance converges spectrally with the order, and from below; its error is the square of
 //! the error of the velocity field. Spheres on an axis of symmetry of their medium decouple by
 //! azimuthal number. `order` predicts the order that a gap needs and estimates the error;
@@ -38,6 +42,7 @@ mod dense;
 mod elimination;
 mod fixed_order;
 mod frame;
+mod interior;
 mod lamb;
 mod memory;
 mod modes;
@@ -48,6 +53,8 @@ mod reflection;
 mod rotation;
 mod scaled;
 mod spatial;
+mod surface_flow;
+mod surface_velocity;
 mod system;
 mod three_spheres;
 mod velocity_field;
@@ -58,4 +65,6 @@ pub use self::adaptive::{orders_for, resistance, resistance_at, resistance_best}
 pub(crate) use self::fixed_order::rigid_mobility;
 pub(crate) use self::memory::check_spheres;
 pub use self::orders::Orders;
+pub use self::surface_flow::{SurfaceFlow, surface_flow};
+pub use self::surface_velocity::SurfaceVelocity;
 pub use self::velocity_field::VelocityField;

@@ -17,6 +17,7 @@ use super::order::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAI
 use super::orders::Orders;
 use super::rotation::Rotation;
 use super::scaled::{AXIS_OF_M, drag_units};
+use super::surface_velocity::{self, SurfaceVelocity};
 use super::system::System;
 use super::wall_image::LambExpansion;
 use crate::{Accuracy, HydroError, Medium, Spheres};
@@ -78,6 +79,21 @@ impl VelocityField {
         velocities: &DVector<f64>,
         accuracy: &Accuracy,
     ) -> Result<Self, HydroError> {
+        Self::with_surface_velocity(spheres, medium, velocities, None, accuracy)
+    }
+
+    /// [`VelocityField::best`] for surfaces that move relative to their spheres; `None` if they are
+    /// rigid.
+    ///
+    /// # Errors
+    /// As [`VelocityField::best`].
+    pub fn with_surface_velocity(
+        spheres: &Spheres,
+        medium: &Medium,
+        velocities: &DVector<f64>,
+        surface_velocity: Option<&SurfaceVelocity<'_>>,
+        accuracy: &Accuracy,
+    ) -> Result<Self, HydroError> {
         if velocities.len() != 6 * spheres.len() {
             return Err(HydroError::Length {
                 what: "velocities of the spheres",
@@ -107,7 +123,13 @@ impl VelocityField {
             Some(_) => needed.clone(),
             None => needed.limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER),
         };
-        let relative_error = match orders == needed && accuracy.order.is_none() {
+        let orders = match surface_velocity {
+            Some(_) => {
+                orders.at_least(&Orders::all(spheres.len(), medium, surface_velocity::ORDER))
+            }
+            None => orders,
+        };
+        let relative_error = match orders.at_least(&needed) == orders && accuracy.order.is_none() {
             true => accuracy.tolerance,
             false => order::error(&xi, &orders).sqrt(),
         };
@@ -116,14 +138,17 @@ impl VelocityField {
         let system =
             System::new(&frame, spheres.radii(), &orders, FIXED_ORDER_TOLERANCE).store_couplings();
         let units = drag_units(spheres.radii());
-        let mut rhs = system.zeros(1);
-        let mut largest = 0.0_f64;
+        let mut rhs = match surface_velocity {
+            Some(velocity) => surface_velocity::traces(&system, &frame, &[velocity]),
+            None => system.zeros(1),
+        };
+        let mut largest = rhs.iter().map(Mat::norm_max).fold(0.0, f64::max);
         for sphere in 0..spheres.len() {
             for (k, row) in system.rigid_rows(sphere).into_iter().enumerate() {
                 let first = 6 * sphere + 3 * (k / 3);
                 let local = frame.to_axes * velocities.fixed_rows::<3>(first).into_owned();
                 let value = units[6 * sphere + k] * local[AXIS_OF_M[k % 3]];
-                rhs[sphere][(row, 0)] = value;
+                rhs[sphere][(row, 0)] += value;
                 largest = largest.max(value.abs());
             }
         }

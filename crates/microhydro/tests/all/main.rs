@@ -5,4 +5,5 @@ mod exact;
 mod examples;
 mod hostile;
 mod properties;
+mod squirmers;
 mod velocity_field;

@@ -1,6 +1,7 @@
 //! Three-dimensional Taylor-Hood elements on body-fitted meshes that follow the bodies.
 
 mod adapt;
+mod body_flows;
 mod body_surface;
 mod cylinder;
 mod element_size;
@@ -15,11 +16,12 @@ mod scene_solution;
 use std::time::Instant as Clock;
 
 use mesh::{NamedSurface, Surface, TetMesh};
-use nalgebra::{DMatrix, Isometry3};
+use nalgebra::{DMatrix, Isometry3, Vector3};
 use rigid::{Constrained, Constraints, Drive, FlowSolution, Formulation};
 use scene::{EstimatesKind, FemOptions, Scene};
 use stokes::{Dofs, Estimate, InitialGuesses, Problem};
 
+use self::body_flows::BodyFlows;
 use self::meshes::{Meshes, PlacedMesh};
 use self::options::options;
 use self::scene_solution::ToScene;
@@ -27,6 +29,7 @@ use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{FlowField, InstantaneousSolution};
+use crate::surface_motion::SurfaceMotion;
 
 /// Taylor-Hood elements on meshes that are generated, and moved with the bodies where possible.
 pub struct FemModel {
@@ -46,6 +49,8 @@ struct Last {
     mesh: TetMesh,
     poses: Vec<Isometry3<f64>>,
     flow: FlowSolution,
+    /// Motion of the surfaces; `flow` is the disturbance of the background flow.
+    motion: Option<SurfaceMotion>,
     /// Its error estimate, until it is used to adapt the mesh.
     estimate: Option<Estimate>,
 }
@@ -214,7 +219,14 @@ impl FemModel {
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let surplus = self.meshes.surplus_space().filter(|_| estimates);
         let surfaces = self.meshes.boundary_surfaces(&poses);
-        let problem = self.problem(&mesh, &poses, &surfaces)?.with_space(space);
+        let mut problem = self.problem(&mesh, &poses, &surfaces)?.with_space(space);
+        let flows = SurfaceMotion::new(&self.scaled, &poses).map(|motion| BodyFlows {
+            motion,
+            surfaces: &surfaces,
+        });
+        if let Some(flows) = &flows {
+            problem = problem.with_surface_flow(flows);
+        }
         let options = options(&self.options);
         let has_fixed = self.scaled.set.fixed().contains(&true);
         if let (Some(far), true) = (self.meshes.far_field(), has_fixed) {
@@ -254,6 +266,7 @@ impl FemModel {
         self.last = last.map(|(flow, estimate)| Last {
             mesh,
             poses,
+            motion: flows.map(|flows| flows.motion),
             flow,
             estimate,
         });
@@ -368,16 +381,30 @@ impl Hydrodynamics for FemModel {
     }
 
     fn last_flow(&self) -> Option<FlowField> {
-        let Last { mesh, flow, .. } = self.last.as_ref()?;
+        let Last {
+            mesh, flow, motion, ..
+        } = self.last.as_ref()?;
+        let background = |node: usize| {
+            let of_node = |motion: &SurfaceMotion| motion.background(&mesh.points()[node]);
+            motion.as_ref().map_or_else(Vector3::zeros, of_node)
+        };
+        let background_pressure = |node: usize| {
+            let of_node = |motion: &SurfaceMotion| motion.background_pressure(&mesh.points()[node]);
+            motion.as_ref().map_or(0.0, of_node)
+        };
         let scale = &self.scaled.scale;
         // A mesh that ends at symmetry planes is unfolded to the whole domain.
         let whole = scale.mesh_to_scene(mesh).ok()?.unfolded().ok()?;
         let velocity = whole.sources.iter().map(|(node, signs)| {
-            let velocity = flow.velocity[*node as usize];
+            let node = *node as usize;
+            let velocity = flow.velocity[node] + background(node);
             scale.velocity_to_scene(velocity.component_mul(signs))
         });
         let of_vertices = whole.sources.iter().take(whole.mesh.n_vertices());
-        let pressure = of_vertices.map(|(vertex, _)| flow.pressure[*vertex as usize]);
+        let pressure = of_vertices.map(|(vertex, _)| {
+            let vertex = *vertex as usize;
+            flow.pressure[vertex] + background_pressure(vertex)
+        });
         Some(FlowField {
             velocity: velocity.collect(),
             pressure: pressure.map(|p| scale.pressure_to_scene(p)).collect(),

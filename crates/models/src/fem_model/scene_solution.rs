@@ -84,8 +84,15 @@ impl ToScene<'_> {
         let link_forces = (0..set.links().len())
             .map(|link| Ok(scale.force_to_scene(flow.link_force(link)?)))
             .collect::<Result<_, ModelError>>()?;
-        let speed = largest_norm(bodies.iter().map(|b| b.velocity));
-        let power = bodies.iter().map(BodySolution::power).sum::<f64>().abs();
+        let mut speed = largest_norm(bodies.iter().map(|b| b.velocity));
+        if self.scaled.scene.has_surface_velocity() {
+            // Bodies at rest disturb a background flow too.
+            let fastest = largest_norm(flow.velocity.iter().copied());
+            speed = speed.max(scale.speed_to_scene(fastest));
+        }
+        let slip_power = scale.power_to_scene(solution.slip_power);
+        let of_bodies = bodies.iter().map(BodySolution::power).sum::<f64>();
+        let power = (of_bodies + slip_power).abs();
         let bars = |size: f64| ErrorEstimate {
             container: Some(self.container_error * size),
             // The equations are those of Stokes flow without approximation.
@@ -97,6 +104,7 @@ impl ToScene<'_> {
             dofs: solution.dofs,
             error_estimate: bars(speed),
             power_error: bars(power),
+            slip_power,
             checks: solution.checks,
             solver: solution.solver.clone(),
             seconds: solution.seconds,

@@ -1,11 +1,12 @@
 //! Flow field around spheres on a mesh, for visualisation.
 
 use mesh::{BoxSurface, Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh};
-use microhydro::multipole::VelocityField;
+use microhydro::multipole::{SurfaceVelocity, VelocityField};
 use microhydro::{Accuracy, Medium, Spheres};
 use nalgebra::{DVector, Vector3};
 
 use crate::ModelError;
+use crate::surface_motion::SurfaceMotion;
 
 /// Element size on the spheres, relative to their radius.
 const SURFACE_SIZE: f64 = 0.5;
@@ -18,7 +19,8 @@ const ACCURACY: f64 = 1e-3;
 
 /// A mesh around spheres in scaled units, and the velocity at its nodes.
 ///
-/// Shapes: `names` one per sphere; `velocities` six per sphere, `(U, ω)`. Cost: a mesh, and about
+/// Shapes: `names` one per sphere; `velocities` six per sphere, `(U, ω)`. `motion` is that of the
+/// surfaces, and the background flow. Cost: a mesh, and about
 /// ten microseconds per node and sphere.
 ///
 /// # Errors
@@ -28,6 +30,7 @@ pub(super) fn flow_field(
     medium: &Medium,
     names: &[&str],
     velocities: &DVector<f64>,
+    motion: Option<&SurfaceMotion>,
 ) -> Result<(TetMesh, Vec<Vector3<f64>>), ModelError> {
     let surfaces: Vec<Sphere> = spheres
         .centres()
@@ -55,7 +58,19 @@ pub(super) fn flow_field(
         .chain([(Container::TAG, container.surface())])
         .collect();
     let mesh = TetMesh::curved(tets, &named)?;
-    let flow = VelocityField::best(spheres, medium, velocities, &Accuracy::relative(ACCURACY))?;
+    let surface = |sphere: usize, n: &Vector3<f64>| {
+        let x = spheres.centres()[sphere] + spheres.radii()[sphere] * n;
+        motion.map_or_else(Vector3::zeros, |motion| {
+            motion.slip(sphere, n) - motion.background(&x)
+        })
+    };
+    let flow = VelocityField::with_surface_velocity(
+        spheres,
+        medium,
+        velocities,
+        motion.map(|_| &surface as &SurfaceVelocity<'_>),
+        &Accuracy::relative(ACCURACY),
+    )?;
     // On surfaces the velocity is given; by rounding, nodes may lie inside a sphere.
     let mut known = vec![None; mesh.n_points()];
     if *medium != Medium::Unbounded {
@@ -71,7 +86,11 @@ pub(super) fn flow_field(
         let at = |first: usize| velocities.fixed_rows::<3>(6 * number + first).into_owned();
         for &node in mesh.nodes_on(mesh.tag(name)?).iter() {
             let arm = mesh.points()[node as usize] - centre;
-            known[node as usize] = Some(at(0) + at(3).cross(&arm));
+            let of_surface = match motion {
+                Some(_) => surface(number, &arm.normalize()),
+                None => Vector3::zeros(),
+            };
+            known[node as usize] = Some(at(0) + at(3).cross(&arm) + of_surface);
         }
     }
     let unknown: Vec<Vector3<f64>> = (mesh.points().iter().zip(&known))
@@ -79,9 +98,11 @@ pub(super) fn flow_field(
         .map(|(x, _)| *x)
         .collect();
     let mut found = flow.velocities(&unknown)?.into_iter();
-    let velocity = known
-        .into_iter()
-        .map(|known| known.or_else(|| found.next()).unwrap_or_default())
+    let velocity = (known.into_iter().zip(mesh.points()))
+        .map(|(known, x)| {
+            let disturbance = known.or_else(|| found.next()).unwrap_or_default();
+            motion.map_or(disturbance, |motion| disturbance + motion.background(x))
+        })
         .collect();
     Ok((mesh, velocity))
 }

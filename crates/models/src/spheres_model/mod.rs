@@ -4,6 +4,7 @@ mod flow_field;
 
 use std::time::Instant as Clock;
 
+use microhydro::multipole::Orders;
 use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole, oseen, rpy};
 use nalgebra::{DMatrix, Vector3};
 use rigid::StateVelocity;
@@ -14,6 +15,7 @@ use crate::hydrodynamics::{Configuration, Cost, Hydrodynamics, Query};
 use crate::mobility::{self, MobilitySolution};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{FlowField, InstantaneousSolution};
+use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
 use scene::{Domain, ModelKind, Scene, Shape};
 use stokes::{Dofs, Seconds, SolverReport};
 
@@ -71,6 +73,8 @@ struct Resistances {
     /// The error of a quantity is the sum of the differences between successive matrices, starting
     /// with `matrix`, each multiplied by the factor of the later one.
     references: Vec<(DMatrix<f64>, f64)>,
+    /// Orders of multipole expansions.
+    orders: Option<Orders>,
     dofs: usize,
 }
 
@@ -89,6 +93,15 @@ impl SpheresModel {
                 ),
                 instead: "use model.kind = \"fem\", or \"axisymmetric\" for spheroids on one axis"
                     .to_owned(),
+            });
+        }
+        if scene.has_surface_velocity() && !matches!(kind, SphereModel::Multipole(_)) {
+            return Err(ModelError::Unsupported {
+                what: format!(
+                    "{}: slip and background flow for models of point forces",
+                    scene.place("model.kind")
+                ),
+                instead: "use model.kind = \"multipole\", or \"auto\"".to_owned(),
             });
         }
         let scaled = ScaledScene::new(scene)?;
@@ -166,6 +179,7 @@ impl SpheresModel {
                 let result = multipole::resistance_best(spheres, &self.medium, &accuracy)?;
                 return Ok(Resistances {
                     dofs: result.dofs(),
+                    orders: Some(result.orders().clone()),
                     references: vec![(result.coarser().clone(), result.tail())],
                     matrix: result.matrix().clone(),
                 });
@@ -192,8 +206,39 @@ impl SpheresModel {
                 (reference.matrix().clone(), 1.0),
                 (reference.coarser().clone(), reference.tail()),
             ],
+            orders: None,
             dofs,
         })
+    }
+
+    /// Effects of slip and background flow, and those by expansions of lower order.
+    fn surface_effects(
+        &self,
+        configuration: Configuration,
+        resistances: &Resistances,
+    ) -> Result<Option<[SurfaceEffect; 2]>, ModelError> {
+        let motion = SurfaceMotion::new(&self.scaled, &self.scaled.poses(configuration)?);
+        let (Some(motion), Some(orders)) = (motion, &resistances.orders) else {
+            return Ok(None);
+        };
+        let spheres = self.spheres(configuration)?;
+        let (centres, radii) = (spheres.centres(), spheres.radii());
+        let slip = |sphere: usize, n: &Vector3<f64>| motion.slip(sphere, n);
+        let background = |sphere: usize, n: &Vector3<f64>| {
+            -motion.background(&(centres[sphere] + radii[sphere] * n))
+        };
+        let flow = multipole::surface_flow(&spheres, &self.medium, orders, &[&slip, &background])?;
+        // The traction of the background flow on a sphere is that of the flow inside with its
+        // velocity on the surface.
+        let of_background = flow.inner_powers[(0, 1)];
+        let effect = |velocities, powers: &DMatrix<f64>| {
+            let slip_power = powers[(0, 0)] + powers[(0, 1)] + of_background;
+            SurfaceEffect::of_columns(velocities, slip_power)
+        };
+        Ok(Some([
+            effect(&flow.velocities, &flow.powers),
+            effect(&flow.coarser_velocities, &flow.coarser_powers),
+        ]))
     }
 
     /// The solution for one set of rates.
@@ -209,11 +254,13 @@ impl SpheresModel {
             scale, set, loads, ..
         } = &self.scaled;
         let constraints = self.scaled.constraints(configuration, rates)?;
-        let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads)?;
+        let surfaces = self.surface_effects(configuration, &resistances)?;
+        let of = |k: usize| surfaces.as_ref().map(|effects| &effects[k]);
+        let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, of(0))?;
         let (mut error, mut power_error) = (0.0, 0.0);
         let mut previous = solved.clone();
         for (reference, factor) in &resistances.references {
-            let reference = MobilitySolution::new(reference, set, &constraints, loads)?;
+            let reference = MobilitySolution::new(reference, set, &constraints, loads, of(1))?;
             error += factor * previous.largest_difference(&reference, set);
             power_error += factor * (previous.power(set) - reference.power(set)).abs();
             previous = reference;
@@ -233,6 +280,7 @@ impl SpheresModel {
                 iterations: 0,
                 true_relative_residual: solved.residual,
             },
+            slip_power: scale.power_to_scene(solved.slip_power),
             seconds: Seconds {
                 assembly,
                 solve: total - assembly,
@@ -290,11 +338,15 @@ impl Hydrodynamics for SpheresModel {
             scale, set, loads, ..
         } = &self.scaled;
         let constraints = self.scaled.constraints(configuration, rates)?;
-        let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads)?;
+        let surfaces = self.surface_effects(configuration, &resistances)?;
+        let effect = surfaces.as_ref().map(|[effect, _]| effect);
+        let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, effect)?;
         let spheres = self.spheres(configuration)?;
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
         let velocities = solved.generalised.select_rows(&set.surface_velocities());
-        let (mesh, velocity) = flow_field::flow_field(&spheres, &self.medium, &names, &velocities)?;
+        let motion = SurfaceMotion::new(&self.scaled, &self.scaled.poses(configuration)?);
+        let (mesh, velocity) =
+            flow_field::flow_field(&spheres, &self.medium, &names, &velocities, motion.as_ref())?;
         Ok(FlowField {
             mesh: scale.mesh_to_scene(&mesh)?,
             velocity: velocity

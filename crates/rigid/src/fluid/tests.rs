@@ -262,7 +262,7 @@ impl Random {
             u.fixed_rows_mut::<3>(3 * node)
                 .copy_from(&self.wall_velocity[node]);
         }
-        let walls = surfaces.walls.unwrap();
+        let walls = surfaces.prescribed.unwrap();
         let ku = &k3 * &u;
         let momentum = DVector::from_vec(walls.momentum);
         assert!((momentum - ku.select_rows(&free_rows)).amax() < 1e-13);

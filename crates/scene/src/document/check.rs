@@ -92,15 +92,17 @@ fn is_in_range(x: f64) -> bool {
     x == 0.0 || (SMALLEST..=LARGEST).contains(&x.abs())
 }
 
-/// The finite numbers of a value, a list or a table.
-fn numbers(value: &Value) -> impl Iterator<Item = f64> {
-    let list: Vec<&Value> = match value {
-        Value::Array(list) => list.iter().collect(),
-        Value::Table(table) => table.values().collect(),
-        value => vec![value],
-    };
-    let floats = list.into_iter().filter_map(Value::as_float);
-    floats.filter(|x| x.is_finite())
+/// The finite numbers of a value, a list, a list of lists or a table.
+fn numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Array(list) => list.iter().flat_map(numbers).collect(),
+        Value::Table(table) => table.values().flat_map(numbers).collect(),
+        value => value
+            .as_float()
+            .into_iter()
+            .filter(|x| x.is_finite())
+            .collect(),
+    }
 }
 
 fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
@@ -109,7 +111,7 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
         Value::Integer(i) => Some(*i as f64),
         _ => None,
     };
-    let three_numbers = |accept: fn(f64) -> bool| match value {
+    let three_numbers = |value: &Value, accept: fn(f64) -> bool| match value {
         Value::Array(list) => list.len() == 3 && list.iter().all(|x| number(x).is_some_and(accept)),
         _ => false,
     };
@@ -118,8 +120,11 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
         Kind::Number => number(value).is_some(),
         Kind::Positive => number(value).is_some_and(|x| x > 0.0),
         Kind::NonNegative => number(value).is_some_and(|x| x >= 0.0),
-        Kind::Vector => three_numbers(|_| true),
-        Kind::PositiveVector => three_numbers(|x| x > 0.0),
+        Kind::Vector => three_numbers(value, |_| true),
+        Kind::Matrix => value.as_array().is_some_and(|rows| {
+            rows.len() == 3 && rows.iter().all(|row| three_numbers(row, |_| true))
+        }),
+        Kind::PositiveVector => three_numbers(value, |x| x > 0.0),
         Kind::NumbersByName => value
             .as_table()
             .is_some_and(|table| table.values().all(|x| number(x).is_some())),
@@ -141,7 +146,7 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
             word => word.is_some(),
         },
     };
-    let out_of_range = numbers(value).find(|x| !is_in_range(*x));
+    let out_of_range = numbers(value).into_iter().find(|x| !is_in_range(*x));
     match (is_right, out_of_range) {
         (true, None) => Ok(()),
         (true, Some(x)) => Err(format!(

@@ -33,6 +33,8 @@ pub enum Kind {
     NonNegative,
     /// Three finite numbers.
     Vector,
+    /// Three rows of three finite numbers.
+    Matrix,
     /// Three finite numbers greater than zero.
     PositiveVector,
     /// Finite numbers, each with a name.
@@ -57,6 +59,9 @@ impl Kind {
             Self::Positive => "a number greater than zero".to_owned(),
             Self::NonNegative => "a number that is not negative".to_owned(),
             Self::Vector => "three numbers, such as [0, 0, 1]".to_owned(),
+            Self::Matrix => {
+                "three rows of three numbers, such as [[0, 1, 0], [0, 0, 0], [0, 0, 0]]".to_owned()
+            }
             Self::PositiveVector => "three numbers greater than zero".to_owned(),
             Self::NumbersByName => "a table of numbers, such as { arm = 6 }".to_owned(),
             Self::Count => "a whole number of at least 1".to_owned(),

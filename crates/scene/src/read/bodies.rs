@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::checks::Checks;
+use super::flow;
 use super::shape::shape;
 use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::file::{BodyFile, DEFAULT_TORQUE};
 use crate::shape::Shape;
+use nalgebra::Vector3;
 
 /// All bodies, with unique names, of which at least one has a surface and can move.
 pub(super) fn bodies(
@@ -60,7 +62,10 @@ fn body(
         surface: file.surface.clone(),
         force: file.force.into(),
         torque: file.torque.unwrap_or(DEFAULT_TORQUE).into(),
+        weight: Vector3::zeros(),
         fixed: file.fixed,
+        density: file.density,
+        slip: flow::slip(checks, number, file, has_surface)?,
         mass: file.mass,
         inertia: file.inertia,
     })

@@ -10,6 +10,7 @@ use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::file::GaitFile;
+use crate::flow::Background;
 use crate::gait::Gait;
 use crate::gait_table::GaitTable;
 use crate::length_path::LengthPath;
@@ -27,7 +28,7 @@ const LARGEST_RATIO: f64 = 1e9;
 pub(super) fn check(
     checks: &Checks,
     viscosity: f64,
-    domain: &Domain,
+    (domain, background): (&Domain, Option<&Background>),
     bodies: &[Body],
     (gait, gait_file, gait_table): (&Gait, &GaitFile, Option<&GaitTable>),
     links: &[Link],
@@ -115,6 +116,7 @@ pub(super) fn check(
         let distance = |load: &Vector3<f64>, unit: f64| gait.duration() * load.amax() / unit;
         let loads = [
             ("force", distance(&body.force, unit)),
+            ("density", distance(&body.weight, unit)),
             ("torque", distance(&body.torque, unit * smallest)),
         ];
         for (name, radii) in loads {
@@ -125,6 +127,37 @@ pub(super) fn check(
                 );
                 return Err(checks.bad_value(&format!("bodies[{number}].{name}"), problem));
             }
+        }
+    }
+    check_flows(checks, background, bodies, gait.duration(), smallest)
+}
+
+/// Refuses slip and background flows that move bodies too far.
+fn check_flows(
+    checks: &Checks,
+    background: Option<&Background>,
+    bodies: &[Body],
+    duration: f64,
+    smallest: f64,
+) -> Result<(), SceneError> {
+    let demand = |key: &str, speed: f64| {
+        let radii = duration * speed / smallest;
+        if radii <= LARGEST_RATIO {
+            return Ok(());
+        }
+        let problem = format!(
+            "is too large: it would move a body by about {radii:.1e} times the smallest radius \
+             during the gait; the limit is {LARGEST_RATIO:e} times"
+        );
+        Err(checks.bad_value(key, problem))
+    };
+    for (number, body) in bodies.iter().enumerate() {
+        if let Some(slip) = &body.slip {
+            demand(&format!("bodies[{number}].slip"), slip.speed())?;
+        }
+        if let Some(flow) = background {
+            let size = flow.gradient(&body.position).norm() * body.bounding_radius();
+            demand("background", flow.velocity(&body.position).norm() + size)?;
         }
     }
     Ok(())

@@ -6,6 +6,7 @@ mod checks;
 mod contacts;
 mod domain;
 mod extent;
+mod flow;
 mod gait;
 mod joint;
 mod links;
@@ -69,12 +70,15 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
             })?;
     let domain = domain::domain(&checks, &file.domain)?;
     let mut bodies = bodies::bodies(&checks, &file.bodies, &domain)?;
+    let background = flow::background(&checks, file.background.as_ref(), &domain)?;
+    let (gravity, density) = (file.gravity.into(), file.fluid.density.unwrap_or(0.0));
+    flow::enter_weights(&checks, &gravity, density, &mut bodies)?;
     let links = links::links(&checks, &file.links, &bodies)?;
     let (gait, gait_table) = gait::gait(&checks, &file.gait, &links)?;
     extent::check(
         &checks,
         file.fluid.viscosity,
-        &domain,
+        (&domain, background.as_ref()),
         &bodies,
         (&gait, &file.gait, gait_table.as_ref()),
         &links,
@@ -95,6 +99,9 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
     Ok(Scene {
         name,
         viscosity: file.fluid.viscosity,
+        density,
+        gravity,
+        background,
         domain,
         bodies,
         articulation,

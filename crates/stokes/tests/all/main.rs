@@ -5,3 +5,4 @@ mod flow;
 mod hostile;
 mod iterations;
 mod problem;
+mod squirmers;

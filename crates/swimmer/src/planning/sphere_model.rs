@@ -68,7 +68,11 @@ pub(super) fn choose_sphere_model(scene: &Scene) -> Result<SphereModelChoice, Mo
             ],
         });
     };
-    let mut candidates = vec![SphereModel::Oseen, SphereModel::Rpy];
+    // Models of point forces know rigid spheres in fluid at rest alone.
+    let mut candidates = match scene.has_surface_velocity() {
+        true => Vec::new(),
+        false => vec![SphereModel::Oseen, SphereModel::Rpy],
+    };
     if !stroke {
         candidates
             .extend([(10.0 * tolerance).min(0.1), tolerance.min(1e-2)].map(SphereModel::Multipole));

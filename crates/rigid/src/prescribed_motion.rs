@@ -1,4 +1,5 @@
-//! Walls that move: the terms of their prescribed velocity in the equations of the fluid.
+//! Prescribed velocities of walls, and of surfaces relative to their bodies: their terms in the
+//! equations of the fluid.
 
 use nalgebra::{DVector, Vector3};
 use rayon::prelude::*;
@@ -8,25 +9,33 @@ use crate::{FluidMatrices, FluidNodes, NodeRole, RigidError};
 /// Relative size below which a sum is rounding: terms of any sign cancel to 1e-16 of their sizes.
 const ROUNDING: f64 = 1e-10;
 
-/// Terms that the velocity `u_W` of the wall nodes adds to the equations of the fluid.
+/// Terms that prescribed velocities `s` add to the equations of the fluid.
 ///
-/// Test functions vanish on walls. Therefore `∫ 2 D(u):D(v)` and three scalar stiffness matrices
-/// differ by the volume term of the bodies only (see [`RigidFluid`](crate::RigidFluid)), for every
-/// `u_W`.
+/// `s` is the velocity of the wall nodes, and that of surface nodes relative to the rigid motion of
+/// their body. For test functions `v` that vanish on walls and are rigid on bodies, `V + W × r`, the
+/// divergence theorem on the surface gives
+///
+/// ```text
+/// ∫ 2 D(u):D(v) = ∫ ∇u:∇v + ∫ (∇·u) (∇·v) + sum_bodies W · ∮ n × u dS
+/// ```
+///
+/// with the normal `n` out of the body. The rigid part of `u` gives the volume term (see
+/// [`RigidFluid`](crate::RigidFluid)), `s` gives the torque `∮ n × s dS`. Forces and the terms of
+/// walls need no correction.
 #[derive(Clone, Debug)]
-pub(crate) struct WallMotion {
-    /// `K_IW u_W`: three rows per free node.
+pub(crate) struct PrescribedMotion {
+    /// `K_IS s`: three rows per free node.
     pub momentum: Vec<f64>,
-    /// `P^T K_BW u_W`: six rows per body.
+    /// `P^T K_BS s` and the torques `∮ n × s dS`: six rows per body.
     pub loads: DVector<f64>,
-    /// `B_W u_W`: one row per pressure dof.
+    /// `B_S s`: one row per pressure dof.
     pub flux: Vec<f64>,
-    /// Velocity of each wall node.
+    /// Velocity of each node where it is prescribed.
     velocity: Vec<(u32, Vector3<f64>)>,
 }
 
-impl WallMotion {
-    /// The terms of `nodes.wall_velocity`; none if all walls are at rest.
+impl PrescribedMotion {
+    /// The terms of `nodes.wall_velocity` and `nodes.surface_velocity`; none without both.
     ///
     /// `arms` are the positions of surface nodes relative to the centre of their body.
     /// Cost: one pass over the stiffness, two over the divergence.
@@ -41,29 +50,38 @@ impl WallMotion {
         arms: &[Vector3<f64>],
         bodies: usize,
     ) -> Result<Option<Self>, RigidError> {
-        let Some(prescribed) = nodes.wall_velocity else {
+        if nodes.wall_velocity.is_none() && nodes.surface_velocity.is_none() {
             return Ok(None);
+        }
+        let of_role = |role: &NodeRole| match role {
+            NodeRole::Free => None,
+            NodeRole::Fixed => nodes.wall_velocity,
+            NodeRole::Body(_) => nodes.surface_velocity,
         };
-        let is_wall = |node: usize| nodes.roles[node] == NodeRole::Fixed;
-        let velocity: Vec<(u32, Vector3<f64>)> = (0..prescribed.len())
-            .filter(|&node| is_wall(node))
-            .map(|node| (node as u32, prescribed[node]))
+        let values = nodes.roles.iter().map(of_role).enumerate();
+        let prescribed: Vec<Option<Vector3<f64>>> = values
+            .map(|(node, velocity)| velocity.map(|velocity| velocity[node]))
+            .collect();
+        let velocity: Vec<(u32, Vector3<f64>)> = (prescribed.iter().enumerate())
+            .filter_map(|(node, velocity)| Some((node as u32, (*velocity)?)))
             .collect();
         if velocity
             .iter()
             .any(|(_, u)| !u.iter().all(|c| c.is_finite()))
         {
             return Err(RigidError::NotFinite {
-                what: "a wall velocity",
+                what: "a prescribed velocity of a wall or a surface",
             });
         }
         for &(node, axes) in &nodes.on_symmetry_planes {
             let node = node as usize;
-            let normal = (0..3).find(|&axis| axes[axis] && prescribed[node][axis] != 0.0);
-            if let Some(axis) = normal.filter(|_| is_wall(node)) {
+            let Some(velocity) = prescribed[node] else {
+                continue;
+            };
+            if let Some(axis) = (0..3).find(|&axis| axes[axis] && velocity[axis] != 0.0) {
                 return Err(RigidError::AsymmetricWallVelocity {
                     node,
-                    normal: prescribed[node][axis],
+                    normal: velocity[axis],
                 });
             }
         }
@@ -71,8 +89,7 @@ impl WallMotion {
             let view = matrices.stiffness.outer_view(row);
             let entries = view.iter().flat_map(|view| view.iter());
             entries
-                .filter(|&(column, _)| is_wall(column))
-                .map(|(column, &entry)| entry * prescribed[column])
+                .filter_map(|(column, &entry)| Some(entry * prescribed[column]?))
                 .sum()
         };
         let momentum: Vec<Vector3<f64>> = free_nodes
@@ -89,11 +106,18 @@ impl WallMotion {
                 torque_rows += arms[node].cross(&force);
             }
         }
+        for (body, moment) in nodes.surface_moments.iter().enumerate() {
+            let mut torque_rows = loads.fixed_rows_mut::<3>(6 * body + 3);
+            torque_rows += moment;
+        }
         let (mut flux, mut size) = (Vec::with_capacity(matrices.divergence.rows()), 0.0);
         for row in matrices.divergence.outer_iterator() {
             let mut sum = 0.0;
-            for (column, &entry) in row.iter().filter(|&(column, _)| is_wall(column)) {
-                let term = Vector3::from(entry).dot(&prescribed[column]);
+            for (column, &entry) in row.iter() {
+                let Some(velocity) = prescribed[column] else {
+                    continue;
+                };
+                let term = Vector3::from(entry).dot(&velocity);
                 sum += term;
                 size += term.abs();
             }
@@ -114,10 +138,10 @@ impl WallMotion {
         }))
     }
 
-    /// Writes the velocities of the wall nodes into a field over all nodes.
-    pub fn write_velocity(&self, field: &mut [Vector3<f64>]) {
+    /// Adds the prescribed velocities to a field over all nodes, in which walls are at rest.
+    pub fn add_velocity(&self, field: &mut [Vector3<f64>]) {
         for &(node, velocity) in &self.velocity {
-            field[node as usize] = velocity;
+            field[node as usize] += velocity;
         }
     }
 }

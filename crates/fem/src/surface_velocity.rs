@@ -1,0 +1,148 @@
+//! Velocities of surfaces relative to rigid motions: nodal values, flux and moment.
+
+use mesh::{TetMesh, Vec3};
+
+use crate::FemError;
+use crate::check::check_vectors;
+use crate::quadrature::{FacetPoint, facet_degree_6};
+use crate::surface::{facet_nodes, position_and_normal, tagged_facets};
+
+/// Velocity of the boundary part with a tag relative to a rigid motion, at a point on the surface.
+///
+/// Near the surface, the function has the value of the closest point of the surface, or that of a
+/// flow that has this velocity on the surface.
+pub type SurfaceVelocity<'a> = dyn Fn(u16, Vec3) -> Vec3 + Sync + 'a;
+
+/// Nodal values of a [`SurfaceVelocity`] on one part of the boundary.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct NodalSurfaceVelocity {
+    /// Node and velocity `s_j`, by ascending nodes. Their interpolant `s_h` has no flux:
+    /// `∮ s_h · n dS = 0`.
+    pub values: Vec<(u32, Vec3)>,
+    /// `∮ n × s_h dS` with the normal into the fluid.
+    pub moment: Vec3,
+}
+
+/// Interpolates the velocity of the facets with `tag`, and removes its flux.
+///
+/// The flux of the interpolant of a tangential velocity is an interpolation error. In a container
+/// the flow would have no solution, so the smallest nodal values with this flux are subtracted.
+///
+/// # Errors
+/// No facet has the tag; a velocity that is not finite.
+pub fn nodal_surface_velocity(
+    mesh: &TetMesh,
+    tag: u16,
+    velocity: &SurfaceVelocity<'_>,
+) -> Result<NodalSurfaceVelocity, FemError> {
+    let weights = normal_weights(mesh, tag)?;
+    let value = |&(node, _): &(u32, Vec3)| velocity(tag, mesh.points()[node as usize]);
+    let mut values: Vec<Vec3> = weights.iter().map(value).collect();
+    check_vectors("the velocity of a surface", &values, weights.len())?;
+    let normals: Vec<Vec3> = weights.iter().map(|(_, normal)| *normal).collect();
+    remove_flux(&mut values, &normals);
+    // The weights have the normal out of the fluid.
+    let moment = -(normals.iter().zip(&values))
+        .map(|(normal, value)| normal.cross(value))
+        .sum::<Vec3>();
+    let nodes = weights.iter().map(|(node, _)| *node);
+    Ok(NodalSurfaceVelocity {
+        values: nodes.zip(values).collect(),
+        moment,
+    })
+}
+
+/// Subtracts the smallest values for which `sum_j w_j · s_j = 0`.
+pub(crate) fn remove_flux(values: &mut [Vec3], weights: &[Vec3]) {
+    let pairs = || values.iter().zip(weights);
+    let flux: f64 = pairs().map(|(value, weight)| value.dot(weight)).sum();
+    let size: f64 = weights.iter().map(Vec3::norm_squared).sum();
+    if size > 0.0 {
+        let factor = flux / size;
+        (values.iter_mut().zip(weights)).for_each(|(value, weight)| *value -= factor * weight);
+    }
+}
+
+/// `∮ N_j n dS` of the nodes on the facets with `tag`, with the normal out of the fluid.
+///
+/// Exact for quadratic facets: the integrand has degree 4.
+fn normal_weights(mesh: &TetMesh, tag: u16) -> Result<Vec<(u32, Vec3)>, FemError> {
+    let mut terms: Vec<(u32, Vec3)> = Vec::new();
+    for facet in tagged_facets(mesh, tag)? {
+        let nodes = facet_nodes(mesh, facet);
+        let mut weights = [Vec3::zeros(); 6];
+        for point in facet_degree_6() {
+            let (_, normal) = position_and_normal(&nodes, point);
+            for (weight, shape) in weights.iter_mut().zip(shape_functions(point)) {
+                *weight += normal * (point.weight * shape);
+            }
+        }
+        terms.extend(facet.nodes.into_iter().zip(weights));
+    }
+    // A stable sort, so that the order of the sums is fixed.
+    terms.sort_by_key(|(node, _)| *node);
+    let groups = terms.chunk_by(|a, b| a.0 == b.0);
+    Ok(groups
+        .map(|group| (group[0].0, group.iter().map(|(_, weight)| weight).sum()))
+        .collect())
+}
+
+/// The quadratic shape functions of a facet: vertices, then midside nodes of the edges 01, 12, 20.
+pub(crate) fn shape_functions(point: &FacetPoint) -> [f64; 6] {
+    let l = point.barycentric;
+    let vertex = |i: usize| l[i] * (2.0 * l[i] - 1.0);
+    let midside = |i: usize| 4.0 * l[i] * l[(i + 1) % 3];
+    [
+        vertex(0),
+        vertex(1),
+        vertex(2),
+        midside(0),
+        midside(1),
+        midside(2),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use mesh::{Container, GenerateParams, MeshedBody, Sphere, generate};
+
+    use super::*;
+
+    /// `∮ n × (G x) dS = |B| (curl of G x)`, for the discrete body and a linear velocity.
+    #[test]
+    fn linear_velocities_have_their_vorticity_as_moment_and_no_flux() {
+        let sphere = Sphere {
+            centre: Vec3::zeros(),
+            radius: 1.0,
+        };
+        let ball = Container::Ball(Sphere {
+            radius: 3.0,
+            ..sphere
+        });
+        let body = MeshedBody {
+            name: "sphere",
+            surface: &sphere,
+            size: 0.7,
+        };
+        let tets = generate(&[body], &ball, &GenerateParams::default()).unwrap();
+        let mesh = TetMesh::curved(tets.mesh, &[("sphere", &sphere)]).unwrap();
+        let tag = mesh.tag("sphere").unwrap();
+        let shear = |_: u16, x: Vec3| Vec3::new(2.0 * x.y, 0.0, x.x);
+        let nodal = nodal_surface_velocity(&mesh, tag, &shear).unwrap();
+        let volume = crate::surface_measures(&mesh, tag).unwrap().volume;
+        let vorticity = Vec3::new(0.0, -1.0, -2.0);
+        assert!((nodal.moment - volume * vorticity).norm() < 1e-12);
+        for (node, value) in &nodal.values {
+            let x = mesh.points()[*node as usize];
+            assert!((value - shear(tag, x)).norm() < 1e-13);
+        }
+        // A source has a flux, which is removed.
+        let source = nodal_surface_velocity(&mesh, tag, &|_, x| x).unwrap();
+        let weights = normal_weights(&mesh, tag).unwrap();
+        let flux: f64 = (source.values.iter().zip(&weights))
+            .map(|((_, value), (_, weight))| value.dot(weight))
+            .sum();
+        assert!(flux.abs() < 1e-13);
+    }
+}

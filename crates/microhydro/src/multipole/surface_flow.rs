@@ -1,0 +1,176 @@
+//! Motion of force-free spheres whose surfaces move: squirmers, spheres in a background flow.
+
+use faer::Mat;
+use nalgebra::DMatrix;
+
+use super::frame::Frame;
+use super::interior;
+use super::memory;
+use super::modes::{Family, Modes};
+use super::order::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
+use super::orders::Orders;
+use super::scaled::{AXIS_OF_M, drag_units};
+use super::surface_velocity::{self, SurfaceVelocity};
+use super::system::{MultiVector, System};
+use crate::{HydroError, Medium, Spheres};
+
+/// Velocities of force-free spheres whose surfaces move relative to them, and the power for it.
+///
+/// With the surface velocities `s_i` (columns) and the grand resistance `R`, spheres with the
+/// velocities `U` exert the forces
+///
+/// ```text
+/// F = R (U - sum_i U_i)
+/// ```
+///
+/// on the fluid, where `U_i` are the velocities of force-free spheres with `s_i`. The powers are
+/// `P_ij = ∮ s_i · f_j dS` with the forces `f_j` of the surface on the fluid while the spheres move
+/// with `U_j`; the matrix is symmetric. Viscosity 1.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SurfaceFlow {
+    /// `(U, ω)` of each sphere: six rows per sphere, one column per surface velocity.
+    pub velocities: DMatrix<f64>,
+    /// The powers `P_ij`.
+    pub powers: DMatrix<f64>,
+    /// Powers `∮ s_i · t_j dS` of the tractions `t_j = σ n` of the flows inside the spheres with the
+    /// velocities `s_j` on their surfaces.
+    pub inner_powers: DMatrix<f64>,
+    /// The velocities by expansions whose orders are lower by two.
+    pub coarser_velocities: DMatrix<f64>,
+    /// The powers by expansions whose orders are lower by two.
+    pub coarser_powers: DMatrix<f64>,
+    /// Factor that turns the change of the order into an error estimate.
+    pub tail: f64,
+}
+
+/// Residual of the iteration, relative to the largest coefficient.
+const RESIDUAL: f64 = 1e-12;
+
+/// Solves for the motion of force-free spheres with given surface velocities.
+///
+/// `orders` are those of the resistance of the spheres, [`crate::Resistance::orders`]; the error of
+/// the velocities is of the order of that of the resistance, because the surface velocities are in
+/// the lowest modes. Narrow gaps are resolved by the orders of the spheres alone. Cost: one solve of
+/// the system of spheres off an axis for all columns.
+///
+/// ```
+/// use microhydro::{Accuracy, Medium, Spheres, multipole};
+/// use nalgebra::{Vector3, DVector};
+/// let sphere = Spheres::new(vec![Vector3::zeros()], vec![1.0])?;
+/// let orders = multipole::resistance(&sphere, &Medium::Unbounded, &Accuracy::relative(1e-6))?;
+/// // a squirmer with the first mode alone swims at two thirds of it (Lighthill 1952)
+/// let k = Vector3::z();
+/// let slip = |_: usize, n: &Vector3<f64>| n * n.dot(&k) - k;
+/// let flow =
+///     multipole::surface_flow(&sphere, &Medium::Unbounded, orders.orders(), &[&slip])?;
+/// assert!((flow.velocities[(2, 0)] - 2.0 / 3.0).abs() < 1e-12);
+/// # Ok::<(), microhydro::HydroError>(())
+/// ```
+///
+/// # Errors
+/// Spheres outside the medium; [`HydroError::TooLarge`]; [`HydroError::NotConverged`];
+/// [`HydroError::NotFinite`].
+pub fn surface_flow(
+    spheres: &Spheres,
+    medium: &Medium,
+    orders: &Orders,
+    surface_velocities: &[&SurfaceVelocity<'_>],
+) -> Result<SurfaceFlow, HydroError> {
+    spheres.check_inside(medium)?;
+    memory::check_spheres(spheres.len())?;
+    // The lower order must contain the surface velocities too.
+    let lowest = Orders::all(spheres.len(), medium, surface_velocity::ORDER + 2);
+    let orders = (orders.without_gaps())
+        .limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER)
+        .at_least(&lowest);
+    memory::check_one_solution(&orders, matches!(medium, Medium::Wall { .. }))?;
+    let frame = Frame::of(spheres, medium);
+    let system = System::new(&frame, spheres.radii(), &orders, 1e-14).store_couplings();
+    let traces = surface_velocity::traces(&system, &frame, surface_velocities);
+    let xi = GapCoordinates::narrowest_of(&order::gaps(spheres, medium), spheres.len());
+    let largest = traces.iter().map(Mat::norm_max).fold(0.0, f64::max);
+    let mut x = system.zeros(surface_velocities.len());
+    let inner_powers = interior::powers(&system, &traces);
+    let mut force_free = |included: &dyn Fn(Modes, Family, usize) -> bool| {
+        let mask = not_rigid(&system, included);
+        system.solve(&mask, &traces, &mut x, RESIDUAL * largest)?;
+        let (velocities, powers) = motion(&system, &frame, spheres, &traces, &x);
+        Ok::<_, HydroError>((velocities, powers - &inner_powers))
+    };
+    let (coarser_velocities, coarser_powers) =
+        force_free(&|modes, family, l| modes.in_lower_order(family, l))?;
+    let (velocities, powers) = force_free(&|_, _, _| true)?;
+    let is_finite = |matrix: &DMatrix<f64>| matrix.iter().all(|x| x.is_finite());
+    if ![&velocities, &powers, &coarser_velocities, &coarser_powers]
+        .into_iter()
+        .all(is_finite)
+    {
+        return Err(HydroError::NotFinite {
+            what: "the velocity of a surface",
+        });
+    }
+    Ok(SurfaceFlow {
+        velocities,
+        powers,
+        inner_powers,
+        coarser_velocities,
+        coarser_powers,
+        tail: order::tail(&xi, &orders),
+    })
+}
+
+/// Which modes are not rigid motions of spheres, among those `included`.
+fn not_rigid(system: &System, included: &dyn Fn(Modes, Family, usize) -> bool) -> Vec<Vec<bool>> {
+    let mut mask = system.mask(included);
+    for (sphere, mask) in mask.iter_mut().enumerate().take(system.spheres) {
+        for row in system.rigid_rows(sphere) {
+            mask[row] = false;
+        }
+    }
+    mask
+}
+
+/// Velocities and powers of a solution `x` without forces and torques.
+///
+/// With the rigid modes `r` and all others `h`, the velocities are `A_rh x_h - t_r` for the traces
+/// `t`, and the powers are `t_h^T x_h`,
+/// with those of the flows inside the spheres.
+fn motion(
+    system: &System,
+    frame: &Frame,
+    spheres: &Spheres,
+    traces: &MultiVector,
+    x: &MultiVector,
+) -> (DMatrix<f64>, DMatrix<f64>) {
+    let columns = traces.first().map_or(0, Mat::ncols);
+    let product = system.apply(x);
+    let units = drag_units(spheres.radii());
+    let mut velocities = DMatrix::zeros(6 * spheres.len(), columns);
+    for sphere in 0..spheres.len() {
+        for (k, row) in system.rigid_rows(sphere).into_iter().enumerate() {
+            for column in 0..columns {
+                let scaled = product[sphere][(row, column)] - traces[sphere][(row, column)];
+                let physical = 6 * sphere + 3 * (k / 3) + AXIS_OF_M[k % 3];
+                velocities[(physical, column)] = scaled / units[6 * sphere + k];
+            }
+        }
+    }
+    let to_laboratory = frame.to_axes.inverse();
+    for first in (0..velocities.nrows()).step_by(3) {
+        for column in 0..columns {
+            let local = velocities.fixed_view::<3, 1>(first, column).into_owned();
+            let rotated = to_laboratory * local;
+            velocities
+                .fixed_view_mut::<3, 1>(first, column)
+                .copy_from(&rotated);
+        }
+    }
+    let mut powers = DMatrix::zeros(columns, columns);
+    // Rigid modes of x are zero.
+    for (trace, x) in traces.iter().zip(x) {
+        let block = trace.transpose() * x;
+        powers += DMatrix::from_fn(columns, columns, |i, j| block[(i, j)]);
+    }
+    (velocities, (&powers + powers.transpose()) * 0.5)
+}

@@ -1,0 +1,139 @@
+//! Slip, background flow and gravity of a scene file.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::checks::Checks;
+use crate::body::Body;
+use crate::domain::Domain;
+use crate::error::SceneError;
+use crate::file::{BackgroundFile, BodyFile};
+use crate::flow::{Background, Slip};
+use crate::shape::Shape;
+use crate::words::BackgroundKind;
+
+/// Relative size of the rounding errors of numbers that are written with many digits.
+const ROUNDING: f64 = 1e-12;
+
+/// The slip of body `number`.
+pub(super) fn slip(
+    checks: &Checks,
+    number: usize,
+    file: &BodyFile,
+    has_surface: bool,
+) -> Result<Option<Slip>, SceneError> {
+    let Some(file) = &file.slip else {
+        return Ok(None);
+    };
+    let key = format!("bodies[{number}].slip");
+    if !has_surface {
+        let problem = "makes no sense for a point, which has no surface; remove it";
+        return Err(checks.bad_value(&key, problem));
+    }
+    let axis = Vector3::from(file.axis).try_normalize(0.0);
+    let zero = || checks.bad_value(&format!("{key}.axis"), "has no direction");
+    Ok(Some(Slip {
+        b1: file.b1,
+        b2: file.b2,
+        axis: axis.ok_or_else(zero)?,
+    }))
+}
+
+/// The background flow, which must be incompressible and fit the domain.
+pub(super) fn background(
+    checks: &Checks,
+    file: Option<&BackgroundFile>,
+    domain: &Domain,
+) -> Result<Option<Background>, SceneError> {
+    let Some(file) = file else { return Ok(None) };
+    let kind = checks.required("background.kind", file.kind, ": say which flow is meant")?;
+    let is_linear = matches!(kind, BackgroundKind::Shear | BackgroundKind::Extension);
+    for (key, is_given, belongs) in [
+        ("velocity", file.velocity.is_some(), !is_linear),
+        ("gradient", file.gradient.is_some(), is_linear),
+    ] {
+        let key = format!("background.{key}");
+        if is_given && !belongs {
+            let problem = format!("does not belong to kind = \"{}\"; remove it", kind.word());
+            return Err(checks.bad_value(&key, problem));
+        }
+    }
+    let velocity = || -> Result<Vector3<f64>, SceneError> {
+        let why = format!(": kind = \"{}\" needs a velocity", kind.word());
+        Ok(checks
+            .required("background.velocity", file.velocity, &why)?
+            .into())
+    };
+    Ok(Some(match (kind, domain) {
+        (BackgroundKind::Uniform, _) => Background::Uniform {
+            velocity: velocity()?,
+        },
+        (BackgroundKind::Shear | BackgroundKind::Extension, _) => {
+            let why = format!(": kind = \"{}\" needs a gradient", kind.word());
+            let rows = checks.required("background.gradient", file.gradient, &why)?;
+            let gradient = Matrix3::from_fn(|i, j| rows[i][j]);
+            check_gradient(checks, kind, &gradient)?;
+            Background::Linear { kind, gradient }
+        }
+        (BackgroundKind::Poiseuille, Domain::Cylinder { radius }) => {
+            let velocity = velocity()?;
+            if velocity.yz().amax() > 0.0 {
+                let problem = "must be along x, the axis of the tube";
+                return Err(checks.bad_value("background.velocity", problem));
+            }
+            Background::Poiseuille {
+                velocity: velocity.x,
+                radius: *radius,
+            }
+        }
+        (BackgroundKind::Poiseuille, _) => {
+            let problem = "\"poiseuille\" needs domain.kind = \"cylinder\"";
+            return Err(checks.bad_value("background.kind", problem));
+        }
+    }))
+}
+
+/// Refuses gradients of compressible flows, and extensions that rotate.
+fn check_gradient(
+    checks: &Checks,
+    kind: BackgroundKind,
+    gradient: &Matrix3<f64>,
+) -> Result<(), SceneError> {
+    let (trace, limit) = (gradient.trace(), ROUNDING * gradient.amax());
+    let problem = if trace.abs() > limit {
+        format!("has the trace {trace:e}: the flow would not be incompressible; make it zero")
+    } else if kind == BackgroundKind::Extension && (gradient - gradient.transpose()).amax() > limit
+    {
+        "is not symmetric: an extension does not rotate; use kind = \"shear\"".to_owned()
+    } else {
+        return Ok(());
+    };
+    Err(checks.bad_value("background.gradient", problem))
+}
+
+/// Enters the weights of the bodies: `(density - fluid density) volume g`.
+pub(super) fn enter_weights(
+    checks: &Checks,
+    gravity: &Vector3<f64>,
+    fluid_density: f64,
+    bodies: &mut [Body],
+) -> Result<(), SceneError> {
+    for (number, body) in bodies.iter_mut().enumerate() {
+        let Some(density) = body.density else {
+            continue;
+        };
+        let key = format!("bodies[{number}].density");
+        let refuse = |problem: &str| Err(checks.bad_value(&key, problem));
+        match (&body.shape, body.fixed) {
+            (Shape::Point, _) => return refuse("makes no sense for a point; remove it"),
+            (_, true) => return refuse("has no effect: the body is fixed; remove it"),
+            (Shape::Helix { .. }, _) if gravity.amax() > 0.0 => {
+                return refuse(
+                    "is unsupported for a helix, whose centre of mass is not on its axis; give \
+                     force and torque",
+                );
+            }
+            _ => body.weight = gravity * ((density - fluid_density) * body.shape.volume()),
+        }
+    }
+    Ok(())
+}
