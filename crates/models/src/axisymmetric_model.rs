@@ -235,16 +235,16 @@ impl AxisymmetricModel {
     /// Its time is counted from `clock`.
     fn solution(
         &self,
-        configuration: Configuration,
+        query: &Query,
         rates: &[f64],
         resistances: &Resistances,
         clock: Clock,
     ) -> Result<InstantaneousSolution, ModelError> {
+        let configuration = query.configuration;
         let (axial, spin) = (&resistances.axial, resistances.spin.as_ref());
-        let ScaledScene {
-            scale, set, loads, ..
-        } = &self.scaled;
-        let constraints = self.scaled.constraints(configuration, rates)?;
+        let ScaledScene { scale, set, .. } = &self.scaled;
+        let loads = &self.scaled.loads(query.inertia);
+        let constraints = (self.scaled).constraints(configuration, rates, query.inertia)?;
         let surfaces = match &resistances.surfaces {
             Some(surfaces) => {
                 AxialSurfaces::new(&self.scaled, configuration, surfaces, &self.axis)?
@@ -364,7 +364,7 @@ impl Hydrodynamics for AxisymmetricModel {
         (query.rates.iter())
             .map(|rates| {
                 let begin = std::mem::replace(&mut clock, Clock::now());
-                self.solution(query.configuration, rates, &resistances, begin)
+                self.solution(query, rates, &resistances, begin)
             })
             .collect()
     }

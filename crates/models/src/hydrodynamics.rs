@@ -1,8 +1,8 @@
 //! The interface between scenes and models of the flow.
 
 use mesh::TetMesh;
-use nalgebra::DMatrix;
-use rigid::{State, StateVelocity};
+use nalgebra::{DMatrix, Matrix6};
+use rigid::{ExternalLoad, State, StateVelocity};
 use scene::Scene;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -44,6 +44,21 @@ pub struct Query<'a> {
     /// Relative discretisation error of velocities and forces to which the mesh is adapted; `None`
     /// for the usual mesh.
     pub accuracy: Option<f64>,
+    /// Inertia of the bodies over an implicit time step, one entry per body of the scene.
+    pub inertia: Option<&'a [BodyInertia]>,
+}
+
+/// Terms of an implicit time step for a body with mass, in the scene's units.
+///
+/// The body accelerates by `dp/dt = D (U, ω) - L`: the resistance `D`, mass over time step, and the
+/// load `L` are in addition to the resistance of the fluid and the external loads. Forces on the
+/// fluid do not contain them, forces of links do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyInertia {
+    /// `D`, symmetric, in the laboratory axes.
+    pub damping: Matrix6<f64>,
+    /// `L`.
+    pub load: ExternalLoad,
 }
 
 impl<'a> Query<'a> {
@@ -54,6 +69,16 @@ impl<'a> Query<'a> {
             rates,
             estimates: true,
             accuracy: None,
+            inertia: None,
+        }
+    }
+
+    /// The same query with the inertia of the bodies over an implicit time step.
+    #[must_use]
+    pub fn with_inertia(self, inertia: &'a [BodyInertia]) -> Self {
+        Self {
+            inertia: Some(inertia),
+            ..self
         }
     }
 

@@ -23,7 +23,9 @@ pub use axisymmetric_model::AxisymmetricModel;
 pub use error::ModelError;
 pub use error_estimate::ErrorEstimate;
 pub use fem_model::FemModel;
-pub use hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
+pub use hydrodynamics::{
+    BodyInertia, Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query,
+};
 pub use mesh_error::{AccumulatedError, MeshError, Uncertainty};
 pub use remesh::{NewMesh, Remesh};
 pub use rough_model::RoughModel;

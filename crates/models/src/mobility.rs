@@ -59,11 +59,11 @@ impl MobilitySolution {
         };
         let s = &reduction.surface_basis;
         let w = &relative_to_fluid(&reduction.surface_offset);
-        let (all, damping) = (&reduction.all, drive.damping());
-        let loads = drive.generalised_loads()? - damping.component_mul(&all.offset);
+        let all = &reduction.all;
+        let loads = drive.generalised_loads()? - drive.damping_times(&all.offset)?;
         let rhs = all.basis.tr_mul(&loads) - s.tr_mul(&(resistance * w));
-        let dashpots = DMatrix::from_diagonal(&damping);
-        let matrix = s.tr_mul(&(resistance * s)) + all.basis.tr_mul(&(dashpots * &all.basis));
+        let dashpots = drive.damping_projected(&all.basis, &all.basis)?;
+        let matrix = s.tr_mul(&(resistance * s)) + dashpots;
         let coefficients = matrix
             .clone()
             .cholesky()
@@ -171,7 +171,7 @@ pub(crate) fn joint_responses(
 ) -> Result<Vec<StateVelocity>, ModelError> {
     let set = &scaled.set;
     let at_rest = vec![0.0; set.links().len()];
-    let mut constraints = scaled.constraints(configuration, &at_rest)?;
+    let mut constraints = scaled.constraints(configuration, &at_rest, None)?;
     let loads = vec![ExternalLoad::default(); set.kinds().len()];
     let joints = set.passive_joints().enumerate();
     let response = |(number, link): (usize, &Link)| {

@@ -47,14 +47,15 @@ impl Hydrodynamics for RoughModel {
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        let ScaledScene {
-            scale, set, loads, ..
-        } = &self.scaled;
+        let ScaledScene { scale, set, .. } = &self.scaled;
+        let loads = &self.scaled.loads(query.inertia);
         let centres = self.scaled.centres(query.configuration)?;
         let spheres = Spheres::new(centres, self.radii.clone())?;
         let resistance = rpy::resistance(&spheres, &Medium::Unbounded)?;
         let solution = |rates: &Vec<f64>| {
-            let constraints = self.scaled.constraints(query.configuration, rates)?;
+            let constraints = self
+                .scaled
+                .constraints(query.configuration, rates, query.inertia)?;
             let solved = MobilitySolution::new(&resistance, set, &constraints, loads, None)?;
             let motion = set.state_velocity(solved.generalised.as_slice())?;
             Ok(InstantaneousSolution::new(

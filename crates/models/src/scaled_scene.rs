@@ -1,10 +1,12 @@
 //! Bodies, links and loads of a scene in scaled units: the input of every model.
 
-use nalgebra::{Isometry3, Vector3};
+use std::borrow::Cow;
+
+use nalgebra::{Isometry3, Matrix6, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, ExternalLoad, State, StateVelocity};
 
 use crate::error::ModelError;
-use crate::hydrodynamics::Configuration;
+use crate::hydrodynamics::{BodyInertia, Configuration};
 use crate::units::Scale;
 use scene::Scene;
 
@@ -16,7 +18,7 @@ pub(crate) struct ScaledScene {
     /// Bodies and links.
     pub set: Articulation,
     /// External loads, one per body.
-    pub loads: Vec<ExternalLoad>,
+    loads: Vec<ExternalLoad>,
 }
 
 impl ScaledScene {
@@ -76,7 +78,8 @@ impl ScaledScene {
             .collect())
     }
 
-    /// Constraints of the links in a configuration, for one rate per link.
+    /// Constraints of the links in a configuration, for one rate per link, with the inertia of the
+    /// bodies.
     ///
     /// # Errors
     /// As [`ScaledScene::poses`].
@@ -84,10 +87,34 @@ impl ScaledScene {
         &self,
         configuration: Configuration,
         rates: &[f64],
+        inertia: Option<&[BodyInertia]>,
     ) -> Result<Constraints, ModelError> {
         let state = self.state(configuration);
         let [lengths, rates] = [configuration.lengths, rates].map(|list| self.values(list));
-        Ok(self.set.constraints(&state, &lengths, &rates)?)
+        let mut constraints = self.set.constraints(&state, &lengths, &rates)?;
+        for (body, inertia) in inertia.into_iter().flatten().enumerate() {
+            let has_surface = self.set.kinds().get(body) == Some(&BodyKind::Rigid);
+            if has_surface && inertia.damping != Matrix6::zeros() {
+                let damping = self.scale.body_resistance(&inertia.damping);
+                constraints.body_damping.push((body, damping));
+            }
+        }
+        Ok(constraints)
+    }
+
+    /// External loads, with those of the inertia of the bodies.
+    pub fn loads(&self, inertia: Option<&[BodyInertia]>) -> Cow<'_, [ExternalLoad]> {
+        let Some(inertia) = inertia else {
+            return Cow::Borrowed(&self.loads);
+        };
+        let sum = |(load, inertia): (&ExternalLoad, &BodyInertia)| {
+            let own = self.scale.load(inertia.load.force, inertia.load.torque);
+            ExternalLoad {
+                force: load.force + own.force,
+                torque: load.torque + own.torque,
+            }
+        };
+        self.loads.iter().zip(inertia).map(sum).collect()
     }
 
     /// Rate of change of the state in the units of the scene.

@@ -1,7 +1,7 @@
 //! Scaled units, in which flows are computed: smallest radius 1, viscosity 1, time as in the scene.
 
 use mesh::{MeshError, TetMesh};
-use nalgebra::{DMatrix, Isometry3, Translation3, Vector3};
+use nalgebra::{DMatrix, Isometry3, Matrix6, Translation3, Vector3};
 use rigid::{ExternalLoad, JointDrive, Link, PassiveDrive, State, StateVelocity, Twist};
 
 use scene::{Background, Scene};
@@ -169,6 +169,14 @@ impl Scale {
         let (rows, columns) = resistance.shape();
         DMatrix::from_fn(rows, columns, |i, j| {
             resistance[(i, j)] * self.viscosity * self.length * unit(i) * unit(j)
+        })
+    }
+
+    /// Scaled resistance of one body to its velocities `(U, ω)`.
+    pub fn body_resistance(&self, resistance: &Matrix6<f64>) -> Matrix6<f64> {
+        let unit = |entry: usize| if entry < 3 { 1.0 } else { self.length };
+        Matrix6::from_fn(|i, j| {
+            resistance[(i, j)] / (self.viscosity * self.length * unit(i) * unit(j))
         })
     }
 

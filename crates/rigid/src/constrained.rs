@@ -75,16 +75,17 @@ impl Constrained {
         let surface_columns = columns.select_rows(&surface_rows);
         let tests = rows.as_ref().unwrap_or(&columns);
         let surface_tests = tests.select_rows(&surface_rows);
-        let damping = DMatrix::from_diagonal(&drive.damping());
+        let damping = drive.damping();
         let rhs = imposed_rhs(
             &surfaces,
             tests,
             &surface_rows,
-            &(loads - &damping * &offset),
+            &(loads - damping.times(&offset)),
             &offset,
         );
         let mut corner = surface_tests.tr_mul(&(&surfaces.corner * &surface_columns));
-        corner += tests.tr_mul(&(damping * &columns));
+        // Where symmetry planes cut bodies, the border has the forces on their parts.
+        corner += damping.projected(tests, &columns) / surfaces.symmetry_planes.parts();
         if let Some(constraints) = &constraints {
             corner += constraints;
         }
@@ -163,7 +164,7 @@ impl Constrained {
                 &self.surfaces,
                 self.tests(),
                 &self.surface_rows,
-                &(loads - drive.damping().component_mul(&all.offset)),
+                &(loads - drive.damping().times(&all.offset)),
                 &all.offset,
             ),
             offset: all.offset,

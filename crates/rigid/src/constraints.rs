@@ -1,70 +1,13 @@
 //! Velocity constraints of links, clamps and fixed bodies: the rows of `C q = w`.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 
 use crate::error::check_length;
 use crate::joint::Joint;
 use crate::placement::Placement;
-use crate::{Arms, Articulation, BodyKind, RigidError, State, StateVelocity, Twist};
-
-/// Positions of the velocities of bodies, frames and joints in the vector of generalised velocities
-/// `q`.
-///
-/// Order: the bodies one after the other (rigid: `U`, `ω`; point: `U`), then the angular velocities
-/// of the frames of each linkage of two or more bodies, unless arms keep their direction
-/// ([`Arms::Lab`]), then the rates of the passive joints.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct VelocityLayout {
-    bodies: Vec<usize>,
-    frames: Vec<Option<usize>>,
-    /// Links of the passive joints, with the positions of their rates.
-    joints: Vec<(usize, usize)>,
-    len: usize,
-}
-
-impl VelocityLayout {
-    /// Number of generalised velocities.
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    /// Whether there are no generalised velocities.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
-    /// Index of the first velocity component of a body; for a rigid body `ω` follows `U`.
-    ///
-    /// `None` for a body that does not exist.
-    pub fn body(&self, body: usize) -> Option<usize> {
-        self.bodies.get(body).copied()
-    }
-
-    /// Index of the first component of a frame's angular velocity, if the frame has its own.
-    ///
-    /// Frames are numbered as in [`Articulation::frame_of`].
-    pub fn frame(&self, frame: usize) -> Option<usize> {
-        self.frames.get(frame).copied().flatten()
-    }
-
-    /// Index of the rate of the joint of a link, if it is passive.
-    pub fn joint(&self, link: usize) -> Option<usize> {
-        let mut joints = self.joints.iter();
-        joints
-            .find(|(number, _)| *number == link)
-            .map(|(_, column)| *column)
-    }
-
-    /// Indices of the rates of all passive joints.
-    pub fn joints(&self) -> impl Iterator<Item = usize> {
-        self.joints.iter().map(|(_, column)| *column)
-    }
-
-    /// Index of the first velocity component of each body.
-    pub fn bodies(&self) -> &[usize] {
-        &self.bodies
-    }
-}
+use crate::{
+    Arms, Articulation, BodyKind, RigidError, State, StateVelocity, Twist, VelocityLayout,
+};
 
 /// The velocity constraints `C q = w` of an articulated set in one configuration.
 ///
@@ -96,6 +39,9 @@ pub struct Constraints {
     pub joint_forces: Vec<f64>,
     /// Coefficients of the dashpots of the passive joints.
     pub joint_damping: Vec<f64>,
+    /// Rigid bodies with a resistance in addition to that of the fluid, in the laboratory axes:
+    /// masses over time steps. Empty by default.
+    pub body_damping: Vec<(usize, Matrix6<f64>)>,
     /// Vector of each link, `x_body - x_to`.
     pub(crate) link_vectors: Vec<Vector3<f64>>,
     /// Position of each rigid body.
@@ -140,15 +86,20 @@ impl Constraints {
     /// [`RigidError::OtherSet`] for another number of rows or columns, [`RigidError::NotFinite`].
     pub(crate) fn check(&self) -> Result<(), RigidError> {
         let (rows, columns) = self.matrix.shape();
-        let fits = [self.rates.len(), self.labels.len(), self.layout.len];
+        let fits = [self.rates.len(), self.labels.len(), self.layout.len()];
         let joints = [self.joint_forces.len(), self.joint_damping.len()];
-        if fits != [rows, rows, columns] || joints != [self.layout.joints.len(); 2] {
+        let is_rigid = |(body, _): &(usize, _)| self.layout.is_rigid(*body);
+        if !self.body_damping.iter().all(is_rigid) {
+            return Err(RigidError::OtherSet);
+        }
+        if fits != [rows, rows, columns] || joints != [self.layout.joints().count(); 2] {
             return Err(RigidError::OtherSet);
         }
         let mut entries = (self.matrix.iter())
             .chain(self.rates.iter())
             .chain(&self.joint_forces)
-            .chain(&self.joint_damping);
+            .chain(&self.joint_damping)
+            .chain(self.body_damping.iter().flat_map(|(_, block)| block));
         if !entries.all(|entry| entry.is_finite()) {
             return Err(RigidError::NotFinite {
                 what: "a constraint",
@@ -159,53 +110,6 @@ impl Constraints {
 }
 
 impl Articulation {
-    /// Positions of all velocities in the vector of generalised velocities.
-    pub fn velocity_layout(&self) -> VelocityLayout {
-        let mut len = 0;
-        let bodies = self
-            .kinds()
-            .iter()
-            .map(|kind| {
-                let first = len;
-                len += if *kind == BodyKind::Rigid { 6 } else { 3 };
-                first
-            })
-            .collect();
-        let mut frames = vec![None; self.frames()];
-        for linkage in self
-            .linkages()
-            .iter()
-            .filter(|linkage| self.has_frame(linkage))
-        {
-            for &body in &linkage.bodies {
-                frames[self.frame_of()[body]] = Some(0);
-            }
-        }
-        for frame in frames.iter_mut().flatten() {
-            *frame = len;
-            len += 3;
-        }
-        let joints = self.passive_links().map(|(link, _)| {
-            len += 1;
-            (link, len - 1)
-        });
-        VelocityLayout {
-            bodies,
-            frames,
-            joints: joints.collect(),
-            len,
-        }
-    }
-
-    /// Indices of the generalised velocities `(U, ω)` of bodies with surfaces, six per body.
-    pub fn surface_velocities(&self) -> Vec<usize> {
-        let layout = self.velocity_layout();
-        (0..self.kinds().len())
-            .filter(|&body| self.kinds()[body] == BodyKind::Rigid)
-            .flat_map(|body| layout.bodies[body]..layout.bodies[body] + 6)
-            .collect()
-    }
-
     /// The constraints in one configuration, where the values of the joints change at `rates` (one
     /// per link; those of passive joints have no effect).
     ///
@@ -247,6 +151,7 @@ impl Articulation {
             joint_forces: (self.passive_links())
                 .map(|(link, drive)| drive.static_force(placement.values[link]))
                 .collect(),
+            body_damping: Vec::new(),
             joint_damping: self
                 .passive_links()
                 .map(|(_, drive)| drive.damping)
@@ -263,7 +168,7 @@ impl Articulation {
         }
         for (body, frame) in clamped {
             let row = constraints.labels.len();
-            let spin = constraints.layout.bodies[body] + 3;
+            let spin = constraints.layout.bodies()[body] + 3;
             add_block(
                 &mut constraints.matrix,
                 row,
@@ -283,7 +188,7 @@ impl Articulation {
             let row = constraints.labels.len();
             constraints
                 .matrix
-                .fixed_view_mut::<6, 6>(row, constraints.layout.bodies[body])
+                .fixed_view_mut::<6, 6>(row, constraints.layout.bodies()[body])
                 .fill_with_identity();
             let label = format!("fixed body {body}");
             constraints.labels.extend(std::iter::repeat_n(label, 6));
@@ -311,8 +216,8 @@ impl Articulation {
         };
         let identity = Matrix3::identity();
         let matrix = &mut to.matrix;
-        add_block(matrix, row, Some(layout.bodies[link.body]), &identity);
-        add_block(matrix, row, Some(layout.bodies[link.to]), &-identity);
+        add_block(matrix, row, Some(layout.bodies()[link.body]), &identity);
+        add_block(matrix, row, Some(layout.bodies()[link.to]), &-identity);
         // Ω' × r = -[r]_× Ω'
         add_block(matrix, row, far_frame, &-(pivot - far).cross_matrix());
         add_block(matrix, row, near_frame, &(pivot - near).cross_matrix());
@@ -351,7 +256,7 @@ impl Articulation {
                 (Some(frame), _) => at(frame),
                 // The frame of a body without links rotates with the body.
                 (None, &[body]) if self.kinds()[body] == BodyKind::Rigid => {
-                    at(layout.bodies[body] + 3)
+                    at(layout.bodies()[body] + 3)
                 }
                 (None, _) => Vector3::zeros(),
             }
@@ -361,13 +266,13 @@ impl Articulation {
                 .linkages()
                 .iter()
                 .map(|linkage| Twist {
-                    linear: at(layout.bodies[linkage.root]),
+                    linear: at(layout.bodies()[linkage.root]),
                     angular: frame_spin(linkage.root),
                 })
                 .collect(),
             spins: (0..self.kinds().len())
                 .map(|body| match self.kinds()[body] {
-                    BodyKind::Rigid => at(layout.bodies[body] + 3),
+                    BodyKind::Rigid => at(layout.bodies()[body] + 3),
                     BodyKind::Point => frame_spin(body),
                 })
                 .collect(),

@@ -1,7 +1,8 @@
 //! Drive of an articulated set: constraints of its links and external loads on its bodies.
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 
+use crate::damping::Damping;
 use crate::error::check_length;
 use crate::placement::is_finite;
 use crate::{Articulation, BodyKind, Constraints, RigidError};
@@ -53,14 +54,45 @@ impl Drive<'_> {
         Ok(loads)
     }
 
-    /// Coefficients of the dashpots, one per generalised velocity: zero for all but passive joints.
-    pub fn damping(&self) -> DVector<f64> {
-        let layout = &self.constraints.layout;
-        let mut damping = DVector::zeros(layout.len());
-        for (column, coefficient) in layout.joints().zip(&self.constraints.joint_damping) {
-            damping[column] = *coefficient;
+    /// `D q` for generalised velocities `q`: the forces of dashpots and of
+    /// [`Constraints::body_damping`] are `-D q`.
+    ///
+    /// # Errors
+    /// A `q` of the wrong length.
+    pub fn damping_times(&self, q: &DVector<f64>) -> Result<DVector<f64>, RigidError> {
+        check_length(
+            "generalised velocities",
+            q.len(),
+            self.constraints.layout.len(),
+        )?;
+        Ok(self.damping().times(q))
+    }
+
+    /// `tests^T D columns`, with one row of each per generalised velocity.
+    ///
+    /// # Errors
+    /// Matrices of the wrong size.
+    pub fn damping_projected(
+        &self,
+        tests: &DMatrix<f64>,
+        columns: &DMatrix<f64>,
+    ) -> Result<DMatrix<f64>, RigidError> {
+        for rows in [tests.nrows(), columns.nrows()] {
+            check_length(
+                "generalised velocities",
+                rows,
+                self.constraints.layout.len(),
+            )?;
         }
-        damping
+        Ok(self.damping().projected(tests, columns))
+    }
+
+    pub(crate) fn damping(&self) -> Damping {
+        Damping::new(
+            &self.constraints.layout,
+            &self.constraints.joint_damping,
+            &self.constraints.body_damping,
+        )
     }
 
     /// Refuses constraints of another set, and loads that do not fit the bodies.

@@ -6,6 +6,7 @@ mod body_forces;
 mod border;
 mod constrained;
 mod constraints;
+mod damping;
 mod direct_rows;
 mod drive;
 mod eliminated;
@@ -28,10 +29,11 @@ mod placement;
 mod prescribed_motion;
 mod resistance;
 mod symmetry;
+mod velocity_layout;
 
 pub use articulation::{Arms, Articulation, BodyKind};
 pub use constrained::Constrained;
-pub use constraints::{Constraints, VelocityLayout};
+pub use constraints::Constraints;
 pub use direct_rows::DirectRows;
 pub use drive::{Drive, ExternalLoad};
 pub use eliminated::Eliminated;
@@ -50,6 +52,7 @@ pub use null_space::{NullSpace, Reduction};
 pub use placement::State;
 pub use resistance::GrandResistance;
 pub use symmetry::SymmetryPlanes;
+pub use velocity_layout::VelocityLayout;
 
 // the crates whose types appear in signatures
 pub use linalg;

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
+use crate::damping::Damping;
 use crate::error::check_length;
 use crate::{Constraints, Drive, NullSpace, Reduction, RigidError, SymmetryPlanes};
 
@@ -22,8 +23,8 @@ pub(crate) struct LinkLoads {
     surface_basis: DMatrix<f64>,
     /// Velocities of bodies, frames and joints that the links allow, one column per dof.
     basis: DMatrix<f64>,
-    /// Coefficients of the dashpots, one per generalised velocity.
-    damping: DVector<f64>,
+    /// Resistances in addition to that of the fluid.
+    damping: Damping,
     /// Vectors along the links.
     ///
     /// They do not affect the loads, but distinguish drives at different lengths: with
@@ -134,7 +135,7 @@ impl LinkLoads {
         forces: &DVector<f64>,
         velocities: &DVector<f64>,
     ) -> Result<DVector<f64>, RigidError> {
-        let others = self.damping.component_mul(velocities) - &self.external;
+        let others = self.damping.times(velocities) - &self.external;
         let multipliers = self.multipliers(forces, others)?;
         Ok(self.of_independent(&multipliers))
     }
@@ -157,7 +158,7 @@ impl LinkLoads {
         let gram = (basis.tr_mul(basis))
             .cholesky()
             .ok_or(RigidError::DependentConstraints)?;
-        let of_dashpots = self.damping.component_mul(velocities);
+        let of_dashpots = self.damping.times(velocities);
         let work = basis.tr_mul(forces) + self.basis.tr_mul(&of_dashpots);
         let balanced = forces - basis * gram.solve(&work);
         let multipliers = self.multipliers(&balanced, of_dashpots)?;

@@ -1,6 +1,6 @@
 //! A body of a scene.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use rigid::BodyKind;
 
 use crate::flow::Slip;
@@ -45,6 +45,22 @@ impl Body {
     /// Radius of the smallest ball about the centre that contains the body; zero for points.
     pub fn bounding_radius(&self) -> f64 {
         self.shape.bounding_radius()
+    }
+
+    /// Mass and moments of inertia about the centre in the axes of the scene at the start; `None`
+    /// for bodies without inertia.
+    ///
+    /// A moment of inertia that is not given is that of a homogeneous body
+    /// ([`Shape::inertia_per_mass`]).
+    pub fn mass_matrix(&self) -> Option<(f64, Matrix3<f64>)> {
+        if self.mass == 0.0 && self.inertia == 0.0 {
+            return None;
+        }
+        let inertia = match self.inertia {
+            0.0 => self.mass * self.shape.inertia_per_mass()?,
+            inertia => inertia * Matrix3::identity(),
+        };
+        Some((self.mass, inertia))
     }
 
     /// Kind of body in the articulation: rigid, or a point without rotation.

@@ -175,6 +175,11 @@ impl Scene {
             .collect()
     }
 
+    /// Whether some bodies have inertia.
+    pub fn has_masses(&self) -> bool {
+        self.bodies.iter().any(|body| body.mass_matrix().is_some())
+    }
+
     /// Whether the flow determines the values of some joints.
     pub fn has_passive_joints(&self) -> bool {
         let links = self.articulation.links();
@@ -200,5 +205,6 @@ impl Scene {
             && !self.has_surface_velocity()
             && self.articulation.linkages().len() == 1
             && !self.has_passive_joints()
+            && !self.has_masses()
     }
 }

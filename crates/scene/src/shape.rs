@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::words::ShapeKind;
 
@@ -125,6 +125,57 @@ impl Shape {
                 .and_then(|axis| UnitQuaternion::rotation_between(&Vector3::x(), &axis))
                 .unwrap_or_else(UnitQuaternion::identity),
         }
+    }
+
+    /// Moments of inertia about the centre of a homogeneous body of unit mass, in the axes of the
+    /// initial configuration; `None` for points and for shapes without a formula.
+    ///
+    /// ```
+    /// use scene::Shape;
+    /// let sphere = Shape::Sphere { radius: 2.0 };
+    /// assert_eq!(sphere.inertia_per_mass().unwrap()[(1, 1)], 0.4 * 4.0);
+    /// ```
+    pub fn inertia_per_mass(&self) -> Option<Matrix3<f64>> {
+        let of_semi_axes = |a: Vector3<f64>| {
+            let squares = a.component_mul(&a) / 5.0;
+            Vector3::repeat(squares.sum()) - squares
+        };
+        // Moments about the own x axis and about the others.
+        let own = match *self {
+            Self::Sphere { radius } => of_semi_axes(Vector3::repeat(radius)),
+            Self::Ellipsoid { semi_axes, .. } => of_semi_axes(semi_axes),
+            Self::Spheroid {
+                radius,
+                half_length,
+                ..
+            } => of_semi_axes(Vector3::new(half_length, radius, radius)),
+            Self::Capsule {
+                radius: r,
+                half_length,
+                ..
+            } => {
+                // A cylinder of the half length `h`, and two half balls with their centres of mass
+                // 3/8 r beyond its ends.
+                let h = half_length - r;
+                let (cylinder, ball) = (2.0 * h, 4.0 / 3.0 * r);
+                let along = cylinder * r * r / 2.0 + ball * 0.4 * r * r;
+                let of_balls = 0.4 * r * r + h * h + 0.75 * h * r;
+                let across = cylinder * (r * r / 4.0 + h * h / 3.0) + ball * of_balls;
+                Vector3::new(along, across, across) / (cylinder + ball)
+            }
+            Self::Torus {
+                radius,
+                tube_radius,
+                ..
+            } => {
+                let (large, small) = (radius * radius, tube_radius * tube_radius);
+                let across = large / 2.0 + 0.625 * small;
+                Vector3::new(large + 0.75 * small, across, across)
+            }
+            Self::Disk { .. } | Self::Helix { .. } | Self::Point => return None,
+        };
+        let rotation = self.orientation().to_rotation_matrix();
+        Some(rotation * Matrix3::from_diagonal(&own) * rotation.inverse())
     }
 
     /// Radius of the smallest ball about the centre that contains the body; zero for points.

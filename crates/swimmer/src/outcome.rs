@@ -55,6 +55,9 @@ pub struct Outcome {
     /// Error bars of the work.
     #[serde(default)]
     pub work_error: ErrorEstimate,
+    /// Velocities `(U, ω)` of all bodies at the end, six per body; empty without masses.
+    #[serde(default)]
+    pub velocities: Vec<f64>,
     /// Seconds of all solves.
     pub seconds: Seconds,
     /// The meshes that were generated, for models with a mesh.
@@ -178,6 +181,7 @@ impl Interim {
             tolerance_met: true,
             work: 0.0,
             work_error: ErrorEstimate::default(),
+            velocities: Vec::new(),
             seconds: Seconds::default(),
             meshes: Vec::new(),
             samples: vec![Sample {

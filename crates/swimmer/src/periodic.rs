@@ -1,7 +1,7 @@
-//! The periodic state of a gait with passive joints, by shooting.
+//! The periodic state of a gait with passive joints or masses, by shooting.
 //!
-//! From any start, the values of springs tend to a periodic function of time: over one cycle they
-//! change by the residual `r(z) = P(z) - z`, with the values `P(z)` after a cycle from `z`. Its zero
+//! From any start, the values of springs and the velocities of bodies with mass tend to periodic
+//! functions of time: over one cycle they change by the residual `r(z) = P(z) - z`, with the values `P(z)` after a cycle from `z`. Its zero
 //! is found by Broyden's method (Kelley 1995, Iterative Methods for Linear and Nonlinear Equations,
 //! chapter 7), which starts with `dr/dz = -1`: the first steps are cycles one after the other, and
 //! later ones extrapolate their limit.
@@ -12,8 +12,8 @@ use rigid::State;
 use scene::{Scene, legs};
 
 use crate::error::SwimError;
-use crate::integrate::{Integrator, LegSolution, Method};
-use crate::outcome::{mean_of_moving, positions};
+use crate::integrate::{Integrator, LegSolution, Method, relaxation_time};
+use crate::outcome::{Interim, mean_of_moving, positions};
 
 /// Part of the tolerance of the net displacement to which the state is periodic.
 const SHARE: f64 = 0.1;
@@ -22,9 +22,10 @@ const SHARE: f64 = 0.1;
 /// linear in the distances.
 const MAX_CYCLES: usize = 40;
 
-/// The periodic state of the gait of a scene, and the number of solves that it took.
+/// The periodic state of the gait of a scene, before its first leg.
 ///
-/// Bodies start at their places in the scene; only the values of passive joints differ.
+/// Bodies start at their places in the scene; only the values of passive joints and the velocities
+/// of bodies with mass differ. The solves of the search are counted.
 ///
 /// # Errors
 /// [`SwimError::NotPeriodic`] if the search does not converge; errors of the model and the
@@ -34,25 +35,43 @@ pub fn periodic_state(
     model: &mut dyn Hydrodynamics,
     method: Method,
     observe: &mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
-) -> Result<(State, usize), SwimError> {
+) -> Result<Interim, SwimError> {
     let set = scene.articulation();
-    let mut state = scene.initial_state();
-    let joints = state.joints.len();
     let links: Vec<usize> = set.passive_links().map(|(link, _)| link).collect();
+    let bodies = match scene.has_masses() {
+        true => scene.bodies().len(),
+        false => 0,
+    };
+    let period = scene.gait().duration() / f64::from(scene.gait().cycles);
+    let memory = relaxation_time(scene).min(period);
+    let mut state = scene.initial_state();
+    let mut velocities = vec![0.0; 6 * bodies];
+    let size = links.len() + velocities.len();
+    let unknowns = |joints: &[f64], velocities: &[f64]| {
+        DVector::from_iterator(size, joints.iter().chain(velocities).copied())
+    };
     let mut solves = 0;
-    let mut inverse = -DMatrix::<f64>::identity(joints, joints);
+    let mut inverse = -DMatrix::<f64>::identity(size, size);
     let mut last: Option<(DVector<f64>, DVector<f64>)> = None;
     let mut mismatch = f64::INFINITY;
     for _ in 0..MAX_CYCLES {
-        let (after, net) = cycle(scene, model, method, &state, &mut solves, observe)?;
-        let values = DVector::from_column_slice(&state.joints);
-        let residual = DVector::from_vec(after.joints) - &values;
-        let sizes = links.iter().zip(residual.iter());
-        mismatch = sizes
-            .map(|(&link, &change)| set.arm_displacement(link, change))
-            .fold(0.0, f64::max);
-        if mismatch <= SHARE * scene.model().tolerance * net {
-            return Ok((state, solves));
+        let start = Start {
+            state: &state,
+            velocities: &velocities,
+        };
+        let end = cycle(scene, model, method, &start, &mut solves, observe)?;
+        let values = unknowns(&state.joints, &velocities);
+        let residual = unknowns(&end.state.joints, &end.velocities) - &values;
+        let of_joints = links.iter().zip(residual.iter());
+        let of_joints = of_joints.map(|(&link, &change)| set.arm_displacement(link, change));
+        let of_body = |body: usize| residual.fixed_rows::<3>(links.len() + 6 * body).norm();
+        let of_bodies = (0..bodies).map(|body| memory * of_body(body));
+        mismatch = of_joints.chain(of_bodies).fold(0.0, f64::max);
+        if mismatch <= SHARE * scene.model().tolerance * end.net {
+            let mut interim = Interim::from_state(scene, state)?;
+            interim.outcome.velocities = velocities;
+            interim.outcome.solves = solves;
+            return Ok(interim);
         }
         if let Some((before, residual_before)) = &last {
             // "Good" Broyden update of the inverse, by the formula of Sherman and Morrison.
@@ -64,8 +83,10 @@ pub fn periodic_state(
                 inverse += (step - product) * row;
             }
         }
-        let step = -&inverse * &residual;
-        state.joints = (&values + step).as_slice().to_vec();
+        let next = &values - &inverse * &residual;
+        let (joints, others) = next.as_slice().split_at(links.len());
+        state.joints = joints.to_vec();
+        velocities = others.to_vec();
         last = Some((values, residual));
     }
     Err(SwimError::NotPeriodic {
@@ -74,26 +95,44 @@ pub fn periodic_state(
     })
 }
 
-/// The state after one cycle, and the net displacement of the bodies.
+struct Start<'a> {
+    state: &'a State,
+    velocities: &'a [f64],
+}
+
+struct End {
+    state: State,
+    velocities: Vec<f64>,
+    /// Net displacement of the bodies.
+    net: f64,
+}
+
+/// One cycle.
 fn cycle(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
     method: Method,
-    start: &State,
+    start: &Start,
     solves: &mut usize,
     observe: &mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
-) -> Result<(State, f64), SwimError> {
+) -> Result<End, SwimError> {
     let set = scene.articulation();
     let lengths = set.initial_lengths();
-    let mut state = start.clone();
-    let mut integrator = Integrator::new(scene, model, method);
+    let mut state = start.state.clone();
+    let mut velocities = start.velocities.to_vec();
+    let mut integrator = Integrator::new(scene, model, method).with_velocities(&velocities);
     for leg in legs(scene.gait(), lengths)?.take(scene.gait().phases.len()) {
         let result = integrator.leg(&leg, &state, observe)?;
         *solves += result.solves;
         state = result.end;
+        velocities = result.velocities;
     }
-    let before = positions(set, start, lengths)?;
+    let before = positions(set, start.state, lengths)?;
     let after = positions(set, &state, lengths)?;
     let displacement: Vec<_> = after.iter().zip(&before).map(|(a, b)| a - b).collect();
-    Ok((state, mean_of_moving(&displacement).norm()))
+    Ok(End {
+        state,
+        velocities,
+        net: mean_of_moving(&displacement).norm(),
+    })
 }

@@ -139,10 +139,7 @@ fn run_once(
                         }),
                         false => Ok(()),
                     };
-                let (state, solves) =
-                    periodic_state(&scene, model.as_mut(), Method::Collocation, &mut observe)?;
-                interim = Interim::from_state(&scene, state)?;
-                interim.outcome.solves = solves;
+                interim = periodic_state(&scene, model.as_mut(), Method::of(&scene), &mut observe)?;
             }
             // If this run ends early, the summary of an older run must not be taken for its result.
             folder.remove_old("summary.json")?;
@@ -171,7 +168,7 @@ fn run_once(
         progress,
         done,
     };
-    let method = Method::Collocation;
+    let method = Method::of(&scene);
     let outcome = continue_from(&scene, model.as_mut(), method, &mut files, interim)?;
     Ok(Report {
         model: model.name(),

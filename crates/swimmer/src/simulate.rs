@@ -110,7 +110,7 @@ pub fn continue_from(
         Some((_, origin)) => origin.clone(),
         None => positions(set, &state, initial_lengths)?,
     };
-    let mut integrator = Integrator::new(scene, model, method);
+    let mut integrator = Integrator::new(scene, model, method).with_velocities(&outcome.velocities);
     for leg in legs(scene.gait(), initial_lengths)?.skip(outcome.legs.len()) {
         let before = positions(set, &state, &leg.from)?;
         let first = outcome.solves;
@@ -215,6 +215,7 @@ pub fn continue_from(
         if let Some(error) = &outcome.accumulated_integration_error {
             outcome.error_estimate.integration = Some(error_bar(error));
         }
+        outcome.velocities.clone_from(&result.velocities);
         outcome.work += result.work;
         outcome.work_error.accumulate(1.0, &result.work_error);
         outcome.work_error.mesh = accumulated.map(AccumulatedError::work_error_bar);

@@ -164,10 +164,11 @@ pub fn in_moving_frame(
             .with_fixed_velocity(set, -Vector3::ith(axis, 1.0))
     };
     let moved: Vec<Constraints> = axes.iter().map(moved).collect::<Result<_, _>>()?;
+    let loads = scaled.loads(None);
     let drive = |constraints| Drive {
         set,
         constraints,
-        loads: &scaled.loads,
+        loads: &loads,
     };
     let drives: Vec<Drive> = constraints.iter().chain(&moved).map(drive).collect();
     let solved = problem.solve_all(&drives, options, guesses, None)?;

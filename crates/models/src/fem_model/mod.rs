@@ -17,7 +17,7 @@ use std::time::Instant as Clock;
 
 use mesh::{NamedSurface, Surface, TetMesh};
 use nalgebra::{DMatrix, Isometry3, Vector3};
-use rigid::{Constrained, Constraints, Drive, FlowSolution, Formulation};
+use rigid::{Constrained, Constraints, Drive, ExternalLoad, FlowSolution, Formulation};
 use scene::{EstimatesKind, FemOptions, Scene};
 use stokes::{Dofs, Estimate, InitialGuesses, Problem};
 
@@ -125,19 +125,20 @@ impl FemModel {
         formulation: &dyn Formulation,
     ) -> Result<Constrained, ModelError> {
         let (PlacedMesh { mesh, .. }, poses) = self.placed_mesh(configuration)?;
-        let constraints = self.scaled.constraints(configuration, rates)?;
-        let drive = self.drive(&constraints);
+        let constraints = self.scaled.constraints(configuration, rates, None)?;
+        let loads = self.scaled.loads(None);
+        let drive = self.drive(&constraints, &loads);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let surfaces = self.meshes.boundary_surfaces(&poses);
         let problem = self.problem(&mesh, &poses, &surfaces)?.with_space(space);
         Ok(problem.assemble(&drive, formulation)?)
     }
 
-    fn drive<'a>(&'a self, constraints: &'a Constraints) -> Drive<'a> {
+    fn drive<'a>(&'a self, constraints: &'a Constraints, loads: &'a [ExternalLoad]) -> Drive<'a> {
         Drive {
             set: &self.scaled.set,
             constraints,
-            loads: &self.scaled.loads,
+            loads,
         }
     }
 
@@ -198,8 +199,9 @@ impl FemModel {
             return Ok(Vec::new());
         }
         let mut constraints: Vec<Constraints> = (query.rates.iter())
-            .map(|rates| self.scaled.constraints(configuration, rates))
+            .map(|rates| (self.scaled).constraints(configuration, rates, query.inertia))
             .collect::<Result<_, _>>()?;
+        let loads = self.scaled.loads(query.inertia).into_owned();
         if let Some(last) = &mut self.last {
             last.estimate = None;
         }
@@ -241,7 +243,7 @@ impl FemModel {
                 &mut guesses,
             )?;
         }
-        let drives: Vec<Drive> = constraints.iter().map(|c| self.drive(c)).collect();
+        let drives: Vec<Drive> = constraints.iter().map(|c| self.drive(c, &loads)).collect();
         let mut solved = problem.solve_all(&drives, &options, &mut guesses, surplus)?;
         self.guesses = guesses;
         let of_others: f64 = solved.iter().skip(1).map(|other| other.seconds.total).sum();

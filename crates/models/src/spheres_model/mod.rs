@@ -244,16 +244,16 @@ impl SpheresModel {
     /// The solution for one set of rates.
     fn solve_rates(
         &mut self,
-        configuration: Configuration,
+        query: &Query,
         rates: &[f64],
     ) -> Result<InstantaneousSolution, ModelError> {
+        let configuration = query.configuration;
         let clock = Clock::now();
         let resistances = self.resistance_at(configuration)?;
         let assembly = clock.elapsed().as_secs_f64();
-        let ScaledScene {
-            scale, set, loads, ..
-        } = &self.scaled;
-        let constraints = self.scaled.constraints(configuration, rates)?;
+        let ScaledScene { scale, set, .. } = &self.scaled;
+        let loads = &self.scaled.loads(query.inertia);
+        let constraints = (self.scaled).constraints(configuration, rates, query.inertia)?;
         let surfaces = self.surface_effects(configuration, &resistances)?;
         let of = |k: usize| surfaces.as_ref().map(|effects| &effects[k]);
         let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, of(0))?;
@@ -315,7 +315,7 @@ impl Hydrodynamics for SpheresModel {
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         (query.rates.iter())
-            .map(|rates| self.solve_rates(query.configuration, rates))
+            .map(|rates| self.solve_rates(query, rates))
             .collect()
     }
 
@@ -334,10 +334,9 @@ impl Hydrodynamics for SpheresModel {
         rates: &[f64],
     ) -> Result<FlowField, ModelError> {
         let resistances = self.resistance_at(configuration)?;
-        let ScaledScene {
-            scale, set, loads, ..
-        } = &self.scaled;
-        let constraints = self.scaled.constraints(configuration, rates)?;
+        let ScaledScene { scale, set, .. } = &self.scaled;
+        let loads = &self.scaled.loads(None);
+        let constraints = self.scaled.constraints(configuration, rates, None)?;
         let surfaces = self.surface_effects(configuration, &resistances)?;
         let effect = surfaces.as_ref().map(|[effect, _]| effect);
         let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, effect)?;

@@ -1,6 +1,6 @@
 //! Joints of all kinds: the formulations agree, balances hold, contradictions are refused.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix6, Vector3};
 use proptest::prelude::*;
 use rigid::linalg::LinearOperator;
 use rigid::{
@@ -38,9 +38,18 @@ fn check_formulations(
 ) {
     let state = moved_state(set, &[rotation]);
     let values = values(set);
-    let constraints = set
+    let mut constraints = set
         .constraints(&state, &values, &rates[..set.links().len()])
         .unwrap();
+    // Masses over time steps, of some bodies.
+    for body in (0..set.kinds().len()).filter(|body| set.kinds()[*body] == BodyKind::Rigid) {
+        if seed[body] > 0.0 {
+            let factor = Matrix6::from_fn(|i, j| seed[6 * i + j]);
+            constraints
+                .body_damping
+                .push((body, factor * factor.transpose()));
+        }
+    }
     let poses = set.place(&state, &values).unwrap();
     let rigid = poses.iter().zip(set.kinds());
     let centres: Vec<_> = rigid
@@ -79,7 +88,7 @@ fn check_formulations(
     // The loads of the links and of the drives balance the forces: also those on passive joints.
     let mut sum = constraints.matrix.tr_mul(&flow.link_loads);
     sum += drive.generalised_loads().unwrap();
-    sum -= drive.damping().component_mul(&flow.generalised);
+    sum -= drive.damping_times(&flow.generalised).unwrap();
     for (row, force) in set.surface_velocities().into_iter().zip(flow.forces.iter()) {
         sum[row] -= force;
     }

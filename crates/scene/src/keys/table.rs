@@ -214,14 +214,14 @@ pub const KEYS: &[Key] = &[
         "bodies[].mass",
         Kind::NonNegative,
         Value("0"),
-        "mass, for time stepping with inertia from a program; `swim` needs zero: no inertia",
+        "mass; without masses there is no inertia. With gravity it also has the weight of the mass minus \
+         that of the displaced fluid",
     ),
     key(
         "bodies[].inertia",
         Kind::NonNegative,
         Value("0"),
-        "moment of inertia about the centre, for time stepping with inertia from a program; \
-         `swim` needs zero: no inertia",
+        "moment of inertia about the centre; for zero that of a homogeneous body of the mass",
     ),
     key(
         "links[].name",

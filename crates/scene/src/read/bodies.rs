@@ -54,6 +54,17 @@ fn body(
         let problem = "is missing: name the part of the mesh's boundary that is this body";
         return Err(checks.bad_value(&key("surface"), problem));
     }
+    if file.mass > 0.0 && file.inertia == 0.0 && shape.inertia_per_mass().is_none() {
+        let problem = format!(
+            "is missing: the moment of inertia of a {} has no formula",
+            shape.kind().word()
+        );
+        return Err(checks.bad_value(&key("inertia"), problem));
+    }
+    if shape == Shape::Point && (file.mass > 0.0 || file.inertia > 0.0) {
+        let problem = "makes no sense for a point, which has no surface; remove it";
+        return Err(checks.bad_value(&key("mass"), problem));
+    }
     let position = checks.required(&key("position"), file.position, ": place every body")?;
     Ok(Body {
         name,

@@ -118,10 +118,12 @@ pub(super) fn enter_weights(
     bodies: &mut [Body],
 ) -> Result<(), SceneError> {
     for (number, body) in bodies.iter_mut().enumerate() {
-        let Some(density) = body.density else {
-            continue;
+        let (density, name) = match (body.density, body.mass) {
+            (Some(density), _) => (density, "density"),
+            (None, mass) if mass > 0.0 => (mass / body.shape.volume(), "mass"),
+            (None, _) => continue,
         };
-        let key = format!("bodies[{number}].density");
+        let key = format!("bodies[{number}].{name}");
         let refuse = |problem: &str| Err(checks.bad_value(&key, problem));
         match (&body.shape, body.fixed) {
             (Shape::Point, _) => return refuse("makes no sense for a point; remove it"),

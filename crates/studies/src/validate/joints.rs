@@ -82,12 +82,11 @@ fn run(text: &str, overrides: &[String]) -> Result<(Outcome, Cost)> {
         .try_for_each(|assignment| document.set(assignment))?;
     let scene = Scene::from_document(document)?;
     let mut model = choose(&scene)?.model;
-    let method = Method::Collocation;
+    let method = Method::of(&scene);
     let mut interim = Interim::start(&scene)?;
     if scene.starts_periodic() {
         let mut ignore = |_: &LegSolution, _: &dyn Hydrodynamics| Ok(());
-        let (state, _) = periodic_state(&scene, model.as_mut(), method, &mut ignore)?;
-        interim = Interim::from_state(&scene, state)?;
+        interim = periodic_state(&scene, model.as_mut(), method, &mut ignore)?;
     }
     let outcome = continue_from(&scene, model.as_mut(), method, &mut (), interim)
         .context("a gait with joints")?;

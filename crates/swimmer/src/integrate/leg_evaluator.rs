@@ -1,7 +1,8 @@
 //! The model's solutions at points of a leg, each of them checked.
 
 use models::{
-    Configuration, ErrorEstimates, Hydrodynamics, InstantaneousSolution, ModelError, Query, Seconds,
+    BodyInertia, Configuration, ErrorEstimates, Hydrodynamics, InstantaneousSolution, ModelError,
+    Query, Seconds,
 };
 use nalgebra::DMatrix;
 use rigid::State;
@@ -65,6 +66,23 @@ impl<'a> LegEvaluator<'a> {
         let rates = [self.leg.rates(s)];
         let mut solutions = self.query(s, state, |model, configuration| {
             model.solve(&Query::new(configuration, &rates).with_estimates(estimates))
+        })?;
+        let solution = solutions.pop().ok_or(ModelError::NoSolution {
+            model: self.model.name(),
+        })?;
+        self.record(s, state, solution)
+    }
+
+    /// The solution with the terms of an implicit step for bodies with mass.
+    pub fn solve_with_inertia(
+        &mut self,
+        s: f64,
+        state: &State,
+        inertia: &[BodyInertia],
+    ) -> Result<LegSolution, SwimError> {
+        let rates = [self.leg.rates(s)];
+        let mut solutions = self.query(s, state, |model, configuration| {
+            model.solve(&Query::new(configuration, &rates).with_inertia(inertia))
         })?;
         let solution = solutions.pop().ok_or(ModelError::NoSolution {
             model: self.model.name(),

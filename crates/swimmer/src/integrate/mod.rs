@@ -16,6 +16,7 @@ mod leg_solution;
 mod passive_joints;
 mod piece;
 mod prediction;
+mod radau;
 mod result;
 mod runge_kutta;
 mod step_size;
@@ -23,8 +24,10 @@ mod step_size;
 use inertia::Scheme;
 use leg_evaluator::LegEvaluator;
 use models::Hydrodynamics;
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector6};
 use prediction::Prediction;
+use radau::Velocities;
+pub(crate) use radau::relaxation_time;
 use rigid::State;
 use scene::{Leg, Scene};
 
@@ -56,6 +59,9 @@ pub enum Method {
         /// Number of equal steps.
         steps: usize,
     },
+    /// The Radau IIA method of order 5 for bodies with mass and moment of inertia, with as many steps
+    /// as the tolerance needs.
+    Inertia,
     /// Backward Euler with the masses and moments of inertia of the bodies: first order, stable for
     /// steps of any length.
     BackwardEuler {
@@ -71,6 +77,15 @@ pub enum Method {
 }
 
 impl Method {
+    /// The method for a scene: [`Method::Inertia`] if bodies have mass, else
+    /// [`Method::Collocation`].
+    pub fn of(scene: &Scene) -> Self {
+        match scene.has_masses() {
+            true => Self::Inertia,
+            false => Self::Collocation,
+        }
+    }
+
     /// Refuses a method without steps.
     ///
     /// # Errors
@@ -93,6 +108,8 @@ pub struct Integrator<'a> {
     /// Velocities of the bodies with surfaces at the end of the last leg, for methods with inertia;
     /// none at rest.
     velocity: Option<DVector<f64>>,
+    /// The same for all bodies, for [`Method::Inertia`].
+    velocities: Option<Velocities>,
     /// Integration error that the scene's tolerance allows for a leg, if it is predicted.
     leg_tolerance: Option<f64>,
 }
@@ -105,9 +122,22 @@ impl<'a> Integrator<'a> {
             model,
             method,
             velocity: None,
+            velocities: None,
             leg_tolerance: Prediction::of(scene)
                 .map(|prediction| prediction.leg_tolerance(scene.model().tolerance)),
         }
+    }
+
+    /// The same integrator for bodies with mass that have these velocities `(U, ω)`, six numbers
+    /// per body; bodies at rest for another number of them.
+    #[must_use]
+    pub fn with_velocities(mut self, velocities: &[f64]) -> Self {
+        let (bodies, []) = velocities.as_chunks::<6>() else {
+            return self;
+        };
+        self.velocities = (bodies.len() == self.scene.bodies().len())
+            .then(|| bodies.iter().map(|body| Vector6::from(*body)).collect());
+        self
     }
 
     /// The model.
@@ -139,6 +169,7 @@ impl<'a> Integrator<'a> {
             Method::Collocation => collocation::leg(&mut evaluator, start),
             Method::RungeKutta => runge_kutta::leg(&mut evaluator, start),
             Method::Euler { steps } => euler::leg(&mut evaluator, start, steps),
+            Method::Inertia => radau::leg(&mut evaluator, start, &mut self.velocities),
             Method::BackwardEuler { steps } => inertia::leg(
                 &mut evaluator,
                 start,

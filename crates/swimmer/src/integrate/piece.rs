@@ -44,6 +44,33 @@ impl PathPiece {
         })
     }
 
+    /// The path whose rates are the polynomial through `rates` at the `nodes` in [0, 1].
+    pub(super) fn through(
+        set: &Articulation,
+        start: &State,
+        span: (f64, f64),
+        nodes: &[f64],
+        rates: &[StateVelocity],
+    ) -> Result<Self, SwimError> {
+        let at = |t: f64| {
+            let weight = |i: usize| -> f64 {
+                let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
+                others
+                    .map(|(_, node)| (t - node) / (nodes[i] - node))
+                    .product()
+            };
+            let terms = rates.iter().enumerate().map(|(i, rate)| (rate, weight(i)));
+            combination(terms, start)
+        };
+        let gauss = Gauss::new(nodes.len());
+        Self::new(
+            set,
+            start,
+            span,
+            gauss.nodes.iter().map(|&t| at(t)).collect(),
+        )
+    }
+
     /// Coordinates about the centre at `t` in [0, 1].
     pub(super) fn coordinates(&self, t: f64) -> StateVelocity {
         let integrals = Gauss::new(self.nodes.len()).integrals(&self.nodes, t);

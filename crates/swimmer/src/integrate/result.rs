@@ -53,6 +53,8 @@ pub struct LegResult {
     pub work_error: ErrorEstimate,
     /// Seconds of all solves.
     pub seconds: Seconds,
+    /// Velocities `(U, ω)` of all bodies at the end, for methods with inertia; empty for others.
+    pub velocities: Vec<f64>,
 }
 
 impl Approximation {
@@ -140,6 +142,7 @@ impl LegResult {
             work: 0.0,
             work_error: ErrorEstimate::default(),
             seconds: Seconds::default(),
+            velocities: Vec::new(),
         }
     }
 

@@ -23,24 +23,6 @@ pub struct Choice {
 /// [`ModelError::Unsupported`] for combinations of model, domain and options that are not
 /// supported, with the alternative.
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
-    let unsupported = |key: &str, value: &str, instead: &str| {
-        Err(ModelError::Unsupported {
-            what: format!("{}: {key} = {value}", scene.place(key)),
-            instead: instead.to_owned(),
-        })
-    };
-    for (number, body) in scene.bodies().iter().enumerate() {
-        for (name, value) in [("mass", body.mass), ("inertia", body.inertia)] {
-            if value > 0.0 {
-                let key = format!("bodies[{number}].{name}");
-                return unsupported(
-                    &key,
-                    &value.to_string(),
-                    "remove it: inertia is negligible for small, slow swimmers",
-                );
-            }
-        }
-    }
     let is_mesh_free = matches!(
         scene.domain().kind(),
         DomainKind::Unbounded | DomainKind::Ball | DomainKind::Wall
@@ -105,6 +87,20 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         ],
         _ => requested(),
     };
+    if scene.has_masses()
+        && matches!(
+            scene.domain().kind(),
+            DomainKind::Unbounded | DomainKind::Wall
+        )
+    {
+        return Err(ModelError::Unsupported {
+            what: format!(
+                "{}: masses by finite elements in unbounded fluid",
+                scene.place("bodies[0].mass")
+            ),
+            instead: "use spheres, or a large ball as domain".to_owned(),
+        });
+    }
     Ok(Choice {
         model: Box::new(FemModel::new(scene)?),
         reasons,

@@ -1,10 +1,11 @@
 //! Joints that turn, in three-dimensional elements.
 
-use nalgebra::Vector3;
-use swimmer::models::InstantaneousSolution;
+use nalgebra::{Matrix6, Vector3, Vector6};
+use rigid::ExternalLoad;
+use swimmer::models::{BodyInertia, Configuration, InstantaneousSolution, Query};
 use swimmer::{Method, Scene, choose, simulate};
 
-use super::scenes::{parse, solve};
+use super::scenes::parse;
 
 /// Purcell's swimmer of three spheroids 2:1 whose hinges are 3 from the centres: displacement per
 /// cycle and work by the method of fundamental solutions (three levels, last digit 1).
@@ -25,7 +26,7 @@ fn purcells_swimmer_is_exact_within_its_bars() {
     assert!(outcome.rotation.norm() < 1e-3, "{}", outcome.rotation);
 }
 
-/// All formulations impose hinges, screws, springs and dashpots alike, with a direct solver.
+/// All formulations impose hinges, screws, springs, dashpots and masses alike, with a direct solver.
 #[test]
 fn formulations_agree_for_hinges_and_springs() {
     let scene = |formulation: &str| {
@@ -82,7 +83,31 @@ fn formulations_agree_for_hinges_and_springs() {
             "#
         ))
     };
-    let [first, others @ ..] = ["p-tilde", "lagrange", "direct-row"].map(|f| solve(&scene(f)));
+    // Masses over a time step, in addition.
+    let inertia: Vec<BodyInertia> = (1..=4)
+        .map(|k| {
+            let k = f64::from(k);
+            BodyInertia {
+                damping: Matrix6::from_diagonal(&Vector6::repeat(20.0 * k)),
+                load: ExternalLoad {
+                    force: Vector3::new(k, 0.3, -1.0),
+                    torque: Vector3::new(0.2, k, 0.1),
+                },
+            }
+        })
+        .collect();
+    let solved = ["p-tilde", "lagrange", "direct-row"].map(|formulation| {
+        let scene = scene(formulation);
+        let mut model = choose(&scene).unwrap().model;
+        let (state, rates) = (scene.initial_state(), [vec![-1.0, 0.0, 0.0]]);
+        let configuration = Configuration {
+            state: &state,
+            lengths: scene.articulation().initial_lengths(),
+        };
+        let query = Query::new(configuration, &rates).with_inertia(&inertia);
+        model.solve(&query).unwrap().remove(0)
+    });
+    let [first, others @ ..] = solved;
     let vectors = |solution: &InstantaneousSolution| -> Vec<Vector3<f64>> {
         let bodies = solution.bodies.iter();
         let of_bodies = bodies.flat_map(|b| [b.velocity, b.angular_velocity, b.force, b.torque]);
@@ -95,6 +120,14 @@ fn formulations_agree_for_hinges_and_springs() {
             assert!((a - b).norm() < 1e-9 * (1.0 + a.norm()), "{a} {b}");
         }
     }
+    // What accelerates the set, and loads on it, balances the forces on the fluid.
+    let forces: Vector3<f64> = first.bodies.iter().map(|body| body.force).sum();
+    let accelerating = first.bodies.iter().zip(&inertia).map(|(body, inertia)| {
+        inertia.damping.fixed_view::<3, 3>(0, 0) * body.velocity - inertia.load.force
+    });
+    let accelerating: Vector3<f64> = accelerating.sum();
+    let external = Vector3::new(0.3, 0.1, 0.2);
+    assert!((forces + accelerating - external).norm() < 1e-8);
     // The hinge turns at the asked rate, and the screw advances by 2 per turn.
     let [tail, middle, head] = [0, 1, 2].map(|body| &first.bodies[body]);
     let axis = Vector3::new(0.2, 0.0, 1.0).normalize();

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::strokes::FREE;
+use crate::support::three_spheres;
 use nalgebra::Vector3;
 use swimmer::models::Hydrodynamics;
 use swimmer::{Interim, Method, Outcome, Scene, choose, continue_from, periodic_state};
@@ -10,13 +12,12 @@ use swimmer::{Interim, Method, Outcome, Scene, choose, continue_from, periodic_s
 fn run(text: &str) -> Outcome {
     let scene = Scene::parse(text).unwrap();
     let mut model = choose(&scene).unwrap().model;
-    let method = Method::Collocation;
+    let method = Method::of(&scene);
     let interim = match scene.starts_periodic() {
         false => Interim::start(&scene).unwrap(),
         true => {
             let mut ignore = |_: &_, _: &dyn Hydrodynamics| Ok(());
-            let found = periodic_state(&scene, model.as_mut(), method, &mut ignore);
-            Interim::from_state(&scene, found.unwrap().0).unwrap()
+            periodic_state(&scene, model.as_mut(), method, &mut ignore).unwrap()
         }
     };
     continue_from(&scene, model.as_mut(), method, &mut (), interim).unwrap()
@@ -25,6 +26,72 @@ fn run(text: &str) -> Outcome {
 /// Displacement of the first body.
 fn net(outcome: &Outcome) -> Vector3<f64> {
     outcome.displacement[0]
+}
+
+/// Two spheres of the radii 1 and 1/2 with this density relative to the fluid, whose distance
+/// oscillates by 1 about `mean`.
+fn dense_scallop(density: f64, mean: f64, amplitude: f64) -> String {
+    let body = |name: &str, radius: f64, x: f64| {
+        let mass = density * 4.0 / 3.0 * PI * radius.powi(3);
+        format!(
+            "[[bodies]]\nname = \"{name}\"\nradius = {radius:?}\nposition = [{x:?}, 0, 0]\n\
+             mass = {mass:?}\n"
+        )
+    };
+    [
+        body("large", 1.0, 0.0),
+        body("small", 0.5, mean),
+        "[[links]]\nname = \"arm\"\nbody = \"small\"\nto = \"large\"\n".to_owned(),
+        format!(
+            "[gait]\nperiodic = true\nperiod = 1\n\
+             [[gait.harmonics]]\nlink = \"arm\"\namplitude = {amplitude:?}\n"
+        ),
+        "[model]\nkind = \"multipole\"\ntolerance = 1e-6\n".to_owned(),
+    ]
+    .concat()
+}
+
+/// Net displacement per period, toward the small sphere, of quasi-steady drag with masses: exact
+/// multipoles, two integrators that agree in the digits given.
+#[test]
+fn a_dense_scallop_moves_by_its_inertia() {
+    for (mean, amplitude, density, net_exact) in [
+        (4.0, 1.0, 0.01, 0.000_278_923_8),
+        (4.0, 1.0, 0.1, 0.002_744_723_2),
+        (4.0, 1.0, 10.0, 0.001_667_243_0),
+        (10.0, 4.0, 0.1, 0.011_216_208_3),
+    ] {
+        let outcome = run(&dense_scallop(density, mean, amplitude));
+        let error = (net(&outcome).x - net_exact).abs();
+        assert!(
+            error < 1e-5 * net_exact,
+            "{density} {mean}: {} instead of {net_exact}",
+            net(&outcome).x
+        );
+    }
+}
+
+/// Without mass the stages are those of the collocation of the massless motion.
+#[test]
+fn light_bodies_move_like_massless_ones() {
+    let stroke = |mass: f64| {
+        let mut text = three_spheres("model.tolerance = 1e-6", FREE);
+        if mass > 0.0 {
+            text = text.replace("radius = 1\n", &format!("radius = 1\nmass = {mass:e}\n"));
+            assert_eq!(text.matches("mass").count(), 3);
+        }
+        net(&run(&text)).x
+    };
+    let massless = stroke(0.0);
+    // A relaxation time of 1e-9 / (6 pi), times speeds of about one.
+    let light = stroke(1e-9);
+    assert!(
+        (light - massless).abs() < 2e-6 * massless.abs(),
+        "{light} {massless}"
+    );
+    // Displacements change in proportion to small masses.
+    let [one, two] = [0.02, 0.04].map(|mass| stroke(mass) - massless);
+    assert!((two / one - 2.0).abs() < 0.1, "{one} {two}");
 }
 
 fn sphere(name: &str, position: [f64; 3]) -> String {
