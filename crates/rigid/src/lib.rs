@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod arm_vectors;
 mod articulation;
 mod body_forces;
 mod border;

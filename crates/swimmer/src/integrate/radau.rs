@@ -24,11 +24,10 @@ use super::inverse_dexp::coordinate_rate;
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
 use super::piece::{PathPiece, combination};
+use super::radau_tableau::{STAGES, crout, tableau};
 use super::result::{Approximation, IntegrationError, LegResult};
 use super::step_size::{largest_displacement, step_tolerance};
 use crate::error::SwimError;
-
-const STAGES: usize = 3;
 
 /// Largest number of steps of a leg.
 const MAX_STEPS: usize = 1 << 12;
@@ -43,41 +42,6 @@ const ITERATION_SHARE: f64 = 0.01;
 /// time scales have a factor of 32; where they are long, as for light bodies, it is at least that of
 /// stage order 3.
 const REDUCTION: f64 = 8.0;
-
-/// Nodes `c` and weights `a` (Hairer & Wanner 1996, table IV.5.6).
-fn tableau() -> ([f64; STAGES], [[f64; STAGES]; STAGES]) {
-    let s = 6.0_f64.sqrt();
-    (
-        [(4.0 - s) / 10.0, (4.0 + s) / 10.0, 1.0],
-        [
-            [
-                (88.0 - 7.0 * s) / 360.0,
-                (296.0 - 169.0 * s) / 1800.0,
-                (-2.0 + 3.0 * s) / 225.0,
-            ],
-            [
-                (296.0 + 169.0 * s) / 1800.0,
-                (88.0 + 7.0 * s) / 360.0,
-                (-2.0 - 3.0 * s) / 225.0,
-            ],
-            [(16.0 - s) / 36.0, (16.0 + s) / 36.0, 1.0 / 9.0],
-        ],
-    )
-}
-
-/// The lower factor of `A = L U` where the diagonal of `U` is one.
-fn crout(a: &[[f64; STAGES]; STAGES]) -> [[f64; STAGES]; STAGES] {
-    let (mut l, mut u) = ([[0.0; STAGES]; STAGES], [[0.0; STAGES]; STAGES]);
-    for j in 0..STAGES {
-        for i in j..STAGES {
-            l[i][j] = a[i][j] - (0..j).map(|k| l[i][k] * u[k][j]).sum::<f64>();
-        }
-        for k in j + 1..STAGES {
-            u[j][k] = (a[j][k] - (0..j).map(|m| l[j][m] * u[m][k]).sum::<f64>()) / l[j][j];
-        }
-    }
-    l
-}
 
 /// Velocities `(U, ω)` of all bodies of the scene.
 pub(super) type Velocities = Vec<Vector6<f64>>;
@@ -376,28 +340,4 @@ fn after_impulse(
         result[body] = after.fixed_rows::<6>(6 * number).into();
     }
     Ok(result)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_tableau_integrates_polynomials_and_its_lower_factor_has_a_positive_diagonal() {
-        let (c, a) = tableau();
-        for (i, row) in a.iter().enumerate() {
-            for power in 0..STAGES as i32 {
-                let sum: f64 = row.iter().zip(c).map(|(a, c)| a * c.powi(power)).sum();
-                let exact = c[i].powi(power + 1) / f64::from(power + 1);
-                assert!((sum - exact).abs() < 1e-15, "{i} {power}");
-            }
-        }
-        let weights = a[STAGES - 1];
-        for power in 0..5 {
-            let sum: f64 = weights.iter().zip(c).map(|(b, c)| b * c.powi(power)).sum();
-            assert!((sum - 1.0 / f64::from(power + 1)).abs() < 1e-15, "{power}");
-        }
-        let l = crout(&a);
-        assert!((0..STAGES).all(|i| l[i][i] > 0.1));
-    }
 }
