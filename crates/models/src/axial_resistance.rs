@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 use axisymmetric::{AxialResistance, AxisymmetricError, Spheroid, SurfaceResistance};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-
 /// Resistances of one configuration.
 pub(crate) struct Resistances {
     /// To motions along the axis, and to the modes of the surfaces if there are `surfaces`.
