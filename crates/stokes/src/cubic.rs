@@ -247,14 +247,15 @@ impl<'a> Correction<'a> {
         let of_surfaces = self.bubbles_of_surfaces()?;
         let (mut of_geometry, mut rhs) = (Vec::new(), Vec::new());
         for flow in flows {
-            let mut forces = self.geometry.functional(BoundaryFlow {
+            let of_facets = self.geometry.functional(BoundaryFlow {
                 velocity: &flow.velocity,
                 surface_velocity: self.surfaces.map(|(_, velocity)| velocity),
             })?;
             let residual = extension.product(&flow.velocity, &flow.pressure, &of_surfaces)?;
-            let rows = forces.iter_mut().zip(&residual.velocity);
-            rows.for_each(|(force, row)| *force = -*force - row);
-            let sources: Vec<f64> = residual.pressure.iter().map(|row| -row).collect();
+            let rows = of_facets.velocity.iter().zip(&residual.velocity);
+            let forces: Vec<_> = rows.map(|(load, row)| -load - row).collect();
+            let rows = of_facets.pressure.iter().zip(&residual.pressure);
+            let sources: Vec<f64> = rows.map(|(load, row)| -load - row).collect();
             let mut column = self.system.rhs_of_forces(&forces, &sources)?;
             column.extend(residual.extension.iter().map(|r| -r));
             rhs.push(column);

@@ -8,7 +8,7 @@ use crate::FemError;
 use crate::check::{check_array, check_vectors};
 use crate::geometry::MapAt;
 use crate::load::facet_cell_point;
-use crate::quadrature::facet_degree_6;
+use crate::quadrature::{CellPoint, facet_degree_6};
 use crate::surface::{facet_nodes, position_and_normal, tagged_facets};
 use crate::surface_velocity::SurfaceVelocity;
 
@@ -63,6 +63,25 @@ impl BoundaryFlow<'_> {
     }
 }
 
+/// Loads on the velocity of each node and the pressure of each vertex.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FacetFunctional {
+    /// One load per node.
+    pub velocity: Vec<Vec3>,
+    /// One volume per vertex, with zero sum; all zero if the boundary moves rigidly.
+    pub pressure: Vec<f64>,
+}
+
+/// Loads of one facet on its cell.
+#[derive(Default)]
+struct FacetLoad {
+    velocity: [Vec3; 10],
+    sources: [f64; 4],
+    /// Sum of `|δ|` times the shape functions.
+    sizes: [f64; 4],
+}
+
 /// Geometry error: effect of the facets of curved boundaries on functionals of the flow.
 ///
 /// The nodes of the facets lie on the true surfaces. If the boundary is moved by `δ` into the
@@ -74,8 +93,9 @@ impl BoundaryFlow<'_> {
 ///
 /// to first order in `δ` (Hadamard's formula; Pironneau 1974 for the Stokes drag). The reason: the
 /// velocity relative to the motion of the body has only a normal derivative, and this derivative is
-/// the shear traction at viscosity 1. A velocity of the surface relative to the body is subtracted
-/// before ([`BoundaryFlow`]). Hence `R_ab - R_h,ab = G(a, b)` for resistances, with flows
+/// the shear traction at viscosity 1. A velocity `s` of the surface relative to the body is
+/// subtracted before ([`BoundaryFlow`]); the difference also has the normal derivative `-∇·s`, which
+/// is a source of fluid at the facets. Hence `R_ab - R_h,ab = G(a, b)` for resistances, with flows
 /// of unit motions of bodies, and `M_h,ab - M_ab = G(a, b)` for mobilities, with flows of unit
 /// loads. Facets inside a body are at the distance `δ` below its surface;
 /// on a wall around the fluid the facets are inside the fluid domain, and `δ` is negative. For
@@ -119,39 +139,76 @@ impl<'a> FacetGeometry<'a> {
         self.facets.iter().map(|(facet, _)| facet.cell as usize)
     }
 
-    /// The functional `b -> G(a, b)` for the flow `a` with the given velocity, as nodal loads.
+    /// The functional `b -> G(a, b)` for the flow `a`, as loads on velocities and pressures.
     ///
-    /// Shapes: `velocity` and the result `n_points`. Cost: one pass over the facets. The same for
-    /// any number of threads.
+    /// Shapes: the velocities of `flow` `n_points`. Cost: one pass over the facets. The same for any
+    /// number of threads.
     ///
     /// # Errors
     /// A velocity of the wrong length or not finite; an inverted cell at the surface; a result that
     /// is not finite.
-    pub fn functional<'f>(&self, flow: impl Into<BoundaryFlow<'f>>) -> Result<Vec<Vec3>, FemError> {
+    pub fn functional<'f>(
+        &self,
+        flow: impl Into<BoundaryFlow<'f>>,
+    ) -> Result<FacetFunctional, FemError> {
         let flow = flow.into();
-        let velocity = flow.velocity;
-        check_vectors("the velocity", velocity, self.mesh.n_points())?;
+        check_vectors("the velocity", flow.velocity, self.mesh.n_points())?;
+        let is_rigid = flow.surface_velocity.is_none();
         let loads = self.map_facets(|facet, boundary| {
             let relative = flow.relative(self.mesh, facet);
-            let mut load = [Vec3::zeros(); 10];
-            self.for_each_point(facet, boundary, |gradients, normal, weight| {
-                let shear = shear(&gradient_of(&relative, gradients), normal);
-                for (value, gradient) in load.iter_mut().zip(gradients) {
-                    // The shear is tangential, so the traction of the other flow need not be
-                    // projected onto the tangential plane.
-                    *value +=
-                        weight * (shear * gradient.dot(normal) + normal * shear.dot(gradient));
+            let mut load = FacetLoad::default();
+            self.for_each_point(facet, boundary, |at, gradients, normal, weight| {
+                let gradient = gradient_of(&relative, gradients);
+                let mut derivative = shear(&gradient, normal);
+                if !is_rigid {
+                    let stretching = normal.dot(&(gradient * normal));
+                    derivative += stretching * normal;
+                    for (k, l) in at.barycentric.iter().enumerate() {
+                        load.sources[k] -= weight * stretching * l;
+                        load.sizes[k] += weight.abs() * l;
+                    }
+                }
+                for (value, gradient) in load.velocity.iter_mut().zip(gradients) {
+                    // The derivative of a rigid surface is tangential, so the traction of the other
+                    // flow need not be projected onto the tangential plane.
+                    *value += weight
+                        * (derivative * gradient.dot(normal) + normal * derivative.dot(gradient));
                 }
             })?;
             Ok(load)
         })?;
-        let mut functional = vec![Vec3::zeros(); velocity.len()];
+        let mut functional = FacetFunctional {
+            velocity: vec![Vec3::zeros(); self.mesh.n_points()],
+            pressure: vec![0.0; self.mesh.n_vertices()],
+        };
+        let (mut sizes, mut sum) = (vec![0.0; self.mesh.n_vertices()], 0.0);
         for ((facet, _), load) in self.facets.iter().zip(loads) {
-            for (&node, value) in self.mesh.cells()[facet.cell as usize].iter().zip(&load) {
-                functional[node as usize] += value;
+            let nodes = &self.mesh.cells()[facet.cell as usize];
+            for (&node, value) in nodes.iter().zip(&load.velocity) {
+                functional.velocity[node as usize] += value;
+            }
+            for (k, &vertex) in nodes[..4].iter().enumerate() {
+                functional.pressure[vertex as usize] += load.sources[k];
+                sizes[vertex as usize] += load.sizes[k];
+                sum += load.sources[k];
             }
         }
-        check_vectors("the geometry error", &functional, velocity.len())?;
+        let size: f64 = sizes.iter().sum();
+        if size > 0.0 {
+            // No fluid is created: the sum is an error of higher order.
+            let pressures = functional.pressure.iter_mut().zip(sizes);
+            pressures.for_each(|(source, own)| *source -= sum * own / size);
+        }
+        check_vectors(
+            "the geometry error",
+            &functional.velocity,
+            self.mesh.n_points(),
+        )?;
+        check_array(
+            "the geometry error",
+            &functional.pressure,
+            self.mesh.n_vertices(),
+        )?;
         Ok(functional)
     }
 
@@ -174,7 +231,7 @@ impl<'a> FacetGeometry<'a> {
         let indicators = self.map_facets(|facet, boundary| {
             let relative = flows.map(|flow| flow.relative(self.mesh, facet));
             let mut indicator = 0.0;
-            self.for_each_point(facet, boundary, |gradients, normal, weight| {
+            self.for_each_point(facet, boundary, |_, gradients, normal, weight| {
                 let [a, b] = relative.map(|u| shear(&gradient_of(&u, gradients), normal));
                 indicator += weight * a.dot(&b);
             })?;
@@ -195,13 +252,13 @@ impl<'a> FacetGeometry<'a> {
 
     /// Calls `f` at the quadrature points of a facet.
     ///
-    /// Its arguments are the gradients of the shape functions of the cell, the unit normal out of
+    /// Its arguments are the point in the cell, the gradients of the shape functions of the cell, the unit normal out of
     /// the fluid, and the quadrature weight times the distance `δ`.
     fn for_each_point(
         &self,
         facet: &Facet,
         boundary: &CurvedBoundary<'_>,
-        mut f: impl FnMut(&[Vec3; 10], &Vec3, f64),
+        mut f: impl FnMut(&CellPoint, &[Vec3; 10], &Vec3, f64),
     ) -> Result<(), FemError> {
         let cell = facet.cell as usize;
         let (positions, surface) = (self.mesh.cell_points(cell), facet_nodes(self.mesh, facet));
@@ -213,6 +270,7 @@ impl<'a> FacetGeometry<'a> {
             let outside = boundary.surface.signed_distance(x);
             let distance = if boundary.is_wall { outside } else { -outside };
             f(
+                &inside,
                 &map.gradients(&inside),
                 &(normal / area),
                 distance * area * point.weight,
@@ -272,7 +330,7 @@ mod tests {
         // The functional is the same bilinear form.
         let load = geometry.functional(&sheared).unwrap();
         for other in [&rigid, &sheared, &stretched] {
-            let dot: f64 = load.iter().zip(other).map(|(a, b)| a.dot(b)).sum();
+            let dot: f64 = load.velocity.iter().zip(other).map(|(a, b)| a.dot(b)).sum();
             assert!((dot - sum(&sheared, other)).abs() < 1e-13);
         }
     }

@@ -9,5 +9,5 @@ mod facet_geometry;
 mod surplus;
 
 pub use cubic::{CubicExtension, CubicProduct};
-pub use facet_geometry::{BoundaryFlow, CurvedBoundary, FacetGeometry};
+pub use facet_geometry::{BoundaryFlow, CurvedBoundary, FacetFunctional, FacetGeometry};
 pub use surplus::{Surplus, SurplusSpace};

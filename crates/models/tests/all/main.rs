@@ -2,6 +2,7 @@
 
 mod bars;
 mod examples;
+mod flows;
 mod history;
 mod mesh_files;
 mod query;

@@ -17,6 +17,7 @@ pub(super) fn bodies(
     checks: &Checks,
     files: &[BodyFile],
     domain: &Domain,
+    has_background: bool,
 ) -> Result<Vec<Body>, SceneError> {
     let mut first_of = BTreeMap::new();
     let mut bodies = Vec::with_capacity(files.len());
@@ -24,7 +25,7 @@ pub(super) fn bodies(
         let body = body(checks, number, file, domain, &mut first_of)?;
         bodies.push(body);
     }
-    check_obstacles(checks, &bodies)?;
+    check_obstacles(checks, &bodies, has_background)?;
     if bodies.iter().all(|body| body.shape == Shape::Point) {
         return Err(checks.bad_value(
             "bodies",
@@ -82,8 +83,13 @@ fn body(
     })
 }
 
-/// Refuses fixed points, fixed bodies with loads, and scenes in which all bodies are fixed.
-fn check_obstacles(checks: &Checks, bodies: &[Body]) -> Result<(), SceneError> {
+/// Refuses fixed points, fixed bodies with loads, and scenes in which all bodies are fixed and
+/// neither slip nor a background flow moves the fluid.
+fn check_obstacles(
+    checks: &Checks,
+    bodies: &[Body],
+    has_background: bool,
+) -> Result<(), SceneError> {
     for (number, body) in bodies.iter().enumerate().filter(|(_, body)| body.fixed) {
         let problem = if body.shape == Shape::Point {
             "makes no sense for a point, which has no surface and is no obstacle; remove it"
@@ -96,7 +102,8 @@ fn check_obstacles(checks: &Checks, bodies: &[Body]) -> Result<(), SceneError> {
     }
     let has_obstacle = bodies.iter().any(|body| body.fixed);
     let mut surfaces = bodies.iter().filter(|body| body.shape != Shape::Point);
-    if has_obstacle && surfaces.all(|body| body.fixed) {
+    let is_at_rest = |body: &Body| body.fixed && body.slip.is_none();
+    if has_obstacle && !has_background && surfaces.all(is_at_rest) {
         let problem = "are all fixed, so nothing moves; leave one of them free";
         return Err(checks.bad_value("bodies", problem));
     }

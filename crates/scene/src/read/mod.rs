@@ -69,8 +69,8 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
                 message: error.message().to_owned(),
             })?;
     let domain = domain::domain(&checks, &file.domain)?;
-    let mut bodies = bodies::bodies(&checks, &file.bodies, &domain)?;
     let background = flow::background(&checks, file.background.as_ref(), &domain)?;
+    let mut bodies = bodies::bodies(&checks, &file.bodies, &domain, background.is_some())?;
     let (gravity, density) = (file.gravity.into(), file.fluid.density.unwrap_or(0.0));
     flow::enter_weights(&checks, &gravity, density, &mut bodies)?;
     let links = links::links(&checks, &file.links, &bodies)?;

@@ -1,0 +1,217 @@
+//! Slip and background flows: all models against exact values.
+
+use std::f64::consts::PI;
+
+use models::{
+    AxisymmetricModel, Configuration, FemModel, Hydrodynamics, InstantaneousSolution, SphereModel,
+    SpheresModel,
+};
+use nalgebra::{Matrix3, Vector3};
+use scene::Scene;
+
+/// Solution at the start of a scene.
+fn at_start(model: &mut dyn Hydrodynamics) -> InstantaneousSolution {
+    let scene = model.scene().clone();
+    let configuration = Configuration {
+        state: &scene.initial_state(),
+        lengths: scene.articulation().initial_lengths(),
+    };
+    let rates = vec![0.0; configuration.lengths.len()];
+    model.solve_one(configuration, &rates).unwrap()
+}
+
+fn scene(text: &str) -> Scene {
+    Scene::parse(text).unwrap()
+}
+
+fn multipole(text: &str) -> InstantaneousSolution {
+    at_start(&mut SpheresModel::new(&scene(text), SphereModel::Multipole(1e-9)).unwrap())
+}
+
+fn meridian(text: &str) -> InstantaneousSolution {
+    let model = AxisymmetricModel::new(&scene(text)).unwrap();
+    at_start(&mut model.with_accuracy(1e-9))
+}
+
+fn elements(text: &str) -> InstantaneousSolution {
+    at_start(&mut FemModel::new(&scene(text)).unwrap())
+}
+
+#[test]
+fn squirmers_in_a_concentric_ball() {
+    let l: f64 = 0.5;
+    let fifth = l.powi(5);
+    let speed = 2.0 / 3.0 * (1.0 - 2.5 * l.powi(3) + 1.5 * fifth) / (1.0 - fifth);
+    let powers = [
+        16.0 * PI / 3.0 * (1.0 + 1.5 * fifth) / (1.0 - fifth),
+        8.0 * PI / 3.0 * 1.414_872_798,
+    ];
+    // in other units: radius 2, viscosity 3, time in units of 1/7
+    let (radius, viscosity, b) = (2.0, 3.0, 7.0);
+    for (modes, mode) in [([b, 0.0], 0), ([0.0, b], 1)] {
+        let text = format!(
+            "fluid.viscosity = {viscosity}\ndomain = {{ kind = \"ball\", radius = 4 }}\n\
+             [[bodies]]\nname = \"s\"\nradius = {radius}\nposition = [0, 0, 0]\n\
+             slip = {{ b1 = {:?}, b2 = {:?}, axis = [0, 3, 4] }}\n",
+            modes[0], modes[1]
+        );
+        let axis = Vector3::new(0.0, 0.6, 0.8);
+        let expected = axis * if mode == 0 { b * speed } else { 0.0 };
+        let power = viscosity * radius * b * b * powers[mode];
+        for found in [multipole(&text), meridian(&text)] {
+            assert!((found.bodies[0].velocity - expected).norm() < 1e-10 * b);
+            // the reference of the second mode has ten digits
+            assert!((found.power() / power - 1.0).abs() < 1e-9);
+        }
+        let found = elements(&text);
+        let error = (found.bodies[0].velocity - expected).norm();
+        let bar = found.error_estimate.total();
+        assert!(error < bar && bar < 2e-3 * b, "{error:e} {bar:e}");
+        let (error, bar) = (found.power() - power, found.power_error.total());
+        assert!(error.abs() < bar && bar < 0.2 * power, "{error:e} {bar:e}");
+    }
+}
+
+#[test]
+fn prolate_squirmers_have_the_speed_of_keller_and_wu() {
+    let text = r#"
+        [[bodies]]
+        name = "s"
+        shape = "spheroid"
+        radius = 1
+        half_length = 2
+        axis = [0, 0, 1]
+        position = [0, 0, 0]
+        slip = { b1 = 1, axis = [0, 0, -1] }
+        "#;
+    // t0 (t0 - (t0^2 - 1) acoth t0), t0 = 1 / e
+    let t = (4.0_f64 / 3.0).sqrt();
+    let speed = t * (t - (t * t - 1.0) * (1.0 / t).atanh());
+    let found = meridian(text);
+    assert!((found.bodies[0].velocity + speed * Vector3::z()).norm() < 1e-9);
+    let found = elements(text);
+    let error = (found.bodies[0].velocity + speed * Vector3::z()).norm();
+    let bar = found.error_estimate.total();
+    assert!(error < bar && bar < 1e-2, "{error:e} {bar:e}");
+}
+
+/// A background flow along an axis, slip, a force, and two bodies: the models agree.
+#[test]
+fn models_agree_on_two_spheres_in_an_axial_flow() {
+    let text = r#"
+        domain = { kind = "ball", radius = 6 }
+        background = { kind = "extension", gradient = [[1, 0, 0], [0, -0.5, 0], [0, 0, -0.5]] }
+        [[bodies]]
+        name = "a"
+        radius = 1
+        position = [-1, 0, 0]
+        slip = { b1 = 1, b2 = 2, axis = [-1, 0, 0] }
+        force = [3, 0, 0]
+        [[bodies]]
+        name = "b"
+        radius = 0.8
+        position = [2, 0, 0]
+        slip = { b1 = 0.5, b2 = -1 }
+        "#;
+    let (exact, found) = (multipole(text), meridian(text));
+    for (a, b) in exact.bodies.iter().zip(&found.bodies) {
+        assert!((a.velocity - b.velocity).norm() < 1e-8, "{a:?} {b:?}");
+        assert!((a.force - b.force).norm() < 1e-8);
+    }
+    assert!((exact.power() - found.power()).abs() < 1e-7 * exact.power().abs());
+    let found = elements(text);
+    let bar = found.error_estimate.total();
+    for (a, b) in exact.bodies.iter().zip(&found.bodies) {
+        let error = (a.velocity - b.velocity).norm();
+        assert!(error < bar && bar < 0.03, "{error:e} {bar:e}");
+    }
+    let error = (exact.power() - found.power()).abs();
+    let bar = found.power_error.total();
+    assert!(error < bar, "{error:e} {bar:e}");
+}
+
+#[test]
+fn spheres_in_a_tube_follow_poiseuille_flow() {
+    let text = r#"
+        domain = { kind = "cylinder", radius = 4 }
+        background = { kind = "poiseuille", velocity = [2, 0, 0] }
+        [[bodies]]
+        name = "a"
+        radius = 0.2
+        position = [0, 0, 0]
+        "#;
+    // Faxen's law, u + a^2 / 6 lap u; the wall changes it by O((a / R)^5) (Haberman & Sayre 1958)
+    let (size, speed) = (0.2 / 4.0_f64, 2.0);
+    let expected = speed * (1.0 - 2.0 / 3.0 * size * size);
+    let found = meridian(text);
+    let velocity = found.bodies[0].velocity.x;
+    assert!(
+        (velocity - expected).abs() < speed * size.powi(4),
+        "{velocity}"
+    );
+}
+
+/// Jeffery (1922); the digits are from two independent programs.
+#[test]
+fn fixed_spheroids_in_shear_have_jefferys_torque() {
+    for (axis, torque) in [("[1, 0, 0]", -15.129_168_68), ("[0, 1, 0]", -60.516_674_70)] {
+        let text = format!(
+            r#"
+            background = {{ kind = "shear", gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]] }}
+            [[bodies]]
+            name = "s"
+            shape = "spheroid"
+            radius = 1
+            half_length = 2
+            axis = {axis}
+            position = [0, 0, 0]
+            fixed = true
+            "#
+        );
+        let found = elements(&text);
+        // the torque on the fluid is the opposite of that on the body
+        let error = (found.bodies[0].torque.z + torque) / torque;
+        assert!(error.abs() < 3e-4, "{error:e}");
+        assert!(found.bodies[0].force.norm() < 1e-2);
+    }
+}
+
+/// A turned scene has the turned motion.
+#[test]
+fn motion_in_a_flow_turns_with_the_frame() {
+    let rotation = nalgebra::Rotation3::from_euler_angles(0.4, -0.9, 1.3);
+    let at = |turn: &dyn Fn(Vector3<f64>) -> Vector3<f64>, gradient: Matrix3<f64>| {
+        let list = |v: Vector3<f64>| format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z);
+        let row = |k: usize| list(gradient.row(k).transpose());
+        multipole(&format!(
+            r#"
+            background = {{ kind = "shear", gradient = [{}, {}, {}] }}
+            [[bodies]]
+            name = "a"
+            radius = 1
+            position = {}
+            slip = {{ b1 = 1, b2 = 0.5, axis = {} }}
+            [[bodies]]
+            name = "b"
+            radius = 0.6
+            position = {}
+            "#,
+            row(0),
+            row(1),
+            row(2),
+            list(turn(Vector3::new(0.2, 0.1, -0.3))),
+            list(turn(Vector3::new(0.6, 0.0, 0.8))),
+            list(turn(Vector3::new(2.0, 1.0, 0.5))),
+        ))
+    };
+    let shear = Matrix3::new(0.0, 1.0, 0.3, -0.4, 0.1, 0.0, 0.0, 0.2, -0.1);
+    let turned = rotation.matrix() * shear * rotation.matrix().transpose();
+    let turned = turned - Matrix3::identity() * (turned.trace() / 3.0);
+    let plain = at(&|v| v, shear);
+    let found = at(&|v| rotation * v, turned);
+    for (a, b) in plain.bodies.iter().zip(&found.bodies) {
+        assert!((rotation * a.velocity - b.velocity).norm() < 1e-9);
+        assert!((rotation * a.angular_velocity - b.angular_velocity).norm() < 1e-9);
+    }
+    assert!((plain.slip_power - found.slip_power).abs() < 1e-8);
+}
