@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::options::{FemOptions, ModelOptions};
-use crate::words::{ArmsKind, DomainKind, GaitKind, InterpolationKind, ShapeKind};
+use crate::words::{ArmsKind, DomainKind, GaitKind, InterpolationKind, ShapeKind, SurfaceKind};
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
@@ -44,6 +44,8 @@ pub(crate) struct DomainFile {
     pub radius: Option<f64>,
     pub size: Option<[f64; 3]>,
     pub file: Option<String>,
+    pub surface_kind: Option<SurfaceKind>,
+    pub scale: Option<f64>,
     pub walls: Option<Vec<String>>,
 }
 
@@ -58,6 +60,10 @@ pub(crate) struct BodyFile {
     pub tube_radius: Option<f64>,
     pub pitch: Option<f64>,
     pub turns: Option<f64>,
+    pub file: Option<String>,
+    pub surface_kind: Option<SurfaceKind>,
+    pub scale: Option<f64>,
+    pub centre: Option<[f64; 3]>,
     pub axis: Option<[f64; 3]>,
     pub orientation: Option<[f64; 3]>,
     pub position: Option<[f64; 3]>,

@@ -20,8 +20,10 @@ mod options;
 mod read;
 mod scene;
 mod shape;
+mod shape_surface;
 mod spline;
 mod support;
+mod surface_shape;
 mod words;
 mod write;
 
@@ -38,7 +40,8 @@ pub use length_path::{CubicLength, LengthPath, Sine};
 pub use options::{FemOptions, ModelOptions};
 pub use scene::Scene;
 pub use shape::Shape;
+pub use surface_shape::SurfaceShape;
 pub use words::{
     AcceptKind, ArmsKind, DomainKind, EstimatesKind, FormulationKind, GaitKind, GeometryKind,
-    InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind,
+    InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind, SurfaceKind,
 };

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::surface_shape::SurfaceShape;
 use crate::words::ShapeKind;
 
 /// Shape of a body.
@@ -11,7 +12,7 @@ use crate::words::ShapeKind;
 /// Bodies of revolution have an `axis`: its direction in the initial configuration, a unit vector.
 /// Other shapes have an `orientation`: the rotation vector (radians) that turns their own
 /// coordinates into the initial configuration.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A sphere.
     Sphere {
@@ -76,6 +77,13 @@ pub enum Shape {
         /// Rotation vector, in radians.
         orientation: Vector3<f64>,
     },
+    /// A closed surface from a file.
+    Surface {
+        /// The surface about the centre, before the rotation.
+        shape: SurfaceShape,
+        /// Rotation vector, in radians.
+        orientation: Vector3<f64>,
+    },
     /// A massless point without a surface.
     Point,
 }
@@ -91,6 +99,7 @@ impl Shape {
             Self::Disk { .. } => ShapeKind::Disk,
             Self::Torus { .. } => ShapeKind::Torus,
             Self::Helix { .. } => ShapeKind::Helix,
+            Self::Surface { .. } => ShapeKind::Surface,
             Self::Point => ShapeKind::Point,
         }
     }
@@ -108,7 +117,11 @@ impl Shape {
             | Self::Capsule { axis, .. }
             | Self::Disk { axis, .. }
             | Self::Torus { axis, .. } => Some(axis),
-            Self::Sphere { .. } | Self::Ellipsoid { .. } | Self::Helix { .. } | Self::Point => None,
+            Self::Sphere { .. }
+            | Self::Ellipsoid { .. }
+            | Self::Helix { .. }
+            | Self::Surface { .. }
+            | Self::Point => None,
         }
     }
 
@@ -117,9 +130,9 @@ impl Shape {
     /// In their own coordinates, bodies of revolution have the x axis as axis.
     pub fn orientation(&self) -> UnitQuaternion<f64> {
         match *self {
-            Self::Ellipsoid { orientation, .. } | Self::Helix { orientation, .. } => {
-                UnitQuaternion::from_scaled_axis(orientation)
-            }
+            Self::Ellipsoid { orientation, .. }
+            | Self::Helix { orientation, .. }
+            | Self::Surface { orientation, .. } => UnitQuaternion::from_scaled_axis(orientation),
             // All bodies of revolution are symmetric, so opposite axes need no rotation.
             _ => (self.axis())
                 .and_then(|axis| UnitQuaternion::rotation_between(&Vector3::x(), &axis))
@@ -150,6 +163,7 @@ impl Shape {
                 turns,
                 ..
             } => radius.hypot(0.5 * pitch * turns) + tube_radius,
+            Self::Surface { ref shape, .. } => shape.bounding_radius(),
             Self::Point => 0.0,
         }
     }
@@ -175,6 +189,7 @@ impl Shape {
                 (semi_axes.sum() - low - high).min(OF_HALF_THICKNESS * low)
             }
             Self::Torus { tube_radius, .. } | Self::Helix { tube_radius, .. } => tube_radius,
+            Self::Surface { ref shape, .. } => shape.size_radius(),
             Self::Point => 0.0,
         }
     }
@@ -262,6 +277,12 @@ impl Shape {
                 ("tube_radius", tube_radius),
                 ("pitch", pitch.abs() * turns.max(1.0)),
             ],
+            Self::Surface { ref shape, .. } => {
+                vec![
+                    ("file", shape.bounding_radius()),
+                    ("file", shape.size_radius()),
+                ]
+            }
             Self::Point => Vec::new(),
         }
     }

@@ -6,7 +6,6 @@ use mesh::{
 };
 use nalgebra::{Isometry3, Translation3, Vector3};
 
-use super::body_surface::body_surface;
 use super::cylinder;
 use super::element_size::{ADAPTED_GROWTH, growth, surface_size};
 use super::far_field::FarField;
@@ -25,7 +24,7 @@ const NARROW: f64 = 0.5;
 const PLANE_WALL: &str = "wall";
 
 /// A body with a surface, in scaled units.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Surfaced {
     /// Index of the body in the scene.
     pub body: usize,
@@ -86,7 +85,7 @@ impl MeshGenerator {
                     radius: scale.length(b.bounding_radius()),
                     size: scale.length(size),
                     relative_size: size / b.shape.size_radius(),
-                    shape: b.shape,
+                    shape: b.shape.clone(),
                 }
             })
             .collect();
@@ -113,10 +112,13 @@ impl MeshGenerator {
                 }))
             }
             Domain::Cylinder { radius } => Source::Cylinder(scale.length(*radius)),
+            Domain::Surface(domain) => {
+                Source::Generated(Container::Surface(domain.surface.scaled(scale.length(1.0))))
+            }
             Domain::Mesh { file, walls } => {
                 let surfaces: Vec<(&str, Box<dyn Surface>)> = (surfaced.iter())
                     .filter_map(|s| {
-                        let surface = body_surface(&s.shape, scale, &s.pose)?;
+                        let surface = scale.surface(&s.shape, &s.pose)?;
                         Some((tags[s.body].as_str(), surface))
                     })
                     .collect();
@@ -173,7 +175,7 @@ impl MeshGenerator {
     /// Surfaces of the bodies.
     fn surfaces(&self, poses: &Poses) -> Vec<Box<dyn Surface>> {
         (self.surfaced.iter().zip(poses))
-            .filter_map(|(s, pose)| body_surface(&s.shape, &self.scale, pose))
+            .filter_map(|(s, pose)| self.scale.surface(&s.shape, pose))
             .collect()
     }
 
@@ -181,6 +183,9 @@ impl MeshGenerator {
     pub fn boundary_surfaces(&self, poses: &Poses) -> Vec<(&str, Box<dyn Surface>)> {
         let wall: Option<(&str, Box<dyn Surface>)> = match &self.source {
             Source::Generated(Container::Ball(ball)) => Some((Container::TAG, Box::new(*ball))),
+            Source::Generated(Container::Surface(surface)) => {
+                Some((Container::TAG, Box::new(surface.clone())))
+            }
             // Boxes are flat, ends of cylinders are not physical walls, and the exact shape of
             // walls in a file is not known.
             Source::Generated(_) | Source::Cylinder(_) | Source::File { .. } => None,
@@ -201,7 +206,7 @@ impl MeshGenerator {
     /// Container of the fluid around the bodies; `None` for the mesh of a file.
     fn container(&self, poses: &Poses) -> Option<Container> {
         match &self.source {
-            Source::Generated(container) => Some(*container),
+            Source::Generated(container) => Some(container.clone()),
             Source::Cylinder(radius) => Some(Container::Capsule(cylinder::capsule_around(
                 *radius,
                 &self.bounding_balls(poses),
@@ -241,7 +246,7 @@ impl MeshGenerator {
                 for (other, other_pose) in &placed {
                     let is_turned = pose.rotation != other_pose.rotation;
                     if other.body != s.body
-                        && (other.shape, other.size) == (s.shape, s.size)
+                        && (&other.shape, other.size) == (&s.shape, s.size)
                         && (s.shape.is_isotropic() || !is_turned)
                     {
                         sizes.push((position - centre + other_pose.translation.vector, size));

@@ -1,7 +1,6 @@
 //! Three-dimensional Taylor-Hood elements on body-fitted meshes that follow the bodies.
 
 mod adapt;
-mod body_surface;
 mod cylinder;
 mod element_size;
 mod far_field;

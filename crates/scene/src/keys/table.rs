@@ -4,7 +4,7 @@ use super::key::KeyDefault::{self, Described, Value};
 use super::key::{Key, Kind};
 use crate::words::{
     AcceptKind, ArmsKind, DomainKind, EstimatesKind, FormulationKind, GaitKind, GeometryKind,
-    InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind,
+    InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind, SurfaceKind,
 };
 
 const fn key(path: &'static str, kind: Kind, default: KeyDefault, meaning: &'static str) -> Key {
@@ -29,8 +29,8 @@ pub const KEYS: &[Key] = &[
         Kind::Word(DomainKind::WORDS),
         Value("unbounded"),
         "region that the fluid fills: the whole space, a ball or a box about the origin, a \
-         cylinder about the x axis, the half-space above the wall `z = 0`, or the volume of a \
-         mesh file",
+         cylinder about the x axis, the half-space above the wall `z = 0`, the inside of a closed \
+         surface, or the volume of a mesh file",
     ),
     key(
         "domain.radius",
@@ -47,8 +47,21 @@ pub const KEYS: &[Key] = &[
     key(
         "domain.file",
         Kind::Text,
-        Described("required for mesh"),
-        "Gmsh file; a relative path starts at the folder of the scene file",
+        Described("required for surface and mesh"),
+        "file of the mesh (Gmsh) or of the surface (STL, OBJ, Gmsh), whose coordinates are those \
+         of the scene; a relative path starts at the folder of the scene file",
+    ),
+    key(
+        "domain.surface_kind",
+        Kind::Word(SurfaceKind::WORDS),
+        Described("`smooth`, for a surface"),
+        "as `bodies[].surface_kind`",
+    ),
+    key(
+        "domain.scale",
+        Kind::Positive,
+        Described("1, for a surface"),
+        "length of the scene per length of the file",
     ),
     key(
         "domain.walls",
@@ -71,7 +84,7 @@ pub const KEYS: &[Key] = &[
     key(
         "bodies[].radius",
         Kind::Positive,
-        Described("required unless the shape is ellipsoid or point"),
+        Described("required unless the shape is ellipsoid, surface or point"),
         "radius; of a spheroid: of its equator; of a capsule: of its cylinder; of a disk: to its \
          outer edge; of a torus or a helix: of the middle of the tube about the axis",
     ),
@@ -106,6 +119,33 @@ pub const KEYS: &[Key] = &[
         Kind::Positive,
         Described("required for helix"),
         "number of turns of a helix, at most 1000; its ends are round",
+    ),
+    key(
+        "bodies[].file",
+        Kind::Text,
+        Described("required for surface"),
+        "STL, OBJ or Gmsh file of a closed surface, oriented outwards; a relative path starts at \
+         the folder of the scene file",
+    ),
+    key(
+        "bodies[].surface_kind",
+        Kind::Word(SurfaceKind::WORDS),
+        Described("`smooth`, for a surface"),
+        "smooth: curved through the vertices of the triangles, with edges of more than 40 degrees \
+         between their normals kept sharp; faceted: flat triangles",
+    ),
+    key(
+        "bodies[].scale",
+        Kind::Positive,
+        Described("1, for a surface"),
+        "length of the scene per length of the file",
+    ),
+    key(
+        "bodies[].centre",
+        Kind::Vector,
+        Described("centroid of the volume"),
+        "point of a surface that is at `position` and about which it turns, in coordinates of the \
+         file",
     ),
     key(
         "bodies[].axis",

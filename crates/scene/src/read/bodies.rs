@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::checks::Checks;
 use super::shape::shape;
+use super::surface_file::SurfaceFiles;
 use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
@@ -15,11 +16,12 @@ pub(super) fn bodies(
     checks: &Checks,
     files: &[BodyFile],
     domain: &Domain,
+    surfaces: &mut SurfaceFiles,
 ) -> Result<Vec<Body>, SceneError> {
     let mut first_of = BTreeMap::new();
     let mut bodies = Vec::with_capacity(files.len());
     for (number, file) in files.iter().enumerate() {
-        let body = body(checks, number, file, domain, &mut first_of)?;
+        let body = body(checks, number, file, domain, surfaces, &mut first_of)?;
         bodies.push(body);
     }
     check_obstacles(checks, &bodies)?;
@@ -38,6 +40,7 @@ fn body(
     number: usize,
     file: &BodyFile,
     domain: &Domain,
+    surfaces: &mut SurfaceFiles,
     first_of: &mut BTreeMap<String, usize>,
 ) -> Result<Body, SceneError> {
     let key = |key: &str| format!("bodies[{number}].{key}");
@@ -46,7 +49,7 @@ fn body(
         let problem = format!("\"{name}\" is the name of bodies[{first}] too; names must differ");
         return Err(checks.bad_value(&key("name"), problem));
     }
-    let shape = shape(checks, number, file)?;
+    let shape = shape(checks, number, file, surfaces)?;
     let has_surface = shape != Shape::Point;
     if matches!(domain, Domain::Mesh { .. }) && has_surface && file.surface.is_none() {
         let problem = "is missing: name the part of the mesh's boundary that is this body";

@@ -10,10 +10,12 @@ mod gait;
 mod links;
 mod options;
 mod shape;
+mod surface_file;
 
 use std::path::Path;
 
 use checks::Checks;
+use surface_file::SurfaceFiles;
 
 use crate::document::Document;
 use crate::error::SceneError;
@@ -65,8 +67,9 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
                 place: document.path().display().to_string(),
                 message: error.message().to_owned(),
             })?;
-    let domain = domain::domain(&checks, &file.domain)?;
-    let mut bodies = bodies::bodies(&checks, &file.bodies, &domain)?;
+    let mut surfaces = SurfaceFiles::default();
+    let domain = domain::domain(&checks, &file.domain, &mut surfaces)?;
+    let mut bodies = bodies::bodies(&checks, &file.bodies, &domain, &mut surfaces)?;
     let links = links::links(&checks, &file.links, &bodies)?;
     let (gait, gait_table) = gait::gait(&checks, &file.gait, &links)?;
     extent::check(
