@@ -77,7 +77,7 @@ pub enum Shape {
         /// Rotation vector, in radians.
         orientation: Vector3<f64>,
     },
-    /// A closed surface from a file.
+    /// A closed surface from a file, or a part of the boundary of the domain's mesh.
     Surface {
         /// The surface about the centre, before the rotation.
         shape: SurfaceShape,
@@ -99,9 +99,17 @@ impl Shape {
             Self::Disk { .. } => ShapeKind::Disk,
             Self::Torus { .. } => ShapeKind::Torus,
             Self::Helix { .. } => ShapeKind::Helix,
-            Self::Surface { .. } => ShapeKind::Surface,
+            Self::Surface { shape, .. } => match shape.part {
+                Some(_) => ShapeKind::File,
+                None => ShapeKind::Surface,
+            },
             Self::Point => ShapeKind::Point,
         }
+    }
+
+    /// Whether the shape is a part of the boundary of the domain's mesh, which is used as it is.
+    pub fn is_mesh_part(&self) -> bool {
+        self.kind() == ShapeKind::File
     }
 
     /// Whether rotations do not change the shape.

@@ -21,6 +21,8 @@ pub struct SurfaceShape {
     /// The point of the file that is the centre of the body, in coordinates of the file; zero for a
     /// domain.
     pub centre: Vector3<f64>,
+    /// Name of the part of the boundary, if the file is the mesh of the domain.
+    pub part: Option<String>,
 }
 
 impl SurfaceShape {

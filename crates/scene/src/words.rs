@@ -85,6 +85,8 @@ pub enum ShapeKind {
     Helix,
     /// A closed surface in a file.
     Surface,
+    /// A part of the boundary of the domain's mesh, as it is.
+    File,
     /// A massless point without a surface.
     Point,
 }

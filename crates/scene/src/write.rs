@@ -164,6 +164,7 @@ pub(crate) fn shape_file(shape: &Shape) -> BodyFile {
             (file.pitch, file.turns) = (Some(pitch), Some(turns));
             file.orientation = Some(orientation.into());
         }
+        Shape::Surface { ref shape, .. } if shape.part.is_some() => {}
         Shape::Surface {
             ref shape,
             orientation,

@@ -267,45 +267,28 @@ fn is_flat([a, b, c, d]: [Vec3; 4]) -> bool {
     volume < FLAT * longest.powi(3)
 }
 
-/// Largest distance of the centroid of a tet that lies in a curved surface from the surface, as a
-/// fraction of its longest edge.
+/// Largest distance of the middle of an edge of a tet that lies in a curved surface from the
+/// surface, as a fraction of its length.
 ///
-/// Edges of 0.57 radii of curvature, the longest on containers, rise by an eighth of that: 0.07 of
-/// their length.
-const RISE: f64 = 0.08;
-
-/// Cosine of the smallest angle (30 degrees) at which the two sides of a sharp edge meet.
-const WEDGE: f64 = 0.866_025_403_784_438_6;
+/// Edges of one radius of curvature, the longest on any surface, rise by 0.13 of their length. An
+/// edge between the two sides of a right angle is 0.2 or more away in its middle.
+const RISE: f64 = 0.15;
 
 /// Whether a tet with all vertices on a surface lies in it, and only exchanges the diagonal between
 /// two of its triangles.
 ///
-/// Such a tet is flat. Along a sharp edge there are flat tets that do not lie in the surface: those
-/// in the wedge of its two sides, and between the sides.
+/// Such a tet is flat. Beside a sharp edge there are flat tets that do not lie in the surface, with
+/// edges from one of its sides to the other.
 fn is_in_surface(surface: &dyn Surface, corners: [Vec3; 4]) -> bool {
     if !is_flat(corners) {
         return false;
     }
-    let centroid = corners.iter().sum::<Vec3>() / 4.0;
-    if surface.closest_on_sharp_edges(centroid).is_none() {
-        return true;
-    }
-    let edges = TET_EDGES.map(|[i, j]| (corners[j] - corners[i]).norm());
-    let longest = edges.into_iter().fold(0.0, f64::max);
-    let is_wedge = |[i, j]: [usize; 2]| {
-        let (from, to) = (corners[i], corners[j]);
-        let along = (to - from).normalize();
-        let across = (0..4).filter(|k| *k != i && *k != j).map(|k| {
-            let arm = corners[k] - from;
-            (arm - along * along.dot(&arm)).normalize()
-        });
-        let across: Vec<Vec3> = across.collect();
-        let middle = 0.5 * (from + to);
-        let is_on = |on: Vec3| (on - middle).norm() < RISE * longest;
-        across[0].dot(&across[1]).abs() < WEDGE
-            && surface.closest_on_sharp_edges(middle).is_some_and(is_on)
+    let is_sharp = surface.closest_on_sharp_edges(corners[0]).is_some();
+    let follows = |[i, j]: [usize; 2]| {
+        let (a, b) = (corners[i], corners[j]);
+        surface.signed_distance(0.5 * (a + b)).abs() <= RISE * (b - a).norm()
     };
-    surface.signed_distance(centroid).abs() < RISE * longest && !TET_EDGES.into_iter().any(is_wedge)
+    !is_sharp || TET_EDGES.into_iter().all(follows)
 }
 
 /// Whether a tet with all vertices on a surface that is not convex is inside the shape.

@@ -1,5 +1,6 @@
 //! Closed surfaces of bodies and containers.
 
+mod boundary_part;
 mod box_surface;
 mod capsule;
 mod closed_surface;

@@ -117,6 +117,7 @@ impl MeshGenerator {
             }
             Domain::Mesh { file, walls } => {
                 let surfaces: Vec<(&str, Box<dyn Surface>)> = (surfaced.iter())
+                    .filter(|s| !s.shape.is_mesh_part())
                     .filter_map(|s| {
                         let surface = scale.surface(&s.shape, &s.pose)?;
                         Some((tags[s.body].as_str(), surface))
@@ -124,7 +125,9 @@ impl MeshGenerator {
                     .collect();
                 let surfaces: Vec<NamedSurface> =
                     surfaces.iter().map(|(name, s)| (*name, &**s)).collect();
-                let mesh = read_mesh(file, &surfaces, walls, scene.fem().geometry, scale)?;
+                let of_bodies = surfaced.iter().map(|s| &tags[s.body]);
+                let known: Vec<&String> = of_bodies.chain(walls).collect();
+                let mesh = read_mesh(file, &surfaces, &known, scene.fem().geometry, scale)?;
                 Source::File {
                     mesh,
                     walls: walls.clone(),
@@ -190,7 +193,10 @@ impl MeshGenerator {
             // walls in a file is not known.
             Source::Generated(_) | Source::Cylinder(_) | Source::File { .. } => None,
         };
-        self.tags().zip(self.surfaces(poses)).chain(wall).collect()
+        let bodies = self.tags().zip(self.surfaces(poses)).zip(&self.surfaced);
+        // Parts of a file's boundary have no other shape than the file's.
+        let known = bodies.filter(|(_, s)| !s.shape.is_mesh_part());
+        known.map(|(named, _)| named).chain(wall).collect()
     }
 
     /// Balls about the centres of the bodies that contain them.

@@ -79,12 +79,13 @@ pub const KEYS: &[Key] = &[
         "bodies[].shape",
         Kind::Word(ShapeKind::WORDS),
         Value("sphere"),
-        "shape; a point is a massless joint without a surface",
+        "shape; surface: a closed surface in a file of its own; file: the part of the mesh's \
+         boundary named by `surface`, as it is; point: a massless joint without a surface",
     ),
     key(
         "bodies[].radius",
         Kind::Positive,
-        Described("required unless the shape is ellipsoid, surface or point"),
+        Described("required unless the shape is ellipsoid, surface, file or point"),
         "radius; of a spheroid: of its equator; of a capsule: of its cylinder; of a disk: to its \
          outer edge; of a torus or a helix: of the middle of the tube about the axis",
     ),
@@ -163,7 +164,7 @@ pub const KEYS: &[Key] = &[
     key(
         "bodies[].position",
         Kind::Vector,
-        Described("required"),
+        Described("required; of `shape = \"file\"` the centroid of its volume"),
         "centre in the initial configuration",
     ),
     key(

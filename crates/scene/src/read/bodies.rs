@@ -49,13 +49,17 @@ fn body(
         let problem = format!("\"{name}\" is the name of bodies[{first}] too; names must differ");
         return Err(checks.bad_value(&key("name"), problem));
     }
-    let shape = shape(checks, number, file, surfaces)?;
+    let shape = shape(checks, number, file, domain, surfaces)?;
     let has_surface = shape != Shape::Point;
     if matches!(domain, Domain::Mesh { .. }) && has_surface && file.surface.is_none() {
         let problem = "is missing: name the part of the mesh's boundary that is this body";
         return Err(checks.bad_value(&key("surface"), problem));
     }
-    let position = checks.required(&key("position"), file.position, ": place every body")?;
+    let position = match &shape {
+        // It is where the mesh has it.
+        Shape::Surface { shape, .. } if shape.part.is_some() => shape.centre.into(),
+        _ => checks.required(&key("position"), file.position, ": place every body")?,
+    };
     Ok(Body {
         name,
         shape,

@@ -4,6 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::checks::Checks;
 use super::surface_file::{SurfaceFiles, SurfaceKeys};
+use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::file::{BodyFile, DEFAULT_AXIS, DEFAULT_ORIENTATION};
 use crate::shape::Shape;
@@ -49,6 +50,7 @@ pub(super) fn shape(
     checks: &Checks,
     number: usize,
     file: &BodyFile,
+    domain: &Domain,
     surfaces: &mut SurfaceFiles,
 ) -> Result<Shape, SceneError> {
     let bad = |name: &str, problem: String| checks.bad_value(&key(number, name), problem);
@@ -70,7 +72,7 @@ pub(super) fn shape(
             return Err(bad(name, problem));
         }
     }
-    let shape = shape_of_keys(checks, number, file, surfaces)?;
+    let shape = shape_of_keys(checks, number, file, domain, surfaces)?;
     // Proportions.
     let too_small = |name: &str, why: &str| Err(bad(name, format!("must be {why}")));
     match shape {
@@ -118,6 +120,7 @@ fn shape_of_keys(
     checks: &Checks,
     number: usize,
     file: &BodyFile,
+    domain: &Domain,
     surfaces: &mut SurfaceFiles,
 ) -> Result<Shape, SceneError> {
     let required =
@@ -180,6 +183,21 @@ fn shape_of_keys(
                     .read(checks, keys)?
                     .about(file.centre.map(Vector3::from)),
                 orientation,
+            }
+        }
+        ShapeKind::File => {
+            let Domain::Mesh { file: mesh, .. } = domain else {
+                let problem = "\"file\" is a part of the boundary of a mesh: it belongs to \
+                               domain.kind = \"mesh\"; use shape = \"surface\" elsewhere";
+                return Err(checks.bad_value(&key(number, "shape"), problem));
+            };
+            let tag = key(number, "surface");
+            let why = ": name the part of the mesh's boundary that is this body";
+            let part = checks.required(&tag, file.surface.as_deref(), why)?;
+            let shape = surfaces.mesh_part(checks, mesh, part, &tag)?;
+            Shape::Surface {
+                shape: shape.about(file.position.map(Vector3::from)),
+                orientation: DEFAULT_ORIENTATION.into(),
             }
         }
         ShapeKind::Point => Shape::Point,

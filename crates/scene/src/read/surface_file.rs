@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mesh::{SurfaceMesh, TriangulatedSurface};
+use mesh::{MeshError, MshFile, SurfaceMesh, TetMesh, TriangulatedSurface};
 use nalgebra::Vector3;
 
 use super::checks::Checks;
@@ -14,6 +14,8 @@ use crate::words::SurfaceKind;
 #[derive(Default)]
 pub(super) struct SurfaceFiles {
     read: Vec<(PathBuf, SurfaceKind, TriangulatedSurface)>,
+    /// The mesh of the domain, once it is needed.
+    mesh: Option<TetMesh>,
 }
 
 /// Keys that describe a surface.
@@ -52,6 +54,40 @@ impl SurfaceFiles {
             kind,
             scale,
             centre: Vector3::zeros(),
+            part: None,
+        })
+    }
+
+    /// A part of the boundary of the domain's mesh: its facets, and its curved cells where the file
+    /// has them.
+    pub fn mesh_part(
+        &mut self,
+        checks: &Checks,
+        file: &Path,
+        part: &str,
+        key: &str,
+    ) -> Result<SurfaceShape, SceneError> {
+        let refused = |error: MeshError| checks.bad_value(key, format!("is refused: {error}"));
+        let mesh = match &self.mesh {
+            Some(mesh) => mesh,
+            None => {
+                let read = MshFile::read(file).and_then(|file| file.into_mesh(&[]));
+                self.mesh.insert(read.map_err(refused)?)
+            }
+        };
+        let (triangles, is_curved) = mesh.boundary_part(part).map_err(refused)?;
+        let kind = match is_curved {
+            true => SurfaceKind::Smooth,
+            false => SurfaceKind::Faceted,
+        };
+        let surface = TriangulatedSurface::new(part, triangles, kind.into()).map_err(refused)?;
+        Ok(SurfaceShape {
+            surface,
+            file: file.to_owned(),
+            kind,
+            scale: 1.0,
+            centre: Vector3::zeros(),
+            part: Some(part.to_owned()),
         })
     }
 }

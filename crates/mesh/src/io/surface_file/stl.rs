@@ -37,6 +37,23 @@ pub(super) fn parse(name: &str, bytes: &[u8]) -> Result<SurfaceMesh, MeshError> 
     Ok(weld(&corners))
 }
 
+impl SurfaceMesh {
+    /// The triangles as a binary STL file, in single precision.
+    pub fn to_stl(&self) -> Vec<u8> {
+        let mut bytes = vec![b' '; HEADER - 4];
+        bytes.extend((self.triangles.len() as u32).to_le_bytes());
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|v| self.points[v as usize]);
+            let normal = (b - a).cross(&(c - a)).try_normalize(0.0);
+            for x in [normal.unwrap_or_default(), a, b, c] {
+                bytes.extend(x.iter().flat_map(|c| (*c as f32).to_le_bytes()));
+            }
+            bytes.extend([0, 0]);
+        }
+        bytes
+    }
+}
+
 fn binary(name: &str, bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, MeshError> {
     let triangles = bytes[HEADER..].chunks_exact(TRIANGLE).enumerate();
     triangles

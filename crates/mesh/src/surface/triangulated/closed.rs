@@ -23,6 +23,13 @@ pub(super) fn neighbours_of_closed(mesh: &SurfaceMesh) -> Result<Vec<[u32; 3]>, 
         );
         return Err(Defect::new(MOST, Vec3::zeros(), problem));
     }
+    if mesh.triangles.is_empty() {
+        return Err(Defect::new(
+            0,
+            Vec3::zeros(),
+            "is missing: there are no triangles",
+        ));
+    }
     check_triangles(mesh)?;
     let neighbours = match_edges(mesh)?;
     check_vertices(mesh, &neighbours)?;
