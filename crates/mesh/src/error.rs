@@ -296,6 +296,28 @@ pub enum MeshError {
         path: PathBuf,
     },
 
+    /// A file name whose extension is not that of a surface format.
+    #[error("{}: unknown file extension; use .stl, .obj or .msh", path.display())]
+    UnknownSurfaceFormat {
+        /// Path of the file.
+        path: PathBuf,
+    },
+
+    /// Triangles that are not a closed surface around a solid, or not one that can be meshed.
+    #[error(
+        "{surface}: triangle {triangle} near ({:.6}, {:.6}, {:.6}): {problem}", at[0], at[1], at[2]
+    )]
+    BadSurface {
+        /// Name of the surface or of its file.
+        surface: String,
+        /// Number of the triangle, counted from 1 in the order of the file.
+        triangle: usize,
+        /// Position of the defect.
+        at: [f64; 3],
+        /// The problem and its remedy.
+        problem: String,
+    },
+
     /// A length or coefficient outside its range.
     #[error("{what} is {value}; {requirement}")]
     BadParameter {

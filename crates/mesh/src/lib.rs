@@ -21,10 +21,10 @@ mod validity;
 
 pub use error::{FileLocation, MeshError};
 pub use generate::{
-    Container, GenerateParams, Generated, MeshedBody, SizeMap, StageSeconds, generate,
+    Container, GenerateParams, Generated, MeshedBody, SizeMap, StageSeconds, clearance, generate,
     generate_sized,
 };
-pub use io::{MshFile, Pvd, Vtu, VtuEncoding};
+pub use io::{MshFile, Pvd, SurfaceFormat, Vtu, VtuEncoding};
 pub use jacobian::scaled_jacobian_bound;
 pub use linear_tets::LinearTets;
 pub use nalgebra;
@@ -33,7 +33,7 @@ pub use quality::{Quality, dihedral_angles, mean_ratio};
 pub use regions::Regions;
 pub use surface::{
     BoxSurface, Capsule, Disk, Ellipsoid, Helix, Placed, Sphere, Spheroid, Surface, SurfaceMesh,
-    Torus,
+    Torus, TriangleKind, TriangulatedSurface,
 };
 pub use symmetry::{SYMMETRY_PLANE_TAGS, Unfolded};
 pub use tet::{TET_EDGES, Vec3};

@@ -1,10 +1,10 @@
 //! Scaled units, in which flows are computed: smallest radius 1, viscosity 1, time as in the scene.
 
-use mesh::{MeshError, TetMesh};
+use mesh::{MeshError, Surface, TetMesh};
 use nalgebra::{DMatrix, Isometry3, Matrix6, Translation3, Vector3};
 use rigid::{ExternalLoad, JointDrive, Link, PassiveDrive, State, StateVelocity, Twist};
 
-use scene::{Background, Scene};
+use scene::{Background, Scene, Shape};
 
 /// Conversion between the units of a scene and scaled units.
 ///
@@ -40,6 +40,12 @@ impl Scale {
     /// Scaled length of a length of the scene.
     pub fn length(&self, length: f64) -> f64 {
         length / self.length
+    }
+
+    /// Surface of a shape at a scaled pose relative to the initial configuration; `None` for a
+    /// point.
+    pub fn surface(&self, shape: &Shape, pose: &Isometry3<f64>) -> Option<Box<dyn Surface>> {
+        shape.surface(pose, self.length)
     }
 
     /// Scaled position of a point of the scene.

@@ -80,7 +80,7 @@ impl Scene {
             Domain::Unbounded | Domain::Ball { .. } | Domain::Box { .. } => [true; 3],
             // The wall is the plane z = 0.
             Domain::Wall => [true, true, false],
-            Domain::Cylinder { .. } | Domain::Mesh { .. } => [false; 3],
+            Domain::Cylinder { .. } | Domain::Surface(_) | Domain::Mesh { .. } => [false; 3],
         };
         let holds_for_bodies = |axis: usize| {
             self.bodies.iter().all(|body| {
@@ -200,7 +200,7 @@ impl Scene {
                     axis.yz().norm() <= 1e-9 && origin.yz().norm() <= tolerance
                 }
                 Domain::Wall => axis.xy().norm() <= 1e-9,
-                Domain::Box { .. } | Domain::Mesh { .. } => false,
+                Domain::Box { .. } | Domain::Surface(_) | Domain::Mesh { .. } => false,
             }
     }
 

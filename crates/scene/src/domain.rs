@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use nalgebra::{Isometry3, Vector3};
 
 use crate::body::Body;
+use crate::surface_shape::SurfaceShape;
 use crate::words::DomainKind;
 
 /// The region that the fluid fills. There is no slip on its walls.
@@ -29,6 +30,8 @@ pub enum Domain {
     },
     /// The half-space above the wall `z = 0`.
     Wall,
+    /// The inside of a closed surface from a file.
+    Surface(SurfaceShape),
     /// The volume of a mesh.
     Mesh {
         /// Gmsh file; a relative path was resolved from the folder of the scene file.
@@ -47,13 +50,15 @@ impl Domain {
             Self::Box { .. } => DomainKind::Box,
             Self::Cylinder { .. } => DomainKind::Cylinder,
             Self::Wall => DomainKind::Wall,
+            Self::Surface(_) => DomainKind::Surface,
             Self::Mesh { .. } => DomainKind::Mesh,
         }
     }
 
     /// Clearance between a body and the nearest wall, negative if the body crosses the wall.
     ///
-    /// Exact for spheres, a lower bound for other shapes. Infinite without walls, and for a mesh,
+    /// Exact for spheres, a lower bound for other shapes; in a surface from a file, the distance of
+    /// the closest points. Infinite without walls, and for a mesh,
     /// whose walls are not known here.
     pub fn clearance(&self, body: &Body, pose: &Isometry3<f64>) -> f64 {
         let (centre, rotation) = (&pose.translation.vector, &pose.rotation);
@@ -73,6 +78,10 @@ impl Domain {
                 radius - centre.yz().norm() - widest
             }
             Self::Wall => centre.z - support(&Vector3::z()),
+            Self::Surface(domain) => match body.shape.surface(pose, 1.0) {
+                Some(surface) => mesh::clearance(&*surface, &domain.surface),
+                None => f64::INFINITY,
+            },
         }
     }
 }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::options::{FemOptions, ModelOptions};
 use crate::words::{
     ArmsKind, BackgroundKind, DomainKind, DriveKind, GaitKind, InterpolationKind, JointKind,
-    ShapeKind,
+    ShapeKind, SurfaceKind,
 };
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -83,6 +83,8 @@ pub(crate) struct DomainFile {
     pub radius: Option<f64>,
     pub size: Option<[f64; 3]>,
     pub file: Option<String>,
+    pub surface_kind: Option<SurfaceKind>,
+    pub scale: Option<f64>,
     pub walls: Option<Vec<String>>,
 }
 
@@ -97,6 +99,10 @@ pub(crate) struct BodyFile {
     pub tube_radius: Option<f64>,
     pub pitch: Option<f64>,
     pub turns: Option<f64>,
+    pub file: Option<String>,
+    pub surface_kind: Option<SurfaceKind>,
+    pub scale: Option<f64>,
+    pub centre: Option<[f64; 3]>,
     pub axis: Option<[f64; 3]>,
     pub orientation: Option<[f64; 3]>,
     pub position: Option<[f64; 3]>,

@@ -21,8 +21,10 @@ mod options;
 mod read;
 mod scene;
 mod shape;
+mod shape_surface;
 mod spline;
 mod support;
+mod surface_shape;
 mod words;
 mod write;
 
@@ -40,7 +42,9 @@ pub use length_path::{CubicLength, LengthPath, Sine};
 pub use options::{FemOptions, ModelOptions};
 pub use scene::Scene;
 pub use shape::Shape;
+pub use surface_shape::SurfaceShape;
 pub use words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FormulationKind, GaitKind,
     GeometryKind, InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind,
+    SurfaceKind,
 };

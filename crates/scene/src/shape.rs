@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
+use crate::surface_shape::SurfaceShape;
 use crate::words::ShapeKind;
 
 /// Shape of a body.
@@ -11,7 +12,7 @@ use crate::words::ShapeKind;
 /// Bodies of revolution have an `axis`: its direction in the initial configuration, a unit vector.
 /// Other shapes have an `orientation`: the rotation vector (radians) that turns their own
 /// coordinates into the initial configuration.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A sphere.
     Sphere {
@@ -76,6 +77,13 @@ pub enum Shape {
         /// Rotation vector, in radians.
         orientation: Vector3<f64>,
     },
+    /// A closed surface from a file, or a part of the boundary of the domain's mesh.
+    Surface {
+        /// The surface about the centre, before the rotation.
+        shape: SurfaceShape,
+        /// Rotation vector, in radians.
+        orientation: Vector3<f64>,
+    },
     /// A massless point without a surface.
     Point,
 }
@@ -91,8 +99,17 @@ impl Shape {
             Self::Disk { .. } => ShapeKind::Disk,
             Self::Torus { .. } => ShapeKind::Torus,
             Self::Helix { .. } => ShapeKind::Helix,
+            Self::Surface { shape, .. } => match shape.part {
+                Some(_) => ShapeKind::File,
+                None => ShapeKind::Surface,
+            },
             Self::Point => ShapeKind::Point,
         }
+    }
+
+    /// Whether the shape is a part of the boundary of the domain's mesh, which is used as it is.
+    pub fn is_mesh_part(&self) -> bool {
+        self.kind() == ShapeKind::File
     }
 
     /// Whether rotations do not change the shape.
@@ -108,7 +125,11 @@ impl Shape {
             | Self::Capsule { axis, .. }
             | Self::Disk { axis, .. }
             | Self::Torus { axis, .. } => Some(axis),
-            Self::Sphere { .. } | Self::Ellipsoid { .. } | Self::Helix { .. } | Self::Point => None,
+            Self::Sphere { .. }
+            | Self::Ellipsoid { .. }
+            | Self::Helix { .. }
+            | Self::Surface { .. }
+            | Self::Point => None,
         }
     }
 
@@ -117,9 +138,9 @@ impl Shape {
     /// In their own coordinates, bodies of revolution have the x axis as axis.
     pub fn orientation(&self) -> UnitQuaternion<f64> {
         match *self {
-            Self::Ellipsoid { orientation, .. } | Self::Helix { orientation, .. } => {
-                UnitQuaternion::from_scaled_axis(orientation)
-            }
+            Self::Ellipsoid { orientation, .. }
+            | Self::Helix { orientation, .. }
+            | Self::Surface { orientation, .. } => UnitQuaternion::from_scaled_axis(orientation),
             // All bodies of revolution are symmetric, so opposite axes need no rotation.
             _ => (self.axis())
                 .and_then(|axis| UnitQuaternion::rotation_between(&Vector3::x(), &axis))
@@ -172,7 +193,9 @@ impl Shape {
                 let across = large / 2.0 + 0.625 * small;
                 Vector3::new(large + 0.75 * small, across, across)
             }
-            Self::Disk { .. } | Self::Helix { .. } | Self::Point => return None,
+            Self::Disk { .. } | Self::Helix { .. } | Self::Surface { .. } | Self::Point => {
+                return None;
+            }
         };
         let rotation = self.orientation().to_rotation_matrix();
         Some(rotation * Matrix3::from_diagonal(&own) * rotation.inverse())
@@ -201,6 +224,7 @@ impl Shape {
                 turns,
                 ..
             } => radius.hypot(0.5 * pitch * turns) + tube_radius,
+            Self::Surface { ref shape, .. } => shape.bounding_radius(),
             Self::Point => 0.0,
         }
     }
@@ -226,6 +250,7 @@ impl Shape {
                 (semi_axes.sum() - low - high).min(OF_HALF_THICKNESS * low)
             }
             Self::Torus { tube_radius, .. } | Self::Helix { tube_radius, .. } => tube_radius,
+            Self::Surface { ref shape, .. } => shape.size_radius(),
             Self::Point => 0.0,
         }
     }
@@ -303,6 +328,7 @@ impl Shape {
                 let length = turns * (TAU * radius).hypot(pitch);
                 PI * tube_radius * tube_radius * length + ball * tube_radius.powi(3)
             }
+            Self::Surface { ref shape, .. } => shape.volume(),
             Self::Point => 0.0,
         }
     }
@@ -360,6 +386,12 @@ impl Shape {
                 ("tube_radius", tube_radius),
                 ("pitch", pitch.abs() * turns.max(1.0)),
             ],
+            Self::Surface { ref shape, .. } => {
+                vec![
+                    ("file", shape.bounding_radius()),
+                    ("file", shape.size_radius()),
+                ]
+            }
             Self::Point => Vec::new(),
         }
     }

@@ -86,6 +86,7 @@ impl Shape {
                 turns,
                 ..
             } => helix_support(n, radius, pitch, turns) + tube_radius * n,
+            Self::Surface { ref shape, .. } => shape.surface.farthest(*n),
             Self::Point => Vector3::zeros(),
         }
     }
@@ -142,6 +143,7 @@ impl Shape {
                 turns,
                 ..
             } => 0.5 * (pitch * turns).abs() * across + radius + tube_radius,
+            Self::Surface { ref shape, .. } => shape.surface.largest_distance_from_axis(n),
             Self::Point => 0.0,
         }
     }
@@ -357,7 +359,7 @@ mod tests {
         assert!((gap - 0.25).abs() < 1e-12, "{gap}");
         assert!(distance([(&a, &unit), (&b, &unit)], &(0.9 * apart / 1.5)) < 0.0);
         // An ellipsoid and a sphere on its normal (1, 1, 1) through the support point.
-        let ellipsoid = shapes()[1];
+        let ellipsoid = shapes()[1].clone();
         let n = Vector3::repeat(1.0).normalize();
         let sphere = Shape::Sphere { radius: 1.0 };
         let at = ellipsoid.support_point(&unit, &n) + 1.25 * n;

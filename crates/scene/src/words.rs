@@ -24,6 +24,7 @@ words!(
     DomainKind,
     BackgroundKind,
     ShapeKind,
+    SurfaceKind,
     ArmsKind,
     JointKind,
     DriveKind,
@@ -57,6 +58,8 @@ pub enum DomainKind {
     Cylinder,
     /// The half-space above a plane.
     Wall,
+    /// The interior of a closed surface in a file.
+    Surface,
     /// The volume of a mesh file.
     Mesh,
 }
@@ -100,8 +103,35 @@ pub enum ShapeKind {
     Torus,
     /// A tube with round ends along a helix.
     Helix,
+    /// A closed surface in a file.
+    Surface,
+    /// A part of the boundary of the domain's mesh, as it is.
+    File,
     /// A massless point without a surface.
     Point,
+}
+
+/// How the triangles of a surface in a file are understood; see [`mesh::TriangleKind`].
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum SurfaceKind {
+    /// Curved through the vertices, with edges above 40 degrees kept sharp.
+    #[default]
+    Smooth,
+    /// Flat triangles.
+    Faceted,
+}
+
+impl From<SurfaceKind> for mesh::TriangleKind {
+    fn from(kind: SurfaceKind) -> Self {
+        match kind {
+            SurfaceKind::Smooth => Self::Smooth,
+            SurfaceKind::Faceted => Self::Faceted,
+        }
+    }
 }
 
 /// How a gait is given.

@@ -184,6 +184,10 @@ pub(crate) fn domain_file(domain: &Domain) -> DomainFile {
         Domain::Unbounded | Domain::Wall => {}
         Domain::Ball { radius } | Domain::Cylinder { radius } => file.radius = Some(*radius),
         Domain::Box { size } => file.size = Some((*size).into()),
+        Domain::Surface(shape) => {
+            file.file = Some(shape.file.display().to_string());
+            (file.surface_kind, file.scale) = (Some(shape.kind), Some(shape.scale));
+        }
         Domain::Mesh { file: path, walls } => {
             file.file = Some(path.display().to_string());
             file.walls = Some(walls.clone());
@@ -237,6 +241,16 @@ pub(crate) fn shape_file(shape: &Shape) -> BodyFile {
         } => {
             (file.radius, file.tube_radius) = (Some(radius), Some(tube_radius));
             (file.pitch, file.turns) = (Some(pitch), Some(turns));
+            file.orientation = Some(orientation.into());
+        }
+        Shape::Surface { ref shape, .. } if shape.part.is_some() => {}
+        Shape::Surface {
+            ref shape,
+            orientation,
+        } => {
+            file.file = Some(shape.file.display().to_string());
+            (file.surface_kind, file.scale) = (Some(shape.kind), Some(shape.scale));
+            file.centre = Some(shape.centre.into());
             file.orientation = Some(orientation.into());
         }
         Shape::Point => {}

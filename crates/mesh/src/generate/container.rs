@@ -1,8 +1,9 @@
 //! Containers of the fluid.
 
-use crate::{BoxSurface, Capsule, Sphere, Surface};
+use crate::{BoxSurface, Capsule, Sphere, Surface, TriangulatedSurface, Vec3};
 
-/// Largest edge on a ball or cylinder, as a fraction of its radius.
+/// Largest edge on a ball or cylinder, as a fraction of its radius, and on other smooth shapes as a
+/// fraction of the radius of curvature and of that of the largest ball inside.
 ///
 /// Quadratic edges then stay within `0.4^4 / 384` radii, below 1e-4, of the surface.
 const OF_RADIUS: f64 = 0.4;
@@ -12,8 +13,7 @@ const OF_RADIUS: f64 = 0.4;
 const OF_SIDE: f64 = 1.0 / 3.0;
 
 /// The container of the fluid; its facets are tagged [`Container::TAG`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Container {
     /// The inside of a sphere.
     Ball(Sphere),
@@ -24,6 +24,8 @@ pub enum Container {
     /// All edges on its wall have the same length, the smallest needed anywhere on it: one body
     /// close to the wall makes the whole wall fine.
     Capsule(Capsule),
+    /// The inside of a closed surface of triangles.
+    Surface(TriangulatedSurface),
 }
 
 impl Container {
@@ -36,6 +38,7 @@ impl Container {
             Self::Ball(sphere) => sphere,
             Self::Box(surface) => surface,
             Self::Capsule(capsule) => capsule,
+            Self::Surface(surface) => surface,
         }
     }
 
@@ -45,6 +48,16 @@ impl Container {
             Self::Ball(sphere) => OF_RADIUS * sphere.radius,
             Self::Capsule(capsule) => OF_RADIUS * capsule.radius,
             Self::Box(surface) => OF_SIDE * (surface.max - surface.min).min(),
+            Self::Surface(surface) => OF_RADIUS * surface.inradius(),
+        }
+    }
+
+    /// Longest edge at a point that the curvature and the narrow parts of the container allow, if
+    /// they vary.
+    pub(super) fn local_size(&self, point: Vec3, growth: f64) -> f64 {
+        match self {
+            Self::Surface(surface) => surface.curvature_size(point, OF_RADIUS, growth),
+            Self::Ball(_) | Self::Capsule(_) | Self::Box(_) => f64::INFINITY,
         }
     }
 }

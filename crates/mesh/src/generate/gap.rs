@@ -74,8 +74,8 @@ impl<'a> Gap<'a> {
                 Container::Capsule(capsule) => {
                     (capsule.radius - depth).max(0.0) / (2.0 * radius * capsule.radius)
                 }
-                // Next to another face of the box the gap need not open.
-                Container::Box(_) => 0.0,
+                // Next to another face or bend the gap need not open.
+                Container::Box(_) | Container::Surface(_) => 0.0,
             };
             (width, middle, bend)
         } else if depth > 3.0 * body_radius {
@@ -178,8 +178,9 @@ fn closest_vertex(a: &dyn Surface, b: &dyn Surface) -> Option<(Vec3, f64)> {
 /// Point of `body` closest to the wall, by alternating projections.
 ///
 /// If the body crosses the wall, the point is outside.
-fn closest_to_wall(body: &dyn Surface, wall: &dyn Surface) -> Vec3 {
-    let points = (body.triangulation().filter(|_| !body.is_convex())).map(|mesh| mesh.points);
+pub(super) fn closest_to_wall(body: &dyn Surface, wall: &dyn Surface) -> Vec3 {
+    let all_convex = body.is_convex() && wall.is_convex();
+    let points = (body.triangulation().filter(|_| !all_convex)).map(|mesh| mesh.points);
     let nearest = (points.into_iter().flatten()).max_by(|x, y| {
         wall.signed_distance(*x)
             .total_cmp(&wall.signed_distance(*y))

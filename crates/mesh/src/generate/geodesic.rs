@@ -172,7 +172,11 @@ fn root_three(coarse: &SurfaceMesh) -> SurfaceMesh {
             triangles.push([a, left[&(b, a)], left[&(a, b)]]);
         }
     }
-    SurfaceMesh { points, triangles }
+    SurfaceMesh {
+        points,
+        triangles,
+        ..SurfaceMesh::default()
+    }
 }
 
 #[cfg(test)]

@@ -77,6 +77,11 @@ pub(super) fn check(
             length("radius of the container", capsule.radius)?;
             length("length of the container", capsule.half_length)?;
         }
+        Container::Surface(surface) => {
+            let (centre, radius) = surface.bounding_ball();
+            finite("centre of the container", centre)?;
+            length("radius of the container", radius)?;
+        }
     }
     let mut names = HashSet::from([Container::TAG]);
     for body in bodies {
@@ -104,18 +109,19 @@ pub(super) fn check(
 /// Checks that the container is symmetric about every plane, and every body symmetric or beside it.
 ///
 /// # Errors
-/// [`MeshError::NotSymmetric`]; [`MeshError::BadParameter`] for a capsule, whose triangles would
-/// cross the planes.
+/// [`MeshError::NotSymmetric`]; [`MeshError::BadParameter`] for a capsule or another surface, whose
+/// triangles would cross the planes.
 fn check_symmetry(
     planes: SymmetryPlanes,
     bodies: &[MeshedBody<'_>],
     container: &Container,
 ) -> Result<(), MeshError> {
-    if let (false, Container::Capsule(_)) = (planes.is_empty(), container) {
+    let may_cross = matches!(container, Container::Capsule(_) | Container::Surface(_));
+    if may_cross && !planes.is_empty() {
         return Err(MeshError::BadParameter {
             what: "number of symmetry planes".into(),
             value: planes.len() as f64,
-            requirement: "it must be zero in a capsule",
+            requirement: "it must be zero in a capsule or another surface",
         });
     }
     let check = |name: &str, surface: &dyn Surface, may_be_beside: bool| {

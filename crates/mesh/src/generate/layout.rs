@@ -11,7 +11,7 @@ use super::size_field::SizeField;
 use super::surface_triangulation::{triangulate, triangulate_box};
 use super::symmetry_planes::SymmetryPlanes;
 use crate::delaunay::insertion_order;
-use crate::{MeshError, Surface, SurfaceMesh, Vec3};
+use crate::{MeshError, Surface, SurfaceMesh, TET_EDGES, Vec3};
 use std::collections::VecDeque;
 use std::ops::Range;
 
@@ -47,8 +47,18 @@ pub(super) struct Layout<'a> {
     pub planes: SymmetryPlanes,
     surfaces: Vec<&'a dyn Surface>,
     container: &'a dyn Surface,
-    /// Whether the curvature of the container is discontinuous.
-    curvature_jumps: bool,
+    wall: WallKind,
+}
+
+/// What the tets with all vertices on the container can be.
+#[derive(Clone, Copy)]
+enum WallKind {
+    /// All of them are in the fluid.
+    Hull,
+    /// Some are flat, because the curvature of the wall is discontinuous.
+    CurvatureJumps,
+    /// Some are flat or outside.
+    AnyShape,
 }
 
 impl<'a> Layout<'a> {
@@ -83,7 +93,9 @@ impl<'a> Layout<'a> {
         }
         let wall = container.surface();
         meshes.push(match container {
-            Container::Ball(_) => triangulate(Container::TAG, wall, &size, planes, limit)?,
+            Container::Ball(_) | Container::Surface(_) => {
+                triangulate(Container::TAG, wall, &size, planes, limit)?
+            }
             Container::Box(b) => {
                 triangulate_box(Container::TAG, wall, [b.min, b.max], &size, planes, limit)?
             }
@@ -102,7 +114,11 @@ impl<'a> Layout<'a> {
             planes,
             surfaces: bodies.iter().map(|b| b.surface).collect(),
             container: wall,
-            curvature_jumps: matches!(container, Container::Capsule(_)),
+            wall: match container {
+                Container::Ball(_) | Container::Box(_) => WallKind::Hull,
+                Container::Capsule(_) => WallKind::CurvatureJumps,
+                Container::Surface(_) => WallKind::AnyShape,
+            },
         };
         let mut seeds = Vec::new();
         for (k, mesh) in meshes.into_iter().enumerate() {
@@ -171,7 +187,8 @@ impl<'a> Layout<'a> {
 
     /// Removes the tets that are not in the fluid.
     ///
-    /// These are the tets inside bodies, and flat tets on a wall with discontinuous curvature.
+    /// These are the tets inside bodies, those outside a container that is not the convex hull of
+    /// its vertices, and flat tets on a wall with discontinuous curvature.
     ///
     /// On such a wall, as at the ends of a cylinder, four vertices may lie nearly on a circle, and
     /// the Delaunay tet between them is nearly flat. Without it the wall follows the other
@@ -183,7 +200,17 @@ impl<'a> Layout<'a> {
             if owner[0] < n_bodies {
                 return owner.iter().any(|&o| o != owner[0]) || !self.is_inside(tet);
             }
-            !self.curvature_jumps || owner.iter().any(|&o| o != n_bodies) || !self.is_flat(tet)
+            if owner.iter().any(|&o| o != n_bodies) {
+                return true;
+            }
+            match self.wall {
+                WallKind::Hull => true,
+                WallKind::CurvatureJumps => !is_flat(self.corners(tet)),
+                WallKind::AnyShape => {
+                    let corners = self.corners(tet);
+                    !is_in_surface(self.container, corners) && is_behind(self.container, corners)
+                }
+            }
         });
         tets
     }
@@ -197,20 +224,12 @@ impl<'a> Layout<'a> {
     /// not meshed.
     fn is_inside(&self, tet: &[u32; 4]) -> bool {
         let surface = self.surfaces[self.owner[tet[0] as usize] as usize];
-        if surface.is_convex() || self.is_flat(tet) {
-            return true;
-        }
-        let (centre, _) = circumcentre(tet.map(|v| self.points[v as usize]));
-        surface.signed_distance(centre) < 0.0
+        let corners = self.corners(tet);
+        surface.is_convex() || is_in_surface(surface, corners) || is_behind(surface, corners)
     }
 
-    /// Whether the volume of a tet is far below that of a regular tet with its longest edge.
-    fn is_flat(&self, tet: &[u32; 4]) -> bool {
-        let [a, b, c, d] = tet.map(|v| self.points[v as usize]);
-        let volume = (b - a).cross(&(c - a)).dot(&(d - a)).abs() / 6.0;
-        let edges = [b - a, c - a, d - a, c - b, d - b, d - c];
-        let longest = edges.iter().fold(0.0, |m: f64, e| m.max(e.norm()));
-        volume < FLAT * longest.powi(3)
+    fn corners(&self, tet: &[u32; 4]) -> [Vec3; 4] {
+        tet.map(|v| self.points[v as usize])
     }
 
     /// New position of vertex `i` on its way to a target, with the wanted edge length there.
@@ -238,6 +257,51 @@ impl<'a> Layout<'a> {
         let owner = tet.map(|v| self.owner[v as usize]);
         owner[0] == FLUID || owner.iter().any(|&o| o != owner[0])
     }
+}
+
+/// Whether the volume of a tet is far below that of a regular tet with its longest edge.
+fn is_flat([a, b, c, d]: [Vec3; 4]) -> bool {
+    let volume = (b - a).cross(&(c - a)).dot(&(d - a)).abs() / 6.0;
+    let edges = [b - a, c - a, d - a, c - b, d - b, d - c];
+    let longest = edges.iter().fold(0.0, |m: f64, e| m.max(e.norm()));
+    volume < FLAT * longest.powi(3)
+}
+
+/// Largest distance of the middle of an edge of a tet that lies in a curved surface from the
+/// surface, as a fraction of its length.
+///
+/// Edges of one radius of curvature, the longest on any surface, rise by 0.13 of their length. An
+/// edge between the two sides of a right angle is 0.2 or more away in its middle.
+const RISE: f64 = 0.15;
+
+/// Whether a tet with all vertices on a surface lies in it, and only exchanges the diagonal between
+/// two of its triangles.
+///
+/// Such a tet is flat. Beside a sharp edge there are flat tets that do not lie in the surface, with
+/// edges from one of its sides to the other.
+fn is_in_surface(surface: &dyn Surface, corners: [Vec3; 4]) -> bool {
+    if !is_flat(corners) {
+        return false;
+    }
+    let is_sharp = surface.closest_on_sharp_edges(corners[0]).is_some();
+    let follows = |[i, j]: [usize; 2]| {
+        let (a, b) = (corners[i], corners[j]);
+        surface.signed_distance(0.5 * (a + b)).abs() <= RISE * (b - a).norm()
+    };
+    !is_sharp || TET_EDGES.into_iter().all(follows)
+}
+
+/// Whether a tet with all vertices on a surface that is not convex is inside the shape.
+///
+/// Its circumcentre is on the same side of the surface as the tet, if the surface is smooth. At a
+/// sharp edge it may be on the other side, but all of the tet is on one side.
+fn is_behind(surface: &dyn Surface, corners: [Vec3; 4]) -> bool {
+    let centroid = corners.iter().sum::<Vec3>() / 4.0;
+    let point = match surface.closest_on_sharp_edges(centroid) {
+        Some(_) => centroid,
+        None => circumcentre(corners).0,
+    };
+    surface.signed_distance(point) < 0.0
 }
 
 /// Spacing of the grid on which surface points lie relative to their centre.

@@ -5,6 +5,7 @@
 
 mod assemble;
 mod capsule_mesh;
+mod clearance;
 mod container;
 mod copies;
 mod gap;
@@ -24,6 +25,7 @@ mod surface_refinement;
 mod surface_triangulation;
 mod symmetry_planes;
 
+pub use clearance::clearance;
 pub use container::Container;
 pub use meshed_body::MeshedBody;
 pub use params::GenerateParams;

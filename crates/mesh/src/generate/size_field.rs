@@ -31,7 +31,8 @@ const OF_THICKNESS: f64 = 1.2;
 ///   `s` the distance to them ([`Surface::curvature_size`]), `factor` at most 0.7;
 /// * `gap (d1 + d2)` between each pair of close surfaces, lowered until it grows no faster than
 ///   `growth`;
-/// * the largest size, and a fraction of the container's size;
+/// * the largest size, and a fraction of the container's size or, for a container of any shape, of
+///   its radii of curvature and of the width of its narrow parts;
 /// * in a capsule, the smallest of all these on its wall plus `growth` times the distance from
 ///   there.
 ///
@@ -39,6 +40,7 @@ const OF_THICKNESS: f64 = 1.2;
 /// constant `growth` if the background is.
 pub(super) struct SizeField<'a> {
     bodies: &'a [MeshedBody<'a>],
+    container: &'a Container,
     /// Wanted edge length on each body.
     sizes: Vec<f64>,
     /// Wanted edge length on each body as a fraction of the radius of curvature.
@@ -89,6 +91,7 @@ impl<'a> SizeField<'a> {
             .collect();
         let mut field = SizeField {
             bodies,
+            container,
             sizes: (bodies.iter())
                 .map(|b| b.size.min(OF_THICKNESS * b.surface.inradius()))
                 .collect(),
@@ -188,7 +191,7 @@ impl<'a> SizeField<'a> {
 
     /// Wanted edge length at `x`.
     pub fn at(&self, x: Vec3) -> f64 {
-        let mut h = self.max;
+        let mut h = self.max.min(self.container.local_size(x, self.growth));
         let wanted = self.background.map(|background| background(x));
         let wanted = wanted.filter(|size| *size > 0.0);
         if let Some(size) = wanted {

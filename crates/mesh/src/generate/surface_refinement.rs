@@ -1,10 +1,13 @@
 //! Refinement of surface triangulations to a varying edge length.
 
+mod coarsening;
+mod sharp_edges;
 mod smoothing;
 
 use super::symmetry_planes::SymmetryPlanes;
 use crate::surface::sphere_radius;
 use crate::{MeshError, Surface, SurfaceMesh, Vec3};
+use std::collections::HashSet;
 
 /// Ratio to the wanted length above which edges are split.
 ///
@@ -46,6 +49,8 @@ pub(super) struct Refiner<'a> {
     sphere: Option<f64>,
     /// Cosine between normals below which an edge is a ridge.
     ridge: f64,
+    /// Sharp edges, the smaller vertex first; they are neither flipped nor left.
+    sharp: HashSet<[u32; 2]>,
     /// Symmetry planes; edges on them stay there.
     planes: SymmetryPlanes,
     name: &'a str,
@@ -60,6 +65,7 @@ impl<'a> Refiner<'a> {
         planes: SymmetryPlanes,
     ) -> Self {
         let neighbours = mesh.neighbours();
+        let mesh_sharp = mesh.sharp_edges.iter().map(|&edge| sorted(edge)).collect();
         Refiner {
             surface,
             size,
@@ -70,9 +76,11 @@ impl<'a> Refiner<'a> {
             // opposite sides of a slender body.
             ridge: match sphere_radius(surface) {
                 Some(_) => -2.0,
+                // Sharp edges are known one by one, if there are any.
                 None if surface.reach() > 0.0 => BENT,
                 None => RIDGE,
             },
+            sharp: mesh_sharp,
             planes,
             name,
         }
@@ -84,6 +92,9 @@ impl<'a> Refiner<'a> {
     /// [`MeshError::TooManyVertices`] if more than `limit` vertices are needed,
     /// [`MeshError::SurfaceNotRecovered`] if splitting does not end.
     pub fn run(mut self, limit: usize) -> Result<SurfaceMesh, MeshError> {
+        if self.surface.has_fine_triangulation() {
+            self.coarsen();
+        }
         let mut passes = 0;
         while self.split_longest() {
             passes += 1;
@@ -193,12 +204,16 @@ impl<'a> Refiner<'a> {
         let d = self.mesh.triangles[u][j];
         let [_, t_b, t_c] = [0, 1, 2].map(|k| self.neighbours[t][(i + k) % 3]);
         let [_, u_c, u_b] = [0, 1, 2].map(|k| self.neighbours[u][(j + k) % 3]);
-        let middle = self.split_point(t, u, [b, c]);
         let m = self.mesh.points.len() as u32;
-        let planes = self.planes.at(middle);
-        self.mesh
-            .points
-            .push(planes.along(self.surface.closest_point(middle)));
+        let point = if self.sharp.remove(&sorted([b, c])) {
+            self.sharp.extend([sorted([b, m]), sorted([m, c])]);
+            self.on_sharp_edge([b, c])
+        } else {
+            let middle = self.split_point(t, u, [b, c]);
+            let planes = self.planes.at(middle);
+            planes.along(self.surface.closest_point(middle))
+        };
+        self.mesh.points.push(point);
         let (t2, u2) = (
             self.mesh.triangles.len() as u32,
             self.mesh.triangles.len() as u32 + 1,
@@ -284,7 +299,8 @@ impl<'a> Refiner<'a> {
         let u = self.neighbours[t][i] as usize;
         let [a, b, c] = self.rotated(t, i).map(|v| self.mesh.points[v as usize]);
         let d = self.mesh.points[self.mesh.triangles[u][self.slot(u, t)] as usize];
-        if !self.planes.through(&[b, c]).is_empty() {
+        let [_, v, w] = self.rotated(t, i);
+        if !self.planes.through(&[b, c]).is_empty() || self.sharp.contains(&sorted([v, w])) {
             return false;
         }
         // The new triangles must be oriented like the old ones.
@@ -352,6 +368,11 @@ impl<'a> Refiner<'a> {
         let (u, v) = (x[(i + 1) % 3] - x[i], x[(i + 2) % 3] - x[i]);
         u.cross(&v).norm().atan2(u.dot(&v))
     }
+}
+
+/// An edge with the smaller vertex first.
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// Centre and radius of the circle through three points.

@@ -118,6 +118,7 @@ impl SymmetryPlanes {
                 .iter()
                 .map(|t| t.map(|v| number[v as usize]))
                 .collect(),
+            ..SurfaceMesh::default()
         }
     }
 }

@@ -1,9 +1,11 @@
-//! Mesh files: Gmsh MSH in, VTU (ParaView) and MSH out.
+//! Mesh files: Gmsh MSH, STL and OBJ in, VTU (ParaView) and MSH out.
 
 mod atomic;
 mod msh;
+mod surface_file;
 mod vtu;
 mod write;
 
 pub use msh::MshFile;
+pub use surface_file::SurfaceFormat;
 pub use vtu::{Pvd, Vtu, VtuEncoding};

@@ -3,7 +3,7 @@
 use super::SurfaceMesh;
 use crate::Vec3;
 
-/// A smooth closed surface around which, or inside which, a mesh can be generated.
+/// A closed surface around which, or inside which, a mesh can be generated.
 ///
 /// Also used to move boundary nodes onto the true surface. Distances are negative inside the shape
 /// and positive outside it, for bodies and containers alike.
@@ -29,6 +29,11 @@ pub trait Surface: Sync {
         Vec3::new(gradient(0), gradient(1), gradient(2)).normalize()
     }
 
+    /// Closest point to `point` on the sharp edges; `None`, the default, if there are none.
+    fn closest_on_sharp_edges(&self, _point: Vec3) -> Option<Vec3> {
+        None
+    }
+
     /// Centre and radius of a ball that contains the shape.
     fn bounding_ball(&self) -> (Vec3, f64);
 
@@ -43,7 +48,8 @@ pub trait Surface: Sync {
     /// Whether the shape is convex. Other shapes need a [`triangulation`](Self::triangulation).
     fn is_convex(&self) -> bool;
 
-    /// Radius of the largest balls that fit to both sides of every point of the surface (reach).
+    /// Radius of the largest balls that fit to both sides of every point of the surface (reach),
+    /// except near sharp edges.
     ///
     /// At most the smallest radius of curvature, and half the width of the narrowest neck of the
     /// shape or of the space around it (Federer 1959). It bounds the length of edges that can
@@ -70,6 +76,11 @@ pub trait Surface: Sync {
     /// coarse vertices have evenly distributed normals; it must not be slender.
     fn triangulation(&self) -> Option<SurfaceMesh> {
         None
+    }
+
+    /// Whether the triangulation may be finer than a mesh needs, so that it is made coarser too.
+    fn has_fine_triangulation(&self) -> bool {
+        false
     }
 }
 

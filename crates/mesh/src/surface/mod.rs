@@ -1,5 +1,6 @@
-//! Smooth closed surfaces of bodies and containers.
+//! Closed surfaces of bodies and containers.
 
+mod boundary_part;
 mod box_surface;
 mod capsule;
 mod closed_surface;
@@ -11,6 +12,7 @@ mod sphere;
 mod spheroid;
 mod surface_mesh;
 mod torus;
+mod triangulated;
 mod tube;
 
 pub use box_surface::BoxSurface;
@@ -26,3 +28,4 @@ pub use spheroid::Spheroid;
 pub use surface_mesh::SurfaceMesh;
 pub(crate) use surface_mesh::euler_characteristic;
 pub use torus::Torus;
+pub use triangulated::{TriangleKind, TriangulatedSurface};

@@ -34,6 +34,11 @@ impl<S: Surface> Surface for Placed<S> {
         self.placed(self.shape.closest_point(self.own(point)))
     }
 
+    fn closest_on_sharp_edges(&self, point: Vec3) -> Option<Vec3> {
+        let closest = self.shape.closest_on_sharp_edges(self.own(point))?;
+        Some(self.placed(closest))
+    }
+
     fn bounding_ball(&self) -> (Vec3, f64) {
         let (centre, radius) = self.shape.bounding_ball();
         (self.placed(centre), radius)
@@ -67,5 +72,9 @@ impl<S: Surface> Surface for Placed<S> {
         let mut mesh = self.shape.triangulation()?;
         mesh.points.iter_mut().for_each(|p| *p = self.placed(*p));
         Some(mesh)
+    }
+
+    fn has_fine_triangulation(&self) -> bool {
+        self.shape.has_fine_triangulation()
     }
 }

@@ -10,6 +10,10 @@ pub struct SurfaceMesh {
     pub points: Vec<Vec3>,
     /// Vertex numbers of the triangles.
     pub triangles: Vec<[u32; 3]>,
+    /// Sharp edges, which are kept when the triangulation is refined; empty for smooth shapes.
+    pub sharp_edges: Vec<[u32; 2]>,
+    /// Vertices at which sharp edges end, meet or turn; they stay where they are.
+    pub corners: Vec<u32>,
 }
 
 impl SurfaceMesh {
@@ -36,7 +40,7 @@ impl SurfaceMesh {
             .collect();
         SurfaceMesh {
             points,
-            triangles: self.triangles.clone(),
+            ..self.clone()
         }
     }
 }

@@ -10,6 +10,7 @@ mod quality;
 mod serde_feature;
 mod shapes;
 mod symmetry;
+mod triangulated;
 
 mod io {
     mod dialects;

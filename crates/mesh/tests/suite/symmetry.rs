@@ -71,7 +71,7 @@ fn cut_meshes_are_as_good_as_whole_meshes_and_unfold_to_them() {
         ("triangle", &triangle, ball(20.0), z),
         ("alone", &alone, ball(10.0), [true; 3]),
         ("alone", &alone, ball(1.2), [true; 3]),
-        ("in a box", &apart, sides, z),
+        ("in a box", &apart, sides.clone(), z),
         ("in a box", &apart, sides, yz),
     ];
     for (name, spheres, container, symmetry_planes) in cases {

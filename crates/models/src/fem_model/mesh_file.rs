@@ -11,7 +11,7 @@ use scene::GeometryKind;
 /// Reads a mesh file in scaled units.
 ///
 /// `surfaces` are those of the bodies with the names of their boundary parts, in scaled units;
-/// nodes on these parts are moved onto the surfaces.
+/// nodes on these parts are moved onto the surfaces. `known` are the names of all bodies and walls.
 ///
 /// # Errors
 /// A file that cannot be read; [`ModelError::OpenBoundary`]; parts of the boundary that are not on
@@ -19,7 +19,7 @@ use scene::GeometryKind;
 pub fn read_mesh(
     file: &Path,
     surfaces: &[NamedSurface<'_>],
-    walls: &[String],
+    known: &[&String],
     geometry: GeometryKind,
     scale: &Scale,
 ) -> Result<TetMesh, ModelError> {
@@ -29,8 +29,7 @@ pub fn read_mesh(
         MshFile::Quadratic(tets) => &mut tets.points,
     };
     points.iter_mut().for_each(|x| *x = scale.point(*x));
-    let known = |tag: &String| walls.contains(tag) || surfaces.iter().any(|(name, _)| name == tag);
-    if let Some(tag) = read.tags().iter().find(|tag| !known(tag)) {
+    if let Some(tag) = read.tags().iter().find(|tag| !known.contains(tag)) {
         return Err(ModelError::OpenBoundary {
             file: file.display().to_string(),
             tag: tag.clone(),

@@ -6,7 +6,6 @@ use mesh::{
 };
 use nalgebra::{Isometry3, Translation3, Vector3};
 
-use super::body_surface::body_surface;
 use super::cylinder;
 use super::element_size::{ADAPTED_GROWTH, growth, surface_size};
 use super::far_field::FarField;
@@ -25,7 +24,7 @@ const NARROW: f64 = 0.5;
 const PLANE_WALL: &str = "wall";
 
 /// A body with a surface, in scaled units.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Surfaced {
     /// Index of the body in the scene.
     pub body: usize,
@@ -86,7 +85,7 @@ impl MeshGenerator {
                     radius: scale.length(b.bounding_radius()),
                     size: scale.length(size),
                     relative_size: size / b.shape.size_radius(),
-                    shape: b.shape,
+                    shape: b.shape.clone(),
                 }
             })
             .collect();
@@ -113,16 +112,22 @@ impl MeshGenerator {
                 }))
             }
             Domain::Cylinder { radius } => Source::Cylinder(scale.length(*radius)),
+            Domain::Surface(domain) => {
+                Source::Generated(Container::Surface(domain.surface.scaled(scale.length(1.0))))
+            }
             Domain::Mesh { file, walls } => {
                 let surfaces: Vec<(&str, Box<dyn Surface>)> = (surfaced.iter())
+                    .filter(|s| !s.shape.is_mesh_part())
                     .filter_map(|s| {
-                        let surface = body_surface(&s.shape, scale, &s.pose)?;
+                        let surface = scale.surface(&s.shape, &s.pose)?;
                         Some((tags[s.body].as_str(), surface))
                     })
                     .collect();
                 let surfaces: Vec<NamedSurface> =
                     surfaces.iter().map(|(name, s)| (*name, &**s)).collect();
-                let mesh = read_mesh(file, &surfaces, walls, scene.fem().geometry, scale)?;
+                let of_bodies = surfaced.iter().map(|s| &tags[s.body]);
+                let known: Vec<&String> = of_bodies.chain(walls).collect();
+                let mesh = read_mesh(file, &surfaces, &known, scene.fem().geometry, scale)?;
                 Source::File {
                     mesh,
                     walls: walls.clone(),
@@ -173,7 +178,7 @@ impl MeshGenerator {
     /// Surfaces of the bodies.
     fn surfaces(&self, poses: &Poses) -> Vec<Box<dyn Surface>> {
         (self.surfaced.iter().zip(poses))
-            .filter_map(|(s, pose)| body_surface(&s.shape, &self.scale, pose))
+            .filter_map(|(s, pose)| self.scale.surface(&s.shape, pose))
             .collect()
     }
 
@@ -181,11 +186,17 @@ impl MeshGenerator {
     pub fn boundary_surfaces(&self, poses: &Poses) -> Vec<(&str, Box<dyn Surface>)> {
         let wall: Option<(&str, Box<dyn Surface>)> = match &self.source {
             Source::Generated(Container::Ball(ball)) => Some((Container::TAG, Box::new(*ball))),
+            Source::Generated(Container::Surface(surface)) => {
+                Some((Container::TAG, Box::new(surface.clone())))
+            }
             // Boxes are flat, ends of cylinders are not physical walls, and the exact shape of
             // walls in a file is not known.
             Source::Generated(_) | Source::Cylinder(_) | Source::File { .. } => None,
         };
-        self.tags().zip(self.surfaces(poses)).chain(wall).collect()
+        let bodies = self.tags().zip(self.surfaces(poses)).zip(&self.surfaced);
+        // Parts of a file's boundary have no other shape than the file's.
+        let known = bodies.filter(|(_, s)| !s.shape.is_mesh_part());
+        known.map(|(named, _)| named).chain(wall).collect()
     }
 
     /// Balls about the centres of the bodies that contain them.
@@ -201,7 +212,7 @@ impl MeshGenerator {
     /// Container of the fluid around the bodies; `None` for the mesh of a file.
     fn container(&self, poses: &Poses) -> Option<Container> {
         match &self.source {
-            Source::Generated(container) => Some(*container),
+            Source::Generated(container) => Some(container.clone()),
             Source::Cylinder(radius) => Some(Container::Capsule(cylinder::capsule_around(
                 *radius,
                 &self.bounding_balls(poses),
@@ -241,7 +252,7 @@ impl MeshGenerator {
                 for (other, other_pose) in &placed {
                     let is_turned = pose.rotation != other_pose.rotation;
                     if other.body != s.body
-                        && (other.shape, other.size) == (s.shape, s.size)
+                        && (&other.shape, other.size) == (&s.shape, s.size)
                         && (s.shape.is_isotropic() || !is_turned)
                     {
                         sizes.push((position - centre + other_pose.translation.vector, size));

@@ -2,7 +2,6 @@
 
 mod adapt;
 mod body_flows;
-mod body_surface;
 mod cylinder;
 mod element_size;
 mod far_field;

@@ -7,6 +7,7 @@ mod history;
 mod mesh_files;
 mod query;
 mod scenes;
+mod surface_files;
 mod table_errors;
 mod tabulated;
 mod units;

@@ -5,7 +5,7 @@ use super::key::{Key, Kind};
 use crate::words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, DriveKind, EstimatesKind, FormulationKind,
     GaitKind, GeometryKind, InterpolationKind, JointKind, MeshMotionKind, MirrorKind, ModelKind,
-    ShapeKind, SolverKind,
+    ShapeKind, SolverKind, SurfaceKind,
 };
 
 const fn key(path: &'static str, kind: Kind, default: KeyDefault, meaning: &'static str) -> Key {
@@ -42,8 +42,8 @@ pub const KEYS: &[Key] = &[
         Kind::Word(DomainKind::WORDS),
         Value("unbounded"),
         "region that the fluid fills: the whole space, a ball or a box about the origin, a \
-         cylinder about the x axis, the half-space above the wall `z = 0`, or the volume of a \
-         mesh file",
+         cylinder about the x axis, the half-space above the wall `z = 0`, the inside of a closed \
+         surface, or the volume of a mesh file",
     ),
     key(
         "domain.radius",
@@ -60,8 +60,21 @@ pub const KEYS: &[Key] = &[
     key(
         "domain.file",
         Kind::Text,
-        Described("required for mesh"),
-        "Gmsh file; a relative path starts at the folder of the scene file",
+        Described("required for surface and mesh"),
+        "file of the mesh (Gmsh) or of the surface (STL, OBJ, Gmsh), whose coordinates are those \
+         of the scene; a relative path starts at the folder of the scene file",
+    ),
+    key(
+        "domain.surface_kind",
+        Kind::Word(SurfaceKind::WORDS),
+        Described("`smooth`, for a surface"),
+        "as `bodies[].surface_kind`",
+    ),
+    key(
+        "domain.scale",
+        Kind::Positive,
+        Described("1, for a surface"),
+        "length of the scene per length of the file",
     ),
     key(
         "domain.walls",
@@ -100,12 +113,13 @@ pub const KEYS: &[Key] = &[
         "bodies[].shape",
         Kind::Word(ShapeKind::WORDS),
         Value("sphere"),
-        "shape; a point is a massless joint without a surface",
+        "shape; surface: a closed surface in a file of its own; file: the part of the mesh's \
+         boundary named by `surface`, as it is; point: a massless joint without a surface",
     ),
     key(
         "bodies[].radius",
         Kind::Positive,
-        Described("required unless the shape is ellipsoid or point"),
+        Described("required unless the shape is ellipsoid, surface, file or point"),
         "radius; of a spheroid: of its equator; of a capsule: of its cylinder; of a disk: to its \
          outer edge; of a torus or a helix: of the middle of the tube about the axis",
     ),
@@ -142,6 +156,33 @@ pub const KEYS: &[Key] = &[
         "number of turns of a helix, at most 1000; its ends are round",
     ),
     key(
+        "bodies[].file",
+        Kind::Text,
+        Described("required for surface"),
+        "STL, OBJ or Gmsh file of a closed surface, oriented outwards; a relative path starts at \
+         the folder of the scene file",
+    ),
+    key(
+        "bodies[].surface_kind",
+        Kind::Word(SurfaceKind::WORDS),
+        Described("`smooth`, for a surface"),
+        "smooth: curved through the vertices of the triangles, with edges of more than 40 degrees \
+         between their normals kept sharp; faceted: flat triangles",
+    ),
+    key(
+        "bodies[].scale",
+        Kind::Positive,
+        Described("1, for a surface"),
+        "length of the scene per length of the file",
+    ),
+    key(
+        "bodies[].centre",
+        Kind::Vector,
+        Described("centroid of the volume"),
+        "point of a surface that is at `position` and about which it turns, in coordinates of the \
+         file",
+    ),
+    key(
         "bodies[].axis",
         Kind::Vector,
         Value("[1, 0, 0]"),
@@ -157,7 +198,7 @@ pub const KEYS: &[Key] = &[
     key(
         "bodies[].position",
         Kind::Vector,
-        Described("required"),
+        Described("required; of `shape = \"file\"` the centroid of its volume"),
         "centre in the initial configuration",
     ),
     key(

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::checks::Checks;
 use super::flow;
 use super::shape::shape;
+use super::surface_file::SurfaceFiles;
 use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
@@ -18,11 +19,12 @@ pub(super) fn bodies(
     files: &[BodyFile],
     domain: &Domain,
     has_background: bool,
+    surfaces: &mut SurfaceFiles,
 ) -> Result<Vec<Body>, SceneError> {
     let mut first_of = BTreeMap::new();
     let mut bodies = Vec::with_capacity(files.len());
     for (number, file) in files.iter().enumerate() {
-        let body = body(checks, number, file, domain, &mut first_of)?;
+        let body = body(checks, number, file, domain, surfaces, &mut first_of)?;
         bodies.push(body);
     }
     check_obstacles(checks, &bodies, has_background)?;
@@ -41,6 +43,7 @@ fn body(
     number: usize,
     file: &BodyFile,
     domain: &Domain,
+    surfaces: &mut SurfaceFiles,
     first_of: &mut BTreeMap<String, usize>,
 ) -> Result<Body, SceneError> {
     let key = |key: &str| format!("bodies[{number}].{key}");
@@ -49,7 +52,7 @@ fn body(
         let problem = format!("\"{name}\" is the name of bodies[{first}] too; names must differ");
         return Err(checks.bad_value(&key("name"), problem));
     }
-    let shape = shape(checks, number, file)?;
+    let shape = shape(checks, number, file, domain, surfaces)?;
     let has_surface = shape != Shape::Point;
     if matches!(domain, Domain::Mesh { .. }) && has_surface && file.surface.is_none() {
         let problem = "is missing: name the part of the mesh's boundary that is this body";
@@ -66,7 +69,11 @@ fn body(
         let problem = "makes no sense for a point, which has no surface; remove it";
         return Err(checks.bad_value(&key("mass"), problem));
     }
-    let position = checks.required(&key("position"), file.position, ": place every body")?;
+    let position = match &shape {
+        // It is where the mesh has it.
+        Shape::Surface { shape, .. } if shape.part.is_some() => shape.centre.into(),
+        _ => checks.required(&key("position"), file.position, ": place every body")?,
+    };
     Ok(Body {
         name,
         shape,

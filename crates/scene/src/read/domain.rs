@@ -3,15 +3,24 @@
 use std::path::{Path, PathBuf};
 
 use super::checks::Checks;
+use super::surface_file::{SurfaceFiles, SurfaceKeys};
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::file::DomainFile;
 use crate::words::DomainKind;
 
 /// The domain, with the mesh file found and not empty.
-pub(super) fn domain(checks: &Checks, file: &DomainFile) -> Result<Domain, SceneError> {
-    let is_given =
-        file.radius.is_some() || file.size.is_some() || file.file.is_some() || file.walls.is_some();
+pub(super) fn domain(
+    checks: &Checks,
+    file: &DomainFile,
+    surfaces: &mut SurfaceFiles,
+) -> Result<Domain, SceneError> {
+    let of_surface = file.surface_kind.is_some() || file.scale.is_some();
+    let is_given = file.radius.is_some()
+        || file.size.is_some()
+        || file.file.is_some()
+        || file.walls.is_some()
+        || of_surface;
     if file.kind.is_none() && is_given {
         return Err(checks.bad_value(
             "domain.kind",
@@ -22,7 +31,17 @@ pub(super) fn domain(checks: &Checks, file: &DomainFile) -> Result<Domain, Scene
         let why = format!(": a {} needs a radius", kind.word());
         checks.required("domain.radius", file.radius, &why)
     };
-    Ok(match file.kind.unwrap_or_default() {
+    let kind = file.kind.unwrap_or_default();
+    for (key, is_given) in [
+        ("domain.surface_kind", file.surface_kind.is_some()),
+        ("domain.scale", file.scale.is_some()),
+    ] {
+        if is_given && kind != DomainKind::Surface {
+            let problem = "belongs to kind = \"surface\"; remove it or set the kind";
+            return Err(checks.bad_value(key, problem));
+        }
+    }
+    Ok(match kind {
         DomainKind::Unbounded => Domain::Unbounded,
         kind @ DomainKind::Ball => Domain::Ball {
             radius: radius(kind)?,
@@ -36,6 +55,15 @@ pub(super) fn domain(checks: &Checks, file: &DomainFile) -> Result<Domain, Scene
                 .required("domain.size", file.size, ": a box needs [x, y, z] lengths")?
                 .into(),
         },
+        DomainKind::Surface => {
+            let keys = SurfaceKeys {
+                group: "domain",
+                file: &file.file,
+                kind: file.surface_kind,
+                scale: file.scale,
+            };
+            Domain::Surface(surfaces.read(checks, keys)?)
+        }
         DomainKind::Mesh => Domain::Mesh {
             file: mesh_file(checks, file)?,
             walls: walls(checks, file)?,

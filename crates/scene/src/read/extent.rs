@@ -53,6 +53,7 @@ pub(super) fn check(
             demand("domain.radius".to_owned(), *radius)?;
         }
         Domain::Box { size } => demand("domain.size".to_owned(), size.amax())?,
+        Domain::Surface(shape) => demand("domain.file".to_owned(), shape.bounding_radius())?,
         Domain::Unbounded | Domain::Wall | Domain::Mesh { .. } => {}
     }
     for (number, body) in bodies.iter().enumerate() {

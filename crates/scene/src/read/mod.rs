@@ -12,11 +12,13 @@ mod joint;
 mod links;
 mod options;
 mod shape;
+mod surface_file;
 
 use std::path::Path;
 
 use checks::Checks;
 pub(crate) use gait::check_prescribed;
+use surface_file::SurfaceFiles;
 
 use crate::document::Document;
 use crate::error::SceneError;
@@ -68,9 +70,17 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
                 place: document.path().display().to_string(),
                 message: error.message().to_owned(),
             })?;
-    let domain = domain::domain(&checks, &file.domain)?;
+    let mut surfaces = SurfaceFiles::default();
+    let domain = domain::domain(&checks, &file.domain, &mut surfaces)?;
     let background = flow::background(&checks, file.background.as_ref(), &domain)?;
-    let mut bodies = bodies::bodies(&checks, &file.bodies, &domain, background.is_some())?;
+    let has_background = background.is_some();
+    let mut bodies = bodies::bodies(
+        &checks,
+        &file.bodies,
+        &domain,
+        has_background,
+        &mut surfaces,
+    )?;
     let (gravity, density) = (file.gravity.into(), file.fluid.density.unwrap_or(0.0));
     flow::enter_weights(&checks, &gravity, density, &mut bodies)?;
     let links = links::links(&checks, &file.links, &bodies)?;

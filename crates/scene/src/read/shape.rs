@@ -3,6 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::checks::Checks;
+use super::surface_file::{SurfaceFiles, SurfaceKeys};
+use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::file::{BodyFile, DEFAULT_AXIS, DEFAULT_ORIENTATION};
 use crate::shape::Shape;
@@ -12,8 +14,8 @@ use crate::words::ShapeKind;
 const MAX_TURNS: f64 = 1000.0;
 
 /// The keys of a body that belong to shapes, with the shapes that have them.
-fn shape_keys(file: &BodyFile) -> [(&'static str, bool, &'static [ShapeKind]); 8] {
-    use ShapeKind::{Capsule, Disk, Ellipsoid, Helix, Sphere, Spheroid, Torus};
+fn shape_keys(file: &BodyFile) -> [(&'static str, bool, &'static [ShapeKind]); 12] {
+    use ShapeKind::{Capsule, Disk, Ellipsoid, Helix, Sphere, Spheroid, Surface, Torus};
     const OF_REVOLUTION: &[ShapeKind] = &[Spheroid, Capsule, Disk, Torus];
     [
         (
@@ -30,17 +32,27 @@ fn shape_keys(file: &BodyFile) -> [(&'static str, bool, &'static [ShapeKind]); 8
         ("tube_radius", file.tube_radius.is_some(), &[Torus, Helix]),
         ("pitch", file.pitch.is_some(), &[Helix]),
         ("turns", file.turns.is_some(), &[Helix]),
+        ("file", file.file.is_some(), &[Surface]),
+        ("surface_kind", file.surface_kind.is_some(), &[Surface]),
+        ("scale", file.scale.is_some(), &[Surface]),
+        ("centre", file.centre.is_some(), &[Surface]),
         ("axis", file.axis.is_some(), OF_REVOLUTION),
         (
             "orientation",
             file.orientation.is_some(),
-            &[Ellipsoid, Spheroid, Capsule, Disk, Torus, Helix],
+            &[Ellipsoid, Spheroid, Capsule, Disk, Torus, Helix, Surface],
         ),
     ]
 }
 
 /// The shape of a body; keys that the shape does not have are refused.
-pub(super) fn shape(checks: &Checks, number: usize, file: &BodyFile) -> Result<Shape, SceneError> {
+pub(super) fn shape(
+    checks: &Checks,
+    number: usize,
+    file: &BodyFile,
+    domain: &Domain,
+    surfaces: &mut SurfaceFiles,
+) -> Result<Shape, SceneError> {
     let bad = |name: &str, problem: String| checks.bad_value(&key(number, name), problem);
     if file.shape == ShapeKind::Point && file.torque.is_some() {
         let problem = "cannot act on a point, which does not rotate; remove it";
@@ -60,7 +72,7 @@ pub(super) fn shape(checks: &Checks, number: usize, file: &BodyFile) -> Result<S
             return Err(bad(name, problem));
         }
     }
-    let shape = shape_of_keys(checks, number, file)?;
+    let shape = shape_of_keys(checks, number, file, domain, surfaces)?;
     // Proportions.
     let too_small = |name: &str, why: &str| Err(bad(name, format!("must be {why}")));
     match shape {
@@ -104,7 +116,13 @@ fn key(number: usize, name: &str) -> String {
     format!("bodies[{number}].{name}")
 }
 
-fn shape_of_keys(checks: &Checks, number: usize, file: &BodyFile) -> Result<Shape, SceneError> {
+fn shape_of_keys(
+    checks: &Checks,
+    number: usize,
+    file: &BodyFile,
+    domain: &Domain,
+    surfaces: &mut SurfaceFiles,
+) -> Result<Shape, SceneError> {
     let required =
         |name: &str, value: Option<f64>, why: &str| checks.required(&key(number, name), value, why);
     let radius = |why: &str| required("radius", file.radius, why);
@@ -153,6 +171,35 @@ fn shape_of_keys(checks: &Checks, number: usize, file: &BodyFile) -> Result<Shap
             turns: required("turns", file.turns, ": a helix needs its number of turns")?,
             orientation,
         },
+        ShapeKind::Surface => {
+            let keys = SurfaceKeys {
+                group: &format!("bodies[{number}]"),
+                file: &file.file,
+                kind: file.surface_kind,
+                scale: file.scale,
+            };
+            Shape::Surface {
+                shape: surfaces
+                    .read(checks, keys)?
+                    .about(file.centre.map(Vector3::from)),
+                orientation,
+            }
+        }
+        ShapeKind::File => {
+            let Domain::Mesh { file: mesh, .. } = domain else {
+                let problem = "\"file\" is a part of the boundary of a mesh: it belongs to \
+                               domain.kind = \"mesh\"; use shape = \"surface\" elsewhere";
+                return Err(checks.bad_value(&key(number, "shape"), problem));
+            };
+            let tag = key(number, "surface");
+            let why = ": name the part of the mesh's boundary that is this body";
+            let part = checks.required(&tag, file.surface.as_deref(), why)?;
+            let shape = surfaces.mesh_part(checks, mesh, part, &tag)?;
+            Shape::Surface {
+                shape: shape.about(file.position.map(Vector3::from)),
+                orientation: DEFAULT_ORIENTATION.into(),
+            }
+        }
         ShapeKind::Point => Shape::Point,
     })
 }

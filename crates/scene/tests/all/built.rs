@@ -188,7 +188,7 @@ fn shapes_survive_writing_and_reading() {
         },
     ];
     let mut builder = Scene::builder();
-    for (k, shape) in shapes.into_iter().enumerate() {
+    for (k, shape) in shapes.clone().into_iter().enumerate() {
         builder = builder.shaped(&format!("b{k}"), shape, [10.0 * k as f64, 0.0, 0.0]);
     }
     let scene = builder.build().unwrap();

@@ -11,7 +11,7 @@ use std::path::Path;
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use swimmer::models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution};
-use swimmer::{Method, Scene, choose, simulate, solve_start};
+use swimmer::{Method, Outcome, Scene, choose, simulate, solve_start};
 
 use super::scenes::{parse, solve};
 
@@ -295,4 +295,38 @@ fn the_capsule_swimmer_swims() {
     let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut ()).expect("a run");
     // The bar is 0.000070; without an exact value this keeps the answer where it was computed.
     assert!((outcome.net() - 0.092721).abs() < 3e-4, "{}", outcome.net());
+}
+
+/// The scene of the gallery with this name, run.
+fn run_of_gallery(name: &str) -> Outcome {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let scene = Scene::read(&folder.join(name), &[]).expect("a scene of the gallery");
+    let mut model = choose(&scene).expect("a model").model;
+    simulate(&scene, model.as_mut(), Method::Collocation, &mut ()).expect("a run")
+}
+
+/// The bar is 0.00024; without an exact value these numbers keep the answer where it was computed.
+#[test]
+#[ignore = "slow: 16 s"]
+fn the_swimmer_in_a_bent_channel_swims_and_turns() {
+    let outcome = run_of_gallery("bent-channel.toml");
+    assert!((outcome.net() - 0.04202).abs() < 5e-4, "{}", outcome.net());
+    let turn = outcome.rotation;
+    assert!(
+        (turn.z + 9.6e-4).abs() < 2e-4 && turn.xy().norm() < 2e-4,
+        "{turn}"
+    );
+}
+
+/// It falls between the spheres and makes about half a turn.
+#[test]
+#[ignore = "slow: 10 s"]
+fn the_ellipsoid_between_two_fixed_spheres_tumbles() {
+    let outcome = run_of_gallery("tumbling-ellipsoid.toml");
+    assert!((outcome.net() - 1.1293).abs() < 8e-3, "{}", outcome.net());
+    let turn = outcome.rotation;
+    assert!(
+        (turn.z - 2.982).abs() < 2e-2 && turn.xy().norm() < 1e-2,
+        "{turn}"
+    );
 }

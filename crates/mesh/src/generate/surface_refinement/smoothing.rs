@@ -6,7 +6,7 @@ use crate::Vec3;
 impl Refiner<'_> {
     /// Moves each vertex to the weighted centroid of its triangles, projected onto the surface.
     ///
-    /// Vertices on ridges stay.
+    /// Vertices on ridges stay, those on sharp edges move along them.
     ///
     /// The weight of a triangle is its area relative to the wanted one, `area / h^2`. This evens
     /// out shapes and leaves the number of vertices in each region to the splitting. (The density
@@ -40,6 +40,7 @@ impl Refiner<'_> {
                 moved[v] = planes.along(self.surface.closest_point(centre));
             }
         }
+        self.smooth_sharp_edges(&mut moved);
         self.keep_orientations(&mut moved);
         self.mesh.points = moved;
     }

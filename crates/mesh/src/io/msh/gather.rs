@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::msh_file::MshFile;
 use super::scan::Scanner;
-use crate::{LinearTets, MeshError, QuadraticTets, Regions, Vec3};
+use crate::{LinearTets, MeshError, QuadraticTets, Regions, SurfaceMesh, Vec3};
 
 /// The group of a triangle or tet; tags and regions are in this order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -258,6 +258,28 @@ impl Gather {
                 regions,
             })
         })
+    }
+
+    /// The triangles alone; those of second order become four.
+    pub(super) fn surface(self) -> SurfaceMesh {
+        let second = self.second_order == Some(true);
+        let parts = |[a, b, c, ab, bc, ca]: [u32; 6]| match second {
+            true => vec![[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]],
+            false => vec![[a, b, c]],
+        };
+        let mut mesh = SurfaceMesh::default();
+        let mut new = vec![u32::MAX; self.nodes.len()];
+        for triangle in self.triangles.iter().flat_map(|(nodes, _)| parts(*nodes)) {
+            mesh.triangles.push(triangle.map(|node| {
+                let new = &mut new[node as usize];
+                if *new == u32::MAX {
+                    *new = mesh.points.len() as u32;
+                    mesh.points.push(self.nodes[node as usize].1);
+                }
+                *new
+            }));
+        }
+        mesh
     }
 
     /// Regions of the tets if there are several.

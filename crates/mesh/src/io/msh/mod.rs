@@ -15,4 +15,5 @@ mod version4;
 mod write;
 
 pub use msh_file::MshFile;
+pub(super) use read::surface_of_msh;
 pub(super) use write::write_msh;

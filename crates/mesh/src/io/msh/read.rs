@@ -6,7 +6,7 @@ use super::gather::Gather;
 use super::msh_file::MshFile;
 use super::scan::{Encoding, Scanner};
 use super::{version2, version4};
-use crate::MeshError;
+use crate::{MeshError, SurfaceMesh};
 
 impl MshFile {
     /// Reads the file at `path`.
@@ -33,53 +33,60 @@ impl MshFile {
     /// surface in two groups.
     pub fn parse(name: &str, bytes: &[u8]) -> Result<Self, MeshError> {
         let mut scanner = Scanner::new(name, bytes);
-        let scanner = &mut scanner;
-        let mut gather = Gather::default();
-        let mut version = None;
-        let mut groups = None;
-        while let Some(section) = scanner.open()? {
-            match (section.as_str(), version) {
-                ("MeshFormat", None) => version = Some(format(scanner)?),
-                ("MeshFormat", Some(_)) => {
-                    return scanner.error("a second $MeshFormat; keep one mesh per file");
-                }
-                ("PhysicalNames", Some(_)) => physical_names(scanner, &mut gather)?,
-                ("Entities", Some(Version::Four)) => groups = version4::entities(scanner)?,
-                ("PartitionedEntities", Some(Version::Four)) => {
-                    return scanner.error("the mesh is partitioned; save it unpartitioned");
-                }
-                ("ParametricNodes", Some(Version::Two)) => {
-                    return scanner.error(
-                        "$ParametricNodes cannot be read; save with Mesh.SaveParametric = 0",
-                    );
-                }
-                ("Nodes", Some(Version::Two)) => version2::nodes(scanner, &mut gather)?,
-                ("Nodes", Some(Version::Four)) => version4::nodes(scanner, &mut gather)?,
-                ("Elements", Some(Version::Two)) => version2::elements(scanner, &mut gather)?,
-                ("Elements", Some(Version::Four)) => {
-                    version4::elements(scanner, &mut gather, &groups)?
-                }
-                ("NOD" | "ELM", None) => {
-                    return scanner.error(format!(
-                        "section ${section} belongs to MSH version 1, which is too old; {SAVE_AGAIN}"
-                    ));
-                }
-                ("Nodes" | "Elements" | "Entities" | "PhysicalNames", None) => {
-                    return scanner.error(
-                        "$MeshFormat must come first; is this a Gmsh mesh of version 4.1 or 2?",
-                    );
-                }
-                _ => {
-                    scanner.skip()?;
-                    continue;
-                }
+        gather(&mut scanner)?.finish(&scanner)
+    }
+}
+
+/// The triangles of a file, with or without tets.
+pub(in crate::io) fn surface_of_msh(name: &str, bytes: &[u8]) -> Result<SurfaceMesh, MeshError> {
+    let mut scanner = Scanner::new(name, bytes);
+    Ok(gather(&mut scanner)?.surface())
+}
+
+/// Reads all sections.
+fn gather(scanner: &mut Scanner) -> Result<Gather, MeshError> {
+    let mut gather = Gather::default();
+    let mut version = None;
+    let mut groups = None;
+    while let Some(section) = scanner.open()? {
+        match (section.as_str(), version) {
+            ("MeshFormat", None) => version = Some(format(scanner)?),
+            ("MeshFormat", Some(_)) => {
+                return scanner.error("a second $MeshFormat; keep one mesh per file");
             }
-            scanner.close()?;
+            ("PhysicalNames", Some(_)) => physical_names(scanner, &mut gather)?,
+            ("Entities", Some(Version::Four)) => groups = version4::entities(scanner)?,
+            ("PartitionedEntities", Some(Version::Four)) => {
+                return scanner.error("the mesh is partitioned; save it unpartitioned");
+            }
+            ("ParametricNodes", Some(Version::Two)) => {
+                return scanner
+                    .error("$ParametricNodes cannot be read; save with Mesh.SaveParametric = 0");
+            }
+            ("Nodes", Some(Version::Two)) => version2::nodes(scanner, &mut gather)?,
+            ("Nodes", Some(Version::Four)) => version4::nodes(scanner, &mut gather)?,
+            ("Elements", Some(Version::Two)) => version2::elements(scanner, &mut gather)?,
+            ("Elements", Some(Version::Four)) => version4::elements(scanner, &mut gather, &groups)?,
+            ("NOD" | "ELM", None) => {
+                return scanner.error(format!(
+                    "section ${section} belongs to MSH version 1, which is too old; {SAVE_AGAIN}"
+                ));
+            }
+            ("Nodes" | "Elements" | "Entities" | "PhysicalNames", None) => {
+                return scanner.error(
+                    "$MeshFormat must come first; is this a Gmsh mesh of version 4.1 or 2?",
+                );
+            }
+            _ => {
+                scanner.skip()?;
+                continue;
+            }
         }
-        match version {
-            Some(_) => gather.finish(scanner),
-            None => scanner.error("no $MeshFormat section: this is not a Gmsh mesh"),
-        }
+        scanner.close()?;
+    }
+    match version {
+        Some(_) => Ok(gather),
+        None => scanner.error("no $MeshFormat section: this is not a Gmsh mesh"),
     }
 }
 

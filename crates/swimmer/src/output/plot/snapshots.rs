@@ -100,14 +100,14 @@ pub(super) fn draw(
             let arm = [at(link.body), at(link.to)];
             area.draw(&PathElement::new(arm, GREY.stroke_width(px(2))))?;
         }
-        for (body, shape) in scene.bodies().iter().map(|body| body.shape).enumerate() {
+        for (body, shape) in scene.bodies().iter().map(|body| &body.shape).enumerate() {
             let colour = COLOURS[body % COLOURS.len()];
             let least = f64::from(px(2));
             let disc = |at: (i32, i32), radius: f64| {
                 let radius = (scale * radius).max(least).round() as i32;
                 area.draw(&Circle::new(at, radius, colour.filled()))
             };
-            match shape {
+            match *shape {
                 Shape::Sphere { radius } => disc(at(body), radius)?,
                 Shape::Point => disc(at(body), 0.0)?,
                 Shape::Torus { tube_radius, .. } | Shape::Helix { tube_radius, .. } => {
@@ -117,7 +117,7 @@ pub(super) fn draw(
                     }
                 }
                 _ => {
-                    let outline = outline(&shape, &sample.poses[body], axis, &across);
+                    let outline = outline(shape, &sample.poses[body], axis, &across);
                     let corners: Vec<_> = outline.map(|x| pixel(&x)).collect();
                     area.draw(&Polygon::new(corners, colour.filled()))?;
                 }
