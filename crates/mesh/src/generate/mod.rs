@@ -140,7 +140,7 @@ fn generate_with(
     };
 
     let copies = copies::first_copies(bodies);
-    let mut field = SizeField::new(bodies, container, &copies, params)?;
+    let mut field = SizeField::new(bodies, Some(container), &copies, params)?;
     if let Some(background) = background {
         field = field.with_background(background);
     }
@@ -190,7 +190,7 @@ fn improve(
         if quality >= 1.0 - params.target_dihedral.to_radians().cos() {
             break;
         }
-        tets.flip_to_delaunay(&layout.points, |tet| layout.joins_fluid(tet));
+        tets.flip_to_delaunay(&layout.points, layout);
     }
     (best.1, best.2)
 }

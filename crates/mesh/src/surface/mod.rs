@@ -11,6 +11,7 @@ mod sphere;
 mod spheroid;
 mod surface_mesh;
 mod torus;
+mod triangulated;
 mod tube;
 
 pub use box_surface::BoxSurface;
@@ -26,3 +27,4 @@ pub use spheroid::Spheroid;
 pub use surface_mesh::SurfaceMesh;
 pub(crate) use surface_mesh::euler_characteristic;
 pub use torus::Torus;
+pub(crate) use triangulated::TriangulatedSurface;
