@@ -70,6 +70,17 @@ impl LinkedTets {
         }
     }
 
+    /// Pairs of neighbours whose common face is not locally Delaunay.
+    pub fn pairs_not_delaunay(&self, points: &[Vec3]) -> Vec<[usize; 2]> {
+        (0..self.tets.len())
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .flat_map_iter(|t| self.suspects(t, points))
+            .filter(|&face| !self.is_delaunay(face, points))
+            .map(|face| [face, self.across[split(face).0][split(face).1]].map(|f| split(f).0))
+            .collect()
+    }
+
     /// Faces of a tet that are probably not locally Delaunay.
     ///
     /// Each face is tested from one side only, by the distance of the vertex beyond from the

@@ -171,6 +171,17 @@ impl<'a> Layout<'a> {
         self.free.resize(self.points.len(), free);
     }
 
+    /// Removes vertices inside the fluid, given in ascending order.
+    pub fn remove(&mut self, vertices: &[usize]) {
+        let mut is_kept = vec![true; self.points.len()];
+        vertices.iter().for_each(|&v| is_kept[v] = false);
+        let kept = |v: &usize| is_kept[*v];
+        let all = 0..self.points.len();
+        self.points = all.clone().filter(kept).map(|v| self.points[v]).collect();
+        self.owner = all.clone().filter(kept).map(|v| self.owner[v]).collect();
+        self.free = all.filter(kept).map(|v| self.free[v]).collect();
+    }
+
     /// Offsets of the midside nodes of boundary edges from the midpoints.
     pub fn midside_offsets(&self, boundary: &[[u32; 3]]) -> MidsideOffsets {
         let mut offsets = self.given_offsets.clone();
@@ -261,7 +272,7 @@ impl<'a> Layout<'a> {
         let h = field.at(to);
         let clear = 0.4 * h;
         let near = self.planes.distance(to, own) < clear
-            || -self.container.signed_distance(to) < clear
+            || !self.container.contains_ball(to, clear)
             || self.surfaces.iter().any(|s| is_near(*s, to, clear));
         if near { (from, size) } else { (to, h) }
     }

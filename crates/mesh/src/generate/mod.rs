@@ -17,6 +17,7 @@ mod odt;
 mod packing;
 mod params;
 mod point_grid;
+mod remesh;
 mod size_field;
 mod size_map;
 mod smoothing;
@@ -27,6 +28,7 @@ mod symmetry_planes;
 pub use container::Container;
 pub use meshed_body::MeshedBody;
 pub use params::GenerateParams;
+pub use remesh::{MovedBody, remesh};
 pub use size_map::SizeMap;
 
 use crate::delaunay::{LinkedTets, delaunay};

@@ -2,10 +2,14 @@
 
 use super::{Surface, SurfaceMesh};
 use crate::Vec3;
+use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Largest number of triangles in a leaf of the tree.
 const LEAF: usize = 4;
+
+/// Number of samples of the distance along each edge of a cube around the surface.
+const SAMPLES: usize = 24;
 
 /// A closed surface of flat triangles, with a tree of bounding boxes.
 ///
@@ -23,6 +27,15 @@ pub(crate) struct TriangulatedSurface {
     /// Sum of the unit normals at each vertex, weighted by the angles of the triangles.
     vertex_normals: Vec<Vec3>,
     ball: (Vec3, f64),
+    /// Distances at the centres of cubic cells, which bound those around them.
+    samples: Option<Samples>,
+}
+
+/// Signed distances at the centres of the cells of a grid.
+struct Samples {
+    low: Vec3,
+    width: f64,
+    distances: Vec<f64>,
 }
 
 /// A box around consecutive triangles of the order.
@@ -82,7 +95,31 @@ impl TriangulatedSurface {
             edge_normals,
             vertex_normals,
             ball: (centre, radius),
+            samples: None,
         }
+    }
+
+    /// The surface with samples that answer most of the questions whether it contains a ball.
+    ///
+    /// They take as long as [`SAMPLES`] cubed distances, in parallel.
+    pub fn with_samples(mut self) -> Self {
+        let (centre, radius) = self.ball;
+        let low = centre - Vec3::repeat(radius);
+        let width = 2.0 * radius / SAMPLES as f64;
+        let distances = (0..SAMPLES.pow(3))
+            .into_par_iter()
+            .map(|k| {
+                let cell = [k % SAMPLES, k / SAMPLES % SAMPLES, k / SAMPLES / SAMPLES];
+                let at = Vec3::from(cell.map(|c| (c as f64 + 0.5) * width));
+                self.signed_distance(low + at)
+            })
+            .collect();
+        self.samples = Some(Samples {
+            low,
+            width,
+            distances,
+        });
+        self
     }
 
     /// The triangles.
@@ -155,6 +192,11 @@ impl Surface for TriangulatedSurface {
         arm.norm().copysign(arm.dot(&normal))
     }
 
+    fn contains_ball(&self, centre: Vec3, radius: f64) -> bool {
+        let bound = self.samples.as_ref().and_then(|s| s.bound(centre));
+        bound.is_some_and(|bound| -bound > radius) || -self.signed_distance(centre) >= radius
+    }
+
     fn closest_point(&self, point: Vec3) -> Vec3 {
         self.closest(point).map_or(point, |(foot, ..)| foot)
     }
@@ -182,6 +224,20 @@ impl Surface for TriangulatedSurface {
 
     fn triangulation(&self) -> Option<SurfaceMesh> {
         Some(self.mesh.clone())
+    }
+}
+
+impl Samples {
+    /// Upper bound of the signed distance, if `point` is in the grid: it changes by at most the
+    /// distance from a sample.
+    fn bound(&self, point: Vec3) -> Option<f64> {
+        let cell = ((point - self.low) / self.width).map(|c| c.floor() as usize);
+        if cell.max() >= SAMPLES {
+            return None;
+        }
+        let at = self.low + self.width * cell.map(|c| c as f64 + 0.5);
+        let sample = self.distances[cell.x + SAMPLES * (cell.y + SAMPLES * cell.z)];
+        Some(sample + (point - at).norm())
     }
 }
 
@@ -265,7 +321,7 @@ mod tests {
             triangles.push([0, u + v, u]);
             triangles.push([0, v, u + v]);
         }
-        TriangulatedSurface::new(SurfaceMesh { points, triangles })
+        TriangulatedSurface::new(SurfaceMesh { points, triangles }).with_samples()
     }
 
     #[test]
@@ -281,6 +337,9 @@ mod tests {
                 false => beyond.map(|c| c.max(0.0)).norm(),
             };
             assert!((cube.signed_distance(x) - exact).abs() < 1e-14, "{x}");
+            for radius in [0.1, 0.5] {
+                assert_eq!(cube.contains_ball(x, radius), exact <= -radius, "{x}");
+            }
             let foot = cube.closest_point(x);
             assert!(((foot - x).norm() - exact.abs()).abs() < 1e-14);
         }
