@@ -135,13 +135,7 @@ impl LinkedTets {
     }
 
     /// Flips a face or one of its edges, if a flip is possible; adds faces to be checked.
-    fn flip(
-        &mut self,
-        face: u32,
-        points: &[Vec3],
-        rules: &impl FlipRules,
-        changed: &mut Vec<u32>,
-    ) {
+    fn flip(&mut self, face: u32, points: &[Vec3], rules: &impl FlipRules, changed: &mut Vec<u32>) {
         let mut pyramid = self.bipyramid(face);
         let Bipyramid { face, apexes, .. } = pyramid;
         // The tets around the edge between the apexes, each with one edge of the face.
@@ -152,15 +146,17 @@ impl LinkedTets {
         });
         let mut outside = (0..3).filter(|&k| sides[k] <= 0.0);
         match (outside.next(), outside.next()) {
-            (None, _) if around.iter().all(|tet| rules.allows(tet)) => self.replace_face(&pyramid, changed),
+            (None, _) if around.iter().all(|tet| rules.allows(tet)) => {
+                self.replace_face(&pyramid, changed)
+            }
             (Some(k), None) => {
                 // Rotated such that the edge to be replaced comes first.
                 pyramid.face.rotate_left(k);
                 pyramid.beyond.rotate_left(k);
                 let new = [around[(k + 1) % 3], around[(k + 2) % 3]];
                 let [p, q, _] = pyramid.face;
-                let may_exchange = sides[k] == 0.0
-                    && rules.exchanges_diagonal(&[p, q, apexes[0], apexes[1]]);
+                let may_exchange =
+                    sides[k] == 0.0 && rules.exchanges_diagonal(&[p, q, apexes[0], apexes[1]]);
                 if new.iter().all(|tet| rules.allows(tet)) {
                     self.replace_edge(&pyramid, new, may_exchange, changed);
                 }

@@ -134,7 +134,11 @@ impl<'a> Layout<'a> {
         };
         let mut seeds = Vec::new();
         for (k, Part { mesh, .. }) in parts.into_iter().enumerate() {
-            let side = if k == layout.surfaces.len() { -1.0 } else { 1.0 };
+            let side = if k == layout.surfaces.len() {
+                -1.0
+            } else {
+                1.0
+            };
             seeds.extend(apexes(&mesh, side, field));
             let mesh = planes.cut(mesh);
             let first = layout.points.len() as u32;

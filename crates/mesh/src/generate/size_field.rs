@@ -257,8 +257,8 @@ mod tests {
             centre: Vec3::zeros(),
             radius: 10.0,
         });
-        let field =
-            SizeField::new(&bodies, Some(&container), &first_copies(&bodies), &params).expect("valid");
+        let field = SizeField::new(&bodies, Some(&container), &first_copies(&bodies), &params)
+            .expect("valid");
         assert!((field.at(Vec3::zeros()) - params.gap * 0.1).abs() < 1e-12);
         let mut before = None;
         // A path along the surface of the first sphere, into the gap and out of it.
@@ -331,8 +331,8 @@ mod tests {
             centre: Vec3::zeros(),
             radius: 1.1,
         });
-        let field =
-            SizeField::new(&bodies, Some(&container), &first_copies(&bodies), &params).expect("valid");
+        let field = SizeField::new(&bodies, Some(&container), &first_copies(&bodies), &params)
+            .expect("valid");
         for x in [Vec3::x(), -Vec3::y(), Vec3::new(0.6, 0.6, 0.6)] {
             assert!((field.at(x * (1.05 / x.norm())) - 0.1 * params.gap).abs() < 1e-9);
         }

@@ -142,8 +142,8 @@ impl TriangulatedSurface {
             match content {
                 Content::Leaf(range) => {
                     for &t in &self.order[range.clone()] {
-                        let x = self.mesh.triangles[t as usize]
-                            .map(|v| self.mesh.points[v as usize]);
+                        let x =
+                            self.mesh.triangles[t as usize].map(|v| self.mesh.points[v as usize]);
                         let (foot, feature) = closest_on_triangle(point, x);
                         let squared = (point - foot).norm_squared();
                         if squared < smallest {

@@ -10,7 +10,7 @@ use super::body_surface::body_surface;
 use super::cylinder;
 use super::element_size::{ADAPTED_GROWTH, growth, surface_size};
 use super::far_field::FarField;
-use super::mesh_file::read_mesh;
+use super::mesh_file;
 use crate::ModelError;
 use crate::units::Scale;
 use scene::{Domain, GeometryKind, Scene, Shape};
@@ -122,7 +122,8 @@ impl MeshGenerator {
                     .collect();
                 let surfaces: Vec<NamedSurface> =
                     surfaces.iter().map(|(name, s)| (*name, &**s)).collect();
-                let mesh = read_mesh(file, &surfaces, walls, scene.fem().geometry, scale)?;
+                let mesh =
+                    mesh_file::read_mesh(file, &surfaces, walls, scene.fem().geometry, scale)?;
                 Source::File {
                     mesh,
                     walls: walls.clone(),
@@ -293,9 +294,18 @@ impl MeshGenerator {
     /// Generates a mesh with the bodies at `poses`.
     ///
     /// # Errors
-    /// Bodies around which no mesh can be generated; [`ModelError::NoMesh`] for the mesh of a file.
+    /// Bodies around which no mesh can be generated.
     pub fn generate(&self, poses: &Poses) -> Result<TetMesh, ModelError> {
         let surfaces = self.surfaces(poses);
+        if let Source::File { mesh, .. } = &self.source {
+            let bodies = self.surfaced.iter().zip(self.tags());
+            let moved: Vec<_> = (bodies.zip(poses.iter().zip(&surfaces)))
+                .map(|((body, tag), (pose, surface))| {
+                    (tag, mesh_file::motion(body, pose), &**surface, body.size)
+                })
+                .collect();
+            return Ok(mesh_file::remesh(mesh, &moved, self.geometry)?);
+        }
         let Some(container) = &self.container(poses) else {
             return Err(ModelError::NoMesh);
         };

@@ -31,7 +31,9 @@ impl Fronts {
             let mut vertices: Vec<u32> = faces.iter().flat_map(|face| face.vertices).collect();
             vertices.sort_unstable();
             vertices.dedup();
-            let points = vertices.iter().map(|&v| part.moved(mesh.points()[v as usize]));
+            let points = vertices
+                .iter()
+                .map(|&v| part.moved(mesh.points()[v as usize]));
             let number = |v: u32| vertices.partition_point(|&w| w < v) as u32;
             let triangles = faces.iter().map(|face| {
                 let [a, b, c] = face.vertices.map(number);
@@ -44,7 +46,11 @@ impl Fronts {
             Some(Front {
                 faces,
                 vertices,
-                surface: if k == walls { surface.with_samples() } else { surface },
+                surface: if k == walls {
+                    surface.with_samples()
+                } else {
+                    surface
+                },
             })
         };
         Self(parts.iter().enumerate().map(front).collect())
@@ -104,8 +110,8 @@ impl Fronts {
                 if !(face.vertices.contains(&v) && face.vertices.contains(&w)) {
                     continue;
                 }
-                let [x, y, middle] = [v, w, node]
-                    .map(|node| parts[k as usize].moved(mesh.points()[node as usize]));
+                let [x, y, middle] =
+                    [v, w, node].map(|node| parts[k as usize].moved(mesh.points()[node as usize]));
                 let offset = middle - 0.5 * (x + y);
                 if offset != Vec3::zeros() {
                     let [v, w] = [numbers[&v], numbers[&w]];

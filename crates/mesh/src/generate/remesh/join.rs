@@ -78,8 +78,13 @@ pub(super) fn join(
     }
     for (tag, part) in part_of_tags.iter().enumerate() {
         if !parts[*part as usize].is_given {
-            let of_part = generated.iter().filter(|(_, owner)| u32::from(*owner) == *part);
-            joined.tets.faces.extend(of_part.map(|(face, _)| (*face, tag as u16)));
+            let of_part = generated
+                .iter()
+                .filter(|(_, owner)| u32::from(*owner) == *part);
+            joined
+                .tets
+                .faces
+                .extend(of_part.map(|(face, _)| (*face, tag as u16)));
         }
     }
     joined.drop_unused();
@@ -107,7 +112,9 @@ impl Joined<'_> {
         tets.points = points;
         let new = |v: u32| number[v as usize];
         tets.tets.iter_mut().for_each(|tet| *tet = tet.map(new));
-        tets.faces.iter_mut().for_each(|(face, _)| *face = face.map(new));
+        tets.faces
+            .iter_mut()
+            .for_each(|(face, _)| *face = face.map(new));
         let middles = std::mem::take(&mut self.middles).into_iter();
         self.middles = middles.map(|(edge, x)| (edge.map(new), x)).collect();
     }

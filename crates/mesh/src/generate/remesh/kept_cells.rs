@@ -77,11 +77,7 @@ impl<'a> KeptCells<'a> {
     /// Chooses the cells near the walls.
     ///
     /// `part_of_tags` has the part of each boundary tag.
-    pub fn near_walls(
-        mesh: &'a TetMesh,
-        parts: &'a [MovedPart<'a>],
-        part_of_tags: &[u32],
-    ) -> Self {
+    pub fn near_walls(mesh: &'a TetMesh, parts: &'a [MovedPart<'a>], part_of_tags: &[u32]) -> Self {
         let tets: Vec<[u32; 4]> = (mesh.cells().iter())
             .map(|nodes| [nodes[0], nodes[1], nodes[2], nodes[3]])
             .collect();
@@ -143,7 +139,10 @@ impl<'a> KeptCells<'a> {
     fn extent(&self, cell: usize) -> (Vec3, f64) {
         let x = self.mesh.cell_vertices(cell);
         let lengths = TET_EDGES.iter().map(|&[i, j]| (x[i] - x[j]).norm());
-        ((x[0] + x[1] + x[2] + x[3]) / 4.0, lengths.fold(0.0, f64::max))
+        (
+            (x[0] + x[1] + x[2] + x[3]) / 4.0,
+            lengths.fold(0.0, f64::max),
+        )
     }
 
     /// Distance of a point at rest from the bodies, in the mesh and in their new places.
@@ -206,7 +205,9 @@ impl<'a> KeptCells<'a> {
                 let vertices = self.linked.outward_face(cell, i);
                 let is_front = match behind {
                     Some(neighbour) => self.part_of_cells[neighbour] == part,
-                    None => vertices.iter().all(|&v| self.part_of_vertices[v as usize] == part),
+                    None => vertices
+                        .iter()
+                        .all(|&v| self.part_of_vertices[v as usize] == part),
                 };
                 if is_front {
                     faces.push(FrontFace {
@@ -248,6 +249,10 @@ impl<'a> KeptCells<'a> {
             let Some(group) = cell.map(|cell| self.groups.number(cell)) else {
                 continue;
             };
+            if keeps && self.part_of_cells[face.ahead] != NO_PART {
+                // Kept because of another of its faces.
+                return true;
+            }
             if self.changes[group] >= MAX_CHANGES || keeps && !self.may_keep(group, part) {
                 continue;
             }

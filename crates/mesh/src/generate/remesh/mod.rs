@@ -21,8 +21,8 @@ use crate::tet_mesh::find_tag;
 use crate::{Facet, MeshError, NamedSurface, Surface, SurfaceMesh, TetMesh, Vec3};
 use front::Fronts;
 use kept_cells::{KeptCells, MovedPart};
-use recovery::{BadFace, Recovery, recovered};
 use nalgebra::Isometry3;
+use recovery::{BadFace, Recovery, recovered};
 
 /// Largest number of times that the cells that stay are changed.
 const MAX_CHANGES: usize = 40;
@@ -73,18 +73,20 @@ pub fn remesh(
     let motions = bodies.iter().map(|body| body.motion);
     let parts: Vec<MovedPart> = (given.iter().enumerate())
         .zip(motions.chain([Isometry3::identity()]))
-        .map(|((k, given), motion)| match bodies.get(k).and_then(|b| b.surface) {
-            Some((surface, _)) => MovedPart {
-                surface,
-                motion,
-                is_given: false,
+        .map(
+            |((k, given), motion)| match bodies.get(k).and_then(|b| b.surface) {
+                Some((surface, _)) => MovedPart {
+                    surface,
+                    motion,
+                    is_given: false,
+                },
+                None => MovedPart {
+                    surface: given,
+                    motion,
+                    is_given: true,
+                },
             },
-            None => MovedPart {
-                surface: given,
-                motion,
-                is_given: true,
-            },
-        })
+        )
         .collect();
 
     let known: Vec<MeshedBody> = (bodies.iter())
@@ -99,7 +101,13 @@ pub fn remesh(
         .collect();
     let copies = first_copies(&known);
     let mut sizes = sizes::moved_sizes(mesh, &parts);
-    sizes.extend(sizes::gap_sizes(mesh, &parts, &part_of_tags, &names, params)?);
+    sizes.extend(sizes::gap_sizes(
+        mesh,
+        &parts,
+        &part_of_tags,
+        &names,
+        params,
+    )?);
     sizes::share_among_copies(&mut sizes, &known, &copies);
     let mut params = params.clone();
     params.max_size = sizes.iter().map(|(_, size)| *size).fold(0.0, f64::max);
@@ -162,7 +170,11 @@ fn given_surfaces(
         let of_part = |facet: &&Facet| part_of_tags[usize::from(facet.tag)] as usize == part;
         let triangles = mesh.facets().iter().filter(of_part).map(|facet| {
             let [a, b, c, ..] = facet.nodes;
-            if part == n_bodies { [a, b, c] } else { [a, c, b] }
+            if part == n_bodies {
+                [a, b, c]
+            } else {
+                [a, c, b]
+            }
         });
         let points = mesh.points()[..mesh.n_vertices()].iter();
         let moved = |x: &Vec3| match bodies.get(part) {

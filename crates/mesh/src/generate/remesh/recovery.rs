@@ -17,7 +17,7 @@ const LARGEST_BALL: f64 = 1.5;
 /// Such tets cannot be improved by moving vertices.
 const FLAT: f64 = 15.0;
 
-/// A given triangle that is not a face of the tets, or whose tet is flat.
+/// A given triangle that is not a face of the tets, or is at a flat one.
 #[derive(Clone, Copy)]
 pub(super) struct BadFace {
     pub part: u32,
@@ -30,7 +30,7 @@ pub(super) struct BadFace {
 pub(super) struct Recovery {
     /// The tets in the fluid; `None` if given triangles are missing.
     pub tets: Option<Vec<[u32; 4]>>,
-    /// Given triangles that are missing or, if there are none, those with a flat tet on them.
+    /// Given triangles that are missing or, if there are none, those at flat tets.
     pub bad: Vec<BadFace>,
 }
 
@@ -51,7 +51,7 @@ pub(super) fn recovered(
         let tets = delaunay(&layout.points, layout.centres.clone())?;
         let missing = match carve(layout.points.len(), tets, &given) {
             Ok(tets) => {
-                let bad = on_flat_tets(layout, &tets, &given, &faces);
+                let bad = at_flat_tets(layout, &tets, &given, &faces);
                 return Ok(Recovery {
                     tets: Some(tets),
                     bad,
@@ -91,7 +91,6 @@ pub(super) fn recovered(
                 });
             }
         }
-        eprintln!("in the way {} unexplained {} of {} crowded {} wall {}", in_the_way.len(), unexplained.len(), given.len(), unexplained.iter().filter(|m| m.is_crowded).count(), unexplained.iter().filter(|m| m.face.behind.is_none()).count());
         if in_the_way.is_empty() {
             return Ok(Recovery {
                 tets: None,
@@ -104,8 +103,8 @@ pub(super) fn recovered(
     }
 }
 
-/// The given triangles on flat tets with all vertices on one given surface.
-fn on_flat_tets(
+/// The given triangles at flat tets with all vertices on one given surface.
+fn at_flat_tets(
     layout: &Layout<'_>,
     tets: &[[u32; 4]],
     given: &[[u32; 3]],
@@ -124,9 +123,13 @@ fn on_flat_tets(
     if flat.is_empty() {
         return Vec::new();
     }
-    let on_flat = |face: &[u32; 3]| flat.iter().any(|tet| face.iter().all(|v| tet.contains(v)));
+    let at_flat = |face: &[u32; 3]| {
+        // A flat tet between vertices of the surface may have no triangle of it, only edges.
+        let shared = |tet: &[u32; 4]| face.iter().filter(|v| tet.contains(v)).count();
+        flat.iter().any(|tet| shared(tet) >= 2)
+    };
     (given.iter().zip(faces))
-        .filter(|(corners, _)| on_flat(corners))
+        .filter(|(corners, _)| at_flat(corners))
         .map(|(_, &(part, face))| BadFace {
             part,
             face: *face,

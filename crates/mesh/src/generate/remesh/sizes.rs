@@ -2,8 +2,8 @@
 
 use super::kept_cells::MovedPart;
 use crate::generate::{GenerateParams, MeshedBody};
-use rayon::prelude::*;
 use crate::{MeshError, TetMesh, Vec3};
+use rayon::prelude::*;
 
 /// Edge length that is asked for, as a fraction of that of the old mesh.
 ///
@@ -25,7 +25,9 @@ pub(super) fn edge_lengths(mesh: &TetMesh) -> Vec<f64> {
             }
         }
     }
-    sums.into_iter().map(|(sum, count)| OF_MESH * sum / count).collect()
+    sums.into_iter()
+        .map(|(sum, count)| OF_MESH * sum / count)
+        .collect()
 }
 
 /// Edge lengths in the new mesh.
@@ -39,7 +41,9 @@ pub(super) fn moved_sizes(mesh: &TetMesh, parts: &[MovedPart<'_>]) -> Vec<(Vec3,
             true => (k, part.surface.signed_distance(x).abs()),
             false => (k, part.surface.signed_distance(part.moved(x))),
         });
-        distances.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(walls, |(k, _)| k)
+        distances
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map_or(walls, |(k, _)| k)
     };
     let points = &mesh.points()[..mesh.n_vertices()];
     (points.par_iter().zip(edge_lengths(mesh)))
@@ -68,7 +72,10 @@ pub(super) fn gap_sizes(
             continue;
         }
         let minimum = params.min_gap * parts[part].surface.bounding_ball().1;
-        for x in facet.nodes.map(|node| parts[part].moved(mesh.points()[node as usize])) {
+        for x in facet
+            .nodes
+            .map(|node| parts[part].moved(mesh.points()[node as usize]))
+        {
             for (k, other) in parts.iter().enumerate() {
                 if k == part || !(parts[part].is_given || other.is_given) {
                     continue;
