@@ -227,9 +227,9 @@ fn bodies_that_touch_and_unknown_bodies_are_errors() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(6))]
+    #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// Spheres at any places with gaps of 0.4 or more have a new mesh, the same for any number of
+    /// Spheres at any places with gaps of 0.8 or more have a new mesh, the same for any number of
     /// threads.
     #[test]
     fn spheres_anywhere_are_meshed(places in places()) {
@@ -245,13 +245,13 @@ proptest! {
     }
 }
 
-/// Places of three unit spheres in a ball of radius 12, 0.4 or more from each other and the wall.
+/// Places of three unit spheres in a ball of radius 12, 0.8 or more from each other and the wall.
 fn places() -> impl Strategy<Value = [Vec3; 3]> {
     let place = prop::array::uniform3(-10.0..10.0).prop_map(Vec3::from);
     prop::array::uniform3(place).prop_filter("gaps", |places| {
         places
             .iter()
             .enumerate()
-            .all(|(k, x)| x.norm() < 10.6 && places[..k].iter().all(|y| (x - y).norm() > 2.4))
+            .all(|(k, x)| x.norm() < 10.2 && places[..k].iter().all(|y| (x - y).norm() > 2.8))
     })
 }
