@@ -376,6 +376,19 @@ pub enum MeshError {
         points: usize,
     },
 
+    /// Triangles of a mesh that no new mesh around them could be generated with.
+    #[error(
+        "no new mesh has the triangles of {part} near ({:.4}, {:.4}, {:.4}) as faces; refine the mesh \
+         of the file there, or put the bodies farther from there",
+        at[0], at[1], at[2]
+    )]
+    BoundaryNotRecovered {
+        /// Name of the body, or the walls.
+        part: String,
+        /// Position of the failure.
+        at: [f64; 3],
+    },
+
     /// A surface that the faces of the generated tets do not follow.
     #[error(
         "the mesh near ({:.4}, {:.4}, {:.4}) does not follow the surface of '{body}'; use a smaller \

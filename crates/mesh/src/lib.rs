@@ -21,8 +21,8 @@ mod validity;
 
 pub use error::{FileLocation, MeshError};
 pub use generate::{
-    Container, GenerateParams, Generated, MeshedBody, SizeMap, StageSeconds, clearance, generate,
-    generate_sized,
+    Container, GenerateParams, Generated, MeshedBody, MovedBody, SizeMap, StageSeconds, clearance,
+    generate, generate_sized, remesh,
 };
 pub use io::{MshFile, Pvd, SurfaceFormat, Vtu, VtuEncoding};
 pub use jacobian::scaled_jacobian_bound;

@@ -48,15 +48,14 @@ pub enum ModelError {
     },
     /// Bodies that moved too far for the mesh of a file.
     #[error(
-        "the mesh of the file cannot follow the bodies this far ({tried}); \
-         {remedy}domain.kind = \"ball\" or \"box\", where new meshes are generated when needed, or \
-         a mesh file of another configuration"
+        "the mesh of the file cannot follow the bodies this far ({tried}), and there is no new mesh \
+         between its walls and the bodies: {source}; or use a mesh file of another configuration"
     )]
     MeshFileExhausted {
         /// The methods that were tried to move the mesh, each with the reason why it failed.
         tried: String,
-        /// Start of the list of remedies.
-        remedy: &'static str,
+        /// Why the fluid could not be meshed again.
+        source: mesh::MeshError,
     },
     /// A table over shapes that cannot be computed.
     #[error("shape space: {problem}")]

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Why the mesh of a configuration was not obtained by moving an existing one as before.
 ///
-/// A new mesh was generated; the mesh of a file was moved by another method.
+/// A new mesh was generated, or the mesh of a file was moved by another method.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Remesh {
     /// There was no mesh before.
@@ -26,6 +26,11 @@ pub enum Remesh {
         /// The methods before, each with the reason why its mesh was too poor.
         tried: String,
     },
+    /// The fluid between the walls of a file and the bodies was meshed again.
+    InsideFile {
+        /// The methods that moved the mesh of the file, each with the reason why it was too poor.
+        tried: String,
+    },
 }
 
 impl std::fmt::Display for Remesh {
@@ -45,6 +50,9 @@ impl std::fmt::Display for Remesh {
             ),
             Self::Motion { name, tried } => {
                 write!(f, "mesh of the file moved by {name} ({tried})")
+            }
+            Self::InsideFile { tried } => {
+                write!(f, "meshed again inside the walls of the file ({tried})")
             }
         }
     }

@@ -3,6 +3,7 @@
 mod boundary_nodes;
 mod input_checks;
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -70,6 +71,30 @@ impl TetMesh {
     pub fn quadratic(tets: QuadraticTets, surfaces: &[NamedSurface]) -> Result<Self, MeshError> {
         let (linear, middles) = tets.split()?;
         build(linear, &middles, surfaces)
+    }
+}
+
+impl TetMesh {
+    /// Mesh of `tets` with the midside nodes of some edges; the others have theirs at midpoints.
+    ///
+    /// The keys of `middles` have the smaller vertex first. Nodes on named parts move to their
+    /// surfaces as in [`TetMesh::curved`].
+    ///
+    /// # Errors
+    /// As [`TetMesh::curved`].
+    pub(crate) fn with_middles(
+        tets: LinearTets,
+        middles: &HashMap<[u32; 2], Vec3>,
+        surfaces: &[NamedSurface],
+    ) -> Result<Self, MeshError> {
+        check_numbers(&tets)?;
+        let middle = |edge: [u32; 2]| {
+            let midpoint = || 0.5 * (tets.points[edge[0] as usize] + tets.points[edge[1] as usize]);
+            middles.get(&edge).copied().unwrap_or_else(midpoint)
+        };
+        let edges = EdgeIndex::new(tets.points.len(), &tets.tets);
+        let middles: Vec<Vec3> = edges.iter().map(middle).collect();
+        build(tets, &middles, surfaces)
     }
 }
 

@@ -19,6 +19,23 @@ const CHUNK: usize = 2048;
 /// After a smoothing sweep there is less than one (measured).
 const MOST_CHECKS: usize = 100;
 
+/// Rules for flips, beyond those of geometry. A function of the new tets is a rule by itself.
+pub(crate) trait FlipRules {
+    /// Whether a flip may create this tet.
+    fn allows(&self, tet: &[u32; 4]) -> bool;
+
+    /// Whether two boundary faces in one plane, with these vertices, may exchange their diagonal.
+    fn exchanges_diagonal(&self, _quadrilateral: &[u32; 4]) -> bool {
+        true
+    }
+}
+
+impl<F: Fn(&[u32; 4]) -> bool> FlipRules for F {
+    fn allows(&self, tet: &[u32; 4]) -> bool {
+        self(tet)
+    }
+}
+
 /// The two tets at a face and what a flip needs to know about them.
 struct Bipyramid {
     /// The tets on both sides.
@@ -32,11 +49,11 @@ struct Bipyramid {
 }
 
 impl LinkedTets {
-    /// Flips faces that are not locally Delaunay, except to tets that are not `allowed`.
+    /// Flips faces that are not locally Delaunay, as far as the `rules` allow it.
     ///
     /// The boundary is kept, except for diagonals in planes. All tets must be positively oriented,
     /// and stay so. Serial after a parallel search, with the same result for any number of threads.
-    pub fn flip_to_delaunay(&mut self, points: &[Vec3], allowed: impl Fn(&[u32; 4]) -> bool) {
+    pub fn flip_to_delaunay(&mut self, points: &[Vec3], rules: &impl FlipRules) {
         let mut faces: Vec<u32> = (0..self.tets.len())
             .into_par_iter()
             .with_min_len(CHUNK)
@@ -48,9 +65,20 @@ impl LinkedTets {
             left -= 1;
             // A flip may have removed the last tets.
             if split(face).0 < self.tets.len() && !self.is_delaunay(face, points) {
-                self.flip(face, points, &allowed, &mut faces);
+                self.flip(face, points, rules, &mut faces);
             }
         }
+    }
+
+    /// Pairs of neighbours whose common face is not locally Delaunay.
+    pub fn pairs_not_delaunay(&self, points: &[Vec3]) -> Vec<[usize; 2]> {
+        (0..self.tets.len())
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .flat_map_iter(|t| self.suspects(t, points))
+            .filter(|&face| !self.is_delaunay(face, points))
+            .map(|face| [face, self.across[split(face).0][split(face).1]].map(|f| split(f).0))
+            .collect()
     }
 
     /// Faces of a tet that are probably not locally Delaunay.
@@ -107,13 +135,7 @@ impl LinkedTets {
     }
 
     /// Flips a face or one of its edges, if a flip is possible; adds faces to be checked.
-    fn flip(
-        &mut self,
-        face: u32,
-        points: &[Vec3],
-        allowed: &impl Fn(&[u32; 4]) -> bool,
-        changed: &mut Vec<u32>,
-    ) {
+    fn flip(&mut self, face: u32, points: &[Vec3], rules: &impl FlipRules, changed: &mut Vec<u32>) {
         let mut pyramid = self.bipyramid(face);
         let Bipyramid { face, apexes, .. } = pyramid;
         // The tets around the edge between the apexes, each with one edge of the face.
@@ -124,14 +146,19 @@ impl LinkedTets {
         });
         let mut outside = (0..3).filter(|&k| sides[k] <= 0.0);
         match (outside.next(), outside.next()) {
-            (None, _) if around.iter().all(allowed) => self.replace_face(&pyramid, changed),
+            (None, _) if around.iter().all(|tet| rules.allows(tet)) => {
+                self.replace_face(&pyramid, changed)
+            }
             (Some(k), None) => {
                 // Rotated such that the edge to be replaced comes first.
                 pyramid.face.rotate_left(k);
                 pyramid.beyond.rotate_left(k);
                 let new = [around[(k + 1) % 3], around[(k + 2) % 3]];
-                if new.iter().all(allowed) {
-                    self.replace_edge(&pyramid, new, sides[k] == 0.0, changed);
+                let [p, q, _] = pyramid.face;
+                let may_exchange =
+                    sides[k] == 0.0 && rules.exchanges_diagonal(&[p, q, apexes[0], apexes[1]]);
+                if new.iter().all(|tet| rules.allows(tet)) {
+                    self.replace_edge(&pyramid, new, may_exchange, changed);
                 }
             }
             _ => {}
@@ -160,19 +187,19 @@ impl LinkedTets {
     /// Replaces the edge of the first two vertices of the face, if three tets are around it, by the
     /// face with the apexes: three tets become two.
     ///
-    /// On the boundary, if the four vertices lie `in_plane`, the edge with two tets is replaced by
-    /// the other diagonal.
+    /// On the boundary, if it `may_exchange` diagonals, the edge with two tets is replaced by the
+    /// other diagonal of a plane quadrilateral.
     fn replace_edge(
         &mut self,
         pyramid: &Bipyramid,
         new: [[u32; 4]; 2],
-        in_plane: bool,
+        may_exchange: bool,
         changed: &mut Vec<u32>,
     ) {
         let [p, q, _] = pyramid.face;
         let [across_0, across_1] = pyramid.beyond[2];
         let (third, ends) = if across_0 == NONE || across_1 == NONE {
-            if across_0 != across_1 || !in_plane {
+            if across_0 != across_1 || !may_exchange {
                 return;
             }
             (None, [NONE; 2])
@@ -302,7 +329,7 @@ mod tests {
         };
         let first = bad(&linked);
         assert!(first > 100, "{first} faces");
-        linked.flip_to_delaunay(&moved, |_| true);
+        linked.flip_to_delaunay(&moved, &|_: &[u32; 4]| true);
         assert_eq!(bad(&linked), 0);
         assert_linked(&linked);
         linked.tets.iter().for_each(|t| assert!(is_positive(t)));
@@ -345,9 +372,9 @@ mod tests {
         ];
         let tets = vec![[0, 1, 2, 4], [0, 2, 3, 4]];
         let mut linked = LinkedTets::new(5, tets.clone());
-        linked.flip_to_delaunay(&points, |tet| !tet.contains(&3));
+        linked.flip_to_delaunay(&points, &|tet: &[u32; 4]| !tet.contains(&3));
         assert_eq!(linked.tets, tets);
-        linked.flip_to_delaunay(&points, |_| true);
+        linked.flip_to_delaunay(&points, &|_: &[u32; 4]| true);
         assert_eq!(linked.tets.len(), 2);
         assert!(linked.tets.iter().all(|t| t.contains(&1) && t.contains(&3)));
         assert_linked(&linked);
@@ -357,7 +384,7 @@ mod tests {
         bent[1].z = -0.1;
         bent[3].z = -0.1;
         let mut linked = LinkedTets::new(5, tets.clone());
-        linked.flip_to_delaunay(&bent, |_| true);
+        linked.flip_to_delaunay(&bent, &|_: &[u32; 4]| true);
         assert_eq!(linked.tets, tets);
     }
 }

@@ -80,6 +80,17 @@ impl LinkedTets {
         &self.tets
     }
 
+    /// The neighbours of a tet across the faces opposite its vertices.
+    pub fn neighbours(&self, tet: usize) -> [Option<usize>; 4] {
+        self.across[tet].map(|face| (face != NONE).then(|| split(face).0))
+    }
+
+    /// The face of a tet opposite its vertex `i`, with the normal out of the tet.
+    pub fn outward_face(&self, tet: usize, i: usize) -> [u32; 3] {
+        let [a, b, c] = FACE[i].map(|k| self.tets[tet][k]);
+        [a, c, b]
+    }
+
     /// Faces without a neighbour, with the normal out of the tet, sorted by their vertices.
     pub fn boundary_faces(&self) -> Vec<[u32; 3]> {
         let mut faces: Vec<([u32; 3], [u32; 3])> = Vec::new();

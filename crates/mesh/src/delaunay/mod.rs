@@ -1,5 +1,6 @@
 //! Delaunay tetrahedralisation of a point set, with exact predicates.
 
+mod carve;
 mod circumcentre;
 mod flips;
 mod hilbert;
@@ -7,7 +8,9 @@ mod linked_tets;
 mod predicates;
 mod triangulation;
 
+pub(crate) use carve::carve;
 pub(crate) use circumcentre::circumcentre;
+pub(crate) use flips::FlipRules;
 pub(crate) use hilbert::insertion_order;
 pub(crate) use linked_tets::LinkedTets;
 pub(crate) use predicates::orientation;

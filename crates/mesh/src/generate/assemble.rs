@@ -45,6 +45,10 @@ pub(super) fn assemble(
     for (part, list) in faces.iter().enumerate() {
         let vertices = &layout.vertices[part];
         let designed = &layout.triangles[part];
+        // Given triangles are faces from the start, and flips keep them.
+        if layout.is_given[part] {
+            continue;
+        }
         if let Some(vertex) = defect(list, designed, vertices.clone(), layout) {
             return Err(not_recovered([vertex; 3], part));
         }

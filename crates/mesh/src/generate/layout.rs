@@ -10,7 +10,7 @@ use super::params::GenerateParams;
 use super::size_field::SizeField;
 use super::surface_triangulation::{triangulate, triangulate_box};
 use super::symmetry_planes::SymmetryPlanes;
-use crate::delaunay::insertion_order;
+use crate::delaunay::{FlipRules, insertion_order};
 use crate::{MeshError, Surface, SurfaceMesh, TET_EDGES, Vec3};
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -26,6 +26,14 @@ const FLAT: f64 = 0.03;
 
 /// Owner of a vertex inside the fluid.
 const FLUID: u32 = u32::MAX;
+
+/// The surface of a body or container, with the triangles by which it is meshed.
+pub(super) struct Part<'a> {
+    pub surface: &'a dyn Surface,
+    pub mesh: SurfaceMesh,
+    /// Whether the mesh must have exactly these triangles as faces.
+    pub is_given: bool,
+}
 
 /// The vertices of a mesh during its generation.
 pub(super) struct Layout<'a> {
@@ -45,6 +53,10 @@ pub(super) struct Layout<'a> {
     pub centres: Range<u32>,
     /// Symmetry planes, which cut off all negative coordinates.
     pub planes: SymmetryPlanes,
+    /// For each body, then for the container, whether its triangles are given.
+    pub is_given: Vec<bool>,
+    /// Offsets of the midside nodes of given triangles, where they are not zero.
+    pub given_offsets: MidsideOffsets,
     surfaces: Vec<&'a dyn Surface>,
     container: &'a dyn Surface,
     wall: WallKind,
@@ -75,22 +87,8 @@ impl<'a> Layout<'a> {
     ) -> Result<Self, MeshError> {
         let limit = params.max_vertices;
         let planes = SymmetryPlanes(params.symmetry_planes);
-        let mut meshes: Vec<SurfaceMesh> = Vec::new();
-        let grid = offset_grid(bodies);
         let size = |x: Vec3| field.at(x);
-        for (i, body) in bodies.iter().enumerate() {
-            let first = copies[i];
-            if first < i {
-                let (from, to) = (bodies[first].surface.centre(), body.surface.centre());
-                meshes.push(meshes[first].translated(from, to, grid));
-                continue;
-            }
-            let centre = body.surface.centre();
-            // Planes beside the body do not restrict its triangles.
-            let cutting = planes.at(centre);
-            let mesh = triangulate(body.name, body.surface, &size, cutting, limit)?;
-            meshes.push(mesh.translated(centre, centre, grid));
-        }
+        let mut meshes = triangulate_bodies(bodies, copies, field, planes, limit)?;
         let wall = container.surface();
         meshes.push(match container {
             Container::Ball(_) | Container::Surface(_) => {
@@ -104,6 +102,38 @@ impl<'a> Layout<'a> {
             }
         });
 
+        let surfaces = bodies.iter().map(|body| body.surface).chain([wall]);
+        let parts = (surfaces.zip(meshes))
+            .map(|(surface, mesh)| Part {
+                surface,
+                mesh,
+                is_given: false,
+            })
+            .collect();
+        let mut layout = Self::of_parts(parts, planes, field, limit)?;
+        layout.wall = match container {
+            Container::Ball(_) | Container::Box(_) => WallKind::Hull,
+            Container::Capsule(_) => WallKind::CurvatureJumps,
+            Container::Surface(_) => WallKind::AnyShape,
+        };
+        Ok(layout)
+    }
+
+    /// Places the vertices of the bodies and, last of the `parts`, the container, then the centres
+    /// of convex bodies, then the fluid.
+    ///
+    /// # Errors
+    /// [`MeshError::TooManyVertices`].
+    pub fn of_parts(
+        parts: Vec<Part<'a>>,
+        planes: SymmetryPlanes,
+        field: &SizeField<'_>,
+        limit: usize,
+    ) -> Result<Self, MeshError> {
+        let mut surfaces: Vec<&dyn Surface> = parts.iter().map(|part| part.surface).collect();
+        let Some(container) = surfaces.pop() else {
+            return Err(MeshError::Empty);
+        };
         let mut layout = Layout {
             points: Vec::new(),
             free: Vec::new(),
@@ -112,17 +142,19 @@ impl<'a> Layout<'a> {
             triangles: Vec::new(),
             centres: 0..0,
             planes,
-            surfaces: bodies.iter().map(|b| b.surface).collect(),
-            container: wall,
-            wall: match container {
-                Container::Ball(_) | Container::Box(_) => WallKind::Hull,
-                Container::Capsule(_) => WallKind::CurvatureJumps,
-                Container::Surface(_) => WallKind::AnyShape,
-            },
+            is_given: parts.iter().map(|part| part.is_given).collect(),
+            given_offsets: MidsideOffsets::new(),
+            surfaces,
+            container,
+            wall: WallKind::Hull,
         };
         let mut seeds = Vec::new();
-        for (k, mesh) in meshes.into_iter().enumerate() {
-            let side = if k == bodies.len() { -1.0 } else { 1.0 };
+        for (k, Part { mesh, .. }) in parts.into_iter().enumerate() {
+            let side = if k == layout.surfaces.len() {
+                -1.0
+            } else {
+                1.0
+            };
             seeds.extend(apexes(&mesh, side, field));
             let mesh = planes.cut(mesh);
             let first = layout.points.len() as u32;
@@ -135,12 +167,12 @@ impl<'a> Layout<'a> {
             layout.add(&mesh.points, k as u32, false);
             layout.vertices.push(first..layout.points.len() as u32);
         }
-        let surfaces = &layout.surfaces;
-        let packed = pack(field, surfaces, wall, planes, &layout.points, &seeds, limit)?;
+        let (surfaces, known) = (&layout.surfaces, &layout.points);
+        let packed = pack(field, surfaces, container, planes, known, &seeds, limit)?;
         let first_centre = layout.points.len() as u32;
-        for (k, body) in bodies.iter().enumerate() {
-            if body.surface.is_convex() {
-                layout.add(&[body.surface.centre()], k as u32, false);
+        for k in 0..layout.surfaces.len() {
+            if layout.surfaces[k].is_convex() {
+                layout.add(&[layout.surfaces[k].centre()], k as u32, false);
             }
         }
         layout.centres = first_centre..layout.points.len() as u32;
@@ -159,17 +191,32 @@ impl<'a> Layout<'a> {
         self.free.resize(self.points.len(), free);
     }
 
+    /// Removes vertices inside the fluid, given in ascending order.
+    pub fn remove(&mut self, vertices: &[usize]) {
+        let mut is_kept = vec![true; self.points.len()];
+        vertices.iter().for_each(|&v| is_kept[v] = false);
+        let kept = |v: &usize| is_kept[*v];
+        let all = 0..self.points.len();
+        self.points = all.clone().filter(kept).map(|v| self.points[v]).collect();
+        self.owner = all.clone().filter(kept).map(|v| self.owner[v]).collect();
+        self.free = all.filter(kept).map(|v| self.free[v]).collect();
+    }
+
     /// Offsets of the midside nodes of boundary edges from the midpoints.
     pub fn midside_offsets(&self, boundary: &[[u32; 3]]) -> MidsideOffsets {
-        let mut offsets = MidsideOffsets::new();
+        let mut offsets = self.given_offsets.clone();
         for &[a, b, c] in boundary {
             let owner = self.owner[a as usize] as usize;
             let surface = self.surfaces.get(owner).unwrap_or(&self.container);
+            let is_given = self.is_given.get(owner) == Some(&true);
             let is_flat = self.plane_of([a, b, c]).is_some();
             for [i, j] in [[a, b], [b, c], [c, a]] {
                 let [at, to] = [i, j].map(|v| self.points[v as usize]);
                 // Each edge belongs to two faces with opposite directions; at a symmetry plane one
                 // of them is flat.
+                if is_given {
+                    continue;
+                }
                 if !is_flat && (i < j || !self.planes.through(&[at, to]).is_empty()) {
                     let middle = 0.5 * (at + to);
                     offsets.insert([i.min(j), i.max(j)], surface.closest_point(middle) - middle);
@@ -198,7 +245,8 @@ impl<'a> Layout<'a> {
         tets.retain(|tet| {
             let owner = tet.map(|v| self.owner[v as usize]);
             if owner[0] < n_bodies {
-                return owner.iter().any(|&o| o != owner[0]) || !self.is_inside(tet);
+                let joins = owner.iter().any(|&o| o != owner[0]);
+                return joins || self.is_given[owner[0] as usize] || !self.is_inside(tet);
             }
             if owner.iter().any(|&o| o != n_bodies) {
                 return true;
@@ -247,16 +295,66 @@ impl<'a> Layout<'a> {
         let h = field.at(to);
         let clear = 0.4 * h;
         let near = self.planes.distance(to, own) < clear
-            || -self.container.signed_distance(to) < clear
+            || !self.container.contains_ball(to, clear)
             || self.surfaces.iter().any(|s| is_near(*s, to, clear));
         if near { (from, size) } else { (to, h) }
     }
 
-    /// Whether the vertices of a tet are not all on one surface.
-    pub fn joins_fluid(&self, tet: &[u32; 4]) -> bool {
+    /// The given triangles, with normals out of the fluid.
+    pub fn given_faces(&self) -> Vec<[u32; 3]> {
+        let given = (0..self.is_given.len()).filter(|&part| self.is_given[part]);
+        given
+            .flat_map(|part| {
+                let is_body = part < self.surfaces.len();
+                let outwards = move |&[a, b, c]: &[u32; 3]| match is_body {
+                    true => [a, c, b],
+                    false => [a, b, c],
+                };
+                self.triangles[part].iter().map(outwards)
+            })
+            .collect()
+    }
+}
+
+impl FlipRules for Layout<'_> {
+    /// Tets with all vertices on one surface may fold the curved cells at it.
+    fn allows(&self, tet: &[u32; 4]) -> bool {
         let owner = tet.map(|v| self.owner[v as usize]);
         owner[0] == FLUID || owner.iter().any(|&o| o != owner[0])
     }
+
+    fn exchanges_diagonal(&self, quadrilateral: &[u32; 4]) -> bool {
+        let mut parts = quadrilateral.iter().map(|&v| self.owner[v as usize]);
+        parts.all(|part| self.is_given.get(part as usize) != Some(&true))
+    }
+}
+
+/// Triangulates the surfaces of bodies; copies get the translated triangles of the first one.
+///
+/// # Errors
+/// Those of [`triangulate`].
+pub(super) fn triangulate_bodies(
+    bodies: &[MeshedBody<'_>],
+    copies: &[usize],
+    field: &SizeField<'_>,
+    planes: SymmetryPlanes,
+    limit: usize,
+) -> Result<Vec<SurfaceMesh>, MeshError> {
+    let mut meshes: Vec<SurfaceMesh> = Vec::new();
+    let grid = offset_grid(bodies);
+    let size = |x: Vec3| field.at(x);
+    for (i, body) in bodies.iter().enumerate() {
+        let (first, centre) = (copies[i], body.surface.centre());
+        meshes.push(if first < i {
+            meshes[first].translated(bodies[first].surface.centre(), centre, grid)
+        } else {
+            // Planes beside the body do not restrict its triangles.
+            let cutting = planes.at(centre);
+            triangulate(body.name, body.surface, &size, cutting, limit)?
+                .translated(centre, centre, grid)
+        });
+    }
+    Ok(meshes)
 }
 
 /// Whether the volume of a tet is far below that of a regular tet with its longest edge.
@@ -326,18 +424,22 @@ fn offset_grid(bodies: &[MeshedBody<'_>]) -> f64 {
 fn apexes(mesh: &SurfaceMesh, side: f64, field: &SizeField<'_>) -> Vec<Vec3> {
     let neighbours = mesh.neighbours();
     let mut seen = vec![false; mesh.triangles.len()];
-    let mut queue = VecDeque::from([0usize]);
+    let mut queue = VecDeque::new();
     let mut apexes = Vec::with_capacity(seen.len());
-    seen[0] = true;
-    while let Some(t) = queue.pop_front() {
-        let [a, b, c] = mesh.triangles[t].map(|v| mesh.points[v as usize]);
-        let normal = (b - a).cross(&(c - a)).normalize();
-        let centroid = (a + b + c) / 3.0;
-        apexes.push(centroid + (side * TET_HEIGHT * field.at(centroid)) * normal);
-        for &n in &neighbours[t] {
-            if !seen[n as usize] {
-                seen[n as usize] = true;
-                queue.push_back(n as usize);
+    // A surface may have several separate components.
+    for first in 0..mesh.triangles.len() {
+        if !std::mem::replace(&mut seen[first], true) {
+            queue.push_back(first);
+        }
+        while let Some(t) = queue.pop_front() {
+            let [a, b, c] = mesh.triangles[t].map(|v| mesh.points[v as usize]);
+            let normal = (b - a).cross(&(c - a)).normalize();
+            let centroid = (a + b + c) / 3.0;
+            apexes.push(centroid + (side * TET_HEIGHT * field.at(centroid)) * normal);
+            for &n in &neighbours[t] {
+                if !std::mem::replace(&mut seen[n as usize], true) {
+                    queue.push_back(n as usize);
+                }
             }
         }
     }

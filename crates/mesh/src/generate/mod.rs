@@ -18,6 +18,7 @@ mod odt;
 mod packing;
 mod params;
 mod point_grid;
+mod remesh;
 mod size_field;
 mod size_map;
 mod smoothing;
@@ -29,6 +30,7 @@ pub use clearance::clearance;
 pub use container::Container;
 pub use meshed_body::MeshedBody;
 pub use params::GenerateParams;
+pub use remesh::{MovedBody, remesh};
 pub use size_map::SizeMap;
 
 use crate::delaunay::{LinkedTets, delaunay};
@@ -142,7 +144,7 @@ fn generate_with(
     };
 
     let copies = copies::first_copies(bodies);
-    let mut field = SizeField::new(bodies, container, &copies, params)?;
+    let mut field = SizeField::new(bodies, Some(container), &copies, params)?;
     if let Some(background) = background {
         field = field.with_background(background);
     }
@@ -192,7 +194,7 @@ fn improve(
         if quality >= 1.0 - params.target_dihedral.to_radians().cos() {
             break;
         }
-        tets.flip_to_delaunay(&layout.points, |tet| layout.joins_fluid(tet));
+        tets.flip_to_delaunay(&layout.points, layout);
     }
     (best.1, best.2)
 }

@@ -161,7 +161,7 @@ impl Packing<'_> {
             return false;
         }
         if self.planes.distance(p, own) < clear
-            || -self.container.signed_distance(p) < clear
+            || !self.container.contains_ball(p, clear)
             || self.grid.any_within(p, SPACING * h, h)
             || self.surfaces.iter().any(|s| is_near(*s, p, clear))
         {

@@ -40,7 +40,7 @@ const OF_THICKNESS: f64 = 1.2;
 /// constant `growth` if the background is.
 pub(super) struct SizeField<'a> {
     bodies: &'a [MeshedBody<'a>],
-    container: &'a Container,
+    container: Option<&'a Container>,
     /// Wanted edge length on each body.
     sizes: Vec<f64>,
     /// Wanted edge length on each body as a fraction of the radius of curvature.
@@ -74,14 +74,14 @@ static HALF_SPACES: [Container; 3] = {
 pub(super) type Background<'a> = &'a (dyn Fn(Vec3) -> f64 + Sync);
 
 impl<'a> SizeField<'a> {
-    /// Finds the gaps between the bodies and to the wall.
+    /// Finds the gaps between the bodies and to the wall of the container, if there is one.
     ///
     /// # Errors
     /// [`MeshError::BodiesTouch`] and [`MeshError::BodyAtWall`] for gaps below
     /// [`GenerateParams::min_gap`] times the (smaller) radius.
     pub fn new(
         bodies: &'a [MeshedBody<'a>],
-        container: &'a Container,
+        container: Option<&'a Container>,
         copies: &[usize],
         params: &GenerateParams,
     ) -> Result<Self, MeshError> {
@@ -102,22 +102,26 @@ impl<'a> SizeField<'a> {
             gaps: Vec::new(),
             growth: params.growth,
             gap: params.gap,
-            max: params.max_size.min(container.largest_size()),
+            max: container.map_or(params.max_size, |container| {
+                params.max_size.min(container.largest_size())
+            }),
             background: None,
             wall: None,
         };
         for (i, body) in bodies.iter().enumerate() {
             let (_, radius) = body.surface.bounding_ball();
             let minimum = params.min_gap * radius;
-            let gap = Gap::to_wall(body.surface, container);
-            if gap.width.is_nan() || gap.width <= minimum {
-                return Err(MeshError::BodyAtWall {
-                    body: body.name.into(),
-                    distance: gap.width,
-                    minimum,
-                });
+            if let Some(container) = container {
+                let gap = Gap::to_wall(body.surface, container);
+                if gap.width.is_nan() || gap.width <= minimum {
+                    return Err(MeshError::BodyAtWall {
+                        body: body.name.into(),
+                        distance: gap.width,
+                        minimum,
+                    });
+                }
+                field.add_gap(gap, &[i], copies);
             }
-            field.add_gap(gap, &[i], copies);
             for axis in (0..3).filter(|&axis| params.symmetry_planes[axis]) {
                 let gap = Gap::to_wall(body.surface, &HALF_SPACES[axis]);
                 // A body that the plane cuts leaves no gap.
@@ -191,7 +195,8 @@ impl<'a> SizeField<'a> {
 
     /// Wanted edge length at `x`.
     pub fn at(&self, x: Vec3) -> f64 {
-        let mut h = self.max.min(self.container.local_size(x, self.growth));
+        let of_container = (self.container).map_or(f64::INFINITY, |c| c.local_size(x, self.growth));
+        let mut h = self.max.min(of_container);
         let wanted = self.background.map(|background| background(x));
         let wanted = wanted.filter(|size| *size > 0.0);
         if let Some(size) = wanted {
@@ -256,8 +261,8 @@ mod tests {
             centre: Vec3::zeros(),
             radius: 10.0,
         });
-        let field =
-            SizeField::new(&bodies, &container, &first_copies(&bodies), &params).expect("valid");
+        let field = SizeField::new(&bodies, Some(&container), &first_copies(&bodies), &params)
+            .expect("valid");
         assert!((field.at(Vec3::zeros()) - params.gap * 0.1).abs() < 1e-12);
         let mut before = None;
         // A path along the surface of the first sphere, into the gap and out of it.
@@ -290,7 +295,7 @@ mod tests {
         });
         let copies = first_copies(&bodies);
         assert_eq!(copies, [0, 0, 0]);
-        let field = SizeField::new(&bodies, &container, &copies, &params).expect("valid");
+        let field = SizeField::new(&bodies, Some(&container), &copies, &params).expect("valid");
         for x in [1.0, 1.1, -1.0, 3.1, 11.0, 13.0] {
             assert!((field.at(Vec3::new(x, 0.0, 0.0)) - 0.1 * params.gap).abs() < 1e-9);
         }
@@ -306,9 +311,9 @@ mod tests {
             radius: 40.0,
         });
         let copies = first_copies(&bodies);
-        let plain = SizeField::new(&bodies, &container, &copies, &params).expect("valid");
+        let plain = SizeField::new(&bodies, Some(&container), &copies, &params).expect("valid");
         let wanted = |x: Vec3| if x.x > 0.0 { 1.5 } else { f64::NAN };
-        let field = SizeField::new(&bodies, &container, &copies, &params)
+        let field = SizeField::new(&bodies, Some(&container), &copies, &params)
             .expect("valid")
             .with_background(&wanted);
         // Far from both bodies the background applies, even where it differs from the sizes that
@@ -330,8 +335,8 @@ mod tests {
             centre: Vec3::zeros(),
             radius: 1.1,
         });
-        let field =
-            SizeField::new(&bodies, &container, &first_copies(&bodies), &params).expect("valid");
+        let field = SizeField::new(&bodies, Some(&container), &first_copies(&bodies), &params)
+            .expect("valid");
         for x in [Vec3::x(), -Vec3::y(), Vec3::new(0.6, 0.6, 0.6)] {
             assert!((field.at(x * (1.05 / x.norm())) - 0.1 * params.gap).abs() < 1e-9);
         }

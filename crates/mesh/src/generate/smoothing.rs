@@ -49,7 +49,7 @@ pub(super) fn smooth(
             *step = to - from;
         }
         (layout.points, sizes) = (moved, lengths);
-        tets.flip_to_delaunay(&layout.points, |tet| layout.joins_fluid(tet));
+        tets.flip_to_delaunay(&layout.points, layout);
     }
     sizes
 }

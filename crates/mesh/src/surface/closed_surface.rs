@@ -11,6 +11,11 @@ pub trait Surface: Sync {
     /// Signed distance from `point` to the surface, negative inside the shape.
     fn signed_distance(&self, point: Vec3) -> f64;
 
+    /// Whether the ball of this radius about `centre` is inside the shape.
+    fn contains_ball(&self, centre: Vec3, radius: f64) -> bool {
+        -self.signed_distance(centre) >= radius
+    }
+
     /// Point of the surface closest to `point`.
     fn closest_point(&self, point: Vec3) -> Vec3;
 

@@ -1,9 +1,12 @@
-//! Meshes from Gmsh files.
+//! Meshes from Gmsh files, and new meshes between their walls and moved bodies.
 
 use std::path::Path;
 
-use mesh::{MshFile, NamedSurface, TetMesh};
+use mesh::{GenerateParams, MovedBody, MshFile, NamedSurface, Surface, TetMesh};
+use nalgebra::{Isometry3, Translation3};
 
+use super::element_size::ADAPTED_GROWTH;
+use super::mesh_generator::Surfaced;
 use crate::ModelError;
 use crate::units::Scale;
 use scene::GeometryKind;
@@ -41,4 +44,43 @@ pub fn read_mesh(
         GeometryKind::Curved => curved,
         GeometryKind::Straight => read.into_mesh(&[])?,
     })
+}
+
+/// The motion of a body from its initial pose to another one.
+///
+/// Rotations do not change spheres, whose surface meshes are translated.
+pub fn motion(body: &Surfaced, pose: &Isometry3<f64>) -> Isometry3<f64> {
+    match body.shape.is_isotropic() {
+        true => Translation3::from(pose.translation.vector - body.pose.translation.vector).into(),
+        false => pose * body.pose.inverse(),
+    }
+}
+
+/// A new mesh between the walls of the mesh of a file and the moved bodies.
+///
+/// `bodies` have their names, motions and surfaces in their new places. Walls keep their facets;
+/// the surfaces of the bodies are triangulated again.
+///
+/// # Errors
+/// Those of [`mesh::remesh`].
+pub fn remesh(
+    file: &TetMesh,
+    bodies: &[(&str, Isometry3<f64>, &dyn Surface, f64)],
+    geometry: GeometryKind,
+) -> Result<TetMesh, mesh::MeshError> {
+    let moved: Vec<MovedBody> = (bodies.iter())
+        .map(|&(name, motion, surface, size)| MovedBody {
+            name,
+            motion,
+            surface: Some((surface, size)),
+        })
+        .collect();
+    let surfaces: Vec<NamedSurface> = match geometry {
+        GeometryKind::Curved => bodies.iter().map(|b| (b.0, b.2)).collect(),
+        GeometryKind::Straight => Vec::new(),
+    };
+    let mut parameters = GenerateParams::default();
+    // The sizes of the file decide where it grows less.
+    parameters.growth = ADAPTED_GROWTH;
+    mesh::remesh(file, &moved, &parameters, &surfaces)
 }

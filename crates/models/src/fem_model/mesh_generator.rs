@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Translation3, Vector3};
 use super::cylinder;
 use super::element_size::{ADAPTED_GROWTH, growth, surface_size};
 use super::far_field::FarField;
-use super::mesh_file::read_mesh;
+use super::mesh_file;
 use crate::ModelError;
 use crate::units::Scale;
 use scene::{Domain, GeometryKind, Scene, Shape};
@@ -127,7 +127,8 @@ impl MeshGenerator {
                     surfaces.iter().map(|(name, s)| (*name, &**s)).collect();
                 let of_bodies = surfaced.iter().map(|s| &tags[s.body]);
                 let known: Vec<&String> = of_bodies.chain(walls).collect();
-                let mesh = read_mesh(file, &surfaces, &known, scene.fem().geometry, scale)?;
+                let geometry = scene.fem().geometry;
+                let mesh = mesh_file::read_mesh(file, &surfaces, &known, geometry, scale)?;
                 Source::File {
                     mesh,
                     walls: walls.clone(),
@@ -304,9 +305,18 @@ impl MeshGenerator {
     /// Generates a mesh with the bodies at `poses`.
     ///
     /// # Errors
-    /// Bodies around which no mesh can be generated; [`ModelError::NoMesh`] for the mesh of a file.
+    /// Bodies around which no mesh can be generated.
     pub fn generate(&self, poses: &Poses) -> Result<TetMesh, ModelError> {
         let surfaces = self.surfaces(poses);
+        if let Source::File { mesh, .. } = &self.source {
+            let bodies = self.surfaced.iter().zip(self.tags());
+            let moved: Vec<_> = (bodies.zip(poses.iter().zip(&surfaces)))
+                .map(|((body, tag), (pose, surface))| {
+                    (tag, mesh_file::motion(body, pose), &**surface, body.size)
+                })
+                .collect();
+            return Ok(mesh_file::remesh(mesh, &moved, self.geometry)?);
+        }
         let Some(container) = &self.container(poses) else {
             return Err(ModelError::NoMesh);
         };

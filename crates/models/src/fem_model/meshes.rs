@@ -32,10 +32,13 @@ pub struct Meshes {
     generator: MeshGenerator,
     /// Methods by which meshes move, in the order in which they are tried.
     ///
-    /// Several only for the mesh of a file: other meshes are generated again.
+    /// Several only for the mesh of a file, which is generated again only if none is good enough.
     motions: Vec<Box<dyn MeshMotion>>,
-    /// In the order in which they were generated; for the mesh of a file one per method in use.
+    /// In the order in which they were generated. The first [`Meshes::of_file`] have the mesh of a
+    /// file, one per method in use.
     references: Vec<ReferenceMesh>,
+    /// Number of the references with the mesh of a file.
+    of_file: usize,
     /// Methods that cannot be used for the mesh of a file, with the reasons.
     unusable: Vec<(&'static str, String)>,
     /// Index of the reference of the current mesh; `None` before the first and after adapting.
@@ -63,6 +66,7 @@ impl Meshes {
             motions: mesh_motions(scene.fem().mesh_motion, is_from_file),
             generator,
             references: Vec::new(),
+            of_file: 0,
             unusable: Vec::new(),
             current: None,
         })
@@ -151,9 +155,9 @@ impl Meshes {
     ///
     /// It is moved from the oldest reference for which its cells remain good enough, or newly
     /// generated. Because of this order, once the references of a stroke exist, the mesh depends on
-    /// the configuration only and not on the previous one. The references of a file are its mesh
-    /// with one method of motion each, so the mesh depends on the configuration only from the
-    /// start.
+    /// the configuration only and not on the previous one. The first references of a file are its
+    /// mesh with one method of motion each, so the mesh depends on the configuration only from the
+    /// start until the fluid is meshed again.
     ///
     /// # Errors
     /// Bodies around which no mesh can be generated; [`ModelError::MeshFileExhausted`].
@@ -163,8 +167,11 @@ impl Meshes {
         for number in 0..self.references.len() {
             match self.references[number].moved(&self.generator, &surfaced)? {
                 Ok(mesh) => {
-                    let has_other_cells = self.current != Some(number) && !self.is_from_file();
-                    self.current = Some(number);
+                    let before = self.current.replace(number);
+                    let has_file = |number: usize| number < self.of_file;
+                    let has_other_cells = before.is_none_or(|before| {
+                        before != number && !(has_file(before) && has_file(number))
+                    });
                     return Ok(PlacedMesh {
                         mesh,
                         remeshed: None,
@@ -174,12 +181,23 @@ impl Meshes {
                 Err(reason) => too_poor.push(reason),
             }
         }
-        if self.is_from_file() {
-            return self.by_other_motion(poses, &surfaced, too_poor);
+        if let Some(placed) = self.by_other_motion(poses, &surfaced, &mut too_poor)? {
+            return Ok(placed);
         }
-        // Of several references the newest determines the reason.
-        let reason = too_poor.pop().unwrap_or(Remesh::First);
-        let mesh = self.remesh(poses)?;
+        let reason = match self.of_file {
+            n if n > 0 && n == self.references.len() => Remesh::InsideFile {
+                tried: self.tried(&too_poor),
+            },
+            // Of several references the newest determines the reason.
+            _ => too_poor.pop().unwrap_or(Remesh::First),
+        };
+        let mesh = self.remesh(poses).map_err(|error| match error {
+            ModelError::Mesh(source) if self.is_from_file() => ModelError::MeshFileExhausted {
+                tried: self.tried(&too_poor),
+                source,
+            },
+            other => other,
+        })?;
         Ok(PlacedMesh {
             mesh,
             remeshed: Some(reason),
@@ -188,19 +206,18 @@ impl Meshes {
     }
 
     /// The mesh of the file, moved to `poses` by the first method not in use yet that keeps its
-    /// cells good enough.
+    /// cells good enough; none if there is no such method.
     ///
-    /// `too_poor` has the reasons why the methods in use do not.
+    /// `too_poor` has the reasons why the methods in use do not; those of the others are added.
     ///
     /// # Errors
-    /// [`ModelError::MeshFileExhausted`]. (Here the mesh would have to be generated again inside
-    /// the boundary of the file.)
+    /// A mesh that is too large, or whose motion cannot be computed.
     fn by_other_motion(
         &mut self,
         poses: &[Isometry3<f64>],
         surfaced: &[Isometry3<f64>],
-        mut too_poor: Vec<Remesh>,
-    ) -> Result<PlacedMesh, ModelError> {
+        too_poor: &mut Vec<Remesh>,
+    ) -> Result<Option<PlacedMesh>, ModelError> {
         while self.add_motion(poses)? {
             let number = self.references.len() - 1;
             let reference = &self.references[number];
@@ -210,29 +227,24 @@ impl Meshes {
                     let is_other = number > 0 || !self.unusable.is_empty();
                     let remeshed = is_other.then(|| Remesh::Motion {
                         name: reference.motion,
-                        tried: self.tried(&too_poor),
+                        tried: self.tried(too_poor),
                     });
-                    return Ok(PlacedMesh {
+                    return Ok(Some(PlacedMesh {
                         mesh,
                         remeshed,
                         has_other_cells: false,
-                    });
+                    }));
                 }
                 Err(reason) => too_poor.push(reason),
             }
         }
-        Err(ModelError::MeshFileExhausted {
-            tried: self.tried(&too_poor),
-            remedy: match self.motions.len() {
-                1 => "use fem.mesh_motion = \"auto\", which tries more methods, ",
-                _ => "use ",
-            },
-        })
+        Ok(None)
     }
 
     /// Methods that move the mesh of the file, each with the reason why it is not good enough.
     fn tried(&self, too_poor: &[Remesh]) -> String {
-        let in_use = (self.references.iter().zip(too_poor))
+        let of_file = self.references.iter().take(self.of_file);
+        let in_use = (of_file.zip(too_poor))
             .map(|(reference, reason)| format!("{}: {reason}", reference.motion));
         let unusable = (self.unusable.iter()).map(|(name, reason)| format!("{name}: {reason}"));
         in_use.chain(unusable).collect::<Vec<_>>().join("; ")
@@ -249,7 +261,7 @@ impl Meshes {
             return Ok(false);
         };
         loop {
-            let next = self.references.len() + self.unusable.len();
+            let next = self.of_file + self.unusable.len();
             let Some(motion) = self.motions.get(next) else {
                 return Ok(false);
             };
@@ -265,6 +277,7 @@ impl Meshes {
             match ReferenceMesh::new(&self.generator, motion, mesh.clone(), start, poses) {
                 Ok(reference) => {
                     self.references.push(reference);
+                    self.of_file += 1;
                     return Ok(true);
                 }
                 Err(ModelError::Ale(
@@ -283,7 +296,7 @@ impl Meshes {
 
     /// Generates a reference mesh with the bodies at `poses`.
     ///
-    /// If there are [`MAX_REFERENCES`] already, the oldest is discarded.
+    /// If there are [`MAX_REFERENCES`] already, the oldest that was generated is discarded.
     ///
     /// # Errors
     /// Bodies around which no mesh can be generated.
@@ -292,8 +305,8 @@ impl Meshes {
         let mesh = self.generator.generate(&surfaced)?;
         let motion = self.motions[0].as_ref();
         let reference = ReferenceMesh::new(&self.generator, motion, mesh.clone(), surfaced, poses)?;
-        if self.references.len() == MAX_REFERENCES {
-            self.references.remove(0);
+        if self.references.len() == self.of_file + MAX_REFERENCES {
+            self.references.remove(self.of_file);
         }
         self.references.push(reference);
         self.current = Some(self.references.len() - 1);
@@ -335,7 +348,7 @@ impl Meshes {
     ///
     /// # Errors
     /// Poses of another number of bodies, around which no mesh can be generated, or of more
-    /// references than there are methods to move the mesh of a file.
+    /// references than there can be.
     pub fn restore(&mut self, poses: &[Isometry3<f64>]) -> Result<(), ModelError> {
         let bodies = self.generator.tags.len();
         // The references already exist.
@@ -343,6 +356,7 @@ impl Meshes {
             return Ok(());
         }
         self.references.clear();
+        self.of_file = 0;
         self.unusable.clear();
         self.current = None;
         let deviation = |pose: &Isometry3<f64>| (pose.rotation.norm() - 1.0).abs();
@@ -355,7 +369,7 @@ impl Meshes {
         }
         // The mesh of a file is a reference without poses.
         let most = match self.is_from_file() {
-            true => self.motions.len() - 1,
+            true => self.motions.len() - 1 + MAX_REFERENCES,
             false => MAX_REFERENCES,
         };
         if bodies == 0 || !poses.len().is_multiple_of(bodies) || poses.len() > most * bodies {
@@ -368,11 +382,14 @@ impl Meshes {
         }
         if self.is_from_file() {
             self.add_motion(&[])?;
-            return (poses.chunks(bodies)).try_for_each(|poses| self.add_motion(poses).map(drop));
         }
-        poses
-            .chunks(bodies)
-            .try_for_each(|poses| self.remesh(poses).map(drop))
+        for poses in poses.chunks(bodies) {
+            // The mesh of a file was generated again only after all methods to move it were in use.
+            if !self.add_motion(poses)? {
+                self.remesh(poses)?;
+            }
+        }
+        Ok(())
     }
 
     /// Permeability of each cell ([`MeshGenerator::permeability`]), with the bodies at `poses`.

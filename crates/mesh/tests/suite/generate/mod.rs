@@ -3,6 +3,7 @@
 mod bad_scenes;
 mod bodies_of_any_shape;
 mod random_scenes;
+mod remeshed;
 
 use mesh::{
     BoxSurface, Capsule, Container, GenerateParams, LinearTets, MeshedBody, NamedSurface, Quality,

@@ -1,0 +1,212 @@
+//! A new mesh between the walls of a given mesh and its moved bodies.
+
+mod front;
+mod groups;
+mod join;
+mod kept_cells;
+mod recovery;
+mod sizes;
+
+use super::copies::first_copies;
+use super::layout::{Layout, triangulate_bodies};
+use super::meshed_body::MeshedBody;
+use super::params::GenerateParams;
+use super::size_field::SizeField;
+use super::size_map::SizeMap;
+use super::symmetry_planes::SymmetryPlanes;
+use super::{assemble, improve, smoothing};
+use crate::delaunay::LinkedTets;
+use crate::surface::FlatTriangles;
+use crate::tet_mesh::find_tag;
+use crate::{Facet, MeshError, NamedSurface, Surface, SurfaceMesh, TetMesh, Vec3};
+use front::Fronts;
+use kept_cells::{KeptCells, MovedPart};
+use nalgebra::Isometry3;
+use recovery::{BadFace, Recovery, recovered};
+
+/// Largest number of times that the cells that stay are changed.
+const MAX_CHANGES: usize = 40;
+
+/// A body around which a mesh is generated again.
+#[derive(Clone, Copy)]
+pub struct MovedBody<'a> {
+    /// Name of its boundary part.
+    pub name: &'a str,
+    /// Motion from its place in the mesh to its new place.
+    pub motion: Isometry3<f64>,
+    /// Its surface in the new place and the edge length on it, as [`MeshedBody::size`].
+    ///
+    /// The surface is triangulated again, with edges about as long as in the mesh. `None` if the
+    /// surface is known by the facets of the mesh only, which are then kept.
+    pub surface: Option<(&'a dyn Surface, f64)>,
+}
+
+/// Generates a new mesh between the walls of a mesh and its moved bodies.
+///
+/// Walls are all boundary parts that are not bodies. Their facets are kept with their nodes, and so
+/// are those of bodies without a known surface. Edges are about as long as in `mesh`, shorter in
+/// gaps, and grow by at most [`GenerateParams::growth`] per unit of length.
+///
+/// Method: cells of `mesh` near the walls and far from the bodies stay. The rest of the fluid is
+/// meshed as by [`generate`](crate::generate()). Faces of the cells that stay are faces of the
+/// Delaunay tets if the circumballs of these cells contain no other vertex: new vertices inside are
+/// removed, and where other vertices are inside, the next cell stays too, or the cell does not
+/// stay. Named regions of the volume are lost.
+///
+/// # Errors
+/// [`MeshError::UnknownTag`] for a body that is not in the mesh, [`MeshError::BodiesTouch`],
+/// [`MeshError::BodyAtWall`], [`MeshError::TooManyVertices`],
+/// [`MeshError::BoundaryNotRecovered`], and those of [`TetMesh::curved`].
+pub fn remesh(
+    mesh: &TetMesh,
+    bodies: &[MovedBody<'_>],
+    params: &GenerateParams,
+    surfaces: &[NamedSurface],
+) -> Result<TetMesh, MeshError> {
+    let walls = bodies.len() as u32;
+    let mut part_of_tags = vec![walls; mesh.tags().len()];
+    for (k, body) in bodies.iter().enumerate() {
+        part_of_tags[usize::from(find_tag(mesh.tags(), body.name)?)] = k as u32;
+    }
+    let names: Vec<&str> = bodies.iter().map(|body| body.name).collect();
+    let given = given_surfaces(mesh, bodies, &part_of_tags);
+    let motions = bodies.iter().map(|body| body.motion);
+    let parts: Vec<MovedPart> = (given.iter().enumerate())
+        .zip(motions.chain([Isometry3::identity()]))
+        .map(
+            |((k, given), motion)| match bodies.get(k).and_then(|b| b.surface) {
+                Some((surface, _)) => MovedPart {
+                    surface,
+                    motion,
+                    is_given: false,
+                },
+                None => MovedPart {
+                    surface: given,
+                    motion,
+                    is_given: true,
+                },
+            },
+        )
+        .collect();
+
+    let known: Vec<MeshedBody> = (bodies.iter())
+        .filter_map(|body| {
+            let (surface, size) = body.surface?;
+            Some(MeshedBody {
+                name: body.name,
+                surface,
+                size,
+            })
+        })
+        .collect();
+    let copies = first_copies(&known);
+    let mut sizes = sizes::moved_sizes(mesh, &parts);
+    sizes.extend(sizes::gap_sizes(
+        mesh,
+        &parts,
+        &part_of_tags,
+        &names,
+        params,
+    )?);
+    sizes::share_among_copies(&mut sizes, &known, &copies);
+    let mut params = params.clone();
+    params.max_size = sizes.iter().map(|(_, size)| *size).fold(0.0, f64::max);
+    let sizes = SizeMap::new(sizes, params.growth)?;
+    let at = |x: Vec3| sizes.at(x);
+    let field = SizeField::new(&known, None, &copies, &params)?.with_background(&at);
+    let planes = SymmetryPlanes::default();
+    let triangulated = triangulate_bodies(&known, &copies, &field, planes, params.max_vertices)?;
+
+    let mut kept = KeptCells::near_walls(mesh, &parts, &part_of_tags);
+    for change in 0..=MAX_CHANGES {
+        let fronts = Fronts::new(mesh, &parts, &kept);
+        let layout_parts = fronts.layout_parts(&parts, &triangulated);
+        let mut layout = Layout::of_parts(layout_parts, planes, &field, params.max_vertices)?;
+        let Recovery { tets, bad } = recovered(&mut layout, &fronts, &kept)?;
+        let mut has_changed = false;
+        for bad in bad.iter().filter(|_| change < MAX_CHANGES) {
+            // Only missing triangles are worth giving up cells.
+            let keeps_only = tets.is_some();
+            has_changed |= kept.change(&bad.face, bad.part, bad.is_crowded, keeps_only);
+        }
+        if has_changed {
+            continue;
+        }
+        let Some(tets) = tets else {
+            return Err(not_recovered(mesh, &parts, &names, bad.first()));
+        };
+        layout.given_offsets = fronts.offsets(mesh, &parts, &layout);
+        let mut tets = LinkedTets::new(layout.points.len(), layout.fluid(tets));
+        let sizes = smoothing::smooth(&mut layout, &mut tets, &field, params.sweeps);
+        let (points, tets) = improve(&mut layout, tets, &sizes, &params);
+        layout.points = points;
+        let new = assemble::assemble(&layout, &meshed(&names, &parts), &tets)?;
+        let of_parts = (parts.as_slice(), part_of_tags.as_slice());
+        return join::join((mesh, &kept), of_parts, (&fronts, &layout), new, surfaces);
+    }
+    Err(not_recovered(mesh, &parts, &names, None))
+}
+
+/// The bodies for the check of their surfaces.
+fn meshed<'a>(names: &[&'a str], parts: &[MovedPart<'a>]) -> Vec<MeshedBody<'a>> {
+    (names.iter().zip(parts))
+        .map(|(name, part)| MeshedBody {
+            name,
+            surface: part.surface,
+            size: 0.0,
+        })
+        .collect()
+}
+
+/// The surfaces of all parts as the facets of the mesh form them, in their new places: bodies,
+/// then walls. Normals point out of the body or container.
+fn given_surfaces(
+    mesh: &TetMesh,
+    bodies: &[MovedBody<'_>],
+    part_of_tags: &[u32],
+) -> Vec<FlatTriangles> {
+    let n_bodies = bodies.len();
+    let surface = |part: usize| {
+        let of_part = |facet: &&Facet| part_of_tags[usize::from(facet.tag)] as usize == part;
+        let triangles = mesh.facets().iter().filter(of_part).map(|facet| {
+            let [a, b, c, ..] = facet.nodes;
+            if part == n_bodies {
+                [a, b, c]
+            } else {
+                [a, c, b]
+            }
+        });
+        let points = mesh.points()[..mesh.n_vertices()].iter();
+        let moved = |x: &Vec3| match bodies.get(part) {
+            Some(body) => body.motion.transform_point(&(*x).into()).coords,
+            None => *x,
+        };
+        FlatTriangles::new(SurfaceMesh {
+            points: points.map(moved).collect(),
+            triangles: triangles.collect(),
+            ..SurfaceMesh::default()
+        })
+    };
+    (0..=n_bodies).map(surface).collect()
+}
+
+/// The error for a given triangle that no tet has as a face.
+fn not_recovered(
+    mesh: &TetMesh,
+    parts: &[MovedPart<'_>],
+    names: &[&str],
+    missing: Option<&BadFace>,
+) -> MeshError {
+    let (part, at) = match missing {
+        Some(&BadFace { part, face, .. }) => {
+            let corners = face.vertices.map(|v| mesh.points()[v as usize]);
+            let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
+            (part as usize, parts[part as usize].moved(centroid))
+        }
+        None => (names.len(), Vec3::zeros()),
+    };
+    MeshError::BoundaryNotRecovered {
+        part: names.get(part).copied().unwrap_or("walls").into(),
+        at: at.into(),
+    }
+}
