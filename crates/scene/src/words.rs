@@ -309,8 +309,8 @@ pub enum SolverKind {
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum MeshMotionKind {
-    /// Diffusion with the coefficient of Kanchi & Masud; for the mesh of a file, which cannot be
-    /// remeshed, the biharmonic equation and other methods where cells become too poor.
+    /// Diffusion with the coefficient of Kanchi & Masud; for the mesh of a file the biharmonic
+    /// equation, and other methods where cells become too poor.
     #[default]
     Auto,
     /// Laplace's equation.

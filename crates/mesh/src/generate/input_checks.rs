@@ -17,49 +17,7 @@ pub(super) fn check(
     container: &Container,
     params: &GenerateParams,
 ) -> Result<(), MeshError> {
-    let demand = |ok: bool, what: &str, value: f64, requirement: &'static str| {
-        if ok {
-            Ok(())
-        } else {
-            Err(MeshError::BadParameter {
-                what: what.into(),
-                value,
-                requirement,
-            })
-        }
-    };
-    let length = |what: &str, value: f64| {
-        demand(
-            value > 0.0 && value.is_finite(),
-            what,
-            value,
-            "it must be positive and finite",
-        )
-    };
-    demand(
-        params.growth > 0.0 && params.growth <= 0.6,
-        "growth",
-        params.growth,
-        "it must be above 0 and at most 0.6",
-    )?;
-    length("gap coefficient", params.gap)?;
-    length("smallest gap", params.min_gap)?;
-    demand(
-        params.max_size > 0.0,
-        "largest size",
-        params.max_size,
-        "it must be positive",
-    )?;
-    demand(
-        (0.0..60.0).contains(&params.target_dihedral),
-        "target dihedral angle",
-        params.target_dihedral,
-        "it must be at least 0 and below 60 degrees",
-    )?;
-    let finite = |what: &str, x: Vec3| {
-        x.iter()
-            .try_for_each(|&c| demand(c.is_finite(), what, c, "it must be finite"))
-    };
+    check_params(params)?;
     match container {
         Container::Ball(ball) => {
             finite("centre of the container", ball.centre)?;
@@ -83,13 +41,50 @@ pub(super) fn check(
             length("radius of the container", radius)?;
         }
     }
-    let mut names = HashSet::from([Container::TAG]);
+    if let Some(body) = bodies.iter().find(|body| body.name == Container::TAG) {
+        return Err(used_twice(body.name));
+    }
+    check_bodies(bodies)?;
+    check_symmetry(SymmetryPlanes(params.symmetry_planes), bodies, container)
+}
+
+/// Checks the parameters.
+///
+/// # Errors
+/// [`MeshError::BadParameter`].
+pub(super) fn check_params(params: &GenerateParams) -> Result<(), MeshError> {
+    demand(
+        params.growth > 0.0 && params.growth <= 0.6,
+        "growth",
+        params.growth,
+        "it must be above 0 and at most 0.6",
+    )?;
+    length("gap coefficient", params.gap)?;
+    length("smallest gap", params.min_gap)?;
+    demand(
+        params.max_size > 0.0,
+        "largest size",
+        params.max_size,
+        "it must be positive",
+    )?;
+    demand(
+        (0.0..60.0).contains(&params.target_dihedral),
+        "target dihedral angle",
+        params.target_dihedral,
+        "it must be at least 0 and below 60 degrees",
+    )?;
+    Ok(())
+}
+
+/// Checks the names, positions and lengths of bodies.
+///
+/// # Errors
+/// [`MeshError::BadParameter`], [`MeshError::BadTag`].
+pub(super) fn check_bodies(bodies: &[MeshedBody<'_>]) -> Result<(), MeshError> {
+    let mut names = HashSet::new();
     for body in bodies {
         if !names.insert(body.name) {
-            return Err(MeshError::BadTag {
-                name: body.name.into(),
-                problem: "is used twice; give every body its own name",
-            });
+            return Err(used_twice(body.name));
         }
         let (centre, radius) = body.surface.bounding_ball();
         finite(&format!("position of '{}'", body.name), centre)?;
@@ -103,7 +98,42 @@ pub(super) fn check(
             body.surface.reach(),
         )?;
     }
-    check_symmetry(SymmetryPlanes(params.symmetry_planes), bodies, container)
+    Ok(())
+}
+
+/// The error for a name of two bodies, or of a body and the container.
+pub(super) fn used_twice(name: &str) -> MeshError {
+    MeshError::BadTag {
+        name: name.into(),
+        problem: "is used twice; give every body its own name",
+    }
+}
+
+/// Fails with [`MeshError::BadParameter`] unless a requirement is met.
+fn demand(
+    is_met: bool,
+    what: &str,
+    value: f64,
+    requirement: &'static str,
+) -> Result<(), MeshError> {
+    if is_met {
+        return Ok(());
+    }
+    Err(MeshError::BadParameter {
+        what: what.into(),
+        value,
+        requirement,
+    })
+}
+
+fn length(what: &str, value: f64) -> Result<(), MeshError> {
+    let is_met = value > 0.0 && value.is_finite();
+    demand(is_met, what, value, "it must be positive and finite")
+}
+
+fn finite(what: &str, x: Vec3) -> Result<(), MeshError> {
+    let mut components = x.iter();
+    components.try_for_each(|&c| demand(c.is_finite(), what, c, "it must be finite"))
 }
 
 /// Checks that the container is symmetric about every plane, and every body symmetric or beside it.

@@ -367,11 +367,8 @@ impl Meshes {
                 "is damaged: the norm of a rotation differs from 1 by {deviation:e}"
             )));
         }
-        // The mesh of a file is a reference without poses.
-        let most = match self.is_from_file() {
-            true => self.motions.len() - 1 + MAX_REFERENCES,
-            false => MAX_REFERENCES,
-        };
+        // The mesh of a file, moved by the first method, is a reference without poses.
+        let most = MAX_REFERENCES + usize::from(self.is_from_file()) * (self.motions.len() - 1);
         if bodies == 0 || !poses.len().is_multiple_of(bodies) || poses.len() > most * bodies {
             return Err(rigid::RigidError::Length {
                 what: "poses of the reference meshes",

@@ -531,8 +531,8 @@ pub const KEYS: &[Key] = &[
         Kind::Word(MeshMotionKind::WORDS),
         Value("auto"),
         "how the mesh moves with the bodies until it is remeshed; `auto` is \
-         `kanchi-masud`, and for the mesh of a file `biharmonic` and other methods before the file \
-         is refused; the rest is for comparison",
+         `kanchi-masud`, and for the mesh of a file `biharmonic` and other methods before the fluid \
+         inside its walls is remeshed; the rest is for comparison",
     ),
     key(
         "fem.mirror",

