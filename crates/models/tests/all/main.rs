@@ -5,6 +5,7 @@ mod examples;
 mod history;
 mod mesh_files;
 mod query;
+mod remeshed_files;
 mod scenes;
 mod table_errors;
 mod tabulated;
