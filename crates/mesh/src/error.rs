@@ -378,9 +378,8 @@ pub enum MeshError {
 
     /// Triangles of a mesh that no new mesh around them could be generated with.
     #[error(
-        "no new mesh has the triangles of {part} near ({:.4}, {:.4}, {:.4}) as faces; refine the mesh \
-         of the file there, or put the bodies farther from there",
-        at[0], at[1], at[2]
+        "no new mesh has the triangles of {part} near ({:.4}, {:.4}, {:.4}) as faces; refine the \
+         mesh of the file there, or keep the bodies away from there", at[0], at[1], at[2]
     )]
     BoundaryNotRecovered {
         /// Name of the body, or the walls.

@@ -6,6 +6,7 @@ mod flows;
 mod history;
 mod mesh_files;
 mod query;
+mod remeshed_files;
 mod scenes;
 mod surface_files;
 mod table_errors;
