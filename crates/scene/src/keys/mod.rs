@@ -1,6 +1,7 @@
 //! The keys of a scene file: their names, kinds of values, defaults and meanings.
 
 mod key;
+mod of_bodies;
 mod path;
 mod table;
 

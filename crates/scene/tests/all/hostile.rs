@@ -4,7 +4,7 @@ use scene::keys::{KEYS, Kind, find};
 use scene::{Domain, FemOptions, Gait, Phase, Scene, Shape, closest_contact, legs};
 
 /// Every key with numbers is in one of these scenes, on a line of its own.
-const SCENES: [&str; 6] = [
+const SCENES: [&str; 7] = [
     r#"
 fluid.viscosity = 1
 model.tolerance = 1e-3
@@ -115,6 +115,19 @@ mean = 9
 amplitude = 2
 phase = 0.5
 order = 2
+"#,
+    r#"
+[domain]
+kind = "surface"
+file = "tests/all/tetrahedron.obj"
+scale = 100
+[[bodies]]
+name = "part"
+shape = "surface"
+file = "tests/all/tetrahedron.obj"
+scale = 1
+centre = [1, 1, 1]
+position = [50, 50, 50]
 "#,
 ];
 
