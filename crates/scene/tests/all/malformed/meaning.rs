@@ -38,7 +38,7 @@ pub const CASES: &[(&str, &str, &[&str])] = &[
     (
         "radius = 1\nposition = [0",
         "shape = \"surface\"\nfile = \"no/such.stl\"\nposition = [0",
-        &["scene.toml:15", "bodies[1].file is refused: no/such.stl"],
+        &["scene.toml:16", "bodies[1].file is refused: no/such.stl"],
     ),
     (
         "radius = 1\nposition = [0",
