@@ -4,6 +4,7 @@
 mod build;
 mod delaunay;
 mod error;
+mod file_location;
 mod generate;
 mod io;
 mod jacobian;
@@ -19,7 +20,8 @@ mod tet_mesh;
 mod topology;
 mod validity;
 
-pub use error::{FileLocation, MeshError};
+pub use error::MeshError;
+pub use file_location::FileLocation;
 pub use generate::{
     Container, GenerateParams, Generated, MeshedBody, MovedBody, SizeMap, StageSeconds, clearance,
     generate, generate_sized, remesh,

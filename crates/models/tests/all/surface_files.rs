@@ -32,7 +32,7 @@ fn ellipsoid(semi_axes: [f64; 3], n: usize, by: Vec3) -> SurfaceMesh {
         }
     }
     for p in &mut mesh.points {
-        *p = p.component_mul(&semi_axes.into()) + by;
+        *p = p.component_mul(&Vec3::from(semi_axes)) + by;
     }
     mesh
 }

@@ -1,6 +1,8 @@
 //! The keys of a scene file: their names, kinds of values, defaults and meanings.
 
 mod key;
+mod of_bodies;
+mod of_gait;
 mod path;
 mod table;
 

@@ -2,13 +2,19 @@
 
 use super::key::KeyDefault::{self, Described, Value};
 use super::key::{Key, Kind};
+use super::of_bodies::OF_BODIES;
+use super::of_gait::OF_GAIT;
 use crate::words::{
-    AcceptKind, ArmsKind, BackgroundKind, DomainKind, DriveKind, EstimatesKind, FormulationKind,
-    GaitKind, GeometryKind, InterpolationKind, JointKind, MeshMotionKind, MirrorKind, ModelKind,
-    ShapeKind, SolverKind, SurfaceKind,
+    AcceptKind, BackgroundKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind,
+    MeshMotionKind, MirrorKind, ModelKind, SolverKind, SurfaceKind,
 };
 
-const fn key(path: &'static str, kind: Kind, default: KeyDefault, meaning: &'static str) -> Key {
+pub(super) const fn key(
+    path: &'static str,
+    kind: Kind,
+    default: KeyDefault,
+    meaning: &'static str,
+) -> Key {
     Key {
         path,
         kind,
@@ -18,7 +24,30 @@ const fn key(path: &'static str, kind: Kind, default: KeyDefault, meaning: &'sta
 }
 
 /// All keys of a scene file, in the order in which scenes are written.
-pub const KEYS: &[Key] = &[
+pub const KEYS: &[Key] = &all();
+
+/// The groups, in order.
+const GROUPS: [&[Key]; 4] = [OF_FLUID, OF_BODIES, OF_GAIT, OTHERS];
+
+const COUNT: usize = OF_FLUID.len() + OF_BODIES.len() + OF_GAIT.len() + OTHERS.len();
+
+/// The keys of all groups in one array.
+const fn all() -> [Key; COUNT] {
+    let mut keys = [OF_FLUID[0]; COUNT];
+    let (mut k, mut group) = (0, 0);
+    while group < GROUPS.len() {
+        let mut number = 0;
+        while number < GROUPS[group].len() {
+            keys[k] = GROUPS[group][number];
+            (k, number) = (k + 1, number + 1);
+        }
+        group += 1;
+    }
+    keys
+}
+
+/// Keys of the groups `gravity`, `fluid`, `domain` and `background`.
+const OF_FLUID: &[Key] = &[
     key(
         "gravity",
         Kind::Vector,
@@ -103,345 +132,10 @@ pub const KEYS: &[Key] = &[
         "rows of the gradient `G` of the velocity `u_i = sum_j G_ij x_j`; its trace is zero, and \
          for `extension` it is symmetric",
     ),
-    key(
-        "bodies[].name",
-        Kind::Text,
-        Described("required"),
-        "name of the body, unique",
-    ),
-    key(
-        "bodies[].shape",
-        Kind::Word(ShapeKind::WORDS),
-        Value("sphere"),
-        "shape; surface: a closed surface in a file of its own; file: the part of the mesh's \
-         boundary named by `surface`, as it is; point: a massless joint without a surface",
-    ),
-    key(
-        "bodies[].radius",
-        Kind::Positive,
-        Described("required unless the shape is ellipsoid, surface, file or point"),
-        "radius; of a spheroid: of its equator; of a capsule: of its cylinder; of a disk: to its \
-         outer edge; of a torus or a helix: of the middle of the tube about the axis",
-    ),
-    key(
-        "bodies[].semi_axes",
-        Kind::PositiveVector,
-        Described("required for ellipsoid"),
-        "semi-axes of an ellipsoid along x, y and z, before it is turned by `orientation`",
-    ),
-    key(
-        "bodies[].half_length",
-        Kind::Positive,
-        Described("required for spheroid, capsule and disk"),
-        "half of the length along the axis of revolution: of a capsule with its round ends, of a \
-         disk half of its thickness",
-    ),
-    key(
-        "bodies[].tube_radius",
-        Kind::Positive,
-        Described("required for torus and helix"),
-        "radius of the tube",
-    ),
-    key(
-        "bodies[].pitch",
-        Kind::Number,
-        Described("required for helix"),
-        "length of a helix along its axis per turn: positive if right-handed, negative if \
-         left-handed",
-    ),
-    key(
-        "bodies[].turns",
-        Kind::Positive,
-        Described("required for helix"),
-        "number of turns of a helix, at most 1000; its ends are round",
-    ),
-    key(
-        "bodies[].file",
-        Kind::Text,
-        Described("required for surface"),
-        "STL, OBJ or Gmsh file of a closed surface, oriented outwards; a relative path starts at \
-         the folder of the scene file",
-    ),
-    key(
-        "bodies[].surface_kind",
-        Kind::Word(SurfaceKind::WORDS),
-        Described("`smooth`, for a surface"),
-        "smooth: curved through the vertices of the triangles, with edges of more than 40 degrees \
-         between their normals kept sharp; faceted: flat triangles",
-    ),
-    key(
-        "bodies[].scale",
-        Kind::Positive,
-        Described("1, for a surface"),
-        "length of the scene per length of the file",
-    ),
-    key(
-        "bodies[].centre",
-        Kind::Vector,
-        Described("centroid of the volume"),
-        "point of a surface that is at `position` and about which it turns, in coordinates of the \
-         file",
-    ),
-    key(
-        "bodies[].axis",
-        Kind::Vector,
-        Value("[1, 0, 0]"),
-        "direction of the axis of a spheroid, capsule, disk or torus in the initial configuration",
-    ),
-    key(
-        "bodies[].orientation",
-        Kind::Vector,
-        Value("[0, 0, 0]"),
-        "rotation vector in radians that turns a body whose axis is x into its initial \
-         orientation: [0, 0, 1.5707963] makes it y; the body turns with the flow from there",
-    ),
-    key(
-        "bodies[].position",
-        Kind::Vector,
-        Described("required; of `shape = \"file\"` the centroid of its volume"),
-        "centre in the initial configuration",
-    ),
-    key(
-        "bodies[].surface",
-        Kind::Text,
-        Described("required for `domain.kind = \"mesh\"`"),
-        "name of the body's part of the mesh's boundary",
-    ),
-    key(
-        "bodies[].force",
-        Kind::Vector,
-        Value("[0, 0, 0]"),
-        "external force",
-    ),
-    key(
-        "bodies[].torque",
-        Kind::Vector,
-        Value("[0, 0, 0]"),
-        "external torque about the centre",
-    ),
-    key(
-        "bodies[].fixed",
-        Kind::Flag,
-        Value("false"),
-        "whether the body is an obstacle at rest, which has no links and no loads",
-    ),
-    key(
-        "bodies[].density",
-        Kind::NonNegative,
-        Described("that of the fluid: no weight"),
-        "density; with `gravity` g the force (density - fluid.density) volume g acts on the centre \
-         of the body, beside `force`; it has no inertia",
-    ),
-    key(
-        "bodies[].slip.b1",
-        Kind::Number,
-        Value("0"),
-        "first mode of the tangential velocity `-(b1 + b2 n·k) (I - n n^T) k` of the surface, with \
-         the outward normal n and the unit vector k along `axis`: on a sphere `b1 sin θ`",
-    ),
-    key(
-        "bodies[].slip.b2",
-        Kind::Number,
-        Value("0"),
-        "second mode: on a sphere `b2 sin θ cos θ`; positive for pullers, negative for pushers",
-    ),
-    key(
-        "bodies[].slip.axis",
-        Kind::Vector,
-        Value("[1, 0, 0]"),
-        "direction of the axis k in the initial configuration; it turns with the body",
-    ),
-    key(
-        "bodies[].mass",
-        Kind::NonNegative,
-        Value("0"),
-        "mass; without masses there is no inertia. With gravity it also has the weight of the mass minus \
-         that of the displaced fluid",
-    ),
-    key(
-        "bodies[].inertia",
-        Kind::NonNegative,
-        Value("0"),
-        "moment of inertia about the centre; for zero that of a homogeneous body of the mass",
-    ),
-    key(
-        "links[].name",
-        Kind::Text,
-        Described("required"),
-        "name of the link, unique",
-    ),
-    key(
-        "links[].body",
-        Kind::Text,
-        Described("required"),
-        "body that the link moves relative to the body `to`",
-    ),
-    key(
-        "links[].to",
-        Kind::Text,
-        Described("required"),
-        "body that it is linked to",
-    ),
-    key(
-        "links[].joint",
-        Kind::Word(JointKind::WORDS),
-        Value("slide"),
-        "relative motion of the two bodies: along the line of their centres (slide), about an axis \
-         (hinge, rotor), about a point (ball), about and along an axis (screw), or none (fixed); \
-         the value of a slide is the distance of the centres, that of the others the angle in \
-         radians from the pose of the file, counterclockwise about the axis for `body`",
-    ),
-    key(
-        "links[].axis",
-        Kind::Vector,
-        Described("required for hinges; from `to` to `body` for rotors and screws"),
-        "direction of the axis in the pose of the file",
-    ),
-    key(
-        "links[].pivot",
-        Kind::Vector,
-        Described("centre of `to` for hinges and balls, of `body` for rotors and screws"),
-        "point of the axis, or centre of a ball, in the pose of the file",
-    ),
-    key(
-        "links[].pitch",
-        Kind::Number,
-        Described("required for screws"),
-        "translation along the axis per turn",
-    ),
-    key(
-        "links[].drive",
-        Kind::Word(DriveKind::WORDS),
-        Value("prescribed"),
-        "what determines the value of the joint: the gait (prescribed), a spring, a constant force \
-         or nothing (free); balls are always free",
-    ),
-    key(
-        "links[].stiffness",
-        Kind::NonNegative,
-        Described("required for springs"),
-        "force of the spring per change of the value; torque per radian for joints that turn",
-    ),
-    key(
-        "links[].rest",
-        Kind::Number,
-        Described("the value at the start"),
-        "value at which the spring has no force",
-    ),
-    key(
-        "links[].force",
-        Kind::Number,
-        Described("required for the drive `force`"),
-        "force that increases the value; torque for joints that turn",
-    ),
-    key(
-        "links[].damping",
-        Kind::NonNegative,
-        Described("0, if not prescribed"),
-        "force against the motion of the joint, per rate of its value",
-    ),
-    key(
-        "gait.arms",
-        Kind::Word(ArmsKind::WORDS),
-        Value("clamped"),
-        "bodies keep their orientation relative to the frame (clamped), rotate freely on it \
-         (free), or arms keep their direction in the laboratory frame (lab)",
-    ),
-    key(
-        "gait.cycles",
-        Kind::Count,
-        Value("1"),
-        "number of times that the phases are repeated",
-    ),
-    key(
-        "gait.periodic",
-        Kind::Flag,
-        Value("false"),
-        "whether passive joints start from the values of the periodic state, which are searched \
-         first; otherwise they start from the pose of the file",
-    ),
-    key(
-        "gait.phases[].link",
-        Kind::Text,
-        Described("none: all joints are at rest"),
-        "link whose value changes",
-    ),
-    key(
-        "gait.phases[].length",
-        Kind::Number,
-        Described("required with `link`"),
-        "value of the link at the end of the phase: length of a slide, angle of other joints",
-    ),
-    key(
-        "gait.phases[].targets",
-        Kind::NumbersByName,
-        Described("none; instead of `link` and `length`"),
-        "values of several links at the end of the phase, by name; they change at the same time",
-    ),
-    key(
-        "gait.phases[].duration",
-        Kind::Positive,
-        Value("1"),
-        "duration of the phase",
-    ),
-    key(
-        "gait.kind",
-        Kind::Word(GaitKind::WORDS),
-        Described("what is given"),
-        "phases with constant rates, smooth oscillations of several links at once, or a table of \
-         times and values",
-    ),
-    key(
-        "gait.file",
-        Kind::Text,
-        Described("required for a table"),
-        "file of comma-separated values beside the scene file: a line with the names `time` and \
-         links, then lines of numbers; the bodies start at the values of the first one",
-    ),
-    key(
-        "gait.interpolation",
-        Kind::Word(InterpolationKind::WORDS),
-        Described("`cubic`, for a table"),
-        "between the rows of the table: a spline with two continuous derivatives, periodic if the \
-         last row has the values of the first one, or constant rates",
-    ),
-    key(
-        "gait.period",
-        Kind::Positive,
-        Described("required with `harmonics`"),
-        "period of the oscillations, one cycle",
-    ),
-    key(
-        "gait.harmonics[].link",
-        Kind::Text,
-        Described("required"),
-        "link with the value mean + amplitude sin(2 pi order t / period + phase); several entries \
-         for one link are summed",
-    ),
-    key(
-        "gait.harmonics[].mean",
-        Kind::Number,
-        Described("that for which the bodies start at their positions"),
-        "mean value of the link; the bodies then start at the values of `t = 0`",
-    ),
-    key(
-        "gait.harmonics[].amplitude",
-        Kind::Positive,
-        Described("required"),
-        "amplitude of the term",
-    ),
-    key(
-        "gait.harmonics[].phase",
-        Kind::NonNegative,
-        Value("0"),
-        "phase angle of the term, in radians",
-    ),
-    key(
-        "gait.harmonics[].order",
-        Kind::Count,
-        Value("1"),
-        "number of oscillations in a period",
-    ),
+];
+
+/// Keys of the groups `model` and `fem`.
+const OTHERS: &[Key] = &[
     key(
         "model.kind",
         Kind::Word(ModelKind::WORDS),

@@ -188,15 +188,15 @@ fn shapes_survive_writing_and_reading() {
         },
     ];
     let mut builder = Scene::builder();
-    for (k, shape) in shapes.clone().into_iter().enumerate() {
-        builder = builder.shaped(&format!("b{k}"), shape, [10.0 * k as f64, 0.0, 0.0]);
+    for (k, shape) in shapes.iter().enumerate() {
+        builder = builder.shaped(&format!("b{k}"), shape.clone(), [10.0 * k as f64, 0.0, 0.0]);
     }
     let scene = builder.build().unwrap();
     let text = scene.to_toml().unwrap();
     let again = Scene::parse(&text).unwrap();
-    for ((body, read), shape) in scene.bodies().iter().zip(again.bodies()).zip(shapes) {
-        assert_eq!(body.shape, shape);
-        assert_eq!(read.shape, shape);
+    for ((body, read), shape) in scene.bodies().iter().zip(again.bodies()).zip(&shapes) {
+        assert_eq!(body.shape, *shape);
+        assert_eq!(read.shape, *shape);
     }
     let turned = Scene::parse(
         r#"bodies = [{ name = "c", shape = "capsule", radius = 1, half_length = 2,

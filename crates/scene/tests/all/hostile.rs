@@ -4,7 +4,7 @@ use scene::keys::{KEYS, Kind, find};
 use scene::{Domain, FemOptions, Gait, Phase, Scene, Shape, closest_contact, legs};
 
 /// Every key with numbers is in one of these scenes, on a line of its own.
-const SCENES: [&str; 7] = [
+const SCENES: [&str; 8] = [
     r#"
 fluid.viscosity = 1
 model.tolerance = 1e-3
@@ -147,6 +147,19 @@ body = "tail"
 to = "right"
 drive = "force"
 force = 1
+"#,
+    r#"
+[domain]
+kind = "surface"
+file = "tests/all/tetrahedron.obj"
+scale = 100
+[[bodies]]
+name = "part"
+shape = "surface"
+file = "tests/all/tetrahedron.obj"
+scale = 1
+centre = [1, 1, 1]
+position = [50, 50, 50]
 "#,
 ];
 

@@ -10,3 +10,4 @@ mod gaits;
 mod hostile;
 mod malformed;
 mod overrides;
+mod surfaces;

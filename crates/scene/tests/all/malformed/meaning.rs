@@ -26,6 +26,60 @@ pub const CASES: &[(&str, &str, &[&str])] = &[
         "shape = \"cube\"\nradius = 1\nposition = [-10",
         &["bodies[0].shape cannot be \"cube\""],
     ),
+    // Surfaces from files.
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"surface\"\nposition = [0",
+        &[
+            "scene.toml:13",
+            "bodies[1].file is missing: give the STL, OBJ or Gmsh file",
+        ],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"surface\"\nfile = \"no/such.stl\"\nposition = [0",
+        &["scene.toml:16", "bodies[1].file is refused: no/such.stl"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"surface\"\nfile = \"Cargo.toml\"\nposition = [0",
+        &["Cargo.toml: unknown file extension; use .stl, .obj or .msh"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"surface\"\nradius = 1\nfile = \"part.stl\"\nposition = [0",
+        &["bodies[1].radius belongs to shape = \"sphere\""],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "radius = 1\nscale = 2\nposition = [0",
+        &["bodies[1].scale belongs to shape = \"surface\""],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"surface\"\nscale = 0\nposition = [0",
+        &["bodies[1].scale must be a number greater than zero"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"surface\"\nsurface_kind = \"smoth\"\nposition = [0",
+        &["did you mean \"smooth\"?"],
+    ),
+    (
+        "radius = 1\nposition = [0",
+        "shape = \"file\"\nsurface = \"part\"\nposition = [0",
+        &["bodies[1].shape \"file\" is a part of the boundary of a mesh"],
+    ),
+    (
+        "kind = \"ball\"\nradius = 40",
+        "kind = \"surface\"",
+        &["domain.file is missing"],
+    ),
+    (
+        "kind = \"ball\"\nradius = 40",
+        "kind = \"ball\"\nradius = 40\nscale = 2",
+        &["scene.toml:7", "domain.scale belongs to kind = \"surface\""],
+    ),
     // Missing things.
     (
         "radius = 1\nposition = [0",

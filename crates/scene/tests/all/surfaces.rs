@@ -1,0 +1,109 @@
+//! Bodies and domains whose surfaces are in files.
+
+use std::path::Path;
+
+use mesh::{Surface, SurfaceMesh};
+use scene::{Domain, Scene, Shape, closest_contact};
+
+/// A tetrahedron with corners at the origin and on the axes, in OBJ; its centroid is at 1/4 of each.
+const TETRAHEDRON: &str =
+    "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+fn scene(folder: &Path, keys: &str) -> Result<Scene, scene::SceneError> {
+    let path = folder.join("scene.toml");
+    let text = format!(
+        "domain = {{ kind = \"ball\", radius = 40 }}\n\
+         bodies = [{{ name = \"a\", shape = \"surface\", surface_kind = \"faceted\", {keys} }}]"
+    );
+    std::fs::write(&path, text).unwrap();
+    Scene::read(&path, &[])
+}
+
+#[test]
+fn the_file_is_found_beside_the_scene_and_its_centroid_is_the_centre() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("part.obj"), TETRAHEDRON).unwrap();
+    let scene = |keys: &str| scene(folder.path(), keys).unwrap_or_else(|e| panic!("{e}"));
+    let read = scene("file = \"part.obj\", position = [5, 6, 7], scale = 0.5");
+    let Shape::Surface { shape, .. } = &read.bodies()[0].shape else {
+        panic!("not a surface");
+    };
+    assert!((shape.surface.volume() - 32.0 / 3.0 / 8.0).abs() < 1e-12);
+    assert!(shape.surface.centroid().norm() < 1e-12);
+    assert!((shape.centre.amax() - 1.0).abs() < 1e-12 && (shape.centre.amin() - 1.0).abs() < 1e-12);
+    // The farthest corner, at (4, 0, 0) in the file.
+    let farthest = 0.5 * (9.0_f64 + 1.0 + 1.0).sqrt();
+    assert!((read.bodies()[0].bounding_radius() - farthest).abs() < 1e-12);
+    // Keys are written out and read back.
+    let text = read.to_toml().unwrap();
+    assert!(
+        text.contains("centre = [") && text.contains("surface_kind = \"faceted\""),
+        "{text}"
+    );
+    assert_eq!(Scene::parse(&text).unwrap().bodies(), read.bodies());
+
+    let at_origin = scene("file = \"part.obj\", position = [5, 6, 7], centre = [0, 0, 0]");
+    let Shape::Surface { shape, .. } = &at_origin.bodies()[0].shape else {
+        panic!("not a surface");
+    };
+    assert!((shape.surface.centroid().x - 1.0).abs() < 1e-12);
+    assert!((at_origin.bodies()[0].bounding_radius() - 4.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_bad_surface_is_refused_with_its_triangle_and_the_line_of_its_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let open = TETRAHEDRON.replace("f 2 3 4\n", "");
+    std::fs::write(folder.path().join("open.obj"), open).unwrap();
+    let error = scene(folder.path(), "file = \"open.obj\", position = [0, 0, 0]").unwrap_err();
+    let text = error.to_string();
+    for part in [
+        "scene.toml:2: bodies[0].file is refused",
+        "open.obj: triangle 1 near (2.000000, 2.000000, 0.000000)",
+        "close the hole",
+    ] {
+        assert!(text.contains(part), "{text}");
+    }
+    assert!(!text.contains('\n'), "{text}");
+}
+
+/// Gaps between surfaces are those of their convex hulls, gaps to a domain from a file those of the
+/// closest points.
+#[test]
+fn gaps_of_surfaces() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("part.obj"), TETRAHEDRON).unwrap();
+    let cube = SurfaceMesh::parse(
+        "cube",
+        b"v -9 -9 -9\nv 9 -9 -9\nv 9 9 -9\nv -9 9 -9\nv -9 -9 9\nv 9 -9 9\nv 9 9 9\nv -9 9 9\n\
+          f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 1 5 8 4\n",
+        mesh::SurfaceFormat::Obj,
+    );
+    std::fs::write(folder.path().join("cube.stl"), cube.unwrap().to_stl()).unwrap();
+    let path = folder.path().join("scene.toml");
+    let read = |x: f64| {
+        let text = format!(
+            "domain = {{ kind = \"surface\", file = \"cube.stl\", surface_kind = \"faceted\" }}\n\
+             bodies = [\n\
+             {{ name = \"part\", shape = \"surface\", file = \"part.obj\", centre = [0, 0, 0], \
+             surface_kind = \"faceted\", position = [{x}, -2, -2] }},\n\
+             {{ name = \"ball\", radius = 1, position = [{}, -1, -1] }}]",
+            x - 1.5
+        );
+        std::fs::write(&path, text).unwrap();
+        Scene::read(&path, &[])
+    };
+    let scene = read(0.0).unwrap_or_else(|error| panic!("{error}"));
+    assert!(matches!(scene.domain(), Domain::Surface(_)));
+    let poses = (scene.articulation())
+        .place(&scene.initial_state(), &[])
+        .unwrap();
+    let contact = closest_contact(scene.bodies(), scene.domain(), &poses).unwrap();
+    // From the ball to the face x = 0 of the part.
+    assert!((contact.gap - 0.5).abs() < 1e-8, "{contact:?}");
+    let to_wall = scene.domain().clearance(&scene.bodies()[0], &poses[0]);
+    // The corner (4, 0, 0) is 5 away from the wall x = 9, the face x = 0 is 9 away from the other.
+    assert!((to_wall - 5.0).abs() < 1e-9, "{to_wall}");
+    let error = read(5.5).unwrap_err().to_string();
+    assert!(error.contains("'part' is outside the domain"), "{error}");
+}
