@@ -2,13 +2,13 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{Isometry3, Matrix6, Vector3};
+use nalgebra::{Isometry3, Matrix6, UnitQuaternion, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, ExternalLoad, State, StateVelocity};
 
 use crate::error::ModelError;
 use crate::hydrodynamics::{BodyInertia, Configuration};
 use crate::units::Scale;
-use scene::Scene;
+use scene::{Body, Scene};
 
 /// Bodies, links and loads of a scene in scaled units.
 pub(crate) struct ScaledScene {
@@ -52,6 +52,15 @@ impl ScaledScene {
                 .map(|b| scale.load(b.total_force(), b.torque))
                 .collect(),
         })
+    }
+
+    /// Enters the external loads of the scene, turned into another frame.
+    pub fn turn_loads(&mut self, rotation: &UnitQuaternion<f64>) {
+        let load = |body: &Body| {
+            let (force, torque) = (body.total_force(), body.torque);
+            self.scale.load(rotation * force, rotation * torque)
+        };
+        self.loads = self.scene.bodies().iter().map(load).collect();
     }
 
     /// Poses of all bodies in a configuration.

@@ -1,6 +1,6 @@
 //! Slip of the bodies and background flow in one configuration, in scaled units.
 
-use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Point3, Vector3};
 use rigid::BodyKind;
 use scene::{Background, Slip};
 
@@ -12,6 +12,8 @@ pub(crate) struct SurfaceMotion {
     /// Slip of each body with a surface, with the axis at its pose.
     slips: Vec<Option<Slip>>,
     background: Option<Background>,
+    /// Map to the frame in which the background flow is given.
+    to_laboratory: Isometry3<f64>,
 }
 
 /// Effect of surface velocities on bodies with the grand resistance `R`: `F = R (U - U_0)`.
@@ -66,7 +68,19 @@ impl SurfaceMotion {
                 .map(|((body, pose), _)| body.slip.map(|slip| at_pose((slip, pose))))
                 .collect(),
             background: scale.background(scene),
+            to_laboratory: Isometry3::identity(),
         })
+    }
+
+    /// The motion in a frame with this map to the laboratory frame.
+    ///
+    /// The poses of the bodies are those in the frame.
+    #[must_use]
+    pub fn in_frame(self, to_laboratory: Option<Isometry3<f64>>) -> Self {
+        Self {
+            to_laboratory: to_laboratory.unwrap_or(self.to_laboratory),
+            ..self
+        }
     }
 
     /// Slip of a body with a surface where its outward unit normal is `normal`.
@@ -82,7 +96,10 @@ impl SurfaceMotion {
 
     /// Velocity of the background flow.
     pub fn background(&self, x: &Vector3<f64>) -> Vector3<f64> {
-        let velocity = |flow: &Background| flow.velocity(x);
+        let velocity = |flow: &Background| {
+            let velocity = flow.velocity(&(self.to_laboratory * Point3::from(*x)).coords);
+            self.to_laboratory.rotation.inverse() * velocity
+        };
         self.background
             .as_ref()
             .map_or_else(Vector3::zeros, velocity)
@@ -90,7 +107,11 @@ impl SurfaceMotion {
 
     /// Gradient of the background flow.
     pub fn background_gradient(&self, x: &Vector3<f64>) -> Matrix3<f64> {
-        let gradient = |flow: &Background| flow.gradient(x);
+        let gradient = |flow: &Background| {
+            let rotation = self.to_laboratory.rotation.to_rotation_matrix();
+            let gradient = flow.gradient(&(self.to_laboratory * Point3::from(*x)).coords);
+            rotation.matrix().transpose() * gradient * rotation.matrix()
+        };
         self.background
             .as_ref()
             .map_or_else(Matrix3::zeros, gradient)
@@ -98,13 +119,14 @@ impl SurfaceMotion {
 
     /// Laplacian of the background flow, the gradient of its pressure.
     pub fn background_laplacian(&self) -> Vector3<f64> {
-        let laplacian = Background::pressure_gradient;
+        let laplacian =
+            |flow: &Background| self.to_laboratory.rotation.inverse() * flow.pressure_gradient();
         self.background
             .as_ref()
             .map_or_else(Vector3::zeros, laplacian)
     }
 
-    /// Pressure of the background flow, zero at the origin.
+    /// Pressure of the background flow, zero at the origin of the frame.
     pub fn background_pressure(&self, x: &Vector3<f64>) -> f64 {
         self.background_laplacian().dot(x)
     }

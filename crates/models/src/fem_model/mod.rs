@@ -5,9 +5,11 @@ mod body_flows;
 mod cylinder;
 mod element_size;
 mod far_field;
+mod last_solution;
 mod mesh_file;
 mod mesh_generator;
 mod meshes;
+mod moving_frame;
 mod options;
 mod reference_mesh;
 mod scene_solution;
@@ -15,13 +17,15 @@ mod scene_solution;
 use std::time::Instant as Clock;
 
 use mesh::{NamedSurface, Surface, TetMesh};
-use nalgebra::{DMatrix, Isometry3, Vector3};
-use rigid::{Constrained, Constraints, Drive, ExternalLoad, FlowSolution, Formulation};
+use nalgebra::{DMatrix, Isometry3};
+use rigid::{Constrained, Constraints, Drive, ExternalLoad, Formulation};
 use scene::{EstimatesKind, FemOptions, Scene};
-use stokes::{Dofs, Estimate, InitialGuesses, Problem};
+use stokes::{Dofs, InitialGuesses, Problem};
 
 use self::body_flows::BodyFlows;
+use self::last_solution::Last;
 use self::meshes::{Meshes, PlacedMesh};
+use self::moving_frame::MovingFrame;
 use self::options::options;
 use self::scene_solution::ToScene;
 use crate::error::ModelError;
@@ -41,17 +45,6 @@ pub struct FemModel {
     /// previous leg, in which another link moves.
     guesses: InitialGuesses,
     last: Option<Last>,
-}
-
-/// The last solution, in scaled units.
-struct Last {
-    mesh: TetMesh,
-    poses: Vec<Isometry3<f64>>,
-    flow: FlowSolution,
-    /// Motion of the surfaces; `flow` is the disturbance of the background flow.
-    motion: Option<SurfaceMotion>,
-    /// Its error estimate, until it is used to adapt the mesh.
-    estimate: Option<Estimate>,
 }
 
 /// Number of solutions kept as initial guesses, at 8 bytes per degree of freedom each.
@@ -193,7 +186,15 @@ impl FemModel {
     /// Solutions on the current mesh: one assembly and one preconditioner for all rates.
     fn solve_rates(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         let clock = Clock::now();
-        let configuration = query.configuration;
+        let frame = MovingFrame::of(&self.scaled.scene, query.configuration.state);
+        let state = frame.map(|frame| frame.state(query.configuration.state));
+        let configuration = Configuration {
+            state: state.as_ref().unwrap_or(query.configuration.state),
+            ..query.configuration
+        };
+        if let Some(frame) = &frame {
+            self.scaled.turn_loads(&frame.rotation().inverse());
+        }
         if query.rates.is_empty() {
             return Ok(Vec::new());
         }
@@ -221,8 +222,9 @@ impl FemModel {
         let surplus = self.meshes.surplus_space().filter(|_| estimates);
         let surfaces = self.meshes.boundary_surfaces(&poses);
         let mut problem = self.problem(&mesh, &poses, &surfaces)?.with_space(space);
+        let to_laboratory = frame.map(|frame| frame.to_laboratory(self.scaled.scale.length(1.0)));
         let flows = SurfaceMotion::new(&self.scaled, &poses).map(|motion| BodyFlows {
-            motion,
+            motion: motion.in_frame(to_laboratory),
             surfaces: &surfaces,
         });
         if let Some(flows) = &flows {
@@ -261,6 +263,9 @@ impl FemModel {
         for mut solved in solved {
             let mut solution = converter.answer(&mut solved)?;
             solution.remeshed = remeshed.take();
+            if let Some(frame) = &frame {
+                solution.rotate(&frame.rotation());
+            }
             solutions.push(solution);
             last = Some((solved.flow, solved.estimate));
         }
@@ -268,6 +273,7 @@ impl FemModel {
             mesh,
             poses,
             motion: flows.map(|flows| flows.motion),
+            frame,
             flow,
             estimate,
         });
@@ -382,34 +388,6 @@ impl Hydrodynamics for FemModel {
     }
 
     fn last_flow(&self) -> Option<FlowField> {
-        let Last {
-            mesh, flow, motion, ..
-        } = self.last.as_ref()?;
-        let background = |node: usize| {
-            let of_node = |motion: &SurfaceMotion| motion.background(&mesh.points()[node]);
-            motion.as_ref().map_or_else(Vector3::zeros, of_node)
-        };
-        let background_pressure = |node: usize| {
-            let of_node = |motion: &SurfaceMotion| motion.background_pressure(&mesh.points()[node]);
-            motion.as_ref().map_or(0.0, of_node)
-        };
-        let scale = &self.scaled.scale;
-        // A mesh that ends at symmetry planes is unfolded to the whole domain.
-        let whole = scale.mesh_to_scene(mesh).ok()?.unfolded().ok()?;
-        let velocity = whole.sources.iter().map(|(node, signs)| {
-            let node = *node as usize;
-            let velocity = flow.velocity[node] + background(node);
-            scale.velocity_to_scene(velocity.component_mul(signs))
-        });
-        let of_vertices = whole.sources.iter().take(whole.mesh.n_vertices());
-        let pressure = of_vertices.map(|(vertex, _)| {
-            let vertex = *vertex as usize;
-            flow.pressure[vertex] + background_pressure(vertex)
-        });
-        Some(FlowField {
-            velocity: velocity.collect(),
-            pressure: pressure.map(|p| scale.pressure_to_scene(p)).collect(),
-            mesh: whole.mesh,
-        })
+        self.last.as_ref()?.flow_field(&self.scaled.scale)
     }
 }
