@@ -43,7 +43,10 @@ pub const CASES: &[(&str, &str, &[&str])] = &[
     (
         "radius = 40",
         "temperature = 3\nradius = 40",
-        &["scene.toml:6", "domain has kind, radius, size, file, surface_kind, scale, walls"],
+        &[
+            "scene.toml:6",
+            "domain has kind, radius, size, file, surface_kind, scale, walls",
+        ],
     ),
     (
         "[fem]",
