@@ -1,5 +1,6 @@
 //! The keys of a scene file: their names, kinds of values, defaults and meanings.
 
+mod flows;
 mod key;
 mod path;
 mod table;

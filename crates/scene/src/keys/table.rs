@@ -1,13 +1,19 @@
 //! The table of all keys.
 
+use super::flows;
 use super::key::KeyDefault::{self, Described, Value};
 use super::key::{Key, Kind};
 use crate::words::{
-    AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FormulationKind, GaitKind,
-    GeometryKind, InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind,
+    AcceptKind, ArmsKind, DomainKind, EstimatesKind, FormulationKind, GaitKind, GeometryKind,
+    InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind,
 };
 
-const fn key(path: &'static str, kind: Kind, default: KeyDefault, meaning: &'static str) -> Key {
+pub(super) const fn key(
+    path: &'static str,
+    kind: Kind,
+    default: KeyDefault,
+    meaning: &'static str,
+) -> Key {
     Key {
         path,
         kind,
@@ -18,24 +24,14 @@ const fn key(path: &'static str, kind: Kind, default: KeyDefault, meaning: &'sta
 
 /// All keys of a scene file, in the order in which scenes are written.
 pub const KEYS: &[Key] = &[
-    key(
-        "gravity",
-        Kind::Vector,
-        Value("[0, 0, 0]"),
-        "acceleration of gravity, which acts on bodies with a density",
-    ),
+    flows::GRAVITY,
     key(
         "fluid.viscosity",
         Kind::Positive,
         Value("1"),
         "dynamic viscosity",
     ),
-    key(
-        "fluid.density",
-        Kind::NonNegative,
-        Value("0"),
-        "density of the fluid, for the buoyancy of bodies with a density",
-    ),
+    flows::FLUID_DENSITY,
     key(
         "domain.kind",
         Kind::Word(DomainKind::WORDS),
@@ -68,27 +64,9 @@ pub const KEYS: &[Key] = &[
         Described("required for mesh"),
         "names of the parts of the mesh's boundary that are walls",
     ),
-    key(
-        "background.kind",
-        Kind::Word(BackgroundKind::WORDS),
-        Described("required in `[background]`"),
-        "flow in the absence of the bodies; in unbounded fluid it is the flow far away, in a \
-         container the walls move with it; `poiseuille` needs the domain cylinder, whose wall is \
-         at rest",
-    ),
-    key(
-        "background.velocity",
-        Kind::Vector,
-        Described("required for uniform and poiseuille"),
-        "velocity; of `poiseuille`: on the axis of the tube and along it, twice the mean",
-    ),
-    key(
-        "background.gradient",
-        Kind::Matrix,
-        Described("required for shear and extension"),
-        "rows of the gradient `G` of the velocity `u_i = sum_j G_ij x_j`; its trace is zero, and \
-         for `extension` it is symmetric",
-    ),
+    flows::BACKGROUND_KIND,
+    flows::BACKGROUND_VELOCITY,
+    flows::BACKGROUND_GRADIENT,
     key(
         "bodies[].name",
         Kind::Text,
@@ -183,32 +161,10 @@ pub const KEYS: &[Key] = &[
         Value("false"),
         "whether the body is an obstacle at rest, which has no links and no loads",
     ),
-    key(
-        "bodies[].density",
-        Kind::NonNegative,
-        Described("that of the fluid: no weight"),
-        "density; with `gravity` g the force (density - fluid.density) volume g acts on the centre \
-         of the body, beside `force`; it has no inertia",
-    ),
-    key(
-        "bodies[].slip.b1",
-        Kind::Number,
-        Value("0"),
-        "first mode of the tangential velocity `-(b1 + b2 n·k) (I - n n^T) k` of the surface, with \
-         the outward normal n and the unit vector k along `axis`: on a sphere `b1 sin θ`",
-    ),
-    key(
-        "bodies[].slip.b2",
-        Kind::Number,
-        Value("0"),
-        "second mode: on a sphere `b2 sin θ cos θ`; positive for pullers, negative for pushers",
-    ),
-    key(
-        "bodies[].slip.axis",
-        Kind::Vector,
-        Value("[1, 0, 0]"),
-        "direction of the axis k in the initial configuration; it turns with the body",
-    ),
+    flows::BODY_DENSITY,
+    flows::SLIP_B1,
+    flows::SLIP_B2,
+    flows::SLIP_AXIS,
     key(
         "bodies[].mass",
         Kind::NonNegative,

@@ -9,7 +9,7 @@ use swimmer::SwimError;
 use super::text::entry;
 
 /// Names and contents of the example scenes.
-const TEMPLATES: [(&str, &str); 5] = [
+const TEMPLATES: [(&str, &str); 8] = [
     (
         "three-sphere",
         include_str!("../../templates/three-sphere.toml"),
@@ -21,6 +21,9 @@ const TEMPLATES: [(&str, &str); 5] = [
         "tetrahedral",
         include_str!("../../templates/tetrahedral.toml"),
     ),
+    ("squirmer", include_str!("../../templates/squirmer.toml")),
+    ("jeffery", include_str!("../../templates/jeffery.toml")),
+    ("settling", include_str!("../../templates/settling.toml")),
 ];
 
 /// Writes an example scene to a file that must not exist yet.
