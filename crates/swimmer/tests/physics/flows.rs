@@ -55,8 +55,9 @@ fn auto_takes_multipoles_for_spheres_with_slip_and_elements_for_tumbling_spheroi
 #[test]
 fn a_lone_squirmer_swims_straight() {
     let scene = parse(
-        "[[bodies]]\nname = \"s\"\nradius = 2\nposition = [1, 0, 0]\n\
-         slip = { b1 = 1.5, b2 = -4, axis = [0, 1, 0] }\ngait.phases = [{ duration = 3 }]\n",
+        "gait.phases = [{ duration = 3 }]\n\
+         [[bodies]]\nname = \"s\"\nradius = 2\nposition = [1, 0, 0]\n\
+         slip = { b1 = 1.5, b2 = -4, axis = [0, 1, 0] }\n",
     );
     let mut model = choose(&scene).unwrap().model;
     let outcome = simulate(&scene, &mut *model, Method::Collocation, &mut ()).unwrap();
