@@ -3,6 +3,7 @@
 use axisymmetric::{SurfaceMode, SurfaceResistance};
 use nalgebra::{DMatrix, DVector, Vector3};
 
+use crate::axial_resistance::Resistances;
 use crate::error::ModelError;
 use crate::hydrodynamics::Configuration;
 use crate::scaled_scene::ScaledScene;
@@ -26,10 +27,11 @@ impl<'a> AxialSurfaces<'a> {
     pub fn new(
         scaled: &ScaledScene,
         configuration: Configuration,
-        surfaces: &'a SurfaceResistance,
+        resistances: &'a Resistances,
         axis: &'a Vector3<f64>,
     ) -> Result<Option<Self>, ModelError> {
-        let Some(motion) = SurfaceMotion::new(scaled, &scaled.poses(configuration)?) else {
+        let motion = SurfaceMotion::new(scaled, &scaled.poses(configuration)?);
+        let (Some(motion), Some(surfaces)) = (motion, &resistances.surfaces) else {
             return Ok(None);
         };
         let centres = scaled.centres(configuration)?;

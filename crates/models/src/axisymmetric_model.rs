@@ -245,17 +245,11 @@ impl AxisymmetricModel {
         let ScaledScene { scale, set, .. } = &self.scaled;
         let loads = &self.scaled.loads(query.inertia);
         let constraints = (self.scaled).constraints(configuration, rates, query.inertia)?;
-        let surfaces = match &resistances.surfaces {
-            Some(surfaces) => {
-                AxialSurfaces::new(&self.scaled, configuration, surfaces, &self.axis)?
-            }
-            None => None,
-        };
+        let surfaces = AxialSurfaces::new(&self.scaled, configuration, resistances, &self.axis)?;
         let n = self.shapes.len();
         let solve = |of: fn(&AxialResistance) -> DMatrix<f64>| {
             let along = of(axial);
-            let effect = surfaces.as_ref().map(|surfaces| surfaces.effect(&along));
-            let effect = effect.transpose()?;
+            let effect = surfaces.as_ref().map(|s| s.effect(&along)).transpose()?;
             let along = along.view((0, 0), (n, n)).into_owned();
             let matrix = grand_resistance(&self.shapes, &self.axis, &along, spin.map(of).as_ref());
             let solved = MobilitySolution::new(&matrix, set, &constraints, loads, effect.as_ref())?;

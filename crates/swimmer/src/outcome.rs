@@ -101,6 +101,20 @@ impl Outcome {
         }
     }
 
+    /// Largest distance that a point of a surface covers by the rotation of its body.
+    fn longest_arc(&self, scene: &Scene) -> f64 {
+        let turned = |body: usize| -> f64 {
+            let pairs = self.samples.windows(2);
+            let rotations = pairs.map(|pair| [0, 1].map(|k| pair[k].poses[body].rotation));
+            rotations
+                .map(|[before, after]| before.angle_to(&after))
+                .sum()
+        };
+        let arcs = scene.bodies().iter().enumerate();
+        arcs.map(|(number, body)| turned(number) * body.bounding_radius())
+            .fold(0.0, f64::max)
+    }
+
     /// Compares the error bar that a tolerance limits with it, at the end of the gait.
     pub(crate) fn check_tolerance(&mut self, tolerance: f64, model: &dyn Hydrodynamics) {
         let bars = &self.error_estimate;
@@ -108,7 +122,13 @@ impl Outcome {
             true => bars.total(),
             false => error,
         });
-        let allowed = tolerance * self.reference_displacement();
+        let scene = model.scene();
+        let reference = match scene.has_surface_velocity() {
+            // Bodies may tumble in place.
+            true => self.reference_displacement().max(self.longest_arc(scene)),
+            false => self.reference_displacement(),
+        };
+        let allowed = tolerance * reference;
         // Methods without an error estimate do not meet a tolerance.
         self.tolerance_met = self.limited_error.is_some_and(|error| error <= allowed);
     }

@@ -43,7 +43,7 @@ impl MovingFrame {
     }
 
     /// The map from the moving frame to the laboratory frame, with lengths times `factor`.
-    pub fn to_laboratory(&self, factor: f64) -> Isometry3<f64> {
+    pub fn to_laboratory(self, factor: f64) -> Isometry3<f64> {
         let shift = self.position - self.rotation * self.initial;
         Isometry3::from_parts(Translation3::from(shift * factor), self.rotation)
     }

@@ -139,28 +139,28 @@ pub(super) const OF_BODIES: &[Key] = &[
     key(
         "bodies[].slip.b1",
         Kind::Number,
-        Value("0"),
+        Described("0"),
         "first mode of the tangential velocity `-(b1 + b2 n·k) (I - n n^T) k` of the surface, with \
          the outward normal n and the unit vector k along `axis`: on a sphere `b1 sin θ`",
     ),
     key(
         "bodies[].slip.b2",
         Kind::Number,
-        Value("0"),
+        Described("0"),
         "second mode: on a sphere `b2 sin θ cos θ`; positive for pullers, negative for pushers",
     ),
     key(
         "bodies[].slip.axis",
         Kind::Vector,
-        Value("[1, 0, 0]"),
+        Described("[1, 0, 0]"),
         "direction of the axis k in the initial configuration; it turns with the body",
     ),
     key(
         "bodies[].mass",
         Kind::NonNegative,
         Value("0"),
-        "mass; without masses there is no inertia. With gravity it also has the weight of the mass minus \
-         that of the displaced fluid",
+        "mass; without masses there is no inertia. With gravity it also has the weight of the \
+         mass minus that of the displaced fluid",
     ),
     key(
         "bodies[].inertia",

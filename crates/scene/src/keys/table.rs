@@ -51,8 +51,8 @@ const OF_FLUID: &[Key] = &[
     key(
         "gravity",
         Kind::Vector,
-        Value("[0, 0, 0]"),
-        "acceleration of gravity, which acts on bodies with a density",
+        Described("none"),
+        "acceleration of gravity, which acts on bodies with a density or a mass",
     ),
     key(
         "fluid.viscosity",
@@ -63,7 +63,7 @@ const OF_FLUID: &[Key] = &[
     key(
         "fluid.density",
         Kind::NonNegative,
-        Value("0"),
+        Described("0"),
         "density of the fluid, for the buoyancy of bodies with a density",
     ),
     key(

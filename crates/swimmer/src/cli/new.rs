@@ -9,7 +9,7 @@ use swimmer::SwimError;
 use super::text::entry;
 
 /// Names and contents of the example scenes.
-const TEMPLATES: [(&str, &str); 9] = [
+const TEMPLATES: [(&str, &str); 12] = [
     (
         "three-sphere",
         include_str!("../../templates/three-sphere.toml"),
@@ -28,6 +28,9 @@ const TEMPLATES: [(&str, &str); 9] = [
         include_str!("../../templates/elastic-arm.toml"),
     ),
     ("corkscrew", include_str!("../../templates/corkscrew.toml")),
+    ("squirmer", include_str!("../../templates/squirmer.toml")),
+    ("jeffery", include_str!("../../templates/jeffery.toml")),
+    ("settling", include_str!("../../templates/settling.toml")),
 ];
 
 /// Writes an example scene to a file that must not exist yet.

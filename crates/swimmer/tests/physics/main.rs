@@ -11,6 +11,7 @@ mod equivalence;
 mod error_bars;
 mod far_field;
 mod fem_strokes;
+mod flows;
 mod formulations;
 mod frames;
 mod joints;
