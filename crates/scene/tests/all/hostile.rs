@@ -4,7 +4,7 @@ use scene::keys::{KEYS, Kind, find};
 use scene::{Domain, FemOptions, Gait, Phase, Scene, Shape, closest_contact, legs};
 
 /// Every key with numbers is in one of these scenes, on a line of its own.
-const SCENES: [&str; 8] = [
+const SCENES: [&str; 10] = [
     r#"
 fluid.viscosity = 1
 model.tolerance = 1e-3
@@ -149,6 +149,32 @@ drive = "force"
 force = 1
 "#,
     r#"
+gravity = [0, 0, -1]
+[fluid]
+density = 1
+[background]
+kind = "uniform"
+velocity = [1, 0, 0]
+[[bodies]]
+name = "squirmer"
+radius = 1
+density = 2
+position = [1, 0, 0]
+[bodies.slip]
+b1 = 1
+b2 = 2
+axis = [0, 0, 1]
+"#,
+    r#"
+[background]
+kind = "shear"
+gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]]
+[[bodies]]
+name = "a"
+radius = 1
+position = [1, 0, 0]
+"#,
+    r#"
 [domain]
 kind = "surface"
 file = "tests/all/tetrahedron.obj"
@@ -188,6 +214,7 @@ fn changed() -> impl Iterator<Item = (String, usize, &'static str, &'static str)
                 "bodies" | "links" | "gait.phases" | "gait.harmonics" => {
                     format!("{group}[].{name}")
                 }
+                "bodies.slip" => format!("bodies[].slip.{name}"),
                 group => format!("{group}.{name}"),
             };
             let key = find(&path).expect("a key");
@@ -198,6 +225,9 @@ fn changed() -> impl Iterator<Item = (String, usize, &'static str, &'static str)
     lines.flat_map(|(text, number, name, value, path)| {
         BEYOND.into_iter().chain(ODD).map(move |hostile| {
             let value = match value.as_bytes()[0] {
+                b'[' if value.starts_with("[[") => {
+                    format!("[[0, {hostile}, 0], [0, 0, 0], [0, 0, 0]]")
+                }
                 // another component of a vector each time
                 b'[' if hostile.len() % 2 == 0 => format!("[0, 0, {hostile}]"),
                 b'[' => format!("[{hostile}, 0, 0]"),
