@@ -96,9 +96,9 @@ impl AxialResistance {
 ///
 /// The matrix of [`SurfaceResistance::power`] has one row for the velocity of each body, then one
 /// row for each [`SurfaceMode`](crate::SurfaceMode) of each body, body by body. It is the bilinear
-/// form of the power: with the amplitudes `q` the forces on the fluid that are conjugate to them are
-/// the product with `q`, and those of the first rows are the forces of the bodies along the axis.
-/// Viscosity 1.
+/// form of the power: with the amplitudes `q` the forces on the fluid that are conjugate to them
+/// are the product with `q`, and those of the first rows are the forces of the bodies along the
+/// axis. Viscosity 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceResistance {
     power: AxialResistance,
@@ -125,8 +125,8 @@ impl SurfaceResistance {
         &self.power
     }
 
-    /// Powers `∮ u_i · 2 E_j n dS` of modes `i` in the viscous stress of the flows `j`, extension and
-    /// parabola, with the normal out of the body; same rows and columns.
+    /// Powers `∮ u_i · 2 E_j n dS` of modes `i` in the viscous stress of the flows `j`, extension
+    /// and parabola, with the normal out of the body; same rows and columns.
     pub fn powers_in_flows(&self) -> &DMatrix<f64> {
         &self.powers_in_flows
     }

@@ -1,7 +1,7 @@
 //! Velocities of the surfaces of bodies: slip, extension and Poiseuille flow.
 //!
-//! Each mode is a velocity of the surface without swirl, prescribed like the velocity of a body: its
-//! amplitude is one more column of the resistance matrix.
+//! Each mode is a velocity of the surface without swirl, prescribed like the velocity of a body:
+//! its amplitude is one more column of the resistance matrix.
 
 use std::f64::consts::PI;
 
@@ -184,8 +184,8 @@ impl<'a> SurfaceModes<'a> {
 /// 2 ∫ D(u):D(v) = ∫ ∇u:∇v + ∮ (n_j u_i ∂_i v_j - u·n ∂_j v_j) dS
 /// ```
 ///
-/// for divergence-free flows, with the normal `n` out of the fluid. The integrand contains tangential
-/// derivatives of `v` alone, so any extension of `v` from the surface serves.
+/// for divergence-free flows, with the normal `n` out of the fluid. The integrand contains
+/// tangential derivatives of `v` alone, so any extension of `v` from the surface serves.
 pub(crate) fn omitted_powers(body: &Spheroid) -> Matrix4<f64> {
     over_surface(body, |n, u, gradients| {
         // n is out of the body, so that the sign is reversed
@@ -197,8 +197,8 @@ pub(crate) fn omitted_powers(body: &Spheroid) -> Matrix4<f64> {
     })
 }
 
-/// Powers `∮ u_i · 2 E_j n dS` of modes in the viscous stress of the flows that continue modes, with
-/// the normal out of the body.
+/// Powers `∮ u_i · 2 E_j n dS` of modes in the viscous stress of the flows that continue modes,
+/// with the normal out of the body.
 ///
 /// Of the columns, those of the extension and the parabola are flows. Slip is tangential, so their
 /// pressure does not contribute to its rows.
@@ -211,8 +211,8 @@ pub(crate) fn powers_in_flows(body: &Spheroid) -> Matrix4<f64> {
     })
 }
 
-/// Integral over the surface of a body; arguments are the outward normal, the velocities of the modes
-/// and their gradients `∂u_i/∂x_j`, in coordinates with the axis z of the flow first.
+/// Integral over the surface of a body; arguments are the outward normal, the velocities of the
+/// modes and their gradients `∂u_i/∂x_j`, in coordinates with the axis z of the flow first.
 fn over_surface(
     body: &Spheroid,
     f: impl Fn(&Vector3<f64>, &[Vector3<f64>; MODES], &[Matrix3<f64>; MODES]) -> Matrix4<f64>,

@@ -92,8 +92,8 @@ impl System {
     /// The matrix of the degrees of freedom on the boundary `part` and of the `prescribed`
     /// velocities of the body, after static condensation: all others are eliminated.
     ///
-    /// Its last rows belong to the prescribed velocities. Rows of constrained degrees of freedom are
-    /// zero.
+    /// Its last rows belong to the prescribed velocities. Rows of constrained degrees of freedom
+    /// are zero.
     ///
     /// # Errors
     /// Those of [`System::resistance`].

@@ -22,7 +22,6 @@ pub enum MeshError {
         /// of the straight cell.
         jacobian: f64,
     },
-
     /// A node of the boundary part on a symmetry plane that is not in the plane.
     #[error(
         "node {node} of the boundary part '{plane}' is {distance:.3e} away from its plane, which goes \
@@ -36,7 +35,6 @@ pub enum MeshError {
         /// Its distance.
         distance: f64,
     },
-
     /// A body or container that is not symmetric about a symmetry plane.
     #[error(
         "'{part}' is not symmetric about the plane '{plane}' through the origin; put its centre on the \
@@ -48,7 +46,6 @@ pub enum MeshError {
         /// Tag of the plane.
         plane: &'static str,
     },
-
     /// A mesh without cells.
     #[error(
         "the mesh has no tetrahedra; mesh the volume, and if only physical groups are saved give the \
@@ -67,14 +64,12 @@ pub enum MeshError {
         /// Number of items.
         count: usize,
     },
-
     /// A coordinate that is NaN or infinite.
     #[error("coordinates of point {point} are not finite")]
     NotFinite {
         /// Index of the point.
         point: usize,
     },
-
     /// A tet or face that refers to a point or tag that does not exist.
     #[error("{what} {index} refers to number {number}, but there are only {len}")]
     OutOfRange {
@@ -87,7 +82,6 @@ pub enum MeshError {
         /// Number of points, tags or regions.
         len: usize,
     },
-
     /// A tet without volume.
     #[error(
         "tet {cell} near ({:.4}, {:.4}, {:.4}) has no volume: its vertices lie in one plane; remove or remesh it",
@@ -99,7 +93,6 @@ pub enum MeshError {
         /// Its centroid.
         at: [f64; 3],
     },
-
     /// Two tets with the same vertices.
     #[error(
         "a tet near ({:.4}, {:.4}, {:.4}) occurs twice; remove one",
@@ -109,7 +102,6 @@ pub enum MeshError {
         /// Its centroid.
         at: [f64; 3],
     },
-
     /// A vertex that belongs to no tet.
     #[error(
         "vertex {vertex} at ({:.4}, {:.4}, {:.4}) belongs to no tetrahedron; remove it",
@@ -121,7 +113,6 @@ pub enum MeshError {
         /// Position of the vertex.
         at: [f64; 3],
     },
-
     /// Two vertices at the same position.
     #[error(
         "vertices {first} and {second} are both at ({:.4}, {:.4}, {:.4}); merge them \
@@ -135,7 +126,6 @@ pub enum MeshError {
         /// Their position.
         at: [f64; 3],
     },
-
     /// A face that three or more tets share.
     #[error(
         "{cells} tetrahedra share the face near ({:.4}, {:.4}, {:.4}), but at most two can; the mesh \
@@ -148,7 +138,6 @@ pub enum MeshError {
         /// Centroid of the face.
         at: [f64; 3],
     },
-
     /// A boundary face that belongs to no boundary part.
     #[error(
         "the boundary face near ({:.4}, {:.4}, {:.4}) has no tag; give every surface of the fluid a \
@@ -158,7 +147,6 @@ pub enum MeshError {
         /// Centroid of the face.
         at: [f64; 3],
     },
-
     /// A tagged face that does not bound the fluid.
     #[error(
         "the face of '{tag}' near ({:.4}, {:.4}, {:.4}) is not a boundary face: it belongs to {cells} \
@@ -172,7 +160,6 @@ pub enum MeshError {
         /// Centroid of the face.
         at: [f64; 3],
     },
-
     /// A boundary face that is tagged twice.
     #[error(
         "the face near ({:.4}, {:.4}, {:.4}) is tagged twice, '{first}' and '{second}'; keep one",
@@ -186,7 +173,6 @@ pub enum MeshError {
         /// Centroid of the face.
         at: [f64; 3],
     },
-
     /// A boundary part that the mesh does not have.
     #[error("the mesh has no boundary part '{name}'; it has: {}", known.join(", "))]
     UnknownTag {
@@ -195,7 +181,6 @@ pub enum MeshError {
         /// The names of all boundary parts.
         known: Vec<String>,
     },
-
     /// A boundary part with a bad or duplicate name, or without faces.
     #[error("boundary part '{name}' {problem}")]
     BadTag {
@@ -204,7 +189,6 @@ pub enum MeshError {
         /// The problem and its remedy.
         problem: &'static str,
     },
-
     /// A region of the volume with a bad or duplicate name.
     #[error("region '{name}' {problem}")]
     BadRegion {
@@ -213,7 +197,6 @@ pub enum MeshError {
         /// The problem and its remedy.
         problem: &'static str,
     },
-
     /// A boundary node that is not on the surface given for its part.
     #[error(
         "node at ({:.6}, {:.6}, {:.6}) of '{tag}' is {distance:.3e} away from the surface given for \
@@ -229,7 +212,6 @@ pub enum MeshError {
         /// Largest allowed distance, which covers the rounding of mesh files.
         allowed: f64,
     },
-
     /// Midside nodes that do not fit the vertices.
     #[error(
         "midside node near ({:.4}, {:.4}, {:.4}): {problem}; the second-order mesh is not conforming",
@@ -241,7 +223,6 @@ pub enum MeshError {
         /// The problem.
         problem: &'static str,
     },
-
     /// An array whose length does not fit the mesh.
     #[error("{what} has {found} entries, but the mesh needs {expected}")]
     WrongLength {
@@ -252,7 +233,6 @@ pub enum MeshError {
         /// Number of entries found.
         found: usize,
     },
-
     /// A field with a value that is NaN or infinite.
     #[error("{what} has the value {value} at entry {index}; no file was written")]
     BadValue {
@@ -263,14 +243,12 @@ pub enum MeshError {
         /// The value.
         value: f64,
     },
-
     /// Two fields of the same name.
     #[error("the file already has a field '{name}'; give every field its own name")]
     DuplicateField {
         /// The name of both fields.
         name: String,
     },
-
     /// A malformed or unsupported mesh file.
     #[error("{file}: {location}: {problem}")]
     Malformed {
@@ -281,7 +259,6 @@ pub enum MeshError {
         /// The problem and its remedy.
         problem: String,
     },
-
     /// A file that cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io {
@@ -290,21 +267,18 @@ pub enum MeshError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-
     /// A file name whose extension is not that of a mesh format.
     #[error("{}: unknown file extension; use .msh or .vtu", path.display())]
     UnknownFormat {
         /// Path of the file.
         path: PathBuf,
     },
-
     /// A file name whose extension is not that of a surface format.
     #[error("{}: unknown file extension; use .stl, .obj or .msh", path.display())]
     UnknownSurfaceFormat {
         /// Path of the file.
         path: PathBuf,
     },
-
     /// Triangles that are not a closed surface around a solid, or not one that can be meshed.
     #[error(
         "{surface}: triangle {triangle} near ({:.6}, {:.6}, {:.6}): {problem}", at[0], at[1], at[2]
@@ -319,7 +293,6 @@ pub enum MeshError {
         /// The problem and its remedy.
         problem: String,
     },
-
     /// A length or coefficient outside its range.
     #[error("{what} is {value}; {requirement}")]
     BadParameter {
@@ -330,7 +303,6 @@ pub enum MeshError {
         /// The range of allowed values.
         requirement: &'static str,
     },
-
     /// Bodies that touch or overlap, or that are too close to be meshed.
     #[error(
         "the distance between the bodies '{first}' and '{second}' is {distance:.3e}, but must be more \
@@ -346,7 +318,6 @@ pub enum MeshError {
         /// Smallest distance that can be meshed.
         minimum: f64,
     },
-
     /// A body that is not inside the container.
     #[error(
         "the distance of body '{body}' from the container's wall is {distance:.3e} (negative: \
@@ -360,7 +331,6 @@ pub enum MeshError {
         /// Smallest distance that can be meshed.
         minimum: f64,
     },
-
     /// Element sizes that need more vertices than allowed.
     #[error(
         "the element sizes need more than {limit} vertices; increase the sizes or the growth, or raise \
@@ -370,14 +340,12 @@ pub enum MeshError {
         /// Largest allowed number of vertices.
         limit: usize,
     },
-
     /// Points that lie in one plane.
     #[error("{points} points lie in one plane and span no tetrahedra")]
     FlatPoints {
         /// Number of points.
         points: usize,
     },
-
     /// Triangles of a mesh that no new mesh around them could be generated with.
     #[error(
         "no new mesh has the triangles of {part} near ({:.4}, {:.4}, {:.4}) as faces; refine the \
@@ -389,7 +357,6 @@ pub enum MeshError {
         /// Position of the failure.
         at: [f64; 3],
     },
-
     /// A surface that the faces of the generated tets do not follow.
     #[error(
         "the mesh near ({:.4}, {:.4}, {:.4}) does not follow the surface of '{body}'; use a smaller \

@@ -30,7 +30,8 @@ impl MobilitySolution {
     ///
     /// With a basis `S` of these motions, the motion `W` that the rates of the links impose, the
     /// grand resistance `R`, the coefficients `D` of dashpots, the external loads `F` and the
-    /// velocities `U_0` of force-free bodies by the velocities of their `surfaces`, the coefficients
+    /// velocities `U_0` of force-free bodies by the velocities of their `surfaces`, the
+    /// coefficients
     /// `v` satisfy
     ///
     /// ```text

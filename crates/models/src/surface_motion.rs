@@ -30,8 +30,9 @@ pub(crate) struct SurfaceEffect {
 impl SurfaceEffect {
     /// Power `∮ s · f dS` of the slip `s` while the bodies exert the forces `F` on the fluid.
     ///
-    /// The forces add the flow of rigid bodies to that of force-free ones. By the reciprocal theorem
-    /// their power in the slip is minus that in the velocities of force-free bodies by the slip.
+    /// The forces add the flow of rigid bodies to that of force-free ones. By the reciprocal
+    /// theorem their power in the slip is minus that in the velocities of force-free bodies by the
+    /// slip.
     pub fn power(&self, forces: &DVector<f64>) -> f64 {
         self.slip_power - self.of_slip.dot(forces)
     }

@@ -58,8 +58,8 @@ impl Articulation {
     ///
     /// # Errors
     /// A link to a body that does not exist, a slide between coincident bodies, a point without a
-    /// link, a position or a distance that is not finite, a joint or drive that is not valid, joints
-    /// that turn with [`Arms::Lab`], balls with other arms than [`Arms::Clamped`].
+    /// link, a position or a distance that is not finite, a joint or drive that is not valid,
+    /// joints that turn with [`Arms::Lab`], balls with other arms than [`Arms::Clamped`].
     pub fn new(
         kinds: &[BodyKind],
         links: Vec<Link>,

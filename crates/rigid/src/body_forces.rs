@@ -111,7 +111,8 @@ impl Surfaces {
         loads
     }
 
-    /// Velocities of all nodes, prescribed velocities zero, from those of free nodes (interleaved) and bodies.
+    /// Velocities of all nodes, prescribed velocities zero, from those of free nodes (interleaved)
+    /// and bodies.
     pub fn all_velocities(&self, free: &[f64], bodies: &DVector<f64>) -> Vec<Vector3<f64>> {
         let mut velocity: Vec<Vector3<f64>> = self
             .roles
@@ -147,8 +148,8 @@ impl Surfaces {
     ///
     /// The residual of the momentum equation tested with rigid motions,
     /// `F = (K_IB P)^T u_I + M U + (B_B P)^T p` and the terms of prescribed velocities, `M` the
-    /// corner. Fourth order on curved quadratic surfaces, because it is the energy of the flow. Where symmetry planes cut
-    /// bodies, these are the forces on the whole bodies.
+    /// corner. Fourth order on curved quadratic surfaces, because it is the energy of the flow.
+    /// Where symmetry planes cut bodies, these are the forces on the whole bodies.
     pub fn forces(&self, free: &[f64], bodies: &DVector<f64>, pressure: &[f64]) -> DVector<f64> {
         let mut forces = self.residuals(free, bodies, pressure);
         if let Some(prescribed) = &self.prescribed {

@@ -20,9 +20,9 @@ use crate::{
 ///                  Ω' - Ω = (dv/dt) a
 /// ```
 ///
-/// with the pivot `p` and the advance `h`. A fixed link is a slide, a ball a turn without the second
-/// row, both with the rate zero. The rate of a passive joint is one of the velocities `q`. A body
-/// clamped to its arms: `ω_i - Ω = 0`. A fixed body: `U_i = 0`, `ω_i = 0`. With [`Arms::Lab`],
+/// with the pivot `p` and the advance `h`. A fixed link is a slide, a ball a turn without the
+/// second row, both with the rate zero. The rate of a passive joint is one of the velocities `q`. A
+/// body clamped to its arms: `ω_i - Ω = 0`. A fixed body: `U_i = 0`, `ω_i = 0`. With [`Arms::Lab`],
 /// `Ω = 0` and the rows of links are equation (11) of Berti et al. (2021).
 #[derive(Clone, Debug)]
 #[non_exhaustive]

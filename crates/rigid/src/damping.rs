@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, DVector, Matrix6};
 
 use crate::VelocityLayout;
 
-/// A symmetric matrix `D` over all generalised velocities `q`, block-diagonal: the forces `-D q` act
-/// in addition to the external loads.
+/// A symmetric matrix `D` over all generalised velocities `q`, block-diagonal: the forces `-D q`
+/// act in addition to the external loads.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Damping {
     /// Velocities of passive joints, with the coefficients of their dashpots.

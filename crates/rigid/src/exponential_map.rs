@@ -18,8 +18,8 @@ pub struct Twist {
     pub angular: Vector3<f64>,
 }
 
-/// Rate of change of a [`State`]: one twist per linkage, one angular velocity per body, one rate per
-/// passive joint.
+/// Rate of change of a [`State`]: one twist per linkage, one angular velocity per body, one rate
+/// per passive joint.
 ///
 /// A sum has as many twists as the shorter of its terms; [`Articulation::advance`] refuses a number
 /// that does not fit the set.

@@ -23,8 +23,8 @@ pub struct Imposed {
 ///
 /// The velocities `W` satisfy every constraint. The blocks are `-C W` for the flow, `L^T (F - M W)`
 /// for the border (`L` = `tests`; zero where a row is a constraint) and `-E W` for
-/// incompressibility, each minus the terms of prescribed velocities. They are the same for all formulations,
-/// so that relative residuals are comparable.
+/// incompressibility, each minus the terms of prescribed velocities. They are the same for all
+/// formulations, so that relative residuals are comparable.
 pub(crate) fn imposed_rhs(
     surfaces: &Surfaces,
     tests: &DMatrix<f64>,

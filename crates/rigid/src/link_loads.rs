@@ -32,8 +32,8 @@ pub(crate) struct LinkLoads {
     link_vectors: Vec<Vector3<f64>>,
 }
 
-/// Power of the loads on a motion of unit size, relative to the loads, up to which it is rounding of
-/// the elimination.
+/// Power of the loads on a motion of unit size, relative to the loads, up to which it is rounding
+/// of the elimination.
 const UNRESISTED: f64 = 1e-9;
 
 impl Drive<'_> {
@@ -124,9 +124,9 @@ impl LinkLoads {
 
     /// Loads that balance the forces `(F, T)` of the bodies on the fluid at velocities `q`.
     ///
-    /// `C^T λ = forces + damping q - external`. The rows are independent, so the least-squares solution is
-    /// unique. Its residual is the residual of the force balances of the motions that the links
-    /// allow.
+    /// `C^T λ = forces + damping q - external`. The rows are independent, so the least-squares
+    /// solution is unique. Its residual is the residual of the force balances of the motions that
+    /// the links allow.
     ///
     /// # Errors
     /// [`RigidError::DependentConstraints`] for rows that are linearly dependent to rounding.

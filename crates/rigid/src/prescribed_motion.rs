@@ -12,8 +12,8 @@ const ROUNDING: f64 = 1e-10;
 /// Terms that prescribed velocities `s` add to the equations of the fluid.
 ///
 /// `s` is the velocity of the wall nodes, and that of surface nodes relative to the rigid motion of
-/// their body. For test functions `v` that vanish on walls and are rigid on bodies, `V + W × r`, the
-/// divergence theorem on the surface gives
+/// their body. For test functions `v` that vanish on walls and are rigid on bodies, `V + W × r`,
+/// the divergence theorem on the surface gives
 ///
 /// ```text
 /// ∫ 2 D(u):D(v) = ∫ ∇u:∇v + ∫ (∇·u) (∇·v) + sum_bodies W · ∮ n × u dS

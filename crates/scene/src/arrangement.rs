@@ -163,7 +163,8 @@ impl Scene {
         }
     }
 
-    /// Whether shapes, loads, slip, background and domain are symmetric about a line on which the bodies are.
+    /// Whether shapes, loads, slip, background and domain are symmetric about a line on which the
+    /// bodies are.
     fn is_axis(&self, line: &Line) -> bool {
         if self
             .articulation

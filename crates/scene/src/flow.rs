@@ -12,8 +12,9 @@ use crate::words::BackgroundKind;
 /// u_s = -(B1 + B2 n·k) (I - n n^T) k
 /// ```
 ///
-/// On a sphere this is `u_θ = B1 sin θ + B2 sin θ cos θ` with the angle `θ` from the axis (Lighthill
-/// 1952, Blake 1971). On a spheroid about its axis, with the unit tangent `s` of a meridian, it is
+/// On a sphere this is `u_θ = B1 sin θ + B2 sin θ cos θ` with the angle `θ` from the axis
+/// (Lighthill 1952, Blake 1971). On a spheroid about its axis, with the unit tangent `s` of a
+/// meridian, it is
 /// `-(B1 + B2 n·k) (s·k) s` (Keller & Wu 1977).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slip {

@@ -65,9 +65,9 @@ impl Gait {
 /// The legs of all cycles of a gait in order, from the given initial lengths.
 ///
 /// # Errors
-/// [`SceneError::BadValue`] for a phase of a link that has no initial value, for values that are not
-/// finite and durations that are not positive and finite. The gait of a [`Scene`](crate::Scene) has
-/// none.
+/// [`SceneError::BadValue`] for a phase of a link that has no initial value, for values that are
+/// not finite and durations that are not positive and finite. The gait of a [`Scene`](crate::Scene)
+/// has none.
 ///
 /// ```
 /// use scene::{Gait, LengthPath, Phase, legs};

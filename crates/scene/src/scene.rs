@@ -197,8 +197,8 @@ impl Scene {
 
     /// Whether the motion depends on the values that the gait prescribes alone.
     ///
-    /// This holds for one linkage in unbounded fluid at rest, without loads, slip and passive joints.
-    /// With slip, the motion also depends on the speed at which the lengths change.
+    /// This holds for one linkage in unbounded fluid at rest, without loads, slip and passive
+    /// joints. With slip, the motion also depends on the speed at which the lengths change.
     pub fn is_free(&self) -> bool {
         self.domain == Domain::Unbounded
             && !self.has_loads()

@@ -287,8 +287,8 @@ impl Shape {
 
     /// Volume; zero for points.
     ///
-    /// That of a disk, whose rim is half of a torus, by Pappus' theorem. A helix is a tube along its
-    /// curve with half balls at the ends.
+    /// That of a disk, whose rim is half of a torus, by Pappus' theorem. A helix is a tube along
+    /// its curve with half balls at the ends.
     pub fn volume(&self) -> f64 {
         let ball = 4.0 / 3.0 * PI;
         match *self {

@@ -202,18 +202,6 @@ pub enum JointKind {
     Fixed,
 }
 
-impl JointKind {
-    /// Whether the joint has an axis.
-    pub fn has_axis(self) -> bool {
-        matches!(self, Self::Hinge | Self::Rotor | Self::Screw)
-    }
-
-    /// Whether the joint has a pivot.
-    pub fn has_pivot(self) -> bool {
-        self.has_axis() || self == Self::Ball
-    }
-}
-
 /// What determines the value of a joint.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
@@ -390,40 +378,4 @@ impl From<rigid::Arms> for ArmsKind {
 }
 
 #[cfg(test)]
-mod tests {
-    use serde::de::DeserializeOwned;
-
-    use super::*;
-
-    /// Every word of the list is read by serde as the variant that has this word, and written back.
-    fn check<T>(words: &[&'static str])
-    where
-        T: Copy + Serialize + DeserializeOwned + Into<&'static str>,
-    {
-        for &word in words {
-            let text = toml::Value::String(word.to_owned());
-            let kind: T = text.clone().try_into().unwrap();
-            assert_eq!(kind.into(), word);
-            assert_eq!(toml::Value::try_from(kind).unwrap(), text);
-        }
-    }
-
-    #[test]
-    fn serde_and_the_lists_of_words_agree() {
-        check::<DomainKind>(DomainKind::WORDS);
-        check::<ShapeKind>(ShapeKind::WORDS);
-        check::<ArmsKind>(ArmsKind::WORDS);
-        check::<JointKind>(JointKind::WORDS);
-        check::<DriveKind>(DriveKind::WORDS);
-        check::<GaitKind>(GaitKind::WORDS);
-        check::<InterpolationKind>(InterpolationKind::WORDS);
-        check::<ModelKind>(ModelKind::WORDS);
-        check::<AcceptKind>(AcceptKind::WORDS);
-        check::<FormulationKind>(FormulationKind::WORDS);
-        check::<SolverKind>(SolverKind::WORDS);
-        check::<MeshMotionKind>(MeshMotionKind::WORDS);
-        check::<GeometryKind>(GeometryKind::WORDS);
-        check::<MirrorKind>(MirrorKind::WORDS);
-        check::<EstimatesKind>(EstimatesKind::WORDS);
-    }
-}
+mod tests;

@@ -15,8 +15,8 @@ use crate::surface_flow::NodalSurfaceFlow;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Checks {
     /// Largest difference between a body's force and the integral of the stress over its surface,
-    /// divided by the largest force; with slip or a background flow at least by the dissipation over
-    /// the largest velocity.
+    /// divided by the largest force; with slip or a background flow at least by the dissipation
+    /// over the largest velocity.
     pub force_by_stress: f64,
     /// Dissipation in the fluid divided by the power of the bodies, minus one.
     pub dissipation: f64,

@@ -228,8 +228,8 @@ impl<'a> Correction<'a> {
     ///
     /// A change is that from quadratic to cubic elements (P2/P1 to P3/P2) on the same mesh, with
     /// that from its facets to the true surfaces of the bodies ([`FacetGeometry`]). The system of
-    /// P3/P2 elements, with the velocities of surfaces in bubbles, is iterated for the difference only: it is small, so a few iterations leave
-    /// an error far below that of the estimate.
+    /// P3/P2 elements, with the velocities of surfaces in bubbles, is iterated for the difference
+    /// only: it is small, so a few iterations leave an error far below that of the estimate.
     ///
     /// Cost per flow: [`ITERATIONS`] iterations, each of three passes over the cells, a matrix
     /// product and a preconditioner; then a solve of the Taylor-Hood system to [`COARSE_RTOL`].

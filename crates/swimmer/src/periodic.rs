@@ -1,10 +1,10 @@
 //! The periodic state of a gait with passive joints or masses, by shooting.
 //!
 //! From any start, the values of springs and the velocities of bodies with mass tend to periodic
-//! functions of time: over one cycle they change by the residual `r(z) = P(z) - z`, with the values `P(z)` after a cycle from `z`. Its zero
-//! is found by Broyden's method (Kelley 1995, Iterative Methods for Linear and Nonlinear Equations,
-//! chapter 7), which starts with `dr/dz = -1`: the first steps are cycles one after the other, and
-//! later ones extrapolate their limit.
+//! functions of time: over one cycle they change by the residual `r(z) = P(z) - z`, with the values
+//! `P(z)` after a cycle from `z`. Its zero is found by Broyden's method (Kelley 1995, Iterative
+//! Methods for Linear and Nonlinear Equations, chapter 7), which starts with `dr/dz = -1`: the
+//! first steps are cycles one after the other, and later ones extrapolate their limit.
 
 use models::Hydrodynamics;
 use nalgebra::{DMatrix, DVector};

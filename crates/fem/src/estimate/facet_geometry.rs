@@ -94,10 +94,10 @@ struct FacetLoad {
 /// to first order in `δ` (Hadamard's formula; Pironneau 1974 for the Stokes drag). The reason: the
 /// velocity relative to the motion of the body has only a normal derivative, and this derivative is
 /// the shear traction at viscosity 1. A velocity `s` of the surface relative to the body is
-/// subtracted before ([`BoundaryFlow`]); the difference also has the normal derivative `-∇·s`, which
-/// is a source of fluid at the facets. Hence `R_ab - R_h,ab = G(a, b)` for resistances, with flows
-/// of unit motions of bodies, and `M_h,ab - M_ab = G(a, b)` for mobilities, with flows of unit
-/// loads. Facets inside a body are at the distance `δ` below its surface;
+/// subtracted before ([`BoundaryFlow`]); the difference also has the normal derivative `-∇·s`,
+/// which is a source of fluid at the facets. Hence `R_ab - R_h,ab = G(a, b)` for resistances, with
+/// flows of unit motions of bodies, and `M_h,ab - M_ab = G(a, b)` for mobilities, with flows of
+/// unit loads. Facets inside a body are at the distance `δ` below its surface;
 /// on a wall around the fluid the facets are inside the fluid domain, and `δ` is negative. For
 /// straight facets `δ` is of second order in their size, for curved ones of third order.
 ///
@@ -141,8 +141,8 @@ impl<'a> FacetGeometry<'a> {
 
     /// The functional `b -> G(a, b)` for the flow `a`, as loads on velocities and pressures.
     ///
-    /// Shapes: the velocities of `flow` `n_points`. Cost: one pass over the facets. The same for any
-    /// number of threads.
+    /// Shapes: the velocities of `flow` `n_points`. Cost: one pass over the facets. The same for
+    /// any number of threads.
     ///
     /// # Errors
     /// A velocity of the wrong length or not finite; an inverted cell at the surface; a result that
@@ -252,8 +252,8 @@ impl<'a> FacetGeometry<'a> {
 
     /// Calls `f` at the quadrature points of a facet.
     ///
-    /// Its arguments are the point in the cell, the gradients of the shape functions of the cell, the unit normal out of
-    /// the fluid, and the quadrature weight times the distance `δ`.
+    /// Its arguments are the point in the cell, the gradients of the shape functions of the cell,
+    /// the unit normal out of the fluid, and the quadrature weight times the distance `δ`.
     fn for_each_point(
         &self,
         facet: &Facet,

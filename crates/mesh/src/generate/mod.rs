@@ -23,6 +23,7 @@ mod size_field;
 mod size_map;
 mod smoothing;
 mod surface_refinement;
+mod surface_tets;
 mod surface_triangulation;
 mod symmetry_planes;
 

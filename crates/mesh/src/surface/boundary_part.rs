@@ -11,8 +11,8 @@ const CURVED: f64 = 1e-5;
 impl TetMesh {
     /// The facets of a boundary part as triangles that face into the fluid: out of a body.
     ///
-    /// Facets of a curved part become four triangles each, with their midside nodes as vertices. The
-    /// second value is whether the part is curved.
+    /// Facets of a curved part become four triangles each, with their midside nodes as vertices.
+    /// The second value is whether the part is curved.
     ///
     /// # Errors
     /// [`MeshError::UnknownTag`].

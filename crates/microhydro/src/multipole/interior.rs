@@ -4,9 +4,9 @@
 //! sphere. A rigid motion has no stress inside, other velocities do: their power on the fluid
 //! outside is that of the density minus the power inside.
 //!
-//! The flow inside has Lamb's coefficients `φ`, `χ`, `p` of [`super::lamb`] for the harmonics of the
-//! trace. With `t = -p n + ∂u/∂r - u/r + ∇(r·u)/r` (Kim & Karrila 1991, section 4.2.1) its traction
-//! on the unit sphere is
+//! The flow inside has Lamb's coefficients `φ`, `χ`, `p` of [`super::lamb`] for the harmonics of
+//! the trace. With `t = -p n + ∂u/∂r - u/r + ∇(r·u)/r` (Kim & Karrila 1991, section 4.2.1) its
+//! traction on the unit sphere is
 //!
 //! ```text
 //! φ: 2 (k - 1) W_k,     χ: (k - 1) X_k,     p: (α + β / (2k + 1)) W_k - β / (2k + 1) V_k

@@ -33,8 +33,8 @@ pub struct SurfaceFlow {
     pub velocities: DMatrix<f64>,
     /// The powers `P_ij`.
     pub powers: DMatrix<f64>,
-    /// Powers `∮ s_i · t_j dS` of the tractions `t_j = σ n` of the flows inside the spheres with the
-    /// velocities `s_j` on their surfaces.
+    /// Powers `∮ s_i · t_j dS` of the tractions `t_j = σ n` of the flows inside the spheres with
+    /// the velocities `s_j` on their surfaces.
     pub inner_powers: DMatrix<f64>,
     /// The velocities by expansions whose orders are lower by two.
     pub coarser_velocities: DMatrix<f64>,
@@ -51,8 +51,8 @@ const RESIDUAL: f64 = 1e-12;
 ///
 /// `orders` are those of the resistance of the spheres, [`crate::Resistance::orders`]; the error of
 /// the velocities is of the order of that of the resistance, because the surface velocities are in
-/// the lowest modes. Narrow gaps are resolved by the orders of the spheres alone. Cost: one solve of
-/// the system of spheres off an axis for all columns.
+/// the lowest modes. Narrow gaps are resolved by the orders of the spheres alone. Cost: one solve
+/// of the system of spheres off an axis for all columns.
 ///
 /// ```
 /// use microhydro::{Accuracy, Medium, Spheres, multipole};

@@ -21,8 +21,8 @@ pub(super) const ORDER: usize = 4;
 
 /// Numbers of quadrature points along a meridian and around the axis.
 ///
-/// They integrate polynomials up to degrees 15 and 15; the products of velocities and harmonics have
-/// degrees up to 8.
+/// They integrate polynomials up to degrees 15 and 15; the products of velocities and harmonics
+/// have degrees up to 8.
 const POINTS: [usize; 2] = [8, 16];
 
 /// Coefficients of the velocities in scaled modes, one column per velocity.

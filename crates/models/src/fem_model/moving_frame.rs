@@ -7,8 +7,8 @@ use scene::{Domain, Scene};
 /// Rigid motion of the first body from its initial pose, in the scene's units.
 ///
 /// A body that tumbles in a background flow would shear its mesh until it is remeshed, and each new
-/// mesh has other discretisation errors. In the frame that moves with the body, the mesh of a single
-/// body never changes; loads and background flow turn instead.
+/// mesh has other discretisation errors. In the frame that moves with the body, the mesh of a
+/// single body never changes; loads and background flow turn instead.
 #[derive(Clone, Copy, Debug)]
 pub struct MovingFrame {
     rotation: UnitQuaternion<f64>,

@@ -14,8 +14,8 @@ use crate::solution::{BodySolution, InstantaneousSolution};
 /// Error bar of the power of the slip, which is not corrected, over the estimated error of the
 /// dissipation.
 ///
-/// The interpolation of the slip adds about as much. Measured for both modes of a squirmer in a ball
-/// of two radii, with edges of 0.3 to 0.6 radii: 1.6 to 2.3.
+/// The interpolation of the slip adds about as much. Measured for both modes of a squirmer in a
+/// ball of two radii, with edges of 0.3 to 0.6 radii: 1.6 to 2.3.
 const SLIP_POWER_UNCERTAINTY: f64 = 2.5;
 
 /// What the conversion of a solution to the scene's units needs.

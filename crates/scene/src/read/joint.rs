@@ -24,8 +24,12 @@ pub(super) fn joint(
     let key = |key: &str| format!("links[{number}].{key}");
     let kind = file.joint;
     let given = [
-        ("axis", file.axis.is_some(), kind.has_axis()),
-        ("pivot", file.pivot.is_some(), kind.has_pivot()),
+        ("axis", file.axis.is_some(), has_axis(kind)),
+        (
+            "pivot",
+            file.pivot.is_some(),
+            has_axis(kind) || kind == JointKind::Ball,
+        ),
         ("pitch", file.pitch.is_some(), kind == JointKind::Screw),
     ];
     for (name, is_given, belongs) in given {
@@ -66,6 +70,10 @@ pub(super) fn joint(
             pivot: pivot(to.position),
         },
     })
+}
+
+fn has_axis(kind: JointKind) -> bool {
+    matches!(kind, JointKind::Hinge | JointKind::Rotor | JointKind::Screw)
 }
 
 /// What drives a joint whose value is `start` at the start.

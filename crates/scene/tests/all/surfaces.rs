@@ -5,7 +5,8 @@ use std::path::Path;
 use mesh::{Surface, SurfaceMesh};
 use scene::{Domain, Scene, Shape, closest_contact};
 
-/// A tetrahedron with corners at the origin and on the axes, in OBJ; its centroid is at 1/4 of each.
+/// A tetrahedron with corners at the origin and on the axes, in OBJ; its centroid is at 1/4 of
+/// each.
 const TETRAHEDRON: &str =
     "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 

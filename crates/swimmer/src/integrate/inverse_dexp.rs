@@ -28,8 +28,8 @@ fn inverse_differential(sigma: &Vector3<f64>, omega: &Vector3<f64>) -> Vector3<f
 
 /// The rate of the coordinates `sigma` of a state that moves with `velocity`.
 ///
-/// Translations and values of joints are vector spaces, so their rates are the velocities; rotations
-/// are not. Attitudes that follow from a frame have no coordinates.
+/// Translations and values of joints are vector spaces, so their rates are the velocities;
+/// rotations are not. Attitudes that follow from a frame have no coordinates.
 pub(super) fn coordinate_rate(
     set: &Articulation,
     sigma: &StateVelocity,

@@ -61,8 +61,8 @@ pub enum Method {
         /// Number of equal steps.
         steps: usize,
     },
-    /// The Radau IIA method of order 5 for bodies with mass and moment of inertia, with as many steps
-    /// as the tolerance needs.
+    /// The Radau IIA method of order 5 for bodies with mass and moment of inertia, with as many
+    /// steps as the tolerance needs.
     Inertia,
     /// Backward Euler with the masses and moments of inertia of the bodies: first order, stable for
     /// steps of any length.

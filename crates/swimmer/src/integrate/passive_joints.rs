@@ -88,8 +88,8 @@ impl JointNewton {
 mod tests {
     use super::*;
 
-    /// On `dz/dt = -λ z` one step gives the Padé approximation of `exp(-λ h)`, whatever the start of
-    /// the iteration: the problem is linear.
+    /// On `dz/dt = -λ z` one step gives the Padé approximation of `exp(-λ h)`, whatever the start
+    /// of the iteration: the problem is linear.
     #[test]
     fn one_step_solves_a_linear_problem_of_any_stiffness() {
         for stiffness in [1e-3, 1.0, 1e3, 1e6] {

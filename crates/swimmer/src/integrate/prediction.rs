@@ -52,8 +52,8 @@ const INTEGRATION_SHARE: f64 = 0.5;
 const MODEL_SHARE: f64 = 0.6;
 
 impl Prediction {
-    /// The prediction for a scene; none without a gait, with many bodies, slip or a background flow,
-    /// or if nothing moves.
+    /// The prediction for a scene; none without a gait, with many bodies, slip or a background
+    /// flow, or if nothing moves.
     pub fn of(scene: &Scene) -> Option<Self> {
         // The rough model ignores slip and background flows.
         if scene.bodies().len() > MAX_BODIES || scene.has_surface_velocity() {

@@ -1,9 +1,9 @@
 //! Bodies with mass: the Radau IIA method with three stages, order 5.
 //!
 //! The equations of motion `dp/dt = F + C^T λ - R U` for the momenta `p = M U` of the bodies hold
-//! with the constraints `C U = w` of the links: a differential-algebraic system of index 2, for which
-//! the velocities of Radau IIA converge with order 5 (Hairer & Wanner 1996, VII.4). In the limit of
-//! no mass it is the collocation of the massless motion. The stages
+//! with the constraints `C U = w` of the links: a differential-algebraic system of index 2, for
+//! which the velocities of Radau IIA converge with order 5 (Hairer & Wanner 1996, VII.4). In the
+//! limit of no mass it is the collocation of the massless motion. The stages
 //!
 //! ```text
 //! p_i = p_0 + h sum_j a_ij f_j,   f = F + C^T λ - R U
@@ -11,9 +11,9 @@
 //!
 //! are solved one after the other with the lower triangle L of the Crout factorisation `A = L U` in
 //! place of A, until they converge (van der Houwen & de Swart 1997, SIAM J. Sci. Comput. 18): an
-//! instantaneous solution with the resistance `M / (h l_ii)` in addition to that of the fluid, in any
-//! model and formulation. The error decreases by a factor of 0.15 or better per iteration, for any
-//! ratio of mass and resistance.
+//! instantaneous solution with the resistance `M / (h l_ii)` in addition to that of the fluid, in
+//! any model and formulation. The error decreases by a factor of 0.15 or better per iteration, for
+//! any ratio of mass and resistance.
 
 use models::BodyInertia;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector6};
@@ -38,9 +38,9 @@ const MAX_ITERATIONS: usize = 20;
 /// Part of the tolerance of a step to which its stages are iterated.
 const ITERATION_SHARE: f64 = 0.01;
 
-/// Least factor by which halving the steps reduces the error. Steps that are short compared with all
-/// time scales have a factor of 32; where they are long, as for light bodies, it is at least that of
-/// stage order 3.
+/// Least factor by which halving the steps reduces the error. Steps that are short compared with
+/// all time scales have a factor of 32; where they are long, as for light bodies, it is at least
+/// that of stage order 3.
 const REDUCTION: f64 = 8.0;
 
 /// Velocities `(U, ω)` of all bodies of the scene.
@@ -168,8 +168,8 @@ fn run(
     Ok(run)
 }
 
-/// Mass over Stokes drag: bodies of other shapes and among others relax faster than a sphere of their
-/// smallest size alone.
+/// Mass over Stokes drag: bodies of other shapes and among others relax faster than a sphere of
+/// their smallest size alone.
 pub(crate) fn relaxation_time(scene: &Scene) -> f64 {
     let times = scene.bodies().iter().filter_map(|body| {
         let (mass, _) = body.mass_matrix()?;
@@ -304,8 +304,8 @@ fn momenta(
 
 /// The velocities after the impulse by which links enforce the rates at the start of the leg.
 ///
-/// Of all velocities `S v + W` that the links allow, those are taken whose momenta differ from those
-/// before by an impulse of the links alone: `S^T M (S v + W - U) = 0`.
+/// Of all velocities `S v + W` that the links allow, those are taken whose momenta differ from
+/// those before by an impulse of the links alone: `S^T M (S v + W - U) = 0`.
 fn after_impulse(
     evaluator: &LegEvaluator,
     state: &State,

@@ -26,7 +26,8 @@ fn purcells_swimmer_is_exact_within_its_bars() {
     assert!(outcome.rotation.norm() < 1e-3, "{}", outcome.rotation);
 }
 
-/// All formulations impose hinges, screws, springs, dashpots and masses alike, with a direct solver.
+/// All formulations impose hinges, screws, springs, dashpots and masses alike, with a direct
+/// solver.
 #[test]
 fn formulations_agree_for_hinges_and_springs() {
     let scene = |formulation: &str| {

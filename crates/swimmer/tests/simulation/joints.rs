@@ -200,7 +200,8 @@ fn a_twisted_rotor_relaxes_exponentially_at_any_stiffness() {
             .first()
             .unwrap()
     };
-    // The resistance from the initial rate: 4 pi mu a^3 for spheres far apart, larger for near ones.
+    // The resistance from the initial rate: 4 pi mu a^3 for spheres far apart, larger for near
+    // ones.
     let short = 1e-4;
     let resistance = short / -(1.0 - end(1.0, short)).ln();
     assert!(
@@ -211,8 +212,8 @@ fn a_twisted_rotor_relaxes_exponentially_at_any_stiffness() {
         for relaxation_times in [0.1, 1.0, 4.0] {
             let decayed = end(stiffness, relaxation_times * resistance / stiffness);
             let exact = 1.0 - (-relaxation_times).exp();
-            // The tolerance of 1e-7 with displacements of the surface of up to 1/2, and the error of
-            // the resistance from a difference over 1e-4.
+            // The tolerance of 1e-7 with displacements of the surface of up to 1/2, and the error
+            // of the resistance from a difference over 1e-4.
             assert!(
                 (decayed - exact).abs() < 2e-6,
                 "{stiffness}: {decayed} {exact}"
@@ -282,8 +283,8 @@ fn a_rotated_swimmer_with_hinges_moves_along_the_rotated_path() {
     }
 }
 
-/// A passive ball passes no torque: the two halves of a dumb-bell under shear loads fold freely, and
-/// the state with a ball continues from a checkpoint of its attitude.
+/// A passive ball passes no torque: the two halves of a dumb-bell under shear loads fold freely,
+/// and the state with a ball continues from a checkpoint of its attitude.
 #[test]
 fn a_ball_lets_the_load_turn_its_body() {
     let text = [

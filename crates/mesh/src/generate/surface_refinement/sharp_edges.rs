@@ -24,8 +24,8 @@ impl Refiner<'_> {
         ends
     }
 
-    /// Moves the vertices on sharp edges half-way to the middle of their neighbours, along the edges;
-    /// corners stay.
+    /// Moves the vertices on sharp edges half-way to the middle of their neighbours, along the
+    /// edges; corners stay.
     pub(super) fn smooth_sharp_edges(&self, moved: &mut [Vec3]) {
         let at = |v: u32| self.mesh.points[v as usize];
         for (v, ends) in self.sharp_neighbours() {

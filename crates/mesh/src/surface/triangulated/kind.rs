@@ -8,7 +8,8 @@ pub enum TriangleKind {
     #[default]
     Smooth,
     /// The triangles are flat faces. Edges at which the normals differ by more than 5 degrees are
-    /// kept; across others, midside nodes lie on the faces and edges of the mesh need not be theirs.
+    /// kept; across others, midside nodes lie on the faces and edges of the mesh need not be
+    /// theirs.
     Faceted,
 }
 

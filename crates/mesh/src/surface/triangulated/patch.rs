@@ -54,7 +54,8 @@ impl Curve {
     }
 }
 
-/// A triangle with corners `c_0, c_1, c_2`, curved as a point-normal triangle (Vlachos et al. 2001).
+/// A triangle with corners `c_0, c_1, c_2`, curved as a point-normal triangle (Vlachos et al.
+/// 2001).
 ///
 /// `x(b) = sum_i c_i b_i^3 + 3 sum_ij e_ij b_i^2 b_j + 6 m b_0 b_1 b_2` with the barycentric
 /// coordinates `b`, and the point `e_ij` of the edge from `i` to `j` next to `c_i`.
