@@ -1,6 +1,6 @@
 //! The keys of flows that do not come from links: gravity, background flow, slip.
 
-use super::key::KeyDefault::{Described, Value};
+use super::key::KeyDefault::Described;
 use super::key::{Key, Kind};
 use super::table::key;
 use crate::words::BackgroundKind;
@@ -8,14 +8,14 @@ use crate::words::BackgroundKind;
 pub(super) const GRAVITY: Key = key(
     "gravity",
     Kind::Vector,
-    Value("[0, 0, 0]"),
+    Described("none"),
     "acceleration of gravity, which acts on bodies with a density",
 );
 
 pub(super) const FLUID_DENSITY: Key = key(
     "fluid.density",
     Kind::NonNegative,
-    Value("0"),
+    Described("zero: no buoyancy"),
     "density of the fluid, for the buoyancy of bodies with a density",
 );
 
@@ -54,7 +54,7 @@ pub(super) const BODY_DENSITY: Key = key(
 pub(super) const SLIP_B1: Key = key(
     "bodies[].slip.b1",
     Kind::Number,
-    Value("0"),
+    Described("zero"),
     "first mode of the tangential velocity `-(b1 + b2 n·k) (I - n n^T) k` of the surface, with \
      the outward normal n and the unit vector k along `axis`: on a sphere `b1 sin θ`",
 );
@@ -62,13 +62,13 @@ pub(super) const SLIP_B1: Key = key(
 pub(super) const SLIP_B2: Key = key(
     "bodies[].slip.b2",
     Kind::Number,
-    Value("0"),
+    Described("zero"),
     "second mode: on a sphere `b2 sin θ cos θ`; positive for pullers, negative for pushers",
 );
 
 pub(super) const SLIP_AXIS: Key = key(
     "bodies[].slip.axis",
     Kind::Vector,
-    Value("[1, 0, 0]"),
+    Described("`[1, 0, 0]`"),
     "direction of the axis k in the initial configuration; it turns with the body",
 );

@@ -4,7 +4,7 @@ use scene::keys::{KEYS, Kind, find};
 use scene::{Domain, FemOptions, Gait, Phase, Scene, Shape, closest_contact, legs};
 
 /// Every key with numbers is in one of these scenes, on a line of its own.
-const SCENES: [&str; 6] = [
+const SCENES: [&str; 8] = [
     r#"
 fluid.viscosity = 1
 model.tolerance = 1e-3
@@ -116,6 +116,31 @@ amplitude = 2
 phase = 0.5
 order = 2
 "#,
+    r#"
+gravity = [0, 0, -1]
+fluid.density = 1
+[background]
+kind = "uniform"
+velocity = [1, 0, 0]
+[[bodies]]
+name = "squirmer"
+radius = 1
+position = [0, 0, 0]
+density = 2
+[bodies.slip]
+b1 = 1
+b2 = 2
+axis = [0, 1, 0]
+"#,
+    r#"
+[background]
+kind = "shear"
+gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]]
+[[bodies]]
+name = "ball"
+radius = 1
+position = [0, 0, 0]
+"#,
 ];
 
 /// Numbers that are refused in every key, except for zero where it is allowed.
@@ -143,6 +168,7 @@ fn changed() -> impl Iterator<Item = (String, usize, &'static str, &'static str)
                 "bodies" | "links" | "gait.phases" | "gait.harmonics" => {
                     format!("{group}[].{name}")
                 }
+                "bodies.slip" => format!("bodies[].slip.{name}"),
                 group => format!("{group}.{name}"),
             };
             let key = find(&path).expect("a key");
