@@ -7,7 +7,7 @@ use crate::{Articulation, BodyKind};
 ///
 /// Order: the bodies one after the other (rigid: `U`, `ω`; point: `U`), then the angular velocities
 /// of the frames of each linkage of two or more bodies, unless arms keep their direction
-/// ([`Arms::Lab`]), then the rates of the passive joints.
+/// ([`Arms::Lab`](crate::Arms::Lab)), then the rates of the passive joints.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VelocityLayout {
     bodies: Vec<usize>,

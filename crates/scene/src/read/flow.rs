@@ -31,11 +31,12 @@ pub(super) fn slip(
     }
     let axis = Vector3::from(file.axis).try_normalize(0.0);
     let zero = || checks.bad_value(&format!("{key}.axis"), "has no direction");
-    Ok(Some(Slip {
+    let slip = Slip {
         b1: file.b1,
         b2: file.b2,
         axis: axis.ok_or_else(zero)?,
-    }))
+    };
+    Ok(Some(slip).filter(|slip| slip.speed() > 0.0))
 }
 
 /// The background flow, which must be incompressible and fit the domain.
