@@ -240,10 +240,7 @@ mod tests {
             assert!((found[0] - f(x, y)).abs() < 1e-13);
             assert!((found[1] - 2.0 * f(x, y)).abs() < 1e-13);
             let (values, slopes) = p.evaluate_with_derivatives(&[x, y]);
-            let exact = [
-                3.0 * x * x * y - 2.0 * y * y,
-                x.powi(3) - 4.0 * x * y,
-            ];
+            let exact = [3.0 * x * x * y - 2.0 * y * y, x.powi(3) - 4.0 * x * y];
             for (value, found) in values.iter().zip(&found) {
                 assert!((value - found).abs() < 1e-13);
             }

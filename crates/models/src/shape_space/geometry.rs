@@ -106,8 +106,7 @@ impl ShapeGeometry {
         }
         let (values, slopes) = self.values.evaluate_with_derivatives(shape);
         let (connection, metric) = parts(&values, n);
-        let (connection_slopes, metric_slopes) =
-            slopes.iter().map(|slope| parts(slope, n)).unzip();
+        let (connection_slopes, metric_slopes) = slopes.iter().map(|slope| parts(slope, n)).unzip();
         Ok(LocalGeometry {
             connection,
             metric,
@@ -147,7 +146,10 @@ impl LocalGeometry {
 fn parts(values: &[f64], n: usize) -> (Vec<Vector6<f64>>, DMatrix<f64>) {
     let (twists, metric) = values.split_at(6 * n);
     (
-        twists.chunks_exact(6).map(Vector6::from_column_slice).collect(),
+        twists
+            .chunks_exact(6)
+            .map(Vector6::from_column_slice)
+            .collect(),
         DMatrix::from_column_slice(n, n, metric),
     )
 }
