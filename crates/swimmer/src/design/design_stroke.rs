@@ -1,0 +1,237 @@
+//! The best stroke of a scene: table, search, and a run of the winner by the full model.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use models::ShapeGeometry;
+use nalgebra::Vector3;
+use scene::{Gait, ObjectiveKind, Scene, Shape, StrokeStart, legs};
+
+use super::limits::StrokeLimits;
+use super::objective::{
+    HighestEfficiency, LargestDisplacement, LeastEnergy, LeastEnergyRotation, Objective,
+    Progress as StrokeProgress,
+};
+use super::optimise::{Optimum, SearchOptions, optimise};
+use super::optimum_scene;
+use super::progress::DesignProgress;
+use super::stroke_path::SampledPath;
+use super::table::{StrokeTable, tabulate};
+use super::totals::{Stroke, StrokeTotals};
+use crate::error::SwimError;
+use crate::integrate::Method;
+use crate::outcome::Outcome;
+use crate::output::Folder;
+use crate::planning::choose;
+use crate::simulate::simulate;
+
+/// Error of the table relative to the tolerance of the search.
+const TABLE: f64 = 0.01;
+
+/// Number of shapes of the stroke in [`DesignedStroke::lengths`], first and last one included.
+const SHAPES: usize = 201;
+
+/// The best stroke of a scene.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct DesignedStroke {
+    /// What the search found in the table.
+    pub optimum: Optimum,
+    /// The table.
+    pub table: StrokeTable,
+    /// The limits.
+    pub limits: StrokeLimits,
+    /// The scene of the stroke, as in `optimum.toml`.
+    pub scene: Scene,
+    /// Name of the model of the run.
+    pub model: &'static str,
+    /// Outcome of the run of that scene by the model, without a table.
+    pub outcome: Outcome,
+    /// Period of the stroke.
+    pub period: f64,
+    /// Values of all links at equal steps of time, from the start to the end of the stroke.
+    pub lengths: Vec<Vec<f64>>,
+    /// Lighthill efficiency `6 π μ r Δ² / (E T)` with the sum `r` of the radii of the spheres.
+    pub efficiency: f64,
+    /// The gait of the scene, if it has one that closes: totals, and energy times period at
+    /// constant power.
+    pub gait: Option<(StrokeTotals, f64)>,
+}
+
+/// Searches the best stroke of a scene by its group `optimise`, writes `optimum.toml` into the
+/// folder and runs it.
+///
+/// # Errors
+/// Limits or an objective that do not fit the scene, errors of the model,
+/// [`SwimError::NoStroke`], [`SwimError::Stopped`], files that cannot be written.
+pub fn design_stroke(
+    scene: &Scene,
+    out: &Path,
+    progress: &mut dyn DesignProgress,
+) -> Result<DesignedStroke, SwimError> {
+    let options = scene.optimise();
+    let limits = StrokeLimits::of_scene(scene)?;
+    let scene = &scene.with_tolerance(scene.model().tolerance.min(options.tolerance))?;
+    let start = fixed_start(scene, &limits)?;
+    let folder = Folder::create(out)?;
+    let table = tabulate(
+        scene,
+        &limits,
+        TABLE * options.tolerance,
+        Some(&folder),
+        progress,
+    )?;
+    let gait = gait_totals(scene, &limits, &table.geometry)?;
+    let objective = objective_of(scene, &limits, gait.as_ref().map(|gait| gait.0))?;
+    let search = SearchOptions {
+        start,
+        terms: options.terms as usize,
+        tolerance: options.tolerance,
+    };
+    let moving = limits.moving();
+    let optimum = optimise(
+        &table.geometry,
+        objective.as_ref(),
+        &moving,
+        &search,
+        progress,
+    )?;
+    let product = optimum.period_energy_product;
+    let period = match options.power {
+        // E = P T.
+        Some(power) => (product / power).sqrt(),
+        None => options.period,
+    };
+    progress.begins("running the stroke by the full model");
+    let found = optimum_scene::write(scene, &limits, &optimum, period, &folder)?;
+    let mut model = choose(&found)?.model;
+    let outcome = simulate(&found, model.as_mut(), Method::Collocation, &mut ())?;
+    let lengths = (0..SHAPES).map(|k| {
+        let u = (k % (SHAPES - 1)) as f64 / (SHAPES - 1) as f64;
+        limits.lengths(&optimum.series.shape(&optimum.coefficients, u))
+    });
+    let radii = scene.bodies().iter().map(|body| match body.shape {
+        Shape::Sphere { radius } => radius,
+        _ => body.bounding_radius(),
+    });
+    let drag = 6.0 * PI * scene.viscosity() * radii.sum::<f64>();
+    Ok(DesignedStroke {
+        efficiency: drag * optimum.totals.displacement.norm_squared() / product,
+        lengths: lengths.collect(),
+        model: model.name(),
+        scene: found,
+        optimum,
+        table,
+        limits,
+        outcome,
+        period,
+        gait,
+    })
+}
+
+/// The shape of the scene, if strokes start there.
+fn fixed_start(scene: &Scene, limits: &StrokeLimits) -> Result<Option<Vec<f64>>, SwimError> {
+    if scene.optimise().start == StrokeStart::Closed {
+        return Ok(None);
+    }
+    let initial = scene.articulation().initial_lengths();
+    for &link in &limits.variables {
+        let (range, value) = (limits.ranges[link], initial[link]);
+        if !(range.0..=range.1).contains(&value) {
+            return Err(SwimError::NotApplicable {
+                place: scene.place("optimise.start"),
+                problem: format!(
+                    "the stroke starts at {value} of \"{}\", outside of the limits {} and {}",
+                    scene.articulation().links()[link].name,
+                    range.0,
+                    range.1
+                ),
+            });
+        }
+    }
+    Ok(Some(limits.variables.iter().map(|&k| initial[k]).collect()))
+}
+
+/// Totals of one cycle of the gait of a scene, and its energy times period at constant power.
+///
+/// None for a scene without a gait, or one whose cycle does not close or leaves the table.
+///
+/// # Errors
+/// A gait that cannot be followed.
+pub fn gait_totals(
+    scene: &Scene,
+    limits: &StrokeLimits,
+    geometry: &ShapeGeometry,
+) -> Result<Option<(StrokeTotals, f64)>, SwimError> {
+    let gait = Gait {
+        cycles: 1,
+        phases: scene.gait().phases.clone(),
+    };
+    let start = scene.articulation().initial_lengths();
+    let cycle: Vec<_> = legs(&gait, start)?.collect();
+    let is_closed = cycle.last().is_some_and(|last| {
+        let ends = last.to.iter().zip(start);
+        // Sines close up to rounding.
+        ends.into_iter()
+            .all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(1.0))
+    });
+    if !is_closed {
+        return Ok(None);
+    }
+    let path = SampledPath::of_legs(cycle.into_iter(), &limits.variables);
+    let stroke = Stroke::along(geometry, &path).ok();
+    Ok(stroke.map(|stroke| (stroke.totals, stroke.length.powi(2))))
+}
+
+/// The objective of the group `optimise`, for a gait with these totals.
+///
+/// # Errors
+/// [`SwimError::NotApplicable`] for an objective without its displacement or rotation.
+pub fn objective_of(
+    scene: &Scene,
+    limits: &StrokeLimits,
+    gait: Option<StrokeTotals>,
+) -> Result<Box<dyn Objective>, SwimError> {
+    let options = scene.optimise();
+    let direction = options.direction.map(|d| Vector3::from(d).normalize());
+    let progress = direction.map_or(StrokeProgress::Length, StrokeProgress::Along);
+    let of_gait = gait
+        .map(|totals| progress.of(&totals).0.abs())
+        .filter(|x| *x > 0.0);
+    let missing = |key: &str, problem: &str| {
+        Err(SwimError::NotApplicable {
+            place: scene.place(key),
+            problem: format!("{key} is missing: {problem}"),
+        })
+    };
+    Ok(match options.objective {
+        ObjectiveKind::Efficiency => Box::new(HighestEfficiency { progress }),
+        ObjectiveKind::Displacement => Box::new(LargestDisplacement {
+            progress,
+            // A hundredth of the stroke of a joint, if no gait says what is typical.
+            scale: of_gait.unwrap_or_else(|| {
+                let widths = limits.moving().into_iter().map(|range| range.1 - range.0);
+                0.01 * widths.fold(0.0, f64::max)
+            }),
+        }),
+        ObjectiveKind::Energy => match options.displacement.or(of_gait) {
+            Some(displacement) => Box::new(LeastEnergy {
+                progress,
+                displacement,
+            }),
+            None => {
+                return missing(
+                    "optimise.displacement",
+                    "say how far the stroke goes, the scene has no gait that does",
+                );
+            }
+        },
+        ObjectiveKind::Rotation => match options.rotation.filter(|angle| *angle != 0.0) {
+            Some(angle) => Box::new(LeastEnergyRotation {
+                axis: Vector3::from(options.axis).normalize(),
+                angle,
+            }),
+            None => return missing("optimise.rotation", "say by which angle the stroke turns"),
+        },
+    })
+}

@@ -1,0 +1,412 @@
+//! A primal-dual interior-point method for one condition and bounds on linear functions.
+//!
+//! ```text
+//! minimise f(x)   with h(x) = 0,   lower <= Φ x + offset <= upper
+//! ```
+//!
+//! The bounds hold strictly in every iterate, so that functions are never evaluated outside of
+//! them. Newton's method on the perturbed optimality conditions (Nocedal & Wright 2006, chapter 19)
+//! with damped BFGS updates of the Hessian of the Lagrangian (Powell 1978), steps to the bounds of
+//! 0.995 at most, and a line search on the exact penalty function.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+/// Functions to minimise, with derivatives.
+pub trait Problem {
+    /// The functions at a point; none where they are not defined.
+    fn evaluate(&self, x: &DVector<f64>) -> Option<Evaluation>;
+
+    /// Values that have bounds: `Φ x` without offset, for all rows.
+    fn rows(&self, x: &DVector<f64>) -> DVector<f64>;
+
+    /// `Φ^T diag(weights) Φ`.
+    fn weighted_product(&self, weights: &DVector<f64>) -> DMatrix<f64>;
+
+    /// `Φ^T values`.
+    fn transposed(&self, values: &DVector<f64>) -> DVector<f64>;
+
+    /// Symmetric positive definite approximation of the Hessian at a point.
+    fn first_hessian(&self, x: &DVector<f64>) -> Option<DMatrix<f64>>;
+}
+
+/// Values and derivatives at a point.
+#[derive(Clone, Debug)]
+pub struct Evaluation {
+    /// The function to minimise.
+    pub cost: f64,
+    /// Its gradient.
+    pub gradient: DVector<f64>,
+    /// The condition with its gradient.
+    pub condition: Option<(f64, DVector<f64>)>,
+}
+
+/// Bounds of the rows, without their offset.
+pub struct Bounds {
+    /// Lower bounds.
+    pub lower: DVector<f64>,
+    /// Upper bounds.
+    pub upper: DVector<f64>,
+}
+
+/// A minimum.
+#[derive(Clone, Debug)]
+pub struct Minimum {
+    /// The point.
+    pub x: DVector<f64>,
+    /// The function there.
+    pub cost: f64,
+    /// Number of iterations.
+    pub iterations: usize,
+    /// Violation of the condition.
+    pub violation: f64,
+    /// Predicted further decrease of the cost, including that by the distance from the bounds.
+    pub decrease: f64,
+    /// Whether some bound is active.
+    pub at_bounds: bool,
+}
+
+/// Largest number of iterations; a search from an ellipse takes 30 to 150.
+const MAX_ITERATIONS: usize = 400;
+/// Part of the way to a bound that a step takes at most.
+const TO_BOUND: f64 = 0.995;
+/// Smallest factor on a step.
+const SHORTEST: f64 = 1e-10;
+/// Part of the predicted decrease that a step must achieve.
+const SUFFICIENT: f64 = 1e-4;
+
+/// Minimises from a point strictly inside the bounds.
+///
+/// Ends when the predicted decrease is below `tolerance`, or when no step decreases the penalty
+/// function any more. None if the functions are not defined at the start or it is outside the
+/// bounds.
+pub fn minimise(
+    problem: &dyn Problem,
+    bounds: &Bounds,
+    start: DVector<f64>,
+    tolerance: f64,
+) -> Option<Minimum> {
+    let mut x = start;
+    let mut here = problem.evaluate(&x)?;
+    let mut slacks = Slacks::new(problem, bounds, &x)?;
+    let mut hessian = problem.first_hessian(&x)?;
+    let rows = slacks.lower.len() as f64;
+    let smallest_barrier = tolerance / (2.0 * rows);
+    let mut barrier = 0.1 / rows;
+    let mut multipliers = slacks.multipliers(barrier);
+    let mut penalty = 0.0_f64;
+    let mut has_restarted = false;
+    let (mut iterations, mut decrease) = (0, f64::INFINITY);
+    while iterations < MAX_ITERATIONS {
+        iterations += 1;
+        let step = Step::new(problem, &here, &slacks, &multipliers, &hessian, barrier)?;
+        let violation = here.violation();
+        decrease = step.decrement + 2.0 * rows * barrier;
+        if step.decrement <= 0.1 * rows * barrier.max(smallest_barrier) && violation < 1e-9 {
+            if barrier <= smallest_barrier {
+                break;
+            }
+            barrier = (0.1 * barrier).max(smallest_barrier);
+            continue;
+        }
+        penalty = penalty.max(1.5 * step.multiplier.abs());
+        let merit = |e: &Evaluation, s: &Slacks| {
+            e.cost - barrier * s.logarithms() + penalty * e.violation()
+        };
+        let slope = step.slope - penalty * violation;
+        let before = merit(&here, &slacks);
+        let mut factor = slacks.longest(&step.slack_change);
+        let mut correction = None;
+        let accepted = loop {
+            let mut trial = &x + factor * &step.change;
+            if let Some(correction) = &correction {
+                trial += correction;
+            }
+            let found = problem
+                .evaluate(&trial)
+                .zip(Slacks::new(problem, bounds, &trial));
+            if let Some((evaluation, new)) = found {
+                // Rounding of the merit function counts as a decrease.
+                let rounding = 1e-14 * before.abs().max(1.0);
+                if merit(&evaluation, &new) <= before + SUFFICIENT * factor * slope + rounding {
+                    break Some((trial, evaluation, new));
+                }
+                // A second-order correction of the condition, once per step.
+                if correction.is_none() && factor == 1.0 && evaluation.violation() >= violation {
+                    correction = Some(step.correction(&evaluation));
+                    continue;
+                }
+            }
+            correction = Some(DVector::zeros(x.len()));
+            factor *= 0.5;
+            if factor < SHORTEST {
+                break None;
+            }
+        };
+        let Some((trial, evaluation, new)) = accepted else {
+            if has_restarted {
+                break;
+            }
+            (hessian, has_restarted) = (problem.first_hessian(&x)?, true);
+            continue;
+        };
+        has_restarted = false;
+        let lagrangian = |e: &Evaluation| match &e.condition {
+            Some((_, slope)) => &e.gradient + step.multiplier * slope,
+            None => e.gradient.clone(),
+        };
+        let difference = lagrangian(&evaluation) - lagrangian(&here);
+        update(&mut hessian, &(&trial - &x), &difference);
+        multipliers = multipliers.moved(&slacks, &new, &step.slack_change, barrier);
+        (x, here, slacks) = (trial, evaluation, new);
+    }
+    Some(Minimum {
+        violation: here.violation(),
+        cost: here.cost,
+        at_bounds: multipliers.largest() > 1e3 * barrier / slacks.scale(),
+        x,
+        iterations,
+        decrease,
+    })
+}
+
+impl Evaluation {
+    fn violation(&self) -> f64 {
+        self.condition
+            .as_ref()
+            .map_or(0.0, |(value, _)| value.abs())
+    }
+}
+
+/// Distances from the bounds.
+struct Slacks {
+    lower: DVector<f64>,
+    upper: DVector<f64>,
+}
+
+/// Multipliers of the bounds.
+struct Multipliers {
+    lower: DVector<f64>,
+    upper: DVector<f64>,
+}
+
+impl Slacks {
+    fn new(problem: &dyn Problem, bounds: &Bounds, x: &DVector<f64>) -> Option<Self> {
+        let rows = problem.rows(x);
+        let slacks = Self {
+            lower: &rows - &bounds.lower,
+            upper: &bounds.upper - &rows,
+        };
+        let is_inside = |s: &DVector<f64>| s.iter().all(|s| *s > 0.0);
+        (is_inside(&slacks.lower) && is_inside(&slacks.upper)).then_some(slacks)
+    }
+
+    fn logarithms(&self) -> f64 {
+        let all = self.lower.iter().chain(self.upper.iter());
+        all.map(|s| s.ln()).sum()
+    }
+
+    fn multipliers(&self, barrier: f64) -> Multipliers {
+        Multipliers {
+            lower: self.lower.map(|s| barrier / s),
+            upper: self.upper.map(|s| barrier / s),
+        }
+    }
+
+    /// Longest step, of at most one, that stays inside the bounds.
+    fn longest(&self, change: &DVector<f64>) -> f64 {
+        let lower = self.lower.iter().zip(change.iter().map(|c| -c));
+        let upper = self.upper.iter().zip(change.iter().copied());
+        lower
+            .chain(upper)
+            .fold(1.0_f64, |longest, (s, c)| match c > 0.0 {
+                true => longest.min(TO_BOUND * s / c),
+                false => longest,
+            })
+    }
+
+    /// Largest distance of two bounds of a row.
+    fn scale(&self) -> f64 {
+        (&self.lower + &self.upper).max()
+    }
+}
+
+impl Multipliers {
+    /// Newton's step of the multipliers, kept near the central path.
+    fn moved(&self, old: &Slacks, new: &Slacks, change: &DVector<f64>, barrier: f64) -> Self {
+        // Multipliers may leave the central path by this factor (Waechter & Biegler 2006).
+        const FREEDOM: f64 = 1e10;
+        let moved = |z: &DVector<f64>, s: &DVector<f64>, new: &DVector<f64>, sign: f64| {
+            let raw = DVector::from_fn(z.len(), |k, _| {
+                barrier / s[k] - z[k] - z[k] / s[k] * sign * change[k]
+            });
+            let longest = (z.iter().zip(&raw)).fold(1.0_f64, |longest, (z, d)| match *d < 0.0 {
+                true => longest.min(-TO_BOUND * z / d),
+                false => longest,
+            });
+            DVector::from_fn(z.len(), |k, _| {
+                let centre = barrier / new[k];
+                (z[k] + longest * raw[k]).clamp(centre / FREEDOM, centre * FREEDOM)
+            })
+        };
+        Self {
+            lower: moved(&self.lower, &old.lower, &new.lower, 1.0),
+            upper: moved(&self.upper, &old.upper, &new.upper, -1.0),
+        }
+    }
+
+    fn largest(&self) -> f64 {
+        self.lower.max().max(self.upper.max())
+    }
+}
+
+/// A step of Newton's method.
+struct Step {
+    change: DVector<f64>,
+    /// Change of the rows.
+    slack_change: DVector<f64>,
+    /// Multiplier of the condition.
+    multiplier: f64,
+    /// Derivative of the cost with its barrier along the step.
+    slope: f64,
+    /// Half of the square of the step in the norm of the matrix.
+    decrement: f64,
+    /// `H^-1 J^T / (J H^-1 J^T)`.
+    restoring: Option<DVector<f64>>,
+}
+
+impl Step {
+    fn new(
+        problem: &dyn Problem,
+        here: &Evaluation,
+        slacks: &Slacks,
+        multipliers: &Multipliers,
+        hessian: &DMatrix<f64>,
+        barrier: f64,
+    ) -> Option<Self> {
+        let weights = multipliers.lower.component_div(&slacks.lower)
+            + multipliers.upper.component_div(&slacks.upper);
+        let matrix = hessian + problem.weighted_product(&weights);
+        let pushes = slacks.upper.map(|s| barrier / s) - slacks.lower.map(|s| barrier / s);
+        let gradient = &here.gradient + problem.transposed(&pushes);
+        let factor: Cholesky<f64, Dyn> = matrix.clone().cholesky()?;
+        let descent = factor.solve(&gradient);
+        let (change, multiplier, restoring) = match &here.condition {
+            None => (-descent, 0.0, None),
+            Some((value, slope)) => {
+                let response = factor.solve(slope);
+                let stiffness = slope.dot(&response);
+                let multiplier = (value - slope.dot(&descent)) / stiffness;
+                let restoring = &response / stiffness;
+                (
+                    -descent - multiplier * response,
+                    multiplier,
+                    Some(restoring),
+                )
+            }
+        };
+        let is_finite = change.iter().all(|c| c.is_finite());
+        is_finite.then(|| Self {
+            slack_change: problem.rows(&change),
+            slope: gradient.dot(&change),
+            decrement: 0.5 * change.dot(&(&matrix * &change)),
+            change,
+            multiplier,
+            restoring,
+        })
+    }
+
+    /// A small change that corrects the condition at the end of the step.
+    fn correction(&self, end: &Evaluation) -> DVector<f64> {
+        match (&self.restoring, &end.condition) {
+            (Some(restoring), Some((value, _))) => -*value * restoring,
+            _ => DVector::zeros(self.change.len()),
+        }
+    }
+}
+
+/// Damped BFGS update: the matrix stays positive definite.
+fn update(hessian: &mut DMatrix<f64>, step: &DVector<f64>, difference: &DVector<f64>) {
+    // Powell's bound on the change of the curvature along the step.
+    const SMALLEST_CURVATURE: f64 = 0.2;
+    let image = &*hessian * step;
+    let (curvature, product) = (step.dot(&image), step.dot(difference));
+    if curvature.is_nan() || curvature <= 0.0 {
+        return;
+    }
+    let share = match product < SMALLEST_CURVATURE * curvature {
+        true => (1.0 - SMALLEST_CURVATURE) * curvature / (curvature - product),
+        false => 1.0,
+    };
+    let damped = share * difference + (1.0 - share) * &image;
+    let along = step.dot(&damped);
+    hessian.ger(-1.0 / curvature, &image, &image, 1.0);
+    hessian.ger(1.0 / along, &damped, &damped, 1.0);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `minimise (x - 3)^2 + 2 (y + 1)^2 + x y` with `x^2 + y^2 = 2` or without, in a box.
+    struct Quadratic {
+        has_condition: bool,
+    }
+
+    impl Problem for Quadratic {
+        fn evaluate(&self, p: &DVector<f64>) -> Option<Evaluation> {
+            let (x, y) = (p[0], p[1]);
+            let condition = (
+                x * x + y * y - 2.0,
+                DVector::from_vec(vec![2.0 * x, 2.0 * y]),
+            );
+            Some(Evaluation {
+                cost: (x - 3.0).powi(2) + 2.0 * (y + 1.0).powi(2) + x * y,
+                gradient: DVector::from_vec(vec![2.0 * (x - 3.0) + y, 4.0 * (y + 1.0) + x]),
+                condition: self.has_condition.then_some(condition),
+            })
+        }
+
+        fn rows(&self, x: &DVector<f64>) -> DVector<f64> {
+            x.clone()
+        }
+
+        fn weighted_product(&self, weights: &DVector<f64>) -> DMatrix<f64> {
+            DMatrix::from_diagonal(weights)
+        }
+
+        fn transposed(&self, values: &DVector<f64>) -> DVector<f64> {
+            values.clone()
+        }
+
+        fn first_hessian(&self, _: &DVector<f64>) -> Option<DMatrix<f64>> {
+            Some(DMatrix::identity(2, 2))
+        }
+    }
+
+    fn found(has_condition: bool, upper: f64) -> Minimum {
+        let bounds = Bounds {
+            lower: DVector::from_element(2, -3.0),
+            upper: DVector::from_element(2, upper),
+        };
+        let start = DVector::from_vec(vec![0.5, 0.2]);
+        minimise(&Quadratic { has_condition }, &bounds, start, 1e-10).unwrap()
+    }
+
+    #[test]
+    fn minima_are_found_inside_at_bounds_and_under_a_condition() {
+        // 2 x + y = 6, x + 4 y = -4.
+        let inside = found(false, 9.0);
+        assert!((inside.x[0] - 4.0).abs() < 1e-6 && (inside.x[1] + 2.0).abs() < 1e-6);
+        // x = 1, 4 y = -5.
+        let at_bound = found(false, 1.0);
+        assert!((at_bound.x[0] - 1.0).abs() < 1e-8 && (at_bound.x[1] + 1.25).abs() < 1e-6);
+        assert!(at_bound.at_bounds && !inside.at_bounds);
+        // On the circle the gradient is along the position.
+        let circle = found(true, 9.0);
+        let (x, y) = (circle.x[0], circle.x[1]);
+        assert!(circle.violation < 1e-9);
+        let gradient = (2.0 * (x - 3.0) + y, 4.0 * (y + 1.0) + x);
+        assert!((gradient.0 * y - gradient.1 * x).abs() < 1e-5, "{x} {y}");
+        assert!(x > 0.0 && y < 0.0);
+    }
+}
