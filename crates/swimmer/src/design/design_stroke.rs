@@ -9,8 +9,8 @@ use scene::{Gait, ObjectiveKind, Scene, Shape, StrokeStart, legs};
 
 use super::limits::StrokeLimits;
 use super::objective::{
-    HighestEfficiency, LargestDisplacement, LeastEnergy, LeastEnergyRotation, Objective,
-    Progress as StrokeProgress,
+    DisplacementMeasure, HighestEfficiency, LargestDisplacement, LeastEnergy, LeastEnergyRotation,
+    Objective,
 };
 use super::optimise::{Optimum, SearchOptions, optimise};
 use super::optimum_scene;
@@ -163,6 +163,20 @@ pub fn gait_totals(
     limits: &StrokeLimits,
     geometry: &ShapeGeometry,
 ) -> Result<Option<(StrokeTotals, f64)>, SwimError> {
+    let path = closed_gait(scene, limits)?;
+    let stroke = path.and_then(|path| Stroke::along(geometry, &path).ok());
+    Ok(stroke.map(|stroke| (stroke.totals, stroke.length.powi(2))))
+}
+
+/// Shapes along one cycle of the gait of a scene; none without a gait that closes.
+///
+/// # Errors
+/// A gait that cannot be followed.
+pub fn gait_shapes(scene: &Scene, limits: &StrokeLimits) -> Result<Vec<Vec<f64>>, SwimError> {
+    Ok(closed_gait(scene, limits)?.map_or(Vec::new(), |path| path.shapes))
+}
+
+fn closed_gait(scene: &Scene, limits: &StrokeLimits) -> Result<Option<SampledPath>, SwimError> {
     let gait = Gait {
         cycles: 1,
         phases: scene.gait().phases.clone(),
@@ -170,17 +184,11 @@ pub fn gait_totals(
     let start = scene.articulation().initial_lengths();
     let cycle: Vec<_> = legs(&gait, start)?.collect();
     let is_closed = cycle.last().is_some_and(|last| {
-        let ends = last.to.iter().zip(start);
+        let mut ends = last.to.iter().zip(start);
         // Sines close up to rounding.
-        ends.into_iter()
-            .all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(1.0))
+        ends.all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(1.0))
     });
-    if !is_closed {
-        return Ok(None);
-    }
-    let path = SampledPath::of_legs(cycle.into_iter(), &limits.variables);
-    let stroke = Stroke::along(geometry, &path).ok();
-    Ok(stroke.map(|stroke| (stroke.totals, stroke.length.powi(2))))
+    Ok(is_closed.then(|| SampledPath::of_legs(cycle.into_iter(), &limits.variables)))
 }
 
 /// The objective of the group `optimise`, for a gait with these totals.
@@ -194,9 +202,9 @@ pub fn objective_of(
 ) -> Result<Box<dyn Objective>, SwimError> {
     let options = scene.optimise();
     let direction = options.direction.map(|d| Vector3::from(d).normalize());
-    let progress = direction.map_or(StrokeProgress::Length, StrokeProgress::Along);
+    let measure = direction.map_or(DisplacementMeasure::Length, DisplacementMeasure::Along);
     let of_gait = gait
-        .map(|totals| progress.of(&totals).0.abs())
+        .map(|totals| measure.of(&totals).0.abs())
         .filter(|x| *x > 0.0);
     let missing = |key: &str, problem: &str| {
         Err(SwimError::NotApplicable {
@@ -205,9 +213,9 @@ pub fn objective_of(
         })
     };
     Ok(match options.objective {
-        ObjectiveKind::Efficiency => Box::new(HighestEfficiency { progress }),
+        ObjectiveKind::Efficiency => Box::new(HighestEfficiency { measure }),
         ObjectiveKind::Displacement => Box::new(LargestDisplacement {
-            progress,
+            measure,
             // A hundredth of the stroke of a joint, if no gait says what is typical.
             scale: of_gait.unwrap_or_else(|| {
                 let widths = limits.moving().into_iter().map(|range| range.1 - range.0);
@@ -216,7 +224,7 @@ pub fn objective_of(
         }),
         ObjectiveKind::Energy => match options.displacement.or(of_gait) {
             Some(displacement) => Box::new(LeastEnergy {
-                progress,
+                measure,
                 displacement,
             }),
             None => {

@@ -11,6 +11,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use super::bounds::{Bounds, Multipliers, Slacks};
+
 /// Functions to minimise, with derivatives.
 pub trait Problem {
     /// The functions at a point; none where they are not defined.
@@ -40,14 +42,6 @@ pub struct Evaluation {
     pub condition: Option<(f64, DVector<f64>)>,
 }
 
-/// Bounds of the rows, without their offset.
-pub struct Bounds {
-    /// Lower bounds.
-    pub lower: DVector<f64>,
-    /// Upper bounds.
-    pub upper: DVector<f64>,
-}
-
 /// A minimum.
 #[derive(Clone, Debug)]
 pub struct Minimum {
@@ -67,8 +61,6 @@ pub struct Minimum {
 
 /// Largest number of iterations; a search from an ellipse takes 30 to 150.
 const MAX_ITERATIONS: usize = 400;
-/// Part of the way to a bound that a step takes at most.
-const TO_BOUND: f64 = 0.995;
 /// Smallest factor on a step.
 const SHORTEST: f64 = 1e-10;
 /// Part of the predicted decrease that a step must achieve.
@@ -87,7 +79,7 @@ pub fn minimise(
 ) -> Option<Minimum> {
     let mut x = start;
     let mut here = problem.evaluate(&x)?;
-    let mut slacks = Slacks::new(problem, bounds, &x)?;
+    let mut slacks = Slacks::new(&problem.rows(&x), bounds)?;
     let mut hessian = problem.first_hessian(&x)?;
     let rows = slacks.lower.len() as f64;
     let smallest_barrier = tolerance / (2.0 * rows);
@@ -123,7 +115,7 @@ pub fn minimise(
             }
             let found = problem
                 .evaluate(&trial)
-                .zip(Slacks::new(problem, bounds, &trial));
+                .zip(Slacks::new(&problem.rows(&trial), bounds));
             if let Some((evaluation, new)) = found {
                 // Rounding of the merit function counts as a decrease.
                 let rounding = 1e-14 * before.abs().max(1.0);
@@ -174,88 +166,6 @@ impl Evaluation {
         self.condition
             .as_ref()
             .map_or(0.0, |(value, _)| value.abs())
-    }
-}
-
-/// Distances from the bounds.
-struct Slacks {
-    lower: DVector<f64>,
-    upper: DVector<f64>,
-}
-
-/// Multipliers of the bounds.
-struct Multipliers {
-    lower: DVector<f64>,
-    upper: DVector<f64>,
-}
-
-impl Slacks {
-    fn new(problem: &dyn Problem, bounds: &Bounds, x: &DVector<f64>) -> Option<Self> {
-        let rows = problem.rows(x);
-        let slacks = Self {
-            lower: &rows - &bounds.lower,
-            upper: &bounds.upper - &rows,
-        };
-        let is_inside = |s: &DVector<f64>| s.iter().all(|s| *s > 0.0);
-        (is_inside(&slacks.lower) && is_inside(&slacks.upper)).then_some(slacks)
-    }
-
-    fn logarithms(&self) -> f64 {
-        let all = self.lower.iter().chain(self.upper.iter());
-        all.map(|s| s.ln()).sum()
-    }
-
-    fn multipliers(&self, barrier: f64) -> Multipliers {
-        Multipliers {
-            lower: self.lower.map(|s| barrier / s),
-            upper: self.upper.map(|s| barrier / s),
-        }
-    }
-
-    /// Longest step, of at most one, that stays inside the bounds.
-    fn longest(&self, change: &DVector<f64>) -> f64 {
-        let lower = self.lower.iter().zip(change.iter().map(|c| -c));
-        let upper = self.upper.iter().zip(change.iter().copied());
-        lower
-            .chain(upper)
-            .fold(1.0_f64, |longest, (s, c)| match c > 0.0 {
-                true => longest.min(TO_BOUND * s / c),
-                false => longest,
-            })
-    }
-
-    /// Largest distance of two bounds of a row.
-    fn scale(&self) -> f64 {
-        (&self.lower + &self.upper).max()
-    }
-}
-
-impl Multipliers {
-    /// Newton's step of the multipliers, kept near the central path.
-    fn moved(&self, old: &Slacks, new: &Slacks, change: &DVector<f64>, barrier: f64) -> Self {
-        // Multipliers may leave the central path by this factor (Waechter & Biegler 2006).
-        const FREEDOM: f64 = 1e10;
-        let moved = |z: &DVector<f64>, s: &DVector<f64>, new: &DVector<f64>, sign: f64| {
-            let raw = DVector::from_fn(z.len(), |k, _| {
-                barrier / s[k] - z[k] - z[k] / s[k] * sign * change[k]
-            });
-            let longest = (z.iter().zip(&raw)).fold(1.0_f64, |longest, (z, d)| match *d < 0.0 {
-                true => longest.min(-TO_BOUND * z / d),
-                false => longest,
-            });
-            DVector::from_fn(z.len(), |k, _| {
-                let centre = barrier / new[k];
-                (z[k] + longest * raw[k]).clamp(centre / FREEDOM, centre * FREEDOM)
-            })
-        };
-        Self {
-            lower: moved(&self.lower, &old.lower, &new.lower, 1.0),
-            upper: moved(&self.upper, &old.upper, &new.upper, -1.0),
-        }
-    }
-
-    fn largest(&self) -> f64 {
-        self.lower.max().max(self.upper.max())
     }
 }
 

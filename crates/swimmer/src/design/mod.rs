@@ -8,6 +8,7 @@
 //! - [`learn`]: what reinforcement learning finds on the shapes whose joints are contracted or
 //!   extended, and the exact optimum there.
 
+mod bounds;
 mod design_stroke;
 mod interior_point;
 pub mod learn;
@@ -23,11 +24,11 @@ mod stroke_path;
 mod table;
 mod totals;
 
-pub use design_stroke::{DesignedStroke, design_stroke, gait_totals, objective_of};
+pub use design_stroke::{DesignedStroke, design_stroke, gait_shapes, gait_totals, objective_of};
 pub use limits::StrokeLimits;
 pub use objective::{
-    HighestEfficiency, LargestDisplacement, LeastEnergy, LeastEnergyRotation, Objective, Progress,
-    WithDerivatives,
+    DisplacementMeasure, HighestEfficiency, LargestDisplacement, LeastEnergy, LeastEnergyRotation,
+    Objective, WithDerivatives,
 };
 pub use optimise::{Optimum, SearchOptions, optimise};
 pub use progress::DesignProgress;

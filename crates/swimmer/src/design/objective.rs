@@ -58,14 +58,14 @@ pub trait Objective: Sync {
 
 /// Which displacement counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Progress {
+pub enum DisplacementMeasure {
     /// Its length.
     Length,
     /// Its component along a unit vector.
     Along(Vector3<f64>),
 }
 
-impl Progress {
+impl DisplacementMeasure {
     /// The displacement that counts.
     pub fn of(&self, totals: &StrokeTotals) -> WithDerivatives {
         let (value, direction) = match *self {
@@ -95,7 +95,7 @@ impl Progress {
 #[derive(Clone, Copy, Debug)]
 pub struct LargestDisplacement {
     /// Which displacement counts.
-    pub progress: Progress,
+    pub measure: DisplacementMeasure,
     /// A typical displacement.
     pub scale: f64,
 }
@@ -104,14 +104,14 @@ pub struct LargestDisplacement {
 #[derive(Clone, Copy, Debug)]
 pub struct HighestEfficiency {
     /// Which displacement counts.
-    pub progress: Progress,
+    pub measure: DisplacementMeasure,
 }
 
 /// The stroke of the least energy for a displacement.
 #[derive(Clone, Copy, Debug)]
 pub struct LeastEnergy {
     /// Which displacement counts.
-    pub progress: Progress,
+    pub measure: DisplacementMeasure,
     /// The displacement.
     pub displacement: f64,
 }
@@ -148,25 +148,25 @@ fn log_energy(totals: &StrokeTotals) -> WithDerivatives {
 
 impl Objective for LargestDisplacement {
     fn cost(&self, totals: &StrokeTotals) -> WithDerivatives {
-        let (displacement, derivatives) = self.progress.of(totals);
+        let (displacement, derivatives) = self.measure.of(totals);
         scaled(-displacement / self.scale, -1.0 / self.scale, derivatives)
     }
 
     fn direction(&self) -> Option<Vector3<f64>> {
-        self.progress.direction()
+        self.measure.direction()
     }
 }
 
 impl Objective for HighestEfficiency {
     fn cost(&self, totals: &StrokeTotals) -> WithDerivatives {
         let (energy, mut derivatives) = log_energy(totals);
-        let (displacement, direction) = self.progress.of(totals);
+        let (displacement, direction) = self.measure.of(totals);
         derivatives.displacement = -2.0 / displacement * direction.displacement;
         (energy - 2.0 * displacement.ln(), derivatives)
     }
 
     fn direction(&self) -> Option<Vector3<f64>> {
-        self.progress.direction()
+        self.measure.direction()
     }
 }
 
@@ -176,13 +176,13 @@ impl Objective for LeastEnergy {
     }
 
     fn condition(&self, totals: &StrokeTotals) -> Option<WithDerivatives> {
-        let (displacement, derivatives) = self.progress.of(totals);
+        let (displacement, derivatives) = self.measure.of(totals);
         let ratio = displacement / self.displacement;
         Some(scaled(ratio - 1.0, 1.0 / self.displacement, derivatives))
     }
 
     fn direction(&self) -> Option<Vector3<f64>> {
-        self.progress.direction()
+        self.measure.direction()
     }
 
     fn size(&self) -> Option<f64> {

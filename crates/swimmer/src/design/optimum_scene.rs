@@ -17,8 +17,9 @@ pub const SCENE_FILE: &str = "optimum.toml";
 /// Name of the table of a stroke that is no Fourier series.
 const TABLE_FILE: &str = "optimum.csv";
 
-/// Rows of the table per term: the error of the cubic spline is then below 1e-7 of an amplitude.
-const ROWS_PER_TERM: usize = 64;
+/// Rows of the table per term: the error of the cubic spline is then `(π/16)^4 / 384 = 4e-6` of the
+/// amplitude of the highest term.
+const ROWS_PER_TERM: usize = 16;
 
 /// Writes the stroke as `optimum.toml` into a folder, and reads it back.
 ///

@@ -3,7 +3,8 @@
 use models::ShapeGeometry;
 use nalgebra::{DMatrix, DVector};
 
-use super::interior_point::{Bounds, Evaluation, Minimum, Problem, minimise};
+use super::bounds::Bounds;
+use super::interior_point::{Evaluation, Minimum, Problem, minimise};
 use super::objective::{Objective, WithDerivatives};
 use super::stroke_path::{SampledSeries, Series};
 use super::totals::Stroke;
