@@ -514,13 +514,13 @@ pub const KEYS: &[Key] = &[
     key(
         "optimise.terms",
         Kind::Count,
-        Value("16"),
-        "largest number of terms of the series of each joint, at most 64",
+        Value("64"),
+        "largest number of terms of the series of each joint, at most 128",
     ),
     key(
         "optimise.tolerance",
         Kind::Positive,
-        Value("1e-5"),
+        Value("2e-4"),
         "relative change of the optimum, with twice as many terms, at which the search ends",
     ),
     key(

@@ -9,7 +9,7 @@ use crate::error::SceneError;
 use crate::nearest::find_name;
 
 /// Largest number of terms: more need more memory than a search can use.
-const MOST_TERMS: u32 = 64;
+const MOST_TERMS: u32 = 128;
 
 /// Refuses values of joints that do not fit the links, and numbers outside their bounds.
 pub(super) fn check(

@@ -56,7 +56,7 @@ fn warnings(scene: &Scene, found: &DesignedStroke) -> Vec<String> {
             "optimise.tolerance = {:e} was requested, and the last increase of the number of terms \
              to {} changed the objective by {}; increase optimise.terms",
             options.tolerance,
-            optimum.series.terms(),
+            optimum.curve.terms(),
             two_digits(optimum.refinement_error),
         ));
     }
@@ -80,18 +80,19 @@ fn optimum_json(found: &DesignedStroke) -> Value {
         "period": found.period,
         "period_energy_product": optimum.period_energy_product,
         "efficiency": found.efficiency,
-        "terms": optimum.series.terms(),
+        "terms": optimum.curve.terms(),
         "refinement_error": optimum.refinement_error,
         "at_limits": optimum.at_limits,
         "lengths": found.lengths,
         "table": {
             "model": found.table.model,
             "points": found.table.geometry.points(),
+            "displacement_error": found.table_error,
             "errors": found.table.geometry.errors(),
         },
         "run": {
             "model": found.model,
-            "displacement": found.outcome.net(),
+            "displacement": found.run_displacement,
             "displacement_error": found.outcome.error_estimate.total(),
             "rotation": found.outcome.rotation.as_slice(),
             "energy": found.outcome.work,
@@ -118,17 +119,17 @@ fn describe(scene: &Scene, found: &DesignedStroke, out: &Path, seconds: f64) -> 
             "{}, {}, {} per joint",
             count(optimum.starts, "start"),
             count(optimum.iterations, "iteration"),
-            count(optimum.series.terms(), "term"),
+            count(optimum.curve.terms(), "term"),
         ),
     );
     text += "\n";
     text += &entry(
-        "displacement",
-        &format!("{:.8} by the table", optimum.totals.displacement.norm()),
+        "displacement by table",
+        &with_uncertainty(optimum.totals.displacement.norm(), found.table_error),
     );
     text += &entry(
         "  by the model",
-        &with_uncertainty(outcome.net(), outcome.error_estimate.total()),
+        &with_uncertainty(found.run_displacement, outcome.error_estimate.total()),
     );
     let rotation = optimum.totals.rotation;
     if rotation.norm() > 1e-9 {

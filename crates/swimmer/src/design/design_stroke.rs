@@ -7,10 +7,10 @@ use models::ShapeGeometry;
 use nalgebra::Vector3;
 use scene::{Gait, ObjectiveKind, Scene, Shape, StrokeStart, legs};
 
+use super::farthest::farthest;
 use super::limits::StrokeLimits;
 use super::objective::{
-    DisplacementMeasure, HighestEfficiency, LargestDisplacement, LeastEnergy, LeastEnergyRotation,
-    Objective,
+    DisplacementMeasure, HighestEfficiency, LeastEnergy, LeastEnergyRotation, Objective,
 };
 use super::optimise::{Optimum, SearchOptions, optimise};
 use super::optimum_scene;
@@ -26,7 +26,7 @@ use crate::planning::choose;
 use crate::simulate::simulate;
 
 /// Error of the table relative to the tolerance of the search.
-const TABLE: f64 = 0.01;
+const TABLE: f64 = 1e-3;
 
 /// Number of shapes of the stroke in [`DesignedStroke::lengths`], first and last one included.
 const SHAPES: usize = 201;
@@ -47,12 +47,18 @@ pub struct DesignedStroke {
     pub model: &'static str,
     /// Outcome of the run of that scene by the model, without a table.
     pub outcome: Outcome,
+    /// Displacement of the frame in that run, to compare with the table: that of the first body of
+    /// the linkage. The bodies of a swimmer that turns have different ones.
+    pub run_displacement: f64,
     /// Period of the stroke.
     pub period: f64,
     /// Values of all links at equal steps of time, from the start to the end of the stroke.
     pub lengths: Vec<Vec<f64>>,
     /// Lighthill efficiency `6 π μ r Δ² / (E T)` with the sum `r` of the radii of the spheres.
     pub efficiency: f64,
+    /// Error bar of the displacement by the table: its errors for a unit rate times the length of
+    /// the stroke, the sum over the joints.
+    pub table_error: f64,
     /// The gait of the scene, if it has one that closes: totals, and energy times period at
     /// constant power.
     pub gait: Option<(StrokeTotals, f64)>,
@@ -82,20 +88,25 @@ pub fn design_stroke(
         progress,
     )?;
     let gait = gait_totals(scene, &limits, &table.geometry)?;
-    let objective = objective_of(scene, &limits, gait.as_ref().map(|gait| gait.0))?;
-    let search = SearchOptions {
-        start,
-        terms: options.terms as usize,
-        tolerance: options.tolerance,
-    };
     let moving = limits.moving();
-    let optimum = optimise(
-        &table.geometry,
-        objective.as_ref(),
-        &moving,
-        &search,
-        progress,
-    )?;
+    let optimum = match options.objective {
+        ObjectiveKind::Displacement => farthest(&table.geometry, measure_of(scene), &moving)?,
+        _ => {
+            let objective = objective_of(scene, gait.as_ref().map(|gait| gait.0))?;
+            let search = SearchOptions {
+                start,
+                terms: options.terms as usize,
+                tolerance: options.tolerance,
+            };
+            optimise(
+                &table.geometry,
+                objective.as_ref(),
+                &moving,
+                &search,
+                progress,
+            )?
+        }
+    };
     let product = optimum.period_energy_product;
     let period = match options.power {
         // E = P T.
@@ -106,10 +117,21 @@ pub fn design_stroke(
     let found = optimum_scene::write(scene, &limits, &optimum, period, &folder)?;
     let mut model = choose(&found)?.model;
     let outcome = simulate(&found, model.as_mut(), Method::Collocation, &mut ())?;
-    let lengths = (0..SHAPES).map(|k| {
-        let u = (k % (SHAPES - 1)) as f64 / (SHAPES - 1) as f64;
-        limits.lengths(&optimum.series.shape(&optimum.coefficients, u))
+    let lengths: Vec<Vec<f64>> = (0..SHAPES)
+        .map(|k| {
+            let u = (k % (SHAPES - 1)) as f64 / (SHAPES - 1) as f64;
+            limits.lengths(&optimum.curve.shape(u))
+        })
+        .collect();
+    let steps = lengths.windows(2);
+    let path = steps.map(|pair| {
+        pair[0]
+            .iter()
+            .zip(&pair[1])
+            .map(|(a, b)| (a - b).abs())
+            .sum::<f64>()
     });
+    let (interpolation, model_error) = table.geometry.errors();
     let radii = scene.bodies().iter().map(|body| match body.shape {
         Shape::Sphere { radius } => radius,
         _ => body.bounding_radius(),
@@ -117,8 +139,10 @@ pub fn design_stroke(
     let drag = 6.0 * PI * scene.viscosity() * radii.sum::<f64>();
     Ok(DesignedStroke {
         efficiency: drag * optimum.totals.displacement.norm_squared() / product,
-        lengths: lengths.collect(),
+        table_error: (interpolation + model_error) * path.sum::<f64>(),
+        lengths,
         model: model.name(),
+        run_displacement: outcome.displacement[scene.articulation().linkages()[0].root].norm(),
         scene: found,
         optimum,
         table,
@@ -137,11 +161,13 @@ fn fixed_start(scene: &Scene, limits: &StrokeLimits) -> Result<Option<Vec<f64>>,
     let initial = scene.articulation().initial_lengths();
     for &link in &limits.variables {
         let (range, value) = (limits.ranges[link], initial[link]);
-        if !(range.0..=range.1).contains(&value) {
+        // At a limit, every small excess near the start would be outside.
+        if !(range.0 < value && value < range.1) {
             return Err(SwimError::NotApplicable {
                 place: scene.place("optimise.start"),
                 problem: format!(
-                    "the stroke starts at {value} of \"{}\", outside of the limits {} and {}",
+                    "the stroke starts at {value} of \"{}\", which must be strictly between the \
+                     limits {} and {}; widen optimise.lower or optimise.upper",
                     scene.articulation().links()[link].name,
                     range.0,
                     range.1
@@ -191,18 +217,24 @@ fn closed_gait(scene: &Scene, limits: &StrokeLimits) -> Result<Option<SampledPat
     Ok(is_closed.then(|| SampledPath::of_legs(cycle.into_iter(), &limits.variables)))
 }
 
+/// Which displacement counts, by `optimise.direction`.
+fn measure_of(scene: &Scene) -> DisplacementMeasure {
+    match scene.optimise().direction {
+        Some(direction) => DisplacementMeasure::Along(Vector3::from(direction).normalize()),
+        None => DisplacementMeasure::Length,
+    }
+}
+
 /// The objective of the group `optimise`, for a gait with these totals.
 ///
 /// # Errors
 /// [`SwimError::NotApplicable`] for an objective without its displacement or rotation.
 pub fn objective_of(
     scene: &Scene,
-    limits: &StrokeLimits,
     gait: Option<StrokeTotals>,
 ) -> Result<Box<dyn Objective>, SwimError> {
     let options = scene.optimise();
-    let direction = options.direction.map(|d| Vector3::from(d).normalize());
-    let measure = direction.map_or(DisplacementMeasure::Length, DisplacementMeasure::Along);
+    let measure = measure_of(scene);
     let of_gait = gait
         .map(|totals| measure.of(&totals).0.abs())
         .filter(|x| *x > 0.0);
@@ -213,15 +245,10 @@ pub fn objective_of(
         })
     };
     Ok(match options.objective {
-        ObjectiveKind::Efficiency => Box::new(HighestEfficiency { measure }),
-        ObjectiveKind::Displacement => Box::new(LargestDisplacement {
-            measure,
-            // A hundredth of the stroke of a joint, if no gait says what is typical.
-            scale: of_gait.unwrap_or_else(|| {
-                let widths = limits.moving().into_iter().map(|range| range.1 - range.0);
-                0.01 * widths.fold(0.0, f64::max)
-            }),
-        }),
+        // The largest displacement needs no search, see [`farthest`].
+        ObjectiveKind::Efficiency | ObjectiveKind::Displacement => {
+            Box::new(HighestEfficiency { measure })
+        }
         ObjectiveKind::Energy => match options.displacement.or(of_gait) {
             Some(displacement) => Box::new(LeastEnergy {
                 measure,

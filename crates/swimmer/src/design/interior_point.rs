@@ -59,8 +59,6 @@ pub struct Minimum {
     pub at_bounds: bool,
 }
 
-/// Largest number of iterations; a search from an ellipse takes 30 to 150.
-const MAX_ITERATIONS: usize = 400;
 /// Smallest factor on a step.
 const SHORTEST: f64 = 1e-10;
 /// Part of the predicted decrease that a step must achieve.
@@ -68,14 +66,15 @@ const SUFFICIENT: f64 = 1e-4;
 
 /// Minimises from a point strictly inside the bounds.
 ///
-/// Ends when the predicted decrease is below `tolerance`, or when no step decreases the penalty
-/// function any more. None if the functions are not defined at the start or it is outside the
+/// Ends when the predicted decrease and the violation of the condition are below `tolerance`, when
+/// no step decreases the penalty function any more, or after `max_iterations`. None if the functions are not defined at the start or it is outside the
 /// bounds.
 pub fn minimise(
     problem: &dyn Problem,
     bounds: &Bounds,
     start: DVector<f64>,
     tolerance: f64,
+    max_iterations: usize,
 ) -> Option<Minimum> {
     let mut x = start;
     let mut here = problem.evaluate(&x)?;
@@ -88,19 +87,27 @@ pub fn minimise(
     let mut penalty = 0.0_f64;
     let mut has_restarted = false;
     let (mut iterations, mut decrease) = (0, f64::INFINITY);
-    while iterations < MAX_ITERATIONS {
+    while iterations < max_iterations {
         iterations += 1;
-        let step = Step::new(problem, &here, &slacks, &multipliers, &hessian, barrier)?;
+        let Some(step) = Step::new(problem, &here, &slacks, &multipliers, &hessian, barrier) else {
+            // Rounding has made the matrix indefinite.
+            if has_restarted {
+                break;
+            }
+            (hessian, has_restarted) = (problem.first_hessian(&x)?, true);
+            continue;
+        };
         let violation = here.violation();
         decrease = step.decrement + 2.0 * rows * barrier;
-        if step.decrement <= 0.1 * rows * barrier.max(smallest_barrier) && violation < 1e-9 {
+        if step.decrement <= 0.1 * rows * barrier.max(smallest_barrier) && violation <= tolerance {
             if barrier <= smallest_barrier {
                 break;
             }
             barrier = (0.1 * barrier).max(smallest_barrier);
             continue;
         }
-        penalty = penalty.max(1.5 * step.multiplier.abs());
+        // It may decrease again: the first multipliers of a stroke far from the condition are large.
+        penalty = (1.5 * step.multiplier.abs()).max(0.5 * penalty);
         let merit = |e: &Evaluation, s: &Slacks| {
             e.cost - barrier * s.logarithms() + penalty * e.violation()
         };
@@ -299,7 +306,7 @@ mod tests {
             upper: DVector::from_element(2, upper),
         };
         let start = DVector::from_vec(vec![0.5, 0.2]);
-        minimise(&Quadratic { has_condition }, &bounds, start, 1e-10).unwrap()
+        minimise(&Quadratic { has_condition }, &bounds, start, 1e-10, 200).unwrap()
     }
 
     #[test]

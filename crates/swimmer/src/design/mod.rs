@@ -10,6 +10,7 @@
 
 mod bounds;
 mod design_stroke;
+mod farthest;
 mod interior_point;
 pub mod learn;
 mod limits;
@@ -25,14 +26,15 @@ mod table;
 mod totals;
 
 pub use design_stroke::{DesignedStroke, design_stroke, gait_shapes, gait_totals, objective_of};
+pub use farthest::farthest;
 pub use limits::StrokeLimits;
 pub use objective::{
-    DisplacementMeasure, HighestEfficiency, LargestDisplacement, LeastEnergy, LeastEnergyRotation,
-    Objective, WithDerivatives,
+    DisplacementMeasure, HighestEfficiency, LeastEnergy, LeastEnergyRotation, Objective,
+    WithDerivatives,
 };
 pub use optimise::{Optimum, SearchOptions, optimise};
 pub use progress::DesignProgress;
 pub use starts::small_stroke_cost;
-pub use stroke_path::{SampledPath, Series};
+pub use stroke_path::{SampledPath, Series, StrokeCurve};
 pub use table::{StrokeTable, tabulate};
 pub use totals::{Stroke, StrokeTotals};

@@ -91,15 +91,6 @@ impl DisplacementMeasure {
     }
 }
 
-/// The stroke of the largest displacement.
-#[derive(Clone, Copy, Debug)]
-pub struct LargestDisplacement {
-    /// Which displacement counts.
-    pub measure: DisplacementMeasure,
-    /// A typical displacement.
-    pub scale: f64,
-}
-
 /// The stroke of the highest Lighthill efficiency, `6 π μ r Δ² / (E T)` with any drag `6 π μ r`.
 #[derive(Clone, Copy, Debug)]
 pub struct HighestEfficiency {
@@ -144,17 +135,6 @@ const ENERGY: StrokeTotals = StrokeTotals {
 /// The logarithm of the energy: steps then do not depend on its size.
 fn log_energy(totals: &StrokeTotals) -> WithDerivatives {
     scaled(totals.energy.ln(), 1.0 / totals.energy, ENERGY)
-}
-
-impl Objective for LargestDisplacement {
-    fn cost(&self, totals: &StrokeTotals) -> WithDerivatives {
-        let (displacement, derivatives) = self.measure.of(totals);
-        scaled(-displacement / self.scale, -1.0 / self.scale, derivatives)
-    }
-
-    fn direction(&self) -> Option<Vector3<f64>> {
-        self.measure.direction()
-    }
 }
 
 impl Objective for HighestEfficiency {

@@ -8,7 +8,7 @@ use super::objective::Objective;
 use super::progress::DesignProgress;
 use super::search::StrokeProblem;
 use super::starts::starts;
-use super::stroke_path::Series;
+use super::stroke_path::{Series, StrokeCurve};
 use super::totals::StrokeTotals;
 use crate::error::SwimError;
 
@@ -20,6 +20,12 @@ const SEARCH: f64 = 0.01;
 
 /// Predicted decrease at which the starts are compared.
 const COMPARE: f64 = 1e-3;
+
+/// Number of iterations in which the starts are compared; those to a good stroke take about 30.
+const COMPARE_ITERATIONS: usize = 60;
+
+/// Largest number of iterations of a refined search, which takes 10 to 150.
+const MAX_ITERATIONS: usize = 400;
 
 /// Number of times between the quadrature points at which limits are checked.
 const CHECKS_PER_TERM: usize = 200;
@@ -38,10 +44,8 @@ pub struct SearchOptions {
 /// The best stroke that was found.
 #[derive(Clone, Debug)]
 pub struct Optimum {
-    /// The series.
-    pub series: Series,
-    /// Its coefficients, those of the first joint first.
-    pub coefficients: Vec<f64>,
+    /// The curve of shapes.
+    pub curve: StrokeCurve,
     /// Displacement, rotation, and energy times period.
     pub totals: StrokeTotals,
     /// Product of energy and period at constant power.
@@ -79,11 +83,12 @@ pub fn optimise(
     };
     let starts = starts(geometry, objective, &series, limits);
     progress.begins(&format!("searching from {} strokes", starts.len()));
-    let problem = StrokeProblem::new(geometry, objective, series.clone());
+    let problem = StrokeProblem::new(geometry, objective, series.clone(), limits);
     let found: Vec<(Vec<f64>, Minimum)> = (starts.par_iter())
         .filter_map(|start| {
-            let start = inside(&series, start, limits)?;
-            problem.solve(&start, limits, COMPARE)
+            let start = sized(&problem, objective, &series, start);
+            let start = inside(&series, &start, limits)?;
+            problem.solve(&start, limits, COMPARE, COMPARE_ITERATIONS)
         })
         .filter(|(_, minimum)| minimum.violation < COMPARE)
         .collect();
@@ -139,7 +144,7 @@ pub fn optimise(
             ),
         });
     }
-    let problem = StrokeProblem::new(geometry, objective, series.clone());
+    let problem = StrokeProblem::new(geometry, objective, series.clone(), limits);
     let stroke = problem
         .stroke(&coefficients)
         .ok_or_else(|| SwimError::NoStroke {
@@ -153,9 +158,45 @@ pub fn optimise(
         at_limits: best.at_bounds,
         starts: starts.len(),
         iterations,
-        series,
-        coefficients,
+        curve: StrokeCurve::Series {
+            series,
+            coefficients,
+        },
     })
+}
+
+/// The stroke made larger or smaller, such that it meets the condition of the objective as the
+/// square of its size would.
+fn sized(
+    problem: &StrokeProblem,
+    objective: &dyn Objective,
+    series: &Series,
+    coefficients: &[f64],
+) -> Vec<f64> {
+    const ROUNDS: usize = 4;
+    let functions = series.functions();
+    let has_mean = matches!(series, Series::Closed { .. });
+    let mut coefficients = coefficients.to_vec();
+    for _ in 0..ROUNDS {
+        let stroke = problem.stroke(&coefficients);
+        let condition = stroke.and_then(|stroke| objective.condition(&stroke.totals));
+        let Some((excess, _)) = condition.filter(|(excess, _)| *excess > -1.0) else {
+            break;
+        };
+        // A step that is too long would leave the table.
+        let factor = (1.0 + excess).powf(-0.5).clamp(0.5, 1.5);
+        let mut larger = coefficients.clone();
+        for c in larger.chunks_mut(functions) {
+            c[usize::from(has_mean)..]
+                .iter_mut()
+                .for_each(|c| *c *= factor);
+        }
+        if problem.stroke(&larger).is_none() {
+            break;
+        }
+        coefficients = larger;
+    }
+    coefficients
 }
 
 /// The best stroke whose whole curve is inside the limits.
@@ -171,12 +212,12 @@ fn solved_inside(
     tolerance: f64,
 ) -> Option<(Vec<f64>, Minimum)> {
     const ROUNDS: usize = 6;
-    let problem = StrokeProblem::new(geometry, objective, series.clone());
+    let problem = StrokeProblem::new(geometry, objective, series.clone(), limits);
     let mut narrowed = limits.to_vec();
     let mut coefficients = start.to_vec();
     for _ in 0..ROUNDS {
         let inner = inside(series, &coefficients, &narrowed)?;
-        let (found, minimum) = problem.solve(&inner, &narrowed, tolerance)?;
+        let (found, minimum) = problem.solve(&inner, &narrowed, tolerance, MAX_ITERATIONS)?;
         let ranges = ranges(series, &found);
         let mut is_inside = true;
         for ((narrowed, limit), range) in narrowed.iter_mut().zip(limits).zip(&ranges) {

@@ -7,7 +7,7 @@ use scene::{ArmsKind, Document, Scene};
 
 use super::limits::StrokeLimits;
 use super::optimise::Optimum;
-use super::stroke_path::Series;
+use super::stroke_path::{Series, StrokeCurve};
 use crate::error::SwimError;
 use crate::output::Folder;
 
@@ -38,14 +38,27 @@ pub fn write(
     let names: Vec<&str> = (limits.variables.iter())
         .map(|&k| &scene.articulation().links()[k].name[..])
         .collect();
-    let gait = match &optimum.series {
-        Series::Closed { .. } => harmonics(&names, optimum, period),
-        Series::FromStart { .. } => {
-            let table = table(&names, optimum, period);
+    let gait = match &optimum.curve {
+        StrokeCurve::Series {
+            series: Series::Closed { terms },
+            coefficients,
+        } => harmonics(&names, coefficients, 2 * terms + 1, period),
+        curve => {
+            let (rows, interpolation) = match curve {
+                StrokeCurve::Polygon { times, .. } => (times.clone(), "linear"),
+                StrokeCurve::Series { series, .. } => {
+                    let rows = ROWS_PER_TERM * series.terms();
+                    let times = (0..=rows).map(|row| row as f64 / rows as f64);
+                    (times.collect(), "corner")
+                }
+            };
+            let table = table(&names, curve, &rows, period);
             folder.write(TABLE_FILE, |file| {
                 std::io::Write::write_all(file, table.as_bytes())
             })?;
-            format!("{{ kind = \"table\", file = \"{TABLE_FILE}\", interpolation = \"corner\" }}")
+            format!(
+                "{{ kind = \"table\", file = \"{TABLE_FILE}\", interpolation = \"{interpolation}\" }}"
+            )
         }
     };
     let path = folder.path().join(SCENE_FILE);
@@ -65,10 +78,9 @@ pub fn write(
     Ok(Scene::read(&path, &[])?)
 }
 
-fn harmonics(names: &[&str], optimum: &Optimum, period: f64) -> String {
-    let functions = optimum.series.functions();
+fn harmonics(names: &[&str], coefficients: &[f64], functions: usize, period: f64) -> String {
     let mut terms = Vec::new();
-    for (name, c) in names.iter().zip(optimum.coefficients.chunks(functions)) {
+    for (name, c) in names.iter().zip(coefficients.chunks(functions)) {
         for (number, pair) in c[1..].chunks_exact(2).enumerate() {
             // a sin + b cos = r sin(. + φ), with r cos φ = a and r sin φ = b.
             let (amplitude, phase) = (pair[0].hypot(pair[1]), pair[1].atan2(pair[0]));
@@ -89,16 +101,12 @@ fn harmonics(names: &[&str], optimum: &Optimum, period: f64) -> String {
     )
 }
 
-fn table(names: &[&str], optimum: &Optimum, period: f64) -> String {
+fn table(names: &[&str], curve: &StrokeCurve, times: &[f64], period: f64) -> String {
     let mut text = format!("time,{}\n", names.join(","));
-    let rows = ROWS_PER_TERM * optimum.series.terms();
-    for row in 0..=rows {
-        // The last row is the first one to the last bit.
-        let u = (row % rows) as f64 / rows as f64;
-        let shape = optimum.series.shape(&optimum.coefficients, u);
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{:?}", period * row as f64 / rows as f64);
-        for value in shape {
+    for &u in times {
+        // The last row is the first one to the last bit. Writing to a string cannot fail.
+        let _ = write!(text, "{:?}", period * u);
+        for value in curve.shape(if u < 1.0 { u } else { 0.0 }) {
             let _ = write!(text, ",{value:?}");
         }
         text.push('\n');

@@ -20,11 +20,16 @@ pub struct StrokeProblem<'a> {
 
 impl<'a> StrokeProblem<'a> {
     /// The problem for a series.
-    pub fn new(geometry: &'a ShapeGeometry, objective: &'a dyn Objective, series: Series) -> Self {
+    pub fn new(
+        geometry: &'a ShapeGeometry,
+        objective: &'a dyn Objective,
+        series: Series,
+        limits: &[(f64, f64)],
+    ) -> Self {
         Self {
             geometry,
             objective,
-            widths: geometry.ranges().iter().map(|r| r.1 - r.0).collect(),
+            widths: limits.iter().map(|r| r.1 - r.0).collect(),
             sampled: SampledSeries::new(series),
         }
     }
@@ -35,6 +40,7 @@ impl<'a> StrokeProblem<'a> {
         coefficients: &[f64],
         limits: &[(f64, f64)],
         tolerance: f64,
+        max_iterations: usize,
     ) -> Option<(Vec<f64>, Minimum)> {
         let offset = self.sampled.path(&vec![0.0; coefficients.len()]).shapes;
         let (points, joints) = (offset.len(), self.widths.len());
@@ -48,7 +54,13 @@ impl<'a> StrokeProblem<'a> {
             lower: bound(|range| range.0),
             upper: bound(|range| range.1),
         };
-        let minimum = minimise(self, &bounds, self.scaled(coefficients), tolerance)?;
+        let minimum = minimise(
+            self,
+            &bounds,
+            self.scaled(coefficients),
+            tolerance,
+            max_iterations,
+        )?;
         Some((self.coefficients(&minimum.x), minimum))
     }
 

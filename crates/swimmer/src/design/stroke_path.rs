@@ -22,6 +22,32 @@ pub struct SampledPath {
 const INTERVALS_PER_LEG: usize = 16;
 
 impl SampledPath {
+    /// The path of a polygon with these corners and times, see [`StrokeCurve::Polygon`].
+    pub fn of_polygon(corners: &[Vec<f64>], times: &[f64]) -> Self {
+        let rule = GaussRule::new();
+        let mut path = Self {
+            widths: Vec::new(),
+            shapes: Vec::new(),
+            rates: Vec::new(),
+        };
+        for (side, from) in corners.iter().enumerate() {
+            let to = &corners[(side + 1) % corners.len()];
+            let duration = times[side + 1] - times[side];
+            for part in 0..INTERVALS_PER_LEG {
+                path.widths.push(duration / INTERVALS_PER_LEG as f64);
+                for node in rule.nodes {
+                    let s = (part as f64 + node) / INTERVALS_PER_LEG as f64;
+                    let ends = from.iter().zip(to);
+                    path.shapes
+                        .push(ends.clone().map(|(a, b)| a + s * (b - a)).collect());
+                    path.rates
+                        .push(ends.map(|(a, b)| (b - a) / duration).collect());
+                }
+            }
+        }
+        path
+    }
+
     /// The path of a gait, of which the joints `variables` are taken.
     pub fn of_legs(legs: impl Iterator<Item = Leg>, variables: &[usize]) -> Self {
         let rule = GaussRule::new();
@@ -144,6 +170,55 @@ impl Series {
                 c.iter().copied().chain(std::iter::repeat_n(0.0, padding))
             })
             .collect()
+    }
+}
+
+/// A closed curve of shapes, a function of the time from 0 to 1.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StrokeCurve {
+    /// A sum of functions.
+    Series {
+        /// The functions.
+        series: Series,
+        /// Coefficients, those of the first joint first.
+        coefficients: Vec<f64>,
+    },
+    /// Straight lines.
+    Polygon {
+        /// The corners; the first one follows on the last one.
+        corners: Vec<Vec<f64>>,
+        /// Times at which the corners are reached, the first one being 0, and 1.
+        times: Vec<f64>,
+    },
+}
+
+impl StrokeCurve {
+    /// Shape at a time.
+    pub fn shape(&self, u: f64) -> Vec<f64> {
+        match self {
+            Self::Series {
+                series,
+                coefficients,
+            } => series.shape(coefficients, u),
+            Self::Polygon { corners, times } => {
+                let side = (1..corners.len())
+                    .rev()
+                    .find(|&k| times[k] <= u)
+                    .unwrap_or(0);
+                let (from, to) = (&corners[side], &corners[(side + 1) % corners.len()]);
+                let share = (u - times[side]) / (times[side + 1] - times[side]);
+                let ends = from.iter().zip(to);
+                ends.map(|(a, b)| a + share * (b - a)).collect()
+            }
+        }
+    }
+
+    /// Number of terms of a series, or of corners.
+    pub fn terms(&self) -> usize {
+        match self {
+            Self::Series { series, .. } => series.terms(),
+            Self::Polygon { corners, .. } => corners.len(),
+        }
     }
 }
 
