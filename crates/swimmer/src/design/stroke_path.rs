@@ -130,7 +130,7 @@ impl Series {
     /// Angle per time of function `k`, and whether it is a cosine.
     fn angle(&self, k: usize) -> (f64, bool) {
         match self {
-            Self::Closed { .. } => (TAU * k.div_ceil(2) as f64, k % 2 == 0 && k > 0),
+            Self::Closed { .. } => (TAU * k.div_ceil(2) as f64, k > 0 && k.is_multiple_of(2)),
             Self::FromStart { .. } => (PI * (k + 1) as f64, false),
         }
     }
