@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::design::{LearnOptions, OptimiseOptions};
 use crate::options::{FemOptions, ModelOptions};
 use crate::words::{
     ArmsKind, BackgroundKind, DomainKind, DriveKind, GaitKind, InterpolationKind, JointKind,
@@ -28,6 +29,8 @@ pub(crate) struct SceneFile {
     pub gait: GaitFile,
     pub model: ModelOptions,
     pub fem: FemOptions,
+    pub optimise: OptimiseOptions,
+    pub learn: LearnOptions,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]

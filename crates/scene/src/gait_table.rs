@@ -145,10 +145,10 @@ impl GaitTable {
 
     /// The gait, with one phase between each two rows.
     pub fn gait(&self, cycles: u32) -> Gait {
-        let is_periodic = self.is_closed();
+        let is_periodic = self.interpolation == InterpolationKind::Cubic && self.is_closed();
         let bends: Vec<Vec<f64>> = match self.interpolation {
             InterpolationKind::Linear => Vec::new(),
-            InterpolationKind::Cubic => (self.lengths.iter())
+            InterpolationKind::Cubic | InterpolationKind::Corner => (self.lengths.iter())
                 .map(|column| second_derivatives(&self.times, column, is_periodic))
                 .collect(),
         };
@@ -159,7 +159,7 @@ impl GaitTable {
                 InterpolationKind::Linear => {
                     LengthPath::Linear(ends.map(|(&link, column)| (link, column[k + 1])).collect())
                 }
-                InterpolationKind::Cubic => {
+                InterpolationKind::Cubic | InterpolationKind::Corner => {
                     let pieces = ends.zip(&bends).map(|((&link, column), bend)| CubicLength {
                         link,
                         end: column[k + 1],

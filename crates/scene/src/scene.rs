@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use rigid::{Articulation, Joint, State};
 
 use crate::body::Body;
+use crate::design::{JointValues, LearnOptions, OptimiseOptions};
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
@@ -11,6 +12,7 @@ use crate::flow::Background;
 use crate::gait::Gait;
 use crate::gait_table::GaitTable;
 use crate::options::{FemOptions, ModelOptions};
+use crate::read::design::by_link;
 use crate::shape::Shape;
 
 /// A scene that passed all checks: fluid, domain, bodies, links, gait and options.
@@ -52,6 +54,8 @@ pub struct Scene {
     pub(crate) gait_table: Option<GaitTable>,
     pub(crate) model: ModelOptions,
     pub(crate) fem: FemOptions,
+    pub(crate) optimise: OptimiseOptions,
+    pub(crate) learn: LearnOptions,
     pub(crate) document: Document,
 }
 
@@ -129,6 +133,32 @@ impl Scene {
     /// Options of the finite-element model.
     pub fn fem(&self) -> &FemOptions {
         &self.fem
+    }
+
+    /// Options of the search for strokes.
+    pub fn optimise(&self) -> &OptimiseOptions {
+        &self.optimise
+    }
+
+    /// Options of the learning of strokes.
+    pub fn learn(&self) -> &LearnOptions {
+        &self.learn
+    }
+
+    /// Values of joints by link; none for links without a value.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] for values of other links, which those of a checked scene are not.
+    pub fn joint_values(
+        &self,
+        key: &str,
+        values: &JointValues,
+    ) -> Result<Vec<Option<f64>>, SceneError> {
+        by_link(values, self.articulation.links()).map_err(|problem| SceneError::BadValue {
+            place: self.place(key),
+            key: key.to_owned(),
+            problem,
+        })
     }
 
     /// File and line of a key such as `bodies[1].radius`, for messages.

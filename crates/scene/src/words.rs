@@ -20,6 +20,8 @@ macro_rules! words {
     )+ };
 }
 
+pub(crate) use words;
+
 words!(
     DomainKind,
     BackgroundKind,
@@ -160,6 +162,8 @@ pub enum InterpolationKind {
     /// A cubic spline with two continuous derivatives, periodic if the last row is the first one.
     #[default]
     Cubic,
+    /// The same spline with a corner where the cycle begins, also if the last row is the first one.
+    Corner,
     /// Constant rates between rows.
     Linear,
 }

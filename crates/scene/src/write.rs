@@ -50,6 +50,8 @@ fn scene_file(scene: &Scene) -> SceneFile {
         gait: gait_file(scene),
         model: scene.model,
         fem: scene.fem,
+        optimise: scene.optimise.clone(),
+        learn: scene.learn.clone(),
     }
 }
 

@@ -148,6 +148,18 @@ pub enum SwimError {
         /// Number of all phases.
         all: usize,
     },
+    /// A search for strokes that found none.
+    #[error("no optimal stroke: {reason}")]
+    NoStroke {
+        /// The reason and the remedy.
+        reason: String,
+    },
+    /// A design that was interrupted on request.
+    #[error("interrupted after {what}")]
+    Stopped {
+        /// What was done.
+        what: String,
+    },
     /// A command that does not apply to the scene.
     #[error("{place}: {problem}")]
     NotApplicable {
@@ -172,9 +184,10 @@ impl SwimError {
             | Self::NotPeriodic { .. }
             | Self::ToleranceMissed { .. }
             | Self::Unstable { .. }
+            | Self::NoStroke { .. }
             | Self::Plot(_) => 3,
             // The code that shells report for a program ended by Ctrl-C.
-            Self::Interrupted { .. } => 130,
+            Self::Interrupted { .. } | Self::Stopped { .. } => 130,
             // Without a wildcard, so that a new variant needs a decision.
             Self::Scene(_)
             | Self::Model(_)

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod checkpoint;
+pub mod design;
 mod error;
 mod integrate;
 mod observer;

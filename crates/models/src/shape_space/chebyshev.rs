@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use serde::{Deserialize, Serialize};
+
 /// Interpolating polynomial of a vector-valued function (Trefethen 2013, chapters 3 and 4).
 ///
 /// ```text
@@ -11,7 +13,7 @@ use std::f64::consts::PI;
 /// with each variable `x_a` mapped to [-1, 1]. For functions that are analytic in a neighbourhood
 /// of the box, the error and the coefficients decrease geometrically with the degree, so the last
 /// coefficients estimate the error.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Interpolant {
     ranges: Vec<(f64, f64)>,
     degrees: Vec<usize>,
@@ -95,6 +97,38 @@ impl Interpolant {
         values
     }
 
+    /// Values at a point and their derivatives with respect to each variable.
+    ///
+    /// The derivative of `T_k` is `k U_{k-1}`. Cost: two multiplications per coefficient.
+    pub fn evaluate_with_derivatives(&self, point: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let mut values = self.coefficients.clone();
+        let mut derivatives: Vec<Vec<f64>> = Vec::new();
+        // The last variable has the largest stride: each sum leaves an array of one variable less.
+        for variable in (0..self.degrees.len()).rev() {
+            let ((from, to), n) = (self.ranges[variable], self.degrees[variable]);
+            let scale = 2.0 / (to - from);
+            let x = 0.5 * scale * (2.0 * point[variable] - from - to);
+            let basis = chebyshev(n, x);
+            let slopes: Vec<f64> = slopes(n, x).iter().map(|t| scale * t).collect();
+            for derivative in &mut derivatives {
+                *derivative = contracted(derivative, &basis);
+            }
+            derivatives.insert(0, contracted(&values, &slopes));
+            values = contracted(&values, &basis);
+        }
+        (values, derivatives)
+    }
+
+    /// Number of grid points in each variable, less one.
+    pub fn degrees(&self) -> &[usize] {
+        &self.degrees
+    }
+
+    /// Smallest and largest value of each variable.
+    pub fn ranges(&self) -> &[(f64, f64)] {
+        &self.ranges
+    }
+
     /// For each variable, the sum of the coefficients of its two highest degrees.
     ///
     /// Of the `width` numbers of a coefficient, the largest counts after multiplication by
@@ -128,6 +162,29 @@ fn chebyshev(n: usize, x: f64) -> Vec<f64> {
     }
     values.truncate(n + 1);
     values
+}
+
+/// Derivatives of the Chebyshev polynomials `T_0, ..., T_n` at `x`.
+fn slopes(n: usize, x: f64) -> Vec<f64> {
+    // T_k' = k U_{k-1}, with the recurrence of T for the polynomials U of the second kind.
+    let mut second = vec![0.0, 1.0];
+    for k in 2..=n {
+        second.push(2.0 * x * second[k - 1] - second[k - 2]);
+    }
+    (second.iter().take(n + 1).enumerate())
+        .map(|(k, u)| k as f64 * u)
+        .collect()
+}
+
+/// Sum over the last variable of an array, with one weight per index of it.
+fn contracted(array: &[f64], weights: &[f64]) -> Vec<f64> {
+    let mut sum = vec![0.0; array.len() / weights.len()];
+    for (slice, weight) in array.chunks_exact(sum.len()).zip(weights) {
+        for (sum, value) in sum.iter_mut().zip(slice) {
+            *sum += weight * value;
+        }
+    }
+    sum
 }
 
 /// Coefficients in one variable from the values at its `n + 1` points.
@@ -182,6 +239,15 @@ mod tests {
             let found = p.evaluate(&[x, y]);
             assert!((found[0] - f(x, y)).abs() < 1e-13);
             assert!((found[1] - 2.0 * f(x, y)).abs() < 1e-13);
+            let (values, slopes) = p.evaluate_with_derivatives(&[x, y]);
+            let exact = [3.0 * x * x * y - 2.0 * y * y, x.powi(3) - 4.0 * x * y];
+            for (value, found) in values.iter().zip(&found) {
+                assert!((value - found).abs() < 1e-13);
+            }
+            for (slope, exact) in slopes.iter().zip(exact) {
+                assert!((slope[0] - exact).abs() < 1e-12);
+                assert!((slope[1] - 2.0 * exact).abs() < 1e-12);
+            }
         }
     }
 

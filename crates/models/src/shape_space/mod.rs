@@ -15,10 +15,12 @@
 //! lines in shape space takes six solutions per phase, and a table at least five for the same line.
 
 mod chebyshev;
+mod geometry;
 mod record;
 mod sampler;
 mod space;
 mod tabulated;
 
+pub use geometry::{LocalGeometry, ShapeGeometry};
 pub use space::ShapeSpace;
 pub use tabulated::Tabulated;

@@ -89,6 +89,11 @@ impl<'a> Sampler<'a> {
         }
     }
 
+    /// Number of shapes that were solved.
+    pub fn points(&self) -> usize {
+        self.known.len()
+    }
+
     /// Numbers of the solutions at a grid point: one record per variable, for a unit rate of it.
     ///
     /// `ranges` and `degrees` have one entry per variable.

@@ -69,6 +69,20 @@ impl ShapeSpace {
         ranges: &[(f64, f64)],
         tolerance: f64,
     ) -> Result<Self, ModelError> {
+        Self::tabulate_observed(scene, model, ranges, tolerance, &mut |_| Ok(()))
+    }
+
+    /// As [`ShapeSpace::tabulate`]; `observe` is called after every solved shape with their number.
+    ///
+    /// # Errors
+    /// As [`ShapeSpace::tabulate`], and errors of `observe`, which end the computation.
+    pub fn tabulate_observed(
+        scene: &Scene,
+        model: &mut dyn Hydrodynamics,
+        ranges: &[(f64, f64)],
+        tolerance: f64,
+        observe: &mut dyn FnMut(usize) -> Result<(), ModelError>,
+    ) -> Result<Self, ModelError> {
         let refuse = |problem: &str| {
             Err(ModelError::ShapeSpace {
                 problem: problem.to_owned(),
@@ -122,7 +136,11 @@ impl ShapeSpace {
             }
             let mut values = Vec::new();
             for index in indices(&degrees) {
+                let before = sampler.points();
                 values.extend_from_slice(sampler.at(&box_ranges, &degrees, &index)?);
+                if sampler.points() > before {
+                    observe(sampler.points())?;
+                }
             }
             let layout = sampler.layout;
             let (weights, speed) = weights(&values, variables.len(), layout, longest);
@@ -165,6 +183,21 @@ impl ShapeSpace {
     /// Whether the lengths are in the box and the rates of constant lengths are zero.
     pub fn contains(&self, lengths: &[f64], rates: &[f64]) -> bool {
         covers(&self.ranges, lengths, rates)
+    }
+
+    /// Degrees and ranges of the grid, with one entry per varying link.
+    pub(super) fn grid(&self) -> (&[usize], &[(f64, f64)]) {
+        (self.records.degrees(), self.records.ranges())
+    }
+
+    /// Links whose length varies.
+    pub(super) fn variables(&self) -> &[usize] {
+        &self.variables
+    }
+
+    /// The smallest length of every link.
+    pub(super) fn smallest_lengths(&self) -> Vec<f64> {
+        self.ranges.iter().map(|range| range.0).collect()
     }
 
     /// Number of shapes at which the model was sampled.

@@ -128,6 +128,11 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
         Kind::NumbersByName => value
             .as_table()
             .is_some_and(|table| table.values().all(|x| number(x).is_some())),
+        Kind::JointValues => match value {
+            Value::Array(list) => list.iter().all(|x| number(x).is_some()),
+            Value::Table(table) => table.values().all(|x| number(x).is_some()),
+            value => number(value).is_some(),
+        },
         Kind::Count => value
             .as_integer()
             .is_some_and(|n| n > 0 && u32::try_from(n).is_ok()),

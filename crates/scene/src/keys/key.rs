@@ -39,6 +39,8 @@ pub enum Kind {
     PositiveVector,
     /// Finite numbers, each with a name.
     NumbersByName,
+    /// One number, a list of numbers, or numbers with names.
+    JointValues,
     /// A whole number of at least one.
     Count,
     /// A text that is not empty.
@@ -64,6 +66,10 @@ impl Kind {
             }
             Self::PositiveVector => "three numbers greater than zero".to_owned(),
             Self::NumbersByName => "a table of numbers, such as { arm = 6 }".to_owned(),
+            Self::JointValues => {
+                "a number for all links, a list of numbers, or a table such as { arm = 6 }"
+                    .to_owned()
+            }
             Self::Count => "a whole number of at least 1".to_owned(),
             Self::Text => "a text that is not empty".to_owned(),
             Self::Texts => "a list of texts that are not empty".to_owned(),

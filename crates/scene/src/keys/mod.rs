@@ -2,6 +2,7 @@
 
 mod key;
 mod of_bodies;
+mod of_design;
 mod of_gait;
 mod path;
 mod table;

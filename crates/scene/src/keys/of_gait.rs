@@ -147,7 +147,7 @@ pub(super) const OF_GAIT: &[Key] = &[
         Kind::Word(InterpolationKind::WORDS),
         Described("`cubic`, for a table"),
         "between the rows of the table: a spline with two continuous derivatives, periodic if the \
-         last row has the values of the first one, or constant rates",
+         last row has the values of the first one, the same with a corner there, or constant rates",
     ),
     key(
         "gait.period",

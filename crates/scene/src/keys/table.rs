@@ -3,6 +3,7 @@
 use super::key::KeyDefault::{self, Described, Value};
 use super::key::{Key, Kind};
 use super::of_bodies::OF_BODIES;
+use super::of_design::OF_DESIGN;
 use super::of_gait::OF_GAIT;
 use crate::words::{
     AcceptKind, BackgroundKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind,
@@ -27,9 +28,10 @@ pub(super) const fn key(
 pub const KEYS: &[Key] = &all();
 
 /// The groups, in order.
-const GROUPS: [&[Key]; 4] = [OF_FLUID, OF_BODIES, OF_GAIT, OTHERS];
+const GROUPS: [&[Key]; 5] = [OF_FLUID, OF_BODIES, OF_GAIT, OTHERS, OF_DESIGN];
 
-const COUNT: usize = OF_FLUID.len() + OF_BODIES.len() + OF_GAIT.len() + OTHERS.len();
+const COUNT: usize =
+    OF_FLUID.len() + OF_BODIES.len() + OF_GAIT.len() + OF_DESIGN.len() + OTHERS.len();
 
 /// The keys of all groups in one array.
 const fn all() -> [Key; COUNT] {

@@ -121,7 +121,12 @@ pub(crate) fn check_prescribed(link: &Link) -> Result<(), String> {
 const LARGEST_ANGLE: f64 = 1e6;
 
 /// Refuses a length that is not positive; angles may have any sign.
-fn check_value(checks: &Checks, key: &str, link: &Link, value: f64) -> Result<(), SceneError> {
+pub(super) fn check_value(
+    checks: &Checks,
+    key: &str,
+    link: &Link,
+    value: f64,
+) -> Result<(), SceneError> {
     let problem = match link.joint.is_angle() {
         true if value.abs() <= LARGEST_ANGLE => return Ok(()),
         true => format!("must be an angle of at most {LARGEST_ANGLE:e}, not {value:e}"),

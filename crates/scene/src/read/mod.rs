@@ -4,6 +4,7 @@ mod bodies;
 mod change;
 mod checks;
 mod contacts;
+pub(crate) mod design;
 mod domain;
 mod extent;
 mod flow;
@@ -102,6 +103,7 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
     }
     options::check_model(&checks, &file.model)?;
     options::check_fem(&checks, &file.fem)?;
+    design::check(&checks, &file.optimise, &file.learn, articulation.links())?;
     let name = document
         .path()
         .file_stem()
@@ -120,6 +122,8 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
         starts_periodic: file.gait.periodic,
         model: file.model,
         fem: file.fem,
+        optimise: file.optimise,
+        learn: file.learn,
         document,
     })
 }

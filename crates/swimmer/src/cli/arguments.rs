@@ -40,6 +40,39 @@ pub enum Command {
         #[arg(long, value_name = "FILE.vtu")]
         flow: Option<PathBuf>,
     },
+    /// Tabulate the motion over the shapes; draw what small strokes yield, with the gait
+    Map {
+        #[command(flatten)]
+        scene: SceneArguments,
+        /// Folder for the results [default: out/ and the name of the scene]
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Print the result as one JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Search the best stroke; write optimum.toml, which `swim run` runs
+    Optimise {
+        #[command(flatten)]
+        scene: SceneArguments,
+        /// Folder for the results [default: out/ and the name of the scene]
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Print the result as one JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Learn a stroke by reinforcement; compare it with the best possible one
+    Learn {
+        #[command(flatten)]
+        scene: SceneArguments,
+        /// Folder for the results [default: out/ and the name of the scene]
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Print the result as one JSON object
+        #[arg(long)]
+        json: bool,
+    },
     /// Check the scene; print the model that would be chosen and its cost
     Check {
         #[command(flatten)]

@@ -2,9 +2,14 @@
 
 mod arguments;
 mod check;
+mod design_files;
+mod design_progress;
 mod displacements;
+mod learn;
+mod map;
 mod mesh;
 mod new;
+mod optimise;
 mod progress;
 mod run;
 mod solve;
@@ -28,6 +33,9 @@ pub fn main() -> ExitCode {
         } => solve::solve(&scene, json, resistance, flow.as_deref()),
         Command::Check { scene } => check::check(&scene),
         Command::New { name, out } => new::new(&name, out),
+        Command::Map { scene, out, json } => map::map(&scene, out, json),
+        Command::Optimise { scene, out, json } => optimise::optimise(&scene, out, json),
+        Command::Learn { scene, out, json } => learn::learn_strokes(&scene, out, json),
         Command::Mesh { scene, out } => mesh::mesh(&scene, &out),
     };
     match result {

@@ -35,7 +35,7 @@ pub fn run(
 }
 
 /// A flag that the first Ctrl-C or termination signal sets; the second ends the program at once.
-fn watch_signals() -> Arc<AtomicBool> {
+pub fn watch_signals() -> Arc<AtomicBool> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let register = || -> std::io::Result<()> {
         for signal in [SIGINT, SIGTERM] {

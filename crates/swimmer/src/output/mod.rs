@@ -12,6 +12,6 @@ pub use folder::Folder;
 pub use memory::peak_rss_mib;
 pub use paraview::{FlowSeries, write_flow};
 #[cfg(feature = "plots")]
-pub use plot::trajectory_svg;
+pub use plot::{height_map_svg, learning_curve_svg, policy_svg, trajectory_svg};
 pub use report::{matrix_json, solution_json, summary_json};
 pub use trajectory::trajectory_csv;

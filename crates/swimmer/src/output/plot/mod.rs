@@ -1,8 +1,15 @@
-//! `trajectory.svg`: displacements against time above, the bodies at the ends of phases below.
+//! Plots: `trajectory.svg` (displacements against time above, the bodies at the ends of phases
+//! below), and those of the design of strokes.
 
+mod canvas;
 mod curves;
+mod height_map;
+mod learning;
 mod snapshots;
 mod style;
+
+pub use height_map::height_map_svg;
+pub use learning::{learning_curve_svg, policy_svg};
 
 use nalgebra::Vector3;
 use plotters::prelude::*;
@@ -10,21 +17,14 @@ use scene::Scene;
 
 use crate::error::SwimError;
 use crate::outcome::Outcome;
-use style::{Area, SIZE, UNITS_PER_PIXEL, px};
+use style::{Area, SIZE, px};
 
 /// Draws the trajectory as SVG text.
 ///
 /// # Errors
 /// [`SwimError::Plot`] with the reason given by the plotting library.
 pub fn trajectory_svg(scene: &Scene, outcome: &Outcome) -> Result<String, SwimError> {
-    let mut svg = String::new();
-    let drawing_size = (UNITS_PER_PIXEL * SIZE.0, UNITS_PER_PIXEL * SIZE.1);
-    {
-        let root = SVGBackend::with_string(&mut svg, drawing_size).into_drawing_area();
-        draw(&root, scene, outcome).map_err(|error| SwimError::Plot(error.to_string()))?;
-    }
-    let size = |(width, height): (u32, u32)| format!("width=\"{width}\" height=\"{height}\"");
-    Ok(svg.replacen(&size(drawing_size), &size(SIZE), 1))
+    canvas::svg(SIZE, |root| draw(root, scene, outcome))
 }
 
 fn draw(root: &Area, scene: &Scene, outcome: &Outcome) -> Result<(), Box<dyn std::error::Error>> {

@@ -1,0 +1,98 @@
+//! `swim map`: the table over shapes, and what small strokes yield.
+
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+use swimmer::SwimError;
+use swimmer::design::{StrokeLimits, gait_shapes, gait_totals, tabulate};
+
+use super::arguments::SceneArguments;
+use super::design_files::{folder_of, names, table_entry, write_map};
+use super::design_progress::Progress;
+use super::text::{entry, two_digits};
+
+/// Relative error of the table.
+const MAP_TOLERANCE: f64 = 1e-6;
+
+pub fn map(
+    arguments: &SceneArguments,
+    out: Option<PathBuf>,
+    json: bool,
+) -> Result<String, SwimError> {
+    let scene = arguments.read()?;
+    let limits = StrokeLimits::of_scene(&scene)?;
+    let folder = folder_of(&scene, out)?;
+    let mut progress = Progress::new();
+    let table = tabulate(&scene, &limits, MAP_TOLERANCE, Some(&folder), &mut progress)?;
+    let geometry = &table.geometry;
+    let names = names(&scene, &limits);
+    let (interpolation, model) = geometry.errors();
+    let stroke = gait_shapes(&scene, &limits)?;
+    write_map(&folder, "map.svg", geometry, &names, &stroke)?;
+    let middle: Vec<f64> = geometry
+        .ranges()
+        .iter()
+        .map(|r| 0.5 * (r.0 + r.1))
+        .collect();
+    let local = geometry.at(&middle)?;
+    let mut squares = Vec::new();
+    for first in 0..names.len() {
+        for second in first + 1..names.len() {
+            squares.push((first, second, local.curvature(first, second)));
+        }
+    }
+    let gait = gait_totals(&scene, &limits, geometry)?;
+    if json {
+        let squares: Vec<Value> = (squares.iter())
+            .map(|(a, b, c)| json!({ "links": [names[*a], names[*b]], "curvature": c.as_slice() }))
+            .collect();
+        let answer = json!({
+            "model": table.model,
+            "links": names,
+            "ranges": geometry.ranges(),
+            "degrees": geometry.degrees(),
+            "points": geometry.points(),
+            "error_estimate": { "interpolation": interpolation, "model": model },
+            "middle": middle,
+            "curvature": squares,
+            "gait": gait.map(|(totals, product)| json!({
+                "displacement": totals.displacement.as_slice(),
+                "rotation": totals.rotation.as_slice(),
+                "period_energy_product": product,
+            })),
+        });
+        return Ok(format!("{answer}\n"));
+    }
+    let mut text = entry("scene", scene.name());
+    text += &entry("model", &table.model);
+    text += &table_entry(geometry.points(), geometry.degrees(), table.is_stored);
+    text += &entry(
+        "errors per unit rate",
+        &format!(
+            "interpolation {}, model {}",
+            two_digits(interpolation),
+            two_digits(model)
+        ),
+    );
+    for (a, b, c) in &squares {
+        text += &entry(
+            "per unit square",
+            &format!(
+                "displacement ({:.4e}, {:.4e}, {:.4e}), rotation ({:.4e}, {:.4e}, {:.4e}) of \
+                 \"{}\" and \"{}\", small strokes about the middle",
+                c[0], c[1], c[2], c[3], c[4], c[5], names[*a], names[*b]
+            ),
+        );
+    }
+    if let Some((totals, product)) = gait {
+        text += &entry(
+            "gait",
+            &format!(
+                "displacement {:.8}, energy times period at constant power {product:.6}",
+                totals.displacement.norm()
+            ),
+        );
+    }
+    text += &entry("results", &folder.path().display().to_string());
+    Ok(text)
+}

@@ -1,0 +1,174 @@
+//! `swim optimise`: the best stroke.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+use swimmer::design::{DesignedStroke, design_stroke};
+use swimmer::scene::ObjectiveKind;
+use swimmer::{Scene, SwimError};
+
+use super::arguments::SceneArguments;
+use super::design_files::{folder_of, names, table_entry, write, write_map};
+use super::design_progress::Progress;
+use super::text::{count, duration, entry, two_digits, warn, with_uncertainty};
+
+pub fn optimise(
+    arguments: &SceneArguments,
+    out: Option<PathBuf>,
+    json: bool,
+) -> Result<String, SwimError> {
+    let scene = arguments.read()?;
+    let clock = std::time::Instant::now();
+    let folder = folder_of(&scene, out)?;
+    let found = design_stroke(&scene, folder.path(), &mut Progress::new())?;
+    let names = names(&scene, &found.limits);
+    let curve: Vec<Vec<f64>> = (found.lengths.iter())
+        .map(|lengths| found.limits.variables.iter().map(|&k| lengths[k]).collect())
+        .collect();
+    write_map(
+        &folder,
+        "optimum.svg",
+        &found.table.geometry,
+        &names,
+        &curve,
+    )?;
+    for warning in warnings(&scene, &found) {
+        warn(&warning);
+    }
+    let answer = optimum_json(&found);
+    write(&folder, "optimum.json", &format!("{answer:#}\n"))?;
+    if json {
+        return Ok(format!("{answer}\n"));
+    }
+    Ok(describe(
+        &scene,
+        &found,
+        folder.path(),
+        clock.elapsed().as_secs_f64(),
+    ))
+}
+
+fn warnings(scene: &Scene, found: &DesignedStroke) -> Vec<String> {
+    let (options, optimum) = (scene.optimise(), &found.optimum);
+    let mut warnings = Vec::new();
+    if optimum.refinement_error > options.tolerance {
+        warnings.push(format!(
+            "optimise.tolerance = {:e} was requested, and the last increase of the number of terms \
+             to {} changed the objective by {}; increase optimise.terms",
+            options.tolerance,
+            optimum.curve.terms(),
+            two_digits(optimum.refinement_error),
+        ));
+    }
+    if optimum.at_limits && options.objective != ObjectiveKind::Displacement {
+        warnings.push(
+            "the optimum touches the limits of the joints: wider limits, or a smaller gap, give a \
+             better stroke"
+                .to_owned(),
+        );
+    }
+    warnings
+}
+
+fn optimum_json(found: &DesignedStroke) -> Value {
+    let optimum = &found.optimum;
+    json!({
+        "displacement": optimum.totals.displacement.norm(),
+        "displacement_vector": optimum.totals.displacement.as_slice(),
+        "rotation": optimum.totals.rotation.as_slice(),
+        "energy": optimum.period_energy_product / found.period,
+        "period": found.period,
+        "period_energy_product": optimum.period_energy_product,
+        "efficiency": found.efficiency,
+        "terms": optimum.curve.terms(),
+        "refinement_error": optimum.refinement_error,
+        "at_limits": optimum.at_limits,
+        "lengths": found.lengths,
+        "table": {
+            "model": found.table.model,
+            "points": found.table.geometry.points(),
+            "displacement_error": found.table_error,
+            "errors": found.table.geometry.errors(),
+        },
+        "run": {
+            "model": found.model,
+            "displacement": found.run_displacement,
+            "displacement_error": found.outcome.error_estimate.total(),
+            "rotation": found.outcome.rotation.as_slice(),
+            "energy": found.outcome.work,
+            "energy_error": found.outcome.work_error.total(),
+            "solves": found.outcome.solves,
+        },
+        "gait": found.gait.map(|(totals, product)| json!({
+            "displacement": totals.displacement.norm(),
+            "period_energy_product": product,
+        })),
+    })
+}
+
+fn describe(scene: &Scene, found: &DesignedStroke, out: &Path, seconds: f64) -> String {
+    let (optimum, outcome) = (&found.optimum, &found.outcome);
+    let geometry = &found.table.geometry;
+    let mut text = entry("scene", scene.name());
+    text += &entry("objective", scene.optimise().objective.word());
+    text += &entry("model", found.model);
+    text += &table_entry(geometry.points(), geometry.degrees(), found.table.is_stored);
+    text += &entry(
+        "search",
+        &format!(
+            "{}, {}, {} per joint",
+            count(optimum.starts, "start"),
+            count(optimum.iterations, "iteration"),
+            count(optimum.curve.terms(), "term"),
+        ),
+    );
+    text += "\n";
+    text += &entry(
+        "displacement by table",
+        &with_uncertainty(optimum.totals.displacement.norm(), found.table_error),
+    );
+    text += &entry(
+        "  by the model",
+        &with_uncertainty(found.run_displacement, outcome.error_estimate.total()),
+    );
+    let rotation = optimum.totals.rotation;
+    if rotation.norm() > 1e-9 {
+        text += &entry(
+            "rotation vector",
+            &format!(
+                "({:.6}, {:.6}, {:.6}) rad",
+                rotation.x, rotation.y, rotation.z
+            ),
+        );
+    }
+    text += &entry(
+        "energy",
+        &format!(
+            "{:.6} by the table, in a period of {}",
+            optimum.period_energy_product / found.period,
+            found.period
+        ),
+    );
+    text += &entry(
+        "  by the model",
+        &with_uncertainty(outcome.work, outcome.work_error.total()),
+    );
+    text += &entry(
+        "energy times period",
+        &format!("{:.6} at constant power", optimum.period_energy_product),
+    );
+    text += &entry("Lighthill efficiency", &format!("{:.4e}", found.efficiency));
+    text += &entry("last refinement", &two_digits(optimum.refinement_error));
+    if let Some((totals, product)) = &found.gait {
+        text += &entry(
+            "gait of the scene",
+            &format!(
+                "displacement {:.8}, energy times period {product:.6}",
+                totals.displacement.norm()
+            ),
+        );
+    }
+    text += &entry("time", &duration(seconds));
+    text += &entry("results", &format!("{}, {}", out.display(), "optimum.toml"));
+    text
+}

@@ -1,0 +1,272 @@
+//! The best stroke of a scene: table, search, and a run of the winner by the full model.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use models::ShapeGeometry;
+use nalgebra::Vector3;
+use scene::{Gait, ObjectiveKind, Scene, Shape, StrokeStart, legs};
+
+use super::farthest::farthest;
+use super::limits::StrokeLimits;
+use super::objective::{
+    DisplacementMeasure, HighestEfficiency, LeastEnergy, LeastEnergyRotation, Objective,
+};
+use super::optimise::{Optimum, SearchOptions, optimise};
+use super::optimum_scene;
+use super::progress::DesignProgress;
+use super::stroke_path::SampledPath;
+use super::table::{StrokeTable, tabulate};
+use super::totals::{Stroke, StrokeTotals};
+use crate::error::SwimError;
+use crate::integrate::Method;
+use crate::outcome::Outcome;
+use crate::output::Folder;
+use crate::planning::choose;
+use crate::simulate::simulate;
+
+/// Error of the table relative to the tolerance of the search.
+const TABLE: f64 = 1e-3;
+
+/// Number of shapes of the stroke in [`DesignedStroke::lengths`], first and last one included.
+const SHAPES: usize = 201;
+
+/// The best stroke of a scene.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct DesignedStroke {
+    /// What the search found in the table.
+    pub optimum: Optimum,
+    /// The table.
+    pub table: StrokeTable,
+    /// The limits.
+    pub limits: StrokeLimits,
+    /// The scene of the stroke, as in `optimum.toml`.
+    pub scene: Scene,
+    /// Name of the model of the run.
+    pub model: &'static str,
+    /// Outcome of the run of that scene by the model, without a table.
+    pub outcome: Outcome,
+    /// Displacement of the frame in that run, to compare with the table: that of the first body of
+    /// the linkage. The bodies of a swimmer that turns have different ones.
+    pub run_displacement: f64,
+    /// Period of the stroke.
+    pub period: f64,
+    /// Values of all links at equal steps of time, from the start to the end of the stroke.
+    pub lengths: Vec<Vec<f64>>,
+    /// Lighthill efficiency `6 π μ r Δ² / (E T)` with the sum `r` of the radii of the spheres.
+    pub efficiency: f64,
+    /// Error bar of the displacement by the table: its errors for a unit rate times the length of
+    /// the stroke, the sum over the joints.
+    pub table_error: f64,
+    /// The gait of the scene, if it has one that closes: totals, and energy times period at
+    /// constant power.
+    pub gait: Option<(StrokeTotals, f64)>,
+}
+
+/// Searches the best stroke of a scene by its group `optimise`, writes `optimum.toml` into the
+/// folder and runs it.
+///
+/// # Errors
+/// Limits or an objective that do not fit the scene, errors of the model,
+/// [`SwimError::NoStroke`], [`SwimError::Stopped`], files that cannot be written.
+pub fn design_stroke(
+    scene: &Scene,
+    out: &Path,
+    progress: &mut dyn DesignProgress,
+) -> Result<DesignedStroke, SwimError> {
+    let options = scene.optimise();
+    let limits = StrokeLimits::of_scene(scene)?;
+    let scene = &scene.with_tolerance(scene.model().tolerance.min(options.tolerance))?;
+    let start = fixed_start(scene, &limits)?;
+    let folder = Folder::create(out)?;
+    let table = tabulate(
+        scene,
+        &limits,
+        TABLE * options.tolerance,
+        Some(&folder),
+        progress,
+    )?;
+    let gait = gait_totals(scene, &limits, &table.geometry)?;
+    let moving = limits.moving();
+    let optimum = match options.objective {
+        ObjectiveKind::Displacement => farthest(&table.geometry, measure_of(scene), &moving)?,
+        _ => {
+            let objective = objective_of(scene, gait.as_ref().map(|gait| gait.0))?;
+            let search = SearchOptions {
+                start,
+                terms: options.terms as usize,
+                tolerance: options.tolerance,
+            };
+            optimise(
+                &table.geometry,
+                objective.as_ref(),
+                &moving,
+                &search,
+                progress,
+            )?
+        }
+    };
+    let product = optimum.period_energy_product;
+    let period = match options.power {
+        // E = P T.
+        Some(power) => (product / power).sqrt(),
+        None => options.period,
+    };
+    progress.begins("running the stroke by the full model");
+    let found = optimum_scene::write(scene, &limits, &optimum, period, &folder)?;
+    let mut model = choose(&found)?.model;
+    let outcome = simulate(&found, model.as_mut(), Method::Collocation, &mut ())?;
+    let lengths: Vec<Vec<f64>> = (0..SHAPES)
+        .map(|k| {
+            let u = (k % (SHAPES - 1)) as f64 / (SHAPES - 1) as f64;
+            limits.lengths(&optimum.curve.shape(u))
+        })
+        .collect();
+    let steps = lengths.windows(2);
+    let path = steps.map(|pair| {
+        pair[0]
+            .iter()
+            .zip(&pair[1])
+            .map(|(a, b)| (a - b).abs())
+            .sum::<f64>()
+    });
+    let (interpolation, model_error) = table.geometry.errors();
+    let radii = scene.bodies().iter().map(|body| match body.shape {
+        Shape::Sphere { radius } => radius,
+        _ => body.bounding_radius(),
+    });
+    let drag = 6.0 * PI * scene.viscosity() * radii.sum::<f64>();
+    Ok(DesignedStroke {
+        efficiency: drag * optimum.totals.displacement.norm_squared() / product,
+        table_error: (interpolation + model_error) * path.sum::<f64>(),
+        lengths,
+        model: model.name(),
+        run_displacement: outcome.displacement[scene.articulation().linkages()[0].root].norm(),
+        scene: found,
+        optimum,
+        table,
+        limits,
+        outcome,
+        period,
+        gait,
+    })
+}
+
+/// The shape of the scene, if strokes start there.
+fn fixed_start(scene: &Scene, limits: &StrokeLimits) -> Result<Option<Vec<f64>>, SwimError> {
+    if scene.optimise().start == StrokeStart::Closed {
+        return Ok(None);
+    }
+    let initial = scene.articulation().initial_lengths();
+    for &link in &limits.variables {
+        let (range, value) = (limits.ranges[link], initial[link]);
+        // At a limit, every small excess near the start would be outside.
+        if !(range.0 < value && value < range.1) {
+            return Err(SwimError::NotApplicable {
+                place: scene.place("optimise.start"),
+                problem: format!(
+                    "the stroke starts at {value} of \"{}\", which must be strictly between the \
+                     limits {} and {}; widen optimise.lower or optimise.upper",
+                    scene.articulation().links()[link].name,
+                    range.0,
+                    range.1
+                ),
+            });
+        }
+    }
+    Ok(Some(limits.variables.iter().map(|&k| initial[k]).collect()))
+}
+
+/// Totals of one cycle of the gait of a scene, and its energy times period at constant power.
+///
+/// None for a scene without a gait, or one whose cycle does not close or leaves the table.
+///
+/// # Errors
+/// A gait that cannot be followed.
+pub fn gait_totals(
+    scene: &Scene,
+    limits: &StrokeLimits,
+    geometry: &ShapeGeometry,
+) -> Result<Option<(StrokeTotals, f64)>, SwimError> {
+    let path = closed_gait(scene, limits)?;
+    let stroke = path.and_then(|path| Stroke::along(geometry, &path).ok());
+    Ok(stroke.map(|stroke| (stroke.totals, stroke.length.powi(2))))
+}
+
+/// Shapes along one cycle of the gait of a scene; none without a gait that closes.
+///
+/// # Errors
+/// A gait that cannot be followed.
+pub fn gait_shapes(scene: &Scene, limits: &StrokeLimits) -> Result<Vec<Vec<f64>>, SwimError> {
+    Ok(closed_gait(scene, limits)?.map_or(Vec::new(), |path| path.shapes))
+}
+
+fn closed_gait(scene: &Scene, limits: &StrokeLimits) -> Result<Option<SampledPath>, SwimError> {
+    let gait = Gait {
+        cycles: 1,
+        phases: scene.gait().phases.clone(),
+    };
+    let start = scene.articulation().initial_lengths();
+    let cycle: Vec<_> = legs(&gait, start)?.collect();
+    let is_closed = cycle.last().is_some_and(|last| {
+        let mut ends = last.to.iter().zip(start);
+        // Sines close up to rounding.
+        ends.all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(1.0))
+    });
+    Ok(is_closed.then(|| SampledPath::of_legs(cycle.into_iter(), &limits.variables)))
+}
+
+/// Which displacement counts, by `optimise.direction`.
+fn measure_of(scene: &Scene) -> DisplacementMeasure {
+    match scene.optimise().direction {
+        Some(direction) => DisplacementMeasure::Along(Vector3::from(direction).normalize()),
+        None => DisplacementMeasure::Length,
+    }
+}
+
+/// The objective of the group `optimise`, for a gait with these totals.
+///
+/// # Errors
+/// [`SwimError::NotApplicable`] for an objective without its displacement or rotation.
+pub fn objective_of(
+    scene: &Scene,
+    gait: Option<StrokeTotals>,
+) -> Result<Box<dyn Objective>, SwimError> {
+    let options = scene.optimise();
+    let measure = measure_of(scene);
+    let of_gait = gait
+        .map(|totals| measure.of(&totals).0.abs())
+        .filter(|x| *x > 0.0);
+    let missing = |key: &str, problem: &str| {
+        Err(SwimError::NotApplicable {
+            place: scene.place(key),
+            problem: format!("{key} is missing: {problem}"),
+        })
+    };
+    Ok(match options.objective {
+        // The largest displacement needs no search, see [`farthest`].
+        ObjectiveKind::Efficiency | ObjectiveKind::Displacement => {
+            Box::new(HighestEfficiency { measure })
+        }
+        ObjectiveKind::Energy => match options.displacement.or(of_gait) {
+            Some(displacement) => Box::new(LeastEnergy {
+                measure,
+                displacement,
+            }),
+            None => {
+                return missing(
+                    "optimise.displacement",
+                    "say how far the stroke goes, the scene has no gait that does",
+                );
+            }
+        },
+        ObjectiveKind::Rotation => match options.rotation.filter(|angle| *angle != 0.0) {
+            Some(angle) => Box::new(LeastEnergyRotation {
+                axis: Vector3::from(options.axis).normalize(),
+                angle,
+            }),
+            None => return missing("optimise.rotation", "say by which angle the stroke turns"),
+        },
+    })
+}

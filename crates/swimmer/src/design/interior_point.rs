@@ -1,0 +1,329 @@
+//! A primal-dual interior-point method for one condition and bounds on linear functions.
+//!
+//! ```text
+//! minimise f(x)   with h(x) = 0,   lower <= Φ x + offset <= upper
+//! ```
+//!
+//! The bounds hold strictly in every iterate, so that functions are never evaluated outside of
+//! them. Newton's method on the perturbed optimality conditions (Nocedal & Wright 2006, chapter 19)
+//! with damped BFGS updates of the Hessian of the Lagrangian (Powell 1978), steps to the bounds of
+//! 0.995 at most, and a line search on the exact penalty function.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use super::bounds::{Bounds, Multipliers, Slacks};
+
+/// Functions to minimise, with derivatives.
+pub trait Problem {
+    /// The functions at a point; none where they are not defined.
+    fn evaluate(&self, x: &DVector<f64>) -> Option<Evaluation>;
+
+    /// Values that have bounds: `Φ x` without offset, for all rows.
+    fn rows(&self, x: &DVector<f64>) -> DVector<f64>;
+
+    /// `Φ^T diag(weights) Φ`.
+    fn weighted_product(&self, weights: &DVector<f64>) -> DMatrix<f64>;
+
+    /// `Φ^T values`.
+    fn transposed(&self, values: &DVector<f64>) -> DVector<f64>;
+
+    /// Symmetric positive definite approximation of the Hessian at a point.
+    fn first_hessian(&self, x: &DVector<f64>) -> Option<DMatrix<f64>>;
+}
+
+/// Values and derivatives at a point.
+#[derive(Clone, Debug)]
+pub struct Evaluation {
+    /// The function to minimise.
+    pub cost: f64,
+    /// Its gradient.
+    pub gradient: DVector<f64>,
+    /// The condition with its gradient.
+    pub condition: Option<(f64, DVector<f64>)>,
+}
+
+/// A minimum.
+#[derive(Clone, Debug)]
+pub struct Minimum {
+    /// The point.
+    pub x: DVector<f64>,
+    /// The function there.
+    pub cost: f64,
+    /// Number of iterations.
+    pub iterations: usize,
+    /// Violation of the condition.
+    pub violation: f64,
+    /// Predicted further decrease of the cost, including that by the distance from the bounds.
+    pub decrease: f64,
+    /// Whether some bound is active.
+    pub at_bounds: bool,
+}
+
+/// Smallest factor on a step.
+const SHORTEST: f64 = 1e-10;
+/// Part of the predicted decrease that a step must achieve.
+const SUFFICIENT: f64 = 1e-4;
+
+/// Minimises from a point strictly inside the bounds.
+///
+/// Ends when the predicted decrease and the violation of the condition are below `tolerance`, when
+/// no step decreases the penalty function any more, or after `max_iterations`. None if the functions are not defined at the start or it is outside the
+/// bounds.
+pub fn minimise(
+    problem: &dyn Problem,
+    bounds: &Bounds,
+    start: DVector<f64>,
+    tolerance: f64,
+    max_iterations: usize,
+) -> Option<Minimum> {
+    let mut x = start;
+    let mut here = problem.evaluate(&x)?;
+    let mut slacks = Slacks::new(&problem.rows(&x), bounds)?;
+    let mut hessian = problem.first_hessian(&x)?;
+    let rows = slacks.lower.len() as f64;
+    let smallest_barrier = tolerance / (2.0 * rows);
+    let mut barrier = 0.1 / rows;
+    let mut multipliers = slacks.multipliers(barrier);
+    let mut penalty = 0.0_f64;
+    let mut has_restarted = false;
+    let (mut iterations, mut decrease) = (0, f64::INFINITY);
+    while iterations < max_iterations {
+        iterations += 1;
+        let Some(step) = Step::new(problem, &here, &slacks, &multipliers, &hessian, barrier) else {
+            // Rounding has made the matrix indefinite.
+            if has_restarted {
+                break;
+            }
+            (hessian, has_restarted) = (problem.first_hessian(&x)?, true);
+            continue;
+        };
+        let violation = here.violation();
+        decrease = step.decrement + 2.0 * rows * barrier;
+        if step.decrement <= 0.1 * rows * barrier.max(smallest_barrier) && violation <= tolerance {
+            if barrier <= smallest_barrier {
+                break;
+            }
+            barrier = (0.1 * barrier).max(smallest_barrier);
+            continue;
+        }
+        // It may decrease again: the first multipliers of a stroke far from the condition are large.
+        penalty = (1.5 * step.multiplier.abs()).max(0.5 * penalty);
+        let merit = |e: &Evaluation, s: &Slacks| {
+            e.cost - barrier * s.logarithms() + penalty * e.violation()
+        };
+        let slope = step.slope - penalty * violation;
+        let before = merit(&here, &slacks);
+        let mut factor = slacks.longest(&step.slack_change);
+        let mut correction = None;
+        let accepted = loop {
+            let mut trial = &x + factor * &step.change;
+            if let Some(correction) = &correction {
+                trial += correction;
+            }
+            let found = problem
+                .evaluate(&trial)
+                .zip(Slacks::new(&problem.rows(&trial), bounds));
+            if let Some((evaluation, new)) = found {
+                // Rounding of the merit function counts as a decrease.
+                let rounding = 1e-14 * before.abs().max(1.0);
+                if merit(&evaluation, &new) <= before + SUFFICIENT * factor * slope + rounding {
+                    break Some((trial, evaluation, new));
+                }
+                // A second-order correction of the condition, once per step.
+                if correction.is_none() && factor == 1.0 && evaluation.violation() >= violation {
+                    correction = Some(step.correction(&evaluation));
+                    continue;
+                }
+            }
+            correction = Some(DVector::zeros(x.len()));
+            factor *= 0.5;
+            if factor < SHORTEST {
+                break None;
+            }
+        };
+        let Some((trial, evaluation, new)) = accepted else {
+            if has_restarted {
+                break;
+            }
+            (hessian, has_restarted) = (problem.first_hessian(&x)?, true);
+            continue;
+        };
+        has_restarted = false;
+        let lagrangian = |e: &Evaluation| match &e.condition {
+            Some((_, slope)) => &e.gradient + step.multiplier * slope,
+            None => e.gradient.clone(),
+        };
+        let difference = lagrangian(&evaluation) - lagrangian(&here);
+        update(&mut hessian, &(&trial - &x), &difference);
+        multipliers = multipliers.moved(&slacks, &new, &step.slack_change, barrier);
+        (x, here, slacks) = (trial, evaluation, new);
+    }
+    Some(Minimum {
+        violation: here.violation(),
+        cost: here.cost,
+        at_bounds: multipliers.largest() > 1e3 * barrier / slacks.scale(),
+        x,
+        iterations,
+        decrease,
+    })
+}
+
+impl Evaluation {
+    fn violation(&self) -> f64 {
+        self.condition
+            .as_ref()
+            .map_or(0.0, |(value, _)| value.abs())
+    }
+}
+
+/// A step of Newton's method.
+struct Step {
+    change: DVector<f64>,
+    /// Change of the rows.
+    slack_change: DVector<f64>,
+    /// Multiplier of the condition.
+    multiplier: f64,
+    /// Derivative of the cost with its barrier along the step.
+    slope: f64,
+    /// Half of the square of the step in the norm of the matrix.
+    decrement: f64,
+    /// `H^-1 J^T / (J H^-1 J^T)`.
+    restoring: Option<DVector<f64>>,
+}
+
+impl Step {
+    fn new(
+        problem: &dyn Problem,
+        here: &Evaluation,
+        slacks: &Slacks,
+        multipliers: &Multipliers,
+        hessian: &DMatrix<f64>,
+        barrier: f64,
+    ) -> Option<Self> {
+        let weights = multipliers.lower.component_div(&slacks.lower)
+            + multipliers.upper.component_div(&slacks.upper);
+        let matrix = hessian + problem.weighted_product(&weights);
+        let pushes = slacks.upper.map(|s| barrier / s) - slacks.lower.map(|s| barrier / s);
+        let gradient = &here.gradient + problem.transposed(&pushes);
+        let factor: Cholesky<f64, Dyn> = matrix.clone().cholesky()?;
+        let descent = factor.solve(&gradient);
+        let (change, multiplier, restoring) = match &here.condition {
+            None => (-descent, 0.0, None),
+            Some((value, slope)) => {
+                let response = factor.solve(slope);
+                let stiffness = slope.dot(&response);
+                let multiplier = (value - slope.dot(&descent)) / stiffness;
+                let restoring = &response / stiffness;
+                (
+                    -descent - multiplier * response,
+                    multiplier,
+                    Some(restoring),
+                )
+            }
+        };
+        let is_finite = change.iter().all(|c| c.is_finite());
+        is_finite.then(|| Self {
+            slack_change: problem.rows(&change),
+            slope: gradient.dot(&change),
+            decrement: 0.5 * change.dot(&(&matrix * &change)),
+            change,
+            multiplier,
+            restoring,
+        })
+    }
+
+    /// A small change that corrects the condition at the end of the step.
+    fn correction(&self, end: &Evaluation) -> DVector<f64> {
+        match (&self.restoring, &end.condition) {
+            (Some(restoring), Some((value, _))) => -*value * restoring,
+            _ => DVector::zeros(self.change.len()),
+        }
+    }
+}
+
+/// Damped BFGS update: the matrix stays positive definite.
+fn update(hessian: &mut DMatrix<f64>, step: &DVector<f64>, difference: &DVector<f64>) {
+    // Powell's bound on the change of the curvature along the step.
+    const SMALLEST_CURVATURE: f64 = 0.2;
+    let image = &*hessian * step;
+    let (curvature, product) = (step.dot(&image), step.dot(difference));
+    if curvature.is_nan() || curvature <= 0.0 {
+        return;
+    }
+    let share = match product < SMALLEST_CURVATURE * curvature {
+        true => (1.0 - SMALLEST_CURVATURE) * curvature / (curvature - product),
+        false => 1.0,
+    };
+    let damped = share * difference + (1.0 - share) * &image;
+    let along = step.dot(&damped);
+    hessian.ger(-1.0 / curvature, &image, &image, 1.0);
+    hessian.ger(1.0 / along, &damped, &damped, 1.0);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `minimise (x - 3)^2 + 2 (y + 1)^2 + x y` with `x^2 + y^2 = 2` or without, in a box.
+    struct Quadratic {
+        has_condition: bool,
+    }
+
+    impl Problem for Quadratic {
+        fn evaluate(&self, p: &DVector<f64>) -> Option<Evaluation> {
+            let (x, y) = (p[0], p[1]);
+            let condition = (
+                x * x + y * y - 2.0,
+                DVector::from_vec(vec![2.0 * x, 2.0 * y]),
+            );
+            Some(Evaluation {
+                cost: (x - 3.0).powi(2) + 2.0 * (y + 1.0).powi(2) + x * y,
+                gradient: DVector::from_vec(vec![2.0 * (x - 3.0) + y, 4.0 * (y + 1.0) + x]),
+                condition: self.has_condition.then_some(condition),
+            })
+        }
+
+        fn rows(&self, x: &DVector<f64>) -> DVector<f64> {
+            x.clone()
+        }
+
+        fn weighted_product(&self, weights: &DVector<f64>) -> DMatrix<f64> {
+            DMatrix::from_diagonal(weights)
+        }
+
+        fn transposed(&self, values: &DVector<f64>) -> DVector<f64> {
+            values.clone()
+        }
+
+        fn first_hessian(&self, _: &DVector<f64>) -> Option<DMatrix<f64>> {
+            Some(DMatrix::identity(2, 2))
+        }
+    }
+
+    fn found(has_condition: bool, upper: f64) -> Minimum {
+        let bounds = Bounds {
+            lower: DVector::from_element(2, -3.0),
+            upper: DVector::from_element(2, upper),
+        };
+        let start = DVector::from_vec(vec![0.5, 0.2]);
+        minimise(&Quadratic { has_condition }, &bounds, start, 1e-10, 200).unwrap()
+    }
+
+    #[test]
+    fn minima_are_found_inside_at_bounds_and_under_a_condition() {
+        // 2 x + y = 6, x + 4 y = -4.
+        let inside = found(false, 9.0);
+        assert!((inside.x[0] - 4.0).abs() < 1e-6 && (inside.x[1] + 2.0).abs() < 1e-6);
+        // x = 1, 4 y = -5.
+        let at_bound = found(false, 1.0);
+        assert!((at_bound.x[0] - 1.0).abs() < 1e-8 && (at_bound.x[1] + 1.25).abs() < 1e-6);
+        assert!(at_bound.at_bounds && !inside.at_bounds);
+        // On the circle the gradient is along the position.
+        let circle = found(true, 9.0);
+        let (x, y) = (circle.x[0], circle.x[1]);
+        assert!(circle.violation < 1e-9);
+        let gradient = (2.0 * (x - 3.0) + y, 4.0 * (y + 1.0) + x);
+        assert!((gradient.0 * y - gradient.1 * x).abs() < 1e-5, "{x} {y}");
+        assert!(x > 0.0 && y < 0.0);
+    }
+}

@@ -1,0 +1,130 @@
+//! The joint values that a stroke may take.
+
+use scene::{Gait, Scene, Shape, legs};
+
+use crate::error::SwimError;
+
+/// Largest number of joints of a table: its size grows with this power.
+pub const MOST_JOINTS: usize = 4;
+
+/// Gap that is kept by default, relative to the smallest radius: closer spheres need expansions of
+/// higher order, and an optimum there depends on it.
+const DEFAULT_GAP: f64 = 0.1;
+
+/// Smallest and largest value of each joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StrokeLimits {
+    /// One range per link; of width zero for joints that do not move.
+    pub ranges: Vec<(f64, f64)>,
+    /// Links whose range has a width.
+    pub variables: Vec<usize>,
+}
+
+impl StrokeLimits {
+    /// The limits `optimise.lower` and `optimise.upper` of a scene, by default those of its gait,
+    /// with the gap `optimise.gap` between spheres that a slide connects.
+    ///
+    /// # Errors
+    /// [`SwimError::NotApplicable`] for limits that leave no room, no joint or too many joints, and
+    /// a fixed start outside of them.
+    pub fn of_scene(scene: &Scene) -> Result<Self, SwimError> {
+        let set = scene.articulation();
+        let start = set.initial_lengths();
+        let mut ranges: Vec<(f64, f64)> = start.iter().map(|&x| (x, x)).collect();
+        let gait = Gait {
+            cycles: scene.gait().cycles.min(2),
+            phases: scene.gait().phases.clone(),
+        };
+        for leg in legs(&gait, start)? {
+            for (range, part) in ranges.iter_mut().zip(leg.ranges()) {
+                *range = (range.0.min(part.0), range.1.max(part.1));
+            }
+        }
+        let options = scene.optimise();
+        if let Some(lower) = &options.lower {
+            for (range, value) in ranges
+                .iter_mut()
+                .zip(scene.joint_values("optimise.lower", lower)?)
+            {
+                range.0 = value.unwrap_or(range.0);
+            }
+        }
+        if let Some(upper) = &options.upper {
+            for (range, value) in ranges
+                .iter_mut()
+                .zip(scene.joint_values("optimise.upper", upper)?)
+            {
+                range.1 = value.unwrap_or(range.1);
+            }
+        }
+        let radius = |body: usize| match scene.bodies()[body].shape {
+            Shape::Sphere { radius } => Some(radius),
+            _ => None,
+        };
+        let smallest = (0..scene.bodies().len())
+            .filter_map(radius)
+            .fold(f64::INFINITY, f64::min);
+        let gap = options.gap.unwrap_or(match smallest.is_finite() {
+            true => DEFAULT_GAP * smallest,
+            false => 0.0,
+        });
+        for (link, range) in set.links().iter().zip(&mut ranges) {
+            if let (Some(a), Some(b)) = (radius(link.body), radius(link.to))
+                && !link.joint.is_angle()
+                && range.0 < range.1
+            {
+                range.0 = range.0.max(a + b + gap);
+            }
+        }
+        let refuse = |key: &str, problem: String| {
+            Err(SwimError::NotApplicable {
+                place: scene.place(key),
+                problem,
+            })
+        };
+        for (number, range) in ranges.iter().enumerate() {
+            if range.0 > range.1 {
+                let name = &set.links()[number].name;
+                return refuse(
+                    "optimise",
+                    format!(
+                        "no value of \"{name}\" is allowed: at least {} and at most {}; change \
+                         optimise.lower, optimise.upper or optimise.gap",
+                        range.0, range.1
+                    ),
+                );
+            }
+        }
+        let variables: Vec<usize> = (0..ranges.len())
+            .filter(|&k| ranges[k].0 < ranges[k].1)
+            .collect();
+        match variables.len() {
+            0 => refuse(
+                "optimise",
+                "no joint may move; give optimise.lower and optimise.upper, or a gait".to_owned(),
+            ),
+            n if n > MOST_JOINTS => refuse(
+                "optimise",
+                format!(
+                    "{n} joints move, and tables have at most {MOST_JOINTS}; give the same value \
+                     in optimise.lower and optimise.upper to those that are to rest"
+                ),
+            ),
+            _ => Ok(Self { ranges, variables }),
+        }
+    }
+
+    /// The ranges of the joints that move.
+    pub fn moving(&self) -> Vec<(f64, f64)> {
+        self.variables.iter().map(|&k| self.ranges[k]).collect()
+    }
+
+    /// Values of all joints, from those that move.
+    pub fn lengths(&self, shape: &[f64]) -> Vec<f64> {
+        let mut lengths: Vec<f64> = self.ranges.iter().map(|range| range.0).collect();
+        for (&link, value) in self.variables.iter().zip(shape) {
+            lengths[link] = *value;
+        }
+        lengths
+    }
+}

@@ -1,0 +1,4 @@
+//! Design of strokes: optimal strokes and learned ones against exact values.
+
+mod learned;
+mod optimal;
