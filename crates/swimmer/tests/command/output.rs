@@ -320,7 +320,7 @@ fn new_writes_a_valid_scene() {
     );
     let output = swim(&["new", "cubic"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("three-sphere, smooth, chain, planar, tetrahedral, squirmer"));
+    assert!(stderr(&output).contains("three-sphere, smooth, chain, planar, tetrahedral"));
 }
 
 #[test]
