@@ -61,9 +61,11 @@ impl Slacks {
             })
     }
 
-    /// Largest distance of two bounds of a row.
-    pub fn scale(&self) -> f64 {
-        (&self.lower + &self.upper).max()
+    /// Smallest distance from a bound, relative to the distance of both bounds of the row.
+    pub fn smallest_share(&self) -> f64 {
+        let pairs = self.lower.iter().zip(self.upper.iter());
+        let shares = pairs.map(|(a, b)| a.min(*b) / (a + b));
+        shares.fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -89,10 +91,5 @@ impl Multipliers {
             lower: moved(&self.lower, &old.lower, &new.lower, 1.0),
             upper: moved(&self.upper, &old.upper, &new.upper, -1.0),
         }
-    }
-
-    /// The largest multiplier.
-    pub fn largest(&self) -> f64 {
-        self.lower.max().max(self.upper.max())
     }
 }

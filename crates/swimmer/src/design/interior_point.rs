@@ -59,6 +59,8 @@ pub struct Minimum {
     pub at_bounds: bool,
 }
 
+/// Distance from a bound, relative to the range, below which the bound counts as active.
+const NEAR: f64 = 1e-3;
 /// Smallest factor on a step.
 const SHORTEST: f64 = 1e-10;
 /// Part of the predicted decrease that a step must achieve.
@@ -161,7 +163,7 @@ pub fn minimise(
     Some(Minimum {
         violation: here.violation(),
         cost: here.cost,
-        at_bounds: multipliers.largest() > 1e3 * barrier / slacks.scale(),
+        at_bounds: slacks.smallest_share() < NEAR,
         x,
         iterations,
         decrease,
