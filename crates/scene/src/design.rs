@@ -72,8 +72,8 @@ impl Default for OptimiseOptions {
             gap: None,
             period: 1.0,
             power: None,
-            // Strokes that touch their limits gain a factor of four to eight by twice as many terms,
-            // and need this number for four digits.
+            // Strokes that touch their limits gain a factor of four to eight by doubling the
+            // number of terms, and need this number for four digits.
             terms: 64,
             // The error that is left is a fraction of the last change: four digits.
             tolerance: 2e-4,

@@ -69,7 +69,8 @@ const SUFFICIENT: f64 = 1e-4;
 /// Minimises from a point strictly inside the bounds.
 ///
 /// Ends when the predicted decrease and the violation of the condition are below `tolerance`, when
-/// no step decreases the penalty function any more, or after `max_iterations`. None if the functions are not defined at the start or it is outside the
+/// no step decreases the penalty function any more, or after `max_iterations`. None if the
+/// functions are not defined at the start, or if it is outside the
 /// bounds.
 pub fn minimise(
     problem: &dyn Problem,
@@ -108,7 +109,7 @@ pub fn minimise(
             barrier = (0.1 * barrier).max(smallest_barrier);
             continue;
         }
-        // It may decrease again: the first multipliers of a stroke far from the condition are large.
+        // It may decrease again: the first multipliers far from the condition are large.
         penalty = (1.5 * step.multiplier.abs()).max(0.5 * penalty);
         let merit = |e: &Evaluation, s: &Slacks| {
             e.cost - barrier * s.logarithms() + penalty * e.violation()

@@ -55,8 +55,8 @@ fn least_energy(
 }
 
 /// `E T = 4 π sqrt(det G) |Δ| / |curl V|` for small strokes about equal arms. The cost is
-/// about proportional to the square of the arms, so that it changes by less than 1e-4 within 2e-5 of
-/// them.
+/// about proportional to the square of the arms, so that it changes by less than 1e-4 within
+/// 2e-5 of them.
 #[test]
 fn small_strokes_are_the_optimal_ellipses() {
     for (arm, exact) in [(4.0, 6281.6807), (10.0, 25754.1115), (20.0, 97129.0406)] {
@@ -146,8 +146,8 @@ fn strokes_within_limits_stay_there() {
 }
 
 /// Three spheres in a plane with arms of 4: small strokes that move,
-/// `4 π sqrt(g3 gc) / |h_x|`, and that turn, `4 π gc / |h_t|`, with the metric `g3` of equal changes of
-/// all arms, `gc` of the others, and the curvatures `h_x` and `h_t`.
+/// `4 π sqrt(g3 gc) / |h_x|`, and that turn, `4 π gc / |h_t|`, with the metric `g3` of equal
+/// changes of all arms, `gc` of the others, and the curvatures `h_x` and `h_t`.
 #[test]
 fn small_strokes_of_planar_swimmers_are_optimal() {
     const PI4: f64 = 4.0 * std::f64::consts::PI;
@@ -224,7 +224,7 @@ fn the_best_stroke_is_a_scene_that_runs() {
             "{table} {run} {bars:e}"
         );
         let energy = found.optimum.period_energy_product / found.period;
-        // The energy of the series is above that at constant power by less than a part in a hundred.
+        // The energy of the series is above that at constant power by less than one per cent.
         assert!((found.outcome.work / energy - 1.0).abs() < 1e-2, "{energy}");
         assert_eq!(found.lengths.first(), found.lengths.last());
         // Another search in the same folder reads the table.
