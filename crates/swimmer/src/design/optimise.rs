@@ -211,23 +211,25 @@ fn solved_inside(
     limits: &[(f64, f64)],
     tolerance: f64,
 ) -> Option<(Vec<f64>, Minimum)> {
-    const ROUNDS: usize = 6;
+    const ROUNDS: usize = 10;
     let problem = StrokeProblem::new(geometry, objective, series.clone(), limits);
     let mut narrowed = limits.to_vec();
     let mut coefficients = start.to_vec();
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
+        // Ten per cent more than the excess, so that the next curve is inside; where it oscillates
+        // between the points instead, more each time.
+        let factor = 1.1 + 0.5 * round as f64;
         let inner = inside(series, &coefficients, &narrowed)?;
         let (found, minimum) = problem.solve(&inner, &narrowed, tolerance, MAX_ITERATIONS)?;
         let ranges = ranges(series, &found);
         let mut is_inside = true;
         for ((narrowed, limit), range) in narrowed.iter_mut().zip(limits).zip(&ranges) {
-            // Ten per cent more, so that the next curve is inside.
             if range.0 < limit.0 {
-                narrowed.0 += 1.1 * (limit.0 - range.0);
+                narrowed.0 += factor * (limit.0 - range.0);
                 is_inside = false;
             }
             if range.1 > limit.1 {
-                narrowed.1 -= 1.1 * (range.1 - limit.1);
+                narrowed.1 -= factor * (range.1 - limit.1);
                 is_inside = false;
             }
         }

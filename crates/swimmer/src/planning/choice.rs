@@ -87,7 +87,8 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         ],
         _ => requested(),
     };
-    if scene.has_masses()
+    let massive = (scene.bodies().iter()).position(|body| body.mass_matrix().is_some());
+    if let Some(body) = massive
         && matches!(
             scene.domain().kind(),
             DomainKind::Unbounded | DomainKind::Wall
@@ -96,7 +97,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         return Err(ModelError::Unsupported {
             what: format!(
                 "{}: masses by finite elements in unbounded fluid",
-                scene.place("bodies[0].mass")
+                scene.place(&format!("bodies[{body}].mass"))
             ),
             instead: "use spheres, or a large ball as domain".to_owned(),
         });

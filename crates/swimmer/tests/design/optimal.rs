@@ -4,8 +4,8 @@
 //! computed by an independent program with multipole expansions.
 
 use swimmer::design::{
-    DisplacementMeasure, LeastEnergy, LeastEnergyRotation, Optimum, SampledPath, SearchOptions,
-    Stroke, farthest, optimise, small_stroke_cost,
+    DisplacementMeasure, HighestEfficiency, LeastEnergy, LeastEnergyRotation, Optimum, SampledPath,
+    SearchOptions, Stroke, farthest, optimise, small_stroke_cost,
 };
 use swimmer::models::nalgebra::Vector3;
 use swimmer::models::{ShapeGeometry, ShapeSpace};
@@ -143,6 +143,26 @@ fn strokes_within_limits_stay_there() {
         let shape = optimum.curve.shape(f64::from(k) / 5000.0);
         assert!(shape.iter().all(|x| (6.0..=10.0).contains(x)), "{shape:?}");
     }
+}
+
+/// Curves that oscillate between the points at which limits are kept left them again each time the
+/// limits were narrowed, and the search gave up.
+#[test]
+fn bug_a_stroke_along_its_limits_was_given_up() {
+    let table = table([(6.0, 10.0); 2], 1e-9);
+    let objective = HighestEfficiency {
+        measure: DisplacementMeasure::Length,
+    };
+    let options = SearchOptions {
+        start: None,
+        terms: 32,
+        tolerance: 2e-4,
+    };
+    let optimum = optimise(&table, &objective, table.ranges(), &options, &mut ()).unwrap();
+    assert!(optimum.at_limits);
+    // A displacement between those of the square and of half the square.
+    let moved = optimum.totals.displacement.norm();
+    assert!((0.14..0.16).contains(&moved), "{moved}");
 }
 
 /// Three spheres in a plane with arms of 4: small strokes that move,
