@@ -12,7 +12,7 @@ use super::quadrature::{GaussRule, POINTS};
 pub struct SampledPath {
     /// Width of each interval; their sum is the duration.
     pub widths: Vec<f64>,
-    /// Values of the varying joints, [`POINTS`] times per interval.
+    /// Values of the varying joints, `POINTS` times per interval.
     pub shapes: Vec<Vec<f64>>,
     /// Rates of the varying joints.
     pub rates: Vec<Vec<f64>>,
