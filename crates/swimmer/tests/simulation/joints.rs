@@ -123,19 +123,13 @@ fn elastic_arm(amplitude: f64, relative_frequency: f64) -> String {
 }
 
 /// Displacements per cycle of the periodic state, from exact multipoles and harmonic balance with
-/// 64 points, for arms of 10 and the stiffness 1; towards the passive arm.
+/// 64 points, for arms of 10 and the stiffness 1; towards the passive arm. Other frequencies are rows
+/// of `cargo xtask validate`.
 #[test]
 fn an_elastic_arm_moves_as_its_periodic_state() {
-    for (amplitude, frequency, displacement) in [
-        (1.0, 0.1, 0.000_866_135_0),
-        (1.0, 0.5, 0.003_499_890_6),
-        (1.0, 1.0, 0.004_376_372_2),
-        (1.0, 2.0, 0.003_502_337_7),
-        (1.0, 10.0, 0.000_867_111_2),
-        (4.0, 0.1, 0.014_660_066_2),
-        (4.0, 1.0, 0.074_714_864_8),
-        (4.0, 10.0, 0.014_937_908_0),
-    ] {
+    for (amplitude, frequency, displacement) in
+        [(1.0, 1.0, 0.004_376_372_2), (4.0, 1.0, 0.074_714_864_8)]
+    {
         let outcome = run(&elastic_arm(amplitude, frequency));
         let net = net(&outcome);
         // The tolerance, and the last of the digits given.
