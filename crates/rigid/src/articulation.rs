@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::RigidError;
 use crate::arm_vectors::{ArmVectors, arm_of, check_joint};
 use crate::error::check_length;
-use crate::joint::{Joint, JointDrive, PassiveDrive};
+use crate::joint::{Joint, PassiveDrive};
 use crate::linkage::{Link, Linkage, find_linkages};
 
 /// The kind of a member of an articulated set.
@@ -44,6 +44,10 @@ pub struct Articulation {
     linkages: Vec<Linkage>,
     linkage_of: Vec<usize>,
     frame_of: Vec<usize>,
+    /// Number of frames.
+    frames: usize,
+    /// For each body, whether its attitude is part of the state.
+    own_attitude: Vec<bool>,
     initial_positions: Vec<Vector3<f64>>,
     initial_lengths: Vec<f64>,
     fixed: Vec<bool>,
@@ -90,7 +94,7 @@ impl Articulation {
             arm_vectors.push(arm);
             initial_lengths.push(length);
         }
-        let (linkages, frame_of) = find_linkages(bodies, &links);
+        let (linkages, frames) = find_linkages(bodies, &links);
         let mut linkage_of = vec![0; bodies];
         for (number, linkage) in linkages.iter().enumerate() {
             if let [body] = linkage.bodies[..]
@@ -102,6 +106,7 @@ impl Articulation {
                 linkage_of[body] = number;
             }
         }
+        let own_attitude = own_attitudes(kinds, &links, arms, &linkages);
         Ok(Self {
             kinds: kinds.to_vec(),
             links,
@@ -109,7 +114,9 @@ impl Articulation {
             arm_vectors,
             linkages,
             linkage_of,
-            frame_of,
+            frame_of: frames.of_body,
+            frames: frames.count,
+            own_attitude,
             initial_positions: positions.to_vec(),
             initial_lengths,
             fixed: vec![false; bodies],
@@ -192,10 +199,7 @@ impl Articulation {
     /// The links whose values are part of the state, with the forces on them.
     pub fn passive_links(&self) -> impl Iterator<Item = (usize, &PassiveDrive)> {
         let numbered = self.links.iter().enumerate();
-        numbered.filter_map(|(number, link)| match &link.drive {
-            JointDrive::Passive(drive) if link.joint.has_value() => Some((number, drive)),
-            _ => None,
-        })
+        numbered.filter_map(|(number, link)| Some((number, link.passive_drive()?)))
     }
 
     /// Whether the attitude of a body is part of the state, and not that of its frame.
@@ -203,21 +207,7 @@ impl Articulation {
     /// Bodies that are clamped to a frame have its rotation, but for the first of a frame that a
     /// ball joins: its attitude is the rotation of the frame.
     pub fn has_own_attitude(&self, body: usize) -> bool {
-        let (Some(&linkage), Some(&kind)) = (self.linkage_of.get(body), self.kinds.get(body))
-        else {
-            return false;
-        };
-        let linkage = &self.linkages[linkage];
-        let is_child_of_ball = || {
-            let mut edges = linkage.tree.iter().filter(|edge| edge.child == body);
-            edges.any(|edge| matches!(self.links[edge.link].joint, Joint::Ball { .. }))
-        };
-        match (self.arms, kind) {
-            _ if linkage.bodies.len() == 1 => true,
-            (Arms::Clamped, _) => is_child_of_ball(),
-            (Arms::Free | Arms::Lab, BodyKind::Rigid) => true,
-            (Arms::Free | Arms::Lab, BodyKind::Point) => false,
-        }
+        self.own_attitude.get(body) == Some(&true)
     }
 
     /// Largest distance of the two bodies of a link at a value of its joint; zero for a link that
@@ -301,12 +291,30 @@ impl Articulation {
 
     /// Number of frames, of bodies without links too.
     pub(crate) fn frames(&self) -> usize {
-        self.frame_of
-            .iter()
-            .map(|frame| frame + 1)
-            .max()
-            .unwrap_or(0)
+        self.frames
     }
+}
+
+/// For each body, whether its attitude is part of the state ([`Articulation::has_own_attitude`]).
+fn own_attitudes(
+    kinds: &[BodyKind],
+    links: &[Link],
+    arms: Arms,
+    linkages: &[Linkage],
+) -> Vec<bool> {
+    let mut own: Vec<bool> = (kinds.iter())
+        .map(|kind| arms != Arms::Clamped && *kind == BodyKind::Rigid)
+        .collect();
+    for linkage in linkages {
+        if let [body] = linkage.bodies[..] {
+            own[body] = true;
+        }
+        for edge in &linkage.tree {
+            // Balls need clamped arms.
+            own[edge.child] |= matches!(links[edge.link].joint, Joint::Ball { .. });
+        }
+    }
+    own
 }
 
 #[cfg(test)]

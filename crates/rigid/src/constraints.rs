@@ -200,7 +200,7 @@ impl Articulation {
     fn add_link(&self, to: &mut Constraints, placement: &Placement, link: usize, rate: f64) {
         let (number, link) = (link, &self.links()[link]);
         let row = to.labels.len();
-        let layout = to.layout.clone();
+        let layout = &to.layout;
         let direction = self.direction(placement, number);
         let [far, near] = [link.body, link.to].map(|body| placement.positions[body]);
         to.link_vectors.push(far - near);
@@ -235,7 +235,7 @@ impl Articulation {
         for (part, vector) in along_joint.into_iter().enumerate() {
             let row = row + 3 * part;
             match layout.joint(number) {
-                Some(column) => (to.matrix.fixed_view_mut::<3, 1>(row, column)).copy_from(&-vector),
+                Some(column) => (matrix.fixed_view_mut::<3, 1>(row, column)).copy_from(&-vector),
                 None => (to.rates.fixed_rows_mut::<3>(row)).copy_from(&(rate * vector)),
             }
             to.labels.extend(std::iter::repeat_n(link.name.clone(), 3));

@@ -6,7 +6,7 @@ use crate::VelocityLayout;
 
 /// A symmetric matrix `D` over all generalised velocities `q`, block-diagonal: the forces `-D q`
 /// act in addition to the external loads.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Damping {
     /// Velocities of passive joints, with the coefficients of their dashpots.
     joints: Vec<(usize, f64)>,

@@ -1,6 +1,6 @@
 //! Links between bodies, and the connected sets (linkages) that they form.
 
-use crate::joint::{Joint, JointDrive};
+use crate::joint::{Joint, JointDrive, PassiveDrive};
 
 /// A joint between two bodies.
 ///
@@ -50,7 +50,15 @@ impl Link {
 
     /// Whether the value of the joint is part of the state and not prescribed.
     pub fn is_passive(&self) -> bool {
-        matches!(self.drive, JointDrive::Passive(_)) && self.joint.has_value()
+        self.passive_drive().is_some()
+    }
+
+    /// The force on the joint, if its value is part of the state.
+    pub fn passive_drive(&self) -> Option<&PassiveDrive> {
+        match &self.drive {
+            JointDrive::Passive(drive) if self.joint.has_value() => Some(drive),
+            _ => None,
+        }
     }
 }
 
@@ -80,8 +88,8 @@ pub(crate) struct TreeEdge {
 
 /// Breadth-first spanning trees of the graph of bodies and links, rooted at the lowest indices.
 ///
-/// Returns the linkages and the frame of each body.
-pub(crate) fn find_linkages(bodies: usize, links: &[Link]) -> (Vec<Linkage>, Vec<usize>) {
+/// Returns the linkages and the frames.
+pub(crate) fn find_linkages(bodies: usize, links: &[Link]) -> (Vec<Linkage>, Frames) {
     let mut neighbours = vec![Vec::new(); bodies];
     for (number, link) in links.iter().enumerate() {
         neighbours[link.body].push((number, link.to));
@@ -122,12 +130,15 @@ pub(crate) fn find_linkages(bodies: usize, links: &[Link]) -> (Vec<Linkage>, Vec
         }
         linkages.push(linkage);
     }
-    (linkages, frames.of_body)
+    (linkages, frames)
 }
 
-struct Frames {
-    of_body: Vec<usize>,
-    count: usize,
+/// The frames of all linkages.
+pub(crate) struct Frames {
+    /// Number of the frame of each body.
+    pub of_body: Vec<usize>,
+    /// Number of frames.
+    pub count: usize,
 }
 
 impl Frames {

@@ -122,10 +122,7 @@ impl Scene {
         let is_supported = matches!(self.fem.solver, SolverKind::Block | SolverKind::Minres)
             && self.fem.mesh_motion != MeshMotionKind::Elastic
             && self.fem.geometry == GeometryKind::Curved
-            && self
-                .bodies
-                .iter()
-                .all(|body| body.mass == 0.0 && body.inertia == 0.0);
+            && !self.has_masses();
         if self.fem.mirror == MirrorKind::Auto && is_supported {
             match self.symmetry_planes() {
                 // One body at the origin: a motion is left free for a load along x.

@@ -23,7 +23,7 @@ pub use models;
 pub use observer::Observer;
 pub use outcome::{Interim, LegOutcome, Outcome, Sample};
 pub use output::Folder;
-pub use periodic::periodic_state;
+pub use periodic::{periodic_state, start_of_gait};
 pub use planning::{Choice, MissedTarget, SizeSearch, choose, simulate_to_target, with_tables};
 pub use run::{Progress, Report, run};
 pub use scene::{self, Gait, Leg, Phase, Scene, SceneError, legs};

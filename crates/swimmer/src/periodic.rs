@@ -22,6 +22,23 @@ const SHARE: f64 = 0.1;
 /// linear in the distances.
 const MAX_CYCLES: usize = 40;
 
+/// The state before the first leg of the gait of a scene: periodic if the scene says so, else that
+/// of the pose of the scene.
+///
+/// # Errors
+/// Those of [`periodic_state`] and [`Interim::start`].
+pub fn start_of_gait(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+    method: Method,
+    observe: &mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
+) -> Result<Interim, SwimError> {
+    match scene.starts_periodic() {
+        true => periodic_state(scene, model, method, observe),
+        false => Interim::start(scene),
+    }
+}
+
 /// The periodic state of the gait of a scene, before its first leg.
 ///
 /// Bodies start at their places in the scene; only the values of passive joints and the velocities

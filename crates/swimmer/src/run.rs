@@ -11,11 +11,11 @@ use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
 use crate::integrate::{LegResult, LegSolution, Method};
 use crate::observer::Observer;
-use crate::outcome::{Interim, Outcome};
+use crate::outcome::Outcome;
 #[cfg(feature = "plots")]
 use crate::output::trajectory_svg;
 use crate::output::{FlowSeries, Folder, summary_json, trajectory_csv};
-use crate::periodic::periodic_state;
+use crate::periodic::start_of_gait;
 use crate::planning::{Choice, MissedTarget, SizeSearch, choose, with_tables};
 use crate::simulate::continue_from;
 
@@ -129,18 +129,16 @@ fn run_once(
     let Choice { mut model, reasons } = with_tables(&scene, choose(&scene)?);
     let (interim, flows) = match checkpoint {
         None => {
-            let mut interim = Interim::start(&scene)?;
-            if scene.starts_periodic() {
-                let mut observe =
-                    |_: &LegSolution, _: &dyn Hydrodynamics| match progress.is_interrupted() {
-                        true => Err(SwimError::Interrupted {
-                            phases: 0,
-                            all: scene.gait().phases.len() * scene.gait().cycles as usize,
-                        }),
-                        false => Ok(()),
-                    };
-                interim = periodic_state(&scene, model.as_mut(), Method::of(&scene), &mut observe)?;
-            }
+            let mut observe =
+                |_: &LegSolution, _: &dyn Hydrodynamics| match progress.is_interrupted() {
+                    true => Err(SwimError::Interrupted {
+                        phases: 0,
+                        all: scene.gait().phases.len() * scene.gait().cycles as usize,
+                    }),
+                    false => Ok(()),
+                };
+            let method = Method::of(&scene);
+            let interim = start_of_gait(&scene, model.as_mut(), method, &mut observe)?;
             // If this run ends early, the summary of an older run must not be taken for its result.
             folder.remove_old("summary.json")?;
             Checkpoint::new(
@@ -270,6 +268,7 @@ impl Observer for Files<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::outcome::Interim;
 
     fn report(accept: &str, tolerance_met: bool) -> Report {
         let scene = Scene::parse(&format!(

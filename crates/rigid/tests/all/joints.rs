@@ -8,7 +8,9 @@ use rigid::{
     FlowSolution, Formulation, Joint, JointDrive, Lagrange, Link, PassiveDrive, RigidError,
 };
 
-use crate::support::sets::{link, moved_state, random_fluid, tree, values, vector};
+use crate::support::sets::{
+    centres, link, loads_on_bodies, moved_state, random_fluid, tree, values, vector,
+};
 
 /// The flow of a system by a dense factorisation, and the condition of its matrix.
 fn flow(system: &Constrained, set: &Articulation) -> (FlowSolution, f64) {
@@ -50,12 +52,7 @@ fn check_formulations(
                 .push((body, factor * factor.transpose()));
         }
     }
-    let poses = set.place(&state, &values).unwrap();
-    let rigid = poses.iter().zip(set.kinds());
-    let centres: Vec<_> = rigid
-        .filter(|(_, kind)| **kind == BodyKind::Rigid)
-        .map(|(pose, _)| pose.translation.vector)
-        .collect();
+    let centres = centres(set, &state, &values);
     let fluid = random_fluid(&centres, seed);
     let drive = Drive {
         set,
@@ -104,12 +101,7 @@ proptest! {
         vectors in prop::collection::vec(vector(1.0), 12),
         seed in prop::collection::vec(-1.0..1.0, 50),
     ) {
-        // A load on a point may act on a rotation of free arms that nothing resists.
-        let load = |body: usize| match set.kinds()[body] {
-            BodyKind::Rigid => ExternalLoad { force: vectors[body], torque: vectors[body + 5] },
-            BodyKind::Point => ExternalLoad::default(),
-        };
-        let loads: Vec<ExternalLoad> = (0..set.kinds().len()).map(load).collect();
+        let loads = loads_on_bodies(&set, &vectors);
         check_formulations(&set, rotation, &rates, &loads, &seed);
     }
 }

@@ -7,7 +7,9 @@ use rigid::{
     Formulation, Independent, Lagrange, Link, RigidError,
 };
 
-use crate::support::sets::{constraints, moved_state, random_fluid, tree, values, vector};
+use crate::support::sets::{
+    centres, constraints, loads_on_bodies, moved_state, random_fluid, tree, values, vector,
+};
 
 fn drive<'a>(
     set: &'a Articulation,
@@ -33,12 +35,7 @@ fn check_rates(
     let state = moved_state(set, &[rotation]);
     let [first, second] = [&rates[..links], &rates[6..6 + links]]
         .map(|rates| set.constraints(&state, &values(set), rates).unwrap());
-    let poses = set.place(&state, &values(set)).unwrap();
-    let rigid = poses.iter().zip(set.kinds());
-    let centres: Vec<_> = rigid
-        .filter(|(_, kind)| **kind == BodyKind::Rigid)
-        .map(|(pose, _)| pose.translation.vector)
-        .collect();
+    let centres = centres(set, &state, &values(set));
     let fluid = random_fluid(&centres, seed);
     let formulations: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
     for formulation in formulations {
@@ -84,12 +81,7 @@ proptest! {
         vectors in prop::collection::vec(vector(1.0), 12),
         seed in prop::collection::vec(-1.0..1.0, 50),
     ) {
-        // A load on a point may act on a rotation of free arms that nothing resists.
-        let load = |body: usize| match set.kinds()[body] {
-            BodyKind::Rigid => ExternalLoad { force: vectors[body], torque: vectors[body + 5] },
-            BodyKind::Point => ExternalLoad::default(),
-        };
-        let loads: Vec<ExternalLoad> = (0..set.kinds().len()).map(load).collect();
+        let loads = loads_on_bodies(&set, &vectors);
         check_rates(&set, rotation, &rates, &loads, &seed);
     }
 }

@@ -5,9 +5,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use swimmer::models::Hydrodynamics;
-use swimmer::{
-    Interim, LegSolution, Method, Outcome, Scene, choose, continue_from, periodic_state,
-};
+use swimmer::{LegSolution, Method, Outcome, Scene, choose, continue_from, start_of_gait};
 
 use super::effort::Effort;
 use super::estimated::Estimated;
@@ -83,11 +81,8 @@ fn run(text: &str, overrides: &[String]) -> Result<(Outcome, Cost)> {
     let scene = Scene::from_document(document)?;
     let mut model = choose(&scene)?.model;
     let method = Method::of(&scene);
-    let mut interim = Interim::start(&scene)?;
-    if scene.starts_periodic() {
-        let mut ignore = |_: &LegSolution, _: &dyn Hydrodynamics| Ok(());
-        interim = periodic_state(&scene, model.as_mut(), method, &mut ignore)?;
-    }
+    let mut ignore = |_: &LegSolution, _: &dyn Hydrodynamics| Ok(());
+    let interim = start_of_gait(&scene, model.as_mut(), method, &mut ignore)?;
     let outcome = continue_from(&scene, model.as_mut(), method, &mut (), interim)
         .context("a gait with joints")?;
     let cost = Cost {

@@ -41,44 +41,18 @@ pub enum Command {
         flow: Option<PathBuf>,
     },
     /// Tabulate the motion over the shapes; draw what small strokes yield, with the gait
-    Map {
-        #[command(flatten)]
-        scene: SceneArguments,
-        /// Folder for the results [default: out/ and the name of the scene]
-        #[arg(long, value_name = "DIR")]
-        out: Option<PathBuf>,
-        /// Print the result as one JSON object
-        #[arg(long)]
-        json: bool,
-    },
+    Map(DesignArguments),
     /// Search the best stroke; write optimum.toml, which `swim run` runs
-    Optimise {
-        #[command(flatten)]
-        scene: SceneArguments,
-        /// Folder for the results [default: out/ and the name of the scene]
-        #[arg(long, value_name = "DIR")]
-        out: Option<PathBuf>,
-        /// Print the result as one JSON object
-        #[arg(long)]
-        json: bool,
-    },
+    Optimise(DesignArguments),
     /// Learn a stroke by reinforcement; compare it with the best possible one
-    Learn {
-        #[command(flatten)]
-        scene: SceneArguments,
-        /// Folder for the results [default: out/ and the name of the scene]
-        #[arg(long, value_name = "DIR")]
-        out: Option<PathBuf>,
-        /// Print the result as one JSON object
-        #[arg(long)]
-        json: bool,
-    },
+    Learn(DesignArguments),
     /// Check the scene; print the model that would be chosen and its cost
     Check {
         #[command(flatten)]
         scene: SceneArguments,
     },
-    /// Write an example scene: three-sphere, smooth, chain, planar or tetrahedral
+    /// Write an example scene, such as three-sphere, purcell or squirmer; another name lists them
+    /// all
     New {
         /// Name of the example
         #[arg(value_name = "NAME")]
@@ -95,6 +69,19 @@ pub enum Command {
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
     },
+}
+
+/// Arguments of the commands that design strokes.
+#[derive(Args)]
+pub struct DesignArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// Folder for the results [default: out/ and the name of the scene]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print the result as one JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Args)]

@@ -1,7 +1,5 @@
 //! `swim learn`: what reinforcement learning finds, beside the best possible cycle.
 
-use std::path::PathBuf;
-
 use serde_json::json;
 use swimmer::SwimError;
 use swimmer::design::learn::{
@@ -9,17 +7,14 @@ use swimmer::design::learn::{
 };
 use swimmer::scene::LearnKind;
 
-use super::arguments::SceneArguments;
+use super::arguments::DesignArguments;
 use super::design_files::{folder_of, write};
 use super::design_progress::Progress;
 use super::text::{count, entry, two_digits, warn, with_uncertainty};
 
-pub fn learn_strokes(
-    arguments: &SceneArguments,
-    out: Option<PathBuf>,
-    json: bool,
-) -> Result<String, SwimError> {
-    let scene = arguments.read()?;
+pub fn learn_strokes(arguments: DesignArguments) -> Result<String, SwimError> {
+    let DesignArguments { scene, out, json } = arguments;
+    let scene = scene.read()?;
     let options = scene.learn();
     let rewards = rewards(&scene, &mut Progress::new())?;
     let learned = learn(

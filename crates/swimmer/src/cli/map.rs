@@ -1,12 +1,10 @@
 //! `swim map`: the table over shapes, and what small strokes yield.
 
-use std::path::PathBuf;
-
 use serde_json::{Value, json};
 use swimmer::SwimError;
 use swimmer::design::{StrokeLimits, gait_shapes, gait_totals, tabulate};
 
-use super::arguments::SceneArguments;
+use super::arguments::DesignArguments;
 use super::design_files::{folder_of, names, table_entry, write_map};
 use super::design_progress::Progress;
 use super::text::{entry, two_digits};
@@ -14,12 +12,9 @@ use super::text::{entry, two_digits};
 /// Relative error of the table.
 const MAP_TOLERANCE: f64 = 1e-6;
 
-pub fn map(
-    arguments: &SceneArguments,
-    out: Option<PathBuf>,
-    json: bool,
-) -> Result<String, SwimError> {
-    let scene = arguments.read()?;
+pub fn map(arguments: DesignArguments) -> Result<String, SwimError> {
+    let DesignArguments { scene, out, json } = arguments;
+    let scene = scene.read()?;
     let limits = StrokeLimits::of_scene(&scene)?;
     let folder = folder_of(&scene, out)?;
     let mut progress = Progress::new();

@@ -33,9 +33,9 @@ pub fn main() -> ExitCode {
         } => solve::solve(&scene, json, resistance, flow.as_deref()),
         Command::Check { scene } => check::check(&scene),
         Command::New { name, out } => new::new(&name, out),
-        Command::Map { scene, out, json } => map::map(&scene, out, json),
-        Command::Optimise { scene, out, json } => optimise::optimise(&scene, out, json),
-        Command::Learn { scene, out, json } => learn::learn_strokes(&scene, out, json),
+        Command::Map(design) => map::map(design),
+        Command::Optimise(design) => optimise::optimise(design),
+        Command::Learn(design) => learn::learn_strokes(design),
         Command::Mesh { scene, out } => mesh::mesh(&scene, &out),
     };
     match result {

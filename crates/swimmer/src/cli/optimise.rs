@@ -1,23 +1,20 @@
 //! `swim optimise`: the best stroke.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::{Value, json};
 use swimmer::design::{DesignedStroke, design_stroke};
 use swimmer::scene::ObjectiveKind;
 use swimmer::{Scene, SwimError};
 
-use super::arguments::SceneArguments;
+use super::arguments::DesignArguments;
 use super::design_files::{folder_of, names, table_entry, write, write_map};
 use super::design_progress::Progress;
 use super::text::{count, duration, entry, two_digits, warn, with_uncertainty};
 
-pub fn optimise(
-    arguments: &SceneArguments,
-    out: Option<PathBuf>,
-    json: bool,
-) -> Result<String, SwimError> {
-    let scene = arguments.read()?;
+pub fn optimise(arguments: DesignArguments) -> Result<String, SwimError> {
+    let DesignArguments { scene, out, json } = arguments;
+    let scene = scene.read()?;
     let clock = std::time::Instant::now();
     let folder = folder_of(&scene, out)?;
     let found = design_stroke(&scene, folder.path(), &mut Progress::new())?;

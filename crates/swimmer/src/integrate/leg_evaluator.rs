@@ -105,14 +105,15 @@ impl<'a> LegEvaluator<'a> {
         state: &State,
     ) -> Result<Option<JointNewton>, SwimError> {
         let set = self.scene.articulation();
-        if set.passive_joints().next().is_none() {
+        let mut drives = set.passive_links().map(|(_, drive)| drive);
+        if drives.all(|drive| drive.stiffness == 0.0) {
             return Ok(None);
         }
         let responses = self.query(s, state, |model, configuration| {
             model.joint_responses(configuration)
         })?;
         let drives = set.passive_links().map(|(_, drive)| drive);
-        Ok(JointNewton::new(&responses, drives))
+        Ok(Some(JointNewton::new(&responses, drives)))
     }
 
     /// When the model estimates its discretisation errors.

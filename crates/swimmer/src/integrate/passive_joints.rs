@@ -23,18 +23,17 @@ pub(super) struct JointNewton {
 }
 
 impl JointNewton {
-    /// From the velocities for a unit force on each joint; none if no joint has a spring.
+    /// From the velocities for a unit force on each joint.
     pub fn new<'d>(
         responses: &[StateVelocity],
         drives: impl Iterator<Item = &'d PassiveDrive>,
-    ) -> Option<Self> {
-        let pairs: Vec<_> = responses.iter().zip(drives).collect();
-        let has_spring = pairs.iter().any(|(_, drive)| drive.stiffness != 0.0);
-        let derivatives = pairs.into_iter();
-        let derivatives = derivatives.map(|(response, drive)| response * -drive.stiffness);
-        has_spring.then(|| Self {
-            derivatives: derivatives.collect(),
-        })
+    ) -> Self {
+        let pairs = responses.iter().zip(drives);
+        Self {
+            derivatives: pairs
+                .map(|(response, drive)| response * -drive.stiffness)
+                .collect(),
+        }
     }
 
     /// One step: corrects the rates at the Gauss points for the change of the values there, and
@@ -102,7 +101,7 @@ mod tests {
                 stiffness,
                 ..PassiveDrive::default()
             };
-            let newton = JointNewton::new(&[of_joint(1.0)], [&drive].into_iter()).unwrap();
+            let newton = JointNewton::new(&[of_joint(1.0)], [&drive].into_iter());
             let (duration, guess) = (0.5, 0.3);
             let values = vec![vec![guess]; 2];
             let mut rates = vec![of_joint(-stiffness * guess * duration); 2];

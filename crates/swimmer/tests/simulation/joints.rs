@@ -6,20 +6,15 @@ use crate::strokes::FREE;
 use crate::support::three_spheres;
 use nalgebra::Vector3;
 use swimmer::models::Hydrodynamics;
-use swimmer::{Interim, Method, Outcome, Scene, choose, continue_from, periodic_state};
+use swimmer::{Method, Outcome, Scene, choose, continue_from, start_of_gait};
 
 /// Runs the gait, from the periodic state if the scene says so.
 fn run(text: &str) -> Outcome {
     let scene = Scene::parse(text).unwrap();
     let mut model = choose(&scene).unwrap().model;
     let method = Method::of(&scene);
-    let interim = match scene.starts_periodic() {
-        false => Interim::start(&scene).unwrap(),
-        true => {
-            let mut ignore = |_: &_, _: &dyn Hydrodynamics| Ok(());
-            periodic_state(&scene, model.as_mut(), method, &mut ignore).unwrap()
-        }
-    };
+    let mut ignore = |_: &_, _: &dyn Hydrodynamics| Ok(());
+    let interim = start_of_gait(&scene, model.as_mut(), method, &mut ignore).unwrap();
     continue_from(&scene, model.as_mut(), method, &mut (), interim).unwrap()
 }
 
@@ -123,8 +118,8 @@ fn elastic_arm(amplitude: f64, relative_frequency: f64) -> String {
 }
 
 /// Displacements per cycle of the periodic state, from exact multipoles and harmonic balance with
-/// 64 points, for arms of 10 and the stiffness 1; towards the passive arm. Other frequencies are rows
-/// of `cargo xtask validate`.
+/// 64 points, for arms of 10 and the stiffness 1; towards the passive arm. Other frequencies are
+/// rows of `cargo xtask validate`.
 #[test]
 fn an_elastic_arm_moves_as_its_periodic_state() {
     for (amplitude, frequency, displacement) in

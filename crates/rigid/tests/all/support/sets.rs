@@ -4,8 +4,8 @@ use linalg::{Csr, Csr3};
 use nalgebra::{DMatrix, Isometry3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rigid::{
-    Arms, Articulation, BodyKind, Constraints, FluidMatrices, FluidNodes, Joint, JointDrive, Link,
-    NodeRole, PassiveDrive, RigidFluid, State, SurfaceBody,
+    Arms, Articulation, BodyKind, Constraints, ExternalLoad, FluidMatrices, FluidNodes, Joint,
+    JointDrive, Link, NodeRole, PassiveDrive, RigidFluid, State, SurfaceBody,
 };
 
 pub fn link(body: usize, to: usize) -> Link {
@@ -127,6 +127,30 @@ pub fn moved_state(set: &Articulation, rotations: &[Vector3<f64>]) -> State {
 /// Values of the joints away from those at the start.
 pub fn values(set: &Articulation) -> Vec<f64> {
     set.initial_lengths().iter().map(|l| l + 0.4).collect()
+}
+
+/// Centres of the bodies with surfaces.
+pub fn centres(set: &Articulation, state: &State, values: &[f64]) -> Vec<Vector3<f64>> {
+    let poses = set.place(state, values).unwrap();
+    let rigid = poses.iter().zip(set.kinds());
+    rigid
+        .filter(|(_, kind)| **kind == BodyKind::Rigid)
+        .map(|(pose, _)| pose.translation.vector)
+        .collect()
+}
+
+/// Forces and torques on the bodies with surfaces, from twelve vectors.
+///
+/// A load on a point may act on a rotation of free arms that nothing resists.
+pub fn loads_on_bodies(set: &Articulation, vectors: &[Vector3<f64>]) -> Vec<ExternalLoad> {
+    let load = |(body, kind): (usize, &BodyKind)| match kind {
+        BodyKind::Rigid => ExternalLoad {
+            force: vectors[body],
+            torque: vectors[body + 5],
+        },
+        BodyKind::Point => ExternalLoad::default(),
+    };
+    set.kinds().iter().enumerate().map(load).collect()
 }
 
 /// The constraints at the values at the start.
