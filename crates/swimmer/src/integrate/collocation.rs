@@ -14,7 +14,6 @@ use rigid::{State, StateVelocity};
 use scene::AcceptKind;
 
 use super::corrections::{Corrections, FewPoints};
-use super::gauss::Gauss;
 use super::inverse_dexp::coordinate_rate;
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
@@ -23,6 +22,7 @@ use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, LegResult};
 use super::step_size::{MAX_PARTS, expected_ratio, largest_displacement, rounding, step_tolerance};
 use crate::error::SwimError;
+use crate::gauss::Gauss;
 
 /// Number of points whose solutions have corrections that serve all higher orders.
 ///

@@ -16,6 +16,7 @@ mod hostile;
 mod inertia;
 mod integrators;
 mod joints;
+mod loops;
 mod many_cycles;
 mod reports;
 mod strokes;
