@@ -99,7 +99,12 @@ impl Articulation {
     /// A length that is not positive, or values that do not close a loop to 1e-9 of the longest
     /// arm; a state that does not fit the set, is not finite or not rigid; positions that overflow.
     pub fn place(&self, state: &State, lengths: &[f64]) -> Result<Vec<Isometry3<f64>>, RigidError> {
-        let placement = self.placement(state, lengths)?;
+        let open = self.open_placement(state, lengths)?;
+        let closed = self.close(state, lengths, &open)?;
+        let (state, placement) = match &closed {
+            Some((state, placement)) => (state, placement),
+            None => (state, &open),
+        };
         let pose = |(body, x): (usize, &Vector3<f64>)| {
             let attitude = match self.has_own_attitude(body) {
                 true => state.attitudes[body],

@@ -17,7 +17,7 @@ use super::corrections::{Corrections, FewPoints};
 use super::inverse_dexp::coordinate_rate;
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
-use super::order_errors::{expected_error, is_smooth, is_stalled, remaining_error};
+use super::order_errors::{expected_error, is_smooth, is_stalled, remaining_error, reported_error};
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, LegResult};
 use super::step_size::{MAX_PARTS, expected_ratio, largest_displacement, rounding, step_tolerance};
@@ -207,7 +207,7 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
             return Ok(Step {
                 approximation: current,
                 error,
-                work_error: remaining_error(&work_changes, ratio),
+                work_error: reported_error(&work_changes, ratio),
                 tolerance,
                 mesh_change,
                 is_accepted,

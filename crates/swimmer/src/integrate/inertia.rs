@@ -89,7 +89,12 @@ fn explicit_step(
     let resistance = evaluator.resistance(s, state)?;
     let scene = evaluator.scene;
     let set = scene.articulation();
-    let constraints = set.constraints(state, &evaluator.leg.lengths(s), &evaluator.leg.rates(s))?;
+    let (lengths, rates) = (evaluator.leg.lengths(s), evaluator.leg.rates(s));
+    let mut constraints = set.constraints(state, &lengths, &rates)?;
+    let oscillating = scene
+        .joint_forces(evaluator.leg.time(s))
+        .unwrap_or_default();
+    (constraints.joint_forces.iter_mut().zip(oscillating)).for_each(|(sum, force)| *sum += force);
     let reduction = Reduction::of(set, &constraints)?;
     let load = |body: &scene::Body| ExternalLoad {
         force: body.total_force(),

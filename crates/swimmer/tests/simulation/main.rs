@@ -18,6 +18,7 @@ mod integrators;
 mod joints;
 mod loops;
 mod many_cycles;
+mod paths;
 mod reports;
 mod strokes;
 mod support;
