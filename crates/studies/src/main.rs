@@ -100,6 +100,9 @@ enum Task {
         /// The part that the tests run.
         #[arg(long)]
         quick: bool,
+        /// One map only, printed and not written to files.
+        #[arg(long)]
+        only: Option<stability::Part>,
         /// Folder for `stability.md` and `stability.csv` [default: docs, or stability for --quick].
         #[arg(long)]
         out: Option<PathBuf>,
@@ -217,9 +220,12 @@ fn main() -> Result<()> {
             let out = output_folder(out, quick, "models");
             models::run(quick, &out)
         }
-        Task::Stability { quick, out } => {
-            let out = output_folder(out, quick, "stability");
-            stability::run(quick, &out)
+        Task::Stability { quick, only, out } => {
+            let out = output_folder(out, quick || only.is_some(), "stability");
+            match only {
+                Some(part) => stability::run_part(part, quick, &out),
+                None => stability::run(quick, &out),
+            }
         }
         Task::Table1 {
             quick,

@@ -28,6 +28,8 @@ type Pulled = (f64, [f64; 3], [f64; 3], [f64; 3]);
 struct Setting {
     name: &'static str,
     domain: &'static str,
+    /// Rows of the gradient of a shear flow; zero for fluid at rest.
+    gradient: [[f64; 3]; 3],
     viscosity: f64,
     spheres: Vec<Pulled>,
     /// Outcome that every model must have; `None` if a solution or a refusal is accepted.
@@ -48,6 +50,12 @@ impl Setting {
             self.domain,
             SIZE * smallest
         );
+        if self.gradient != REST {
+            text += &format!(
+                "background = {{ kind = \"shear\", gradient = {:?} }}\n",
+                self.gradient
+            );
+        }
         // Writing to a String cannot fail.
         for (number, (radius, position, force, torque)) in self.spheres.iter().enumerate() {
             let _ = writeln!(
@@ -60,6 +68,9 @@ impl Setting {
 }
 
 const NONE: [f64; 3] = [0.0; 3];
+const REST: [[f64; 3]; 3] = [NONE; 3];
+/// Shear in a plane that contains no coordinate axis.
+const SHEAR: [[f64; 3]; 3] = [[0.0, 0.5, 0.2], [0.0, 0.0, 0.3], NONE];
 const FREE: &str = "{ kind = \"unbounded\" }";
 const WALL: &str = "{ kind = \"wall\" }";
 const BALL: &str = "{ kind = \"ball\", radius = 12 }";
@@ -70,6 +81,7 @@ fn pair(name: &'static str, gap: f64, domain: &'static str) -> Setting {
     Setting {
         name,
         domain,
+        gradient: REST,
         viscosity: 1.0,
         spheres: vec![
             (1.0, [-x, 0.0, 0.0], [10.0, 3.0, 0.0], NONE),
@@ -94,6 +106,7 @@ fn one(name: &'static str, domain: &'static str, position: [f64; 3], force: [f64
     Setting {
         name,
         domain,
+        gradient: REST,
         viscosity: 1.0,
         spheres: vec![(1.0, position, force, NONE)],
         expected: None,
@@ -165,6 +178,23 @@ fn settings() -> Vec<Setting> {
         Setting {
             spheres: vec![(1.0, [3.0, 0.0, 0.0], NONE, [0.0, 0.0, 1.0])],
             ..one("torque without force", BALL, [3.0, 0.0, 0.0], NONE)
+        },
+        Setting {
+            gradient: SHEAR,
+            ..one("shear in a ball", BALL, [6.0, 3.0, 1.0], NONE)
+        },
+        Setting {
+            gradient: SHEAR,
+            ..pair("shear in a ball, gap 0.1", 0.1, BALL)
+        },
+        Setting {
+            gradient: SHEAR,
+            ..one(
+                "shear, clearance 0.1 from the wall of a ball",
+                BALL,
+                [10.9, 0.0, 0.0],
+                NONE,
+            )
         },
         one("nothing moves", BALL, [3.0, 0.0, 0.0], NONE),
         Setting {

@@ -26,6 +26,14 @@ pub fn write(results: &Results, out: &Path) -> Result<()> {
     folder::write(out, files)
 }
 
+/// Prints one map.
+pub fn print(map: &Map) -> Result<()> {
+    let mut text = String::new();
+    table(&mut text, map)?;
+    println!("{text}");
+    Ok(())
+}
+
 fn markdown(results: &Results) -> Result<String> {
     let mut text = format!(
         "# The stability map\n\n{}, {}; {:.0} s. Made by `cargo xtask stability`; [page with pictures](stability.html).\n\n\
