@@ -112,6 +112,56 @@ fn walls_and_bodies_keep_their_facets() {
     }
 }
 
+/// Four of ten placements of bodies known by facets only, with gaps narrower than the facets, were
+/// refused because a facet was not a face of the new tets.
+#[test]
+fn bug_facets_larger_than_their_gap_were_refused() {
+    let shapes = collinear(&[-5.0, 0.0, 5.0]);
+    let tets = generate(
+        &bodies(&shapes, 0.7),
+        &small_box(),
+        &GenerateParams::default(),
+    );
+    let mesh = TetMesh::straight(tets.unwrap().mesh).unwrap();
+    let width = 0.3;
+    for (k, away) in [
+        Vec3::x(),
+        Vec3::new(0.6, 0.8, 0.0),
+        Vec3::new(0.0, 0.48, -0.64),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let places = [-1.0, 0.0, 1.0].map(|side| side * (2.0 + width) * away.normalize());
+        let moved: Vec<MovedBody> = (NAMES.into_iter().zip(places).zip([-5.0, 0.0, 5.0]))
+            .map(|((name, to), x)| {
+                let turned = UnitQuaternion::from_scaled_axis(Vec3::new(0.4, x, k as f64));
+                let shift = to - turned * Vec3::new(x, 0.0, 0.0);
+                MovedBody {
+                    name,
+                    motion: Isometry3::from_parts(shift.into(), turned),
+                    surface: None,
+                }
+            })
+            .collect();
+        let new = remesh(&mesh, &moved, &GenerateParams::default(), &[]).unwrap();
+        // Divided facets lie in the planes of the given ones.
+        let rounding = 16.0 * f64::EPSILON * mesh.volume() * (new.n_cells() as f64).sqrt();
+        assert!((new.volume() - mesh.volume()).abs() < rounding);
+        // The narrowest part of the gap, where facets lie opposite each other.
+        let tag = new.tag("b").unwrap();
+        let longest = (new.facets().iter())
+            .filter(|facet| facet.tag == tag)
+            .map(|facet| [0, 1, 2].map(|i| new.points()[facet.nodes[i] as usize]))
+            .filter(|x| x.iter().any(|x| (x - away.normalize()).norm() < 0.25))
+            .flat_map(|[a, b, c]| [a - b, b - c, c - a])
+            .fold(0.0, |longest: f64, edge| longest.max(edge.norm()));
+        // Between facets, the gap is wider than between the spheres by the rise of both: 0.12.
+        assert!(longest < 1.5 * (width + 0.2), "{longest}");
+        assert!(new.quality().mean_quality > 0.75, "{:?}", new.quality());
+    }
+}
+
 /// The same motion gives a mesh of about as many cells, near the size of the old one.
 #[test]
 fn a_mesh_that_does_not_move_keeps_its_resolution() {
