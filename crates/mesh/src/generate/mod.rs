@@ -33,7 +33,7 @@ pub use clearance::clearance;
 pub use container::Container;
 pub use meshed_body::MeshedBody;
 pub use params::GenerateParams;
-pub use remesh::{MovedBody, remesh};
+pub use remesh::{MovedBody, remesh, remesh_by_gmsh};
 pub use size_map::SizeMap;
 
 use crate::delaunay::LinkedTets;

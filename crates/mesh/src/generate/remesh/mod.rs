@@ -2,6 +2,7 @@
 
 mod bisection;
 mod front;
+mod gmsh;
 mod groups;
 mod join;
 mod kept_cells;
@@ -23,6 +24,7 @@ use crate::tet_mesh::find_tag;
 use crate::{Facet, MeshError, NamedSurface, Surface, SurfaceMesh, TetMesh, Vec3};
 use bisection::{Edge, bisected, long_in_gaps, longest_edge};
 use front::Fronts;
+pub use gmsh::remesh_by_gmsh;
 use kept_cells::{KeptCells, MovedPart};
 use nalgebra::Isometry3;
 use recovery::{BadFace, Recovery, recovered};

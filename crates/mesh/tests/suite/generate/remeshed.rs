@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use mesh::nalgebra::{Isometry3, UnitQuaternion};
-use mesh::{MeshError, MovedBody, MshFile, remesh};
+use mesh::{MeshError, MovedBody, MshFile, remesh, remesh_by_gmsh};
 use proptest::prelude::*;
 
 use super::*;
@@ -277,6 +277,52 @@ fn bodies_that_touch_and_unknown_bodies_are_errors() {
         ),
         "{nan}"
     );
+}
+
+/// The command `gmsh` makes a mesh with all facets; skipped where it is not installed.
+#[test]
+fn gmsh_keeps_all_facets() {
+    let command = Path::new("gmsh");
+    let version = std::process::Command::new(command)
+        .arg("--version")
+        .output();
+    if !version.is_ok_and(|output| output.status.success()) {
+        return;
+    }
+    let mesh = three_spheres(&small_box());
+    let turned = UnitQuaternion::from_scaled_axis(Vec3::new(0.3, -1.0, 0.5));
+    let motions = [-5.0, 0.0, 5.0].map(|x| {
+        let centre = Vec3::new(x, 0.0, 0.0);
+        Isometry3::from_parts((0.6 * centre - turned * centre).into(), turned)
+    });
+    let moved: Vec<MovedBody> = (NAMES.into_iter().zip(motions))
+        .map(|(name, motion)| MovedBody {
+            name,
+            motion,
+            surface: None,
+        })
+        .collect();
+    let new = remesh_by_gmsh(command, &mesh, &moved, &[]).unwrap();
+    for (name, motion) in NAMES.into_iter().zip(&motions) {
+        assert!(nodes_on(&new, name, &Isometry3::identity()) == nodes_on(&mesh, name, motion));
+    }
+    let rounding = 16.0 * f64::EPSILON * mesh.volume() * (new.n_cells() as f64).sqrt();
+    assert!((new.volume() - mesh.volume()).abs() < rounding);
+}
+
+/// A command that is missing, one that fails, and one that writes no mesh.
+#[cfg(unix)]
+#[test]
+fn a_gmsh_that_makes_no_mesh_is_an_error() {
+    let mesh = three_spheres(&ball(12.0));
+    for (command, expected) in [
+        ("/nowhere/gmsh", "there is no command /nowhere/gmsh"),
+        ("/bin/false", "it wrote no mesh (exit status: 1)"),
+        ("/bin/true", "it wrote no mesh (exit status: 0)"),
+    ] {
+        let error = remesh_by_gmsh(Path::new(command), &mesh, &[], &[]).unwrap_err();
+        assert!(error.to_string().contains(expected), "{error}");
+    }
 }
 
 proptest! {
