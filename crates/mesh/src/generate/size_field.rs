@@ -35,7 +35,7 @@ const OF_THICKNESS: f64 = 1.2;
 /// * the largest size, and a fraction of the container's size or, for a container of any shape, of
 ///   its radii of curvature and of the width of its narrow parts;
 /// * `edge + growth s` around vertices of surfaces with sharp edges where these are closer
-/// together;
+///   together;
 /// * in a capsule, the smallest of all these on its wall plus `growth` times the distance from
 ///   there.
 ///

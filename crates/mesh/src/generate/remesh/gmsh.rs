@@ -134,10 +134,9 @@ fn run(command: &Path, boundary: &str) -> Result<LinearTets, MeshError> {
     if !output.status.success() || !file.exists() {
         let text = [output.stdout, output.stderr].concat();
         let text = String::from_utf8_lossy(&text);
-        let errors = text.lines().filter_map(|line| line.strip_prefix("Error"));
-        let last = errors
-            .last()
-            .map(|line| line.trim_matches([' ', ':']).to_owned());
+        let mut errors = text.lines().filter_map(|line| line.strip_prefix("Error"));
+        let last = errors.next_back();
+        let last = last.map(|line| line.trim_matches([' ', ':']).to_owned());
         return Err(MeshError::Gmsh {
             problem: last.unwrap_or_else(|| format!("it wrote no mesh ({})", output.status)),
         });
