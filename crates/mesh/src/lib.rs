@@ -24,7 +24,7 @@ pub use error::MeshError;
 pub use file_location::FileLocation;
 pub use generate::{
     Container, GenerateParams, Generated, MeshedBody, MovedBody, SizeMap, StageSeconds, clearance,
-    generate, generate_sized, remesh,
+    generate, generate_sized, remesh, remesh_by_gmsh,
 };
 pub use io::{MshFile, Pvd, SurfaceFormat, Vtu, VtuEncoding};
 pub use jacobian::scaled_jacobian_bound;
