@@ -46,6 +46,9 @@ pub struct Query<'a> {
     pub accuracy: Option<f64>,
     /// Inertia of the bodies over an implicit time step, one entry per body of the scene.
     pub inertia: Option<&'a [BodyInertia]>,
+    /// Forces on the passive joints in addition to those of their drives, in the scene's units and
+    /// in the order of [`rigid::Articulation::passive_links`]; none by default.
+    pub joint_forces: Option<&'a [f64]>,
 }
 
 /// Terms of an implicit time step for a body with mass, in the scene's units.
@@ -70,6 +73,7 @@ impl<'a> Query<'a> {
             estimates: true,
             accuracy: None,
             inertia: None,
+            joint_forces: None,
         }
     }
 
@@ -78,6 +82,15 @@ impl<'a> Query<'a> {
     pub fn with_inertia(self, inertia: &'a [BodyInertia]) -> Self {
         Self {
             inertia: Some(inertia),
+            ..self
+        }
+    }
+
+    /// The same query with forces on the passive joints in addition to those of their drives.
+    #[must_use]
+    pub fn with_joint_forces(self, joint_forces: Option<&'a [f64]>) -> Self {
+        Self {
+            joint_forces,
             ..self
         }
     }

@@ -4,6 +4,7 @@
 pub mod checkpoint;
 pub mod design;
 mod error;
+mod gauss;
 mod integrate;
 mod observer;
 mod outcome;

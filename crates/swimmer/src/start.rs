@@ -20,7 +20,10 @@ pub fn solve_start(
 ) -> Result<InstantaneousSolution, SwimError> {
     let solution = at_start(scene, model, |model, configuration, rates| {
         let rates = [rates.to_vec()];
-        let query = Query::new(configuration, &rates).with_accuracy(scene.fem().target);
+        let forces = scene.joint_forces(0.0);
+        let query = Query::new(configuration, &rates)
+            .with_accuracy(scene.fem().target)
+            .with_joint_forces(forces.as_deref());
         let mut solutions = model.solve(&query)?;
         solutions.pop().ok_or(ModelError::NoSolution {
             model: model.name(),

@@ -253,7 +253,7 @@ impl SpheresModel {
         let assembly = clock.elapsed().as_secs_f64();
         let ScaledScene { scale, set, .. } = &self.scaled;
         let loads = &self.scaled.loads(query.inertia);
-        let constraints = (self.scaled).constraints(configuration, rates, query.inertia)?;
+        let constraints = (self.scaled).query_constraints(query, rates)?;
         let surfaces = self.surface_effects(configuration, &resistances)?;
         let of = |k: usize| surfaces.as_ref().map(|effects| &effects[k]);
         let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, of(0))?;
@@ -336,7 +336,7 @@ impl Hydrodynamics for SpheresModel {
         let resistances = self.resistance_at(configuration)?;
         let ScaledScene { scale, set, .. } = &self.scaled;
         let loads = &self.scaled.loads(None);
-        let constraints = self.scaled.constraints(configuration, rates, None)?;
+        let constraints = self.scaled.constraints(configuration, rates)?;
         let surfaces = self.surface_effects(configuration, &resistances)?;
         let effect = surfaces.as_ref().map(|[effect, _]| effect);
         let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, effect)?;

@@ -136,6 +136,7 @@ fn phase_label(scene: &Scene, phase: usize) -> String {
             labels.collect::<Vec<_>>().join(", ")
         }
         LengthPath::Cubic(_) => format!("row {}", phase + 2),
+        LengthPath::Own(_) => format!("path {}", phase + 1),
         LengthPath::Harmonic { span, .. } => format!("to {} of a period", span.1),
     }
 }
