@@ -71,21 +71,23 @@ assert abs(opening - closing - run.net) <= 2 * run.net_error
 # The flow in the plane of the swimmer while the left arm closes.
 
 # %%
-x, z = np.meshgrid(np.linspace(-15, 15, 61), np.linspace(-8, 8, 33))
+x, z = np.meshgrid(np.linspace(-15, 15, 121), np.linspace(-8, 8, 65))
 flow = scene.flow(np.stack([x, np.zeros_like(x), z], axis=-1))
 speed = np.linalg.norm(flow.velocity, axis=-1)
 assert flow.is_fluid.mean() > 0.9 and np.nanmax(speed) < 3
+for centre, velocity in zip(run.positions[0], scene.solve().velocity):
+    speed[np.hypot(x - centre[0], z - centre[2]) <= 1] = np.linalg.norm(velocity)
 
 try:
     import matplotlib.pyplot as plt
 except ImportError:
     print("pip install matplotlib for the picture")
 else:
-    figure, axes = plt.subplots(figsize=(8, 4.5))
+    figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
     image = axes.pcolormesh(x, z, speed, cmap="cividis", shading="gouraud")
     axes.streamplot(x, z, flow.velocity[..., 0], flow.velocity[..., 2], color="w", linewidth=0.6)
     for centre in run.positions[0]:
         axes.add_patch(plt.Circle(centre[[0, 2]], 1, color="0.2"))
     axes.set(aspect="equal", xlabel="x / radius", ylabel="z / radius")
-    figure.colorbar(image, label="speed")
+    figure.colorbar(image, label="speed", shrink=0.8)
     figure.savefig("three_spheres.png", dpi=150)

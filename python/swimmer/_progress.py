@@ -42,7 +42,7 @@ def reporter(progress: bool | Report, what: str) -> Iterator[Report | None]:
 
 def _tqdm() -> Any:
     try:
-        from tqdm.auto import tqdm
+        from tqdm.auto import tqdm  # type: ignore[import-untyped, unused-ignore]
     except ImportError:
         return None
     return tqdm

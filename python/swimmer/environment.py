@@ -13,7 +13,7 @@ from .scene import Scene
 try:
     from gymnasium import Env, spaces
 except ImportError:
-    Env, spaces = object, None
+    Env, spaces = object, None  # type: ignore[misc, assignment]
 
 __all__ = ["Swimmer"]
 
