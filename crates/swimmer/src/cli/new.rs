@@ -9,7 +9,7 @@ use swimmer::SwimError;
 use super::text::entry;
 
 /// Names and contents of the example scenes.
-const TEMPLATES: [(&str, &str); 12] = [
+const TEMPLATES: [(&str, &str); 14] = [
     (
         "three-sphere",
         include_str!("../../templates/three-sphere.toml"),
@@ -31,6 +31,11 @@ const TEMPLATES: [(&str, &str); 12] = [
     ("squirmer", include_str!("../../templates/squirmer.toml")),
     ("jeffery", include_str!("../../templates/jeffery.toml")),
     ("settling", include_str!("../../templates/settling.toml")),
+    (
+        "optimal-stroke",
+        include_str!("../../templates/optimal-stroke.toml"),
+    ),
+    ("learning", include_str!("../../templates/learning.toml")),
 ];
 
 /// Writes an example scene to a file that must not exist yet.
@@ -53,5 +58,10 @@ pub fn new(name: &str, out: Option<PathBuf>) -> Result<String, SwimError> {
             source,
         })?;
     let path = path.display();
-    Ok(entry("scene file", &path.to_string()) + &entry("next", &format!("swim run {path}")))
+    let command = match name {
+        "optimal-stroke" => "optimise",
+        "learning" => "learn",
+        _ => "run",
+    };
+    Ok(entry("scene file", &path.to_string()) + &entry("next", &format!("swim {command} {path}")))
 }
