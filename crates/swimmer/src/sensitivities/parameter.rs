@@ -30,12 +30,10 @@ enum Kind {
 ///
 /// - the radius of each sphere that moves;
 /// - the length of each driven slide at the start, or the mean of harmonics; all lengths of the
-/// gait
-///   change by the same amount;
+///   gait change by the same amount;
 /// - the amplitude of each driven joint: half of the difference of its largest and its smallest
-/// value
-///   in a cycle, for harmonics the root of the sum of their squares. Phases are stretched about the
-///   start, harmonics about their mean;
+///   value in a cycle, for harmonics the root of the sum of their squares. Phases are stretched
+///   about the start, harmonics about their mean;
 /// - stiffness and rest value of each spring.
 ///
 /// Lengths and amplitudes of a gait from a file are not among them.
