@@ -224,6 +224,14 @@ pub trait Hydrodynamics: Send {
         false
     }
 
+    /// A copy of the model, to solve for several configurations in parallel.
+    ///
+    /// Solutions of the copy are bitwise those of the model. `None`, the default, for models whose
+    /// solutions depend on earlier ones or fill all threads by themselves.
+    fn duplicate(&self) -> Option<Box<dyn Hydrodynamics>> {
+        None
+    }
+
     /// Grand resistance matrix of the bodies with surfaces, without their links.
     ///
     /// `F = R U` in the scene's units, with six entries per body: `(U, ω)` and `(F, T)`. Its

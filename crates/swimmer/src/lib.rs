@@ -13,6 +13,7 @@ pub mod output;
 mod periodic;
 mod planning;
 mod run;
+pub mod sensitivities;
 mod simulate;
 mod start;
 mod templates;

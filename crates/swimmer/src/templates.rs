@@ -1,7 +1,7 @@
 //! Example scenes, as `swim new` writes them.
 
 /// Names and texts of the example scenes.
-pub const TEMPLATES: [(&str, &str); 12] = [
+pub const TEMPLATES: [(&str, &str); 14] = [
     (
         "three-sphere",
         include_str!("../templates/three-sphere.toml"),
@@ -17,6 +17,11 @@ pub const TEMPLATES: [(&str, &str); 12] = [
     ("squirmer", include_str!("../templates/squirmer.toml")),
     ("jeffery", include_str!("../templates/jeffery.toml")),
     ("settling", include_str!("../templates/settling.toml")),
+    (
+        "optimal-stroke",
+        include_str!("../templates/optimal-stroke.toml"),
+    ),
+    ("learning", include_str!("../templates/learning.toml")),
 ];
 
 #[cfg(test)]

@@ -44,6 +44,7 @@ impl SphereModel {
 }
 
 /// Model of spheres in unbounded fluid, in a ball, or above a wall.
+#[derive(Clone)]
 pub struct SpheresModel {
     kind: SphereModel,
     /// Whether the model was chosen such that its error meets the tolerance of the scene.
@@ -267,6 +268,10 @@ impl Hydrodynamics for SpheresModel {
 
     fn scene(&self) -> &Scene {
         &self.scaled.scene
+    }
+
+    fn duplicate(&self) -> Option<Box<dyn Hydrodynamics>> {
+        Some(Box::new(self.clone()))
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {

@@ -28,5 +28,10 @@ pub fn new(name: &str, out: Option<PathBuf>) -> Result<String, SwimError> {
             source,
         })?;
     let path = path.display();
-    Ok(entry("scene file", &path.to_string()) + &entry("next", &format!("swim run {path}")))
+    let command = match name {
+        "optimal-stroke" => "optimise",
+        "learning" => "learn",
+        _ => "run",
+    };
+    Ok(entry("scene file", &path.to_string()) + &entry("next", &format!("swim {command} {path}")))
 }
