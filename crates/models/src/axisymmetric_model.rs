@@ -19,9 +19,9 @@ use stokes::{Dofs, Seconds, SolverReport};
 
 /// Model of bodies on one axis that move along it and rotate about it.
 ///
-/// The resistance is computed for motions along the axis and, if there are torques, for rotations
-/// about it. By symmetry all other velocities are zero. In the equations they have an arbitrary
-/// positive resistance.
+/// The resistance is computed for motions along the axis and, if there are torques or rotors, for
+/// rotations about it. By symmetry all other velocities are zero. In the equations they have an
+/// arbitrary positive resistance.
 pub struct AxisymmetricModel {
     scaled: ScaledScene,
     /// Shapes of the bodies with surfaces, centred at the origin.
@@ -29,8 +29,8 @@ pub struct AxisymmetricModel {
     surroundings: Surroundings,
     /// Unit vector along the axis.
     axis: Vector3<f64>,
-    /// Whether a torque acts on some body, so that the flow with swirl is computed.
-    has_torque: bool,
+    /// Whether torques or joints turn some body, so that the flow with swirl is computed.
+    has_swirl: bool,
     /// Requested relative error of resistances.
     tolerance: f64,
     /// Keeps what successive configurations have in common.
@@ -103,16 +103,10 @@ impl AxisymmetricModel {
             }
         };
         let Some(axis) = scene.axis() else {
-            let problem = match scene.arrangement() {
-                Arrangement::Collinear => {
-                    "a domain, loads or spheroids that are not symmetric about the line of the bodies"
-                }
-                _ => "bodies that are not on one line",
-            };
             return refuse(
                 "bodies",
-                problem.to_owned(),
-                "put bodies and their forces on one axis of the domain, or use \
+                scene.describe_arrangement(),
+                "put bodies, their forces and axes of rotation on one axis of the domain, or use \
                  model.kind = \"auto\"",
             );
         };
@@ -133,7 +127,8 @@ impl AxisymmetricModel {
                     _ => None,
                 })
                 .collect(),
-            has_torque: scene.bodies().iter().any(|b| b.torque != Vector3::zeros()),
+            has_swirl: scene.bodies().iter().any(|b| b.torque != Vector3::zeros())
+                || (scene.articulation().links().iter()).any(|link| link.joint.turns()),
             surroundings,
             axis,
             // The net displacement is a small difference of the displacements of the legs, which
@@ -244,7 +239,7 @@ impl AxisymmetricModel {
         let (axial, spin) = (&resistances.axial, resistances.spin.as_ref());
         let ScaledScene { scale, set, .. } = &self.scaled;
         let loads = &self.scaled.loads(query.inertia);
-        let constraints = (self.scaled).constraints(configuration, rates, query.inertia)?;
+        let constraints = (self.scaled).query_constraints(query, rates)?;
         let surfaces = AxialSurfaces::new(&self.scaled, configuration, resistances, &self.axis)?;
         let n = self.shapes.len();
         let solve = |of: fn(&AxialResistance) -> DMatrix<f64>| {
@@ -343,7 +338,7 @@ impl Hydrodynamics for AxisymmetricModel {
             Some(surfaces) => surfaces.power().clone(),
             None => best_found(self.solver.axial(&bodies, self.surroundings, tolerance))?,
         };
-        let spin = match self.has_torque {
+        let spin = match self.has_swirl {
             true => {
                 let spin = self.solver.spin(&bodies, self.surroundings, tolerance);
                 Some(best_found(spin)?)

@@ -1,7 +1,7 @@
 //! The interface between scenes and models of the flow.
 
 use mesh::TetMesh;
-use nalgebra::{DMatrix, Matrix6};
+use nalgebra::{DMatrix, Matrix6, Vector3};
 use rigid::{ExternalLoad, State, StateVelocity};
 use scene::Scene;
 use serde::de::DeserializeOwned;
@@ -10,7 +10,7 @@ use stokes::Dofs;
 
 use crate::error::ModelError;
 use crate::rough_model::RoughModel;
-use crate::solution::{FlowField, InstantaneousSolution};
+use crate::solution::{FlowField, InstantaneousSolution, PointFlow};
 
 /// Positions of the bodies: the state of the articulated set and the values of its joints.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +46,9 @@ pub struct Query<'a> {
     pub accuracy: Option<f64>,
     /// Inertia of the bodies over an implicit time step, one entry per body of the scene.
     pub inertia: Option<&'a [BodyInertia]>,
+    /// Forces on the passive joints in addition to those of their drives, in the scene's units and
+    /// in the order of [`rigid::Articulation::passive_links`]; none by default.
+    pub joint_forces: Option<&'a [f64]>,
 }
 
 /// Terms of an implicit time step for a body with mass, in the scene's units.
@@ -70,6 +73,7 @@ impl<'a> Query<'a> {
             estimates: true,
             accuracy: None,
             inertia: None,
+            joint_forces: None,
         }
     }
 
@@ -78,6 +82,15 @@ impl<'a> Query<'a> {
     pub fn with_inertia(self, inertia: &'a [BodyInertia]) -> Self {
         Self {
             inertia: Some(inertia),
+            ..self
+        }
+    }
+
+    /// The same query with forces on the passive joints in addition to those of their drives.
+    #[must_use]
+    pub fn with_joint_forces(self, joint_forces: Option<&'a [f64]>) -> Self {
+        Self {
+            joint_forces,
             ..self
         }
     }
@@ -234,6 +247,19 @@ pub trait Hydrodynamics: Send {
         })
     }
 
+    /// Error bars of the entries of [`Hydrodynamics::resistance`]; `None` if they are not
+    /// estimated.
+    ///
+    /// # Errors
+    /// Those of [`Hydrodynamics::resistance`].
+    fn resistance_errors(
+        &mut self,
+        configuration: Configuration<'_>,
+    ) -> Result<Option<DMatrix<f64>>, ModelError> {
+        let _ = configuration;
+        Ok(None)
+    }
+
     /// Velocities for a unit force on each passive joint, all else at rest and without loads.
     ///
     /// They are derivatives for the implicit integration of springs and affect its convergence, not
@@ -279,6 +305,20 @@ pub trait Hydrodynamics: Send {
     ) -> Result<FlowField, ModelError> {
         self.solve_one(configuration, rates)?;
         self.last_flow().ok_or(ModelError::NoMesh)
+    }
+
+    /// Velocity and pressure at points, in their order; `None` for a point outside the fluid, or
+    /// outside the mesh.
+    ///
+    /// # Errors
+    /// Those of [`Hydrodynamics::flow`].
+    fn flow_at(
+        &mut self,
+        configuration: Configuration<'_>,
+        rates: &[f64],
+        points: &[Vector3<f64>],
+    ) -> Result<Vec<Option<PointFlow>>, ModelError> {
+        Ok(self.flow(configuration, rates)?.at(points))
     }
 
     /// State that later solutions depend on, besides the query.

@@ -172,7 +172,7 @@ pub(crate) fn joint_responses(
 ) -> Result<Vec<StateVelocity>, ModelError> {
     let set = &scaled.set;
     let at_rest = vec![0.0; set.links().len()];
-    let mut constraints = scaled.constraints(configuration, &at_rest, None)?;
+    let mut constraints = scaled.constraints(configuration, &at_rest)?;
     let loads = vec![ExternalLoad::default(); set.kinds().len()];
     let joints = set.passive_joints().enumerate();
     let response = |(number, link): (usize, &Link)| {

@@ -53,9 +53,7 @@ impl Hydrodynamics for RoughModel {
         let spheres = Spheres::new(centres, self.radii.clone())?;
         let resistance = rpy::resistance(&spheres, &Medium::Unbounded)?;
         let solution = |rates: &Vec<f64>| {
-            let constraints = self
-                .scaled
-                .constraints(query.configuration, rates, query.inertia)?;
+            let constraints = self.scaled.query_constraints(query, rates)?;
             let solved = MobilitySolution::new(&resistance, set, &constraints, loads, None)?;
             let motion = set.state_velocity(solved.generalised.as_slice())?;
             Ok(InstantaneousSolution::new(

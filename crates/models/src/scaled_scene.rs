@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Matrix6, UnitQuaternion, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, ExternalLoad, State, StateVelocity};
 
 use crate::error::ModelError;
-use crate::hydrodynamics::{BodyInertia, Configuration};
+use crate::hydrodynamics::{BodyInertia, Configuration, Query};
 use crate::units::Scale;
 use scene::{Body, Scene};
 
@@ -88,21 +88,33 @@ impl ScaledScene {
             .collect())
     }
 
-    /// Constraints of the links in a configuration, for one rate per link, with the inertia of the
-    /// bodies.
+    /// Constraints of the links in the configuration of a query, for one rate per link, with the
+    /// inertia of the bodies and all forces on the joints.
     ///
     /// # Errors
-    /// As [`ScaledScene::poses`].
-    pub fn constraints(
+    /// As [`ScaledScene::poses`]; forces for another number of joints.
+    pub fn query_constraints(
         &self,
-        configuration: Configuration,
+        query: &Query,
         rates: &[f64],
-        inertia: Option<&[BodyInertia]>,
     ) -> Result<Constraints, ModelError> {
-        let state = self.state(configuration);
-        let [lengths, rates] = [configuration.lengths, rates].map(|list| self.values(list));
-        let mut constraints = self.set.constraints(&state, &lengths, &rates)?;
-        for (body, inertia) in inertia.into_iter().flatten().enumerate() {
+        let mut constraints = self.constraints(query.configuration, rates)?;
+        if let Some(forces) = query.joint_forces {
+            let joints = self.set.passive_joints();
+            if forces.len() != constraints.joint_forces.len() {
+                return Err(ModelError::WrongCount {
+                    model: "query",
+                    what: "forces on passive joints",
+                    found: forces.len(),
+                    expected: constraints.joint_forces.len(),
+                });
+            }
+            let sums = constraints.joint_forces.iter_mut().zip(joints).zip(forces);
+            for ((sum, link), force) in sums {
+                *sum += self.scale.joint_force(link, *force);
+            }
+        }
+        for (body, inertia) in query.inertia.into_iter().flatten().enumerate() {
             let has_surface = self.set.kinds().get(body) == Some(&BodyKind::Rigid);
             if has_surface && inertia.damping != Matrix6::zeros() {
                 let damping = self.scale.body_resistance(&inertia.damping);
@@ -110,6 +122,20 @@ impl ScaledScene {
             }
         }
         Ok(constraints)
+    }
+
+    /// Constraints of the links in a configuration, for one rate per link.
+    ///
+    /// # Errors
+    /// As [`ScaledScene::poses`].
+    pub fn constraints(
+        &self,
+        configuration: Configuration,
+        rates: &[f64],
+    ) -> Result<Constraints, ModelError> {
+        let state = self.state(configuration);
+        let [lengths, rates] = [configuration.lengths, rates].map(|list| self.values(list));
+        Ok(self.set.constraints(&state, &lengths, &rates)?)
     }
 
     /// External loads, with those of the inertia of the bodies.

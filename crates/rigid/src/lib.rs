@@ -23,6 +23,7 @@ mod joint;
 mod lagrange;
 mod link_loads;
 mod linkage;
+mod loop_closure;
 mod node_blocks;
 mod node_order;
 mod null_space;

@@ -71,19 +71,13 @@ impl Articulation {
         placement.rotations[frame] * self.arm_vectors()[link].direction
     }
 
-    /// Values of all joints: those of the passive ones from the state, of others from `lengths`.
+    /// Values of all joints: those of the passive ones from the state, with closed loops, of others
+    /// from `lengths`.
     ///
     /// # Errors
-    /// Lists whose lengths do not fit the set.
+    /// As [`Articulation::place`].
     pub fn joint_values(&self, state: &State, lengths: &[f64]) -> Result<Vec<f64>, RigidError> {
-        check_length("lengths of the links", lengths.len(), self.links().len())?;
-        let passive = self.passive_links().count();
-        check_length("values of the passive joints", state.joints.len(), passive)?;
-        let mut values = lengths.to_vec();
-        for ((link, _), value) in self.passive_links().zip(&state.joints) {
-            values[link] = *value;
-        }
-        Ok(values)
+        Ok(self.placement(state, lengths)?.values)
     }
 
     /// Poses of all bodies, points included, for given values of the joints: the lengths of slides,
@@ -98,16 +92,19 @@ impl Articulation {
     /// ```
     ///
     /// with the unit vectors `e` and `a`, the vectors `r` and `r'` from the centres to the pivot at
-    /// the start, and the advance `h`. Values of passive joints are those of the state; their
-    /// entries in `lengths` have no effect.
+    /// the start, and the advance `h`. Values of passive joints are those of the state, projected
+    /// so that loops close ([`Articulation::closed`]); their entries in `lengths` have no effect.
     ///
     /// # Errors
-    /// A length that is not positive, or values that do not close a loop; a state that does not
-    /// fit the set, is not finite or not rigid; positions that overflow. The tolerance of a loop is
-    /// 1e-9 of the longest arm: rounding along any realistic loop is far below it, and a real
-    /// misfit far above.
+    /// A length that is not positive, or values that do not close a loop to 1e-9 of the longest
+    /// arm; a state that does not fit the set, is not finite or not rigid; positions that overflow.
     pub fn place(&self, state: &State, lengths: &[f64]) -> Result<Vec<Isometry3<f64>>, RigidError> {
-        let placement = self.placement(state, lengths)?;
+        let open = self.open_placement(state, lengths)?;
+        let closed = self.close(state, lengths, &open)?;
+        let (state, placement) = match &closed {
+            Some((state, placement)) => (state, placement),
+            None => (state, &open),
+        };
         let pose = |(body, x): (usize, &Vector3<f64>)| {
             let attitude = match self.has_own_attitude(body) {
                 true => state.attitudes[body],
@@ -124,8 +121,25 @@ impl Articulation {
         state: &State,
         lengths: &[f64],
     ) -> Result<Placement, RigidError> {
+        let open = self.open_placement(state, lengths)?;
+        Ok(match self.close(state, lengths, &open)? {
+            Some((_, closed)) => closed,
+            None => open,
+        })
+    }
+
+    /// Positions of the bodies and rotations of the frames along the spanning trees.
+    pub(crate) fn open_placement(
+        &self,
+        state: &State,
+        lengths: &[f64],
+    ) -> Result<Placement, RigidError> {
         self.check_state(state)?;
-        let values = self.joint_values(state, lengths)?;
+        check_length("lengths of the links", lengths.len(), self.links().len())?;
+        let mut values = lengths.to_vec();
+        for ((link, _), value) in self.passive_links().zip(&state.joints) {
+            values[link] = *value;
+        }
         let bad = |(link, value): &(usize, &f64)| match self.links()[*link].joint {
             Joint::Slide => !(value.is_finite() && **value > 0.0),
             _ => !value.is_finite(),
@@ -169,12 +183,11 @@ impl Articulation {
                 what: "a body's position",
             });
         }
-        self.check_loops(&placement)?;
         Ok(placement)
     }
 
     /// Vector of a link from the centre of `to` to that of `body`, from the frames and values.
-    fn arm(&self, placement: &Placement, link: usize) -> Vector3<f64> {
+    pub(crate) fn arm(&self, placement: &Placement, link: usize) -> Vector3<f64> {
         let vectors = &self.arm_vectors()[link];
         let value = placement.values[link];
         let Link {
@@ -189,32 +202,6 @@ impl Articulation {
             }
             Joint::Ball { .. } => near * vectors.near - far * vectors.far,
         }
-    }
-
-    /// Refuses positions or rotations that do not fit a link outside the spanning trees.
-    fn check_loops(&self, placement: &Placement) -> Result<(), RigidError> {
-        let arms: Vec<Vector3<f64>> = (0..self.links().len())
-            .map(|link| self.arm(placement, link))
-            .collect();
-        let longest = arms.iter().map(Vector3::norm).fold(0.0_f64, f64::max);
-        for (number, link) in self.links().iter().enumerate() {
-            let [far, near] = [link.body, link.to].map(|body| placement.positions[body]);
-            let mut gap = (far - near - arms[number]).norm();
-            if let Joint::Turn { .. } = link.joint {
-                let [far, near] =
-                    [link.body, link.to].map(|body| placement.rotations[self.frame_of()[body]]);
-                let turned = near * link.joint.rotation(placement.values[number]);
-                // an angle counts like a distance at the longest arm
-                gap = gap.max(far.angle_to(&turned) * longest);
-            }
-            if gap.is_nan() || gap > 1e-9 * longest {
-                return Err(RigidError::OpenLoop {
-                    link: link.name.clone(),
-                    gap,
-                });
-            }
-        }
-        Ok(())
     }
 
     /// Refuses a state with another number of frames or attitudes than this set has, positions that

@@ -1,7 +1,7 @@
 //! Arrangement of the bodies, and the symmetry planes and axes that models can use.
 
 use nalgebra::Vector3;
-use rigid::Joint;
+use rigid::{Joint, Link};
 
 use crate::domain::Domain;
 use crate::scene::Scene;
@@ -10,8 +10,8 @@ use crate::words::{GeometryKind, MeshMotionKind, MirrorKind, SolverKind};
 /// Arrangement of the bodies, their loads and the domain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Arrangement {
-    /// Bodies on one line that is an axis of the domain, with loads along it: the flow is
-    /// axisymmetric.
+    /// Bodies on one line that is an axis of the domain, with loads and axes of rotation along it:
+    /// the flow is axisymmetric.
     Axisymmetric,
     /// Bodies on one line about which the domain or the loads are not symmetric.
     Collinear,
@@ -163,12 +163,7 @@ impl Scene {
     /// Whether shapes, loads, slip, background and domain are symmetric about a line on which the
     /// bodies are.
     fn is_axis(&self, line: &Line) -> bool {
-        if self
-            .articulation
-            .links()
-            .iter()
-            .any(|link| link.joint.turns())
-        {
+        if self.turning_off(line).is_some() {
             return false;
         }
         let (origin, axis, tolerance) = (self.bodies[0].position, line.axis, line.tolerance);
@@ -202,6 +197,35 @@ impl Scene {
             }
     }
 
+    /// The first link that can turn bodies away from a line: a ball, or an axis that is another
+    /// line.
+    fn turning_off(&self, line: &Line) -> Option<&Link> {
+        let origin = self.bodies[0].position;
+        let keeps_line = |joint: &Joint| match joint {
+            Joint::Slide | Joint::Fixed => true,
+            Joint::Ball { .. } => false,
+            Joint::Turn { axis, pivot, .. } => {
+                let distance = (pivot - origin).cross(&line.axis).norm();
+                axis.cross(&line.axis).norm() <= 1e-9 && distance <= line.tolerance
+            }
+        };
+        let mut links = self.articulation.links().iter();
+        links.find(|link| !keeps_line(&link.joint))
+    }
+
+    /// The arrangement in words, with the joint that keeps bodies on one line from having an axis
+    /// of symmetry.
+    pub fn describe_arrangement(&self) -> String {
+        let line = self.line();
+        match (self.arrangement(), self.turning_off(&line)) {
+            (Arrangement::Collinear, Some(link)) => format!(
+                "bodies on one line, from which the joint '{}' can turn them: no axis of symmetry",
+                link.name
+            ),
+            (arrangement, _) => arrangement.describe().to_owned(),
+        }
+    }
+
     /// Axis of a scene with one body: its axis of revolution, or else the direction of its load, or
     /// else the line through the centre of the domain.
     fn single_body_axis(&self) -> Vector3<f64> {
@@ -224,7 +248,7 @@ impl Arrangement {
                 "bodies on one line that is an axis of the domain: the flow is axisymmetric"
             }
             Self::Collinear => {
-                "bodies on one line, in surroundings that are not symmetric about it"
+                "bodies on one line, about which shapes, loads or the domain are not symmetric"
             }
             Self::Planar => "bodies in one plane: one symmetry plane",
             Self::Spatial => "bodies in space: no symmetry found",

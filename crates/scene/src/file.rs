@@ -159,9 +159,40 @@ pub(crate) struct LinkFile {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rest: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub force: Option<f64>,
+    pub force: Option<ForceFile>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
+}
+
+/// Value of `links[].force`.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(untagged)]
+pub(crate) enum ForceFile {
+    Constant(f64),
+    Harmonic(HarmonicForceFile),
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct HarmonicForceFile {
+    pub mean: f64,
+    pub amplitude: Option<f64>,
+    pub phase: f64,
+    pub order: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub period: Option<f64>,
+}
+
+impl Default for HarmonicForceFile {
+    fn default() -> Self {
+        Self {
+            mean: 0.0,
+            amplitude: None,
+            phase: 0.0,
+            order: 1,
+            period: None,
+        }
+    }
 }
 
 /// Keys of the group `gait`. If `phases` or `harmonics` is present, it must not be empty.

@@ -121,7 +121,7 @@ pub fn legs(
                     leg.to[piece.link] = piece.end;
                 }
             }
-            LengthPath::Harmonic { .. } => leg.to = leg.lengths(1.0),
+            LengthPath::Harmonic { .. } | LengthPath::Own(_) => leg.to = leg.lengths(1.0),
         }
         lengths.clone_from(&leg.to);
         time += duration;
@@ -179,6 +179,43 @@ fn check(gait: &Gait, initial_lengths: &[f64]) -> Result<(), SceneError> {
                     let finite = sine.phase.is_finite() && span.0.is_finite() && span.1.is_finite();
                     if !finite {
                         return Err(bad(key("phase"), "is not finite".to_owned()));
+                    }
+                }
+            }
+            LengthPath::Own(_) => {}
+        }
+    }
+    check_continuity(gait, initial_lengths, bad)
+}
+
+/// Refuses paths of a program that do not begin where the phase before ends.
+fn check_continuity(
+    gait: &Gait,
+    initial_lengths: &[f64],
+    bad: impl Fn(String, String) -> SceneError,
+) -> Result<(), SceneError> {
+    let mut values = initial_lengths.to_vec();
+    // The second cycle begins with the values at the end of the first one.
+    for _ in 0..gait.cycles.min(2) {
+        for (number, phase) in gait.phases.iter().enumerate() {
+            match &phase.path {
+                LengthPath::Own(path) => {
+                    if let Some(problem) = path.problem(&values) {
+                        return Err(bad(format!("gait.phases[{number}].path"), problem));
+                    }
+                    path.enter_values(1.0, &mut values);
+                }
+                LengthPath::Linear(changes) => {
+                    changes.iter().for_each(|&(link, end)| values[link] = end);
+                }
+                LengthPath::Cubic(pieces) => {
+                    pieces
+                        .iter()
+                        .for_each(|piece| values[piece.link] = piece.end);
+                }
+                LengthPath::Harmonic { sines, span } => {
+                    for sine in sines {
+                        values[sine.link] += sine.at(span.1) - sine.at(span.0);
                     }
                 }
             }

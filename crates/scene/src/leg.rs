@@ -53,6 +53,11 @@ impl Leg {
                 }
                 lengths
             }
+            LengthPath::Own(path) => {
+                let mut lengths = self.from.clone();
+                path.enter_values(s, &mut lengths);
+                lengths
+            }
         }
     }
 
@@ -81,6 +86,11 @@ impl Leg {
                 }
                 rates
             }
+            LengthPath::Own(path) => {
+                let mut rates = vec![0.0; self.from.len()];
+                path.enter_derivatives(s, 1.0 / self.duration, &mut rates);
+                rates
+            }
         }
     }
 
@@ -88,6 +98,7 @@ impl Leg {
     ///
     /// Those of linear paths are sharp. Others are too wide by at most 3e-5 of the largest second
     /// derivative with respect to `s`, for a sine 8e-5 of the amplitude times the order squared.
+    /// Second derivatives of paths of a program are measured.
     pub fn ranges(&self) -> Vec<(f64, f64)> {
         let mut ranges: Vec<(f64, f64)> = (self.from.iter().zip(&self.to))
             .map(|(&a, &b)| (a.min(b), a.max(b)))
@@ -108,6 +119,7 @@ impl Leg {
                 let bend = |sine: &Sine| (sine.link, sine.amplitude * angle(sine).powi(2));
                 sines.iter().map(bend).collect()
             }
+            LengthPath::Own(_) => self.measured_bends(),
         };
         for k in 1..RANGE_PARTS {
             let lengths = self.lengths(k as f64 / RANGE_PARTS as f64);
@@ -122,6 +134,20 @@ impl Leg {
             ranges[link] = (ranges[link].0 - excess, ranges[link].1 + excess);
         }
         ranges
+    }
+
+    /// Second derivatives with respect to `s`, from differences of the rates.
+    fn measured_bends(&self) -> Vec<(usize, f64)> {
+        let rates: Vec<_> = (0..=RANGE_PARTS)
+            .map(|k| self.rates(k as f64 / RANGE_PARTS as f64))
+            .collect();
+        let bend = |link: usize| {
+            let changes = rates.windows(2).map(|pair| pair[1][link] - pair[0][link]);
+            let largest = changes.fold(0.0, |largest: f64, change| largest.max(change.abs()));
+            // Between the points it can be larger; twice as large would be a path with corners.
+            2.0 * largest * self.duration * RANGE_PARTS as f64
+        };
+        self.links.iter().map(|&link| (link, bend(link))).collect()
     }
 
     /// Whether lengths are linear in `s`.

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use crate::joint_path::OwnPath;
+
 /// Lengths of the links along a phase, as functions of the part `s` of the phase that is over.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LengthPath {
@@ -18,6 +20,8 @@ pub enum LengthPath {
         /// Begin and end of the phase, in periods.
         span: (f64, f64),
     },
+    /// A path that a program defines.
+    Own(OwnPath),
 }
 
 /// One term of a periodic length: `amplitude sin(2 π order t / T + phase)` with the period `T`.
@@ -67,6 +71,7 @@ impl LengthPath {
             Self::Linear(changes) => changes.iter().for_each(|(link, _)| add(*link)),
             Self::Cubic(pieces) => pieces.iter().for_each(|piece| add(piece.link)),
             Self::Harmonic { sines, .. } => sines.iter().for_each(|sine| add(sine.link)),
+            Self::Own(path) => path.0.links().into_iter().for_each(add),
         }
         links
     }

@@ -15,6 +15,8 @@ mod file;
 mod flow;
 mod gait;
 mod gait_table;
+mod joint_force;
+mod joint_path;
 pub mod keys;
 mod leg;
 mod length_path;
@@ -41,6 +43,8 @@ pub use domain::Domain;
 pub use error::SceneError;
 pub use flow::{Background, Slip};
 pub use gait::{Gait, Phase, legs};
+pub use joint_force::JointForce;
+pub use joint_path::{JointPath, OwnPath};
 pub use leg::Leg;
 pub use length_path::{CubicLength, LengthPath, Sine};
 pub use options::{FemOptions, ModelOptions};
@@ -49,6 +53,6 @@ pub use shape::Shape;
 pub use surface_shape::SurfaceShape;
 pub use words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FormulationKind, GaitKind,
-    GeometryKind, InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind,
-    SurfaceKind,
+    GeometryKind, InterpolationKind, MeshMotionKind, MesherKind, MirrorKind, ModelKind, ShapeKind,
+    SolverKind, SurfaceKind,
 };

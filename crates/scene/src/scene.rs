@@ -11,6 +11,7 @@ use crate::error::SceneError;
 use crate::flow::Background;
 use crate::gait::Gait;
 use crate::gait_table::GaitTable;
+use crate::joint_force::JointForce;
 use crate::options::{FemOptions, ModelOptions};
 use crate::read::design::by_link;
 use crate::shape::Shape;
@@ -48,6 +49,8 @@ pub struct Scene {
     pub(crate) domain: Domain,
     pub(crate) bodies: Vec<Body>,
     pub(crate) articulation: Articulation,
+    /// Forces on passive joints that oscillate.
+    pub(crate) joint_forces: Vec<JointForce>,
     pub(crate) gait: Gait,
     pub(crate) starts_periodic: bool,
     /// The table that the gait is from.
@@ -101,6 +104,24 @@ impl Scene {
     /// Bodies and links as one articulation, in the order of the file.
     pub fn articulation(&self) -> &Articulation {
         &self.articulation
+    }
+
+    /// Forces on passive joints at a time, in addition to those of their constant drives, in the
+    /// order of [`Articulation::passive_links`]; `None` if none oscillate.
+    pub fn joint_forces(&self, time: f64) -> Option<Vec<f64>> {
+        if self.joint_forces.is_empty() {
+            return None;
+        }
+        let force = |link: usize| -> f64 {
+            let of_link = self.joint_forces.iter().filter(|f| f.sine.link == link);
+            of_link.map(|force| force.at(time)).sum()
+        };
+        Some(
+            self.articulation
+                .passive_links()
+                .map(|(link, _)| force(link))
+                .collect(),
+        )
     }
 
     /// Names of links, joined by ` + `; `constant lengths` without links.

@@ -8,10 +8,11 @@ use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::file::{
-    BackgroundFile, BodyFile, DomainFile, FluidFile, GaitFile, HarmonicFile, LinkFile, PhaseFile,
-    SceneFile, SlipFile,
+    BackgroundFile, BodyFile, DomainFile, FluidFile, ForceFile, GaitFile, HarmonicFile,
+    HarmonicForceFile, LinkFile, PhaseFile, SceneFile, SlipFile,
 };
 use crate::flow::Background;
+use crate::gait::Phase;
 use crate::length_path::{LengthPath, Sine};
 use crate::scene::Scene;
 use crate::shape::Shape;
@@ -21,8 +22,18 @@ impl Scene {
     /// The scene as TOML with every key written out, overrides and defaults included.
     ///
     /// # Errors
-    /// [`SceneError::Unwritable`]. No scene is known for which this happens.
+    /// [`SceneError::NotApplicable`] for a gait with a path of a program ([`crate::JointPath`]);
+    /// [`SceneError::Unwritable`], for which no scene is known.
     pub fn to_toml(&self) -> Result<String, SceneError> {
+        let is_own = |phase: &Phase| matches!(phase.path, LengthPath::Own(_));
+        if self.gait.phases.iter().any(is_own) {
+            return Err(SceneError::NotApplicable {
+                place: self.place("gait"),
+                problem: "the gait is a path of a program, which no file can contain; use \
+                          `swimmer::simulate`, which writes none"
+                    .to_owned(),
+            });
+        }
         Ok(toml::to_string(&scene_file(self))?)
     }
 }
@@ -41,10 +52,22 @@ fn scene_file(scene: &Scene) -> SceneFile {
         bodies: scene.bodies.iter().map(body_file).collect(),
         links: links
             .iter()
-            .map(|link| LinkFile {
-                body: Some(name(link.body)),
-                to: Some(name(link.to)),
-                ..link_file(link)
+            .enumerate()
+            .map(|(number, link)| {
+                let mut file = link_file(link);
+                (file.body, file.to) = (Some(name(link.body)), Some(name(link.to)));
+                let mut forces = scene.joint_forces.iter();
+                if let Some(force) = forces.find(|force| force.sine.link == number) {
+                    file.drive = Some(DriveKind::Force);
+                    file.force = Some(ForceFile::Harmonic(HarmonicForceFile {
+                        mean: link.passive_drive().map_or(0.0, |drive| drive.force),
+                        amplitude: Some(force.sine.amplitude),
+                        phase: force.sine.phase,
+                        order: force.sine.order,
+                        period: Some(force.period),
+                    }));
+                }
+                file
             })
             .collect(),
         gait: gait_file(scene),
@@ -87,8 +110,8 @@ fn gait_file(scene: &Scene) -> GaitFile {
                     phase_file.targets = Some(targets.collect());
                 }
             },
-            // Cubic phases are from a table.
-            LengthPath::Cubic(_) => {}
+            // Cubic phases are from a table, and scenes with own paths are not written.
+            LengthPath::Cubic(_) | LengthPath::Own(_) => {}
             LengthPath::Harmonic { sines, .. } => {
                 let at_start = |link: usize| -> f64 {
                     let terms = sines.iter().filter(|sine| sine.link == link);
@@ -155,7 +178,8 @@ pub(crate) fn link_file(link: &Link) -> LinkFile {
         };
         (file.stiffness, file.rest) = (Some(passive.stiffness), Some(passive.rest + shift));
     } else if passive.force != 0.0 {
-        (file.drive, file.force) = (Some(DriveKind::Force), Some(passive.force));
+        file.drive = Some(DriveKind::Force);
+        file.force = Some(ForceFile::Constant(passive.force));
     }
     file
 }

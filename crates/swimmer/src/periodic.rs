@@ -55,7 +55,7 @@ pub fn periodic_state(
 ) -> Result<Interim, SwimError> {
     let set = scene.articulation();
     let links: Vec<usize> = set.passive_links().map(|(link, _)| link).collect();
-    let bodies = match scene.has_masses() {
+    let bodies = match scene.has_masses() && method.has_inertia() {
         true => scene.bodies().len(),
         false => 0,
     };

@@ -9,15 +9,20 @@ use crate::error::SwimError;
 use crate::integrate::{Integrator, LegSolution, Method};
 use crate::observer::Observer;
 use crate::outcome::{Interim, LegOutcome, Outcome, Sample, positions};
+use crate::periodic::start_of_gait;
 
 /// Points of the curve per piece of a leg: enough for a smooth plot.
 const CURVE_POINTS: usize = 12;
 
-/// Moves the bodies of a scene through all cycles of its gait.
+/// Moves the bodies of a scene through all cycles of its gait, from the periodic state if the scene
+/// says so ([`start_of_gait`]).
+///
+/// The observer sees the gait, not the search for the periodic state.
 ///
 /// # Errors
 /// A scene without a gait; [`SwimError::OtherScene`] for a model of another scene;
-/// [`SwimError::NoSteps`]; errors of the model, the integration and the observer.
+/// [`SwimError::NoSteps`]; [`SwimError::NotPeriodic`]; errors of the model, the integration and the
+/// observer.
 ///
 /// # Examples
 /// A model outside this workspace:
@@ -80,7 +85,9 @@ pub fn simulate(
     method: Method,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, SwimError> {
-    continue_from(scene, model, method, observer, Interim::start(scene)?)
+    scene.require_gait()?;
+    let start = start_of_gait(scene, model, method, &mut |_, _| Ok(()))?;
+    continue_from(scene, model, method, observer, start)
 }
 
 /// Moves the bodies through the remaining legs of an interrupted run.

@@ -9,15 +9,16 @@ mod smooth;
 mod strength;
 mod tentative;
 
+use crate::chebyshev::JacobiScaling;
 use crate::{Bordered, Prolongation};
 
 /// Prolongation from the next coarser level, or `None` if aggregation no longer coarsens.
 ///
-/// `upper` bounds the spectrum of `D^-1 K`; `threshold` is that of strong connections.
+/// `diagonal` is that of `K` and `threshold` that of strong connections.
 pub(crate) fn prolongation(
     fine: &Bordered,
     diagonal: &[f64],
-    upper: f64,
+    scaling: &JacobiScaling,
     threshold: f64,
 ) -> Option<Prolongation> {
     let strong = strength::symmetric(fine.stiffness(), diagonal, threshold);
@@ -29,11 +30,5 @@ pub(crate) fn prolongation(
     if tentative.cols() == 0 || 5 * tentative.cols() > 4 * fine.nodes() {
         return None;
     }
-    Some(smooth::jacobi(
-        fine,
-        diagonal,
-        upper,
-        &tentative,
-        &constrained,
-    ))
+    Some(smooth::jacobi(fine, scaling, &tentative, &constrained))
 }

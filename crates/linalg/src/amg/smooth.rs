@@ -1,13 +1,14 @@
 //! One damped Jacobi step on the tentative prolongation, including border columns.
 
+use crate::chebyshev::JacobiScaling;
 use crate::csr::Rows;
 use crate::product::build_rows;
 use crate::{Bordered, Csr, Prolongation};
 
 /// The smoothed prolongation `P = (I - w D^-1 K) T`, with border columns `Q = -w D^-1 C`.
 ///
-/// Likewise `Q_l = -w D^-1 C_l` if there is a left border. The factor `w = 4 / (3 upper)` minimises
-/// the bound on the energy.
+/// Likewise `Q_l = -w D^-1 C_l` if there is a left border. `D` is the diagonal matrix of `scaling`;
+/// the factor `w = 4 / (3 upper)` minimises the bound on the energy.
 ///
 /// The border columns result from the same Jacobi step on the tentative prolongation `[T 0; 0 I]`
 /// of the bordered operator: a border dof moves the nodes around it.
@@ -18,11 +19,11 @@ use crate::{Bordered, Csr, Prolongation};
 /// filtered matrix, as for weak connections in Vanek, Mandel, Brezina 1996).
 pub(super) fn jacobi(
     fine: &Bordered,
-    diagonal: &[f64],
-    upper: f64,
+    scaling: &JacobiScaling,
     tentative: &Csr,
     constrained: &[u8],
 ) -> Prolongation {
+    let JacobiScaling { diagonal, upper } = scaling;
     let omega = 4.0 / (3.0 * upper);
     let (k, t) = (Rows::of(fine.stiffness()), Rows::of(tentative));
     let nodes = build_rows(fine.nodes(), tentative.cols(), |i, row| {

@@ -24,6 +24,7 @@ use rayon::prelude::*;
 use vectors::{Columns, Vectors};
 
 use crate::bordered::{nodes, nodes_mut};
+use crate::chebyshev::JacobiScaling;
 use crate::columns::{assert_lengths, in_passes, split};
 use crate::csr::positive_diagonal;
 use crate::vector::{CHUNK, max_abs, power_of_two_below};
@@ -100,8 +101,8 @@ impl Multigrid {
         let mut builder = Builder::new(&diagonal, params);
         let (pushed, coarse) = rayon::join(
             || {
-                let upper = chebyshev::upper_bound(operator.stiffness(), &diagonal)?;
-                builder.push(operator, prolongation, &diagonal, upper);
+                let scaling = JacobiScaling::new(operator.stiffness())?;
+                builder.push(operator, prolongation, &scaling);
                 Ok(())
             },
             || prolongation.galerkin(operator, coarse_stiffness.map(csr::into_rows)),
@@ -148,13 +149,7 @@ impl<'a> Builder<'a> {
         });
     }
 
-    fn push(
-        &mut self,
-        operator: &Bordered,
-        prolongation: &Prolongation,
-        diagonal: &[f64],
-        upper: f64,
-    ) {
+    fn push(&mut self, operator: &Bordered, prolongation: &Prolongation, scaling: &JacobiScaling) {
         let degree = match self.levels.len() {
             0 => self.params.sweeps,
             _ => self.params.coarse_sweeps,
@@ -163,9 +158,9 @@ impl<'a> Builder<'a> {
         self.levels.push(Level::new(
             operator,
             prolongation,
-            diagonal,
+            &scaling.diagonal,
             self.unit.recip(),
-            &chebyshev::sweeps(upper, self.params.smoothing_range, degree),
+            &chebyshev::sweeps(scaling.upper, self.params.smoothing_range, degree),
         ));
     }
 
@@ -173,15 +168,15 @@ impl<'a> Builder<'a> {
     fn aggregate(mut self, mut operator: Cow<Bordered>) -> Result<Multigrid, LinalgError> {
         while operator.nodes() > self.params.coarsest_nodes {
             let diagonal = positive_diagonal("coarse stiffness matrix", operator.stiffness())?;
-            let upper = chebyshev::upper_bound(operator.stiffness(), &diagonal)?;
+            let scaling = JacobiScaling::new(operator.stiffness())?;
             let Some(prolongation) =
-                amg::prolongation(&operator, &diagonal, upper, self.params.strength)
+                amg::prolongation(&operator, &diagonal, &scaling, self.params.strength)
             else {
                 break;
             };
             let fine = &operator;
             let ((), coarse) = rayon::join(
-                || self.push(fine, &prolongation, &diagonal, upper),
+                || self.push(fine, &prolongation, &scaling),
                 || prolongation.galerkin(fine, None),
             );
             operator = Cow::Owned(coarse);

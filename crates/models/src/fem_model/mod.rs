@@ -117,7 +117,7 @@ impl FemModel {
         formulation: &dyn Formulation,
     ) -> Result<Constrained, ModelError> {
         let (PlacedMesh { mesh, .. }, poses) = self.placed_mesh(configuration)?;
-        let constraints = self.scaled.constraints(configuration, rates, None)?;
+        let constraints = self.scaled.constraints(configuration, rates)?;
         let loads = self.scaled.loads(None);
         let drive = self.drive(&constraints, &loads);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
@@ -198,8 +198,12 @@ impl FemModel {
         if query.rates.is_empty() {
             return Ok(Vec::new());
         }
+        let turned = Query {
+            configuration,
+            ..*query
+        };
         let mut constraints: Vec<Constraints> = (query.rates.iter())
-            .map(|rates| (self.scaled).constraints(configuration, rates, query.inertia))
+            .map(|rates| (self.scaled).query_constraints(&turned, rates))
             .collect::<Result<_, _>>()?;
         let loads = self.scaled.loads(query.inertia).into_owned();
         if let Some(last) = &mut self.last {

@@ -115,9 +115,22 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
         Value::Array(list) => list.len() == 3 && list.iter().all(|x| number(x).is_some_and(accept)),
         _ => false,
     };
+    let is_count = |value: &Value| {
+        let number = value.as_integer();
+        number.is_some_and(|n| n > 0 && u32::try_from(n).is_ok())
+    };
     let is_full = |value: &Value| value.as_str().is_some_and(|text| !text.trim().is_empty());
     let is_right = match kind {
         Kind::Number => number(value).is_some(),
+        Kind::Oscillation => match value {
+            Value::Table(table) => table.iter().all(|(key, value)| match &key[..] {
+                "mean" | "phase" => number(value).is_some(),
+                "amplitude" | "period" => number(value).is_some_and(|x| x > 0.0),
+                "order" => is_count(value),
+                _ => false,
+            }),
+            value => number(value).is_some(),
+        },
         Kind::Positive => number(value).is_some_and(|x| x > 0.0),
         Kind::NonNegative => number(value).is_some_and(|x| x >= 0.0),
         Kind::Vector => three_numbers(value, |_| true),
@@ -133,9 +146,7 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
             Value::Table(table) => table.values().all(|x| number(x).is_some()),
             value => number(value).is_some(),
         },
-        Kind::Count => value
-            .as_integer()
-            .is_some_and(|n| n > 0 && u32::try_from(n).is_ok()),
+        Kind::Count => is_count(value),
         Kind::Flag => value.is_bool(),
         Kind::Text => is_full(value),
         Kind::Texts => value

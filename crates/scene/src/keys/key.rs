@@ -31,6 +31,8 @@ pub enum Kind {
     Positive,
     /// A finite number that is not negative.
     NonNegative,
+    /// A finite number, or the parameters of an oscillation.
+    Oscillation,
     /// Three finite numbers.
     Vector,
     /// Three rows of three finite numbers.
@@ -58,6 +60,11 @@ impl Kind {
     pub fn describe(self) -> String {
         match self {
             Self::Number => "a number".to_owned(),
+            Self::Oscillation => {
+                "a number, or a table such as { mean = 0, amplitude = 1, phase = 0, order = 1, \
+                 period = 2 }"
+                    .to_owned()
+            }
             Self::Positive => "a number greater than zero".to_owned(),
             Self::NonNegative => "a number that is not negative".to_owned(),
             Self::Vector => "three numbers, such as [0, 0, 1]".to_owned(),

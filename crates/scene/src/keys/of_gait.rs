@@ -57,7 +57,7 @@ pub(super) const OF_GAIT: &[Key] = &[
         "links[].drive",
         Kind::Word(DriveKind::WORDS),
         Value("prescribed"),
-        "what determines the value of the joint: the gait (prescribed), a spring, a constant force \
+        "what determines the value of the joint: the gait (prescribed), a spring, a force \
          or nothing (free); balls are always free",
     ),
     key(
@@ -74,9 +74,10 @@ pub(super) const OF_GAIT: &[Key] = &[
     ),
     key(
         "links[].force",
-        Kind::Number,
+        Kind::Oscillation,
         Described("required for the drive `force`"),
-        "force that increases the value; torque for joints that turn",
+        "force that increases the value, torque for joints that turn: a constant, or mean + \
+         amplitude sin(2 pi order t / period + phase), with the gait's period by default",
     ),
     key(
         "links[].damping",

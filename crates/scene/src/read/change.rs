@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::checks::Checks;
+use super::gait::check_prescribed;
 use super::{contacts, options};
 use crate::error::SceneError;
+use crate::gait::{Gait, legs};
 use crate::options::{FemOptions, ModelOptions};
 use crate::scene::Scene;
 
@@ -58,6 +60,28 @@ impl Scene {
             size_factor,
             ..self.fem
         })
+    }
+
+    /// The scene with another gait, such as one with paths of a program
+    /// ([`JointPath`](crate::JointPath)).
+    ///
+    /// # Errors
+    /// As [`legs`](crate::legs); [`SceneError::BadValue`] for links that are not prescribed,
+    /// [`SceneError::Touching`] for bodies that touch on the way.
+    pub fn with_gait(&self, gait: Gait) -> Result<Self, SceneError> {
+        let mut scene = self.clone();
+        let _ = legs(&gait, scene.articulation.initial_lengths())?;
+        for link in gait.phases.iter().flat_map(|phase| phase.path.links()) {
+            let link = &scene.articulation.links()[link];
+            check_prescribed(link).map_err(|problem| SceneError::BadValue {
+                place: ORIGIN.to_owned(),
+                key: "gait".to_owned(),
+                problem,
+            })?;
+        }
+        (scene.gait, scene.gait_table) = (gait, None);
+        contacts::check_stroke(&scene)?;
+        Ok(scene)
     }
 
     /// The scene with another `gait.cycles`.

@@ -13,6 +13,7 @@ use crate::file::GaitFile;
 use crate::flow::Background;
 use crate::gait::Gait;
 use crate::gait_table::GaitTable;
+use crate::joint_force::JointForce;
 use crate::length_path::LengthPath;
 use crate::options::FemOptions;
 
@@ -31,7 +32,7 @@ pub(super) fn check(
     (domain, background): (&Domain, Option<&Background>),
     bodies: &[Body],
     (gait, gait_file, gait_table): (&Gait, &GaitFile, Option<&GaitTable>),
-    links: &[Link],
+    (links, joint_forces): (&[Link], &[JointForce]),
     fem: &FemOptions,
 ) -> Result<(), SceneError> {
     let all = (bodies.iter()).flat_map(|body| body.shape.lengths().into_iter().map(|l| l.1));
@@ -69,7 +70,7 @@ pub(super) fn check(
     }
     for (number, phase) in gait.phases.iter().enumerate() {
         match &phase.path {
-            LengthPath::Cubic(_) => {}
+            LengthPath::Cubic(_) | LengthPath::Own(_) => {}
             LengthPath::Linear(changes) => {
                 let of_slides = changes.iter().filter(|(link, _)| is_length(*link));
                 for (_, length) in of_slides {
@@ -110,7 +111,7 @@ pub(super) fn check(
             return Err(checks.bad_value("fem.surface_size", problem));
         }
     }
-    check_drives(checks, links, viscosity, smallest)?;
+    check_drives(checks, (links, joint_forces), viscosity, smallest)?;
     // A body under a load moves at about load / (viscosity size).
     for (number, body) in bodies.iter().enumerate() {
         let unit = viscosity * smallest * smallest;
@@ -167,7 +168,7 @@ fn check_flows(
 /// Refuses drives of joints that are far from the resistance of the smallest body.
 fn check_drives(
     checks: &Checks,
-    links: &[Link],
+    (links, joint_forces): (&[Link], &[JointForce]),
     viscosity: f64,
     smallest: f64,
 ) -> Result<(), SceneError> {
@@ -180,9 +181,14 @@ fn check_drives(
             true => (viscosity * smallest.powi(3), 1.0),
             false => (viscosity * smallest, smallest),
         };
+        let oscillating = joint_forces.iter().find(|force| force.sine.link == number);
+        let amplitude = oscillating.map_or(0.0, |force| force.sine.amplitude);
         let sizes = [
             ("rest", drive.rest / unit),
-            ("force", drive.force / (resistance * unit)),
+            (
+                "force",
+                (drive.force.abs() + amplitude.abs()) / (resistance * unit),
+            ),
             ("stiffness", drive.stiffness / resistance),
             ("damping", drive.damping / resistance),
         ];

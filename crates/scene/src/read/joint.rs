@@ -8,7 +8,9 @@ use rigid::{Joint, JointDrive, PassiveDrive};
 use super::checks::Checks;
 use crate::body::Body;
 use crate::error::SceneError;
-use crate::file::LinkFile;
+use crate::file::{ForceFile, LinkFile};
+use crate::joint_force::JointForce;
+use crate::length_path::Sine;
 use crate::words::{DriveKind, JointKind};
 
 /// The joint of a link between two bodies.
@@ -130,12 +132,44 @@ pub(super) fn drive(
             passive.rest = file.rest.unwrap_or(start);
         }
         DriveKind::Force => {
-            passive.force = checks.required(
+            let force = checks.required(
                 &key("force"),
                 file.force,
                 ": the force on the joint, a torque for joints that turn",
             )?;
+            passive.force = match force {
+                ForceFile::Constant(force) => force,
+                ForceFile::Harmonic(harmonic) => harmonic.mean,
+            };
         }
     }
     Ok(JointDrive::Passive(passive))
+}
+
+/// The oscillating parts of the forces on joints; their period is that of the gait unless given.
+pub(super) fn oscillating(
+    checks: &Checks,
+    files: &[LinkFile],
+    gait_period: Option<f64>,
+) -> Result<Vec<JointForce>, SceneError> {
+    let mut forces = Vec::new();
+    for (link, file) in files.iter().enumerate() {
+        let Some(ForceFile::Harmonic(harmonic)) = file.force else {
+            continue;
+        };
+        let key = format!("links[{link}].force");
+        let missing = |name: &str| checks.bad_value(&key, format!("has no {name}"));
+        let amplitude = harmonic.amplitude.ok_or_else(|| missing("amplitude"))?;
+        let period = harmonic.period.or(gait_period);
+        forces.push(JointForce {
+            sine: Sine {
+                link,
+                amplitude,
+                phase: harmonic.phase,
+                order: harmonic.order,
+            },
+            period: period.ok_or_else(|| missing("period, and the gait has none either"))?,
+        });
+    }
+    Ok(forces)
 }

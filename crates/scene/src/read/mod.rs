@@ -85,6 +85,7 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
     let (gravity, density) = (file.gravity.into(), file.fluid.density.unwrap_or(0.0));
     flow::enter_weights(&checks, &gravity, density, &mut bodies)?;
     let links = links::links(&checks, &file.links, &bodies)?;
+    let joint_forces = joint::oscillating(&checks, &file.links, file.gait.period)?;
     let (gait, gait_table) = gait::gait(&checks, &file.gait, &links)?;
     extent::check(
         &checks,
@@ -92,7 +93,7 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
         (&domain, background.as_ref()),
         &bodies,
         (&gait, &file.gait, gait_table.as_ref()),
-        &links,
+        (&links, &joint_forces),
         &file.fem,
     )?;
     let from = (&gait, gait_table.as_ref());
@@ -117,6 +118,7 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
         domain,
         bodies,
         articulation,
+        joint_forces,
         gait,
         gait_table,
         starts_periodic: file.gait.periodic,

@@ -4,8 +4,7 @@ use std::f64::consts::TAU;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use swimmer::models::Hydrodynamics;
-use swimmer::{LegSolution, Method, Outcome, Scene, choose, continue_from, start_of_gait};
+use swimmer::{Method, Outcome, Scene, choose, simulate};
 
 use super::effort::Effort;
 use super::estimated::Estimated;
@@ -81,10 +80,8 @@ fn run(text: &str, overrides: &[String]) -> Result<(Outcome, Cost)> {
     let scene = Scene::from_document(document)?;
     let mut model = choose(&scene)?.model;
     let method = Method::of(&scene);
-    let mut ignore = |_: &LegSolution, _: &dyn Hydrodynamics| Ok(());
-    let interim = start_of_gait(&scene, model.as_mut(), method, &mut ignore)?;
-    let outcome = continue_from(&scene, model.as_mut(), method, &mut (), interim)
-        .context("a gait with joints")?;
+    let outcome =
+        simulate(&scene, model.as_mut(), method, &mut ()).context("a gait with joints")?;
     let cost = Cost {
         seconds: clock.elapsed().as_secs_f64(),
         ..Cost::default()

@@ -2,6 +2,8 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::gauss::{Gauss, lagrange};
+
 /// Number of points per interval.
 pub const POINTS: usize = 3;
 
@@ -20,26 +22,30 @@ pub struct GaussRule {
 impl GaussRule {
     /// The rule.
     pub fn new() -> Self {
-        let offset = 15_f64.sqrt() / 10.0;
-        let nodes = [0.5 - offset, 0.5, 0.5 + offset];
-        let ends = [nodes[0], nodes[1], nodes[2], 1.0];
-        let basis = [0, 1, 2].map(|i| lagrange(&nodes, i));
-        let mut inner = [[0.0; POINTS]; POINTS + 1];
-        let mut double = [[[0.0; POINTS]; POINTS]; POINTS + 1];
-        for (k, &end) in ends.iter().enumerate() {
-            for i in 0..POINTS {
-                inner[k][i] = value(&integral(&basis[i]), end);
-                for j in 0..POINTS {
-                    let product = product(&basis[i], &integral(&basis[j]));
-                    double[k][i][j] = value(&integral(&product), end);
+        let gauss = Gauss::new(POINTS);
+        let nodes = [0, 1, 2].map(|i| gauss.nodes[i]);
+        let inner = |end: f64| {
+            let integrals = gauss.integrals(&nodes, end);
+            [0, 1, 2].map(|i| integrals[i])
+        };
+        // The integrand has degree 5, for which the rule itself is exact.
+        let double = |end: f64| {
+            let mut double = [[0.0; POINTS]; POINTS];
+            for (node, weight) in nodes.iter().zip(&gauss.weights) {
+                let integrals = inner(end * node);
+                for (i, row) in double.iter_mut().enumerate() {
+                    let value = end * weight * lagrange(&nodes, i, end * node);
+                    (row.iter_mut().zip(&integrals)).for_each(|(sum, l)| *sum += value * l);
                 }
             }
-        }
+            double
+        };
+        let ends = [nodes[0], nodes[1], nodes[2], 1.0];
         Self {
             nodes,
-            weights: [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0],
-            inner,
-            double,
+            weights: [0, 1, 2].map(|i| gauss.weights[i]),
+            inner: ends.map(inner),
+            double: ends.map(double),
         }
     }
 
@@ -58,34 +64,6 @@ impl GaussRule {
         }
         UnitQuaternion::from_scaled_axis(vector)
     }
-}
-
-/// Coefficients of a Lagrange polynomial, constant first.
-fn lagrange(nodes: &[f64; POINTS], i: usize) -> Vec<f64> {
-    (0..POINTS).filter(|&j| j != i).fold(vec![1.0], |p, j| {
-        let scale = 1.0 / (nodes[i] - nodes[j]);
-        product(&p, &[-nodes[j] * scale, scale])
-    })
-}
-
-fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
-    let mut product = vec![0.0; a.len() + b.len() - 1];
-    for (i, x) in a.iter().enumerate() {
-        for (j, y) in b.iter().enumerate() {
-            product[i + j] += x * y;
-        }
-    }
-    product
-}
-
-/// The integral from zero.
-fn integral(p: &[f64]) -> Vec<f64> {
-    let terms = p.iter().enumerate().map(|(k, c)| c / (k + 1) as f64);
-    std::iter::once(0.0).chain(terms).collect()
-}
-
-fn value(p: &[f64], x: f64) -> f64 {
-    p.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
 #[cfg(test)]

@@ -14,15 +14,15 @@ use rigid::{State, StateVelocity};
 use scene::AcceptKind;
 
 use super::corrections::{Corrections, FewPoints};
-use super::gauss::Gauss;
 use super::inverse_dexp::coordinate_rate;
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
-use super::order_errors::{expected_error, is_smooth, is_stalled, remaining_error};
+use super::order_errors::{expected_error, is_smooth, is_stalled, remaining_error, reported_error};
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, LegResult};
 use super::step_size::{MAX_PARTS, expected_ratio, largest_displacement, rounding, step_tolerance};
 use crate::error::SwimError;
+use crate::gauss::Gauss;
 
 /// Number of points whose solutions have corrections that serve all higher orders.
 ///
@@ -207,7 +207,7 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
             return Ok(Step {
                 approximation: current,
                 error,
-                work_error: remaining_error(&work_changes, ratio),
+                work_error: reported_error(&work_changes, ratio),
                 tolerance,
                 mesh_change,
                 is_accepted,

@@ -7,12 +7,13 @@
 //! stable for any length.
 
 use models::{BodySolution, InstantaneousSolution, ModelError};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 use rigid::{Drive, ExternalLoad, Reduction, State};
 use scene::{Scene, SceneError};
 
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
+use super::masses::{Velocities, implicit_terms, mass_matrices, momenta, velocities_of};
 use super::piece::PathPiece;
 use super::result::{Approximation, LegResult};
 use crate::error::SwimError;
@@ -28,28 +29,26 @@ pub(super) enum Scheme {
 
 /// Integrates a leg in equal steps.
 ///
-/// `velocity` is `(U, omega)` of the bodies with surfaces, at the start on entry and at the end on
-/// return; none for bodies at rest.
+/// `velocities` are those of the bodies at the start on entry and at the end on return; none for
+/// bodies at rest.
 pub(super) fn leg(
     evaluator: &mut LegEvaluator,
     start: &State,
     steps: usize,
     scheme: Scheme,
-    velocity: &mut Option<DVector<f64>>,
+    velocities: &mut Option<Velocities>,
 ) -> Result<LegResult, SwimError> {
     let mut result = LegResult::empty(start);
-    let mass = masses(evaluator.scene)?;
-    let mut before = velocity
-        .take()
-        .unwrap_or_else(|| DVector::zeros(mass.len()));
+    let at_rest = || vec![Vector6::zeros(); evaluator.scene.bodies().len()];
+    let mut before = velocities.take().unwrap_or_else(at_rest);
     let dt = evaluator.leg.duration / steps as f64;
     for k in 0..steps {
         let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
-        let at = match scheme {
-            Scheme::Explicit => span.0,
-            Scheme::Implicit => span.1,
+        let solution = match scheme {
+            Scheme::Explicit => explicit_step(evaluator, &result.end, span.0, dt, &before)?,
+            Scheme::Implicit => implicit_step(evaluator, &result.end, span.1, dt, &before)?,
         };
-        let (solution, after) = step(evaluator, &result.end, at, dt, scheme, &mass, &before)?;
+        before = velocities_of(&solution);
         let rate = &solution.solution.motion * dt;
         let set = evaluator.scene.articulation();
         let approximation = Approximation {
@@ -58,55 +57,47 @@ pub(super) fn leg(
             weights: vec![1.0],
         };
         result.append(evaluator, approximation, None, None)?;
-        before = after;
     }
-    *velocity = Some(before);
+    result.velocities = before.iter().flatten().copied().collect();
+    *velocities = Some(before);
     Ok(result.with_totals(evaluator))
 }
 
-/// Diagonal of the mass matrix: per body with a surface, three times the mass and three times the
-/// moment of inertia.
-fn masses(scene: &Scene) -> Result<DVector<f64>, SwimError> {
-    let mut diagonal = Vec::new();
-    for (number, body) in scene.bodies().iter().enumerate() {
-        if body.bounding_radius() == 0.0 {
-            continue;
-        }
-        for (name, value) in [("mass", body.mass), ("inertia", body.inertia)] {
-            if value <= 0.0 {
-                let key = format!("bodies[{number}].{name}");
-                return Err(SwimError::Scene(SceneError::BadValue {
-                    place: scene.place(&key),
-                    key,
-                    problem:
-                        "is zero, but integration with inertia needs a positive value for every \
-                        body; set it, or integrate without inertia"
-                            .to_owned(),
-                }));
-            }
-            diagonal.extend([value; 3]);
-        }
-    }
-    Ok(DVector::from_vec(diagonal))
-}
-
-/// One step: the solution and the velocities of the bodies at its end.
-fn step(
+/// Backward Euler: the stage of Radau IIA of order 1.
+fn implicit_step(
     evaluator: &mut LegEvaluator,
     state: &State,
     s: f64,
     dt: f64,
-    scheme: Scheme,
-    mass: &DVector<f64>,
-    before: &DVector<f64>,
-) -> Result<(LegSolution, DVector<f64>), SwimError> {
+    before: &Velocities,
+) -> Result<LegSolution, SwimError> {
+    let masses = mass_matrices(evaluator, s, state)?;
+    let known = momenta(evaluator, s, state, before)?;
+    evaluator.solve_with_inertia(s, state, &implicit_terms(&masses, &known, dt))
+}
+
+/// Explicit Euler: `S^T M (S v + W - U) = dt S^T (F - R U)` with the velocities `U` before the
+/// step.
+fn explicit_step(
+    evaluator: &mut LegEvaluator,
+    state: &State,
+    s: f64,
+    dt: f64,
+    before: &Velocities,
+) -> Result<LegSolution, SwimError> {
+    check_support(evaluator.scene)?;
     let resistance = evaluator.resistance(s, state)?;
     let scene = evaluator.scene;
     let set = scene.articulation();
-    let constraints = set.constraints(state, &evaluator.leg.lengths(s), &evaluator.leg.rates(s))?;
+    let (lengths, rates) = (evaluator.leg.lengths(s), evaluator.leg.rates(s));
+    let mut constraints = set.constraints(state, &lengths, &rates)?;
+    let oscillating = scene
+        .joint_forces(evaluator.leg.time(s))
+        .unwrap_or_default();
+    (constraints.joint_forces.iter_mut().zip(oscillating)).for_each(|(sum, force)| *sum += force);
     let reduction = Reduction::of(set, &constraints)?;
     let load = |body: &scene::Body| ExternalLoad {
-        force: body.force,
+        force: body.total_force(),
         torque: body.torque,
     };
     let loads: Vec<ExternalLoad> = scene.bodies().iter().map(load).collect();
@@ -115,65 +106,86 @@ fn step(
         constraints: &constraints,
         loads: &loads,
     };
+    let surfaced: Vec<usize> = (0..scene.bodies().len())
+        .filter(|&body| scene.bodies()[body].bounding_radius() > 0.0)
+        .collect();
+    let masses = mass_matrices(evaluator, s, state)?;
+    let mut mass = DMatrix::zeros(6 * surfaced.len(), 6 * surfaced.len());
+    let mut velocities = DVector::zeros(6 * surfaced.len());
+    for (number, &body) in surfaced.iter().enumerate() {
+        let first = 6 * number;
+        (mass.fixed_view_mut::<6, 6>(first, first)).copy_from(&masses[body]);
+        (velocities.fixed_rows_mut::<6>(first)).copy_from(&before[body]);
+    }
     let (basis, offset) = (&reduction.surface_basis, &reduction.surface_offset);
-    let inertia = DMatrix::from_diagonal(&(mass / dt));
+    check_stability(evaluator, &resistance, &mass, basis, dt)?;
+    let inertia = mass / dt;
     let external = reduction.all.basis.tr_mul(&drive.generalised_loads()?);
-    let (matrix, rhs) = match scheme {
-        Scheme::Explicit => {
-            check_stability(evaluator, &resistance, mass, basis, dt)?;
-            let rhs = &inertia * (before - offset) - &resistance * before;
-            (inertia.clone(), rhs)
-        }
-        Scheme::Implicit => {
-            let matrix = &inertia + &resistance;
-            let rhs = &inertia * before - &matrix * offset;
-            (matrix, rhs)
-        }
-    };
-    let reduced = basis.tr_mul(&(&matrix * basis));
+    let rhs = &inertia * (&velocities - offset) - &resistance * &velocities;
+    let reduced = basis.tr_mul(&(&inertia * basis));
     let free_velocities = reduced
         .clone()
         .cholesky()
         .ok_or_else(|| {
             let remedy = "check bodies[].mass, the step size and the gaps between bodies";
-            ModelError::not_positive_definite(
-                "mass over time step plus resistance",
-                &reduced,
-                remedy,
-            )
+            ModelError::not_positive_definite("mass over time step", &reduced, remedy)
         })?
         .solve(&(external + basis.tr_mul(&rhs)));
     let generalised = reduction.velocities(&free_velocities)?;
     let after = generalised.select_rows(&set.surface_velocities());
     let forces = &resistance * &after;
     // The links also transmit the forces that accelerate the bodies.
-    let link_loads = drive.link_loads(&(&forces + &inertia * (&after - before)), &generalised)?;
+    let link_loads =
+        drive.link_loads(&(&forces + &inertia * (&after - &velocities)), &generalised)?;
     let motion = set.state_velocity(generalised.as_slice())?;
     let layout = set.velocity_layout();
     let vector = |list: &DVector<f64>, first: usize| list.fixed_rows::<3>(first).into_owned();
-    let mut surfaces = 0..;
-    let bodies = (0..scene.bodies().len())
-        .map(|body| {
-            let mut entry = BodySolution {
-                velocity: vector(&generalised, layout.bodies()[body]),
-                angular_velocity: motion.spins[body],
-                ..BodySolution::default()
-            };
-            if scene.bodies()[body].bounding_radius() > 0.0
-                && let Some(number) = surfaces.next()
-            {
-                entry.force = vector(&forces, 6 * number);
-                entry.torque = vector(&forces, 6 * number + 3);
-            }
-            entry
-        })
-        .collect();
+    let body_solution = |body: usize| BodySolution {
+        velocity: vector(&generalised, layout.bodies()[body]),
+        angular_velocity: motion.spins[body],
+        ..BodySolution::default()
+    };
+    let mut bodies: Vec<BodySolution> = (0..scene.bodies().len()).map(body_solution).collect();
+    for (number, &body) in surfaced.iter().enumerate() {
+        bodies[body].force = vector(&forces, 6 * number);
+        bodies[body].torque = vector(&forces, 6 * number + 3);
+    }
     let rows = set.link_rows().into_iter();
     let link_forces = rows
         .map(|row| -> Vector3<f64> { vector(&link_loads, row) })
         .collect();
     let solution = InstantaneousSolution::new(bodies, link_forces, motion);
-    Ok((evaluator.record(s, state, solution)?, after))
+    evaluator.record(s, state, solution)
+}
+
+/// Refuses what explicit steps cannot integrate: bodies without mass, which follow the flow at
+/// once, and flows that the resistance of the bodies does not contain.
+fn check_support(scene: &Scene) -> Result<(), SwimError> {
+    if scene.has_surface_velocity() {
+        return Err(SwimError::Model(ModelError::Unsupported {
+            what: "explicit integration with inertia of slip or background flow".to_owned(),
+            instead: "use an implicit method".to_owned(),
+        }));
+    }
+    for (number, body) in scene.bodies().iter().enumerate() {
+        if body.bounding_radius() == 0.0 {
+            continue;
+        }
+        let (mass, inertia) = body.mass_matrix().unwrap_or_default();
+        for (name, value) in [("mass", mass), ("inertia", inertia.trace())] {
+            if value <= 0.0 {
+                let key = format!("bodies[{number}].{name}");
+                return Err(SwimError::Scene(SceneError::BadValue {
+                    place: scene.place(&key),
+                    key,
+                    problem: "is zero, but explicit integration with inertia needs a positive \
+                              value for every body; set it, or use an implicit method"
+                        .to_owned(),
+                }));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Refuses an explicit step longer than twice the shortest relaxation time.
@@ -182,7 +194,7 @@ fn step(
 fn check_stability(
     evaluator: &LegEvaluator,
     resistance: &DMatrix<f64>,
-    mass: &DVector<f64>,
+    mass: &DMatrix<f64>,
     basis: &DMatrix<f64>,
     dt: f64,
 ) -> Result<(), SwimError> {
@@ -202,11 +214,11 @@ fn check_stability(
 /// The shortest relaxation time of the motions that the links leave free.
 fn shortest_relaxation_time(
     resistance: &DMatrix<f64>,
-    mass: &DVector<f64>,
+    mass: &DMatrix<f64>,
     basis: &DMatrix<f64>,
 ) -> f64 {
     let reduced = basis.tr_mul(&(resistance * basis));
-    let inertia = basis.tr_mul(&(DMatrix::from_diagonal(mass) * basis));
+    let inertia = basis.tr_mul(&(mass * basis));
     let Some(factor) = inertia.cholesky() else {
         return 0.0;
     };

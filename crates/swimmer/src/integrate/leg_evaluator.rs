@@ -63,14 +63,7 @@ impl<'a> LegEvaluator<'a> {
         state: &State,
         estimates: bool,
     ) -> Result<LegSolution, SwimError> {
-        let rates = [self.leg.rates(s)];
-        let mut solutions = self.query(s, state, |model, configuration| {
-            model.solve(&Query::new(configuration, &rates).with_estimates(estimates))
-        })?;
-        let solution = solutions.pop().ok_or(ModelError::NoSolution {
-            model: self.model.name(),
-        })?;
-        self.record(s, state, solution)
+        self.solve_query(s, state, estimates, None)
     }
 
     /// The solution with the terms of an implicit step for bodies with mass.
@@ -80,9 +73,27 @@ impl<'a> LegEvaluator<'a> {
         state: &State,
         inertia: &[BodyInertia],
     ) -> Result<LegSolution, SwimError> {
+        self.solve_query(s, state, true, Some(inertia))
+    }
+
+    /// The solution at the position `s`, with the forces on joints at its time.
+    fn solve_query(
+        &mut self,
+        s: f64,
+        state: &State,
+        estimates: bool,
+        inertia: Option<&[BodyInertia]>,
+    ) -> Result<LegSolution, SwimError> {
         let rates = [self.leg.rates(s)];
+        let forces = self.scene.joint_forces(self.leg.time(s));
         let mut solutions = self.query(s, state, |model, configuration| {
-            model.solve(&Query::new(configuration, &rates).with_inertia(inertia))
+            let query = Query::new(configuration, &rates)
+                .with_estimates(estimates)
+                .with_joint_forces(forces.as_deref());
+            model.solve(&match inertia {
+                Some(inertia) => query.with_inertia(inertia),
+                None => query,
+            })
         })?;
         let solution = solutions.pop().ok_or(ModelError::NoSolution {
             model: self.model.name(),

@@ -8,11 +8,11 @@
 mod collocation;
 mod corrections;
 mod euler;
-mod gauss;
 mod inertia;
 mod inverse_dexp;
 mod leg_evaluator;
 mod leg_solution;
+mod masses;
 mod order_errors;
 mod passive_joints;
 mod piece;
@@ -25,11 +25,11 @@ mod step_size;
 
 use inertia::Scheme;
 use leg_evaluator::LegEvaluator;
+use masses::Velocities;
+pub(crate) use masses::relaxation_time;
 use models::Hydrodynamics;
-use nalgebra::{DVector, Vector6};
+use nalgebra::Vector6;
 use prediction::Prediction;
-use radau::Velocities;
-pub(crate) use radau::relaxation_time;
 use rigid::State;
 use scene::{Leg, Scene};
 
@@ -88,6 +88,14 @@ impl Method {
         }
     }
 
+    /// Whether the masses of bodies enter, so that their velocities are part of the state.
+    pub(crate) fn has_inertia(self) -> bool {
+        match self {
+            Self::Inertia | Self::BackwardEuler { .. } | Self::ExplicitInertia { .. } => true,
+            Self::Collocation | Self::RungeKutta | Self::Euler { .. } => false,
+        }
+    }
+
     /// Refuses a method without steps.
     ///
     /// # Errors
@@ -107,10 +115,7 @@ pub struct Integrator<'a> {
     scene: &'a Scene,
     model: &'a mut dyn Hydrodynamics,
     method: Method,
-    /// Velocities of the bodies with surfaces at the end of the last leg, for methods with inertia;
-    /// none at rest.
-    velocity: Option<DVector<f64>>,
-    /// The same for all bodies, for [`Method::Inertia`].
+    /// Velocities of the bodies at the end of the last leg, for methods with inertia; none at rest.
     velocities: Option<Velocities>,
     /// Integration error that the scene's tolerance allows for a leg, if it is predicted.
     leg_tolerance: Option<f64>,
@@ -123,7 +128,6 @@ impl<'a> Integrator<'a> {
             scene,
             model,
             method,
-            velocity: None,
             velocities: None,
             leg_tolerance: Prediction::of(scene)
                 .map(|prediction| prediction.leg_tolerance(scene.model().tolerance)),
@@ -177,14 +181,14 @@ impl<'a> Integrator<'a> {
                 start,
                 steps,
                 Scheme::Implicit,
-                &mut self.velocity,
+                &mut self.velocities,
             ),
             Method::ExplicitInertia { steps } => inertia::leg(
                 &mut evaluator,
                 start,
                 steps,
                 Scheme::Explicit,
-                &mut self.velocity,
+                &mut self.velocities,
             ),
         }
     }

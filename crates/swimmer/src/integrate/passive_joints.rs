@@ -14,7 +14,7 @@
 use nalgebra::{DMatrix, DVector};
 use rigid::{PassiveDrive, StateVelocity};
 
-use super::gauss::Gauss;
+use crate::gauss::Gauss;
 
 /// Linear dependence of all velocities on the values of the passive joints, by their springs.
 pub(super) struct JointNewton {

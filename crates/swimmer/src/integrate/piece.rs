@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use rigid::{Articulation, State, StateVelocity, Twist};
 
-use super::gauss::Gauss;
 use crate::error::SwimError;
+use crate::gauss::{Gauss, lagrange};
 
 /// The path over a part of a leg: rates of the coordinates at Gauss points, and the state on which
 /// the coordinates are centred.
@@ -53,13 +53,8 @@ impl PathPiece {
         rates: &[StateVelocity],
     ) -> Result<Self, SwimError> {
         let at = |t: f64| {
-            let weight = |i: usize| -> f64 {
-                let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
-                others
-                    .map(|(_, node)| (t - node) / (nodes[i] - node))
-                    .product()
-            };
-            let terms = rates.iter().enumerate().map(|(i, rate)| (rate, weight(i)));
+            let rates = rates.iter().enumerate();
+            let terms = rates.map(|(i, rate)| (rate, lagrange(nodes, i, t)));
             combination(terms, start)
         };
         let gauss = Gauss::new(nodes.len());

@@ -15,14 +15,16 @@
 //! any model and formulation. The error decreases by a factor of 0.15 or better per iteration, for
 //! any ratio of mass and resistance.
 
-use models::BodyInertia;
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector6};
-use rigid::{ExternalLoad, Reduction, State, StateVelocity};
-use scene::Scene;
+use nalgebra::Vector6;
+use rigid::{State, StateVelocity};
 
 use super::inverse_dexp::coordinate_rate;
 use super::leg_evaluator::LegEvaluator;
 use super::leg_solution::LegSolution;
+use super::masses::{
+    Velocities, after_impulse, implicit_terms, mass_matrices, momenta, relaxation_time,
+    velocities_of,
+};
 use super::piece::{PathPiece, combination};
 use super::radau_tableau::{STAGES, crout, tableau};
 use super::result::{Approximation, IntegrationError, LegResult};
@@ -42,9 +44,6 @@ const ITERATION_SHARE: f64 = 0.01;
 /// all time scales have a factor of 32; where they are long, as for light bodies, it is at least
 /// that of stage order 3.
 const REDUCTION: f64 = 8.0;
-
-/// Velocities `(U, ω)` of all bodies of the scene.
-pub(super) type Velocities = Vec<Vector6<f64>>;
 
 /// Integrates a leg: halves the steps until the change is below the tolerance.
 ///
@@ -168,17 +167,6 @@ fn run(
     Ok(run)
 }
 
-/// Mass over Stokes drag: bodies of other shapes and among others relax faster than a sphere of
-/// their smallest size alone.
-pub(crate) fn relaxation_time(scene: &Scene) -> f64 {
-    let times = scene.bodies().iter().filter_map(|body| {
-        let (mass, _) = body.mass_matrix()?;
-        let drag = 6.0 * std::f64::consts::PI * scene.viscosity() * body.bounding_radius();
-        Some(mass / drag)
-    });
-    times.fold(0.0, f64::max)
-}
-
 /// One step from `state`; `velocities` are those before it on entry and after it on return.
 fn step(
     evaluator: &mut LegEvaluator,
@@ -217,23 +205,11 @@ fn step(
                 known
             };
             let known: Velocities = (0..masses.len()).map(known).collect();
-            let scale = 1.0 / (h * l[i][i]);
-            let inertia: Vec<BodyInertia> = (0..masses.len())
-                .map(|body| {
-                    let load = scale * known[body];
-                    BodyInertia {
-                        damping: scale * masses[body],
-                        load: ExternalLoad {
-                            force: load.fixed_rows::<3>(0).into(),
-                            torque: load.fixed_rows::<3>(3).into(),
-                        },
-                    }
-                })
-                .collect();
+            let time = h * l[i][i];
+            let inertia = implicit_terms(&masses, &known, time);
             let solution = evaluator.solve_with_inertia(s, &at, &inertia)?;
-            for (body, solved) in solution.solution.bodies.iter().enumerate() {
-                let velocity = twist(&solved.velocity, &solved.angular_velocity);
-                forces[i][body] = scale * (masses[body] * velocity - known[body]);
+            for (body, velocity) in velocities_of(&solution).into_iter().enumerate() {
+                forces[i][body] = (masses[body] * velocity - known[body]) / time;
             }
             let sigma = piece.coordinates(nodes[i]);
             rates[i] = &coordinate_rate(set, &sigma, &solution.solution.motion) * h;
@@ -250,94 +226,11 @@ fn step(
         }
     }
     if let Some(last) = stages.last() {
-        let bodies = last.solution.bodies.iter();
-        *velocities = bodies
-            .map(|body| twist(&body.velocity, &body.angular_velocity))
-            .collect();
+        *velocities = velocities_of(last);
     }
     Ok(Approximation {
         piece,
         solutions: stages,
         weights: a[STAGES - 1].to_vec(),
     })
-}
-
-fn twist(linear: &nalgebra::Vector3<f64>, angular: &nalgebra::Vector3<f64>) -> Vector6<f64> {
-    let mut twist = Vector6::zeros();
-    twist.fixed_rows_mut::<3>(0).copy_from(linear);
-    twist.fixed_rows_mut::<3>(3).copy_from(angular);
-    twist
-}
-
-/// Mass matrices of all bodies in the laboratory axes; zero for bodies without mass.
-fn mass_matrices(
-    evaluator: &LegEvaluator,
-    s: f64,
-    state: &State,
-) -> Result<Vec<Matrix6<f64>>, SwimError> {
-    let scene = evaluator.scene;
-    let poses = scene
-        .articulation()
-        .place(state, &evaluator.leg.lengths(s))?;
-    let matrix = |(body, pose): (&scene::Body, &nalgebra::Isometry3<f64>)| {
-        let mut matrix = Matrix6::zeros();
-        if let Some((mass, inertia)) = body.mass_matrix() {
-            let rotation = pose.rotation.to_rotation_matrix();
-            let inertia = rotation.matrix() * inertia * rotation.matrix().transpose();
-            (matrix.fixed_view_mut::<3, 3>(0, 0)).copy_from(&(mass * Matrix3::identity()));
-            matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
-        }
-        matrix
-    };
-    Ok(scene.bodies().iter().zip(&poses).map(matrix).collect())
-}
-
-fn momenta(
-    evaluator: &LegEvaluator,
-    s: f64,
-    state: &State,
-    velocities: &Velocities,
-) -> Result<Velocities, SwimError> {
-    let masses = mass_matrices(evaluator, s, state)?;
-    Ok(masses.iter().zip(velocities).map(|(m, u)| m * u).collect())
-}
-
-/// The velocities after the impulse by which links enforce the rates at the start of the leg.
-///
-/// Of all velocities `S v + W` that the links allow, those are taken whose momenta differ from
-/// those before by an impulse of the links alone: `S^T M (S v + W - U) = 0`.
-fn after_impulse(
-    evaluator: &LegEvaluator,
-    state: &State,
-    velocities: &Velocities,
-) -> Result<Velocities, SwimError> {
-    let set = evaluator.scene.articulation();
-    let (lengths, rates) = (evaluator.leg.lengths(0.0), evaluator.leg.rates(0.0));
-    let constraints = set.constraints(state, &lengths, &rates)?;
-    let reduction = Reduction::of(set, &constraints)?;
-    let masses = mass_matrices(evaluator, 0.0, state)?;
-    let surfaced: Vec<usize> = (0..masses.len())
-        .filter(|&body| evaluator.scene.bodies()[body].bounding_radius() > 0.0)
-        .collect();
-    let (basis, offset) = (&reduction.surface_basis, &reduction.surface_offset);
-    let mut mass = DMatrix::zeros(basis.ncols(), basis.ncols());
-    let mut rhs = DVector::zeros(basis.ncols());
-    for (number, &body) in surfaced.iter().enumerate() {
-        let rows = basis.fixed_rows::<6>(6 * number);
-        mass += rows.transpose() * (masses[body] * rows);
-        let difference = velocities[body] - offset.fixed_rows::<6>(6 * number);
-        rhs += rows.transpose() * (masses[body] * difference);
-    }
-    // Motions without mass follow the flow at once, whatever they are here.
-    let scale = mass.amax();
-    let v = match mass.svd(true, true).solve(&rhs, 1e-12 * scale) {
-        Ok(v) => v,
-        Err(_) => DVector::zeros(basis.ncols()),
-    };
-    let after = basis * v + offset;
-    let mut result = velocities.clone();
-    for (number, &body) in surfaced.iter().enumerate() {
-        result[body] = after.fixed_rows::<6>(6 * number).into();
-    }
-    Ok(result)
 }

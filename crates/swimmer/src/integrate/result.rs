@@ -192,7 +192,9 @@ impl LegResult {
         self.error_estimate
             .accumulate(1.0, &integration(of_displacement));
         self.work_error.accumulate(1.0, &integration(of_work));
-        self.end = piece.state(evaluator.scene.articulation(), piece.to)?;
+        let set = evaluator.scene.articulation();
+        let end = piece.state(set, piece.to)?;
+        self.end = set.closed(&end, &evaluator.leg.lengths(piece.to))?;
         self.solutions.extend(solutions);
         self.pieces.push(piece);
         Ok(())

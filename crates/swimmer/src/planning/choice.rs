@@ -30,7 +30,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     let requested = || {
         vec![
             "given by model.kind".to_owned(),
-            scene.arrangement().describe().to_owned(),
+            scene.describe_arrangement(),
         ]
     };
     let spheres = |kind: SphereModel, reasons: Vec<String>| {
@@ -49,7 +49,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         ModelKind::Auto if AxisymmetricModel::suits(scene) => {
             let mut model = axisymmetric()?;
             let reasons = vec![
-                scene.arrangement().describe().to_owned(),
+                scene.describe_arrangement(),
                 model.describe(scene)?,
                 "chosen: finite elements in the meridian plane".to_owned(),
             ];
@@ -72,7 +72,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     }
     let reasons = match scene.model().kind {
         ModelKind::Auto => vec![
-            scene.arrangement().describe().to_owned(),
+            scene.describe_arrangement(),
             match scene.first_nonspherical() {
                 Some(body) => format!(
                     "mesh-free models do not support shape = \"{}\"",

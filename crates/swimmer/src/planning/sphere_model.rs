@@ -56,7 +56,7 @@ pub(super) fn choose_sphere_model(scene: &Scene) -> Result<SphereModelChoice, Mo
     let tolerance = scene.model().tolerance;
     let stroke = !scene.gait().phases.is_empty() && scene.bodies().len() <= MAX_BODIES_FOR_STROKE;
     let reference_kind = SphereModel::Multipole((1e-3 * tolerance).clamp(1e-13, 1e-5));
-    let symmetry = scene.arrangement().describe().to_owned();
+    let symmetry = scene.describe_arrangement();
     let Some(reference) = evaluate(scene, reference_kind, stroke)? else {
         // A stroke with a collision, for example: the run itself reports it with its place.
         return Ok(SphereModelChoice {

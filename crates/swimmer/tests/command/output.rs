@@ -337,3 +337,30 @@ fn a_missed_target_is_a_warning_on_stderr() {
         assert!(message.contains(part), "{part}: {message}");
     }
 }
+
+/// A sphere in the shear `u = (y, 0, 0)` stays and turns by half the vorticity, `-t / 2` about z.
+#[test]
+fn the_picture_of_bodies_that_only_turn_shows_their_rotation() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("shear.toml");
+    let text = "background = { kind = \"shear\", gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]] }\n\
+                bodies = [{ name = \"ball\", radius = 1, position = [0, 0, 0] }]\n\
+                gait.phases = [{ duration = 8 }]\n";
+    std::fs::write(&scene, text).unwrap();
+    let out = folder.path().join("out");
+    let run = swim(&[
+        "run",
+        scene.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    assert!(run.status.success(), "{}", stderr(&run));
+    let svg = std::fs::read_to_string(out.join("trajectory.svg")).unwrap();
+    for text in [
+        "rotation of the bodies about z",
+        "ball -4.00000",
+        "time 1.6906",
+    ] {
+        assert!(svg.contains(text), "{text}");
+    }
+}

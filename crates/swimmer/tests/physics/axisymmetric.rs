@@ -258,8 +258,16 @@ fn scenes_without_axial_symmetry_are_refused_with_the_reason() {
             "force = [1, 0, 0]",
             "domain.kind = \"box\"",
         ),
-        (BALL, "force = [0, 1, 0]", "not symmetric about the line"),
-        (BALL, "torque = [0, 1, 0]", "not symmetric about the line"),
+        (
+            BALL,
+            "force = [0, 1, 0]",
+            "about which shapes, loads or the domain are not symmetric",
+        ),
+        (
+            BALL,
+            "torque = [0, 1, 0]",
+            "about which shapes, loads or the domain are not symmetric",
+        ),
     ] {
         let scene = scene(domain, body);
         let error = choose(&scene).err().expect(reason);
@@ -277,4 +285,39 @@ fn scenes_without_axial_symmetry_are_refused_with_the_reason() {
             .contains("restricted to motions along the axis"),
         "{error}"
     );
+}
+
+/// A motor about the axis: angular velocities are those of multipoles, and hinges are left to them
+/// with the joint's name.
+#[test]
+fn a_rotor_about_the_axis_turns_bodies_as_multipoles_do() {
+    let scene = |model: &str, joint: &str| {
+        let text = format!(
+            "model = {{ kind = \"{model}\", tolerance = 1e-6 }}\n\
+             bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0] }}, \
+             {{ name = \"b\", radius = 1.5, position = [2.8, 0, 0] }}]\n\
+             links = [{{ name = \"motor\", body = \"b\", to = \"a\", {joint} }}]\n\
+             gait.phases = [{{ link = \"motor\", length = 2 }}]\n"
+        );
+        Scene::parse(&text).expect("a scene")
+    };
+    let rotor = "joint = \"rotor\"";
+    let [meridian, spheres] = ["axisymmetric", "multipole"].map(|model| {
+        let scene = scene(model, rotor);
+        solve_start(&scene, choose(&scene).unwrap().model.as_mut()).unwrap()
+    });
+    for (body, other) in meridian.bodies.iter().zip(&spheres.bodies) {
+        assert!(other.angular_velocity.x.abs() > 0.1);
+        assert!((body.angular_velocity - other.angular_velocity).norm() < 1e-6);
+        assert!((body.torque - other.torque).norm() < 1e-5);
+        assert!(body.velocity.norm() < 1e-9);
+    }
+    // The relative rate is that of the gait.
+    let [a, b] = [0, 1].map(|body| meridian.bodies[body].angular_velocity.x);
+    assert!((b - a - 2.0).abs() < 1e-9);
+    let hinge = scene("axisymmetric", "joint = \"hinge\", axis = [0, 0, 1]");
+    let error = choose(&hinge).err().unwrap().to_string();
+    assert!(error.contains("the joint 'motor' can turn them"), "{error}");
+    let reasons = choose(&scene("auto", "joint = \"hinge\", axis = [0, 0, 1]"));
+    assert!(reasons.unwrap().reasons[0].contains("the joint 'motor' can turn them"));
 }

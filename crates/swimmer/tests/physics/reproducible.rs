@@ -80,7 +80,7 @@ fn in_units(length: f64, viscosity: f64) -> Scene {
     parse(&format!(
         "domain = {{ kind = \"ball\", radius = {:?} }}\nfluid.viscosity = {viscosity:?}\n{options}{}\
          [[gait.phases]]\nlink = \"left-arm\"\nlength = {:?}\n",
-        12.0 * length,
+        9.0 * length,
         lengths(BODIES),
         3.25 * length
     ))
@@ -104,7 +104,7 @@ fn scaled(
 
 #[test]
 fn units_of_the_scene_do_not_matter() {
-    assert!(BALL.contains("12") && COARSE.contains("0.7"));
+    assert!(BALL.contains("9") && COARSE.contains("0.7"));
     let unit = solve(&in_units(1.0, 1.0));
     // A power of two changes no digit.
     let length = 0.5_f64.powi(20);

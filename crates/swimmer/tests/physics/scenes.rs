@@ -33,7 +33,7 @@ body = "right"
 to = "centre"
 "#;
 
-pub const BALL: &str = "domain = { kind = \"ball\", radius = 12 }\n";
+pub const BALL: &str = "domain = { kind = \"ball\", radius = 9 }\n";
 
 /// The bent swimmer with its left arm closing by one in one unit of time.
 pub fn bent(options: &str) -> Scene {

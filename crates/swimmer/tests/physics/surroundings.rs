@@ -208,7 +208,7 @@ fn a_reciprocal_stroke_has_no_net_displacement_near_walls_and_obstacles() {
          [[gait.phases]]\nlink = \"arm\"\nlength = 4.1231056256176606\n";
     let obstacle =
         "[[bodies]]\nname = \"rock\"\nradius = 1\nposition = [-2, 1.5, 2]\nfixed = true\n";
-    for (domain, obstacle) in [("wall", ""), ("unbounded", obstacle), ("wall", obstacle)] {
+    for domain in ["unbounded", "wall"] {
         let outcome = run(&format!(
             "domain.kind = \"{domain}\"\nmodel = {{ kind = \"multipole\", tolerance = 1e-3 }}\n{scallop}{obstacle}{phases}"
         ));
@@ -220,8 +220,6 @@ fn a_reciprocal_stroke_has_no_net_displacement_near_walls_and_obstacles() {
             .iter()
             .fold(0.0_f64, |m, d| m.max(d.norm()));
         assert!(net < 1e-4 * longest, "{domain}: {net:e}");
-        if !obstacle.is_empty() {
-            assert_eq!(outcome.displacement[2], Vector3::zeros());
-        }
+        assert_eq!(outcome.displacement[2], Vector3::zeros());
     }
 }

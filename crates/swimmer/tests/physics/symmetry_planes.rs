@@ -245,7 +245,7 @@ fn a_narrow_gap_with_symmetry_planes_has_the_resistance_of_the_whole() {
     let pair = "
         domain = { kind = \"ball\", radius = 10 }
         model.kind = \"fem\"
-        fem = { surface_size = 0.7, rtol = 1e-9 }
+        fem = { surface_size = 0.7, rtol = 1e-9, estimates = \"off\" }
         bodies = [
           { name = \"a\", radius = 1, position = [-1.1, 0, 0], force = [2, 0, 0] },
           { name = \"b\", radius = 1, position = [1.1, 0, 0], force = [-1, 0, 0] },
@@ -255,10 +255,9 @@ fn a_narrow_gap_with_symmetry_planes_has_the_resistance_of_the_whole() {
     let (mut model, instant) = solve(&scene);
     let resistance = start_resistance(&scene, &mut model).unwrap();
     let forces = &resistance * DVector::from_vec(velocities(&instant));
-    // The accuracy of the corrections of resistance and velocities: two percent of a correction of
-    // five percent.
+    // Seven solves with true residuals of 1e-9, which forces amplify by about 1e3.
     for (row, force) in [2.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0].into_iter().enumerate() {
-        assert!((forces[row] - force).abs() < 1e-3 * 2.0, "{row}: {forces}");
+        assert!((forces[row] - force).abs() < 1e-6 * 2.0, "{row}: {forces}");
     }
 }
 

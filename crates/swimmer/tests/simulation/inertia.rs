@@ -82,12 +82,15 @@ fn explicit_steps_with_inertia_are_refused_beyond_the_stability_limit() {
         }
         other => panic!("{:?}", other.map(|run| run.net(0))),
     }
-    // Integration with inertia needs a mass.
-    let massless = pulled(limit).replace("mass = 1\n", "");
+    // A body without mass follows the flow at once: no explicit step is short enough.
+    let massless = pulled(limit).replace("mass = 1\ninertia = 1\n", "");
     assert!(matches!(
-        run_spheres(&massless, Method::BackwardEuler { steps: 5 }),
+        run_spheres(&massless, method),
         Err(SwimError::Scene(swimmer::SceneError::BadValue { .. }))
     ));
+    // Implicit steps have its velocity F/R.
+    let still = run_spheres(&massless, Method::BackwardEuler { steps: 5 }).unwrap();
+    assert_abs_diff_eq!(still.net(0).x, 50.0 * limit / drag, epsilon = 1e-12);
 }
 
 /// Velocities and forces of all steps of a run, in order.
@@ -168,4 +171,27 @@ fn explicit_and_implicit_steps_with_inertia_have_the_same_limit() {
     // First order.
     assert_abs_diff_eq!(coarse / fine, 2.0, epsilon = 0.2);
     assert!(fine < 0.1, "{fine}");
+}
+
+/// Velocities are part of the state: a leg starts with those at the end of the leg before.
+#[test]
+fn bodies_keep_their_velocities_between_legs() {
+    let body = "[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\nforce = [1, 0, 0]\n\
+                mass = 20\ninertia = 20\n";
+    let in_legs = |durations: &[f64], steps: usize, explicit: bool| {
+        let phases: Vec<_> = (durations.iter())
+            .map(|duration| format!("{{ duration = {duration:?} }}"))
+            .collect();
+        let text = format!("gait.phases = [{}]\n{body}", phases.join(", "));
+        let method = match explicit {
+            true => Method::ExplicitInertia { steps },
+            false => Method::BackwardEuler { steps },
+        };
+        run_spheres(&text, method).unwrap()
+    };
+    for explicit in [false, true] {
+        let whole = in_legs(&[1.0], 20, explicit);
+        let halves = in_legs(&[0.5, 0.5], 10, explicit);
+        assert_abs_diff_eq!(whole.net(0), halves.net(0), epsilon = 1e-14);
+    }
 }

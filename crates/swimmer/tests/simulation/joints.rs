@@ -5,17 +5,14 @@ use std::f64::consts::{PI, TAU};
 use crate::strokes::FREE;
 use crate::support::three_spheres;
 use nalgebra::Vector3;
-use swimmer::models::Hydrodynamics;
-use swimmer::{Method, Outcome, Scene, choose, continue_from, start_of_gait};
+use swimmer::{Method, Outcome, Scene, choose, simulate};
 
 /// Runs the gait, from the periodic state if the scene says so.
 fn run(text: &str) -> Outcome {
     let scene = Scene::parse(text).unwrap();
     let mut model = choose(&scene).unwrap().model;
     let method = Method::of(&scene);
-    let mut ignore = |_: &_, _: &dyn Hydrodynamics| Ok(());
-    let interim = start_of_gait(&scene, model.as_mut(), method, &mut ignore).unwrap();
-    continue_from(&scene, model.as_mut(), method, &mut (), interim).unwrap()
+    simulate(&scene, model.as_mut(), method, &mut ()).unwrap()
 }
 
 /// Displacement of the first body.
@@ -315,4 +312,30 @@ fn a_joint_without_a_spring_has_no_periodic_state() {
         message.contains("gait.periodic") && message.contains("motor"),
         "{message}"
     );
+}
+
+/// A method without inertia ignores masses: their velocities are no part of its periodic state.
+#[test]
+fn the_periodic_state_of_a_massless_method_has_no_velocities() {
+    let text = format!(
+        "{}mass = 1e-9\n{}",
+        sphere("left", [-3.0, 0.0, 0.0]),
+        [
+            sphere("right", [3.0, 0.0, 0.0]),
+            "[[links]]\nname = \"arm\"\nbody = \"right\"\nto = \"left\"\n[gait]\nperiodic = true\n\
+             period = 1\n[[gait.harmonics]]\nlink = \"arm\"\namplitude = 1\n"
+                .to_owned(),
+            MULTIPOLES.to_owned(),
+        ]
+        .concat()
+    );
+    let scene = Scene::parse(&text).unwrap();
+    let net = |method| {
+        let mut model = choose(&scene).unwrap().model;
+        let outcome = simulate(&scene, model.as_mut(), method, &mut ()).unwrap();
+        outcome.displacement[0].norm()
+    };
+    for method in [Method::Collocation, Method::BackwardEuler { steps: 4 }] {
+        assert!(net(method) < 1e-6, "{method:?}");
+    }
 }

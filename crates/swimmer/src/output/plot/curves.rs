@@ -1,43 +1,45 @@
-//! The upper half of the plot: displacements against time.
+//! The upper half of the plot: displacements or angles against time.
 
-use nalgebra::Vector3;
 use plotters::prelude::*;
 use scene::{LengthPath, Scene};
 
-use super::style::{Area, BAND, COLOURS, FAINT, GREY, INK, font, px};
+use super::quantity::Quantity;
+use super::style::{Area, BAND, COLOURS, FAINT, GREY, INK, font, px, rounded, short};
 use crate::outcome::Outcome;
 
 /// Largest number of phases with labels: more would overlap.
 const MAX_LABELS: usize = 12;
 
-/// Draws the displacement of every body along `axis`.
+/// Height of a line of the legend in pixels.
+const LINE: u32 = 20;
+
+/// Largest number of lines of the legend; further bodies are counted only.
+const MAX_LINES: u32 = 2;
+
+/// Draws the quantity for every body, under a title and a legend.
 pub(super) fn draw(
     area: &Area,
     scene: &Scene,
     outcome: &Outcome,
-    axis: &Vector3<f64>,
+    quantity: &Quantity,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let origin = &outcome.curve[0].1;
-    let value = |body: usize, x: &Vector3<f64>| (x - origin[body]).dot(axis);
+    let curve = quantity.curve(outcome);
+    let points = quantity.points(outcome);
     let end = scene.gait().duration();
-    let all = outcome
-        .curve
-        .iter()
-        .flat_map(|(_, x)| x.iter().enumerate().map(|(b, x)| value(b, x)));
+    let all = curve.iter().chain(&points).flat_map(|(_, values)| values);
     let (low, high) = all.fold((0.0_f64, 0.0_f64), |(low, high), v| {
-        (low.min(v), high.max(v))
+        (low.min(*v), high.max(*v))
     });
     // Without any motion the axis still needs some height.
     let margin = 0.08 * (high - low).max(1e-9);
     let (low, high) = (low - margin, high + 1.6 * margin);
-    let title = format!(
-        "{}: displacement of the bodies {}",
-        scene.name(),
-        axis_name(axis)
-    );
-    let mut chart = ChartBuilder::on(area)
+    let title = format!("{}: {}", scene.name(), quantity.title());
+    area.draw(&Text::new(title, at(14, 10), font(20, &INK)))?;
+    let net = curve.last().map_or(&[][..], |(_, values)| values);
+    let lines = legend(area, scene, net)?;
+    let (_, area) = area.split_vertically(px(40 + LINE * lines));
+    let mut chart = ChartBuilder::on(&area)
         .margin(px(14))
-        .caption(title, font(20, &INK))
         .x_label_area_size(px(46))
         .y_label_area_size(px(70))
         .build_cartesian_2d(0.0..end, low..high)?;
@@ -69,70 +71,72 @@ pub(super) fn draw(
         .set_all_tick_mark_size(px(5))
         .label_style(font(14, &INK))
         .x_desc("time (the scene's unit)")
-        .y_desc("displacement (the scene's unit of length)")
+        .y_desc(quantity.label())
+        .y_label_formatter(&|v| {
+            short(if v.abs() < 1e-9 * (high - low) {
+                0.0
+            } else {
+                *v
+            })
+        })
         .draw()?;
-    for (number, body) in scene.bodies().iter().enumerate() {
-        let colour = COLOURS[number % COLOURS.len()];
-        let curve = outcome
-            .curve
-            .iter()
-            .map(|(time, x)| (*time, value(number, &x[number])));
-        let net = outcome.displacement[number].dot(axis);
-        chart
-            .draw_series(LineSeries::new(curve, colour.stroke_width(px(2))))?
-            .label(format!("{}: net {net:+.5}", body.name))
-            .legend(move |(x, y)| {
-                PathElement::new([(x, y), (x + px(18) as i32, y)], colour.stroke_width(px(3)))
-            });
-        let solved = outcome
-            .samples
-            .iter()
-            .filter(|sample| sample.bodies.is_some());
-        let points = solved.map(|sample| {
-            (
-                sample.time,
-                value(number, &sample.poses[number].translation.vector),
-            )
-        });
+    for body in 0..scene.bodies().len() {
+        let colour = COLOURS[body % COLOURS.len()];
+        let of_body = |(time, values): &(f64, Vec<f64>)| (*time, values[body]);
+        chart.draw_series(LineSeries::new(
+            curve.iter().map(of_body),
+            colour.stroke_width(px(2)),
+        ))?;
+        let points = points.iter().map(of_body);
         chart.draw_series(points.map(|at| Circle::new(at, px(3), colour.filled())))?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::LowerRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(FAINT)
-        .legend_area_size(px(26))
-        .margin(px(8))
-        .label_font(font(14, &INK))
-        .draw()?;
     Ok(())
+}
+
+/// Draws the colour, name and value at the end of each body, and returns the number of lines.
+fn legend(area: &Area, scene: &Scene, net: &[f64]) -> Result<u32, Box<dyn std::error::Error>> {
+    let (width, _) = area.dim_in_pixel();
+    let (mut x, mut line) = (14, 0);
+    for (number, (body, net)) in scene.bodies().iter().zip(net).enumerate() {
+        let text = format!("{} {:+.5}", body.name, rounded(*net, 5));
+        // Letters of this font are about half as wide as high.
+        let needed = 32 + 8 * text.chars().count() as u32;
+        if px(x + needed + 100) > width && line + 1 == MAX_LINES {
+            let more = format!("and {} more", scene.bodies().len() - number);
+            area.draw(&Text::new(more, at(x, 40 + LINE * line), font(14, &INK)))?;
+            break;
+        }
+        if px(x + needed) > width && x > 14 {
+            (x, line) = (14, line + 1);
+        }
+        let y = 40 + LINE * line;
+        let colour = COLOURS[number % COLOURS.len()];
+        let stroke = [at(x, y + 8), at(x + 18, y + 8)];
+        area.draw(&PathElement::new(stroke, colour.stroke_width(px(3))))?;
+        area.draw(&Text::new(text, at(x + 24, y), font(14, &INK)))?;
+        x += needed + 12;
+    }
+    Ok(line + 1)
+}
+
+/// A place in pixels.
+fn at(x: u32, y: u32) -> (i32, i32) {
+    (px(x) as i32, px(y) as i32)
 }
 
 fn phase_label(scene: &Scene, phase: usize) -> String {
     let path = &scene.gait().phases[phase].path;
     let name = |link: usize| &scene.articulation().links()[link].name;
     match path {
-        LengthPath::Linear(changes) if changes.is_empty() => "constant lengths".to_owned(),
+        LengthPath::Linear(changes) if changes.is_empty() => String::new(),
         LengthPath::Linear(changes) => {
             let labels = changes
                 .iter()
-                .map(|&(link, length)| format!("{} to {length}", name(link)));
+                .map(|&(link, length)| format!("{} to {}", name(link), short(length)));
             labels.collect::<Vec<_>>().join(", ")
         }
         LengthPath::Cubic(_) => format!("row {}", phase + 2),
+        LengthPath::Own(_) => format!("path {}", phase + 1),
         LengthPath::Harmonic { span, .. } => format!("to {} of a period", span.1),
     }
-}
-
-fn axis_name(axis: &Vector3<f64>) -> String {
-    for (name, unit) in [
-        ("x", Vector3::x()),
-        ("y", Vector3::y()),
-        ("z", Vector3::z()),
-    ] {
-        if (axis - unit).norm() < 1e-9 {
-            return format!("along {name}");
-        }
-    }
-    format!("along ({:.2}, {:.2}, {:.2})", axis.x, axis.y, axis.z)
 }

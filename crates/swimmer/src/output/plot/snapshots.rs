@@ -1,10 +1,11 @@
-//! The lower half of the plot: the bodies at the ends of phases.
+//! The lower half of the plot: the bodies at the ends of phases, or at some times of a single one.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use plotters::prelude::*;
 use scene::{Scene, Shape};
 
-use super::style::{Area, COLOURS, GREY, INK, font, px};
+use super::quantity::Quantity;
+use super::style::{Area, COLOURS, GREY, INK, font, px, short};
 use crate::outcome::{Outcome, Sample};
 
 /// Largest number of snapshots: more would be too small.
@@ -15,35 +16,13 @@ pub(super) fn draw(
     area: &Area,
     scene: &Scene,
     outcome: &Outcome,
-    axis: &Vector3<f64>,
+    quantity: &Quantity,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let phases = scene.gait().phases.len();
-    let ends: Vec<&Sample> = outcome
-        .samples
-        .iter()
-        .filter(|sample| sample.bodies.is_none())
-        .collect();
-    let Some((&last, first)) = ends.split_last() else {
+    let Some(shots) = shots(scene, outcome) else {
         return Ok(());
     };
-    let mut shots: Vec<(String, &Sample)> = first
-        .iter()
-        .take(phases.min(MAX_SNAPSHOTS - 1))
-        .enumerate()
-        .map(|(k, sample)| {
-            (
-                if k == 0 {
-                    "start".to_owned()
-                } else {
-                    format!("after phase {k}")
-                },
-                *sample,
-            )
-        })
-        .collect();
-    shots.push(("end".to_owned(), last));
-    let across = side_axis(outcome, axis);
-    let flat = |x: &Vector3<f64>| (x.dot(axis), x.dot(&across));
+    let [axis, across] = quantity.plane(scene, outcome);
+    let flat = |x: &Vector3<f64>| (x.dot(&axis), x.dot(&across));
     // Bounding rectangle of the bodies in all snapshots.
     let (mut left, mut right, mut low, mut high) = (f64::MAX, f64::MIN, f64::MAX, f64::MIN);
     for (_, sample) in &shots {
@@ -67,7 +46,7 @@ pub(super) fn draw(
     let scale = scale_of(columns, lines);
     let (cell_width, cell_height) = (width / columns as f64, height / lines as f64);
     area.draw(&Text::new(
-        "the swimmer at the ends of phases, to scale",
+        "the bodies, to scale",
         (px(14) as i32, px(8) as i32),
         font(16, &INK),
     ))?;
@@ -117,7 +96,7 @@ pub(super) fn draw(
                     }
                 }
                 _ => {
-                    let outline = outline(shape, &sample.poses[body], axis, &across);
+                    let outline = outline(shape, &sample.poses[body], &axis, &across);
                     let corners: Vec<_> = outline.map(|x| pixel(&x)).collect();
                     area.draw(&Polygon::new(corners, colour.filled()))?;
                 }
@@ -125,6 +104,42 @@ pub(super) fn draw(
         }
     }
     Ok(())
+}
+
+/// Names and samples: the start, the ends of the first phases and the end, or, for a single phase,
+/// times at about equal distances.
+fn shots<'a>(scene: &Scene, outcome: &'a Outcome) -> Option<Vec<(String, &'a Sample)>> {
+    let phases = scene.gait().phases.len();
+    let is_end = |sample: &&Sample| sample.bodies.is_none();
+    let ends: Vec<&Sample> = outcome.samples.iter().filter(is_end).collect();
+    let (&last, first) = ends.split_last()?;
+    let mut shots: Vec<(String, &Sample)> = if ends.len() > 2 {
+        let first = first.iter().take(phases.min(MAX_SNAPSHOTS - 1)).enumerate();
+        let name = |k| {
+            if k == 0 {
+                "start".to_owned()
+            } else {
+                format!("after phase {k}")
+            }
+        };
+        first.map(|(k, sample)| (name(k), *sample)).collect()
+    } else {
+        let times =
+            (0..MAX_SNAPSHOTS - 1).map(|k| last.time * k as f64 / (MAX_SNAPSHOTS - 1) as f64);
+        let nearest = times.filter_map(|time| {
+            let off = |sample: &&Sample| (sample.time - time).abs();
+            outcome
+                .samples
+                .iter()
+                .min_by(|a, b| off(a).total_cmp(&off(b)))
+        });
+        nearest
+            .map(|sample| (format!("time {}", short(sample.time)), sample))
+            .collect()
+    };
+    shots.dedup_by(|a, b| a.1.time == b.1.time);
+    shots.push(("end".to_owned(), last));
+    Some(shots)
 }
 
 /// The outline of a convex body projected onto the plane of `axis` and `across`.
@@ -140,26 +155,4 @@ fn outline<'a>(
         let direction = axis * angle.cos() + across * angle.sin();
         pose.translation.vector + shape.support_point(&pose.rotation, &direction)
     })
-}
-
-/// A unit vector normal to the axis, in the plane of the bodies if they span one.
-fn side_axis(outcome: &Outcome, axis: &Vector3<f64>) -> Vector3<f64> {
-    let start = &outcome.curve[0].1;
-    let off = start
-        .iter()
-        .map(|x| (x - start[0]) - axis * (x - start[0]).dot(axis));
-    let widest = off
-        .max_by(|a, b| a.norm().total_cmp(&b.norm()))
-        .unwrap_or_else(Vector3::zeros);
-    let any = if axis.y.abs() < 0.9 {
-        Vector3::y()
-    } else {
-        Vector3::z()
-    };
-    let across = if widest.norm() > 1e-9 {
-        widest
-    } else {
-        any - axis * any.dot(axis)
-    };
-    across.normalize()
 }

@@ -2,8 +2,10 @@
 
 /// A Gauss-Legendre quadrature rule on [0, 1].
 #[derive(Clone, Debug)]
-pub(super) struct Gauss {
+pub(crate) struct Gauss {
+    /// Points of the rule, increasing.
     pub nodes: Vec<f64>,
+    /// Weights of the points; their sum is one.
     pub weights: Vec<f64>,
 }
 
@@ -33,21 +35,23 @@ impl Gauss {
     ///
     /// The rule integrates them exactly, because their degree is one below its number of points.
     pub fn integrals(&self, nodes: &[f64], s: f64) -> Vec<f64> {
-        let basis = |i: usize, x: f64| -> f64 {
-            let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
-            others
-                .map(|(_, node)| (x - node) / (nodes[i] - node))
-                .product()
-        };
         let integral = |i: usize| -> f64 {
             self.nodes
                 .iter()
                 .zip(&self.weights)
-                .map(|(c, w)| s * w * basis(i, s * c))
+                .map(|(c, w)| s * w * lagrange(nodes, i, s * c))
                 .sum()
         };
         (0..nodes.len()).map(integral).collect()
     }
+}
+
+/// The Lagrange polynomial at `x` that is one at `nodes[i]` and zero at the other nodes.
+pub(crate) fn lagrange(nodes: &[f64], i: usize, x: f64) -> f64 {
+    let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
+    others
+        .map(|(_, node)| (x - node) / (nodes[i] - node))
+        .product()
 }
 
 /// Value and derivative of the Legendre polynomial of degree `n` at `x` inside (-1, 1).

@@ -1,0 +1,130 @@
+//! Masses and momenta of bodies.
+
+use models::BodyInertia;
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector6};
+use rigid::{ExternalLoad, Reduction, State};
+use scene::Scene;
+
+use super::leg_evaluator::LegEvaluator;
+use super::leg_solution::LegSolution;
+use crate::error::SwimError;
+
+/// Velocities `(U, ω)` of all bodies of the scene.
+pub(super) type Velocities = Vec<Vector6<f64>>;
+
+/// Mass over Stokes drag: bodies of other shapes and among others relax faster than a sphere of
+/// their smallest size alone.
+pub(crate) fn relaxation_time(scene: &Scene) -> f64 {
+    let times = scene.bodies().iter().filter_map(|body| {
+        let (mass, _) = body.mass_matrix()?;
+        let drag = 6.0 * std::f64::consts::PI * scene.viscosity() * body.bounding_radius();
+        Some(mass / drag)
+    });
+    times.fold(0.0, f64::max)
+}
+
+/// Velocities of the bodies in a solution.
+pub(super) fn velocities_of(solution: &LegSolution) -> Velocities {
+    let twist = |body: &models::BodySolution| {
+        let mut twist = Vector6::zeros();
+        twist.fixed_rows_mut::<3>(0).copy_from(&body.velocity);
+        twist
+            .fixed_rows_mut::<3>(3)
+            .copy_from(&body.angular_velocity);
+        twist
+    };
+    solution.solution.bodies.iter().map(twist).collect()
+}
+
+/// The terms of an implicit step of this `time` from known momenta: `dp/dt = (M U - p) / time`.
+pub(super) fn implicit_terms(
+    masses: &[Matrix6<f64>],
+    known: &Velocities,
+    time: f64,
+) -> Vec<BodyInertia> {
+    let scale = 1.0 / time;
+    let term = |(mass, momentum): (&Matrix6<f64>, &Vector6<f64>)| {
+        let load = scale * momentum;
+        BodyInertia {
+            damping: scale * mass,
+            load: ExternalLoad {
+                force: load.fixed_rows::<3>(0).into(),
+                torque: load.fixed_rows::<3>(3).into(),
+            },
+        }
+    };
+    masses.iter().zip(known).map(term).collect()
+}
+
+/// Mass matrices of all bodies in the laboratory axes; zero for bodies without mass.
+pub(super) fn mass_matrices(
+    evaluator: &LegEvaluator,
+    s: f64,
+    state: &State,
+) -> Result<Vec<Matrix6<f64>>, SwimError> {
+    let scene = evaluator.scene;
+    let poses = scene
+        .articulation()
+        .place(state, &evaluator.leg.lengths(s))?;
+    let matrix = |(body, pose): (&scene::Body, &nalgebra::Isometry3<f64>)| {
+        let mut matrix = Matrix6::zeros();
+        if let Some((mass, inertia)) = body.mass_matrix() {
+            let rotation = pose.rotation.to_rotation_matrix();
+            let inertia = rotation.matrix() * inertia * rotation.matrix().transpose();
+            (matrix.fixed_view_mut::<3, 3>(0, 0)).copy_from(&(mass * Matrix3::identity()));
+            matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
+        }
+        matrix
+    };
+    Ok(scene.bodies().iter().zip(&poses).map(matrix).collect())
+}
+
+pub(super) fn momenta(
+    evaluator: &LegEvaluator,
+    s: f64,
+    state: &State,
+    velocities: &Velocities,
+) -> Result<Velocities, SwimError> {
+    let masses = mass_matrices(evaluator, s, state)?;
+    Ok(masses.iter().zip(velocities).map(|(m, u)| m * u).collect())
+}
+
+/// The velocities after the impulse by which links enforce the rates at the start of the leg.
+///
+/// Of all velocities `S v + W` that the links allow, those are taken whose momenta differ from
+/// those before by an impulse of the links alone: `S^T M (S v + W - U) = 0`.
+pub(super) fn after_impulse(
+    evaluator: &LegEvaluator,
+    state: &State,
+    velocities: &Velocities,
+) -> Result<Velocities, SwimError> {
+    let set = evaluator.scene.articulation();
+    let (lengths, rates) = (evaluator.leg.lengths(0.0), evaluator.leg.rates(0.0));
+    let constraints = set.constraints(state, &lengths, &rates)?;
+    let reduction = Reduction::of(set, &constraints)?;
+    let masses = mass_matrices(evaluator, 0.0, state)?;
+    let surfaced: Vec<usize> = (0..masses.len())
+        .filter(|&body| evaluator.scene.bodies()[body].bounding_radius() > 0.0)
+        .collect();
+    let (basis, offset) = (&reduction.surface_basis, &reduction.surface_offset);
+    let mut mass = DMatrix::zeros(basis.ncols(), basis.ncols());
+    let mut rhs = DVector::zeros(basis.ncols());
+    for (number, &body) in surfaced.iter().enumerate() {
+        let rows = basis.fixed_rows::<6>(6 * number);
+        mass += rows.transpose() * (masses[body] * rows);
+        let difference = velocities[body] - offset.fixed_rows::<6>(6 * number);
+        rhs += rows.transpose() * (masses[body] * difference);
+    }
+    // Motions without mass follow the flow at once, whatever they are here.
+    let scale = mass.amax();
+    let v = match mass.svd(true, true).solve(&rhs, 1e-12 * scale) {
+        Ok(v) => v,
+        Err(_) => DVector::zeros(basis.ncols()),
+    };
+    let after = basis * v + offset;
+    let mut result = velocities.clone();
+    for (number, &body) in surfaced.iter().enumerate() {
+        result[body] = after.fixed_rows::<6>(6 * number).into();
+    }
+    Ok(result)
+}
