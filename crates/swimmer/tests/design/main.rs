@@ -3,3 +3,4 @@
 mod learned;
 mod optimal;
 mod sensitivities;
+mod turning;
