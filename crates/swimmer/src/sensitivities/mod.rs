@@ -54,10 +54,12 @@ pub fn sensitivities(
     scene: &Scene,
     progress: &mut dyn DesignProgress,
 ) -> Result<Vec<Sensitivity>, SwimError> {
+    let parameters = parameters(scene)?;
+    let (scene, direction) = comparable(scene)?;
     let mut found = Vec::new();
-    for parameter in parameters(scene)? {
+    for parameter in parameters {
         progress.begins(&format!("sensitivity to the {}", parameter.name));
-        found.push(sensitivity(scene, parameter)?);
+        found.push(derivative(&scene, &direction, parameter)?);
         if progress.is_interrupted() {
             return Err(SwimError::Stopped {
                 what: format!("{} sensitivities", found.len()),
@@ -79,29 +81,32 @@ pub fn sensitivities(
 /// A net displacement that cannot be distinguished from zero, changed scenes in which bodies touch,
 /// errors of the model and the integration.
 pub fn sensitivity(scene: &Scene, parameter: Parameter) -> Result<Sensitivity, SwimError> {
-    let scene = comparable(scene)?;
-    let net = net_displacement(&scene)?;
-    if net.vector.norm() <= net.bar {
-        return Err(SwimError::NotApplicable {
-            place: scene.place("gait"),
-            problem: format!(
-                "the net displacement, {:.1e} +- {:.1e}, has no direction in which it could change",
-                net.vector.norm(),
-                net.bar
-            ),
-        });
-    }
-    let direction = net.vector.normalize();
+    let (scene, direction) = comparable(scene)?;
+    derivative(&scene, &direction, parameter)
+}
+
+/// Derivative of the component of the net displacement along `direction`.
+fn derivative(
+    scene: &Scene,
+    direction: &Vector3<f64>,
+    parameter: Parameter,
+) -> Result<Sensitivity, SwimError> {
     let difference = |step: f64| -> Result<(f64, f64), SwimError> {
-        let at = |value: f64| net_displacement(&parameter.set(&scene, value)?);
+        let at = |value: f64| net_displacement(&parameter.set(scene, value)?);
         let (above, below) = (at(parameter.value + step)?, at(parameter.value - step)?);
-        let change = (above.vector - below.vector).dot(&direction);
+        let change = (above.vector - below.vector).dot(direction);
         Ok((
             change / (2.0 * step),
             (above.bar + below.bar) / (2.0 * step),
         ))
     };
-    let step = STEP * parameter.value.abs();
+    // Only angles can be zero: the rest value of a spring in a hinge. Their unit is the radian.
+    let size = if parameter.value == 0.0 {
+        1.0
+    } else {
+        parameter.value.abs()
+    };
+    let step = STEP * size;
     let (coarse, fine) = (difference(step)?, difference(0.5 * step)?);
     let derivative = (4.0 * fine.0 - coarse.0) / 3.0;
     Ok(Sensitivity {
@@ -111,8 +116,9 @@ pub fn sensitivity(scene: &Scene, parameter: Parameter) -> Result<Sensitivity, S
     })
 }
 
-/// The scene with a tighter tolerance and a fixed model, which changes with parameters otherwise.
-fn comparable(scene: &Scene) -> Result<Scene, SwimError> {
+/// The scene with a tighter tolerance and a fixed model, which changes with parameters otherwise,
+/// and the direction of its net displacement.
+fn comparable(scene: &Scene) -> Result<(Scene, Vector3<f64>), SwimError> {
     let tolerance = (TOLERANCE * scene.model().tolerance).max(1e-9);
     let mut fixed = scene.with_tolerance(tolerance)?;
     if scene.model().kind == ModelKind::Auto {
@@ -125,7 +131,18 @@ fn comparable(scene: &Scene) -> Result<Scene, SwimError> {
         document.set(&format!("model.kind={kind}"))?;
         fixed = Scene::from_document(document)?;
     }
-    Ok(fixed)
+    let net = net_displacement(&fixed)?;
+    if net.vector.norm() <= net.bar {
+        return Err(SwimError::NotApplicable {
+            place: fixed.place("gait"),
+            problem: format!(
+                "the net displacement, {:.1e} +- {:.1e}, has no direction in which it could change",
+                net.vector.norm(),
+                net.bar
+            ),
+        });
+    }
+    Ok((fixed, net.vector.normalize()))
 }
 
 fn net_displacement(scene: &Scene) -> Result<Net, SwimError> {
