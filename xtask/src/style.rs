@@ -17,7 +17,7 @@ pub fn run() -> Result<()> {
     eprintln!("== widths of comments, lengths of files");
     let root = root();
     let mut violations = Vec::new();
-    for folder in ["crates", "xtask", "fuzz"] {
+    for folder in ["crates", "xtask", "fuzz", "python"] {
         for file in rust_files(&root.join(folder))? {
             let text = read(&file)?;
             let name = file.strip_prefix(&root).unwrap_or(&file).display();

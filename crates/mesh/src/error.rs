@@ -357,6 +357,15 @@ pub enum MeshError {
         /// Position of the failure.
         at: [f64; 3],
     },
+    /// The command `gmsh` made no mesh.
+    #[error(
+        "gmsh made no mesh: {problem}; install Gmsh (for example by `pip install gmsh`) so that its \
+         command is found, or choose fem.mesher = \"auto\""
+    )]
+    Gmsh {
+        /// What went wrong, in its own words if it gave any.
+        problem: String,
+    },
     /// A surface that the faces of the generated tets do not follow.
     #[error(
         "the mesh near ({:.4}, {:.4}, {:.4}) does not follow the surface of '{body}'; use a smaller \

@@ -9,6 +9,7 @@ mod generate;
 mod io;
 mod jacobian;
 mod linear_tets;
+mod point_location;
 mod quadratic_tets;
 mod quality;
 mod regions;
@@ -24,12 +25,13 @@ pub use error::MeshError;
 pub use file_location::FileLocation;
 pub use generate::{
     Container, GenerateParams, Generated, MeshedBody, MovedBody, SizeMap, StageSeconds, clearance,
-    generate, generate_sized, remesh,
+    generate, generate_sized, remesh, remesh_by_gmsh,
 };
 pub use io::{MshFile, Pvd, SurfaceFormat, Vtu, VtuEncoding};
 pub use jacobian::scaled_jacobian_bound;
 pub use linear_tets::LinearTets;
 pub use nalgebra;
+pub use point_location::{CellPoint, PointLocator};
 pub use quadratic_tets::QuadraticTets;
 pub use quality::{Quality, dihedral_angles, mean_ratio};
 pub use regions::Regions;

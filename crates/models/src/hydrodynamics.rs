@@ -1,7 +1,7 @@
 //! The interface between scenes and models of the flow.
 
 use mesh::TetMesh;
-use nalgebra::{DMatrix, Matrix6};
+use nalgebra::{DMatrix, Matrix6, Vector3};
 use rigid::{ExternalLoad, State, StateVelocity};
 use scene::Scene;
 use serde::de::DeserializeOwned;
@@ -10,7 +10,7 @@ use stokes::Dofs;
 
 use crate::error::ModelError;
 use crate::rough_model::RoughModel;
-use crate::solution::{FlowField, InstantaneousSolution};
+use crate::solution::{FlowField, InstantaneousSolution, PointFlow};
 
 /// Positions of the bodies: the state of the articulated set and the values of its joints.
 #[derive(Clone, Copy, Debug)]
@@ -224,6 +224,14 @@ pub trait Hydrodynamics: Send {
         false
     }
 
+    /// A copy of the model, to solve for several configurations in parallel.
+    ///
+    /// Solutions of the copy are bitwise those of the model. `None`, the default, for models whose
+    /// solutions depend on earlier ones or fill all threads by themselves.
+    fn duplicate(&self) -> Option<Box<dyn Hydrodynamics>> {
+        None
+    }
+
     /// Grand resistance matrix of the bodies with surfaces, without their links.
     ///
     /// `F = R U` in the scene's units, with six entries per body: `(U, ω)` and `(F, T)`. Its
@@ -237,6 +245,19 @@ pub trait Hydrodynamics: Send {
             what: format!("the grand resistance by the model '{}'", self.name()),
             instead: "use model.kind = \"fem\"".to_owned(),
         })
+    }
+
+    /// Error bars of the entries of [`Hydrodynamics::resistance`]; `None` if they are not
+    /// estimated.
+    ///
+    /// # Errors
+    /// Those of [`Hydrodynamics::resistance`].
+    fn resistance_errors(
+        &mut self,
+        configuration: Configuration<'_>,
+    ) -> Result<Option<DMatrix<f64>>, ModelError> {
+        let _ = configuration;
+        Ok(None)
     }
 
     /// Velocities for a unit force on each passive joint, all else at rest and without loads.
@@ -284,6 +305,20 @@ pub trait Hydrodynamics: Send {
     ) -> Result<FlowField, ModelError> {
         self.solve_one(configuration, rates)?;
         self.last_flow().ok_or(ModelError::NoMesh)
+    }
+
+    /// Velocity and pressure at points, in their order; `None` for a point outside the fluid, or
+    /// outside the mesh.
+    ///
+    /// # Errors
+    /// Those of [`Hydrodynamics::flow`].
+    fn flow_at(
+        &mut self,
+        configuration: Configuration<'_>,
+        rates: &[f64],
+        points: &[Vector3<f64>],
+    ) -> Result<Vec<Option<PointFlow>>, ModelError> {
+        Ok(self.flow(configuration, rates)?.at(points))
     }
 
     /// State that later solutions depend on, besides the query.

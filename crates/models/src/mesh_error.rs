@@ -23,7 +23,7 @@ pub struct MeshError {
 }
 
 /// Uncertainty of an estimated discretisation error.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Uncertainty {
     /// Relative uncertainty of all parts of the estimate.
     pub relative: f64,

@@ -11,6 +11,7 @@ use crate::units::Scale;
 use scene::{Body, Scene};
 
 /// Bodies, links and loads of a scene in scaled units.
+#[derive(Clone)]
 pub(crate) struct ScaledScene {
     /// The scene, in its own units.
     pub scene: Scene,

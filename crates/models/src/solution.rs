@@ -1,6 +1,6 @@
 //! Solutions of models: motion and forces, with their error bars.
 
-use mesh::TetMesh;
+use mesh::{PointLocator, TetMesh};
 use nalgebra::{UnitQuaternion, Vector3};
 use rigid::StateVelocity;
 use serde::{Deserialize, Serialize};
@@ -267,6 +267,15 @@ impl BodySolution {
     }
 }
 
+/// Velocity and pressure at a point of the fluid, in the scene's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointFlow {
+    /// Velocity.
+    pub velocity: Vector3<f64>,
+    /// Pressure; `None` for models that do not compute it.
+    pub pressure: Option<f64>,
+}
+
 /// A velocity and pressure field on the nodes of a mesh, in the scene's units.
 #[derive(Clone, Debug)]
 pub struct FlowField {
@@ -276,4 +285,23 @@ pub struct FlowField {
     pub velocity: Vec<Vector3<f64>>,
     /// Pressure at every vertex of the mesh; empty for models that do not compute it.
     pub pressure: Vec<f64>,
+}
+
+impl FlowField {
+    /// Velocity and pressure at points, interpolated as the elements are; `None` for a point
+    /// outside the mesh.
+    pub fn at(&self, points: &[Vector3<f64>]) -> Vec<Option<PointFlow>> {
+        let locator = PointLocator::new(&self.mesh);
+        let values = |x: &Vector3<f64>| {
+            let found = locator.locate(x)?;
+            let nodes = self.mesh.cells()[found.cell].map(|node| node as usize);
+            let weighted = nodes.iter().zip(found.quadratic());
+            let velocity = weighted.map(|(node, n)| n * self.velocity[*node]).sum();
+            let vertices = nodes.iter().zip(found.barycentric);
+            let pressure = (!self.pressure.is_empty())
+                .then(|| vertices.map(|(node, l)| l * self.pressure[*node]).sum());
+            Some(PointFlow { velocity, pressure })
+        };
+        points.iter().map(values).collect()
+    }
 }

@@ -69,6 +69,26 @@ impl Joint {
         }
     }
 
+    /// The same joint of bodies that are elsewhere by `shift`.
+    #[must_use]
+    pub fn translated(self, shift: &Vector3<f64>) -> Self {
+        match self {
+            Self::Slide | Self::Fixed => self,
+            Self::Turn {
+                axis,
+                pivot,
+                advance,
+            } => Self::Turn {
+                axis,
+                pivot: pivot + shift,
+                advance,
+            },
+            Self::Ball { pivot } => Self::Ball {
+                pivot: pivot + shift,
+            },
+        }
+    }
+
     /// Number of scalar constraints: three of the relative translation, three of the rotation.
     pub(crate) fn rows(&self) -> usize {
         match self {

@@ -53,6 +53,6 @@ pub use shape::Shape;
 pub use surface_shape::SurfaceShape;
 pub use words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FormulationKind, GaitKind,
-    GeometryKind, InterpolationKind, MeshMotionKind, MirrorKind, ModelKind, ShapeKind, SolverKind,
-    SurfaceKind,
+    GeometryKind, InterpolationKind, MeshMotionKind, MesherKind, MirrorKind, ModelKind, ShapeKind,
+    SolverKind, SurfaceKind,
 };

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::words::{
-    AcceptKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MirrorKind,
-    ModelKind, SolverKind,
+    AcceptKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MesherKind,
+    MirrorKind, ModelKind, SolverKind,
 };
 
 /// Options of the flow model: the group `model` of a scene file.
@@ -60,6 +60,8 @@ pub struct FemOptions {
     pub geometry: GeometryKind,
     /// Method by which the mesh moves with the bodies.
     pub mesh_motion: MeshMotionKind,
+    /// Program that meshes the fluid again inside the walls of a mesh file.
+    pub mesher: MesherKind,
     /// Whether symmetry planes are used.
     pub mirror: MirrorKind,
 }
@@ -78,6 +80,7 @@ impl Default for FemOptions {
             estimates: EstimatesKind::default(),
             geometry: GeometryKind::default(),
             mesh_motion: MeshMotionKind::default(),
+            mesher: MesherKind::default(),
             mirror: MirrorKind::default(),
         }
     }

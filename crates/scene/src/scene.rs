@@ -251,8 +251,13 @@ impl Scene {
     /// This holds for one linkage in unbounded fluid at rest, without loads, slip and passive
     /// joints. With slip, the motion also depends on the speed at which the lengths change.
     pub fn is_free(&self) -> bool {
-        self.domain == Domain::Unbounded
-            && !self.has_loads()
+        self.domain == Domain::Unbounded && self.is_driven_by_shape()
+    }
+
+    /// Whether the motion depends on the values that the gait prescribes and on the place of the
+    /// swimmer alone: as [`Scene::is_free`], in any domain.
+    pub fn is_driven_by_shape(&self) -> bool {
+        !self.has_loads()
             && !self.has_surface_velocity()
             && self.articulation.linkages().len() == 1
             && !self.has_passive_joints()

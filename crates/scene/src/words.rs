@@ -37,6 +37,7 @@ words!(
     FormulationKind,
     SolverKind,
     MeshMotionKind,
+    MesherKind,
     GeometryKind,
     MirrorKind,
     EstimatesKind
@@ -317,6 +318,20 @@ pub enum MeshMotionKind {
     Biharmonic,
     /// Cubic radial basis functions.
     Rbf,
+}
+
+/// Program that meshes the fluid again inside the walls of a mesh file.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum MesherKind {
+    /// The generator of this project.
+    #[default]
+    Auto,
+    /// The command `gmsh`, where the generator of this project has no mesh.
+    Gmsh,
 }
 
 /// Shape of the elements at the surfaces of the bodies.

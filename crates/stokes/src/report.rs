@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Numbers of degrees of freedom; all zero for models without a mesh.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Dofs {
     /// Velocity components of the free nodes.
     pub velocity: usize,
@@ -14,7 +14,7 @@ pub struct Dofs {
 }
 
 /// How the linear system of a solution was solved.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct SolverReport {
     /// Name of the constraint formulation.
     pub formulation: String,

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod checkpoint;
+mod connection;
 pub mod design;
 mod error;
 mod gauss;
@@ -12,10 +13,13 @@ pub mod output;
 mod periodic;
 mod planning;
 mod run;
+pub mod sensitivities;
 mod simulate;
 mod start;
+mod templates;
 
 pub use checkpoint::Checkpoint;
+pub use connection::{Connection, connection};
 pub use error::SwimError;
 pub use integrate::{
     Integrator, LegResult, LegSolution, Method, PathPiece, TYPICAL_SOLVES_PER_LEG,
@@ -26,7 +30,10 @@ pub use outcome::{Interim, LegOutcome, Outcome, Sample};
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
 pub use planning::{Choice, MissedTarget, SizeSearch, choose, simulate_to_target, with_tables};
-pub use run::{Progress, Report, run};
+pub use run::{Progress, Report, run, run_without_files};
 pub use scene::{self, Gait, Leg, Phase, Scene, SceneError, legs};
 pub use simulate::{continue_from, simulate};
-pub use start::{solve_start, start_flow, start_resistance};
+pub use start::{
+    solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
+};
+pub use templates::TEMPLATES;

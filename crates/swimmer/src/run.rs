@@ -95,8 +95,28 @@ pub fn run(
 ) -> Result<Report, SwimError> {
     let started = Instant::now();
     scene.require_gait()?;
-    let mut checkpoint = resume.then(|| Checkpoint::read(out)).transpose()?;
+    let checkpoint = resume.then(|| Checkpoint::read(out)).transpose()?;
     let folder = Folder::create(out)?;
+    run_to_target(scene, Some(&folder), checkpoint, started, progress)
+}
+
+/// Runs the gait of a scene as [`run`] does, without a folder: no files, no checkpoint.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_without_files(scene: Scene, progress: &mut dyn Progress) -> Result<Report, SwimError> {
+    scene.require_gait()?;
+    run_to_target(scene, None, None, Instant::now(), progress)
+}
+
+/// Runs the gait until its error bar meets `fem.target`.
+fn run_to_target(
+    scene: Scene,
+    folder: Option<&Folder>,
+    mut checkpoint: Option<Checkpoint>,
+    started: Instant,
+    progress: &mut dyn Progress,
+) -> Result<Report, SwimError> {
     let mut search = SizeSearch::new(&scene)?;
     if let (Some(search), Some(checkpoint)) = (&mut search, &checkpoint) {
         search.continue_with(checkpoint.size_factor());
@@ -107,13 +127,13 @@ pub fn run(
             sized = search.apply(&scene)?;
             progress.chose_size_factor(target, search.size_factor());
         }
-        let report = run_once(sized, &folder, checkpoint.take(), progress)?;
+        let report = run_once(sized, folder, checkpoint.take(), progress)?;
         let missed = search
             .as_mut()
             .and_then(|search| search.refine(&report.outcome));
         let Some(missed) = missed else {
             let seconds = started.elapsed().as_secs_f64();
-            return Report { seconds, ..report }.finish(&folder);
+            return Report { seconds, ..report }.finish(folder);
         };
         progress.missed_target(&missed);
     }
@@ -122,7 +142,7 @@ pub fn run(
 /// Runs the gait of a scene with its element sizes, from its beginning or from a checkpoint.
 fn run_once(
     scene: Scene,
-    folder: &Folder,
+    folder: Option<&Folder>,
     checkpoint: Option<Checkpoint>,
     progress: &mut dyn Progress,
 ) -> Result<Report, SwimError> {
@@ -139,21 +159,25 @@ fn run_once(
                 };
             let method = Method::of(&scene);
             let interim = start_of_gait(&scene, model.as_mut(), method, &mut observe)?;
-            // If this run ends early, the summary of an older run must not be taken for its result.
-            folder.remove_old("summary.json")?;
-            Checkpoint::new(
-                &scene,
-                &interim.state,
-                &interim.outcome,
-                model.as_ref(),
-                &[],
-            )?
-            .write(folder)?;
-            (interim, FlowSeries::new(folder))
+            if let Some(folder) = folder {
+                // If this run ends early, the summary of an older run must not be taken for its
+                // result.
+                folder.remove_old("summary.json")?;
+                Checkpoint::new(
+                    &scene,
+                    &interim.state,
+                    &interim.outcome,
+                    model.as_ref(),
+                    &[],
+                )?
+                .write(folder)?;
+            }
+            (interim, folder.map(FlowSeries::new))
         }
         Some(checkpoint) => {
-            let (interim, flows) = checkpoint.restore(&scene, model.as_mut(), folder.path())?;
-            let flows = FlowSeries::resumed(folder, &flows);
+            let path = folder.map_or(Path::new(""), Folder::path);
+            let (interim, flows) = checkpoint.restore(&scene, model.as_mut(), path)?;
+            let flows = folder.map(|folder| FlowSeries::resumed(folder, &flows));
             (interim, flows)
         }
     };
@@ -161,8 +185,7 @@ fn run_once(
     progress.begins(&scene, done);
     let mut files = Files {
         scene: &scene,
-        folder,
-        flows,
+        output: folder.zip(flows),
         progress,
         done,
     };
@@ -179,7 +202,10 @@ fn run_once(
 
 impl Report {
     /// Writes the summary and checks the tolerance.
-    fn finish(self, folder: &Folder) -> Result<Self, SwimError> {
+    fn finish(self, folder: Option<&Folder>) -> Result<Self, SwimError> {
+        let Some(folder) = folder else {
+            return self.check_tolerance();
+        };
         let summary = summary_json(
             &self.scene,
             self.model,
@@ -206,12 +232,12 @@ impl Report {
     }
 }
 
-/// Writes the files of a run after every phase, so that a run that ends early leaves all completed
-/// phases.
+/// Writes the files of a run, if it has a folder, after every phase, so that a run that ends early
+/// leaves all completed phases.
 struct Files<'a> {
     scene: &'a Scene,
-    folder: &'a Folder,
-    flows: FlowSeries,
+    /// The folder, and the flows in it.
+    output: Option<(&'a Folder, FlowSeries)>,
     progress: &'a mut dyn Progress,
     /// Number of completed legs.
     done: usize,
@@ -232,8 +258,11 @@ impl Observer for Files<'_> {
             });
         }
         self.progress.solved(leg, solution);
+        let Some((_, flows)) = &mut self.output else {
+            return Ok(());
+        };
         match model.last_flow() {
-            Some(flow) => self.flows.add(solution.number, &flow),
+            Some(flow) => flows.add(solution.number, &flow),
             None => Ok(()),
         }
     }
@@ -245,20 +274,19 @@ impl Observer for Files<'_> {
         so_far: &Outcome,
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        self.flows
-            .finish_leg(leg, result, so_far.solves - result.solves)?;
-        let csv = trajectory_csv(self.scene, &so_far.samples);
-        self.folder
-            .write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
-        #[cfg(feature = "plots")]
-        {
-            let svg = trajectory_svg(self.scene, so_far)?;
-            self.folder
-                .write("trajectory.svg", |file| file.write_all(svg.as_bytes()))?;
+        if let Some((folder, flows)) = &mut self.output {
+            flows.finish_leg(leg, result, so_far.solves - result.solves)?;
+            let csv = trajectory_csv(self.scene, &so_far.samples);
+            folder.write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
+            #[cfg(feature = "plots")]
+            {
+                let svg = trajectory_svg(self.scene, so_far)?;
+                folder.write("trajectory.svg", |file| file.write_all(svg.as_bytes()))?;
+            }
+            // The checkpoint is written last, so that every file that it names is complete.
+            Checkpoint::new(self.scene, &result.end, so_far, model, flows.files())?
+                .write(folder)?;
         }
-        // The checkpoint is written last, so that every file that it names is complete.
-        let flows = self.flows.files();
-        Checkpoint::new(self.scene, &result.end, so_far, model, flows)?.write(self.folder)?;
         self.done = so_far.legs.len();
         self.progress.leg_done(leg, result);
         Ok(())

@@ -1,7 +1,9 @@
 //! The instantaneous solution at the start of a scene.
 
-use models::{Configuration, FlowField, Hydrodynamics, InstantaneousSolution, ModelError, Query};
-use nalgebra::DMatrix;
+use models::{
+    Configuration, FlowField, Hydrodynamics, InstantaneousSolution, ModelError, PointFlow, Query,
+};
+use nalgebra::{DMatrix, Vector3};
 use scene::{Scene, legs};
 
 use crate::error::SwimError;
@@ -46,6 +48,19 @@ pub fn start_resistance(
     })
 }
 
+/// Error bars of the entries of [`start_resistance`]; `None` if the model does not estimate them.
+///
+/// # Errors
+/// As [`start_resistance`].
+pub fn start_resistance_errors(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+) -> Result<Option<DMatrix<f64>>, SwimError> {
+    at_start(scene, model, |model, configuration, _| {
+        model.resistance_errors(configuration)
+    })
+}
+
 /// The flow field at the start of the scene.
 ///
 /// # Errors
@@ -53,6 +68,21 @@ pub fn start_resistance(
 pub fn start_flow(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<FlowField, SwimError> {
     at_start(scene, model, |model, configuration, rates| {
         model.flow(configuration, rates)
+    })
+}
+
+/// Velocity and pressure at points, at the start of the scene; `None` for a point outside the
+/// fluid, or outside the mesh.
+///
+/// # Errors
+/// As [`start_flow`].
+pub fn start_flow_at(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+    points: &[Vector3<f64>],
+) -> Result<Vec<Option<PointFlow>>, SwimError> {
+    at_start(scene, model, |model, configuration, rates| {
+        model.flow_at(configuration, rates, points)
     })
 }
 

@@ -1,18 +1,13 @@
 //! The vertices of a mesh during its generation, with the body or container to which each belongs.
 
-use super::capsule_mesh::triangulate_capsule;
-use super::container::Container;
 use super::hill_climbing::MidsideOffsets;
-use super::meshed_body::MeshedBody;
 use super::packing::{is_near, pack};
-use super::params::GenerateParams;
 use super::size_field::SizeField;
 use super::surface_tets::{is_behind, is_flat, is_in_surface};
-use super::surface_triangulation::{triangulate, triangulate_box};
 use super::symmetry_planes::SymmetryPlanes;
 use crate::delaunay::{FlipRules, insertion_order};
 use crate::{MeshError, Surface, SurfaceMesh, Vec3};
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 use std::ops::Range;
 
 /// Height of a regular tet over its edge.
@@ -43,6 +38,10 @@ pub(super) struct Layout<'a> {
     pub vertices: Vec<Range<u32>>,
     /// Designed triangles of each body, then of the container.
     pub triangles: Vec<Vec<[u32; 3]>>,
+    /// For each of them its number in the triangulation before symmetry planes cut it.
+    pub designed: Vec<Vec<usize>>,
+    /// Sharp edges of all surfaces, the smaller vertex first.
+    pub sharp: HashSet<[u32; 2]>,
     /// Vertices at the centres of convex bodies; they are not part of the final mesh.
     pub centres: Range<u32>,
     /// Symmetry planes, which cut off all negative coordinates.
@@ -53,12 +52,13 @@ pub(super) struct Layout<'a> {
     pub given_offsets: MidsideOffsets,
     surfaces: Vec<&'a dyn Surface>,
     container: &'a dyn Surface,
-    wall: WallKind,
+    /// What the tets with all vertices on the container can be.
+    pub wall: WallKind,
 }
 
 /// What the tets with all vertices on the container can be.
 #[derive(Clone, Copy)]
-enum WallKind {
+pub(super) enum WallKind {
     /// All of them are in the fluid.
     Hull,
     /// Some are flat, because the curvature of the wall is discontinuous.
@@ -68,51 +68,6 @@ enum WallKind {
 }
 
 impl<'a> Layout<'a> {
-    /// Places all vertices: surfaces first, then centres of bodies, then the fluid.
-    ///
-    /// # Errors
-    /// [`MeshError::TooManyVertices`], [`MeshError::SurfaceNotRecovered`].
-    pub fn new(
-        bodies: &[MeshedBody<'a>],
-        container: &'a Container,
-        copies: &[usize],
-        field: &SizeField<'_>,
-        params: &GenerateParams,
-    ) -> Result<Self, MeshError> {
-        let limit = params.max_vertices;
-        let planes = SymmetryPlanes(params.symmetry_planes);
-        let size = |x: Vec3| field.at(x);
-        let mut meshes = triangulate_bodies(bodies, copies, field, planes, limit)?;
-        let wall = container.surface();
-        meshes.push(match container {
-            Container::Ball(_) | Container::Surface(_) => {
-                triangulate(Container::TAG, wall, &size, planes, limit)?
-            }
-            Container::Box(b) => {
-                triangulate_box(Container::TAG, wall, [b.min, b.max], &size, planes, limit)?
-            }
-            Container::Capsule(capsule) => {
-                triangulate_capsule(capsule, field.edge_on_wall(), limit)?
-            }
-        });
-
-        let surfaces = bodies.iter().map(|body| body.surface).chain([wall]);
-        let parts = (surfaces.zip(meshes))
-            .map(|(surface, mesh)| Part {
-                surface,
-                mesh,
-                is_given: false,
-            })
-            .collect();
-        let mut layout = Self::of_parts(parts, planes, field, limit)?;
-        layout.wall = match container {
-            Container::Ball(_) | Container::Box(_) => WallKind::Hull,
-            Container::Capsule(_) => WallKind::CurvatureJumps,
-            Container::Surface(_) => WallKind::AnyShape,
-        };
-        Ok(layout)
-    }
-
     /// Places the vertices of the bodies and, last of the `parts`, the container, then the centres
     /// of convex bodies, then the fluid.
     ///
@@ -134,6 +89,8 @@ impl<'a> Layout<'a> {
             owner: Vec::new(),
             vertices: Vec::new(),
             triangles: Vec::new(),
+            designed: Vec::new(),
+            sharp: HashSet::new(),
             centres: 0..0,
             planes,
             is_given: parts.iter().map(|part| part.is_given).collect(),
@@ -150,8 +107,13 @@ impl<'a> Layout<'a> {
                 1.0
             };
             seeds.extend(apexes(&mesh, side, field));
-            let mesh = planes.cut(mesh);
+            let (mesh, designed) = planes.cut(mesh);
+            layout.designed.push(designed);
             let first = layout.points.len() as u32;
+            let sharp = mesh.sharp_edges.iter();
+            layout
+                .sharp
+                .extend(sharp.map(|edge| edge.map(|v| v + first)));
             layout.triangles.push(
                 mesh.triangles
                     .iter()
@@ -246,6 +208,7 @@ impl<'a> Layout<'a> {
                 return true;
             }
             match self.wall {
+                _ if self.is_given[owner[0] as usize] => true,
                 WallKind::Hull => true,
                 WallKind::CurvatureJumps => !is_flat(self.corners(tet)),
                 WallKind::AnyShape => {
@@ -321,49 +284,6 @@ impl FlipRules for Layout<'_> {
         let mut parts = quadrilateral.iter().map(|&v| self.owner[v as usize]);
         parts.all(|part| self.is_given.get(part as usize) != Some(&true))
     }
-}
-
-/// Triangulates the surfaces of bodies; copies get the translated triangles of the first one.
-///
-/// # Errors
-/// Those of [`triangulate`].
-pub(super) fn triangulate_bodies(
-    bodies: &[MeshedBody<'_>],
-    copies: &[usize],
-    field: &SizeField<'_>,
-    planes: SymmetryPlanes,
-    limit: usize,
-) -> Result<Vec<SurfaceMesh>, MeshError> {
-    let mut meshes: Vec<SurfaceMesh> = Vec::new();
-    let grid = offset_grid(bodies);
-    let size = |x: Vec3| field.at(x);
-    for (i, body) in bodies.iter().enumerate() {
-        let (first, centre) = (copies[i], body.surface.centre());
-        meshes.push(if first < i {
-            meshes[first].translated(bodies[first].surface.centre(), centre, grid)
-        } else {
-            // Planes beside the body do not restrict its triangles.
-            let cutting = planes.at(centre);
-            triangulate(body.name, body.surface, &size, cutting, limit)?
-                .translated(centre, centre, grid)
-        });
-    }
-    Ok(meshes)
-}
-
-/// Spacing of the grid on which surface points lie relative to their centre.
-///
-/// The spacing is the last bit of the largest coordinate of any body.
-///
-/// Adding a centre that lies on the grid is then exact, and copies are bitwise equal up to
-/// translation.
-fn offset_grid(bodies: &[MeshedBody<'_>]) -> f64 {
-    let extents = bodies.iter().map(|b| {
-        let (centre, radius) = b.surface.bounding_ball();
-        centre.amax() + radius
-    });
-    let largest = extents.fold(f64::MIN_POSITIVE, f64::max);
-    2f64.powi(largest.log2().ceil() as i32) * f64::EPSILON
 }
 
 /// Apexes of nearly regular tets on the triangles, `side` 1 on the outer side and -1 on the inner

@@ -18,6 +18,7 @@ mod odt;
 mod packing;
 mod params;
 mod point_grid;
+mod recovery;
 mod remesh;
 mod size_field;
 mod size_map;
@@ -26,20 +27,23 @@ mod surface_refinement;
 mod surface_tets;
 mod surface_triangulation;
 mod symmetry_planes;
+mod triangulations;
 
 pub use clearance::clearance;
 pub use container::Container;
 pub use meshed_body::MeshedBody;
 pub use params::GenerateParams;
-pub use remesh::{MovedBody, remesh};
+pub use remesh::{MovedBody, remesh, remesh_by_gmsh};
 pub use size_map::SizeMap;
 
-use crate::delaunay::{LinkedTets, delaunay};
+use crate::delaunay::LinkedTets;
 use crate::{LinearTets, MeshError, Vec3};
 use hill_climbing::HillClimbing;
 use layout::Layout;
+use recovery::Missing;
 use size_field::{Background, SizeField};
 use std::time::Instant;
+use triangulations::Triangulations;
 
 /// A generated mesh, with the time it took.
 #[derive(Clone, Debug)]
@@ -153,12 +157,26 @@ fn generate_with(
         let edge = capsule_mesh::smallest_edge(capsule, &|x| field.at(x));
         field = field.with_wall(capsule, edge);
     }
-    let mut layout = Layout::new(bodies, container, &copies, &field, params)?;
+    let mut surfaces = Triangulations::new(bodies, container, &copies, field, params)?;
+    let mut layout = surfaces.layout()?;
     lap(&mut seconds.points);
 
-    let tets = layout.fluid(delaunay(&layout.points, layout.centres.clone())?);
+    let mut changes = 0;
+    let tets = loop {
+        let missing = match recovery::recovered(&mut layout)? {
+            Ok(tets) => break tets,
+            Err(missing) => missing,
+        };
+        if changes == MAX_CHANGES {
+            let Missing { part, triangle, .. } = missing[0];
+            return Err(surfaces.not_recovered(part, triangle));
+        }
+        changes += 1;
+        surfaces.change(&missing)?;
+        layout = surfaces.layout()?;
+    };
     let mut tets = LinkedTets::new(layout.points.len(), tets);
-    let sizes = smoothing::smooth(&mut layout, &mut tets, &field, params.sweeps);
+    let sizes = smoothing::smooth(&mut layout, &mut tets, surfaces.field(), params.sweeps);
     lap(&mut seconds.smoothing);
 
     let (points, tets) = improve(&mut layout, tets, &sizes, params);
@@ -169,6 +187,11 @@ fn generate_with(
     lap(&mut seconds.checking);
     Ok(Generated { mesh, seconds })
 }
+
+/// Largest number of times that triangles of surfaces with sharp edges are changed.
+///
+/// A faceted cylinder of 32 sides needs up to 5.
+const MAX_CHANGES: usize = 40;
 
 /// Largest number of rounds of hill climbing and flips.
 ///

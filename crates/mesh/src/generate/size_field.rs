@@ -4,6 +4,7 @@ use super::container::Container;
 use super::gap::Gap;
 use super::meshed_body::MeshedBody;
 use super::params::GenerateParams;
+use super::size_map::SizeMap;
 use crate::{BoxSurface, MeshError, Surface, Vec3};
 
 /// Largest edge on a curved surface, as a fraction of the radius of curvature.
@@ -33,6 +34,8 @@ const OF_THICKNESS: f64 = 1.2;
 ///   `growth`;
 /// * the largest size, and a fraction of the container's size or, for a container of any shape, of
 ///   its radii of curvature and of the width of its narrow parts;
+/// * `edge + growth s` around vertices of surfaces with sharp edges where these are closer
+///   together;
 /// * in a capsule, the smallest of all these on its wall plus `growth` times the distance from
 ///   there.
 ///
@@ -52,6 +55,8 @@ pub(super) struct SizeField<'a> {
     gap: f64,
     max: f64,
     background: Option<Background<'a>>,
+    /// Edge lengths at short edges of surfaces.
+    short: Option<SizeMap>,
     /// A wall on which all edges have the same length, and that length.
     wall: Option<(&'a dyn Surface, f64)>,
 }
@@ -106,6 +111,7 @@ impl<'a> SizeField<'a> {
                 params.max_size.min(container.largest_size())
             }),
             background: None,
+            short: None,
             wall: None,
         };
         for (i, body) in bodies.iter().enumerate() {
@@ -188,6 +194,18 @@ impl<'a> SizeField<'a> {
         }
     }
 
+    /// Limits the field near points where edges of a surface are shorter than wanted.
+    ///
+    /// # Errors
+    /// Those of [`SizeMap::new`].
+    pub fn limit_near(&mut self, short: Vec<(Vec3, f64)>) -> Result<(), MeshError> {
+        self.short = match short.is_empty() {
+            true => None,
+            false => Some(SizeMap::new(short, self.growth)?),
+        };
+        Ok(())
+    }
+
     /// Edge length on the wall given to `with_wall`; without one, the largest length anywhere.
     pub fn edge_on_wall(&self) -> f64 {
         self.wall.map_or(self.max, |(_, edge)| edge)
@@ -218,6 +236,9 @@ impl<'a> SizeField<'a> {
         }
         for gap in &self.gaps {
             h = h.min(gap.size(x, h, self.gap, self.growth));
+        }
+        if let Some(short) = &self.short {
+            h = h.min(short.at(x));
         }
         if let Some((wall, edge)) = self.wall {
             h = h.min(edge + self.growth * (-wall.signed_distance(x)).max(0.0));

@@ -90,15 +90,20 @@ impl SymmetryPlanes {
     }
 
     /// The part of a surface with positive coordinates; its triangles must not cross the planes.
-    pub fn cut(self, mesh: SurfaceMesh) -> SurfaceMesh {
+    ///
+    /// The second value has the former number of each triangle.
+    pub fn cut(self, mesh: SurfaceMesh) -> (SurfaceMesh, Vec<usize>) {
         if self.is_empty() {
-            return mesh;
+            let all = 0..mesh.triangles.len();
+            return (mesh, all.collect());
         }
-        let mut triangles = mesh.triangles;
-        triangles.retain(|t| {
-            let centroid: Vec3 = t.iter().map(|&v| mesh.points[v as usize]).sum();
+        let is_kept = |triangle: &&[u32; 3]| {
+            let centroid: Vec3 = triangle.iter().map(|&v| mesh.points[v as usize]).sum();
             self.distance(centroid, SymmetryPlanes::default()) > 0.0
-        });
+        };
+        let (kept, triangles): (Vec<usize>, Vec<[u32; 3]>) = (mesh.triangles.iter().enumerate())
+            .filter(|(_, triangle)| is_kept(triangle))
+            .unzip();
         let mut number = vec![u32::MAX; mesh.points.len()];
         let mut points = Vec::new();
         // The order of the points is kept, so that neighbours stay close in memory.
@@ -112,14 +117,19 @@ impl SymmetryPlanes {
                 points.push(*point);
             }
         }
-        SurfaceMesh {
+        let mesh = SurfaceMesh {
             points,
             triangles: triangles
                 .iter()
                 .map(|t| t.map(|v| number[v as usize]))
                 .collect(),
+            sharp_edges: (mesh.sharp_edges.iter())
+                .map(|edge| edge.map(|v| number[v as usize]))
+                .filter(|edge| edge.iter().all(|&v| v != u32::MAX))
+                .collect(),
             ..SurfaceMesh::default()
-        }
+        };
+        (mesh, kept)
     }
 }
 
@@ -147,7 +157,7 @@ mod tests {
     fn an_octahedral_sphere_is_cut_into_equal_parts() {
         let whole = super::super::geodesic::octahedral_sphere(0.3);
         for planes in [[false, true, false], [true, true, false], [true; 3]] {
-            let part = SymmetryPlanes(planes).cut(whole.clone());
+            let (part, _) = SymmetryPlanes(planes).cut(whole.clone());
             let parts = 1 << SymmetryPlanes(planes).len();
             assert_eq!(parts * part.triangles.len(), whole.triangles.len());
             // Euler's formula of a disc.

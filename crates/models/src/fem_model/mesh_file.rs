@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use mesh::{GenerateParams, MovedBody, MshFile, NamedSurface, Surface, TetMesh};
+use mesh::{GenerateParams, MeshError, MovedBody, MshFile, NamedSurface, Surface, TetMesh};
 use nalgebra::{Isometry3, Translation3};
 
 use super::element_size::ADAPTED_GROWTH;
 use super::mesh_generator::Surfaced;
 use crate::ModelError;
 use crate::units::Scale;
-use scene::GeometryKind;
+use scene::{GeometryKind, MesherKind};
 
 /// Reads a mesh file in scaled units.
 ///
@@ -61,13 +61,17 @@ pub fn motion(body: &Surfaced, pose: &Isometry3<f64>) -> Isometry3<f64> {
 /// `bodies` have their names, motions and surfaces in their new places. Walls keep their facets;
 /// the surfaces of the bodies are triangulated again.
 ///
+/// Where there is no such mesh and `mesher` is the command `gmsh`, this makes a mesh with the
+/// facets of the file on the bodies too.
+///
 /// # Errors
-/// Those of [`mesh::remesh`].
+/// Those of [`mesh::remesh`] and [`mesh::remesh_by_gmsh`].
 pub fn remesh(
     file: &TetMesh,
     bodies: &[(&str, Isometry3<f64>, &dyn Surface, f64)],
     geometry: GeometryKind,
-) -> Result<TetMesh, mesh::MeshError> {
+    mesher: MesherKind,
+) -> Result<TetMesh, MeshError> {
     let moved: Vec<MovedBody> = (bodies.iter())
         .map(|&(name, motion, surface, size)| MovedBody {
             name,
@@ -82,5 +86,12 @@ pub fn remesh(
     let mut parameters = GenerateParams::default();
     // The sizes of the file decide where it grows less.
     parameters.growth = ADAPTED_GROWTH;
-    mesh::remesh(file, &moved, &parameters, &surfaces)
+    match mesh::remesh(file, &moved, &parameters, &surfaces) {
+        // No program has a mesh around bodies that touch.
+        Err(error @ (MeshError::BodiesTouch { .. } | MeshError::BodyAtWall { .. })) => Err(error),
+        Err(_) if mesher == MesherKind::Gmsh => {
+            mesh::remesh_by_gmsh(Path::new("gmsh"), file, &moved, &surfaces)
+        }
+        done => done,
+    }
 }

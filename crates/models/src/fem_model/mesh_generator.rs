@@ -12,7 +12,7 @@ use super::far_field::FarField;
 use super::mesh_file;
 use crate::ModelError;
 use crate::units::Scale;
-use scene::{Domain, GeometryKind, Scene, Shape};
+use scene::{Domain, GeometryKind, MesherKind, Scene, Shape};
 
 /// Width of a gap, relative to the smaller radius, below which it counts as narrow.
 ///
@@ -63,6 +63,7 @@ pub(super) struct MeshGenerator {
     /// Name of the boundary part of each body of the scene.
     pub tags: Vec<String>,
     geometry: GeometryKind,
+    mesher: MesherKind,
     /// For each axis, whether the plane normal to it is a symmetry plane; one side is meshed.
     pub symmetry_planes: [bool; 3],
     /// Element sizes of an adapted mesh; without them, sizes grow with the distance from bodies.
@@ -142,6 +143,7 @@ impl MeshGenerator {
             surfaced,
             tags,
             geometry: scene.fem().geometry,
+            mesher: scene.fem().mesher,
             symmetry_planes: scene.fem_symmetry_planes(),
             sizes: None,
         })
@@ -315,7 +317,7 @@ impl MeshGenerator {
                     (tag, mesh_file::motion(body, pose), &**surface, body.size)
                 })
                 .collect();
-            return Ok(mesh_file::remesh(mesh, &moved, self.geometry)?);
+            return Ok(mesh_file::remesh(mesh, &moved, self.geometry, self.mesher)?);
         }
         let Some(container) = &self.container(poses) else {
             return Err(ModelError::NoMesh);

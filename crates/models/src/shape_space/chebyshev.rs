@@ -37,7 +37,7 @@ pub(super) fn node((from, to): (f64, f64), degree: usize, index: usize) -> f64 {
 }
 
 /// All grid indices, with the index of the first variable running fastest.
-pub(super) fn indices(degrees: &[usize]) -> impl Iterator<Item = Vec<usize>> {
+pub(super) fn indices(degrees: &[usize]) -> impl Iterator<Item = Vec<usize>> + use<> {
     let degrees = degrees.to_vec();
     let count = degrees.iter().map(|n| n + 1).product();
     (0..count).map(move |mut flat: usize| {

@@ -19,6 +19,7 @@ pub struct ShapeGeometry {
     variables: Vec<usize>,
     points: usize,
     errors: (f64, f64),
+    position_error: f64,
 }
 
 /// Connection and metric at one shape, with their derivatives.
@@ -62,6 +63,7 @@ impl ShapeSpace {
             variables,
             points: self.points(),
             errors: self.errors(),
+            position_error: self.position_error(),
         })
     }
 }
@@ -90,6 +92,12 @@ impl ShapeGeometry {
     /// Estimated errors of velocities for a unit rate: of the interpolation, and of the model.
     pub fn errors(&self) -> (f64, f64) {
         self.errors
+    }
+
+    /// Estimated change of velocities for a unit rate by the motion of the swimmer in its
+    /// container, [`ShapeSpace::position_error`].
+    pub fn position_error(&self) -> f64 {
+        self.position_error
     }
 
     /// Connection and metric at a shape, with one value per variable. Cost: microseconds.

@@ -11,16 +11,23 @@
 //! (Shapere & Wilczek 1989). A [`ShapeSpace`] interpolates the solutions of a model over a box of
 //! lengths; every gait in the box then costs microseconds per solution.
 //!
+//! In a container the velocity also depends on the place of the swimmer. The table holds the mean
+//! of the bodies where it is at the start, so that their motion is that by the interactions alone,
+//! a few per cent of the changes of lengths; what the rest of the motion changes is an error bar.
+//!
 //! A table saves solutions of the model only if a gait returns to the same shapes. One cycle along
 //! lines in shape space takes six solutions per phase, and a table at least five for the same line.
 
 mod chebyshev;
 mod geometry;
+mod placement;
 mod record;
 mod sampler;
+mod solved_shapes;
 mod space;
 mod tabulated;
 
 pub use geometry::{LocalGeometry, ShapeGeometry};
+pub use solved_shapes::SolvedShapes;
 pub use space::ShapeSpace;
 pub use tabulated::Tabulated;

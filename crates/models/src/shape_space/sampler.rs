@@ -1,154 +1,303 @@
 //! Solutions of a model at the points of nested grids.
 
-use std::collections::BTreeMap;
-
+use nalgebra::{UnitQuaternion, Vector3};
+use rayon::prelude::*;
 use rigid::State;
+use scene::Scene;
 use stokes::{Dofs, SolverReport};
 
-use super::chebyshev::node;
-use super::record::{Layout, numbers};
+use super::chebyshev::{indices, node};
+use super::placement::Placement;
+use super::record::{Layout, Record, numbers};
+use super::solved_shapes::{Bars, SolvedShapes};
 use crate::error::ModelError;
-use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Hydrodynamics, Query};
-use crate::mesh_error::Uncertainty;
-use crate::solution::InstantaneousSolution;
 
 /// Highest degree in a variable; spheres with gaps of a hundredth of a radius need more.
 pub const MAX_DEGREE: usize = 64;
 
-/// Largest error bars of several solutions, each for a unit rate.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Bars {
-    /// Error bar of velocities without that for the discretisation.
-    pub velocity: f64,
-    /// Error bar of the power without the discretisation error, relative to the power.
-    pub power: f64,
-    /// Uncertainty of discretisation errors.
-    pub mesh_uncertainty: Uncertainty,
-}
+/// Number of shapes that are solved in parallel between two calls of the observer.
+const BATCH: usize = 64;
 
-impl Bars {
-    /// Error bar of velocities by all sources.
-    pub fn total(&self) -> f64 {
-        self.velocity + self.mesh_uncertainty.velocity
-    }
+/// Number of successive shapes that one copy of the model solves.
+const CHUNK: usize = 4;
 
-    fn include(&mut self, solution: &InstantaneousSolution) {
-        let untabulated = |bars: &ErrorEstimate| match &solution.mesh_error {
-            Some(_) => bars.total() - bars.mesh.unwrap_or(0.0),
-            None => bars.total(),
-        };
-        let power = solution.power().abs().max(f64::MIN_POSITIVE);
-        self.velocity = self.velocity.max(untabulated(&solution.error_estimate));
-        self.power = self.power.max(untabulated(&solution.power_error) / power);
-        if let Some(error) = &solution.mesh_error {
-            let (largest, bars) = (&mut self.mesh_uncertainty, error.uncertainty);
-            largest.velocity = largest.velocity.max(bars.velocity);
-            largest.relative = largest.relative.max(bars.relative);
-        }
-    }
-}
+/// Motion of the swimmer, relative to the longest link or in radians, that counts as rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// Samples a model at grid points, each at most once.
 pub struct Sampler<'a> {
-    state: State,
-    /// Length of each link that does not vary.
-    lengths: Vec<f64>,
+    scene: &'a Scene,
+    placement: &'a Placement<'a>,
+    ranges: &'a [(f64, f64)],
     /// Links whose length varies.
     variables: &'a [usize],
     model: &'a mut dyn Hydrodynamics,
-    /// What the records contain; whether they have discretisation errors is known after the first
-    /// sample.
-    pub layout: Layout,
-    /// Numbers of the solutions by their indices in the finest grid.
-    known: BTreeMap<Vec<usize>, Vec<f64>>,
-    /// Largest error bars of a solution.
-    pub bars: Bars,
-    /// Size and solver of the last solution.
-    pub last: Option<(Dofs, SolverReport)>,
+    /// What was solved so far.
+    pub solved: SolvedShapes,
+}
+
+/// The solutions of one shape.
+struct Sample {
+    numbers: Vec<f64>,
+    mesh_errors: bool,
+    bars: Bars,
+    last: Option<(Dofs, SolverReport)>,
 }
 
 impl<'a> Sampler<'a> {
-    /// A sampler of a model in the state `state`; `lengths` has one entry per link.
-    pub fn new(
-        model: &'a mut dyn Hydrodynamics,
-        state: State,
-        lengths: Vec<f64>,
-        variables: &'a [usize],
-        layout: Layout,
-    ) -> Self {
-        Self {
-            state,
-            lengths,
-            variables,
-            model,
-            layout,
-            known: BTreeMap::new(),
-            bars: Bars::default(),
-            last: None,
-        }
-    }
-
-    /// Number of shapes that were solved.
-    pub fn points(&self) -> usize {
-        self.known.len()
-    }
-
-    /// Numbers of the solutions at a grid point: one record per variable, for a unit rate of it.
-    ///
-    /// `ranges` and `degrees` have one entry per variable.
+    /// A sampler of a model; `ranges` has one entry per link.
     ///
     /// # Errors
-    /// Those of the model; [`ModelError::NoSolution`] for a list of another length, or with other
-    /// numbers of bodies and links.
-    pub fn at(
-        &mut self,
-        ranges: &[(f64, f64)],
-        degrees: &[usize],
-        index: &[usize],
-    ) -> Result<&[f64], ModelError> {
-        let key: Vec<usize> = index
-            .iter()
-            .zip(degrees)
-            .map(|(i, n)| i * (MAX_DEGREE / n))
-            .collect();
-        if !self.known.contains_key(&key) {
-            let mut lengths = self.lengths.clone();
-            for (variable, &link) in self.variables.iter().enumerate() {
-                lengths[link] = node(ranges[variable], degrees[variable], index[variable]);
-            }
-            let unit_rate = |&link: &usize| {
-                let mut rates = vec![0.0; lengths.len()];
-                rates[link] = 1.0;
-                rates
-            };
-            let rates: Vec<Vec<f64>> = self.variables.iter().map(unit_rate).collect();
-            let configuration = Configuration {
-                state: &self.state,
-                lengths: &lengths,
-            };
-            let query = Query::new(configuration, &rates);
-            let mut values = Vec::new();
-            let solutions = self.model.solve(&query)?;
-            let model = self.model.name();
-            if solutions.len() != rates.len() {
-                return Err(ModelError::NoSolution { model });
-            }
-            for solution in solutions {
-                solution.check(self.model)?;
-                if self.known.is_empty() {
-                    self.layout.mesh_errors = solution.mesh_error.is_some();
-                }
-                self.bars.include(&solution);
-                let numbers = numbers(&solution);
-                if numbers.len() != self.layout.numbers() {
-                    return Err(ModelError::NoSolution { model });
-                }
-                values.extend(numbers);
-                self.last = Some((solution.dofs, solution.solver));
-            }
-            self.known.insert(key.clone(), values);
+    /// Shapes `solved` that do not fit the scene.
+    pub fn new(
+        scene: &'a Scene,
+        model: &'a mut dyn Hydrodynamics,
+        placement: &'a Placement<'a>,
+        ranges: &'a [(f64, f64)],
+        variables: &'a [usize],
+        solved: SolvedShapes,
+    ) -> Result<Self, ModelError> {
+        let sampler = Self {
+            scene,
+            placement,
+            ranges,
+            variables,
+            model,
+            solved,
+        };
+        let width = variables.len() * sampler.layout().numbers();
+        let is_right =
+            |values: &Vec<f64>| values.len() == width && values.iter().all(|x| x.is_finite());
+        if !sampler.solved.numbers.values().all(is_right) {
+            return Err(ModelError::ShapeSpace {
+                problem: "the shapes that were solved before are not of this scene; delete them"
+                    .to_owned(),
+            });
         }
-        Ok(self.known.get(&key).map_or(&[], Vec::as_slice))
+        if !sampler.solved.is_empty() {
+            sampler.model.restore(&sampler.solved.history)?;
+        }
+        Ok(sampler)
     }
+
+    /// What the records contain.
+    pub fn layout(&self) -> Layout {
+        Layout {
+            bodies: self.scene.bodies().len(),
+            links: self.ranges.len(),
+            mesh_errors: self.solved.mesh_errors,
+        }
+    }
+
+    /// Numbers of the solutions at all points of a grid: one record per variable, for a unit rate
+    /// of it.
+    ///
+    /// `degrees` has one entry per variable. Models whose solutions do not depend on earlier ones
+    /// are solved in parallel.
+    ///
+    /// # Errors
+    /// Those of the model and of `observe`; [`ModelError::NoSolution`] for a list of another
+    /// length, or with other numbers of bodies and links.
+    pub fn grid(
+        &mut self,
+        degrees: &[usize],
+        observe: &mut dyn FnMut(&SolvedShapes) -> Result<(), ModelError>,
+    ) -> Result<Vec<f64>, ModelError> {
+        let missing: Vec<(usize, Vec<f64>)> = indices(degrees)
+            .map(|index| (key(degrees, &index), self.lengths(degrees, &index)))
+            .filter(|(key, _)| !self.solved.numbers.contains_key(key))
+            .collect();
+        for batch in missing.chunks(BATCH) {
+            // Copies are only worth their memory if there are several chunks.
+            let copies: Option<Vec<_>> = match batch.len() > CHUNK {
+                true => (batch.chunks(CHUNK))
+                    .map(|chunk| Some((self.model.duplicate()?, chunk)))
+                    .collect(),
+                false => None,
+            };
+            let Some(copies) = copies else {
+                for (key, lengths) in batch {
+                    let state = self.placement.state(lengths)?;
+                    let sample = sample(self.model, &state, lengths, self.variables)?;
+                    self.insert(*key, sample)?;
+                    // The next shape starts from the history alone, as after an interruption.
+                    self.solved.history = self.model.history()?;
+                    self.model.restore(&self.solved.history)?;
+                    observe(&self.solved)?;
+                }
+                continue;
+            };
+            let (placement, variables) = (self.placement, self.variables);
+            let samples: Vec<(usize, Result<Sample, ModelError>)> = copies
+                .into_par_iter()
+                .flat_map_iter(|(mut model, chunk)| {
+                    let solve = move |(key, lengths): &(usize, Vec<f64>)| {
+                        let found = (placement.state(lengths))
+                            .and_then(|state| sample(model.as_mut(), &state, lengths, variables));
+                        (*key, found)
+                    };
+                    chunk.iter().map(solve).collect::<Vec<_>>()
+                })
+                .collect();
+            for (key, sample) in samples {
+                self.insert(key, sample?)?;
+            }
+            observe(&self.solved)?;
+        }
+        Ok(indices(degrees)
+            .flat_map(|index| self.solved.numbers[&key(degrees, &index)].iter().copied())
+            .collect())
+    }
+
+    /// Largest change of velocities for a unit rate, at the corners of the box, by a motion of the
+    /// swimmer in its container.
+    ///
+    /// The motion is that of the mean of the bodies while every joint passes its range once, in
+    /// both directions of all components of the displacement and the rotation that are not zero.
+    ///
+    /// # Errors
+    /// Those of the model, such as a swimmer that moves into the wall.
+    pub fn position_error(&mut self, degrees: &[usize]) -> Result<f64, ModelError> {
+        let set = self.scene.articulation();
+        let longest = (self.ranges.iter().enumerate())
+            .map(|(link, range)| set.arm_length(link, range.1))
+            .fold(0.0, f64::max);
+        let reach = self.reach();
+        let corners = indices(&vec![1; degrees.len()]).map(|corner| {
+            let ends = corner.iter().zip(degrees);
+            ends.map(|(end, degree)| end * degree).collect::<Vec<_>>()
+        });
+        let mut largest = 0.0_f64;
+        for index in corners {
+            let lengths = self.lengths(degrees, &index);
+            let state = self.placement.state(&lengths)?;
+            let known = self.solved.numbers[&key(degrees, &index)].clone();
+            for component in 0..6 {
+                let unit = if component < 3 { longest } else { 1.0 };
+                if reach[component] <= ROUNDING * unit {
+                    continue;
+                }
+                for sign in [1.0, -1.0] {
+                    let mut motion = [Vector3::zeros(); 2];
+                    motion[component / 3][component % 3] = sign * reach[component];
+                    let rotation = UnitQuaternion::from_scaled_axis(motion[1]);
+                    let moved = self.placement.moved(&state, &motion[0], &rotation);
+                    let sample = sample(self.model, &moved, &lengths, self.variables)?;
+                    self.check(&sample)?;
+                    let turned = |record: Record| {
+                        let frame = record.motion.frames[0];
+                        let back = rotation.inverse();
+                        (back * frame.linear, back * frame.angular)
+                    };
+                    let width = self.layout().numbers();
+                    for (a, b) in sample.numbers.chunks(width).zip(known.chunks(width)) {
+                        let there = turned(Record::new(a, self.layout()));
+                        let frame = Record::new(b, self.layout()).motion.frames[0];
+                        largest = largest
+                            .max((there.0 - frame.linear).norm())
+                            .max(longest * (there.1 - frame.angular).norm());
+                    }
+                }
+            }
+        }
+        Ok(largest)
+    }
+
+    /// Displacement of the mean of the bodies and rotation of the frame, at most, while every joint
+    /// passes its range once.
+    fn reach(&self) -> [f64; 6] {
+        let layout = self.layout();
+        let mut reach = [0.0; 6];
+        for (number, &link) in self.variables.iter().enumerate() {
+            let width = self.ranges[link].1 - self.ranges[link].0;
+            let mut fastest = [0.0_f64; 6];
+            for values in self.solved.numbers.values() {
+                let numbers = &values[number * layout.numbers()..][..layout.numbers()];
+                let record = Record::new(numbers, layout);
+                let counted = (record.bodies.iter().enumerate())
+                    .filter(|(body, _)| self.placement.counts(*body))
+                    .map(|(_, body)| body.velocity);
+                let count = counted.clone().count().max(1) as f64;
+                let mean = counted.sum::<Vector3<f64>>() / count;
+                let spin = record.motion.frames[0].angular;
+                for (fastest, x) in fastest.iter_mut().zip(mean.iter().chain(spin.iter())) {
+                    *fastest = fastest.max(x.abs());
+                }
+            }
+            for (reach, speed) in reach.iter_mut().zip(fastest) {
+                *reach += width * speed;
+            }
+        }
+        reach
+    }
+
+    /// Lengths of all links at a grid point.
+    fn lengths(&self, degrees: &[usize], index: &[usize]) -> Vec<f64> {
+        let mut lengths: Vec<f64> = self.ranges.iter().map(|range| range.0).collect();
+        for (variable, &link) in self.variables.iter().enumerate() {
+            lengths[link] = node(self.ranges[link], degrees[variable], index[variable]);
+        }
+        lengths
+    }
+
+    fn insert(&mut self, key: usize, sample: Sample) -> Result<(), ModelError> {
+        if self.solved.is_empty() {
+            self.solved.mesh_errors = sample.mesh_errors;
+        }
+        self.check(&sample)?;
+        self.solved.bars = self.solved.bars.with(&sample.bars);
+        self.solved.last = sample.last;
+        self.solved.numbers.insert(key, sample.numbers);
+        Ok(())
+    }
+
+    fn check(&self, sample: &Sample) -> Result<(), ModelError> {
+        match sample.numbers.len() == self.variables.len() * self.layout().numbers() {
+            true => Ok(()),
+            false => Err(ModelError::NoSolution {
+                model: self.model.name(),
+            }),
+        }
+    }
+}
+
+/// Number of a grid point in the finest grid.
+fn key(degrees: &[usize], index: &[usize]) -> usize {
+    let finest = index.iter().zip(degrees).map(|(i, n)| i * (MAX_DEGREE / n));
+    finest.rev().fold(0, |key, i| key * (MAX_DEGREE + 1) + i)
+}
+
+/// Solves a model for a unit rate of each variable.
+fn sample(
+    model: &mut dyn Hydrodynamics,
+    state: &State,
+    lengths: &[f64],
+    variables: &[usize],
+) -> Result<Sample, ModelError> {
+    let unit_rate = |&link: &usize| {
+        let mut rates = vec![0.0; lengths.len()];
+        rates[link] = 1.0;
+        rates
+    };
+    let rates: Vec<Vec<f64>> = variables.iter().map(unit_rate).collect();
+    let solutions = model.solve(&Query::new(Configuration { state, lengths }, &rates))?;
+    if solutions.len() != rates.len() {
+        return Err(ModelError::NoSolution {
+            model: model.name(),
+        });
+    }
+    let mut sample = Sample {
+        numbers: Vec::new(),
+        mesh_errors: (solutions.first()).is_some_and(|solution| solution.mesh_error.is_some()),
+        bars: Bars::default(),
+        last: None,
+    };
+    for solution in solutions {
+        solution.check(model)?;
+        sample.bars.include(&solution);
+        sample.numbers.extend(numbers(&solution));
+        sample.last = Some((solution.dofs, solution.solver));
+    }
+    Ok(sample)
 }

@@ -3,9 +3,11 @@
 use nalgebra::{DMatrix, Vector3};
 use rigid::{Link, State, Twist};
 
-use super::chebyshev::{Interpolant, indices};
-use super::record::{Layout, Record, weights};
-use super::sampler::{Bars, MAX_DEGREE, Sampler};
+use super::chebyshev::Interpolant;
+use super::placement::Placement;
+use super::record::{Layout, Record, Scales, scales};
+use super::sampler::{MAX_DEGREE, Sampler};
+use super::solved_shapes::{Bars, SolvedShapes};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Hydrodynamics};
@@ -47,6 +49,8 @@ pub struct ShapeSpace {
     /// Interpolation error relative to the largest velocity and the largest force.
     relative_error: f64,
     bars: Bars,
+    /// Change of velocities for a unit rate by the motion of the swimmer in its container.
+    position_error: f64,
 }
 
 impl ShapeSpace {
@@ -54,8 +58,13 @@ impl ShapeSpace {
     ///
     /// The model is sampled at Chebyshev points of the box `ranges`, the smallest and largest
     /// length of each link. A range of width zero keeps the length constant. Grids are refined
-    /// until the tolerance is met, or until the noise of the model itself prevents a further
+    /// until the interpolation error is below the tolerance or below the error bar of the mesh,
+    /// which changes from shape to shape, or until other noise of the model prevents a further
     /// decrease.
+    ///
+    /// In a container the mean of the bodies is at its place at the start for all shapes. The
+    /// change of the velocities by the motion of the swimmer in its container is an error bar,
+    /// [`ShapeSpace::position_error`].
     ///
     /// Cost: 5, 9, 17, ... points in each variable, with one call of [`Hydrodynamics::solve`] each.
     ///
@@ -69,29 +78,36 @@ impl ShapeSpace {
         ranges: &[(f64, f64)],
         tolerance: f64,
     ) -> Result<Self, ModelError> {
-        Self::tabulate_observed(scene, model, ranges, tolerance, &mut |_| Ok(()))
+        let solved = SolvedShapes::default();
+        Self::tabulate_from(scene, model, ranges, tolerance, solved, &mut |_| Ok(()))
     }
 
-    /// As [`ShapeSpace::tabulate`]; `observe` is called after every solved shape with their number.
+    /// As [`ShapeSpace::tabulate`], from shapes that were `solved` before for the same scene, model
+    /// and ranges; `observe` is called with all solved shapes after each solve, or after several
+    /// solves in parallel.
+    ///
+    /// An interrupted table that continues is bitwise the one that was not interrupted.
     ///
     /// # Errors
-    /// As [`ShapeSpace::tabulate`], and errors of `observe`, which end the computation.
-    pub fn tabulate_observed(
+    /// As [`ShapeSpace::tabulate`], shapes that do not fit the scene, and errors of `observe`,
+    /// which end the computation.
+    pub fn tabulate_from(
         scene: &Scene,
         model: &mut dyn Hydrodynamics,
         ranges: &[(f64, f64)],
         tolerance: f64,
-        observe: &mut dyn FnMut(usize) -> Result<(), ModelError>,
+        solved: SolvedShapes,
+        observe: &mut dyn FnMut(&SolvedShapes) -> Result<(), ModelError>,
     ) -> Result<Self, ModelError> {
         let refuse = |problem: &str| {
             Err(ModelError::ShapeSpace {
                 problem: problem.to_owned(),
             })
         };
-        if !scene.is_free() {
+        if !scene.is_driven_by_shape() {
             return refuse(
-                "tables require a motion that depends only on the shape: one linkage in unbounded \
-                 fluid without external loads",
+                "tables require a motion that the joints determine: one linkage without external \
+                 loads, masses, slip, background flow and passive joints",
             );
         }
         let set = scene.articulation();
@@ -116,13 +132,8 @@ impl ShapeSpace {
             return refuse(&format!("the model is that of a scene with another {key}"));
         }
         let start = scene.initial_state();
-        let lengths = ranges.iter().map(|r| r.0).collect();
-        let layout = Layout {
-            bodies: scene.bodies().len(),
-            links,
-            mesh_errors: false,
-        };
-        let mut sampler = Sampler::new(model, start.clone(), lengths, &variables, layout);
+        let placement = Placement::new(scene)?;
+        let mut sampler = Sampler::new(scene, model, &placement, ranges, &variables, solved)?;
         let longest = (ranges.iter().enumerate())
             .map(|(link, range)| set.arm_length(link, range.1))
             .fold(0.0, f64::max);
@@ -134,25 +145,28 @@ impl ShapeSpace {
             if points > MAX_POINTS || degrees.iter().any(|&n| n > MAX_DEGREE) {
                 return refuse("the table would be too large; take a smaller box");
             }
-            let mut values = Vec::new();
-            for index in indices(&degrees) {
-                let before = sampler.points();
-                values.extend_from_slice(sampler.at(&box_ranges, &degrees, &index)?);
-                if sampler.points() > before {
-                    observe(sampler.points())?;
-                }
-            }
-            let layout = sampler.layout;
-            let (weights, speed) = weights(&values, variables.len(), layout, longest);
+            let values = sampler.grid(&degrees, observe)?;
+            let layout = sampler.layout();
+            let bars = sampler.solved.bars;
+            let scales = scales(&values, variables.len(), layout, longest, tolerance, &bars);
+            let Scales {
+                weights,
+                speed,
+                tolerance: wanted,
+            } = scales;
             let width = weights.len();
             let records = Interpolant::new(box_ranges.clone(), degrees.clone(), width, values);
             let tails = records.tails(&weights);
             let tail: f64 = tails.iter().sum();
             // The error of the model is not smooth: it jumps with the order of its expansions.
             let is_noise = tail > 0.5 * previous_tail
-                && tail * speed <= NOISE * sampler.bars.total().max(tolerance * speed);
-            if tail <= tolerance || is_noise {
-                let (dofs, solver) = sampler.last.clone().unwrap_or_default();
+                && tail * speed <= NOISE * bars.total().max(tolerance * speed);
+            if tail <= wanted || is_noise {
+                let position_error = match placement.is_fixed() {
+                    true => sampler.position_error(&degrees)?,
+                    false => 0.0,
+                };
+                let (dofs, solver) = sampler.solved.last.clone().unwrap_or_default();
                 return Ok(Self {
                     start,
                     ranges: ranges.to_vec(),
@@ -166,12 +180,13 @@ impl ShapeSpace {
                     points,
                     interpolation_error: tail * speed,
                     relative_error: tail,
-                    bars: sampler.bars,
+                    bars,
+                    position_error,
                     variables,
                 });
             }
             previous_tail = tail;
-            let share = 0.5 * tolerance / tails.len() as f64;
+            let share = 0.5 * wanted / tails.len() as f64;
             for (degree, tail) in degrees.iter_mut().zip(&tails) {
                 if *tail > share {
                     *degree *= 2;
@@ -208,6 +223,15 @@ impl ShapeSpace {
     /// Estimated errors of velocities for a unit rate: of the interpolation, and of the model.
     pub fn errors(&self) -> (f64, f64) {
         (self.interpolation_error, self.bars.total())
+    }
+
+    /// Estimated change of velocities for a unit rate by the motion of the swimmer in its
+    /// container.
+    ///
+    /// The largest change at the corners of the box, if the swimmer moves as far from its place, or
+    /// turns as far, as it does when all joints pass their ranges once. Zero in unbounded fluid.
+    pub fn position_error(&self) -> f64 {
+        self.position_error
     }
 
     /// The connection `A(s)`: twist of the frame for a unit rate of each varying length.
@@ -290,7 +314,9 @@ impl ShapeSpace {
             dofs: self.dofs,
             solver: self.solver.clone(),
             error_estimate: ErrorEstimate {
-                model: Some(speed * (self.interpolation_error + self.bars.velocity)),
+                model: Some(
+                    speed * (self.interpolation_error + self.bars.velocity + self.position_error),
+                ),
                 ..ErrorEstimate::default()
             },
             power_error: ErrorEstimate {

@@ -2,14 +2,14 @@
 
 use std::time::Instant as Clock;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
 use rigid::StateVelocity;
 use scene::Scene;
 
 use super::space::{ShapeSpace, covers};
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
-use crate::solution::{FlowField, InstantaneousSolution};
+use crate::solution::{FlowField, InstantaneousSolution, PointFlow};
 
 /// A model with tables over boxes of lengths, which are computed when they are first needed.
 pub struct Tabulated {
@@ -133,6 +133,13 @@ impl Hydrodynamics for Tabulated {
         self.model.resistance(configuration)
     }
 
+    fn resistance_errors(
+        &mut self,
+        configuration: Configuration<'_>,
+    ) -> Result<Option<DMatrix<f64>>, ModelError> {
+        self.model.resistance_errors(configuration)
+    }
+
     fn history(&self) -> Result<History, ModelError> {
         self.model.history()
     }
@@ -147,6 +154,15 @@ impl Hydrodynamics for Tabulated {
         rates: &[f64],
     ) -> Result<FlowField, ModelError> {
         self.model.flow(configuration, rates)
+    }
+
+    fn flow_at(
+        &mut self,
+        configuration: Configuration<'_>,
+        rates: &[f64],
+        points: &[Vector3<f64>],
+    ) -> Result<Vec<Option<PointFlow>>, ModelError> {
+        self.model.flow_at(configuration, rates, points)
     }
 
     fn joint_responses(

@@ -2,7 +2,7 @@
 
 use mesh::{BoxSurface, Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh};
 use microhydro::multipole::{SurfaceVelocity, VelocityField};
-use microhydro::{Accuracy, Medium, Spheres};
+use microhydro::{Accuracy, HydroError, Medium, Spheres};
 use nalgebra::{DVector, Vector3};
 
 use crate::ModelError;
@@ -17,21 +17,79 @@ const RELATIVE_SIZE: f64 = 3.0;
 /// Relative error of the velocities.
 const ACCURACY: f64 = 1e-3;
 
+/// Spheres with their velocities, in scaled units.
+pub(super) struct MovingSpheres {
+    pub spheres: Spheres,
+    /// Six per sphere, `(U, ω)`.
+    pub velocities: DVector<f64>,
+    /// Motion of the surfaces relative to the spheres, and the background flow.
+    pub surfaces: Option<SurfaceMotion>,
+}
+
+impl MovingSpheres {
+    /// Velocity of a surface relative to its sphere and to the background flow.
+    fn surface_velocity(&self, sphere: usize, n: &Vector3<f64>) -> Vector3<f64> {
+        let spheres = &self.spheres;
+        let x = spheres.centres()[sphere] + spheres.radii()[sphere] * n;
+        let of = |motion: &SurfaceMotion| motion.slip(sphere, n) - motion.background(&x);
+        self.surfaces.as_ref().map_or_else(Vector3::zeros, of)
+    }
+
+    /// Velocity of the fluid in the absence of the spheres.
+    fn background(&self, x: &Vector3<f64>) -> Vector3<f64> {
+        let of = |motion: &SurfaceMotion| motion.background(x);
+        self.surfaces.as_ref().map_or_else(Vector3::zeros, of)
+    }
+
+    /// The disturbance of the background flow.
+    fn disturbance(&self, medium: &Medium) -> Result<VelocityField, ModelError> {
+        let surface = |sphere: usize, n: &Vector3<f64>| self.surface_velocity(sphere, n);
+        Ok(VelocityField::with_surface_velocity(
+            &self.spheres,
+            medium,
+            &self.velocities,
+            (self.surfaces.as_ref()).map(|_| &surface as &SurfaceVelocity<'_>),
+            &Accuracy::relative(ACCURACY),
+        )?)
+    }
+}
+
+/// Velocities at points; `None` for a point outside the fluid.
+///
+/// Cost: about ten microseconds per point and sphere.
+///
+/// # Errors
+/// Spheres that are too many for the expansions; a point whose velocity is not finite.
+pub(super) fn velocities_at(
+    moving: &MovingSpheres,
+    medium: &Medium,
+    points: &[Vector3<f64>],
+) -> Result<Vec<Option<Vector3<f64>>>, ModelError> {
+    let flow = moving.disturbance(medium)?;
+    let velocity = |x: &Vector3<f64>| match flow.velocity(x) {
+        Ok(disturbance) => Ok(Some(disturbance + moving.background(x))),
+        Err(HydroError::NotInFluid { .. }) => Ok(None),
+        Err(error) => Err(error.into()),
+    };
+    points.iter().map(velocity).collect()
+}
+
 /// A mesh around spheres in scaled units, and the velocity at its nodes.
 ///
-/// Shapes: `names` one per sphere; `velocities` six per sphere, `(U, ω)`. `motion` is that of the
-/// surfaces, and the background flow. Cost: a mesh, and about
-/// ten microseconds per node and sphere.
+/// Shapes: `names` one per sphere. Cost: a mesh, and about ten microseconds per node and sphere.
 ///
 /// # Errors
 /// Spheres around which no mesh can be generated, or that are too close for the expansions.
 pub(super) fn flow_field(
-    spheres: &Spheres,
+    moving: &MovingSpheres,
     medium: &Medium,
     names: &[&str],
-    velocities: &DVector<f64>,
-    motion: Option<&SurfaceMotion>,
 ) -> Result<(TetMesh, Vec<Vector3<f64>>), ModelError> {
+    let MovingSpheres {
+        spheres,
+        velocities,
+        surfaces: motion,
+    } = moving;
     let surfaces: Vec<Sphere> = spheres
         .centres()
         .iter()
@@ -58,19 +116,7 @@ pub(super) fn flow_field(
         .chain([(Container::TAG, container.surface())])
         .collect();
     let mesh = TetMesh::curved(tets, &named)?;
-    let surface = |sphere: usize, n: &Vector3<f64>| {
-        let x = spheres.centres()[sphere] + spheres.radii()[sphere] * n;
-        motion.map_or_else(Vector3::zeros, |motion| {
-            motion.slip(sphere, n) - motion.background(&x)
-        })
-    };
-    let flow = VelocityField::with_surface_velocity(
-        spheres,
-        medium,
-        velocities,
-        motion.map(|_| &surface as &SurfaceVelocity<'_>),
-        &Accuracy::relative(ACCURACY),
-    )?;
+    let flow = moving.disturbance(medium)?;
     // On surfaces the velocity is given; by rounding, nodes may lie inside a sphere.
     let mut known = vec![None; mesh.n_points()];
     if *medium != Medium::Unbounded {
@@ -87,7 +133,7 @@ pub(super) fn flow_field(
         for &node in mesh.nodes_on(mesh.tag(name)?).iter() {
             let arm = mesh.points()[node as usize] - centre;
             let of_surface = match motion {
-                Some(_) => surface(number, &arm.normalize()),
+                Some(_) => moving.surface_velocity(number, &arm.normalize()),
                 None => Vector3::zeros(),
             };
             known[node as usize] = Some(at(0) + at(3).cross(&arm) + of_surface);
@@ -101,7 +147,10 @@ pub(super) fn flow_field(
     let velocity = (known.into_iter().zip(mesh.points()))
         .map(|(known, x)| {
             let disturbance = known.or_else(|| found.next()).unwrap_or_default();
-            motion.map_or(disturbance, |motion| disturbance + motion.background(x))
+            match motion {
+                Some(motion) => disturbance + motion.background(x),
+                None => disturbance,
+            }
         })
         .collect();
     Ok((mesh, velocity))

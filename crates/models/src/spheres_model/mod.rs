@@ -1,11 +1,11 @@
 //! Models of spheres without a mesh: Oseen, Rotne-Prager-Yamakawa, multipole expansions.
 
 mod flow_field;
+mod resistances;
 
 use std::time::Instant as Clock;
 
-use microhydro::multipole::Orders;
-use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole, oseen, rpy};
+use microhydro::{Medium, Spheres, multipole};
 use nalgebra::{DMatrix, Vector3};
 use rigid::StateVelocity;
 
@@ -14,8 +14,10 @@ use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Cost, Hydrodynamics, Query};
 use crate::mobility::{self, MobilitySolution};
 use crate::scaled_scene::ScaledScene;
-use crate::solution::{FlowField, InstantaneousSolution};
+use crate::solution::{FlowField, InstantaneousSolution, PointFlow};
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
+use flow_field::MovingSpheres;
+use resistances::{Resistances, compute};
 use scene::{Domain, ModelKind, Scene, Shape};
 use stokes::{Dofs, Seconds, SolverReport};
 
@@ -42,6 +44,7 @@ impl SphereModel {
 }
 
 /// Model of spheres in unbounded fluid, in a ball, or above a wall.
+#[derive(Clone)]
 pub struct SpheresModel {
     kind: SphereModel,
     /// Whether the model was chosen such that its error meets the tolerance of the scene.
@@ -53,29 +56,6 @@ pub struct SpheresModel {
     medium: Medium,
     /// The last configuration, whose resistance serves other rates of the links.
     last: Option<(Spheres, Resistances)>,
-}
-
-/// Orders of the multipole expansions that estimate the error of Oseen and RPY, in ascending order.
-///
-/// They are fixed orders instead of tolerances. Near contact a tolerance would need orders in the
-/// hundreds, although these models have errors of the size of the velocities there.
-const REFERENCE_ORDERS: [usize; 4] = [4, 8, 16, 28];
-
-/// Largest error of an accepted reference, relative to the error that it finds.
-const REFERENCE_ACCURACY: f64 = 0.3;
-
-/// A grand resistance matrix, and reference matrices from which its error is estimated.
-#[derive(Clone)]
-struct Resistances {
-    matrix: DMatrix<f64>,
-    /// Reference matrices with factors.
-    ///
-    /// The error of a quantity is the sum of the differences between successive matrices, starting
-    /// with `matrix`, each multiplied by the factor of the later one.
-    references: Vec<(DMatrix<f64>, f64)>,
-    /// Orders of multipole expansions.
-    orders: Option<Orders>,
-    dofs: usize,
 }
 
 impl SpheresModel {
@@ -163,52 +143,9 @@ impl SpheresModel {
         {
             return Ok(resistances.clone());
         }
-        let resistances = self.compute(&spheres)?;
+        let resistances = compute(self.kind, &spheres, &self.medium)?;
         self.last = Some((spheres, resistances.clone()));
         Ok(resistances)
-    }
-
-    fn compute(&self, spheres: &Spheres) -> Result<Resistances, ModelError> {
-        let expansion = |accuracy: Accuracy| -> Result<Resistance, ModelError> {
-            Ok(multipole::resistance(spheres, &self.medium, &accuracy)?)
-        };
-        let matrix = match self.kind {
-            SphereModel::Multipole(tolerance) => {
-                // Where the tolerance is out of reach, the error bar of the answer says so.
-                let accuracy = Accuracy::relative(tolerance);
-                let result = multipole::resistance_best(spheres, &self.medium, &accuracy)?;
-                return Ok(Resistances {
-                    dofs: result.dofs(),
-                    orders: Some(result.orders().clone()),
-                    references: vec![(result.coarser().clone(), result.tail())],
-                    matrix: result.matrix().clone(),
-                });
-            }
-            SphereModel::Oseen => oseen::resistance(spheres, &self.medium)?,
-            SphereModel::Rpy => rpy::resistance(spheres, &self.medium)?,
-        };
-        let dofs = matrix.nrows();
-        let mut reference = expansion(Accuracy::order(REFERENCE_ORDERS[0]))?;
-        for &order in &REFERENCE_ORDERS[1..] {
-            let difference = reference.relative_difference(&matrix);
-            if reference.relative_error() <= REFERENCE_ACCURACY * difference {
-                break;
-            }
-            match expansion(Accuracy::order(order)) {
-                // The last reference that fits into memory estimates the error.
-                Err(ModelError::Spheres(HydroError::TooLarge { .. })) => break,
-                found => reference = found?,
-            }
-        }
-        Ok(Resistances {
-            matrix,
-            references: vec![
-                (reference.matrix().clone(), 1.0),
-                (reference.coarser().clone(), reference.tail()),
-            ],
-            orders: None,
-            dofs,
-        })
     }
 
     /// Effects of slip and background flow, and those by expansions of lower order.
@@ -239,6 +176,26 @@ impl SpheresModel {
             effect(&flow.velocities, &flow.powers),
             effect(&flow.coarser_velocities, &flow.coarser_powers),
         ]))
+    }
+
+    /// The spheres of a configuration with their velocities.
+    fn moving(
+        &mut self,
+        configuration: Configuration,
+        rates: &[f64],
+    ) -> Result<MovingSpheres, ModelError> {
+        let resistances = self.resistance_at(configuration)?;
+        let set = &self.scaled.set;
+        let loads = &self.scaled.loads(None);
+        let constraints = self.scaled.constraints(configuration, rates)?;
+        let surfaces = self.surface_effects(configuration, &resistances)?;
+        let effect = surfaces.as_ref().map(|[effect, _]| effect);
+        let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, effect)?;
+        Ok(MovingSpheres {
+            spheres: self.spheres(configuration)?,
+            velocities: solved.generalised.select_rows(&set.surface_velocities()),
+            surfaces: SurfaceMotion::new(&self.scaled, &self.scaled.poses(configuration)?),
+        })
     }
 
     /// The solution for one set of rates.
@@ -313,6 +270,10 @@ impl Hydrodynamics for SpheresModel {
         &self.scaled.scene
     }
 
+    fn duplicate(&self) -> Option<Box<dyn Hydrodynamics>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         (query.rates.iter())
             .map(|rates| self.solve_rates(query, rates))
@@ -328,24 +289,23 @@ impl Hydrodynamics for SpheresModel {
         Ok(self.scaled.scale.resistance_to_scene(resistances.matrix))
     }
 
+    fn resistance_errors(
+        &mut self,
+        configuration: Configuration<'_>,
+    ) -> Result<Option<DMatrix<f64>>, ModelError> {
+        let errors = self.resistance_at(configuration)?.errors();
+        Ok(Some(self.scaled.scale.resistance_to_scene(errors)))
+    }
+
     fn flow(
         &mut self,
         configuration: Configuration<'_>,
         rates: &[f64],
     ) -> Result<FlowField, ModelError> {
-        let resistances = self.resistance_at(configuration)?;
-        let ScaledScene { scale, set, .. } = &self.scaled;
-        let loads = &self.scaled.loads(None);
-        let constraints = self.scaled.constraints(configuration, rates)?;
-        let surfaces = self.surface_effects(configuration, &resistances)?;
-        let effect = surfaces.as_ref().map(|[effect, _]| effect);
-        let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, effect)?;
-        let spheres = self.spheres(configuration)?;
+        let moving = self.moving(configuration, rates)?;
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        let velocities = solved.generalised.select_rows(&set.surface_velocities());
-        let motion = SurfaceMotion::new(&self.scaled, &self.scaled.poses(configuration)?);
-        let (mesh, velocity) =
-            flow_field::flow_field(&spheres, &self.medium, &names, &velocities, motion.as_ref())?;
+        let (mesh, velocity) = flow_field::flow_field(&moving, &self.medium, &names)?;
+        let scale = &self.scaled.scale;
         Ok(FlowField {
             mesh: scale.mesh_to_scene(&mesh)?,
             velocity: velocity
@@ -354,6 +314,23 @@ impl Hydrodynamics for SpheresModel {
                 .collect(),
             pressure: Vec::new(),
         })
+    }
+
+    fn flow_at(
+        &mut self,
+        configuration: Configuration<'_>,
+        rates: &[f64],
+        points: &[Vector3<f64>],
+    ) -> Result<Vec<Option<PointFlow>>, ModelError> {
+        let moving = self.moving(configuration, rates)?;
+        let scale = &self.scaled.scale;
+        let scaled: Vec<_> = points.iter().map(|x| x.map(|x| scale.length(x))).collect();
+        let velocities = flow_field::velocities_at(&moving, &self.medium, &scaled)?;
+        let in_scene = |velocity| PointFlow {
+            velocity: scale.velocity_to_scene(velocity),
+            pressure: None,
+        };
+        Ok(velocities.into_iter().map(|u| u.map(in_scene)).collect())
     }
 
     fn joint_responses(

@@ -10,5 +10,6 @@ mod remeshed_files;
 mod scenes;
 mod surface_files;
 mod table_errors;
+mod tables;
 mod tabulated;
 mod units;

@@ -7,7 +7,7 @@ use super::of_design::OF_DESIGN;
 use super::of_gait::OF_GAIT;
 use crate::words::{
     AcceptKind, BackgroundKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind,
-    MeshMotionKind, MirrorKind, ModelKind, SolverKind, SurfaceKind,
+    MeshMotionKind, MesherKind, MirrorKind, ModelKind, SolverKind, SurfaceKind,
 };
 
 pub(super) const fn key(
@@ -229,6 +229,13 @@ const OTHERS: &[Key] = &[
         "how the mesh moves with the bodies until it is remeshed; `auto` is \
          `kanchi-masud`, and for the mesh of a file `biharmonic` and other methods before the fluid \
          inside its walls is remeshed; the rest is for comparison",
+    ),
+    key(
+        "fem.mesher",
+        Kind::Word(MesherKind::WORDS),
+        Value("auto"),
+        "`gmsh`: where the fluid inside the walls of a mesh file cannot be remeshed otherwise, the \
+         command `gmsh` is run, which must be installed",
     ),
     key(
         "fem.mirror",

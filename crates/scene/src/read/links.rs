@@ -67,7 +67,8 @@ pub(super) fn links(
 /// Bodies and links as an articulation; links need a direction, and points need a link.
 ///
 /// Links in `start` have other values at the start than in the pose of the file: bodies of slides
-/// are moved along the directions of the links, joints that turn start from their angles.
+/// are moved along the directions of the links, with the pivots of their other joints; joints that
+/// turn start from their angles.
 pub(super) fn articulation(
     checks: &Checks,
     bodies: &mut [Body],
@@ -126,10 +127,16 @@ pub(super) fn articulation(
         true => set,
         false => {
             let poses = set.place(&set.initial_state(), &lengths).map_err(bad)?;
+            let mut links = set.links().to_vec();
+            // Slides only change their lengths here, so that nothing turns.
+            for link in &mut links {
+                let shift = poses[link.to].translation.vector - bodies[link.to].position;
+                link.joint = link.joint.translated(&shift);
+            }
             for (body, pose) in bodies.iter_mut().zip(poses) {
                 body.position = pose.translation.vector;
             }
-            join(set.links().to_vec(), bodies).map_err(bad)?
+            join(links, bodies).map_err(bad)?
         }
     };
     set.with_initial_values(&angles).map_err(bad)

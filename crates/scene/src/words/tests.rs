@@ -31,6 +31,7 @@ fn serde_and_the_lists_of_words_agree() {
     check::<FormulationKind>(FormulationKind::WORDS);
     check::<SolverKind>(SolverKind::WORDS);
     check::<MeshMotionKind>(MeshMotionKind::WORDS);
+    check::<MesherKind>(MesherKind::WORDS);
     check::<GeometryKind>(GeometryKind::WORDS);
     check::<MirrorKind>(MirrorKind::WORDS);
     check::<EstimatesKind>(EstimatesKind::WORDS);

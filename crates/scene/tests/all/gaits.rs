@@ -1,5 +1,7 @@
 //! Gaits that move several links at once.
 
+use nalgebra::Vector3;
+use rigid::Joint;
 use scene::{LengthPath, Scene, legs};
 
 /// Three spheres on a line, with arms of the length 10.
@@ -278,4 +280,32 @@ fn bad_gaits_are_refused_with_their_key() {
             assert!(message.contains(part), "{gait}\n{message}\nwithout {part}");
         }
     }
+}
+
+/// The pivot of a hinge stays where it is on its bodies when the mean of a slide moves them.
+#[test]
+fn bug_means_of_gaits_moved_bodies_without_their_pivots() {
+    let scene = Scene::parse(
+        "bodies = [\n\
+           { name = \"tail\", radius = 1, position = [-5, 0, 0] },\n\
+           { name = \"middle\", radius = 1, position = [0, 0, 0] },\n\
+           { name = \"head\", radius = 1, position = [4, 0, 0] },\n\
+         ]\n\
+         links = [\n\
+           { name = \"arm\", body = \"middle\", to = \"tail\" },\n\
+           { name = \"neck\", body = \"head\", to = \"middle\", joint = \"hinge\", axis = [0, 0, 1], pivot = [2, 0, 0] },\n\
+         ]\n\
+         [gait]\nperiod = 1\n\
+         harmonics = [{ link = \"arm\", amplitude = 1, mean = 8 }, { link = \"neck\", amplitude = 0.5 }]\n",
+    )
+    .unwrap();
+    // The root stays at -5, the rest is three farther.
+    assert!((scene.bodies()[2].position - Vector3::new(7.0, 0.0, 0.0)).norm() < 1e-14);
+    let Joint::Turn { pivot, .. } = scene.articulation().links()[1].joint else {
+        panic!("a hinge");
+    };
+    assert!(
+        (pivot - Vector3::new(5.0, 0.0, 0.0)).norm() < 1e-14,
+        "{pivot}"
+    );
 }

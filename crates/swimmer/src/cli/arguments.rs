@@ -25,6 +25,10 @@ pub enum Command {
         /// Continue an interrupted run from its checkpoint in the folder
         #[arg(long)]
         resume: bool,
+        /// Add the derivatives of the net displacement by radii, lengths, amplitudes and springs
+        /// (four more runs each); write sensitivities.csv
+        #[arg(long)]
+        sensitivities: bool,
     },
     /// Compute velocities and forces at the start of the first phase of the gait
     Solve {

@@ -3,12 +3,12 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use swimmer::design::StrokeLimits;
+use swimmer::design::{StrokeLimits, StrokeTable};
 use swimmer::models::ShapeGeometry;
 use swimmer::output::Folder;
 use swimmer::{Scene, SwimError};
 
-use super::text::entry;
+use super::text::{entry, two_digits};
 
 /// The folder of the results.
 pub fn folder_of(scene: &Scene, out: Option<PathBuf>) -> Result<Folder, SwimError> {
@@ -47,16 +47,32 @@ pub fn write_map(
     Ok(())
 }
 
-/// The line about a table.
-pub fn table_entry(points: usize, degrees: &[usize], is_stored: bool) -> String {
-    let degrees: Vec<String> = degrees.iter().map(ToString::to_string).collect();
-    let source = if is_stored {
-        ", read from the folder"
-    } else {
-        ""
+/// The lines about a table: its size, and its errors per unit rate.
+pub fn table_entries(table: &StrokeTable) -> String {
+    let geometry = &table.geometry;
+    let degrees: Vec<String> = geometry.degrees().iter().map(ToString::to_string).collect();
+    let source = match table.stored {
+        0 => String::new(),
+        stored => format!(", {stored} of them read from the folder"),
     };
+    let (interpolation, model) = geometry.errors();
+    let mut errors = format!(
+        "interpolation {}, model {}",
+        two_digits(interpolation),
+        two_digits(model)
+    );
+    if geometry.position_error() > 0.0 {
+        errors += &format!(
+            ", place in the container {}",
+            two_digits(geometry.position_error())
+        );
+    }
     entry(
         "table",
-        &format!("{points} shapes, degrees {}{source}", degrees.join(" x ")),
-    )
+        &format!(
+            "{} shapes, degrees {}{source}",
+            geometry.points(),
+            degrees.join(" x ")
+        ),
+    ) + &entry("errors per unit rate", &errors)
 }

@@ -5,9 +5,9 @@ use swimmer::SwimError;
 use swimmer::design::{StrokeLimits, gait_shapes, gait_totals, tabulate};
 
 use super::arguments::DesignArguments;
-use super::design_files::{folder_of, names, table_entry, write_map};
+use super::design_files::{folder_of, names, table_entries, write_map};
 use super::design_progress::Progress;
-use super::text::{entry, two_digits};
+use super::text::entry;
 
 /// Relative error of the table.
 const MAP_TOLERANCE: f64 = 1e-6;
@@ -47,7 +47,11 @@ pub fn map(arguments: DesignArguments) -> Result<String, SwimError> {
             "ranges": geometry.ranges(),
             "degrees": geometry.degrees(),
             "points": geometry.points(),
-            "error_estimate": { "interpolation": interpolation, "model": model },
+            "error_estimate": {
+                "interpolation": interpolation,
+                "model": model,
+                "position": geometry.position_error(),
+            },
             "middle": middle,
             "curvature": squares,
             "gait": gait.map(|(totals, product)| json!({
@@ -60,15 +64,7 @@ pub fn map(arguments: DesignArguments) -> Result<String, SwimError> {
     }
     let mut text = entry("scene", scene.name());
     text += &entry("model", &table.model);
-    text += &table_entry(geometry.points(), geometry.degrees(), table.is_stored);
-    text += &entry(
-        "errors per unit rate",
-        &format!(
-            "interpolation {}, model {}",
-            two_digits(interpolation),
-            two_digits(model)
-        ),
-    );
+    text += &table_entries(&table);
     for (a, b, c) in &squares {
         text += &entry(
             "per unit square",

@@ -12,6 +12,7 @@ mod new;
 mod optimise;
 mod progress;
 mod run;
+mod sensitivities;
 mod solve;
 mod text;
 
@@ -24,7 +25,12 @@ use arguments::{Arguments, Command};
 /// Runs the command and returns its exit code, see [`swimmer::SwimError::exit_code`].
 pub fn main() -> ExitCode {
     let result = match Arguments::parse().command {
-        Command::Run { scene, out, resume } => run::run(&scene, out, resume),
+        Command::Run {
+            scene,
+            out,
+            resume,
+            sensitivities,
+        } => run::run(&scene, out, resume, sensitivities),
         Command::Solve {
             scene,
             json,

@@ -4,34 +4,9 @@ use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::PathBuf;
 
-use swimmer::SwimError;
+use swimmer::{SwimError, TEMPLATES};
 
 use super::text::entry;
-
-/// Names and contents of the example scenes.
-const TEMPLATES: [(&str, &str); 12] = [
-    (
-        "three-sphere",
-        include_str!("../../templates/three-sphere.toml"),
-    ),
-    ("smooth", include_str!("../../templates/smooth.toml")),
-    ("chain", include_str!("../../templates/chain.toml")),
-    ("planar", include_str!("../../templates/planar.toml")),
-    (
-        "tetrahedral",
-        include_str!("../../templates/tetrahedral.toml"),
-    ),
-    ("purcell", include_str!("../../templates/purcell.toml")),
-    ("scallop", include_str!("../../templates/scallop.toml")),
-    (
-        "elastic-arm",
-        include_str!("../../templates/elastic-arm.toml"),
-    ),
-    ("corkscrew", include_str!("../../templates/corkscrew.toml")),
-    ("squirmer", include_str!("../../templates/squirmer.toml")),
-    ("jeffery", include_str!("../../templates/jeffery.toml")),
-    ("settling", include_str!("../../templates/settling.toml")),
-];
 
 /// Writes an example scene to a file that must not exist yet.
 pub fn new(name: &str, out: Option<PathBuf>) -> Result<String, SwimError> {
@@ -53,5 +28,10 @@ pub fn new(name: &str, out: Option<PathBuf>) -> Result<String, SwimError> {
             source,
         })?;
     let path = path.display();
-    Ok(entry("scene file", &path.to_string()) + &entry("next", &format!("swim run {path}")))
+    let command = match name {
+        "optimal-stroke" => "optimise",
+        "learning" => "learn",
+        _ => "run",
+    };
+    Ok(entry("scene file", &path.to_string()) + &entry("next", &format!("swim {command} {path}")))
 }

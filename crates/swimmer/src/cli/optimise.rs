@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
-use swimmer::design::{DesignedStroke, design_stroke};
+use swimmer::design::{DesignedStroke, StrokeTotals, design_stroke};
 use swimmer::scene::ObjectiveKind;
 use swimmer::{Scene, SwimError};
 
 use super::arguments::DesignArguments;
-use super::design_files::{folder_of, names, table_entry, write, write_map};
+use super::design_files::{folder_of, names, table_entries, write, write_map};
 use super::design_progress::Progress;
 use super::text::{count, duration, entry, two_digits, warn, with_uncertainty};
 
@@ -86,6 +86,7 @@ fn optimum_json(found: &DesignedStroke) -> Value {
             "points": found.table.geometry.points(),
             "displacement_error": found.table_error,
             "errors": found.table.geometry.errors(),
+            "position_error": found.table.geometry.position_error(),
         },
         "run": {
             "model": found.model,
@@ -103,13 +104,20 @@ fn optimum_json(found: &DesignedStroke) -> Value {
     })
 }
 
+/// Radius of the circle on which cycle follows on cycle: the start and the end of one are two of
+/// its points, seen under the angle of the rotation.
+fn circle(totals: &StrokeTotals) -> f64 {
+    let axis = totals.rotation.normalize();
+    let across = totals.displacement - axis * axis.dot(&totals.displacement);
+    across.norm() / (2.0 * (0.5 * totals.rotation.norm()).sin())
+}
+
 fn describe(scene: &Scene, found: &DesignedStroke, out: &Path, seconds: f64) -> String {
     let (optimum, outcome) = (&found.optimum, &found.outcome);
-    let geometry = &found.table.geometry;
     let mut text = entry("scene", scene.name());
     text += &entry("objective", scene.optimise().objective.word());
     text += &entry("model", found.model);
-    text += &table_entry(geometry.points(), geometry.degrees(), found.table.is_stored);
+    text += &table_entries(&found.table);
     text += &entry(
         "search",
         &format!(
@@ -135,6 +143,14 @@ fn describe(scene: &Scene, found: &DesignedStroke, out: &Path, seconds: f64) -> 
             &format!(
                 "({:.6}, {:.6}, {:.6}) rad",
                 rotation.x, rotation.y, rotation.z
+            ),
+        );
+        text += &entry(
+            "heading",
+            &format!(
+                "turns by {:.4} degrees per cycle, on a circle of radius {:.4}",
+                rotation.norm().to_degrees(),
+                circle(&optimum.totals)
             ),
         );
     }

@@ -10,6 +10,7 @@ use swimmer::{Report, SwimError};
 use super::arguments::SceneArguments;
 use super::displacements::displacement_table;
 use super::progress::Progress;
+use super::sensitivities::sensitivities;
 use super::text::{
     count, duration, entry, error_estimates, print, two_digits, warn, with_uncertainty,
 };
@@ -18,6 +19,7 @@ pub fn run(
     arguments: &SceneArguments,
     out: Option<PathBuf>,
     resume: bool,
+    with_sensitivities: bool,
 ) -> Result<String, SwimError> {
     let scene = arguments.read()?;
     let out = out.unwrap_or_else(|| PathBuf::from("out").join(scene.name()));
@@ -31,7 +33,11 @@ pub fn run(
     for warning in warnings(&report) {
         warn(&warning);
     }
-    Ok(describe(&report, &out))
+    let mut text = describe(&report, &out);
+    if with_sensitivities {
+        text += &sensitivities(&report.scene, &out)?;
+    }
+    Ok(text)
 }
 
 /// A flag that the first Ctrl-C or termination signal sets; the second ends the program at once.

@@ -139,7 +139,8 @@ pub fn design_stroke(
     let drag = 6.0 * PI * scene.viscosity() * radii.sum::<f64>();
     Ok(DesignedStroke {
         efficiency: drag * optimum.totals.displacement.norm_squared() / product,
-        table_error: (interpolation + model_error) * path.sum::<f64>(),
+        table_error: (interpolation + model_error + table.geometry.position_error())
+            * path.sum::<f64>(),
         lengths,
         model: model.name(),
         run_displacement: outcome.displacement[scene.articulation().linkages()[0].root].norm(),

@@ -1,9 +1,9 @@
 //! The table of connection and metric over the limits of a scene, stored on disk.
 
 use std::io::Write as _;
-use std::path::Path;
+use std::time::{Duration, Instant as Clock};
 
-use models::{ModelError, ShapeGeometry, ShapeSpace};
+use models::{ModelError, ShapeGeometry, ShapeSpace, SolvedShapes};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -16,15 +16,35 @@ use crate::planning::{Choice, choose};
 /// Name of the file of a table.
 const FILE: &str = "table.json";
 
-/// A table with what it was computed from.
+/// Name of the file of the shapes that are solved while a table is computed.
+const PARTIAL_FILE: &str = "table.partial.json";
+
+/// Time between two writes of the shapes that are solved: all that an interrupted computation loses
+/// beside its last shape.
+const BETWEEN_WRITES: Duration = Duration::from_secs(5);
+
+/// A table or a part of it, with what it was computed from.
 #[derive(Deserialize, Serialize)]
-struct Stored {
+struct Stored<T> {
     /// The scene as TOML.
     scene: String,
     ranges: Vec<(f64, f64)>,
     tolerance: f64,
     model: String,
-    table: ShapeGeometry,
+    table: T,
+}
+
+impl Stored<()> {
+    /// The same origin with a table.
+    fn with<T>(&self, table: T) -> Stored<T> {
+        Stored {
+            scene: self.scene.clone(),
+            ranges: self.ranges.clone(),
+            tolerance: self.tolerance,
+            model: self.model.clone(),
+            table,
+        }
+    }
 }
 
 /// A table, and where it is from.
@@ -34,12 +54,15 @@ pub struct StrokeTable {
     pub geometry: ShapeGeometry,
     /// Name of the model.
     pub model: String,
-    /// Whether it was read from the folder.
-    pub is_stored: bool,
+    /// Number of its shapes that were read from the folder.
+    pub stored: usize,
 }
 
 /// Tabulates connection and metric over the limits, or reads them from the folder of an earlier run
 /// of the same flow problem.
+///
+/// Shapes that an interrupted computation has solved are in the folder too, and are used by the
+/// next one, which ends with the same bits as one that was not interrupted.
 ///
 /// # Errors
 /// A scene whose motion depends on more than the shape, errors of the model, files that cannot be
@@ -51,20 +74,50 @@ pub fn tabulate(
     folder: Option<&Folder>,
     progress: &mut dyn DesignProgress,
 ) -> Result<StrokeTable, SwimError> {
-    if let Some(stored) = folder.and_then(|folder| stored(folder.path(), scene, limits, tolerance))
-    {
+    if !scene.is_driven_by_shape() {
+        return Err(SwimError::NotApplicable {
+            place: scene.place("optimise"),
+            problem: "tables over shapes require a motion that the joints determine: one linkage \
+                      without external loads, masses, slip, background flow and passive joints"
+                .to_owned(),
+        });
+    }
+    let stored = folder.and_then(|folder| read::<ShapeGeometry>(folder, FILE, scene, limits));
+    if let Some(stored) = stored.filter(|stored| stored.tolerance <= tolerance) {
         return Ok(StrokeTable {
+            stored: stored.table.points(),
             geometry: stored.table,
             model: stored.model,
-            is_stored: true,
         });
     }
     let Choice { mut model, .. } = choose(scene)?;
-    let mut done = 0;
-    let mut observe = |points: usize| {
-        done = points;
-        progress.tabulated(points);
-        match progress.is_interrupted() {
+    let name = model.name();
+    let solved = folder
+        .and_then(|folder| read::<SolvedShapes>(folder, PARTIAL_FILE, scene, limits))
+        .filter(|part| part.model == name)
+        .map_or_else(SolvedShapes::default, |part| part.table);
+    let known = solved.len();
+    let origin = Stored {
+        scene: scene.to_toml()?,
+        ranges: limits.ranges.clone(),
+        tolerance,
+        model: name.to_owned(),
+        table: (),
+    };
+    let mut done = known;
+    let mut failed = None;
+    let mut written = Clock::now();
+    let mut observe = |solved: &SolvedShapes| {
+        done = solved.len();
+        progress.tabulated(done);
+        let is_interrupted = progress.is_interrupted();
+        if let Some(folder) = folder
+            && (is_interrupted || written.elapsed() >= BETWEEN_WRITES)
+        {
+            failed = write(folder, PARTIAL_FILE, &origin.with(solved)).err();
+            written = Clock::now();
+        }
+        match is_interrupted || failed.is_some() {
             // Replaced below by an error of this crate.
             true => Err(ModelError::ShapeSpace {
                 problem: "interrupted".to_owned(),
@@ -72,48 +125,57 @@ pub fn tabulate(
             false => Ok(()),
         }
     };
-    let space = ShapeSpace::tabulate_observed(
+    let space = ShapeSpace::tabulate_from(
         scene,
         model.as_mut(),
         &limits.ranges,
         tolerance,
+        solved,
         &mut observe,
     );
+    if let Some(error) = failed {
+        return Err(error);
+    }
     if progress.is_interrupted() {
         return Err(SwimError::Stopped {
-            what: format!("{done} shapes of the table"),
+            what: format!("{done} shapes of the table; the same command continues with them"),
         });
     }
-    let stored = Stored {
-        scene: scene.to_toml()?,
-        ranges: limits.ranges.clone(),
-        tolerance,
-        model: model.name().to_owned(),
-        table: space?.geometry()?,
-    };
+    let geometry = space?.geometry()?;
     if let Some(folder) = folder {
-        folder.write(FILE, |file| {
-            serde_json::to_writer(&mut *file, &stored)?;
-            writeln!(file)
-        })?;
+        write(folder, FILE, &origin.with(&geometry))?;
+        // A part that cannot be removed is read again, to no harm.
+        let _ = std::fs::remove_file(folder.path().join(PARTIAL_FILE));
     }
     Ok(StrokeTable {
-        geometry: stored.table,
-        model: stored.model,
-        is_stored: false,
+        geometry,
+        model: name.to_owned(),
+        stored: known,
     })
 }
 
-/// The table in a folder, if it is one of the same flow problem, limits and accuracy.
-fn stored(folder: &Path, scene: &Scene, limits: &StrokeLimits, tolerance: f64) -> Option<Stored> {
-    let text = std::fs::read_to_string(folder.join(FILE)).ok()?;
-    let stored: Stored = serde_json::from_str(&text).ok()?;
+fn write<T: Serialize>(folder: &Folder, name: &str, stored: &Stored<&T>) -> Result<(), SwimError> {
+    folder.write(name, |file| {
+        serde_json::to_writer(&mut *file, stored)?;
+        writeln!(file)
+    })?;
+    Ok(())
+}
+
+/// The contents of a file of a folder, if it is of the same flow problem and limits.
+fn read<T: for<'a> Deserialize<'a>>(
+    folder: &Folder,
+    name: &str,
+    scene: &Scene,
+    limits: &StrokeLimits,
+) -> Option<Stored<T>> {
+    let text = std::fs::read_to_string(folder.path().join(name)).ok()?;
+    let stored: Stored<T> = serde_json::from_str(&text).ok()?;
     let other = Scene::parse(&stored.scene).ok()?;
     let is_same = scene.differing_key(&other).is_none()
         && other.initial_state() == scene.initial_state()
         && other.model() == scene.model()
         && other.fem() == scene.fem()
-        && stored.ranges == limits.ranges
-        && stored.tolerance <= tolerance;
+        && stored.ranges == limits.ranges;
     is_same.then_some(stored)
 }

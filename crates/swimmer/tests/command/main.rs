@@ -1,5 +1,6 @@
 //! The `swim` command as a user meets it.
 
+mod design;
 mod output;
 mod printed;
 mod resume;

@@ -1,4 +1,6 @@
-//! Design of strokes: optimal strokes and learned ones against exact values.
+//! Design of strokes: optimal strokes, learned ones and derivatives against exact values.
 
 mod learned;
 mod optimal;
+mod sensitivities;
+mod turning;

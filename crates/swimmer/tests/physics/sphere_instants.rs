@@ -227,3 +227,23 @@ fn flow_fields_satisfy_the_boundary_conditions() {
         }
     }
 }
+
+#[test]
+fn error_bars_of_a_resistance_contain_its_error() {
+    let found = [1e-2, 1e-10].map(|tolerance| {
+        let scene = Scene::parse(&format!(
+            "model = {{ kind = \"multipole\", tolerance = {tolerance:e} }}\nfluid.viscosity = 3\n\
+             [[bodies]]\nname = \"a\"\nradius = 2\nposition = [0, 0, 0]\n\
+             [[bodies]]\nname = \"b\"\nradius = 2\nposition = [0, 3, 4]\n"
+        ))
+        .unwrap();
+        let mut model = choose(&scene).unwrap().model;
+        let matrix = swimmer::start_resistance(&scene, model.as_mut()).unwrap();
+        let errors = swimmer::start_resistance_errors(&scene, model.as_mut()).unwrap();
+        (matrix, errors.unwrap())
+    });
+    let [(coarse, bars), (fine, fine_bars)] = found;
+    assert!(fine_bars.amax() < 1e-8 * fine.amax() && bars.amax() > 1e-6 * fine.amax());
+    let excess = (&coarse - &fine).abs() - bars - fine_bars;
+    assert!(excess.max() < 1e-9 * fine.amax(), "{:e}", excess.max());
+}

@@ -172,3 +172,27 @@ fn samples_and_curve_are_the_trajectory_at_their_times() {
     let [first, last] = [outcome.curve.first(), outcome.curve.last()].map(|point| point.unwrap().0);
     assert_eq!((first, last), (0.0, scene.gait().duration()));
 }
+
+#[test]
+fn a_run_without_files_has_the_result_of_one_with_files() {
+    let text = include_str!("../../templates/three-sphere.toml");
+    let folder = tempfile::tempdir().unwrap();
+    let parsed = || Scene::parse(text).unwrap();
+    let with_files = swimmer::run(parsed(), folder.path(), false, &mut ()).unwrap();
+    let without = swimmer::run_without_files(parsed(), &mut ()).unwrap();
+    assert_eq!(
+        without.outcome.displacement,
+        with_files.outcome.displacement
+    );
+    assert_eq!(without.outcome.solves, with_files.outcome.solves);
+
+    /// Stops a run after its first solve.
+    struct Stop;
+    impl swimmer::Progress for Stop {
+        fn is_interrupted(&self) -> bool {
+            true
+        }
+    }
+    let stopped = swimmer::run_without_files(parsed(), &mut Stop);
+    assert!(matches!(stopped, Err(SwimError::Interrupted { .. })));
+}

@@ -1,6 +1,8 @@
 //! A new mesh between the walls of a given mesh and its moved bodies.
 
+mod bisection;
 mod front;
+mod gmsh;
 mod groups;
 mod join;
 mod kept_cells;
@@ -8,24 +10,32 @@ mod recovery;
 mod sizes;
 
 use super::copies::first_copies;
-use super::layout::{Layout, triangulate_bodies};
+use super::layout::Layout;
 use super::meshed_body::MeshedBody;
 use super::params::GenerateParams;
 use super::size_field::SizeField;
 use super::size_map::SizeMap;
 use super::symmetry_planes::SymmetryPlanes;
+use super::triangulations::triangulate_bodies;
 use super::{assemble, improve, input_checks, smoothing};
 use crate::delaunay::LinkedTets;
 use crate::surface::FlatTriangles;
 use crate::tet_mesh::find_tag;
 use crate::{Facet, MeshError, NamedSurface, Surface, SurfaceMesh, TetMesh, Vec3};
+use bisection::{Edge, bisected, long_in_gaps, longest_edge};
 use front::Fronts;
+pub use gmsh::remesh_by_gmsh;
 use kept_cells::{KeptCells, MovedPart};
 use nalgebra::Isometry3;
 use recovery::{BadFace, Recovery, recovered};
 
 /// Largest number of times that the cells that stay are changed.
 const MAX_CHANGES: usize = 40;
+
+/// Largest number of times that edges of the mesh are divided.
+///
+/// Most placements need none to three; each takes as long as a mesh.
+const MAX_DIVISIONS: usize = 20;
 
 /// A body around which a mesh is generated again.
 #[derive(Clone, Copy)]
@@ -37,15 +47,18 @@ pub struct MovedBody<'a> {
     /// Its surface in the new place and the edge length on it, as [`MeshedBody::size`].
     ///
     /// The surface is triangulated again, with edges about as long as in the mesh. `None` if the
-    /// surface is known by the facets of the mesh only, which are then kept.
+    /// surface is known by the facets of the mesh only, which are then kept or divided.
     pub surface: Option<(&'a dyn Surface, f64)>,
 }
 
 /// Generates a new mesh between the walls of a mesh and its moved bodies.
 ///
 /// Walls are all boundary parts that are not bodies. Their facets are kept with their nodes, and so
-/// are those of bodies without a known surface. Edges are about as long as in `mesh`, shorter in
-/// gaps, and grow by at most [`GenerateParams::growth`] per unit of length.
+/// are those of bodies without a known surface, except that facets that are too large are divided:
+/// those of bodies whose edges exceed 1.5 times the width of a gap, and those that are not faces of
+/// the new cells otherwise. The parts follow the same quadratic map, so the shape stays the same.
+/// Edges are about as long as in `mesh`, shorter in gaps, and grow by at most
+/// [`GenerateParams::growth`] per unit of length.
 ///
 /// Method: cells of `mesh` near the walls and far from the bodies stay. The rest of the fluid is
 /// meshed as by [`generate`](crate::generate()). Faces of the cells that stay are faces of the
@@ -67,21 +80,58 @@ pub fn remesh(
     surfaces: &[NamedSurface],
 ) -> Result<TetMesh, MeshError> {
     input_checks::check_params(params)?;
-    let known = known_bodies(bodies);
-    input_checks::check_bodies(&known)?;
+    input_checks::check_bodies(&known_bodies(bodies))?;
     let part_of_tags = part_of_tags(mesh, bodies)?;
+    let mut divided: Option<TetMesh> = None;
+    let mut divisions = 0;
+    loop {
+        let mesh = divided.as_ref().unwrap_or(mesh);
+        match attempt(mesh, bodies, &part_of_tags, params, surfaces)? {
+            Attempt::Done(new) => return Ok(new),
+            Attempt::Divide { reason, .. } if divisions == MAX_DIVISIONS => return Err(reason),
+            Attempt::Divide { edges, .. } => divided = Some(bisected(mesh, &edges)?),
+        }
+        divisions += 1;
+    }
+}
+
+/// What comes of an attempt to generate a new mesh.
+enum Attempt {
+    /// The mesh.
+    Done(TetMesh),
+    /// Edges of the old mesh that are too long for it, and the error if they must stay.
+    Divide { edges: Vec<Edge>, reason: MeshError },
+}
+
+/// Generates a new mesh, unless facets of the old one are too large for it.
+///
+/// # Errors
+/// Those of [`remesh`].
+fn attempt(
+    mesh: &TetMesh,
+    bodies: &[MovedBody<'_>],
+    part_of_tags: &[u32],
+    params: &GenerateParams,
+    surfaces: &[NamedSurface],
+) -> Result<Attempt, MeshError> {
+    let known = known_bodies(bodies);
     let names: Vec<&str> = bodies.iter().map(|body| body.name).collect();
-    let given = given_surfaces(mesh, bodies, &part_of_tags);
+    let given = given_surfaces(mesh, bodies, part_of_tags);
     let parts = moved_parts(bodies, &given);
     let copies = first_copies(&known);
     let mut sizes = sizes::moved_sizes(mesh, &parts);
     sizes.extend(sizes::gap_sizes(
         mesh,
         &parts,
-        &part_of_tags,
+        part_of_tags,
         &names,
         params,
     )?);
+    let edges = long_in_gaps(mesh, &parts, part_of_tags);
+    if !edges.is_empty() {
+        let reason = not_recovered(mesh, &parts, &names, None);
+        return Ok(Attempt::Divide { edges, reason });
+    }
     sizes::share_among_copies(&mut sizes, &known, &copies);
     let mut params = params.clone();
     params.max_size = sizes.iter().map(|(_, size)| *size).fold(0.0, f64::max);
@@ -91,7 +141,7 @@ pub fn remesh(
     let planes = SymmetryPlanes::default();
     let triangulated = triangulate_bodies(&known, &copies, &field, planes, params.max_vertices)?;
 
-    let mut kept = KeptCells::near_walls(mesh, &parts, &part_of_tags);
+    let mut kept = KeptCells::near_walls(mesh, &parts, part_of_tags);
     for change in 0..=MAX_CHANGES {
         let fronts = Fronts::new(mesh, &parts, &kept);
         let layout_parts = fronts.layout_parts(&parts, &triangulated);
@@ -107,7 +157,11 @@ pub fn remesh(
             continue;
         }
         let Some(tets) = tets else {
-            return Err(not_recovered(mesh, &parts, &names, bad.first()));
+            let missing = bad.iter().map(|bad| longest_edge(mesh, bad.face.vertices));
+            return Ok(Attempt::Divide {
+                edges: missing.collect(),
+                reason: not_recovered(mesh, &parts, &names, bad.first()),
+            });
         };
         layout.given_offsets = fronts.offsets(mesh, &parts, &layout);
         let mut tets = LinkedTets::new(layout.points.len(), layout.fluid(tets));
@@ -115,8 +169,9 @@ pub fn remesh(
         let (points, tets) = improve(&mut layout, tets, &sizes, &params);
         layout.points = points;
         let new = assemble::assemble(&layout, &meshed(&names, &parts), &tets)?;
-        let of_parts = (parts.as_slice(), part_of_tags.as_slice());
-        return join::join((mesh, &kept), of_parts, (&fronts, &layout), new, surfaces);
+        let of_parts = (parts.as_slice(), part_of_tags);
+        let new = join::join((mesh, &kept), of_parts, (&fronts, &layout), new, surfaces)?;
+        return Ok(Attempt::Done(new));
     }
     Err(not_recovered(mesh, &parts, &names, None))
 }

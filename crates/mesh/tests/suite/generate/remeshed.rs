@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use mesh::nalgebra::{Isometry3, UnitQuaternion};
-use mesh::{MeshError, MovedBody, MshFile, remesh};
+use mesh::{MeshError, MovedBody, MshFile, remesh, remesh_by_gmsh};
 use proptest::prelude::*;
 
 use super::*;
@@ -109,6 +109,56 @@ fn walls_and_bodies_keep_their_facets() {
             assert!(quality.mean_quality > 0.8, "{quality:?}");
             assert!(quality.min_jacobian > 0.2, "{quality:?}");
         }
+    }
+}
+
+/// Four of ten placements of bodies known by facets only, with gaps narrower than the facets, were
+/// refused because a facet was not a face of the new tets.
+#[test]
+fn bug_facets_larger_than_their_gap_were_refused() {
+    let shapes = collinear(&[-5.0, 0.0, 5.0]);
+    let tets = generate(
+        &bodies(&shapes, 0.7),
+        &small_box(),
+        &GenerateParams::default(),
+    );
+    let mesh = TetMesh::straight(tets.unwrap().mesh).unwrap();
+    let width = 0.3;
+    for (k, away) in [
+        Vec3::x(),
+        Vec3::new(0.6, 0.8, 0.0),
+        Vec3::new(0.0, 0.48, -0.64),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let places = [-1.0, 0.0, 1.0].map(|side| side * (2.0 + width) * away.normalize());
+        let moved: Vec<MovedBody> = (NAMES.into_iter().zip(places).zip([-5.0, 0.0, 5.0]))
+            .map(|((name, to), x)| {
+                let turned = UnitQuaternion::from_scaled_axis(Vec3::new(0.4, x, k as f64));
+                let shift = to - turned * Vec3::new(x, 0.0, 0.0);
+                MovedBody {
+                    name,
+                    motion: Isometry3::from_parts(shift.into(), turned),
+                    surface: None,
+                }
+            })
+            .collect();
+        let new = remesh(&mesh, &moved, &GenerateParams::default(), &[]).unwrap();
+        // Divided facets lie in the planes of the given ones.
+        let rounding = 16.0 * f64::EPSILON * mesh.volume() * (new.n_cells() as f64).sqrt();
+        assert!((new.volume() - mesh.volume()).abs() < rounding);
+        // The narrowest part of the gap, where facets lie opposite each other.
+        let tag = new.tag("b").unwrap();
+        let longest = (new.facets().iter())
+            .filter(|facet| facet.tag == tag)
+            .map(|facet| [0, 1, 2].map(|i| new.points()[facet.nodes[i] as usize]))
+            .filter(|x| x.iter().any(|x| (x - away.normalize()).norm() < 0.25))
+            .flat_map(|[a, b, c]| [a - b, b - c, c - a])
+            .fold(0.0, |longest: f64, edge| longest.max(edge.norm()));
+        // Between facets, the gap is wider than between the spheres by the rise of both: 0.12.
+        assert!(longest < 1.5 * (width + 0.2), "{longest}");
+        assert!(new.quality().mean_quality > 0.75, "{:?}", new.quality());
     }
 }
 
@@ -227,6 +277,52 @@ fn bodies_that_touch_and_unknown_bodies_are_errors() {
         ),
         "{nan}"
     );
+}
+
+/// The command `gmsh` makes a mesh with all facets; skipped where it is not installed.
+#[test]
+fn gmsh_keeps_all_facets() {
+    let command = Path::new("gmsh");
+    let version = std::process::Command::new(command)
+        .arg("--version")
+        .output();
+    if !version.is_ok_and(|output| output.status.success()) {
+        return;
+    }
+    let mesh = three_spheres(&small_box());
+    let turned = UnitQuaternion::from_scaled_axis(Vec3::new(0.3, -1.0, 0.5));
+    let motions = [-5.0, 0.0, 5.0].map(|x| {
+        let centre = Vec3::new(x, 0.0, 0.0);
+        Isometry3::from_parts((0.6 * centre - turned * centre).into(), turned)
+    });
+    let moved: Vec<MovedBody> = (NAMES.into_iter().zip(motions))
+        .map(|(name, motion)| MovedBody {
+            name,
+            motion,
+            surface: None,
+        })
+        .collect();
+    let new = remesh_by_gmsh(command, &mesh, &moved, &[]).unwrap();
+    for (name, motion) in NAMES.into_iter().zip(&motions) {
+        assert!(nodes_on(&new, name, &Isometry3::identity()) == nodes_on(&mesh, name, motion));
+    }
+    let rounding = 16.0 * f64::EPSILON * mesh.volume() * (new.n_cells() as f64).sqrt();
+    assert!((new.volume() - mesh.volume()).abs() < rounding);
+}
+
+/// A command that is missing, one that fails, and one that writes no mesh.
+#[cfg(unix)]
+#[test]
+fn a_gmsh_that_makes_no_mesh_is_an_error() {
+    let mesh = three_spheres(&ball(12.0));
+    for (command, expected) in [
+        ("/nowhere/gmsh", "there is no command /nowhere/gmsh"),
+        ("/bin/false", "it wrote no mesh (exit status: 1)"),
+        ("/bin/true", "it wrote no mesh (exit status: 0)"),
+    ] {
+        let error = remesh_by_gmsh(Path::new(command), &mesh, &[], &[]).unwrap_err();
+        assert!(error.to_string().contains(expected), "{error}");
+    }
 }
 
 proptest! {

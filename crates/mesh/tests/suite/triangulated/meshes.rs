@@ -193,6 +193,64 @@ fn containers_of_any_shape() {
     check("torus", smooth(meshed(&torus, 0.3)), 2.0 * Vec3::y());
 }
 
+/// A faceted cylinder of 32 sides as container was refused as not recovered: its edges of 11
+/// degrees were neither smooth nor sharp enough to tell on which side of the surface a tet is.
+#[test]
+fn bug_faceted_cylinders_were_not_recovered() {
+    let sphere = Sphere {
+        centre: Vec3::new(0.3, -0.2, 0.7),
+        radius: 0.6,
+    };
+    for (sides, rows, size) in [(32, 1, 0.15), (32, 4, 0.3), (48, 1, 0.5), (12, 4, 0.5)] {
+        let container = Container::Surface(faceted(cylinder(2.0, 4.0, sides, rows)));
+        let (_, mesh) = curved(&[body(&sphere, size)], &container);
+        // Facets follow the plane sides.
+        let volume = enclosed(&mesh, Container::TAG);
+        let exact = container.surface().volume();
+        assert!((volume / exact - 1.0).abs() < 1e-9, "{sides} {volume}");
+        let quality = mesh.quality();
+        assert!(quality.mean_quality > 0.8, "{sides} {quality:?}");
+    }
+}
+
+/// Faceted bodies beside each other: all of their edges are sharp.
+#[test]
+fn faceted_bodies_in_narrow_gaps() {
+    let ball = faceted(grid_ellipsoid(Vec3::repeat(1.0), 12));
+    let drum = faceted(cylinder(1.0, 1.0, 16, 2));
+    let placed = [
+        (
+            ball,
+            Isometry3::new(Vec3::zeros(), Vec3::new(0.3, 1.0, 0.2)),
+        ),
+        (
+            drum,
+            Isometry3::new(Vec3::new(1.6, 2.1, 0.0), Vec3::new(1.0, 0.3, 2.0)),
+        ),
+    ]
+    .map(|(shape, pose)| Placed { shape, pose });
+    for size in [0.2, 0.5] {
+        let bodies =
+            [("ball", &placed[0]), ("drum", &placed[1])].map(|(name, surface)| MeshedBody {
+                name,
+                surface,
+                size,
+            });
+        let (_, mesh) = in_ball(&bodies);
+        for body in bodies {
+            let volume = -enclosed(&mesh, body.name);
+            let exact = body.surface.volume();
+            assert!(
+                (volume / exact - 1.0).abs() < 1e-9,
+                "{} {volume}",
+                body.name
+            );
+        }
+        let quality = mesh.quality();
+        assert!(quality.mean_quality > 0.8, "{quality:?}");
+    }
+}
+
 /// Vertices of a part relative to a point, as bits.
 fn vertices(mesh: &LinearTets, tag: u16, centre: Vec3) -> BTreeSet<[u64; 3]> {
     let of_part = mesh.faces.iter().filter(|face| face.1 == tag);

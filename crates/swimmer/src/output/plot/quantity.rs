@@ -57,7 +57,7 @@ impl Quantity {
                 ("y", Vector3::y()),
                 ("z", Vector3::z()),
             ];
-            let axis = units.into_iter().find(|(_, unit)| (e - unit).norm() < 1e-4);
+            let axis = units.into_iter().find(|(_, unit)| (e - unit).amax() < 5e-3);
             match axis {
                 Some((name, _)) => name.to_owned(),
                 None => {

@@ -1,0 +1,92 @@
+//! Shapes at which a model has been solved, from which an interrupted table continues.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use stokes::{Dofs, SolverReport};
+
+use crate::error_estimate::ErrorEstimate;
+use crate::hydrodynamics::History;
+use crate::mesh_error::Uncertainty;
+use crate::solution::InstantaneousSolution;
+
+/// Solutions of a model at points of the grids of a table.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+pub struct SolvedShapes {
+    /// Numbers of the solutions by the index of the point in the finest grid.
+    pub(super) numbers: BTreeMap<usize, Vec<f64>>,
+    /// Whether the numbers contain discretisation errors; known after the first solution.
+    pub(super) mesh_errors: bool,
+    pub(super) bars: Bars,
+    /// Size and solver of the last solution.
+    pub(super) last: Option<(Dofs, SolverReport)>,
+    /// State of the model after the last solution.
+    pub(super) history: History,
+}
+
+impl SolvedShapes {
+    /// Number of shapes.
+    pub fn len(&self) -> usize {
+        self.numbers.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.numbers.is_empty()
+    }
+}
+
+/// Largest error bars of several solutions, each for a unit rate.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+pub struct Bars {
+    /// Error bar of velocities without that for the discretisation.
+    pub velocity: f64,
+    /// Error bar of the power without the discretisation error, relative to the power.
+    pub power: f64,
+    /// Uncertainty of discretisation errors.
+    pub mesh_uncertainty: Uncertainty,
+    /// Error bar of velocities for the discretisation.
+    pub mesh: f64,
+    /// Error bar of forces for the discretisation.
+    pub mesh_force: f64,
+}
+
+impl Bars {
+    /// Error bar of velocities by all sources.
+    pub fn total(&self) -> f64 {
+        self.velocity + self.mesh_uncertainty.velocity
+    }
+
+    /// The larger ones of two.
+    pub fn with(&self, other: &Self) -> Self {
+        let [a, b] = [self.mesh_uncertainty, other.mesh_uncertainty];
+        Self {
+            velocity: self.velocity.max(other.velocity),
+            power: self.power.max(other.power),
+            mesh_uncertainty: Uncertainty {
+                relative: a.relative.max(b.relative),
+                velocity: a.velocity.max(b.velocity),
+            },
+            mesh: self.mesh.max(other.mesh),
+            mesh_force: self.mesh_force.max(other.mesh_force),
+        }
+    }
+
+    /// Takes the bars of a solution into account.
+    pub fn include(&mut self, solution: &InstantaneousSolution) {
+        let untabulated = |bars: &ErrorEstimate| match &solution.mesh_error {
+            Some(_) => bars.total() - bars.mesh.unwrap_or(0.0),
+            None => bars.total(),
+        };
+        let power = solution.power().abs().max(f64::MIN_POSITIVE);
+        self.velocity = self.velocity.max(untabulated(&solution.error_estimate));
+        self.power = self.power.max(untabulated(&solution.power_error) / power);
+        self.mesh = self.mesh.max(solution.error_estimate.mesh.unwrap_or(0.0));
+        if let Some(error) = &solution.mesh_error {
+            let (largest, bars) = (&mut self.mesh_uncertainty, error.uncertainty);
+            largest.velocity = largest.velocity.max(bars.velocity);
+            largest.relative = largest.relative.max(bars.relative);
+            self.mesh_force = self.mesh_force.max(error.force_error_bar());
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! How tables are computed: in parallel, after interruptions, and up to the noise of a model.
+
+use models::{
+    Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query, ShapeSpace,
+    SolvedShapes, SphereModel, SpheresModel,
+};
+use scene::Scene;
+
+use crate::scenes::three_spheres;
+
+const RANGES: [(f64, f64); 2] = [(6.0, 10.0), (6.0, 10.0)];
+
+/// A model that is not solved in parallel, with errors that differ from shape to shape.
+struct Rough {
+    model: SpheresModel,
+    /// Size of the errors, and their error bar.
+    noise: f64,
+    solves: usize,
+}
+
+impl Rough {
+    fn new(scene: &Scene, noise: f64) -> Self {
+        Self {
+            model: SpheresModel::new(scene, SphereModel::Multipole(1e-8)).unwrap(),
+            noise,
+            solves: 0,
+        }
+    }
+}
+
+impl Hydrodynamics for Rough {
+    fn name(&self) -> &'static str {
+        "rough"
+    }
+
+    fn scene(&self) -> &Scene {
+        self.model.scene()
+    }
+
+    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
+        self.solves += 1;
+        let lengths = query.configuration.lengths;
+        let mut solutions = self.model.solve(query)?;
+        for solution in &mut solutions {
+            // Between -1 and 1, without a pattern.
+            let error = (1e4 * (lengths[0] + 1.7 * lengths[1])).sin();
+            solution.motion.frames[0].linear.x += self.noise * error;
+            solution.error_estimate.mesh = Some(self.noise);
+        }
+        Ok(solutions)
+    }
+
+    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
+        self.model.cost(configuration)
+    }
+}
+
+/// All digits of a table.
+fn digits(space: &ShapeSpace) -> String {
+    serde_json::to_string(&space.geometry().unwrap()).unwrap()
+}
+
+#[test]
+fn tables_in_parallel_are_bitwise_those_of_one_model() {
+    let scene = three_spheres("");
+    let mut model = SpheresModel::new(&scene, SphereModel::Multipole(1e-8)).unwrap();
+    let parallel = ShapeSpace::tabulate(&scene, &mut model, &RANGES, 1e-6).unwrap();
+    let mut rough = Rough::new(&scene, 0.0);
+    let sequential = ShapeSpace::tabulate(&scene, &mut rough, &RANGES, 1e-6).unwrap();
+    assert_eq!(rough.solves, sequential.points());
+    assert_eq!(digits(&parallel), digits(&sequential));
+}
+
+#[test]
+fn interrupted_tables_continue_with_the_same_digits() {
+    let scene = three_spheres("");
+    let whole = ShapeSpace::tabulate(&scene, &mut Rough::new(&scene, 0.0), &RANGES, 1e-4).unwrap();
+    let mut saved = String::new();
+    let mut stop = |solved: &SolvedShapes| {
+        saved = serde_json::to_string(solved).unwrap();
+        match solved.len() {
+            30 => Err(ModelError::NoMesh),
+            _ => Ok(()),
+        }
+    };
+    let mut model = Rough::new(&scene, 0.0);
+    let start = SolvedShapes::default();
+    let stopped = ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, start, &mut stop);
+    assert!(matches!(stopped, Err(ModelError::NoMesh)));
+    let mut model = Rough::new(&scene, 0.0);
+    let solved: SolvedShapes = serde_json::from_str(&saved).unwrap();
+    let space =
+        ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, solved, &mut |_| Ok(()))
+            .unwrap();
+    assert_eq!(model.solves, space.points() - 30);
+    assert_eq!(digits(&space), digits(&whole));
+
+    // Shapes of a scene with other numbers of joints.
+    let solved: SolvedShapes = serde_json::from_str(&saved).unwrap();
+    let line = [(6.0, 10.0), (10.0, 10.0)];
+    let refused =
+        ShapeSpace::tabulate_from(&scene, &mut model, &line, 1e-4, solved, &mut |_| Ok(()));
+    assert!(matches!(refused, Err(ModelError::ShapeSpace { .. })));
+}
+
+/// Grids were refined until the table became too large: polynomials cannot follow the errors of a
+/// mesh.
+#[test]
+fn bug_tables_were_refined_below_the_errors_of_the_mesh() {
+    let scene = three_spheres("");
+    let noise = 3e-4;
+    let space = ShapeSpace::tabulate(&scene, &mut Rough::new(&scene, noise), &RANGES, 1e-9);
+    let space = space.unwrap();
+    assert!(space.points() <= 81, "{}", space.points());
+    // Both are parts of the error bar.
+    assert!(
+        space.errors().0 > 0.0 && space.errors().1 >= noise,
+        "{:?}",
+        space.errors()
+    );
+    let exact = ShapeSpace::tabulate(&scene, &mut Rough::new(&scene, 0.0), &RANGES, 1e-7).unwrap();
+    for lengths in [[6.1, 9.7], [7.3, 8.1], [10.0, 6.0]] {
+        let [found, exact] = [&space, &exact].map(|s| s.connection(&lengths).unwrap());
+        for (a, b) in found.iter().zip(&exact) {
+            let error = (a.linear - b.linear).norm();
+            assert!(error <= space.errors().0 + space.errors().1, "{error:e}");
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! Parameters of a scene, and the same scene with another value of one of them.
+
+use scene::{Document, Gait, LengthPath, Scene, Shape, Sine, legs};
+
+use rigid::{Joint, JointDrive};
+
+use crate::error::SwimError;
+
+/// A quantity of a scene on which its net displacement depends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// The quantity, such as `radius of "left"`.
+    pub name: String,
+    /// Its value in the scene.
+    pub value: f64,
+    kind: Kind,
+}
+
+/// What a parameter is, with the number of its body or link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Radius(usize),
+    Length(usize),
+    Amplitude(usize),
+    Stiffness(usize),
+    Rest(usize),
+}
+
+/// The parameters of a scene.
+///
+/// - the radius of each sphere that moves;
+/// - the length of each driven slide at the start, or the mean of harmonics; all lengths of the
+///   gait change by the same amount;
+/// - the amplitude of each driven joint: half of the difference of its largest and its smallest
+///   value in a cycle, for harmonics the root of the sum of their squares. Phases are stretched
+///   about the start, harmonics about their mean;
+/// - stiffness and rest value of each spring.
+///
+/// Lengths and amplitudes of a gait from a file are not among them.
+///
+/// # Errors
+/// A gait that cannot be followed.
+pub fn parameters(scene: &Scene) -> Result<Vec<Parameter>, SwimError> {
+    let mut parameters = Vec::new();
+    let mut add = |what: &str, of: &str, value: f64, kind: Kind| {
+        parameters.push(Parameter {
+            name: format!("{what} of \"{of}\""),
+            value,
+            kind,
+        });
+    };
+    for (number, body) in scene.bodies().iter().enumerate() {
+        if let Shape::Sphere { radius } = body.shape
+            && !body.fixed
+        {
+            add("radius", &body.name, radius, Kind::Radius(number));
+        }
+    }
+    let set = scene.articulation();
+    let (links, start) = (set.links(), set.initial_lengths());
+    let from_file =
+        (scene.gait().phases.iter()).any(|phase| matches!(phase.path, LengthPath::Cubic(_)));
+    let gait = Gait {
+        cycles: scene.gait().cycles.min(2),
+        phases: scene.gait().phases.clone(),
+    };
+    let mut ranges: Vec<(f64, f64)> = start.iter().map(|&x| (x, x)).collect();
+    for leg in legs(&gait, start)? {
+        for (range, part) in ranges.iter_mut().zip(leg.ranges()) {
+            *range = (range.0.min(part.0), range.1.max(part.1));
+        }
+    }
+    for (number, link) in links.iter().enumerate() {
+        match link.drive {
+            JointDrive::Passive(passive) if passive.stiffness > 0.0 => {
+                // A constant force on a spring shifts its rest.
+                let rest = passive.rest + passive.force / passive.stiffness;
+                add(
+                    "stiffness",
+                    &link.name,
+                    passive.stiffness,
+                    Kind::Stiffness(number),
+                );
+                add("rest value", &link.name, rest, Kind::Rest(number));
+            }
+            JointDrive::Passive(_) => {}
+            _ if from_file => {}
+            _ => {
+                let of_link = || sines(scene).iter().filter(|sine| sine.link == number);
+                if link.joint == Joint::Slide {
+                    let mean = start[number] - of_link().map(at_start).sum::<f64>();
+                    add("length", &link.name, mean, Kind::Length(number));
+                }
+                let squares: f64 = of_link().map(|sine| sine.amplitude.powi(2)).sum();
+                let amplitude = match squares > 0.0 {
+                    true => squares.sqrt(),
+                    false => 0.5 * (ranges[number].1 - ranges[number].0),
+                };
+                if amplitude > 0.0 {
+                    add("amplitude", &link.name, amplitude, Kind::Amplitude(number));
+                }
+            }
+        }
+    }
+    Ok(parameters)
+}
+
+impl Parameter {
+    /// The scene with another value of the parameter.
+    ///
+    /// # Errors
+    /// A value that the scene cannot have, such as spheres that touch.
+    pub fn set(&self, scene: &Scene, value: f64) -> Result<Scene, SwimError> {
+        let mut document = Document::parse(&scene.to_toml()?, "scene".as_ref())?;
+        match self.kind {
+            Kind::Radius(body) => document.set(&format!("bodies[{body}].radius={value:?}"))?,
+            Kind::Stiffness(link) => document.set(&format!("links[{link}].stiffness={value:?}"))?,
+            Kind::Rest(link) => document.set(&format!("links[{link}].rest={value:?}"))?,
+            Kind::Length(link) => {
+                let shift = value - self.value;
+                move_start(scene, &mut document, link, shift)?;
+                change_targets(scene, &mut document, link, &|target| target + shift)?;
+            }
+            Kind::Amplitude(link) => {
+                let factor = value / self.value;
+                let start = scene.articulation().initial_lengths()[link];
+                let stretched = |target| start + factor * (target - start);
+                change_targets(scene, &mut document, link, &stretched)?;
+                let sines = sines(scene);
+                let of_link = sines
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, sine)| sine.link == link);
+                let mut before = 0.0;
+                for (number, sine) in of_link {
+                    let amplitude = factor * sine.amplitude;
+                    document.set(&format!("gait.harmonics[{number}].amplitude={amplitude:?}"))?;
+                    before += at_start(sine);
+                }
+                // The mean of a slide follows from where the bodies are, that of an angle is given.
+                if scene.articulation().links()[link].joint == Joint::Slide {
+                    move_start(scene, &mut document, link, (factor - 1.0) * before)?;
+                }
+            }
+        }
+        Ok(Scene::from_document(document)?)
+    }
+}
+
+/// The value of a term at the start.
+fn at_start(sine: &Sine) -> f64 {
+    sine.amplitude * sine.phase.sin()
+}
+
+/// The terms of a harmonic gait, in the order of the file.
+fn sines(scene: &Scene) -> &[Sine] {
+    match scene.gait().phases.first().map(|phase| &phase.path) {
+        Some(LengthPath::Harmonic { sines, .. }) => sines,
+        _ => &[],
+    }
+}
+
+/// Moves the bodies to another length of a slide at the start.
+fn move_start(
+    scene: &Scene,
+    document: &mut Document,
+    link: usize,
+    shift: f64,
+) -> Result<(), SwimError> {
+    let set = scene.articulation();
+    let state = scene.initial_state();
+    // Joints that turn are at zero in the pose of the file.
+    let mut lengths = set.initial_lengths().to_vec();
+    for (length, link) in lengths.iter_mut().zip(set.links()) {
+        if link.joint.is_angle() {
+            *length = 0.0;
+        }
+    }
+    let before = set
+        .place(&state, &lengths)
+        .map_err(models::ModelError::from)?;
+    lengths[link] += shift;
+    let after = set
+        .place(&state, &lengths)
+        .map_err(models::ModelError::from)?;
+    let moved: Vec<_> = (after.iter().zip(&before))
+        .map(|(a, b)| a.translation.vector - b.translation.vector)
+        .collect();
+    for (number, (body, moved)) in scene.bodies().iter().zip(&moved).enumerate() {
+        let [x, y, z]: [f64; 3] = (body.position + moved).into();
+        document.set(&format!("bodies[{number}].position=[{x:?}, {y:?}, {z:?}]"))?;
+    }
+    for (number, link) in set.links().iter().enumerate() {
+        if let Joint::Turn { pivot, .. } | Joint::Ball { pivot } = link.joint {
+            let [x, y, z]: [f64; 3] = (pivot + moved[link.to]).into();
+            document.set(&format!("links[{number}].pivot=[{x:?}, {y:?}, {z:?}]"))?;
+        }
+    }
+    Ok(())
+}
+
+/// Changes the values of a link at the ends of phases.
+fn change_targets(
+    scene: &Scene,
+    document: &mut Document,
+    link: usize,
+    change: &dyn Fn(f64) -> f64,
+) -> Result<(), SwimError> {
+    for (number, phase) in scene.gait().phases.iter().enumerate() {
+        let LengthPath::Linear(targets) = &phase.path else {
+            continue;
+        };
+        if let [(only, target)] = targets[..] {
+            if only == link {
+                let target = change(target);
+                document.set(&format!("gait.phases[{number}].length={target:?}"))?;
+            }
+        } else if targets.iter().any(|(known, _)| *known == link) {
+            let links = scene.articulation().links();
+            let texts = targets.iter().map(|&(known, target)| {
+                let target = if known == link {
+                    change(target)
+                } else {
+                    target
+                };
+                format!("{:?} = {target:?}", links[known].name)
+            });
+            let texts: Vec<String> = texts.collect();
+            document.set(&format!(
+                "gait.phases[{number}].targets={{ {} }}",
+                texts.join(", ")
+            ))?;
+        }
+    }
+    Ok(())
+}

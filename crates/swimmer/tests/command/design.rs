@@ -1,0 +1,188 @@
+//! `swim map`, `swim optimise`, `swim learn` and `swim run --sensitivities` as a user meets them.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// Runs the command in a folder.
+fn swim(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_swim"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Standard output of a successful command.
+fn printed(folder: &Path, arguments: &[&str]) -> String {
+    let output = swim(folder, arguments);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    serde_json::from_str(&printed(folder, arguments)).unwrap()
+}
+
+/// Settings that make a search quick.
+const QUICK: [&str; 4] = [
+    "--set",
+    "optimise.terms=8",
+    "--set",
+    "optimise.tolerance=1e-2",
+];
+
+#[test]
+fn the_template_is_mapped_optimised_and_run() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let next = printed(folder, &["new", "optimal-stroke"]);
+    assert!(next.contains("swim optimise optimal-stroke.toml"), "{next}");
+
+    let map = json(
+        folder,
+        &["map", "optimal-stroke.toml", "--out", "map", "--json"],
+    );
+    assert_eq!(map["links"], serde_json::json!(["left-arm", "right-arm"]));
+    // The square of the gait, exact.
+    let gait = map["gait"]["displacement"][0].as_f64().unwrap();
+    assert!((gait.abs() - 0.159_805_340_4).abs() < 1e-6, "{gait}");
+    let again = printed(folder, &["map", "optimal-stroke.toml", "--out", "map"]);
+    assert!(again.contains("of them read from the folder"), "{again}");
+    assert!(folder.join("map/map.svg").exists());
+
+    let mut arguments = vec!["optimise", "optimal-stroke.toml", "--out", "best"];
+    arguments.extend(QUICK);
+    let output = swim(folder, &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("warning: the optimum touches the limits"));
+    let found = std::fs::read_to_string(folder.join("best/optimum.json")).unwrap();
+    let found: Value = serde_json::from_str(&found).unwrap();
+    let efficiency = found["efficiency"].as_f64().unwrap();
+    let product = map["gait"]["period_energy_product"].as_f64().unwrap();
+    let of_square = 18.0 * std::f64::consts::PI * gait * gait / product;
+    assert!(efficiency > 1.2 * of_square, "{efficiency} {of_square}");
+    let run = json(folder, &["solve", "best/optimum.toml", "--json"]);
+    assert_eq!(run["bodies"].as_array().unwrap().len(), 3);
+}
+
+#[test]
+fn the_best_cycle_of_the_template_is_learned() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let next = printed(folder, &["new", "learning"]);
+    assert!(next.contains("swim learn learning.toml"), "{next}");
+    let learned = json(folder, &["learn", "learning.toml", "--json"]);
+    assert_eq!(learned["is_optimal"], true);
+    let per_step = learned["optimum"]["per_step"].as_f64().unwrap();
+    assert!((per_step - 0.064_539_809_4).abs() < 1e-5, "{per_step}");
+    let wave = serde_json::json!(["000", "100", "110", "111", "011", "001"]);
+    assert_eq!(learned["policy"], wave);
+}
+
+#[test]
+fn scenes_without_a_design_are_refused_with_a_remedy() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    printed(folder, &["new", "optimal-stroke", "--out", "scene.toml"]);
+    let pulled = ["--set", "bodies.left.force=[1, 0, 0]"];
+    for (command, settings, words) in [
+        ("map", &pulled[..], "without external loads"),
+        ("optimise", &pulled, "without external loads"),
+        ("learn", &pulled, "without external loads"),
+        ("learn", &[], "learn.contracted = 6"),
+        ("optimise", &["--set", "optimise.upper=3"], "no value of"),
+        (
+            "optimise",
+            &["--set", "optimise.objective=rotation"],
+            "optimise.rotation is missing",
+        ),
+        ("map", &["--set", "optimise.uper=3"], "upper"),
+    ] {
+        let mut arguments = vec![command, "scene.toml", "--out", "out"];
+        arguments.extend(settings);
+        let output = swim(folder, &arguments);
+        let message = text(&output.stderr);
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "{command} {settings:?}: {message}"
+        );
+        assert!(message.contains(words), "{command}: {message}");
+    }
+}
+
+/// A table of elements that was interrupted continues with its shapes, and is the same to the last
+/// digit.
+#[cfg(unix)]
+#[test]
+fn interrupted_tables_of_elements_continue() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    printed(folder, &["new", "three-sphere", "--out", "scene.toml"]);
+    let arguments = |out: &'static str| {
+        let mut arguments = vec!["map", "scene.toml", "--out", out];
+        for setting in [
+            "domain.kind=ball",
+            "domain.radius=20",
+            "model.kind=fem",
+            "fem.surface_size=1.2",
+            "optimise.lower={ left-arm = 6, right-arm = 8 }",
+            "optimise.upper={ left-arm = 7, right-arm = 8 }",
+        ] {
+            arguments.extend(["--set", setting]);
+        }
+        arguments
+    };
+    printed(folder, &arguments("whole"));
+    let mut interrupted = Command::new(env!("CARGO_BIN_EXE_swim"))
+        .args(arguments("broken"))
+        .current_dir(folder)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    while !folder.join("broken").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    let status = Command::new("kill")
+        .args(["-INT", &interrupted.id().to_string()])
+        .status();
+    assert!(status.unwrap().success());
+    // A quick machine may be done, a slow one may not have begun to handle signals.
+    let code = interrupted.wait().unwrap().code();
+    assert!([Some(0), Some(130), None].contains(&code), "{code:?}");
+    let partial = folder.join("broken/table.partial.json");
+    assert_eq!(partial.exists(), code == Some(130));
+    printed(folder, &arguments("broken"));
+    assert!(!partial.exists());
+    let table = |out: &str| std::fs::read_to_string(folder.join(out).join("table.json")).unwrap();
+    assert_eq!(table("whole"), table("broken"));
+}
+
+#[test]
+fn sensitivities_are_printed_and_written() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    printed(folder, &["new", "three-sphere", "--out", "scene.toml"]);
+    let output = printed(
+        folder,
+        &["run", "scene.toml", "--out", "out", "--sensitivities"],
+    );
+    assert!(
+        output.contains("derivative of the net displacement by"),
+        "{output}"
+    );
+    assert!(
+        output.contains("amplitude of \"right-arm\" = 2"),
+        "{output}"
+    );
+    let csv = std::fs::read_to_string(folder.join("out/sensitivities.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 8, "{csv}");
+}

@@ -1,0 +1,217 @@
+//! Results of the library as dictionaries of numbers, texts and numpy arrays.
+
+use numpy::{Element, PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use swimmer::models::mesh::TetMesh;
+use swimmer::models::nalgebra::{DMatrix, Vector3};
+use swimmer::models::{BodySolution, ErrorEstimate, FlowField, InstantaneousSolution, Seconds};
+use swimmer::{Outcome, Report, Scene};
+
+/// A two-dimensional array from its rows.
+pub fn rows<'py, T: Element, const N: usize>(
+    py: Python<'py>,
+    rows: impl ExactSizeIterator<Item = [T; N]>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let shape = [rows.len(), N];
+    let flat: Vec<T> = rows.flatten().collect();
+    Ok(PyArray1::from_vec(py, flat).reshape(shape)?.into_any())
+}
+
+/// Vectors as rows of an array.
+pub fn vectors<'py>(py: Python<'py>, vectors: &[Vector3<f64>]) -> PyResult<Bound<'py, PyAny>> {
+    rows(py, vectors.iter().map(|v| [v.x, v.y, v.z]))
+}
+
+/// A matrix as an array.
+pub fn matrix<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Bound<'py, PyAny>> {
+    // Columns of the transposed matrix are rows.
+    let flat = matrix.transpose().as_slice().to_vec();
+    let shape = [matrix.nrows(), matrix.ncols()];
+    Ok(PyArray1::from_vec(py, flat).reshape(shape)?.into_any())
+}
+
+/// A list of numbers as an array.
+pub fn array<'py>(py: Python<'py>, values: &[f64]) -> Bound<'py, PyAny> {
+    PyArray1::from_slice(py, values).into_any()
+}
+
+/// A list of lists of the same length as a two-dimensional array.
+pub fn table<'py>(py: Python<'py>, lists: &[Vec<f64>]) -> PyResult<Bound<'py, PyAny>> {
+    let shape = [lists.len(), lists.first().map_or(0, Vec::len)];
+    let flat: Vec<f64> = lists.iter().flatten().copied().collect();
+    Ok(PyArray1::from_vec(py, flat).reshape(shape)?.into_any())
+}
+
+/// Error bars by source; None for a source that was not estimated.
+pub fn estimate<'py>(py: Python<'py>, bars: &ErrorEstimate) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (name, value) in bars.sources() {
+        dict.set_item(name, value)?;
+    }
+    Ok(dict)
+}
+
+/// Seconds of the parts of the work.
+fn seconds<'py>(py: Python<'py>, seconds: &Seconds) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (name, value) in [
+        ("mesh", seconds.mesh),
+        ("assembly", seconds.assembly),
+        ("setup", seconds.setup),
+        ("solve", seconds.solve),
+        ("estimate", seconds.estimate),
+        ("total", seconds.total),
+    ] {
+        dict.set_item(name, value)?;
+    }
+    Ok(dict)
+}
+
+/// Names of the bodies of a scene.
+pub fn body_names(scene: &Scene) -> Vec<&str> {
+    scene.bodies().iter().map(|body| &body.name[..]).collect()
+}
+
+/// Names of the links of a scene.
+pub fn link_names(scene: &Scene) -> Vec<&str> {
+    let links = scene.articulation().links().iter();
+    links.map(|link| &link.name[..]).collect()
+}
+
+/// An instantaneous solution.
+pub fn solution_dict<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    model: &str,
+    solution: &InstantaneousSolution,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let bodies = |of: fn(&BodySolution) -> Vector3<f64>| -> Vec<Vector3<f64>> {
+        solution.bodies.iter().map(of).collect()
+    };
+    dict.set_item("model", model)?;
+    dict.set_item("bodies", body_names(scene))?;
+    dict.set_item("links", link_names(scene))?;
+    dict.set_item("velocity", vectors(py, &bodies(|b| b.velocity))?)?;
+    dict.set_item(
+        "angular_velocity",
+        vectors(py, &bodies(|b| b.angular_velocity))?,
+    )?;
+    dict.set_item("force", vectors(py, &bodies(|b| b.force))?)?;
+    dict.set_item("torque", vectors(py, &bodies(|b| b.torque))?)?;
+    dict.set_item("link_force", vectors(py, &solution.link_forces)?)?;
+    dict.set_item("velocity_errors", estimate(py, &solution.error_estimate)?)?;
+    let force_error = solution.mesh_error.as_ref().map(|e| e.force_error_bar());
+    dict.set_item("force_error", force_error)?;
+    dict.set_item("power", solution.power())?;
+    dict.set_item("power_errors", estimate(py, &solution.power_error)?)?;
+    dict.set_item("dofs", solution.dofs.total)?;
+    let solver = &solution.solver;
+    dict.set_item("formulation", &solver.formulation)?;
+    dict.set_item("solver", &solver.solver)?;
+    dict.set_item("iterations", solver.iterations)?;
+    dict.set_item("residual", solver.true_relative_residual)?;
+    dict.set_item("seconds", seconds(py, &solution.seconds)?)?;
+    Ok(dict)
+}
+
+/// A finished run.
+pub fn report_dict<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDict>> {
+    let (scene, outcome) = (&report.scene, &report.outcome);
+    let dict = PyDict::new(py);
+    dict.set_item("scene", scene.name())?;
+    dict.set_item("model", report.model)?;
+    dict.set_item("reasons", &report.reasons)?;
+    dict.set_item("bodies", body_names(scene))?;
+    dict.set_item("links", link_names(scene))?;
+    dict.set_item("displacement", vectors(py, &outcome.displacement)?)?;
+    dict.set_item("net", outcome.net())?;
+    dict.set_item("errors", estimate(py, &outcome.error_estimate)?)?;
+    dict.set_item("rotation", array(py, outcome.rotation.as_slice()))?;
+    dict.set_item("work", outcome.work)?;
+    dict.set_item("work_errors", estimate(py, &outcome.work_error)?)?;
+    dict.set_item("tolerance", scene.model().tolerance)?;
+    dict.set_item("tolerance_met", outcome.tolerance_met)?;
+    dict.set_item("solves", outcome.solves)?;
+    let times = seconds(py, &outcome.seconds)?;
+    times.set_item("total", report.seconds)?;
+    dict.set_item("seconds", times)?;
+    let phases = PyList::empty(py);
+    for leg in &outcome.legs {
+        let phase = PyDict::new(py);
+        phase.set_item("link", scene.link_names(&leg.links))?;
+        phase.set_item("displacement", vectors(py, &leg.displacement)?)?;
+        phase.set_item("errors", estimate(py, &leg.error_estimate)?)?;
+        phase.set_item("solves", leg.solves)?;
+        phases.append(phase)?;
+    }
+    dict.set_item("phases", phases)?;
+    trajectory(py, outcome, &dict)?;
+    Ok(dict)
+}
+
+/// Enters the samples and the curve of a trajectory.
+fn trajectory(py: Python<'_>, outcome: &Outcome, dict: &Bound<'_, PyDict>) -> PyResult<()> {
+    let samples = &outcome.samples;
+    let times: Vec<f64> = samples.iter().map(|sample| sample.time).collect();
+    let bodies = outcome.displacement.len();
+    let lengths: Vec<Vec<f64>> = samples
+        .iter()
+        .map(|sample| sample.lengths.clone())
+        .collect();
+    let poses = || samples.iter().flat_map(|sample| &sample.poses);
+    let places: Vec<f64> = poses()
+        .flat_map(|p| p.translation.vector.as_slice().to_vec())
+        .collect();
+    // Quaternions (x, y, z, w), as scipy.spatial.transform.Rotation has them.
+    let turns: Vec<f64> = poses()
+        .flat_map(|p| p.rotation.coords.as_slice().to_vec())
+        .collect();
+    dict.set_item("times", array(py, &times))?;
+    dict.set_item("lengths", table(py, &lengths)?)?;
+    let shaped = |flat: Vec<f64>, count: usize, width: usize| {
+        PyArray1::from_vec(py, flat).reshape([count, bodies, width])
+    };
+    dict.set_item("positions", shaped(places, samples.len(), 3)?)?;
+    dict.set_item("quaternions", shaped(turns, samples.len(), 4)?)?;
+    let curve = &outcome.curve;
+    let times: Vec<f64> = curve.iter().map(|(time, _)| *time).collect();
+    let places = curve.iter().flat_map(|(_, places)| places);
+    let places: Vec<f64> = places.flat_map(|x| x.as_slice().to_vec()).collect();
+    dict.set_item("curve_times", array(py, &times))?;
+    dict.set_item("curve_positions", shaped(places, curve.len(), 3)?)?;
+    Ok(())
+}
+
+/// A mesh: points, cells, facets with the numbers of their tags, names of the tags.
+pub fn mesh_dict<'py>(py: Python<'py>, mesh: &TetMesh) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("points", vectors(py, mesh.points())?)?;
+    dict.set_item("cells", rows(py, mesh.cells().iter().copied())?)?;
+    dict.set_item("facets", rows(py, mesh.facets().iter().map(|f| f.nodes))?)?;
+    let tags: Vec<u16> = mesh.facets().iter().map(|f| f.tag).collect();
+    dict.set_item("facet_tags", PyArray1::from_vec(py, tags))?;
+    dict.set_item("tags", mesh.tags())?;
+    dict.set_item("n_vertices", mesh.n_vertices())?;
+    let quality = mesh.quality();
+    for (name, value) in [
+        ("min_dihedral", quality.min_dihedral),
+        ("max_dihedral", quality.max_dihedral),
+        ("min_quality", quality.min_quality),
+        ("mean_quality", quality.mean_quality),
+        ("min_jacobian", quality.min_jacobian),
+    ] {
+        dict.set_item(name, value)?;
+    }
+    Ok(dict)
+}
+
+/// A flow on the nodes of a mesh; the pressure at vertices is empty if it is not computed.
+pub fn flow_dict<'py>(py: Python<'py>, flow: &FlowField) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("mesh", mesh_dict(py, &flow.mesh)?)?;
+    dict.set_item("velocity", vectors(py, &flow.velocity)?)?;
+    dict.set_item("pressure", array(py, &flow.pressure))?;
+    Ok(dict)
+}

@@ -1,0 +1,70 @@
+//! Errors of the library as Python exceptions with the same texts.
+
+use pyo3::create_exception;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use swimmer::{SceneError, SwimError};
+
+use crate::convert::report_dict;
+
+mod exceptions {
+    //! The exception types; the macro writes no documentation for the compiler.
+    #![allow(missing_docs)]
+    use super::{PyRuntimeError, PyValueError, create_exception};
+
+    create_exception!(
+        swimmer,
+        SceneError,
+        PyValueError,
+        "A scene, or a call that does not fit it: the text names the place and the remedy."
+    );
+    create_exception!(
+        swimmer,
+        SolveError,
+        PyRuntimeError,
+        "A method that failed: the text says how, and what to change."
+    );
+    create_exception!(
+        swimmer,
+        ToleranceMissed,
+        SolveError,
+        "A finished run whose error bar is larger than the tolerance; `run` has the result."
+    );
+    create_exception!(
+        swimmer,
+        InternalError,
+        PyRuntimeError,
+        "A defect of the program. Please report it with the scene."
+    );
+}
+
+pub use exceptions::{InternalError, SceneError as SceneException, SolveError, ToleranceMissed};
+
+/// The exception for an error.
+pub fn exception(py: Python<'_>, error: SwimError) -> PyErr {
+    let text = error.to_string();
+    match error {
+        SwimError::Read { source, .. }
+        | SwimError::Write { source, .. }
+        | SwimError::Scene(SceneError::Read { source, .. }) => {
+            // The subclass of OSError for the kind, such as FileNotFoundError.
+            std::io::Error::new(source.kind(), text).into()
+        }
+        SwimError::ToleranceMissed { report, .. } => {
+            let missed = ToleranceMissed::new_err(text);
+            let result = report_dict(py, &report)
+                .and_then(|found| missed.value(py).setattr("result", found));
+            result.err().unwrap_or(missed)
+        }
+        error => match error.exit_code() {
+            2 => SceneException::new_err(text),
+            130 => PyKeyboardInterrupt::new_err(text),
+            _ => SolveError::new_err(text),
+        },
+    }
+}
+
+/// The exception for a scene that is not valid.
+pub fn scene_exception(py: Python<'_>, error: SceneError) -> PyErr {
+    exception(py, error.into())
+}

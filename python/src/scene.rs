@@ -1,0 +1,316 @@
+//! The class `Scene`: a scene, and the calls that compute with it.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+use numpy::{AllowTypeChange, PyArrayLike1, PyArrayLike2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use swimmer::models::nalgebra::Vector3;
+use swimmer::models::rigid::Twist;
+use swimmer::models::{Configuration, Hydrodynamics, PointFlow};
+use swimmer::scene::Document;
+use swimmer::{
+    Choice, Connection, Scene, SceneError, SwimError, choose, connection, run_without_files,
+    solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
+};
+
+use crate::convert::{
+    array, body_names, flow_dict, link_names, matrix, mesh_dict, report_dict, rows, solution_dict,
+};
+use crate::design;
+use crate::errors::{SceneException, scene_exception};
+use crate::job;
+
+/// Longest time of a connection, in seconds, after which the next one is computed in the calling
+/// thread: a thread takes some ten microseconds, and Ctrl-C waits until the call ends.
+const BRIEF: f64 = 0.05;
+
+/// A model that successive connections share, with its meshes and factorisations.
+#[derive(Default)]
+struct Kept {
+    model: Option<Box<dyn Hydrodynamics>>,
+    /// Duration of the last connection; none before the first.
+    seconds: Option<f64>,
+}
+
+/// A scene that passed all checks.
+#[pyclass(frozen, name = "Scene", module = "swimmer._swimmer")]
+pub struct PyScene {
+    scene: Scene,
+    kept: Arc<Mutex<Kept>>,
+}
+
+impl PyScene {
+    fn new(py: Python<'_>, scene: Result<Scene, SceneError>) -> PyResult<Self> {
+        Ok(Self {
+            scene: scene.map_err(|error| scene_exception(py, error))?,
+            kept: Arc::default(),
+        })
+    }
+}
+
+/// The scene of a text; `path` is where the files that it names are, and its name.
+fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<Scene, SceneError> {
+    let mut document = Document::parse(text, path)?;
+    overrides
+        .iter()
+        .try_for_each(|assignment| document.set(assignment))?;
+    Scene::from_document(document)
+}
+
+/// A connection and the seconds that it took.
+fn timed_connection(
+    scene: &Scene,
+    kept: &Mutex<Kept>,
+    shape: &[f64],
+) -> Result<(Connection, f64), SwimError> {
+    let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+    let clock = Instant::now();
+    // Taken, so that a model is not used again after an error.
+    let mut model = match kept.model.take() {
+        Some(model) => model,
+        None => choose(scene)?.model,
+    };
+    let found = connection(scene, model.as_mut(), shape)?;
+    let seconds = clock.elapsed().as_secs_f64();
+    *kept = Kept {
+        model: Some(model),
+        seconds: Some(seconds),
+    };
+    Ok((found, seconds))
+}
+
+#[pymethods]
+impl PyScene {
+    #[staticmethod]
+    fn read(py: Python<'_>, path: PathBuf, overrides: Vec<String>) -> PyResult<Self> {
+        Self::new(py, Scene::read(&path, &overrides))
+    }
+
+    #[staticmethod]
+    fn parse(py: Python<'_>, text: &str, path: PathBuf, overrides: Vec<String>) -> PyResult<Self> {
+        Self::new(py, parse(text, &path, &overrides))
+    }
+
+    /// A scene from its keys as JSON.
+    #[staticmethod]
+    fn from_json(
+        py: Python<'_>,
+        json: &str,
+        path: PathBuf,
+        overrides: Vec<String>,
+    ) -> PyResult<Self> {
+        let text = serde_json::from_str::<toml::Table>(json)
+            .map_err(|error| error.to_string())
+            .and_then(|table| toml::to_string(&table).map_err(|error| error.to_string()))
+            .map_err(|problem| SceneException::new_err(format!("{}: {problem}", path.display())))?;
+        Self::new(py, parse(&text, &path, &overrides))
+    }
+
+    fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
+        (self.scene.to_toml()).map_err(|error| scene_exception(py, error))
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        self.scene.name()
+    }
+
+    #[getter]
+    fn bodies(&self) -> Vec<&str> {
+        body_names(&self.scene)
+    }
+
+    #[getter]
+    fn links(&self) -> Vec<&str> {
+        link_names(&self.scene)
+    }
+
+    /// Values of the links that can change theirs, at the start.
+    #[getter]
+    fn shape(&self) -> Vec<f64> {
+        let set = self.scene.articulation();
+        let links = set.links().iter().zip(set.initial_lengths());
+        links
+            .filter(|(link, _)| link.joint.has_value())
+            .map(|(_, value)| *value)
+            .collect()
+    }
+
+    /// Name of the model, and the reasons for its choice.
+    fn choose(&self, py: Python<'_>) -> PyResult<(&'static str, Vec<String>)> {
+        let scene = self.scene.clone();
+        job::run(py, None, move |_| {
+            let Choice { model, reasons } = choose(&scene)?;
+            Ok((model.name(), reasons))
+        })
+    }
+
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        out: Option<PathBuf>,
+        resume: bool,
+        report: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let scene = self.scene.clone();
+        let found = job::run(py, report, move |mut watch| match out {
+            Some(out) => swimmer::run(scene, &out, resume, &mut watch),
+            None => run_without_files(scene, &mut watch),
+        })?;
+        report_dict(py, &found)
+    }
+
+    fn solve<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let scene = self.scene.clone();
+        let (name, solution) = job::run(py, None, move |_| {
+            let mut model = choose(&scene)?.model;
+            Ok((model.name(), solve_start(&scene, model.as_mut())?))
+        })?;
+        solution_dict(py, &self.scene, name, &solution)
+    }
+
+    /// Names of the bodies, grand resistance matrix, its error bars or None, model.
+    #[allow(clippy::type_complexity)]
+    fn resistance<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(
+        Vec<&str>,
+        Bound<'py, PyAny>,
+        Option<Bound<'py, PyAny>>,
+        &'static str,
+    )> {
+        let scene = self.scene.clone();
+        let (name, found, errors) = job::run(py, None, move |_| {
+            let mut model = choose(&scene)?.model;
+            let found = start_resistance(&scene, model.as_mut())?;
+            let errors = start_resistance_errors(&scene, model.as_mut())?;
+            Ok((model.name(), found, errors))
+        })?;
+        let bodies = self.scene.bodies().iter();
+        let names = bodies
+            .filter(|body| body.shape != swimmer::scene::Shape::Point)
+            .map(|body| &body.name[..]);
+        let errors = errors.map(|errors| matrix(py, &errors)).transpose()?;
+        Ok((names.collect(), matrix(py, &found)?, errors, name))
+    }
+
+    /// Columns of the connection with their error bars, metric with its error bars, names of the
+    /// links and of the body that is the origin of the frame, seconds.
+    #[allow(clippy::type_complexity)]
+    fn connection<'py>(
+        &self,
+        py: Python<'py>,
+        shape: PyArrayLike1<'py, f64, AllowTypeChange>,
+    ) -> PyResult<([Bound<'py, PyAny>; 4], Vec<&str>, &str, f64)> {
+        let shape: Vec<f64> = shape.as_array().to_vec();
+        let last = self.kept.try_lock().ok().and_then(|kept| kept.seconds);
+        let (found, seconds) = if last.is_some_and(|seconds| seconds <= BRIEF) {
+            job::run_here(py, || timed_connection(&self.scene, &self.kept, &shape))?
+        } else {
+            let (scene, kept) = (self.scene.clone(), self.kept.clone());
+            job::run(py, None, move |_| timed_connection(&scene, &kept, &shape))?
+        };
+        let twist = |twist: &Twist| {
+            let (v, w) = (twist.linear, twist.angular);
+            [v.x, v.y, v.z, w.x, w.y, w.z]
+        };
+        let links = self.scene.articulation().links();
+        let names = found.variables.iter().map(|&link| &links[link].name[..]);
+        Ok((
+            [
+                rows(py, found.twists.iter().map(twist))?,
+                array(py, &found.velocity_errors),
+                matrix(py, &found.metric)?,
+                matrix(py, &found.metric_errors)?,
+            ],
+            names.collect(),
+            body_names(&self.scene)[self.scene.articulation().linkages()[0].root],
+            seconds,
+        ))
+    }
+
+    fn mesh<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let scene = self.scene.clone();
+        let mesh = job::run(py, None, move |_| {
+            let mut model = choose(&scene)?.model;
+            let state = scene.initial_state();
+            let lengths = scene.articulation().initial_lengths();
+            let configuration = Configuration {
+                state: &state,
+                lengths,
+            };
+            let mesh = model.mesh(configuration)?;
+            mesh.ok_or_else(|| SwimError::NotApplicable {
+                place: scene.place("model.kind"),
+                problem: format!(
+                    "the model '{}' has no mesh; use model.kind = \"fem\"",
+                    model.name()
+                ),
+            })
+        })?;
+        mesh_dict(py, &mesh)
+    }
+
+    /// The flow on the nodes of a mesh.
+    fn flow<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let scene = self.scene.clone();
+        let flow = job::run(py, None, move |_| {
+            let mut model = choose(&scene)?.model;
+            start_flow(&scene, model.as_mut())
+        })?;
+        flow_dict(py, &flow)
+    }
+
+    /// Velocities and pressures at points, one row each; NaN where there is no fluid.
+    fn flow_at<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyArrayLike2<'py, f64, AllowTypeChange>,
+    ) -> PyResult<[Bound<'py, PyAny>; 2]> {
+        let points = points.as_array();
+        if points.ncols() != 3 {
+            return Err(SceneException::new_err(format!(
+                "points have three coordinates in each row, not {}",
+                points.ncols()
+            )));
+        }
+        let points: Vec<Vector3<f64>> = points
+            .rows()
+            .into_iter()
+            .map(|x| Vector3::new(x[0], x[1], x[2]))
+            .collect();
+        let scene = self.scene.clone();
+        let found = job::run(py, None, move |_| {
+            let mut model = choose(&scene)?.model;
+            start_flow_at(&scene, model.as_mut(), &points)
+        })?;
+        let velocity = |flow: &Option<PointFlow>| flow.map_or([f64::NAN; 3], |f| f.velocity.into());
+        let pressures = found.iter().map(|flow| flow.and_then(|f| f.pressure));
+        let pressures: Vec<f64> = pressures.map(|p| p.unwrap_or(f64::NAN)).collect();
+        Ok([rows(py, found.iter().map(velocity))?, array(py, &pressures)])
+    }
+
+    fn optimise<'py>(
+        &self,
+        py: Python<'py>,
+        out: Option<PathBuf>,
+        report: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        design::optimise(py, self.scene.clone(), out, report)
+    }
+
+    /// Rewards of all steps between contracted and extended joints: table, names of the joints,
+    /// error bar, model.
+    #[allow(clippy::type_complexity)]
+    fn rewards<'py>(
+        &self,
+        py: Python<'py>,
+        report: Option<Py<PyAny>>,
+    ) -> PyResult<(Bound<'py, PyAny>, Vec<String>, f64, &'static str)> {
+        design::rewards(py, self.scene.clone(), report)
+    }
+}

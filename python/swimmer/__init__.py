@@ -1,0 +1,49 @@
+"""Micro-swimmers and rigid bodies in Stokes flow, with an error bar beside every number.
+
+Examples
+--------
+>>> import swimmer
+>>> scene = swimmer.Scene.from_template("three-sphere")
+>>> run = scene.run(progress=False)
+>>> print(f"{run.net:.4f}, error below {1e-3:.0e}: {run.net_error < 1e-3 * run.net}")
+0.1598, error below 1e-03: True
+"""
+
+from ._swimmer import InternalError, SceneError, SolveError, ToleranceMissed, __version__
+from .environment import Swimmer
+from .fields import Flow, Mesh, PointFlow
+from .results import (
+    Connection,
+    ErrorBars,
+    Metric,
+    Mobility,
+    Optimum,
+    Phase,
+    Resistance,
+    Run,
+    Solution,
+)
+from .scene import Scene, templates
+
+__all__ = [
+    "Connection",
+    "ErrorBars",
+    "Flow",
+    "InternalError",
+    "Mesh",
+    "Metric",
+    "Mobility",
+    "Optimum",
+    "Phase",
+    "PointFlow",
+    "Resistance",
+    "Run",
+    "Scene",
+    "SceneError",
+    "Solution",
+    "SolveError",
+    "Swimmer",
+    "ToleranceMissed",
+    "__version__",
+    "templates",
+]

@@ -1,0 +1,488 @@
+"""Results: frozen records of numbers and arrays, with error bars beside the numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from ._display import Result, Row, largest, vector, with_error
+
+__all__ = [
+    "Connection",
+    "ErrorBars",
+    "Metric",
+    "Mobility",
+    "Optimum",
+    "Phase",
+    "Resistance",
+    "Run",
+    "Solution",
+]
+
+
+def frozen(value: Any) -> Any:
+    """The value; arrays in it cannot be written to any more, lists become tuples."""
+    if isinstance(value, np.ndarray):
+        value.setflags(write=False)
+    elif isinstance(value, list):
+        return tuple(value)
+    return value
+
+
+def _from_raw(kind: Any, raw: dict[str, Any], **changes: Any) -> Any:
+    names = (entry.name for entry in fields(kind))
+    values = {name: frozen(raw[name]) for name in names if name in raw}
+    return kind(**(values | changes))
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class ErrorBars(Result):
+    """Error bars of a quantity by source, in its units; None for a source that was not estimated.
+
+    Attributes
+    ----------
+    mesh : float or None
+        Discretisation on a mesh.
+    container : float or None
+        A finite container instead of unbounded fluid.
+    model : float or None
+        Deviation of the model from Stokes flow.
+    algebraic : float or None
+        Tolerance of the linear solver.
+    integration : float or None
+        Time integration along the gait.
+
+    Examples
+    --------
+    >>> bars = ErrorBars(mesh=0.5, integration=0.25)
+    >>> bars.total
+    0.75
+    >>> bars.not_estimated
+    ('container', 'model', 'algebraic')
+    """
+
+    mesh: float | None = None
+    container: float | None = None
+    model: float | None = None
+    algebraic: float | None = None
+    integration: float | None = None
+
+    @property
+    def total(self) -> float:
+        """Sum of the estimated error bars."""
+        return sum(self.by_source.values())
+
+    @property
+    def by_source(self) -> dict[str, float]:
+        """The estimated error bars by the name of their source."""
+        values = ((entry.name, getattr(self, entry.name)) for entry in fields(self))
+        return {name: value for name, value in values if value is not None}
+
+    @property
+    def not_estimated(self) -> tuple[str, ...]:
+        """Names of the sources without an estimate."""
+        return tuple(entry.name for entry in fields(self) if getattr(self, entry.name) is None)
+
+    def _rows(self) -> list[Row]:
+        rows = [(name, f"{value:.2g}") for name, value in self.by_source.items()]
+        missing = [(name, "not estimated") for name in self.not_estimated]
+        return [*rows, ("total", f"{self.total:.2g}"), *missing]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Solution(Result):
+    """Velocities and forces of one instant, in the scene's units.
+
+    Attributes
+    ----------
+    bodies, links : tuple of str
+        Names, in the order of the rows of the arrays.
+    velocity, angular_velocity, force, torque : numpy.ndarray
+        One row per body. Forces and torques are those that the bodies exert on the fluid.
+    link_force : numpy.ndarray
+        One row per link: the force of the link on the body named by its key `body`.
+    velocity_errors : ErrorBars
+        Error bars of the velocities by source.
+    force_error : float or None
+        Error bar of the forces for the mesh; None for a model without a mesh.
+    power : float
+        Power of the bodies on the fluid.
+    power_errors : ErrorBars
+        Error bars of the power by source.
+    model, formulation, solver : str
+        How the flow was computed.
+    dofs, iterations : int
+        Size of the linear system, and iterations for it.
+    residual : float
+        True relative residual.
+    seconds : dict
+        Wall-clock seconds of the parts of the work.
+    """
+
+    model: str
+    bodies: tuple[str, ...]
+    links: tuple[str, ...]
+    velocity: np.ndarray
+    angular_velocity: np.ndarray
+    force: np.ndarray
+    torque: np.ndarray
+    link_force: np.ndarray
+    velocity_errors: ErrorBars
+    force_error: float | None
+    power: float
+    power_errors: ErrorBars
+    dofs: int
+    formulation: str
+    solver: str
+    iterations: int
+    residual: float
+    seconds: dict[str, float]
+
+    @classmethod
+    def _from_raw(cls, raw: dict[str, Any]) -> Solution:
+        bars = {name: ErrorBars(**raw[name]) for name in ("velocity_errors", "power_errors")}
+        return _from_raw(cls, raw, **bars)
+
+    @property
+    def velocity_error(self) -> float:
+        """Error bar of the velocities, the sum over the sources."""
+        return self.velocity_errors.total
+
+    @property
+    def power_error(self) -> float:
+        """Error bar of the power, the sum over the sources."""
+        return self.power_errors.total
+
+    def _rows(self) -> list[Row]:
+        rows = [("model", self.model)]
+        for number, body in enumerate(self.bodies):
+            rows.append((f"velocity of {body}", vector(self.velocity[number])))
+            rows.append((f"force of {body}", vector(self.force[number])))
+        speed = with_error(largest(self.velocity), self.velocity_error)
+        rows.append(("largest velocity", speed))
+        if self.force_error is not None:
+            rows.append(("largest force", with_error(largest(self.force), self.force_error)))
+        rows.append(("power", with_error(self.power, self.power_error)))
+        work = f"{self.dofs} degrees of freedom, {self.seconds['total']:.3g} s"
+        return [*rows, ("cost", work)]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Phase(Result):
+    """One phase of a run: the link that moves, displacements of the bodies, error bars."""
+
+    link: str
+    displacement: np.ndarray
+    errors: ErrorBars
+    solves: int
+
+    @classmethod
+    def _from_raw(cls, raw: dict[str, Any]) -> Phase:
+        return _from_raw(cls, raw, errors=ErrorBars(**raw["errors"]))
+
+    def _rows(self) -> list[Row]:
+        moved = with_error(largest(self.displacement), self.errors.total)
+        return [("link", self.link), ("largest displacement", moved), ("solves", str(self.solves))]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Run(Result):
+    """A finished gait, in the scene's units.
+
+    Attributes
+    ----------
+    displacement : numpy.ndarray
+        Displacement of each body, one row each.
+    net : float
+        Net displacement: the distance that the mean of the centres of the moving bodies covers.
+    errors : ErrorBars
+        Error bars of the displacements by source; `net_error` is their sum.
+    rotation : numpy.ndarray
+        Rotation vector of the frame of the first linkage.
+    work : float
+        Work of the bodies on the fluid, with `work_error`.
+    phases : tuple of Phase
+        Displacement of each phase.
+    times, lengths, positions, quaternions : numpy.ndarray
+        The trajectory at the solves and the ends of the phases: values of the links, centres
+        `(time, body, xyz)`, attitudes `(time, body, xyzw)`.
+    curve_times, curve_positions : numpy.ndarray
+        Centres on a finer grid, for plots.
+    model : str
+        The model, and in `reasons` why it was chosen.
+    solves : int
+        Number of instantaneous solutions.
+    seconds : dict
+        Wall-clock seconds.
+    """
+
+    scene: str
+    model: str
+    reasons: tuple[str, ...]
+    bodies: tuple[str, ...]
+    links: tuple[str, ...]
+    displacement: np.ndarray
+    net: float
+    errors: ErrorBars
+    rotation: np.ndarray
+    work: float
+    work_errors: ErrorBars
+    tolerance: float
+    tolerance_met: bool
+    phases: tuple[Phase, ...]
+    times: np.ndarray
+    lengths: np.ndarray
+    positions: np.ndarray
+    quaternions: np.ndarray
+    curve_times: np.ndarray
+    curve_positions: np.ndarray
+    solves: int
+    seconds: dict[str, float]
+
+    @classmethod
+    def _from_raw(cls, raw: dict[str, Any]) -> Run:
+        bars = {name: ErrorBars(**raw[name]) for name in ("errors", "work_errors")}
+        phases = tuple(Phase._from_raw(phase) for phase in raw["phases"])
+        return _from_raw(cls, raw, phases=phases, **bars)
+
+    @property
+    def net_error(self) -> float:
+        """Error bar of the net displacement and of all displacements, summed over the sources."""
+        return self.errors.total
+
+    @property
+    def work_error(self) -> float:
+        """Error bar of the work, the sum over the sources."""
+        return self.work_errors.total
+
+    def _rows(self) -> list[Row]:
+        rows = [
+            ("scene", self.scene),
+            ("model", self.model),
+            ("net displacement", with_error(self.net, self.net_error)),
+        ]
+        for number, body in enumerate(self.bodies):
+            rows.append((f"displacement of {body}", vector(self.displacement[number])))
+        return [
+            *rows,
+            ("rotation vector", vector(self.rotation)),
+            ("work on the fluid", with_error(self.work, self.work_error)),
+            ("tolerance", f"{self.tolerance:g}, {'met' if self.tolerance_met else 'missed'}"),
+            ("cost", f"{self.solves} solves, {self.seconds['total']:.3g} s"),
+        ]
+
+
+class _Array(Result):
+    """A result that numpy takes as its array `matrix`."""
+
+    __slots__ = ()
+    matrix: np.ndarray
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        array = self.matrix if dtype is None else self.matrix.astype(dtype)
+        return array.copy() if copy else array
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class _BodyMatrix(_Array):
+    """A symmetric matrix with six rows and columns per body."""
+
+    bodies: tuple[str, ...]
+    matrix: np.ndarray
+    error: np.ndarray | None
+    model: str
+
+    def block(self, first: str, second: str) -> np.ndarray:
+        """The 6 x 6 block of the rows of one body and the columns of another."""
+        rows, columns = (6 * self.bodies.index(name) for name in (first, second))
+        return self.matrix[rows : rows + 6, columns : columns + 6]
+
+    def _rows(self) -> list[Row]:
+        size = f"{len(self.matrix)} x {len(self.matrix)}, six rows per body"
+        rows = [("model", self.model), ("bodies", ", ".join(self.bodies)), ("matrix", size)]
+        for number, body in enumerate(self.bodies):
+            at = 6 * number
+            bar = None if self.error is None else float(self.error[at, at])
+            rows.append((f"{body}, x to x", with_error(float(self.matrix[at, at]), bar)))
+        return rows
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Resistance(_BodyMatrix):
+    """Grand resistance matrix `R` of the bodies without their links: `(F, T) = R (U, omega)`.
+
+    Forces are those on the fluid. `numpy` functions take the result as its `matrix`.
+
+    Attributes
+    ----------
+    bodies : tuple of str
+        Bodies with a surface, six rows and columns each: velocity, then angular velocity.
+    matrix : numpy.ndarray
+        The matrix.
+    error : numpy.ndarray or None
+        Error bars of its entries; None if the model does not estimate them (finite elements).
+    model : str
+        The model.
+    """
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Mobility(_BodyMatrix):
+    """Grand mobility matrix: the inverse of `Resistance`, `(U, omega) = M (F, T)`.
+
+    Attributes
+    ----------
+    bodies, matrix, error, model
+        As those of `Resistance`. To first order an error `dR` changes the inverse by `-M dR M`,
+        so the error bars are `abs(M) error(R) abs(M)`.
+    """
+
+    @classmethod
+    def _of(cls, resistance: Resistance) -> Mobility:
+        inverse = np.linalg.inv(resistance.matrix)
+        inverse = 0.5 * (inverse + inverse.T)
+        error = None
+        if resistance.error is not None:
+            error = frozen(np.abs(inverse) @ resistance.error @ np.abs(inverse))
+        return cls(resistance.bodies, frozen(inverse), error, resistance.model)
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Connection(_Array):
+    """Connection `A(s)` at one shape: `(v, omega) = A ds/dt` for the frame of the swimmer.
+
+    The origin of the frame is the centre of the body `origin`, its attitude that of the scene.
+
+    `numpy` functions take the result as its `matrix`.
+
+    Attributes
+    ----------
+    links : tuple of str
+        The links whose values are the shape, one column each.
+    origin : str
+        The body whose velocity the first three rows are.
+    matrix : numpy.ndarray
+        Six rows: velocity of the frame and its angular velocity for a unit rate of each link.
+    error : numpy.ndarray
+        Error bar of the velocities for a unit rate of each link.
+    seconds : float
+        Seconds that the library took.
+    """
+
+    links: tuple[str, ...]
+    matrix: np.ndarray
+    error: np.ndarray
+    origin: str
+    seconds: float
+
+    def _rows(self) -> list[Row]:
+        rows = [("origin", self.origin)]
+        for number, link in enumerate(self.links):
+            column = self.matrix[:, number]
+            speed = with_error(float(np.linalg.norm(column[:3])), float(self.error[number]))
+            rows.append((f"velocity by {link}", vector(column[:3])))
+            rows.append(("  its size", speed))
+            rows.append(("  angular velocity", vector(column[3:])))
+        return rows
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Metric(_Array):
+    """Dissipation metric `G(s)` at one shape: the power on the fluid is `ds/dt . G ds/dt`.
+
+    `numpy` functions take the result as its `matrix`.
+
+    Attributes
+    ----------
+    links : tuple of str
+        The links whose values are the shape, one row and column each.
+    matrix, error : numpy.ndarray
+        The metric, and the error bars of its entries.
+    seconds : float
+        Seconds that the library took.
+    """
+
+    links: tuple[str, ...]
+    matrix: np.ndarray
+    error: np.ndarray
+    seconds: float
+
+    def _rows(self) -> list[Row]:
+        pairs = [(i, j) for i in range(len(self.links)) for j in range(i + 1)]
+        return [
+            (
+                f"{self.links[i]}, {self.links[j]}",
+                with_error(float(self.matrix[i, j]), float(self.error[i, j])),
+            )
+            for i, j in pairs
+        ]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Optimum(Result):
+    """The best stroke of a scene, in the scene's units.
+
+    Attributes
+    ----------
+    objective : str
+        What was optimised.
+    displacement : float
+        Displacement by the table of the search, with `displacement_error`.
+    run_displacement : float
+        Displacement of the frame in a run of the stroke by the full model, with `run_errors`.
+    energy : float
+        Work of that run, with `energy_errors`.
+    efficiency : float
+        Lighthill efficiency.
+    period, period_energy_product : float
+        Period, and period times energy at constant power.
+    refinement_error : float
+        Change of the objective by the last increase of the number of terms.
+    at_limits : bool
+        Whether the stroke touches the limits of the joints.
+    links : tuple of str
+        Names of the links.
+    lengths : numpy.ndarray
+        Values of all links at equal steps of time, one row each, from the start to the end.
+    toml : str
+        The scene of the stroke; `Scene.from_toml(optimum.toml)` runs it.
+    """
+
+    objective: str
+    model: str
+    links: tuple[str, ...]
+    displacement: float
+    displacement_error: float
+    displacement_vector: np.ndarray
+    rotation: np.ndarray
+    run_displacement: float
+    run_errors: ErrorBars
+    energy: float
+    energy_errors: ErrorBars
+    period: float
+    period_energy_product: float
+    efficiency: float
+    refinement_error: float
+    at_limits: bool
+    lengths: np.ndarray
+    toml: str
+
+    @classmethod
+    def _from_raw(cls, raw: dict[str, Any]) -> Optimum:
+        bars = {name: ErrorBars(**raw[name]) for name in ("run_errors", "energy_errors")}
+        return _from_raw(cls, raw, **bars)
+
+    def _rows(self) -> list[Row]:
+        return [
+            ("objective", self.objective),
+            ("model", self.model),
+            ("displacement by table", with_error(self.displacement, self.displacement_error)),
+            ("  by the model", with_error(self.run_displacement, self.run_errors.total)),
+            ("energy by the model", with_error(self.energy, self.energy_errors.total)),
+            ("energy times period", f"{self.period_energy_product:.6f} at constant power"),
+            ("Lighthill efficiency", f"{self.efficiency:.4e}"),
+            ("last refinement", f"{self.refinement_error:.2g}"),
+            ("at the limits", "yes" if self.at_limits else "no"),
+        ]

@@ -1,0 +1,339 @@
+"""Scenes, and the calls that compute with them."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from . import _swimmer
+from ._display import Result, Row, vector
+from ._progress import Report, reporter
+from .fields import Flow, Mesh, PointFlow
+from .results import Connection, Metric, Mobility, Optimum, Resistance, Run, Solution, frozen
+
+__all__ = ["Scene", "templates"]
+
+Path = str | os.PathLike[str]
+
+
+def templates() -> dict[str, str]:
+    """Names and texts of the example scenes.
+
+    Examples
+    --------
+    >>> list(templates())[:3]
+    ['three-sphere', 'smooth', 'chain']
+    """
+    return dict(_swimmer.templates())
+
+
+class Scene(Result):
+    """A scene that passed all checks: fluid, bodies, links, gait and options.
+
+    A scene does not change. `with_values` returns another one.
+
+    Examples
+    --------
+    >>> scene = Scene.from_template("three-sphere", {"model.tolerance": 1e-4})
+    >>> scene.bodies
+    ('left', 'centre', 'right')
+    >>> run = scene.run(progress=False)
+    >>> abs(run.net - 0.1598053404) < run.net_error < 1e-4 * run.net
+    True
+    """
+
+    __slots__ = ("_scene",)
+    _scene: _swimmer.Scene
+
+    def __init__(self, scene: _swimmer.Scene) -> None:
+        if not isinstance(scene, _swimmer.Scene):
+            raise TypeError("use Scene.from_file, from_dict, from_toml or from_template")
+        self._scene = scene
+
+    @classmethod
+    def from_file(cls, path: Path, values: Mapping[str, Any] | None = None) -> Scene:
+        """The scene of a TOML file.
+
+        Parameters
+        ----------
+        path : str or os.PathLike
+            The file.
+        values : mapping, optional
+            Keys with the values that replace those of the file, such as `{"gait.cycles": 3}`.
+
+        Raises
+        ------
+        SceneError
+            The first problem, with file, line, key and remedy.
+        OSError
+            A file that cannot be read.
+        """
+        return cls(_swimmer.Scene.read(os.fspath(path), _assignments(values)))
+
+    @classmethod
+    def from_toml(
+        cls, text: str, values: Mapping[str, Any] | None = None, *, path: Path = "scene.toml"
+    ) -> Scene:
+        """The scene of a TOML text; files that it names are searched beside `path`.
+
+        Examples
+        --------
+        >>> ball = 'bodies = [{ name = "ball", radius = 1, position = [0, 0, 0] }]'
+        >>> Scene.from_toml(ball).bodies
+        ('ball',)
+        """
+        return cls(_swimmer.Scene.parse(text, os.fspath(path), _assignments(values)))
+
+    @classmethod
+    def from_dict(
+        cls,
+        keys: Mapping[str, Any],
+        values: Mapping[str, Any] | None = None,
+        *,
+        path: Path = "scene.toml",
+    ) -> Scene:
+        """The scene of a dictionary with the keys of a scene file; arrays may be numpy's.
+
+        Examples
+        --------
+        >>> ball = {"name": "ball", "radius": 1, "position": np.zeros(3), "force": [1, 0, 0]}
+        >>> solution = Scene.from_dict({"bodies": [ball]}).solve()
+        >>> round(float(solution.velocity[0, 0]) * 6 * np.pi, 9)
+        1.0
+        """
+        text = json.dumps(keys, default=_plain, allow_nan=False)
+        return cls(_swimmer.Scene.from_json(text, os.fspath(path), _assignments(values)))
+
+    @classmethod
+    def from_template(cls, name: str, values: Mapping[str, Any] | None = None) -> Scene:
+        """One of the example scenes of `templates`."""
+        known = templates()
+        if name not in known:
+            raise _swimmer.SceneError(
+                f"unknown example '{name}'; choose one of {', '.join(known)}"
+            )
+        return cls.from_toml(known[name], values, path=f"{name}.toml")
+
+    templates = staticmethod(templates)
+
+    def with_values(self, values: Mapping[str, Any]) -> Scene:
+        """The scene with other values of some keys."""
+        return Scene.from_toml(self.to_toml(), values, path=f"{self.name}.toml")
+
+    def to_toml(self) -> str:
+        """The scene as TOML with every key written out."""
+        return self._scene.to_toml()
+
+    @property
+    def name(self) -> str:
+        """Name: that of the file without its extension."""
+        return self._scene.name
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies."""
+        return tuple(self._scene.bodies)
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Names of the links."""
+        return tuple(self._scene.links)
+
+    @property
+    def shape(self) -> np.ndarray:
+        """Values of the links at the start: lengths, or angles in radians."""
+        return frozen(np.array(self._scene.shape))
+
+    def model(self) -> tuple[str, tuple[str, ...]]:
+        """The model that is used, and the reasons for its choice."""
+        name, reasons = self._scene.choose()
+        return name, tuple(reasons)
+
+    def run(
+        self, out: Path | None = None, *, resume: bool = False, progress: bool | Report = True
+    ) -> Run:
+        """Simulates the gait.
+
+        Ctrl-C ends it; with `out`, `resume=True` continues from the last completed phase.
+
+        Parameters
+        ----------
+        out : str or os.PathLike, optional
+            Folder for the files that `swim run` writes; no files by default.
+        resume : bool
+            Whether to continue from the checkpoint in `out`.
+        progress : bool or callable
+            Whether to show a bar of tqdm, if it is installed; or a function of the numbers of
+            completed and of all phases and a text, called ten times per second.
+
+        Raises
+        ------
+        SceneError
+            A scene without a gait, or one that the model does not support.
+        ToleranceMissed
+            A finished run whose error bar is larger than `model.tolerance` allows; its attribute
+            `run` has the result. `model.accept = "best"` accepts it.
+        SolveError
+            A method that failed.
+        """
+        if resume and out is None:
+            raise _swimmer.SceneError("resume needs the folder of the earlier run; give out")
+        folder = None if out is None else os.fspath(out)
+        try:
+            with reporter(progress, self.name) as report:
+                return Run._from_raw(self._scene.run(folder, resume, report))
+        except _swimmer.ToleranceMissed as missed:
+            missed.run = Run._from_raw(missed.result)
+            raise
+
+    def solve(self) -> Solution:
+        """The instantaneous solution at the start of the gait.
+
+        Examples
+        --------
+        Stokes drag on a fixed sphere:
+
+        >>> scene = Scene.from_template("three-sphere")
+        >>> bool(abs(scene.solve().force.sum()) < 1e-12)
+        True
+        """
+        return Solution._from_raw(self._scene.solve())
+
+    def resistance(self) -> Resistance:
+        """Grand resistance matrix of the bodies at the start, without their links."""
+        bodies, matrix, error, model = self._scene.resistance()
+        return Resistance(tuple(bodies), frozen(matrix), frozen(error), model)
+
+    def mobility(self) -> Mobility:
+        """Grand mobility matrix of the bodies at the start, without their links.
+
+        Examples
+        --------
+        >>> ball = {"name": "ball", "radius": 1, "position": [0, 0, 0]}
+        >>> mobility = Scene.from_dict({"bodies": [ball]}).mobility()
+        >>> np.allclose(mobility.matrix[:3, :3] * 6 * np.pi, np.eye(3))
+        True
+        """
+        return Mobility._of(self.resistance())
+
+    def connection(self, shape: Sequence[float] | np.ndarray | None = None) -> Connection:
+        """Connection of a free swimmer at a shape, by default that of the start.
+
+        Successive calls share one model with its meshes, so that an answer may depend on earlier
+        calls within its error bar. Spheres take some ten to hundred microseconds.
+
+        Parameters
+        ----------
+        shape : sequence of float, optional
+            One value per link: a length, or an angle in radians.
+
+        Examples
+        --------
+        >>> scene = Scene.from_template("three-sphere")
+        >>> connection = scene.connection([10, 10])
+        >>> connection.origin
+        'left'
+
+        If both arms open, the middle is at rest and the origin goes to the left:
+
+        >>> round(float(connection.matrix[0].sum()), 12)
+        -1.0
+        """
+        return self._connection(shape)[0]
+
+    def metric(self, shape: Sequence[float] | np.ndarray | None = None) -> Metric:
+        """Dissipation metric of a free swimmer at a shape, by default that of the start."""
+        return self._connection(shape)[1]
+
+    def _connection(self, shape: Any) -> tuple[Connection, Metric]:
+        shape = self._scene.shape if shape is None else shape
+        arrays, names, origin, seconds = self._scene.connection(shape)
+        matrix, error, metric, metric_error = map(frozen, arrays)
+        links = tuple(names)
+        return (
+            Connection(links, frozen(matrix.T), error, origin, seconds),
+            Metric(links, metric, metric_error, seconds),
+        )
+
+    def optimise(self, out: Path | None = None, *, progress: bool | Report = True) -> Optimum:
+        """The best stroke by the group `optimise` of the scene.
+
+        Parameters
+        ----------
+        out : str or os.PathLike, optional
+            Folder for `optimum.toml` and for the table, which a later search reuses.
+        progress : bool or callable
+            As for `run`.
+        """
+        folder = None if out is None else os.fspath(out)
+        with reporter(progress, f"optimise {self.name}") as report:
+            return Optimum._from_raw(self._scene.optimise(folder, report))
+
+    def mesh(self) -> Mesh:
+        """The mesh at the start, for finite elements."""
+        return Mesh._from_raw(self._scene.mesh())
+
+    def flow(self, points: Any = None) -> Flow | PointFlow:
+        """The flow at the start.
+
+        Without points it is the flow on the mesh of the model, or on one generated for a picture.
+
+        Parameters
+        ----------
+        points : array_like, optional
+            Coordinates, the last axis of length three. For spheres without a mesh, velocities are
+            those of the expansions to a thousandth; for finite elements they are interpolated.
+
+        Returns
+        -------
+        Flow or PointFlow
+            Velocity and pressure on a mesh, or at the points.
+
+        Examples
+        --------
+        >>> scene = Scene.from_template("three-sphere")
+        >>> flow = scene.flow([[0, 0, 1], [0, 0, 0.5]])
+        >>> bool(np.allclose(flow.velocity[0], scene.solve().velocity[1], atol=1e-2))
+        True
+        >>> flow.is_fluid
+        array([ True, False])
+        """
+        if points is None:
+            return Flow._from_raw(self._scene.flow())
+        points = np.asarray(points, dtype=float)
+        if points.ndim == 0 or points.shape[-1] != 3:
+            shape = points.shape
+            raise _swimmer.SceneError(f"the last axis of points has length three, not {shape}")
+        velocity, pressure = self._scene.flow_at(points.reshape(-1, 3))
+        return PointFlow(
+            frozen(points.copy()),
+            frozen(velocity.reshape(points.shape)),
+            frozen(pressure.reshape(points.shape[:-1])),
+        )
+
+    def _rows(self) -> list[Row]:
+        rows = [("name", self.name), ("bodies", ", ".join(self.bodies))]
+        if self.links:
+            rows += [("links", ", ".join(self.links)), ("shape", vector(self.shape))]
+        return rows
+
+
+def _assignments(values: Mapping[str, Any] | None) -> list[str]:
+    return [f"{key}={_toml_value(value)}" for key, value in (values or {}).items()]
+
+
+def _toml_value(value: Any) -> str:
+    # JSON of numbers, texts, lists and truth values is TOML.
+    return json.dumps(value, default=_plain, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise TypeError(f"{type(value).__name__} is no value of a scene")

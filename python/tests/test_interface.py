@@ -1,0 +1,246 @@
+"""Errors, interruption, display, threads: what is not a number."""
+
+import importlib.util
+import multiprocessing
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import swimmer
+from swimmer import Scene
+
+FEM = {"domain.kind": "ball", "domain.radius": 40, "model.kind": "fem"}
+
+
+def test_a_defect_of_a_scene_is_a_value_error_with_its_place_and_remedy(tmp_path):
+    file = tmp_path / "typo.toml"
+    file.write_text('bodies = [{ name = "a", radius = 1, position = [0, 0, 0] }]\nfluids = 1\n')
+    with pytest.raises(ValueError, match=r"typo\.toml:2: unknown key 'fluids'; .*fluid"):
+        Scene.from_file(file)
+    bodies = [dict(name=name, radius=1, position=[x, 0, 0]) for name, x in [("a", 0), ("b", 1)]]
+    with pytest.raises(swimmer.SceneError, match="bodies 'a' and 'b' touch or overlap"):
+        Scene.from_dict({"bodies": bodies})
+    with pytest.raises(swimmer.SceneError, match="--set gait.cycle=2"):
+        Scene.from_template("three-sphere", {"gait.cycle": 2})
+    with pytest.raises(swimmer.SceneError, match="choose one of three-sphere, "):
+        Scene.from_template("three-spheres")
+    with pytest.raises(FileNotFoundError, match=r"cannot read .*missing\.toml"):
+        Scene.from_file(tmp_path / "missing.toml")
+    for bad in (float("nan"), None, object()):
+        with pytest.raises((ValueError, TypeError)):
+            Scene.from_dict({"fluid": {"viscosity": bad}})
+    with pytest.raises(TypeError, match="Scene.from_file"):
+        Scene("three-sphere")
+
+
+def test_calls_that_do_not_fit_the_scene_say_what_does():
+    scene = Scene.from_template("three-sphere")
+    with pytest.raises(swimmer.SceneError, match="has no mesh; use model.kind"):
+        scene.mesh()
+    with pytest.raises(swimmer.SceneError, match="the shape has 1 values, and 2 links"):
+        scene.connection([10])
+    for bad in ([10, np.nan], [10, -1], [np.inf, 10]):
+        with pytest.raises(swimmer.SceneError, match="no angle or positive length"):
+            scene.connection(bad)
+    with pytest.raises(ValueError, match="could not convert"):
+        scene.connection("ten")
+    with pytest.raises(swimmer.SceneError, match="depends only on the shape"):
+        Scene.from_template("settling").connection()
+    with pytest.raises(swimmer.SceneError, match="gait"):
+        Scene.from_dict({"bodies": [dict(name="a", radius=1, position=[0, 0, 0])]}).run()
+    for points in (1.0, [[1, 2]], [1, 2, 3, 4]):
+        with pytest.raises(swimmer.SceneError, match="length three"):
+            scene.flow(points)
+
+
+def test_bodies_that_collide_in_a_connection_are_an_error():
+    with pytest.raises((swimmer.SolveError, swimmer.SceneError)):
+        Scene.from_template("three-sphere").connection([1, 1])
+
+
+def test_a_missed_tolerance_carries_the_result():
+    """The models of quick scenes all meet their tolerance, so the exception is made here."""
+    scene = Scene.from_template("three-sphere")
+    raw = scene._scene.run(None, False, None) | {"tolerance_met": False}
+
+    class Missed:
+        name = "missed"
+
+        def run(self, out, resume, report):
+            error = swimmer.ToleranceMissed("increase model.tolerance")
+            error.result = raw
+            raise error
+
+    object.__setattr__(scene, "_scene", Missed())
+    with pytest.raises(swimmer.SolveError, match="increase model.tolerance") as caught:
+        scene.run(progress=False)
+    assert isinstance(caught.value, swimmer.ToleranceMissed)
+    assert caught.value.run.net == raw["net"] and not caught.value.run.tolerance_met
+
+
+def test_a_panic_is_an_internal_error():
+    with pytest.raises(swimmer.InternalError, match="a defect of the program: index out of"):
+        swimmer._swimmer.panic_for_test("index out of bounds")
+
+
+def test_results_cannot_be_changed():
+    solution = Scene.from_template("three-sphere").solve()
+    with pytest.raises(ValueError, match="read-only"):
+        solution.velocity[0, 0] = 1.0
+    with pytest.raises(AttributeError):
+        solution.power = 1.0
+
+
+def test_results_show_error_bars_and_escape_names():
+    scene = Scene.from_template("three-sphere")
+    run = scene.run(progress=False)
+    assert "net displacement" in repr(run) and "+-" in repr(run) and "%)" in repr(run)
+    assert run._repr_html_().startswith("<table><caption>Run</caption>")
+    body = dict(name="<b>", radius=1, position=[0, 0, 0])
+    html = Scene.from_dict({"bodies": [body]}).resistance()._repr_html_()
+    assert "&lt;b&gt;" in html and "<b>" not in html
+    for result in (scene, scene.solve(), scene.mobility(), scene.connection(), scene.metric()):
+        assert repr(result).startswith(type(result).__name__)
+
+
+def test_numpy_takes_matrices():
+    resistance = Scene.from_template("three-sphere").resistance()
+    assert np.linalg.eigvalsh(resistance).min() > 0
+    assert np.asarray(resistance, dtype=np.float32).dtype == np.float32
+
+
+def test_progress_is_reported_and_its_exceptions_end_the_run():
+    scene = Scene.from_template("three-sphere", FEM)
+
+    class Enough(Exception):
+        pass
+
+    seen = []
+
+    def report(done, total, text):
+        seen.append((done, total, text))
+        raise Enough
+
+    begin = time.monotonic()
+    with pytest.raises(Enough):
+        scene.run(progress=report)
+    assert len(seen) == 1 and time.monotonic() - begin < 5
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends a signal")
+def test_ctrl_c_ends_a_long_call_within_a_second():
+    """A run by finite elements of many cycles, which takes minutes."""
+    scene = Scene.from_template("three-sphere", FEM | {"gait.cycles": 100})
+    sent = []
+
+    def interrupt():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.5, interrupt)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        scene.run(progress=False)
+    assert time.monotonic() - sent[0] < 1.0
+    # Nothing is broken.
+    assert Scene.from_template("three-sphere").solve().dofs > 0
+
+
+def test_other_threads_run_during_a_call():
+    ticks = []
+    stop = threading.Event()
+
+    def tick():
+        while not stop.is_set():
+            ticks.append(time.monotonic())
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    begin = time.monotonic()
+    Scene.from_template("chain", {"model.tolerance": 1e-8}).run(progress=False)
+    end = time.monotonic()
+    stop.set()
+    thread.join()
+    assert sum(begin < t < end for t in ticks) >= 2
+
+
+def test_threads_share_a_scene():
+    scene = Scene.from_template("three-sphere")
+    expected = scene.connection([9, 8]).matrix
+    found = []
+
+    def compute():
+        found.extend(scene.connection([9, 8]).matrix for _ in range(20))
+
+    threads = [threading.Thread(target=compute) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(found) == 80
+    assert all(np.array_equal(matrix, expected) for matrix in found)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
+def test_a_forked_process_refuses_instead_of_waiting_for_ever():
+    Scene.from_template("three-sphere").solve()
+    code = (
+        "import os, sys, swimmer\n"
+        "scene = swimmer.Scene.from_template('three-sphere')\n"
+        "scene.solve()\n"
+        "child = os.fork()\n"
+        "if child == 0:\n"
+        "    try:\n"
+        "        scene.solve()\n"
+        "    except swimmer.SceneError as error:\n"
+        "        os._exit(7 if 'spawn' in str(error) else 1)\n"
+        "    os._exit(1)\n"
+        "sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n"
+    )
+    result = subprocess.run([sys.executable, "-W", "ignore", "-c", code], timeout=60)
+    assert result.returncode == 7
+
+
+def net_of(cycles):
+    return Scene.from_template("three-sphere", {"gait.cycles": cycles}).run(progress=False).net
+
+
+def test_spawned_processes_compute():
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        assert pool.apply(net_of, (1,)) == net_of(1)
+
+
+def test_a_connection_costs_less_than_20_microseconds_above_the_library():
+    """Median of the call less the seconds that the library measures."""
+    scene = Scene.from_template("three-sphere", {"model.kind": "multipole"})
+    shapes = np.array([[10 - 0.001 * k, 8.0] for k in range(500)])
+    above = []
+    for shape in shapes:
+        begin = time.perf_counter()
+        connection = scene.connection(shape)
+        above.append(time.perf_counter() - begin - connection.seconds)
+    assert statistics.median(above) < 20e-6
+
+
+def test_missing_packages_are_named(monkeypatch):
+    mesh = swimmer.Mesh(*[None] * 11)
+    for package, convert in [("meshio", mesh.to_meshio), ("pyvista", mesh.to_pyvista)]:
+        monkeypatch.setitem(sys.modules, package, None)
+        with pytest.raises(ImportError, match=f"pip install {package}"):
+            convert()
+
+
+@pytest.mark.skipif(importlib.util.find_spec("gymnasium") is None, reason="needs gymnasium")
+def test_the_environment_passes_the_checks_of_gymnasium():
+    from gymnasium.utils.env_checker import check_env
+
+    scene = Scene.from_template("three-sphere", {"learn.contracted": 6})
+    check_env(swimmer.Swimmer(scene, progress=False), skip_render_check=True)
