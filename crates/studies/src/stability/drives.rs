@@ -41,7 +41,14 @@ impl Case {
 
     fn scene(&self, tolerance: f64) -> Result<Scene, SwimError> {
         // A model of constant cost: the cases are hard for the integration.
-        let model = format!("[model]\nkind = \"rpy\"\ntolerance = {tolerance:e}\n");
+        // The run to compare with has a bar of its own, whatever it reaches.
+        let accept = if tolerance == TRUTH {
+            "best"
+        } else {
+            "tolerance"
+        };
+        let model =
+            format!("[model]\nkind = \"rpy\"\ntolerance = {tolerance:e}\naccept = \"{accept}\"\n");
         let text = model + &self.text;
         Ok(Scene::parse(&text)?)
     }
@@ -104,6 +111,8 @@ fn spring(stiffness: f64) -> Case {
     let gait =
         "[gait]\nperiod = 6\n[[gait.harmonics]]\nlink = \"left\"\namplitude = 1\n".to_owned();
     Case {
+        // The displacement falls as the inverse of the stiffness, and the tolerance with it.
+        expected: (stiffness < 1e6).then_some(Expected::Right),
         quick: stiffness == 1.0,
         ..Case::new(
             format!("a spring of stiffness {stiffness:e}"),
@@ -230,7 +239,7 @@ fn cases() -> Vec<Case> {
     cases.extend([3, 12].map(overtones));
     cases.extend([1e-8, 1e-4, 1.0, 1e4].map(pulled));
     cases.extend([1e-8, 1e-2, 1.0, 1e2, 1e4].map(massive));
-    cases.extend([0.1, 0.02, 0.002].map(hinges));
+    cases.extend([0.5, 0.1].map(hinges));
     cases
 }
 

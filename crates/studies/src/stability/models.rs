@@ -318,5 +318,7 @@ fn judge(instant: &InstantaneousSolution, truth: Option<&InstantaneousSolution>)
         true => format!("{:.0e}, {:.0e}", of_speed(error), of_speed(bar)),
         false => "at rest".to_owned(),
     };
+    // The expansions end at their largest order, with a bar of their own close to walls.
+    let bar = bar + truth.error_estimate.total();
     Outcome::against_bar(error, bar, 1e-7 * speed.max(turning), mark)
 }

@@ -34,6 +34,9 @@ use crate::error::SwimError;
 /// Largest number of steps of a leg.
 const MAX_STEPS: usize = 1 << 12;
 
+/// Factor by which an iteration of the stages reduces their error, at most.
+const CONTRACTION: f64 = 0.15;
+
 /// Largest number of iterations of a step: 0.15^20 is rounding.
 const MAX_ITERATIONS: usize = 20;
 
@@ -64,7 +67,9 @@ pub(super) fn leg(
         let tolerance = step_tolerance(evaluator, &run.whole(start), 1.0);
         let error = match &coarser {
             None => f64::INFINITY,
-            Some(coarser) => run.difference(coarser, evaluator, start) / (REDUCTION - 1.0),
+            Some(coarser) => {
+                run.difference(coarser, evaluator, start) / (REDUCTION - 1.0) + run.iteration_error
+            }
         };
         if error <= tolerance {
             let duration = evaluator.leg.duration;
@@ -98,6 +103,8 @@ struct Run {
     velocities: Velocities,
     /// Longest relaxation time of a body, for errors of the velocities.
     relaxation: f64,
+    /// What the iterations of the stages leave of the displacement, by all steps.
+    iteration_error: f64,
 }
 
 impl Run {
@@ -156,24 +163,28 @@ fn run(
         steps: Vec::with_capacity(steps),
         velocities: before.clone(),
         relaxation: relaxation_time(evaluator.scene),
+        iteration_error: 0.0,
     };
     let mut state = start.clone();
     for k in 0..steps {
         let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
-        let step = step(evaluator, &state, &mut run.velocities, span)?;
+        let (step, iteration_error) = step(evaluator, &state, &mut run.velocities, span)?;
+        run.iteration_error += iteration_error;
         state = step.piece.state(set, span.1)?;
         run.steps.push(step);
     }
     Ok(run)
 }
 
-/// One step from `state`; `velocities` are those before it on entry and after it on return.
+/// One step from `state`, and what its iterations leave of the displacement.
+///
+/// `velocities` are those before it on entry and after it on return.
 fn step(
     evaluator: &mut LegEvaluator,
     state: &State,
     velocities: &mut Velocities,
     span: (f64, f64),
-) -> Result<Approximation, SwimError> {
+) -> Result<(Approximation, f64), SwimError> {
     let scene = evaluator.scene;
     let set = scene.articulation();
     let width = span.1 - span.0;
@@ -187,6 +198,7 @@ fn step(
     let mut rates = vec![at_rest; STAGES];
     let mut piece = PathPiece::through(set, state, span, &nodes, &rates)?;
     let mut stages: Vec<LegSolution> = Vec::new();
+    let mut iteration_error = 0.0;
     for _ in 0..MAX_ITERATIONS {
         let old_forces = forces.clone();
         let old_rates = rates.clone();
@@ -218,19 +230,23 @@ fn step(
         let change = rates
             .iter()
             .zip(&old_rates)
-            .map(|(new, old)| largest_displacement(evaluator, &(new + &(old * -1.0))));
+            .map(|(new, old)| largest_displacement(evaluator, &(new + &(old * -1.0))))
+            .fold(0.0, f64::max);
+        // The sum of all further changes.
+        iteration_error = CONTRACTION / (1.0 - CONTRACTION) * change;
         piece = PathPiece::through(set, state, span, &nodes, &rates)?;
         let allowed = ITERATION_SHARE * step_tolerance(evaluator, &piece.step(), width);
-        if change.fold(0.0, f64::max) <= allowed {
+        if change <= allowed {
             break;
         }
     }
     if let Some(last) = stages.last() {
         *velocities = velocities_of(last);
     }
-    Ok(Approximation {
+    let step = Approximation {
         piece,
         solutions: stages,
         weights: a[STAGES - 1].to_vec(),
-    })
+    };
+    Ok((step, iteration_error))
 }
