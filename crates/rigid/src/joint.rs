@@ -51,42 +51,25 @@ impl Joint {
 
     /// The same joint in another unit of length: all lengths are multiplied by `factor`.
     #[must_use]
-    pub fn scaled(self, factor: f64) -> Self {
-        match self {
-            Self::Slide | Self::Fixed => self,
-            Self::Turn {
-                axis,
-                pivot,
-                advance,
-            } => Self::Turn {
-                axis,
-                pivot: factor * pivot,
-                advance: factor * advance,
-            },
-            Self::Ball { pivot } => Self::Ball {
-                pivot: factor * pivot,
-            },
+    pub fn scaled(mut self, factor: f64) -> Self {
+        match &mut self {
+            Self::Slide | Self::Fixed => {}
+            Self::Turn { pivot, advance, .. } => {
+                *pivot *= factor;
+                *advance *= factor;
+            }
+            Self::Ball { pivot } => *pivot *= factor,
         }
+        self
     }
 
     /// The same joint of bodies that are elsewhere by `shift`.
     #[must_use]
-    pub fn translated(self, shift: &Vector3<f64>) -> Self {
-        match self {
-            Self::Slide | Self::Fixed => self,
-            Self::Turn {
-                axis,
-                pivot,
-                advance,
-            } => Self::Turn {
-                axis,
-                pivot: pivot + shift,
-                advance,
-            },
-            Self::Ball { pivot } => Self::Ball {
-                pivot: pivot + shift,
-            },
+    pub fn translated(mut self, shift: &Vector3<f64>) -> Self {
+        if let Self::Turn { pivot, .. } | Self::Ball { pivot } = &mut self {
+            *pivot += shift;
         }
+        self
     }
 
     /// Number of scalar constraints: three of the relative translation, three of the rotation.

@@ -64,7 +64,7 @@ pub fn periodic_state(
     let mut state = scene.initial_state();
     let mut velocities = vec![0.0; 6 * bodies];
     let size = links.len() + velocities.len();
-    let unknowns = |joints: &[f64], velocities: &[f64]| {
+    let coordinates = |joints: &[f64], velocities: &[f64]| {
         DVector::from_iterator(size, joints.iter().chain(velocities).copied())
     };
     let mut solves = 0;
@@ -77,8 +77,8 @@ pub fn periodic_state(
             velocities: &velocities,
         };
         let end = cycle(scene, model, method, &start, &mut solves, observe)?;
-        let values = unknowns(&state.joints, &velocities);
-        let residual = unknowns(&end.state.joints, &end.velocities) - &values;
+        let values = coordinates(&state.joints, &velocities);
+        let residual = coordinates(&end.state.joints, &end.velocities) - &values;
         let of_joints = links.iter().zip(residual.iter());
         let of_joints = of_joints.map(|(&link, &change)| set.arm_displacement(link, change));
         let of_body = |body: usize| residual.fixed_rows::<3>(links.len() + 6 * body).norm();

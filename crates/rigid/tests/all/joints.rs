@@ -64,7 +64,7 @@ fn check_formulations(
         let system = formulation.constrain(fluid.clone(), &drive).unwrap();
         flow(&system, set)
     });
-    // The random matrices are not definite. Rounding errors of 60 unknowns grow with the condition.
+    // The random matrices are not definite. Rounding errors of 60 dofs grow with the condition.
     let condition = flows
         .iter()
         .map(|(_, condition)| *condition)

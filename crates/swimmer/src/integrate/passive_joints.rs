@@ -53,7 +53,7 @@ impl JointNewton {
         let weights: Vec<Vec<f64>> = (gauss.nodes.iter())
             .map(|&t| gauss.integrals(&gauss.nodes, t))
             .collect();
-        // Unknowns: the changes of joint `a` at point `i`, at the position `i joints + a`.
+        // Solved for: the changes of joint `a` at point `i`, at the position `i joints + a`.
         let mut matrix = DMatrix::identity(points * joints, points * joints);
         let mut rhs = DVector::zeros(points * joints);
         for i in 0..points {

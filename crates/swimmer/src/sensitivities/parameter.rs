@@ -191,8 +191,9 @@ fn move_start(
         document.set(&format!("bodies[{number}].position=[{x:?}, {y:?}, {z:?}]"))?;
     }
     for (number, link) in set.links().iter().enumerate() {
-        if let Joint::Turn { pivot, .. } | Joint::Ball { pivot } = link.joint {
-            let [x, y, z]: [f64; 3] = (pivot + moved[link.to]).into();
+        let joint = link.joint.translated(&moved[link.to]);
+        if let Joint::Turn { pivot, .. } | Joint::Ball { pivot } = joint {
+            let [x, y, z]: [f64; 3] = pivot.into();
             document.set(&format!("links[{number}].pivot=[{x:?}, {y:?}, {z:?}]"))?;
         }
     }

@@ -97,7 +97,7 @@ impl Quantity {
                     .map(|(time, x)| (*time, along(x)))
                     .collect()
             }
-            Quantity::Angle(e) => self.about(outcome, e),
+            Quantity::Angle(e) => about(outcome, e),
         }
     }
 
@@ -113,19 +113,13 @@ impl Quantity {
                 });
                 values.collect()
             }
-            Quantity::Angle(e) => self.about(outcome, e),
+            Quantity::Angle(e) => about(outcome, e),
         };
         let solved = outcome.samples.iter().map(|sample| sample.bodies.is_some());
         let points = all.into_iter().zip(solved);
         points
             .filter_map(|(point, solved)| solved.then_some(point))
             .collect()
-    }
-
-    fn about(&self, outcome: &Outcome, axis: &Vector3<f64>) -> Vec<(f64, Vec<f64>)> {
-        let angles = angles(outcome).into_iter();
-        let about = |angles: Vec<Vector3<f64>>| angles.iter().map(|a| a.dot(axis)).collect();
-        angles.map(|(time, angles)| (time, about(angles))).collect()
     }
 
     /// Unit vectors to the right and upwards in pictures of the bodies.
@@ -143,6 +137,13 @@ impl Quantity {
             }
         }
     }
+}
+
+/// Times and angles about an axis, of every body at every sample.
+fn about(outcome: &Outcome, axis: &Vector3<f64>) -> Vec<(f64, Vec<f64>)> {
+    let angles = angles(outcome).into_iter();
+    let about = |angles: Vec<Vector3<f64>>| angles.iter().map(|a| a.dot(axis)).collect();
+    angles.map(|(time, angles)| (time, about(angles))).collect()
 }
 
 /// The sum of the rotation vectors from sample to sample: angles beyond half a turn about an axis
