@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use models::Hydrodynamics;
 use scene::{AcceptKind, Leg, Scene};
+use serde_json::Value;
 
 use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
@@ -201,18 +202,23 @@ fn run_once(
 }
 
 impl Report {
-    /// Writes the summary and checks the tolerance.
-    fn finish(self, folder: Option<&Folder>) -> Result<Self, SwimError> {
-        let Some(folder) = folder else {
-            return self.check_tolerance();
-        };
-        let summary = summary_json(
+    /// The summary of the run, as in `summary.json`.
+    pub fn summary(&self) -> Value {
+        summary_json(
             &self.scene,
             self.model,
             &self.reasons,
             &self.outcome,
             self.seconds,
-        );
+        )
+    }
+
+    /// Writes the summary and checks the tolerance.
+    fn finish(self, folder: Option<&Folder>) -> Result<Self, SwimError> {
+        let Some(folder) = folder else {
+            return self.check_tolerance();
+        };
+        let summary = self.summary();
         folder.write("summary.json", |file| writeln!(file, "{summary:#}"))?;
         self.check_tolerance()
     }

@@ -54,6 +54,11 @@ pub fn solve(
 /// Velocities and forces of the bodies, and forces of the links.
 fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
     let row = |label: &str, v: &Vector3<f64>| {
+        // Rounding first and adding zero avoids "-0.00000000".
+        let v = v.map(|x| match x.abs() < 0.5e-8 {
+            true => 0.0,
+            false => x,
+        });
         format!("{label:<24}{:>14.8} {:>14.8} {:>14.8}\n", v.x, v.y, v.z)
     };
     let mut text = "vectors (x, y, z) in the scene's units\n".to_owned();

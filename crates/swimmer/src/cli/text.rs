@@ -1,11 +1,21 @@
 //! Text on the terminal: results on stdout, messages on stderr.
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 
+use clap::builder::styling::AnsiColor;
 use swimmer::models::ErrorEstimate;
 
 /// Width of the column of labels.
 const LABEL_WIDTH: usize = 24;
+
+/// What stands behind a value whose error is not estimated.
+pub const NO_ESTIMATE: &str = "(no error estimate)";
+
+/// Largest ratio of an uncertainty to its value that is printed; beyond it the value is noise.
+const LARGEST_RATIO: f64 = 1.0;
+
+/// Components of a vector below this ratio to its size are rounding errors and printed as zero.
+const ROUNDING: f64 = 1e-12;
 
 /// Writes one line to stderr. A closed stderr is no error.
 pub fn message(line: &str) {
@@ -14,7 +24,26 @@ pub fn message(line: &str) {
 
 /// Writes a warning to stderr.
 pub fn warn(text: &str) {
-    message(&format!("warning: {text}"));
+    coloured_message("warning:", AnsiColor::Yellow, text);
+}
+
+/// Writes an error to stderr.
+pub fn error_message(text: &str) {
+    coloured_message("error:", AnsiColor::Red, text);
+}
+
+/// Writes a line to stderr whose first word is coloured where colours are wanted: on a terminal,
+/// unless the environment variable `NO_COLOR` is set (<https://no-color.org>) or `TERM` is `dumb`.
+fn coloured_message(word: &str, colour: AnsiColor, text: &str) {
+    let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    let is_dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
+    match std::io::stderr().is_terminal() && !is_set("NO_COLOR") && !is_dumb {
+        true => {
+            let style = colour.on_default().bold();
+            message(&format!("{style}{word}{style:#} {text}"));
+        }
+        false => message(&format!("{word} {text}")),
+    }
 }
 
 /// Writes a finished text to stdout. A closed stdout is no error: its reader has what it wanted.
@@ -25,6 +54,15 @@ pub fn print(text: &str) {
 /// One line with a label and a value.
 pub fn entry(label: &str, value: &str) -> String {
     format!("{label:<LABEL_WIDTH$}{value}\n")
+}
+
+/// A vector whose components are known up to rounding errors of numbers of this size.
+pub fn vector(components: [f64; 3], size: f64) -> String {
+    let words = components.map(|x| match x.abs() <= ROUNDING * size {
+        true => "0".to_owned(),
+        false => format!("{x:.4e}"),
+    });
+    format!("({})", words.join(", "))
 }
 
 /// A positive number with two significant digits.
@@ -50,10 +88,10 @@ pub fn percent(ratio: f64) -> String {
     format!("{} %", two_digits(100.0 * ratio))
 }
 
-/// An absolute error and, in brackets, its ratio to `reference`, without the bracket if that is
-/// zero.
+/// An absolute error and, in brackets, its ratio to `reference`, without the bracket if the error
+/// is larger.
 pub fn error(absolute: f64, reference: f64) -> String {
-    if reference > 0.0 && absolute > 0.0 {
+    if absolute > 0.0 && absolute <= LARGEST_RATIO * reference {
         format!("{absolute:.1e} ({})", percent(absolute / reference))
     } else if absolute > 0.0 {
         format!("{absolute:.1e}")
@@ -63,9 +101,11 @@ pub fn error(absolute: f64, reference: f64) -> String {
 }
 
 /// A value with its uncertainty, absolute and relative: `0.16072 +- 0.00041 (0.26 %)`.
+///
+/// The ratio is left out if the uncertainty is larger than the value.
 pub fn with_uncertainty(value: f64, uncertainty: f64) -> String {
     if uncertainty <= 0.0 {
-        return format!("{value} (no error estimate)");
+        return format!("{value} {NO_ESTIMATE}");
     }
     let largest = magnitude(value.abs().max(uncertainty));
     let (scale, suffix) = match largest {
@@ -84,7 +124,7 @@ pub fn with_uncertainty(value: f64, uncertainty: f64) -> String {
         true => both,
         false => format!("({both}){suffix}"),
     };
-    match value == 0.0 {
+    match uncertainty > LARGEST_RATIO * value.abs() {
         true => both,
         false => format!("{both} ({})", percent(uncertainty / value.abs())),
     }
@@ -144,7 +184,7 @@ mod tests {
             (0.159_805_340_4, 4.5e-9, "0.1598053404 +- 4.5e-9 (2.8e-6 %)"),
             (1.607_18e-7, 4.12e-10, "(1.6072 +- 0.0041)e-7 (0.26 %)"),
             (0.0, 0.0123, "0.000 +- 0.012"),
-            (0.001, 0.25, "0.00 +- 0.25 (2.5e4 %)"),
+            (0.001, 0.25, "0.00 +- 0.25"),
             (0.5, 0.0, "0.5 (no error estimate)"),
         ] {
             assert_eq!(with_uncertainty(value, uncertainty), text);
@@ -164,5 +204,14 @@ mod tests {
         }
         assert_eq!(error(3.2e-3, 0.16), "3.2e-3 (2.0 %)");
         assert_eq!(error(3.2e-3, 0.0), "3.2e-3");
+        assert_eq!(error(3.2e-3, 1e-17), "3.2e-3");
+    }
+
+    #[test]
+    fn rounding_errors_of_a_vector_are_printed_as_zero() {
+        assert_eq!(
+            vector([1.2257e-2, -3e-33, 0.0], 1.2257e-2),
+            "(1.2257e-2, 0, 0)"
+        );
     }
 }

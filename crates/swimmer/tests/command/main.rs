@@ -1,6 +1,7 @@
 //! The `swim` command as a user meets it.
 
 mod design;
+mod help;
 mod output;
 mod printed;
 mod resume;
