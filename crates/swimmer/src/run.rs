@@ -148,6 +148,7 @@ fn run_once(
     progress: &mut dyn Progress,
 ) -> Result<Report, SwimError> {
     let Choice { mut model, reasons } = with_tables(&scene, choose(&scene)?);
+    let which = scene.fem().flows;
     let (interim, flows) = match checkpoint {
         None => {
             let mut observe =
@@ -173,12 +174,12 @@ fn run_once(
                 )?
                 .write(folder)?;
             }
-            (interim, folder.map(FlowSeries::new))
+            (interim, folder.map(|folder| FlowSeries::new(folder, which)))
         }
         Some(checkpoint) => {
             let path = folder.map_or(Path::new(""), Folder::path);
             let (interim, flows) = checkpoint.restore(&scene, model.as_mut(), path)?;
-            let flows = folder.map(|folder| FlowSeries::resumed(folder, &flows));
+            let flows = folder.map(|folder| FlowSeries::resumed(folder, which, &flows));
             (interim, flows)
         }
     };
@@ -264,11 +265,8 @@ impl Observer for Files<'_> {
             });
         }
         self.progress.solved(leg, solution);
-        let Some((_, flows)) = &mut self.output else {
-            return Ok(());
-        };
-        match model.last_flow() {
-            Some(flow) => flows.add(solution.number, &flow),
+        match &mut self.output {
+            Some((_, flows)) => flows.solved(solution, model),
             None => Ok(()),
         }
     }
@@ -281,7 +279,7 @@ impl Observer for Files<'_> {
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         if let Some((folder, flows)) = &mut self.output {
-            flows.finish_leg(leg, result, so_far.solves - result.solves)?;
+            flows.finish_leg(leg, result, so_far.solves - result.solves, model)?;
             let csv = trajectory_csv(self.scene, &so_far.samples);
             folder.write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
             #[cfg(feature = "plots")]
