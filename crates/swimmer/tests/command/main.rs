@@ -1,5 +1,6 @@
 //! The `swim` command as a user meets it.
 
+mod book;
 mod design;
 mod help;
 mod output;

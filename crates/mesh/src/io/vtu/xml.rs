@@ -26,17 +26,13 @@ pub enum VtuEncoding {
 /// window of zlib, 32 kB, is small beside them.
 const BLOCK: usize = 1 << 18;
 
-/// Level of the compression. Levels 1, 2, 3 and 6 leave 2.03, 1.72, 1.70 and 1.70 MB of a flow of
-/// 3.49 MB, in times of 1, 2, 2.9 and 4: most of the bits of a field are random.
-const LEVEL: u32 = 2;
-
 /// Bytes compressed by zlib as `vtkZLibDataCompressor` does.
 ///
 /// The number of blocks, their length before compression, that of the last one if it is shorter
 /// and otherwise zero, and the lengths after compression, all `UInt64`; then the blocks.
-fn compressed(bytes: &[u8]) -> Vec<u8> {
+fn compressed(bytes: &[u8], level: Compression) -> Vec<u8> {
     let compress = |block: &[u8]| {
-        let mut encoder = ZlibEncoder::new(block, Compression::new(LEVEL));
+        let mut encoder = ZlibEncoder::new(block, level);
         let mut bytes = Vec::new();
         // Reading from and writing to memory cannot fail.
         let _ = encoder.read_to_end(&mut bytes);
@@ -75,11 +71,22 @@ impl Values {
         }
     }
 
+    /// Level of the compression.
+    ///
+    /// From level 1 to level 2 the time doubles. Numbers of 64 bits become 9 % smaller, since most
+    /// of their bits are random, but the connectivity 32 %.
+    fn level(&self) -> Compression {
+        match self {
+            Self::Reals(_) => Compression::new(1),
+            Self::Integers(_) | Self::Bytes(_) => Compression::new(2),
+        }
+    }
+
     /// The array in an encoding, with its header of `UInt64`.
     fn block(&self, encoding: VtuEncoding) -> Vec<u8> {
         let bytes = self.bytes();
         match encoding {
-            VtuEncoding::Compressed => compressed(&bytes),
+            VtuEncoding::Compressed => compressed(&bytes, self.level()),
             VtuEncoding::Appended | VtuEncoding::Base64 => {
                 [(bytes.len() as u64).to_le_bytes().to_vec(), bytes].concat()
             }
