@@ -15,6 +15,7 @@ mod run;
 mod sensitivities;
 mod solve;
 mod text;
+mod view;
 
 use std::process::ExitCode;
 
@@ -30,13 +31,22 @@ pub fn main() -> ExitCode {
             out,
             resume,
             sensitivities,
-        } => run::run(&scene, out, resume, sensitivities),
+            open,
+        } => run::run(&scene, out, resume, sensitivities, open),
+        Command::View { folder, open } => view::view(&folder, open),
         Command::Solve {
             scene,
             json,
             resistance,
             flow,
-        } => solve::solve(&scene, json, resistance, flow.as_deref()),
+            picture,
+        } => solve::solve(
+            &scene,
+            json,
+            resistance,
+            flow.as_deref(),
+            picture.as_deref(),
+        ),
         Command::Check { scene } => check::check(&scene),
         Command::New { name, out } => new::new(&name, out),
         Command::Map(design) => map::map(design),

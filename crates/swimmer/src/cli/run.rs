@@ -14,12 +14,14 @@ use super::sensitivities::sensitivities;
 use super::text::{
     count, duration, entry, error_estimates, print, two_digits, warn, with_uncertainty,
 };
+use super::view::{open_page, page_entry};
 
 pub fn run(
     arguments: &SceneArguments,
     out: Option<PathBuf>,
     resume: bool,
     with_sensitivities: bool,
+    open: bool,
 ) -> Result<String, SwimError> {
     let scene = arguments.read()?;
     let out = out.unwrap_or_else(|| PathBuf::from("out").join(scene.name()));
@@ -36,6 +38,9 @@ pub fn run(
     let mut text = describe(&report, &out);
     if with_sensitivities {
         text += &sensitivities(&report.scene, &out)?;
+    }
+    if open {
+        open_page(&out);
     }
     Ok(text)
 }
@@ -130,5 +135,5 @@ fn describe(report: &Report, out: &Path) -> String {
         ),
     );
     text += &entry("results", &out.display().to_string());
-    text
+    text + &page_entry(out)
 }

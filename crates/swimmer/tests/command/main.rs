@@ -2,5 +2,6 @@
 
 mod design;
 mod output;
+mod pictures;
 mod printed;
 mod resume;

@@ -10,7 +10,7 @@ use crate::outcome::Outcome;
 const SMALL: f64 = 0.01;
 
 /// A number for every body at every time.
-pub(super) enum Quantity {
+pub enum Quantity {
     /// Displacement along a unit vector.
     Displacement(Vector3<f64>),
     /// Angle in radians by which bodies turned about a unit vector.
