@@ -122,19 +122,9 @@ fn phases(record: &RunRecord, track: &Track) -> Vec<Value> {
 fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
     let (scene, outcome) = (&record.scene, &record.outcome);
     let quantity = Quantity::of(scene, outcome);
-    let curve = quantity.curve(outcome);
-    // Displacements are known at the times of the curve, angles at those of the samples.
-    let value = |time: f64, body: usize| {
-        let after = curve
-            .partition_point(|(t, _)| *t < time)
-            .min(curve.len() - 1);
-        let ((t0, a), (t1, b)) = (&curve[after.saturating_sub(1)], &curve[after]);
-        let share = if t1 > t0 {
-            (time - t0) / (t1 - t0)
-        } else {
-            1.0
-        };
-        a[body] + share * (b[body] - a[body])
+    let rotation = match quantity {
+        Quantity::Displacement(_) => Quantity::rotation(outcome),
+        Quantity::Angle(_) => None,
     };
     let series = |name: &str, number: usize, values: Vec<f64>| {
         json!({
@@ -143,18 +133,26 @@ fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
             "values": packed::floats(values),
         })
     };
-    let bodies = scene.bodies().iter().enumerate();
-    let of_bodies: Vec<Value> = bodies
-        .map(|(k, body)| {
-            let values = track.times.iter().map(|time| value(*time, k));
+    let of_bodies = |quantity: Quantity| {
+        let curve = quantity.curve(outcome);
+        let bodies = scene.bodies().iter().enumerate().map(|(k, body)| {
+            let values = track
+                .times
+                .iter()
+                .map(|time| interpolated(&curve, *time, k));
             series(&body.name, k, values.collect())
+        });
+        json!({
+            "title": capitalised(&quantity.title()),
+            "unit": quantity.label(),
+            "series": bodies.collect::<Vec<_>>(),
         })
+    };
+    let mut plots: Vec<Value> = [quantity]
+        .into_iter()
+        .chain(rotation)
+        .map(of_bodies)
         .collect();
-    let mut plots = vec![json!({
-        "title": capitalised(&quantity.title()),
-        "unit": quantity.label(),
-        "series": of_bodies,
-    })];
     let moving: BTreeSet<usize> = (outcome.legs.iter().flat_map(|leg| leg.links.clone()))
         .chain(scene.articulation().passive_links().map(|(link, _)| link))
         .collect();
@@ -176,6 +174,20 @@ fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
         }
     }
     plots
+}
+
+/// A value between two times of a curve, of one of the bodies.
+fn interpolated(curve: &[(f64, Vec<f64>)], time: f64, body: usize) -> f64 {
+    let after = curve
+        .partition_point(|(t, _)| *t < time)
+        .min(curve.len() - 1);
+    let ((from, a), (to, b)) = (&curve[after.saturating_sub(1)], &curve[after]);
+    let share = if to > from {
+        (time - from) / (to - from)
+    } else {
+        1.0
+    };
+    a[body] + share * (b[body] - a[body])
 }
 
 /// A slice with its streamlines and the outlines of the bodies; `None` if the data are damaged.

@@ -94,7 +94,7 @@
     const view = run.view;
     const aspect = canvas.clientWidth / canvas.clientHeight;
     const back = unit(cross(view.right, view.up));
-    const size = Math.max(view.width, view.height * aspect);
+    const size = Math.max(view.width, 1.15 * view.height * aspect);
     let smallest = Infinity;
     run.meshes.forEach((mesh) => {
       let radius = 0;
