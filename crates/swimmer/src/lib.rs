@@ -5,6 +5,7 @@ pub mod checkpoint;
 mod connection;
 pub mod design;
 mod error;
+pub mod flow_slice;
 mod gauss;
 mod integrate;
 mod observer;
@@ -34,6 +35,6 @@ pub use run::{Progress, Report, run, run_without_files};
 pub use scene::{self, Gait, Leg, Phase, Scene, SceneError, legs};
 pub use simulate::{continue_from, simulate};
 pub use start::{
-    solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
+    solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors, start_slice,
 };
 pub use templates::TEMPLATES;

@@ -13,9 +13,9 @@ use crate::error::SwimError;
 use crate::integrate::{LegResult, LegSolution, Method};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
+use crate::output::{FlowSeries, Folder, SliceSeries, StoredSlices, summary_json, trajectory_csv};
 #[cfg(feature = "plots")]
-use crate::output::trajectory_svg;
-use crate::output::{FlowSeries, Folder, summary_json, trajectory_csv};
+use crate::output::{RunRecord, trajectory_svg};
 use crate::periodic::start_of_gait;
 use crate::planning::{Choice, MissedTarget, SizeSearch, choose, with_tables};
 use crate::simulate::continue_from;
@@ -75,8 +75,8 @@ pub struct Report {
 
 /// Runs the gait of a scene and writes the results into the folder `out`.
 ///
-/// The files are `summary.json`, `trajectory.csv`, `trajectory.svg` (with the feature `plots`),
-/// ParaView files for models with a mesh, and a checkpoint.
+/// The files are `summary.json`, `trajectory.csv`, `trajectory.svg` and `report.html` (with the
+/// feature `plots`), `flow_slices.json`, ParaView files for models with a mesh, and a checkpoint.
 ///
 /// The model is chosen, with tables over shapes where they save solves, and the gait is run. With
 /// `fem.target` the element sizes are those of [`SizeSearch`], and a stroke that misses the target
@@ -128,13 +128,13 @@ fn run_to_target(
             sized = search.apply(&scene)?;
             progress.chose_size_factor(target, search.size_factor());
         }
-        let report = run_once(sized, folder, checkpoint.take(), progress)?;
+        let (report, slices) = run_once(sized, folder, checkpoint.take(), progress)?;
         let missed = search
             .as_mut()
             .and_then(|search| search.refine(&report.outcome));
         let Some(missed) = missed else {
             let seconds = started.elapsed().as_secs_f64();
-            return Report { seconds, ..report }.finish(folder);
+            return Report { seconds, ..report }.finish(folder.zip(slices));
         };
         progress.missed_target(&missed);
     }
@@ -146,10 +146,9 @@ fn run_once(
     folder: Option<&Folder>,
     checkpoint: Option<Checkpoint>,
     progress: &mut dyn Progress,
-) -> Result<Report, SwimError> {
+) -> Result<(Report, Option<StoredSlices>), SwimError> {
     let Choice { mut model, reasons } = with_tables(&scene, choose(&scene)?);
-    let which = scene.fem().flows;
-    let (interim, flows) = match checkpoint {
+    let (interim, output) = match checkpoint {
         None => {
             let mut observe =
                 |_: &LegSolution, _: &dyn Hydrodynamics| match progress.is_interrupted() {
@@ -164,7 +163,9 @@ fn run_once(
             if let Some(folder) = folder {
                 // If this run ends early, the summary of an older run must not be taken for its
                 // result.
-                folder.remove_old("summary.json")?;
+                for name in ["summary.json", "report.html", "flow_slices.json"] {
+                    folder.remove_old(name)?;
+                }
                 Checkpoint::new(
                     &scene,
                     &interim.state,
@@ -174,32 +175,35 @@ fn run_once(
                 )?
                 .write(folder)?;
             }
-            (interim, folder.map(|folder| FlowSeries::new(folder, which)))
+            (interim, folder.map(|folder| Output::new(&scene, folder)))
         }
         Some(checkpoint) => {
             let path = folder.map_or(Path::new(""), Folder::path);
             let (interim, flows) = checkpoint.restore(&scene, model.as_mut(), path)?;
-            let flows = folder.map(|folder| FlowSeries::resumed(folder, which, &flows));
-            (interim, flows)
+            let resumed = |folder| Output::resumed(&scene, folder, &flows);
+            (interim, folder.map(resumed))
         }
     };
     let done = interim.outcome.legs.len();
     progress.begins(&scene, done);
     let mut files = Files {
         scene: &scene,
-        output: folder.zip(flows),
+        output: output.transpose()?,
         progress,
         done,
     };
     let method = Method::of(&scene);
     let outcome = continue_from(&scene, model.as_mut(), method, &mut files, interim)?;
-    Ok(Report {
+    let finish = |output: Output| output.slices.finish(output.folder, &scene, model.as_mut());
+    let slices = files.output.map(finish).transpose()?;
+    let report = Report {
         model: model.name(),
         scene,
         reasons,
         outcome,
         seconds: 0.0,
-    })
+    };
+    Ok((report, slices))
 }
 
 impl Report {
@@ -214,13 +218,18 @@ impl Report {
         )
     }
 
-    /// Writes the summary and checks the tolerance.
-    fn finish(self, folder: Option<&Folder>) -> Result<Self, SwimError> {
-        let Some(folder) = folder else {
+    /// Writes summary and page, and checks the tolerance.
+    fn finish(self, output: Option<(&Folder, StoredSlices)>) -> Result<Self, SwimError> {
+        let Some((folder, slices)) = output else {
             return self.check_tolerance();
         };
         let summary = self.summary();
         folder.write("summary.json", |file| writeln!(file, "{summary:#}"))?;
+        #[cfg(feature = "plots")]
+        RunRecord::new(&self.scene, &self.outcome, &summary, slices, folder.path())
+            .write_page(folder)?;
+        #[cfg(not(feature = "plots"))]
+        drop(slices);
         self.check_tolerance()
     }
 
@@ -243,11 +252,39 @@ impl Report {
 /// leaves all completed phases.
 struct Files<'a> {
     scene: &'a Scene,
-    /// The folder, and the flows in it.
-    output: Option<(&'a Folder, FlowSeries)>,
+    output: Option<Output<'a>>,
     progress: &'a mut dyn Progress,
     /// Number of completed legs.
     done: usize,
+}
+
+/// The folder of a run, and the flows in it.
+struct Output<'a> {
+    folder: &'a Folder,
+    flows: FlowSeries,
+    slices: SliceSeries,
+}
+
+impl<'a> Output<'a> {
+    fn new(scene: &Scene, folder: &'a Folder) -> Result<Self, SwimError> {
+        Ok(Self {
+            folder,
+            flows: FlowSeries::new(folder, scene.fem().flows),
+            slices: SliceSeries::new(scene)?,
+        })
+    }
+
+    fn resumed(
+        scene: &Scene,
+        folder: &'a Folder,
+        flows: &[(f64, String)],
+    ) -> Result<Self, SwimError> {
+        Ok(Self {
+            folder,
+            flows: FlowSeries::resumed(folder, scene.fem().flows, flows),
+            slices: SliceSeries::resumed(scene, folder)?,
+        })
+    }
 }
 
 impl Observer for Files<'_> {
@@ -265,10 +302,12 @@ impl Observer for Files<'_> {
             });
         }
         self.progress.solved(leg, solution);
-        match &mut self.output {
-            Some((_, flows)) => flows.solved(solution, model),
-            None => Ok(()),
-        }
+        let Some(output) = &mut self.output else {
+            return Ok(());
+        };
+        let flow = model.last_flow();
+        (output.slices).add(self.scene, leg, solution, flow.as_ref())?;
+        output.flows.solved(solution, flow.as_ref())
     }
 
     fn leg_done(
@@ -278,8 +317,15 @@ impl Observer for Files<'_> {
         so_far: &Outcome,
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        if let Some((folder, flows)) = &mut self.output {
-            flows.finish_leg(leg, result, so_far.solves - result.solves, model)?;
+        if let Some(Output {
+            folder,
+            flows,
+            slices,
+        }) = &mut self.output
+        {
+            let first = so_far.solves - result.solves;
+            flows.finish_leg(leg, result, first, model)?;
+            slices.finish_leg(folder, leg, result, first)?;
             let csv = trajectory_csv(self.scene, &so_far.samples);
             folder.write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
             #[cfg(feature = "plots")]

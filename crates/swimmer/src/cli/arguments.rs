@@ -21,9 +21,20 @@ pub struct Arguments {
 
 #[derive(Subcommand)]
 pub enum Command {
-    /// Simulate the gait; write summary.json, trajectory.csv, trajectory.svg and ParaView files
+    /// Simulate the gait; write report.html, summary.json, trajectory.csv, trajectory.svg and
+    /// ParaView files
     #[command(after_help = help::RUN)]
     Run(RunArguments),
+    /// Write report.html of an earlier run again, from the files in its folder
+    #[command(after_help = help::VIEW)]
+    View {
+        /// The folder of the run
+        #[arg(value_name = "DIR")]
+        folder: PathBuf,
+        /// Open the page in the browser
+        #[arg(long)]
+        open: bool,
+    },
     /// Compute velocities and forces at the start of the first phase of the gait
     #[command(after_help = help::SOLVE)]
     Solve {
@@ -38,6 +49,9 @@ pub enum Command {
         /// Write the flow field for ParaView
         #[arg(long, value_name = "FILE.vtu")]
         flow: Option<PathBuf>,
+        /// Draw the flow in a plane: streamlines, and speed as colour
+        #[arg(long, value_name = "FILE.svg")]
+        picture: Option<PathBuf>,
     },
     /// Tabulate the motion over the shapes; draw what small strokes yield, with the gait
     #[command(after_help = help::MAP)]
@@ -107,6 +121,9 @@ pub struct RunArguments {
     /// (four more runs each); write sensitivities.csv
     #[arg(long)]
     pub sensitivities: bool,
+    /// Open report.html in the browser
+    #[arg(long)]
+    pub open: bool,
 }
 
 /// Arguments of the commands that design strokes.

@@ -34,11 +34,17 @@ pub const RUN: &str = examples! {
     "swim run three-sphere.toml --sensitivities"
 };
 
+pub const VIEW: &str = examples! {
+    "swim new three-sphere"
+    "swim run three-sphere.toml"
+    "swim view out/three-sphere"
+};
+
 pub const SOLVE: &str = examples! {
     "swim new three-sphere"
     "swim solve three-sphere.toml"
     "swim solve three-sphere.toml --resistance --json"
-    "swim solve three-sphere.toml --flow flow.vtu"
+    "swim solve three-sphere.toml --flow flow.vtu --picture flow.svg"
 };
 
 pub const MAP: &str = examples! {

@@ -17,6 +17,7 @@ mod run;
 mod sensitivities;
 mod solve;
 mod text;
+mod view;
 
 use std::process::ExitCode;
 
@@ -29,12 +30,20 @@ pub fn main() -> ExitCode {
     let Arguments { quiet, command } = Arguments::parse();
     let result = match command {
         Command::Run(arguments) => run::run(arguments, quiet),
+        Command::View { folder, open } => view::view(&folder, open),
         Command::Solve {
             scene,
             json,
             resistance,
             flow,
-        } => solve::solve(&scene, json, resistance, flow.as_deref()),
+            picture,
+        } => solve::solve(
+            &scene,
+            json,
+            resistance,
+            flow.as_deref(),
+            picture.as_deref(),
+        ),
         Command::Check { scene } => check::check(&scene),
         Command::New { name, out } => new::new(&name, out),
         Command::Map(design) => map::map(design, quiet),

@@ -14,6 +14,7 @@ use super::sensitivities::{describe_sensitivities, sensitivities, sensitivities_
 use super::text::{
     count, duration, entry, error_estimates, print, two_digits, warn, with_uncertainty,
 };
+use super::view::{open_page, page_entry};
 
 pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, SwimError> {
     let scene = arguments.scene.read()?;
@@ -31,6 +32,9 @@ pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, SwimError> {
     let report = report?;
     for warning in warnings(&report) {
         warn(&warning);
+    }
+    if arguments.open {
+        open_page(&out);
     }
     if !arguments.sensitivities {
         return Ok(text(&report));
@@ -136,5 +140,5 @@ fn describe(report: &Report, out: &Path) -> String {
         ),
     );
     text += &entry("results", &out.display().to_string());
-    text
+    text + &page_entry(out)
 }

@@ -60,13 +60,11 @@ impl FlowSeries {
     pub fn solved(
         &mut self,
         solution: &LegSolution,
-        model: &dyn Hydrodynamics,
+        flow: Option<&FlowField>,
     ) -> Result<(), SwimError> {
         self.last = Some((solution.number, solution.s));
-        if self.which == FlowsKind::All
-            && let Some(flow) = model.last_flow()
-        {
-            write_flow(&flow, &self.folder.path().join(file_name(solution.number)))?;
+        if let (FlowsKind::All, Some(flow)) = (self.which, flow) {
+            write_flow(flow, &self.folder.path().join(file_name(solution.number)))?;
             self.pending.push(solution.number);
         }
         Ok(())

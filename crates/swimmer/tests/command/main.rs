@@ -4,5 +4,6 @@ mod book;
 mod design;
 mod help;
 mod output;
+mod pictures;
 mod printed;
 mod resume;
