@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use scene::Scene;
 use swimmer::{Method, choose, simulate, with_tables};
 
 use crate::scenes::parse;
