@@ -299,12 +299,10 @@ impl Observer for Files<'_> {
         let Some(output) = &mut self.output else {
             return Ok(());
         };
-        let flow = model.last_flow();
-        (output.slices).add(self.scene, leg, solution, flow.as_ref())?;
-        match &flow {
-            Some(flow) => output.flows.add(solution.number, flow),
-            None => Ok(()),
+        if let Some(flow) = model.last_flow() {
+            output.flows.add(solution.number, &flow)?;
         }
+        output.slices.add(self.scene, leg, solution, model)
     }
 
     fn leg_done(

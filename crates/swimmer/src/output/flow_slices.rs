@@ -18,15 +18,15 @@ use crate::integrate::{LegResult, LegSolution};
 const FILE: &str = "flow_slices.json";
 
 /// Number of times in the first cycle, for models with a mesh.
-const TIMES: usize = 12;
+const TIMES: usize = 8;
 
 /// The same for models that evaluate the flow point by point, after the run.
 const TIMES_BY_POINTS: usize = 6;
 
 /// Number of points of a slice, and of one that is evaluated point by point.
 ///
-/// A slice of the first kind takes 1 % of a solve, one of the second kind 30 ms.
-const POINTS: usize = 4000;
+/// A slice of the first kind takes 10 ms, one of the second kind 30 ms.
+const POINTS: usize = 3000;
 const POINTS_ONE_BY_ONE: usize = 2400;
 
 /// The flow in a plane at one time.
@@ -58,10 +58,27 @@ struct Unsolved {
     rates: Vec<f64>,
 }
 
-#[derive(Clone, Debug)]
+/// Largest mesh whose flows are kept until the end of the leg, in nodes: a few megabytes each.
+///
+/// On larger ones a slice costs so little compared to the solve that all solutions are sampled.
+const KEPT_NODES: usize = 60_000;
+
+/// The flow of a solve.
+#[derive(Debug)]
 enum Flow {
+    Field(f64, SlicePlane, Box<FlowField>),
     Known(Box<StoredSlice>),
     Unsolved(Box<Unsolved>),
+}
+
+impl Flow {
+    fn time(&self) -> f64 {
+        match self {
+            Self::Field(time, ..) => *time,
+            Self::Known(slice) => slice.time,
+            Self::Unsolved(unsolved) => unsolved.time,
+        }
+    }
 }
 
 /// Contents of the file.
@@ -95,8 +112,8 @@ impl StoredSlices {
 
 /// Slices of the flow at about evenly distributed times of the first cycle, while it is run.
 ///
-/// The flow of a model with a mesh is sampled after its solve. That of other models is evaluated
-/// after the run, at the same configurations. Solutions that the integration discards are left out.
+/// The flow of a model with a mesh is sampled at the end of the leg, because the integration
+/// discards half of its solutions. That of other models is evaluated after the run.
 #[derive(Debug)]
 pub(crate) struct SliceSeries {
     frame: SliceFrame,
@@ -141,19 +158,21 @@ impl SliceSeries {
         scene: &Scene,
         leg: &Leg,
         solved: &LegSolution,
-        field: Option<&FlowField>,
+        model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         let time = leg.time(solved.s);
         if time > self.cycle {
             return Ok(());
         }
         let lengths = leg.lengths(solved.s);
-        let flow = match field {
+        let flow = match model.last_flow() {
             Some(field) => {
                 let poses = scene.articulation().place(&solved.state, &lengths)?;
                 let plane = self.frame.around(scene, &poses);
-                let slice = FlowSlice::of_field(plane, POINTS, field)?;
-                Flow::Known(Box::new(StoredSlice::new(time, &slice)))
+                match field.mesh.n_points() > KEPT_NODES {
+                    true => Flow::Known(Box::new(StoredSlice::of_field(time, plane, &field)?)),
+                    false => Flow::Field(time, plane, Box::new(field)),
+                }
             }
             None => Flow::Unsolved(Box::new(Unsolved {
                 time,
@@ -189,28 +208,33 @@ impl SliceSeries {
         pending.retain(|(solve, _)| in_result(*solve));
         let count = match pending.first() {
             None => return Ok(()),
-            Some((_, Flow::Known(_))) => TIMES,
             Some((_, Flow::Unsolved(_))) => TIMES_BY_POINTS,
-        };
-        let time_of = |flow: &Flow| match flow {
-            Flow::Known(slice) => slice.time,
-            Flow::Unsolved(unsolved) => unsolved.time,
+            Some(_) => TIMES,
         };
         let times = (0..count).map(|k| self.cycle * (k as f64 + 0.5) / count as f64);
         let mut chosen: Vec<usize> = times
             .filter(|time| (leg.start..leg.start + leg.duration).contains(time))
             .filter_map(|time| {
-                let off = |k: &usize| (time_of(&pending[*k].1) - time).abs();
+                let off = |k: &usize| (pending[*k].1.time() - time).abs();
                 (0..pending.len()).min_by(|a, b| off(a).total_cmp(&off(b)))
             })
             .collect();
-        chosen.sort_by(|a, b| time_of(&pending[*a].1).total_cmp(&time_of(&pending[*b].1)));
-        chosen.dedup();
         if chosen.is_empty() {
             return Ok(());
         }
-        for k in chosen {
-            match pending[k].1.clone() {
+        chosen.sort_unstable();
+        chosen.dedup();
+        let mut flows: Vec<Flow> = (pending.into_iter().enumerate())
+            .filter(|(k, _)| chosen.binary_search(k).is_ok())
+            .map(|(_, (_, flow))| flow)
+            .collect();
+        flows.sort_by(|a, b| a.time().total_cmp(&b.time()));
+        for flow in flows {
+            match flow {
+                Flow::Field(time, plane, field) => {
+                    let slice = StoredSlice::of_field(time, plane, &field)?;
+                    self.stored.slices.push(slice);
+                }
                 Flow::Known(slice) => self.stored.slices.push(*slice),
                 Flow::Unsolved(unsolved) => self.stored.unsolved.push(*unsolved),
             }
@@ -272,6 +296,10 @@ impl Unsolved {
 }
 
 impl StoredSlice {
+    fn of_field(time: f64, plane: SlicePlane, field: &FlowField) -> Result<Self, SwimError> {
+        Ok(Self::new(time, &FlowSlice::of_field(plane, POINTS, field)?))
+    }
+
     fn new(time: f64, slice: &FlowSlice) -> Self {
         let plane = slice.plane;
         let axes = [plane.right, plane.up, plane.normal()];
