@@ -320,7 +320,7 @@ impl Observer for Files<'_> {
         {
             let first = so_far.solves - result.solves;
             flows.finish_leg(leg, result, first)?;
-            slices.finish_leg(folder, leg, result, first)?;
+            slices.finish_leg(folder, model, leg, result, first)?;
             let csv = trajectory_csv(self.scene, &so_far.samples);
             folder.write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
             #[cfg(feature = "plots")]

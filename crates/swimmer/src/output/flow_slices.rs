@@ -58,27 +58,26 @@ struct Unsolved {
     rates: Vec<f64>,
 }
 
+/// Number of phases per cycle from which the last solution of each phase is enough.
+const MANY_PHASES: usize = 4;
+
 /// Largest mesh whose flows are kept until the end of the leg, in nodes: a few megabytes each.
 ///
 /// On larger ones a slice costs so little compared to the solve that all solutions are sampled.
 const KEPT_NODES: usize = 60_000;
 
-/// The flow of a solve.
+/// A solve, and its flow if the model knows it and it is kept.
 #[derive(Debug)]
-enum Flow {
-    Field(f64, SlicePlane, Box<FlowField>),
-    Known(Box<StoredSlice>),
-    Unsolved(Box<Unsolved>),
+struct Solved {
+    number: usize,
+    configuration: Unsolved,
+    flow: Option<Flow>,
 }
 
-impl Flow {
-    fn time(&self) -> f64 {
-        match self {
-            Self::Field(time, ..) => *time,
-            Self::Known(slice) => slice.time,
-            Self::Unsolved(unsolved) => unsolved.time,
-        }
-    }
+#[derive(Debug)]
+enum Flow {
+    Field(Box<FlowField>),
+    Slice(Box<StoredSlice>),
 }
 
 /// Contents of the file.
@@ -113,13 +112,16 @@ impl StoredSlices {
 /// Slices of the flow at about evenly distributed times of the first cycle, while it is run.
 ///
 /// The flow of a model with a mesh is sampled at the end of the leg, because the integration
-/// discards half of its solutions. That of other models is evaluated after the run.
+/// discards half of its solutions; of cycles with many phases, the last solution of each. The flow
+/// of other models is evaluated after the run.
 #[derive(Debug)]
 pub(crate) struct SliceSeries {
     frame: SliceFrame,
     /// Duration of a cycle.
     cycle: f64,
-    pending: Vec<(usize, Flow)>,
+    /// Whether only the last solution of a leg is sampled, so that the model computes one flow.
+    takes_last: bool,
+    pending: Vec<Solved>,
     stored: StoredSlices,
 }
 
@@ -133,6 +135,7 @@ impl SliceSeries {
         Ok(Self {
             frame: SliceFrame::of(scene)?,
             cycle: gait.phases.iter().map(|phase| phase.duration).sum(),
+            takes_last: gait.phases.len() >= MANY_PHASES,
             pending: Vec::new(),
             stored: StoredSlices::default(),
         })
@@ -164,26 +167,31 @@ impl SliceSeries {
         if time > self.cycle {
             return Ok(());
         }
-        let lengths = leg.lengths(solved.s);
-        let flow = match model.last_flow() {
-            Some(field) => {
-                let poses = scene.articulation().place(&solved.state, &lengths)?;
-                let plane = self.frame.around(scene, &poses);
-                match field.mesh.n_points() > KEPT_NODES {
-                    true => Flow::Known(Box::new(StoredSlice::of_field(time, plane, &field)?)),
-                    false => Flow::Field(time, plane, Box::new(field)),
-                }
-            }
-            None => Flow::Unsolved(Box::new(Unsolved {
-                time,
-                frames: solved.state.frames.clone(),
-                attitudes: solved.state.attitudes.clone(),
-                joints: solved.state.joints.clone(),
-                rates: leg.rates(solved.s),
-                lengths,
-            })),
+        let configuration = Unsolved {
+            time,
+            frames: solved.state.frames.clone(),
+            attitudes: solved.state.attitudes.clone(),
+            joints: solved.state.joints.clone(),
+            rates: leg.rates(solved.s),
+            lengths: leg.lengths(solved.s),
         };
-        self.pending.push((solved.number, flow));
+        let field = match self.takes_last {
+            true => None,
+            false => model.last_flow(),
+        };
+        let flow = match field {
+            Some(field) if field.mesh.n_points() > KEPT_NODES => {
+                let slice = configuration.sampled(&self.frame, scene, &field)?;
+                Some(Flow::Slice(Box::new(slice)))
+            }
+            Some(field) => Some(Flow::Field(Box::new(field))),
+            None => None,
+        };
+        self.pending.push(Solved {
+            number: solved.number,
+            configuration,
+            flow,
+        });
         Ok(())
     }
 
@@ -196,26 +204,30 @@ impl SliceSeries {
     pub fn finish_leg(
         &mut self,
         folder: &Folder,
+        model: &dyn Hydrodynamics,
         leg: &Leg,
         result: &LegResult,
         first: usize,
     ) -> Result<(), SwimError> {
-        let in_result = |solve: usize| {
-            let mut solutions = result.solutions.iter();
-            solutions.any(|solution| first + solution.number == solve)
-        };
         let mut pending = std::mem::take(&mut self.pending);
-        pending.retain(|(solve, _)| in_result(*solve));
-        let count = match pending.first() {
-            None => return Ok(()),
-            Some((_, Flow::Unsolved(_))) => TIMES_BY_POINTS,
-            Some(_) => TIMES,
+        if let (true, Some(last)) = (self.takes_last, pending.last_mut()) {
+            last.flow = model.last_flow().map(|field| Flow::Field(Box::new(field)));
+        }
+        let in_result = |number: usize| {
+            let mut solutions = result.solutions.iter();
+            solutions.any(|solution| first + solution.number == number)
         };
+        pending.retain(|solved| in_result(solved.number));
+        let has_flow = pending.iter().any(|solved| solved.flow.is_some());
+        if has_flow {
+            pending.retain(|solved| solved.flow.is_some());
+        }
+        let count = if has_flow { TIMES } else { TIMES_BY_POINTS };
         let times = (0..count).map(|k| self.cycle * (k as f64 + 0.5) / count as f64);
         let mut chosen: Vec<usize> = times
             .filter(|time| (leg.start..leg.start + leg.duration).contains(time))
             .filter_map(|time| {
-                let off = |k: &usize| (pending[*k].1.time() - time).abs();
+                let off = |k: &usize| (pending[*k].configuration.time - time).abs();
                 (0..pending.len()).min_by(|a, b| off(a).total_cmp(&off(b)))
             })
             .collect();
@@ -224,19 +236,25 @@ impl SliceSeries {
         }
         chosen.sort_unstable();
         chosen.dedup();
-        let mut flows: Vec<Flow> = (pending.into_iter().enumerate())
+        let mut chosen: Vec<Solved> = (pending.into_iter().enumerate())
             .filter(|(k, _)| chosen.binary_search(k).is_ok())
-            .map(|(_, (_, flow))| flow)
+            .map(|(_, solved)| solved)
             .collect();
-        flows.sort_by(|a, b| a.time().total_cmp(&b.time()));
-        for flow in flows {
+        chosen.sort_by(|a, b| a.configuration.time.total_cmp(&b.configuration.time));
+        let scene = model.scene();
+        for Solved {
+            configuration,
+            flow,
+            ..
+        } in chosen
+        {
+            let slices = &mut self.stored.slices;
             match flow {
-                Flow::Field(time, plane, field) => {
-                    let slice = StoredSlice::of_field(time, plane, &field)?;
-                    self.stored.slices.push(slice);
+                Some(Flow::Field(field)) => {
+                    slices.push(configuration.sampled(&self.frame, scene, &field)?);
                 }
-                Flow::Known(slice) => self.stored.slices.push(*slice),
-                Flow::Unsolved(unsolved) => self.stored.unsolved.push(*unsolved),
+                Some(Flow::Slice(slice)) => slices.push(*slice),
+                None => self.stored.unsolved.push(configuration),
             }
         }
         self.stored.missing = None;
@@ -270,24 +288,42 @@ impl SliceSeries {
 }
 
 impl Unsolved {
+    fn state(&self) -> State {
+        State {
+            frames: self.frames.clone(),
+            attitudes: self.attitudes.clone(),
+            joints: self.joints.clone(),
+        }
+    }
+
+    fn plane(&self, frame: &SliceFrame, scene: &Scene) -> Result<SlicePlane, SwimError> {
+        let poses = scene.articulation().place(&self.state(), &self.lengths)?;
+        Ok(frame.around(scene, &poses))
+    }
+
+    /// The slice of a flow on a mesh.
+    fn sampled(
+        &self,
+        frame: &SliceFrame,
+        scene: &Scene,
+        field: &FlowField,
+    ) -> Result<StoredSlice, SwimError> {
+        let slice = FlowSlice::of_field(self.plane(frame, scene)?, POINTS, field)?;
+        Ok(StoredSlice::new(self.time, &slice))
+    }
+
+    /// The slice of the flow that the model evaluates point by point.
     fn solve(
         &self,
         frame: &SliceFrame,
         scene: &Scene,
         model: &mut dyn Hydrodynamics,
     ) -> Result<StoredSlice, SwimError> {
-        let state = State {
-            frames: self.frames.clone(),
-            attitudes: self.attitudes.clone(),
-            joints: self.joints.clone(),
-        };
-        let lengths = &self.lengths[..];
-        let poses = scene.articulation().place(&state, lengths)?;
         let configuration = Configuration {
-            state: &state,
-            lengths,
+            state: &self.state(),
+            lengths: &self.lengths,
         };
-        let plane = frame.around(scene, &poses);
+        let plane = self.plane(frame, scene)?;
         let slice = FlowSlice::sample(plane, POINTS_ONE_BY_ONE, |points| {
             model.flow_at(configuration, &self.rates, points)
         })?;
@@ -296,10 +332,6 @@ impl Unsolved {
 }
 
 impl StoredSlice {
-    fn of_field(time: f64, plane: SlicePlane, field: &FlowField) -> Result<Self, SwimError> {
-        Ok(Self::new(time, &FlowSlice::of_field(plane, POINTS, field)?))
-    }
-
     fn new(time: f64, slice: &FlowSlice) -> Self {
         let plane = slice.plane;
         let axes = [plane.right, plane.up, plane.normal()];
