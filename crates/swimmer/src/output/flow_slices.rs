@@ -18,7 +18,7 @@ use crate::integrate::{LegResult, LegSolution};
 const FILE: &str = "flow_slices.json";
 
 /// Number of times in the first cycle, for models with a mesh.
-const TIMES: usize = 8;
+const TIMES: usize = 12;
 
 /// The same for models that evaluate the flow point by point, after the run.
 const TIMES_BY_POINTS: usize = 6;
@@ -59,7 +59,7 @@ struct Unsolved {
 }
 
 /// Number of phases per cycle from which the last solution of each phase is enough.
-const MANY_PHASES: usize = 4;
+const MANY_PHASES: usize = 13;
 
 /// Largest mesh whose flows are kept until the end of the leg, in nodes: a few megabytes each.
 ///
