@@ -1,7 +1,5 @@
 //! The solver of a distributed system: FGMRES with a split into motion and pressure.
 
-use std::ffi::CStr;
-
 use crate::PetscError;
 use crate::assembly::Blocks;
 use crate::handles::{Krylov, Matrix, Rows, Session, Vector};
@@ -153,6 +151,9 @@ impl<'s> Solver<'s> {
         self.outer.read_options()?;
         self.outer.set_up()?;
         let [motion, pressure] = split.fields()?;
+        // Before anything else, because inner solvers inherit the prefix when they are created.
+        motion.set_prefix(c"motion_")?;
+        pressure.set_prefix(c"pressure_")?;
         self.set_up_motion(&motion, hierarchy)?;
         pressure.set_type(c"preonly")?;
         let mass = (pressure.preconditioner()?).set_solver_and_diagonal(weak)?;
@@ -161,11 +162,10 @@ impl<'s> Solver<'s> {
         let [smallest, largest] = MASS_EIGENVALUES;
         mass.set_eigenvalues(smallest, largest)?;
         mass.preconditioner()?.set_type(c"jacobi")?;
-        for (prefix, name, field) in [
-            (c"motion_", "motion", motion),
-            (c"pressure_", "pressure", pressure),
-        ] {
-            self.finish(prefix, name, field)?;
+        for (name, field) in [("motion", motion), ("pressure", pressure)] {
+            field.read_options()?;
+            field.set_up()?;
+            self.inner.push((name.to_owned(), field));
         }
         self.inner.push(("pressure mass matrix".to_owned(), mass));
         Ok(())
@@ -214,15 +214,6 @@ impl<'s> Solver<'s> {
         self.outer.preconditioner()?.set_ldlt(c"mumps")?;
         self.outer.read_options()?;
         self.outer.set_up()
-    }
-
-    /// Reads the options of a field and sets it up.
-    fn finish(&mut self, prefix: &CStr, name: &str, field: Krylov<'s>) -> Result<(), PetscError> {
-        field.set_prefix(prefix)?;
-        field.read_options()?;
-        field.set_up()?;
-        self.inner.push((name.to_owned(), field));
-        Ok(())
     }
 
     /// Solves until the Euclidean residual and the estimated error are below `rtol`.

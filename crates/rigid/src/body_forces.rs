@@ -62,8 +62,8 @@ impl Surfaces {
         if let Some(part) = &self.part {
             part.sum(&mut counts);
         }
-        // Written so that NaN, from a sum that failed, counts as none.
-        let is_bare = |count: &f64| !(*count > 0.0);
+        // NaN, from a sum that failed, counts as none.
+        let is_bare = |count: &f64| count.is_nan() || *count == 0.0;
         if is_bare(&counts[0]) {
             return Err(RigidError::NoWall);
         }
