@@ -1,9 +1,10 @@
-//! Cells per second of the symbolic phase and of the assembly, on affine and on curved meshes.
+//! Cells per second of the symbolic phase, of the assembly and of the passes of the error estimate,
+//! on affine and on curved meshes.
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
-use fem::TaylorHood;
-use mesh::{LinearTets, TetMesh};
+use fem::{CubicExtension, SurplusSpace, TaylorHood};
+use mesh::{LinearTets, TetMesh, Vec3};
 
 fn matrices(group: &mut BenchmarkGroup<WallTime>, mesh: &TetMesh) {
     let space = TaylorHood::new(mesh).expect("a mesh of moderate size");
@@ -17,6 +18,20 @@ fn matrices(group: &mut BenchmarkGroup<WallTime>, mesh: &TetMesh) {
         b.iter(|| space.vertex_stiffness(mesh))
     });
     group.bench_function("pressure_mass", |b| b.iter(|| space.pressure_mass(mesh)));
+    let bubbles = SurplusSpace::new(mesh).expect("a mesh of moderate size");
+    let cubic = CubicExtension::new(&bubbles, mesh).expect("no inverted cell");
+    let (velocity, pressure) = (
+        vec![Vec3::x(); mesh.n_points()],
+        vec![1.0; mesh.n_vertices()],
+    );
+    let extension = vec![1.0; cubic.len()];
+    group.bench_function("cubic_product", |b| {
+        b.iter(|| cubic.product(&velocity, &pressure, &extension))
+    });
+    group.bench_function("cubic_coarse_rows", |b| {
+        b.iter(|| cubic.coarse_rows(&extension))
+    });
+    group.bench_function("cubic_gradient", |b| b.iter(|| cubic.gradient(&extension)));
 }
 
 fn assembly(c: &mut Criterion) {
@@ -30,7 +45,7 @@ fn assembly(c: &mut Criterion) {
         let bent = affine
             .points()
             .iter()
-            .map(|x| x + mesh::Vec3::x() * (0.1 * x.y * x.y))
+            .map(|x| x + Vec3::x() * (0.1 * x.y * x.y))
             .collect();
         let curved = affine
             .with_points(bent)

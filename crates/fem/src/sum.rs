@@ -9,7 +9,7 @@ use crate::FemError;
 const ITEMS_PER_TASK: usize = 1024;
 
 /// Number of cells whose results are stored at the same time, to bound the memory.
-const CELLS_PER_BATCH: usize = 1 << 14;
+const CELLS_PER_BATCH: usize = 1 << 12;
 
 /// Number of cells per task: enough work to outweigh its start.
 pub(crate) const CELLS_PER_TASK: usize = 256;
@@ -44,33 +44,48 @@ pub(crate) fn sum_over<const N: usize>(
 pub(crate) fn accumulate_cells<T: Send>(
     mesh: &TetMesh,
     compute: impl Fn(usize) -> Result<T, FemError> + Sync,
-    mut add: impl FnMut(usize, T),
+    mut add: impl FnMut(usize, T) + Send,
 ) -> Result<(), FemError> {
     let mut outcome = Ok(());
-    accumulate(mesh, compute, |cell, result| match result {
-        Ok(result) if outcome.is_ok() => add(cell, result),
-        Err(error) if outcome.is_ok() => outcome = Err(error),
+    let write = |cell: usize, result: &mut Option<_>| *result = Some(compute(cell));
+    accumulate(mesh, write, |cell, result| match result.take() {
+        Some(Ok(result)) if outcome.is_ok() => add(cell, result),
+        Some(Err(error)) if outcome.is_ok() => outcome = Err(error),
         _ => {}
     });
     outcome
 }
 
-/// [`accumulate_cells`] for results that are no errors.
-pub(crate) fn accumulate<T: Send>(
+/// [`accumulate_cells`] for results that are no errors and are written over earlier ones.
+///
+/// While the results of one batch are added, those of the next one are computed.
+pub(crate) fn accumulate<T: Default + Send>(
     mesh: &TetMesh,
-    compute: impl Fn(usize) -> T + Sync,
-    mut add: impl FnMut(usize, T),
+    compute: impl Fn(usize, &mut T) + Sync,
+    mut add: impl FnMut(usize, &mut T) + Send,
 ) {
-    let mut results = Vec::new();
-    for first in (0..mesh.n_cells()).step_by(CELLS_PER_BATCH) {
-        let last = mesh.n_cells().min(first + CELLS_PER_BATCH);
-        (first..last)
-            .into_par_iter()
+    let n = mesh.n_cells();
+    let cells_from = |first: usize| first..n.min(first + CELLS_PER_BATCH);
+    let compute_batch = |first: usize, results: &mut [T]| {
+        let numbered = cells_from(first).into_par_iter().zip(results);
+        numbered
             .with_min_len(CELLS_PER_TASK)
-            .map(&compute)
-            .collect_into_vec(&mut results);
-        for (cell, result) in (first..last).zip(results.drain(..)) {
-            add(cell, result);
-        }
+            .for_each(|(cell, result)| compute(cell, result));
+    };
+    let empty = || (0..n.min(CELLS_PER_BATCH)).map(|_| T::default()).collect();
+    let (mut results, mut next): (Vec<T>, Vec<T>) = (empty(), empty());
+    compute_batch(0, &mut results);
+    for first in (0..n).step_by(CELLS_PER_BATCH) {
+        let add_batch = || {
+            let numbered = cells_from(first).zip(&mut results);
+            numbered.for_each(|(cell, result)| add(cell, result));
+        };
+        let following = first + CELLS_PER_BATCH;
+        rayon::join(add_batch, || {
+            if following < n {
+                compute_batch(following, &mut next);
+            }
+        });
+        std::mem::swap(&mut results, &mut next);
     }
 }

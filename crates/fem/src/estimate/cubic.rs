@@ -1,14 +1,12 @@
 //! The equations of Stokes flow in cubic velocities and quadratic pressures.
 
 use mesh::{Facet, TetMesh, Vec3};
-use nalgebra::Matrix3;
+use pulp::Arch;
 use rayon::prelude::*;
 
 use super::bubbles::{PER_CELL, signs};
-use super::cubic_tables::{
-    AffineCell, CurvedCell, Divergence, PRESSURES, Square, Stiffness, VELOCITIES,
-    reference_divergence,
-};
+use super::cubic_cell::{Cell, CellValues, CoarseRows, CoarseValues, Gradient, Product};
+use super::cubic_tables::{AffineCell, CurvedCell, Vectors};
 use super::surplus::SurplusSpace;
 use crate::FemError;
 use crate::check::{check_array, check_length, check_vectors};
@@ -31,7 +29,7 @@ use crate::sum::{CELLS_PER_TASK, accumulate};
 /// product is one pass over the cells, with tables of the reference cell for affine cells and
 /// stored element matrices for curved ones.
 ///
-/// Memory: 12 kB per curved cell and 140 bytes per affine one. Dofs of the extension are three
+/// Memory: 9 kB per curved cell and 140 bytes per affine one. Dofs of the extension are three
 /// components of each bubble and then one pressure per edge. Those that the boundary prescribes are
 /// zero in all rows; in a vector they are zero, or the velocity of a surface
 /// ([`interpolate`](Self::interpolate)).
@@ -40,12 +38,6 @@ pub struct CubicExtension<'a> {
     mesh: &'a TetMesh,
     cells: Vec<Cell>,
     diagonal: Vec<f64>,
-}
-
-/// Element matrices of a cell.
-enum Cell {
-    Affine(AffineCell),
-    Curved(Box<CurvedCell>),
 }
 
 /// Product of the matrix of a [`CubicExtension`] with a vector.
@@ -58,23 +50,6 @@ pub struct CubicProduct {
     pub pressure: Vec<f64>,
     /// Rows of the extension.
     pub extension: Vec<f64>,
-}
-
-/// Which blocks of the matrix a product needs.
-#[derive(Clone, Copy, PartialEq)]
-enum Rows {
-    /// All but the block of the Taylor-Hood elements.
-    All,
-    /// Those of the Taylor-Hood elements, from the extension.
-    Coarse,
-    /// Those of the bubbles, from pressures of the extension.
-    Bubbles,
-}
-
-/// Values of one cell: components of velocities, and pressures.
-struct Local {
-    velocity: [[f64; VELOCITIES]; 3],
-    pressure: [f64; PRESSURES],
 }
 
 impl<'a> CubicExtension<'a> {
@@ -176,7 +151,7 @@ impl<'a> CubicExtension<'a> {
     /// Shapes: `velocity` `n_points`, `pressure` `n_vertices`, `extension` [`len`](Self::len). With
     /// a zero `extension` the rows of the extension are the residual of the flow there.
     ///
-    /// Cost: one pass over the cells, about 4300 multiplications each. The same for any number of
+    /// Cost: one pass over the cells, about 3500 multiplications each. The same for any number of
     /// threads.
     ///
     /// # Errors
@@ -187,9 +162,42 @@ impl<'a> CubicExtension<'a> {
         pressure: &[f64],
         extension: &[f64],
     ) -> Result<CubicProduct, FemError> {
-        check_vectors("the velocity", velocity, self.mesh.n_points())?;
-        check_array("the pressure", pressure, self.mesh.n_vertices())?;
-        self.rows(Rows::All, Some((velocity, pressure)), extension)
+        let mesh = self.mesh;
+        check_vectors("the velocity", velocity, mesh.n_points())?;
+        check_array("the pressure", pressure, mesh.n_vertices())?;
+        check_length("the extension", extension.len(), self.len())?;
+        let mut product = CubicProduct {
+            velocity: vec![Vec3::zeros(); mesh.n_points()],
+            pressure: vec![0.0; mesh.n_vertices()],
+            extension: vec![0.0; self.len()],
+        };
+        let arch = Arch::new();
+        let of_cell = |cell: usize, rows: &mut CellValues| {
+            let nodes = &mesh.cells()[cell];
+            let values = CellValues {
+                coarse: CoarseValues {
+                    nodes: std::array::from_fn(|c| nodes.map(|node| velocity[node as usize][c])),
+                    linear: std::array::from_fn(|k| pressure[nodes[k] as usize]),
+                },
+                bubbles: self.bubbles_of(cell, extension),
+                edges: self.edges_of(cell, extension),
+            };
+            let cell = &self.cells[cell];
+            arch.dispatch(Product {
+                cell,
+                values: &values,
+                rows,
+            });
+        };
+        accumulate(mesh, of_cell, |cell, rows| {
+            self.add_to_coarse(cell, &rows.coarse, &mut product);
+            self.add_to_bubbles(cell, &rows.bubbles, &mut product.extension);
+            for (edge, value) in self.edge_numbers(cell).into_iter().zip(rows.edges) {
+                product.extension[edge] += value;
+            }
+        });
+        self.constrain(&mut product.extension);
+        Ok(product)
     }
 
     /// Rows of quadratic velocities and linear pressures of a product with the extension alone.
@@ -199,187 +207,112 @@ impl<'a> CubicExtension<'a> {
     /// # Errors
     /// An array of the wrong length.
     pub fn coarse_rows(&self, extension: &[f64]) -> Result<CubicProduct, FemError> {
-        self.rows(Rows::Coarse, None, extension)
-    }
-
-    /// Rows of the bubbles of a product with the pressures of the extension alone.
-    ///
-    /// All other rows are left out or zero. Cost: a quarter of [`product`](Self::product).
-    ///
-    /// # Errors
-    /// An array of the wrong length.
-    pub fn gradient(&self, extension: &[f64]) -> Result<CubicProduct, FemError> {
-        self.rows(Rows::Bubbles, None, extension)
-    }
-
-    fn rows(
-        &self,
-        rows: Rows,
-        flow: Option<(&[Vec3], &[f64])>,
-        extension: &[f64],
-    ) -> Result<CubicProduct, FemError> {
-        let mesh = self.mesh;
         check_length("the extension", extension.len(), self.len())?;
-        let first_pressure = self.first_pressure();
-        let (to_coarse, to_extension) = (rows != Rows::Bubbles, rows != Rows::Coarse);
-        let zeros = |wanted: bool, length: usize| vec![0.0; if wanted { length } else { 0 }];
-        let nodes = if to_coarse { mesh.n_points() } else { 0 };
         let mut product = CubicProduct {
-            velocity: vec![Vec3::zeros(); nodes],
-            pressure: zeros(to_coarse, mesh.n_vertices()),
-            extension: zeros(to_extension, self.len()),
+            velocity: vec![Vec3::zeros(); self.mesh.n_points()],
+            pressure: vec![0.0; self.mesh.n_vertices()],
+            extension: Vec::new(),
         };
-        let of_cell = |cell| self.multiply(rows, cell, &self.gather(cell, flow, extension));
-        accumulate(mesh, of_cell, |cell, local| {
-            let nodes = &mesh.cells()[cell];
-            let [x, y, z] = &local.velocity;
-            if to_coarse {
-                for (k, &node) in nodes.iter().enumerate() {
-                    product.velocity[node as usize] += Vec3::new(x[k], y[k], z[k]);
-                }
-                for (&vertex, value) in nodes[..4].iter().zip(local.pressure) {
-                    product.pressure[vertex as usize] += value;
-                }
-            }
-            if to_extension {
-                let bubbles = self.space.bubbles.of_cell(cell, nodes);
-                for (k, (bubble, sign)) in bubbles.into_iter().zip(signs(nodes)).enumerate() {
-                    let k = 10 + k;
-                    let value = sign * Vec3::new(x[k], y[k], z[k]);
-                    let value = self.space.bubbles.without_constrained(bubble, value);
-                    for axis in 0..3 {
-                        product.extension[3 * bubble + axis] += value[axis];
-                    }
-                }
-            }
-            if rows == Rows::All {
-                for (&node, value) in nodes[4..].iter().zip(&local.pressure[4..]) {
-                    let edge = node as usize - mesh.n_vertices();
-                    product.extension[first_pressure + edge] += value;
-                }
-            }
+        let arch = Arch::new();
+        let of_cell = |cell: usize, rows: &mut CoarseValues| {
+            let bubbles = self.bubbles_of(cell, extension);
+            let edges = self.edges_of(cell, extension);
+            let cell = &self.cells[cell];
+            arch.dispatch(CoarseRows {
+                cell,
+                bubbles: &bubbles,
+                edges: &edges,
+                rows,
+            });
+        };
+        accumulate(self.mesh, of_cell, |cell, rows| {
+            self.add_to_coarse(cell, rows, &mut product);
         });
         Ok(product)
     }
 
-    fn gather(&self, cell: usize, flow: Option<(&[Vec3], &[f64])>, extension: &[f64]) -> Local {
+    /// Rows of the bubbles of a product with the pressures of the extension alone.
+    ///
+    /// All other rows are left out or zero. Cost: a tenth of [`product`](Self::product).
+    ///
+    /// # Errors
+    /// An array of the wrong length.
+    pub fn gradient(&self, extension: &[f64]) -> Result<CubicProduct, FemError> {
+        check_length("the extension", extension.len(), self.len())?;
+        let mut product = CubicProduct {
+            velocity: Vec::new(),
+            pressure: Vec::new(),
+            extension: vec![0.0; self.len()],
+        };
+        let arch = Arch::new();
+        let of_cell = |cell: usize, rows: &mut Vectors| {
+            let edges = self.edges_of(cell, extension);
+            let cell = &self.cells[cell];
+            arch.dispatch(Gradient {
+                cell,
+                edges: &edges,
+                rows,
+            });
+        };
+        accumulate(self.mesh, of_cell, |cell, rows| {
+            self.add_to_bubbles(cell, rows, &mut product.extension);
+        });
+        self.constrain(&mut product.extension);
+        Ok(product)
+    }
+
+    /// Coefficients of the bubbles of a cell, in its own orientation.
+    fn bubbles_of(&self, cell: usize, extension: &[f64]) -> Vectors {
         let nodes = &self.mesh.cells()[cell];
-        let bubbles = self.space.bubbles.of_cell(cell, nodes);
-        let signs = signs(nodes);
-        let first_edge = self.first_pressure();
-        let mut local = Local {
-            velocity: [[0.0; VELOCITIES]; 3],
-            pressure: [0.0; PRESSURES],
-        };
-        for (c, values) in local.velocity.iter_mut().enumerate() {
-            if let Some((velocity, _)) = flow {
-                for (value, &node) in values.iter_mut().zip(nodes) {
-                    *value = velocity[node as usize][c];
-                }
-            }
-            for k in 0..PER_CELL {
-                values[10 + k] = signs[k] * extension[3 * bubbles[k] + c];
+        let mut values = [[0.0; PER_CELL]; 3];
+        let bubbles = self.space.bubbles.of_cell(cell, nodes).into_iter();
+        for (k, (bubble, sign)) in bubbles.zip(signs(nodes)).enumerate() {
+            for (c, values) in values.iter_mut().enumerate() {
+                values[k] = sign * extension[3 * bubble + c];
             }
         }
-        if let Some((_, pressure)) = flow {
-            for (value, &vertex) in local.pressure.iter_mut().zip(&nodes[..4]) {
-                *value = pressure[vertex as usize];
-            }
-        }
-        for (value, &node) in local.pressure[4..].iter_mut().zip(&nodes[4..]) {
-            *value = extension[first_edge + node as usize - self.mesh.n_vertices()];
-        }
-        local
+        values
     }
 
-    fn multiply(&self, rows: Rows, cell: usize, local: &Local) -> Local {
-        let mut result = Local {
-            velocity: [[0.0; VELOCITIES]; 3],
-            pressure: [0.0; PRESSURES],
-        };
-        match &self.cells[cell] {
-            Cell::Curved(cell) => {
-                let identity = Matrix3::identity();
-                add_stiffness(rows, &cell.stiffness, local, &mut result);
-                add_divergence(rows, &cell.divergence, &identity, local, &mut result);
-            }
-            Cell::Affine(cell) => {
-                match rows {
-                    Rows::All => {
-                        add_stiffness(rows, &Stiffness::affine(cell), local, &mut result);
-                    }
-                    Rows::Coarse => {
-                        let to_nodes = Stiffness::affine_to_nodes(cell);
-                        add_to_nodes(&to_nodes, local, &mut result);
-                    }
-                    Rows::Bubbles => {}
-                }
-                add_divergence(rows, reference_divergence(), &cell.pull, local, &mut result);
-            }
-        }
-        result
+    /// Pressures of the edges of a cell.
+    fn edges_of(&self, cell: usize, extension: &[f64]) -> [f64; 6] {
+        self.edge_numbers(cell).map(|edge| extension[edge])
     }
-}
 
-fn add_stiffness(rows: Rows, stiffness: &Stiffness, local: &Local, result: &mut Local) {
-    if rows == Rows::Bubbles {
-        return;
+    /// Dofs of the pressures of the edges of a cell.
+    fn edge_numbers(&self, cell: usize) -> [usize; 6] {
+        let (nodes, first) = (&self.mesh.cells()[cell], self.first_pressure());
+        std::array::from_fn(|k| first + nodes[4 + k] as usize - self.mesh.n_vertices())
     }
-    add_to_nodes(&stiffness.to_nodes, local, result);
-    if rows == Rows::Coarse {
-        return;
-    }
-    for (sums, values) in result.velocity.iter_mut().zip(&local.velocity) {
-        let of_bubbles = &mut sums[10..];
-        let (nodes, bubbles) = values.split_at(10);
-        for k in 0..10 {
-            add(of_bubbles, bubbles[k], &stiffness.bubbles[k]);
-            add(of_bubbles, nodes[k], &stiffness.from_nodes[k]);
+
+    fn add_to_coarse(&self, cell: usize, rows: &CoarseValues, product: &mut CubicProduct) {
+        let nodes = &self.mesh.cells()[cell];
+        let [x, y, z] = &rows.nodes;
+        for (k, &node) in nodes.iter().enumerate() {
+            product.velocity[node as usize] += Vec3::new(x[k], y[k], z[k]);
+        }
+        for (&vertex, value) in nodes[..4].iter().zip(rows.linear) {
+            product.pressure[vertex as usize] += value;
         }
     }
-}
 
-fn add_to_nodes(to_nodes: &Square, local: &Local, result: &mut Local) {
-    for (sums, values) in result.velocity.iter_mut().zip(&local.velocity) {
-        for k in 0..10 {
-            add(&mut sums[..10], values[10 + k], &to_nodes[k]);
-        }
-    }
-}
-
-/// Adds the terms of the divergence; `pull` maps the components of its table to velocities.
-fn add_divergence(
-    rows: Rows,
-    divergence: &Divergence,
-    pull: &Matrix3<f64>,
-    local: &Local,
-    result: &mut Local,
-) {
-    for d in 0..3 {
-        // the component along the reference coordinate d
-        if rows != Rows::Bubbles {
-            let mut pulled = [0.0; VELOCITIES];
-            for c in 0..3 {
-                add(&mut pulled, pull[(c, d)], &local.velocity[c]);
-            }
-            for (value, row) in pulled.iter().zip(&divergence.by_velocity[d]) {
-                add(&mut result.pressure, -value, row);
+    fn add_to_bubbles(&self, cell: usize, rows: &Vectors, extension: &mut [f64]) {
+        let nodes = &self.mesh.cells()[cell];
+        let bubbles = self.space.bubbles.of_cell(cell, nodes).into_iter();
+        for (k, (bubble, sign)) in bubbles.zip(signs(nodes)).enumerate() {
+            let sums = &mut extension[3 * bubble..3 * bubble + 3];
+            for (sum, rows) in sums.iter_mut().zip(rows) {
+                *sum += sign * rows[k];
             }
         }
-        let mut gradient = [0.0; VELOCITIES];
-        for (value, table) in local.pressure.iter().zip(&divergence.by_pressure) {
-            add(&mut gradient, -value, &table[d]);
-        }
-        for c in 0..3 {
-            add(&mut result.velocity[c], pull[(c, d)], &gradient);
-        }
     }
-}
 
-/// `sums += factor * values`.
-#[inline(always)]
-fn add(sums: &mut [f64], factor: f64, values: &[f64]) {
-    for (sum, value) in sums.iter_mut().zip(values) {
-        *sum += factor * value;
+    /// Sets the rows of constrained components to zero.
+    fn constrain(&self, extension: &mut [f64]) {
+        let bubbles = extension[..self.first_pressure()].as_chunks_mut().0;
+        for (bubble, value) in bubbles.iter_mut().enumerate() {
+            let free = (self.space.bubbles).without_constrained(bubble, Vec3::from(*value));
+            *value = free.into();
+        }
     }
 }

@@ -1,32 +1,27 @@
 //! Element matrices between Taylor-Hood functions and the functions of the next degree.
+//!
+//! Functions that `cubic_cell.rs` calls for every cell are `inline(always)`.
 
 use std::sync::LazyLock;
 
-use mesh::TET_EDGES;
+use mesh::{TET_EDGES, Vec3};
 use nalgebra::Matrix3;
 
 use super::bubbles::{BubblePoint, PER_CELL, rule};
 use crate::FemError;
 use crate::geometry::{Affine, CellNodes, MapAt};
 
-/// Number of velocity functions of a cell: ten quadratic ones, then the bubbles.
-pub(super) const VELOCITIES: usize = 10 + PER_CELL;
-
-/// Number of pressure functions of a cell: four linear ones, then one per edge.
-pub(super) const PRESSURES: usize = 4 + 6;
-
 pub(super) type Square = [[f64; 10]; 10];
 
+/// Values of the ten quadratic functions of a cell, or of its ten bubbles, by component.
+pub(super) type Vectors = [[f64; 10]; 3];
+
 /// Scalar stiffness of a cell, `∫ ∇φ_i · ∇φ_j`, without the block of the quadratic functions.
-///
-/// Blocks are stored so that the innermost loop of a product runs over contiguous results.
 pub(super) struct Stiffness {
     /// Between bubbles.
-    pub bubbles: Square,
+    bubbles: Square,
     /// From quadratic functions (first index) to bubbles.
-    pub from_nodes: Square,
-    /// From bubbles (first index) to quadratic functions.
-    pub to_nodes: Square,
+    from_nodes: Square,
 }
 
 /// What the element matrices of an affine cell depend on.
@@ -68,87 +63,108 @@ impl Stiffness {
     const ZERO: Self = Self {
         bubbles: [[0.0; 10]; 10],
         from_nodes: [[0.0; 10]; 10],
-        to_nodes: [[0.0; 10]; 10],
     };
 
-    fn blocks(&self) -> [&Square; 3] {
-        [&self.bubbles, &self.from_nodes, &self.to_nodes]
-    }
-
-    fn blocks_mut(&mut self) -> [&mut Square; 3] {
-        [&mut self.bubbles, &mut self.from_nodes, &mut self.to_nodes]
-    }
-
     /// Stiffness of an affine cell from the tables of the reference cell.
+    #[inline(always)]
     pub fn affine(cell: &AffineCell) -> Self {
         let mut sum = Self::ZERO;
         for (table, weight) in reference().stiffness.iter().zip(cell.metric) {
-            for (sum, table) in sum.blocks_mut().into_iter().zip(table.blocks()) {
-                add_scaled(sum, weight, table);
-            }
+            add_scaled(&mut sum.bubbles, weight, &table.bubbles);
+            add_scaled(&mut sum.from_nodes, weight, &table.from_nodes);
         }
         sum
     }
 
-    /// The block from bubbles to quadratic functions of an affine cell.
-    pub fn affine_to_nodes(cell: &AffineCell) -> Square {
-        let mut sum = [[0.0; 10]; 10];
+    /// The block between quadratic functions and bubbles alone, all else zero.
+    #[inline(always)]
+    pub fn affine_between_nodes_and_bubbles(cell: &AffineCell) -> Self {
+        let mut sum = Self::ZERO;
         for (table, weight) in reference().stiffness.iter().zip(cell.metric) {
-            add_scaled(&mut sum, weight, &table.to_nodes);
+            add_scaled(&mut sum.from_nodes, weight, &table.from_nodes);
         }
         sum
+    }
+
+    /// Adds the rows of the bubbles of a product.
+    #[inline(always)]
+    pub fn add_to_bubbles(&self, nodes: &Vectors, bubbles: &Vectors, sums: &mut Vectors) {
+        add_product(&self.bubbles, bubbles, sums);
+        add_product(&self.from_nodes, nodes, sums);
+    }
+
+    /// Adds the rows of the quadratic functions of a product with bubbles.
+    #[inline(always)]
+    pub fn add_to_nodes(&self, bubbles: &Vectors, sums: &mut Vectors) {
+        let mut to_nodes = [[0.0; 10]; 10];
+        for (i, row) in self.from_nodes.iter().enumerate() {
+            for (j, value) in row.iter().enumerate() {
+                to_nodes[j][i] = *value;
+            }
+        }
+        add_product(&to_nodes, bubbles, sums);
     }
 
     /// Adds `weight ∇φ_i M ∇φ_j` at a quadrature point.
     fn add(&mut self, point: &BubblePoint, matrix: &Matrix3<f64>, weight: f64) {
-        let nodes = point.at.gradients.map(|g| weight * (matrix * g));
         let bubbles = point.gradients.map(|g| weight * (matrix * g));
         for i in 0..10 {
             for j in 0..10 {
                 self.bubbles[i][j] += point.gradients[i].dot(&bubbles[j]);
                 self.from_nodes[i][j] += point.at.gradients[i].dot(&bubbles[j]);
-                self.to_nodes[i][j] += point.gradients[i].dot(&nodes[j]);
             }
         }
     }
 }
 
-/// `sum += weight * table`.
-fn add_scaled(sum: &mut Square, weight: f64, table: &Square) {
-    for (sum, row) in sum.iter_mut().zip(table) {
-        for (sum, value) in sum.iter_mut().zip(row) {
-            *sum += weight * value;
+/// `sums += matrix^T values` for each component.
+///
+/// The components are in the inner loop, so that sums that follow each other are independent.
+#[inline(always)]
+fn add_product(matrix: &Square, values: &Vectors, sums: &mut Vectors) {
+    for (k, row) in matrix.iter().enumerate() {
+        for (sums, values) in sums.iter_mut().zip(values) {
+            add(sums, values[k], row);
         }
     }
 }
 
-/// `∫ ψ_p ∂φ_k/∂ξ_d`, without linear pressures times quadratic velocities.
-///
-/// In both layouts the innermost loop of a product runs over contiguous results.
-pub(super) struct Divergence {
-    /// By component `d`, velocity `k`, pressure `p`.
-    pub by_velocity: [[[f64; PRESSURES]; VELOCITIES]; 3],
-    /// By pressure `p`, component `d`, velocity `k`.
-    pub by_pressure: [[[f64; VELOCITIES]; 3]; PRESSURES],
+/// `sums += factor * values`.
+#[inline(always)]
+fn add<const N: usize>(sums: &mut [f64; N], factor: f64, values: &[f64; N]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += factor * value;
+    }
 }
 
-impl Divergence {
-    /// Adds the products at a quadrature point, with the gradients mapped by `map`.
-    fn add(&mut self, point: &BubblePoint, weight: f64, map: &Matrix3<f64>) {
-        let l = &point.at.barycentric;
-        let edges = TET_EDGES.map(|[a, b]| l[a] * l[b]);
-        for k in 0..VELOCITIES {
-            let gradient = match k {
-                0..10 => point.at.gradients[k],
-                _ => point.gradients[k - 10],
-            };
-            let gradient = map * gradient * weight;
-            for p in 0..PRESSURES {
-                let value = match (p, k) {
-                    (0..4, 0..10) => continue,
-                    (0..4, _) => l[p],
-                    _ => edges[p - 4],
-                };
+/// `sum += weight * table`.
+#[inline(always)]
+fn add_scaled(sum: &mut Square, weight: f64, table: &Square) {
+    for (sum, row) in sum.iter_mut().zip(table) {
+        add(sum, weight, row);
+    }
+}
+
+/// `∫ ψ_p ∂φ_k/∂ξ_d` of ten velocities `k` and `P` pressures `p`.
+///
+/// Stored in two layouts, because the innermost loop of a product runs over contiguous results.
+pub(super) struct Coupling<const P: usize> {
+    /// By component `d`, velocity `k`, pressure `p`.
+    by_velocity: [[[f64; P]; 10]; 3],
+    /// By pressure `p`, component `d`, velocity `k`.
+    by_pressure: [[[f64; 10]; 3]; P],
+}
+
+impl<const P: usize> Coupling<P> {
+    const ZERO: Self = Self {
+        by_velocity: [[[0.0; P]; 10]; 3],
+        by_pressure: [[[0.0; 10]; 3]; P],
+    };
+
+    /// Adds the products of pressures with gradients at a quadrature point.
+    fn add(&mut self, pressures: [f64; P], gradients: &[Vec3; 10]) {
+        for (k, gradient) in gradients.iter().enumerate() {
+            for (p, value) in pressures.into_iter().enumerate() {
                 for d in 0..3 {
                     self.by_velocity[d][k][p] += value * gradient[d];
                     self.by_pressure[p][d][k] += value * gradient[d];
@@ -157,10 +173,60 @@ impl Divergence {
         }
     }
 
+    /// Minus the divergence of velocities with the components `d`, as rows of pressures.
+    #[inline(always)]
+    pub fn minus_divergence(&self, velocities: &Vectors) -> [f64; P] {
+        let mut sums = [[0.0; P]; 3];
+        for k in 0..10 {
+            for ((sums, values), table) in sums.iter_mut().zip(velocities).zip(&self.by_velocity) {
+                add(sums, values[k], &table[k]);
+            }
+        }
+        let mut rows = [0.0; P];
+        for sums in &sums {
+            add(&mut rows, -1.0, sums);
+        }
+        rows
+    }
+
+    /// Adds the products with pressures to rows of velocities, by component `d`.
+    #[inline(always)]
+    pub fn add_gradient(&self, pressures: &[f64; P], rows: &mut Vectors) {
+        for (&value, table) in pressures.iter().zip(&self.by_pressure) {
+            for (rows, table) in rows.iter_mut().zip(table) {
+                add(rows, value, table);
+            }
+        }
+    }
+}
+
+/// Couplings of velocities and pressures, but for quadratic velocities with linear pressures.
+pub(super) struct Divergence {
+    /// Of bubbles and linear pressures.
+    pub linear: Coupling<4>,
+    /// Of bubbles and the pressures of edges.
+    pub edges: Coupling<6>,
+    /// Of quadratic velocities and the pressures of edges.
+    pub from_nodes: Coupling<6>,
+}
+
+impl Divergence {
     const ZERO: Self = Self {
-        by_velocity: [[[0.0; PRESSURES]; VELOCITIES]; 3],
-        by_pressure: [[[0.0; VELOCITIES]; 3]; PRESSURES],
+        linear: Coupling::ZERO,
+        edges: Coupling::ZERO,
+        from_nodes: Coupling::ZERO,
     };
+
+    /// Adds the products at a quadrature point, with the gradients mapped by `map`.
+    fn add(&mut self, point: &BubblePoint, weight: f64, map: &Matrix3<f64>) {
+        let l = &point.at.barycentric;
+        let edges = TET_EDGES.map(|[a, b]| l[a] * l[b]);
+        let nodes = point.at.gradients.map(|g| map * g * weight);
+        let bubbles = point.gradients.map(|g| map * g * weight);
+        self.linear.add(*l, &bubbles);
+        self.edges.add(edges, &bubbles);
+        self.from_nodes.add(edges, &nodes);
+    }
 }
 
 /// Components of a symmetric matrix.

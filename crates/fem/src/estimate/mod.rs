@@ -4,6 +4,7 @@ mod boundary_bubbles;
 mod bubbles;
 mod cell;
 mod cubic;
+mod cubic_cell;
 mod cubic_tables;
 mod facet_geometry;
 mod surplus;

@@ -181,7 +181,7 @@ impl<'a> Column<'a> {
         };
         let restart = params.restart.min(params.max_iterations).max(1);
         let n = b.len();
-        Ok(Column {
+        let mut column = Column {
             progress: Progress::new(METHOD, operator, params, b),
             restart,
             fixed: preconditioner.kind() <= PreconditionerKind::Linear,
@@ -200,7 +200,12 @@ impl<'a> Column<'a> {
             stored: 0,
             b,
             x,
-        })
+        };
+        // The product with a zero start is `w`, which is zero.
+        if column.stage == Stage::TrueResidual && column.x.iter().all(|x| *x == 0.0) {
+            column.check_convergence()?;
+        }
+        Ok(column)
     }
 
     /// The next vector to be preconditioned and the buffer for the result.

@@ -112,8 +112,7 @@ mod dense {
         pub fn solve_in_place(&mut self, columns: &mut [f64]) {
             let n = self.0.l_dirty().nrows();
             // nalgebra underflows on systems of size zero
-            if n > 0 {
-                let count = columns.len() / n;
+            if let Some(count) = columns.len().checked_div(n) {
                 self.0
                     .solve_mut(&mut DMatrixViewMut::from_slice(columns, n, count));
             }
