@@ -4,61 +4,18 @@
 //! prints. Words that start with a single dash are options of PETSc.
 #![forbid(unsafe_code)]
 
-use std::path::Path;
+mod arguments;
+
+use std::path::PathBuf;
 use std::process::ExitCode;
 
+use arguments::{Arguments, Task, USAGE};
 use petsc::{PetscEngine, Session};
-use swimmer::models::FemModel;
-use swimmer::output::solution_json;
-use swimmer::{Scene, SwimError, solve_start};
-
-const USAGE: &str = "\
-usage: mpirun -n PROCESSES swim-petsc solve SCENE.toml [--set KEY=VALUE]... [PETSC OPTIONS]
-
-Computes velocities and forces at the start of the gait by finite elements on all processes, and
-prints them as one JSON object, as `swim solve --json` does.
-
-options of PETSc by role, for example:
-  -ksp_monitor              residuals of the outer iteration
-  -motion_ksp_view          levels of multigrid for velocities and bodies
-  -pressure_ksp_view        approximation of the Schur complement
-  -log_view                 times, messages and memory of all processes
-";
+use swimmer::models::{FemModel, ModelError};
+use swimmer::output::{solution_json, summary_json};
+use swimmer::{Choice, Scene, SwimError, run_with, solve_start};
 
 static ENGINE: PetscEngine = PetscEngine;
-
-/// Arguments of the command.
-struct Arguments {
-    scene: String,
-    overrides: Vec<String>,
-    of_petsc: Vec<String>,
-}
-
-impl Arguments {
-    /// Reads the command line; none if it does not fit the usage.
-    fn read(words: impl Iterator<Item = String>) -> Option<Self> {
-        let mut words = words.skip(1).peekable();
-        words.next_if(|word| word == "solve")?;
-        let mut arguments = Self {
-            scene: words.next_if(|word| !word.starts_with('-'))?,
-            overrides: Vec::new(),
-            of_petsc: Vec::new(),
-        };
-        while let Some(word) = words.next() {
-            if word == "--set" {
-                arguments.overrides.push(words.next()?);
-            } else if word.starts_with("--")
-                || arguments.of_petsc.is_empty() && !word.starts_with('-')
-            {
-                return None;
-            } else {
-                // An option, or the value of one.
-                arguments.of_petsc.push(word);
-            }
-        }
-        Some(arguments)
-    }
-}
 
 fn main() -> ExitCode {
     let Some(arguments) = Arguments::read(std::env::args()) else {
@@ -72,7 +29,7 @@ fn main() -> ExitCode {
             return ExitCode::from(3);
         }
     };
-    match solve(&arguments) {
+    match answer(&arguments, session.rank() == 0) {
         Ok(answer) => {
             if session.rank() == 0 {
                 println!("{answer}");
@@ -87,10 +44,30 @@ fn main() -> ExitCode {
     }
 }
 
-/// The solution at the start of the scene as one JSON object.
-fn solve(arguments: &Arguments) -> Result<String, SwimError> {
-    let scene = Scene::read(Path::new(&arguments.scene), &arguments.overrides)?;
-    let mut model = FemModel::new(&scene)?.with_engine(&ENGINE);
-    let solution = solve_start(&scene, &mut model)?;
-    Ok(solution_json(&scene, "fem", &solution).to_string())
+/// The answer to the command as one JSON object.
+fn answer(arguments: &Arguments, is_first: bool) -> Result<String, SwimError> {
+    let scene = Scene::read(&arguments.scene, &arguments.overrides)?;
+    match &arguments.task {
+        Task::Solve => {
+            let mut model = model(&scene)?.model;
+            let solution = solve_start(&scene, model.as_mut())?;
+            Ok(solution_json(&scene, model.name(), &solution).to_string())
+        }
+        Task::Run { out, resume } => {
+            let default = || PathBuf::from("out").join(scene.name());
+            let out = out.clone().unwrap_or_else(default);
+            let report = run_with(scene, &model, &out, *resume, is_first, &mut ())?;
+            let (scene, outcome) = (&report.scene, &report.outcome);
+            let reasons = &report.reasons;
+            Ok(summary_json(scene, report.model, reasons, outcome, report.seconds).to_string())
+        }
+    }
+}
+
+/// Finite elements that are solved on all processes.
+fn model(scene: &Scene) -> Result<Choice, ModelError> {
+    Ok(Choice {
+        model: Box::new(FemModel::new(scene)?.with_engine(&ENGINE)),
+        reasons: vec!["finite elements are the model that PETSc solves".to_owned()],
+    })
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use swimmer::models::{FemModel, InstantaneousSolution};
-use swimmer::{Scene, solve_start};
+use swimmer::{Choice, Scene, run_with, solve_start};
 
 /// Residual of the solves; answers agree to the larger [`AGREEMENT`].
 const RTOL: f64 = 1e-11;
@@ -81,14 +81,15 @@ fn overrides() -> Vec<String> {
         .collect()
 }
 
-fn swim_petsc(ranks: usize, scene: &Path) -> Output {
+fn swim_petsc(ranks: usize, task: &[&str], scene: &Path) -> Output {
     let mut command = Command::new("mpirun");
     command
         .args(["--oversubscribe", "--allow-run-as-root", "-n"])
         .arg(ranks.to_string())
         .arg(env!("CARGO_BIN_EXE_swim-petsc"))
-        .arg("solve")
+        .arg(task[0])
         .arg(scene)
+        .args(&task[1..])
         .env("RAYON_NUM_THREADS", "1");
     for key in overrides() {
         command.args(["--set", &key]);
@@ -116,7 +117,7 @@ fn compare(name: &str, text: &str) {
         largest(|body| body.force.norm()),
     ];
     for ranks in [1, 3] {
-        let output = swim_petsc(ranks, &path);
+        let output = swim_petsc(ranks, &["solve"], &path);
         let errors = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{ranks} processes: {errors}");
         let answer: serde_json::Value =
@@ -155,8 +156,47 @@ fn a_squirmer_is_the_same_on_one_machine() {
 
 #[test]
 fn an_error_ends_all_processes_with_its_exit_code() {
-    let output = swim_petsc(2, Path::new("no-such-scene.toml"));
+    let output = swim_petsc(2, &["solve"], Path::new("no-such-scene.toml"));
     assert_eq!(output.status.code(), Some(2));
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(errors.contains("no-such-scene.toml"), "{errors}");
+}
+
+/// Net displacements of a run; the same once more from its checkpoint.
+#[test]
+fn a_gait_moves_as_on_one_machine_and_resumes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("swimmer.toml");
+    let text = format!("{SWIMMER}\n[model]\naccept = \"best\"\n");
+    std::fs::write(&path, text).expect("a file");
+    let scene = Scene::read(&path, &overrides()).expect("a sound scene");
+    let elements = |scene: &Scene| {
+        Ok(Choice {
+            model: Box::new(FemModel::new(scene)?),
+            reasons: Vec::new(),
+        })
+    };
+    let alone = folder.path().join("alone");
+    let expected = run_with(scene, &elements, &alone, false, true, &mut ()).expect("a run");
+    let expected = expected.outcome.displacement[0].x;
+    let out = folder.path().join("out");
+    let out = out.to_str().expect("a path of letters");
+    for task in [
+        vec!["run", "--out", out],
+        vec!["run", "--out", out, "--resume"],
+    ] {
+        let output = swim_petsc(2, &task, &path);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{errors}");
+        let summary: serde_json::Value =
+            serde_json::from_slice(&output.stdout).expect("one JSON object, printed once");
+        let found = summary["displacement"]["left"][0]
+            .as_f64()
+            .expect("a number");
+        assert!(
+            (found / expected - 1.0).abs() < AGREEMENT,
+            "{found} {expected}"
+        );
+    }
+    assert!(Path::new(out).join("summary.json").exists());
 }
