@@ -10,12 +10,14 @@ mod fem_model;
 mod hydrodynamics;
 mod mesh_error;
 mod mobility;
+mod record;
 mod remesh;
 mod rough_model;
 mod scaled_scene;
 mod shape_space;
 mod solution;
 mod spheres_model;
+mod superposition;
 mod surface_motion;
 mod units;
 
@@ -33,6 +35,7 @@ pub use shape_space::{LocalGeometry, ShapeGeometry, ShapeSpace, SolvedShapes, Ta
 pub use solution::{BodySolution, FlowField, InstantaneousSolution, PointFlow};
 pub use spheres_model::{SphereModel, SpheresModel};
 pub use stokes::{Checks, Dofs, Seconds, SolverReport};
+pub use superposition::Superposed;
 
 // Types of these crates are part of the interface.
 pub use mesh;

@@ -21,8 +21,8 @@
 mod chebyshev;
 mod geometry;
 mod placement;
-mod record;
 mod sampler;
+mod scales;
 mod solved_shapes;
 mod space;
 mod tabulated;

@@ -8,10 +8,10 @@ use stokes::{Dofs, SolverReport};
 
 use super::chebyshev::{indices, node};
 use super::placement::Placement;
-use super::record::{Layout, Record, numbers};
 use super::solved_shapes::{Bars, SolvedShapes};
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Hydrodynamics, Query};
+use crate::record::{Layout, Record, numbers};
 
 /// Highest degree in a variable; spheres with gaps of a hundredth of a radius need more.
 pub const MAX_DEGREE: usize = 64;

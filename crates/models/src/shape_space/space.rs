@@ -5,13 +5,14 @@ use rigid::{Link, State, Twist};
 
 use super::chebyshev::Interpolant;
 use super::placement::Placement;
-use super::record::{Layout, Record, Scales, scales};
 use super::sampler::{MAX_DEGREE, Sampler};
+use super::scales::{Scales, scales};
 use super::solved_shapes::{Bars, SolvedShapes};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Hydrodynamics};
 use crate::mesh_error::{MeshError, Uncertainty};
+use crate::record::{Layout, Record};
 use crate::solution::InstantaneousSolution;
 use scene::Scene;
 use stokes::{Dofs, SolverReport};

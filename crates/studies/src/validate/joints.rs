@@ -1,10 +1,10 @@
-//! J: hinges and springs: Purcell's swimmer and an elastic arm.
+//! J: hinges, springs and flows: Purcell's swimmer, elastic arms and Jeffery orbits.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use swimmer::{Method, Outcome, Scene, choose, simulate};
+use swimmer::{Method, Outcome, Scene, choose, simulate, with_tables};
 
 use super::effort::Effort;
 use super::estimated::Estimated;
@@ -25,7 +25,10 @@ const ELASTIC_ARMS: [(f64, f64, f64); 4] = [
     (4.0, 1.0, 0.074_714_864_8),
 ];
 
-/// All rows; Purcell's swimmer, a minute, only with full effort.
+/// Required of half a Jeffery orbit: a thousandth of a turn, relative to half a turn.
+const REQUIRED_TURN: f64 = 2e-3;
+
+/// All rows; Purcell's swimmer, a minute, and a slender spheroid only with full effort.
 pub fn rows(effort: Effort) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (amplitude, frequency, exact) in ELASTIC_ARMS {
@@ -49,6 +52,22 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
             )
             .with(Some(Estimated::bound(outcome.error_estimate.total()))),
         );
+    }
+    let ratios = [2.0, 10.0];
+    for ratio in &ratios[..if effort == Effort::Full { 2 } else { 1 }] {
+        let text = include_str!("../../../swimmer/templates/jeffery.toml");
+        // Jeffery 1922: half of the period 2 pi (r + 1 / r) at the shear rate 1.
+        let (outcome, cost) = run(
+            text,
+            &[
+                format!("bodies.spheroid.half_length={ratio:?}"),
+                format!("gait.phases.0.duration={:?}", PI * (ratio + 1.0 / ratio)),
+            ],
+        )?;
+        let name = format!("Jeffery orbit, aspect ratio {ratio}: half a turn");
+        let exact_and_found = [PI, outcome.rotation.norm()];
+        let required = (REQUIRED_TURN, Basis::Required);
+        rows.push(Row::relative("J", name, exact_and_found, required, cost));
     }
     if effort == Effort::Full {
         let text = include_str!("../../../swimmer/templates/purcell.toml");
@@ -78,7 +97,7 @@ fn run(text: &str, overrides: &[String]) -> Result<(Outcome, Cost)> {
         .iter()
         .try_for_each(|assignment| document.set(assignment))?;
     let scene = Scene::from_document(document)?;
-    let mut model = choose(&scene)?.model;
+    let mut model = with_tables(&scene, choose(&scene)?).model;
     let method = Method::of(&scene);
     let outcome =
         simulate(&scene, model.as_mut(), method, &mut ()).context("a gait with joints")?;

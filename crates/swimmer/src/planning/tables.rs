@@ -1,6 +1,6 @@
-//! Tables of the model over shape space, where they save solves.
+//! Tables of the model over shape space, and superposed solutions, where they save solves.
 
-use models::Tabulated;
+use models::{Hydrodynamics, Superposed, Tabulated};
 use scene::{Gait, Scene, legs};
 
 use super::choice::Choice;
@@ -15,7 +15,7 @@ const TYPICAL_POINTS: usize = 9;
 /// The tables are added to the reasons of the choice.
 pub fn with_tables(scene: &Scene, choice: Choice) -> Choice {
     let Some(boxes) = boxes(scene) else {
-        return choice;
+        return with_superposition(scene, choice);
     };
     // The highest accuracy of a table in double precision.
     let tolerance = velocity_tolerance(scene).max(1e-13);
@@ -28,6 +28,30 @@ pub fn with_tables(scene: &Scene, choice: Choice) -> Choice {
         model: Box::new(Tabulated::new(scene, choice.model, boxes, tolerance)),
         reasons,
     }
+}
+
+/// Superposes the solutions of a rigid body in a linear flow, if that saves solves by elements.
+fn with_superposition(scene: &Scene, choice: Choice) -> Choice {
+    let Choice { model, mut reasons } = choice;
+    let solves = (scene.gait().phases.len() * TYPICAL_SOLVES_PER_LEG)
+        .saturating_mul(scene.gait().cycles as usize);
+    let model: Box<dyn Hydrodynamics> = match model.name() {
+        // Other models are fast, or serve bodies that keep their axis only.
+        "fem" => match Superposed::new(model) {
+            Ok(superposed) if superposed.count() < solves => {
+                reasons.push(format!(
+                    "superposed from {} orientations, on which the motion of a rigid body depends \
+                     linearly",
+                    superposed.count()
+                ));
+                Box::new(superposed)
+            }
+            Ok(superposed) => superposed.into_model(),
+            Err(model) => model,
+        },
+        _ => model,
+    };
+    Choice { model, reasons }
 }
 
 /// The boxes of link lengths that the tables for a gait cover; none if tables would need more

@@ -1,9 +1,8 @@
-//! The numbers of a solution that are tabulated, in a fixed order.
+//! The numbers of a solution that depend linearly on what drives it, in a fixed order.
 
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
 
-use super::solved_shapes::Bars;
 use crate::mesh_error::{MeshError, Uncertainty};
 use crate::solution::{BodySolution, InstantaneousSolution};
 
@@ -16,12 +15,12 @@ pub struct Layout {
     pub mesh_errors: bool,
 }
 
-/// The tabulated quantities of one solution: motion, and velocities and forces of bodies and links.
+/// The linear quantities of one solution: motion, and velocities and forces of bodies and links.
 pub struct Record {
     pub motion: StateVelocity,
     pub bodies: Vec<BodySolution>,
     pub link_forces: Vec<Vector3<f64>>,
-    /// Discretisation errors that were subtracted; their uncertainty is not tabulated.
+    /// Discretisation errors that were subtracted; their uncertainty is not part of it.
     pub mesh_error: Option<MeshError>,
 }
 
@@ -55,7 +54,7 @@ impl Record {
                 })
                 .collect();
             let link_forces = (0..layout.links).map(|_| next()).collect();
-            // Tables are of scenes whose joints are all prescribed.
+            // Records are of scenes whose joints are all prescribed.
             let motion = StateVelocity {
                 frames,
                 spins,
@@ -104,75 +103,6 @@ fn quantities(
     vectors.into_iter().flatten().copied().collect()
 }
 
-/// Scales of tabulated numbers.
-pub struct Scales {
-    /// Weights that make the numbers of a point dimensionless.
-    pub weights: Vec<f64>,
-    /// The largest velocity.
-    pub speed: f64,
-    /// Interpolation error of weighted numbers that a table needs not go below.
-    pub tolerance: f64,
-}
-
-/// Scales of tabulated numbers, for tables of the relative error `tolerance`.
-///
-/// `values` are points of several records each, one per varying link. Velocities are relative to
-/// the largest velocity and forces to the largest force. Angular velocities are multiplied, and
-/// torques divided, by the length `longest` of the longest link.
-///
-/// The errors of a mesh change from shape to shape: the tolerance is at least their error bar, and
-/// forces count less if their bar is larger than that. Estimated discretisation errors do not
-/// count, their changes are as large as they are.
-pub fn scales(
-    values: &[f64],
-    records_per_point: usize,
-    layout: Layout,
-    longest: f64,
-    tolerance: f64,
-    bars: &Bars,
-) -> Scales {
-    #[derive(Clone, Copy, PartialEq)]
-    enum Kind {
-        Velocity,
-        Angular,
-        Force,
-        Torque,
-        Discretisation,
-    }
-    use Kind::{Angular, Discretisation, Force, Torque, Velocity};
-    let mut kinds = vec![Velocity, Angular];
-    kinds.extend(vec![Angular; layout.bodies]);
-    kinds.extend([Velocity, Angular, Force, Torque].repeat(layout.bodies));
-    kinds.extend(vec![Force; layout.links]);
-    if layout.mesh_errors {
-        kinds.extend(vec![Discretisation; kinds.len()]);
-    }
-    let kinds: Vec<Kind> = kinds.into_iter().flat_map(|kind| [kind; 3]).collect();
-    let kinds = kinds.repeat(records_per_point);
-    let largest = |wanted: Kind| {
-        values
-            .chunks(kinds.len())
-            .flat_map(|point| point.iter().zip(&kinds))
-            .filter(|(_, kind)| **kind == wanted)
-            .fold(f64::MIN_POSITIVE, |m, (x, _)| m.max(x.abs()))
-    };
-    let (speed, force) = (largest(Velocity), largest(Force));
-    let tolerance = tolerance.max(bars.mesh / speed);
-    let of_force = (tolerance * force / bars.mesh_force).min(1.0) / force;
-    let weight = |kind: &Kind| match kind {
-        Velocity => 1.0 / speed,
-        Angular => longest / speed,
-        Force => of_force,
-        Torque => of_force / longest,
-        Discretisation => 0.0,
-    };
-    Scales {
-        weights: kinds.iter().map(weight).collect(),
-        speed,
-        tolerance,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -196,8 +126,5 @@ mod tests {
             ..InstantaneousSolution::new(bodies, link_forces, motion)
         };
         assert_eq!(numbers(&solution), written);
-        let scales = scales(&written, 1, layout, 1.0, 1e-3, &Bars::default());
-        assert_eq!(scales.weights.len(), written.len());
-        assert_eq!(scales.tolerance, 1e-3);
     }
 }

@@ -1,0 +1,72 @@
+//! Solutions for the orientations of the basis, and their combinations.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::error_estimate::ErrorEstimate;
+use crate::mesh_error::{MeshError, Uncertainty};
+use crate::record::{Layout, Record};
+use crate::solution::{FlowField, InstantaneousSolution};
+
+/// Solutions for the orientations of the basis, in the axes of the body.
+pub(super) struct Solved {
+    pub lengths: Vec<f64>,
+    pub layout: Layout,
+    /// Inverse of the matrix whose columns are the data of the orientations.
+    pub inverse: DMatrix<f64>,
+    pub solutions: Vec<Response>,
+    /// Largest deviation of a velocity from linearity, at one orientation more.
+    pub deviation: f64,
+}
+
+/// One solution of the basis.
+pub(super) struct Response {
+    pub solution: InstantaneousSolution,
+    pub numbers: Vec<f64>,
+    pub flow: Option<FlowField>,
+}
+
+impl Solved {
+    /// The linear combination of the solutions, in the axes of the body, with its error bars.
+    pub fn combination(&self, coefficients: &DVector<f64>) -> InstantaneousSolution {
+        let mut sum = vec![0.0; self.layout.numbers()];
+        let (mut error_estimate, mut power_error) =
+            (ErrorEstimate::default(), ErrorEstimate::default());
+        let mut uncertainty = Uncertainty::default();
+        let mut slip_power = 0.0;
+        for (response, &c) in self.solutions.iter().zip(coefficients) {
+            for (sum, value) in sum.iter_mut().zip(&response.numbers) {
+                *sum += c * value;
+            }
+            let solution = &response.solution;
+            error_estimate.accumulate(c.abs(), &solution.error_estimate);
+            power_error.accumulate(c.abs(), &solution.power_error);
+            slip_power += c * solution.slip_power;
+            if let Some(error) = &solution.mesh_error {
+                uncertainty.relative = uncertainty.relative.max(error.uncertainty.relative);
+                uncertainty.velocity += c.abs() * error.uncertainty.velocity;
+            }
+        }
+        error_estimate.model = Some(error_estimate.model.unwrap_or(0.0) + self.deviation);
+        let record = Record::new(&sum, self.layout);
+        let first = &self.solutions[0].solution;
+        let mut solution = InstantaneousSolution {
+            dofs: first.dofs,
+            solver: first.solver.clone(),
+            slip_power,
+            error_estimate,
+            power_error,
+            ..InstantaneousSolution::new(record.bodies, record.link_forces, record.motion)
+        };
+        if let Some(error) = record.mesh_error {
+            let of_slip = solution.power_error.mesh;
+            solution.set_mesh_error(MeshError {
+                uncertainty,
+                ..error
+            });
+            if slip_power != 0.0 {
+                solution.power_error.mesh = of_slip;
+            }
+        }
+        solution
+    }
+}
