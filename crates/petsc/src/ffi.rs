@@ -59,6 +59,9 @@ unsafe extern "C" {
 
     pub fn PetscInitialize(argc: *mut c_int, argv: *mut *mut *mut c_char, file: *const c_char, help: *const c_char) -> Code;
     pub fn PetscFinalize() -> Code;
+    pub fn PetscHasExternalPackage(name: *const c_char, has: *mut c_int) -> Code;
+    pub fn PetscOptionsHasName(options: Object, prefix: *const c_char, name: *const c_char, has: *mut c_int) -> Code;
+    pub fn PetscOptionsSetValue(options: Object, name: *const c_char, value: *const c_char) -> Code;
     pub fn PetscPushErrorHandler(handler: Option<Handler>, context: *mut c_void) -> Code;
     pub fn PetscErrorMessage(code: c_int, text: *mut *const c_char, specific: *mut *mut c_char) -> Code;
     pub fn PetscObjectReference(object: Object) -> Code;
