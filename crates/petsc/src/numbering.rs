@@ -15,7 +15,7 @@ use crate::partition::Partition;
 /// `coarse` (the same for linear elements: velocities of free vertices, and the border) and
 /// `pressure`. In each of them a process has consecutive numbers; the border comes last on the
 /// first process. Velocities that symmetry planes prescribe have no number. Every process has the
-/// numbers of all nodes: 21 bytes per node.
+/// numbers of all nodes: 5 bytes per node and 8 per vertex, with 32-bit integers.
 pub struct Numbering {
     /// Bit `d` of a node: component `d` of its velocity is a degree of freedom.
     components: Vec<u8>,

@@ -224,7 +224,8 @@ impl<'s> Solver<'s> {
         let mut x = Vector::new(self.session, self.factors.iter().map(Vec::len).sum())?;
         let mut iterations = 0;
         let mut inner_rtol = rtol / ERROR_OVER_RESIDUAL;
-        for continuation in 0.. {
+        let mut continuations = 0;
+        loop {
             self.outer.set_tolerance(inner_rtol, MAX_ITERATIONS)?;
             self.outer.solve(&self.rhs, &mut x)?;
             iterations += self.outer.iterations()?;
@@ -246,7 +247,7 @@ impl<'s> Solver<'s> {
                     levels: self.levels,
                 });
             }
-            if continuation == MAX_CONTINUATIONS || !larger.is_finite() {
+            if continuations == MAX_CONTINUATIONS || !larger.is_finite() {
                 return Err(PetscError::NotConverged {
                     role: "system".to_owned(),
                     iterations,
@@ -258,8 +259,8 @@ impl<'s> Solver<'s> {
             // is missing, with a margin for rounding.
             inner_rtol = 0.5 * weighted * rtol / larger;
             self.outer.start_from_guess()?;
+            continuations += 1;
         }
-        unreachable!("the loop ends by returning")
     }
 
     /// `|b - A x| / |b|` of the system before scaling, in the Euclidean and in the weighted norm.
