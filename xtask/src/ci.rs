@@ -2,13 +2,14 @@
 
 use anyhow::Result;
 
-use crate::{architecture, cargo, licences, packages, style};
+use crate::{architecture, cargo, licences, links, packages, style};
 
 /// Runs every check in order and stops at the first that fails.
 pub fn run() -> Result<()> {
     cargo::run(&["fmt", "--all", "--check"], &[])?;
     style::run()?;
     architecture::run()?;
+    links::run()?;
     cargo::run(
         &[
             "clippy",
@@ -28,5 +29,11 @@ pub fn run() -> Result<()> {
     licences::run()?;
     packages::run()?;
     // The same command as in the README.
-    cargo::run(&["test", "--workspace"], &[])
+    cargo::run(&["test", "--workspace"], &[])?;
+    // Commands of the book by finite elements, which are too slow for everyday tests.
+    let slow = ["--package", "microswim", "--test", "command", "--"];
+    cargo::run(
+        &[&["test"], &slow[..], &["--ignored", "book::"]].concat(),
+        &[],
+    )
 }

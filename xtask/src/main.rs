@@ -1,4 +1,4 @@
-//! Project tasks: `cargo xtask ci`, `cargo xtask licences`.
+//! Project tasks: `cargo xtask ci`, `cargo xtask links`, `cargo xtask licences`.
 //!
 //! Every other task is a study of `crates/studies`.
 //!
@@ -10,6 +10,7 @@ mod architecture;
 mod cargo;
 mod ci;
 mod licences;
+mod links;
 mod manifests;
 mod packages;
 mod style;
@@ -24,8 +25,9 @@ Project tasks
 Usage: cargo xtask <TASK> [OPTIONS]
 
 Tasks of this program:
-  ci        All checks of CI: format, style, ARCHITECTURE.md, lints, documentation, licences,
-            packages, tests
+  ci        All checks of CI: format, style, ARCHITECTURE.md, links, lints, documentation,
+            licences, packages, tests
+  links     Links of the documentation: files, headings, files of the code
   licences  Licences of the default dependency graph; GPL and AGPL are refused
 
 All other tasks are studies, built with optimisation when first used:
@@ -34,6 +36,7 @@ All other tasks are studies, built with optimisation when first used:
 fn main() -> Result<ExitCode> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.first().map(String::as_str) {
+        Some("links") if arguments.len() == 1 => links::run().map(|()| ExitCode::SUCCESS),
         Some("ci") if arguments.len() == 1 => ci::run().map(|()| ExitCode::SUCCESS),
         Some("licences") if arguments.len() == 1 => licences::run().map(|()| ExitCode::SUCCESS),
         None | Some("help" | "--help" | "-h") => {

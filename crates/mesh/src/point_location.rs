@@ -1,7 +1,7 @@
 //! The cells of a mesh in which points lie.
 
 use nalgebra::Matrix3;
-use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
@@ -61,8 +61,22 @@ pub struct PointLocator<'a> {
 impl<'a> PointLocator<'a> {
     /// Cost: a hierarchy of the boxes around all cells, about a microsecond per cell.
     pub fn new(mesh: &'a TetMesh) -> Self {
-        let boxes = (0..mesh.n_cells()).map(|cell| cell_box(&mesh.cell_points(cell)));
-        let boxes = Bvh::from_iter(BvhBuildStrategy::Binned, boxes.enumerate());
+        let everywhere = Vec3::repeat(f64::INFINITY);
+        Self::within(mesh, &-everywhere, &everywhere)
+    }
+
+    /// A locator for points in a box; others may not be found.
+    ///
+    /// For the points of a plane normal to a coordinate axis it has a tenth of the cells.
+    pub fn within(mesh: &'a TetMesh, min: &Vec3, max: &Vec3) -> Self {
+        let range = Aabb::new(
+            Vector::new(min.x, min.y, min.z),
+            Vector::new(max.x, max.y, max.z),
+        );
+        let boxes = (0..mesh.n_cells())
+            .map(|cell| (cell, cell_box(&mesh.cell_points(cell))))
+            .filter(|(_, of_cell)| of_cell.intersects(&range));
+        let boxes = Bvh::from_iter(BvhBuildStrategy::Binned, boxes);
         Self { mesh, boxes }
     }
 

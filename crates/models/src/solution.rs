@@ -2,6 +2,7 @@
 
 use mesh::{PointLocator, TetMesh};
 use nalgebra::{UnitQuaternion, Vector3};
+use rayon::prelude::*;
 use rigid::StateVelocity;
 use serde::{Deserialize, Serialize};
 use stokes::{Checks, Dofs, Seconds, SolverReport};
@@ -290,8 +291,15 @@ pub struct FlowField {
 impl FlowField {
     /// Velocity and pressure at points, interpolated as the elements are; `None` for a point
     /// outside the mesh.
+    ///
+    /// Cost: a box for each cell, and a hierarchy of those that meet the bounding box of the
+    /// points.
     pub fn at(&self, points: &[Vector3<f64>]) -> Vec<Option<PointFlow>> {
-        let locator = PointLocator::new(&self.mesh);
+        let infinite = Vector3::repeat(f64::INFINITY);
+        let bounds = points.iter().fold([infinite, -infinite], |[min, max], x| {
+            [min.inf(x), max.sup(x)]
+        });
+        let locator = PointLocator::within(&self.mesh, &bounds[0], &bounds[1]);
         let values = |x: &Vector3<f64>| {
             let found = locator.locate(x)?;
             let nodes = self.mesh.cells()[found.cell].map(|node| node as usize);
@@ -302,6 +310,6 @@ impl FlowField {
                 .then(|| vertices.map(|(node, l)| l * self.pressure[*node]).sum());
             Some(PointFlow { velocity, pressure })
         };
-        points.iter().map(values).collect()
+        points.par_iter().map(values).collect()
     }
 }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::output_words::FlowsKind;
 use crate::words::{
     AcceptKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MesherKind,
     MirrorKind, ModelKind, SolverKind,
@@ -64,6 +65,8 @@ pub struct FemOptions {
     pub mesher: MesherKind,
     /// Whether symmetry planes are used.
     pub mirror: MirrorKind,
+    /// Flows that a run writes for ParaView.
+    pub flows: FlowsKind,
 }
 
 impl Default for FemOptions {
@@ -82,6 +85,7 @@ impl Default for FemOptions {
             mesh_motion: MeshMotionKind::default(),
             mesher: MesherKind::default(),
             mirror: MirrorKind::default(),
+            flows: FlowsKind::default(),
         }
     }
 }

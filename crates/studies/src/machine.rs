@@ -1,16 +1,6 @@
 //! Machine and day on which figures were measured.
 
-/// Name of the processor and number of threads in use.
-pub fn processor() -> String {
-    let name = std::fs::read_to_string("/proc/cpuinfo")
-        .ok()
-        .and_then(|text| {
-            let line = text.lines().find(|line| line.starts_with("model name"))?;
-            Some(line.split_once(':')?.1.trim().to_owned())
-        })
-        .unwrap_or_else(|| "unknown processor".to_owned());
-    format!("{} threads of {name}", rayon::current_num_threads())
-}
+pub use swimmer::output::processor;
 
 /// Today as `year-month-day`, in universal time.
 pub fn today() -> String {

@@ -128,6 +128,22 @@ impl Checkpoint {
             .unwrap_or(1.0)
     }
 
+    /// The scene with its text, and the outcome so far.
+    ///
+    /// # Errors
+    /// [`SwimError::Checkpoint`] for an outcome that does not fit the scene; errors of the scene.
+    #[cfg(feature = "plots")]
+    pub(crate) fn into_outcome(self, folder: &Path) -> Result<(Scene, String, Outcome), SwimError> {
+        let scene = Scene::parse(&self.scene)?;
+        match outcome_fits(&self.outcome, &scene) {
+            true => Ok((scene, self.scene, self.outcome)),
+            false => Err(SwimError::Checkpoint {
+                path: folder.join(FILE),
+                problem: "does not fit its scene".to_owned(),
+            }),
+        }
+    }
+
     /// Restores the history of the model and returns the state and the flow files of the run.
     ///
     /// The number of cycles in `scene` may differ; everything else must equal the scene of the

@@ -6,55 +6,20 @@ use std::time::Instant;
 
 use models::{Hydrodynamics, ModelError};
 use scene::{AcceptKind, Leg, Scene};
+use serde_json::Value;
 
 use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
 use crate::integrate::{LegResult, LegSolution, Method};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
+use crate::output::{FlowSeries, Folder, SliceSeries, StoredSlices, summary_json, trajectory_csv};
 #[cfg(feature = "plots")]
-use crate::output::trajectory_svg;
-use crate::output::{FlowSeries, Folder, summary_json, trajectory_csv};
+use crate::output::{RunRecord, trajectory_svg};
 use crate::periodic::start_of_gait;
-use crate::planning::{Choice, MissedTarget, SizeSearch, choose, with_tables};
+use crate::planning::{Choice, SizeSearch, choose, with_tables};
+use crate::progress::Progress;
 use crate::simulate::continue_from;
-
-/// Callbacks that inform the caller about the progress of a run.
-pub trait Progress {
-    /// Whether the run is to stop; checked after every solve.
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-
-    /// The factor on the element sizes for `fem.target` has been chosen for the stroke that begins.
-    fn chose_size_factor(&mut self, target: f64, size_factor: f64) {
-        let _ = (target, size_factor);
-    }
-
-    /// The stroke is done and its discretisation error exceeds `fem.target`; another one follows
-    /// with smaller elements.
-    fn missed_target(&mut self, missed: &MissedTarget) {
-        let _ = missed;
-    }
-
-    /// The gait begins, or continues after `done` phases of an earlier run.
-    fn begins(&mut self, scene: &Scene, done: usize) {
-        let _ = (scene, done);
-    }
-
-    /// A solve is done.
-    fn solved(&mut self, leg: &Leg, solution: &LegSolution) {
-        let _ = (leg, solution);
-    }
-
-    /// A phase is done.
-    fn leg_done(&mut self, leg: &Leg, result: &LegResult) {
-        let _ = (leg, result);
-    }
-}
-
-/// No callbacks.
-impl Progress for () {}
 
 /// A finished run.
 #[derive(Debug)]
@@ -74,8 +39,8 @@ pub struct Report {
 
 /// Runs the gait of a scene and writes the results into the folder `out`.
 ///
-/// The files are `summary.json`, `trajectory.csv`, `trajectory.svg` (with the feature `plots`),
-/// ParaView files for models with a mesh, and a checkpoint.
+/// The files are `summary.json`, `trajectory.csv`, `trajectory.svg` and `report.html` (with the
+/// feature `plots`), `flow_slices.json`, ParaView files for models with a mesh, and a checkpoint.
 ///
 /// The model is chosen, with tables over shapes where they save solves, and the gait is run. With
 /// `fem.target` the element sizes are those of [`SizeSearch`], and a stroke that misses the target
@@ -161,13 +126,13 @@ fn run_to_target(
             sized = search.apply(&scene)?;
             progress.chose_size_factor(target, search.size_factor());
         }
-        let report = run_once(sized, model, folder, checkpoint.take(), progress)?;
+        let (report, slices) = run_once(sized, model, folder, checkpoint.take(), progress)?;
         let missed = search
             .as_mut()
             .and_then(|search| search.refine(&report.outcome));
         let Some(missed) = missed else {
             let seconds = started.elapsed().as_secs_f64();
-            return Report { seconds, ..report }.finish(folder);
+            return Report { seconds, ..report }.finish(folder.zip(slices));
         };
         progress.missed_target(&missed);
     }
@@ -180,9 +145,9 @@ fn run_once(
     folder: Option<&Folder>,
     checkpoint: Option<Checkpoint>,
     progress: &mut dyn Progress,
-) -> Result<Report, SwimError> {
+) -> Result<(Report, Option<StoredSlices>), SwimError> {
     let Choice { mut model, reasons } = model(&scene)?;
-    let (interim, flows) = match checkpoint {
+    let (interim, output) = match checkpoint {
         None => {
             let mut observe =
                 |_: &LegSolution, _: &dyn Hydrodynamics| match progress.is_interrupted() {
@@ -197,7 +162,9 @@ fn run_once(
             if let Some(folder) = folder {
                 // If this run ends early, the summary of an older run must not be taken for its
                 // result.
-                folder.remove_old("summary.json")?;
+                for name in ["summary.json", "report.html", "flow_slices.json"] {
+                    folder.remove_old(name)?;
+                }
                 Checkpoint::new(
                     &scene,
                     &interim.state,
@@ -207,48 +174,61 @@ fn run_once(
                 )?
                 .write(folder)?;
             }
-            (interim, folder.map(FlowSeries::new))
+            (interim, folder.map(|folder| Output::new(&scene, folder)))
         }
         Some(checkpoint) => {
             let path = folder.map_or(Path::new(""), Folder::path);
             let (interim, flows) = checkpoint.restore(&scene, model.as_mut(), path)?;
-            let flows = folder.map(|folder| FlowSeries::resumed(folder, &flows));
-            (interim, flows)
+            let resumed = |folder| Output::resumed(&scene, folder, &flows);
+            (interim, folder.map(resumed))
         }
     };
     let done = interim.outcome.legs.len();
     progress.begins(&scene, done);
     let mut files = Files {
         scene: &scene,
-        output: folder.zip(flows),
+        output: output.transpose()?,
         progress,
         done,
     };
     let method = Method::of(&scene);
     let outcome = continue_from(&scene, model.as_mut(), method, &mut files, interim)?;
-    Ok(Report {
+    let finish = |output: Output| output.slices.finish(output.folder, &scene, model.as_mut());
+    let slices = files.output.map(finish).transpose()?;
+    let report = Report {
         model: model.name(),
         scene,
         reasons,
         outcome,
         seconds: 0.0,
-    })
+    };
+    Ok((report, slices))
 }
 
 impl Report {
-    /// Writes the summary and checks the tolerance.
-    fn finish(self, folder: Option<&Folder>) -> Result<Self, SwimError> {
-        let Some(folder) = folder else {
-            return self.check_tolerance();
-        };
-        let summary = summary_json(
+    /// The summary of the run, as in `summary.json`.
+    pub fn summary(&self) -> Value {
+        summary_json(
             &self.scene,
             self.model,
             &self.reasons,
             &self.outcome,
             self.seconds,
-        );
+        )
+    }
+
+    /// Writes summary and page, and checks the tolerance.
+    fn finish(self, output: Option<(&Folder, StoredSlices)>) -> Result<Self, SwimError> {
+        let Some((folder, slices)) = output else {
+            return self.check_tolerance();
+        };
+        let summary = self.summary();
         folder.write("summary.json", |file| writeln!(file, "{summary:#}"))?;
+        #[cfg(feature = "plots")]
+        RunRecord::new(&self.scene, &self.outcome, &summary, slices, folder.path())
+            .write_page(folder)?;
+        #[cfg(not(feature = "plots"))]
+        drop(slices);
         self.check_tolerance()
     }
 
@@ -271,11 +251,39 @@ impl Report {
 /// leaves all completed phases.
 struct Files<'a> {
     scene: &'a Scene,
-    /// The folder, and the flows in it.
-    output: Option<(&'a Folder, FlowSeries)>,
+    output: Option<Output<'a>>,
     progress: &'a mut dyn Progress,
     /// Number of completed legs.
     done: usize,
+}
+
+/// The folder of a run, and the flows in it.
+struct Output<'a> {
+    folder: &'a Folder,
+    flows: FlowSeries,
+    slices: SliceSeries,
+}
+
+impl<'a> Output<'a> {
+    fn new(scene: &Scene, folder: &'a Folder) -> Result<Self, SwimError> {
+        Ok(Self {
+            folder,
+            flows: FlowSeries::new(folder, scene.fem().flows),
+            slices: SliceSeries::new(scene)?,
+        })
+    }
+
+    fn resumed(
+        scene: &Scene,
+        folder: &'a Folder,
+        flows: &[(f64, String)],
+    ) -> Result<Self, SwimError> {
+        Ok(Self {
+            folder,
+            flows: FlowSeries::resumed(folder, scene.fem().flows, flows),
+            slices: SliceSeries::resumed(scene, folder)?,
+        })
+    }
 }
 
 impl Observer for Files<'_> {
@@ -293,13 +301,12 @@ impl Observer for Files<'_> {
             });
         }
         self.progress.solved(leg, solution);
-        let Some((_, flows)) = &mut self.output else {
+        let Some(output) = &mut self.output else {
             return Ok(());
         };
-        match model.last_flow() {
-            Some(flow) => flows.add(solution.number, &flow),
-            None => Ok(()),
-        }
+        let flow = model.last_flow();
+        (output.slices).add(self.scene, leg, solution, flow.as_ref())?;
+        output.flows.solved(solution, flow.as_ref())
     }
 
     fn leg_done(
@@ -309,8 +316,15 @@ impl Observer for Files<'_> {
         so_far: &Outcome,
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        if let Some((folder, flows)) = &mut self.output {
-            flows.finish_leg(leg, result, so_far.solves - result.solves)?;
+        if let Some(Output {
+            folder,
+            flows,
+            slices,
+        }) = &mut self.output
+        {
+            let first = so_far.solves - result.solves;
+            flows.finish_leg(leg, result, first, model)?;
+            slices.finish_leg(folder, leg, result, first)?;
             let csv = trajectory_csv(self.scene, &so_far.samples);
             folder.write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
             #[cfg(feature = "plots")]

@@ -5,6 +5,7 @@ use super::key::{Key, Kind};
 use super::of_bodies::OF_BODIES;
 use super::of_design::OF_DESIGN;
 use super::of_gait::OF_GAIT;
+use crate::output_words::FlowsKind;
 use crate::words::{
     AcceptKind, BackgroundKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind,
     MeshMotionKind, MesherKind, MirrorKind, ModelKind, SolverKind, SurfaceKind,
@@ -244,5 +245,12 @@ const OTHERS: &[Key] = &[
         "`auto` finds the coordinate planes through the origin about which bodies, loads and \
          domain are symmetric for the whole run, and meshes one side of each: a half or a \
          quarter of the degrees of freedom; output shows the whole fluid",
+    ),
+    key(
+        "fem.flows",
+        Kind::Word(FlowsKind::WORDS),
+        Value("phase"),
+        "flows that a run writes for ParaView: the last one that is solved in each phase, all of \
+         the trajectory, or none",
     ),
 ];

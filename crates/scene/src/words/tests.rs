@@ -35,4 +35,5 @@ fn serde_and_the_lists_of_words_agree() {
     check::<GeometryKind>(GeometryKind::WORDS);
     check::<MirrorKind>(MirrorKind::WORDS);
     check::<EstimatesKind>(EstimatesKind::WORDS);
+    check::<crate::FlowsKind>(crate::FlowsKind::WORDS);
 }

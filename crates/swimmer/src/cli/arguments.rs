@@ -3,34 +3,40 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
 use swimmer::{Scene, SwimError};
+
+use super::help;
 
 /// Simulates rigid bodies and articulated micro-swimmers in Stokes flow
 #[derive(Parser)]
-#[command(name = "swim", version, about)]
+#[command(name = "swim", version, about, after_help = help::SWIM)]
 pub struct Arguments {
+    /// Print no progress to stderr; warnings and errors remain
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
     #[command(subcommand)]
     pub command: Command,
 }
 
 #[derive(Subcommand)]
 pub enum Command {
-    /// Simulate the gait; write summary.json, trajectory.csv, trajectory.svg and ParaView files
-    Run {
-        #[command(flatten)]
-        scene: SceneArguments,
-        /// Folder for the results [default: out/ and the name of the scene]
-        #[arg(long, value_name = "DIR")]
-        out: Option<PathBuf>,
-        /// Continue an interrupted run from its checkpoint in the folder
+    /// Simulate the gait; write report.html, summary.json, trajectory.csv, trajectory.svg and
+    /// ParaView files
+    #[command(after_help = help::RUN)]
+    Run(RunArguments),
+    /// Write report.html of an earlier run again, from the files in its folder
+    #[command(after_help = help::VIEW)]
+    View {
+        /// The folder of the run
+        #[arg(value_name = "DIR")]
+        folder: PathBuf,
+        /// Open the page in the browser
         #[arg(long)]
-        resume: bool,
-        /// Add the derivatives of the net displacement by radii, lengths, amplitudes and springs
-        /// (four more runs each); write sensitivities.csv
-        #[arg(long)]
-        sensitivities: bool,
+        open: bool,
     },
     /// Compute velocities and forces at the start of the first phase of the gait
+    #[command(after_help = help::SOLVE)]
     Solve {
         #[command(flatten)]
         scene: SceneArguments,
@@ -43,20 +49,28 @@ pub enum Command {
         /// Write the flow field for ParaView
         #[arg(long, value_name = "FILE.vtu")]
         flow: Option<PathBuf>,
+        /// Draw the flow in a plane: streamlines, and speed as colour
+        #[arg(long, value_name = "FILE.svg")]
+        picture: Option<PathBuf>,
     },
     /// Tabulate the motion over the shapes; draw what small strokes yield, with the gait
+    #[command(after_help = help::MAP)]
     Map(DesignArguments),
     /// Search the best stroke; write optimum.toml, which `swim run` runs
+    #[command(after_help = help::OPTIMISE)]
     Optimise(DesignArguments),
     /// Learn a stroke by reinforcement; compare it with the best possible one
+    #[command(after_help = help::LEARN)]
     Learn(DesignArguments),
     /// Check the scene; print the model that would be chosen and its cost
+    #[command(after_help = help::CHECK)]
     Check {
         #[command(flatten)]
         scene: SceneArguments,
     },
     /// Write an example scene, such as three-sphere, purcell or squirmer; another name lists them
     /// all
+    #[command(after_help = help::NEW)]
     New {
         /// Name of the example
         #[arg(value_name = "NAME")]
@@ -66,6 +80,7 @@ pub enum Command {
         out: Option<PathBuf>,
     },
     /// Write the mesh of the initial shape; print its size and quality
+    #[command(after_help = help::MESH)]
     Mesh {
         #[command(flatten)]
         scene: SceneArguments,
@@ -73,6 +88,42 @@ pub enum Command {
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
     },
+    /// Print the completions of a shell, to be saved where the shell looks for them
+    #[command(after_help = help::COMPLETIONS)]
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Write the manual pages of the command and its subcommands
+    #[command(after_help = help::MAN)]
+    Man {
+        /// Folder for the pages, such as ~/.local/share/man/man1
+        #[arg(value_name = "DIR")]
+        out: PathBuf,
+    },
+}
+
+/// Arguments of `swim run`.
+#[derive(Args)]
+pub struct RunArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// Folder for the results [default: out/ and the name of the scene]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Continue an interrupted run from its checkpoint in the folder
+    #[arg(long)]
+    pub resume: bool,
+    /// Print the summary as one JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Add the derivatives of the net displacement by radii, lengths, amplitudes and springs
+    /// (four more runs each); write sensitivities.csv
+    #[arg(long)]
+    pub sensitivities: bool,
+    /// Open report.html in the browser
+    #[arg(long)]
+    pub open: bool,
 }
 
 /// Arguments of the commands that design strokes.

@@ -3,12 +3,12 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use swimmer::design::{StrokeLimits, StrokeTable};
+use swimmer::design::{StrokeLimits, StrokeTable, StrokeTotals};
 use swimmer::models::ShapeGeometry;
 use swimmer::output::Folder;
 use swimmer::{Scene, SwimError};
 
-use super::text::{entry, two_digits};
+use super::text::{NO_ESTIMATE, entry, two_digits, with_uncertainty};
 
 /// The folder of the results.
 pub fn folder_of(scene: &Scene, out: Option<PathBuf>) -> Result<Folder, SwimError> {
@@ -75,4 +75,22 @@ pub fn table_entries(table: &StrokeTable) -> String {
             degrees.join(" x ")
         ),
     ) + &entry("errors per unit rate", &errors)
+}
+
+/// The lines about the gait of a scene: totals and energy times period by the table.
+///
+/// `shapes` are those along the gait.
+pub fn gait_entries(
+    table: &StrokeTable,
+    (totals, product): &(StrokeTotals, f64),
+    shapes: &[Vec<f64>],
+) -> String {
+    let displacement =
+        with_uncertainty(totals.displacement.norm(), table.displacement_error(shapes));
+    "\ngait of the scene, by the table\n".to_owned()
+        + &entry("  displacement", &displacement)
+        + &entry(
+            "  energy times period",
+            &format!("{product:.6} at constant power {NO_ESTIMATE}"),
+        )
 }

@@ -13,13 +13,14 @@ use super::text::{count, message};
 /// A spinner on a terminal, a line per part of the work elsewhere.
 pub struct Progress {
     spinner: Option<ProgressBar>,
+    quiet: bool,
     interrupted: Arc<AtomicBool>,
 }
 
 impl Progress {
-    /// Progress that Ctrl-C interrupts.
-    pub fn new() -> Self {
-        let spinner = std::io::stderr().is_terminal().then(|| {
+    /// Progress that Ctrl-C interrupts; nothing is printed if `quiet`.
+    pub fn new(quiet: bool) -> Self {
+        let spinner = (std::io::stderr().is_terminal() && !quiet).then(|| {
             let spinner = ProgressBar::new_spinner();
             // The template is constant and valid; the default style only avoids a panic.
             spinner.set_style(
@@ -31,6 +32,7 @@ impl Progress {
         });
         Self {
             spinner,
+            quiet,
             interrupted: watch_signals(),
         }
     }
@@ -58,6 +60,7 @@ impl DesignProgress for Progress {
     fn begins(&mut self, what: &str) {
         match &self.spinner {
             Some(spinner) => spinner.set_message(what.to_owned()),
+            None if self.quiet => {}
             None => message(what),
         }
     }

@@ -12,11 +12,11 @@ use super::design_files::{folder_of, write};
 use super::design_progress::Progress;
 use super::text::{count, entry, two_digits, warn, with_uncertainty};
 
-pub fn learn_strokes(arguments: DesignArguments) -> Result<String, SwimError> {
+pub fn learn_strokes(arguments: DesignArguments, quiet: bool) -> Result<String, SwimError> {
     let DesignArguments { scene, out, json } = arguments;
     let scene = scene.read()?;
     let options = scene.learn();
-    let rewards = rewards(&scene, &mut Progress::new())?;
+    let rewards = rewards(&scene, &mut Progress::new(quiet))?;
     let learned = learn(
         &mut ArmStates::new(&rewards),
         &LearningOptions {
@@ -100,7 +100,10 @@ pub fn learn_strokes(arguments: DesignArguments) -> Result<String, SwimError> {
             "  per step",
             &with_uncertainty(cycle.per_step(), rewards.error),
         );
-        text += &entry("  per cycle", &format!("{:.10}", cycle.per_cycle));
+        text += &entry(
+            "  per cycle",
+            &with_uncertainty(cycle.per_cycle, rewards.error * cycle.states.len() as f64),
+        );
     }
     text += &entry("results", &folder.path().display().to_string());
     Ok(text)

@@ -5,19 +5,19 @@ use swimmer::SwimError;
 use swimmer::design::{StrokeLimits, gait_shapes, gait_totals, tabulate};
 
 use super::arguments::DesignArguments;
-use super::design_files::{folder_of, names, table_entries, write_map};
+use super::design_files::{folder_of, gait_entries, names, table_entries, write_map};
 use super::design_progress::Progress;
-use super::text::entry;
+use super::text::{NO_ESTIMATE, entry, vector};
 
 /// Relative error of the table.
 const MAP_TOLERANCE: f64 = 1e-6;
 
-pub fn map(arguments: DesignArguments) -> Result<String, SwimError> {
+pub fn map(arguments: DesignArguments, quiet: bool) -> Result<String, SwimError> {
     let DesignArguments { scene, out, json } = arguments;
     let scene = scene.read()?;
     let limits = StrokeLimits::of_scene(&scene)?;
     let folder = folder_of(&scene, out)?;
-    let mut progress = Progress::new();
+    let mut progress = Progress::new(quiet);
     let table = tabulate(&scene, &limits, MAP_TOLERANCE, Some(&folder), &mut progress)?;
     let geometry = &table.geometry;
     let names = names(&scene, &limits);
@@ -66,24 +66,21 @@ pub fn map(arguments: DesignArguments) -> Result<String, SwimError> {
     text += &entry("model", &table.model);
     text += &table_entries(&table);
     for (a, b, c) in &squares {
+        text += &format!(
+            "\nsmall strokes of {} and {} about the middle, per unit square {NO_ESTIMATE}\n",
+            names[*a], names[*b]
+        );
+        let size = c.amax();
+        text += &entry("  displacement", &vector([c[0], c[1], c[2]], size));
         text += &entry(
-            "per unit square",
-            &format!(
-                "displacement ({:.4e}, {:.4e}, {:.4e}), rotation ({:.4e}, {:.4e}, {:.4e}) of \
-                 \"{}\" and \"{}\", small strokes about the middle",
-                c[0], c[1], c[2], c[3], c[4], c[5], names[*a], names[*b]
-            ),
+            "  rotation vector",
+            &format!("{} rad", vector([c[3], c[4], c[5]], size)),
         );
     }
-    if let Some((totals, product)) = gait {
-        text += &entry(
-            "gait",
-            &format!(
-                "displacement {:.8}, energy times period at constant power {product:.6}",
-                totals.displacement.norm()
-            ),
-        );
+    if let Some(gait) = &gait {
+        text += &gait_entries(&table, gait, &stroke);
     }
+    text += "\n";
     text += &entry("results", &folder.path().display().to_string());
     Ok(text)
 }

@@ -5,7 +5,9 @@ mod check;
 mod design_files;
 mod design_progress;
 mod displacements;
+mod help;
 mod learn;
+mod manual;
 mod map;
 mod mesh;
 mod new;
@@ -15,6 +17,7 @@ mod run;
 mod sensitivities;
 mod solve;
 mod text;
+mod view;
 
 use std::process::ExitCode;
 
@@ -24,25 +27,31 @@ use arguments::{Arguments, Command};
 
 /// Runs the command and returns its exit code, see [`swimmer::SwimError::exit_code`].
 pub fn main() -> ExitCode {
-    let result = match Arguments::parse().command {
-        Command::Run {
-            scene,
-            out,
-            resume,
-            sensitivities,
-        } => run::run(&scene, out, resume, sensitivities),
+    let Arguments { quiet, command } = Arguments::parse();
+    let result = match command {
+        Command::Run(arguments) => run::run(arguments, quiet),
+        Command::View { folder, open } => view::view(&folder, open),
         Command::Solve {
             scene,
             json,
             resistance,
             flow,
-        } => solve::solve(&scene, json, resistance, flow.as_deref()),
+            picture,
+        } => solve::solve(
+            &scene,
+            json,
+            resistance,
+            flow.as_deref(),
+            picture.as_deref(),
+        ),
         Command::Check { scene } => check::check(&scene),
         Command::New { name, out } => new::new(&name, out),
-        Command::Map(design) => map::map(design),
-        Command::Optimise(design) => optimise::optimise(design),
-        Command::Learn(design) => learn::learn_strokes(design),
+        Command::Map(design) => map::map(design, quiet),
+        Command::Optimise(design) => optimise::optimise(design, quiet),
+        Command::Learn(design) => learn::learn_strokes(design, quiet),
         Command::Mesh { scene, out } => mesh::mesh(&scene, &out),
+        Command::Completions { shell } => Ok(manual::completions(shell)),
+        Command::Man { out } => manual::pages(&out),
     };
     match result {
         Ok(output) => {
@@ -50,7 +59,7 @@ pub fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(error) => {
-            text::message(&format!("error: {error}"));
+            text::error_message(&error.to_string());
             ExitCode::from(error.exit_code())
         }
     }

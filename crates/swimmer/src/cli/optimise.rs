@@ -3,21 +3,23 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
-use swimmer::design::{DesignedStroke, StrokeTotals, design_stroke};
+use swimmer::design::{DesignedStroke, StrokeTotals, design_stroke, gait_shapes};
 use swimmer::scene::ObjectiveKind;
 use swimmer::{Scene, SwimError};
 
 use super::arguments::DesignArguments;
-use super::design_files::{folder_of, names, table_entries, write, write_map};
+use super::design_files::{folder_of, gait_entries, names, table_entries, write, write_map};
 use super::design_progress::Progress;
-use super::text::{count, duration, entry, two_digits, warn, with_uncertainty};
+use super::text::{
+    NO_ESTIMATE, count, duration, entry, percent, two_digits, warn, with_uncertainty,
+};
 
-pub fn optimise(arguments: DesignArguments) -> Result<String, SwimError> {
+pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, SwimError> {
     let DesignArguments { scene, out, json } = arguments;
     let scene = scene.read()?;
     let clock = std::time::Instant::now();
     let folder = folder_of(&scene, out)?;
-    let found = design_stroke(&scene, folder.path(), &mut Progress::new())?;
+    let found = design_stroke(&scene, folder.path(), &mut Progress::new(quiet))?;
     let names = names(&scene, &found.limits);
     let curve: Vec<Vec<f64>> = (found.lengths.iter())
         .map(|lengths| found.limits.variables.iter().map(|&k| lengths[k]).collect())
@@ -40,6 +42,7 @@ pub fn optimise(arguments: DesignArguments) -> Result<String, SwimError> {
     Ok(describe(
         &scene,
         &found,
+        &gait_shapes(&scene, &found.limits)?,
         folder.path(),
         clock.elapsed().as_secs_f64(),
     ))
@@ -112,7 +115,13 @@ fn circle(totals: &StrokeTotals) -> f64 {
     across.norm() / (2.0 * (0.5 * totals.rotation.norm()).sin())
 }
 
-fn describe(scene: &Scene, found: &DesignedStroke, out: &Path, seconds: f64) -> String {
+fn describe(
+    scene: &Scene,
+    found: &DesignedStroke,
+    gait_shapes: &[Vec<f64>],
+    out: &Path,
+    seconds: f64,
+) -> String {
     let (optimum, outcome) = (&found.optimum, &found.outcome);
     let mut text = entry("scene", scene.name());
     text += &entry("objective", scene.optimise().objective.word());
@@ -155,9 +164,9 @@ fn describe(scene: &Scene, found: &DesignedStroke, out: &Path, seconds: f64) -> 
         );
     }
     text += &entry(
-        "energy",
+        "energy by table",
         &format!(
-            "{:.6} by the table, in a period of {}",
+            "{:.6} in a period of {} {NO_ESTIMATE}",
             optimum.period_energy_product / found.period,
             found.period
         ),
@@ -168,20 +177,27 @@ fn describe(scene: &Scene, found: &DesignedStroke, out: &Path, seconds: f64) -> 
     );
     text += &entry(
         "energy times period",
-        &format!("{:.6} at constant power", optimum.period_energy_product),
+        &format!(
+            "{:.6} at constant power {NO_ESTIMATE}",
+            optimum.period_energy_product
+        ),
     );
-    text += &entry("Lighthill efficiency", &format!("{:.4e}", found.efficiency));
-    text += &entry("last refinement", &two_digits(optimum.refinement_error));
-    if let Some((totals, product)) = &found.gait {
-        text += &entry(
-            "gait of the scene",
-            &format!(
-                "displacement {:.8}, energy times period {product:.6}",
-                totals.displacement.norm()
-            ),
-        );
+    text += &entry(
+        "Lighthill efficiency",
+        &format!("{:.4e} {NO_ESTIMATE}", found.efficiency),
+    );
+    text += &entry(
+        "last refinement",
+        &format!(
+            "changed the objective by {}",
+            percent(optimum.refinement_error)
+        ),
+    );
+    if let Some(gait) = &found.gait {
+        text += &gait_entries(&found.table, gait, gait_shapes);
     }
+    text += "\n";
     text += &entry("time", &duration(seconds));
-    text += &entry("results", &format!("{}, {}", out.display(), "optimum.toml"));
+    text += &entry("results", &out.join("optimum.toml").display().to_string());
     text
 }

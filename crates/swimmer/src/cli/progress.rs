@@ -16,19 +16,24 @@ pub struct Progress {
     legs: usize,
     scene: Scene,
     started: Instant,
+    /// When the gait began or was continued, and the phases that were done then.
+    begun: (Instant, usize),
+    quiet: bool,
     /// Set when the user interrupts the run.
     interrupted: Arc<AtomicBool>,
 }
 
 impl Progress {
-    /// Progress of the run of a scene that `interrupted` stops.
-    pub fn new(scene: &Scene, interrupted: Arc<AtomicBool>) -> Self {
+    /// Progress of the run of a scene that `interrupted` stops; nothing is printed if `quiet`.
+    pub fn new(scene: &Scene, interrupted: Arc<AtomicBool>, quiet: bool) -> Self {
         let legs = scene.gait().phases.len() * scene.gait().cycles as usize;
         Self {
             bar: None,
             legs,
             scene: scene.clone(),
             started: Instant::now(),
+            begun: (Instant::now(), 0),
+            quiet,
             interrupted,
         }
     }
@@ -47,6 +52,23 @@ impl Progress {
     fn elapsed(&self) -> String {
         duration(self.started.elapsed().as_secs_f64())
     }
+
+    /// Words on the time that the phases after the first `done` take, if they take as long as
+    /// those of this process; empty after the last one.
+    fn remaining(&self, done: usize) -> String {
+        let (begun, done_before) = self.begun;
+        let per_phase = begun.elapsed().as_secs_f64() / (done - done_before).max(1) as f64;
+        match self.legs - done {
+            0 => String::new(),
+            phases => format!(", {} remaining", duration(per_phase * phases as f64)),
+        }
+    }
+
+    fn line(&self, text: &str) {
+        if !self.quiet {
+            message(text);
+        }
+    }
 }
 
 impl swimmer::Progress for Progress {
@@ -55,7 +77,7 @@ impl swimmer::Progress for Progress {
     }
 
     fn chose_size_factor(&mut self, target: f64, size_factor: f64) {
-        message(&format!(
+        self.line(&format!(
             "chosen for fem.target = {target:e} ({}): fem.size_factor = {size_factor:.3}",
             percent(target)
         ));
@@ -63,7 +85,7 @@ impl swimmer::Progress for Progress {
 
     fn missed_target(&mut self, missed: &MissedTarget) {
         self.finish();
-        message(&format!(
+        self.line(&format!(
             "fem.size_factor = {:.3} leaves a discretisation error of {} of the net displacement, \
              {} elapsed",
             missed.size_factor,
@@ -73,7 +95,8 @@ impl swimmer::Progress for Progress {
     }
 
     fn begins(&mut self, _: &Scene, done: usize) {
-        self.bar = std::io::stderr().is_terminal().then(|| {
+        self.begun = (Instant::now(), done);
+        self.bar = (std::io::stderr().is_terminal() && !self.quiet).then(|| {
             let bar = ProgressBar::new(self.legs as u64);
             let template = "{bar:30} {pos}/{len} phases, {msg}, {elapsed} elapsed, {eta} remaining";
             // The template is constant and valid; the default style only avoids a panic.
@@ -86,7 +109,7 @@ impl swimmer::Progress for Progress {
             bar
         });
         if done > 0 && self.bar.is_none() {
-            message(&format!("resuming after {done} of {} phases", self.legs));
+            self.line(&format!("resuming after {done} of {} phases", self.legs));
         }
     }
 
@@ -104,13 +127,14 @@ impl swimmer::Progress for Progress {
     fn leg_done(&mut self, leg: &Leg, result: &LegResult) {
         match &self.bar {
             Some(bar) => bar.inc(1),
-            None => message(&format!(
-                "phase {}/{} ({}): {}, {} elapsed",
+            None => self.line(&format!(
+                "phase {}/{} ({}): {}, {} elapsed{}",
                 leg.number + 1,
                 self.legs,
                 self.link_name(leg),
                 count(result.solves, "solve"),
                 self.elapsed(),
+                self.remaining(leg.number + 1),
             )),
         }
     }

@@ -7,37 +7,47 @@ use std::sync::atomic::AtomicBool;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use swimmer::{Report, SwimError};
 
-use super::arguments::SceneArguments;
+use super::arguments::RunArguments;
 use super::displacements::displacement_table;
 use super::progress::Progress;
-use super::sensitivities::sensitivities;
+use super::sensitivities::{describe_sensitivities, sensitivities, sensitivities_json};
 use super::text::{
     count, duration, entry, error_estimates, print, two_digits, warn, with_uncertainty,
 };
+use super::view::{open_page, page_entry};
 
-pub fn run(
-    arguments: &SceneArguments,
-    out: Option<PathBuf>,
-    resume: bool,
-    with_sensitivities: bool,
-) -> Result<String, SwimError> {
-    let scene = arguments.read()?;
-    let out = out.unwrap_or_else(|| PathBuf::from("out").join(scene.name()));
-    let mut progress = Progress::new(&scene, watch_signals());
-    let report = swimmer::run(scene, &out, resume, &mut progress);
+pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, SwimError> {
+    let scene = arguments.scene.read()?;
+    let out = (arguments.out).unwrap_or_else(|| PathBuf::from("out").join(scene.name()));
+    let mut progress = Progress::new(&scene, watch_signals(), quiet);
+    let report = swimmer::run(scene, &out, arguments.resume, &mut progress);
     progress.finish();
+    let text = |report: &Report| match arguments.json {
+        true => format!("{}\n", report.summary()),
+        false => describe(report, &out),
+    };
     if let Err(SwimError::ToleranceMissed { report, .. }) = &report {
-        print(&describe(report, &out));
+        print(&text(report));
     }
     let report = report?;
     for warning in warnings(&report) {
         warn(&warning);
     }
-    let mut text = describe(&report, &out);
-    if with_sensitivities {
-        text += &sensitivities(&report.scene, &out)?;
+    if arguments.open {
+        open_page(&out);
     }
-    Ok(text)
+    if !arguments.sensitivities {
+        return Ok(text(&report));
+    }
+    let found = sensitivities(&report.scene, &out, quiet)?;
+    match arguments.json {
+        true => {
+            let mut summary = report.summary();
+            summary["sensitivities"] = sensitivities_json(&found);
+            Ok(format!("{summary}\n"))
+        }
+        false => Ok(text(&report) + &describe_sensitivities(&found)),
+    }
 }
 
 /// A flag that the first Ctrl-C or termination signal sets; the second ends the program at once.
@@ -130,5 +140,5 @@ fn describe(report: &Report, out: &Path) -> String {
         ),
     );
     text += &entry("results", &out.display().to_string());
-    text
+    text + &page_entry(out)
 }

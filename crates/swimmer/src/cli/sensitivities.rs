@@ -2,18 +2,23 @@
 
 use std::path::Path;
 
+use serde_json::{Value, json};
 use swimmer::output::Folder;
-use swimmer::{Scene, SwimError, sensitivities as runs};
+use swimmer::sensitivities::{self as runs, Sensitivity};
+use swimmer::{Scene, SwimError};
 
 use super::design_files::write;
 use super::design_progress::Progress;
 use super::text::with_uncertainty;
 
-/// Computes the sensitivities, writes `sensitivities.csv`, and describes them.
-pub fn sensitivities(scene: &Scene, out: &Path) -> Result<String, SwimError> {
-    let found = runs::sensitivities(scene, &mut Progress::new())?;
+/// Computes the sensitivities and writes `sensitivities.csv`.
+pub fn sensitivities(
+    scene: &Scene,
+    out: &Path,
+    quiet: bool,
+) -> Result<Vec<Sensitivity>, SwimError> {
+    let found = runs::sensitivities(scene, &mut Progress::new(quiet))?;
     let mut csv = "parameter,value,derivative,error\n".to_owned();
-    let mut text = "\nderivative of the net displacement by\n".to_owned();
     for sensitivity in &found {
         let (parameter, derivative) = (&sensitivity.parameter, sensitivity.derivative);
         // Quotes in a quoted field are doubled.
@@ -22,12 +27,34 @@ pub fn sensitivities(scene: &Scene, out: &Path) -> Result<String, SwimError> {
             "\"{name}\",{:?},{derivative:?},{:?}\n",
             parameter.value, sensitivity.error
         );
+    }
+    write(&Folder::create(out)?, "sensitivities.csv", &csv)?;
+    Ok(found)
+}
+
+/// The sensitivities as text.
+pub fn describe_sensitivities(found: &[Sensitivity]) -> String {
+    let mut text = "\nderivative of the net displacement by\n".to_owned();
+    for sensitivity in found {
+        let parameter = &sensitivity.parameter;
         text += &format!(
             "  {:<38} {}\n",
             format!("{} = {}", parameter.name, parameter.value),
-            with_uncertainty(derivative, sensitivity.error)
+            with_uncertainty(sensitivity.derivative, sensitivity.error)
         );
     }
-    write(&Folder::create(out)?, "sensitivities.csv", &csv)?;
-    Ok(text)
+    text
+}
+
+/// The sensitivities as a list of objects with `parameter`, `value`, `derivative` and `error`.
+pub fn sensitivities_json(found: &[Sensitivity]) -> Value {
+    let entry = |sensitivity: &Sensitivity| {
+        json!({
+            "parameter": sensitivity.parameter.name,
+            "value": sensitivity.parameter.value,
+            "derivative": sensitivity.derivative,
+            "error": sensitivity.error,
+        })
+    };
+    found.iter().map(entry).collect()
 }

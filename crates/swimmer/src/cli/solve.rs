@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use nalgebra::Vector3;
-use swimmer::models::{BodySolution, ErrorEstimate, InstantaneousSolution};
+use swimmer::models::{BodySolution, ErrorEstimate, Hydrodynamics, InstantaneousSolution};
 use swimmer::output::{matrix_json, peak_rss_mib, solution_json, write_flow};
+#[cfg(feature = "plots")]
+use swimmer::start_slice;
 use swimmer::{Scene, SwimError, choose, solve_start, start_flow, start_resistance};
 
 use super::arguments::SceneArguments;
@@ -15,12 +17,19 @@ pub fn solve(
     json: bool,
     resistance: bool,
     flow: Option<&Path>,
+    picture: Option<&Path>,
 ) -> Result<String, SwimError> {
+    if let Some(path) = picture {
+        require_svg(path)?;
+    }
     let scene = arguments.read()?;
     let mut model = choose(&scene)?.model;
     let solution = solve_start(&scene, model.as_mut())?;
     if let Some(path) = flow {
         write_flow(&start_flow(&scene, model.as_mut())?, path)?;
+    }
+    if let Some(path) = picture {
+        draw_flow(&scene, model.as_mut(), path)?;
     }
     let resistance = resistance
         .then(|| start_resistance(&scene, model.as_mut()))
@@ -51,9 +60,50 @@ pub fn solve(
     Ok(text)
 }
 
+/// Refuses a picture in another format.
+fn require_svg(path: &Path) -> Result<(), SwimError> {
+    if path.extension().is_some_and(|extension| extension == "svg") {
+        return Ok(());
+    }
+    Err(SwimError::NotApplicable {
+        place: format!("--picture {}", path.display()),
+        problem: "pictures are written as SVG; end the name with .svg".to_owned(),
+    })
+}
+
+/// Number of points of the slice: a colour per three pixels, and streamlines without corners.
+#[cfg(feature = "plots")]
+const PICTURE_POINTS: usize = 30_000;
+
+/// Writes the picture of the flow in a plane.
+#[cfg(feature = "plots")]
+fn draw_flow(scene: &Scene, model: &mut dyn Hydrodynamics, path: &Path) -> Result<(), SwimError> {
+    let set = scene.articulation();
+    let poses = set.place(&scene.initial_state(), set.initial_lengths())?;
+    let slice = start_slice(scene, model, PICTURE_POINTS)?;
+    let svg = swimmer::output::flow_svg(scene, &poses, &slice)?;
+    std::fs::write(path, svg).map_err(|source| SwimError::Write {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+#[cfg(not(feature = "plots"))]
+fn draw_flow(_: &Scene, _: &mut dyn Hydrodynamics, path: &Path) -> Result<(), SwimError> {
+    Err(SwimError::NotApplicable {
+        place: format!("--picture {}", path.display()),
+        problem: "this program was built without the feature `plots`".to_owned(),
+    })
+}
+
 /// Velocities and forces of the bodies, and forces of the links.
 fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
     let row = |label: &str, v: &Vector3<f64>| {
+        // Rounding first and adding zero avoids "-0.00000000".
+        let v = v.map(|x| match x.abs() < 0.5e-8 {
+            true => 0.0,
+            false => x,
+        });
         format!("{label:<24}{:>14.8} {:>14.8} {:>14.8}\n", v.x, v.y, v.z)
     };
     let mut text = "vectors (x, y, z) in the scene's units\n".to_owned();

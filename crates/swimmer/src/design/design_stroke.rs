@@ -56,8 +56,7 @@ pub struct DesignedStroke {
     pub lengths: Vec<Vec<f64>>,
     /// Lighthill efficiency `6 π μ r Δ² / (E T)` with the sum `r` of the radii of the spheres.
     pub efficiency: f64,
-    /// Error bar of the displacement by the table: its errors for a unit rate times the length of
-    /// the stroke, the sum over the joints.
+    /// Error bar of the displacement by the table, [`StrokeTable::displacement_error`].
     pub table_error: f64,
     /// The gait of the scene, if it has one that closes: totals, and energy times period at
     /// constant power.
@@ -123,15 +122,6 @@ pub fn design_stroke(
             limits.lengths(&optimum.curve.shape(u))
         })
         .collect();
-    let steps = lengths.windows(2);
-    let path = steps.map(|pair| {
-        pair[0]
-            .iter()
-            .zip(&pair[1])
-            .map(|(a, b)| (a - b).abs())
-            .sum::<f64>()
-    });
-    let (interpolation, model_error) = table.geometry.errors();
     let radii = scene.bodies().iter().map(|body| match body.shape {
         Shape::Sphere { radius } => radius,
         _ => body.bounding_radius(),
@@ -139,8 +129,7 @@ pub fn design_stroke(
     let drag = 6.0 * PI * scene.viscosity() * radii.sum::<f64>();
     Ok(DesignedStroke {
         efficiency: drag * optimum.totals.displacement.norm_squared() / product,
-        table_error: (interpolation + model_error + table.geometry.position_error())
-            * path.sum::<f64>(),
+        table_error: table.displacement_error(&lengths),
         lengths,
         model: model.name(),
         run_displacement: outcome.displacement[scene.articulation().linkages()[0].root].norm(),

@@ -58,6 +58,18 @@ pub struct StrokeTable {
     pub stored: usize,
 }
 
+impl StrokeTable {
+    /// Error bar of the displacement of a closed stroke, given by values of joints along it: the
+    /// errors of the table for a unit rate times the length of the stroke, summed over the joints.
+    pub fn displacement_error(&self, shapes: &[Vec<f64>]) -> f64 {
+        let (interpolation, model) = self.geometry.errors();
+        let next = shapes.iter().cycle().skip(1);
+        let changes = shapes.iter().zip(next).flat_map(|(a, b)| a.iter().zip(b));
+        let length: f64 = changes.map(|(a, b)| (a - b).abs()).sum();
+        (interpolation + model + self.geometry.position_error()) * length
+    }
+}
+
 /// Tabulates connection and metric over the limits, or reads them from the folder of an earlier run
 /// of the same flow problem.
 ///

@@ -1,39 +1,46 @@
-//! ParaView files: the flow at every solve, and the collection with their times.
+//! ParaView files: flows of a run, and the collection with their times.
 
 use std::path::Path;
 
 use mesh::{MeshError, Pvd, Vtu};
-use models::{FlowField, ModelError};
-use scene::Leg;
+use models::{FlowField, Hydrodynamics, ModelError};
+use scene::{FlowsKind, Leg};
 
 use super::folder::Folder;
 use crate::error::SwimError;
-use crate::integrate::LegResult;
+use crate::integrate::{LegResult, LegSolution};
 
 /// The flows of a simulation as `trajectory.pvd`, a collection of `.vtu` files.
 ///
-/// A flow is written after its solve. The flows of solves that the integration discards are removed
-/// at the end of the leg, so the collection contains the trajectory only.
+/// With [`FlowsKind::All`] a flow is written after its solve. The flows of solves that the
+/// integration discards are removed at the end of the leg, so the collection contains the
+/// trajectory only. With [`FlowsKind::Phase`] only the last flow of a leg is computed.
 #[derive(Debug)]
 pub struct FlowSeries {
     folder: Folder,
+    which: FlowsKind,
+    /// Numbers of the solves of this leg whose flows are written.
     pending: Vec<usize>,
+    /// Number of the last solve and its position on the leg.
+    last: Option<(usize, f64)>,
     kept: Pvd,
 }
 
 impl FlowSeries {
     /// An empty collection in a folder.
-    pub fn new(folder: &Folder) -> Self {
+    pub fn new(folder: &Folder, which: FlowsKind) -> Self {
         Self {
             folder: folder.clone(),
+            which,
             pending: Vec::new(),
+            last: None,
             kept: Pvd::new(),
         }
     }
 
     /// Continues a collection with the files that [`FlowSeries::files`] returned.
-    pub fn resumed(folder: &Folder, files: &[(f64, String)]) -> Self {
-        let mut series = Self::new(folder);
+    pub fn resumed(folder: &Folder, which: FlowsKind, files: &[(f64, String)]) -> Self {
+        let mut series = Self::new(folder, which);
         for (time, name) in files {
             series.kept.push(*time, name.clone());
         }
@@ -45,14 +52,21 @@ impl FlowSeries {
         self.kept.frames()
     }
 
-    /// Writes the flow of a solve: velocity at all nodes, pressure at vertices (the mean of the
-    /// edge at midside nodes).
+    /// Notes a solve, whose number counts over the whole simulation, and writes its flow if all
+    /// are wanted.
     ///
     /// # Errors
     /// [`SwimError::Write`], or a model error for fields that do not fit the mesh.
-    pub fn add(&mut self, solve: usize, flow: &FlowField) -> Result<(), SwimError> {
-        write_flow(flow, &self.folder.path().join(file_name(solve)))?;
-        self.pending.push(solve);
+    pub fn solved(
+        &mut self,
+        solution: &LegSolution,
+        flow: Option<&FlowField>,
+    ) -> Result<(), SwimError> {
+        self.last = Some((solution.number, solution.s));
+        if let (FlowsKind::All, Some(flow)) = (self.which, flow) {
+            write_flow(flow, &self.folder.path().join(file_name(solution.number)))?;
+            self.pending.push(solution.number);
+        }
         Ok(())
     }
 
@@ -62,13 +76,20 @@ impl FlowSeries {
     /// `first` is the number of the first solve of the leg.
     ///
     /// # Errors
-    /// [`SwimError::Write`].
+    /// [`SwimError::Write`], or a model error for fields that do not fit the mesh.
     pub fn finish_leg(
         &mut self,
         leg: &Leg,
         result: &LegResult,
         first: usize,
+        model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
+        if let (FlowsKind::Phase, Some((number, s))) = (self.which, self.last.take())
+            && let Some(flow) = model.last_flow()
+        {
+            write_flow(&flow, &self.folder.path().join(file_name(number)))?;
+            self.kept.push(leg.time(s), file_name(number));
+        }
         for solve in std::mem::take(&mut self.pending) {
             match result
                 .solutions

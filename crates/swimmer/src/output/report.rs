@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, Vector3};
 use scene::Scene;
 use serde_json::{Map, Value, json};
 
+use super::machine::processor;
 use super::memory::peak_rss_mib;
 use crate::outcome::Outcome;
 
@@ -16,7 +17,7 @@ use crate::outcome::Outcome;
 /// before estimated discretisation errors were subtracted), `seconds`, `model`, `reasons`,
 /// `cycles`, `duration`, `work` (of the bodies on the fluid), `work_error` (its error bars),
 /// `tolerance`, `tolerance_met`,
-/// `meshes`, `peak_rss_mib`.
+/// `meshes`, `peak_rss_mib`, `scene` (its name), `machine`, `version` (of the program).
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
 /// solves.
 pub fn summary_json(
@@ -43,6 +44,7 @@ pub fn summary_json(
         })
         .collect();
     json!({
+        "scene": scene.name(),
         "displacement": by_body(&outcome.displacement),
         "rotation": vector(&outcome.rotation),
         "phases": phases,
@@ -63,6 +65,8 @@ pub fn summary_json(
         "tolerance_met": outcome.tolerance_met,
         "meshes": outcome.meshes,
         "peak_rss_mib": peak_rss_mib(),
+        "machine": processor(),
+        "version": env!("CARGO_PKG_VERSION"),
     })
 }
 

@@ -1,19 +1,49 @@
 //! The XML of a VTU file, and the encoding of its numbers.
 
 use std::fmt::Write;
+use std::io::Read;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::read::ZlibEncoder;
+use rayon::prelude::*;
 
 /// Encoding of the numbers in a VTU file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum VtuEncoding {
-    /// Raw bytes after the XML: smallest and fastest, but not well-formed XML.
+    /// Bytes compressed by zlib after the XML: half the size, but not well-formed XML.
     #[default]
+    Compressed,
+    /// Raw bytes after the XML: fastest, but not well-formed XML.
     Appended,
-    /// Base64 inside the XML: a third larger, but well-formed XML.
+    /// Base64 inside the XML: a third larger than raw bytes, but well-formed XML.
     Base64,
+}
+
+/// Bytes that are compressed together. The blocks of an array are compressed in parallel; the
+/// window of zlib, 32 kB, is small beside them.
+const BLOCK: usize = 1 << 18;
+
+/// Bytes compressed by zlib as `vtkZLibDataCompressor` does.
+///
+/// The number of blocks, their length before compression, that of the last one if it is shorter
+/// and otherwise zero, and the lengths after compression, all `UInt64`; then the blocks.
+fn compressed(bytes: &[u8], level: Compression) -> Vec<u8> {
+    let compress = |block: &[u8]| {
+        let mut encoder = ZlibEncoder::new(block, level);
+        let mut bytes = Vec::new();
+        // Reading from and writing to memory cannot fail.
+        let _ = encoder.read_to_end(&mut bytes);
+        bytes
+    };
+    let blocks: Vec<Vec<u8>> = bytes.par_chunks(BLOCK).map(compress).collect();
+    let header = [blocks.len(), BLOCK, bytes.len() % BLOCK].into_iter();
+    let lengths = header.chain(blocks.iter().map(Vec::len));
+    let mut result: Vec<u8> = lengths.flat_map(|n| (n as u64).to_le_bytes()).collect();
+    result.extend(blocks.iter().flatten());
+    result
 }
 
 /// Values of an array, all of one type.
@@ -32,14 +62,35 @@ impl Values {
         }
     }
 
-    /// Bytes of the array: its length in bytes as a `UInt64`, then the numbers, little-endian.
-    fn block(&self) -> Vec<u8> {
-        let data = match self {
+    /// The numbers, little-endian.
+    fn bytes(&self) -> Vec<u8> {
+        match self {
             Self::Reals(values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
             Self::Integers(values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
             Self::Bytes(values) => values.clone(),
-        };
-        [(data.len() as u64).to_le_bytes().to_vec(), data].concat()
+        }
+    }
+
+    /// Level of the compression.
+    ///
+    /// From level 1 to level 2 the time doubles. Numbers of 64 bits become 9 % smaller, since most
+    /// of their bits are random, but the connectivity 32 %.
+    fn level(&self) -> Compression {
+        match self {
+            Self::Reals(_) => Compression::new(1),
+            Self::Integers(_) | Self::Bytes(_) => Compression::new(2),
+        }
+    }
+
+    /// The array in an encoding, with its header of `UInt64`.
+    fn block(&self, encoding: VtuEncoding) -> Vec<u8> {
+        let bytes = self.bytes();
+        match encoding {
+            VtuEncoding::Compressed => compressed(&bytes, self.level()),
+            VtuEncoding::Appended | VtuEncoding::Base64 => {
+                [(bytes.len() as u64).to_le_bytes().to_vec(), bytes].concat()
+            }
+        }
     }
 }
 
@@ -79,9 +130,13 @@ pub(super) struct Piece<'a> {
 pub(super) fn document(piece: &Piece) -> Vec<u8> {
     let mut text = String::from(
         "<?xml version=\"1.0\"?>\n\
-         <VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
-         <UnstructuredGrid>\n",
+         <VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\"",
     );
+    text.push_str(match piece.encoding {
+        VtuEncoding::Compressed => " compressor=\"vtkZLibDataCompressor\">\n",
+        VtuEncoding::Appended | VtuEncoding::Base64 => ">\n",
+    });
+    text.push_str("<UnstructuredGrid>\n");
     push(
         &mut text,
         format_args!(
@@ -98,7 +153,7 @@ pub(super) fn document(piece: &Piece) -> Vec<u8> {
     ] {
         push(&mut text, format_args!("<{element}>\n"));
         for array in arrays {
-            let block = array.values.block();
+            let block = array.values.block(piece.encoding);
             push(
                 &mut text,
                 format_args!(
@@ -109,7 +164,7 @@ pub(super) fn document(piece: &Piece) -> Vec<u8> {
                 ),
             );
             match piece.encoding {
-                VtuEncoding::Appended => {
+                VtuEncoding::Compressed | VtuEncoding::Appended => {
                     push(
                         &mut text,
                         format_args!("format=\"appended\" offset=\"{}\"/>\n", appended.len()),
@@ -131,7 +186,7 @@ pub(super) fn document(piece: &Piece) -> Vec<u8> {
     }
     text.push_str("</Piece>\n</UnstructuredGrid>\n");
     let mut bytes = text.into_bytes();
-    if piece.encoding == VtuEncoding::Appended {
+    if piece.encoding != VtuEncoding::Base64 {
         // Offsets count from the byte after the underscore.
         bytes.extend(b"<AppendedData encoding=\"raw\">\n_");
         bytes.append(&mut appended);

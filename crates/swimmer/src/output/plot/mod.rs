@@ -1,23 +1,27 @@
 //! Plots: `trajectory.svg` (displacements or angles against time above, the bodies at some times
-//! below), and those of the design of strokes.
+//! below), the flow in a plane, and those of the design of strokes.
 
 mod canvas;
+mod colour_map;
 mod curves;
+mod flow_picture;
 mod height_map;
 mod learning;
 mod quantity;
 mod snapshots;
 mod style;
 
+pub use flow_picture::flow_svg;
 pub use height_map::height_map_svg;
 pub use learning::{learning_curve_svg, policy_svg};
+pub(super) use quantity::Quantity;
+pub(super) use style::body_colour;
 
 use plotters::prelude::*;
 use scene::Scene;
 
 use crate::error::SwimError;
 use crate::outcome::Outcome;
-use quantity::Quantity;
 use style::{Area, SIZE, px};
 
 /// Draws the trajectory as SVG text.

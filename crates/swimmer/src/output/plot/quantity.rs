@@ -10,7 +10,7 @@ use crate::outcome::Outcome;
 const SMALL: f64 = 0.01;
 
 /// A number for every body at every time.
-pub(super) enum Quantity {
+pub enum Quantity {
     /// Displacement along a unit vector.
     Displacement(Vector3<f64>),
     /// Angle in radians by which bodies turned about a unit vector.
@@ -20,15 +20,6 @@ pub(super) enum Quantity {
 impl Quantity {
     /// Displacements, or angles if bodies turn and hardly move.
     pub fn of(scene: &Scene, outcome: &Outcome) -> Self {
-        let largest = |vectors: &mut dyn Iterator<Item = Vector3<f64>>| {
-            vectors.fold(Vector3::zeros(), |largest: Vector3<f64>, v| {
-                if v.norm() > largest.norm() {
-                    v
-                } else {
-                    largest
-                }
-            })
-        };
         let start = outcome.curve.first().map_or(&[][..], |(_, x)| x);
         let moved = largest(
             &mut outcome
@@ -36,17 +27,17 @@ impl Quantity {
                 .iter()
                 .flat_map(|(_, x)| x.iter().zip(start).map(|(x, start)| x - start)),
         );
-        let turned = largest(
-            &mut angles(outcome)
-                .into_iter()
-                .flat_map(|(_, angles)| angles.into_iter()),
-        );
         let radii = scene.bodies().iter().map(|body| body.bounding_radius());
         let smallest = radii.filter(|r| *r > 0.0).fold(f64::INFINITY, f64::min);
-        if moved.norm() < SMALL * smallest && turned.norm() > SMALL {
-            return Quantity::Angle(positive(turned));
-        }
-        Quantity::Displacement(swimmer_axis(outcome))
+        let rotation = Self::rotation(outcome).filter(|_| moved.norm() < SMALL * smallest);
+        rotation.unwrap_or_else(|| Quantity::Displacement(swimmer_axis(outcome)))
+    }
+
+    /// Angles about the axis of the largest rotation; `None` if bodies hardly turn.
+    pub fn rotation(outcome: &Outcome) -> Option<Self> {
+        let angles = angles(outcome).into_iter();
+        let turned = largest(&mut angles.flat_map(|(_, angles)| angles));
+        (turned.norm() > SMALL).then(|| Quantity::Angle(positive(turned)))
     }
 
     /// Title of the plot.
@@ -137,6 +128,17 @@ impl Quantity {
             }
         }
     }
+}
+
+/// The longest of some vectors.
+fn largest(vectors: &mut dyn Iterator<Item = Vector3<f64>>) -> Vector3<f64> {
+    vectors.fold(Vector3::zeros(), |largest: Vector3<f64>, v| {
+        if v.norm() > largest.norm() {
+            v
+        } else {
+            largest
+        }
+    })
 }
 
 /// Times and angles about an axis, of every body at every sample.

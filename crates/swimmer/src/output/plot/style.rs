@@ -15,6 +15,12 @@ pub const COLOURS: [RGBColor; 7] = [
     RGBColor(40, 40, 40),
 ];
 
+/// The colour of a body, or of another series, as in style sheets.
+pub fn body_colour(number: usize) -> String {
+    let RGBColor(red, green, blue) = COLOURS[number % COLOURS.len()];
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
 /// Colour of text and axes.
 pub const INK: RGBColor = RGBColor(40, 40, 40);
 /// Colour of secondary text and links.

@@ -1,0 +1,206 @@
+//! Triangulated surfaces of bodies, for pictures.
+
+use std::collections::HashMap;
+
+use mesh::SurfaceMesh;
+use nalgebra::{Isometry3, Vector3};
+use scene::Shape;
+
+/// Number of triangles from which a smooth surface looks smooth.
+const ENOUGH: usize = 1200;
+
+/// Largest number of triangles; finer surfaces from files are coarsened.
+const MOST: usize = 20_000;
+
+/// The surface of a body about its centre in the initial configuration; `None` for a point.
+///
+/// Vertices of smooth shapes lie on the surface. Triangles are counterclockwise as seen from
+/// outside.
+pub fn body_surface(shape: &Shape) -> Option<SurfaceMesh> {
+    let surface = shape.surface(&Isometry3::identity(), 1.0)?;
+    let mut mesh = (surface.triangulation()).unwrap_or_else(|| icosahedron(shape));
+    if surface.has_fine_triangulation() {
+        return Some(coarsened(mesh));
+    }
+    while mesh.triangles.len() < ENOUGH {
+        mesh = divided(&mesh, |x| surface.closest_point(x));
+    }
+    Some(mesh)
+}
+
+/// An icosahedron with its vertices on a convex shape.
+fn icosahedron(shape: &Shape) -> SurfaceMesh {
+    let golden = 0.5 * (1.0 + 5f64.sqrt());
+    let unit = nalgebra::UnitQuaternion::identity();
+    let mut points = Vec::new();
+    for axis in 0..3 {
+        for (one, long) in [
+            (1.0, golden),
+            (-1.0, golden),
+            (1.0, -golden),
+            (-1.0, -golden),
+        ] {
+            let mut x = Vector3::zeros();
+            (x[axis], x[(axis + 1) % 3]) = (one, long);
+            points.push(shape.support_point(&unit, &x.normalize()));
+        }
+    }
+    // All triples of neighbours on the icosahedron with edge 2, whose vertices are these before
+    // they are moved.
+    let corner = |k: usize| {
+        let (axis, sign) = (k / 4, k % 4);
+        let mut x = Vector3::zeros();
+        x[axis] = if sign % 2 == 0 { 1.0 } else { -1.0 };
+        x[(axis + 1) % 3] = if sign < 2 { golden } else { -golden };
+        x
+    };
+    let near = |i: usize, j: usize| ((corner(i) - corner(j)).norm() - 2.0).abs() < 1e-9;
+    let mut triangles = Vec::new();
+    for i in 0..12 {
+        for j in i + 1..12 {
+            for k in j + 1..12 {
+                if near(i, j) && near(j, k) && near(i, k) {
+                    let [a, b, c] = [i, j, k].map(corner);
+                    let is_outward = (b - a).cross(&(c - a)).dot(&a) > 0.0;
+                    let [j, k] = if is_outward { [j, k] } else { [k, j] };
+                    triangles.push([i as u32, j as u32, k as u32]);
+                }
+            }
+        }
+    }
+    SurfaceMesh {
+        points,
+        triangles,
+        ..SurfaceMesh::default()
+    }
+}
+
+/// Every triangle divided into four; `onto` moves the new vertices onto the surface.
+fn divided(mesh: &SurfaceMesh, onto: impl Fn(Vector3<f64>) -> Vector3<f64>) -> SurfaceMesh {
+    let mut points = mesh.points.clone();
+    let mut middles = HashMap::new();
+    let mut triangles = Vec::with_capacity(4 * mesh.triangles.len());
+    for &[a, b, c] in &mesh.triangles {
+        let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[i, j]| {
+            *middles.entry([i.min(j), i.max(j)]).or_insert_with(|| {
+                let middle = 0.5 * (mesh.points[i as usize] + mesh.points[j as usize]);
+                points.push(onto(middle));
+                points.len() as u32 - 1
+            })
+        });
+        triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+    }
+    SurfaceMesh {
+        points,
+        triangles,
+        ..SurfaceMesh::default()
+    }
+}
+
+/// A surface with at most [`MOST`] triangles: all vertices in a cell of a grid become the first of
+/// them (Rossignac & Borrel 1993).
+fn coarsened(mesh: SurfaceMesh) -> SurfaceMesh {
+    let mut coarse = mesh.clone();
+    let mut cells = 96.0;
+    while coarse.triangles.len() > MOST && cells > 4.0 {
+        let corner = |sign: f64| {
+            let infinite = Vector3::repeat(f64::NEG_INFINITY);
+            mesh.points.iter().fold(infinite, |m, x| m.sup(&(sign * x)))
+        };
+        let (high, low) = (corner(1.0), -corner(-1.0));
+        let side = (high - low).max() / cells;
+        let (mut first, mut points) = (HashMap::new(), Vec::new());
+        let new: Vec<u32> = (mesh.points.iter())
+            .map(|x| {
+                let cell = (x - low).map(|c| (c / side) as i64);
+                *first.entry([cell.x, cell.y, cell.z]).or_insert_with(|| {
+                    points.push(*x);
+                    points.len() as u32 - 1
+                })
+            })
+            .collect();
+        let moved = mesh.triangles.iter().map(|t| t.map(|v| new[v as usize]));
+        coarse = SurfaceMesh {
+            triangles: moved
+                .filter(|[a, b, c]| a != b && b != c && c != a)
+                .collect(),
+            points,
+            ..SurfaceMesh::default()
+        };
+        cells *= 0.7;
+    }
+    coarse
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn volume(mesh: &SurfaceMesh) -> f64 {
+        let of = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| mesh.points[v as usize]);
+            a.cross(&b).dot(&c) / 6.0
+        };
+        mesh.triangles.iter().map(of).sum()
+    }
+
+    /// The volume of a closed surface is right only if it is closed and turned outwards.
+    #[test]
+    fn surfaces_enclose_the_volumes_of_their_shapes() {
+        let axis = Vector3::new(0.0, 0.6, 0.8);
+        let orientation = Vector3::new(0.1, 0.7, -0.3);
+        let shapes = [
+            Shape::Sphere { radius: 1.5 },
+            Shape::Ellipsoid {
+                semi_axes: Vector3::new(1.0, 0.4, 0.7),
+                orientation,
+            },
+            Shape::Spheroid {
+                radius: 0.5,
+                half_length: 1.0,
+                axis,
+            },
+            Shape::Capsule {
+                radius: 0.2,
+                half_length: 1.0,
+                axis,
+            },
+            Shape::Disk {
+                radius: 1.0,
+                half_length: 0.1,
+                axis,
+            },
+            Shape::Torus {
+                radius: 1.0,
+                tube_radius: 0.3,
+                axis,
+            },
+            Shape::Helix {
+                radius: 0.3,
+                tube_radius: 0.08,
+                pitch: 1.0,
+                turns: 2.0,
+                orientation,
+            },
+        ];
+        for shape in shapes {
+            let mesh = body_surface(&shape).unwrap();
+            let ratio = volume(&mesh) / shape.volume();
+            // Chords: n triangles about a circle of 4 sqrt(n / 20) edges lose (pi / edges)^2 or so.
+            assert!((0.93..1.001).contains(&ratio), "{shape:?}: {ratio}");
+            assert!(mesh.triangles.len() <= MOST);
+        }
+        assert!(body_surface(&Shape::Point).is_none());
+    }
+
+    #[test]
+    fn a_surface_with_too_many_triangles_is_coarsened_and_stays_closed() {
+        let mut fine = body_surface(&Shape::Sphere { radius: 1.0 }).unwrap();
+        while fine.triangles.len() <= MOST {
+            fine = divided(&fine, |x| x.normalize());
+        }
+        let coarse = coarsened(fine.clone());
+        assert!(coarse.triangles.len() <= MOST);
+        assert!((volume(&coarse) / volume(&fine) - 1.0).abs() < 0.05);
+    }
+}

@@ -1,0 +1,132 @@
+//! Velocity and pressure on a regular grid in a plane.
+
+use models::{FlowField, ModelError, PointFlow};
+use nalgebra::Vector3;
+
+use super::plane::SlicePlane;
+
+/// Velocity and pressure on a regular grid of points in a plane, in the scene's units and the
+/// laboratory frame.
+#[derive(Clone, Debug)]
+pub struct FlowSlice {
+    /// The window.
+    pub plane: SlicePlane,
+    /// Number of grid points along its width, at least two.
+    pub columns: usize,
+    /// Number of grid points along its height, at least two.
+    pub rows: usize,
+    /// Values at the grid points, row by row from below, each from left to right; `None` inside
+    /// bodies and outside the fluid.
+    pub values: Vec<Option<PointFlow>>,
+}
+
+impl FlowSlice {
+    /// The slice of a flow that `evaluate` computes at points, with about `points` of them.
+    ///
+    /// # Errors
+    /// Those of `evaluate`; [`ModelError::WrongCount`] if it returns another number of values.
+    pub fn sample<E: From<ModelError>>(
+        plane: SlicePlane,
+        points: usize,
+        evaluate: impl FnOnce(&[Vector3<f64>]) -> Result<Vec<Option<PointFlow>>, E>,
+    ) -> Result<Self, E> {
+        let columns = (points as f64 * plane.width / plane.height).sqrt().round() as usize;
+        let columns = columns.clamp(2, points.max(2));
+        let rows = (points / columns).max(2);
+        let at = |k: usize, count: usize| k as f64 / (count - 1) as f64;
+        let points: Vec<Vector3<f64>> = (0..rows * columns)
+            .map(|k| plane.point([at(k % columns, columns), at(k / columns, rows)]))
+            .collect();
+        let values = evaluate(&points)?;
+        if values.len() != points.len() {
+            return Err(E::from(ModelError::WrongCount {
+                model: "flow",
+                what: "points of a slice",
+                found: values.len(),
+                expected: points.len(),
+            }));
+        }
+        Ok(Self {
+            plane,
+            columns,
+            rows,
+            values,
+        })
+    }
+
+    /// The slice of a flow on a mesh.
+    ///
+    /// # Errors
+    /// None: [`FlowField::at`] returns as many values as points.
+    pub fn of_field(
+        plane: SlicePlane,
+        points: usize,
+        field: &FlowField,
+    ) -> Result<Self, ModelError> {
+        Self::sample(plane, points, |points| Ok(field.at(points)))
+    }
+
+    /// Largest speed at a grid point; zero without fluid.
+    pub fn largest_speed(&self) -> f64 {
+        let speeds = self
+            .values
+            .iter()
+            .flatten()
+            .map(|flow| flow.velocity.norm());
+        speeds.fold(0.0, f64::max)
+    }
+
+    /// Components of the velocity to the right and upwards at a point in units of grid cells from
+    /// the lower left corner, interpolated linearly; `None` in a cell with a corner outside the
+    /// fluid.
+    pub fn in_plane(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+        let inside = |x: f64, count: usize| x >= 0.0 && x <= (count - 1) as f64;
+        if !inside(x, self.columns) || !inside(y, self.rows) {
+            return None;
+        }
+        let (column, row) = (
+            (x as usize).min(self.columns - 2),
+            (y as usize).min(self.rows - 2),
+        );
+        let (s, t) = (x - column as f64, y - row as f64);
+        let corner = |right: usize, up: usize| {
+            let flow = self.values[(row + up) * self.columns + column + right]?;
+            let plane = &self.plane;
+            Some([
+                flow.velocity.dot(&plane.right),
+                flow.velocity.dot(&plane.up),
+            ])
+        };
+        let corners = [corner(0, 0)?, corner(1, 0)?, corner(0, 1)?, corner(1, 1)?];
+        let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
+        Some([0, 1].map(|k| (corners.iter().zip(weights)).map(|(c, w)| w * c[k]).sum()))
+    }
+
+    /// Speeds at the grid points, continued into the grid points next to the fluid, so that a
+    /// picture has no gap along the outline of a body.
+    pub fn speeds(&self) -> Vec<Option<f64>> {
+        let mut speeds: Vec<Option<f64>> = (self.values.iter())
+            .map(|flow| flow.map(|flow| flow.velocity.norm()))
+            .collect();
+        let before = speeds.clone();
+        for (k, speed) in speeds.iter_mut().enumerate().filter(|(_, s)| s.is_none()) {
+            let (column, row) = ((k % self.columns) as isize, (k / self.columns) as isize);
+            let (mut sum, mut count) = (0.0, 0.0);
+            for (right, up) in (-1..2).flat_map(|up| (-1..2).map(move |right| (right, up))) {
+                let (column, row) = (column + right, row + up);
+                let exists = (0..self.columns as isize).contains(&column)
+                    && (0..self.rows as isize).contains(&row);
+                if let Some(near) = exists
+                    .then(|| before[row as usize * self.columns + column as usize])
+                    .flatten()
+                {
+                    (sum, count) = (sum + near, count + 1.0);
+                }
+            }
+            if count > 0.0 {
+                *speed = Some(sum / count);
+            }
+        }
+        speeds
+    }
+}

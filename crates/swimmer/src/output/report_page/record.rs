@@ -1,0 +1,81 @@
+//! What the page of a run shows.
+
+use std::path::Path;
+
+use scene::Scene;
+use serde_json::Value;
+
+use crate::checkpoint::Checkpoint;
+use crate::error::SwimError;
+use crate::outcome::Outcome;
+use crate::output::flow_slices::StoredSlices;
+
+/// A finished run, as its page shows it.
+#[derive(Debug)]
+pub struct RunRecord {
+    /// Name of the scene.
+    pub(super) name: String,
+    pub(super) scene: Scene,
+    /// The text of the scene, if it is known; all keys of the scene otherwise.
+    pub(super) scene_text: Option<String>,
+    pub(super) outcome: Outcome,
+    /// Contents of `summary.json`.
+    pub(super) summary: Value,
+    pub(super) slices: StoredSlices,
+    /// The map of `swim map` in the same folder.
+    pub(super) map: Option<String>,
+}
+
+impl RunRecord {
+    /// The record of a run that has just ended, with the map in its folder.
+    pub(crate) fn new(
+        scene: &Scene,
+        outcome: &Outcome,
+        summary: &Value,
+        slices: StoredSlices,
+        folder: &Path,
+    ) -> Self {
+        Self {
+            name: scene.name().to_owned(),
+            scene: scene.clone(),
+            scene_text: None,
+            outcome: outcome.clone(),
+            summary: summary.clone(),
+            slices,
+            map: std::fs::read_to_string(folder.join("map.svg")).ok(),
+        }
+    }
+
+    /// The record of an earlier run, from `checkpoint.json`, `summary.json` and
+    /// `flow_slices.json` in its folder.
+    ///
+    /// Files that the scene names, such as meshes, are searched from the current folder.
+    ///
+    /// # Errors
+    /// [`SwimError::Read`] and [`SwimError::Checkpoint`] for missing and damaged files; a run that
+    /// has not ended has no summary.
+    pub fn read(folder: &Path) -> Result<Self, SwimError> {
+        let path = folder.join("summary.json");
+        let failed = |source: std::io::Error| SwimError::Read {
+            path: path.clone(),
+            source,
+        };
+        let text = std::fs::read_to_string(&path).map_err(failed)?;
+        let summary: Value =
+            serde_json::from_str(&text).map_err(|error| failed(std::io::Error::other(error)))?;
+        let (scene, text, outcome) = Checkpoint::read(folder)?.into_outcome(folder)?;
+        let of_folder = folder
+            .file_name()
+            .map(|name| name.to_string_lossy().into_owned());
+        let name = summary["scene"].as_str().map(str::to_owned).or(of_folder);
+        Ok(Self {
+            name: name.unwrap_or_else(|| scene.name().to_owned()),
+            scene,
+            scene_text: Some(text),
+            outcome,
+            summary,
+            slices: StoredSlices::read(folder),
+            map: std::fs::read_to_string(folder.join("map.svg")).ok(),
+        })
+    }
+}
