@@ -64,6 +64,10 @@ const value = async (expression) => {
   return result.result.value;
 };
 const pause = (seconds) => new Promise((done) => setTimeout(done, 1000 * seconds));
+/** Waits until an expression holds, for a minute at most. */
+const until = async (expression) => {
+  for (let k = 0; k < 120 && !await value(expression); k++) await pause(0.5);
+};
 const require = (holds, what) => { if (!holds) problems.push(what); };
 const size = (width, height) => tell("Emulation.setDeviceMetricsOverride",
   { width, height, deviceScaleFactor: 1, mobile: false });
@@ -99,7 +103,8 @@ const violations = async (scheme) => {
 for (const domain of ["Page", "Runtime", "Log", "Network"]) await tell(`${domain}.enable`);
 await size(1280, 900);
 await tell("Page.navigate", { url: `file://${resolve(page)}` });
-await pause(2);
+await until("document.readyState === 'complete' && document.querySelector('#plots svg') !== null");
+await pause(1);
 require(await colourCount("view3d") > 200, "the view in three dimensions is empty");
 const hasFlow = await value("run.slices.length > 0");
 require(!hasFlow || await colourCount("slice") > 200, "the picture of the flow is empty");
@@ -110,7 +115,7 @@ await value("document.querySelector('details').open = true");
 
 const before = await value("document.getElementById('view3d').toDataURL()");
 await value("document.getElementById('play').click()");
-await pause(2);
+await until("player.time > 0.05 * run.duration");
 require(await value("player.time") > 0, "the player does not move");
 await value("player.play(false)");
 require(await value("document.getElementById('view3d').toDataURL()") !== before, "the bodies do not move");

@@ -8,6 +8,7 @@ mod curve;
 mod delaunay;
 mod element;
 mod error;
+mod flow;
 mod forms;
 mod generate;
 mod geometry_map;
@@ -27,6 +28,7 @@ mod swirl;
 mod system;
 
 pub use error::AxisymmetricError;
+pub use flow::{BodyVelocity, MeridianFlow, MeridianValue};
 pub use meridian::Surroundings;
 pub use resistance::{AxialResistance, SurfaceResistance};
 pub use solver::{ResistanceSolver, axial_resistance, spin_resistance};

@@ -159,6 +159,14 @@ impl Meridian {
         Ok(meridian)
     }
 
+    /// The same domain with a larger ball where the mesh of unbounded fluid ends.
+    pub fn enlarged(mut self, factor: f64) -> Self {
+        if let Wall::Open { radius, .. } = &mut self.wall {
+            *radius *= factor;
+        }
+        self
+    }
+
     /// The domain between a body and the outline of its collar, both with their centre at zero.
     pub fn of_collar(body: Spheroid, outline: Spheroid) -> Self {
         Self {

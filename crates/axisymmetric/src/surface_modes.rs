@@ -60,6 +60,12 @@ fn velocities(body: &Spheroid, x: &Point) -> [[f64; 2]; MODES] {
     ]
 }
 
+/// Axial and radial velocity of a surface with these amplitudes of its modes.
+pub(crate) fn surface_velocity(body: &Spheroid, x: &Point, amplitudes: &[f64; MODES]) -> [f64; 2] {
+    let modes = velocities(body, x);
+    [0, 1].map(|k| modes.iter().zip(amplitudes).map(|(u, a)| u[k] * a).sum())
+}
+
 /// Modes at the nodes of the bodies, without flux.
 pub(crate) struct SurfaceModes<'a> {
     bodies: &'a [Spheroid],

@@ -89,6 +89,26 @@ impl System {
         })
     }
 
+    /// Values of the free degrees of freedom for these amplitudes of the prescribed velocities.
+    ///
+    /// # Errors
+    /// Those of [`System::resistance`].
+    pub fn flow(&self, amplitudes: &[f64]) -> Result<Vec<f64>, AxisymmetricError> {
+        let mut solver = ShiftedLdlt::factor(self.matrix(), &self.shift, &self.group)?;
+        let (mut rhs, mut flow) = (vec![0.0; self.n_dofs], vec![0.0; self.n_dofs]);
+        for (body, amplitude) in amplitudes.iter().enumerate() {
+            for element in &self.elements {
+                element.body_columns(body, |dof, value| {
+                    if let Dof::Free(i) = dof {
+                        rhs[i as usize] -= amplitude * value;
+                    }
+                });
+            }
+        }
+        solver.solve(&rhs, &mut flow)?;
+        Ok(flow)
+    }
+
     /// The matrix of the degrees of freedom on the boundary `part` and of the `prescribed`
     /// velocities of the body, after static condensation: all others are eliminated.
     ///

@@ -1,6 +1,6 @@
 //! Effect of slip and background flows on bodies of revolution on one axis.
 
-use axisymmetric::{SurfaceMode, SurfaceResistance};
+use axisymmetric::{BodyVelocity, SurfaceMode, SurfaceResistance};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::axial_resistance::Resistances;
@@ -58,6 +58,22 @@ impl<'a> AxialSurfaces<'a> {
             of_slip,
             of_background,
         }))
+    }
+
+    /// Amplitudes of all modes of a body, and of its own velocity relative to the flow without it.
+    pub fn of_body(&self, body: usize, speed: f64) -> BodyVelocity {
+        let amplitude = |row: usize| self.of_slip[row] + self.of_background[row];
+        let modes = [
+            SurfaceMode::FirstSlip,
+            SurfaceMode::SecondSlip,
+            SurfaceMode::Extension,
+            SurfaceMode::Parabola,
+        ];
+        BodyVelocity {
+            axial: speed + amplitude(body),
+            angular: 0.0,
+            modes: modes.map(|mode| amplitude(self.surfaces.row(body, mode))),
+        }
     }
 
     /// The effect on the bodies, by a resistance `power` of bodies and modes.

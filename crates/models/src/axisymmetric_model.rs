@@ -1,5 +1,8 @@
 //! Bodies that move along an axis of the domain: finite elements in the meridian half-plane.
 
+mod flow;
+mod resistances;
+
 use std::time::Instant as Clock;
 
 use axisymmetric::{AxialResistance, ResistanceSolver, Spheroid, Surroundings};
@@ -13,7 +16,7 @@ use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, Hydrodynamics, Q
 use crate::mesh_error::{MeshError, Uncertainty};
 use crate::mobility::MobilitySolution;
 use crate::scaled_scene::ScaledScene;
-use crate::solution::InstantaneousSolution;
+use crate::solution::{InstantaneousSolution, PointFlow};
 use scene::{Arrangement, Domain, Scene, Shape};
 use stokes::{Dofs, Seconds, SolverReport};
 
@@ -193,16 +196,21 @@ impl AxisymmetricModel {
         ))
     }
 
+    /// The point of the axis at zero: the first body, or the centre of the domain.
+    fn origin(&self, centres: &[Vector3<f64>]) -> Vector3<f64> {
+        match self.surroundings {
+            Surroundings::Unbounded => centres[0],
+            Surroundings::Ball { .. } | Surroundings::Cylinder { .. } => Vector3::zeros(),
+        }
+    }
+
     /// The bodies with surfaces at their positions on the axis.
     ///
     /// # Errors
     /// [`ModelError::Unsupported`] for a body that is not on the axis.
     fn on_axis(&self, configuration: Configuration) -> Result<Vec<Spheroid>, ModelError> {
         let centres = self.scaled.centres(configuration)?;
-        let origin = match self.surroundings {
-            Surroundings::Unbounded => centres[0],
-            Surroundings::Ball { .. } | Surroundings::Cylinder { .. } => Vector3::zeros(),
-        };
+        let origin = self.origin(&centres);
         (centres.iter().zip(&self.shapes).enumerate())
             .map(|(number, (centre, &shape))| {
                 let from_origin = centre - origin;
@@ -326,30 +334,7 @@ impl Hydrodynamics for AxisymmetricModel {
         let tolerance = (query.accuracy).map_or(self.tolerance, |accuracy| {
             self.tolerance.min(SHARE * accuracy).max(MIN_TOLERANCE)
         });
-        let bodies = self.on_axis(query.configuration)?;
-        let surfaces = match self.scaled.scene.has_surface_velocity() {
-            true => Some(
-                self.solver
-                    .surfaces(&bodies, self.surroundings, tolerance)?,
-            ),
-            false => None,
-        };
-        let axial = match &surfaces {
-            Some(surfaces) => surfaces.power().clone(),
-            None => best_found(self.solver.axial(&bodies, self.surroundings, tolerance))?,
-        };
-        let spin = match self.has_swirl {
-            true => {
-                let spin = self.solver.spin(&bodies, self.surroundings, tolerance);
-                Some(best_found(spin)?)
-            }
-            false => None,
-        };
-        let resistances = Resistances {
-            axial,
-            surfaces,
-            spin,
-        };
+        let resistances = self.resistances(query.configuration, tolerance)?;
         (query.rates.iter())
             .map(|rates| {
                 let begin = std::mem::replace(&mut clock, Clock::now());
@@ -369,6 +354,15 @@ impl Hydrodynamics for AxisymmetricModel {
                     .to_owned(),
             instead: "use model.kind = \"multipole\" or \"fem\"".to_owned(),
         })
+    }
+
+    fn flow_at(
+        &mut self,
+        configuration: Configuration<'_>,
+        rates: &[f64],
+        points: &[Vector3<f64>],
+    ) -> Result<Vec<Option<PointFlow>>, ModelError> {
+        self.flow_in_meridian_plane(configuration, rates, points)
     }
 
     fn mesh(&mut self, _configuration: Configuration<'_>) -> Result<Option<TetMesh>, ModelError> {

@@ -304,9 +304,8 @@ impl Observer for Files<'_> {
         let Some(output) = &mut self.output else {
             return Ok(());
         };
-        let flow = model.last_flow();
-        (output.slices).add(self.scene, leg, solution, flow.as_ref())?;
-        output.flows.solved(solution, flow.as_ref())
+        output.flows.solved(solution, model)?;
+        output.slices.add(self.scene, leg, solution, model)
     }
 
     fn leg_done(
@@ -324,7 +323,7 @@ impl Observer for Files<'_> {
         {
             let first = so_far.solves - result.solves;
             flows.finish_leg(leg, result, first, model)?;
-            slices.finish_leg(folder, leg, result, first)?;
+            slices.finish_leg(folder, model, leg, result, first)?;
             let csv = trajectory_csv(self.scene, &so_far.samples);
             folder.write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
             #[cfg(feature = "plots")]

@@ -18,15 +18,15 @@ use crate::integrate::{LegResult, LegSolution};
 const FILE: &str = "flow_slices.json";
 
 /// Number of times in the first cycle, for models with a mesh.
-const TIMES: usize = 12;
+const TIMES: usize = 8;
 
 /// The same for models that evaluate the flow point by point, after the run.
 const TIMES_BY_POINTS: usize = 6;
 
 /// Number of points of a slice, and of one that is evaluated point by point.
 ///
-/// A slice of the first kind takes 1 % of a solve, one of the second kind 30 ms.
-const POINTS: usize = 4000;
+/// A slice of the first kind takes 10 ms, one of the second kind 30 ms.
+const POINTS: usize = 3000;
 const POINTS_ONE_BY_ONE: usize = 2400;
 
 /// The flow in a plane at one time.
@@ -58,10 +58,26 @@ struct Unsolved {
     rates: Vec<f64>,
 }
 
-#[derive(Clone, Debug)]
+/// Number of phases per cycle from which the last solution of each phase is enough.
+const MANY_PHASES: usize = 4;
+
+/// Largest mesh whose flows are kept until the end of the leg, in nodes: a few megabytes each.
+///
+/// On larger ones a slice costs so little compared to the solve that all solutions are sampled.
+const KEPT_NODES: usize = 60_000;
+
+/// A solve, and its flow if the model knows it and it is kept.
+#[derive(Debug)]
+struct Solved {
+    number: usize,
+    configuration: Unsolved,
+    flow: Option<Flow>,
+}
+
+#[derive(Debug)]
 enum Flow {
-    Known(Box<StoredSlice>),
-    Unsolved(Box<Unsolved>),
+    Field(Box<FlowField>),
+    Slice(Box<StoredSlice>),
 }
 
 /// Contents of the file.
@@ -95,14 +111,17 @@ impl StoredSlices {
 
 /// Slices of the flow at about evenly distributed times of the first cycle, while it is run.
 ///
-/// The flow of a model with a mesh is sampled after its solve. That of other models is evaluated
-/// after the run, at the same configurations. Solutions that the integration discards are left out.
+/// The flow of a model with a mesh is sampled at the end of the leg, because the integration
+/// discards half of its solutions; of cycles with many phases, the last solution of each. The flow
+/// of other models is evaluated after the run.
 #[derive(Debug)]
 pub(crate) struct SliceSeries {
     frame: SliceFrame,
     /// Duration of a cycle.
     cycle: f64,
-    pending: Vec<(usize, Flow)>,
+    /// Whether only the last solution of a leg is sampled, so that the model computes one flow.
+    takes_last: bool,
+    pending: Vec<Solved>,
     stored: StoredSlices,
 }
 
@@ -116,6 +135,7 @@ impl SliceSeries {
         Ok(Self {
             frame: SliceFrame::of(scene)?,
             cycle: gait.phases.iter().map(|phase| phase.duration).sum(),
+            takes_last: gait.phases.len() >= MANY_PHASES,
             pending: Vec::new(),
             stored: StoredSlices::default(),
         })
@@ -141,30 +161,37 @@ impl SliceSeries {
         scene: &Scene,
         leg: &Leg,
         solved: &LegSolution,
-        field: Option<&FlowField>,
+        model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         let time = leg.time(solved.s);
         if time > self.cycle {
             return Ok(());
         }
-        let lengths = leg.lengths(solved.s);
-        let flow = match field {
-            Some(field) => {
-                let poses = scene.articulation().place(&solved.state, &lengths)?;
-                let plane = self.frame.around(scene, &poses);
-                let slice = FlowSlice::of_field(plane, POINTS, field)?;
-                Flow::Known(Box::new(StoredSlice::new(time, &slice)))
-            }
-            None => Flow::Unsolved(Box::new(Unsolved {
-                time,
-                frames: solved.state.frames.clone(),
-                attitudes: solved.state.attitudes.clone(),
-                joints: solved.state.joints.clone(),
-                rates: leg.rates(solved.s),
-                lengths,
-            })),
+        let configuration = Unsolved {
+            time,
+            frames: solved.state.frames.clone(),
+            attitudes: solved.state.attitudes.clone(),
+            joints: solved.state.joints.clone(),
+            rates: leg.rates(solved.s),
+            lengths: leg.lengths(solved.s),
         };
-        self.pending.push((solved.number, flow));
+        let field = match self.takes_last {
+            true => None,
+            false => model.last_flow(),
+        };
+        let flow = match field {
+            Some(field) if field.mesh.n_points() > KEPT_NODES => {
+                let slice = configuration.sampled(&self.frame, scene, &field)?;
+                Some(Flow::Slice(Box::new(slice)))
+            }
+            Some(field) => Some(Flow::Field(Box::new(field))),
+            None => None,
+        };
+        self.pending.push(Solved {
+            number: solved.number,
+            configuration,
+            flow,
+        });
         Ok(())
     }
 
@@ -177,42 +204,57 @@ impl SliceSeries {
     pub fn finish_leg(
         &mut self,
         folder: &Folder,
+        model: &dyn Hydrodynamics,
         leg: &Leg,
         result: &LegResult,
         first: usize,
     ) -> Result<(), SwimError> {
-        let in_result = |solve: usize| {
-            let mut solutions = result.solutions.iter();
-            solutions.any(|solution| first + solution.number == solve)
-        };
         let mut pending = std::mem::take(&mut self.pending);
-        pending.retain(|(solve, _)| in_result(*solve));
-        let count = match pending.first() {
-            None => return Ok(()),
-            Some((_, Flow::Known(_))) => TIMES,
-            Some((_, Flow::Unsolved(_))) => TIMES_BY_POINTS,
+        if let (true, Some(last)) = (self.takes_last, pending.last_mut()) {
+            last.flow = model.last_flow().map(|field| Flow::Field(Box::new(field)));
+        }
+        let in_result = |number: usize| {
+            let mut solutions = result.solutions.iter();
+            solutions.any(|solution| first + solution.number == number)
         };
-        let time_of = |flow: &Flow| match flow {
-            Flow::Known(slice) => slice.time,
-            Flow::Unsolved(unsolved) => unsolved.time,
-        };
+        pending.retain(|solved| in_result(solved.number));
+        let has_flow = pending.iter().any(|solved| solved.flow.is_some());
+        if has_flow {
+            pending.retain(|solved| solved.flow.is_some());
+        }
+        let count = if has_flow { TIMES } else { TIMES_BY_POINTS };
         let times = (0..count).map(|k| self.cycle * (k as f64 + 0.5) / count as f64);
         let mut chosen: Vec<usize> = times
             .filter(|time| (leg.start..leg.start + leg.duration).contains(time))
             .filter_map(|time| {
-                let off = |k: &usize| (time_of(&pending[*k].1) - time).abs();
+                let off = |k: &usize| (pending[*k].configuration.time - time).abs();
                 (0..pending.len()).min_by(|a, b| off(a).total_cmp(&off(b)))
             })
             .collect();
-        chosen.sort_by(|a, b| time_of(&pending[*a].1).total_cmp(&time_of(&pending[*b].1)));
-        chosen.dedup();
         if chosen.is_empty() {
             return Ok(());
         }
-        for k in chosen {
-            match pending[k].1.clone() {
-                Flow::Known(slice) => self.stored.slices.push(*slice),
-                Flow::Unsolved(unsolved) => self.stored.unsolved.push(*unsolved),
+        chosen.sort_unstable();
+        chosen.dedup();
+        let mut chosen: Vec<Solved> = (pending.into_iter().enumerate())
+            .filter(|(k, _)| chosen.binary_search(k).is_ok())
+            .map(|(_, solved)| solved)
+            .collect();
+        chosen.sort_by(|a, b| a.configuration.time.total_cmp(&b.configuration.time));
+        let scene = model.scene();
+        for Solved {
+            configuration,
+            flow,
+            ..
+        } in chosen
+        {
+            let slices = &mut self.stored.slices;
+            match flow {
+                Some(Flow::Field(field)) => {
+                    slices.push(configuration.sampled(&self.frame, scene, &field)?);
+                }
+                Some(Flow::Slice(slice)) => slices.push(*slice),
+                None => self.stored.unsolved.push(configuration),
             }
         }
         self.stored.missing = None;
@@ -246,24 +288,42 @@ impl SliceSeries {
 }
 
 impl Unsolved {
+    fn state(&self) -> State {
+        State {
+            frames: self.frames.clone(),
+            attitudes: self.attitudes.clone(),
+            joints: self.joints.clone(),
+        }
+    }
+
+    fn plane(&self, frame: &SliceFrame, scene: &Scene) -> Result<SlicePlane, SwimError> {
+        let poses = scene.articulation().place(&self.state(), &self.lengths)?;
+        Ok(frame.around(scene, &poses))
+    }
+
+    /// The slice of a flow on a mesh.
+    fn sampled(
+        &self,
+        frame: &SliceFrame,
+        scene: &Scene,
+        field: &FlowField,
+    ) -> Result<StoredSlice, SwimError> {
+        let slice = FlowSlice::of_field(self.plane(frame, scene)?, POINTS, field)?;
+        Ok(StoredSlice::new(self.time, &slice))
+    }
+
+    /// The slice of the flow that the model evaluates point by point.
     fn solve(
         &self,
         frame: &SliceFrame,
         scene: &Scene,
         model: &mut dyn Hydrodynamics,
     ) -> Result<StoredSlice, SwimError> {
-        let state = State {
-            frames: self.frames.clone(),
-            attitudes: self.attitudes.clone(),
-            joints: self.joints.clone(),
-        };
-        let lengths = &self.lengths[..];
-        let poses = scene.articulation().place(&state, lengths)?;
         let configuration = Configuration {
-            state: &state,
-            lengths,
+            state: &self.state(),
+            lengths: &self.lengths,
         };
-        let plane = frame.around(scene, &poses);
+        let plane = self.plane(frame, scene)?;
         let slice = FlowSlice::sample(plane, POINTS_ONE_BY_ONE, |points| {
             model.flow_at(configuration, &self.rates, points)
         })?;

@@ -60,11 +60,13 @@ impl FlowSeries {
     pub fn solved(
         &mut self,
         solution: &LegSolution,
-        flow: Option<&FlowField>,
+        model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         self.last = Some((solution.number, solution.s));
-        if let (FlowsKind::All, Some(flow)) = (self.which, flow) {
-            write_flow(flow, &self.folder.path().join(file_name(solution.number)))?;
+        if self.which == FlowsKind::All
+            && let Some(flow) = model.last_flow()
+        {
+            write_flow(&flow, &self.folder.path().join(file_name(solution.number)))?;
             self.pending.push(solution.number);
         }
         Ok(())
