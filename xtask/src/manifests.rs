@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use toml::Table;
 
-/// A crate of the workspace.
+/// A crate of the workspace, or beside its crates.
 pub struct Member {
     /// Folder, relative to the root of the workspace.
     pub folder: String,
     /// Its manifest.
     pub manifest: Table,
+    /// Whether the workspace excludes it, because it needs software that the others do not need.
+    pub is_excluded: bool,
 }
 
 impl Member {
@@ -50,7 +52,7 @@ pub fn manifest(folder: &str) -> Result<Table> {
         .with_context(|| format!("{} is not valid TOML", path.display()))
 }
 
-/// All members of the workspace: `xtask` and the folders of `crates`.
+/// All crates: `xtask` and the folders of `crates`, also those that the workspace excludes.
 pub fn members() -> Result<Vec<Member>> {
     let mut folders = vec!["xtask".to_owned()];
     for entry in std::fs::read_dir(root().join("crates"))? {
@@ -58,9 +60,22 @@ pub fn members() -> Result<Vec<Member>> {
         folders.push(format!("crates/{}", name.to_string_lossy()));
     }
     folders.sort();
+    let workspace = manifest(".")?;
+    let excluded = workspace.get("workspace").and_then(|w| w.get("exclude"));
+    let excluded: Vec<&str> = (excluded
+        .and_then(toml::Value::as_array)
+        .into_iter()
+        .flatten())
+    .filter_map(toml::Value::as_str)
+    .collect();
     let member = |folder: String| {
         let manifest = manifest(&folder)?;
-        Ok(Member { folder, manifest })
+        let is_excluded = excluded.contains(&folder.as_str());
+        Ok(Member {
+            folder,
+            manifest,
+            is_excluded,
+        })
     };
     folders.into_iter().map(member).collect()
 }

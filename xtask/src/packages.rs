@@ -18,7 +18,8 @@ pub fn run() -> Result<()> {
     let mut arguments = vec!["package", "--workspace", "--no-verify", "--allow-dirty"];
     arguments.extend(["--locked", "--offline", "--quiet"]);
     let members = members()?;
-    let excluded = members.iter().filter(|member| !member.is_publishable());
+    let excluded =
+        (members.iter()).filter(|member| !member.is_excluded && !member.is_publishable());
     for package in excluded.filter_map(|member| member.package()) {
         arguments.extend(["--exclude", package]);
     }

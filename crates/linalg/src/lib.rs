@@ -42,12 +42,15 @@ mod warm_start;
 pub use nalgebra;
 pub use sprs;
 
+pub use amg::Aggregates;
 pub use block_diagonal::BlockDiagonal;
 pub use block_triangular::BlockTriangular;
 pub use bordered::Bordered;
 pub use chebyshev::MassInverse;
 pub use csr::{Csr, Csr3};
 pub use csr_operator::CsrOperator;
+#[cfg(feature = "metis")]
+pub use direct::partition;
 #[cfg(feature = "direct")]
 pub use direct::{DirectParams, Precision, SaddleLdlt, ShiftedLdlt};
 pub use error::LinalgError;

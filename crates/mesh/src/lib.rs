@@ -14,6 +14,7 @@ mod quadratic_tets;
 mod quality;
 mod regions;
 mod reverse_cuthill_mckee;
+mod submesh;
 mod surface;
 mod symmetry;
 mod tet;
@@ -35,6 +36,7 @@ pub use point_location::{CellPoint, PointLocator};
 pub use quadratic_tets::QuadraticTets;
 pub use quality::{Quality, dihedral_angles, mean_ratio};
 pub use regions::Regions;
+pub use submesh::Submesh;
 pub use surface::{
     BoxSurface, Capsule, Disk, Ellipsoid, Helix, Placed, Sphere, Spheroid, Surface, SurfaceMesh,
     Torus, TriangleKind, TriangulatedSurface,

@@ -42,3 +42,4 @@ pub use mesh;
 pub use nalgebra;
 pub use rigid;
 pub use scene;
+pub use stokes;

@@ -6,7 +6,7 @@ use linalg::Csr;
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::prescribed_motion::PrescribedMotion;
-use crate::{NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
+use crate::{MeshPart, NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
 
 /// Largest distance of a body from the centre of its surface, over the size of the body.
 ///
@@ -36,6 +36,8 @@ pub(crate) struct Surfaces {
     pub prescribed: Option<PrescribedMotion>,
     /// Role of each node.
     pub roles: Vec<NodeRole>,
+    /// The part of this process if the mesh is divided between processes.
+    pub part: Option<MeshPart>,
     /// Reference point and volume of each body.
     pub bodies: Vec<SurfaceBody>,
     /// Position of each surface node relative to the centre of its body; zero for other nodes.
@@ -51,11 +53,21 @@ impl Surfaces {
     /// # Errors
     /// [`RigidError::NoWall`], [`RigidError::NoSurface`].
     pub fn check_determined(&self) -> Result<(), RigidError> {
-        if !self.roles.contains(&NodeRole::Fixed) {
+        let bodies = (0..self.bodies()).map(|body| NodeRole::Body(body as u32));
+        let mut counts: Vec<f64> = [NodeRole::Fixed]
+            .into_iter()
+            .chain(bodies)
+            .map(|role| f64::from(u8::from(self.roles.contains(&role))))
+            .collect();
+        if let Some(part) = &self.part {
+            part.sum(&mut counts);
+        }
+        // NaN, from a sum that failed, counts as none.
+        let is_bare = |count: &f64| count.is_nan() || *count == 0.0;
+        if is_bare(&counts[0]) {
             return Err(RigidError::NoWall);
         }
-        let is_bare = |body: &usize| !self.roles.contains(&NodeRole::Body(*body as u32));
-        match (0..self.bodies()).find(is_bare) {
+        match counts[1..].iter().position(is_bare) {
             Some(body) => Err(RigidError::NoSurface { body }),
             None => Ok(()),
         }
@@ -172,9 +184,20 @@ impl Surfaces {
 
     /// Residual of the momentum equation tested with rigid motions, walls at rest.
     fn residuals(&self, free: &[f64], bodies: &DVector<f64>, pressure: &[f64]) -> DVector<f64> {
+        let add_fluid = |residuals: &mut DVector<f64>| {
+            add_transposed(&self.border, free, residuals);
+            add_transposed(&self.rigid_divergence, pressure, residuals);
+        };
         let mut residuals = &self.corner * bodies;
-        add_transposed(&self.border, free, &mut residuals);
-        add_transposed(&self.rigid_divergence, pressure, &mut residuals);
+        match &self.part {
+            None => add_fluid(&mut residuals),
+            Some(part) => {
+                let mut of_fluid = DVector::zeros(residuals.len());
+                add_fluid(&mut of_fluid);
+                part.sum(of_fluid.as_mut_slice());
+                residuals += of_fluid;
+            }
+        }
         residuals
     }
 }

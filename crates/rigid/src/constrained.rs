@@ -257,6 +257,11 @@ impl Constrained {
         })
     }
 
+    /// Number in the mesh of each free node, in the order of the dofs.
+    pub fn free_nodes(&self) -> &[u32] {
+        &self.surfaces.free_nodes
+    }
+
     /// Number of dofs of the system that was built.
     pub(crate) fn dofs(&self) -> usize {
         self.border_range().end + self.surfaces.rigid_divergence.rows()

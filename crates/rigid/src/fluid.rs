@@ -71,6 +71,7 @@ impl RigidFluid {
             .collect();
         let vertex_number = numbers(vertices, &free_vertices);
         let symmetry_planes = nodes.symmetry();
+        let part = nodes.part.clone();
         check_bodies(bodies, symmetry_planes)?;
         let mut constrained: Vec<(u32, [bool; 3])> = nodes
             .on_symmetry_planes
@@ -100,8 +101,12 @@ impl RigidFluid {
             roles,
             arms: &arms,
             bodies: bodies.len(),
+            part: part.as_ref(),
         };
         let mut corner = blocks.corner(&stiffness);
+        if let Some(part) = &part {
+            part.sum(corner.as_mut_slice());
+        }
         for (number, body) in bodies.iter().enumerate() {
             for axis in 3..6 {
                 corner[(6 * number + axis, 6 * number + axis)] += 2.0 * body.volume;
@@ -149,6 +154,7 @@ impl RigidFluid {
                 symmetry_planes,
                 prescribed,
                 roles: roles.to_vec(),
+                part,
                 bodies: bodies.to_vec(),
                 arms,
             },

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use crate::error::check_length;
 use crate::placement::is_finite;
-use crate::{RigidError, SymmetryPlanes};
+use crate::{MeshPart, RigidError, SymmetryPlanes};
 
 /// Role of a node: the equation or condition that determines its velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +62,8 @@ pub struct FluidNodes<'a> {
     pub surface_velocity: Option<&'a [Vector3<f64>]>,
     /// `∮ n × s dS` of each body for the surface velocity `s`; empty without one.
     pub surface_moments: &'a [Vector3<f64>],
+    /// The part of this process if the mesh is divided between processes.
+    pub part: Option<MeshPart>,
 }
 
 impl<'a> FluidNodes<'a> {
@@ -74,7 +76,14 @@ impl<'a> FluidNodes<'a> {
             wall_velocity: None,
             surface_velocity: None,
             surface_moments: &[],
+            part: None,
         }
+    }
+
+    /// The same nodes as the part of a mesh that is divided between processes.
+    pub fn with_part(mut self, part: MeshPart) -> Self {
+        self.part = Some(part);
+        self
     }
 
     /// The same nodes of a mesh that ends at symmetry planes; see [`SymmetryPlanes`].
@@ -111,15 +120,26 @@ impl<'a> FluidNodes<'a> {
         self
     }
 
-    /// The symmetry planes that some node lies on.
+    /// The symmetry planes that some node lies on, in any part of the mesh.
     pub(crate) fn symmetry(&self) -> SymmetryPlanes {
-        SymmetryPlanes::of(&self.on_symmetry_planes)
+        let of_nodes = SymmetryPlanes::of(&self.on_symmetry_planes);
+        let Some(part) = &self.part else {
+            return of_nodes;
+        };
+        let mut parts_at_plane = of_nodes.planes.map(|on| f64::from(u8::from(on)));
+        part.sum(&mut parts_at_plane);
+        SymmetryPlanes {
+            planes: parts_at_plane.map(|parts| parts > 0.0),
+        }
     }
 
     /// Refuses arrays of the wrong length, and nodes and bodies that do not exist.
     pub(crate) fn check(&self, bodies: usize) -> Result<(), RigidError> {
         let nodes = self.points.len();
         check_length("roles of the nodes", self.roles.len(), nodes)?;
+        if let Some(part) = &self.part {
+            check_length("nodes of the part", part.len(), nodes)?;
+        }
         if let Some(velocity) = self.wall_velocity {
             check_length("wall velocities of the nodes", velocity.len(), nodes)?;
         }

@@ -5,13 +5,15 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use rayon::prelude::*;
 use sprs::{CsMatI, CsVecViewI};
 
-use crate::{NodeRole, RigidError};
+use crate::{MeshPart, NodeRole, RigidError};
 
 /// Products of matrices over all nodes with the rigid motions `P` of bodies.
 pub(crate) struct NodeBlocks<'a> {
     pub roles: &'a [NodeRole],
     pub arms: &'a [Vector3<f64>],
     pub bodies: usize,
+    /// The part of this process; rows of nodes of other processes are left out.
+    pub part: Option<&'a MeshPart>,
 }
 
 /// Weighted sum of rigid motions of one body: `sum_b w_b u_b = s U + ω × g`.
@@ -43,6 +45,11 @@ impl RigidSum {
 }
 
 impl NodeBlocks<'_> {
+    /// Whether the row of a node belongs to this process.
+    fn owns(&self, node: usize) -> bool {
+        self.part.is_none_or(|part| part.owns(node))
+    }
+
     /// `A_IB P`: three rows for each of `rows`, six columns per body.
     pub fn border(&self, matrix: &Csr, rows: &[u32]) -> Csr {
         // most rows have no column on a body: flags of one byte per node stay in the cache while
@@ -59,7 +66,8 @@ impl NodeBlocks<'_> {
                         .iter()
                         .any(|&column| on_body[column as usize])
                 };
-                let view = matrix.outer_view(rows[group] as usize);
+                let node = rows[group] as usize;
+                let view = matrix.outer_view(node).filter(|_| self.owns(node));
                 if let Some(view) = view.filter(meets_body) {
                     for (column, &value) in view.iter() {
                         let NodeRole::Body(body) = self.roles[column] else {
@@ -97,7 +105,7 @@ impl NodeBlocks<'_> {
             divergence.rows(),
             |row, part: &mut Part<f64>| {
                 let mut sums: Vec<(usize, Vector3<f64>, Vector3<f64>)> = Vec::new();
-                if let Some(view) = divergence.outer_view(row) {
+                if let Some(view) = divergence.outer_view(row).filter(|_| self.owns(row)) {
                     for (column, &value) in view.iter() {
                         let NodeRole::Body(body) = self.roles[column] else {
                             continue;
@@ -131,6 +139,9 @@ impl NodeBlocks<'_> {
             let (&NodeRole::Body(own), Some(view)) = (role, stiffness.outer_view(row)) else {
                 continue;
             };
+            if !self.owns(row) {
+                continue;
+            }
             let own_arm = self.arms[row].cross_matrix();
             for (column, &value) in view.iter() {
                 let NodeRole::Body(other) = self.roles[column] else {

@@ -96,9 +96,10 @@ impl PrescribedMotion {
             .par_iter()
             .map(|&node| row_sum(node as usize))
             .collect();
+        let owns = |node: usize| nodes.part.as_ref().is_none_or(|part| part.owns(node));
         let mut loads = DVector::zeros(6 * bodies);
         for (node, role) in nodes.roles.iter().enumerate() {
-            if let NodeRole::Body(body) = role {
+            if let (NodeRole::Body(body), true) = (role, owns(node)) {
                 let (force, first) = (row_sum(node), 6 * *body as usize);
                 let mut force_rows = loads.fixed_rows_mut::<3>(first);
                 force_rows += force;
@@ -106,24 +107,36 @@ impl PrescribedMotion {
                 torque_rows += arms[node].cross(&force);
             }
         }
+        if let Some(part) = &nodes.part {
+            part.sum(loads.as_mut_slice());
+        }
         for (body, moment) in nodes.surface_moments.iter().enumerate() {
             let mut torque_rows = loads.fixed_rows_mut::<3>(6 * body + 3);
             torque_rows += moment;
         }
         let (mut flux, mut size) = (Vec::with_capacity(matrices.divergence.rows()), 0.0);
-        for row in matrices.divergence.outer_iterator() {
-            let mut sum = 0.0;
+        let mut net = 0.0;
+        for (vertex, row) in matrices.divergence.outer_iterator().enumerate() {
+            let (mut sum, mut absolute) = (0.0, 0.0);
             for (column, &entry) in row.iter() {
                 let Some(velocity) = prescribed[column] else {
                     continue;
                 };
                 let term = Vector3::from(entry).dot(&velocity);
                 sum += term;
-                size += term.abs();
+                absolute += term.abs();
+            }
+            if owns(vertex) {
+                net += sum;
+                size += absolute;
             }
             flux.push(sum);
         }
-        let net: f64 = flux.iter().sum();
+        if let Some(part) = &nodes.part {
+            let mut sums = [net, size];
+            part.sum(&mut sums);
+            [net, size] = sums;
+        }
         if net.abs() > ROUNDING * size && is_enclosed(matrices, nodes) {
             return Err(RigidError::NetWallFlux {
                 flux: net,
@@ -162,7 +175,14 @@ fn is_enclosed(matrices: &FluidMatrices, nodes: &FluidNodes) -> bool {
             sums[node as usize][0][axis] = 0.0;
         }
     }
-    let free = sums.iter().zip(nodes.roles);
-    free.filter(|(_, role)| **role == NodeRole::Free)
-        .all(|([sum, size], _)| (0..3).all(|axis| sum[axis].abs() <= ROUNDING * size[axis]))
+    let owns = |node: usize| nodes.part.as_ref().is_none_or(|part| part.owns(node));
+    let free = sums.iter().zip(nodes.roles).enumerate();
+    let open = free
+        .filter(|(node, (_, role))| **role == NodeRole::Free && owns(*node))
+        .filter(|(_, ([sum, size], _))| (0..3).any(|d| sum[d].abs() > ROUNDING * size[d]));
+    let mut open = [open.count() as f64];
+    if let Some(part) = &nodes.part {
+        part.sum(&mut open);
+    }
+    open == [0.0]
 }

@@ -22,6 +22,9 @@ pub enum StokesError {
     /// A failed linear solve.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),
+    /// A failure of an [`Engine`](crate::Engine).
+    #[error(transparent)]
+    Engine(Box<dyn std::error::Error + Send + Sync>),
     /// A boundary velocity with a net flux through the boundary of an enclosed domain.
     #[error(
         "the prescribed velocity has the net flux {flux:.3e} out of the domain ({:.1} % of the \

@@ -4,12 +4,14 @@
 mod adjoint;
 mod checks;
 mod cubic;
+mod engine;
 mod error;
 mod estimate;
 mod flow;
 mod linear;
 mod matrices;
 mod options;
+mod part;
 mod permeability;
 mod problem;
 mod report;
@@ -18,6 +20,7 @@ mod solve;
 mod surface_flow;
 
 pub use checks::Checks;
+pub use engine::Engine;
 pub use error::StokesError;
 pub use estimate::Estimate;
 pub use flow::{Flow, VectorField, solve_stokes};

@@ -2,6 +2,8 @@
 
 use rigid::{Eliminated, Formulation};
 
+use crate::Engine;
+
 /// Constraint formulation, linear solver and tolerance of a solution.
 #[derive(Clone, Copy)]
 #[non_exhaustive]
@@ -12,6 +14,8 @@ pub struct Options {
     pub solver: Solver,
     /// True relative residual `|b - A x| / |b|` at which a Krylov method stops.
     pub rtol: f64,
+    /// What assembles and solves instead of this crate.
+    pub engine: Option<&'static dyn Engine>,
 }
 
 /// A solver of the linear system.
@@ -55,6 +59,7 @@ impl Default for Options {
             // Velocities then differ from those of a solve to 1e-12 by at most 5e-9
             // (docs/iterations.md).
             rtol: 1e-8,
+            engine: None,
         }
     }
 }
@@ -73,6 +78,15 @@ impl Options {
     #[must_use]
     pub fn with_solver(self, solver: Solver) -> Self {
         Self { solver, ..self }
+    }
+
+    /// The same with an engine outside this crate, which estimates no errors.
+    #[must_use]
+    pub fn with_engine(self, engine: &'static dyn Engine) -> Self {
+        Self {
+            engine: Some(engine),
+            ..self
+        }
     }
 
     /// The same with another tolerance.

@@ -155,6 +155,34 @@ impl<'a> Problem<'a> {
         })
     }
 
+    /// The mesh.
+    pub fn mesh(&self) -> &'a TetMesh {
+        self.mesh
+    }
+
+    /// Role of each node of the mesh: free, on a wall, or on a body.
+    pub fn roles(&self) -> Vec<NodeRole> {
+        let mut roles = vec![NodeRole::Free; self.mesh.n_points()];
+        let bodies = (0..).zip(&self.bodies);
+        let parts = (self.walls.iter().map(|&tag| (tag, NodeRole::Fixed)))
+            .chain(bodies.map(|(number, &(tag, _))| (tag, NodeRole::Body(number))));
+        for (tag, role) in parts {
+            for node in self.mesh.nodes_on(tag) {
+                roles[node as usize] = role;
+            }
+        }
+        roles
+    }
+
+    /// Centres and volumes of the bodies.
+    pub(crate) fn surface_bodies(&self) -> Result<Vec<SurfaceBody>, StokesError> {
+        let body = |&(tag, centre): &(u16, _)| {
+            let volume = fem::surface_measures(self.mesh, tag)?.volume;
+            Ok(SurfaceBody { centre, volume })
+        };
+        self.bodies.iter().map(body).collect()
+    }
+
     /// Centres of the bodies.
     pub(crate) fn centres(&self) -> Vec<Vector3<f64>> {
         self.bodies.iter().map(|(_, centre)| *centre).collect()
@@ -195,22 +223,8 @@ impl<'a> Problem<'a> {
                 &new_space
             }
         };
-        let mut roles = vec![NodeRole::Free; mesh.n_points()];
-        for &tag in &self.walls {
-            mesh.nodes_on(tag)
-                .iter()
-                .for_each(|&node| roles[node as usize] = NodeRole::Fixed);
-        }
-        let mut bodies = Vec::with_capacity(self.bodies.len());
-        for (number, &(tag, centre)) in self.bodies.iter().enumerate() {
-            mesh.nodes_on(tag)
-                .iter()
-                .for_each(|&node| roles[node as usize] = NodeRole::Body(number as u32));
-            bodies.push(SurfaceBody {
-                centre,
-                volume: fem::surface_measures(mesh, tag)?.volume,
-            });
-        }
+        let roles = self.roles();
+        let bodies = self.surface_bodies()?;
         let matrices = space.matrices(mesh)?;
         let permeability = self.permeability(&roles, &matrices)?;
         let mut nodes = FluidNodes::new(mesh.points(), &roles)

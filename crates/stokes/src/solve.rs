@@ -75,8 +75,8 @@ impl Problem<'_> {
     /// Solves for several drives that differ only in the rates of the links.
     ///
     /// Discretisation errors are estimated if `surplus`, the hierarchical surplus space of the
-    /// mesh, is given. All drives share one matrix and one preconditioner, whose time is counted
-    /// for the first solution.
+    /// mesh, is given, unless an engine solves. All drives share one matrix and one preconditioner,
+    /// whose time is counted for the first solution.
     ///
     /// # Errors
     /// Those of [`Problem::assemble`]; drives with other links, lengths or loads than the first;
@@ -91,6 +91,9 @@ impl Problem<'_> {
         let Some((drive, others)) = drives.split_first() else {
             return Ok(Vec::new());
         };
+        if let Some(engine) = options.engine {
+            return engine.solve_all(self, drives, options);
+        }
         let clock = Instant::now();
         let surfaces = self.nodal_surface_flow()?;
         let surfaces = surfaces.as_ref();

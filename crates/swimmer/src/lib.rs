@@ -13,6 +13,7 @@ mod outcome;
 pub mod output;
 mod periodic;
 mod planning;
+mod progress;
 mod run;
 pub mod sensitivities;
 mod simulate;
@@ -31,7 +32,8 @@ pub use outcome::{Interim, LegOutcome, Outcome, Sample};
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
 pub use planning::{Choice, MissedTarget, SizeSearch, choose, simulate_to_target, with_tables};
-pub use run::{Progress, Report, run, run_without_files};
+pub use progress::Progress;
+pub use run::{ModelOfScene, Report, run, run_with, run_without_files};
 pub use scene::{self, Gait, Leg, Phase, Scene, SceneError, legs};
 pub use simulate::{continue_from, simulate};
 pub use start::{

@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
-use models::Hydrodynamics;
+use models::{Hydrodynamics, ModelError};
 use scene::{AcceptKind, Leg, Scene};
 use serde_json::Value;
 
@@ -17,45 +17,9 @@ use crate::output::{FlowSeries, Folder, SliceSeries, StoredSlices, summary_json,
 #[cfg(feature = "plots")]
 use crate::output::{RunRecord, trajectory_svg};
 use crate::periodic::start_of_gait;
-use crate::planning::{Choice, MissedTarget, SizeSearch, choose, with_tables};
+use crate::planning::{Choice, SizeSearch, choose, with_tables};
+use crate::progress::Progress;
 use crate::simulate::continue_from;
-
-/// Callbacks that inform the caller about the progress of a run.
-pub trait Progress {
-    /// Whether the run is to stop; checked after every solve.
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-
-    /// The factor on the element sizes for `fem.target` has been chosen for the stroke that begins.
-    fn chose_size_factor(&mut self, target: f64, size_factor: f64) {
-        let _ = (target, size_factor);
-    }
-
-    /// The stroke is done and its discretisation error exceeds `fem.target`; another one follows
-    /// with smaller elements.
-    fn missed_target(&mut self, missed: &MissedTarget) {
-        let _ = missed;
-    }
-
-    /// The gait begins, or continues after `done` phases of an earlier run.
-    fn begins(&mut self, scene: &Scene, done: usize) {
-        let _ = (scene, done);
-    }
-
-    /// A solve is done.
-    fn solved(&mut self, leg: &Leg, solution: &LegSolution) {
-        let _ = (leg, solution);
-    }
-
-    /// A phase is done.
-    fn leg_done(&mut self, leg: &Leg, result: &LegResult) {
-        let _ = (leg, result);
-    }
-}
-
-/// No callbacks.
-impl Progress for () {}
 
 /// A finished run.
 #[derive(Debug)]
@@ -94,11 +58,37 @@ pub fn run(
     resume: bool,
     progress: &mut dyn Progress,
 ) -> Result<Report, SwimError> {
+    run_with(scene, &choose_with_tables, out, resume, true, progress)
+}
+
+/// How a run gets the model of a scene.
+pub type ModelOfScene<'a> = &'a dyn Fn(&Scene) -> Result<Choice, ModelError>;
+
+/// Runs the gait of a scene as [`run`] does, with a model of the caller's choice.
+///
+/// Of several processes that compute the same run, one writes files (`writes`). All of them read
+/// the checkpoint with `resume`.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with(
+    scene: Scene,
+    model: ModelOfScene,
+    out: &Path,
+    resume: bool,
+    writes: bool,
+    progress: &mut dyn Progress,
+) -> Result<Report, SwimError> {
     let started = Instant::now();
     scene.require_gait()?;
     let checkpoint = resume.then(|| Checkpoint::read(out)).transpose()?;
-    let folder = Folder::create(out)?;
-    run_to_target(scene, Some(&folder), checkpoint, started, progress)
+    let folder = writes.then(|| Folder::create(out)).transpose()?;
+    run_to_target(scene, model, folder.as_ref(), checkpoint, started, progress)
+}
+
+/// The model that [`choose`] chooses, with tables over shapes where they save solves.
+fn choose_with_tables(scene: &Scene) -> Result<Choice, ModelError> {
+    Ok(with_tables(scene, choose(scene)?))
 }
 
 /// Runs the gait of a scene as [`run`] does, without a folder: no files, no checkpoint.
@@ -107,12 +97,20 @@ pub fn run(
 /// As [`run`].
 pub fn run_without_files(scene: Scene, progress: &mut dyn Progress) -> Result<Report, SwimError> {
     scene.require_gait()?;
-    run_to_target(scene, None, None, Instant::now(), progress)
+    run_to_target(
+        scene,
+        &choose_with_tables,
+        None,
+        None,
+        Instant::now(),
+        progress,
+    )
 }
 
 /// Runs the gait until its error bar meets `fem.target`.
 fn run_to_target(
     scene: Scene,
+    model: ModelOfScene,
     folder: Option<&Folder>,
     mut checkpoint: Option<Checkpoint>,
     started: Instant,
@@ -128,7 +126,7 @@ fn run_to_target(
             sized = search.apply(&scene)?;
             progress.chose_size_factor(target, search.size_factor());
         }
-        let (report, slices) = run_once(sized, folder, checkpoint.take(), progress)?;
+        let (report, slices) = run_once(sized, model, folder, checkpoint.take(), progress)?;
         let missed = search
             .as_mut()
             .and_then(|search| search.refine(&report.outcome));
@@ -143,11 +141,12 @@ fn run_to_target(
 /// Runs the gait of a scene with its element sizes, from its beginning or from a checkpoint.
 fn run_once(
     scene: Scene,
+    model: ModelOfScene,
     folder: Option<&Folder>,
     checkpoint: Option<Checkpoint>,
     progress: &mut dyn Progress,
 ) -> Result<(Report, Option<StoredSlices>), SwimError> {
-    let Choice { mut model, reasons } = with_tables(&scene, choose(&scene)?);
+    let Choice { mut model, reasons } = model(&scene)?;
     let (interim, output) = match checkpoint {
         None => {
             let mut observe =

@@ -1,14 +1,38 @@
 //! Greedy aggregation of strongly connected neighbourhoods.
 
-use crate::Csr;
-use crate::csr::Rows;
+use super::strength;
+use crate::csr::{Rows, check_shape, positive_diagonal};
+use crate::{Csr, LinalgError};
 
 /// The aggregate of each node; `None` for a node without strong neighbours.
 ///
 /// Nodes without an aggregate have no coarse correction: smoothing alone reduces their error.
-pub(super) struct Aggregates {
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Aggregates {
+    /// Number of the aggregate of each node.
     pub of_node: Vec<Option<u32>>,
+    /// Number of aggregates.
     pub count: usize,
+}
+
+impl Aggregates {
+    /// Aggregates of the nodes of a symmetric scalar matrix.
+    ///
+    /// Neighbours with `a_ij^2 > strength^2 a_ii a_jj` and of the same `class` may be aggregated,
+    /// see [`MultigridParams::strength`](crate::MultigridParams::strength). Deterministic; O(nnz).
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`] unless the matrix is square with one class per row,
+    /// [`LinalgError::NotPositive`] for a diagonal entry that is not positive.
+    pub fn of_matrix(k: &Csr, class: &[u8], strength: f64) -> Result<Self, LinalgError> {
+        check_shape("matrix to aggregate", k.shape(), (class.len(), class.len()))?;
+        let diagonal = positive_diagonal("matrix to aggregate", k)?;
+        Ok(standard(
+            &strength::symmetric(k, &diagonal, strength),
+            class,
+        ))
+    }
 }
 
 /// Aggregates nodes in three passes in their order (Vanek, Mandel, Brezina 1996, algorithm 2).

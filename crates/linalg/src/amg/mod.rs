@@ -9,6 +9,8 @@ mod smooth;
 mod strength;
 mod tentative;
 
+pub use aggregate::Aggregates;
+
 use crate::chebyshev::JacobiScaling;
 use crate::{Bordered, Prolongation};
 

@@ -7,6 +7,7 @@ use metis_sys::{METIS_NodeND, METIS_PartGraphKway, idx_t, rstatus_et_METIS_OK};
 
 use super::undirected::{check_undirected, failed};
 use crate::LinalgError;
+use crate::csr::check_shape;
 
 /// Lock for all calls of METIS.
 ///
@@ -133,6 +134,37 @@ impl Graph {
         check(status)?;
         Ok(part.into_iter().map(|p| p as usize).collect())
     }
+}
+
+/// Divides the vertices of a graph into parts of about equal weight with few edges between them.
+///
+/// The result is the part of each vertex, below `parts`; a part may be empty. `adjacency` lists the
+/// neighbours of each vertex in ascending order and without the vertex. By METIS, the same on
+/// every call: Karypis, Kumar, J. Parallel Distrib. Comput. 48 (1998).
+///
+/// # Errors
+/// [`LinalgError::Shape`] unless there is one weight per vertex, [`LinalgError::Parameter`] for a
+/// number of parts of zero or above 2^30, [`LinalgError::Factorisation`] for a graph that is not
+/// symmetric or too large, or lack of memory.
+pub fn partition(
+    adjacency: &[Vec<u32>],
+    weights: &[u32],
+    parts: usize,
+) -> Result<Vec<usize>, LinalgError> {
+    let shape = |n| (n, 1);
+    check_shape(
+        "weights of a graph",
+        shape(weights.len()),
+        shape(adjacency.len()),
+    )?;
+    if !(1..=1 << 30).contains(&parts) {
+        return Err(LinalgError::Parameter {
+            name: "parts",
+            value: parts as f64,
+            range: "from 1 to 2^30",
+        });
+    }
+    Graph::new(adjacency, weights)?.partition(parts)
 }
 
 fn check(status: i32) -> Result<(), LinalgError> {

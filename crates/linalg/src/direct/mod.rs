@@ -13,6 +13,8 @@ pub use factor::Precision;
 pub(crate) use factor::{Definiteness, SparseFactor};
 #[cfg(feature = "metis")]
 pub(crate) use graph::Graph;
+#[cfg(feature = "metis")]
+pub use graph::partition;
 pub(crate) use ordering::nested_dissection;
 #[cfg(feature = "metis")]
 pub(crate) use saddle_factor::{SaddleFactor, adjacency, weights};

@@ -20,13 +20,12 @@ use mesh::{NamedSurface, Surface, TetMesh};
 use nalgebra::{DMatrix, Isometry3};
 use rigid::{Constrained, Constraints, Drive, ExternalLoad, Formulation};
 use scene::{EstimatesKind, FemOptions, Scene};
-use stokes::{Dofs, InitialGuesses, Problem};
+use stokes::{Dofs, Engine, InitialGuesses, Problem};
 
 use self::body_flows::BodyFlows;
 use self::last_solution::Last;
 use self::meshes::{Meshes, PlacedMesh};
 use self::moving_frame::MovingFrame;
-use self::options::options;
 use self::scene_solution::ToScene;
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
@@ -45,6 +44,7 @@ pub struct FemModel {
     /// previous leg, in which another link moves.
     guesses: InitialGuesses,
     last: Option<Last>,
+    engine: Option<&'static dyn Engine>,
 }
 
 /// Number of solutions kept as initial guesses, at 8 bytes per degree of freedom each.
@@ -92,6 +92,7 @@ impl FemModel {
             options: *scene.fem(),
             guesses: InitialGuesses::new(MAX_GUESSES),
             last: None,
+            engine: None,
         })
     }
 
@@ -234,7 +235,7 @@ impl FemModel {
         if let Some(flows) = &flows {
             problem = problem.with_surface_flow(flows);
         }
-        let options = options(&self.options);
+        let options = self.solver_options();
         let has_fixed = self.scaled.set.fixed().contains(&true);
         if let (Some(far), true) = (self.meshes.far_field(), has_fixed) {
             let scaled = &self.scaled;
@@ -291,9 +292,9 @@ impl Hydrodynamics for FemModel {
     }
 
     fn error_estimates(&self) -> ErrorEstimates {
-        match self.options.estimates {
-            EstimatesKind::On => ErrorEstimates::OnRequest,
-            EstimatesKind::Off => ErrorEstimates::Never,
+        match (self.options.estimates, self.engine) {
+            (EstimatesKind::On, None) => ErrorEstimates::OnRequest,
+            _ => ErrorEstimates::Never,
         }
     }
 

@@ -1,0 +1,73 @@
+//! The command `swim-petsc`: scenes solved on all processes of a job.
+//!
+//! Every process reads the scene and makes the same mesh and the same decisions; the first one
+//! prints. Words that start with a single dash are options of PETSc.
+#![forbid(unsafe_code)]
+
+mod arguments;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use arguments::{Arguments, Task, USAGE};
+use petsc::{PetscEngine, Session};
+use swimmer::models::{FemModel, ModelError};
+use swimmer::output::{solution_json, summary_json};
+use swimmer::{Choice, Scene, SwimError, run_with, solve_start};
+
+static ENGINE: PetscEngine = PetscEngine;
+
+fn main() -> ExitCode {
+    let Some(arguments) = Arguments::read(std::env::args()) else {
+        eprint!("{USAGE}");
+        return ExitCode::from(2);
+    };
+    let session = match Session::start(&arguments.of_petsc) {
+        Ok(session) => session,
+        Err(error) => {
+            eprintln!("error: {error}");
+            return ExitCode::from(3);
+        }
+    };
+    match answer(&arguments, session.rank() == 0) {
+        Ok(answer) => {
+            if session.rank() == 0 {
+                println!("{answer}");
+            }
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            // Other processes may wait for this one.
+            eprintln!("error on process {}: {error}", session.rank());
+            session.abort(error.exit_code())
+        }
+    }
+}
+
+/// The answer to the command as one JSON object.
+fn answer(arguments: &Arguments, is_first: bool) -> Result<String, SwimError> {
+    let scene = Scene::read(&arguments.scene, &arguments.overrides)?;
+    match &arguments.task {
+        Task::Solve => {
+            let mut model = model(&scene)?.model;
+            let solution = solve_start(&scene, model.as_mut())?;
+            Ok(solution_json(&scene, model.name(), &solution).to_string())
+        }
+        Task::Run { out, resume } => {
+            let default = || PathBuf::from("out").join(scene.name());
+            let out = out.clone().unwrap_or_else(default);
+            let report = run_with(scene, &model, &out, *resume, is_first, &mut ())?;
+            let (scene, outcome) = (&report.scene, &report.outcome);
+            let reasons = &report.reasons;
+            Ok(summary_json(scene, report.model, reasons, outcome, report.seconds).to_string())
+        }
+    }
+}
+
+/// Finite elements that are solved on all processes.
+fn model(scene: &Scene) -> Result<Choice, ModelError> {
+    Ok(Choice {
+        model: Box::new(FemModel::new(scene)?.with_engine(&ENGINE)),
+        reasons: vec!["finite elements are the model that PETSc solves".to_owned()],
+    })
+}

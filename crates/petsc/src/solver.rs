@@ -1,0 +1,352 @@
+//! The solver of a distributed system: FGMRES with a split into motion and pressure.
+
+use crate::PetscError;
+use crate::assembly::Blocks;
+use crate::handles::{Krylov, Matrix, Rows, Session, Vector};
+use crate::hierarchy::Hierarchy;
+use crate::numbering::Numbering;
+
+/// Basis vectors of FGMRES before a restart, as in `linalg`.
+const RESTART: usize = 60;
+
+/// Bound on iterations, as in `linalg`.
+const MAX_ITERATIONS: usize = 300;
+
+/// Eigenvalues of the Jacobi-scaled mass matrix of linear tetrahedra (Wathen 1987).
+const MASS_EIGENVALUES: [f64; 2] = [0.5, 2.5];
+
+/// Chebyshev steps on the mass matrix, and its multiple in the Schur complement of a weak row, as
+/// in `linalg`.
+const MASS_STEPS: usize = 3;
+const WEAK: f64 = 4.0;
+
+/// Ratio of the smoother's interval, and safety factor of the estimated largest eigenvalue, as in
+/// `linalg`.
+const SMOOTHING_RANGE: f64 = 7.0;
+const UPPER_MARGIN: f64 = 1.05;
+
+/// Estimated error of the border dofs over the weighted residual; see
+/// [`SolveReport::error_estimate`](linalg::SolveReport::error_estimate).
+const ERROR_OVER_RESIDUAL: f64 = 2.0;
+
+/// Norm of the image of a unit vector below which it is a null vector: rounding leaves 1e-13.
+const NULL: f64 = 1e-9;
+
+/// Shift of the pressure block of the direct solver, as a multiple of the mass matrix.
+///
+/// The shifted matrix is quasi-definite; FGMRES removes the error of the shift in a few steps.
+const DIRECT_SHIFT: f64 = 1e-7;
+
+/// Largest number of solves that continue from the solution of the one before.
+const MAX_CONTINUATIONS: usize = 5;
+
+/// How the linear system is solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Method {
+    /// FGMRES with fields split, multigrid for the motion.
+    #[default]
+    Block,
+    /// LDLT factors by MUMPS and refinement by FGMRES.
+    Direct,
+}
+
+/// A solution with the figures of its computation.
+pub struct Solved {
+    /// Motion and pressure of this process.
+    pub fields: [Vec<f64>; 2],
+    pub iterations: usize,
+    /// `|b - A x| / |b|`, recomputed.
+    pub true_relative_residual: f64,
+    /// The same in the weighted norm, times the ratio of error and residual.
+    pub error_estimate: f64,
+    pub levels: usize,
+}
+
+/// The system, scaled, with its solver.
+pub struct Solver<'s> {
+    session: &'s Session,
+    matrix: Matrix<'s>,
+    rhs: Vector<'s>,
+    outer: Krylov<'s>,
+    /// Inner solvers, whose convergence is checked too.
+    inner: Vec<(String, Krylov<'s>)>,
+    factors: [Vec<f64>; 2],
+    levels: usize,
+}
+
+impl<'s> Solver<'s> {
+    /// Scales the system and sets up its solver.
+    ///
+    /// # Errors
+    /// Those of PETSc.
+    pub fn new(
+        session: &'s Session,
+        mut blocks: Blocks<'s>,
+        method: Method,
+        numbering: &Numbering,
+        free_vertices: &[u32],
+    ) -> Result<Self, PetscError> {
+        let factors = blocks.scale(session)?;
+        let gradient = blocks.divergence.transpose()?;
+        let weak = weak_rows(&blocks.divergence)?;
+        let mut schur = blocks.pressure_mass;
+        schur.multiply_by(-1.0)?;
+        let zero = no_entries(session, numbering.own_pressure().len())?;
+        let mut matrix =
+            Matrix::nested([[&blocks.motion, &gradient], [&blocks.divergence, &zero]])?;
+        let mut rhs = Vector::from_slice(session, &blocks.rhs.concat())?;
+        let null = null_vector(session, &factors)?;
+        let mut image = Vector::new(session, factors.iter().map(Vec::len).sum())?;
+        matrix.apply(&null, &mut image)?;
+        if image.norm()? < NULL {
+            matrix.set_null_vector(&null, &mut rhs)?;
+        }
+        let outer = Krylov::new(session)?;
+        outer.set_type(c"fgmres")?;
+        outer.set_restart(RESTART)?;
+        outer.stop_by_true_residual()?;
+        let mut solver = Self {
+            session,
+            matrix,
+            rhs,
+            outer,
+            inner: Vec::new(),
+            factors,
+            levels: 0,
+        };
+        match method {
+            Method::Block => {
+                let hierarchy = Hierarchy::new(
+                    session,
+                    blocks.motion,
+                    blocks.prolongation,
+                    numbering,
+                    free_vertices,
+                )?;
+                solver.split_fields(&schur, weak, hierarchy)?;
+            }
+            Method::Direct => {
+                let mut shift = schur;
+                shift.multiply_by(DIRECT_SHIFT)?;
+                let shifted =
+                    Matrix::nested([[&blocks.motion, &gradient], [&blocks.divergence, &shift]])?;
+                let mut shifted = shifted.to_sparse()?;
+                shifted.declare_symmetric()?;
+                solver.factorise(&shifted)?;
+            }
+        }
+        Ok(solver)
+    }
+
+    /// The block-triangular preconditioner.
+    fn split_fields(
+        &mut self,
+        schur: &Matrix<'s>,
+        weak: Vec<f64>,
+        hierarchy: Hierarchy<'s>,
+    ) -> Result<(), PetscError> {
+        self.outer.set_operators(&self.matrix, &self.matrix)?;
+        let split = self.outer.preconditioner()?;
+        split.split_by_fields(&self.matrix, [c"motion", c"pressure"], schur)?;
+        self.outer.read_options()?;
+        self.outer.set_up()?;
+        let [motion, pressure] = split.fields()?;
+        // Before anything else, because inner solvers inherit the prefix when they are created.
+        motion.set_prefix(c"motion_")?;
+        pressure.set_prefix(c"pressure_")?;
+        self.set_up_motion(&motion, hierarchy)?;
+        pressure.set_type(c"preonly")?;
+        let mass = (pressure.preconditioner()?).set_solver_and_diagonal(weak)?;
+        mass.set_type(c"chebyshev")?;
+        mass.set_steps(MASS_STEPS)?;
+        let [smallest, largest] = MASS_EIGENVALUES;
+        mass.set_eigenvalues(smallest, largest)?;
+        mass.preconditioner()?.set_type(c"jacobi")?;
+        for (name, field) in [("motion", motion), ("pressure", pressure)] {
+            field.read_options()?;
+            field.set_up()?;
+            self.inner.push((name.to_owned(), field));
+        }
+        self.inner.push(("pressure mass matrix".to_owned(), mass));
+        Ok(())
+    }
+
+    /// One V-cycle.
+    fn set_up_motion(
+        &mut self,
+        motion: &Krylov<'s>,
+        hierarchy: Hierarchy<'s>,
+    ) -> Result<(), PetscError> {
+        motion.set_type(c"preonly")?;
+        let multigrid = motion.preconditioner()?;
+        multigrid.set_multigrid(&hierarchy.prolongations)?;
+        let coarsest = hierarchy.prolongations.len();
+        self.levels = coarsest + 1;
+        for (depth, level) in hierarchy.levels.into_iter().enumerate() {
+            let smoother = multigrid.smoother(coarsest - depth)?;
+            let mut matrix = level.matrix;
+            matrix.declare_symmetric()?;
+            smoother.set_operators(&matrix, &matrix)?;
+            let name = if depth == coarsest {
+                smoother.set_type(c"preonly")?;
+                let factor = smoother.preconditioner()?.redundant()?;
+                factor.set_type(c"preonly")?;
+                // A border with multipliers has zeros on the diagonal and needs pivots.
+                factor.preconditioner()?.set_ldlt(c"mumps")?;
+                self.inner.push(("coarsest factors".to_owned(), factor));
+                "coarsest level".to_owned()
+            } else {
+                smoother.set_type(c"chebyshev")?;
+                smoother.set_steps(if depth == 0 { 1 } else { 2 })?;
+                smoother.estimate_eigenvalues(UPPER_MARGIN / SMOOTHING_RANGE, UPPER_MARGIN)?;
+                let diagonal = level.inverse_diagonal;
+                smoother.preconditioner()?.set_diagonal(diagonal)?;
+                format!("smoother of level {depth}")
+            };
+            self.inner.push((name, smoother));
+        }
+        Ok(())
+    }
+
+    /// Direct factors of `shifted` as the preconditioner.
+    fn factorise(&mut self, shifted: &Matrix<'s>) -> Result<(), PetscError> {
+        self.outer.set_operators(&self.matrix, shifted)?;
+        self.outer.preconditioner()?.set_ldlt(c"mumps")?;
+        self.outer.read_options()?;
+        self.outer.set_up()
+    }
+
+    /// Solves until the Euclidean residual and the estimated error are below `rtol`.
+    ///
+    /// # Errors
+    /// [`PetscError::NotConverged`] for the outer or an inner solver, and those of PETSc.
+    pub fn solve(&self, rtol: f64) -> Result<Solved, PetscError> {
+        let mut x = Vector::new(self.session, self.factors.iter().map(Vec::len).sum())?;
+        let mut iterations = 0;
+        let mut inner_rtol = rtol / ERROR_OVER_RESIDUAL;
+        let mut continuations = 0;
+        loop {
+            self.outer.set_tolerance(inner_rtol, MAX_ITERATIONS)?;
+            self.outer.solve(&self.rhs, &mut x)?;
+            iterations += self.outer.iterations()?;
+            let [euclidean, weighted] = self.residuals(&x)?;
+            let error_estimate = ERROR_OVER_RESIDUAL * weighted;
+            self.check_reasons(iterations, euclidean)?;
+            // Written so that NaN does not count as converged.
+            let larger = euclidean.max(error_estimate);
+            if larger <= rtol && !weighted.is_nan() {
+                let mut motion = x.local()?;
+                let factors = self.factors.iter().flatten();
+                (motion.iter_mut().zip(factors)).for_each(|(x, factor)| *x *= factor);
+                let pressure = motion.split_off(self.factors[0].len());
+                return Ok(Solved {
+                    fields: [motion, pressure],
+                    iterations,
+                    true_relative_residual: euclidean,
+                    error_estimate,
+                    levels: self.levels,
+                });
+            }
+            if continuations == MAX_CONTINUATIONS || !larger.is_finite() {
+                return Err(PetscError::NotConverged {
+                    role: "system".to_owned(),
+                    iterations,
+                    reason: self.outer.reason()?,
+                    true_relative_residual: larger,
+                });
+            }
+            // The residual of the recurrence is the weighted one; it has to fall by the factor that
+            // is missing, with a margin for rounding.
+            inner_rtol = 0.5 * weighted * rtol / larger;
+            self.outer.start_from_guess()?;
+            continuations += 1;
+        }
+    }
+
+    /// `|b - A x| / |b|` of the system before scaling, in the Euclidean and in the weighted norm.
+    fn residuals(&self, x: &Vector<'s>) -> Result<[f64; 2], PetscError> {
+        let mut residual = Vector::new(self.session, self.factors.iter().map(Vec::len).sum())?;
+        self.matrix.apply(x, &mut residual)?;
+        residual.subtract_from(&self.rhs)?;
+        let weighted = relative(residual.norm()?, self.rhs.norm()?);
+        let factors = self.factors.concat();
+        let unscaled = |vector: &Vector<'s>| {
+            let scaled = vector.local()?;
+            let values: Vec<f64> = scaled.iter().zip(&factors).map(|(r, f)| r / f).collect();
+            Vector::from_slice(self.session, &values)?.norm()
+        };
+        let euclidean = relative(unscaled(&residual)?, unscaled(&self.rhs)?);
+        Ok([euclidean, weighted])
+    }
+
+    /// Refuses a solution if any solver says that it did not converge.
+    fn check_reasons(
+        &self,
+        iterations: usize,
+        true_relative_residual: f64,
+    ) -> Result<(), PetscError> {
+        let outer = [("system", &self.outer)].into_iter();
+        let inner = self
+            .inner
+            .iter()
+            .map(|(role, solver)| (role.as_str(), solver));
+        for (role, solver) in outer.chain(inner) {
+            let reason = solver.reason()?;
+            if reason < 0 {
+                return Err(PetscError::NotConverged {
+                    role: role.to_owned(),
+                    iterations,
+                    reason,
+                    true_relative_residual,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// `residual / rhs`; zero for a right-hand side of zero, whose solution is zero.
+fn relative(residual: f64, rhs: f64) -> f64 {
+    if rhs == 0.0 && residual == 0.0 {
+        return 0.0;
+    }
+    residual / rhs
+}
+
+/// A square matrix without nonzeros.
+fn no_entries<'s>(session: &'s Session, size: usize) -> Result<Matrix<'s>, PetscError> {
+    let mut rows = Rows::default();
+    for _ in 0..size {
+        rows.end_row()?;
+    }
+    Matrix::from_rows(session, &rows, size)
+}
+
+/// The constant pressure in the scaled system, as a unit vector.
+fn null_vector<'s>(
+    session: &'s Session,
+    [motion, pressure]: &[Vec<f64>; 2],
+) -> Result<Vector<'s>, PetscError> {
+    let mut constant = vec![0.0; motion.len()];
+    constant.extend(pressure.iter().map(|factor| factor.recip()));
+    let norm = Vector::from_slice(session, &constant)?.norm()?;
+    constant.iter_mut().for_each(|value| *value /= norm);
+    Vector::from_slice(session, &constant)
+}
+
+/// The diagonal matrix that is added to the inverse of the mass matrix at edges and corners.
+///
+/// `W = max(0, 1 / (4 s) - 1 / m)` with `s = (B D^-1 B^T)_qq` and the diagonal `m` of the mass
+/// matrix, as in `linalg`. In the scaled system `m` is one and `s` the squared norm of a row.
+/// Negative, as the Schur complement.
+fn weak_rows(divergence: &Matrix) -> Result<Vec<f64>, PetscError> {
+    let mut weak = Vec::new();
+    divergence.for_each_row(|_, values| {
+        let schur: f64 = values.iter().map(|value| value * value).sum();
+        let excess = (WEAK * schur).recip() - 1.0;
+        // A row without free velocities has no Schur complement to approximate.
+        let is_weak = excess > 0.0 && excess.is_finite();
+        weak.push(if is_weak { -excess } else { 0.0 });
+    })?;
+    Ok(weak)
+}

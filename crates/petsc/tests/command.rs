@@ -1,0 +1,202 @@
+//! The command `swim-petsc` against the model of one machine.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use swimmer::models::{FemModel, InstantaneousSolution};
+use swimmer::{Choice, Scene, run_with, solve_start};
+
+/// Residual of the solves; answers agree to the larger [`AGREEMENT`].
+const RTOL: f64 = 1e-11;
+const AGREEMENT: f64 = 1e-8;
+
+/// Three spheres on one axis, of which a quarter is meshed.
+const SWIMMER: &str = r#"
+[domain]
+kind = "ball"
+radius = 20.0
+
+[[bodies]]
+name = "left"
+shape = "sphere"
+radius = 1.0
+position = [-4.0, 0.0, 0.0]
+
+[[bodies]]
+name = "centre"
+shape = "sphere"
+radius = 1.0
+position = [0.0, 0.0, 0.0]
+
+[[bodies]]
+name = "right"
+shape = "sphere"
+radius = 1.0
+position = [4.0, 0.0, 0.0]
+
+[[links]]
+name = "left arm"
+body = "left"
+to = "centre"
+
+[[links]]
+name = "right arm"
+body = "right"
+to = "centre"
+
+[gait]
+arms = "clamped"
+
+[[gait.phases]]
+link = "left arm"
+length = 3.0
+duration = 1.0
+"#;
+
+/// A squirmer off the centre of a ball: prescribed velocities on a surface.
+const SQUIRMER: &str = r#"
+[domain]
+kind = "ball"
+radius = 8.0
+
+[[bodies]]
+name = "squirmer"
+shape = "sphere"
+radius = 1.0
+position = [1.0, 2.0, 0.5]
+slip = { b1 = 1.0, b2 = 2.0, axis = [1.0, 0.0, 0.5] }
+"#;
+
+/// Keys by which both programs compute the same numbers: no estimates, no corrections.
+fn overrides() -> Vec<String> {
+    let keys = [
+        "model.kind=\"fem\"",
+        "fem.estimates=\"off\"",
+        "fem.surface_size=0.7",
+    ];
+    let rtol = format!("fem.rtol={RTOL:e}");
+    keys.iter()
+        .map(|key| (*key).to_owned())
+        .chain([rtol])
+        .collect()
+}
+
+fn swim_petsc(ranks: usize, task: &[&str], scene: &Path) -> Output {
+    let mut command = Command::new("mpirun");
+    command
+        .args(["--oversubscribe", "--allow-run-as-root", "-n"])
+        .arg(ranks.to_string())
+        .arg(env!("CARGO_BIN_EXE_swim-petsc"))
+        .arg(task[0])
+        .arg(scene)
+        .args(&task[1..])
+        .env("RAYON_NUM_THREADS", "1");
+    for key in overrides() {
+        command.args(["--set", &key]);
+    }
+    command.output().expect("mpirun, from openmpi-bin")
+}
+
+fn on_one_machine(scene: &Path) -> InstantaneousSolution {
+    let scene = Scene::read(scene, &overrides()).expect("a sound scene");
+    let mut model = FemModel::new(&scene).expect("a scene for elements");
+    solve_start(&scene, &mut model).expect("a solution")
+}
+
+/// Compares velocities and forces of all bodies on 1 and 3 processes with one machine.
+fn compare(name: &str, text: &str) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join(format!("{name}.toml"));
+    std::fs::write(&path, text).expect("a file");
+    let expected = on_one_machine(&path);
+    let largest = |of: fn(&swimmer::models::BodySolution) -> f64| {
+        expected.bodies.iter().map(of).fold(1e-3, f64::max)
+    };
+    let [speed, force] = [
+        largest(|body| body.velocity.norm()),
+        largest(|body| body.force.norm()),
+    ];
+    for ranks in [1, 3] {
+        let output = swim_petsc(ranks, &["solve"], &path);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{ranks} processes: {errors}");
+        let answer: serde_json::Value =
+            serde_json::from_slice(&output.stdout).expect("one JSON object, printed once");
+        assert_eq!(answer["solver"]["solver"], "petsc block");
+        for (body, found) in expected.bodies.iter().enumerate() {
+            let found_of = |key: &str, axis: usize| answer["bodies"][body][key][axis].as_f64();
+            for axis in 0..3 {
+                let pairs = [
+                    (found_of("velocity", axis), found.velocity[axis], speed),
+                    (
+                        found_of("angular_velocity", axis),
+                        found.angular_velocity[axis],
+                        speed,
+                    ),
+                    (found_of("force", axis), found.force[axis], force),
+                ];
+                for (found, expected, size) in pairs {
+                    let difference = (found.expect("a number") - expected).abs() / size;
+                    assert!(difference < AGREEMENT, "{ranks} processes: {difference:e}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_swimmer_cut_at_symmetry_planes_is_the_same_on_one_machine() {
+    compare("swimmer", SWIMMER);
+}
+
+#[test]
+fn a_squirmer_is_the_same_on_one_machine() {
+    compare("squirmer", SQUIRMER);
+}
+
+#[test]
+fn an_error_ends_all_processes_with_its_exit_code() {
+    let output = swim_petsc(2, &["solve"], Path::new("no-such-scene.toml"));
+    assert_eq!(output.status.code(), Some(2));
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(errors.contains("no-such-scene.toml"), "{errors}");
+}
+
+/// Net displacements of a run; the same once more from its checkpoint.
+#[test]
+fn a_gait_moves_as_on_one_machine_and_resumes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("swimmer.toml");
+    let text = format!("{SWIMMER}\n[model]\naccept = \"best\"\n");
+    std::fs::write(&path, text).expect("a file");
+    let scene = Scene::read(&path, &overrides()).expect("a sound scene");
+    let elements = |scene: &Scene| {
+        Ok(Choice {
+            model: Box::new(FemModel::new(scene)?),
+            reasons: Vec::new(),
+        })
+    };
+    let alone = folder.path().join("alone");
+    let expected = run_with(scene, &elements, &alone, false, true, &mut ()).expect("a run");
+    let expected = expected.outcome.displacement[0].x;
+    let out = folder.path().join("out");
+    let out = out.to_str().expect("a path of letters");
+    for task in [
+        vec!["run", "--out", out],
+        vec!["run", "--out", out, "--resume"],
+    ] {
+        let output = swim_petsc(2, &task, &path);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{errors}");
+        let summary: serde_json::Value =
+            serde_json::from_slice(&output.stdout).expect("one JSON object, printed once");
+        let found = summary["displacement"]["left"][0]
+            .as_f64()
+            .expect("a number");
+        assert!(
+            (found / expected - 1.0).abs() < AGREEMENT,
+            "{found} {expected}"
+        );
+    }
+    assert!(Path::new(out).join("summary.json").exists());
+}

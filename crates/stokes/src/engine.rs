@@ -1,0 +1,22 @@
+//! The seam for solvers outside this crate.
+
+use rigid::Drive;
+
+use crate::{Options, Problem, Solution, StokesError};
+
+/// Assembles and solves problems in place of this crate, for example on many machines.
+///
+/// Selected by [`Options::with_engine`]. An engine is a unit struct or a static; what it needs at
+/// run time, such as a communicator, it finds itself.
+pub trait Engine: Sync {
+    /// Solutions for drives that differ only in the rates of the links, without error estimates.
+    ///
+    /// # Errors
+    /// Those of the problem; [`StokesError::Engine`] for all others.
+    fn solve_all(
+        &self,
+        problem: &Problem,
+        drives: &[Drive],
+        options: &Options,
+    ) -> Result<Vec<Solution>, StokesError>;
+}
