@@ -22,7 +22,10 @@ impl Drives {
         let set = scene.articulation();
         let count = scene.bodies().len();
         let turns_as_one = count == 1 || !(0..count).any(|body| set.has_own_attitude(body));
+        // Only then the mesh of finite elements turns with the body.
+        let keeps_mesh = scene.has_surface_velocity() || scene.gravity() != Vector3::zeros();
         let is_alone = *scene.domain() == Domain::Unbounded
+            && keeps_mesh
             && set.linkages().len() == 1
             && turns_as_one
             && set.linkages()[0].bodies.len() == count

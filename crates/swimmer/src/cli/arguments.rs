@@ -34,6 +34,9 @@ pub enum Command {
         /// Open the page in the browser
         #[arg(long)]
         open: bool,
+        /// Write movie.svg, the flow in a plane over the first cycle
+        #[arg(long)]
+        movie: bool,
     },
     /// Compute velocities and forces at the start of the first phase of the gait
     #[command(after_help = help::SOLVE)]
@@ -124,6 +127,9 @@ pub struct RunArguments {
     /// Open report.html in the browser
     #[arg(long)]
     pub open: bool,
+    /// Write movie.svg, the flow in a plane over the first cycle
+    #[arg(long)]
+    pub movie: bool,
 }
 
 /// Arguments of the commands that design strokes.

@@ -38,6 +38,7 @@ pub const VIEW: &str = examples! {
     "swim new three-sphere"
     "swim run three-sphere.toml"
     "swim view out/three-sphere"
+    "swim view out/three-sphere --movie"
 };
 
 pub const SOLVE: &str = examples! {

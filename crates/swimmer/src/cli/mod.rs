@@ -30,7 +30,11 @@ pub fn main() -> ExitCode {
     let Arguments { quiet, command } = Arguments::parse();
     let result = match command {
         Command::Run(arguments) => run::run(arguments, quiet),
-        Command::View { folder, open } => view::view(&folder, open),
+        Command::View {
+            folder,
+            open,
+            movie,
+        } => view::view(&folder, open, movie),
         Command::Solve {
             scene,
             json,

@@ -14,7 +14,7 @@ use super::sensitivities::{describe_sensitivities, sensitivities, sensitivities_
 use super::text::{
     count, duration, entry, error_estimates, print, two_digits, warn, with_uncertainty,
 };
-use super::view::{open_page, page_entry};
+use super::view::{open_page, page_entry, write_movie};
 
 pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, SwimError> {
     let scene = arguments.scene.read()?;
@@ -33,6 +33,14 @@ pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, SwimError> {
     for warning in warnings(&report) {
         warn(&warning);
     }
+    let movie = match arguments.movie {
+        true => write_movie(&out)?,
+        false => String::new(),
+    };
+    let text = |report: &Report| match arguments.json {
+        true => text(report),
+        false => text(report) + &movie,
+    };
     if arguments.open {
         open_page(&out);
     }

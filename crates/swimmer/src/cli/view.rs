@@ -8,19 +8,37 @@ use super::text::{entry, warn};
 
 /// Writes the page of an earlier run again.
 #[cfg(feature = "plots")]
-pub fn view(path: &Path, open: bool) -> Result<String, SwimError> {
+pub fn view(path: &Path, open: bool, movie: bool) -> Result<String, SwimError> {
     use swimmer::output::{Folder, RunRecord};
 
-    let record = RunRecord::read(path)?;
-    record.write_page(&Folder::create(path)?)?;
+    RunRecord::read(path)?.write_page(&Folder::create(path)?)?;
+    let movie = if movie {
+        write_movie(path)?
+    } else {
+        String::new()
+    };
     if open {
         open_page(path);
     }
-    Ok(page_entry(path))
+    Ok(page_entry(path) + &movie)
+}
+
+/// Writes the movie of a run, and says where it is.
+#[cfg(feature = "plots")]
+pub fn write_movie(path: &Path) -> Result<String, SwimError> {
+    use swimmer::output::{Folder, RunRecord};
+
+    let file = RunRecord::read(path)?.write_movie(&Folder::create(path)?)?;
+    Ok(entry("movie", &file.display().to_string()))
 }
 
 #[cfg(not(feature = "plots"))]
-pub fn view(path: &Path, _: bool) -> Result<String, SwimError> {
+pub fn write_movie(path: &Path) -> Result<String, SwimError> {
+    view(path, false, true)
+}
+
+#[cfg(not(feature = "plots"))]
+pub fn view(path: &Path, _: bool, _: bool) -> Result<String, SwimError> {
     Err(SwimError::NotApplicable {
         place: format!("swim view {}", path.display()),
         problem: "this program was built without the feature `plots`".to_owned(),

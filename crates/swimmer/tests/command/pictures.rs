@@ -81,9 +81,25 @@ fn a_run_writes_a_page_that_needs_no_other_file_and_view_writes_the_same_one() {
     std::fs::remove_file(&path).unwrap();
     printed(at, &["view", "out"]);
     assert!(std::fs::read_to_string(&path).unwrap() == page);
+    // An animated picture of all slices, shown one after the other until the end of the cycle.
+    let text = printed(at, &["view", "out", "--movie"]);
+    assert!(
+        text.contains("movie                   out/movie.svg"),
+        "{text}"
+    );
+    let movie = std::fs::read_to_string(at.join("out/movie.svg")).unwrap();
+    assert_eq!(movie.matches("@keyframes").count(), slices.len());
+    assert_eq!(movie.matches("<g class=\"frame").count(), slices.len());
+    assert!(movie.contains(" 100.000% { visibility: hidden }") && !movie.contains("<script"));
+    assert_eq!(
+        movie.matches("<svg").count(),
+        movie.matches("</svg>").count()
+    );
     // A run of an older version has no flow; the page says so.
     std::fs::remove_file(at.join("out/flow_slices.json")).unwrap();
     printed(at, &["view", "out"]);
+    let refused = swim(at, &["view", "out", "--movie"]);
+    assert_eq!(refused.status.code(), Some(2));
     let numbers = data(&std::fs::read_to_string(&path).unwrap());
     assert_eq!(numbers["slices"], serde_json::json!([]));
     assert!(

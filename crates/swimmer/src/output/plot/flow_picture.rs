@@ -40,15 +40,29 @@ pub fn flow_svg(
     poses: &[Isometry3<f64>],
     slice: &FlowSlice,
 ) -> Result<String, SwimError> {
+    let title = format!("flow at the start, plane {}", plane_name(&slice.plane));
+    flow_frame(scene, poses, slice, &title, slice.largest_speed())
+}
+
+/// The same with another title, and the colours of speeds up to `largest`.
+///
+/// # Errors
+/// As [`flow_svg`].
+pub fn flow_frame(
+    scene: &Scene,
+    poses: &[Isometry3<f64>],
+    slice: &FlowSlice,
+    title: &str,
+    largest: f64,
+) -> Result<String, SwimError> {
     let plane = &slice.plane;
     let inner = WIDTH - SPACE[0] - SPACE[1];
     let height = f64::from(inner) * plane.height / plane.width;
     let size = (WIDTH, height.round() as u32 + SPACE[2] + SPACE[3]);
-    let largest = slice.largest_speed();
     let mut window = (0..1, 0..1);
     let svg = canvas::svg(size, |root| {
         let (left, right) = root.split_horizontally(px(WIDTH - SPACE[1]));
-        window = draw_window(&left, scene, poses, slice)?;
+        window = draw_window(&left, scene, poses, slice, title)?;
         draw_bar(&right, largest)?;
         root.present()?;
         Ok(())
@@ -62,6 +76,7 @@ fn draw_window(
     scene: &Scene,
     poses: &[Isometry3<f64>],
     slice: &FlowSlice,
+    title: &str,
 ) -> Result<(Range<i32>, Range<i32>), Box<dyn std::error::Error>> {
     let plane = &slice.plane;
     let mut name: String = scene.name().chars().take(NAME).collect();
@@ -69,9 +84,8 @@ fn draw_window(
         name.push_str("...");
     }
     let [right, up] = [plane.right, plane.up].map(|e| direction(&e));
-    let title = format!("{name}: flow at the start, plane {}", plane_name(plane));
     area.draw(&Text::new(
-        title,
+        format!("{name}: {title}"),
         (px(SPACE[0]) as i32, px(14) as i32),
         font(18, &INK),
     ))?;

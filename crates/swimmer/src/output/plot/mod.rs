@@ -7,6 +7,7 @@ mod curves;
 mod flow_picture;
 mod height_map;
 mod learning;
+mod movie;
 mod quantity;
 mod snapshots;
 mod style;
@@ -14,6 +15,7 @@ mod style;
 pub use flow_picture::flow_svg;
 pub use height_map::height_map_svg;
 pub use learning::{learning_curve_svg, policy_svg};
+pub(super) use movie::{MovieFrame, movie_svg};
 pub(super) use quantity::Quantity;
 pub(super) use style::body_colour;
 

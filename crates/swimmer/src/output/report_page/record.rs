@@ -1,14 +1,20 @@
 //! What the page of a run shows.
 
-use std::path::Path;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 
 use scene::Scene;
 use serde_json::Value;
 
 use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
-use crate::outcome::Outcome;
-use crate::output::flow_slices::StoredSlices;
+use crate::outcome::{Outcome, Sample};
+use crate::output::flow_slices::{StoredSlice, StoredSlices};
+use crate::output::folder::Folder;
+use crate::output::plot::{MovieFrame, movie_svg};
+
+/// Name of the animated picture.
+const MOVIE: &str = "movie.svg";
 
 /// A finished run, as its page shows it.
 #[derive(Debug)]
@@ -77,5 +83,42 @@ impl RunRecord {
             slices: StoredSlices::read(folder),
             map: std::fs::read_to_string(folder.join("map.svg")).ok(),
         })
+    }
+
+    /// Writes `movie.svg` into a folder: the flow in a plane over the first cycle, animated.
+    ///
+    /// Returns the path of the file.
+    ///
+    /// # Errors
+    /// [`SwimError::NotApplicable`] for a run whose folder has no flow; [`SwimError::Plot`],
+    /// [`SwimError::Write`].
+    pub fn write_movie(&self, folder: &Folder) -> Result<PathBuf, SwimError> {
+        let off = |sample: &Sample, time: f64| (sample.time - time).abs();
+        let frame = |stored: &StoredSlice| {
+            let nearest = self.outcome.samples.iter().min_by(|a, b| {
+                let [a, b] = [a, b].map(|sample| off(sample, stored.time));
+                a.total_cmp(&b)
+            })?;
+            Some(MovieFrame {
+                time: stored.time,
+                poses: nearest.poses.clone(),
+                slice: stored.slice()?,
+            })
+        };
+        let frames: Vec<_> = self.slices.slices.iter().filter_map(frame).collect();
+        if frames.is_empty() {
+            let missing = self.slices.missing.as_deref();
+            return Err(SwimError::NotApplicable {
+                place: format!("--movie {}", folder.path().display()),
+                problem: format!(
+                    "the run has no flow in a plane: {}",
+                    missing.unwrap_or("its file is damaged; repeat the run")
+                ),
+            });
+        }
+        let phases = self.scene.gait().phases.iter();
+        let cycle: f64 = phases.map(|phase| phase.duration).sum();
+        let movie = movie_svg(&self.scene, &frames, cycle)?;
+        folder.write(MOVIE, |file| file.write_all(movie.as_bytes()))
     }
 }
