@@ -1,8 +1,9 @@
 //! Levels of multigrid for velocities and border: linear elements, then smoothed aggregation.
 //!
-//! The same steps as in `linalg`, as products of PETSc's matrices. The border dofs are part of
-//! every level: with `D` zero on the border, one damped Jacobi step on the tentative prolongation
-//! `[T 0; 0 I]` of the bordered matrix gives `[T - w D^-1 K T, -w D^-1 C; 0, I]`.
+//! The steps are those of `linalg`, as products of PETSc matrices. The border dofs are part of
+//! every level. One damped Jacobi step, with `D^-1` zero on the border, changes the tentative
+//! prolongation `[T 0; 0 I]` of the bordered matrix `[K C; C^T M]` into
+//! `[T - w D^-1 K T, -w D^-1 C; 0, I]`.
 
 use std::ops::Range;
 
@@ -13,23 +14,24 @@ use crate::ffi::Int;
 use crate::handles::{Matrix, Rows, Session};
 use crate::numbering::Numbering;
 
-/// Factor of the Jacobi step on the tentative prolongation: `4 / (3 upper)` with the bound 1 on the
-/// eigenvalues of `D^-1 K`, which holds for the l1 diagonal by Gershgorin's circles.
+/// Factor `w` of the Jacobi step on the tentative prolongation: `4 / (3 upper)`.
+///
+/// The eigenvalues of `D^-1 K` are at most `upper = 1` for the l1 diagonal (Gershgorin).
 const DAMPING: f64 = 4.0 / 3.0;
 
 /// Largest share of the dofs of a level that the next coarser level may have.
 ///
-/// Coarsening by less costs more than factorising the finer level.
+/// If coarsening reduces the dofs by less, factorising the finer level is cheaper.
 const LEAST_COARSENING: f64 = 0.8;
 
-/// All levels with the prolongations between them, both finest first.
+/// Matrices of all levels and the prolongations between them, both finest first.
 pub struct Hierarchy<'s> {
     pub levels: Vec<Level<'s>>,
     pub prolongations: Vec<Matrix<'s>>,
 }
 
 impl<'s> Hierarchy<'s> {
-    /// Coarsens `matrix`, first by `prolongation` to linear elements.
+    /// Coarsens `matrix`, first with `prolongation` from linear elements, then by aggregation.
     ///
     /// `free_vertices` are the free vertices of this process in the order of their numbers.
     ///
@@ -75,10 +77,10 @@ impl<'s> Hierarchy<'s> {
     }
 }
 
-/// A level.
+/// One multigrid level.
 pub struct Level<'s> {
     pub matrix: Matrix<'s>,
-    /// `1 / sum_j |k_ij|` for velocities, zero for the border: the diagonal of the smoother.
+    /// Diagonal of the smoother: `1 / sum_j |k_ij|` for velocities, zero for the border.
     pub inverse_diagonal: Vec<f64>,
     /// Numbers of the border dofs.
     border: Range<Int>,
@@ -115,8 +117,8 @@ impl<'s> Level<'s> {
     /// The tentative prolongation `[T 0; 0 I]`, the components of its aggregates, and the number of
     /// its columns on this process.
     ///
-    /// Each process aggregates its own nodes. Components that are prescribed at a node have no row;
-    /// nodes are aggregated with nodes of the same components only.
+    /// Each process aggregates its own nodes. Components that are prescribed at a node have no row.
+    /// All nodes of an aggregate have the same free components.
     fn tentative(
         &self,
         session: &'s Session,
@@ -158,7 +160,7 @@ impl<'s> Level<'s> {
         Ok((tentative, of_aggregate, columns))
     }
 
-    /// The scalar matrix of the nodes of this process, from the row of one component of each.
+    /// Scalar matrix of the nodes of this process, from the first component of each node.
     fn own_scalar_matrix(&self, components: &[u8]) -> Result<Csr, PetscError> {
         let first_rows = first_rows(components);
         let rows = self.matrix.row_range()?;
@@ -221,7 +223,7 @@ impl<'s> Level<'s> {
     }
 }
 
-/// First row of each node with the given components, and the number of rows.
+/// First row of each node with the given free components, followed by the number of rows.
 fn first_rows(components: &[u8]) -> Vec<usize> {
     let mut rows = vec![0];
     for bits in components {

@@ -16,9 +16,9 @@ use crate::solver::{Method, Solver};
 /// A solution, the same on every process.
 #[non_exhaustive]
 pub struct DistributedSolution {
-    /// Velocities and pressure at all nodes, forces and figures, as from one machine.
+    /// Velocities and pressure at all nodes, forces and solver figures, as from one machine.
     pub solution: Solution,
-    /// Number of levels of multigrid; zero for the direct solver.
+    /// Number of multigrid levels; zero for the direct solver.
     pub levels: usize,
     /// Degrees of freedom that this process owns.
     pub own_dofs: usize,
@@ -26,13 +26,13 @@ pub struct DistributedSolution {
 
 /// Solves a problem for one drive.
 ///
-/// Every process calls it with the same problem. The system stops when both residuals of
-/// [`linalg::SolveReport`] are below `rtol`. Errors of the discretisation are not estimated, and
-/// the preconditioner knows no pressure Laplacian for narrow gaps and channels: they cost
-/// iterations.
+/// Collective: every process calls it with the same problem. The iteration stops when the relative
+/// Euclidean residual and the estimated error of [`linalg::SolveReport`] are below `rtol`.
+/// Discretisation errors are not estimated. The preconditioner has no pressure Laplacian, so that
+/// problems with narrow gaps and channels take more iterations than in `stokes`.
 ///
 /// # Errors
-/// [`PetscError`]; where only some processes fail, the caller must end all of them
+/// [`PetscError`]. If only some processes fail, the caller must end all of them
 /// ([`Session::abort`]).
 pub fn solve(
     session: &Session,

@@ -25,7 +25,7 @@ const WEAK: f64 = 4.0;
 const SMOOTHING_RANGE: f64 = 7.0;
 const UPPER_MARGIN: f64 = 1.05;
 
-/// Estimated error of the border dofs over the weighted residual; see
+/// Ratio of the estimated error of the border dofs to the weighted residual; see
 /// [`SolveReport::error_estimate`](linalg::SolveReport::error_estimate).
 const ERROR_OVER_RESIDUAL: f64 = 2.0;
 
@@ -37,16 +37,16 @@ const NULL: f64 = 1e-9;
 /// The shifted matrix is quasi-definite; FGMRES removes the error of the shift in a few steps.
 const DIRECT_SHIFT: f64 = 1e-7;
 
-/// Largest number of solves that continue from the solution of the one before.
+/// Largest number of restarts of FGMRES from the last solution with a smaller tolerance.
 const MAX_CONTINUATIONS: usize = 5;
 
 /// How the linear system is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Method {
-    /// FGMRES with fields split, multigrid for the motion.
+    /// FGMRES with a block-triangular preconditioner, multigrid for velocities and bodies.
     #[default]
     Block,
-    /// LDLT factors by MUMPS and refinement by FGMRES.
+    /// LDLT factors by MUMPS, refined by FGMRES.
     Direct,
 }
 
@@ -57,18 +57,18 @@ pub struct Solved {
     pub iterations: usize,
     /// `|b - A x| / |b|`, recomputed.
     pub true_relative_residual: f64,
-    /// The same in the weighted norm, times the ratio of error and residual.
+    /// Estimated relative error of the border dofs: twice the residual in the weighted norm.
     pub error_estimate: f64,
     pub levels: usize,
 }
 
-/// The system, scaled, with its solver.
+/// The scaled system and its solver.
 pub struct Solver<'s> {
     session: &'s Session,
     matrix: Matrix<'s>,
     rhs: Vector<'s>,
     outer: Krylov<'s>,
-    /// Inner solvers, whose convergence is checked too.
+    /// Inner solvers with their roles; their convergence is checked too.
     inner: Vec<(String, Krylov<'s>)>,
     factors: [Vec<f64>; 2],
     levels: usize,
@@ -171,7 +171,7 @@ impl<'s> Solver<'s> {
         Ok(())
     }
 
-    /// One V-cycle.
+    /// Sets up one V-cycle as the solver of the motion.
     fn set_up_motion(
         &mut self,
         motion: &Krylov<'s>,
@@ -255,8 +255,8 @@ impl<'s> Solver<'s> {
                     true_relative_residual: larger,
                 });
             }
-            // The residual of the recurrence is the weighted one; it has to fall by the factor that
-            // is missing, with a margin for rounding.
+            // FGMRES measures the weighted residual. It has to fall by the factor `rtol / larger`,
+            // with a margin for rounding.
             inner_rtol = 0.5 * weighted * rtol / larger;
             self.outer.start_from_guess()?;
             continuations += 1;
@@ -279,7 +279,7 @@ impl<'s> Solver<'s> {
         Ok([euclidean, weighted])
     }
 
-    /// Refuses a solution if any solver says that it did not converge.
+    /// Returns an error if any solver reports that it did not converge.
     fn check_reasons(
         &self,
         iterations: usize,
@@ -305,7 +305,7 @@ impl<'s> Solver<'s> {
     }
 }
 
-/// `residual / rhs`; zero for a right-hand side of zero, whose solution is zero.
+/// `residual / rhs`; zero if both are zero.
 fn relative(residual: f64, rhs: f64) -> f64 {
     if rhs == 0.0 && residual == 0.0 {
         return 0.0;
@@ -322,7 +322,7 @@ fn no_entries<'s>(session: &'s Session, size: usize) -> Result<Matrix<'s>, Petsc
     Matrix::from_rows(session, &rows, size)
 }
 
-/// The constant pressure in the scaled system, as a unit vector.
+/// Unit vector of the constant pressure in the scaled system.
 fn null_vector<'s>(
     session: &'s Session,
     [motion, pressure]: &[Vec<f64>; 2],
@@ -334,11 +334,11 @@ fn null_vector<'s>(
     Vector::from_slice(session, &constant)
 }
 
-/// The diagonal matrix that is added to the inverse of the mass matrix at edges and corners.
+/// Diagonal `-W` that is added to the inverse of the negative mass matrix at edges and corners.
 ///
 /// `W = max(0, 1 / (4 s) - 1 / m)` with `s = (B D^-1 B^T)_qq` and the diagonal `m` of the mass
-/// matrix, as in `linalg`. In the scaled system `m` is one and `s` the squared norm of a row.
-/// Negative, as the Schur complement.
+/// matrix, as in `linalg`. In the scaled system `m` is one and `s` is the squared norm of a row of
+/// `B`. The sign is that of the Schur complement.
 fn weak_rows(divergence: &Matrix) -> Result<Vec<f64>, PetscError> {
     let mut weak = Vec::new();
     divergence.for_each_row(|_, values| {

@@ -182,7 +182,7 @@ fn on_ranks(ranks: usize) -> Result<Vec<Vec<f64>>, Failure> {
     Ok(text.lines().map(line).collect::<Result<_, _>>()?)
 }
 
-/// Largest difference relative to the largest number of the same kind.
+/// Largest difference relative to the largest number of `a`.
 fn difference(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let size = a.iter().fold(0.0_f64, |size, x| size.max(x.abs()));

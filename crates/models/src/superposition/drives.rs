@@ -3,21 +3,21 @@
 use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
 use scene::{Background, Domain, Scene};
 
-/// Number of orientations from which those to be solved are chosen.
+/// Number of orientations from which the basis is chosen.
 ///
-/// With 60, coefficients of other orientations are below 2 in all cases of the unit test.
+/// With 60, the coefficients of other orientations are below 2.5 in all cases of the unit test.
 pub(super) const CANDIDATES: usize = 60;
 
-/// What drives the flow, in the laboratory axes.
+/// Loads, background flow and slip of a scene, in the laboratory axes.
 pub(super) struct Drives {
-    /// Independent directions of the external forces and torques.
+    /// Orthonormal basis of the span of the external forces and torques.
     loads: Vec<Vector3<f64>>,
     pub background: Background,
     has_slip: bool,
 }
 
 impl Drives {
-    /// What drives a scene whose solutions can be superposed; none for other scenes.
+    /// The drives of a scene; `None` if its solutions cannot be superposed.
     pub fn of(scene: &Scene) -> Option<Self> {
         let set = scene.articulation();
         let count = scene.bodies().len();
@@ -64,7 +64,7 @@ impl Drives {
         (is_alone && drives.count() > 0).then_some(drives)
     }
 
-    /// Symmetric part of the gradient of the background flow, of size one; none without strain.
+    /// Rate of strain of the background flow, with unit norm; `None` without strain.
     fn strain(&self) -> Option<Matrix3<f64>> {
         let gradient = self.background.gradient(&Vector3::zeros());
         let strain = 0.5 * (gradient + gradient.transpose());
@@ -81,13 +81,13 @@ impl Drives {
         )
     }
 
-    /// Number of independent components of the data.
+    /// Number of independent components of `d`.
     pub fn count(&self) -> usize {
         let of_strain = if self.strain().is_some() { 5 } else { 0 };
         3 * self.loads.len() + of_strain + usize::from(self.has_slip)
     }
 
-    /// The data `d` in the axes of a body that is rotated from its initial attitude.
+    /// The vector `d` for a body that is rotated from its initial attitude by `rotation`.
     pub fn data(&self, rotation: &UnitQuaternion<f64>) -> DVector<f64> {
         let back = rotation.inverse();
         let mut data: Vec<f64> = Vec::with_capacity(self.count());
@@ -105,9 +105,9 @@ impl Drives {
         DVector::from_vec(data)
     }
 
-    /// Orientations whose data are a basis, and the inverse of their matrix.
+    /// Orientations whose vectors `d` form a basis, and the inverse of the matrix of these vectors.
     ///
-    /// They are chosen by a QR factorisation with pivots over [`CANDIDATES`].
+    /// They are chosen from [`CANDIDATES`] orientations by a QR factorisation with column pivoting.
     pub fn basis(&self) -> Option<(Vec<UnitQuaternion<f64>>, DMatrix<f64>)> {
         let candidates: Vec<_> = (0..CANDIDATES).map(candidate).collect();
         let columns: Vec<DVector<f64>> = candidates.iter().map(|q| self.data(q)).collect();
@@ -123,9 +123,9 @@ impl Drives {
     }
 }
 
-/// Orientations that cover all rotations evenly; the first is the initial one.
+/// Element of a sequence of evenly distributed rotations; element 0 is the identity.
 ///
-/// Uniform rotations of Shoemake (1992) at points of a Kronecker sequence.
+/// Shoemake's (1992) map to uniform rotations, at the points of a Kronecker sequence.
 pub(super) fn candidate(number: usize) -> UnitQuaternion<f64> {
     use std::f64::consts::TAU;
     if number == 0 {

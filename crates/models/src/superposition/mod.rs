@@ -1,17 +1,19 @@
 //! Solutions of a rigid body in a linear flow, superposed from a few orientations.
 //!
-//! In the axes of a rigid body that is alone in unbounded fluid, the flow around it depends
-//! linearly on a few numbers: the components of the external forces and torques, the rate of strain
-//! of the background flow, and the slip. Its position and its rotation change nothing else
+//! Consider one rigid body in unbounded fluid. In the axes of the body, the flow around it is
+//! linear in a vector `d` of few components: the external forces and torques, the rate of strain of
+//! the background flow, and the slip. The solution depends on the position and the rotation `R` of
+//! the body only through `d` and the background velocity:
 //!
 //! ```text
-//! U - u(x), ω - curl u / 2, forces = linear function of d
+//! R^T (U - u(x)), R^T (ω - curl u / 2), R^T forces = linear functions of d
 //! d = (R^T F, R^T T, R^T E R, slip)
 //! ```
 //!
-//! (Brenner 1964; Kim & Karrila 1991, section 5.2). A model solves for as many orientations `R` as
-//! there are independent components of `d`; every further orientation is a linear combination. A
-//! tumbling body takes nine solutions instead of hundreds.
+//! with the undisturbed flow `u` and its rate of strain `E` (Brenner 1964; Kim & Karrila 1991,
+//! section 5.2). A model solves for as many orientations `R` as `d` has independent components, at
+//! most 15; the solution for any other orientation is a linear combination. A body that tumbles in
+//! shear takes five solutions, and one more as a check, instead of hundreds.
 
 mod drives;
 mod solved;

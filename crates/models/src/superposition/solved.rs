@@ -11,14 +11,14 @@ use crate::solution::{FlowField, InstantaneousSolution};
 pub(super) struct Solved {
     pub lengths: Vec<f64>,
     pub layout: Layout,
-    /// Inverse of the matrix whose columns are the data of the orientations.
+    /// Inverse of the matrix whose columns are the vectors `d` of the orientations.
     pub inverse: DMatrix<f64>,
     pub solutions: Vec<Response>,
-    /// Largest deviation of a velocity from linearity, at one orientation more.
+    /// Largest difference between superposed and direct velocities at one further orientation.
     pub deviation: f64,
 }
 
-/// One solution of the basis.
+/// One solution of the basis, without the background flow.
 pub(super) struct Response {
     pub solution: InstantaneousSolution,
     pub numbers: Vec<f64>,

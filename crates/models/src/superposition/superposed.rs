@@ -13,12 +13,13 @@ use crate::mesh_error::{MeshError, Uncertainty};
 use crate::record::{Layout, numbers};
 use crate::solution::{BodySolution, FlowField, InstantaneousSolution, PointFlow};
 
-/// Relative deviation from linearity that counts as that of the linear solver.
+/// Relative deviation from linearity that the error of the linear solver may cause.
 const ROUNDING: f64 = 1e-6;
 
-/// A model of one rigid body, or of several at constant distances, whose solutions are superposed.
+/// A model of one rigid body, or of a rigid assembly of bodies, whose solutions are superposed.
 ///
-/// Rates of joints, other lengths than the first ones and masses are left to the model.
+/// The model itself solves queries with rates of joints, with lengths other than those of the first
+/// query, or with masses.
 pub struct Superposed {
     model: Box<dyn Hydrodynamics>,
     drives: Drives,
@@ -29,21 +30,22 @@ pub struct Superposed {
 enum Basis {
     Pending,
     Computed(Box<Solved>),
-    /// The model fails in an orientation, or its solutions are not linear.
+    /// The model fails in an orientation, or its solutions are not linear in `d`.
     Impossible,
 }
 
-/// The last solution: coefficients of the basis and place of the body.
+/// The last solution: coefficients of the basis and pose of the body.
 struct Placed {
     coefficients: DVector<f64>,
     pose: Isometry3<f64>,
 }
 
 impl Superposed {
-    /// Superposes the solutions of a model, if its scene allows that.
+    /// Superposes the solutions of a model, if its scene allows it.
     ///
-    /// Cost: at the first query as many solutions as there are components of `d`, at most 15, and
-    /// one more, whose deviation from linearity is an error bar; then microseconds per solution.
+    /// Cost: the first query solves for as many orientations as `d` has components, at most 15, and
+    /// for one more, at which the deviation from linearity is measured. The deviation is added to
+    /// the error bar `model`. Every further solution takes microseconds.
     ///
     /// # Errors
     /// The model itself, if solutions of its scene cannot be superposed.
@@ -96,7 +98,7 @@ impl Superposed {
         state
     }
 
-    /// Adds `sign` times the motion of the fluid without bodies to a solution.
+    /// Adds `sign` times the velocity and rotation of the undisturbed flow to all motions.
     fn add_background(
         &self,
         sign: f64,
@@ -120,7 +122,7 @@ impl Superposed {
         Ok(())
     }
 
-    /// Solves the model in one orientation.
+    /// Solution of the model in one orientation, in the axes of the body.
     fn respond(
         &mut self,
         rotation: &UnitQuaternion<f64>,
@@ -152,12 +154,12 @@ impl Superposed {
         })
     }
 
-    /// Solves for all orientations of the basis.
+    /// Solutions for all orientations of the basis; `None` if they are not linear.
     fn solve_basis(&mut self, lengths: &[f64]) -> Result<Option<Solved>, ModelError> {
         let Some((rotations, inverse)) = self.drives.basis() else {
             return Ok(None);
         };
-        // As after an interruption, so that resumed runs have the same bits.
+        // The state after an interruption, so that resumed runs give bitwise equal results.
         let history = self.model.history()?;
         self.model.restore(&history)?;
         let responses = rotations
@@ -193,7 +195,7 @@ impl Superposed {
         Ok((solved.deviation <= allowed).then_some(solved))
     }
 
-    /// Whether a query can be superposed: nothing moves relative to the body.
+    /// Whether a query can be superposed: no joint moves, and lengths are those of the basis.
     fn serves(&self, query: &Query, rates: &[f64]) -> bool {
         let is_basis = |lengths: &[f64]| match &self.basis {
             Basis::Pending => true,
@@ -207,7 +209,7 @@ impl Superposed {
             && is_basis(query.configuration.lengths)
     }
 
-    /// The superposed solution; none if the model has to solve the query.
+    /// The superposed solution; `None` if the model has to solve the query.
     fn superpose(
         &mut self,
         query: &Query,
@@ -234,8 +236,7 @@ impl Superposed {
     }
 }
 
-/// Largest velocity of a point of a body or frame, at most: rotation counts with the radius
-/// `reach`.
+/// Upper bound of the speed of all bodies and frames: `|U| + reach |ω|`.
 fn fastest(motion: &StateVelocity, bodies: &[BodySolution], reach: f64) -> f64 {
     let of_bodies = bodies
         .iter()
@@ -250,7 +251,7 @@ fn fastest(motion: &StateVelocity, bodies: &[BodySolution], reach: f64) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The mesh of a flow field, moved as a whole.
+/// The mesh of a flow field after a rigid motion.
 fn moved(flow: &FlowField, motion: &Isometry3<f64>) -> Option<mesh::TetMesh> {
     let points = flow.mesh.points().iter();
     let points = points.map(|x| motion.rotation * x + motion.translation.vector);

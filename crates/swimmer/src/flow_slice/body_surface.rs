@@ -6,15 +6,16 @@ use mesh::SurfaceMesh;
 use nalgebra::{Isometry3, Vector3};
 use scene::Shape;
 
-/// Number of triangles from which a smooth surface looks smooth.
+/// Number of triangles with which a smooth shape also looks smooth.
 const ENOUGH: usize = 1200;
 
 /// Largest number of triangles; finer surfaces from files are coarsened.
 const MOST: usize = 20_000;
 
-/// The surface of a body about its centre in the initial configuration; `None` for a point.
+/// Triangulated surface of a body in its initial orientation, centred at the origin; `None` for a
+/// point.
 ///
-/// Vertices of smooth shapes lie on the surface. Triangles are counterclockwise as seen from
+/// Vertices of smooth shapes are on the exact surface. Triangles are counterclockwise as seen from
 /// outside.
 pub fn body_surface(shape: &Shape) -> Option<SurfaceMesh> {
     let surface = shape.surface(&Isometry3::identity(), 1.0)?;
@@ -28,7 +29,7 @@ pub fn body_surface(shape: &Shape) -> Option<SurfaceMesh> {
     Some(mesh)
 }
 
-/// An icosahedron with its vertices on a convex shape.
+/// An icosahedron whose vertices are moved onto a convex shape.
 fn icosahedron(shape: &Shape) -> SurfaceMesh {
     let golden = 0.5 * (1.0 + 5f64.sqrt());
     let unit = nalgebra::UnitQuaternion::identity();
@@ -45,8 +46,7 @@ fn icosahedron(shape: &Shape) -> SurfaceMesh {
             points.push(shape.support_point(&unit, &x.normalize()));
         }
     }
-    // All triples of neighbours on the icosahedron with edge 2, whose vertices are these before
-    // they are moved.
+    // The triangles are all triples of neighbours on the regular icosahedron with edge 2.
     let corner = |k: usize| {
         let (axis, sign) = (k / 4, k % 4);
         let mut x = Vector3::zeros();
@@ -75,7 +75,7 @@ fn icosahedron(shape: &Shape) -> SurfaceMesh {
     }
 }
 
-/// Every triangle divided into four; `onto` moves the new vertices onto the surface.
+/// The mesh with every triangle divided into four; `onto` moves the new vertices onto the surface.
 fn divided(mesh: &SurfaceMesh, onto: impl Fn(Vector3<f64>) -> Vector3<f64>) -> SurfaceMesh {
     let mut points = mesh.points.clone();
     let mut middles = HashMap::new();
@@ -97,8 +97,9 @@ fn divided(mesh: &SurfaceMesh, onto: impl Fn(Vector3<f64>) -> Vector3<f64>) -> S
     }
 }
 
-/// A surface with at most [`MOST`] triangles: all vertices in a cell of a grid become the first of
-/// them (Rossignac & Borrel 1993).
+/// A surface with at most [`MOST`] triangles, by vertex clustering (Rossignac & Borrel 1993).
+///
+/// All vertices in a cell of a grid are merged into the first of them.
 fn coarsened(mesh: SurfaceMesh) -> SurfaceMesh {
     let mut coarse = mesh.clone();
     let mut cells = 96.0;
@@ -186,7 +187,7 @@ mod tests {
         for shape in shapes {
             let mesh = body_surface(&shape).unwrap();
             let ratio = volume(&mesh) / shape.volume();
-            // Chords: n triangles about a circle of 4 sqrt(n / 20) edges lose (pi / edges)^2 or so.
+            // Facet geometry error: about (pi / e)^2 with e = 4 sqrt(n / 20) edges on a circle.
             assert!((0.93..1.001).contains(&ratio), "{shape:?}: {ratio}");
             assert!(mesh.triangles.len() <= MOST);
         }

@@ -5,26 +5,26 @@ use nalgebra::Vector3;
 
 use super::plane::SlicePlane;
 
-/// Velocity and pressure on a regular grid of points in a plane, in the scene's units and the
-/// laboratory frame.
+/// Velocity and pressure on a regular grid in a plane, in the scene's units and laboratory frame.
 #[derive(Clone, Debug)]
 pub struct FlowSlice {
     /// The window.
     pub plane: SlicePlane,
-    /// Number of grid points along its width, at least two.
+    /// Number of grid points along the width of the window, at least two.
     pub columns: usize,
-    /// Number of grid points along its height, at least two.
+    /// Number of grid points along the height of the window, at least two.
     pub rows: usize,
-    /// Values at the grid points, row by row from below, each from left to right; `None` inside
-    /// bodies and outside the fluid.
+    /// Values at the grid points by row, from the bottom row upwards, each row from left to right.
+    ///
+    /// `None` inside bodies and outside the fluid.
     pub values: Vec<Option<PointFlow>>,
 }
 
 impl FlowSlice {
-    /// The slice of a flow that `evaluate` computes at points, with about `points` of them.
+    /// The slice of a flow on a grid of about `points` points, at which `evaluate` computes it.
     ///
     /// # Errors
-    /// Those of `evaluate`; [`ModelError::WrongCount`] if it returns another number of values.
+    /// Those of `evaluate`; [`ModelError::WrongCount`] if it does not return one value per point.
     pub fn sample<E: From<ModelError>>(
         plane: SlicePlane,
         points: usize,
@@ -76,9 +76,10 @@ impl FlowSlice {
         speeds.fold(0.0, f64::max)
     }
 
-    /// Components of the velocity to the right and upwards at a point in units of grid cells from
-    /// the lower left corner, interpolated linearly; `None` in a cell with a corner outside the
-    /// fluid.
+    /// In-plane velocity, to the right and upwards, by bilinear interpolation.
+    ///
+    /// The point `[x, y]` is in units of grid cells from the lower left corner. `None` in a cell
+    /// with a corner outside the fluid.
     pub fn in_plane(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
         let inside = |x: f64, count: usize| x >= 0.0 && x <= (count - 1) as f64;
         if !inside(x, self.columns) || !inside(y, self.rows) {
@@ -102,8 +103,9 @@ impl FlowSlice {
         Some([0, 1].map(|k| (corners.iter().zip(weights)).map(|(c, w)| w * c[k]).sum()))
     }
 
-    /// Speeds at the grid points, continued into the grid points next to the fluid, so that a
-    /// picture has no gap along the outline of a body.
+    /// Speeds at the grid points, extrapolated to the points next to the fluid.
+    ///
+    /// A picture then has no gap along the outline of a body.
     pub fn speeds(&self) -> Vec<Option<f64>> {
         let mut speeds: Vec<Option<f64>> = (self.values.iter())
             .map(|flow| flow.map(|flow| flow.velocity.norm()))

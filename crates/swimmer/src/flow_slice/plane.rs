@@ -1,4 +1,4 @@
-//! The choice of the plane and of the window in it.
+//! The plane of a slice and the window in it.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use scene::{Domain, Scene, Shape, legs};
@@ -15,15 +15,15 @@ const LEAST_MARGIN: f64 = 1.6;
 /// Bounds on the ratio of width to height of a window.
 const ASPECT: [f64; 2] = [0.75, 2.2];
 
-/// Positions along a leg at which the sizes of the swimmer are compared.
+/// Positions along a leg at which the extent of the swimmer is measured.
 const POSITIONS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
 /// Directions and size of the windows of a scene; the windows follow the swimmer.
 ///
-/// The plane contains the longest distance between two centres, and as much as possible of the
-/// other distances. For bodies on one line it contains the direction in which loads, slip, weight
-/// or joints act, or in which bodies are long. Planes normal to a coordinate axis have coordinate
-/// axes as directions.
+/// The plane contains the longest vector between two centres. Its second direction is the largest
+/// component normal to this vector of the other vectors between centres; if all centres are on one
+/// line, it is that of the displacements by the joints, else of forces, weights and slip, else of
+/// the long axes of bodies. Planes normal to a coordinate axis have coordinate axes as directions.
 #[derive(Clone, Debug)]
 pub struct SliceFrame {
     right: Vector3<f64>,
@@ -48,10 +48,10 @@ pub struct SlicePlane {
 }
 
 impl SliceFrame {
-    /// The frame for a scene: windows contain the bodies at all shapes of the gait.
+    /// The frame of a scene, whose windows contain the bodies at all shapes of the gait.
     ///
     /// # Errors
-    /// Shapes in which a loop does not close.
+    /// A loop that does not close at some shape.
     pub fn of(scene: &Scene) -> Result<Self, SwimError> {
         let (set, state) = (scene.articulation(), scene.initial_state());
         let initial = set.initial_lengths();
@@ -89,8 +89,9 @@ impl SliceFrame {
         })
     }
 
-    /// The window around bodies at these poses: in the middle of their bounding rectangle, moved
-    /// into the domain where it would cross a wall.
+    /// The window around bodies at these poses.
+    ///
+    /// It is centred on their bounding rectangle, and shifted into the domain if it crosses a wall.
     pub fn around(&self, scene: &Scene, poses: &[Isometry3<f64>]) -> SlicePlane {
         let normal = self.right.cross(&self.up);
         let count = poses.len().max(1) as f64;
@@ -162,7 +163,7 @@ fn directions(scene: &Scene, shapes: &[Vec<Isometry3<f64>>]) -> [Vector3<f64>; 2
             .support_distance(&pose.rotation, &(pose.rotation * axis));
         (length >= body.bounding_radius()).then_some(pose.rotation * axis)
     });
-    // In the order of their importance.
+    // In the order of priority.
     let groups: [Vec<Vector3<f64>>; 4] = [
         apart.collect(),
         moved.collect(),
@@ -174,8 +175,7 @@ fn directions(scene: &Scene, shapes: &[Vec<Isometry3<f64>>]) -> [Vector3<f64>; 2
     aligned(right, up)
 }
 
-/// The longest vector of the first group in which one is not parallel to `direction`, without its
-/// component along it.
+/// Unit vector of the longest component normal to `direction`, from the first group that has one.
 fn longest(groups: &[Vec<Vector3<f64>>], direction: Vector3<f64>) -> Option<Vector3<f64>> {
     groups.iter().find_map(|group| {
         let size = group.iter().fold(0.0_f64, |m, v| m.max(v.norm()));
@@ -204,8 +204,10 @@ fn across(domain: &Domain, right: &Vector3<f64>) -> Vector3<f64> {
     }
 }
 
-/// Coordinate axes for a plane that contains two of them; otherwise directions whose largest
-/// component is positive.
+/// The directions of a plane, with signs for display.
+///
+/// Coordinate axes if the plane contains two of them; otherwise directions whose largest component
+/// is positive.
 fn aligned(right: Vector3<f64>, up: Vector3<f64>) -> [Vector3<f64>; 2] {
     let normal = right.cross(&up);
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];

@@ -7,10 +7,10 @@ use nalgebra::{Isometry3, Point3};
 
 use super::plane::SlicePlane;
 
-/// The closed curves in which the plane cuts a surface at a pose, in coordinates of the window
-/// (see [`SlicePlane::coordinates`]).
+/// The closed curves in which the plane cuts a surface at a pose.
 ///
-/// The surface is closed, so every cut edge belongs to two triangles and the curves are closed.
+/// Points are in coordinates of the window (see [`SlicePlane::coordinates`]). The surface is
+/// closed, so that every cut edge belongs to two triangles and the curves are closed.
 pub fn section(
     surface: &SurfaceMesh,
     pose: &Isometry3<f64>,
@@ -23,11 +23,11 @@ pub fn section(
     let heights: Vec<f64> = (points.iter())
         .map(|x| (x - plane.centre).dot(&normal))
         .collect();
-    // Vertices in the plane count as above it, so a curve passes through edges only.
+    // Vertices in the plane count as above it, so that a curve crosses edges only.
     let is_above = |v: u32| heights[v as usize] >= 0.0;
     let mut next = BTreeMap::new();
     for corners in &surface.triangles {
-        // Of the three edges, two lead from one side to the other, one in each direction.
+        // Two of the three edges cross the plane, one in each direction.
         let mut ends = [None; 2];
         for k in 0..3 {
             let (a, b) = (corners[k], corners[(k + 1) % 3]);

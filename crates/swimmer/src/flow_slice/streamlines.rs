@@ -4,7 +4,7 @@ use std::collections::{HashMap, VecDeque};
 
 use super::grid::FlowSlice;
 
-/// Distance at which a line ends beside another one, relative to the distance of new lines.
+/// Distance from another line at which a line ends, relative to the distance of new lines.
 const END_DISTANCE: f64 = 0.5;
 
 /// Step along a line, in grid cells; interpolation is linear in a cell.
@@ -16,18 +16,18 @@ const SHORTEST: f64 = 1.5;
 /// Largest number of steps in one direction.
 const MAX_STEPS: usize = 4000;
 
-/// Speed, relative to the largest one, below which the direction is taken for noise.
+/// Speed, relative to the largest one, below which the fluid counts as at rest.
 const AT_REST: f64 = 1e-6;
 
 /// A streamline: points in coordinates of the window, in the direction of the flow.
 pub type Streamline = Vec<[f64; 2]>;
 
-/// Streamlines of the velocity in the plane, about `distance` apart, in units of the width of the
-/// window.
+/// Streamlines of the in-plane velocity, about `distance` apart.
 ///
-/// New lines start beside existing ones at this distance, and end where they come closer than half
-/// of it to another line or to their own beginning. The first one starts where the flow is fastest.
-/// The result does not depend on the number of threads.
+/// `distance` is in units of the width of the window. New lines start at this distance from
+/// existing ones, and end where they are closer than half of it to another line or to an earlier
+/// part of themselves. The first line starts where the flow is fastest. The result does not depend
+/// on the number of threads.
 pub fn streamlines(slice: &FlowSlice, distance: f64) -> Vec<Streamline> {
     let cells = [slice.columns - 1, slice.rows - 1].map(|n| n as f64);
     // In grid cells, which are square up to rounding.
@@ -59,7 +59,7 @@ pub fn streamlines(slice: &FlowSlice, distance: f64) -> Vec<Streamline> {
     lines
 }
 
-/// The point of largest speed, and a coarse grid for parts of the fluid without a line.
+/// Starting points: that of largest speed, then a coarse grid for regions without a line.
 fn seeds(slice: &FlowSlice, distance: f64) -> Vec<[f64; 2]> {
     let place = |k: usize| [(k % slice.columns) as f64, (k / slice.columns) as f64];
     let speed = |k: &usize| slice.values[*k].map_or(-1.0, |flow| flow.velocity.norm());
@@ -79,12 +79,12 @@ struct Tracer<'a> {
     slice: &'a FlowSlice,
     least_speed: f64,
     distance: f64,
-    /// Points of all lines by square of the side `distance`.
+    /// Points of all lines, by the square with side `distance` that contains them.
     near: HashMap<[i64; 2], Vec<[f64; 2]>>,
 }
 
 impl Tracer<'_> {
-    /// The line through a seed, which is recorded; `None` if it would be short.
+    /// Traces and records the line through a seed; `None` if it is too short.
     fn line(&mut self, seed: [f64; 2]) -> Option<Vec<[f64; 2]>> {
         if self.is_near(seed, self.distance * (1.0 - 1e-9)) {
             return None;
@@ -110,7 +110,7 @@ impl Tracer<'_> {
     /// Points after the seed, downstream or upstream; `other` is the half that is already traced.
     fn trace(&self, seed: [f64; 2], sign: f64, other: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let end = END_DISTANCE * self.distance;
-        // Points so far back along the line count as those of another line.
+        // Points at least this many steps back along the line count as another line.
         let behind = (2.0 * self.distance / STEP) as usize;
         let mut points: Vec<[f64; 2]> = Vec::new();
         let mut at = seed;

@@ -1,4 +1,4 @@
-//! `flow_slices.json`: the flow in a plane at some times of a run, for its page.
+//! `flow_slices.json`: the flow in a plane at some times of a run, for the report.
 
 use std::path::Path;
 
@@ -17,15 +17,15 @@ use crate::integrate::{LegResult, LegSolution};
 /// Name of the file.
 const FILE: &str = "flow_slices.json";
 
-/// Number of times in the first cycle, for models with a mesh.
+/// Number of slices of the first cycle, for models with a mesh.
 const TIMES: usize = 12;
 
 /// The same for models that evaluate the flow point by point, after the run.
 const TIMES_BY_POINTS: usize = 6;
 
-/// Number of points of a slice, and of one that is evaluated point by point.
+/// Number of points of a slice of a flow on a mesh, and of one that is evaluated point by point.
 ///
-/// A slice of the first kind takes 10 ms, one of the second kind 30 ms.
+/// The first kind takes 10 ms per slice, the second kind 30 ms.
 const POINTS: usize = 3000;
 const POINTS_ONE_BY_ONE: usize = 2400;
 
@@ -38,7 +38,7 @@ pub(crate) struct StoredSlice {
     pub rows: usize,
     /// Unit of the velocities.
     pub unit: f64,
-    /// Components to the right, upwards and towards the viewer, one grid after the other
+    /// Velocity components to the right, upwards and towards the viewer, one grid per component
     /// ([`packed::steps`]).
     pub velocity: String,
     /// Unit of the pressures.
@@ -58,15 +58,15 @@ struct Unsolved {
     rates: Vec<f64>,
 }
 
-/// Number of phases per cycle from which the last solution of each phase is enough.
+/// Number of phases per cycle from which only the last solution of each phase is sampled.
 const MANY_PHASES: usize = 13;
 
-/// Largest mesh whose flows are kept until the end of the leg, in nodes: a few megabytes each.
+/// Largest mesh, in nodes, whose flows are kept until the end of the leg: a few megabytes each.
 ///
-/// On larger ones a slice costs so little compared to the solve that all solutions are sampled.
+/// On larger meshes every solution is sampled at once: a slice costs little compared to the solve.
 const KEPT_NODES: usize = 60_000;
 
-/// A solve, and its flow if the model knows it and it is kept.
+/// A solve of the current leg, with its flow if the model provides one.
 #[derive(Debug)]
 struct Solved {
     number: usize,
@@ -92,7 +92,7 @@ pub(crate) struct StoredSlices {
 }
 
 impl StoredSlices {
-    /// Reads the file of a folder; no slices if there is none, or one that is damaged.
+    /// Reads the file of a folder; without slices if the file is missing or damaged.
     pub fn read(folder: &Path) -> Self {
         let text = std::fs::read_to_string(folder.join(FILE)).ok();
         let stored = text.and_then(|text| serde_json::from_str(&text).ok());
@@ -109,17 +109,17 @@ impl StoredSlices {
     }
 }
 
-/// Slices of the flow at about evenly distributed times of the first cycle, while it is run.
+/// Slices of the flow at about evenly distributed times of the first cycle.
 ///
-/// The flow of a model with a mesh is sampled at the end of the leg, because the integration
-/// discards half of its solutions; of cycles with many phases, the last solution of each. The flow
-/// of other models is evaluated after the run.
+/// The flow of a model with a mesh is sampled at the end of each leg, because the integration
+/// discards half of the solutions of a leg. In cycles with many phases only the last solution of
+/// each phase is sampled. The flow of models without a mesh is evaluated after the run.
 #[derive(Debug)]
 pub(crate) struct SliceSeries {
     frame: SliceFrame,
     /// Duration of a cycle.
     cycle: f64,
-    /// Whether only the last solution of a leg is sampled, so that the model computes one flow.
+    /// Whether only the last solution of a leg is sampled: the model computes one flow per leg.
     takes_last: bool,
     pending: Vec<Solved>,
     stored: StoredSlices,
@@ -195,7 +195,7 @@ impl SliceSeries {
         Ok(())
     }
 
-    /// Keeps, for each time of the leg, the flow of the nearest solution in its result.
+    /// Stores, for each slice time in the leg, the accepted solution that is nearest in time.
     ///
     /// `first` is the number of the first solve of the leg.
     ///
@@ -263,7 +263,7 @@ impl SliceSeries {
 
     /// Evaluates the flows that are still missing and writes the file.
     ///
-    /// A model that cannot evaluate its flow leaves the reason instead of slices.
+    /// If the model cannot evaluate its flow, the reason is stored in `missing`.
     ///
     /// # Errors
     /// [`SwimError::Write`].
@@ -361,7 +361,7 @@ impl StoredSlice {
         }
     }
 
-    /// The slice to the digits that are stored; `None` for damaged data.
+    /// The slice, rounded to the stored precision; `None` for damaged data.
     #[cfg(feature = "plots")]
     pub fn slice(&self) -> Option<FlowSlice> {
         let count = self.columns.checked_mul(self.rows)?;

@@ -1,4 +1,4 @@
-//! The numbers from which scripts draw, as JSON.
+//! The numbers that the scripts draw, as JSON.
 
 use std::collections::BTreeSet;
 
@@ -19,17 +19,17 @@ use crate::output::plot::{Quantity, body_colour};
 /// Distance of streamlines relative to the width of the window.
 const LINE_DISTANCE: f64 = 0.03;
 
-/// Every so many points of a streamline are kept, and its ends: one per grid cell.
+/// Stride at which points of a streamline are kept: one per grid cell. Both ends are kept too.
 const EVERY: usize = 3;
 
-/// Number of phases up to which they have labels.
+/// Largest number of phases with labels; with more phases none has a label.
 const MAX_LABELS: usize = 12;
 
 /// All data of the page.
 ///
-/// Arrays are base64 (`packed.rs`): `meshes` have `Float32Array` points and `Uint32Array`
-/// triangles, `poses` seven `Float32Array` numbers per time and body (position and quaternion x, y,
-/// z, w), `values` of plots one `Float32Array` each.
+/// Arrays are base64 (`packed.rs`). `meshes` have `Float32Array` points and `Uint32Array`
+/// triangles; `poses` have seven `Float32Array` numbers per time and body (position, and quaternion
+/// x, y, z, w); `values` of plots are one `Float32Array` each.
 pub fn page_data(record: &RunRecord) -> Result<Value, SwimError> {
     let scene = &record.scene;
     let track = Track::new(record)?;
@@ -74,7 +74,7 @@ pub fn page_data(record: &RunRecord) -> Result<Value, SwimError> {
     }))
 }
 
-/// The shapes of the bodies, equal ones once; those with a surface first.
+/// The distinct shapes of the bodies; shapes with a surface come first.
 fn distinct_shapes(scene: &Scene) -> Vec<&Shape> {
     let mut shapes: Vec<&Shape> = Vec::new();
     for body in scene.bodies() {
@@ -176,7 +176,7 @@ fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
     plots
 }
 
-/// A value between two times of a curve, of one of the bodies.
+/// Value of one body's curve at a time, interpolated linearly.
 fn interpolated(curve: &[(f64, Vec<f64>)], time: f64, body: usize) -> f64 {
     let after = curve
         .partition_point(|(t, _)| *t < time)

@@ -1,6 +1,6 @@
-//! Text of HTML.
+//! Escaping and templates for HTML.
 
-/// A text with the characters that have a meaning in HTML replaced.
+/// A text in which the special characters of HTML are escaped.
 pub fn escaped(text: &str) -> String {
     let mut html = String::with_capacity(text.len());
     for character in text.chars() {
@@ -15,12 +15,12 @@ pub fn escaped(text: &str) -> String {
     html
 }
 
-/// JSON that may stand in a script element, which `</script` or a comment would end.
+/// JSON for a script element, with every `<` escaped: `</script` would end the element.
 pub fn for_script(json: &str) -> String {
     json.replace('<', "\\u003c")
 }
 
-/// A template with `{{name}}` replaced by parts; text of the parts is left as it is.
+/// A template with every `{{name}}` replaced by its part; the parts are not searched for names.
 pub fn filled(template: &str, parts: &[(&str, String)]) -> String {
     let mut html = String::new();
     let mut rest = template;

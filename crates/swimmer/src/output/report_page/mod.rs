@@ -1,8 +1,8 @@
 //! `report.html`: a run as one page that needs no network.
 //!
-//! Tables, bars and texts are in the page itself. Scripts draw what moves from the numbers of
-//! `data.rs`: `view3d.js` the bodies, `slice.js` the flow in a plane, `plots.js` curves over time;
-//! `player.js` has the time that they share.
+//! Tables, bars and texts are static HTML. Scripts draw the moving parts from the numbers of
+//! `data.rs`: `view3d.js` draws the bodies, `slice.js` the flow in a plane, and `plots.js` the
+//! curves over time. `player.js` controls the time that all of them show.
 
 mod data;
 mod html;
@@ -36,7 +36,7 @@ const SCRIPTS: [&str; 5] = [
 ];
 
 impl RunRecord {
-    /// The page as HTML: the same text for the same record.
+    /// The page as HTML; equal records give equal text.
     ///
     /// # Errors
     /// A scene that cannot be written as text.

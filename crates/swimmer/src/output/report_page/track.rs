@@ -7,7 +7,7 @@ use super::record::RunRecord;
 use crate::error::SwimError;
 use crate::outcome::Sample;
 
-/// Largest number of times that a page shows; further cycles are left out.
+/// Largest number of times in a page; cycles that do not fit are left out.
 const MAX_TIMES: usize = 3000;
 
 /// Largest number of poses: about a megabyte.
@@ -97,7 +97,7 @@ impl Track {
     }
 }
 
-/// The samples before and after a time, and the place of the time between them from 0 to 1.
+/// The samples before and after a time, and the fraction of the interval at that time.
 fn around(samples: &[Sample], time: f64) -> (&Sample, &Sample, f64) {
     let after = samples.partition_point(|sample| sample.time < time);
     let after = after.min(samples.len() - 1);
