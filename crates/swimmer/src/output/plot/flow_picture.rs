@@ -40,7 +40,8 @@ pub fn flow_svg(
     poses: &[Isometry3<f64>],
     slice: &FlowSlice,
 ) -> Result<String, SwimError> {
-    let title = format!("flow at the start, plane {}", plane_name(&slice.plane));
+    let (name, plane) = (shortened(scene.name()), plane_name(&slice.plane));
+    let title = format!("{name}: flow at the start, plane {plane}");
     flow_frame(scene, poses, slice, &title, slice.largest_speed())
 }
 
@@ -70,6 +71,15 @@ pub fn flow_frame(
     canvas::over_raster(&svg, &raster(slice, largest), window)
 }
 
+/// A name with as many characters as fit into a title.
+pub fn shortened(name: &str) -> String {
+    let mut short: String = name.chars().take(NAME).collect();
+    if short.len() < name.len() {
+        short.push_str("...");
+    }
+    short
+}
+
 /// Axes, streamlines and bodies; returns the pixels of the window.
 fn draw_window(
     area: &Area,
@@ -79,13 +89,9 @@ fn draw_window(
     title: &str,
 ) -> Result<(Range<i32>, Range<i32>), Box<dyn std::error::Error>> {
     let plane = &slice.plane;
-    let mut name: String = scene.name().chars().take(NAME).collect();
-    if name.len() < scene.name().len() {
-        name.push_str("...");
-    }
     let [right, up] = [plane.right, plane.up].map(|e| direction(&e));
     area.draw(&Text::new(
-        format!("{name}: {title}"),
+        title.to_owned(),
         (px(SPACE[0]) as i32, px(14) as i32),
         font(18, &INK),
     ))?;

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use nalgebra::Isometry3;
 use scene::Scene;
 
-use super::flow_picture::flow_frame;
+use super::flow_picture::{flow_frame, shortened};
 use super::style::short;
 use crate::error::SwimError;
 use crate::flow_slice::FlowSlice;
@@ -28,13 +28,18 @@ pub struct MovieFrame {
 ///
 /// # Errors
 /// Those of [`super::flow_picture::flow_svg`].
-pub fn movie_svg(scene: &Scene, frames: &[MovieFrame], cycle: f64) -> Result<String, SwimError> {
+pub fn movie_svg(
+    name: &str,
+    scene: &Scene,
+    frames: &[MovieFrame],
+    cycle: f64,
+) -> Result<String, SwimError> {
     let speeds = frames.iter().map(|frame| frame.slice.largest_speed());
     let largest = speeds.fold(0.0, f64::max);
     let (mut rules, mut pictures, mut size) = (String::new(), String::new(), String::new());
     let mut from = 0.0;
     for (k, frame) in frames.iter().enumerate() {
-        let title = format!("t = {}", short(frame.time));
+        let title = format!("{}: t = {}", shortened(name), short(frame.time));
         let picture = flow_frame(scene, &frame.poses, &frame.slice, &title, largest)?;
         let to = match frames.get(k + 1) {
             Some(next) => 50.0 * (frame.time + next.time) / cycle,

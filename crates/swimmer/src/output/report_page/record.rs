@@ -118,7 +118,7 @@ impl RunRecord {
         }
         let phases = self.scene.gait().phases.iter();
         let cycle: f64 = phases.map(|phase| phase.duration).sum();
-        let movie = movie_svg(&self.scene, &frames, cycle)?;
+        let movie = movie_svg(&self.name, &self.scene, &frames, cycle)?;
         folder.write(MOVIE, |file| file.write_all(movie.as_bytes()))
     }
 }
