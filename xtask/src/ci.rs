@@ -30,8 +30,9 @@ pub fn run() -> Result<()> {
     packages::run()?;
     // The same command as in the README.
     cargo::run(&["test", "--workspace"], &[])?;
-    // Commands of the book by finite elements, which are too slow for everyday tests.
-    let slow = ["--package", "microswim", "--test", "command", "--"];
+    // Commands of the book by finite elements, which are too slow for everyday tests. The features
+    // of the whole workspace are those of the build before.
+    let slow = ["--workspace", "--test", "command", "--"];
     cargo::run(
         &[&["test"], &slow[..], &["--ignored", "book::"]].concat(),
         &[],
