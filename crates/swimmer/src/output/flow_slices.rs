@@ -134,7 +134,7 @@ impl SliceSeries {
         let gait = scene.gait();
         Ok(Self {
             frame: SliceFrame::of(scene)?,
-            cycle: gait.phases.iter().map(|phase| phase.duration).sum(),
+            cycle: gait.cycle_duration(),
             takes_last: gait.phases.len() >= MANY_PHASES,
             pending: Vec::new(),
             stored: StoredSlices::default(),
