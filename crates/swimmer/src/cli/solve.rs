@@ -90,10 +90,7 @@ fn draw_flow(scene: &Scene, model: &mut dyn Hydrodynamics, path: &Path) -> Resul
 
 #[cfg(not(feature = "plots"))]
 fn draw_flow(_: &Scene, _: &mut dyn Hydrodynamics, path: &Path) -> Result<(), SwimError> {
-    Err(SwimError::NotApplicable {
-        place: format!("--picture {}", path.display()),
-        problem: "this program was built without the feature `plots`".to_owned(),
-    })
+    Err(super::view::without_plots("--picture", path))
 }
 
 /// Velocities and forces of the bodies, and forces of the links.
