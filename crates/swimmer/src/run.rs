@@ -90,7 +90,7 @@ pub fn run_with(
 
 /// The model that [`choose`] chooses, with tables over shapes where they save solves.
 fn choose_with_tables(scene: &Scene) -> Result<Choice, ModelError> {
-    Ok(with_tables(scene, choose(scene)?))
+    with_tables(scene, choose(scene)?)
 }
 
 /// Runs the gait of a scene as [`run`] does, without a folder: no files, no checkpoint.
