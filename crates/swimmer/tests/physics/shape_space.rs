@@ -26,7 +26,7 @@ fn model(scene: &Scene) -> Box<dyn Hydrodynamics> {
 /// The outcomes without and with tables.
 fn both_ways(scene: &Scene) -> (Outcome, Outcome) {
     let direct = simulate(scene, model(scene).as_mut(), Method::Collocation, &mut ()).unwrap();
-    let Choice { mut model, reasons } = with_tables(scene, choose(scene).unwrap());
+    let Choice { mut model, reasons } = with_tables(scene, choose(scene).unwrap()).unwrap();
     assert!(
         reasons.iter().any(|r| r.contains("tabulated")),
         "{reasons:?}"
