@@ -246,7 +246,7 @@ impl AxisymmetricModel {
         let configuration = query.configuration;
         let (axial, spin) = (&resistances.axial, resistances.spin.as_ref());
         let ScaledScene { scale, set, .. } = &self.scaled;
-        let loads = &self.scaled.loads(query.inertia);
+        let loads = &self.scaled.loads(configuration, query.inertia)?;
         let constraints = (self.scaled).query_constraints(query, rates)?;
         let surfaces = AxialSurfaces::new(&self.scaled, configuration, resistances, &self.axis)?;
         let n = self.shapes.len();

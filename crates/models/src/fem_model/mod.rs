@@ -119,7 +119,7 @@ impl FemModel {
     ) -> Result<Constrained, ModelError> {
         let (PlacedMesh { mesh, .. }, poses) = self.placed_mesh(configuration)?;
         let constraints = self.scaled.constraints(configuration, rates)?;
-        let loads = self.scaled.loads(None);
+        let loads = self.scaled.loads(configuration, None)?;
         let drive = self.drive(&constraints, &loads);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let surfaces = self.meshes.boundary_surfaces(&poses);
@@ -206,7 +206,7 @@ impl FemModel {
         let mut constraints: Vec<Constraints> = (query.rates.iter())
             .map(|rates| (self.scaled).query_constraints(&turned, rates))
             .collect::<Result<_, _>>()?;
-        let loads = self.scaled.loads(query.inertia).into_owned();
+        let loads = self.scaled.loads(configuration, query.inertia)?;
         if let Some(last) = &mut self.last {
             last.estimate = None;
         }
@@ -242,7 +242,7 @@ impl FemModel {
             constraints = far_field::in_moving_frame(
                 &problem,
                 mesh.symmetry_planes(),
-                scaled,
+                (scaled, &loads),
                 far,
                 constraints,
                 &options,

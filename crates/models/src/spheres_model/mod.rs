@@ -186,7 +186,7 @@ impl SpheresModel {
     ) -> Result<MovingSpheres, ModelError> {
         let resistances = self.resistance_at(configuration)?;
         let set = &self.scaled.set;
-        let loads = &self.scaled.loads(None);
+        let loads = &self.scaled.loads(configuration, None)?;
         let constraints = self.scaled.constraints(configuration, rates)?;
         let surfaces = self.surface_effects(configuration, &resistances)?;
         let effect = surfaces.as_ref().map(|[effect, _]| effect);
@@ -209,7 +209,7 @@ impl SpheresModel {
         let resistances = self.resistance_at(configuration)?;
         let assembly = clock.elapsed().as_secs_f64();
         let ScaledScene { scale, set, .. } = &self.scaled;
-        let loads = &self.scaled.loads(query.inertia);
+        let loads = &self.scaled.loads(configuration, query.inertia)?;
         let constraints = (self.scaled).query_constraints(query, rates)?;
         let surfaces = self.surface_effects(configuration, &resistances)?;
         let of = |k: usize| surfaces.as_ref().map(|effects| &effects[k]);
