@@ -2,6 +2,7 @@
 
 mod flow;
 mod resistances;
+mod stresslets;
 
 use std::time::Instant as Clock;
 
@@ -335,12 +336,16 @@ impl Hydrodynamics for AxisymmetricModel {
             self.tolerance.min(SHARE * accuracy).max(MIN_TOLERANCE)
         });
         let resistances = self.resistances(query.configuration, tolerance)?;
-        (query.rates.iter())
+        let mut solutions: Vec<_> = (query.rates.iter())
             .map(|rates| {
                 let begin = std::mem::replace(&mut clock, Clock::now());
                 self.solution(query, rates, &resistances, begin)
             })
-            .collect()
+            .collect::<Result<_, _>>()?;
+        if query.stresslets {
+            self.add_stresslets(query.configuration, &resistances, tolerance, &mut solutions)?;
+        }
+        Ok(solutions)
     }
 
     fn resistance(
