@@ -69,13 +69,7 @@ impl System {
         let mut flow = vec![0.0; self.n_dofs];
         for body in 0..n_bodies {
             let mut rhs = vec![0.0; self.n_dofs];
-            for element in &self.elements {
-                element.body_columns(body, |dof, value| {
-                    if let Dof::Free(i) = dof {
-                        rhs[i as usize] -= value;
-                    }
-                });
-            }
+            self.subtract_columns(body, 1.0, &mut rhs);
             largest_residual = largest_residual.max(solver.solve(&rhs, &mut flow)?);
             for element in &self.elements {
                 element.forces(body, &flow, |on, force| resistance[(on, body)] += force);
@@ -97,16 +91,24 @@ impl System {
         let mut solver = ShiftedLdlt::factor(self.matrix(), &self.shift, &self.group)?;
         let (mut rhs, mut flow) = (vec![0.0; self.n_dofs], vec![0.0; self.n_dofs]);
         for (body, amplitude) in amplitudes.iter().enumerate() {
-            for element in &self.elements {
-                element.body_columns(body, |dof, value| {
-                    if let Dof::Free(i) = dof {
-                        rhs[i as usize] -= amplitude * value;
-                    }
-                });
-            }
+            self.subtract_columns(body, *amplitude, &mut rhs);
         }
         solver.solve(&rhs, &mut flow)?;
         Ok(flow)
+    }
+
+    /// Subtracts the columns of a body, times an amplitude, from a right-hand side.
+    fn subtract_columns(&self, body: usize, amplitude: f64, rhs: &mut [f64]) {
+        for Element { dofs, matrix } in &self.elements {
+            let columns = dofs.iter().zip(matrix.column_iter());
+            for (_, column) in columns.filter(|(dof, _)| **dof == Dof::Body(body)) {
+                for (dof, value) in dofs.iter().zip(column.iter()) {
+                    if let Dof::Free(i) = *dof {
+                        rhs[i as usize] -= amplitude * value;
+                    }
+                }
+            }
+        }
     }
 
     /// The matrix of the degrees of freedom on the boundary `part` and of the `prescribed`
@@ -193,17 +195,6 @@ impl System {
 }
 
 impl Element {
-    /// Calls `add` with the entries of each row in the columns of a body.
-    fn body_columns(&self, body: usize, mut add: impl FnMut(Dof, f64)) {
-        for (local, dof) in self.dofs.iter().enumerate() {
-            if *dof == Dof::Body(body) {
-                for (row, value) in self.dofs.iter().zip(self.matrix.column(local).iter()) {
-                    add(*row, *value);
-                }
-            }
-        }
-    }
-
     /// Calls `add` with this element's share of the force of each body while body `moving` has unit
     /// speed.
     fn forces(&self, moving: usize, flow: &[f64], mut add: impl FnMut(usize, f64)) {

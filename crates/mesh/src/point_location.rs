@@ -151,7 +151,7 @@ fn invert(nodes: &[Vec3; 10], x: &Vec3) -> Option<[f64; 4]> {
         }
         // The coordinates sum to one: that of vertex 0 follows from the others.
         let columns = [1, 2, 3].map(|k| slopes[k] - slopes[0]);
-        let step = Matrix3::from_columns(&columns).lu().solve(&residual)?;
+        let step = Matrix3::from_columns(&columns).try_inverse()? * residual;
         let size = step.amax();
         let factor = (LONGEST_STEP / size).min(1.0);
         for k in 0..3 {

@@ -63,6 +63,18 @@ pub enum ModelError {
         /// The reason and the remedy.
         problem: String,
     },
+    /// A table over shapes of which other computations solve a part.
+    #[error(
+        "{missing} of the {} shapes of the grid {} are missing; solve all shares of \
+         it first",
+        points.iter().product::<usize>(), product(points)
+    )]
+    MissingShapes {
+        /// Number of shapes that are not known.
+        missing: usize,
+        /// Points of the grid in each variable.
+        points: Vec<usize>,
+    },
     /// A history that does not fit the model.
     #[error("the history of the model {0}")]
     History(String),
@@ -173,4 +185,10 @@ impl ModelError {
             _ => false,
         }
     }
+}
+
+/// The factors of a product, for messages.
+fn product(factors: &[usize]) -> String {
+    let factors: Vec<String> = factors.iter().map(ToString::to_string).collect();
+    factors.join(" x ")
 }

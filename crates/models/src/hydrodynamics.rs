@@ -223,6 +223,28 @@ pub trait Hydrodynamics: Send {
             .ok_or(ModelError::NoSolution { model: self.name() })
     }
 
+    /// The solutions of several queries, as by [`Hydrodynamics::solve`] for each, at once if the
+    /// model gains by that; `None`, the default, if it does not.
+    ///
+    /// Afterwards [`Hydrodynamics::last_flow`] refers to the last query, or to that selected by
+    /// [`Hydrodynamics::select_flow`]. Results do not depend on the number of threads.
+    ///
+    /// # Errors
+    /// The first error of any query.
+    fn solve_together(
+        &mut self,
+        queries: &[Query<'_>],
+    ) -> Result<Option<Vec<Vec<InstantaneousSolution>>>, ModelError> {
+        let _ = queries;
+        Ok(None)
+    }
+
+    /// Makes the flow of one query of [`Hydrodynamics::solve_together`] the
+    /// [last flow](Hydrodynamics::last_flow); no effect by default.
+    fn select_flow(&mut self, number: usize) {
+        let _ = number;
+    }
+
     /// When the model estimates its discretisation errors.
     fn error_estimates(&self) -> ErrorEstimates {
         ErrorEstimates::Never

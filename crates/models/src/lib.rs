@@ -32,7 +32,7 @@ pub use hydrodynamics::{
 pub use mesh_error::{AccumulatedError, MeshError, Uncertainty};
 pub use remesh::{NewMesh, Remesh};
 pub use rough_model::RoughModel;
-pub use shape_space::{LocalGeometry, ShapeGeometry, ShapeSpace, SolvedShapes, Tabulated};
+pub use shape_space::{LocalGeometry, Part, ShapeGeometry, ShapeSpace, SolvedShapes, Tabulated};
 pub use solution::{BodySolution, FlowField, InstantaneousSolution, PointFlow};
 pub use spheres_model::{SphereModel, SpheresModel};
 pub use stokes::{Checks, Dofs, Seconds, SolverReport};

@@ -56,9 +56,14 @@ impl Gait {
         }
     }
 
+    /// Duration of one cycle: the sum over its phases, in the scene's unit of time.
+    pub fn cycle_duration(&self) -> f64 {
+        self.phases.iter().map(|phase| phase.duration).sum()
+    }
+
     /// Duration of all cycles.
     pub fn duration(&self) -> f64 {
-        f64::from(self.cycles) * self.phases.iter().map(|phase| phase.duration).sum::<f64>()
+        f64::from(self.cycles) * self.cycle_duration()
     }
 }
 
@@ -251,6 +256,7 @@ mod tests {
         }
         assert_eq!(all[1].rates(0.0), [0.0, -2.0]);
         assert_eq!(all[5].rates(0.0), [0.0, -4.0]);
+        assert_eq!(all[3].time(1.0), gait.cycle_duration());
         assert_eq!(all[7].time(1.0), gait.duration());
     }
 

@@ -12,7 +12,7 @@ pub const ADJOINT_RTOL: f64 = 1e-2;
 /// Flows of the unit loads of the last estimates, from which the next adjoint solves start.
 ///
 /// A solution of the wrong length is replaced by zero.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct AdjointSolutions(pub Vec<Vec<f64>>);
 
 impl AdjointSolutions {

@@ -37,6 +37,7 @@ pub struct Solution {
 }
 
 /// Earlier solutions on the same mesh connectivity, from which the next solves start.
+#[derive(Clone)]
 pub struct InitialGuesses {
     flows: WarmStart,
     adjoints: AdjointSolutions,
@@ -57,6 +58,14 @@ impl InitialGuesses {
     pub fn clear(&mut self) {
         self.flows.clear();
         self.adjoints = AdjointSolutions::default();
+    }
+
+    /// Adds the newest solution of a copy that another solve has used since.
+    pub fn remember_newest_of(&mut self, other: Self) {
+        if let Some(newest) = other.flows.solutions().last() {
+            self.flows.remember(newest);
+        }
+        self.adjoints = other.adjoints;
     }
 }
 

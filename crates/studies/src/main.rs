@@ -40,6 +40,9 @@ enum Task {
         /// Coarser meshes and fewer rows: under two minutes on two cores.
         #[arg(long)]
         quick: bool,
+        /// Only the parts whose names contain this: spheres, strokes, shapes, ...
+        #[arg(long)]
+        only: Option<String>,
         /// Folder for `validation.md`, `validation.csv`, the charts and the page `index.html`.
         #[arg(long, default_value = "validation")]
         out: PathBuf,
@@ -182,13 +185,13 @@ const DOCS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs");
 
 fn main() -> Result<()> {
     match Arguments::parse().task {
-        Task::Validate { quick, out } => {
+        Task::Validate { quick, only, out } => {
             let effort = if quick {
                 validate::Effort::Quick
             } else {
                 validate::Effort::Full
             };
-            validate::run(effort, &out)
+            validate::run(effort, only.as_deref(), &out)
         }
         Task::Roofline { quick, out } => {
             let out = output_folder(out, quick, "roofline");

@@ -59,7 +59,7 @@ pub fn periodic_state(
         true => scene.bodies().len(),
         false => 0,
     };
-    let period = scene.gait().duration() / f64::from(scene.gait().cycles);
+    let period = scene.gait().cycle_duration();
     let memory = relaxation_time(scene).min(period);
     let mut state = scene.initial_state();
     let mut velocities = vec![0.0; 6 * bodies];

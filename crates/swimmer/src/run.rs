@@ -13,7 +13,9 @@ use crate::error::SwimError;
 use crate::integrate::{LegResult, LegSolution, Method};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
-use crate::output::{FlowSeries, Folder, SliceSeries, StoredSlices, summary_json, trajectory_csv};
+use crate::output::{
+    FlowSeries, Folder, LastFlow, SliceSeries, StoredSlices, summary_json, trajectory_csv,
+};
 #[cfg(feature = "plots")]
 use crate::output::{RunRecord, trajectory_svg};
 use crate::periodic::start_of_gait;
@@ -88,7 +90,7 @@ pub fn run_with(
 
 /// The model that [`choose`] chooses, with tables over shapes where they save solves.
 fn choose_with_tables(scene: &Scene) -> Result<Choice, ModelError> {
-    Ok(with_tables(scene, choose(scene)?))
+    with_tables(scene, choose(scene)?)
 }
 
 /// Runs the gait of a scene as [`run`] does, without a folder: no files, no checkpoint.
@@ -304,8 +306,9 @@ impl Observer for Files<'_> {
         let Some(output) = &mut self.output else {
             return Ok(());
         };
-        output.flows.solved(solution, model)?;
-        output.slices.add(self.scene, leg, solution, model)
+        let flow = LastFlow::new(model);
+        output.flows.solved(solution, &flow)?;
+        output.slices.add(self.scene, leg, solution, flow)
     }
 
     fn leg_done(
@@ -322,8 +325,9 @@ impl Observer for Files<'_> {
         }) = &mut self.output
         {
             let first = so_far.solves - result.solves;
-            flows.finish_leg(leg, result, first, model)?;
-            slices.finish_leg(folder, model, leg, result, first)?;
+            let flow = LastFlow::new(model);
+            flows.finish_leg(leg, result, first, &flow)?;
+            slices.finish_leg(folder, self.scene, leg, result, first, flow)?;
             let csv = trajectory_csv(self.scene, &so_far.samples);
             folder.write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
             #[cfg(feature = "plots")]

@@ -1,5 +1,7 @@
 //! Meshes of successive configurations: moved from a reference mesh, or newly generated.
 
+use std::sync::Arc;
+
 use ale::{AleError, MeshMotion};
 use fem::{SurplusSpace, TaylorHood};
 use mesh::{Surface, TetMesh};
@@ -132,14 +134,14 @@ impl Meshes {
     }
 
     /// Function spaces on the current mesh.
-    pub fn space(&self) -> Option<&TaylorHood> {
+    pub fn space(&self) -> Option<Arc<TaylorHood>> {
         let reference = self.references.get(self.current?)?;
-        Some(&reference.space)
+        Some(reference.space.clone())
     }
 
     /// Space for error estimates on the current mesh, after [`Meshes::prepare_estimates`].
-    pub fn surplus_space(&self) -> Option<&SurplusSpace> {
-        self.references.get(self.current?)?.surplus.as_ref()
+    pub fn surplus_space(&self) -> Option<Arc<SurplusSpace>> {
+        self.references.get(self.current?)?.surplus.clone()
     }
 
     /// Creates the space for error estimates on the current mesh.

@@ -2,6 +2,7 @@
 
 mod adapt;
 mod body_flows;
+mod concurrent;
 mod cylinder;
 mod element_size;
 mod far_field;
@@ -11,27 +12,22 @@ mod mesh_generator;
 mod meshes;
 mod moving_frame;
 mod options;
+mod placed_query;
 mod reference_mesh;
 mod scene_solution;
 
-use std::time::Instant as Clock;
-
-use mesh::{NamedSurface, Surface, TetMesh};
+use mesh::TetMesh;
 use nalgebra::{DMatrix, Isometry3};
-use rigid::{Constrained, Constraints, Drive, ExternalLoad, Formulation};
+use rigid::{Constrained, Formulation};
 use scene::{EstimatesKind, FemOptions, Scene};
 use stokes::{Dofs, Engine, InitialGuesses, Problem};
 
-use self::body_flows::BodyFlows;
 use self::last_solution::Last;
 use self::meshes::{Meshes, PlacedMesh};
-use self::moving_frame::MovingFrame;
-use self::scene_solution::ToScene;
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{FlowField, InstantaneousSolution};
-use crate::surface_motion::SurfaceMotion;
 
 /// Taylor-Hood elements on meshes that are generated, and moved with the bodies where possible.
 pub struct FemModel {
@@ -43,7 +39,10 @@ pub struct FemModel {
     /// They are not part of the history: the first solves of a leg do not profit from those of the
     /// previous leg, in which another link moves.
     guesses: InitialGuesses,
-    last: Option<Last>,
+    /// Data of the solutions of the last query, or of each of the last independent queries.
+    last: Vec<Option<Last>>,
+    /// The one of them that output refers to.
+    selected: usize,
     engine: Option<&'static dyn Engine>,
 }
 
@@ -91,7 +90,8 @@ impl FemModel {
             scaled,
             options: *scene.fem(),
             guesses: InitialGuesses::new(MAX_GUESSES),
-            last: None,
+            last: Vec::new(),
+            selected: 0,
             engine: None,
         })
     }
@@ -123,38 +123,8 @@ impl FemModel {
         let drive = self.drive(&constraints, &loads);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let surfaces = self.meshes.boundary_surfaces(&poses);
-        let problem = self.problem(&mesh, &poses, &surfaces)?.with_space(space);
+        let problem = self.problem(&mesh, &poses, &surfaces)?.with_space(&space);
         Ok(problem.assemble(&drive, formulation)?)
-    }
-
-    fn drive<'a>(&'a self, constraints: &'a Constraints, loads: &'a [ExternalLoad]) -> Drive<'a> {
-        Drive {
-            set: &self.scaled.set,
-            constraints,
-            loads,
-        }
-    }
-
-    /// The problem on a mesh with the bodies at `poses`, in scaled units.
-    ///
-    /// `surfaces` are those of [`Meshes::boundary_surfaces`] at the same poses.
-    fn problem<'m>(
-        &self,
-        mesh: &'m TetMesh,
-        poses: &[Isometry3<f64>],
-        surfaces: &'m [(&str, Box<dyn Surface>)],
-    ) -> Result<Problem<'m>, ModelError> {
-        let centres: Vec<_> = (self.meshes.surfaced_bodies())
-            .map(|body| poses[body].translation.vector)
-            .collect();
-        let bodies: Vec<_> = self.meshes.tags().zip(centres.iter().copied()).collect();
-        let surfaces: Vec<NamedSurface> = surfaces.iter().map(|(name, s)| (*name, &**s)).collect();
-        let problem =
-            Problem::new(mesh, &bodies, &self.meshes.wall_tags())?.with_surfaces(&surfaces)?;
-        Ok(match self.meshes.permeability(mesh, poses) {
-            Some(permeability) => problem.with_permeability(permeability),
-            None => problem,
-        })
     }
 
     /// Generates a new mesh for the last configuration, so that both errors become at most
@@ -163,13 +133,14 @@ impl FemModel {
     /// `errors` are the relative errors of forces and velocities. Returns false if there is no
     /// estimate to adapt to, or if meshes cannot be generated in the domain.
     fn adapt(&mut self, errors: [f64; 2], allowed: f64) -> Result<bool, ModelError> {
-        let (Some(last), Some(space)) = (&mut self.last, self.meshes.surplus_space()) else {
+        let last = self.last.last_mut().and_then(Option::as_mut);
+        let (Some(last), Some(space)) = (last, self.meshes.surplus_space()) else {
             return Ok(false);
         };
         let Some(estimate) = last.estimate.take() else {
             return Ok(false);
         };
-        let indicators = estimate.indicators(space, &last.mesh)?;
+        let indicators = estimate.indicators(&space, &last.mesh)?;
         let mut of_cells = vec![0.0; last.mesh.n_cells()];
         for (indicators, error) in indicators.iter().zip(errors) {
             let shares = adapt::distributed(error / allowed, indicators);
@@ -184,105 +155,27 @@ impl FemModel {
 }
 
 impl FemModel {
-    /// Solutions on the current mesh: one assembly and one preconditioner for all rates.
+    /// Solutions on the usual mesh of the configuration, or on that of the last adaptation.
     fn solve_rates(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        let clock = Clock::now();
-        let frame = MovingFrame::of(&self.scaled.scene, query.configuration.state);
-        let state = frame.map(|frame| frame.state(query.configuration.state));
-        let configuration = Configuration {
-            state: state.as_ref().unwrap_or(query.configuration.state),
-            ..query.configuration
-        };
-        if let Some(frame) = &frame {
-            self.scaled.turn_loads(&frame.rotation().inverse());
-        }
         if query.rates.is_empty() {
             return Ok(Vec::new());
         }
-        let turned = Query {
-            configuration,
-            ..*query
-        };
-        let mut constraints: Vec<Constraints> = (query.rates.iter())
-            .map(|rates| (self.scaled).query_constraints(&turned, rates))
-            .collect::<Result<_, _>>()?;
-        let loads = self.scaled.loads(configuration, query.inertia)?;
-        if let Some(last) = &mut self.last {
-            last.estimate = None;
-        }
-        let (placed, poses) = self.placed_mesh(configuration)?;
-        let (mesh, mut remeshed) = (placed.mesh, placed.remeshed);
-        let mesh_seconds = clock.elapsed().as_secs_f64();
-        // Moved out while the rest of `self` is borrowed; discarded if the solve fails.
-        let mut guesses = std::mem::replace(&mut self.guesses, InitialGuesses::new(MAX_GUESSES));
-        if placed.has_other_cells {
-            // Solutions on another mesh have other degrees of freedom.
-            guesses.clear();
-        }
-        let estimates = self.error_estimates().given(query.estimates);
-        if estimates {
-            self.meshes.prepare_estimates()?;
-        }
-        let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-        let surplus = self.meshes.surplus_space().filter(|_| estimates);
-        let surfaces = self.meshes.boundary_surfaces(&poses);
-        let mut problem = self.problem(&mesh, &poses, &surfaces)?.with_space(space);
-        let to_laboratory = frame.map(|frame| frame.to_laboratory(self.scaled.scale.length(1.0)));
-        let flows = SurfaceMotion::new(&self.scaled, &poses).map(|motion| BodyFlows {
-            motion: motion.in_frame(to_laboratory),
-            surfaces: &surfaces,
-        });
-        if let Some(flows) = &flows {
-            problem = problem.with_surface_flow(flows);
-        }
-        let options = self.solver_options();
-        let has_fixed = self.scaled.set.fixed().contains(&true);
-        if let (Some(far), true) = (self.meshes.far_field(), has_fixed) {
-            let scaled = &self.scaled;
-            constraints = far_field::in_moving_frame(
-                &problem,
-                mesh.symmetry_planes(),
-                (scaled, &loads),
-                far,
-                constraints,
-                &options,
-                &mut guesses,
-            )?;
-        }
-        let drives: Vec<Drive> = constraints.iter().map(|c| self.drive(c, &loads)).collect();
-        let mut solved = problem.solve_all(&drives, &options, &mut guesses, surplus)?;
-        self.guesses = guesses;
-        let of_others: f64 = solved.iter().skip(1).map(|other| other.seconds.total).sum();
-        if let Some(first) = solved.first_mut() {
-            first.seconds.mesh = mesh_seconds;
-            first.seconds.total = clock.elapsed().as_secs_f64() - of_others;
-        }
-        let mut solutions = Vec::with_capacity(solved.len());
-        let mut last = None;
-        let converter = ToScene {
-            scaled: &self.scaled,
-            surfaced: self.meshes.surfaced_bodies().collect(),
-            far_field: self.meshes.far_field(),
-            container_error: self.meshes.container_error(&poses),
-        };
-        for mut solved in solved {
-            let mut solution = converter.answer(&mut solved)?;
-            solution.remeshed = remeshed.take();
-            if let Some(frame) = &frame {
-                solution.rotate(&frame.rotation());
-            }
-            solutions.push(solution);
-            last = Some((solved.flow, solved.estimate));
-        }
-        self.last = last.map(|(flow, estimate)| Last {
-            mesh,
-            poses,
-            motion: flows.map(|flows| flows.motion),
-            frame,
-            flow,
-            estimate,
-        });
-        Ok(solutions)
+        let placed = self.place(query)?;
+        let solved = self.solve_group(vec![placed])?;
+        self.keep(solved)
+            .pop()
+            .ok_or(ModelError::NoSolution { model: self.name() })
+    }
+
+    /// Keeps the data of solutions for output; returns the solutions.
+    fn keep(
+        &mut self,
+        solved: Vec<(Vec<InstantaneousSolution>, Option<Last>)>,
+    ) -> Vec<Vec<InstantaneousSolution>> {
+        let (solutions, last) = solved.into_iter().unzip();
+        self.last = last;
+        self.selected = self.last.len().saturating_sub(1);
+        solutions
     }
 }
 
@@ -325,6 +218,21 @@ impl Hydrodynamics for FemModel {
         Ok(solutions)
     }
 
+    fn solve_together(
+        &mut self,
+        queries: &[Query<'_>],
+    ) -> Result<Option<Vec<Vec<InstantaneousSolution>>>, ModelError> {
+        if !self.are_independent(queries) {
+            return Ok(None);
+        }
+        let solved = self.solve_independent(queries)?;
+        Ok(Some(self.keep(solved)))
+    }
+
+    fn select_flow(&mut self, number: usize) {
+        self.selected = number;
+    }
+
     fn resistance(&mut self, configuration: Configuration<'_>) -> Result<DMatrix<f64>, ModelError> {
         let (PlacedMesh { mesh, .. }, poses) = self.placed_mesh(configuration)?;
         let (rtol, corrected) = (
@@ -338,7 +246,7 @@ impl Hydrodynamics for FemModel {
         let surfaces = self.meshes.boundary_surfaces(&poses);
         let grand = if mesh.symmetry_planes() == [false; 3] {
             let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-            condensed(self.problem(&mesh, &poses, &surfaces)?.with_space(space))?
+            condensed(self.problem(&mesh, &poses, &surfaces)?.with_space(&space))?
         } else {
             // A mesh that ends at symmetry planes admits only symmetric motions of the bodies.
             let mesh = mesh.unfolded()?.mesh;
@@ -393,6 +301,7 @@ impl Hydrodynamics for FemModel {
     }
 
     fn last_flow(&self) -> Option<FlowField> {
-        self.last.as_ref()?.flow_field(&self.scaled.scale)
+        let selected = self.last.get(self.selected)?.as_ref()?;
+        selected.flow_field(&self.scaled.scale)
     }
 }

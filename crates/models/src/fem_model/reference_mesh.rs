@@ -1,5 +1,7 @@
 //! A mesh that meshes of other configurations are moved from, and the limits of the motion.
 
+use std::sync::Arc;
+
 use ale::{
     Biharmonic, Elastic, Harmonic, Kernel, MeshMotion, MovingBody, Rbf, ReferenceMap, Stiffening,
 };
@@ -36,9 +38,9 @@ pub struct ReferenceMesh {
     /// Name of the method that moves the mesh.
     pub motion: &'static str,
     /// Function spaces on the cells.
-    pub space: TaylorHood,
+    pub space: Arc<TaylorHood>,
     /// Space for error estimates; created when estimates are first requested.
-    pub surplus: Option<SurplusSpace>,
+    pub surplus: Option<Arc<SurplusSpace>>,
     /// Poses of the bodies with surfaces.
     surfaced: Vec<Isometry3<f64>>,
     /// Poses of all bodies of the scene for which the reference was needed; empty for the mesh of a
@@ -63,7 +65,7 @@ impl ReferenceMesh {
         surfaced: Vec<Isometry3<f64>>,
         poses: &[Isometry3<f64>],
     ) -> Result<Self, ModelError> {
-        let space = TaylorHood::new(&mesh)?;
+        let space = Arc::new(TaylorHood::new(&mesh)?);
         let moving: Vec<MovingBody> = generator
             .tags()
             .zip(generator.surfaced.iter().zip(&surfaced))
@@ -96,7 +98,7 @@ impl ReferenceMesh {
     /// A mesh with too many cells.
     pub fn prepare_estimates(&mut self) -> Result<(), ModelError> {
         if self.surplus.is_none() {
-            self.surplus = Some(SurplusSpace::new(self.map.reference())?);
+            self.surplus = Some(Arc::new(SurplusSpace::new(self.map.reference())?));
         }
         Ok(())
     }

@@ -28,6 +28,6 @@ mod space;
 mod tabulated;
 
 pub use geometry::{LocalGeometry, ShapeGeometry};
-pub use solved_shapes::SolvedShapes;
+pub use solved_shapes::{Part, SolvedShapes};
 pub use space::ShapeSpace;
 pub use tabulated::Tabulated;

@@ -8,7 +8,7 @@ use stokes::{Dofs, SolverReport};
 
 use super::chebyshev::{indices, node};
 use super::placement::Placement;
-use super::solved_shapes::{Bars, SolvedShapes};
+use super::solved_shapes::{Bars, Part, SolvedShapes};
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Hydrodynamics, Query};
 use crate::record::{Layout, Record, numbers};
@@ -35,6 +35,8 @@ pub struct Sampler<'a> {
     model: &'a mut dyn Hydrodynamics,
     /// What was solved so far.
     pub solved: SolvedShapes,
+    /// What is solved here.
+    part: Part,
 }
 
 /// The solutions of one shape.
@@ -56,7 +58,7 @@ impl<'a> Sampler<'a> {
         placement: &'a Placement<'a>,
         ranges: &'a [(f64, f64)],
         variables: &'a [usize],
-        solved: SolvedShapes,
+        (solved, part): (SolvedShapes, Part),
     ) -> Result<Self, ModelError> {
         let sampler = Self {
             scene,
@@ -65,6 +67,7 @@ impl<'a> Sampler<'a> {
             variables,
             model,
             solved,
+            part,
         };
         let width = variables.len() * sampler.layout().numbers();
         let is_right =
@@ -98,17 +101,19 @@ impl<'a> Sampler<'a> {
     ///
     /// # Errors
     /// Those of the model and of `observe`; [`ModelError::NoSolution`] for a list of another
-    /// length, or with other numbers of bodies and links.
+    /// length, or with other numbers of bodies and links; [`ModelError::MissingShapes`] if the
+    /// solved part does not complete the grid.
     pub fn grid(
         &mut self,
         degrees: &[usize],
         observe: &mut dyn FnMut(&SolvedShapes) -> Result<(), ModelError>,
     ) -> Result<Vec<f64>, ModelError> {
-        let missing: Vec<(usize, Vec<f64>)> = indices(degrees)
-            .map(|index| (key(degrees, &index), self.lengths(degrees, &index)))
+        let own: Vec<(usize, Vec<f64>)> = (indices(degrees).enumerate())
+            .filter(|(position, _)| self.part.contains(*position))
+            .map(|(_, index)| (key(degrees, &index), self.lengths(degrees, &index)))
             .filter(|(key, _)| !self.solved.numbers.contains_key(key))
             .collect();
-        for batch in missing.chunks(BATCH) {
+        for batch in own.chunks(BATCH) {
             // Copies are only worth their memory if there are several chunks.
             let copies: Option<Vec<_>> = match batch.len() > CHUNK {
                 true => (batch.chunks(CHUNK))
@@ -144,6 +149,14 @@ impl<'a> Sampler<'a> {
                 self.insert(key, sample?)?;
             }
             observe(&self.solved)?;
+        }
+        let known = |index: &Vec<usize>| self.solved.numbers.contains_key(&key(degrees, index));
+        let missing = indices(degrees).filter(|index| !known(index)).count();
+        if missing > 0 {
+            return Err(ModelError::MissingShapes {
+                missing,
+                points: degrees.iter().map(|n| n + 1).collect(),
+            });
         }
         Ok(indices(degrees)
             .flat_map(|index| self.solved.numbers[&key(degrees, &index)].iter().copied())

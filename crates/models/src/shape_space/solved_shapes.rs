@@ -10,6 +10,38 @@ use crate::hydrodynamics::History;
 use crate::mesh_error::Uncertainty;
 use crate::solution::InstantaneousSolution;
 
+/// The shapes of a table that one computation solves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// All.
+    Whole,
+    /// Of each grid those whose position is `number` modulo `count`, from 1 to `count`.
+    ///
+    /// A computation of a share ends with [`ModelError::MissingShapes`](crate::ModelError) at the
+    /// first grid of which others are missing.
+    Share {
+        /// From 1 to `count`; other numbers have no shapes.
+        number: usize,
+        /// Number of shares.
+        count: usize,
+    },
+    /// None: the shapes that are known must suffice.
+    Known,
+}
+
+impl Part {
+    /// Whether it contains the shape at a position of a grid.
+    pub(super) fn contains(self, position: usize) -> bool {
+        match self {
+            Self::Whole => true,
+            Self::Share { number, count } => {
+                position.checked_rem(count).map(|rest| rest + 1) == Some(number)
+            }
+            Self::Known => false,
+        }
+    }
+}
+
 /// Solutions of a model at points of the grids of a table.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct SolvedShapes {
@@ -33,6 +65,21 @@ impl SolvedShapes {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.numbers.is_empty()
+    }
+
+    /// Adds the shapes of another computation for the same scene, model and ranges.
+    ///
+    /// A shape that both have keeps its numbers, and the state of the model is that of `self`,
+    /// unless it has no shapes.
+    pub fn merge(&mut self, other: Self) {
+        if self.is_empty() {
+            *self = other;
+            return;
+        }
+        for (key, numbers) in other.numbers {
+            self.numbers.entry(key).or_insert(numbers);
+        }
+        self.bars = self.bars.with(&other.bars);
     }
 }
 

@@ -7,7 +7,7 @@ use super::chebyshev::Interpolant;
 use super::placement::Placement;
 use super::sampler::{MAX_DEGREE, Sampler};
 use super::scales::{Scales, scales};
-use super::solved_shapes::{Bars, SolvedShapes};
+use super::solved_shapes::{Bars, Part, SolvedShapes};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Hydrodynamics};
@@ -79,25 +79,26 @@ impl ShapeSpace {
         ranges: &[(f64, f64)],
         tolerance: f64,
     ) -> Result<Self, ModelError> {
-        let solved = SolvedShapes::default();
+        let solved = (SolvedShapes::default(), Part::Whole);
         Self::tabulate_from(scene, model, ranges, tolerance, solved, &mut |_| Ok(()))
     }
 
-    /// As [`ShapeSpace::tabulate`], from shapes that were `solved` before for the same scene, model
-    /// and ranges; `observe` is called with all solved shapes after each solve, or after several
-    /// solves in parallel.
+    /// As [`ShapeSpace::tabulate`], from shapes that were solved before for the same scene, model
+    /// and ranges, by solving a part of the others.
     ///
-    /// An interrupted table that continues is bitwise the one that was not interrupted.
+    /// `observe` is called with all solved shapes after each solve, or after several solves in
+    /// parallel. An interrupted table that continues is bitwise the one that was not interrupted.
     ///
     /// # Errors
     /// As [`ShapeSpace::tabulate`], shapes that do not fit the scene, and errors of `observe`,
-    /// which end the computation.
+    /// which end the computation; [`ModelError::MissingShapes`] if the part does not complete the
+    /// table.
     pub fn tabulate_from(
         scene: &Scene,
         model: &mut dyn Hydrodynamics,
         ranges: &[(f64, f64)],
         tolerance: f64,
-        solved: SolvedShapes,
+        solved: (SolvedShapes, Part),
         observe: &mut dyn FnMut(&SolvedShapes) -> Result<(), ModelError>,
     ) -> Result<Self, ModelError> {
         let refuse = |problem: &str| {

@@ -41,34 +41,33 @@ struct Placed {
 }
 
 impl Superposed {
-    /// Superposes the solutions of a model, if its scene allows it.
+    /// Superposes the solutions of a model.
     ///
     /// Cost: the first query solves for as many orientations as `d` has components, at most 15, and
     /// for one more, at which the deviation from linearity is measured. The deviation is added to
     /// the error bar `model`. Every further solution takes microseconds.
     ///
     /// # Errors
-    /// The model itself, if solutions of its scene cannot be superposed.
-    pub fn new(model: Box<dyn Hydrodynamics>) -> Result<Self, Box<dyn Hydrodynamics>> {
-        match Drives::of(model.scene()) {
-            Some(drives) => Ok(Self {
-                model,
-                drives,
-                basis: Basis::Pending,
-                last: None,
-            }),
-            None => Err(model),
-        }
+    /// [`ModelError::Unsupported`] if solutions of the scene cannot be superposed.
+    pub fn new(model: Box<dyn Hydrodynamics>) -> Result<Self, ModelError> {
+        let drives = Drives::of(model.scene()).ok_or_else(|| ModelError::Unsupported {
+            what:
+                "the superposition of solutions for a scene other than one rigid body, driven by \
+                   loads, slip or a linear flow in unbounded fluid,"
+                    .to_owned(),
+            instead: "use the model alone".to_owned(),
+        })?;
+        Ok(Self {
+            model,
+            drives,
+            basis: Basis::Pending,
+            last: None,
+        })
     }
 
-    /// The model, without superposition.
-    pub fn into_model(self) -> Box<dyn Hydrodynamics> {
-        self.model
-    }
-
-    /// Number of solutions that are superposed.
-    pub fn count(&self) -> usize {
-        self.drives.count()
+    /// Number of solutions of a scene that are superposed; `None` if they cannot be superposed.
+    pub fn count(scene: &Scene) -> Option<usize> {
+        Some(Drives::of(scene)?.count())
     }
 
     /// Pose of the first body of a state, relative to its initial attitude.

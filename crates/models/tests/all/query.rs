@@ -1,7 +1,8 @@
 //! Queries without rates, and the error estimates that a query requests.
 
 use models::{
-    AxisymmetricModel, Configuration, FemModel, Hydrodynamics, Query, SphereModel, SpheresModel,
+    AxisymmetricModel, Configuration, FemModel, FlowField, Hydrodynamics, InstantaneousSolution,
+    Query, SphereModel, SpheresModel,
 };
 
 use crate::scenes::{three_spheres, three_spheres_in_ball};
@@ -42,4 +43,65 @@ fn finite_elements_estimate_errors_on_request_only() {
         assert_eq!(solutions[0].error_estimate.mesh.is_some(), estimates);
         assert_eq!(solutions[0].checks.is_some(), estimates);
     }
+}
+
+/// Lengths of three configurations, the last of which needs another mesh than the first.
+const LENGTHS: [[f64; 2]; 3] = [[10.0, 10.0], [8.0, 10.0], [2.5, 9.0]];
+
+/// Solutions for [`LENGTHS`] at once, and the flow of each.
+fn solved_together() -> (Vec<InstantaneousSolution>, Vec<FlowField>) {
+    let scene = three_spheres_in_ball();
+    let state = scene.initial_state();
+    let rates = [vec![1.0, 0.5]];
+    let queries = LENGTHS.each_ref().map(|lengths| {
+        let state = &state;
+        Query::new(Configuration { state, lengths }, &rates)
+    });
+    let mut model = FemModel::new(&scene).unwrap();
+    let solved = model.solve_together(&queries).unwrap();
+    let solved = solved.expect("the queries are independent");
+    let flows = (0..LENGTHS.len()).map(|number| {
+        model.select_flow(number);
+        model.last_flow().unwrap()
+    });
+    (solved.into_iter().flatten().collect(), flows.collect())
+}
+
+#[test]
+fn queries_that_are_solved_together_have_the_solutions_of_single_ones() {
+    let scene = three_spheres_in_ball();
+    let state = scene.initial_state();
+    let mut model = FemModel::new(&scene).unwrap();
+    let (together, flows) = solved_together();
+    assert!(together[2].remeshed.is_some() && together[1].remeshed.is_none());
+    for ((lengths, together), flow) in LENGTHS.iter().zip(&together).zip(&flows) {
+        let state = &state;
+        let single = model
+            .solve_one(Configuration { state, lengths }, &[1.0, 0.5])
+            .unwrap();
+        let algebraic = |solution: &InstantaneousSolution| solution.error_estimate.algebraic;
+        let allowed = algebraic(together).unwrap() + algebraic(&single).unwrap();
+        for (a, b) in together.bodies.iter().zip(&single.bodies) {
+            let difference = (a.velocity - b.velocity).norm();
+            assert!(
+                difference <= allowed,
+                "{lengths:?}: {difference:e} > {allowed:e}"
+            );
+        }
+        let of_single = model.last_flow().unwrap();
+        assert_eq!(flow.mesh.points(), of_single.mesh.points(), "{lengths:?}");
+    }
+}
+
+#[test]
+fn queries_that_are_solved_together_do_not_depend_on_the_number_of_threads() {
+    let [one, two, three] = [1, 2, 3].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let (solutions, flows) = pool.unwrap().install(solved_together);
+        let bodies = solutions.into_iter().map(|solution| solution.bodies);
+        let velocities = flows.into_iter().map(|flow| flow.velocity);
+        (bodies.collect::<Vec<_>>(), velocities.collect::<Vec<_>>())
+    });
+    assert!(one == two, "one and two threads differ");
+    assert!(one == three, "one and three threads differ");
 }

@@ -1,7 +1,7 @@
 //! How tables are computed: in parallel, after interruptions, and up to the noise of a model.
 
 use models::{
-    Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query, ShapeSpace,
+    Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Part, Query, ShapeSpace,
     SolvedShapes, SphereModel, SpheresModel,
 };
 use scene::Scene;
@@ -84,11 +84,11 @@ fn interrupted_tables_continue_with_the_same_digits() {
         }
     };
     let mut model = Rough::new(&scene, 0.0);
-    let start = SolvedShapes::default();
+    let start = (SolvedShapes::default(), Part::Whole);
     let stopped = ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, start, &mut stop);
     assert!(matches!(stopped, Err(ModelError::NoMesh)));
     let mut model = Rough::new(&scene, 0.0);
-    let solved: SolvedShapes = serde_json::from_str(&saved).unwrap();
+    let solved = (serde_json::from_str(&saved).unwrap(), Part::Whole);
     let space =
         ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, solved, &mut |_| Ok(()))
             .unwrap();
@@ -96,11 +96,49 @@ fn interrupted_tables_continue_with_the_same_digits() {
     assert_eq!(digits(&space), digits(&whole));
 
     // Shapes of a scene with other numbers of joints.
-    let solved: SolvedShapes = serde_json::from_str(&saved).unwrap();
+    let solved = (serde_json::from_str(&saved).unwrap(), Part::Whole);
     let line = [(6.0, 10.0), (10.0, 10.0)];
     let refused =
         ShapeSpace::tabulate_from(&scene, &mut model, &line, 1e-4, solved, &mut |_| Ok(()));
     assert!(matches!(refused, Err(ModelError::ShapeSpace { .. })));
+}
+
+#[test]
+fn shares_of_a_table_are_solved_apart_and_complete_it() {
+    let scene = three_spheres("");
+    let whole = ShapeSpace::tabulate(&scene, &mut Rough::new(&scene, 0.0), &RANGES, 1e-4).unwrap();
+    let mut known = SolvedShapes::default();
+    let mut solves = 0;
+    let space = loop {
+        // The shares of one grid, as if at the same time: none knows what the others solve.
+        let before = known.clone();
+        for number in 1..=3 {
+            let mut model = Rough::new(&scene, 0.0);
+            let share = (before.clone(), Part::Share { number, count: 3 });
+            let mut solved = SolvedShapes::default();
+            let mut keep = |all: &SolvedShapes| {
+                solved = all.clone();
+                Ok(())
+            };
+            let space =
+                ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, share, &mut keep);
+            assert!(matches!(space, Err(ModelError::MissingShapes { .. })));
+            solves += model.solves;
+            known.merge(solved);
+        }
+        let mut model = Rough::new(&scene, 0.0);
+        let all = (known.clone(), Part::Known);
+        match ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, all, &mut |_| Ok(())) {
+            Ok(space) => break space,
+            Err(ModelError::MissingShapes { missing, points }) => {
+                assert_eq!(missing + known.len(), points.iter().product::<usize>());
+            }
+            Err(other) => panic!("{other}"),
+        }
+        assert_eq!(model.solves, 0);
+    };
+    assert_eq!(solves, whole.points());
+    assert_eq!(digits(&space), digits(&whole));
 }
 
 /// Grids were refined until the table became too large: polynomials cannot follow the errors of a

@@ -13,6 +13,7 @@ mod multipole;
 mod overview;
 mod pair;
 mod row;
+mod shapes;
 mod similar;
 mod sphere;
 mod swimmer;
@@ -31,14 +32,14 @@ use row::Row;
 type Part<'a> = (&'a str, &'a dyn Fn() -> Result<Vec<Row>>);
 
 /// Computes and prints all rows and writes `validation.md`, `validation.csv`, charts and
-/// `index.html`.
+/// `index.html`; with `only`, those of the parts whose names contain it.
 ///
 /// # Errors
-/// A row that cannot be computed, or is outside its tolerance.
-pub fn run(effort: Effort, out: &Path) -> Result<()> {
+/// A row that cannot be computed, or is outside its tolerance; no such part.
+pub fn run(effort: Effort, only: Option<&str>, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
-    let parts: [Part; 10] = [
+    let parts: [Part; 11] = [
         ("sphere in a concentric ball", &|| sphere::rows(effort)),
         ("orders of convergence", &sphere::orders),
         ("two spheres", &|| pair::rows(effort)),
@@ -55,8 +56,14 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
         }),
         ("multipole expansions", &multipole::rows),
         ("hinges and springs", &|| joints::rows(effort)),
+        ("bodies of other shapes", &|| shapes::rows(effort)),
     ];
-    for (name, part) in parts {
+    let is_asked = |name: &str| only.is_none_or(|only| name.contains(only));
+    if !parts.iter().any(|(name, _)| is_asked(name)) {
+        let names = parts.map(|(name, _)| name).join("; ");
+        bail!("no part of the validation contains that; the parts are: {names}");
+    }
+    for (name, part) in parts.into_iter().filter(|(name, _)| is_asked(name)) {
         let part_clock = Instant::now();
         let more = part().with_context(|| format!("validation of: {name}"))?;
         let passed = more.iter().filter(|row| row.passes()).count();
@@ -68,8 +75,11 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
         rows.extend(more);
     }
     let failed = rows.iter().filter(|row| !row.passes()).count();
-    let mut notes = vec![pair::NOTE.to_owned()];
-    notes.extend(file::note());
+    let mut notes = Vec::new();
+    if only.is_none() {
+        notes.push(pair::NOTE.to_owned());
+        notes.extend(file::note());
+    }
     notes.extend(bars::notes(&rows));
     notes.push(
         format!(
@@ -87,9 +97,9 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
         ("validation.csv", table::csv(&rows)),
     ];
     folder::write(out, files)?;
-    let quantities = match effort {
-        Effort::Quick => Vec::new(),
-        Effort::Full => crate::accuracy::run(false, None, out)?,
+    let quantities = match (effort, only) {
+        (Effort::Full, None) => crate::accuracy::run(false, None, out)?,
+        _ => Vec::new(),
     };
     let (page, chart) = overview::page(&rows, &notes, &quantities)?;
     folder::write(out, [("errors.svg", chart), ("index.html", page)])?;

@@ -10,12 +10,14 @@ use crate::machine;
 use crate::page::{Part, html};
 
 /// Names of the cases, in the order of the page.
-const CASES: [(&str, &str); 6] = [
+const CASES: [(&str, &str); 8] = [
     ("A", "one sphere in a concentric ball, and spheroids"),
     ("B", "two spheres"),
     ("D", "collinear spheres in a ball"),
     ("E", "the three-sphere swimmer"),
     ("H", "one sphere in a cylinder"),
+    ("J", "hinges, springs and flows"),
+    ("K", "bodies of other shapes"),
     ("order", "observed orders"),
 ];
 

@@ -34,7 +34,7 @@ impl Cost {
 /// A computed value beside the exact one.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Key of the reference: `A` to `H`, or the name of a method's property.
+    /// Key of the reference: `A` to `K`, or the name of a method's property.
     pub group: &'static str,
     pub name: String,
     pub exact: f64,
@@ -62,17 +62,19 @@ pub enum Basis {
     Required,
     Flat,
     Promised,
+    Limit,
 }
 
 impl Basis {
     /// All sources of tolerances, in the order of the footnotes.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Interpolation,
         Self::Halving,
         Self::Order,
         Self::Required,
         Self::Flat,
         Self::Promised,
+        Self::Limit,
     ];
 
     /// Letter in the table.
@@ -84,6 +86,7 @@ impl Basis {
             Self::Required => 'd',
             Self::Flat => 'e',
             Self::Promised => 'f',
+            Self::Limit => 'g',
         }
     }
 
@@ -104,7 +107,7 @@ impl Basis {
             }
             Self::Required => {
                 "required: with default settings 1e-3 for a step of the stroke and hence for speeds, 6e-4 for the net displacement; \
-                 at surface size 0.2 and on the mesh file 1e-4 for speeds, on the mesh file 1e-3 for forces"
+                 at surface size 0.2 and on the mesh file 1e-4 for speeds, on the mesh file 1e-3 for forces; 1e-3 for bodies of other shapes"
             }
             Self::Flat => {
                 "bound of the uncorrected error: twice the difference between the radius of the sphere and that of the ball with the volume inside the \
@@ -113,6 +116,9 @@ impl Basis {
             Self::Promised => {
                 "the tolerance given to the model: 1e-6 of the largest entry of a resistance matrix, 2e-5 of the net displacement of a stroke, for \
                  which resistances, and hence forces and speeds, are computed to 1e-6"
+            }
+            Self::Limit => {
+                "disk: half the difference between the drags of the spheroids inside and around it; torus: order of the error of the slender limit"
             }
         }
     }

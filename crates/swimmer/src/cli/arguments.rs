@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
+use swimmer::models::Part;
 use swimmer::{Scene, SwimError};
 
 use super::help;
@@ -58,7 +59,7 @@ pub enum Command {
     },
     /// Tabulate the motion over the shapes; draw what small strokes yield, with the gait
     #[command(after_help = help::MAP)]
-    Map(DesignArguments),
+    Map(MapArguments),
     /// Search the best stroke; write optimum.toml, which `swim run` runs
     #[command(after_help = help::OPTIMISE)]
     Optimise(DesignArguments),
@@ -143,6 +144,39 @@ pub struct DesignArguments {
     /// Print the result as one JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+/// Arguments of `swim map`.
+#[derive(Args)]
+pub struct MapArguments {
+    #[command(flatten)]
+    pub design: DesignArguments,
+    /// Solve one of n shares of the shapes and store it in the folder, which all shares use
+    #[arg(long, value_name = "I/N", value_parser = share)]
+    shard: Option<Part>,
+    /// Complete the table from the shares in the folder; fail if shapes are missing
+    #[arg(long, conflicts_with = "shard")]
+    merge: bool,
+}
+
+impl MapArguments {
+    /// The shapes to be solved.
+    pub fn part(&self) -> Part {
+        match self.merge {
+            true => Part::Known,
+            false => self.shard.unwrap_or(Part::Whole),
+        }
+    }
+}
+
+/// The share `i/n`.
+fn share(text: &str) -> Result<Part, String> {
+    let numbers = text.split_once('/');
+    let numbers = numbers.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    match numbers {
+        Some((number, count)) if (1..=count).contains(&number) => Ok(Part::Share { number, count }),
+        _ => Err("a share is i/n with i from 1 to n, such as 2/8".to_owned()),
+    }
 }
 
 #[derive(Args)]

@@ -5,6 +5,8 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 use swimmer::{Outcome, Scene};
 
+use super::text::rounded;
+
 /// Largest number of phases in the table; `summary.json` has all of them.
 const MAX_ROWS: usize = 24;
 
@@ -30,8 +32,7 @@ pub fn displacement_table(scene: &Scene, outcome: &Outcome) -> String {
     let row = |name: &str, displacement: &[Vector3<f64>]| {
         let mut row = format!("{name:<name_width$}");
         for d in displacement {
-            // Rounding first and adding zero avoids "-0.00000".
-            let d = d.map(|x| (1e5 * scale * x).round() / 1e5 + 0.0);
+            let d = d.map(|x| rounded(scale * x, 5));
             // Writing to a String cannot fail.
             let _ = write!(row, "  {:>9.5} {:>9.5} {:>9.5}", d.x, d.y, d.z);
         }

@@ -52,6 +52,8 @@ pub const MAP: &str = examples! {
     "swim new optimal-stroke"
     "swim map optimal-stroke.toml"
     "swim map optimal-stroke.toml --set optimise.lower=3 --out out/wider --json"
+    "swim map optimal-stroke.toml --out out/shared --shard 1/2"
+    "swim map optimal-stroke.toml --out out/shared --shard 2/2"
 };
 
 pub const OPTIMISE: &str = examples! {

@@ -3,8 +3,9 @@
 use serde_json::{Value, json};
 use swimmer::SwimError;
 use swimmer::design::{StrokeLimits, gait_shapes, gait_totals, tabulate};
+use swimmer::models::{ModelError, Part};
 
-use super::arguments::DesignArguments;
+use super::arguments::{DesignArguments, MapArguments};
 use super::design_files::{folder_of, gait_entries, names, table_entries, write_map};
 use super::design_progress::Progress;
 use super::text::{NO_ESTIMATE, entry, vector};
@@ -12,13 +13,23 @@ use super::text::{NO_ESTIMATE, entry, vector};
 /// Relative error of the table.
 const MAP_TOLERANCE: f64 = 1e-6;
 
-pub fn map(arguments: DesignArguments, quiet: bool) -> Result<String, SwimError> {
-    let DesignArguments { scene, out, json } = arguments;
+pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, SwimError> {
+    let part = arguments.part();
+    let DesignArguments { scene, out, json } = arguments.design;
     let scene = scene.read()?;
     let limits = StrokeLimits::of_scene(&scene)?;
     let folder = folder_of(&scene, out)?;
     let mut progress = Progress::new(quiet);
-    let table = tabulate(&scene, &limits, MAP_TOLERANCE, Some(&folder), &mut progress)?;
+    let place = (Some(&folder), part);
+    let table = match tabulate(&scene, &limits, MAP_TOLERANCE, place, &mut progress) {
+        // The share is done, others are not.
+        Err(SwimError::Model(ModelError::MissingShapes { missing, points }))
+            if part != Part::Known =>
+        {
+            return Ok(share_text(missing, &points, json));
+        }
+        table => table?,
+    };
     let geometry = &table.geometry;
     let names = names(&scene, &limits);
     let (interpolation, model) = geometry.errors();
@@ -83,4 +94,21 @@ pub fn map(arguments: DesignArguments, quiet: bool) -> Result<String, SwimError>
     text += "\n";
     text += &entry("results", &folder.path().display().to_string());
     Ok(text)
+}
+
+/// What remains after a share of the table.
+fn share_text(missing: usize, points: &[usize], json: bool) -> String {
+    if json {
+        return format!("{}\n", json!({ "points": points, "missing": missing }));
+    }
+    let grid: Vec<String> = points.iter().map(ToString::to_string).collect();
+    entry("share", "solved")
+        + &entry(
+            "missing",
+            &format!(
+                "{missing} shapes of other shares in the grid {}; when they are solved, run \
+                 --merge",
+                grid.join(" x ")
+            ),
+        )
 }

@@ -12,7 +12,7 @@ use super::displacements::displacement_table;
 use super::progress::Progress;
 use super::sensitivities::{describe_sensitivities, sensitivities, sensitivities_json};
 use super::text::{
-    count, duration, entry, error_estimates, print, two_digits, warn, with_uncertainty,
+    count, duration, entry, error_estimates, print, rounded, two_digits, warn, with_uncertainty,
 };
 use super::view::{open_page, page_entry, write_movie};
 
@@ -112,7 +112,7 @@ fn warnings(report: &Report) -> Vec<String> {
 fn describe(report: &Report, out: &Path) -> String {
     let outcome = &report.outcome;
     let net = outcome.net();
-    let rotation = outcome.rotation.map(|x| (1e5 * x).round() / 1e5 + 0.0);
+    let rotation = outcome.rotation.map(|x| rounded(x, 5));
     let mut text = entry("scene", report.scene.name());
     text += &entry("model", report.model);
     text += "\n";

@@ -10,7 +10,7 @@ use swimmer::start_slice;
 use swimmer::{Scene, SwimError, choose, solve_start, start_flow, start_resistance};
 
 use super::arguments::SceneArguments;
-use super::text::{count, duration, entry, error, error_estimates, percent, warn};
+use super::text::{count, duration, entry, error, error_estimates, percent, rounded, warn};
 
 pub fn solve(
     arguments: &SceneArguments,
@@ -90,20 +90,13 @@ fn draw_flow(scene: &Scene, model: &mut dyn Hydrodynamics, path: &Path) -> Resul
 
 #[cfg(not(feature = "plots"))]
 fn draw_flow(_: &Scene, _: &mut dyn Hydrodynamics, path: &Path) -> Result<(), SwimError> {
-    Err(SwimError::NotApplicable {
-        place: format!("--picture {}", path.display()),
-        problem: "this program was built without the feature `plots`".to_owned(),
-    })
+    Err(super::view::without_plots("--picture", path))
 }
 
 /// Velocities and forces of the bodies, and forces of the links.
 fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
     let row = |label: &str, v: &Vector3<f64>| {
-        // Rounding first and adding zero avoids "-0.00000000".
-        let v = v.map(|x| match x.abs() < 0.5e-8 {
-            true => 0.0,
-            false => x,
-        });
+        let v = v.map(|x| rounded(x, 8));
         format!("{label:<24}{:>14.8} {:>14.8} {:>14.8}\n", v.x, v.y, v.z)
     };
     let mut text = "vectors (x, y, z) in the scene's units\n".to_owned();

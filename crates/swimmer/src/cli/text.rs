@@ -6,7 +6,7 @@ use clap::builder::styling::AnsiColor;
 use swimmer::models::ErrorEstimate;
 use swimmer::output::numbers::LARGEST_RATIO;
 pub use swimmer::output::numbers::{
-    NO_ESTIMATE, count, duration, percent, two_digits, with_uncertainty,
+    NO_ESTIMATE, count, duration, percent, rounded, two_digits, with_uncertainty,
 };
 
 /// Width of the column of labels.

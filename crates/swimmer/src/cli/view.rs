@@ -3,19 +3,19 @@
 use std::path::Path;
 
 use swimmer::SwimError;
+#[cfg(feature = "plots")]
+use swimmer::output::{Folder, RunRecord};
 
 use super::text::{entry, warn};
 
 /// Writes the page of an earlier run again.
 #[cfg(feature = "plots")]
 pub fn view(path: &Path, open: bool, movie: bool) -> Result<String, SwimError> {
-    use swimmer::output::{Folder, RunRecord};
-
-    RunRecord::read(path)?.write_page(&Folder::create(path)?)?;
-    let movie = if movie {
-        write_movie(path)?
-    } else {
-        String::new()
+    let (record, folder) = (RunRecord::read(path)?, Folder::create(path)?);
+    record.write_page(&folder)?;
+    let movie = match movie {
+        true => movie_entry(&record, &folder)?,
+        false => String::new(),
     };
     if open {
         open_page(path);
@@ -26,23 +26,32 @@ pub fn view(path: &Path, open: bool, movie: bool) -> Result<String, SwimError> {
 /// Writes the movie of a run, and says where it is.
 #[cfg(feature = "plots")]
 pub fn write_movie(path: &Path) -> Result<String, SwimError> {
-    use swimmer::output::{Folder, RunRecord};
+    movie_entry(&RunRecord::read(path)?, &Folder::create(path)?)
+}
 
-    let file = RunRecord::read(path)?.write_movie(&Folder::create(path)?)?;
+#[cfg(feature = "plots")]
+fn movie_entry(record: &RunRecord, folder: &Folder) -> Result<String, SwimError> {
+    let file = record.write_movie(folder)?;
     Ok(entry("movie", &file.display().to_string()))
 }
 
 #[cfg(not(feature = "plots"))]
-pub fn write_movie(path: &Path) -> Result<String, SwimError> {
-    view(path, false, true)
+pub fn view(path: &Path, _: bool, _: bool) -> Result<String, SwimError> {
+    Err(without_plots("swim view", path))
 }
 
 #[cfg(not(feature = "plots"))]
-pub fn view(path: &Path, _: bool, _: bool) -> Result<String, SwimError> {
-    Err(SwimError::NotApplicable {
-        place: format!("swim view {}", path.display()),
+pub fn write_movie(path: &Path) -> Result<String, SwimError> {
+    Err(without_plots("--movie", path))
+}
+
+/// The error for pictures and pages that this program cannot write.
+#[cfg(not(feature = "plots"))]
+pub fn without_plots(words: &str, path: &Path) -> SwimError {
+    SwimError::NotApplicable {
+        place: format!("{words} {}", path.display()),
         problem: "this program was built without the feature `plots`".to_owned(),
-    })
+    }
 }
 
 /// The line that says where the page is.

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use models::ShapeGeometry;
+use models::{Part, ShapeGeometry};
 use nalgebra::Vector3;
 use scene::{Gait, ObjectiveKind, Scene, Shape, StrokeStart, legs};
 
@@ -83,7 +83,7 @@ pub fn design_stroke(
         scene,
         &limits,
         TABLE * options.tolerance,
-        Some(&folder),
+        (Some(&folder), Part::Whole),
         progress,
     )?;
     let gait = gait_totals(scene, &limits, &table.geometry)?;

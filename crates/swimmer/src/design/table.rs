@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::time::{Duration, Instant as Clock};
 
-use models::{ModelError, ShapeGeometry, ShapeSpace, SolvedShapes};
+use models::{ModelError, Part, ShapeGeometry, ShapeSpace, SolvedShapes};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -16,8 +16,16 @@ use crate::planning::{Choice, choose};
 /// Name of the file of a table.
 const FILE: &str = "table.json";
 
-/// Name of the file of the shapes that are solved while a table is computed.
-const PARTIAL_FILE: &str = "table.partial.json";
+/// Beginning of the names of the files of the shapes that are solved while a table is computed.
+const PARTIAL: &str = "table.partial";
+
+/// Name of the file of the shapes that a computation has solved.
+fn partial_file(part: Part) -> String {
+    match part {
+        Part::Share { number, count } => format!("{PARTIAL}.{number}-of-{count}.json"),
+        Part::Whole | Part::Known => format!("{PARTIAL}.json"),
+    }
+}
 
 /// Time between two writes of the shapes that are solved: all that an interrupted computation loses
 /// beside its last shape.
@@ -74,16 +82,18 @@ impl StrokeTable {
 /// of the same flow problem.
 ///
 /// Shapes that an interrupted computation has solved are in the folder too, and are used by the
-/// next one, which ends with the same bits as one that was not interrupted.
+/// next one, which ends with the same bits as one that was not interrupted. Several computations
+/// can share the work in one folder, each with its own `part`.
 ///
 /// # Errors
 /// A scene whose motion depends on more than the shape, errors of the model, files that cannot be
-/// written, [`SwimError::Stopped`].
+/// written, [`SwimError::Stopped`]; [`ModelError::MissingShapes`] after a part that does not
+/// complete the table.
 pub fn tabulate(
     scene: &Scene,
     limits: &StrokeLimits,
     tolerance: f64,
-    folder: Option<&Folder>,
+    (folder, part): (Option<&Folder>, Part),
     progress: &mut dyn DesignProgress,
 ) -> Result<StrokeTable, SwimError> {
     if !scene.is_driven_by_shape() {
@@ -104,10 +114,14 @@ pub fn tabulate(
     }
     let Choice { mut model, .. } = choose(scene)?;
     let name = model.name();
-    let solved = folder
-        .and_then(|folder| read::<SolvedShapes>(folder, PARTIAL_FILE, scene, limits))
-        .filter(|part| part.model == name)
-        .map_or_else(SolvedShapes::default, |part| part.table);
+    let mut solved = SolvedShapes::default();
+    let partial_files = folder.map(partial_files).unwrap_or_default();
+    for file in &partial_files {
+        let found = folder.and_then(|folder| read::<SolvedShapes>(folder, file, scene, limits));
+        if let Some(found) = found.filter(|found| found.model == name) {
+            solved.merge(found.table);
+        }
+    }
     let known = solved.len();
     let origin = Stored {
         scene: scene.to_toml()?,
@@ -116,6 +130,8 @@ pub fn tabulate(
         model: name.to_owned(),
         table: (),
     };
+    let own_file = partial_file(part);
+    let mut last = None;
     let mut done = known;
     let mut failed = None;
     let mut written = Clock::now();
@@ -126,8 +142,11 @@ pub fn tabulate(
         if let Some(folder) = folder
             && (is_interrupted || written.elapsed() >= BETWEEN_WRITES)
         {
-            failed = write(folder, PARTIAL_FILE, &origin.with(solved)).err();
+            failed = write(folder, &own_file, &origin.with(solved)).err();
             written = Clock::now();
+        }
+        if part != Part::Whole {
+            last = Some(solved.clone());
         }
         match is_interrupted || failed.is_some() {
             // Replaced below by an error of this crate.
@@ -142,7 +161,7 @@ pub fn tabulate(
         model.as_mut(),
         &limits.ranges,
         tolerance,
-        solved,
+        (solved, part),
         &mut observe,
     );
     if let Some(error) = failed {
@@ -153,17 +172,34 @@ pub fn tabulate(
             what: format!("{done} shapes of the table; the same command continues with them"),
         });
     }
+    if let (Err(ModelError::MissingShapes { .. }), Some(folder), Some(last)) =
+        (&space, folder, &last)
+    {
+        write(folder, &own_file, &origin.with(last))?;
+    }
     let geometry = space?.geometry()?;
     if let Some(folder) = folder {
         write(folder, FILE, &origin.with(&geometry))?;
-        // A part that cannot be removed is read again, to no harm.
-        let _ = std::fs::remove_file(folder.path().join(PARTIAL_FILE));
+        for file in partial_files.iter().chain([&own_file]) {
+            // A part that cannot be removed is read again, to no harm.
+            let _ = std::fs::remove_file(folder.path().join(file));
+        }
     }
     Ok(StrokeTable {
         geometry,
         model: name.to_owned(),
         stored: known,
     })
+}
+
+/// Names of the files of solved shapes in a folder, in a fixed order.
+fn partial_files(folder: &Folder) -> Vec<String> {
+    let entries = std::fs::read_dir(folder.path()).into_iter().flatten();
+    let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let is_partial = |name: &String| name.starts_with(PARTIAL) && name.ends_with(".json");
+    let mut names: Vec<String> = names.filter(is_partial).collect();
+    names.sort_unstable();
+    names
 }
 
 fn write<T: Serialize>(folder: &Folder, name: &str, stored: &Stored<&T>) -> Result<(), SwimError> {

@@ -312,17 +312,20 @@ fn solve_points(
     corrections: Corrections,
 ) -> Result<Vec<LegSolution>, SwimError> {
     let set = evaluator.scene.articulation();
-    let mut solutions = Vec::with_capacity(gauss.nodes.len());
-    for &t in &gauss.nodes {
+    let point = |&t: &f64| {
         let s = path.from + t * (path.to - path.from);
-        let computed = matches!(corrections, Corrections::Computed);
-        let mut solution = evaluator.solve(s, &path.state(set, s)?, computed)?;
-        if let Corrections::Interpolated(few_points) = corrections
-            && let Some(error) = few_points.at(s)
-        {
-            solution.solution.correct(error);
+        Ok((s, path.state(set, s)?))
+    };
+    let points = gauss.nodes.iter().map(point);
+    let points = points.collect::<Result<_, SwimError>>()?;
+    let computed = matches!(corrections, Corrections::Computed);
+    let mut solutions = evaluator.solve_points(points, computed)?;
+    if let Corrections::Interpolated(few_points) = corrections {
+        for solution in &mut solutions {
+            if let Some(error) = few_points.at(solution.s) {
+                solution.solution.correct(error);
+            }
         }
-        solutions.push(solution);
     }
     Ok(solutions)
 }

@@ -66,6 +66,47 @@ impl<'a> LegEvaluator<'a> {
         self.solve_query(s, state, estimates, None)
     }
 
+    /// The solutions at several points, at once if the model can.
+    pub fn solve_points(
+        &mut self,
+        points: Vec<(f64, State)>,
+        estimates: bool,
+    ) -> Result<Vec<LegSolution>, SwimError> {
+        let mut inputs = Vec::with_capacity(points.len());
+        for (s, state) in &points {
+            let lengths = self.leg.lengths(*s);
+            self.check_clearance(*s, state, &lengths)?;
+            let forces = self.scene.joint_forces(self.leg.time(*s));
+            inputs.push((lengths, [self.leg.rates(*s)], forces));
+        }
+        let queries = points.iter().zip(&inputs);
+        let queries = queries.map(|((_, state), (lengths, rates, forces))| {
+            Query::new(Configuration { state, lengths }, rates)
+                .with_estimates(estimates)
+                .with_joint_forces(forces.as_deref())
+        });
+        let Some(solved) = self.model.solve_together(&queries.collect::<Vec<_>>())? else {
+            let solve = |(s, state): &(f64, State)| self.solve(*s, state, estimates);
+            return points.iter().map(solve).collect();
+        };
+        let mut solutions = Vec::with_capacity(points.len());
+        for (number, ((s, state), of_rates)) in points.iter().zip(solved).enumerate() {
+            self.model.select_flow(number);
+            solutions.push(self.record(*s, state, self.only(of_rates)?)?);
+        }
+        Ok(solutions)
+    }
+
+    /// The solution for the only set of rates of a query.
+    fn only(
+        &self,
+        mut solutions: Vec<InstantaneousSolution>,
+    ) -> Result<InstantaneousSolution, ModelError> {
+        solutions.pop().ok_or(ModelError::NoSolution {
+            model: self.model.name(),
+        })
+    }
+
     /// The solution with the terms of an implicit step for bodies with mass.
     pub fn solve_with_inertia(
         &mut self,
@@ -86,7 +127,7 @@ impl<'a> LegEvaluator<'a> {
     ) -> Result<LegSolution, SwimError> {
         let rates = [self.leg.rates(s)];
         let forces = self.scene.joint_forces(self.leg.time(s));
-        let mut solutions = self.query(s, state, |model, configuration| {
+        let solutions = self.query(s, state, |model, configuration| {
             let query = Query::new(configuration, &rates)
                 .with_estimates(estimates)
                 .with_joint_forces(forces.as_deref());
@@ -95,10 +136,7 @@ impl<'a> LegEvaluator<'a> {
                 None => query,
             })
         })?;
-        let solution = solutions.pop().ok_or(ModelError::NoSolution {
-            model: self.model.name(),
-        })?;
-        self.record(s, state, solution)
+        self.record(s, state, self.only(solutions)?)
     }
 
     /// The grand resistance matrix at the position `s` on the leg.

@@ -9,6 +9,7 @@ use scene::{Leg, Scene};
 use serde::{Deserialize, Serialize};
 
 use super::folder::Folder;
+use super::last_flow::LastFlow;
 use super::packed;
 use crate::error::SwimError;
 use crate::flow_slice::{FlowSlice, SliceFrame, SlicePlane};
@@ -134,7 +135,7 @@ impl SliceSeries {
         let gait = scene.gait();
         Ok(Self {
             frame: SliceFrame::of(scene)?,
-            cycle: gait.phases.iter().map(|phase| phase.duration).sum(),
+            cycle: gait.cycle_duration(),
             takes_last: gait.phases.len() >= MANY_PHASES,
             pending: Vec::new(),
             stored: StoredSlices::default(),
@@ -161,7 +162,7 @@ impl SliceSeries {
         scene: &Scene,
         leg: &Leg,
         solved: &LegSolution,
-        model: &dyn Hydrodynamics,
+        flow: LastFlow<'_>,
     ) -> Result<(), SwimError> {
         let time = leg.time(solved.s);
         if time > self.cycle {
@@ -177,7 +178,7 @@ impl SliceSeries {
         };
         let field = match self.takes_last {
             true => None,
-            false => model.last_flow(),
+            false => flow.into_flow(),
         };
         let flow = match field {
             Some(field) if field.mesh.n_points() > KEPT_NODES => {
@@ -204,14 +205,15 @@ impl SliceSeries {
     pub fn finish_leg(
         &mut self,
         folder: &Folder,
-        model: &dyn Hydrodynamics,
+        scene: &Scene,
         leg: &Leg,
         result: &LegResult,
         first: usize,
+        flow: LastFlow<'_>,
     ) -> Result<(), SwimError> {
         let mut pending = std::mem::take(&mut self.pending);
         if let (true, Some(last)) = (self.takes_last, pending.last_mut()) {
-            last.flow = model.last_flow().map(|field| Flow::Field(Box::new(field)));
+            last.flow = flow.into_flow().map(|field| Flow::Field(Box::new(field)));
         }
         let in_result = |number: usize| {
             let mut solutions = result.solutions.iter();
@@ -241,7 +243,6 @@ impl SliceSeries {
             .map(|(_, solved)| solved)
             .collect();
         chosen.sort_by(|a, b| a.configuration.time.total_cmp(&b.configuration.time));
-        let scene = model.scene();
         for Solved {
             configuration,
             flow,

@@ -3,6 +3,7 @@
 
 mod flow_slices;
 mod folder;
+mod last_flow;
 mod machine;
 mod memory;
 pub mod numbers;
@@ -17,6 +18,7 @@ mod trajectory;
 
 pub(crate) use flow_slices::{SliceSeries, StoredSlices};
 pub use folder::Folder;
+pub use last_flow::LastFlow;
 pub use machine::processor;
 pub use memory::peak_rss_mib;
 pub use paraview::{FlowSeries, write_flow};

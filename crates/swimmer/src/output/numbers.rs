@@ -24,6 +24,18 @@ fn magnitude(x: f64) -> i32 {
     exponent.unwrap_or(0)
 }
 
+/// Number of decimals that show two digits of a positive uncertainty; doubles have at most 15.
+pub fn decimals(uncertainty: f64) -> usize {
+    (1 - magnitude(uncertainty)).clamp(0, 15) as usize
+}
+
+/// The value as it is printed with a number of decimals, without the sign of a negative zero:
+/// `-1e-9` is then printed as `0.00000` and not as `-0.00000`.
+pub fn rounded(value: f64, decimals: usize) -> f64 {
+    let printed = format!("{value:.decimals$}").parse().unwrap_or(value);
+    printed + 0.0
+}
+
 /// A ratio in percent, with two significant digits.
 pub fn percent(ratio: f64) -> String {
     format!("{} %", two_digits(100.0 * ratio))
@@ -42,8 +54,7 @@ pub fn with_uncertainty(value: f64, uncertainty: f64) -> String {
         _ => (10_f64.powi(-largest), format!("e{largest}")),
     };
     let (value, uncertainty) = (value * scale, uncertainty * scale);
-    // As many decimals as show two digits of the uncertainty; doubles have no more than 15.
-    let decimals = (1 - magnitude(uncertainty)).clamp(0, 15) as usize;
+    let decimals = decimals(uncertainty);
     let uncertainty_text = match decimals {
         0..=8 => format!("{uncertainty:.decimals$}"),
         _ => format!("{uncertainty:.1e}"),
@@ -91,6 +102,19 @@ mod tests {
             (0.5, 0.0, "0.5 (no error estimate)"),
         ] {
             assert_eq!(with_uncertainty(value, uncertainty), text);
+        }
+    }
+
+    #[test]
+    fn rounded_numbers_have_no_negative_zero() {
+        for (value, decimals, text) in [
+            (-1e-9, 5, "0.00000"),
+            (-0.4, 0, "0"),
+            (-1.6e-5, 5, "-0.00002"),
+            (-1.5e15, 1, "-1500000000000000.0"),
+            (f64::NAN, 2, "NaN"),
+        ] {
+            assert_eq!(format!("{:.decimals$}", rounded(value, decimals)), text);
         }
     }
 }

@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use mesh::{MeshError, Pvd, Vtu};
-use models::{FlowField, Hydrodynamics, ModelError};
+use models::{FlowField, ModelError};
 use scene::{FlowsKind, Leg};
 
 use super::folder::Folder;
+use super::last_flow::LastFlow;
 use crate::error::SwimError;
 use crate::integrate::{LegResult, LegSolution};
 
@@ -57,16 +58,12 @@ impl FlowSeries {
     ///
     /// # Errors
     /// [`SwimError::Write`], or a model error for fields that do not fit the mesh.
-    pub fn solved(
-        &mut self,
-        solution: &LegSolution,
-        model: &dyn Hydrodynamics,
-    ) -> Result<(), SwimError> {
+    pub fn solved(&mut self, solution: &LegSolution, flow: &LastFlow<'_>) -> Result<(), SwimError> {
         self.last = Some((solution.number, solution.s));
         if self.which == FlowsKind::All
-            && let Some(flow) = model.last_flow()
+            && let Some(flow) = flow.get()
         {
-            write_flow(&flow, &self.folder.path().join(file_name(solution.number)))?;
+            write_flow(flow, &self.folder.path().join(file_name(solution.number)))?;
             self.pending.push(solution.number);
         }
         Ok(())
@@ -84,12 +81,12 @@ impl FlowSeries {
         leg: &Leg,
         result: &LegResult,
         first: usize,
-        model: &dyn Hydrodynamics,
+        flow: &LastFlow<'_>,
     ) -> Result<(), SwimError> {
         if let (FlowsKind::Phase, Some((number, s))) = (self.which, self.last.take())
-            && let Some(flow) = model.last_flow()
+            && let Some(flow) = flow.get()
         {
-            write_flow(&flow, &self.folder.path().join(file_name(number)))?;
+            write_flow(flow, &self.folder.path().join(file_name(number)))?;
             self.kept.push(leg.time(s), file_name(number));
         }
         for solve in std::mem::take(&mut self.pending) {

@@ -1,7 +1,7 @@
 //! Tables of the model over shape space, and superposed solutions, where they save solves.
 
-use models::{Hydrodynamics, Superposed, Tabulated};
-use scene::{Gait, Scene, legs};
+use models::{ModelError, Superposed, Tabulated};
+use scene::{Gait, Phase, Scene, legs};
 
 use super::choice::Choice;
 use crate::integrate::{TYPICAL_SOLVES_PER_LEG, velocity_tolerance};
@@ -13,7 +13,10 @@ const TYPICAL_POINTS: usize = 9;
 /// repeats shapes.
 ///
 /// The tables are added to the reasons of the choice.
-pub fn with_tables(scene: &Scene, choice: Choice) -> Choice {
+///
+/// # Errors
+/// A model of another scene, whose solutions cannot be superposed.
+pub fn with_tables(scene: &Scene, choice: Choice) -> Result<Choice, ModelError> {
     let Some(boxes) = boxes(scene) else {
         return with_superposition(scene, choice);
     };
@@ -24,34 +27,33 @@ pub fn with_tables(scene: &Scene, choice: Choice) -> Choice {
         1 => "tabulated over the shapes of the gait, which repeat in every cycle".to_owned(),
         n => format!("tabulated along {n} lines of shape space, which repeat in every cycle"),
     });
-    Choice {
+    Ok(Choice {
         model: Box::new(Tabulated::new(scene, choice.model, boxes, tolerance)),
         reasons,
-    }
+    })
 }
 
 /// Superposes the solutions of a rigid body in a linear flow, if that saves solves by elements.
-fn with_superposition(scene: &Scene, choice: Choice) -> Choice {
-    let Choice { model, mut reasons } = choice;
-    let solves = (scene.gait().phases.len() * TYPICAL_SOLVES_PER_LEG)
-        .saturating_mul(scene.gait().cycles as usize);
-    let model: Box<dyn Hydrodynamics> = match model.name() {
-        // Other models are fast, or serve bodies that keep their axis only.
-        "fem" => match Superposed::new(model) {
-            Ok(superposed) if superposed.count() < solves => {
-                reasons.push(format!(
-                    "superposed from {} orientations, on which the motion of a rigid body depends \
-                     linearly",
-                    superposed.count()
-                ));
-                Box::new(superposed)
-            }
-            Ok(superposed) => superposed.into_model(),
-            Err(model) => model,
-        },
-        _ => model,
+fn with_superposition(scene: &Scene, choice: Choice) -> Result<Choice, ModelError> {
+    let solves = typical_solves(scene.gait(), |_| true);
+    // Other models are fast, or serve bodies that keep their axis only.
+    let is_slow = choice.model.name() == "fem";
+    let count = Superposed::count(scene).filter(|&count| is_slow && count < solves);
+    let Some(count) = count else {
+        return Ok(choice);
     };
-    Choice { model, reasons }
+    let Choice { model, mut reasons } = choice;
+    reasons.push(format!(
+        "superposed from {count} orientations, on which the motion of a rigid body depends linearly"
+    ));
+    let model = Box::new(Superposed::new(model)?);
+    Ok(Choice { model, reasons })
+}
+
+/// Number of solves of a typical integration over some phases of every cycle.
+fn typical_solves(gait: &Gait, is_solved: impl Fn(&Phase) -> bool) -> usize {
+    let phases = gait.phases.iter().filter(|phase| is_solved(phase)).count();
+    (phases * TYPICAL_SOLVES_PER_LEG).saturating_mul(gait.cycles as usize)
 }
 
 /// The boxes of link lengths that the tables for a gait cover; none if tables would need more
@@ -83,9 +85,7 @@ fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
             lines.push(line);
         }
     }
-    let moving = (scene.gait().phases.iter()).filter(|phase| !phase.path.links().is_empty());
-    let direct =
-        (moving.count() * TYPICAL_SOLVES_PER_LEG).saturating_mul(scene.gait().cycles as usize);
+    let direct = typical_solves(scene.gait(), |phase| !phase.path.links().is_empty());
     let points = |ranges: &[(f64, f64)]| {
         let variables = ranges.iter().filter(|r| r.0 < r.1).count();
         TYPICAL_POINTS.saturating_pow(variables as u32)

@@ -166,6 +166,39 @@ fn interrupted_tables_of_elements_continue() {
     assert_eq!(table("whole"), table("broken"));
 }
 
+/// Two jobs that share a folder solve a table grid by grid, with the digits of one job.
+#[test]
+fn the_shares_of_a_map_are_merged() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    printed(folder, &["new", "optimal-stroke", "--out", "scene.toml"]);
+    let map = |out: &'static str, more: &[&'static str]| {
+        let mut arguments = vec!["map", "scene.toml", "--out", out];
+        arguments.extend(more);
+        arguments
+    };
+    printed(folder, &map("whole", &[]));
+    let mut rounds = 0;
+    let merged = loop {
+        rounds += 1;
+        for share in ["1/2", "2/2"] {
+            printed(folder, &map("shared", &["--shard", share]));
+        }
+        let output = swim(folder, &map("shared", &["--merge"]));
+        if output.status.success() {
+            break String::from_utf8(output.stdout).unwrap();
+        }
+        assert_eq!(output.status.code(), Some(3));
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.contains("are missing") && rounds < 5, "{message}");
+    };
+    assert!(merged.contains("degrees"), "{merged}");
+    let table = |out: &str| std::fs::read_to_string(folder.join(out).join("table.json")).unwrap();
+    assert_eq!(table("whole"), table("shared"));
+    let refused = swim(folder, &map("other", &["--shard", "3/2"]));
+    assert_eq!(refused.status.code(), Some(2));
+}
+
 #[test]
 fn sensitivities_are_printed_and_written() {
     let temporary = tempfile::tempdir().unwrap();

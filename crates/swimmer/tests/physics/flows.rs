@@ -74,7 +74,7 @@ fn a_lone_squirmer_swims_straight() {
 #[test]
 fn jeffery_orbits_have_the_exact_period() {
     let scene = parse(include_str!("../../templates/jeffery.toml"));
-    let mut model = with_tables(&scene, choose(&scene).unwrap()).model;
+    let mut model = with_tables(&scene, choose(&scene).unwrap()).unwrap().model;
     let outcome = simulate(&scene, &mut *model, Method::Collocation, &mut ()).unwrap();
     let turned = outcome.rotation.norm();
     assert!((turned - PI).abs() < 1e-3 * 2.0 * PI, "{turned}");

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Isometry3, Translation3, UnitQuaternion, Vector3};
 use rigid::State;
 use swimmer::design::{StrokeLimits, gait_totals, tabulate};
 use swimmer::models::ShapeSpace;
-use swimmer::models::{Configuration, Hydrodynamics, ModelError};
+use swimmer::models::{Configuration, Hydrodynamics, ModelError, Part};
 use swimmer::{Choice, choose, with_tables};
 use swimmer::{Method, Outcome, Scene, simulate};
 
@@ -26,7 +26,7 @@ fn model(scene: &Scene) -> Box<dyn Hydrodynamics> {
 /// The outcomes without and with tables.
 fn both_ways(scene: &Scene) -> (Outcome, Outcome) {
     let direct = simulate(scene, model(scene).as_mut(), Method::Collocation, &mut ()).unwrap();
-    let Choice { mut model, reasons } = with_tables(scene, choose(scene).unwrap());
+    let Choice { mut model, reasons } = with_tables(scene, choose(scene).unwrap()).unwrap();
     assert!(
         reasons.iter().any(|r| r.contains("tabulated")),
         "{reasons:?}"
@@ -183,7 +183,7 @@ fn tables_in_a_ball_have_an_error_bar_for_the_place() {
             &["model.kind=\"multipole\"", "domain.kind=\"ball\"", &radius],
         );
         let limits = StrokeLimits::of_scene(&scene).unwrap();
-        let table = tabulate(&scene, &limits, 1e-5, None, &mut ())
+        let table = tabulate(&scene, &limits, 1e-5, (None, Part::Whole), &mut ())
             .unwrap()
             .geometry;
         let (totals, _) = gait_totals(&scene, &limits, &table).unwrap().unwrap();

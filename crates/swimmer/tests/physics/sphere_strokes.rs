@@ -130,7 +130,7 @@ fn the_work_of_a_stroke_is_within_its_error_bar_of_the_exact_value() {
         for (cycles, tolerance) in [(1, 1e-3), (1, 1e-8), (3, 1e-6)] {
             // Three cycles are tabulated.
             let scene = stroke_between(open, closed, cycles, "multipole", tolerance);
-            let mut model = with_tables(&scene, choose(&scene).unwrap()).model;
+            let mut model = with_tables(&scene, choose(&scene).unwrap()).unwrap().model;
             let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut ()).unwrap();
             let error = (outcome.work - f64::from(cycles) * exact).abs();
             let bar = outcome.work_error.total();

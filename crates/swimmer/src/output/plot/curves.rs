@@ -4,8 +4,9 @@ use plotters::prelude::*;
 use scene::{LengthPath, Scene};
 
 use super::quantity::Quantity;
-use super::style::{Area, BAND, COLOURS, FAINT, GREY, INK, font, px, rounded, short};
+use super::style::{Area, BAND, COLOURS, FAINT, GREY, INK, font, px, short};
 use crate::outcome::Outcome;
+use crate::output::numbers::rounded;
 
 /// Largest number of phases with labels: more would overlap.
 const MAX_LABELS: usize = 12;

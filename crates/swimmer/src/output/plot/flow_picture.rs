@@ -8,9 +8,10 @@ use scene::Scene;
 
 use super::canvas::{self, Raster};
 use super::colour_map::colour;
-use super::style::{Area, FAINT, INK, font, px, rounded, short};
+use super::style::{Area, FAINT, INK, font, px, short};
 use crate::error::SwimError;
 use crate::flow_slice::{FlowSlice, SlicePlane, Streamline, body_surface, section, streamlines};
+use crate::output::numbers::rounded;
 
 /// Width of the picture in pixels.
 const WIDTH: u32 = 960;

@@ -3,8 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use scene::{Scene, Shape};
 
-use super::style::rounded;
 use crate::outcome::Outcome;
+use crate::output::numbers::rounded;
 
 /// Displacements below this part of the smallest body are not shown if bodies turn more.
 const SMALL: f64 = 0.01;

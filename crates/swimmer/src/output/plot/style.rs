@@ -55,9 +55,3 @@ pub fn short(value: f64) -> String {
     let rounded = format!("{value:.4e}").parse::<f64>().unwrap_or(value);
     format!("{rounded}")
 }
-
-/// Rounded to a number of decimals, without the sign of a negative zero.
-pub fn rounded(value: f64, decimals: i32) -> f64 {
-    let unit = 10f64.powi(decimals);
-    (value * unit).round() / unit + 0.0
-}

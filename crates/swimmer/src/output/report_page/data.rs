@@ -59,7 +59,7 @@ pub fn page_data(record: &RunRecord) -> Result<Value, SwimError> {
         .collect();
     Ok(json!({
         "duration": track.times.last(),
-        "cycle": scene.gait().phases.iter().map(|phase| phase.duration).sum::<f64>(),
+        "cycle": scene.gait().cycle_duration(),
         "cycles": { "shown": track.cycles, "all": scene.gait().cycles },
         "bodies": bodies,
         "links": links.map(|link| json!([link.body, link.to])).collect::<Vec<_>>(),

@@ -116,8 +116,7 @@ impl RunRecord {
                 ),
             });
         }
-        let phases = self.scene.gait().phases.iter();
-        let cycle: f64 = phases.map(|phase| phase.duration).sum();
+        let cycle = self.scene.gait().cycle_duration();
         let movie = movie_svg(&self.name, &self.scene, &frames, cycle)?;
         folder.write(MOVIE, |file| file.write_all(movie.as_bytes()))
     }

@@ -5,7 +5,9 @@ use serde_json::Value;
 
 use super::html::escaped;
 use super::record::RunRecord;
-use crate::output::numbers::{count, duration, percent, two_digits, with_uncertainty};
+use crate::output::numbers::{
+    count, decimals, duration, percent, rounded, two_digits, with_uncertainty,
+};
 
 /// One sentence about the run.
 pub fn lead(record: &RunRecord) -> String {
@@ -31,7 +33,7 @@ pub fn lead(record: &RunRecord) -> String {
 pub fn results(record: &RunRecord) -> String {
     let outcome = &record.outcome;
     let error = outcome.error_estimate.total();
-    let rotation = outcome.rotation.map(|x| (1e5 * x).round() / 1e5 + 0.0);
+    let rotation = outcome.rotation.map(|x| rounded(x, 5));
     let entries = [
         (
             "Net displacement",
@@ -66,17 +68,15 @@ pub fn results(record: &RunRecord) -> String {
         html += &format!("<th scope=\"col\" class=\"number\">{axis}</th>");
     }
     html += "</tr></thead><tbody>\n";
-    // As many decimals as show two digits of the error.
     let decimals = match error > 0.0 {
-        true => (1.0 - error.log10().floor()).clamp(0.0, 15.0) as usize,
+        true => decimals(error),
         false => 6,
     };
     for (body, displacement) in record.scene.bodies().iter().zip(&outcome.displacement) {
         let name = escaped(&body.name);
         html += &format!("<tr><th scope=\"row\" class=\"name\">{name}</th>");
         for value in displacement.iter() {
-            let unit = 10f64.powi(-(decimals as i32));
-            let value = (value / unit).round() * unit + 0.0;
+            let value = rounded(*value, decimals);
             html += &format!("<td class=\"number\">{value:.decimals$}</td>");
         }
         html += "</tr>\n";

@@ -35,7 +35,7 @@ impl Track {
     pub fn new(record: &RunRecord) -> Result<Self, SwimError> {
         let (scene, outcome) = (&record.scene, &record.outcome);
         let gait = scene.gait();
-        let cycle: f64 = gait.phases.iter().map(|phase| phase.duration).sum();
+        let cycle = gait.cycle_duration();
         let bodies = scene.bodies().len().max(1);
         let most = MAX_TIMES.min(MAX_POSES / bodies).max(2);
         let curve = &outcome.curve;
