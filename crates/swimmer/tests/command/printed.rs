@@ -212,6 +212,9 @@ fn solve_prints_the_numbers_of_its_json_and_warns_about_the_larger_error() {
         check("angular velocity", &body["angular_velocity"]);
         check("force on the fluid", &body["force"]);
         check("torque on the fluid", &body["torque"]);
+        for (label, row) in ["stresslet", "", ""].into_iter().zip(0..) {
+            check(label, &body["stresslet"][row]);
+        }
     }
     check("link", &answer["links"][0]["name"]);
     check("force on b", &answer["links"][0]["force"]);
