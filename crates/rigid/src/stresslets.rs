@@ -25,8 +25,9 @@ use crate::{FluidMatrices, FluidNodes, MeshPart, NodeRole, RigidError, SymmetryP
 /// ```
 ///
 /// for divergence-free flows, so that `S` is minus the symmetric part, without trace, of
-/// `sum_b r_b x_b^T + ∮ u n^T dS`. A rigid motion has no part in the integral. Tested with nodal
-/// values of linear functions, the discrete stresslet converges as fast as forces do.
+/// `sum_b r_b x_b^T + ∮ u n^T dS`. A rigid motion has no part in the integral. The discrete
+/// stresslet of a sphere converges with order 2.7 to 3.0, and 4.6 after the correction
+/// (`docs/decisions.md`); forces with order 4.
 #[derive(Clone, Debug)]
 pub(crate) struct SurfaceRows {
     /// Node and body of the rows, ascending.
