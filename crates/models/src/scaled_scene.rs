@@ -221,7 +221,8 @@ mod tests {
         let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.7, -0.4, 1.1));
         for (to_frame, factor) in [(UnitQuaternion::identity(), 0.0), (turn.inverse(), 1.0)] {
             let rotation = turn.powf(1.0 - factor);
-            state.frames[0].rotation = rotation;
+            // A single body has its own attitude.
+            state.attitudes[0] = rotation;
             let configuration = Configuration {
                 state: &state,
                 lengths: &[],
