@@ -1,6 +1,7 @@
 //! Velocities of surfaces relative to rigid motions: nodal values, flux and moment.
 
 use mesh::{TetMesh, Vec3};
+use nalgebra::Matrix3;
 
 use crate::FemError;
 use crate::check::check_vectors;
@@ -20,8 +21,8 @@ pub struct NodalSurfaceVelocity {
     /// Node and velocity `s_j`, by ascending nodes. Their interpolant `s_h` has no flux:
     /// `∮ s_h · n dS = 0`.
     pub values: Vec<(u32, Vec3)>,
-    /// `∮ n × s_h dS` with the normal into the fluid.
-    pub moment: Vec3,
+    /// `∮ s_h n^T dS` with the normal into the fluid.
+    pub moment: Matrix3<f64>,
 }
 
 /// Interpolates the velocity of the facets with `tag`, and removes its flux.
@@ -44,8 +45,8 @@ pub fn nodal_surface_velocity(
     remove_flux(&mut values, &normals);
     // The weights have the normal out of the fluid.
     let moment = -(normals.iter().zip(&values))
-        .map(|(normal, value)| normal.cross(value))
-        .sum::<Vec3>();
+        .map(|(normal, value)| value * normal.transpose())
+        .sum::<Matrix3<f64>>();
     let nodes = weights.iter().map(|(node, _)| *node);
     Ok(NodalSurfaceVelocity {
         values: nodes.zip(values).collect(),
@@ -109,9 +110,9 @@ mod tests {
 
     use super::*;
 
-    /// `∮ n × (G x) dS = |B| (curl of G x)`, for the discrete body and a linear velocity.
+    /// `∮ (G x) n^T dS = |B| G`, for the discrete body and a linear velocity `G x`.
     #[test]
-    fn linear_velocities_have_their_vorticity_as_moment_and_no_flux() {
+    fn linear_velocities_have_their_gradient_as_moment_and_no_flux() {
         let sphere = Sphere {
             centre: Vec3::zeros(),
             radius: 1.0,
@@ -131,8 +132,8 @@ mod tests {
         let shear = |_: u16, x: Vec3| Vec3::new(2.0 * x.y, 0.0, x.x);
         let nodal = nodal_surface_velocity(&mesh, tag, &shear).unwrap();
         let volume = crate::surface_measures(&mesh, tag).unwrap().volume;
-        let vorticity = Vec3::new(0.0, -1.0, -2.0);
-        assert!((nodal.moment - volume * vorticity).norm() < 1e-12);
+        let gradient = Matrix3::new(0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0);
+        assert!((nodal.moment - volume * gradient).norm() < 1e-12);
         for (node, value) in &nodal.values {
             let x = mesh.points()[*node as usize];
             assert!((value - shear(tag, x)).norm() < 1e-13);

@@ -2,6 +2,7 @@
 
 mod flow;
 mod resistances;
+mod stresslets;
 
 use std::time::Instant as Clock;
 
@@ -246,7 +247,7 @@ impl AxisymmetricModel {
         let configuration = query.configuration;
         let (axial, spin) = (&resistances.axial, resistances.spin.as_ref());
         let ScaledScene { scale, set, .. } = &self.scaled;
-        let loads = &self.scaled.loads(query.inertia);
+        let loads = &self.scaled.loads(configuration, query.inertia)?;
         let constraints = (self.scaled).query_constraints(query, rates)?;
         let surfaces = AxialSurfaces::new(&self.scaled, configuration, resistances, &self.axis)?;
         let n = self.shapes.len();
@@ -335,12 +336,16 @@ impl Hydrodynamics for AxisymmetricModel {
             self.tolerance.min(SHARE * accuracy).max(MIN_TOLERANCE)
         });
         let resistances = self.resistances(query.configuration, tolerance)?;
-        (query.rates.iter())
+        let mut solutions: Vec<_> = (query.rates.iter())
             .map(|rates| {
                 let begin = std::mem::replace(&mut clock, Clock::now());
                 self.solution(query, rates, &resistances, begin)
             })
-            .collect()
+            .collect::<Result<_, _>>()?;
+        if query.stresslets {
+            self.add_stresslets(query.configuration, &resistances, tolerance, &mut solutions)?;
+        }
+        Ok(solutions)
     }
 
     fn resistance(

@@ -49,6 +49,9 @@ pub struct Query<'a> {
     /// Forces on the passive joints in addition to those of their drives, in the scene's units and
     /// in the order of [`rigid::Articulation::passive_links`]; none by default.
     pub joint_forces: Option<&'a [f64]>,
+    /// Whether to compute stresslets where they cost an additional solve
+    /// ([`InstantaneousSolution::stresslets`]).
+    pub stresslets: bool,
 }
 
 /// Terms of an implicit time step for a body with mass, in the scene's units.
@@ -74,6 +77,7 @@ impl<'a> Query<'a> {
             accuracy: None,
             inertia: None,
             joint_forces: None,
+            stresslets: false,
         }
     }
 
@@ -91,6 +95,15 @@ impl<'a> Query<'a> {
     pub fn with_joint_forces(self, joint_forces: Option<&'a [f64]>) -> Self {
         Self {
             joint_forces,
+            ..self
+        }
+    }
+
+    /// The same query with the stresslets of the bodies.
+    #[must_use]
+    pub fn with_stresslets(self) -> Self {
+        Self {
+            stresslets: true,
             ..self
         }
     }

@@ -17,6 +17,7 @@ mod scaled_scene;
 mod shape_space;
 mod solution;
 mod spheres_model;
+mod stresslets;
 mod superposition;
 mod surface_motion;
 mod units;
@@ -35,6 +36,7 @@ pub use shape_space::{LocalGeometry, Part, ShapeGeometry, ShapeSpace, SolvedShap
 pub use solution::{BodySolution, FlowField, InstantaneousSolution, PointFlow};
 pub use spheres_model::{SphereModel, SpheresModel};
 pub use stokes::{Checks, Dofs, Seconds, SolverReport};
+pub use stresslets::Stresslets;
 pub use superposition::Superposed;
 
 // Types of these crates are part of the interface.

@@ -48,7 +48,7 @@ impl Hydrodynamics for RoughModel {
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         let ScaledScene { scale, set, .. } = &self.scaled;
-        let loads = &self.scaled.loads(query.inertia);
+        let loads = &self.scaled.loads(query.configuration, query.inertia)?;
         let centres = self.scaled.centres(query.configuration)?;
         let spheres = Spheres::new(centres, self.radii.clone())?;
         let resistance = rpy::resistance(&spheres, &Medium::Unbounded)?;

@@ -18,8 +18,11 @@ pub(crate) struct ScaledScene {
     pub scale: Scale,
     /// Bodies and links.
     pub set: Articulation,
-    /// External loads, one per body.
+    /// External loads, one per body, in a frame with this rotation from the laboratory, without
+    /// torques of weights.
     loads: Vec<ExternalLoad>,
+    /// The rotation.
+    to_frame: UnitQuaternion<f64>,
 }
 
 impl ScaledScene {
@@ -52,6 +55,7 @@ impl ScaledScene {
             loads: bodies()
                 .map(|b| scale.load(b.total_force(), b.torque))
                 .collect(),
+            to_frame: UnitQuaternion::identity(),
         })
     }
 
@@ -62,6 +66,7 @@ impl ScaledScene {
             self.scale.load(rotation * force, rotation * torque)
         };
         self.loads = self.scene.bodies().iter().map(load).collect();
+        self.to_frame = *rotation;
     }
 
     /// Poses of all bodies in a configuration.
@@ -138,8 +143,32 @@ impl ScaledScene {
         Ok(self.set.constraints(&state, &lengths, &rates)?)
     }
 
-    /// External loads, with those of the inertia of the bodies.
-    pub fn loads(&self, inertia: Option<&[BodyInertia]>) -> Cow<'_, [ExternalLoad]> {
+    /// External loads in a configuration, with those of the inertia of the bodies.
+    ///
+    /// Weights that act off the position of their body have torques that turn with it.
+    ///
+    /// # Errors
+    /// As [`ScaledScene::poses`].
+    pub fn loads(
+        &self,
+        configuration: Configuration,
+        inertia: Option<&[BodyInertia]>,
+    ) -> Result<Vec<ExternalLoad>, ModelError> {
+        let mut loads = self.loads_of_inertia(inertia).into_owned();
+        let off_position =
+            |body: &Body| body.weight != Vector3::zeros() && body.weight_arm().is_some();
+        if self.scene.bodies().iter().any(off_position) {
+            let poses = self.poses(configuration)?;
+            for ((load, body), pose) in loads.iter_mut().zip(self.scene.bodies()).zip(poses) {
+                let from_start = self.to_frame.inverse() * pose.rotation;
+                let torque = self.to_frame * body.weight_torque(&from_start);
+                load.torque += self.scale.load(Vector3::zeros(), torque).torque;
+            }
+        }
+        Ok(loads)
+    }
+
+    fn loads_of_inertia(&self, inertia: Option<&[BodyInertia]>) -> Cow<'_, [ExternalLoad]> {
         let Some(inertia) = inertia else {
             return Cow::Borrowed(&self.loads);
         };
@@ -170,5 +199,44 @@ impl ScaledScene {
         links
             .map(|(link, &value)| self.scale.value(link, value))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The weight of a helix with a part of a turn has no torque about its centroid, however it is
+    /// turned.
+    #[test]
+    fn the_weight_of_a_helix_acts_at_its_centroid() {
+        let text = "gravity = [0.3, -2, -9.81]\nfluid = { viscosity = 3, density = 1 }\n\
+             [[bodies]]\nname = \"h\"\nshape = \"helix\"\nradius = 0.6\ntube_radius = 0.2\n\
+             pitch = 1.2\nturns = 1.4\ndensity = 2.5\nposition = [1, 2, 3]\n\
+             orientation = [10, 40, -30]\ntorque = [0.1, 0, 0]\n";
+        let scene = Scene::parse(text).unwrap();
+        let body = &scene.bodies()[0];
+        let mut scaled = ScaledScene::new(&scene).unwrap();
+        let mut state = scene.initial_state();
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.7, -0.4, 1.1));
+        for (to_frame, factor) in [(UnitQuaternion::identity(), 0.0), (turn.inverse(), 1.0)] {
+            let rotation = turn.powf(1.0 - factor);
+            // A single body has its own attitude.
+            state.attitudes[0] = rotation;
+            let configuration = Configuration {
+                state: &state,
+                lengths: &[],
+            };
+            scaled.turn_loads(&to_frame);
+            let load = scaled.loads(configuration, None).unwrap()[0];
+            let weight = to_frame * body.weight;
+            let arm = rotation * body.shape.centroid();
+            assert!(arm.norm() > 0.05);
+            let expected = scaled
+                .scale
+                .load(weight, arm.cross(&weight) + to_frame * body.torque);
+            assert!((load.force - expected.force).norm() < 1e-12 * load.force.norm());
+            assert!((load.torque - expected.torque).norm() < 1e-12 * load.torque.norm());
+        }
     }
 }

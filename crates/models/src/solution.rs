@@ -12,6 +12,7 @@ use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::Hydrodynamics;
 use crate::mesh_error::MeshError;
 use crate::remesh::Remesh;
+use crate::stresslets::Stresslets;
 
 /// Solution for one configuration and one set of link rates, in the scene's units.
 #[derive(Clone, Debug)]
@@ -23,6 +24,10 @@ pub struct InstantaneousSolution {
     ///
     /// The opposite force acts on the body named by its key `to`.
     pub link_forces: Vec<Vector3<f64>>,
+    /// Stresslets of the bodies, with their error bar; `None` for models that do not compute them
+    /// and, where they cost an additional solve, for queries without
+    /// [`Query::with_stresslets`](crate::Query::with_stresslets).
+    pub stresslets: Option<Stresslets>,
     /// Rate of change of the state.
     pub motion: StateVelocity,
     /// Size of the linear system.
@@ -58,6 +63,7 @@ impl InstantaneousSolution {
         Self {
             bodies,
             link_forces,
+            stresslets: None,
             motion,
             dofs: Dofs::default(),
             solver: SolverReport::default(),
@@ -93,6 +99,9 @@ impl InstantaneousSolution {
         if let Some(error) = computed.mesh_error.take() {
             computed.shift(&error, 1.0);
         }
+        if let Some(stresslets) = &mut computed.stresslets {
+            stresslets.bodies.clone_from(&stresslets.uncorrected);
+        }
         computed
     }
 
@@ -126,6 +135,9 @@ impl InstantaneousSolution {
             &mut self.link_forces,
             rotate,
         );
+        if let Some(stresslets) = &mut self.stresslets {
+            stresslets.rotate(rotation);
+        }
         if let Some(error) = &mut self.mesh_error {
             for_each_vector(
                 &mut error.motion,

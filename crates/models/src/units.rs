@@ -1,7 +1,7 @@
 //! Scaled units, in which flows are computed: smallest radius 1, viscosity 1, time as in the scene.
 
 use mesh::{MeshError, Surface, TetMesh};
-use nalgebra::{DMatrix, Isometry3, Matrix6, Translation3, Vector3};
+use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Translation3, Vector3};
 use rigid::{ExternalLoad, JointDrive, Link, PassiveDrive, State, StateVelocity, Twist};
 
 use scene::{Background, Scene, Shape};
@@ -159,6 +159,11 @@ impl Scale {
     /// Torque in the scene of a scaled torque.
     pub fn torque_to_scene(&self, torque: Vector3<f64>) -> Vector3<f64> {
         torque * (self.force_unit() * self.length)
+    }
+
+    /// Stresslet in the scene of a scaled one, in the unit of torques.
+    pub fn stresslet_to_scene(&self, stresslet: &Matrix3<f64>) -> Matrix3<f64> {
+        stresslet * (self.force_unit() * self.length)
     }
 
     /// Power in the scene of a scaled power.

@@ -19,6 +19,8 @@ pub struct Blocks<'s> {
     pub motion: Matrix<'s>,
     pub divergence: Matrix<'s>,
     pub pressure_mass: Matrix<'s>,
+    /// Laplacian of the pressure in narrow gaps and channels.
+    pub pressure_laplacian: Option<Matrix<'s>>,
     pub prolongation: Matrix<'s>,
     /// Sizes of the rows of both fields, by which residuals are weighted; see
     /// [`SaddleSystem`](linalg::SaddleSystem).
@@ -53,6 +55,7 @@ impl Part<'_> {
             motion,
             divergence: matrix(&self.divergence_rows()?, columns)?,
             pressure_mass: matrix(&self.mass_rows()?, self.numbering.own_pressure().len())?,
+            pressure_laplacian: None,
             prolongation: matrix(
                 &self.prolongation_rows()?,
                 self.numbering.own_coarse().len(),
@@ -77,7 +80,7 @@ impl Part<'_> {
     }
 
     /// Vertices that this process owns, with their rows.
-    fn own_vertices(&self) -> impl Iterator<Item = (usize, u32)> {
+    pub fn own_vertices(&self) -> impl Iterator<Item = (usize, u32)> {
         let vertices = self.submesh.nodes[..self.submesh.mesh.n_vertices()].iter();
         let vertices = vertices.copied().enumerate();
         vertices.filter(|(row, _)| self.owned[*row])
@@ -267,7 +270,7 @@ impl Part<'_> {
 }
 
 /// Columns and values of a row.
-fn entries(matrix: &Csr, row: usize) -> impl Iterator<Item = (usize, f64)> {
+pub fn entries(matrix: &Csr, row: usize) -> impl Iterator<Item = (usize, f64)> {
     let view = matrix.outer_view(row);
     let row: Vec<(usize, f64)> = (view.iter().flat_map(|row| row.iter()))
         .map(|(column, &value)| (column, value))
@@ -295,6 +298,9 @@ impl<'s> Blocks<'s> {
         self.motion.scale(Some(&motion), Some(&motion))?;
         self.divergence.scale(Some(&pressure), Some(&motion))?;
         self.pressure_mass.scale(Some(&pressure), Some(&pressure))?;
+        if let Some(laplacian) = &mut self.pressure_laplacian {
+            laplacian.scale(Some(&pressure), Some(&pressure))?;
+        }
         self.prolongation.scale(Some(&inverse), None)?;
         for (rhs, factors) in self.rhs.iter_mut().zip(&factors) {
             (rhs.iter_mut().zip(factors)).for_each(|(b, factor)| *b *= factor);

@@ -9,6 +9,7 @@ mod handles;
 mod hierarchy;
 mod numbering;
 mod partition;
+mod pressure_laplacian;
 mod solve;
 mod solver;
 

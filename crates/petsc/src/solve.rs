@@ -11,6 +11,7 @@ use crate::assembly::Part;
 use crate::handles::{Session, Vector};
 use crate::numbering::{Numbering, components};
 use crate::partition::Partition;
+use crate::pressure_laplacian::pressure_laplacian;
 use crate::solver::{Method, Solver};
 
 /// A solution, the same on every process.
@@ -28,8 +29,7 @@ pub struct DistributedSolution {
 ///
 /// Collective: every process calls it with the same problem. The iteration stops when the relative
 /// Euclidean residual and the estimated error of [`linalg::SolveReport`] are below `rtol`.
-/// Discretisation errors are not estimated. The preconditioner has no pressure Laplacian, so that
-/// problems with narrow gaps and channels take more iterations than in `stokes`.
+/// Discretisation errors are not estimated.
 ///
 /// # Errors
 /// [`PetscError`]. If only some processes fail, the caller must end all of them
@@ -69,7 +69,10 @@ pub fn solve(
         numbering: &numbering,
         owned: &owned,
     };
-    let blocks = part.blocks(session)?;
+    let mut blocks = part.blocks(session)?;
+    if method == Method::Block {
+        blocks.pressure_laplacian = pressure_laplacian(session, problem, &part, &partition)?;
+    }
     let assembly = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let order = partition.nodes_by_vertex();

@@ -123,7 +123,8 @@ impl<'s> Solver<'s> {
                     numbering,
                     free_vertices,
                 )?;
-                solver.split_fields(&schur, weak, hierarchy)?;
+                let laplacian = blocks.pressure_laplacian;
+                solver.split_fields(&schur, weak, laplacian, hierarchy)?;
             }
             Method::Direct => {
                 let mut shift = schur;
@@ -143,6 +144,7 @@ impl<'s> Solver<'s> {
         &mut self,
         schur: &Matrix<'s>,
         weak: Vec<f64>,
+        laplacian: Option<Matrix<'s>>,
         hierarchy: Hierarchy<'s>,
     ) -> Result<(), PetscError> {
         self.outer.set_operators(&self.matrix, &self.matrix)?;
@@ -156,7 +158,22 @@ impl<'s> Solver<'s> {
         pressure.set_prefix(c"pressure_")?;
         self.set_up_motion(&motion, hierarchy)?;
         pressure.set_type(c"preonly")?;
-        let mass = (pressure.preconditioner()?).set_solver_and_diagonal(weak)?;
+        let cycle = match laplacian {
+            Some(mut laplacian) => {
+                laplacian.declare_symmetric()?;
+                let cycle = Krylov::new(self.session)?;
+                cycle.set_type(c"preonly")?;
+                cycle.set_prefix(c"pressure_laplacian_")?;
+                cycle.set_operators(&laplacian, &laplacian)?;
+                cycle.preconditioner()?.set_algebraic_multigrid()?;
+                cycle.read_options()?;
+                cycle.set_up()?;
+                Some(cycle)
+            }
+            None => None,
+        };
+        let correction = (weak, cycle.as_ref());
+        let mass = (pressure.preconditioner()?).set_solver_and_correction(correction)?;
         mass.set_type(c"chebyshev")?;
         mass.set_steps(MASS_STEPS)?;
         let [smallest, largest] = MASS_EIGENVALUES;
@@ -168,6 +185,8 @@ impl<'s> Solver<'s> {
             self.inner.push((name.to_owned(), field));
         }
         self.inner.push(("pressure mass matrix".to_owned(), mass));
+        let named = cycle.map(|cycle| ("pressure Laplacian".to_owned(), cycle));
+        self.inner.extend(named);
         Ok(())
     }
 

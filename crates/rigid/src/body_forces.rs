@@ -3,9 +3,10 @@
 use std::ops::AddAssign;
 
 use linalg::Csr;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use crate::prescribed_motion::PrescribedMotion;
+use crate::stresslets::SurfaceRows;
 use crate::{MeshPart, NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
 
 /// Largest distance of a body from the centre of its surface, over the size of the body.
@@ -42,6 +43,8 @@ pub(crate) struct Surfaces {
     pub bodies: Vec<SurfaceBody>,
     /// Position of each surface node relative to the centre of its body; zero for other nodes.
     pub arms: Vec<Vector3<f64>>,
+    /// Momentum equation at the surface nodes.
+    pub rows: SurfaceRows,
 }
 
 impl Surfaces {
@@ -168,6 +171,21 @@ impl Surfaces {
             forces += &prescribed.loads;
         }
         self.symmetry_planes.whole(forces)
+    }
+
+    /// Stresslets of the bodies, from the velocities of all nodes and the pressure.
+    pub fn stresslets(&self, velocity: &[Vector3<f64>], pressure: &[f64]) -> Vec<Matrix3<f64>> {
+        self.rows.stresslets(&self.arms, velocity, pressure)
+    }
+
+    /// Change of [`Surfaces::stresslets`] by a flow that `forces` on the nodes drive.
+    pub fn change_of_stresslets(
+        &self,
+        velocity: &[Vector3<f64>],
+        pressure: &[f64],
+        forces: &[Vector3<f64>],
+    ) -> Vec<Matrix3<f64>> {
+        self.rows.change(&self.arms, velocity, pressure, forces)
     }
 
     /// Change of [`Surfaces::forces`] by a flow that `forces` on the nodes drive, walls at rest.

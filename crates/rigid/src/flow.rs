@@ -1,6 +1,6 @@
 //! Velocities, pressure and forces from the solution vector of a system.
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DVector, Matrix3, Vector3};
 
 use crate::error::check_length;
 use crate::{Articulation, Constrained, Imposed, RigidError, StateVelocity};
@@ -19,6 +19,16 @@ pub struct FlowSolution {
     pub bodies: DVector<f64>,
     /// `(F, T)` that each rigid body exerts on the fluid.
     pub forces: DVector<f64>,
+    /// Stresslet of each rigid body about its centre, symmetric without trace, with the sign of
+    /// Batchelor (1970): the moment of the traction of the fluid on the body,
+    ///
+    /// ```text
+    /// S = ∮ [(σ n) x^T + x (σ n)^T] / 2 - I (x · σ n) / 3 - (u n^T + n u^T) dS
+    /// ```
+    ///
+    /// It is `20π/3 a^3 E` for a rigid sphere of radius `a` in the strain `E`. The first moment of
+    /// the forces on the fluid, which have the opposite sign, is `-S` for rigid surfaces.
+    pub stresslets: Vec<Matrix3<f64>>,
     /// Loads `λ` of the links, one per row of [`Constraints::matrix`](crate::Constraints::matrix).
     ///
     /// Bodies receive `C^T λ` in addition to the external loads. Redundant rows carry zero. The
@@ -64,6 +74,7 @@ impl FlowSolution {
                 ("generalised velocities of a change", flow.generalised.len()),
                 ("bodies of a change", flow.bodies.len()),
                 ("forces of a change", flow.forces.len()),
+                ("stresslets of a change", flow.stresslets.len()),
                 ("loads of links of a change", flow.link_loads.len()),
                 ("frames of a change", flow.state.frames.len()),
                 ("angular velocities of a change", flow.state.spins.len()),
@@ -77,6 +88,7 @@ impl FlowSolution {
         self.generalised += &change.generalised;
         self.bodies += &change.bodies;
         self.forces += &change.forces;
+        (self.stresslets.iter_mut().zip(&change.stresslets)).for_each(|(s, ds)| *s += ds);
         self.link_loads += &change.link_loads;
         self.state = &self.state + &change.state;
         Ok(())
@@ -143,8 +155,10 @@ impl Constrained {
             (Some(loads), Some(first)) => loads.of_multipliers(&border.as_slice()[first..]),
             (Some(loads), None) => loads.balancing(&forces, &generalised)?,
         };
+        let velocity = self.surfaces.with_prescribed(free, &bodies);
         Ok(FlowSolution {
-            velocity: self.surfaces.with_prescribed(free, &bodies),
+            stresslets: self.surfaces.stresslets(&velocity, pressure),
+            velocity,
             forces,
             link_loads,
             pressure: pressure.to_vec(),
@@ -157,11 +171,11 @@ impl Constrained {
 
     /// Change of a flow by forces on the nodes, at the same rates, loads and wall velocities.
     ///
-    /// `solution` belongs to the right-hand side [`Constrained::rhs_of_forces`] of the `forces`,
-    /// one per node of the mesh. The change of the force of a body is the residual of the momentum
-    /// equation tested with its rigid motions, without the part that the links cannot balance: the
-    /// sum of the forces on a linkage does not change, however inaccurate the solution, and bodies
-    /// without links keep the given loads.
+    /// `solution` belongs to the right-hand side [`Constrained::rhs_of_forces`] of
+    /// `forces_on_nodes`, one per node of the mesh. The change of the force of a body is the
+    /// residual of the momentum equation tested with its rigid motions, without the part that the
+    /// links cannot balance: the sum of the forces on a linkage does not change, however inaccurate
+    /// the solution, and bodies without links keep the given loads.
     ///
     /// # Errors
     /// Arrays of the wrong length, [`RigidError::OtherSet`],
@@ -169,13 +183,17 @@ impl Constrained {
     pub fn change(
         &self,
         solution: &[f64],
-        forces: &[Vector3<f64>],
+        forces_on_nodes: &[Vector3<f64>],
         set: &Articulation,
     ) -> Result<FlowSolution, RigidError> {
         if set.velocity_layout() != self.layout {
             return Err(RigidError::OtherSet);
         }
-        check_length("forces on the nodes", forces.len(), self.surfaces.nodes())?;
+        check_length(
+            "forces on the nodes",
+            forces_on_nodes.len(),
+            self.surfaces.nodes(),
+        )?;
         let Blocks {
             free,
             border,
@@ -185,13 +203,16 @@ impl Constrained {
         let bodies = generalised.select_rows(&self.surface_rows);
         let residuals = self
             .surfaces
-            .change_of_forces(free, &bodies, pressure, forces);
+            .change_of_forces(free, &bodies, pressure, forces_on_nodes);
         let (link_loads, forces) = match &self.link_loads {
             None => (DVector::zeros(0), DVector::zeros(bodies.len())),
             Some(loads) => loads.change(&residuals, &generalised)?,
         };
+        let velocity = self.surfaces.all_velocities(free, &bodies);
+        let stresslets = (self.surfaces).change_of_stresslets(&velocity, pressure, forces_on_nodes);
         Ok(FlowSolution {
-            velocity: self.surfaces.all_velocities(free, &bodies),
+            stresslets,
+            velocity,
             pressure: pressure.to_vec(),
             state: set.state_velocity(generalised.as_slice())?,
             generalised,

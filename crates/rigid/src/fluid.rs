@@ -9,6 +9,7 @@ use crate::node_blocks::{NodeBlocks, block};
 use crate::node_order;
 use crate::placement::is_finite;
 use crate::prescribed_motion::PrescribedMotion;
+use crate::stresslets::SurfaceRows;
 use crate::{FluidMatrices, FluidNodes, NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
 
 /// The equations of the fluid at free nodes, with six border columns `(U, ω)` per rigid body.
@@ -90,6 +91,7 @@ impl RigidFluid {
             .collect();
         let prescribed =
             PrescribedMotion::new(&matrices, &nodes, &free_nodes, &arms, bodies.len())?;
+        let rows = SurfaceRows::new(&matrices, &nodes, bodies.len())?;
         let FluidMatrices {
             stiffness,
             divergence,
@@ -157,6 +159,7 @@ impl RigidFluid {
                 part,
                 bodies: bodies.to_vec(),
                 arms,
+                rows,
             },
         })
     }

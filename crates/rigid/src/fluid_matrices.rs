@@ -1,7 +1,7 @@
 //! The input of the crate: assembled finite-element matrices and the roles of the nodes.
 
 use linalg::{Csr, Csr3};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::error::check_length;
 use crate::placement::is_finite;
@@ -60,8 +60,8 @@ pub struct FluidNodes<'a> {
     /// Velocity of the surfaces relative to the rigid motion of their bodies, one per node of the
     /// mesh, of which those at [`NodeRole::Body`] nodes are used.
     pub surface_velocity: Option<&'a [Vector3<f64>]>,
-    /// `∮ n × s dS` of each body for the surface velocity `s`; empty without one.
-    pub surface_moments: &'a [Vector3<f64>],
+    /// `∮ s n^T dS` of each body for the surface velocity `s`; empty without one.
+    pub surface_moments: &'a [Matrix3<f64>],
     /// The part of this process if the mesh is divided between processes.
     pub part: Option<MeshPart>,
 }
@@ -107,13 +107,14 @@ impl<'a> FluidNodes<'a> {
     /// The same nodes with surfaces that move relative to their bodies, as by slip.
     ///
     /// `velocity` is the velocity `s` relative to the rigid motion, one per node of the mesh, of
-    /// which those at [`NodeRole::Body`] nodes are used. `moments` are `∮ n × s dS` over each body,
-    /// with the normal out of the body: the torques by which the stiffness `∫ ∇u:∇v` differs from
-    /// `∫ 2 D(u):D(v)` for velocities that are not rigid. The matrix does not change.
+    /// which those at [`NodeRole::Body`] nodes are used. `moments` are `∮ s n^T dS` over each body,
+    /// with the normal out of the body: they have the torques `∮ n × s dS` by which the stiffness
+    /// `∫ ∇u:∇v` differs from `∫ 2 D(u):D(v)` for velocities that are not rigid. The matrix does
+    /// not change.
     pub fn with_surface_velocity(
         mut self,
         velocity: &'a [Vector3<f64>],
-        moments: &'a [Vector3<f64>],
+        moments: &'a [Matrix3<f64>],
     ) -> Self {
         self.surface_velocity = Some(velocity);
         self.surface_moments = moments;

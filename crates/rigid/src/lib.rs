@@ -31,6 +31,7 @@ mod null_space;
 mod placement;
 mod prescribed_motion;
 mod resistance;
+mod stresslets;
 mod symmetry;
 mod velocity_layout;
 

@@ -112,7 +112,9 @@ impl PrescribedMotion {
         }
         for (body, moment) in nodes.surface_moments.iter().enumerate() {
             let mut torque_rows = loads.fixed_rows_mut::<3>(6 * body + 3);
-            torque_rows += moment;
+            // n × s, from s n^T
+            let m = |i: usize, j: usize| moment[(i, j)] - moment[(j, i)];
+            torque_rows += Vector3::new(m(2, 1), m(0, 2), m(1, 0));
         }
         let (mut flux, mut size) = (Vec::with_capacity(matrices.divergence.rows()), 0.0);
         let mut net = 0.0;

@@ -20,7 +20,8 @@ pub struct Body {
     pub surface: Option<String>,
     /// External force without the weight.
     pub force: Vector3<f64>,
-    /// Weight minus buoyancy, which acts on the centre: zero without a density or without gravity.
+    /// Weight minus buoyancy, which acts on the centre of volume ([`Body::weight_arm`]): zero
+    /// without a density or without gravity.
     pub weight: Vector3<f64>,
     /// External torque about the centre.
     pub torque: Vector3<f64>,

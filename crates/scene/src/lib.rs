@@ -4,6 +4,7 @@
 mod arrangement;
 mod body;
 mod builder;
+mod centroid;
 mod contact;
 mod design;
 mod design_words;

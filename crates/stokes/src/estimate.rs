@@ -15,19 +15,21 @@ use crate::surface_flow::NodalSurfaceFlow;
 /// Relative uncertainty of the contribution of one cell, independent of that of other cells.
 ///
 /// With it the corrected velocities of linked spheres, in which errors of the bodies cancel, are
-/// within their bars in 13 of 13 random arrangements (`cargo xtask accuracy --random`).
-const CELL_UNCERTAINTY: f64 = 0.35;
+/// within their bars in 29 of 30 random arrangements, and within 1.2 bars in all
+/// (`cargo xtask accuracy --random`).
+const CELL_UNCERTAINTY: f64 = 0.3;
 
 /// Relative uncertainty of a correction that remains on fine meshes, from the accuracy to which the
 /// system of cubic elements is solved.
-const SOLVE_UNCERTAINTY: f64 = 0.02;
+const SOLVE_UNCERTAINTY: f64 = 0.015;
 
 /// Relative uncertainty of a correction, per relative error of the energy.
 ///
 /// Cubic elements miss a part of the error that decreases by two further orders: 4, 2.5 and 1.6
 /// percent of it for spheres with edges of 0.5, 0.4 and 0.3 radii, which is 9 times the relative
-/// error of the energy. Twice that covers drag, torque and mobility between bodies.
-const ENERGY_UNCERTAINTY: f64 = 20.0;
+/// error of the energy. Half as much again covers drag, torque and mobility between bodies: errors
+/// of 31 random arrangements are at most 0.6 bars.
+const ENERGY_UNCERTAINTY: f64 = 14.0;
 
 /// Relative uncertainty of the effect of the facets, which is of first order in their distance from
 /// the surface: with straight facets it is up to a quarter too small (random arrangements).

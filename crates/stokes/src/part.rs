@@ -16,8 +16,8 @@ impl Problem<'_> {
     /// the whole problem, the same on every process; columns of the border have the rows of owned
     /// nodes only. Every process calls this function, because it sums over processes.
     ///
-    /// Pressure Laplacians for narrow gaps and channels are not assembled: they need the whole
-    /// mesh.
+    /// Pressure Laplacians for narrow gaps and channels are not assembled: they need
+    /// [`Problem::permeability`] of the whole mesh.
     ///
     /// # Errors
     /// Those of [`Problem::assemble`].

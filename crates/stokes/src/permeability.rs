@@ -17,24 +17,17 @@ const SLENDER: f64 = 0.3;
 
 /// Twice the permeability of the fluid at each cell, or `None` if the domain is not slender.
 ///
-/// The torsion function `psi` solves `-Δ psi = 1` with `psi = 0` at walls and bodies. In a channel
-/// of any cross-section, a unit pressure gradient drives the velocity `psi` at viscosity 1, so that
-/// its mean is the permeability: `h^2 / 12` between walls at the distance h. The result is
-/// `2 psi + h^2 / 12`, with linear elements for `psi`, and with the smallest height `h` of the cell
-/// for what linear elements miss.
+/// The torsion function `psi`, given at the vertices, solves `-Δ psi = 1` with `psi = 0` at walls
+/// and bodies. In a channel of any cross-section, a unit pressure gradient drives the velocity
+/// `psi` at viscosity 1, so that its mean is the permeability: `h^2 / 12` between walls at the
+/// distance h. The result is `2 psi + h^2 / 12`, with linear elements for `psi`, and with the
+/// smallest height `h` of the cell for what linear elements miss.
 ///
 /// A domain is slender if the Rayleigh quotient `∫ k |∇q|^2 / ∫ q^2` of some linear function `q`
 /// with zero mean is below [`SLENDER`]: an upper bound of the smallest eigenvalue of
 /// the pressure's Schur complement against the mass matrix. Measured: 0.60 in a ball, 0.38 in a
 /// cube, 0.006 in a box of 10 x 1 x 1.
-pub fn permeability_of_channels(
-    mesh: &TetMesh,
-    roles: &[NodeRole],
-    matrices: &StokesMatrices,
-) -> Result<Option<Vec<f64>>, StokesError> {
-    let Some(torsion) = torsion(mesh.n_vertices(), roles, matrices)? else {
-        return Ok(None);
-    };
+pub fn permeability_of_channels(mesh: &TetMesh, torsion: &[f64]) -> Option<Vec<f64>> {
     let permeability: Vec<f64> = (0..mesh.n_cells())
         .map(|cell| {
             let vertices = &mesh.cells()[cell][..4];
@@ -44,11 +37,14 @@ pub fn permeability_of_channels(
         })
         .collect();
     let is_slender = slenderness(mesh, &permeability) < SLENDER;
-    Ok(is_slender.then_some(permeability))
+    is_slender.then_some(permeability)
 }
 
 /// The torsion function at the vertices, or `None` without walls and bodies.
-fn torsion(
+///
+/// # Errors
+/// A solve that does not converge.
+pub fn torsion(
     vertices: usize,
     roles: &[NodeRole],
     matrices: &StokesMatrices,

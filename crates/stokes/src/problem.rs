@@ -1,13 +1,13 @@
 //! Stokes flow around rigid bodies on one mesh, as a problem to assemble and solve.
 
-use fem::{CurvedBoundary, FacetGeometry, StokesMatrices, TaylorHood};
+use fem::{CurvedBoundary, FacetGeometry, TaylorHood};
 use mesh::{NamedSurface, TetMesh};
 use nalgebra::Vector3;
 use rigid::{Constrained, Drive, FluidNodes, Formulation, NodeRole, RigidFluid, SurfaceBody};
 
 use crate::StokesError;
 use crate::matrices::fluid_matrices;
-use crate::permeability::permeability_of_channels;
+use crate::permeability::{permeability_of_channels, torsion};
 use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow};
 
 /// Stokes flow around rigid bodies on one mesh, viscosity 1.
@@ -128,31 +128,30 @@ impl<'a> Problem<'a> {
         self
     }
 
-    /// Twice the permeability of each cell, where narrow gaps or channels make it matter.
-    fn permeability(
-        &self,
-        roles: &[NodeRole],
-        matrices: &StokesMatrices,
-    ) -> Result<Option<Vec<f64>>, StokesError> {
-        let is_closed = self.mesh.facets().iter().all(|facet| {
+    /// Whether no fluid leaves: the boundary consists of walls, bodies and symmetry planes.
+    pub fn is_closed(&self) -> bool {
+        self.mesh.facets().iter().all(|facet| {
             let tag = facet.tag;
             self.walls.contains(&tag)
                 || self.bodies.iter().any(|(body, _)| *body == tag)
                 || self.mesh.is_symmetry_plane(tag)
-        });
-        // Where fluid leaves, the pressure is given, and the Laplacian would leave it open.
-        let of_channels = if is_closed {
-            permeability_of_channels(self.mesh, roles, matrices)?
-        } else {
-            None
-        };
-        Ok(match (&self.permeability, of_channels) {
+        })
+    }
+
+    /// Twice the permeability of each cell, where narrow gaps or channels make it matter.
+    ///
+    /// `torsion` is the solution of `-Δ psi = 1` at the vertices, with `psi = 0` at walls and
+    /// bodies; `None` where fluid leaves: there the pressure is given, and the Laplacian would
+    /// leave it open.
+    pub fn permeability(&self, torsion: Option<&[f64]>) -> Option<Vec<f64>> {
+        let of_channels = torsion.and_then(|torsion| permeability_of_channels(self.mesh, torsion));
+        match (&self.permeability, of_channels) {
             (Some(gaps), Some(channels)) if gaps.len() == channels.len() => {
                 Some(gaps.iter().zip(channels).map(|(g, c)| g.min(c)).collect())
             }
             (Some(gaps), _) => Some(gaps.clone()),
             (None, channels) => channels,
-        })
+        }
     }
 
     /// The mesh.
@@ -226,7 +225,11 @@ impl<'a> Problem<'a> {
         let roles = self.roles();
         let bodies = self.surface_bodies()?;
         let matrices = space.matrices(mesh)?;
-        let permeability = self.permeability(&roles, &matrices)?;
+        let torsion = match self.is_closed() {
+            true => torsion(mesh.n_vertices(), &roles, &matrices)?,
+            false => None,
+        };
+        let permeability = self.permeability(torsion.as_deref());
         let mut nodes = FluidNodes::new(mesh.points(), &roles)
             .with_symmetry_planes(mesh.nodes_on_symmetry_planes());
         if let Some(surfaces) = surfaces {

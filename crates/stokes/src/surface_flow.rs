@@ -1,7 +1,7 @@
 //! Flows that do not come from the motion of the bodies: slip of surfaces, background flow.
 
 use fem::SurfaceVelocity;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use rigid::FlowSolution;
 
 use crate::StokesError;
@@ -38,8 +38,8 @@ pub(crate) struct NodalSurfaceFlow {
     pub velocity: Vec<Vector3<f64>>,
     /// Boundary part of each body.
     pub tags: Vec<u16>,
-    /// `∮ n × (s - u_∞) dS` of each body.
-    pub moments: Vec<Vector3<f64>>,
+    /// `∮ (s - u_∞) n^T dS` of each body.
+    pub moments: Vec<Matrix3<f64>>,
     /// The slip `s` at the nodes of bodies, zero at all others.
     slip: Vec<Vector3<f64>>,
     /// The background flow at all nodes, and its pressure at the vertices.

@@ -26,7 +26,8 @@ pub fn solve_start(
         let forces = scene.joint_forces(0.0);
         let query = Query::new(configuration, &rates)
             .with_accuracy(scene.fem().target)
-            .with_joint_forces(forces.as_deref());
+            .with_joint_forces(forces.as_deref())
+            .with_stresslets();
         let mut solutions = model.solve(&query)?;
         solutions.pop().ok_or(ModelError::NoSolution {
             model: model.name(),

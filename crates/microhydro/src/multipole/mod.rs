@@ -26,7 +26,7 @@
 //!
 //! 6. *Surface velocities* (`surface_velocity`, `surface_flow`). Slip and background flows have the
 //!    lowest modes of all families as boundary values; the same elimination gives the velocities
-//!    of force-free spheres.
+//!    of force-free spheres. `stresslet` has the stresslets, the moments of `W_2`.
 //!
 //! The resistance converges spectrally with the order, and from below; its error is the square of
 //! the error of the velocity field. Spheres on an axis of symmetry of their medium decouple by
@@ -53,6 +53,7 @@ mod reflection;
 mod rotation;
 mod scaled;
 mod spatial;
+mod stresslet;
 mod surface_flow;
 mod surface_velocity;
 mod system;
@@ -65,6 +66,7 @@ pub use self::adaptive::{orders_for, resistance, resistance_at, resistance_best}
 pub(crate) use self::fixed_order::rigid_mobility;
 pub(crate) use self::memory::check_spheres;
 pub use self::orders::Orders;
+pub use self::stresslet::{Stresslets, stresslets};
 pub use self::surface_flow::{SurfaceFlow, surface_flow};
 pub use self::surface_velocity::SurfaceVelocity;
 pub use self::velocity_field::VelocityField;

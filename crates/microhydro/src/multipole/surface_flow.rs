@@ -44,9 +44,6 @@ pub struct SurfaceFlow {
     pub tail: f64,
 }
 
-/// Residual of the iteration, relative to the largest coefficient.
-const RESIDUAL: f64 = 1e-12;
-
 /// Solves for the motion of force-free spheres with given surface velocities.
 ///
 /// `orders` are those of the resistance of the spheres, [`crate::Resistance::orders`]; the error of
@@ -89,12 +86,12 @@ pub fn surface_flow(
     let system = System::new(&frame, spheres.radii(), &orders, 1e-14).store_couplings();
     let traces = surface_velocity::traces(&system, &frame, surface_velocities);
     let xi = GapCoordinates::narrowest_of(&order::gaps(spheres, medium), spheres.len());
-    let largest = traces.iter().map(Mat::norm_max).fold(0.0, f64::max);
+    let target = surface_velocity::RESIDUAL * surface_velocity::largest(&traces);
     let mut x = system.zeros(surface_velocities.len());
     let inner_powers = interior::powers(&system, &traces);
     let mut force_free = |included: &dyn Fn(Modes, Family, usize) -> bool| {
         let mask = not_rigid(&system, included);
-        system.solve(&mask, &traces, &mut x, RESIDUAL * largest)?;
+        system.solve(&mask, &traces, &mut x, target)?;
         let (velocities, powers) = motion(&system, &frame, spheres, &traces, &x);
         Ok::<_, HydroError>((velocities, powers - &inner_powers))
     };

@@ -3,11 +3,13 @@
 use std::f64::consts::{PI, TAU};
 
 use faer::Mat;
-use nalgebra::Vector3;
+use nalgebra::{DVector, Vector3};
 
 use super::frame::Frame;
 use super::modes::{FAMILIES, Family};
+use super::scaled::{AXIS_OF_M, drag_units};
 use super::system::{MultiVector, System};
+use crate::HydroError;
 
 /// Velocity of the surface of a sphere relative to a rigid motion.
 ///
@@ -18,6 +20,9 @@ pub type SurfaceVelocity<'a> = dyn Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sy
 /// Lowest order of expansions that contain every [`SurfaceVelocity`]: the families `W`, `X` and `V`
 /// up to degrees 4, 3 and 2.
 pub(super) const ORDER: usize = 4;
+
+/// Residual of iterations with surface velocities, relative to the largest coefficient.
+pub(super) const RESIDUAL: f64 = 1e-12;
 
 /// Numbers of quadrature points along a meridian and around the axis.
 ///
@@ -45,6 +50,57 @@ pub(super) fn traces(
         }
     }
     traces
+}
+
+/// Largest coefficient.
+pub(super) fn largest(coefficients: &MultiVector) -> f64 {
+    coefficients.iter().map(Mat::norm_max).fold(0.0, f64::max)
+}
+
+/// Coefficients in scaled modes of the velocities of spheres that move, and of their surfaces.
+///
+/// `velocities` has six entries `(U, ω)` per sphere.
+///
+/// # Errors
+/// [`HydroError::Length`], [`HydroError::NotFinite`] for the velocities and those of surfaces.
+pub(super) fn of_moving_spheres(
+    system: &System,
+    frame: &Frame,
+    velocities: &DVector<f64>,
+    surface_velocity: Option<&SurfaceVelocity<'_>>,
+) -> Result<MultiVector, HydroError> {
+    if velocities.len() != 6 * system.spheres {
+        return Err(HydroError::Length {
+            what: "velocities of the spheres",
+            expected: 6 * system.spheres,
+            found: velocities.len(),
+        });
+    }
+    if !velocities.iter().all(|u| u.is_finite()) {
+        return Err(HydroError::NotFinite {
+            what: "a velocity of a sphere",
+        });
+    }
+    let mut coefficients = match surface_velocity {
+        Some(velocity) => traces(system, frame, &[velocity]),
+        None => system.zeros(1),
+    };
+    if !coefficients.iter().all(Mat::is_all_finite) {
+        return Err(HydroError::NotFinite {
+            what: "the velocity of a surface",
+        });
+    }
+    let spheres = system.expansions.iter().take(system.spheres);
+    let radii: Vec<f64> = spheres.map(|sphere| sphere.radius).collect();
+    let units = drag_units(&radii);
+    for sphere in 0..system.spheres {
+        for (k, row) in system.rigid_rows(sphere).into_iter().enumerate() {
+            let first = 6 * sphere + 3 * (k / 3);
+            let local = frame.to_axes * velocities.fixed_rows::<3>(first).into_owned();
+            coefficients[sphere][(row, 0)] += units[6 * sphere + k] * local[AXIS_OF_M[k % 3]];
+        }
+    }
+    Ok(coefficients)
 }
 
 /// Adds the share of one quadrature point to the coefficients of a velocity.

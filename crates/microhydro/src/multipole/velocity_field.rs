@@ -16,7 +16,7 @@ use super::modes::Family;
 use super::order::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
 use super::orders::Orders;
 use super::rotation::Rotation;
-use super::scaled::{AXIS_OF_M, drag_units};
+use super::scaled::AXIS_OF_M;
 use super::surface_velocity::{self, SurfaceVelocity};
 use super::system::System;
 use super::wall_image::LambExpansion;
@@ -94,18 +94,6 @@ impl VelocityField {
         surface_velocity: Option<&SurfaceVelocity<'_>>,
         accuracy: &Accuracy,
     ) -> Result<Self, HydroError> {
-        if velocities.len() != 6 * spheres.len() {
-            return Err(HydroError::Length {
-                what: "velocities of the spheres",
-                expected: 6 * spheres.len(),
-                found: velocities.len(),
-            });
-        }
-        if !velocities.iter().all(|u| u.is_finite()) {
-            return Err(HydroError::NotFinite {
-                what: "a velocity of a sphere",
-            });
-        }
         spheres.check_inside(medium)?;
         if accuracy.order.is_none() {
             accuracy.check()?;
@@ -137,21 +125,9 @@ impl VelocityField {
         let frame = Frame::of(spheres, medium);
         let system =
             System::new(&frame, spheres.radii(), &orders, FIXED_ORDER_TOLERANCE).store_couplings();
-        let units = drag_units(spheres.radii());
-        let mut rhs = match surface_velocity {
-            Some(velocity) => surface_velocity::traces(&system, &frame, &[velocity]),
-            None => system.zeros(1),
-        };
-        let mut largest = rhs.iter().map(Mat::norm_max).fold(0.0, f64::max);
-        for sphere in 0..spheres.len() {
-            for (k, row) in system.rigid_rows(sphere).into_iter().enumerate() {
-                let first = 6 * sphere + 3 * (k / 3);
-                let local = frame.to_axes * velocities.fixed_rows::<3>(first).into_owned();
-                let value = units[6 * sphere + k] * local[AXIS_OF_M[k % 3]];
-                rhs[sphere][(row, 0)] += value;
-                largest = largest.max(value.abs());
-            }
-        }
+        let rhs =
+            surface_velocity::of_moving_spheres(&system, &frame, velocities, surface_velocity)?;
+        let largest = surface_velocity::largest(&rhs);
         let mut coefficients = system.zeros(1);
         let everything = system.mask(|_, _, _| true);
         let residual = match accuracy.order {

@@ -6,4 +6,5 @@ mod examples;
 mod hostile;
 mod properties;
 mod squirmers;
+mod stresslets;
 mod velocity_field;

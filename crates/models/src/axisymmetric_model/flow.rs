@@ -8,7 +8,7 @@ use super::AxisymmetricModel;
 use crate::axial_surfaces::AxialSurfaces;
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Hydrodynamics};
-use crate::solution::PointFlow;
+use crate::solution::{BodySolution, PointFlow};
 use crate::surface_motion::SurfaceMotion;
 
 impl AxisymmetricModel {
@@ -26,25 +26,7 @@ impl AxisymmetricModel {
         let resistances = self.resistances(configuration, self.tolerance)?;
         let surfaces = AxialSurfaces::new(&self.scaled, configuration, &resistances, &self.axis)?;
         let scale = self.scaled.scale;
-        let surfaced = solution.bodies.iter().zip(self.scaled.set.kinds());
-        let velocities: Vec<BodyVelocity> = surfaced
-            .filter(|(_, kind)| **kind == BodyKind::Rigid)
-            .enumerate()
-            .map(|(body, (solved, _))| {
-                let speed = scale.length(solved.velocity.dot(&self.axis));
-                let moving = match &surfaces {
-                    Some(surfaces) => surfaces.of_body(body, speed),
-                    None => BodyVelocity {
-                        axial: speed,
-                        ..BodyVelocity::default()
-                    },
-                };
-                BodyVelocity {
-                    angular: solved.angular_velocity.dot(&self.axis),
-                    ..moving
-                }
-            })
-            .collect();
+        let velocities = self.body_velocities(&solution.bodies, surfaces.as_ref());
         let bodies = self.on_axis(configuration)?;
         let flow = MeridianFlow::new(&bodies, self.surroundings, &velocities)?;
         let origin = self.origin(&self.scaled.centres(configuration)?);
@@ -78,5 +60,32 @@ impl AxisymmetricModel {
             })
         };
         Ok(values.zip(places).zip(&scaled).map(at_point).collect())
+    }
+
+    /// Scaled velocities of the bodies with surfaces relative to the background flow.
+    pub(super) fn body_velocities(
+        &self,
+        bodies: &[BodySolution],
+        surfaces: Option<&AxialSurfaces>,
+    ) -> Vec<BodyVelocity> {
+        let surfaced = bodies.iter().zip(self.scaled.set.kinds());
+        surfaced
+            .filter(|(_, kind)| **kind == BodyKind::Rigid)
+            .enumerate()
+            .map(|(body, (solved, _))| {
+                let speed = self.scaled.scale.length(solved.velocity.dot(&self.axis));
+                let moving = match surfaces {
+                    Some(surfaces) => surfaces.of_body(body, speed),
+                    None => BodyVelocity {
+                        axial: speed,
+                        ..BodyVelocity::default()
+                    },
+                };
+                BodyVelocity {
+                    angular: solved.angular_velocity.dot(&self.axis),
+                    ..moving
+                }
+            })
+            .collect()
     }
 }

@@ -22,7 +22,7 @@ use std::f64::consts::PI;
 
 use mesh::Sphere;
 use nalgebra::{DMatrix, Matrix3, Vector3};
-use rigid::{Constraints, Drive, FlowSolution};
+use rigid::{Constraints, Drive, ExternalLoad, FlowSolution};
 use stokes::{InitialGuesses, Options, Problem};
 
 use crate::ModelError;
@@ -147,7 +147,7 @@ impl FarField {
 pub fn in_moving_frame(
     problem: &Problem,
     symmetry_planes: [bool; 3],
-    scaled: &ScaledScene,
+    (scaled, loads): (&ScaledScene, &[ExternalLoad]),
     far: FarField,
     constraints: Vec<Constraints>,
     options: &Options,
@@ -164,11 +164,10 @@ pub fn in_moving_frame(
             .with_fixed_velocity(set, -Vector3::ith(axis, 1.0))
     };
     let moved: Vec<Constraints> = axes.iter().map(moved).collect::<Result<_, _>>()?;
-    let loads = scaled.loads(None);
     let drive = |constraints| Drive {
         set,
         constraints,
-        loads: &loads,
+        loads,
     };
     let drives: Vec<Drive> = constraints.iter().chain(&moved).map(drive).collect();
     let solved = problem.solve_all(&drives, options, guesses, None)?;

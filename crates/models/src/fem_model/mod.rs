@@ -119,7 +119,7 @@ impl FemModel {
     ) -> Result<Constrained, ModelError> {
         let (PlacedMesh { mesh, .. }, poses) = self.placed_mesh(configuration)?;
         let constraints = self.scaled.constraints(configuration, rates)?;
-        let loads = self.scaled.loads(None);
+        let loads = self.scaled.loads(configuration, None)?;
         let drive = self.drive(&constraints, &loads);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let surfaces = self.meshes.boundary_surfaces(&poses);

@@ -84,7 +84,7 @@ impl FemModel {
             space: self.meshes.space().ok_or(ModelError::NoMesh)?,
             surplus: self.meshes.surplus_space().filter(|_| estimates),
             constraints,
-            loads: self.scaled.loads(query.inertia).into_owned(),
+            loads: self.scaled.loads(configuration, query.inertia)?,
             frame,
             container_error: self.meshes.container_error(&poses),
             placed,
@@ -127,7 +127,7 @@ impl FemModel {
             constraints = far_field::in_moving_frame(
                 &problem,
                 mesh.symmetry_planes(),
-                &self.scaled,
+                (&self.scaled, &query.loads),
                 far,
                 constraints,
                 &options,

@@ -10,6 +10,7 @@ use crate::error_estimate::ErrorEstimate;
 use crate::mesh_error::{MeshError, Uncertainty};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{BodySolution, InstantaneousSolution};
+use crate::stresslets::Stresslets;
 
 /// Error bar of the power of the slip, which is not corrected, over the estimated error of the
 /// dissipation.
@@ -63,6 +64,8 @@ impl ToScene<'_> {
             relative: estimate.relative_uncertainty,
             velocity: self.scaled.scale.speed_to_scene(estimate.uncertainty),
         };
+        answer.stresslets = (answer.stresslets.take().zip(computed.stresslets.as_ref()))
+            .map(|(corrected, computed)| corrected.correcting(computed, uncertainty.relative));
         answer.set_mesh_error(MeshError::between(&computed, &answer, uncertainty));
         if answer.slip_power != 0.0 {
             let of_slip = SLIP_POWER_UNCERTAINTY * estimate.energy_error;
@@ -114,6 +117,12 @@ impl ToScene<'_> {
             ..ErrorEstimate::default()
         };
         Ok(InstantaneousSolution {
+            stresslets: Some(Stresslets::to_scene(
+                &flow.stresslets,
+                &self.surfaced,
+                set.kinds().len(),
+                scale,
+            )),
             dofs: solution.dofs,
             error_estimate: bars(speed),
             power_error: bars(power),

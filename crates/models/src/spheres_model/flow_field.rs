@@ -29,7 +29,7 @@ pub(super) struct MovingSpheres {
 
 impl MovingSpheres {
     /// Velocity of a surface relative to its sphere and to the background flow.
-    fn surface_velocity(&self, sphere: usize, n: &Vector3<f64>) -> Vector3<f64> {
+    pub fn surface_velocity(&self, sphere: usize, n: &Vector3<f64>) -> Vector3<f64> {
         let spheres = &self.spheres;
         let x = spheres.centres()[sphere] + spheres.radii()[sphere] * n;
         let of = |motion: &SurfaceMotion| motion.slip(sphere, n) - motion.background(&x);

@@ -2,11 +2,12 @@
 
 mod flow_field;
 mod resistances;
+mod stresslets;
 
 use std::time::Instant as Clock;
 
 use microhydro::{Medium, Spheres, multipole};
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::StateVelocity;
 
 use crate::error::ModelError;
@@ -186,14 +187,23 @@ impl SpheresModel {
     ) -> Result<MovingSpheres, ModelError> {
         let resistances = self.resistance_at(configuration)?;
         let set = &self.scaled.set;
-        let loads = &self.scaled.loads(None);
+        let loads = &self.scaled.loads(configuration, None)?;
         let constraints = self.scaled.constraints(configuration, rates)?;
         let surfaces = self.surface_effects(configuration, &resistances)?;
         let effect = surfaces.as_ref().map(|[effect, _]| effect);
         let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, effect)?;
+        self.placed(configuration, &solved.generalised)
+    }
+
+    /// The spheres of a configuration with these generalised velocities.
+    fn placed(
+        &self,
+        configuration: Configuration,
+        generalised: &DVector<f64>,
+    ) -> Result<MovingSpheres, ModelError> {
         Ok(MovingSpheres {
             spheres: self.spheres(configuration)?,
-            velocities: solved.generalised.select_rows(&set.surface_velocities()),
+            velocities: generalised.select_rows(&self.scaled.set.surface_velocities()),
             surfaces: SurfaceMotion::new(&self.scaled, &self.scaled.poses(configuration)?),
         })
     }
@@ -209,7 +219,7 @@ impl SpheresModel {
         let resistances = self.resistance_at(configuration)?;
         let assembly = clock.elapsed().as_secs_f64();
         let ScaledScene { scale, set, .. } = &self.scaled;
-        let loads = &self.scaled.loads(query.inertia);
+        let loads = &self.scaled.loads(configuration, query.inertia)?;
         let constraints = (self.scaled).query_constraints(query, rates)?;
         let surfaces = self.surface_effects(configuration, &resistances)?;
         let of = |k: usize| surfaces.as_ref().map(|effects| &effects[k]);
@@ -226,7 +236,12 @@ impl SpheresModel {
         let motion = set.state_velocity(solved.generalised.as_slice())?;
         let motion = self.scaled.motion_to_scene(&motion);
         let link_forces = solved.link_forces(set, &constraints, loads, scale)?;
+        let stresslets = match query.stresslets {
+            true => self.stresslets(configuration, &resistances, &solved.generalised)?,
+            false => None,
+        };
         Ok(InstantaneousSolution {
+            stresslets,
             dofs: Dofs {
                 total: resistances.dofs,
                 ..Dofs::default()

@@ -8,6 +8,7 @@ mod mesh_files;
 mod query;
 mod remeshed_files;
 mod scenes;
+mod stresslets;
 mod superposition;
 mod surface_files;
 mod table_errors;

@@ -25,6 +25,11 @@ impl<'s> Krylov<'s> {
         Ok(Self(Handle::shared(object, ffi::KSPDestroy)?))
     }
 
+    /// The object of PETSc.
+    pub(super) fn object(&self) -> ffi::Object {
+        self.0.object
+    }
+
     /// Solves with `a`; `p` is the matrix from which preconditioners are built.
     ///
     /// # Errors

@@ -177,21 +177,28 @@ impl Drop for Session {
 /// dofs, where hypre takes 2.5 s (two processes, Nov 2026).
 fn choose_galerkin_products() -> Result<(), PetscError> {
     let option = c"-matptap_via";
-    let (mut has_hypre, mut is_given) = (0, 0);
-    // SAFETY: all strings end with a zero byte and are copied; both results are live; null means
-    // the options of the command line, without a prefix.
+    let (has_hypre, mut is_given) = (has_hypre()?, 0);
+    // SAFETY: all strings end with a zero byte and are copied; the result is live; null means the
+    // options of the command line, without a prefix.
     unsafe {
-        let code = ffi::PetscHasExternalPackage(c"hypre".as_ptr(), &mut has_hypre);
-        check("PetscHasExternalPackage", code)?;
         let (options, prefix) = (ptr::null_mut(), ptr::null());
         let code = ffi::PetscOptionsHasName(options, prefix, option.as_ptr(), &mut is_given);
         check("PetscOptionsHasName", code)?;
-        if has_hypre != 0 && is_given == 0 {
+        if has_hypre && is_given == 0 {
             let code = ffi::PetscOptionsSetValue(options, option.as_ptr(), c"hypre".as_ptr());
             check("PetscOptionsSetValue", code)?;
         }
     }
     Ok(())
+}
+
+/// Whether PETSc was built with hypre.
+pub(super) fn has_hypre() -> Result<bool, PetscError> {
+    let mut has_hypre = 0;
+    // SAFETY: the string ends with a zero byte and the result is live.
+    let code = unsafe { ffi::PetscHasExternalPackage(c"hypre".as_ptr(), &mut has_hypre) };
+    check("PetscHasExternalPackage", code)?;
+    Ok(has_hypre != 0)
 }
 
 /// The communicator of all processes.

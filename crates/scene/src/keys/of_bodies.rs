@@ -134,7 +134,7 @@ pub(super) const OF_BODIES: &[Key] = &[
         Kind::NonNegative,
         Described("that of the fluid: no weight"),
         "density; with `gravity` g the force (density - fluid.density) volume g acts on the centre \
-         of the body, beside `force`; it has no inertia",
+         of volume of the body, beside `force`; it has no inertia",
     ),
     key(
         "bodies[].slip.b1",

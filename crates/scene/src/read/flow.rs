@@ -129,10 +129,11 @@ pub(super) fn enter_weights(
         match (&body.shape, body.fixed) {
             (Shape::Point, _) => return refuse("makes no sense for a point; remove it"),
             (_, true) => return refuse("has no effect: the body is fixed; remove it"),
-            (Shape::Helix { .. }, _) if gravity.amax() > 0.0 => {
+            _ if body.mass > 0.0 && gravity.amax() > 0.0 && body.weight_arm().is_some() => {
                 return refuse(
-                    "is unsupported for a helix, whose centre of mass is not on its axis; give \
-                     force and torque",
+                    "is unsupported with gravity for a body whose position is not its centre of \
+                     mass; without inertia give `density` instead; for a surface from a file \
+                     remove `centre`",
                 );
             }
             _ => body.weight = gravity * ((density - fluid_density) * body.shape.volume()),

@@ -100,12 +100,21 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
         format!("{label:<24}{:>14.8} {:>14.8} {:>14.8}\n", v.x, v.y, v.z)
     };
     let mut text = "vectors (x, y, z) in the scene's units\n".to_owned();
-    for (body, motion) in scene.bodies().iter().zip(&solution.bodies) {
+    for (number, (body, motion)) in scene.bodies().iter().zip(&solution.bodies).enumerate() {
         text += &entry("body", &body.name);
         text += &row("  velocity", &motion.velocity);
         text += &row("  angular velocity", &motion.angular_velocity);
         text += &row("  force on the fluid", &motion.force);
         text += &row("  torque on the fluid", &motion.torque);
+        let stresslets = solution.stresslets.as_ref();
+        if let Some(stresslet) = stresslets.and_then(|s| s.bodies.get(number)) {
+            for (label, column) in ["  stresslet", "", ""]
+                .into_iter()
+                .zip(stresslet.column_iter())
+            {
+                text += &row(label, &column.into_owned());
+            }
+        }
     }
     for (link, force) in scene
         .articulation()
@@ -142,6 +151,12 @@ fn accuracy(solution: &InstantaneousSolution) -> String {
             largest(|body| body.force.norm()),
         );
         text += &entry("error of forces", &format!("{force}, mesh only"));
+    }
+    if let Some((stresslets, bar)) =
+        (solution.stresslets.as_ref()).and_then(|s| Some((s, s.error?)))
+    {
+        let bar = error(bar, stresslets.largest());
+        text += &entry("error of stresslets", &bar);
     }
     if let Some(checks) = &solution.checks {
         text += &entry(

@@ -73,20 +73,31 @@ pub fn summary_json(
 /// An instantaneous solution, as printed by `swim solve --json`.
 ///
 /// `links` has the force of each link on the body that its key `body` names; the opposite force
-/// acts on `to`. `error_estimate` refers to the velocities; its entry `force` to the largest force.
-/// `uncorrected` has velocities and forces before estimated discretisation errors were subtracted,
-/// `checks` independent computations of these forces and their power.
+/// acts on `to`. `error_estimate` refers to the velocities; its entry `force` to the largest force,
+/// `stresslet` to the largest stresslet.
+/// `stresslet` of a body is the matrix of [`models::Stresslets`], with the sign of Batchelor
+/// (1970); null for models that do not compute it. `uncorrected` has velocities and forces before
+/// estimated discretisation errors were subtracted, `checks` independent computations of these
+/// forces and their power.
 pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolution) -> Value {
     let motion = |solution: &InstantaneousSolution| -> Value {
         let bodies = scene.bodies().iter().zip(&solution.bodies);
-        let bodies: Vec<Value> = bodies
-            .map(|(body, motion)| {
+        let stresslet = |body: usize| {
+            let stresslets = solution.stresslets.as_ref()?;
+            stresslets
+                .bodies
+                .get(body)
+                .map(|s| matrix_json(&DMatrix::from_column_slice(3, 3, s.as_slice())))
+        };
+        let bodies: Vec<Value> = (bodies.enumerate())
+            .map(|(number, (body, motion))| {
                 json!({
                     "name": body.name,
                     "velocity": vector(&motion.velocity),
                     "angular_velocity": vector(&motion.angular_velocity),
                     "force": vector(&motion.force),
                     "torque": vector(&motion.torque),
+                    "stresslet": stresslet(number),
                 })
             })
             .collect();
@@ -101,6 +112,12 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
     if let (Some(error), Value::Object(estimates)) = (&solution.mesh_error, &mut estimates) {
         let force = json!({ "mesh": error.force_error_bar() });
         estimates.insert("force".to_owned(), force);
+    }
+    let stresslets = solution.stresslets.as_ref();
+    if let (Some(error), Value::Object(estimates)) =
+        (stresslets.and_then(|s| s.error), &mut estimates)
+    {
+        estimates.insert("stresslet".to_owned(), json!(error));
     }
     let corrected = motion(solution);
     let uncorrected = (solution.mesh_error.as_ref()).map(|_| motion(&solution.uncorrected()));

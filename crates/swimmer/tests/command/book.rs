@@ -87,6 +87,7 @@ fn run_blocks(kind: &str) {
     let program = Path::new(env!("CARGO_BIN_EXE_swim")).parent().unwrap();
     let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
     let mut commands = 0;
+    let mut differences = String::new();
     for (name, page) in pages() {
         let folder = tempfile::tempdir().unwrap();
         let scenes = folder.path().join("scenes");
@@ -111,17 +112,18 @@ fn run_blocks(kind: &str) {
                 assert!(output.status.success(), "{name}: {command}: {errors}");
                 let text = String::from_utf8_lossy(&output.stdout);
                 let mut lines = text.lines();
-                for shown in printed {
-                    assert!(
-                        lines.any(|line| line.starts_with(&shown)),
-                        "{name}: {command}: no line '{shown}' in\n{text}"
-                    );
+                let missing = printed
+                    .iter()
+                    .find(|shown| !lines.any(|line| line.starts_with(*shown)));
+                if let Some(shown) = missing {
+                    differences += &format!("{name}: {command}: no line '{shown}' in\n{text}\n");
                 }
                 commands += 1;
             }
         }
     }
     assert!(commands > 0);
+    assert!(differences.is_empty(), "{differences}");
 }
 
 #[test]

@@ -238,6 +238,7 @@ fn the_json_of_a_solution_has_every_number_of_it() {
             "angular_velocity": list(unit + 1.0),
             "force": list(unit + 2.0),
             "torque": list(unit + 3.0),
+            "stresslet": null,
         })
     };
     let twice = |mut value: Value| {

@@ -1,0 +1,139 @@
+//! Stresslets of spheres: the second degree of the force density.
+
+use std::f64::consts::PI;
+
+use nalgebra::{DVector, Matrix3, Vector3};
+
+use super::frame::Frame;
+use super::memory;
+use super::modes::{Family, Modes};
+use super::order::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
+use super::orders::Orders;
+use super::surface_velocity::{self, SurfaceVelocity};
+use super::system::{MultiVector, System};
+use crate::{HydroError, Medium, Spheres};
+
+/// Stresslets of spheres, with those of a lower order for error estimates. Viscosity 1.
+///
+/// The stresslet has the sign of Batchelor (1970): with the traction `σ n` of the fluid on the
+/// sphere, the normal `n` out of it, and positions `x` relative to its centre
+///
+/// ```text
+/// S = ∮ [(σ n) x^T + x (σ n)^T] / 2 - I (x · σ n) / 3 - (u n^T + n u^T) dS
+/// ```
+///
+/// It is symmetric without trace, and `20π/3 a^3 E` for a rigid sphere in the strain `E`.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Stresslets {
+    /// The stresslet of each sphere.
+    pub values: Vec<Matrix3<f64>>,
+    /// The stresslets by expansions whose orders are lower by two.
+    pub coarser: Vec<Matrix3<f64>>,
+    /// Factor that turns the change of the order into an error estimate.
+    pub tail: f64,
+}
+
+/// Stresslets of spheres with given velocities, and surfaces that move relative to them.
+///
+/// `velocities` has six entries `(U, ω)` per sphere; `surface_velocity` is relative to this motion
+/// and to the background flow, `None` for rigid surfaces in a fluid at rest. `orders` are those of
+/// the resistance, [`crate::Resistance::orders`]. The error is of the order of that of the
+/// resistance, because a stresslet tests the flow with a velocity in the lowest modes. Narrow gaps
+/// are resolved by the orders of the spheres alone. Cost: one solve off an axis.
+///
+/// ```
+/// use microhydro::{Accuracy, Medium, Spheres, multipole};
+/// use nalgebra::{DVector, Vector3};
+/// let sphere = Spheres::new(vec![Vector3::zeros()], vec![2.0])?;
+/// let orders = multipole::resistance(&sphere, &Medium::Unbounded, &Accuracy::relative(1e-6))?;
+/// // A free sphere in the extension u = (x, -y, 0): the surface moves with -u relative to it.
+/// let against = |_: usize, n: &Vector3<f64>| 2.0 * Vector3::new(-n.x, n.y, 0.0);
+/// let at_rest = DVector::zeros(6);
+/// let orders = orders.orders();
+/// let found =
+///     multipole::stresslets(&sphere, &Medium::Unbounded, orders, &at_rest, Some(&against))?;
+/// let exact = 20.0 / 3.0 * std::f64::consts::PI * 8.0;
+/// assert!((found.values[0][(0, 0)] / exact - 1.0).abs() < 1e-12);
+/// # Ok::<(), microhydro::HydroError>(())
+/// ```
+///
+/// # Errors
+/// Spheres outside the medium; [`HydroError::Length`] for velocities of the wrong length;
+/// [`HydroError::TooLarge`]; [`HydroError::NotConverged`]; [`HydroError::NotFinite`].
+pub fn stresslets(
+    spheres: &Spheres,
+    medium: &Medium,
+    orders: &Orders,
+    velocities: &DVector<f64>,
+    surface_velocity: Option<&SurfaceVelocity<'_>>,
+) -> Result<Stresslets, HydroError> {
+    spheres.check_inside(medium)?;
+    memory::check_spheres(spheres.len())?;
+    // The lower order must contain `W_2` and the surface velocities too.
+    let lowest = match surface_velocity {
+        Some(_) => surface_velocity::ORDER + 2,
+        None => 4,
+    };
+    let lowest = Orders::all(spheres.len(), medium, lowest);
+    let orders = (orders.without_gaps())
+        .limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER)
+        .at_least(&lowest);
+    memory::check_one_solution(&orders, matches!(medium, Medium::Wall { .. }))?;
+    let frame = Frame::of(spheres, medium);
+    let system = System::new(&frame, spheres.radii(), &orders, 1e-14).store_couplings();
+    let rhs = surface_velocity::of_moving_spheres(&system, &frame, velocities, surface_velocity)?;
+    let xi = GapCoordinates::narrowest_of(&order::gaps(spheres, medium), spheres.len());
+    let target = surface_velocity::RESIDUAL * surface_velocity::largest(&rhs);
+    let mut x = system.zeros(1);
+    let mut of_order = |included: &dyn Fn(Modes, Family, usize) -> bool| {
+        system.solve(&system.mask(included), &rhs, &mut x, target)?;
+        Ok::<_, HydroError>(of_densities(&system, &frame, &x))
+    };
+    let coarser = of_order(&|modes, family, l| modes.in_lower_order(family, l))?;
+    let values = of_order(&|_, _, _| true)?;
+    Ok(Stresslets {
+        values,
+        coarser,
+        tail: order::tail(&xi, &orders),
+    })
+}
+
+/// Stresslets of the force densities of a solution.
+///
+/// The density with the velocity `W_2 = 2 A n` on the sphere, `Y_2 = n · A n`, is `5 / a` of it,
+/// and `∮ (A n) n^T dS = 4π/3 a^2 A`. Other modes have no symmetric first moment. The density is
+/// the traction on the fluid outside minus that of the flow inside, whose moment is the integral of
+/// `u n^T + n u^T` in the stresslet.
+fn of_densities(system: &System, frame: &Frame, x: &MultiVector) -> Vec<Matrix3<f64>> {
+    let rotation = frame.to_axes.to_rotation_matrix();
+    let expansions = system.expansions.iter().zip(x).take(system.spheres);
+    let stresslet = |(expansion, x): (&super::coupling::Expansion, &faer::Mat<f64>)| {
+        let weight = expansion.weight(Family::Stokeslet, 2);
+        let rows = expansion.modes.shell(Family::Stokeslet, 2);
+        let moment: Matrix3<f64> = (rows.zip(second_harmonics()))
+            .map(|(row, harmonic)| harmonic * (x[(row, 0)] / weight))
+            .sum();
+        let local = moment * (-40.0 * PI / 3.0 * expansion.radius.powi(2));
+        rotation.matrix().transpose() * local * rotation.matrix()
+    };
+    expansions.map(stresslet).collect()
+}
+
+/// Matrices `A` of the real orthonormal harmonics `Y_2m = n · A n`, for `m = -2 ..= 2`.
+fn second_harmonics() -> [Matrix3<f64>; 5] {
+    let product = |i: usize, j: usize| {
+        let mut matrix = Matrix3::zeros();
+        matrix[(i, j)] = 0.25 * (15.0 / PI).sqrt();
+        matrix[(j, i)] = matrix[(i, j)];
+        matrix
+    };
+    let diagonal = |x: f64, y: f64, z: f64| Matrix3::from_diagonal(&Vector3::new(x, y, z));
+    [
+        product(0, 1),
+        product(1, 2),
+        0.25 * (5.0 / PI).sqrt() * diagonal(-1.0, -1.0, 2.0),
+        product(0, 2),
+        0.25 * (15.0 / PI).sqrt() * diagonal(1.0, -1.0, 0.0),
+    ]
+}
