@@ -52,6 +52,12 @@ pub struct OptimiseOptions {
     /// Mean power, which determines the period.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power: Option<f64>,
+    /// Largest rates of the joints, which determine the motion along the stroke.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_rate: Option<JointValues>,
+    /// Largest power on the fluid, which determines the motion along the stroke.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_power: Option<f64>,
     /// Largest number of terms of the series of each joint.
     pub terms: u32,
     /// Relative change of the objective, with twice as many terms, at which refinement ends.
@@ -72,6 +78,8 @@ impl Default for OptimiseOptions {
             gap: None,
             period: 1.0,
             power: None,
+            max_rate: None,
+            max_power: None,
             // Strokes that touch their limits gain a factor of four to eight by doubling the
             // number of terms, and need this number for four digits.
             terms: 64,

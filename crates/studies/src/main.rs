@@ -3,6 +3,7 @@
 
 mod accuracy;
 mod ale;
+mod chains;
 mod chart;
 mod folder;
 mod iterations;
@@ -153,6 +154,15 @@ enum Task {
         #[arg(long)]
         out: Option<PathBuf>,
     },
+    /// The best strokes of chains of three to six spheres, beside the learned ones.
+    Chains {
+        /// Three spheres: takes seconds.
+        #[arg(long)]
+        quick: bool,
+        /// Folder for `chains.md` and `chains.svg` [default: docs, or chains for --quick].
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// Runs random scenes with all models: checks balances, reproducibility and memory.
     Soak {
         /// Duration of the run.
@@ -252,6 +262,7 @@ fn main() -> Result<()> {
             let out = output_folder(out, quick, "mesher");
             mesher::run(quick, &out)
         }
+        Task::Chains { quick, out } => chains::run(quick, &output_folder(out, quick, "chains")),
         Task::Tolerances { cases, seed, out } => {
             tolerances::run(cases, seed, &output_folder(out, false, ""))
         }

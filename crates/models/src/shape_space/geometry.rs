@@ -20,6 +20,8 @@ pub struct ShapeGeometry {
     points: usize,
     errors: (f64, f64),
     position_error: f64,
+    #[serde(default)]
+    is_coarse: bool,
 }
 
 /// Connection and metric at one shape, with their derivatives.
@@ -64,6 +66,7 @@ impl ShapeSpace {
             points: self.points(),
             errors: self.errors(),
             position_error: self.position_error(),
+            is_coarse: self.is_coarse(),
         })
     }
 }
@@ -98,6 +101,11 @@ impl ShapeGeometry {
     /// container, [`ShapeSpace::position_error`].
     pub fn position_error(&self) -> f64 {
         self.position_error
+    }
+
+    /// Whether the interpolation error is above the tolerance, [`ShapeSpace::is_coarse`].
+    pub fn is_coarse(&self) -> bool {
+        self.is_coarse
     }
 
     /// Connection and metric at a shape, with one value per variable. Cost: microseconds.

@@ -21,6 +21,7 @@
 mod chebyshev;
 mod geometry;
 mod placement;
+mod refinement;
 mod sampler;
 mod scales;
 mod solved_shapes;

@@ -5,7 +5,8 @@ use rigid::{Link, State, Twist};
 
 use super::chebyshev::Interpolant;
 use super::placement::Placement;
-use super::sampler::{MAX_DEGREE, Sampler};
+use super::refinement::{FIRST_DEGREE, fits, points, refined};
+use super::sampler::Sampler;
 use super::scales::{Scales, scales};
 use super::solved_shapes::{Bars, Part, SolvedShapes};
 use crate::error::ModelError;
@@ -16,12 +17,6 @@ use crate::record::{Layout, Record};
 use crate::solution::InstantaneousSolution;
 use scene::Scene;
 use stokes::{Dofs, SolverReport};
-
-/// Degree of the first grid in each variable.
-const FIRST_DEGREE: usize = 4;
-
-/// Maximum number of grid points: larger tables take longer than they save.
-const MAX_POINTS: usize = 5000;
 
 /// Factor on the error of the model below which an interpolation error counts as its noise.
 ///
@@ -49,6 +44,8 @@ pub struct ShapeSpace {
     interpolation_error: f64,
     /// Interpolation error relative to the largest velocity and the largest force.
     relative_error: f64,
+    /// Whether the next grid would have been too large.
+    is_coarse: bool,
     bars: Bars,
     /// Change of velocities for a unit rate by the motion of the swimmer in its container.
     position_error: f64,
@@ -80,11 +77,18 @@ impl ShapeSpace {
         tolerance: f64,
     ) -> Result<Self, ModelError> {
         let solved = (SolvedShapes::default(), Part::Whole);
-        Self::tabulate_from(scene, model, ranges, tolerance, solved, &mut |_| Ok(()))
+        let space = Self::tabulate_from(scene, model, ranges, tolerance, solved, &mut |_| Ok(()))?;
+        match space.is_coarse {
+            true => Err(too_large()),
+            false => Ok(space),
+        }
     }
 
     /// As [`ShapeSpace::tabulate`], from shapes that were solved before for the same scene, model
     /// and ranges, by solving a part of the others.
+    ///
+    /// A table that would be too large ends at the last grid that is not, with its larger error
+    /// bar, see [`ShapeSpace::is_coarse`].
     ///
     /// `observe` is called with all solved shapes after each solve, or after several solves in
     /// parallel. An interrupted table that continues is bitwise the one that was not interrupted.
@@ -141,12 +145,11 @@ impl ShapeSpace {
             .fold(0.0, f64::max);
         let box_ranges: Vec<(f64, f64)> = variables.iter().map(|&k| ranges[k]).collect();
         let mut degrees = vec![FIRST_DEGREE; variables.len()];
+        if !fits(&degrees) {
+            return Err(too_large());
+        }
         let mut previous_tail = f64::INFINITY;
         loop {
-            let points: usize = degrees.iter().map(|n| n + 1).product();
-            if points > MAX_POINTS || degrees.iter().any(|&n| n > MAX_DEGREE) {
-                return refuse("the table would be too large; take a smaller box");
-            }
             let values = sampler.grid(&degrees, observe)?;
             let layout = sampler.layout();
             let bars = sampler.solved.bars;
@@ -163,7 +166,9 @@ impl ShapeSpace {
             // The error of the model is not smooth: it jumps with the order of its expansions.
             let is_noise = tail > 0.5 * previous_tail
                 && tail * speed <= NOISE * bars.total().max(tolerance * speed);
-            if tail <= wanted || is_noise {
+            let is_fine = tail <= wanted || is_noise;
+            let finer = refined(&degrees, &tails, wanted);
+            if is_fine || !fits(&finer) {
                 let position_error = match placement.is_fixed() {
                     true => sampler.position_error(&degrees)?,
                     false => 0.0,
@@ -179,21 +184,17 @@ impl ShapeSpace {
                         solver: "table".to_owned(),
                         ..solver
                     },
-                    points,
+                    points: points(&degrees),
                     interpolation_error: tail * speed,
                     relative_error: tail,
+                    is_coarse: !is_fine,
                     bars,
                     position_error,
                     variables,
                 });
             }
             previous_tail = tail;
-            let share = 0.5 * wanted / tails.len() as f64;
-            for (degree, tail) in degrees.iter_mut().zip(&tails) {
-                if *tail > share {
-                    *degree *= 2;
-                }
-            }
+            degrees = finer;
         }
     }
 
@@ -225,6 +226,12 @@ impl ShapeSpace {
     /// Estimated errors of velocities for a unit rate: of the interpolation, and of the model.
     pub fn errors(&self) -> (f64, f64) {
         (self.interpolation_error, self.bars.total())
+    }
+
+    /// Whether the interpolation error is above the tolerance, because the next grid would have had
+    /// too many points.
+    pub fn is_coarse(&self) -> bool {
+        self.is_coarse
     }
 
     /// Estimated change of velocities for a unit rate by the motion of the swimmer in its
@@ -354,6 +361,13 @@ impl ShapeSpace {
         let rows = self.rows(lengths);
         let record = |row: &Vec<f64>| Record::new(row, self.layout);
         Ok(rows.iter().map(record).collect())
+    }
+}
+
+/// The error for a box whose grid does not fit.
+fn too_large() -> ModelError {
+    ModelError::ShapeSpace {
+        problem: "the table would be too large; take a smaller box".to_owned(),
     }
 }
 

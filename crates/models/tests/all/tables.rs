@@ -165,3 +165,70 @@ fn bug_tables_were_refined_below_the_errors_of_the_mesh() {
         }
     }
 }
+
+/// A model whose frame moves by the inverse of the sum of all lengths, at no cost.
+struct Formula {
+    model: SpheresModel,
+    solutions: Vec<InstantaneousSolution>,
+}
+
+impl Hydrodynamics for Formula {
+    fn name(&self) -> &'static str {
+        "formula"
+    }
+
+    fn scene(&self) -> &Scene {
+        self.model.scene()
+    }
+
+    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
+        if self.solutions.is_empty() {
+            self.solutions = self.model.solve(query)?;
+        }
+        let mut solutions = self.solutions.clone();
+        for solution in &mut solutions {
+            let sum: f64 = query.configuration.lengths.iter().sum();
+            solution.motion.frames[0].linear.x = 1.0 / sum;
+        }
+        Ok(solutions)
+    }
+
+    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
+        self.model.cost(configuration)
+    }
+}
+
+/// Tables of many joints were refused when their second grid was too large.
+#[test]
+fn bug_tables_of_five_joints_were_refused() {
+    let spheres = 6;
+    let mut text = "model.kind = \"oseen\"\n".to_owned();
+    for k in 0..spheres {
+        let x = 10 * k;
+        text += &format!("[[bodies]]\nname = \"s{k}\"\nradius = 1\nposition = [{x}, 0, 0]\n");
+    }
+    for k in 1..spheres {
+        let to = k - 1;
+        text += &format!("[[links]]\nname = \"a{k}\"\nbody = \"s{to}\"\nto = \"s{k}\"\n");
+    }
+    let scene = Scene::parse(&text).unwrap();
+    let ranges = vec![(6.0, 10.0); spheres - 1];
+    let mut model = Formula {
+        model: SpheresModel::new(&scene, SphereModel::Oseen).unwrap(),
+        solutions: Vec::new(),
+    };
+    let whole = (SolvedShapes::default(), Part::Whole);
+    let found =
+        ShapeSpace::tabulate_from(&scene, &mut model, &ranges, 1e-9, whole, &mut |_| Ok(()));
+    let space = found.unwrap();
+    assert!(space.is_coarse() && space.points() == 5_usize.pow(5));
+    let lengths = [6.4, 9.1, 7.3, 8.8, 6.9];
+    let exact = 1.0 / lengths.iter().sum::<f64>();
+    for twist in space.connection(&lengths).unwrap() {
+        let error = (twist.linear.x - exact).abs();
+        assert!(error <= space.errors().0, "{error:e}");
+    }
+    // A table that must keep its tolerance is still refused.
+    let refused = ShapeSpace::tabulate(&scene, &mut model, &ranges, 1e-9);
+    assert!(matches!(refused, Err(ModelError::ShapeSpace { .. })));
+}

@@ -76,6 +76,18 @@ pub(super) const OF_DESIGN: &[Key] = &[
         "mean power of the stroke, which determines its period",
     ),
     key(
+        "optimise.max_rate",
+        Kind::JointValues,
+        Described("none"),
+        "largest rates of the joints: the stroke is as fast as they and `max_power` allow",
+    ),
+    key(
+        "optimise.max_power",
+        Kind::Positive,
+        Described("none"),
+        "largest power on the fluid along the stroke, instead of `power` and `period`",
+    ),
+    key(
         "optimise.terms",
         Kind::Count,
         Value("64"),

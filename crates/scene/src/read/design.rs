@@ -30,6 +30,18 @@ pub(super) fn check(
             value.map_or(Ok(()), |value| check_value(checks, key, link, value))?;
         }
     }
+    if let Some(values) = &optimise.max_rate {
+        let key = "optimise.max_rate";
+        let values = by_link(values, links).map_err(|problem| checks.bad_value(key, problem))?;
+        if let Some(value) = values.into_iter().flatten().find(|value| *value <= 0.0) {
+            return Err(checks.bad_value(key, format!("must be greater than zero, not {value}")));
+        }
+    }
+    if optimise.power.is_some() && (optimise.max_rate.is_some() || optimise.max_power.is_some()) {
+        let problem = "cannot be given with optimise.max_rate or optimise.max_power, which \
+                       determine the period; remove it";
+        return Err(checks.bad_value("optimise.power", problem));
+    }
     for (key, vector) in [
         ("optimise.direction", optimise.direction),
         ("optimise.axis", Some(optimise.axis)),

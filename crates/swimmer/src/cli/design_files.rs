@@ -47,6 +47,20 @@ pub fn write_map(
     Ok(())
 }
 
+/// The warning about a table that ended before its tolerance.
+pub fn table_warning(table: &StrokeTable) -> Option<String> {
+    let geometry = &table.geometry;
+    geometry.is_coarse().then(|| {
+        format!(
+            "the interpolation error of the table, {} per unit rate, is above its tolerance: the \
+             next grid would be larger than tables may be; the table has {} shapes; take narrower \
+             limits, or let fewer joints move",
+            two_digits(geometry.errors().0),
+            geometry.points(),
+        )
+    })
+}
+
 /// The lines about a table: its size, and its errors per unit rate.
 pub fn table_entries(table: &StrokeTable) -> String {
     let geometry = &table.geometry;

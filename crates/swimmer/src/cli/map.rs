@@ -6,9 +6,11 @@ use swimmer::design::{StrokeLimits, gait_shapes, gait_totals, tabulate};
 use swimmer::models::{ModelError, Part};
 
 use super::arguments::{DesignArguments, MapArguments};
-use super::design_files::{folder_of, gait_entries, names, table_entries, write_map};
+use super::design_files::{
+    folder_of, gait_entries, names, table_entries, table_warning, write_map,
+};
 use super::design_progress::Progress;
-use super::text::{NO_ESTIMATE, entry, vector};
+use super::text::{NO_ESTIMATE, entry, vector, warn};
 
 /// Relative error of the table.
 const MAP_TOLERANCE: f64 = 1e-6;
@@ -30,6 +32,9 @@ pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, SwimError> {
         }
         table => table?,
     };
+    if let Some(warning) = table_warning(&table) {
+        warn(&warning);
+    }
     let geometry = &table.geometry;
     let names = names(&scene, &limits);
     let (interpolation, model) = geometry.errors();

@@ -8,7 +8,9 @@ use swimmer::scene::ObjectiveKind;
 use swimmer::{Scene, SwimError};
 
 use super::arguments::DesignArguments;
-use super::design_files::{folder_of, gait_entries, names, table_entries, write, write_map};
+use super::design_files::{
+    folder_of, gait_entries, names, table_entries, table_warning, write, write_map,
+};
 use super::design_progress::Progress;
 use super::text::{
     NO_ESTIMATE, count, duration, entry, percent, two_digits, warn, with_uncertainty,
@@ -50,7 +52,7 @@ pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, SwimE
 
 fn warnings(scene: &Scene, found: &DesignedStroke) -> Vec<String> {
     let (options, optimum) = (scene.optimise(), &found.optimum);
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<String> = table_warning(&found.table).into_iter().collect();
     if optimum.refinement_error > options.tolerance {
         warnings.push(format!(
             "optimise.tolerance = {:e} was requested, and the last increase of the number of terms \
@@ -76,8 +78,10 @@ fn optimum_json(found: &DesignedStroke) -> Value {
         "displacement": optimum.totals.displacement.norm(),
         "displacement_vector": optimum.totals.displacement.as_slice(),
         "rotation": optimum.totals.rotation.as_slice(),
-        "energy": optimum.period_energy_product / found.period,
+        "energy": found.energy,
         "period": found.period,
+        "max_rate": found.peaks.rates,
+        "max_power": found.peaks.power,
         "period_energy_product": optimum.period_energy_product,
         "efficiency": found.efficiency,
         "terms": optimum.curve.terms(),
@@ -167,13 +171,17 @@ fn describe(
         "energy by table",
         &format!(
             "{:.6} in a period of {} {NO_ESTIMATE}",
-            optimum.period_energy_product / found.period,
-            found.period
+            found.energy, found.period
         ),
     );
     text += &entry(
         "  by the model",
         &with_uncertainty(outcome.work, outcome.work_error.total()),
+    );
+    let rates = (found.peaks.rates.iter()).fold(0.0_f64, |largest, rate| largest.max(*rate));
+    text += &entry(
+        "largest rate, power",
+        &format!("{rates:.6}, {:.6} {NO_ESTIMATE}", found.peaks.power),
     );
     text += &entry(
         "energy times period",

@@ -17,6 +17,7 @@ use super::optimum_scene;
 use super::progress::DesignProgress;
 use super::stroke_path::SampledPath;
 use super::table::{StrokeTable, tabulate};
+use super::timing::{MotionBounds, Peaks, Timing, energy, peaks};
 use super::totals::{Stroke, StrokeTotals};
 use crate::error::SwimError;
 use crate::integrate::Method;
@@ -27,6 +28,9 @@ use crate::simulate::simulate;
 
 /// Error of the table relative to the tolerance of the search.
 const TABLE: f64 = 1e-3;
+
+/// Part by which a stroke is slower than its bounds allow, so that rounding does not exceed them.
+const ROUNDING: f64 = 1e-9;
 
 /// Number of shapes of the stroke in [`DesignedStroke::lengths`], first and last one included.
 const SHAPES: usize = 201;
@@ -52,6 +56,10 @@ pub struct DesignedStroke {
     pub run_displacement: f64,
     /// Period of the stroke.
     pub period: f64,
+    /// Energy of the stroke in its period, by the table.
+    pub energy: f64,
+    /// Largest rates and power, by the table.
+    pub peaks: Peaks,
     /// Values of all links at equal steps of time, from the start to the end of the stroke.
     pub lengths: Vec<Vec<f64>>,
     /// Lighthill efficiency `6 π μ r Δ² / (E T)` with the sum `r` of the radii of the spheres.
@@ -78,6 +86,7 @@ pub fn design_stroke(
     let limits = StrokeLimits::of_scene(scene)?;
     let scene = &scene.with_tolerance(scene.model().tolerance.min(options.tolerance))?;
     let start = fixed_start(scene, &limits)?;
+    let bounds = MotionBounds::of_scene(scene, &limits)?;
     let folder = Folder::create(out)?;
     let table = tabulate(
         scene,
@@ -106,20 +115,26 @@ pub fn design_stroke(
             )?
         }
     };
-    let product = optimum.period_energy_product;
-    let period = match options.power {
-        // E = P T.
-        Some(power) => (product / power).sqrt(),
-        None => options.period,
-    };
     progress.begins("running the stroke by the full model");
-    let found = optimum_scene::write(scene, &limits, &optimum, period, &folder)?;
+    let Timed {
+        scene: found,
+        timing,
+        peaks,
+        energy,
+    } = timed(
+        scene,
+        &limits,
+        &table.geometry,
+        &optimum,
+        bounds.as_ref(),
+        &folder,
+    )?;
     let mut model = choose(&found)?.model;
     let outcome = simulate(&found, model.as_mut(), Method::Collocation, &mut ())?;
     let lengths: Vec<Vec<f64>> = (0..SHAPES)
         .map(|k| {
-            let u = (k % (SHAPES - 1)) as f64 / (SHAPES - 1) as f64;
-            limits.lengths(&optimum.curve.shape(u))
+            let share = (k % (SHAPES - 1)) as f64 / (SHAPES - 1) as f64;
+            limits.lengths(&optimum.curve.shape(timing.parameter(share)))
         })
         .collect();
     let radii = scene.bodies().iter().map(|body| match body.shape {
@@ -127,8 +142,9 @@ pub fn design_stroke(
         _ => body.bounding_radius(),
     });
     let drag = 6.0 * PI * scene.viscosity() * radii.sum::<f64>();
+    let period = timing.period();
     Ok(DesignedStroke {
-        efficiency: drag * optimum.totals.displacement.norm_squared() / product,
+        efficiency: drag * optimum.totals.displacement.norm_squared() / (energy * period),
         table_error: table.displacement_error(&lengths),
         lengths,
         model: model.name(),
@@ -139,7 +155,59 @@ pub fn design_stroke(
         limits,
         outcome,
         period,
+        energy,
+        peaks,
         gait,
+    })
+}
+
+/// The scene of a stroke with its timing.
+struct Timed {
+    scene: Scene,
+    timing: Timing,
+    peaks: Peaks,
+    energy: f64,
+}
+
+/// Writes the scene of the stroke: the fastest one within the bounds, or with the period or the
+/// power of the scene.
+///
+/// A table of shapes and times exceeds the bounds between its rows by a little; the motion is as
+/// much slower.
+fn timed(
+    scene: &Scene,
+    limits: &StrokeLimits,
+    geometry: &ShapeGeometry,
+    optimum: &Optimum,
+    bounds: Option<&MotionBounds>,
+    folder: &Folder,
+) -> Result<Timed, SwimError> {
+    let options = scene.optimise();
+    let curve = &optimum.curve;
+    let product = optimum.period_energy_product;
+    let Some(bounds) = bounds else {
+        // E = P T.
+        let of_power = options.power.map(|power| (product / power).sqrt());
+        let timing = Timing::uniform(curve, of_power.unwrap_or(options.period));
+        let scene = optimum_scene::write(scene, limits, curve, &timing, folder)?;
+        return Ok(Timed {
+            peaks: peaks(&scene, limits, geometry, None)?.0,
+            energy: product / timing.period(),
+            scene,
+            timing,
+        });
+    };
+    let fastest = Timing::fastest(geometry, curve, bounds)?;
+    let first = optimum_scene::write(scene, limits, curve, &fastest, folder)?;
+    let load = peaks(&first, limits, geometry, Some(bounds))?.1;
+    // Rates are inversely proportional to the period.
+    let timing = fastest.slower(load * (1.0 + ROUNDING));
+    let found = optimum_scene::write(scene, limits, curve, &timing, folder)?;
+    Ok(Timed {
+        peaks: peaks(&found, limits, geometry, Some(bounds))?.0,
+        energy: energy(&found, limits, geometry)?,
+        scene: found,
+        timing,
     })
 }
 

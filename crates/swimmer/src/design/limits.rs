@@ -4,8 +4,8 @@ use scene::{Gait, Scene, Shape, legs};
 
 use crate::error::SwimError;
 
-/// Largest number of joints of a table: its size grows with this power.
-pub const MOST_JOINTS: usize = 4;
+/// Largest number of joints of a table: the first grid has 5 points per joint.
+pub const MOST_JOINTS: usize = 5;
 
 /// Gap that is kept by default, relative to the smallest radius: closer spheres need expansions of
 /// higher order, and an optimum there depends on it.

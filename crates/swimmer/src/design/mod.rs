@@ -23,6 +23,7 @@ mod search;
 mod starts;
 mod stroke_path;
 mod table;
+mod timing;
 mod totals;
 
 pub use design_stroke::{DesignedStroke, design_stroke, gait_shapes, gait_totals, objective_of};
@@ -37,4 +38,5 @@ pub use progress::DesignProgress;
 pub use starts::small_stroke_cost;
 pub use stroke_path::{SampledPath, Series, StrokeCurve};
 pub use table::{StrokeTable, tabulate};
+pub use timing::{MotionBounds, Peaks, Timing};
 pub use totals::{Stroke, StrokeTotals};

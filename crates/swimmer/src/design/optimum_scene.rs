@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use scene::{ArmsKind, Document, Scene};
 
 use super::limits::StrokeLimits;
-use super::optimise::Optimum;
 use super::stroke_path::{Series, StrokeCurve};
+use super::timing::Timing;
 use crate::error::SwimError;
 use crate::output::Folder;
 
@@ -17,42 +17,37 @@ pub const SCENE_FILE: &str = "optimum.toml";
 /// Name of the table of a stroke that is no Fourier series.
 const TABLE_FILE: &str = "optimum.csv";
 
-/// Rows of the table per term: the error of the cubic spline is then `(π/16)^4 / 384 = 4e-6` of the
-/// amplitude of the highest term.
-const ROWS_PER_TERM: usize = 16;
-
 /// Writes the stroke as `optimum.toml` into a folder, and reads it back.
 ///
-/// Fourier series are written as harmonics, strokes through a fixed start as a table in
-/// `optimum.csv`, of a spline with a corner.
+/// Fourier series at equal steps of time are written as harmonics. Strokes through a fixed start,
+/// polygons and other timings are a table in `optimum.csv`.
 ///
 /// # Errors
 /// Files that cannot be written, or a scene in which bodies touch.
 pub fn write(
     scene: &Scene,
     limits: &StrokeLimits,
-    optimum: &Optimum,
-    period: f64,
+    curve: &StrokeCurve,
+    timing: &Timing,
     folder: &Folder,
 ) -> Result<Scene, SwimError> {
     let names: Vec<&str> = (limits.variables.iter())
         .map(|&k| &scene.articulation().links()[k].name[..])
         .collect();
-    let gait = match &optimum.curve {
+    let gait = match curve {
         StrokeCurve::Series {
             series: Series::Closed { terms },
             coefficients,
-        } => harmonics(&names, coefficients, 2 * terms + 1, period),
+        } if timing.is_uniform => harmonics(&names, coefficients, 2 * terms + 1, timing.period()),
         curve => {
-            let (rows, interpolation) = match curve {
-                StrokeCurve::Polygon { times, .. } => (times.clone(), "linear"),
-                StrokeCurve::Series { series, .. } => {
-                    let rows = ROWS_PER_TERM * series.terms();
-                    let times = (0..=rows).map(|row| row as f64 / rows as f64);
-                    (times.collect(), "corner")
-                }
+            let interpolation = match curve {
+                StrokeCurve::Polygon { .. } => "linear",
+                StrokeCurve::Series { series, .. } => match series {
+                    Series::Closed { .. } => "cubic",
+                    Series::FromStart { .. } => "corner",
+                },
             };
-            let table = table(&names, curve, &rows, period);
+            let table = table(&names, curve, timing);
             folder.write(TABLE_FILE, |file| {
                 std::io::Write::write_all(file, table.as_bytes())
             })?;
@@ -101,11 +96,11 @@ fn harmonics(names: &[&str], coefficients: &[f64], functions: usize, period: f64
     )
 }
 
-fn table(names: &[&str], curve: &StrokeCurve, times: &[f64], period: f64) -> String {
+fn table(names: &[&str], curve: &StrokeCurve, timing: &Timing) -> String {
     let mut text = format!("time,{}\n", names.join(","));
-    for &u in times {
+    for (&u, time) in timing.parameters.iter().zip(&timing.times) {
         // The last row is the first one to the last bit. Writing to a string cannot fail.
-        let _ = write!(text, "{:?}", period * u);
+        let _ = write!(text, "{time:?}");
         for value in curve.shape(if u < 1.0 { u } else { 0.0 }) {
             let _ = write!(text, ",{value:?}");
         }

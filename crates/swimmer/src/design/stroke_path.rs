@@ -201,14 +201,37 @@ impl StrokeCurve {
                 coefficients,
             } => series.shape(coefficients, u),
             Self::Polygon { corners, times } => {
-                let side = (1..corners.len())
-                    .rev()
-                    .find(|&k| times[k] <= u)
-                    .unwrap_or(0);
+                let side = side(corners, times, u);
                 let (from, to) = (&corners[side], &corners[(side + 1) % corners.len()]);
                 let share = (u - times[side]) / (times[side + 1] - times[side]);
                 let ends = from.iter().zip(to);
                 ends.map(|(a, b)| a + share * (b - a)).collect()
+            }
+        }
+    }
+
+    /// Derivative of the shape with respect to the time.
+    pub fn rates(&self, u: f64) -> Vec<f64> {
+        match self {
+            Self::Series {
+                series,
+                coefficients,
+            } => {
+                let slopes: Vec<f64> = (0..series.functions())
+                    .map(|k| series.function(k, u).1)
+                    .collect();
+                let joints = coefficients.chunks(series.functions());
+                joints
+                    .map(|c| c.iter().zip(&slopes).map(|(c, f)| c * f).sum())
+                    .collect()
+            }
+            Self::Polygon { corners, times } => {
+                let side = side(corners, times, u);
+                let ends = corners[side]
+                    .iter()
+                    .zip(&corners[(side + 1) % corners.len()]);
+                let duration = times[side + 1] - times[side];
+                ends.map(|(a, b)| (b - a) / duration).collect()
             }
         }
     }
@@ -220,6 +243,12 @@ impl StrokeCurve {
             Self::Polygon { corners, .. } => corners.len(),
         }
     }
+}
+
+/// Number of the side of a polygon that is passed at a time.
+fn side(corners: &[Vec<f64>], times: &[f64], u: f64) -> usize {
+    let sides = 1..corners.len();
+    sides.rev().find(|&k| times[k] <= u).unwrap_or(0)
 }
 
 /// The functions of a series at all quadrature points of a period of one.

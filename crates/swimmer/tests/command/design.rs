@@ -103,6 +103,21 @@ fn scenes_without_a_design_are_refused_with_a_remedy() {
             "optimise.rotation is missing",
         ),
         ("map", &["--set", "optimise.uper=3"], "upper"),
+        (
+            "optimise",
+            &["--set", "optimise.max_rate=-1"],
+            "greater than zero, not -1",
+        ),
+        (
+            "optimise",
+            &["--set", "optimise.max_rate={ left-arm = 1 }"],
+            "a joint that moves has no largest rate",
+        ),
+        (
+            "optimise",
+            &["--set", "optimise.power=1", "--set", "optimise.max_power=2"],
+            "which determine the period",
+        ),
     ] {
         let mut arguments = vec![command, "scene.toml", "--out", "out"];
         arguments.extend(settings);

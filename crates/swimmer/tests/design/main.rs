@@ -3,4 +3,5 @@
 mod learned;
 mod optimal;
 mod sensitivities;
+mod timing;
 mod turning;
