@@ -193,16 +193,15 @@ fn chart(rows: &[Row]) -> std::result::Result<String, Box<dyn std::error::Error>
             .axis_desc_style(("sans-serif", 15))
             .disable_x_mesh()
             .draw()?;
-        let best = |row: &Row| row.efficiency;
-        let learned = |row: &Row| row.learned.1;
-        let series: [(&str, RGBColor, &dyn Fn(&Row) -> f64); 2] = [
-            ("best stroke", BEST, &best),
-            ("learned cycle, at constant power", LEARNED, &learned),
+        let best: Vec<f64> = rows.iter().map(|row| row.efficiency).collect();
+        let learned: Vec<f64> = rows.iter().map(|row| row.learned.1).collect();
+        let series = [
+            ("best stroke", BEST, best),
+            ("learned cycle, at constant power", LEARNED, learned),
         ];
-        for (name, colour, value) in series {
-            let points: Vec<(f64, f64)> = (rows.iter())
-                .map(|row| (row.spheres as f64, value(row)))
-                .collect();
+        for (name, colour, values) in series {
+            let spheres = rows.iter().map(|row| row.spheres as f64);
+            let points: Vec<(f64, f64)> = spheres.zip(values).collect();
             chart
                 .draw_series(LineSeries::new(points.clone(), colour.stroke_width(2)))?
                 .label(name)
