@@ -193,16 +193,19 @@ fn chart(rows: &[Row]) -> std::result::Result<String, Box<dyn std::error::Error>
             .axis_desc_style(("sans-serif", 15))
             .disable_x_mesh()
             .draw()?;
-        let best = |row: &Row| row.efficiency;
-        let learned = |row: &Row| row.learned.1;
-        let series: [(&str, RGBColor, &dyn Fn(&Row) -> f64); 2] = [
-            ("best stroke", BEST, &best),
-            ("learned cycle, at constant power", LEARNED, &learned),
-        ];
-        for (name, colour, value) in series {
-            let points: Vec<(f64, f64)> = (rows.iter())
+        let points = |value: fn(&Row) -> f64| -> Vec<(f64, f64)> {
+            (rows.iter())
                 .map(|row| (row.spheres as f64, value(row)))
-                .collect();
+                .collect()
+        };
+        for (name, colour, points) in [
+            ("best stroke", BEST, points(|row| row.efficiency)),
+            (
+                "learned cycle, at constant power",
+                LEARNED,
+                points(|row| row.learned.1),
+            ),
+        ] {
             chart
                 .draw_series(LineSeries::new(points.clone(), colour.stroke_width(2)))?
                 .label(name)
