@@ -193,19 +193,15 @@ fn chart(rows: &[Row]) -> std::result::Result<String, Box<dyn std::error::Error>
             .axis_desc_style(("sans-serif", 15))
             .disable_x_mesh()
             .draw()?;
-        let points = |value: fn(&Row) -> f64| -> Vec<(f64, f64)> {
-            (rows.iter())
-                .map(|row| (row.spheres as f64, value(row)))
-                .collect()
-        };
-        for (name, colour, points) in [
-            ("best stroke", BEST, points(|row| row.efficiency)),
-            (
-                "learned cycle, at constant power",
-                LEARNED,
-                points(|row| row.learned.1),
-            ),
-        ] {
+        let best: Vec<f64> = rows.iter().map(|row| row.efficiency).collect();
+        let learned: Vec<f64> = rows.iter().map(|row| row.learned.1).collect();
+        let series = [
+            ("best stroke", BEST, best),
+            ("learned cycle, at constant power", LEARNED, learned),
+        ];
+        for (name, colour, values) in series {
+            let spheres = rows.iter().map(|row| row.spheres as f64);
+            let points: Vec<(f64, f64)> = spheres.zip(values).collect();
             chart
                 .draw_series(LineSeries::new(points.clone(), colour.stroke_width(2)))?
                 .label(name)

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod best_frequency;
 pub mod checkpoint;
 mod connection;
 pub mod design;
@@ -20,6 +21,7 @@ mod simulate;
 mod start;
 mod templates;
 
+pub use best_frequency::{BestFrequency, FrequencyRun, best_frequency};
 pub use checkpoint::Checkpoint;
 pub use connection::{Connection, connection};
 pub use error::SwimError;

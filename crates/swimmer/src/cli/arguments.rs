@@ -63,6 +63,9 @@ pub enum Command {
     /// Search the best stroke; write optimum.toml, which `swim run` runs
     #[command(after_help = help::OPTIMISE)]
     Optimise(DesignArguments),
+    /// Search the frequency at which the gait moves farthest per cycle; write frequency.csv
+    #[command(after_help = help::FREQUENCY)]
+    Frequency(DesignArguments),
     /// Learn a stroke by reinforcement; compare it with the best possible one
     #[command(after_help = help::LEARN)]
     Learn(DesignArguments),

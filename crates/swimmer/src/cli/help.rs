@@ -62,6 +62,12 @@ pub const OPTIMISE: &str = examples! {
     "swim run out/optimal-stroke/optimum.toml"
 };
 
+pub const FREQUENCY: &str = examples! {
+    "swim new elastic-arm"
+    "swim frequency elastic-arm.toml"
+    "swim frequency elastic-arm.toml --set links.spring.stiffness=2 --json"
+};
+
 pub const LEARN: &str = examples! {
     "swim new learning"
     "swim learn learning.toml"

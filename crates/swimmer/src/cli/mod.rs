@@ -5,6 +5,7 @@ mod check;
 mod design_files;
 mod design_progress;
 mod displacements;
+mod frequency;
 mod help;
 mod learn;
 mod manual;
@@ -52,6 +53,7 @@ pub fn main() -> ExitCode {
         Command::New { name, out } => new::new(&name, out),
         Command::Map(design) => map::map(design, quiet),
         Command::Optimise(design) => optimise::optimise(design, quiet),
+        Command::Frequency(design) => frequency::frequency(design, quiet),
         Command::Learn(design) => learn::learn_strokes(design, quiet),
         Command::Mesh { scene, out } => mesh::mesh(&scene, &out),
         Command::Completions { shell } => Ok(manual::completions(shell)),

@@ -39,9 +39,9 @@ pub struct Sensitivity {
 }
 
 /// The net displacement of a run, and its error bar.
-struct Net {
-    vector: Vector3<f64>,
-    bar: f64,
+pub(crate) struct Net {
+    pub vector: Vector3<f64>,
+    pub bar: f64,
 }
 
 /// Derivatives of the net displacement of all cycles of a scene with respect to its [`parameters`].
@@ -118,7 +118,7 @@ fn derivative(
 
 /// The scene with a tighter tolerance and a fixed model, which changes with parameters otherwise,
 /// and the direction of its net displacement.
-fn comparable(scene: &Scene) -> Result<(Scene, Vector3<f64>), SwimError> {
+pub(crate) fn comparable(scene: &Scene) -> Result<(Scene, Vector3<f64>), SwimError> {
     let tolerance = (TOLERANCE * scene.model().tolerance).max(1e-9);
     let mut fixed = scene.with_tolerance(tolerance)?;
     if scene.model().kind == ModelKind::Auto {
@@ -145,7 +145,8 @@ fn comparable(scene: &Scene) -> Result<(Scene, Vector3<f64>), SwimError> {
     Ok((fixed, net.vector.normalize()))
 }
 
-fn net_displacement(scene: &Scene) -> Result<Net, SwimError> {
+/// The net displacement of a run of the scene, in the periodic state if the scene says so.
+pub(crate) fn net_displacement(scene: &Scene) -> Result<Net, SwimError> {
     let mut model = choose(scene)?.model;
     let method = Method::of(scene);
     let start = start_of_gait(scene, model.as_mut(), method, &mut |_, _| Ok(()))?;
