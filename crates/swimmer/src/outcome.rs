@@ -58,7 +58,7 @@ pub struct Outcome {
     /// Velocities `(U, ω)` of all bodies at the end, six per body; empty without masses.
     #[serde(default)]
     pub velocities: Vec<f64>,
-    /// Seconds of all solves.
+    /// Seconds of all solves, added up also where they ran at the same time.
     pub seconds: Seconds,
     /// The meshes that were generated, for models with a mesh.
     #[serde(default)]

@@ -19,7 +19,7 @@ use crate::outcome::Outcome;
 /// `tolerance`, `tolerance_met`,
 /// `meshes`, `peak_rss_mib`, `scene` (its name), `machine`, `version` (of the program).
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
-/// solves.
+/// solves, which may run at the same time.
 pub fn summary_json(
     scene: &Scene,
     model: &str,
