@@ -111,6 +111,9 @@ body = "left"
 to = "right"
 [[gait.phases]]
 targets = { arm = 6 }
+[optimise]
+max_rate = 0.5
+max_power = 10
 "#,
     r#"
 [[bodies]]
