@@ -95,13 +95,12 @@ fn queries_that_are_solved_together_have_the_solutions_of_single_ones() {
 
 #[test]
 fn queries_that_are_solved_together_do_not_depend_on_the_number_of_threads() {
-    let [one, two, three] = [1, 2, 3].map(|threads| {
+    let [one, three] = [1, 3].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let (solutions, flows) = pool.unwrap().install(solved_together);
         let bodies = solutions.into_iter().map(|solution| solution.bodies);
         let velocities = flows.into_iter().map(|flow| flow.velocity);
         (bodies.collect::<Vec<_>>(), velocities.collect::<Vec<_>>())
     });
-    assert!(one == two, "one and two threads differ");
     assert!(one == three, "one and three threads differ");
 }

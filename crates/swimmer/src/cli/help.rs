@@ -64,8 +64,7 @@ pub const OPTIMISE: &str = examples! {
 
 pub const FREQUENCY: &str = examples! {
     "swim new elastic-arm"
-    "swim frequency elastic-arm.toml"
-    "swim frequency elastic-arm.toml --set links.spring.stiffness=2 --json"
+    "swim frequency elastic-arm.toml --set model.tolerance=1e-2"
 };
 
 pub const LEARN: &str = examples! {
