@@ -233,7 +233,7 @@ fn fixed_start(scene: &Scene, limits: &StrokeLimits) -> Result<Option<Vec<f64>>,
             });
         }
     }
-    Ok(Some(limits.moving(&initial)))
+    Ok(Some(limits.moving(initial)))
 }
 
 /// Totals of one cycle of the gait of a scene, and its energy times period at constant power.
