@@ -25,9 +25,9 @@ use crate::{FluidMatrices, FluidNodes, MeshPart, NodeRole, RigidError, SymmetryP
 /// ```
 ///
 /// for divergence-free flows, so that `S` is minus the symmetric part, without trace, of
-/// `sum_b r_b x_b^T + ∮ u n^T dS`. A rigid motion has no part in the integral. The discrete
-/// stresslet of a sphere converges with order 2.7 to 3.0, and 4.6 after the correction
-/// (`docs/decisions.md`); forces with order 4.
+/// `sum_b r_b x_b^T + ∮ u n^T dS`. A rigid motion has no part in the integral. Functions `G x` are
+/// in the space of isoparametric elements, so that stresslets converge with order 4, as forces do
+/// (`docs/decisions.md`).
 #[derive(Clone, Debug)]
 pub(crate) struct SurfaceRows {
     /// Node and body of the rows, ascending.

@@ -4,7 +4,7 @@ use fem::{BoundaryFlow, FacetGeometry, SurfaceVelocity, Surplus, SurplusSpace};
 use linalg::BlockTriangular;
 use mesh::TetMesh;
 use nalgebra::{DVector, Vector3};
-use rigid::{Constrained, Drive, FlowSolution, SymmetryPlanes};
+use rigid::{Constrained, Drive, FlowSolution};
 
 use crate::StokesError;
 use crate::adjoint::{AdjointSolutions, DistinctLoads, UnitLoad};
@@ -124,7 +124,7 @@ impl Estimator<'_> {
         let geometry = of_facets.iter().sum::<f64>();
         let surfaces = self.surfaces.map(|(nodal, _)| nodal);
         let of_surfaces = self.problem.power_of_surfaces(flow, surfaces)?;
-        let power = flow.forces.dot(&flow.bodies) / self.parts() + of_surfaces;
+        let power = (flow.forces.dot(&flow.bodies) + of_surfaces) / self.problem.parts();
         let uncertain = (SOLVE_UNCERTAINTY + ENERGY_UNCERTAINTY * (energy / power).abs())
             * energy.abs()
             + FACET_UNCERTAINTY * geometry.abs();
@@ -133,7 +133,7 @@ impl Estimator<'_> {
         Ok(Indicators {
             velocity,
             surplus,
-            energy_error: (energy - geometry).abs() * self.parts(),
+            energy_error: (energy - geometry).abs() * self.problem.parts(),
             of_facets,
             relative_uncertainty: if ratio.is_finite() {
                 ratio.min(1.0)
@@ -148,14 +148,6 @@ impl Estimator<'_> {
             velocity,
             surface_velocity: self.surfaces.map(|(_, velocity)| velocity),
         }
-    }
-
-    /// Number of images of each cell, itself included, under the reflections at symmetry planes.
-    fn parts(&self) -> f64 {
-        SymmetryPlanes {
-            planes: self.problem.mesh.symmetry_planes(),
-        }
-        .parts()
     }
 
     /// One unit load per linkage that may move, along the velocity that it has in a flow.
@@ -195,7 +187,7 @@ impl Estimator<'_> {
         change: FlowSolution,
         responses: &[&Response],
     ) -> Result<Estimate, StokesError> {
-        let parts = self.parts();
+        let parts = self.problem.parts();
         let mut frame_indicators = vec![0.0; self.problem.mesh.n_cells()];
         let mut of_walls = 0.0_f64;
         for response in responses {

@@ -18,7 +18,8 @@ use crate::problem::Problem;
 /// ```
 ///
 /// On a closed surface the background flow has no force and no torque, so those of `u'` are those
-/// of `u`.
+/// of `u`. On a mesh that ends at symmetry planes slip and background flow are symmetric about
+/// them.
 pub trait SurfaceFlow: Sync {
     /// Velocity of the surface of `body` relative to its rigid motion, at a point on the surface.
     ///
@@ -38,7 +39,7 @@ pub(crate) struct NodalSurfaceFlow {
     pub velocity: Vec<Vector3<f64>>,
     /// Boundary part of each body.
     pub tags: Vec<u16>,
-    /// `∮ (s - u_∞) n^T dS` of each body.
+    /// `∮ (s - u_∞) n^T dS` of each body, over the part in the mesh.
     pub moments: Vec<Matrix3<f64>>,
     /// The slip `s` at the nodes of bodies, zero at all others.
     slip: Vec<Vector3<f64>>,
@@ -94,7 +95,8 @@ impl Problem<'_> {
 
     /// Power of a disturbance flow in the prescribed velocities of surfaces.
     ///
-    /// The dissipation of the disturbance is this power and that of the rigid motions.
+    /// The dissipation of the disturbance is this power and that of the rigid motions. On a mesh
+    /// that ends at symmetry planes, it is the power of whole surfaces.
     ///
     /// # Errors
     /// A flow that is not finite.
@@ -104,7 +106,10 @@ impl Problem<'_> {
         surfaces: Option<&NodalSurfaceFlow>,
     ) -> Result<f64, StokesError> {
         Ok(match surfaces {
-            Some(nodal) => fem::power(self.mesh, &flow.velocity, &flow.pressure, &nodal.velocity)?,
+            Some(nodal) => {
+                let (velocity, pressure) = (&flow.velocity, &flow.pressure);
+                self.parts() * fem::power(self.mesh, velocity, pressure, &nodal.velocity)?
+            }
             None => 0.0,
         })
     }
@@ -136,6 +141,6 @@ impl Problem<'_> {
         let pressure: Vec<f64> = (flow.pressure.iter().zip(pressure))
             .map(|(p, q)| p + q)
             .collect();
-        Ok(fem::power(self.mesh, &velocity, &pressure, &nodal.slip)?)
+        Ok(self.parts() * fem::power(self.mesh, &velocity, &pressure, &nodal.slip)?)
     }
 }
