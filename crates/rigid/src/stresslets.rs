@@ -154,13 +154,9 @@ impl SurfaceRows {
 
     /// Minus the symmetric part of the moments of whole bodies, without trace.
     fn of_moments(&self, moments: Vec<Matrix3<f64>>) -> Vec<Matrix3<f64>> {
-        let (planes, parts) = (self.symmetry_planes.planes, self.symmetry_planes.parts());
         let stresslet = |moment: Matrix3<f64>| {
-            // A reflection reverses the sign of the components with one index normal to its plane.
-            let whole = Matrix3::from_fn(|i, j| match i != j && (planes[i] || planes[j]) {
-                true => 0.0,
-                false => -0.5 * parts * (moment[(i, j)] + moment[(j, i)]),
-            });
+            let symmetric = (moment + moment.transpose()) * -0.5;
+            let whole = self.symmetry_planes.whole_tensor(&symmetric);
             whole - Matrix3::identity() * (whole.trace() / 3.0)
         };
         moments.into_iter().map(stresslet).collect()

@@ -8,7 +8,7 @@ use rigid::{Constrained, Drive, FlowSolution};
 
 use crate::StokesError;
 use crate::adjoint::{AdjointSolutions, DistinctLoads, UnitLoad};
-use crate::cubic::Correction;
+use crate::cubic::{Change, Correction};
 use crate::problem::Problem;
 use crate::surface_flow::NodalSurfaceFlow;
 
@@ -45,13 +45,13 @@ const WALL_UNCERTAINTY: f64 = 0.5;
 pub struct Estimate {
     /// Change of the flow that removes the error: exact minus computed.
     pub change: FlowSolution,
+    /// Change of the power of the slip that removes its error.
+    pub slip_power: f64,
     /// Uncertainty of the linear part of frame velocities, in which contributions of cells do not
     /// cancel.
     pub uncertainty: f64,
     /// Relative uncertainty of every part of the change.
     pub relative_uncertainty: f64,
-    /// Estimated error of the dissipation of the computed flow.
-    pub energy_error: f64,
     /// Hierarchical surplus of the flow.
     surplus: Surplus,
     /// Contribution of each cell to `uncertainty`.
@@ -100,7 +100,6 @@ pub struct Estimator<'a> {
 struct Indicators<'f> {
     velocity: &'f [Vector3<f64>],
     surplus: Surplus,
-    energy_error: f64,
     /// Contribution of each facet to `G(u, u)`.
     of_facets: Vec<f64>,
     relative_uncertainty: f64,
@@ -133,7 +132,6 @@ impl Estimator<'_> {
         Ok(Indicators {
             velocity,
             surplus,
-            energy_error: (energy - geometry).abs() * self.problem.parts(),
             of_facets,
             relative_uncertainty: if ratio.is_finite() {
                 ratio.min(1.0)
@@ -184,7 +182,7 @@ impl Estimator<'_> {
     fn estimate(
         &self,
         error: Indicators,
-        change: FlowSolution,
+        (change, slip_power): (FlowSolution, f64),
         responses: &[&Response],
     ) -> Result<Estimate, StokesError> {
         let parts = self.problem.parts();
@@ -220,9 +218,9 @@ impl Estimator<'_> {
         let cells = self.facet_geometry.cells();
         Ok(Estimate {
             change,
+            slip_power,
             uncertainty: (CELL_UNCERTAINTY * of_cells).hypot(of_walls),
             relative_uncertainty: error.relative_uncertainty,
-            energy_error: error.energy_error,
             surplus: error.surplus,
             frame_indicators,
             facet_indicators: cells.zip(error.of_facets).collect(),
@@ -253,6 +251,14 @@ impl Estimator<'_> {
             self.surfaces,
         )?;
         let changes = correction.changes(flows, preconditioner)?;
+        let slip_power_change = |flow: &FlowSolution, change: &Change| match self.surfaces {
+            None => Ok(0.0),
+            Some((nodal, _)) => {
+                let corrected =
+                    (self.problem).corrected_slip_power(&correction, flow, change, nodal)?;
+                Ok::<_, StokesError>(corrected - self.problem.slip_power(flow, Some(nodal))?)
+            }
+        };
         let mut unit_loads = DistinctLoads::default();
         let loads_of_flows: Vec<Vec<usize>> = flows
             .iter()
@@ -271,7 +277,15 @@ impl Estimator<'_> {
         (flows.iter().zip(changes).zip(loads_of_flows))
             .map(|((flow, change), loads)| {
                 let responses: Vec<_> = loads.into_iter().map(|load| &responses[load]).collect();
-                self.estimate(self.indicators(flow)?, change, &responses)
+                let slip_power = slip_power_change(flow, &change)?;
+                let mut change = change.flow;
+                let bodies = self.problem.bodies.iter();
+                for (stresslet, (tag, _)) in change.stresslets.iter_mut().zip(bodies) {
+                    let of_flow = self.boundary_flow(&flow.velocity);
+                    let part = self.facet_geometry.stresslet(*tag, of_flow)?;
+                    *stresslet += self.problem.symmetry().whole_tensor(&part);
+                }
+                self.estimate(self.indicators(flow)?, (change, slip_power), &responses)
             })
             .collect()
     }

@@ -42,9 +42,9 @@ pub(crate) struct NodalSurfaceFlow {
     /// `∮ (s - u_∞) n^T dS` of each body, over the part in the mesh.
     pub moments: Vec<Matrix3<f64>>,
     /// The slip `s` at the nodes of bodies, zero at all others.
-    slip: Vec<Vector3<f64>>,
+    pub slip: Vec<Vector3<f64>>,
     /// The background flow at all nodes, and its pressure at the vertices.
-    background: (Vec<Vector3<f64>>, Vec<f64>),
+    pub background: (Vec<Vector3<f64>>, Vec<f64>),
 }
 
 impl Problem<'_> {
@@ -112,35 +112,5 @@ impl Problem<'_> {
             }
             None => 0.0,
         })
-    }
-
-    /// Power of the slip on the fluid, zero without slip, for a solution of this problem.
-    ///
-    /// # Errors
-    /// A flow that is not finite.
-    pub fn power_of_slip(&self, flow: &FlowSolution) -> Result<f64, StokesError> {
-        self.slip_power(flow, self.nodal_surface_flow()?.as_ref())
-    }
-
-    /// Power of the slip on the fluid, `∮ s · f dS` with the forces `f` of the whole flow.
-    ///
-    /// # Errors
-    /// A flow that is not finite.
-    pub(crate) fn slip_power(
-        &self,
-        flow: &FlowSolution,
-        surfaces: Option<&NodalSurfaceFlow>,
-    ) -> Result<f64, StokesError> {
-        let Some(nodal) = surfaces else {
-            return Ok(0.0);
-        };
-        let (background, pressure) = &nodal.background;
-        let velocity: Vec<_> = (flow.velocity.iter().zip(background))
-            .map(|(u, v)| u + v)
-            .collect();
-        let pressure: Vec<f64> = (flow.pressure.iter().zip(pressure))
-            .map(|(p, q)| p + q)
-            .collect();
-        Ok(self.parts() * fem::power(self.mesh, &velocity, &pressure, &nodal.slip)?)
     }
 }
