@@ -109,10 +109,8 @@ class Solution(Result):
         None for the models `oseen` and `rpy`.
     stresslet_error : float or None
         Error bar of the Frobenius norms of the stresslets; None if it was not estimated.
-    velocity_errors : ErrorBars
-        Error bars of the velocities by source.
-    force_error : float or None
-        Error bar of the forces for the mesh; None for a model without a mesh.
+    velocity_errors, force_errors : ErrorBars
+        Error bars of the velocities and of the forces by source.
     power : float
         Power of the bodies on the fluid.
     power_errors : ErrorBars
@@ -138,7 +136,7 @@ class Solution(Result):
     stresslet: np.ndarray | None
     stresslet_error: float | None
     velocity_errors: ErrorBars
-    force_error: float | None
+    force_errors: ErrorBars
     power: float
     power_errors: ErrorBars
     dofs: int
@@ -150,13 +148,18 @@ class Solution(Result):
 
     @classmethod
     def _from_raw(cls, raw: dict[str, Any]) -> Solution:
-        bars = {name: ErrorBars(**raw[name]) for name in ("velocity_errors", "power_errors")}
-        return _from_raw(cls, raw, **bars)
+        names = ("velocity_errors", "force_errors", "power_errors")
+        return _from_raw(cls, raw, **{name: ErrorBars(**raw[name]) for name in names})
 
     @property
     def velocity_error(self) -> float:
         """Error bar of the velocities, the sum over the sources."""
         return self.velocity_errors.total
+
+    @property
+    def force_error(self) -> float:
+        """Error bar of the forces, the sum over the sources."""
+        return self.force_errors.total
 
     @property
     def power_error(self) -> float:
@@ -170,8 +173,7 @@ class Solution(Result):
             rows.append((f"force of {body}", vector(self.force[number])))
         speed = with_error(largest(self.velocity), self.velocity_error)
         rows.append(("largest velocity", speed))
-        if self.force_error is not None:
-            rows.append(("largest force", with_error(largest(self.force), self.force_error)))
+        rows.append(("largest force", with_error(largest(self.force), self.force_error)))
         if self.stresslet is not None and self.stresslet_error is not None:
             norm = float(np.linalg.norm(self.stresslet, axis=(1, 2)).max())
             rows.append(("largest stresslet", with_error(norm, self.stresslet_error)))

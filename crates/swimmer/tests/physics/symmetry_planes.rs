@@ -212,7 +212,7 @@ fn squirmers_turn_in_their_symmetry_plane() {
     let text = "
         domain = { kind = \"ball\", radius = 8 }
         model.kind = \"fem\"
-        fem = { surface_size = 0.6, estimates = \"off\" }
+        fem = { surface_size = 0.7, estimates = \"off\" }
         gait.phases = [{ duration = 1 }]
         bodies = [
           { name = \"a\", radius = 1, position = [-2, 0.5, 0], slip = { b1 = 1, b2 = 2, axis = [0.6, 0.8, 0] } },
@@ -230,9 +230,9 @@ fn squirmers_turn_in_their_symmetry_plane() {
         let moved = (own.translation.vector - exact.translation.vector).norm();
         let turned = own.rotation.angle_to(&exact.rotation);
         // Without estimates the answers are uncorrected.
-        assert!(moved < 0.02 && turned < 0.02, "{moved} {turned}");
+        assert!(moved < 0.02 && turned < 0.005, "{moved} {turned}");
         assert!(own.translation.vector.z.abs() < 1e-12);
-        assert!(exact.rotation.angle() > 0.1, "{}", exact.rotation.angle());
+        assert!(exact.rotation.angle() > 0.01, "{}", exact.rotation.angle());
     }
 }
 
