@@ -4,7 +4,7 @@ use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use swimmer::models::mesh::TetMesh;
-use swimmer::models::nalgebra::{DMatrix, Vector3};
+use swimmer::models::nalgebra::{DMatrix, Matrix3, Vector3};
 use swimmer::models::{BodySolution, ErrorEstimate, FlowField, InstantaneousSolution, Seconds};
 use swimmer::{Outcome, Report, Scene};
 
@@ -28,6 +28,15 @@ pub fn matrix<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Bound<'py
     // Columns of the transposed matrix are rows.
     let flat = matrix.transpose().as_slice().to_vec();
     let shape = [matrix.nrows(), matrix.ncols()];
+    Ok(PyArray1::from_vec(py, flat).reshape(shape)?.into_any())
+}
+
+/// Matrices of size 3 as an array of shape `(n, 3, 3)`.
+pub fn matrices<'py>(py: Python<'py>, matrices: &[Matrix3<f64>]) -> PyResult<Bound<'py, PyAny>> {
+    // Columns of a transposed matrix are rows.
+    let flat = matrices.iter().flat_map(|m| <[[f64; 3]; 3]>::from(m.transpose()));
+    let flat: Vec<f64> = flat.flatten().collect();
+    let shape = [matrices.len(), 3, 3];
     Ok(PyArray1::from_vec(py, flat).reshape(shape)?.into_any())
 }
 
@@ -101,6 +110,11 @@ pub fn solution_dict<'py>(
     dict.set_item("force", vectors(py, &bodies(|b| b.force))?)?;
     dict.set_item("torque", vectors(py, &bodies(|b| b.torque))?)?;
     dict.set_item("link_force", vectors(py, &solution.link_forces)?)?;
+    let stresslets = solution.stresslets.as_ref();
+    let of_bodies = stresslets.map(|stresslets| matrices(py, &stresslets.bodies));
+    dict.set_item("stresslet", of_bodies.transpose()?)?;
+    let stresslet_error = stresslets.and_then(|stresslets| stresslets.error);
+    dict.set_item("stresslet_error", stresslet_error)?;
     dict.set_item("velocity_errors", estimate(py, &solution.error_estimate)?)?;
     dict.set_item("force_errors", estimate(py, &solution.force_error)?)?;
     dict.set_item("power", solution.power())?;

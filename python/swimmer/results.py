@@ -103,6 +103,12 @@ class Solution(Result):
         One row per body. Forces and torques are those that the bodies exert on the fluid.
     link_force : numpy.ndarray
         One row per link: the force of the link on the body named by its key `body`.
+    stresslet : numpy.ndarray or None
+        One symmetric 3 x 3 matrix without trace per body, with the sign of Batchelor (1970): the
+        first moment of the traction of the fluid on the body, positive along the axis of a puller.
+        None for the models `oseen` and `rpy`.
+    stresslet_error : float or None
+        Error bar of the Frobenius norms of the stresslets; None if it was not estimated.
     velocity_errors, force_errors : ErrorBars
         Error bars of the velocities and of the forces by source.
     power : float
@@ -127,6 +133,8 @@ class Solution(Result):
     force: np.ndarray
     torque: np.ndarray
     link_force: np.ndarray
+    stresslet: np.ndarray | None
+    stresslet_error: float | None
     velocity_errors: ErrorBars
     force_errors: ErrorBars
     power: float
@@ -166,6 +174,9 @@ class Solution(Result):
         speed = with_error(largest(self.velocity), self.velocity_error)
         rows.append(("largest velocity", speed))
         rows.append(("largest force", with_error(largest(self.force), self.force_error)))
+        if self.stresslet is not None and self.stresslet_error is not None:
+            norm = float(np.linalg.norm(self.stresslet, axis=(1, 2)).max())
+            rows.append(("largest stresslet", with_error(norm, self.stresslet_error)))
         rows.append(("power", with_error(self.power, self.power_error)))
         work = f"{self.dofs} degrees of freedom, {self.seconds['total']:.3g} s"
         return [*rows, ("cost", work)]

@@ -46,6 +46,25 @@ def test_a_dragged_sphere_has_stokes_drag():
     assert solution.power == pytest.approx(6 * np.pi)
 
 
+@pytest.mark.parametrize("kind", ["multipole", "axisymmetric"])
+def test_a_squirmer_has_the_stresslet_of_its_second_mode(kind):
+    """4 pi / 3 mu a^2 B2 (3 e e^T - 1) with the axis e: Ishikawa et al. (2006)."""
+    slip = {"b1": 1, "b2": -0.7, "axis": [0, 0, 1]}
+    scene = {"fluid": {"viscosity": 3}, "model": {"kind": kind}, "bodies": [ball(slip=slip)]}
+    solution = Scene.from_dict(scene).solve()
+    exact = 4 * np.pi * -0.7 * np.diag([-1, -1, 2])
+    error = 1e-9 if solution.stresslet_error is None else solution.stresslet_error
+    assert solution.stresslet.shape == (1, 3, 3)
+    assert np.linalg.norm(solution.stresslet[0] - exact) <= error < 1e-4
+    if solution.stresslet_error is not None:
+        assert "largest stresslet" in repr(solution)
+
+
+def test_point_forces_have_no_stresslet():
+    solution = pair("oseen", 10).solve()
+    assert solution.stresslet is None and solution.stresslet_error is None
+
+
 def test_resistance_and_mobility_of_one_sphere_are_those_of_stokes():
     scene = Scene.from_dict({"fluid": {"viscosity": 2}, "bodies": [ball(radius=3)]})
     resistance = scene.resistance()

@@ -21,14 +21,23 @@ pub struct NodalSurfaceVelocity {
     /// Node and velocity `s_j`, by ascending nodes. Their interpolant `s_h` has no flux:
     /// `∮ s_h · n dS = 0`.
     pub values: Vec<(u32, Vec3)>,
-    /// `∮ s_h n^T dS` with the normal into the fluid.
+    /// `∮ s_h n^T dS` with the normal into the fluid; that of the part in the mesh if symmetry
+    /// planes cut the surface.
     pub moment: Matrix3<f64>,
 }
+
+/// Normal components at nodes on symmetry planes that are rounding, relative to the largest speed
+/// of the surface: those of axes that turn within a plane by quaternions are a few 1e-16.
+const ROUNDING: f64 = 1e-9;
 
 /// Interpolates the velocity of the facets with `tag`, and removes its flux.
 ///
 /// The flux of the interpolant of a tangential velocity is an interpolation error. In a container
 /// the flow would have no solution, so the smallest nodal values with this flux are subtracted.
+///
+/// Where symmetry planes cut the surface, the values are those on the whole surface, if the
+/// velocity is symmetric: its normal component on a plane is then zero, and set to zero if it is
+/// rounding.
 ///
 /// # Errors
 /// No facet has the tag; a velocity that is not finite.
@@ -42,7 +51,16 @@ pub fn nodal_surface_velocity(
     let mut values: Vec<Vec3> = weights.iter().map(value).collect();
     check_vectors("the velocity of a surface", &values, weights.len())?;
     let normals: Vec<Vec3> = weights.iter().map(|(_, normal)| *normal).collect();
-    remove_flux(&mut values, &normals);
+    let planes = planes_through(mesh, weights.iter().map(|(node, _)| *node as usize));
+    let largest = values.iter().map(Vec3::amax).fold(0.0, f64::max);
+    for (value, planes) in values.iter_mut().zip(&planes) {
+        for axis in (0..3).filter(|&axis| planes[axis]) {
+            if value[axis].abs() <= ROUNDING * largest {
+                value[axis] = 0.0;
+            }
+        }
+    }
+    remove_flux(&mut values, &normals, &planes);
     // The weights have the normal out of the fluid.
     let moment = -(normals.iter().zip(&values))
         .map(|(normal, value)| value * normal.transpose())
@@ -54,14 +72,38 @@ pub fn nodal_surface_velocity(
     })
 }
 
+/// For each of these nodes, the axes to which the symmetry planes through it are normal.
+pub(crate) fn planes_through(mesh: &TetMesh, nodes: impl Iterator<Item = usize>) -> Vec<[bool; 3]> {
+    let on_planes = mesh.nodes_on_symmetry_planes();
+    let place = |node: usize| on_planes.binary_search_by_key(&node, |(node, _)| *node as usize);
+    nodes
+        .map(|node| place(node).map_or([false; 3], |k| on_planes[k].1))
+        .collect()
+}
+
 /// Subtracts the smallest values for which `sum_j w_j · s_j = 0`.
-pub(crate) fn remove_flux(values: &mut [Vec3], weights: &[Vec3]) {
-    let pairs = || values.iter().zip(weights);
-    let flux: f64 = pairs().map(|(value, weight)| value.dot(weight)).sum();
-    let size: f64 = weights.iter().map(Vec3::norm_squared).sum();
+///
+/// `planes` are the normals of the symmetry planes on which the nodes lie. The values are the
+/// smallest ones on the whole surface, where a node on a plane has the tangential part of its
+/// weight twice, once from each side, and no normal one.
+pub(crate) fn remove_flux(values: &mut [Vec3], weights: &[Vec3], planes: &[[bool; 3]]) {
+    let of_whole = |(weight, planes): (&Vec3, &[bool; 3])| {
+        let mut whole = *weight;
+        for axis in (0..3).filter(|&axis| planes[axis]) {
+            whole *= 2.0;
+            whole[axis] = 0.0;
+        }
+        whole
+    };
+    let wholes: Vec<Vec3> = weights.iter().zip(planes).map(of_whole).collect();
+    let sum = |vectors: &[Vec3]| -> f64 {
+        let pairs = vectors.iter().zip(weights);
+        pairs.map(|(vector, weight)| vector.dot(weight)).sum()
+    };
+    let (flux, size) = (sum(values), sum(&wholes));
     if size > 0.0 {
         let factor = flux / size;
-        (values.iter_mut().zip(weights)).for_each(|(value, weight)| *value -= factor * weight);
+        (values.iter_mut().zip(&wholes)).for_each(|(value, whole)| *value -= factor * whole);
     }
 }
 

@@ -296,7 +296,6 @@ impl AxisymmetricModel {
             },
             ..computed
         };
-        solution.slip_power = corrected.slip_power;
         solution.correct(error);
         if surfaces.is_some() {
             let of_slip = axial.relative_error() * solution.slip_power.abs();

@@ -18,6 +18,8 @@ pub struct MeshError {
     pub bodies: Vec<BodySolution>,
     /// Error of the force of each link.
     pub link_forces: Vec<Vector3<f64>>,
+    /// Error of the power of the slip.
+    pub slip_power: f64,
     /// What is uncertain about the estimate: error bars of the corrected solution.
     pub uncertainty: Uncertainty,
 }
@@ -52,6 +54,7 @@ impl MeshError {
             link_forces: (computed.link_forces.iter().zip(&corrected.link_forces))
                 .map(difference)
                 .collect(),
+            slip_power: computed.slip_power - corrected.slip_power,
             uncertainty,
         }
     }
@@ -71,6 +74,7 @@ impl MeshError {
                 |vector| *vector *= factor,
             );
             (term.motion.joints.iter_mut()).for_each(|rate| *rate *= factor);
+            term.slip_power *= factor;
             term.uncertainty.velocity *= factor;
             term
         };
@@ -94,6 +98,7 @@ impl MeshError {
         for (sum, term) in self.link_forces.iter_mut().zip(&term.link_forces) {
             *sum += term;
         }
+        self.slip_power += term.slip_power;
         let (of_sum, of_term) = (&mut self.uncertainty, &term.uncertainty);
         of_sum.relative = of_sum.relative.max(of_term.relative);
         of_sum.velocity += of_term.velocity;
@@ -248,6 +253,7 @@ mod tests {
                     ..BodySolution::default()
                 }],
                 link_forces: vec![],
+                slip_power: 0.0,
                 uncertainty: Uncertainty {
                     relative: 0.1,
                     velocity: 0.5,

@@ -20,7 +20,8 @@ pub struct Record {
     pub motion: StateVelocity,
     pub bodies: Vec<BodySolution>,
     pub link_forces: Vec<Vector3<f64>>,
-    /// Discretisation errors that were subtracted; their uncertainty is not part of it.
+    /// Discretisation errors that were subtracted; their uncertainty and the power of slip are not
+    /// part of it.
     pub mesh_error: Option<MeshError>,
 }
 
@@ -69,6 +70,7 @@ impl Record {
                 motion,
                 bodies,
                 link_forces,
+                slip_power: 0.0,
                 uncertainty: Uncertainty::default(),
             }
         });

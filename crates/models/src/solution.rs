@@ -128,6 +128,7 @@ impl InstantaneousSolution {
         spins.for_each(|(spin, error)| *spin += factor * error);
         let joints = self.motion.joints.iter_mut().zip(&error.motion.joints);
         joints.for_each(|(rate, error)| *rate += factor * error);
+        self.slip_power += factor * error.slip_power;
     }
 
     /// Rotates all motions and loads, for a configuration that is rotated as a whole.

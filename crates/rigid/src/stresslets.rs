@@ -25,9 +25,9 @@ use crate::{FluidMatrices, FluidNodes, MeshPart, NodeRole, RigidError, SymmetryP
 /// ```
 ///
 /// for divergence-free flows, so that `S` is minus the symmetric part, without trace, of
-/// `sum_b r_b x_b^T + ∮ u n^T dS`. A rigid motion has no part in the integral. The discrete
-/// stresslet of a sphere converges with order 2.7 to 3.0, and 4.6 after the correction
-/// (`docs/decisions.md`); forces with order 4.
+/// `sum_b r_b x_b^T + ∮ u n^T dS`. A rigid motion has no part in the integral. Functions `G x` are
+/// in the space of isoparametric elements, so that stresslets converge with order 4, as forces do
+/// (`docs/decisions.md`).
 #[derive(Clone, Debug)]
 pub(crate) struct SurfaceRows {
     /// Node and body of the rows, ascending.
@@ -154,13 +154,9 @@ impl SurfaceRows {
 
     /// Minus the symmetric part of the moments of whole bodies, without trace.
     fn of_moments(&self, moments: Vec<Matrix3<f64>>) -> Vec<Matrix3<f64>> {
-        let (planes, parts) = (self.symmetry_planes.planes, self.symmetry_planes.parts());
         let stresslet = |moment: Matrix3<f64>| {
-            // A reflection reverses the sign of the components with one index normal to its plane.
-            let whole = Matrix3::from_fn(|i, j| match i != j && (planes[i] || planes[j]) {
-                true => 0.0,
-                false => -0.5 * parts * (moment[(i, j)] + moment[(j, i)]),
-            });
+            let symmetric = (moment + moment.transpose()) * -0.5;
+            let whole = self.symmetry_planes.whole_tensor(&symmetric);
             whole - Matrix3::identity() * (whole.trace() / 3.0)
         };
         moments.into_iter().map(stresslet).collect()

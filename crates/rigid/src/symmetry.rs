@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use nalgebra::DVector;
+use nalgebra::{DVector, Matrix3};
 
 use crate::{Articulation, BodyKind, Constraints, Drive, ExternalLoad, RigidError};
 
@@ -62,6 +62,16 @@ impl SymmetryPlanes {
             };
         }
         parts
+    }
+
+    /// Second-order tensor of a whole body, such as a stresslet, from that of its part.
+    ///
+    /// A reflection reverses the sign of the components with one index normal to its plane.
+    pub fn whole_tensor(&self, part: &Matrix3<f64>) -> Matrix3<f64> {
+        Matrix3::from_fn(|i, j| match i != j && (self.planes[i] || self.planes[j]) {
+            true => 0.0,
+            false => self.parts() * part[(i, j)],
+        })
     }
 
     /// Refuses loads that are not symmetric about the planes.

@@ -69,13 +69,10 @@ impl Scene {
 
     /// Symmetry planes of the whole run, among the coordinate planes normal to x, y and z.
     ///
-    /// All centres and forces lie in such a plane, torques are normal to it, and the domain is
-    /// symmetric about it. No body can then leave the plane. None with slip or a background flow:
-    /// the model that uses symmetry planes does not support them there.
+    /// All centres and forces lie in such a plane, torques are normal to it, and the domain, the
+    /// slip of the bodies and the background flow are symmetric about it. No body can then leave
+    /// the plane.
     pub fn symmetry_planes(&self) -> [bool; 3] {
-        if self.has_surface_velocity() {
-            return [false; 3];
-        }
         let domain = match self.domain {
             Domain::Unbounded | Domain::Ball { .. } | Domain::Box { .. } => [true; 3],
             // The wall is the plane z = 0.
@@ -89,6 +86,7 @@ impl Scene {
                     && body.total_force()[axis] == 0.0
                     && in_plane.map(|other| body.torque[other]).all(|t| t == 0.0)
                     && body.shape.is_isotropic()
+                    && body.slip.is_none_or(|slip| slip.is_symmetric(axis))
             })
         };
         // Joints that turn keep a plane if they turn within it.
@@ -105,8 +103,10 @@ impl Scene {
             }
         };
         let links = self.articulation.links();
+        let background = self.background.as_ref();
         [0, 1, 2].map(|axis| {
             domain[axis]
+                && background.is_none_or(|flow| flow.is_symmetric(axis))
                 && holds_for_bodies(axis)
                 && links.iter().all(|link| holds_for_joint(axis, &link.joint))
         })

@@ -35,6 +35,17 @@ impl Slip {
         (self.axis - cosine * normal) * -(self.b1 + self.b2 * cosine)
     }
 
+    /// Whether a reflection at the plane normal to a coordinate axis does not change the slip of a
+    /// sphere in the plane, nor its axis.
+    ///
+    /// The axis lies in the plane, or is normal to it and the first mode is zero: the second one is
+    /// symmetric about its equator.
+    pub(crate) fn is_symmetric(&self, normal: usize) -> bool {
+        let others = (0..3).filter(|&other| other != normal);
+        let is_normal = || others.map(|other| self.axis[other]).all(|a| a == 0.0);
+        self.axis[normal] == 0.0 || (self.b1 == 0.0 && is_normal())
+    }
+
     /// Largest speed of the surface, up to a factor of two.
     pub fn speed(&self) -> f64 {
         self.b1.abs().max(self.b2.abs())
@@ -126,6 +137,18 @@ impl Background {
         }
     }
 
+    /// Whether a reflection at the plane through the origin normal to a coordinate axis does not
+    /// change the flow.
+    pub(crate) fn is_symmetric(&self, normal: usize) -> bool {
+        match self {
+            Self::Uniform { velocity } => velocity[normal] == 0.0,
+            Self::Linear { gradient, .. } => (0..3)
+                .filter(|&other| other != normal)
+                .all(|other| gradient[(normal, other)] == 0.0 && gradient[(other, normal)] == 0.0),
+            Self::Poiseuille { .. } => normal != 0,
+        }
+    }
+
     /// Whether rotations about the line through `point` along the unit vector `axis` do not change
     /// the flow, and it has no swirl about this line.
     pub(crate) fn is_axisymmetric(&self, point: &Vector3<f64>, axis: &Vector3<f64>) -> bool {
@@ -162,6 +185,56 @@ mod tests {
         let expected = along_theta * (0.7 * sin - 0.4 * sin * cos);
         let velocity = slip.velocity(&Vector3::new(sin, 0.0, cos));
         assert!((velocity - expected).norm() < 1e-15);
+    }
+
+    /// `P u(P x) = u(x)` for the reflection `P`, at points of the sphere or of space.
+    #[test]
+    fn symmetric_flows_are_their_own_reflections() {
+        let points = [
+            Vector3::new(0.6, -0.48, 0.64),
+            Vector3::new(-0.36, 0.8, 0.48),
+        ];
+        let reflected = |normal: usize, mut x: Vector3<f64>| {
+            x[normal] = -x[normal];
+            x
+        };
+        let is_own = |normal: usize, velocity: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
+            points.iter().all(|x| {
+                let image = reflected(normal, velocity(&reflected(normal, *x)));
+                (image - velocity(x)).norm() < 1e-14
+            })
+        };
+        let axes = [Vector3::z(), Vector3::new(0.8, 0.0, -0.6), Vector3::x()];
+        for (b1, b2) in [(1.0, 0.5), (0.0, 0.5), (1.0, 0.0)] {
+            for axis in axes {
+                let slip = Slip { b1, b2, axis };
+                for normal in 0..3 {
+                    let own = is_own(normal, &|x| slip.velocity(x));
+                    assert_eq!(slip.is_symmetric(normal), own, "{slip:?} {normal}");
+                }
+            }
+        }
+        let linear = |gradient| Background::Linear {
+            kind: BackgroundKind::Shear,
+            gradient,
+        };
+        for flow in [
+            linear(Matrix3::new(1.0, 2.0, 0.0, 4.0, -3.0, 0.0, 0.0, 0.0, 2.0)),
+            linear(Matrix3::new(1.0, 0.0, 0.0, 0.0, -3.0, 6.0, 0.0, 0.0, 2.0)),
+            linear(Matrix3::from_diagonal(&Vector3::new(1.0, -3.0, 2.0))),
+            Background::Uniform {
+                velocity: Vector3::new(0.0, 1.0, -2.0),
+            },
+            Background::Poiseuille {
+                velocity: 2.0,
+                radius: 3.0,
+            },
+        ] {
+            for normal in 0..3 {
+                let own = is_own(normal, &|x| flow.velocity(x));
+                assert_eq!(flow.is_symmetric(normal), own, "{flow:?} {normal}");
+            }
+        }
     }
 
     #[test]

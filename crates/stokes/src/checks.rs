@@ -1,7 +1,7 @@
 //! Independent computations of forces and power.
 
 use nalgebra::Vector3;
-use rigid::{FlowSolution, SymmetryPlanes};
+use rigid::FlowSolution;
 use serde::Serialize;
 
 use crate::StokesError;
@@ -32,10 +32,7 @@ pub fn checks(
     surfaces: Option<&NodalSurfaceFlow>,
 ) -> Result<Checks, StokesError> {
     let mesh = problem.mesh;
-    let planes = SymmetryPlanes {
-        planes: mesh.symmetry_planes(),
-    };
-    let (parts, allowed) = (planes.parts(), planes.allowed());
+    let (parts, allowed) = (problem.parts(), problem.symmetry().allowed());
     let (mut largest, mut difference) = (0.0_f64, 0.0_f64);
     for (number, &(tag, centre)) in problem.bodies.iter().enumerate() {
         let stress = fem::stress_load(mesh, tag, &flow.velocity, &flow.pressure, centre)?;

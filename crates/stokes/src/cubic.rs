@@ -178,11 +178,19 @@ impl CubicPreconditioner<'_> {
     }
 }
 
+/// Estimated change of a flow, exact minus computed.
+pub struct Change {
+    /// Change of velocities, forces and pressure.
+    pub flow: FlowSolution,
+    /// Dofs of the extension of the corrected flow, with the velocities of surfaces.
+    pub extension: Vec<f64>,
+}
+
 /// Corrections of flows that were solved with one matrix.
 pub struct Correction<'a> {
     mesh: &'a TetMesh,
-    extension: CubicExtension<'a>,
-    geometry: &'a FacetGeometry<'a>,
+    pub(crate) extension: CubicExtension<'a>,
+    pub(crate) geometry: &'a FacetGeometry<'a>,
     set: &'a Articulation,
     system: &'a Constrained,
     surfaces: Option<(&'a NodalSurfaceFlow, &'a SurfaceVelocity<'a>)>,
@@ -242,7 +250,7 @@ impl<'a> Correction<'a> {
         &self,
         flows: &[FlowSolution],
         preconditioner: &mut BlockTriangular,
-    ) -> Result<Vec<FlowSolution>, StokesError> {
+    ) -> Result<Vec<Change>, StokesError> {
         let extension = &self.extension;
         let system = CubicSystem::new(self.system, extension);
         let first = system.first();
@@ -303,10 +311,14 @@ impl<'a> Correction<'a> {
 
         let mut changes = Vec::with_capacity(flows.len());
         for (solution, forces) in solutions.iter().zip(&forces) {
-            let mut change = self.system.change(&solution[..first], forces, self.set)?;
-            let mean = fem::mean_pressure(self.mesh, &change.pressure)?;
-            change.pressure.iter_mut().for_each(|p| *p -= mean);
-            changes.push(change);
+            let mut flow = self.system.change(&solution[..first], forces, self.set)?;
+            let mean = fem::mean_pressure(self.mesh, &flow.pressure)?;
+            flow.pressure.iter_mut().for_each(|p| *p -= mean);
+            let dofs = solution[first..].iter().zip(&of_surfaces);
+            changes.push(Change {
+                flow,
+                extension: dofs.map(|(own, of_surface)| own + of_surface).collect(),
+            });
         }
         Ok(changes)
     }

@@ -4,11 +4,11 @@ use fem::{BoundaryFlow, FacetGeometry, SurfaceVelocity, Surplus, SurplusSpace};
 use linalg::BlockTriangular;
 use mesh::TetMesh;
 use nalgebra::{DVector, Vector3};
-use rigid::{Constrained, Drive, FlowSolution, SymmetryPlanes};
+use rigid::{Constrained, Drive, FlowSolution};
 
 use crate::StokesError;
 use crate::adjoint::{AdjointSolutions, DistinctLoads, UnitLoad};
-use crate::cubic::Correction;
+use crate::cubic::{Change, Correction};
 use crate::problem::Problem;
 use crate::surface_flow::NodalSurfaceFlow;
 
@@ -45,13 +45,13 @@ const WALL_UNCERTAINTY: f64 = 0.5;
 pub struct Estimate {
     /// Change of the flow that removes the error: exact minus computed.
     pub change: FlowSolution,
+    /// Change of the power of the slip that removes its error.
+    pub slip_power: f64,
     /// Uncertainty of the linear part of frame velocities, in which contributions of cells do not
     /// cancel.
     pub uncertainty: f64,
     /// Relative uncertainty of every part of the change.
     pub relative_uncertainty: f64,
-    /// Estimated error of the dissipation of the computed flow.
-    pub energy_error: f64,
     /// Hierarchical surplus of the flow.
     surplus: Surplus,
     /// Contribution of each cell to `uncertainty`.
@@ -100,7 +100,6 @@ pub struct Estimator<'a> {
 struct Indicators<'f> {
     velocity: &'f [Vector3<f64>],
     surplus: Surplus,
-    energy_error: f64,
     /// Contribution of each facet to `G(u, u)`.
     of_facets: Vec<f64>,
     relative_uncertainty: f64,
@@ -124,7 +123,7 @@ impl Estimator<'_> {
         let geometry = of_facets.iter().sum::<f64>();
         let surfaces = self.surfaces.map(|(nodal, _)| nodal);
         let of_surfaces = self.problem.power_of_surfaces(flow, surfaces)?;
-        let power = flow.forces.dot(&flow.bodies) / self.parts() + of_surfaces;
+        let power = (flow.forces.dot(&flow.bodies) + of_surfaces) / self.problem.parts();
         let uncertain = (SOLVE_UNCERTAINTY + ENERGY_UNCERTAINTY * (energy / power).abs())
             * energy.abs()
             + FACET_UNCERTAINTY * geometry.abs();
@@ -133,7 +132,6 @@ impl Estimator<'_> {
         Ok(Indicators {
             velocity,
             surplus,
-            energy_error: (energy - geometry).abs() * self.parts(),
             of_facets,
             relative_uncertainty: if ratio.is_finite() {
                 ratio.min(1.0)
@@ -148,14 +146,6 @@ impl Estimator<'_> {
             velocity,
             surface_velocity: self.surfaces.map(|(_, velocity)| velocity),
         }
-    }
-
-    /// Number of images of each cell, itself included, under the reflections at symmetry planes.
-    fn parts(&self) -> f64 {
-        SymmetryPlanes {
-            planes: self.problem.mesh.symmetry_planes(),
-        }
-        .parts()
     }
 
     /// One unit load per linkage that may move, along the velocity that it has in a flow.
@@ -192,10 +182,10 @@ impl Estimator<'_> {
     fn estimate(
         &self,
         error: Indicators,
-        change: FlowSolution,
+        (change, slip_power): (FlowSolution, f64),
         responses: &[&Response],
     ) -> Result<Estimate, StokesError> {
-        let parts = self.parts();
+        let parts = self.problem.parts();
         let mut frame_indicators = vec![0.0; self.problem.mesh.n_cells()];
         let mut of_walls = 0.0_f64;
         for response in responses {
@@ -228,9 +218,9 @@ impl Estimator<'_> {
         let cells = self.facet_geometry.cells();
         Ok(Estimate {
             change,
+            slip_power,
             uncertainty: (CELL_UNCERTAINTY * of_cells).hypot(of_walls),
             relative_uncertainty: error.relative_uncertainty,
-            energy_error: error.energy_error,
             surplus: error.surplus,
             frame_indicators,
             facet_indicators: cells.zip(error.of_facets).collect(),
@@ -261,6 +251,14 @@ impl Estimator<'_> {
             self.surfaces,
         )?;
         let changes = correction.changes(flows, preconditioner)?;
+        let slip_power_change = |flow: &FlowSolution, change: &Change| match self.surfaces {
+            None => Ok(0.0),
+            Some((nodal, _)) => {
+                let corrected =
+                    (self.problem).corrected_slip_power(&correction, flow, change, nodal)?;
+                Ok::<_, StokesError>(corrected - self.problem.slip_power(flow, Some(nodal))?)
+            }
+        };
         let mut unit_loads = DistinctLoads::default();
         let loads_of_flows: Vec<Vec<usize>> = flows
             .iter()
@@ -279,7 +277,15 @@ impl Estimator<'_> {
         (flows.iter().zip(changes).zip(loads_of_flows))
             .map(|((flow, change), loads)| {
                 let responses: Vec<_> = loads.into_iter().map(|load| &responses[load]).collect();
-                self.estimate(self.indicators(flow)?, change, &responses)
+                let slip_power = slip_power_change(flow, &change)?;
+                let mut change = change.flow;
+                let bodies = self.problem.bodies.iter();
+                for (stresslet, (tag, _)) in change.stresslets.iter_mut().zip(bodies) {
+                    let of_flow = self.boundary_flow(&flow.velocity);
+                    let part = self.facet_geometry.stresslet(*tag, of_flow)?;
+                    *stresslet += self.problem.symmetry().whole_tensor(&part);
+                }
+                self.estimate(self.indicators(flow)?, (change, slip_power), &responses)
             })
             .collect()
     }

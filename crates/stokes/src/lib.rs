@@ -16,6 +16,7 @@ mod permeability;
 mod problem;
 mod report;
 mod resistance;
+mod slip_power;
 mod solve;
 mod surface_flow;
 

@@ -3,7 +3,9 @@
 use fem::{CurvedBoundary, FacetGeometry, TaylorHood};
 use mesh::{NamedSurface, TetMesh};
 use nalgebra::Vector3;
-use rigid::{Constrained, Drive, FluidNodes, Formulation, NodeRole, RigidFluid, SurfaceBody};
+use rigid::{
+    Constrained, Drive, FluidNodes, Formulation, NodeRole, RigidFluid, SurfaceBody, SymmetryPlanes,
+};
 
 use crate::StokesError;
 use crate::matrices::fluid_matrices;
@@ -171,6 +173,17 @@ impl<'a> Problem<'a> {
             }
         }
         roles
+    }
+
+    /// Symmetry planes at which the mesh ends.
+    pub(crate) fn symmetry(&self) -> SymmetryPlanes {
+        let planes = self.mesh.symmetry_planes();
+        SymmetryPlanes { planes }
+    }
+
+    /// Number of parts into which symmetry planes cut the fluid; the mesh covers one of them.
+    pub(crate) fn parts(&self) -> f64 {
+        self.symmetry().parts()
     }
 
     /// Centres and volumes of the bodies.

@@ -71,7 +71,8 @@ impl Problem<'_> {
             let changes = corrections.changes(&flows, &mut preconditioner)?;
             for (solution, change) in solutions.iter_mut().zip(changes) {
                 let own = solution[velocities.clone()].iter_mut();
-                own.zip(change.bodies.iter()).for_each(|(u, du)| *u += du);
+                own.zip(change.flow.bodies.iter())
+                    .for_each(|(u, du)| *u += du);
             }
             Ok(())
         })

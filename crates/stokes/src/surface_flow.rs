@@ -18,7 +18,8 @@ use crate::problem::Problem;
 /// ```
 ///
 /// On a closed surface the background flow has no force and no torque, so those of `u'` are those
-/// of `u`.
+/// of `u`. On a mesh that ends at symmetry planes slip and background flow are symmetric about
+/// them.
 pub trait SurfaceFlow: Sync {
     /// Velocity of the surface of `body` relative to its rigid motion, at a point on the surface.
     ///
@@ -38,12 +39,12 @@ pub(crate) struct NodalSurfaceFlow {
     pub velocity: Vec<Vector3<f64>>,
     /// Boundary part of each body.
     pub tags: Vec<u16>,
-    /// `∮ (s - u_∞) n^T dS` of each body.
+    /// `∮ (s - u_∞) n^T dS` of each body, over the part in the mesh.
     pub moments: Vec<Matrix3<f64>>,
     /// The slip `s` at the nodes of bodies, zero at all others.
-    slip: Vec<Vector3<f64>>,
+    pub slip: Vec<Vector3<f64>>,
     /// The background flow at all nodes, and its pressure at the vertices.
-    background: (Vec<Vector3<f64>>, Vec<f64>),
+    pub background: (Vec<Vector3<f64>>, Vec<f64>),
 }
 
 impl Problem<'_> {
@@ -94,7 +95,8 @@ impl Problem<'_> {
 
     /// Power of a disturbance flow in the prescribed velocities of surfaces.
     ///
-    /// The dissipation of the disturbance is this power and that of the rigid motions.
+    /// The dissipation of the disturbance is this power and that of the rigid motions. On a mesh
+    /// that ends at symmetry planes, it is the power of whole surfaces.
     ///
     /// # Errors
     /// A flow that is not finite.
@@ -104,38 +106,11 @@ impl Problem<'_> {
         surfaces: Option<&NodalSurfaceFlow>,
     ) -> Result<f64, StokesError> {
         Ok(match surfaces {
-            Some(nodal) => fem::power(self.mesh, &flow.velocity, &flow.pressure, &nodal.velocity)?,
+            Some(nodal) => {
+                let (velocity, pressure) = (&flow.velocity, &flow.pressure);
+                self.parts() * fem::power(self.mesh, velocity, pressure, &nodal.velocity)?
+            }
             None => 0.0,
         })
-    }
-
-    /// Power of the slip on the fluid, zero without slip, for a solution of this problem.
-    ///
-    /// # Errors
-    /// A flow that is not finite.
-    pub fn power_of_slip(&self, flow: &FlowSolution) -> Result<f64, StokesError> {
-        self.slip_power(flow, self.nodal_surface_flow()?.as_ref())
-    }
-
-    /// Power of the slip on the fluid, `∮ s · f dS` with the forces `f` of the whole flow.
-    ///
-    /// # Errors
-    /// A flow that is not finite.
-    pub(crate) fn slip_power(
-        &self,
-        flow: &FlowSolution,
-        surfaces: Option<&NodalSurfaceFlow>,
-    ) -> Result<f64, StokesError> {
-        let Some(nodal) = surfaces else {
-            return Ok(0.0);
-        };
-        let (background, pressure) = &nodal.background;
-        let velocity: Vec<_> = (flow.velocity.iter().zip(background))
-            .map(|(u, v)| u + v)
-            .collect();
-        let pressure: Vec<f64> = (flow.pressure.iter().zip(pressure))
-            .map(|(p, q)| p + q)
-            .collect();
-        Ok(fem::power(self.mesh, &velocity, &pressure, &nodal.slip)?)
     }
 }

@@ -65,6 +65,9 @@ enum Task {
         /// Number of random instantaneous solutions.
         #[arg(long, default_value_t = 100, requires = "random")]
         instants: usize,
+        /// Number of random instantaneous solutions of bodies with slip.
+        #[arg(long, default_value_t = 20, requires = "random")]
+        squirmers: usize,
         /// Number of random strokes.
         #[arg(long, default_value_t = 30, requires = "random")]
         strokes: usize,
@@ -223,13 +226,14 @@ fn main() -> Result<()> {
             only,
             random,
             instants,
+            squirmers,
             strokes,
             seed,
             out,
         } => {
             let out = output_folder(out, quick, "accuracy");
             match random {
-                true => accuracy::random::run(instants, strokes, seed, &out),
+                true => accuracy::random::run([instants, squirmers, strokes], seed, &out),
                 false => accuracy::run(quick, only.as_deref(), &out).map(drop),
             }
         }

@@ -7,7 +7,7 @@ use crate::FemError;
 use crate::check::check_length;
 use crate::quadrature::{FacetPoint, facet_degree_6};
 use crate::surface::{facet_nodes, position_and_normal, tagged_facets};
-use crate::surface_velocity::{SurfaceVelocity, remove_flux, shape_functions};
+use crate::surface_velocity::{SurfaceVelocity, planes_through, remove_flux, shape_functions};
 
 /// A bubble on the boundary: its number, its coefficient, and `∮ φ n dS`.
 type Term = (usize, Vec3, Vec3);
@@ -18,7 +18,8 @@ impl CubicExtension<'_> {
     /// Quadratic facets already interpolate the `nodal` velocities, one per node of the mesh. The
     /// bubbles of edges interpolate the odd part of what is missed at the quarter points of each
     /// edge; the bubble of a facet makes its mean exact, so that what is still missed has an effect
-    /// of higher order on forces. The flux of the bubbles is removed, as that of the nodal values.
+    /// of higher order on forces. The flux of the bubbles is removed, as that of the nodal values,
+    /// on the whole surface if symmetry planes cut it.
     ///
     /// # Errors
     /// Arrays of the wrong length; no facet has the tag.
@@ -58,7 +59,10 @@ impl CubicExtension<'_> {
             .collect();
         let weights: Vec<Vec3> = groups.iter().map(|(.., weight)| *weight).collect();
         let mut values: Vec<Vec3> = groups.iter().map(|(_, value, _)| *value).collect();
-        remove_flux(&mut values, &weights);
+        // An edge is on the planes of its midside node, a facet on none: its number is too large.
+        let first = mesh.n_vertices();
+        let planes = planes_through(mesh, groups.iter().map(|(bubble, ..)| first + bubble));
+        remove_flux(&mut values, &weights, &planes);
         for ((bubble, ..), value) in groups.iter().zip(values) {
             dofs[3 * bubble..3 * bubble + 3].copy_from_slice(value.as_slice());
         }

@@ -262,7 +262,7 @@ impl<'a> CubicExtension<'a> {
     }
 
     /// Coefficients of the bubbles of a cell, in its own orientation.
-    fn bubbles_of(&self, cell: usize, extension: &[f64]) -> Vectors {
+    pub(super) fn bubbles_of(&self, cell: usize, extension: &[f64]) -> Vectors {
         let nodes = &self.mesh.cells()[cell];
         let mut values = [[0.0; PER_CELL]; 3];
         let bubbles = self.space.bubbles.of_cell(cell, nodes).into_iter();
@@ -275,7 +275,7 @@ impl<'a> CubicExtension<'a> {
     }
 
     /// Pressures of the edges of a cell.
-    fn edges_of(&self, cell: usize, extension: &[f64]) -> [f64; 6] {
+    pub(super) fn edges_of(&self, cell: usize, extension: &[f64]) -> [f64; 6] {
         self.edge_numbers(cell).map(|edge| extension[edge])
     }
 

@@ -51,8 +51,13 @@ impl<'a> From<&'a Vec<Vec3>> for BoundaryFlow<'a> {
 }
 
 impl BoundaryFlow<'_> {
+    /// Velocities of the nodes of the cell of a facet.
+    pub(super) fn of_cell(&self, mesh: &TetMesh, facet: &Facet) -> [Vec3; 10] {
+        mesh.cells()[facet.cell as usize].map(|node| self.velocity[node as usize])
+    }
+
     /// Velocities of the nodes of the cell of a facet, relative to that of the boundary.
-    fn relative(&self, mesh: &TetMesh, facet: &Facet) -> [Vec3; 10] {
+    pub(super) fn relative(&self, mesh: &TetMesh, facet: &Facet) -> [Vec3; 10] {
         mesh.cells()[facet.cell as usize].map(|node| {
             let (velocity, x) = (self.velocity[node as usize], mesh.points()[node as usize]);
             match self.surface_velocity {
@@ -108,7 +113,7 @@ struct FacetLoad {
 /// length. For a wall whose facets are a third of its radius long, the true effect is about half of
 /// the estimate.
 pub struct FacetGeometry<'a> {
-    mesh: &'a TetMesh,
+    pub(super) mesh: &'a TetMesh,
     facets: Vec<(&'a Facet, CurvedBoundary<'a>)>,
 }
 
@@ -242,7 +247,7 @@ impl<'a> FacetGeometry<'a> {
     }
 
     /// Applies `f` to all facets in parallel.
-    fn map_facets<T: Send>(
+    pub(super) fn map_facets<T: Send>(
         &self,
         f: impl Fn(&Facet, &CurvedBoundary<'_>) -> Result<T, FemError> + Sync,
     ) -> Result<Vec<T>, FemError> {
@@ -254,7 +259,7 @@ impl<'a> FacetGeometry<'a> {
     ///
     /// Its arguments are the point in the cell, the gradients of the shape functions of the cell,
     /// the unit normal out of the fluid, and the quadrature weight times the distance `δ`.
-    fn for_each_point(
+    pub(super) fn for_each_point(
         &self,
         facet: &Facet,
         boundary: &CurvedBoundary<'_>,
@@ -281,7 +286,7 @@ impl<'a> FacetGeometry<'a> {
 }
 
 /// Velocity gradient `∂u_c/∂x_k` from the velocities of the nodes of a cell.
-fn gradient_of(velocities: &[Vec3; 10], gradients: &[Vec3; 10]) -> Matrix3<f64> {
+pub(super) fn gradient_of(velocities: &[Vec3; 10], gradients: &[Vec3; 10]) -> Matrix3<f64> {
     let terms = velocities.iter().zip(gradients);
     terms.map(|(u, gradient)| u * gradient.transpose()).sum()
 }

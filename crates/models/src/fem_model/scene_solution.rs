@@ -12,13 +12,6 @@ use crate::scaled_scene::ScaledScene;
 use crate::solution::{BodySolution, InstantaneousSolution};
 use crate::stresslets::Stresslets;
 
-/// Error bar of the power of the slip, which is not corrected, over the estimated error of the
-/// dissipation.
-///
-/// The interpolation of the slip adds about as much. Measured for both modes of a squirmer in a
-/// ball of two radii, with edges of 0.3 to 0.6 radii: 1.6 to 2.3.
-const SLIP_POWER_UNCERTAINTY: f64 = 2.5;
-
 /// What the conversion of a solution to the scene's units needs.
 pub struct ToScene<'a> {
     pub scaled: &'a ScaledScene,
@@ -46,7 +39,7 @@ impl ToScene<'_> {
         let before = far_field(&solved.flow);
         let unshifted = solved.estimate.as_ref().map(|_| solved.flow.clone());
         shift(set, before, &mut solved.flow);
-        let computed = self.convert(solved, &solved.flow)?;
+        let computed = self.convert(solved, &solved.flow, solved.slip_power)?;
         let (Some(estimate), Some(mut corrected)) = (&solved.estimate, unshifted) else {
             return Ok(computed);
         };
@@ -56,7 +49,8 @@ impl ToScene<'_> {
         // changes by a part of the difference.
         let has_fixed = set.fixed().contains(&true);
         shift(set, if has_fixed { before } else { after }, &mut corrected);
-        let mut answer = self.convert(solved, &corrected)?;
+        let slip_power = solved.slip_power + estimate.slip_power;
+        let mut answer = self.convert(solved, &corrected, slip_power)?;
         if let (true, Some(bar)) = (has_fixed, &mut answer.error_estimate.container) {
             *bar += self.scaled.scale.speed_to_scene((after - before).norm());
         }
@@ -67,21 +61,16 @@ impl ToScene<'_> {
         answer.stresslets = (answer.stresslets.take().zip(computed.stresslets.as_ref()))
             .map(|(corrected, computed)| corrected.correcting(computed, uncertainty.relative));
         answer.set_mesh_error(MeshError::between(&computed, &answer, uncertainty));
-        if answer.slip_power != 0.0 {
-            let of_slip = SLIP_POWER_UNCERTAINTY * estimate.energy_error;
-            let of_slip = self.scaled.scale.power_to_scene(of_slip);
-            let bar = &mut answer.power_error.mesh;
-            *bar = Some(bar.unwrap_or(0.0).hypot(of_slip));
-        }
         solved.flow = corrected;
         Ok(answer)
     }
 
-    /// Converts a solution with `flow` in place of its own.
+    /// Converts a solution with `flow` and `slip_power` in place of its own.
     fn convert(
         &self,
         solution: &Solution,
         flow: &FlowSolution,
+        slip_power: f64,
     ) -> Result<InstantaneousSolution, ModelError> {
         let (scale, set) = (&self.scaled.scale, &self.scaled.set);
         let mut bodies = vec![BodySolution::default(); set.kinds().len()];
@@ -112,7 +101,7 @@ impl ToScene<'_> {
             true => 0.0,
             false => largest_norm(bodies.iter().map(|b| b.force)),
         };
-        let slip_power = scale.power_to_scene(solution.slip_power);
+        let slip_power = scale.power_to_scene(slip_power);
         let of_bodies = bodies.iter().map(BodySolution::power).sum::<f64>();
         let power = (of_bodies + slip_power).abs();
         let bars = |size: f64| ErrorEstimate {

@@ -8,12 +8,18 @@ use scene::{Background, Domain, Scene};
 /// With 60, the coefficients of other orientations are below 2.5 in all cases of the unit test.
 pub(super) const CANDIDATES: usize = 60;
 
+/// Size of a component of `d`, relative to the largest one, below which orientations differ by
+/// rounding only.
+const ROUNDING: f64 = 1e-9;
+
 /// Loads, background flow and slip of a scene, in the laboratory axes.
 pub(super) struct Drives {
     /// Orthonormal basis of the span of the external forces and torques.
     loads: Vec<Vector3<f64>>,
     pub background: Background,
     has_slip: bool,
+    /// Normals of the symmetry planes of the model, which the body keeps.
+    symmetry_planes: [bool; 3],
 }
 
 impl Drives {
@@ -60,6 +66,7 @@ impl Drives {
             loads,
             background,
             has_slip: scene.bodies().iter().any(|body| body.slip.is_some()),
+            symmetry_planes: scene.fem_symmetry_planes(),
         };
         (is_alone && drives.count() > 0).then_some(drives)
     }
@@ -81,16 +88,15 @@ impl Drives {
         )
     }
 
-    /// Number of independent components of `d`.
+    /// Number of independent components of `d`, over the orientations that symmetry planes allow.
     pub fn count(&self) -> usize {
-        let of_strain = if self.strain().is_some() { 5 } else { 0 };
-        3 * self.loads.len() + of_strain + usize::from(self.has_slip)
+        self.chosen().len()
     }
 
     /// The vector `d` for a body that is rotated from its initial attitude by `rotation`.
     pub fn data(&self, rotation: &UnitQuaternion<f64>) -> DVector<f64> {
         let back = rotation.inverse();
-        let mut data: Vec<f64> = Vec::with_capacity(self.count());
+        let mut data: Vec<f64> = Vec::new();
         data.extend(
             self.loads
                 .iter()
@@ -105,22 +111,62 @@ impl Drives {
         DVector::from_vec(data)
     }
 
-    /// Orientations whose vectors `d` form a basis, and the inverse of the matrix of these vectors.
+    /// Element of a sequence of orientations that the symmetry planes allow: all, those about the
+    /// normal of one plane, or the initial one only.
+    pub fn orientation(&self, number: usize) -> UnitQuaternion<f64> {
+        let normals = (0..3).filter(|&axis| self.symmetry_planes[axis]);
+        match normals.collect::<Vec<_>>()[..] {
+            [] => candidate(number),
+            [axis] => candidate_about(axis, number),
+            _ => UnitQuaternion::identity(),
+        }
+    }
+
+    /// Numbers of the orientations of the basis.
     ///
     /// They are chosen from [`CANDIDATES`] orientations by a QR factorisation with column pivoting.
-    pub fn basis(&self) -> Option<(Vec<UnitQuaternion<f64>>, DMatrix<f64>)> {
-        let candidates: Vec<_> = (0..CANDIDATES).map(candidate).collect();
-        let columns: Vec<DVector<f64>> = candidates.iter().map(|q| self.data(q)).collect();
+    fn chosen(&self) -> Vec<usize> {
+        let columns: Vec<DVector<f64>> = (0..CANDIDATES)
+            .map(|number| self.data(&self.orientation(number)))
+            .collect();
+        if columns[0].is_empty() {
+            return Vec::new();
+        }
         let order = DMatrix::from_columns(&columns).col_piv_qr();
         let mut numbers = DMatrix::from_fn(1, CANDIDATES, |_, k| k as f64);
         order.p().permute_columns(&mut numbers);
-        let chosen: Vec<usize> = (numbers.iter().take(self.count()))
-            .map(|number| *number as usize)
-            .collect();
-        let matrix: Vec<_> = chosen.iter().map(|&k| columns[k].clone()).collect();
-        let inverse = DMatrix::from_columns(&matrix).try_inverse()?;
-        Some((chosen.iter().map(|&k| candidates[k]).collect(), inverse))
+        let pivots = order.r();
+        let size = |k: usize| pivots[(k, k)].abs();
+        (numbers.iter().take(pivots.nrows()).enumerate())
+            .take_while(|(k, _)| size(*k) > ROUNDING * size(0))
+            .map(|(_, number)| *number as usize)
+            .collect()
     }
+
+    /// Orientations whose vectors `d` form a basis, and the inverse of the matrix of these vectors
+    /// on their span.
+    pub fn basis(&self) -> Option<(Vec<UnitQuaternion<f64>>, DMatrix<f64>)> {
+        let rotations: Vec<_> = (self.chosen().into_iter())
+            .map(|number| self.orientation(number))
+            .collect();
+        let columns: Vec<_> = rotations.iter().map(|q| self.data(q)).collect();
+        let matrix = DMatrix::from_columns(&columns);
+        let inverse = match matrix.is_square() {
+            true => matrix.try_inverse()?,
+            false => (matrix.tr_mul(&matrix)).try_inverse()? * matrix.transpose(),
+        };
+        Some((rotations, inverse))
+    }
+}
+
+/// Element of a sequence of evenly distributed rotations about a coordinate axis; element 0 is the
+/// identity.
+fn candidate_about(axis: usize, number: usize) -> UnitQuaternion<f64> {
+    use std::f64::consts::TAU;
+    // The golden ratio minus one.
+    const STEP: f64 = 0.618_033_988_749_894_8;
+    let angle = TAU * (number as f64 * STEP).fract();
+    UnitQuaternion::from_scaled_axis(Vector3::ith(axis, angle))
 }
 
 /// Element of a sequence of evenly distributed rotations; element 0 is the identity.
@@ -155,27 +201,38 @@ mod tests {
             velocity: Vector3::x(),
         };
         let axes = [Vector3::z(), Vector3::x(), Vector3::y()];
-        for (loads, background, has_slip, count) in [
-            (0, linear, false, 5),
-            (1, still, false, 3),
-            (1, linear, true, 9),
-            (3, linear, true, 15),
-            (0, still, true, 1),
+        // Turned about z, the loads have components of the forms 1, cos and sin; shear in the plane
+        // normal to z has two with twice the angle.
+        let (all, across, lines) = ([false; 3], [false, false, true], [false, true, true]);
+        for (loads, background, has_slip, symmetry_planes, count) in [
+            (0, linear, false, all, 5),
+            (1, still, false, all, 3),
+            (1, linear, true, all, 9),
+            (3, linear, true, all, 15),
+            (0, still, true, all, 1),
+            (0, linear, false, across, 2),
+            (3, linear, true, across, 5),
+            (1, still, true, lines, 1),
         ] {
             let drives = Drives {
                 loads: axes[..loads].to_vec(),
                 background,
                 has_slip,
+                symmetry_planes,
             };
             let (rotations, inverse) = drives.basis().unwrap();
             assert_eq!((rotations.len(), drives.count()), (count, count));
             for number in CANDIDATES..500 {
-                let coefficients = &inverse * drives.data(&candidate(number));
+                let data = drives.data(&drives.orientation(number));
+                let coefficients = &inverse * &data;
                 assert!(
                     coefficients.amax() < 2.5,
                     "{count}: {}",
                     coefficients.amax()
                 );
+                let rotations = rotations.iter().zip(&coefficients);
+                let sum: DVector<f64> = rotations.map(|(q, c)| drives.data(q) * *c).sum();
+                assert!((sum - data).amax() < 1e-13);
             }
         }
     }

@@ -13,7 +13,9 @@
 //! with the undisturbed flow `u` and its rate of strain `E` (Brenner 1964; Kim & Karrila 1991,
 //! section 5.2). A model solves for as many orientations `R` as `d` has independent components, at
 //! most 15; the solution for any other orientation is a linear combination. A body that tumbles in
-//! shear takes five solutions, and one more as a check, instead of hundreds.
+//! shear takes five solutions, and one more as a check, instead of hundreds. A model that uses
+//! symmetry planes keeps the body in them: one plane leaves rotations about its normal, two none,
+//! and `d` has fewer independent components.
 
 mod drives;
 mod solved;

@@ -33,7 +33,7 @@ impl Solved {
         let (mut force_error, mut power_error) =
             (ErrorEstimate::default(), ErrorEstimate::default());
         let mut uncertainty = Uncertainty::default();
-        let mut slip_power = 0.0;
+        let (mut slip_power, mut slip_power_error) = (0.0, 0.0);
         for (response, &c) in self.solutions.iter().zip(coefficients) {
             for (sum, value) in sum.iter_mut().zip(&response.numbers) {
                 *sum += c * value;
@@ -46,6 +46,7 @@ impl Solved {
             if let Some(error) = &solution.mesh_error {
                 uncertainty.relative = uncertainty.relative.max(error.uncertainty.relative);
                 uncertainty.velocity += c.abs() * error.uncertainty.velocity;
+                slip_power_error += c * error.slip_power;
             }
         }
         error_estimate.model = Some(error_estimate.model.unwrap_or(0.0) + self.deviation);
@@ -61,14 +62,11 @@ impl Solved {
             ..InstantaneousSolution::new(record.bodies, record.link_forces, record.motion)
         };
         if let Some(error) = record.mesh_error {
-            let of_slip = solution.power_error.mesh;
             solution.set_mesh_error(MeshError {
                 uncertainty,
+                slip_power: slip_power_error,
                 ..error
             });
-            if slip_power != 0.0 {
-                solution.power_error.mesh = of_slip;
-            }
         }
         solution
     }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector
 use rigid::{State, StateVelocity};
 use scene::Scene;
 
-use super::drives::{CANDIDATES, Drives, candidate};
+use super::drives::{CANDIDATES, Drives};
 use super::solved::{Response, Solved};
 
 use crate::error::ModelError;
@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1e-6;
 /// A model of one rigid body, or of a rigid assembly of bodies, whose solutions are superposed.
 ///
 /// The model itself solves queries with rates of joints, with lengths other than those of the first
-/// query, or with masses.
+/// query, for stresslets, or with masses.
 pub struct Superposed {
     model: Box<dyn Hydrodynamics>,
     drives: Drives,
@@ -43,9 +43,10 @@ struct Placed {
 impl Superposed {
     /// Superposes the solutions of a model.
     ///
-    /// Cost: the first query solves for as many orientations as `d` has components, at most 15, and
-    /// for one more, at which the deviation from linearity is measured. The deviation is added to
-    /// the error bar `model`. Every further solution takes microseconds.
+    /// Cost: the first query solves for as many orientations as `d` has independent components, at
+    /// most 15 and fewer where symmetry planes keep the body from turning freely, and for one more,
+    /// at which the deviation from linearity is measured. The deviation is added to the error bar
+    /// `model`. Every further solution takes microseconds.
     ///
     /// # Errors
     /// [`ModelError::Unsupported`] if solutions of the scene cannot be superposed.
@@ -178,7 +179,7 @@ impl Superposed {
             solutions,
             deviation: 0.0,
         };
-        let more = candidate(CANDIDATES);
+        let more = self.drives.orientation(CANDIDATES);
         let direct = self.respond(&more, lengths)?;
         let coefficients = &solved.inverse * self.drives.data(&more);
         let superposed = solved.combination(&coefficients);
@@ -204,6 +205,7 @@ impl Superposed {
         query.inertia.is_none()
             && query.joint_forces.is_none()
             && query.accuracy.is_none()
+            && !query.stresslets
             && rates.iter().all(|rate| *rate == 0.0)
             && is_basis(query.configuration.lengths)
     }

@@ -289,6 +289,7 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
         },
         bodies: vec![error(0.02, 0.4), error(0.06, 0.6), error(0.04, 0.2)],
         link_forces: Vec::new(),
+        slip_power: 0.0,
         uncertainty: Uncertainty {
             relative: 0.5,
             velocity: 0.04 * speed,

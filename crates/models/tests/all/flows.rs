@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use models::{
-    AxisymmetricModel, Configuration, FemModel, Hydrodynamics, InstantaneousSolution, SphereModel,
-    SpheresModel,
+    AxisymmetricModel, Configuration, FemModel, Hydrodynamics, InstantaneousSolution, Query,
+    SphereModel, SpheresModel,
 };
 use nalgebra::{Matrix3, Vector3};
 use scene::Scene;
@@ -16,8 +16,9 @@ fn at_start(model: &mut dyn Hydrodynamics) -> InstantaneousSolution {
         state: &scene.initial_state(),
         lengths: scene.articulation().initial_lengths(),
     };
-    let rates = vec![0.0; configuration.lengths.len()];
-    model.solve_one(configuration, &rates).unwrap()
+    let rates = [vec![0.0; configuration.lengths.len()]];
+    let query = Query::new(configuration, &rates).with_stresslets();
+    model.solve(&query).unwrap().remove(0)
 }
 
 fn scene(text: &str) -> Scene {
@@ -128,6 +129,65 @@ fn models_agree_on_two_spheres_in_an_axial_flow() {
     let error = (exact.power() - found.power()).abs();
     let bar = found.power_error.total();
     assert!(error < bar, "{error:e} {bar:e}");
+}
+
+/// Slip, a background flow and loads that one symmetry plane keeps, with bodies that turn in it;
+/// one slip has its equator in the plane.
+const IN_A_PLANE: &str = r#"
+    domain = { kind = "ball", radius = 6 }
+    fem = { size_factor = 1.75 }
+    background = { kind = "shear", gradient = [[0.5, 0.7, 0], [-0.1, -0.2, 0], [0, 0, -0.3]] }
+    [[bodies]]
+    name = "a"
+    radius = 1
+    position = [-1.5, 0.5, 0]
+    slip = { b1 = 1, b2 = 2, axis = [0.6, 0.8, 0] }
+    force = [3, 1, 0]
+    [[bodies]]
+    name = "b"
+    radius = 0.8
+    position = [1.4, -0.7, 0]
+    slip = { b1 = 0, b2 = -3, axis = [0, 0, 1] }
+    torque = [0, 0, 2]
+    "#;
+
+#[test]
+fn squirmers_in_a_symmetry_plane_have_the_motion_of_expansions() {
+    assert_eq!(
+        scene(IN_A_PLANE).fem_symmetry_planes(),
+        [false, false, true]
+    );
+    let exact = multipole(IN_A_PLANE);
+    let whole = elements(&IN_A_PLANE.replace("fem = {", "fem = { mirror = \"off\","));
+    let part = elements(IN_A_PLANE);
+    assert!(f64::from(part.dofs.total as u32) < 0.6 * f64::from(whole.dofs.total as u32));
+    let speed = exact.bodies[0].velocity.norm();
+    let stresslets = exact.stresslets.as_ref().unwrap();
+    for found in [&part, &whole] {
+        let bar = found.error_estimate.total();
+        for (a, b) in exact.bodies.iter().zip(&found.bodies) {
+            let error = (a.velocity - b.velocity).norm();
+            assert!(error < bar && bar < 0.05 * speed, "{error:e} {bar:e}");
+            // Radii are about 1.
+            let error = (a.angular_velocity - b.angular_velocity).norm();
+            assert!(error < bar, "{error:e} {bar:e}");
+            let error = (a.force - b.force).norm() + (a.torque - b.torque).norm();
+            assert!(error < 1e-6, "{error:e}");
+        }
+        let (error, bar) = (
+            (exact.power() - found.power()).abs(),
+            found.power_error.total(),
+        );
+        assert!(
+            error < bar && bar < 0.25 * exact.power(),
+            "{error:e} {bar:e}"
+        );
+        let found = found.stresslets.as_ref().unwrap();
+        for (a, b) in stresslets.bodies.iter().zip(&found.bodies) {
+            let error = (a - b).norm();
+            assert!(error < found.error.unwrap(), "{error:e} {:?}", found.error);
+        }
+    }
 }
 
 #[test]

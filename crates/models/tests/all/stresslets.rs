@@ -160,6 +160,31 @@ fn models_agree_on_the_stresslets_of_spheres_in_a_ball() {
     }
 }
 
+/// Flat facets cut off a part of the spheres, which changes stresslets by the relative size of the
+/// volume; slip and a strain of the fluid, in a ball that moves with it.
+#[test]
+fn stresslets_with_flat_facets_are_corrected_for_the_volume_that_they_lack() {
+    let text = "domain = { kind = \"ball\", radius = 5 }\n\
+         fem = { size_factor = 1.4, geometry = \"straight\" }\n\
+         background = { kind = \"shear\", gradient = [[0.4, 0, 0], [0.6, -0.1, 0], [0, 0, -0.3]] }\n\
+         [[bodies]]\nname = \"a\"\nradius = 1\nposition = [-1.4, 0.2, 0]\nforce = [2, 0, 1]\n\
+         [[bodies]]\nname = \"b\"\nradius = 0.8\nposition = [1.3, 0, 0]\n\
+         slip = { b1 = 1, b2 = -1.5, axis = [0.6, 0, 0.8] }\n";
+    let exact = multipole(text).stresslets.unwrap();
+    let found = elements(text).stresslets.unwrap();
+    let (bar, size) = (found.error.unwrap(), exact.largest());
+    let of = |stresslets: &[Matrix3<f64>]| {
+        let errors = stresslets.iter().zip(&exact.bodies);
+        errors.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    };
+    let (before, after) = (of(&found.uncorrected), of(&found.bodies));
+    // To first order in the distance of facets that are half a radius long.
+    assert!(
+        after < bar && after < 0.4 * before,
+        "{before:e} {after:e} {bar:e} {size:e}"
+    );
+}
+
 #[test]
 fn models_of_point_forces_have_no_stresslets() {
     let scene =

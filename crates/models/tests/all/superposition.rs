@@ -75,6 +75,40 @@ fn superposed_solutions_are_those_of_the_model() {
     }
 }
 
+/// In a symmetry plane of the model the body turns about the normal only, and fewer solutions are
+/// superposed.
+#[test]
+fn a_squirmer_in_a_symmetry_plane_is_superposed_from_orientations_in_it() {
+    let text = "fem = { size_factor = 2 }\n\
+        background = { kind = \"shear\", gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]] }\n\
+        [[bodies]]\nname = \"s\"\nradius = 1\nposition = [0.3, -0.2, 0]\n\
+        torque = [0, 0, 3]\nslip = { b1 = 1.5, b2 = 1, axis = [0.6, 0.8, 0] }\n";
+    let scene = Scene::parse(text).unwrap();
+    assert_eq!(scene.fem_symmetry_planes(), [false, false, true]);
+    assert_eq!(Superposed::count(&scene), Some(3));
+    let mut model = Superposed::new(Box::new(FemModel::new(&scene).unwrap()))
+        .ok()
+        .unwrap();
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 2.3));
+    let mut state = scene.initial_state();
+    state.attitudes[0] = turn * state.attitudes[0];
+    state.frames[0].rotation = turn * state.frames[0].rotation;
+    let lengths = &[];
+    let state = &state;
+    let found = model
+        .solve_one(Configuration { state, lengths }, &[])
+        .unwrap();
+    assert_eq!(model.error_estimates(), ErrorEstimates::Always);
+    // U = 2 B1 e / 3 + u(x) and ω = curl u / 2 + T / 8 π of a sphere in unbounded fluid.
+    let speed = turn * Vector3::new(0.6, 0.8, 0.0) + Vector3::new(-0.2, 0.0, 0.0);
+    let spin = Vector3::z() * (3.0 / (8.0 * std::f64::consts::PI) - 0.5);
+    let bar = found.error_estimate.total();
+    let error = (found.bodies[0].velocity - speed).norm();
+    assert!(error < bar && bar < 0.05, "{error:e} {bar:e}");
+    let error = (found.bodies[0].angular_velocity - spin).norm();
+    assert!(error < bar, "{error:e} {bar:e}");
+}
+
 #[test]
 fn other_scenes_are_left_to_the_model() {
     let refused = |from: &str, to: &str| {

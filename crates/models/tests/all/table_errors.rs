@@ -68,6 +68,7 @@ impl Hydrodynamics for WithBars {
                     })
                     .collect(),
                 link_forces: vec![Vector3::zeros(); solution.link_forces.len()],
+                slip_power: 0.0,
                 uncertainty: Uncertainty {
                     relative: RELATIVE,
                     velocity: uncertainty(lengths),

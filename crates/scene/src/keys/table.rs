@@ -242,9 +242,9 @@ const OTHERS: &[Key] = &[
         "fem.mirror",
         Kind::Word(MirrorKind::WORDS),
         Value("auto"),
-        "`auto` finds the coordinate planes through the origin about which bodies, loads and \
-         domain are symmetric for the whole run, and meshes one side of each: a half or a \
-         quarter of the degrees of freedom; output shows the whole fluid",
+        "`auto` finds the coordinate planes through the origin about which bodies, loads, slip, \
+         background flow and domain are symmetric for the whole run, and meshes one side of each: \
+         a half or a quarter of the degrees of freedom; output shows the whole fluid",
     ),
     key(
         "fem.flows",

@@ -205,6 +205,37 @@ fn a_stroke_stays_on_its_symmetry_planes() {
     assert!((own - exact).abs() < 0.03 * exact, "{own} for {exact}");
 }
 
+/// Two squirmers that turn each other in the plane z = 0 of a ball, where the rotations of their
+/// axes are rounded.
+#[test]
+fn squirmers_turn_in_their_symmetry_plane() {
+    let text = "
+        domain = { kind = \"ball\", radius = 8 }
+        model.kind = \"fem\"
+        fem = { surface_size = 0.7, estimates = \"off\" }
+        gait.phases = [{ duration = 1 }]
+        bodies = [
+          { name = \"a\", radius = 1, position = [-2, 0.5, 0], slip = { b1 = 1, b2 = 2, axis = [0.6, 0.8, 0] } },
+          { name = \"b\", radius = 0.8, position = [1, -0.7, 0], slip = { b1 = 1.5, b2 = -2, axis = [-1, 0.2, 0] } },
+        ]";
+    let own = scene(text, &[]);
+    assert_eq!(own.fem_symmetry_planes(), [false, false, true]);
+    let mut model = FemModel::new(&own).unwrap();
+    let outcome = simulate(&own, &mut model, Method::Collocation, &mut ()).unwrap();
+    let expansions = scene(&text.replace("\"fem\"", "\"multipole\""), &[]);
+    let mut model = choose(&expansions).unwrap().model;
+    let exact = simulate(&expansions, model.as_mut(), Method::Collocation, &mut ()).unwrap();
+    let ends = [&outcome, &exact].map(|outcome| outcome.samples.last().unwrap().poses.clone());
+    for (own, exact) in ends[0].iter().zip(&ends[1]) {
+        let moved = (own.translation.vector - exact.translation.vector).norm();
+        let turned = own.rotation.angle_to(&exact.rotation);
+        // Without estimates the answers are uncorrected.
+        assert!(moved < 0.02 && turned < 0.005, "{moved} {turned}");
+        assert!(own.translation.vector.z.abs() < 1e-12);
+        assert!(exact.rotation.angle() > 0.01, "{}", exact.rotation.angle());
+    }
+}
+
 #[test]
 fn the_flow_and_the_resistance_are_those_of_the_whole_fluid() {
     let scene = scene(
@@ -274,6 +305,13 @@ fn symmetry_planes_are_found_and_used_where_supported() {
     ] {
         assert_eq!(planes(COLLINEAR, &[without]), [false; 3], "{without}");
     }
+    let across = COLLINEAR.replace(
+        "[5, 0, 0] }",
+        "[5, 0, 0], slip = { b1 = 1, axis = [0, 0, 1] } }",
+    );
+    assert_eq!(planes(&across, &[]), [false, true, false]);
+    let shear = "background = { kind = \"shear\", gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]] }";
+    assert_eq!(planes(COLLINEAR, &[shear]), [false, false, true]);
     // A force, a torque and a position that break the symmetry.
     for (from, to, left) in [
         ("torque = [0, 0, 2]", "torque = [0, 1, 0]", [false; 3]),

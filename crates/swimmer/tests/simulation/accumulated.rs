@@ -37,6 +37,7 @@ impl Erring {
                 },
                 bodies: vec![BodySolution::default(); 3],
                 link_forces: vec![Vector3::zeros(); 2],
+                slip_power: 0.0,
                 uncertainty: Uncertainty::default(),
             },
             is_corrected: true,

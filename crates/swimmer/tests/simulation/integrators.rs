@@ -142,6 +142,7 @@ impl Hydrodynamics for WithMeshError {
                     })
                     .collect(),
                 link_forces: (0..2).map(|link| vector(30 + link)).collect(),
+                slip_power: 0.0,
                 uncertainty: Uncertainty::default(),
             };
             let exact = solution.clone();

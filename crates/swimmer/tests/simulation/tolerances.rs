@@ -130,6 +130,7 @@ impl<F: Fn(&[f64]) -> f64 + Send> Hydrodynamics for Changed<F> {
                 },
                 bodies: vec![BodySolution::default(); 3],
                 link_forces: Vec::new(),
+                slip_power: 0.0,
                 uncertainty: Uncertainty {
                     relative: 0.0,
                     velocity: self.bar * largest,

@@ -39,6 +39,8 @@ pub struct Arrangement {
     pub rates: Vec<f64>,
     /// Force and torque on each sphere; empty for a chain.
     pub loads: Vec<[Vector3<f64>; 2]>,
+    /// Slip of each sphere: the modes `b1` and `b2`, and the axis; empty for rigid surfaces.
+    pub slips: Vec<([f64; 2], Vector3<f64>)>,
 }
 
 impl Arrangement {
@@ -97,7 +99,29 @@ impl Arrangement {
             straight,
             rates,
             loads,
+            slips: Vec::new(),
         }
+    }
+
+    /// Gives each sphere slip: along the axis of an axisymmetric flow; half of the others on a line
+    /// have axes in one symmetry plane, all others in any direction.
+    pub fn draw_slips(&mut self) {
+        // Other numbers than those that the arrangement was drawn from.
+        let random = &mut Random(!self.seed);
+        let on_axis = self.centres.iter().all(|x| x.y == 0.0 && x.z == 0.0);
+        let in_plane = on_axis && random.chance(0.5);
+        self.slips = (self.radii.iter())
+            .map(|_| {
+                let modes = [random.within(-1.0, 1.0), random.within(-2.0, 2.0)];
+                let mut axis = Vector3::from(random.direction());
+                if self.is_axisymmetric {
+                    axis = Vector3::x();
+                } else if in_plane {
+                    axis.z = 0.0;
+                }
+                (modes, axis)
+            })
+            .collect();
     }
 
     /// The scene file with the given model.
@@ -121,6 +145,13 @@ impl Arrangement {
                     "force = {:?}\ntorque = {:?}",
                     force.as_slice(),
                     torque.as_slice()
+                );
+            }
+            if let Some(([b1, b2], axis)) = self.slips.get(body) {
+                let axis = axis.as_slice();
+                let _ = writeln!(
+                    text,
+                    "slip = {{ b1 = {b1:?}, b2 = {b2:?}, axis = {axis:?} }}"
                 );
             }
         }
@@ -211,8 +242,14 @@ mod tests {
             assert_eq!(text, Arrangement::draw(seed).text("fem", 1e-3));
             let scene = Scene::parse(&text).unwrap();
             assert_eq!(scene.articulation().links().len(), drawn.rates.len());
-            if drawn.is_axisymmetric {
-                Scene::parse(&drawn.text("axisymmetric", 1e-4)).unwrap();
+            let mut swimming = drawn;
+            swimming.draw_slips();
+            for drawn in [Arrangement::draw(seed), swimming] {
+                let scene = Scene::parse(&drawn.text("fem", 1e-3)).unwrap();
+                assert_eq!(scene.has_surface_velocity(), !drawn.slips.is_empty());
+                if drawn.is_axisymmetric {
+                    Scene::parse(&drawn.text("axisymmetric", 1e-4)).unwrap();
+                }
             }
         }
     }

@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use swimmer::models::{
-    BodySolution, Configuration, Hydrodynamics, InstantaneousSolution, SphereModel, SpheresModel,
+    BodySolution, Configuration, Hydrodynamics, InstantaneousSolution, Query, SphereModel,
+    SpheresModel,
 };
 use swimmer::{Scene, choose};
 
@@ -25,12 +26,16 @@ const NARROW: f64 = 0.2;
 /// Tolerance of elements in the meridian plane.
 const MERIDIAN_TOLERANCE: f64 = 1e-4;
 
-/// Cases of one arrangement: elements in space, and in the meridian plane where there is one.
+/// Cases of one arrangement, with or without slip: elements in space, and in the meridian plane
+/// where there is one.
 ///
 /// # Errors
 /// A scene that is invalid; an arrangement for which there are no exact values.
-pub fn cases(seed: u64) -> Result<Vec<Case>> {
-    let drawn = Arrangement::draw(seed);
+pub fn cases(seed: u64, has_slip: bool) -> Result<Vec<Case>> {
+    let mut drawn = Arrangement::draw(seed);
+    if has_slip {
+        drawn.draw_slips();
+    }
     let tolerance = match drawn.is_axisymmetric {
         true => EXACT_ON_AXIS,
         false => EXACT,
@@ -56,7 +61,9 @@ fn solve(
         state: &state,
         lengths: scene.articulation().initial_lengths(),
     };
-    Ok(model.solve_one(configuration, &drawn.rates)?)
+    let rates = std::slice::from_ref(&drawn.rates);
+    let query = Query::new(configuration, rates).with_stresslets();
+    model.solve(&query)?.pop().context("no solution")
 }
 
 fn case(
@@ -108,7 +115,11 @@ fn case(
         Err(error) => End::Refused(format!("{error:#}")),
     };
     Ok(Case {
-        kind: "instant",
+        kind: if drawn.slips.is_empty() {
+            "instant"
+        } else {
+            "squirmer"
+        },
         seed: drawn.seed,
         model,
         groups: groups(drawn, model),

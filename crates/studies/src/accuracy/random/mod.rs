@@ -18,12 +18,15 @@ use crate::folder;
 
 /// Computes the cases of successive seeds and writes `random.md` and `random.csv`.
 ///
+/// The counts are those of instantaneous solutions of rigid bodies, of bodies with slip, and of
+/// strokes.
+///
 /// Each line of the table of values is written as soon as it is known, so that an interrupted study
 /// keeps what it has.
 ///
 /// # Errors
 /// Scenes that are invalid; files that cannot be written.
-pub fn run(instants: usize, strokes: usize, seed: u64, out: &Path) -> Result<()> {
+pub fn run([instants, squirmers, strokes]: [usize; 3], seed: u64, out: &Path) -> Result<()> {
     folder::write(out, [("random.csv", Case::CSV_HEAD)])?;
     let path = out.join("random.csv");
     let mut csv = File::options().append(true).open(&path)?;
@@ -35,10 +38,13 @@ pub fn run(instants: usize, strokes: usize, seed: u64, out: &Path) -> Result<()>
         cases.push(case);
         Ok(())
     };
-    for number in 0..instants {
-        let seed = seed.wrapping_add(number as u64);
-        for case in instants::cases(seed).with_context(|| format!("instant of seed {seed}"))? {
-            keep(number + 1, instants, case)?;
+    for (count, has_slip) in [(instants, false), (squirmers, true)] {
+        for number in 0..count {
+            let seed = seed.wrapping_add(number as u64);
+            let cases = instants::cases(seed, has_slip);
+            for case in cases.with_context(|| format!("instant of seed {seed}"))? {
+                keep(number + 1, count, case)?;
+            }
         }
     }
     for number in 0..strokes {

@@ -1,19 +1,20 @@
 //! Quantities of a solution, uncorrected and corrected, and their errors against exact ones.
 
-use nalgebra::Vector3;
+use nalgebra::{DVector, Matrix3, Vector3};
 use swimmer::models::{BodySolution, InstantaneousSolution};
 use swimmer::{Outcome, Scene};
 
 /// Size below which a quantity is zero but for rounding, relative to what it is compared with.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// A quantity of one solution; scalars have one vector along x.
+/// A quantity of one solution; scalars have one vector along x, stresslets vectors of nine
+/// components.
 pub struct Quantity {
     pub name: &'static str,
     /// Value of the discrete problem.
-    uncorrected: Vec<Vector3<f64>>,
+    uncorrected: Vec<DVector<f64>>,
     /// The answer: this value minus its estimated discretisation error, if there is an estimate.
-    corrected: Vec<Vector3<f64>>,
+    corrected: Vec<DVector<f64>>,
     /// Error bar, the largest over the bodies; `None` if there is none.
     bar: Option<f64>,
     /// Part of the bar that does not belong to the mesh.
@@ -48,10 +49,14 @@ impl Quantity {
         uncorrected: Vec<Vector3<f64>>,
         corrected: Vec<Vector3<f64>>,
     ) -> Self {
+        let arrays = |vectors: Vec<Vector3<f64>>| -> Vec<DVector<f64>> {
+            let slices = vectors.iter().map(Vector3::as_slice);
+            slices.map(DVector::from_column_slice).collect()
+        };
         Self {
             name,
-            uncorrected,
-            corrected,
+            uncorrected: arrays(uncorrected),
+            corrected: arrays(corrected),
             bar: None,
             beside_mesh: 0.0,
             negligible: 0.0,
@@ -62,11 +67,11 @@ impl Quantity {
     ///
     /// `None` for a quantity that is zero by symmetry.
     pub fn compare(&self, exact: &Self, exact_bar: f64) -> Option<Comparison> {
-        let scale = largest(exact.uncorrected.iter().copied());
+        let scale = norm_of_largest(&exact.uncorrected);
         if scale <= exact.negligible {
             return None;
         }
-        let error = |values: &[Vector3<f64>]| -> Vec<Vector3<f64>> {
+        let error = |values: &[DVector<f64>]| -> Vec<DVector<f64>> {
             let pairs = values.iter().zip(&exact.uncorrected);
             pairs
                 .map(|(value, exact)| (value - exact) / scale)
@@ -83,8 +88,8 @@ impl Quantity {
         Some(Comparison {
             name: self.name,
             scale,
-            uncorrected: largest(before.into_iter()),
-            corrected: largest(after.into_iter()),
+            uncorrected: norm_of_largest(&before),
+            corrected: norm_of_largest(&after),
             bar: self.bar.map(|bar| bar / scale),
             beside_mesh: self.beside_mesh / scale,
             estimate,
@@ -92,6 +97,10 @@ impl Quantity {
             exact_bar,
         })
     }
+}
+
+fn norm_of_largest(vectors: &[DVector<f64>]) -> f64 {
+    vectors.iter().fold(0.0, |m, v| m.max(v.norm()))
 }
 
 fn largest(vectors: impl Iterator<Item = Vector3<f64>>) -> f64 {
@@ -136,6 +145,18 @@ pub fn of_instant(scene: &Scene, solution: &InstantaneousSolution) -> Vec<Quanti
             ..Quantity::new("power", power(before.power()), power(solution.power()))
         },
     ];
+    if let Some(stresslets) = &solution.stresslets {
+        let arrays = |matrices: &[Matrix3<f64>]| -> Vec<DVector<f64>> {
+            let slices = matrices.iter().map(Matrix3::as_slice);
+            slices.map(DVector::from_column_slice).collect()
+        };
+        quantities.push(Quantity {
+            uncorrected: arrays(&stresslets.uncorrected),
+            corrected: arrays(&stresslets.bodies),
+            bar: stresslets.error,
+            ..Quantity::new("stresslet", vec![], vec![])
+        });
+    }
     if !scene.articulation().links().is_empty() {
         let bars = &solution.force_error;
         let (bar, beside_mesh) = (Some(bars.total()), bars.total() - bars.mesh.unwrap_or(0.0));

@@ -19,6 +19,15 @@ const GROUPS: &[(&str, &str)] = &[
     ("instant", "three-dimensional"),
     ("instant", "gap below 0.2"),
     ("instant", "meridian plane"),
+    ("squirmer", "all"),
+    ("squirmer", "free"),
+    ("squirmer", "linked"),
+    ("squirmer", "ball"),
+    ("squirmer", "unbounded"),
+    ("squirmer", "curved"),
+    ("squirmer", "straight"),
+    ("squirmer", "gap below 0.2"),
+    ("squirmer", "meridian plane"),
     ("stroke", "all"),
     ("stroke", "plain"),
     ("stroke", "ball"),
@@ -38,6 +47,7 @@ const QUANTITIES: &[&str] = &[
     "torque",
     "link force",
     "power",
+    "stresslet",
     "displacement",
     "rotation",
     "work",
@@ -51,16 +61,17 @@ pub fn markdown(cases: &[Case], seed: u64) -> String {
     };
     let dropped: usize = cases.iter().map(Case::dropped).sum();
     let mut text = format!(
-        "# Random cases\n\n{}, {}. Made by `cargo xtask accuracy --random --instants {} --strokes {} --seed {seed}`. \
+        "# Random cases\n\n{}, {}. Made by `cargo xtask accuracy --random --instants {} --squirmers {} --strokes {} --seed {seed}`. \
          Errors are relative to the largest exact value of the quantity among the bodies. uncorrected: the value of the discrete problem; corrected: this value \
          minus its estimated error. estimate / error: the signed estimate over the true error, projected on it. Exact values: multipoles at a tolerance of 1e-7 (instants in three dimensions), 1e-12 (on an axis) and 1e-8 (strokes); \
          {dropped} comparisons were dropped because their exact values have bars above 5 % of an error. Elements have their default sizes; in the meridian plane the \
-         tolerance is 1e-4. `--seed S --instants 1 --strokes 0` (or 0 and 1) draws the case of seed S again.\n\n\
+         tolerance is 1e-4. `--seed S --instants 1 --squirmers 0 --strokes 0` (or another 1) draws the case of seed S again.\n\n\
          Instants: 2 to 5 spheres, radii 0.2 to 2, smallest gap 0.02 to 3 radii of the smaller neighbour, half of them on a line, half in a ball, half linked, a \
-         quarter with straight facets. Strokes: three spheres, radii 0.6 to 1.6, arms 5 to 10, closing to gaps of 0.05 to 3 radii of the smaller neighbour.\n",
+         quarter with straight facets. Squirmers: the same with slip, b1 up to 1 and b2 up to 2. Strokes: three spheres, radii 0.6 to 1.6, arms 5 to 10, closing to gaps of 0.05 to 3 radii of the smaller neighbour.\n",
         machine::today(),
         machine::processor(),
         count("instant"),
+        count("squirmer"),
         count("stroke"),
     );
     text.push_str("\n## Summary\n\n");
@@ -107,6 +118,11 @@ pub fn markdown(cases: &[Case], seed: u64) -> String {
             &["displacement", "rotation", "work"][..],
         ),
         ("instant", "Instants: the velocities", &["velocity"][..]),
+        (
+            "squirmer",
+            "Squirmers",
+            &["velocity", "power", "stresslet"][..],
+        ),
     ] {
         if cases.iter().any(|case| case.kind == kind) {
             rows(&mut text, title, quantities, cases, kind);
