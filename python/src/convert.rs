@@ -102,8 +102,7 @@ pub fn solution_dict<'py>(
     dict.set_item("torque", vectors(py, &bodies(|b| b.torque))?)?;
     dict.set_item("link_force", vectors(py, &solution.link_forces)?)?;
     dict.set_item("velocity_errors", estimate(py, &solution.error_estimate)?)?;
-    let force_error = solution.mesh_error.as_ref().map(|e| e.force_error_bar());
-    dict.set_item("force_error", force_error)?;
+    dict.set_item("force_errors", estimate(py, &solution.force_error)?)?;
     dict.set_item("power", solution.power())?;
     dict.set_item("power_errors", estimate(py, &solution.power_error)?)?;
     dict.set_item("dofs", solution.dofs.total)?;

@@ -103,10 +103,8 @@ class Solution(Result):
         One row per body. Forces and torques are those that the bodies exert on the fluid.
     link_force : numpy.ndarray
         One row per link: the force of the link on the body named by its key `body`.
-    velocity_errors : ErrorBars
-        Error bars of the velocities by source.
-    force_error : float or None
-        Error bar of the forces for the mesh; None for a model without a mesh.
+    velocity_errors, force_errors : ErrorBars
+        Error bars of the velocities and of the forces by source.
     power : float
         Power of the bodies on the fluid.
     power_errors : ErrorBars
@@ -130,7 +128,7 @@ class Solution(Result):
     torque: np.ndarray
     link_force: np.ndarray
     velocity_errors: ErrorBars
-    force_error: float | None
+    force_errors: ErrorBars
     power: float
     power_errors: ErrorBars
     dofs: int
@@ -142,13 +140,18 @@ class Solution(Result):
 
     @classmethod
     def _from_raw(cls, raw: dict[str, Any]) -> Solution:
-        bars = {name: ErrorBars(**raw[name]) for name in ("velocity_errors", "power_errors")}
-        return _from_raw(cls, raw, **bars)
+        names = ("velocity_errors", "force_errors", "power_errors")
+        return _from_raw(cls, raw, **{name: ErrorBars(**raw[name]) for name in names})
 
     @property
     def velocity_error(self) -> float:
         """Error bar of the velocities, the sum over the sources."""
         return self.velocity_errors.total
+
+    @property
+    def force_error(self) -> float:
+        """Error bar of the forces, the sum over the sources."""
+        return self.force_errors.total
 
     @property
     def power_error(self) -> float:
@@ -162,8 +165,7 @@ class Solution(Result):
             rows.append((f"force of {body}", vector(self.force[number])))
         speed = with_error(largest(self.velocity), self.velocity_error)
         rows.append(("largest velocity", speed))
-        if self.force_error is not None:
-            rows.append(("largest force", with_error(largest(self.force), self.force_error)))
+        rows.append(("largest force", with_error(largest(self.force), self.force_error)))
         rows.append(("power", with_error(self.power, self.power_error)))
         work = f"{self.dofs} degrees of freedom, {self.seconds['total']:.3g} s"
         return [*rows, ("cost", work)]

@@ -99,6 +99,14 @@ impl MobilitySolution {
             .fold(0.0, f64::max)
     }
 
+    /// Largest difference between the forces of a body in two solutions.
+    pub fn largest_force_difference(&self, other: &Self) -> f64 {
+        let first = (0..self.forces.len()).step_by(6);
+        first.fold(0.0_f64, |largest, k| {
+            largest.max((vector(&self.forces, k) - vector(&other.forces, k)).norm())
+        })
+    }
+
     /// Power of the bodies and their slip on the fluid.
     pub fn power(&self, set: &Articulation) -> f64 {
         let velocities = self.generalised.select_rows(&set.surface_velocities());

@@ -40,6 +40,8 @@ pub struct InstantaneousSolution {
     pub slip_power: f64,
     /// Error bars of the velocities.
     pub error_estimate: ErrorEstimate,
+    /// Error bars of the forces on the fluid.
+    pub force_error: ErrorEstimate,
     /// Error bars of the power of the bodies on the fluid.
     pub power_error: ErrorEstimate,
     /// The estimated discretisation error that was subtracted, if estimates were requested.
@@ -70,6 +72,7 @@ impl InstantaneousSolution {
             seconds: Seconds::default(),
             slip_power: 0.0,
             error_estimate: ErrorEstimate::default(),
+            force_error: ErrorEstimate::default(),
             power_error: ErrorEstimate::default(),
             mesh_error: None,
             checks: None,
@@ -86,6 +89,7 @@ impl InstantaneousSolution {
     /// Enters an error that was subtracted before, and the error bars that remain.
     pub(crate) fn set_mesh_error(&mut self, error: MeshError) {
         self.error_estimate.mesh = Some(error.velocity_error_bar());
+        self.force_error.mesh = Some(error.force_error_bar());
         let relative = error.uncertainty.relative;
         self.mesh_error = Some(error);
         let removed = self.uncorrected_power() - self.power();
@@ -162,9 +166,7 @@ impl InstantaneousSolution {
         let over = |error: f64, size: f64| if size > 0.0 { error / size } else { 0.0 };
         [
             over(
-                self.mesh_error
-                    .as_ref()
-                    .map_or(0.0, MeshError::force_error_bar),
+                self.force_error.mesh.unwrap_or(0.0),
                 largest(|body| body.force.norm()),
             ),
             over(

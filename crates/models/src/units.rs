@@ -156,6 +156,11 @@ impl Scale {
         force * self.force_unit()
     }
 
+    /// Magnitude in the scene of a scaled force.
+    pub fn load_to_scene(&self, force: f64) -> f64 {
+        force * self.force_unit()
+    }
+
     /// Torque in the scene of a scaled torque.
     pub fn torque_to_scene(&self, torque: Vector3<f64>) -> Vector3<f64> {
         torque * (self.force_unit() * self.length)

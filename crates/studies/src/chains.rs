@@ -5,11 +5,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Result, anyhow};
-use plotters::prelude::*;
 use swimmer::Scene;
 use swimmer::design::{DesignedStroke, design_stroke};
 
+use crate::chart::{Series, Style};
 use crate::folder;
+use crate::linear_chart::Linear;
 use crate::machine::{processor, today};
 
 /// Lengths of extended and contracted arms in radii, those of the three-sphere swimmer of Table 1.
@@ -56,7 +57,7 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         eprintln!("{}", line(&row));
         rows.push(row);
     }
-    let svg = chart(&rows).map_err(|error| anyhow!("could not draw the chart: {error}"))?;
+    let svg = chart(&rows)?;
     folder::write(out, [("chains.md", page(&rows)), ("chains.svg", svg)])
 }
 
@@ -167,54 +168,29 @@ fn page(rows: &[Row]) -> String {
     text
 }
 
-/// Efficiencies against the number of spheres, with linear axes.
-fn chart(rows: &[Row]) -> std::result::Result<String, Box<dyn std::error::Error>> {
-    const BEST: RGBColor = RGBColor(0, 114, 178);
-    const LEARNED: RGBColor = RGBColor(213, 94, 0);
+/// Efficiencies against the number of spheres.
+fn chart(rows: &[Row]) -> Result<String> {
     let most = rows.iter().map(|row| row.spheres).max().unwrap_or(3);
     let highest = (rows.iter()).fold(0.0_f64, |high, row| high.max(row.efficiency));
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, (760, 460)).into_drawing_area();
-        root.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&root)
-            .margin(16)
-            .x_label_area_size(46)
-            .y_label_area_size(76)
-            .build_cartesian_2d(2.5..most as f64 + 0.5, 0.0..1.15 * highest)?;
-        chart
-            .configure_mesh()
-            .x_desc("number of spheres")
-            .y_desc("Lighthill efficiency")
-            .x_labels(most - 1)
-            .x_label_formatter(&|x| format!("{x:.0}"))
-            .y_label_formatter(&|y| format!("{y:.4}"))
-            .label_style(("sans-serif", 14))
-            .axis_desc_style(("sans-serif", 15))
-            .disable_x_mesh()
-            .draw()?;
-        let best: Vec<f64> = rows.iter().map(|row| row.efficiency).collect();
-        let learned: Vec<f64> = rows.iter().map(|row| row.learned.1).collect();
-        let series = [
-            ("best stroke", BEST, best),
-            ("learned cycle, at constant power", LEARNED, learned),
-        ];
-        for (name, colour, values) in series {
-            let spheres = rows.iter().map(|row| row.spheres as f64);
-            let points: Vec<(f64, f64)> = spheres.zip(values).collect();
-            chart
-                .draw_series(LineSeries::new(points.clone(), colour.stroke_width(2)))?
-                .label(name)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour));
-            chart.draw_series(points.iter().map(|at| Circle::new(*at, 4, colour.filled())))?;
-        }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperLeft)
-            .background_style(WHITE)
-            .label_font(("sans-serif", 14))
-            .draw()?;
-        root.present()?;
-    }
-    Ok(svg)
+    let series = |name: &str, of: fn(&Row) -> f64| Series {
+        name: name.to_owned(),
+        points: rows
+            .iter()
+            .map(|row| (row.spheres as f64, of(row)))
+            .collect(),
+        style: Style::Curve,
+    };
+    let chart = Linear {
+        x: "number of spheres",
+        y: "Lighthill efficiency",
+        x_range: (2.5, most as f64 + 0.5),
+        y_range: (0.0, 1.15 * highest),
+        x_labels: most - 1,
+        decimals: [0, 4],
+        series: vec![
+            series("best stroke", |row| row.efficiency),
+            series("learned cycle, at constant power", |row| row.learned.1),
+        ],
+    };
+    chart.svg()
 }

@@ -6,7 +6,9 @@ mod ale;
 mod chains;
 mod chart;
 mod folder;
+mod helix;
 mod iterations;
+mod linear_chart;
 mod machine;
 mod mesher;
 mod models;
@@ -163,6 +165,15 @@ enum Task {
         #[arg(long)]
         out: Option<PathBuf>,
     },
+    /// A helix under a torque, beside resistive-force theory.
+    Helix {
+        /// One size and two angles: half a minute on two cores.
+        #[arg(long)]
+        quick: bool,
+        /// Folder for `helix.md` and `helix.svg` [default: docs, or helix for --quick].
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// Runs random scenes with all models: checks balances, reproducibility and memory.
     Soak {
         /// Duration of the run.
@@ -263,6 +274,7 @@ fn main() -> Result<()> {
             mesher::run(quick, &out)
         }
         Task::Chains { quick, out } => chains::run(quick, &output_folder(out, quick, "chains")),
+        Task::Helix { quick, out } => helix::run(quick, &output_folder(out, quick, "helix")),
         Task::Tolerances { cases, seed, out } => {
             tolerances::run(cases, seed, &output_folder(out, false, ""))
         }

@@ -5,9 +5,8 @@ use std::f64::consts::PI;
 use nalgebra::{DVector, Matrix3, Vector3};
 
 use super::frame::Frame;
-use super::memory;
 use super::modes::{Family, Modes};
-use super::order::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
+use super::order::{self, GapCoordinates};
 use super::orders::Orders;
 use super::surface_velocity::{self, SurfaceVelocity};
 use super::system::{MultiVector, System};
@@ -68,18 +67,12 @@ pub fn stresslets(
     velocities: &DVector<f64>,
     surface_velocity: Option<&SurfaceVelocity<'_>>,
 ) -> Result<Stresslets, HydroError> {
-    spheres.check_inside(medium)?;
-    memory::check_spheres(spheres.len())?;
     // The lower order must contain `W_2` and the surface velocities too.
     let lowest = match surface_velocity {
         Some(_) => surface_velocity::ORDER + 2,
         None => 4,
     };
-    let lowest = Orders::all(spheres.len(), medium, lowest);
-    let orders = (orders.without_gaps())
-        .limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER)
-        .at_least(&lowest);
-    memory::check_one_solution(&orders, matches!(medium, Medium::Wall { .. }))?;
+    let orders = surface_velocity::orders(spheres, medium, orders, lowest)?;
     let frame = Frame::of(spheres, medium);
     let system = System::new(&frame, spheres.radii(), &orders, 1e-14).store_couplings();
     let rhs = surface_velocity::of_moving_spheres(&system, &frame, velocities, surface_velocity)?;

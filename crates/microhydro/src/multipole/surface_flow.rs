@@ -5,9 +5,8 @@ use nalgebra::DMatrix;
 
 use super::frame::Frame;
 use super::interior;
-use super::memory;
 use super::modes::{Family, Modes};
-use super::order::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
+use super::order::{self, GapCoordinates};
 use super::orders::Orders;
 use super::scaled::{AXIS_OF_M, drag_units};
 use super::surface_velocity::{self, SurfaceVelocity};
@@ -74,14 +73,9 @@ pub fn surface_flow(
     orders: &Orders,
     surface_velocities: &[&SurfaceVelocity<'_>],
 ) -> Result<SurfaceFlow, HydroError> {
-    spheres.check_inside(medium)?;
-    memory::check_spheres(spheres.len())?;
     // The lower order must contain the surface velocities too.
-    let lowest = Orders::all(spheres.len(), medium, surface_velocity::ORDER + 2);
-    let orders = (orders.without_gaps())
-        .limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER)
-        .at_least(&lowest);
-    memory::check_one_solution(&orders, matches!(medium, Medium::Wall { .. }))?;
+    let lowest = surface_velocity::ORDER + 2;
+    let orders = surface_velocity::orders(spheres, medium, orders, lowest)?;
     let frame = Frame::of(spheres, medium);
     let system = System::new(&frame, spheres.radii(), &orders, 1e-14).store_couplings();
     let traces = surface_velocity::traces(&system, &frame, surface_velocities);

@@ -6,10 +6,13 @@ use faer::Mat;
 use nalgebra::{DVector, Vector3};
 
 use super::frame::Frame;
+use super::memory;
 use super::modes::{FAMILIES, Family};
+use super::order::{MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
+use super::orders::Orders;
 use super::scaled::{AXIS_OF_M, drag_units};
 use super::system::{MultiVector, System};
-use crate::HydroError;
+use crate::{HydroError, Medium, Spheres};
 
 /// Velocity of the surface of a sphere relative to a rigid motion.
 ///
@@ -29,6 +32,27 @@ pub(super) const RESIDUAL: f64 = 1e-12;
 /// They integrate polynomials up to degrees 15 and 15; the products of velocities and harmonics
 /// have degrees up to 8.
 const POINTS: [usize; 2] = [8, 16];
+
+/// Orders for flows of moving surfaces: those of the resistance, of the spheres alone.
+///
+/// Every expansion has at least the order `lowest`; the orders of the resistance are limited.
+///
+/// # Errors
+/// Spheres outside the medium; [`HydroError::TooLarge`].
+pub(super) fn orders(
+    spheres: &Spheres,
+    medium: &Medium,
+    of_resistance: &Orders,
+    lowest: usize,
+) -> Result<Orders, HydroError> {
+    spheres.check_inside(medium)?;
+    memory::check_spheres(spheres.len())?;
+    let orders = (of_resistance.without_gaps())
+        .limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER)
+        .at_least(&Orders::all(spheres.len(), medium, lowest));
+    memory::check_one_solution(&orders, matches!(medium, Medium::Wall { .. }))?;
+    Ok(orders)
+}
 
 /// Coefficients of the velocities in scaled modes, one column per velocity.
 ///

@@ -106,6 +106,12 @@ impl ToScene<'_> {
             let fastest = largest_norm(flow.velocity.iter().copied());
             speed = speed.max(scale.speed_to_scene(fastest));
         }
+        // Without links or fixed bodies the forces are the given loads.
+        let are_given = set.links().is_empty() && !set.fixed().contains(&true);
+        let force = match are_given {
+            true => 0.0,
+            false => largest_norm(bodies.iter().map(|b| b.force)),
+        };
         let slip_power = scale.power_to_scene(solution.slip_power);
         let of_bodies = bodies.iter().map(BodySolution::power).sum::<f64>();
         let power = (of_bodies + slip_power).abs();
@@ -125,6 +131,7 @@ impl ToScene<'_> {
             )),
             dofs: solution.dofs,
             error_estimate: bars(speed),
+            force_error: bars(force),
             power_error: bars(power),
             slip_power,
             checks: solution.checks,

@@ -88,6 +88,8 @@ impl SolvedShapes {
 pub struct Bars {
     /// Error bar of velocities without that for the discretisation.
     pub velocity: f64,
+    /// Error bar of forces without that for the discretisation.
+    pub force: f64,
     /// Error bar of the power without the discretisation error, relative to the power.
     pub power: f64,
     /// Uncertainty of discretisation errors.
@@ -109,6 +111,7 @@ impl Bars {
         let [a, b] = [self.mesh_uncertainty, other.mesh_uncertainty];
         Self {
             velocity: self.velocity.max(other.velocity),
+            force: self.force.max(other.force),
             power: self.power.max(other.power),
             mesh_uncertainty: Uncertainty {
                 relative: a.relative.max(b.relative),
@@ -127,13 +130,14 @@ impl Bars {
         };
         let power = solution.power().abs().max(f64::MIN_POSITIVE);
         self.velocity = self.velocity.max(untabulated(&solution.error_estimate));
+        self.force = self.force.max(untabulated(&solution.force_error));
         self.power = self.power.max(untabulated(&solution.power_error) / power);
         self.mesh = self.mesh.max(solution.error_estimate.mesh.unwrap_or(0.0));
+        self.mesh_force = (self.mesh_force).max(solution.force_error.mesh.unwrap_or(0.0));
         if let Some(error) = &solution.mesh_error {
             let (largest, bars) = (&mut self.mesh_uncertainty, error.uncertainty);
             largest.velocity = largest.velocity.max(bars.velocity);
             largest.relative = largest.relative.max(bars.relative);
-            self.mesh_force = self.mesh_force.max(error.force_error_bar());
         }
     }
 }

@@ -309,6 +309,8 @@ impl ShapeSpace {
         let speed: f64 = rates.iter().map(|r| r.abs()).sum();
         let solution = InstantaneousSolution::new(record.bodies, record.link_forces, record.motion);
         let power = solution.power();
+        let forces = solution.bodies.iter().map(|b| b.force.norm());
+        let force = forces.fold(0.0, f64::max);
         // The error of a product of two interpolated numbers.
         let sizes = solution.bodies.iter();
         let product: f64 = sizes.map(|b| b.force.norm() * b.velocity.norm()).sum();
@@ -326,6 +328,10 @@ impl ShapeSpace {
                 model: Some(
                     speed * (self.interpolation_error + self.bars.velocity + self.position_error),
                 ),
+                ..ErrorEstimate::default()
+            },
+            force_error: ErrorEstimate {
+                model: Some(speed * self.bars.force + self.relative_error * force),
                 ..ErrorEstimate::default()
             },
             power_error: ErrorEstimate {

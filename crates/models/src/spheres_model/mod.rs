@@ -224,11 +224,12 @@ impl SpheresModel {
         let surfaces = self.surface_effects(configuration, &resistances)?;
         let of = |k: usize| surfaces.as_ref().map(|effects| &effects[k]);
         let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, of(0))?;
-        let (mut error, mut power_error) = (0.0, 0.0);
+        let (mut error, mut force_error, mut power_error) = (0.0, 0.0, 0.0);
         let mut previous = solved.clone();
         for (reference, factor) in &resistances.references {
             let reference = MobilitySolution::new(reference, set, &constraints, loads, of(1))?;
             error += factor * previous.largest_difference(&reference, set);
+            force_error += factor * previous.largest_force_difference(&reference);
             power_error += factor * (previous.power(set) - reference.power(set)).abs();
             previous = reference;
         }
@@ -261,6 +262,10 @@ impl SpheresModel {
             },
             error_estimate: ErrorEstimate {
                 model: Some(scale.speed_to_scene(error)),
+                ..ErrorEstimate::default()
+            },
+            force_error: ErrorEstimate {
+                model: Some(scale.load_to_scene(force_error)),
                 ..ErrorEstimate::default()
             },
             power_error: ErrorEstimate {

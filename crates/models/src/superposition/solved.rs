@@ -29,7 +29,8 @@ impl Solved {
     /// The linear combination of the solutions, in the axes of the body, with its error bars.
     pub fn combination(&self, coefficients: &DVector<f64>) -> InstantaneousSolution {
         let mut sum = vec![0.0; self.layout.numbers()];
-        let (mut error_estimate, mut power_error) =
+        let mut error_estimate = ErrorEstimate::default();
+        let (mut force_error, mut power_error) =
             (ErrorEstimate::default(), ErrorEstimate::default());
         let mut uncertainty = Uncertainty::default();
         let mut slip_power = 0.0;
@@ -39,6 +40,7 @@ impl Solved {
             }
             let solution = &response.solution;
             error_estimate.accumulate(c.abs(), &solution.error_estimate);
+            force_error.accumulate(c.abs(), &solution.force_error);
             power_error.accumulate(c.abs(), &solution.power_error);
             slip_power += c * solution.slip_power;
             if let Some(error) = &solution.mesh_error {
@@ -54,6 +56,7 @@ impl Solved {
             solver: first.solver.clone(),
             slip_power,
             error_estimate,
+            force_error,
             power_error,
             ..InstantaneousSolution::new(record.bodies, record.link_forces, record.motion)
         };

@@ -60,6 +60,13 @@ fn bars_of_models_of_spheres_contain_the_errors_of_velocities_and_power() {
                 error <= bar && bar <= largest_ratio * error,
                 "{kind:?} {rates:?}: {error:e} {bar:e}"
             );
+            let pairs = found.bodies.iter().zip(&exact.bodies);
+            let error = pairs.fold(0.0_f64, |m, (a, b)| m.max((a.force - b.force).norm()));
+            let bar = found.force_error.model.unwrap();
+            assert!(
+                error <= bar && bar <= largest_ratio * error,
+                "{kind:?} {rates:?}: force {error:e} {bar:e}"
+            );
             let error = (found.power() - exact.power()).abs();
             let bar = found.power_error.model.unwrap();
             assert!(

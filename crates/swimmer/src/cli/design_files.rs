@@ -8,7 +8,7 @@ use swimmer::models::ShapeGeometry;
 use swimmer::output::Folder;
 use swimmer::{Scene, SwimError};
 
-use super::text::{NO_ESTIMATE, entry, two_digits, with_uncertainty};
+use super::text::{NO_ESTIMATE, entry, product, two_digits, with_uncertainty};
 
 /// The folder of the results.
 pub fn folder_of(scene: &Scene, out: Option<PathBuf>) -> Result<Folder, SwimError> {
@@ -64,7 +64,6 @@ pub fn table_warning(table: &StrokeTable) -> Option<String> {
 /// The lines about a table: its size, and its errors per unit rate.
 pub fn table_entries(table: &StrokeTable) -> String {
     let geometry = &table.geometry;
-    let degrees: Vec<String> = geometry.degrees().iter().map(ToString::to_string).collect();
     let source = match table.stored {
         0 => String::new(),
         stored => format!(", {stored} of them read from the folder"),
@@ -86,7 +85,7 @@ pub fn table_entries(table: &StrokeTable) -> String {
         &format!(
             "{} shapes, degrees {}{source}",
             geometry.points(),
-            degrees.join(" x ")
+            product(geometry.degrees())
         ),
     ) + &entry("errors per unit rate", &errors)
 }

@@ -10,7 +10,7 @@ use super::design_files::{
     folder_of, gait_entries, names, table_entries, table_warning, write_map,
 };
 use super::design_progress::Progress;
-use super::text::{NO_ESTIMATE, entry, vector, warn};
+use super::text::{NO_ESTIMATE, entry, product, vector, warn};
 
 /// Relative error of the table.
 const MAP_TOLERANCE: f64 = 1e-6;
@@ -106,14 +106,13 @@ fn share_text(missing: usize, points: &[usize], json: bool) -> String {
     if json {
         return format!("{}\n", json!({ "points": points, "missing": missing }));
     }
-    let grid: Vec<String> = points.iter().map(ToString::to_string).collect();
     entry("share", "solved")
         + &entry(
             "missing",
             &format!(
                 "{missing} shapes of other shares in the grid {}; when they are solved, run \
                  --merge",
-                grid.join(" x ")
+                product(points)
             ),
         )
 }

@@ -24,7 +24,7 @@ pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, SwimE
     let found = design_stroke(&scene, folder.path(), &mut Progress::new(quiet))?;
     let names = names(&scene, &found.limits);
     let curve: Vec<Vec<f64>> = (found.lengths.iter())
-        .map(|lengths| found.limits.variables.iter().map(|&k| lengths[k]).collect())
+        .map(|lengths| found.limits.moving(lengths))
         .collect();
     write_map(
         &folder,

@@ -145,13 +145,11 @@ fn accuracy(solution: &InstantaneousSolution) -> String {
         largest(|body| body.velocity.norm()),
         "the largest velocity",
     );
-    if let Some(mesh_error) = &solution.mesh_error {
-        let force = error(
-            mesh_error.force_error_bar(),
-            largest(|body| body.force.norm()),
-        );
-        text += &entry("error of forces", &format!("{force}, mesh only"));
-    }
+    let forces = error(
+        solution.force_error.total(),
+        largest(|body| body.force.norm()),
+    );
+    text += &entry("error of forces", &forces);
     if let Some((stresslets, bar)) =
         (solution.stresslets.as_ref()).and_then(|s| Some((s, s.error?)))
     {

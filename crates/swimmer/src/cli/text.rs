@@ -54,6 +54,12 @@ pub fn entry(label: &str, value: &str) -> String {
     format!("{label:<LABEL_WIDTH$}{value}\n")
 }
 
+/// The factors of a product, such as the sizes of a grid.
+pub fn product(factors: &[usize]) -> String {
+    let factors: Vec<String> = factors.iter().map(ToString::to_string).collect();
+    factors.join(" x ")
+}
+
 /// A vector whose components are known up to rounding errors of numbers of this size.
 pub fn vector(components: [f64; 3], size: f64) -> String {
     let words = components.map(|x| match x.abs() <= ROUNDING * size {

@@ -96,7 +96,7 @@ pub fn design_stroke(
         progress,
     )?;
     let gait = gait_totals(scene, &limits, &table.geometry)?;
-    let moving = limits.moving();
+    let moving = limits.moving(&limits.ranges);
     let optimum = match options.objective {
         ObjectiveKind::Displacement => farthest(&table.geometry, measure_of(scene), &moving)?,
         _ => {
@@ -233,7 +233,7 @@ fn fixed_start(scene: &Scene, limits: &StrokeLimits) -> Result<Option<Vec<f64>>,
             });
         }
     }
-    Ok(Some(limits.variables.iter().map(|&k| initial[k]).collect()))
+    Ok(Some(limits.moving(initial)))
 }
 
 /// Totals of one cycle of the gait of a scene, and its energy times period at constant power.

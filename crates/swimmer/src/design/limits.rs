@@ -96,9 +96,9 @@ impl StrokeLimits {
         }
     }
 
-    /// The ranges of the joints that move.
-    pub fn moving(&self) -> Vec<(f64, f64)> {
-        self.variables.iter().map(|&k| self.ranges[k]).collect()
+    /// The entries of the joints that move, out of one per link.
+    pub fn moving<T: Copy>(&self, of_links: &[T]) -> Vec<T> {
+        self.variables.iter().map(|&k| of_links[k]).collect()
     }
 
     /// Values of all joints, from those that move.

@@ -196,9 +196,7 @@ pub fn peaks(
     };
     for leg in &cycle {
         for s in equal_steps(checks) {
-            let moving = |all: Vec<f64>| limits.variables.iter().map(|&k| all[k]).collect();
-            let (shape, rates): (Vec<f64>, Vec<f64>) =
-                (moving(leg.lengths(s)), moving(leg.rates(s)));
+            let (shape, rates) = (limits.moving(&leg.lengths(s)), limits.moving(&leg.rates(s)));
             let power = power(geometry, &shape, &rates)?;
             for (peak, rate) in peaks.rates.iter_mut().zip(&rates) {
                 *peak = peak.max(rate.abs());
@@ -223,9 +221,8 @@ pub fn energy(
     let mut energy = 0.0;
     for leg in legs(scene.gait(), scene.articulation().initial_lengths())? {
         for (node, weight) in rule.nodes.iter().zip(rule.weights) {
-            let moving = |all: Vec<f64>| limits.variables.iter().map(|&k| all[k]).collect();
-            let (shape, rates): (Vec<f64>, Vec<f64>) =
-                (moving(leg.lengths(*node)), moving(leg.rates(*node)));
+            let (lengths, rates) = (leg.lengths(*node), leg.rates(*node));
+            let (shape, rates) = (limits.moving(&lengths), limits.moving(&rates));
             energy += weight * leg.duration * power(geometry, &shape, &rates)?;
         }
     }

@@ -109,9 +109,8 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
         json!({ "bodies": bodies, "links": links })
     };
     let mut estimates = estimate(&solution.error_estimate);
-    if let (Some(error), Value::Object(estimates)) = (&solution.mesh_error, &mut estimates) {
-        let force = json!({ "mesh": error.force_error_bar() });
-        estimates.insert("force".to_owned(), force);
+    if let Value::Object(estimates) = &mut estimates {
+        estimates.insert("force".to_owned(), estimate(&solution.force_error));
     }
     let stresslets = solution.stresslets.as_ref();
     if let (Some(error), Value::Object(estimates)) =

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use swimmer::models::{
-    Configuration, Hydrodynamics, InstantaneousSolution, SphereModel, SpheresModel,
+    BodySolution, Configuration, Hydrodynamics, InstantaneousSolution, SphereModel, SpheresModel,
 };
 use swimmer::{Scene, choose};
 
@@ -73,15 +73,33 @@ fn case(
     let seconds = clock.elapsed().as_secs_f64();
     let end = match solved {
         Ok(solved) => {
-            let speed = exact.bodies.iter().map(|b| b.velocity.norm());
-            let exact_bar = exact.error_estimate.total() / speed.fold(0.0, f64::max);
+            let size = |of: fn(&BodySolution) -> f64| {
+                exact
+                    .bodies
+                    .iter()
+                    .map(of)
+                    .fold(f64::MIN_POSITIVE, f64::max)
+            };
+            let of_velocity = exact.error_estimate.total() / size(|b| b.velocity.norm());
+            let of_force = exact.force_error.total() / size(|b| b.force.norm());
+            let of_power = exact.power_error.total() / exact.power().abs();
+            // Velocity, angular velocity, power; force, torque and force of a link.
+            let bars = [
+                of_velocity,
+                of_velocity,
+                of_power,
+                of_force,
+                of_force,
+                of_force,
+            ];
             let quantities = of_instant(&scene, &solved);
             let exact = of_instant(&scene, exact);
             End::Compared {
                 comparisons: quantities
                     .iter()
                     .zip(&exact)
-                    .filter_map(|(quantity, exact)| quantity.compare(exact, exact_bar))
+                    .zip(bars)
+                    .filter_map(|((quantity, exact), bar)| quantity.compare(exact, bar))
                     .collect(),
                 dofs: solved.dofs.total,
                 seconds,

@@ -137,9 +137,11 @@ pub fn of_instant(scene: &Scene, solution: &InstantaneousSolution) -> Vec<Quanti
         },
     ];
     if !scene.articulation().links().is_empty() {
-        let bar = solution.mesh_error.as_ref().map(|e| e.force_error_bar());
+        let bars = &solution.force_error;
+        let (bar, beside_mesh) = (Some(bars.total()), bars.total() - bars.mesh.unwrap_or(0.0));
         quantities.push(Quantity {
             bar,
+            beside_mesh,
             ..quantity("force", |b| b.force)
         });
         quantities.push(Quantity {
@@ -149,6 +151,7 @@ pub fn of_instant(scene: &Scene, solution: &InstantaneousSolution) -> Vec<Quanti
         let (before, after) = (before.link_forces, solution.link_forces.clone());
         quantities.push(Quantity {
             bar,
+            beside_mesh,
             ..Quantity::new("link force", before, after)
         });
     }
