@@ -67,6 +67,28 @@ impl Scale {
         mesh.with_points(points.map(|&x| self.point_to_scene(x)).collect())
     }
 
+    /// An error of the mesh generator with its place and distances in the scene.
+    pub fn error_to_scene(&self, mut error: MeshError) -> MeshError {
+        match &mut error {
+            MeshError::InvertedCell { at, .. }
+            | MeshError::SurfaceNotRecovered { at, .. }
+            | MeshError::BoundaryNotRecovered { at, .. } => {
+                at.iter_mut().for_each(|x| *x *= self.length);
+            }
+            MeshError::BodiesTouch {
+                distance, minimum, ..
+            }
+            | MeshError::BodyAtWall {
+                distance, minimum, ..
+            } => {
+                *distance *= self.length;
+                *minimum *= self.length;
+            }
+            _ => {}
+        }
+        error
+    }
+
     /// Scaled state of a state of the scene, whose passive joints are those of the links `passive`.
     pub fn state<'l>(&self, state: &State, passive: impl Iterator<Item = &'l Link>) -> State {
         State {
@@ -226,5 +248,31 @@ impl Scale {
 
     fn force_unit(&self) -> f64 {
         self.viscosity * self.length * self.length
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_of_the_mesh_generator_name_places_in_the_scene() {
+        let scale = Scale {
+            length: 2.0,
+            viscosity: 1.0,
+        };
+        let error = |at: [f64; 3]| MeshError::SurfaceNotRecovered {
+            body: "helix".to_owned(),
+            at,
+        };
+        let found = scale.error_to_scene(error([1.0, -2.0, 0.5]));
+        assert_eq!(found.to_string(), error([2.0, -4.0, 1.0]).to_string());
+        let found = scale.error_to_scene(MeshError::BodiesTouch {
+            first: "a".to_owned(),
+            second: "b".to_owned(),
+            distance: -0.25,
+            minimum: 1e-3,
+        });
+        assert!(found.to_string().contains("is -5.000e-1"), "{found}");
     }
 }

@@ -20,7 +20,7 @@ const TURNS: f64 = 2.0;
 
 /// Factors on the default element sizes: of the picture, and of the table of sizes.
 const COARSE: f64 = 2.0;
-const FACTORS: [f64; 3] = [COARSE, 1.4, 1.0];
+const FACTORS: [f64; 3] = [1.4, 1.0, 0.7];
 
 /// Angles between the curve and the axis in degrees.
 const ANGLES: [f64; 6] = [20.0, 30.0, 40.0, 50.0, 60.0, 70.0];
@@ -72,12 +72,7 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         (sizes.iter().map(|&factor| row(MIDDLE, factor))).collect::<Result<_>>()?;
     let mut advances = Vec::new();
     for &angle in angles {
-        let known = (angle == MIDDLE).then(|| &table[0]);
-        let advance = match known {
-            Some(row) => row.corrected.advance(),
-            None => row(angle, COARSE)?.corrected.advance(),
-        };
-        advances.push((angle, advance));
+        advances.push((angle, row(angle, COARSE)?.corrected.advance()));
     }
     let svg = chart(&advances)?;
     folder::write(

@@ -27,6 +27,13 @@ const FINAL_ROUNDS: usize = 20;
 /// magnitude.
 const MAX_PASSES: usize = 100;
 
+/// Number of splitting passes after which longer edges are accepted, and by how much per pass.
+///
+/// On a long tube the smoothing after a split can make the edges beside it too long by a few
+/// percent, so that a front of few splits travels along the tube, a triangle per pass.
+const STRICT_PASSES: usize = 30;
+const SLACK: f64 = 0.01;
+
 /// Cosine of the angle between normals (84 degrees) beyond which an edge is a ridge.
 ///
 /// Faces of a box meet at right angles, fine triangles that follow a smooth surface do not.
@@ -97,8 +104,10 @@ impl<'a> Refiner<'a> {
         if self.surface.has_fine_triangulation() {
             self.coarsen();
         }
-        let mut passes = 0;
-        while self.split_longest() {
+        let mut passes = 0_usize;
+        while self
+            .split_longest(SPLIT * (1.0 + SLACK * passes.saturating_sub(STRICT_PASSES) as f64))
+        {
             passes += 1;
             if self.mesh.triangles.len() > 2 * limit {
                 return Err(MeshError::TooManyVertices { limit });
@@ -153,8 +162,9 @@ impl<'a> Refiner<'a> {
 
     /// Splits the edges that are too long and within a factor of `sqrt(2)` of the longest edge.
     ///
-    /// Returns whether any edge was too long.
-    fn split_longest(&mut self) -> bool {
+    /// Too long are those of more than `least` times the wanted length. Returns whether there were
+    /// any.
+    fn split_longest(&mut self, least: f64) -> bool {
         let mut long: Vec<(f64, [u32; 2])> = Vec::new();
         for t in 0..self.mesh.triangles.len() {
             for i in 0..3 {
@@ -162,13 +172,13 @@ impl<'a> Refiner<'a> {
                 let (b, c) = (tri[(i + 1) % 3], tri[(i + 2) % 3]);
                 if b < c {
                     let stretch = self.stretch(t, i);
-                    if stretch > SPLIT {
+                    if stretch > least {
                         long.push((stretch, [t as u32, i as u32]));
                     }
                 }
             }
         }
-        let longest = long.iter().fold(SPLIT, |m, e| m.max(e.0));
+        let longest = long.iter().fold(least, |m, e| m.max(e.0));
         long.retain(|e| e.0 * SPLIT > longest);
         long.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
         let mut touched = vec![false; self.mesh.triangles.len()];

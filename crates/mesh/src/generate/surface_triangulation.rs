@@ -143,3 +143,24 @@ fn coarse(surface: &dyn Surface, planes: SymmetryPlanes) -> SurfaceMesh {
     }
     mesh
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Helix;
+
+    /// Splits once travelled along the tube, a triangle per pass, until the passes were used up.
+    #[test]
+    fn a_long_thin_helix_is_triangulated_with_fine_edges() {
+        let (tube, wanted) = (0.1, 0.028);
+        let helix = Helix::new(1.0, 7.488_053_3, 2.0, tube);
+        let planes = SymmetryPlanes::default();
+        let mesh = triangulate("helix", &helix, &|_| wanted, planes, 1_000_000);
+        let mesh = mesh.expect("the splitting ends");
+        let ratio = |a: u32, b: u32| (mesh.points[a as usize] - mesh.points[b as usize]).norm();
+        let edges = (mesh.triangles.iter()).flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let longest = edges.fold(0.0_f64, |most, [a, b]| most.max(ratio(a, b) / wanted));
+        // The square root of two, and a percent for each pass that is not strict.
+        assert!(longest < 1.7, "{longest}");
+    }
+}

@@ -310,6 +310,7 @@ impl MeshGenerator {
     /// Bodies around which no mesh can be generated.
     pub fn generate(&self, poses: &Poses) -> Result<TetMesh, ModelError> {
         let surfaces = self.surfaces(poses);
+        let in_scene = |error| self.scale.error_to_scene(error);
         if let Source::File { mesh, .. } = &self.source {
             let bodies = self.surfaced.iter().zip(self.tags());
             let moved: Vec<_> = (bodies.zip(poses.iter().zip(&surfaces)))
@@ -317,7 +318,8 @@ impl MeshGenerator {
                     (tag, mesh_file::motion(body, pose), &**surface, body.size)
                 })
                 .collect();
-            return Ok(mesh_file::remesh(mesh, &moved, self.geometry, self.mesher)?);
+            let mesh = mesh_file::remesh(mesh, &moved, self.geometry, self.mesher);
+            return Ok(mesh.map_err(in_scene)?);
         }
         let Some(container) = &self.container(poses) else {
             return Err(ModelError::NoMesh);
@@ -343,13 +345,14 @@ impl MeshGenerator {
         parameters.symmetry_planes = self.symmetry_planes;
         // The half of the ball above the wall is that above a symmetry plane.
         parameters.symmetry_planes[2] |= self.has_plane_wall();
-        let mut tets = match &self.sizes {
-            None => mesh::generate(&bodies, container, &parameters)?.mesh,
+        let generated = match &self.sizes {
+            None => mesh::generate(&bodies, container, &parameters),
             Some(sizes) => {
                 parameters.growth = ADAPTED_GROWTH;
-                mesh::generate_sized(&bodies, container, &parameters, &|x| sizes.at(x))?.mesh
+                mesh::generate_sized(&bodies, container, &parameters, &|x| sizes.at(x))
             }
         };
+        let mut tets = generated.map_err(in_scene)?.mesh;
         if self.has_plane_wall() {
             for tag in tets
                 .tags
