@@ -18,7 +18,7 @@ pub enum JointValues {
     Named(BTreeMap<String, f64>),
 }
 
-/// Options of `swim map` and `swim optimise`: the group `optimise` of a scene file.
+/// Options of `swim map`, `swim optimise` and `swim sizes`: the group `optimise` of a scene file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
@@ -47,6 +47,13 @@ pub struct OptimiseOptions {
     /// Smallest gap between bodies; none for a tenth of the smallest radius.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
+    /// Smallest and largest radius of the spheres whose sizes are optimised.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radii: Option<[f64; 2]>,
+    /// Smallest and largest length, at any time of the gait, of the arms whose lengths are
+    /// optimised.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arms: Option<[f64; 2]>,
     /// Period of the stroke.
     pub period: f64,
     /// Mean power, which determines the period.
@@ -76,6 +83,8 @@ impl Default for OptimiseOptions {
             lower: None,
             upper: None,
             gap: None,
+            radii: None,
+            arms: None,
             period: 1.0,
             power: None,
             max_rate: None,

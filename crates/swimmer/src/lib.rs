@@ -9,6 +9,7 @@ mod error;
 pub mod flow_slice;
 mod gauss;
 mod integrate;
+mod joint_ranges;
 mod observer;
 mod outcome;
 pub mod output;

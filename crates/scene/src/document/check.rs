@@ -138,6 +138,10 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
             rows.len() == 3 && rows.iter().all(|row| three_numbers(row, |_| true))
         }),
         Kind::PositiveVector => three_numbers(value, |x| x > 0.0),
+        Kind::Range => value.as_array().is_some_and(|list| {
+            let ends: Vec<Option<f64>> = list.iter().map(number).collect();
+            matches!(ends[..], [Some(a), Some(b)] if 0.0 < a && a < b)
+        }),
         Kind::NumbersByName => value
             .as_table()
             .is_some_and(|table| table.values().all(|x| number(x).is_some())),

@@ -39,6 +39,8 @@ pub enum Kind {
     Matrix,
     /// Three finite numbers greater than zero.
     PositiveVector,
+    /// Two finite numbers greater than zero, the smaller one first.
+    Range,
     /// Finite numbers, each with a name.
     NumbersByName,
     /// One number, a list of numbers, or numbers with names.
@@ -72,6 +74,9 @@ impl Kind {
                 "three rows of three numbers, such as [[0, 1, 0], [0, 0, 0], [0, 0, 0]]".to_owned()
             }
             Self::PositiveVector => "three numbers greater than zero".to_owned(),
+            Self::Range => {
+                "two numbers greater than zero, the smaller one first, such as [0.5, 2]".to_owned()
+            }
             Self::NumbersByName => "a table of numbers, such as { arm = 6 }".to_owned(),
             Self::JointValues => {
                 "a number for all links, a list of numbers, or a table such as { arm = 6 }"

@@ -64,6 +64,19 @@ pub(super) const OF_DESIGN: &[Key] = &[
         "smallest gap between bodies that a slide connects; it raises `lower`",
     ),
     key(
+        "optimise.radii",
+        Kind::Range,
+        Described("none: the radii stay"),
+        "smallest and largest radius that `swim sizes` may choose; the sum of the volumes stays",
+    ),
+    key(
+        "optimise.arms",
+        Kind::Range,
+        Described("none: the lengths stay"),
+        "smallest and largest length along the gait of the arms that `swim sizes` may lengthen or \
+         shorten; the sum of the lengths stays",
+    ),
+    key(
         "optimise.period",
         Kind::Positive,
         Value("1"),

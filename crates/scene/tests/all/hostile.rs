@@ -46,6 +46,11 @@ fn changed() -> impl Iterator<Item = (String, usize, &'static str, &'static str)
                 b'[' if value.starts_with("[[") => {
                     format!("[[0, {hostile}, 0], [0, 0, 0], [0, 0, 0]]")
                 }
+                // another end of a range each time
+                b'[' if value.matches(',').count() == 1 => match hostile.len() % 2 == 0 {
+                    true => format!("[0.5, {hostile}]"),
+                    false => format!("[{hostile}, 20]"),
+                },
                 // another component of a vector each time
                 b'[' if hostile.len() % 2 == 0 => format!("[0, 0, {hostile}]"),
                 b'[' => format!("[{hostile}, 0, 0]"),

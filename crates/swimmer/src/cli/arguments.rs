@@ -66,6 +66,9 @@ pub enum Command {
     /// Search the frequency at which the gait moves farthest per cycle; write frequency.csv
     #[command(after_help = help::FREQUENCY)]
     Frequency(DesignArguments),
+    /// Search the best radii and arm lengths for the gait; write optimum.toml and sizes.csv
+    #[command(after_help = help::SIZES)]
+    Sizes(DesignArguments),
     /// Learn a stroke by reinforcement; compare it with the best possible one
     #[command(after_help = help::LEARN)]
     Learn(DesignArguments),

@@ -67,6 +67,12 @@ pub const FREQUENCY: &str = examples! {
     "swim frequency elastic-arm.toml --set model.tolerance=1e-2"
 };
 
+pub const SIZES: &str = examples! {
+    "swim new three-sphere"
+    "swim sizes three-sphere.toml --set 'optimise.radii=[0.5, 2]'"
+    "swim run out/three-sphere/optimum.toml"
+};
+
 pub const LEARN: &str = examples! {
     "swim new learning"
     "swim learn learning.toml"

@@ -16,6 +16,7 @@ mod optimise;
 mod progress;
 mod run;
 mod sensitivities;
+mod sizes;
 mod solve;
 mod text;
 mod view;
@@ -54,6 +55,7 @@ pub fn main() -> ExitCode {
         Command::Map(design) => map::map(design, quiet),
         Command::Optimise(design) => optimise::optimise(design, quiet),
         Command::Frequency(design) => frequency::frequency(design, quiet),
+        Command::Sizes(design) => sizes::sizes(design, quiet),
         Command::Learn(design) => learn::learn_strokes(design, quiet),
         Command::Mesh { scene, out } => mesh::mesh(&scene, &out),
         Command::Completions { shell } => Ok(manual::completions(shell)),

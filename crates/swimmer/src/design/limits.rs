@@ -1,8 +1,9 @@
 //! The joint values that a stroke may take.
 
-use scene::{Gait, Scene, Shape, legs};
+use scene::{Scene, Shape};
 
 use crate::error::SwimError;
+use crate::joint_ranges::joint_ranges;
 
 /// Largest number of joints of a table: the first grid has 5 points per joint.
 pub const MOST_JOINTS: usize = 5;
@@ -29,17 +30,7 @@ impl StrokeLimits {
     /// a fixed start outside of them.
     pub fn of_scene(scene: &Scene) -> Result<Self, SwimError> {
         let set = scene.articulation();
-        let start = set.initial_lengths();
-        let mut ranges: Vec<(f64, f64)> = start.iter().map(|&x| (x, x)).collect();
-        let gait = Gait {
-            cycles: scene.gait().cycles.min(2),
-            phases: scene.gait().phases.clone(),
-        };
-        for leg in legs(&gait, start)? {
-            for (range, part) in ranges.iter_mut().zip(leg.ranges()) {
-                *range = (range.0.min(part.0), range.1.max(part.1));
-            }
-        }
+        let mut ranges = joint_ranges(scene)?;
         let options = scene.optimise();
         if let Some(lower) = &options.lower {
             for (range, value) in ranges
@@ -57,17 +48,8 @@ impl StrokeLimits {
                 range.1 = value.unwrap_or(range.1);
             }
         }
-        let radius = |body: usize| match scene.bodies()[body].shape {
-            Shape::Sphere { radius } => Some(radius),
-            _ => None,
-        };
-        let smallest = (0..scene.bodies().len())
-            .filter_map(radius)
-            .fold(f64::INFINITY, f64::min);
-        let gap = options.gap.unwrap_or(match smallest.is_finite() {
-            true => DEFAULT_GAP * smallest,
-            false => 0.0,
-        });
+        let radius = |body: usize| sphere_radius(scene, body);
+        let gap = smallest_gap(scene);
         for (link, range) in set.links().iter().zip(&mut ranges) {
             if let (Some(a), Some(b)) = (radius(link.body), radius(link.to))
                 && !link.joint.is_angle()
@@ -127,4 +109,23 @@ impl StrokeLimits {
         }
         lengths
     }
+}
+
+/// The radius of a body that is a sphere.
+pub(super) fn sphere_radius(scene: &Scene, body: usize) -> Option<f64> {
+    match scene.bodies()[body].shape {
+        Shape::Sphere { radius } => Some(radius),
+        _ => None,
+    }
+}
+
+/// The gap `optimise.gap` between spheres that a slide connects, by default a tenth of the smallest
+/// radius.
+pub(super) fn smallest_gap(scene: &Scene) -> f64 {
+    let radii = (0..scene.bodies().len()).filter_map(|body| sphere_radius(scene, body));
+    let smallest = radii.fold(f64::INFINITY, f64::min);
+    (scene.optimise().gap).unwrap_or(match smallest.is_finite() {
+        true => DEFAULT_GAP * smallest,
+        false => 0.0,
+    })
 }

@@ -5,6 +5,7 @@
 //! energy of any curve then are line integrals, with exact derivatives ([`Stroke`]).
 //!
 //! - [`optimise()`]: the curve that is best for an [`Objective`], inside limits.
+//! - [`best_sizes`]: the radii and arm lengths that are best for a gait.
 //! - [`learn`]: what reinforcement learning finds on the shapes whose joints are contracted or
 //!   extended, and the exact optimum there.
 
@@ -20,6 +21,7 @@ mod optimum_scene;
 mod progress;
 mod quadrature;
 mod search;
+mod sizes;
 mod starts;
 mod stroke_path;
 mod table;
@@ -35,6 +37,7 @@ pub use objective::{
 };
 pub use optimise::{Optimum, SearchOptions, optimise};
 pub use progress::DesignProgress;
+pub use sizes::{BestSizes, SizeRun, best_sizes};
 pub use starts::small_stroke_cost;
 pub use stroke_path::{SampledPath, Series, StrokeCurve};
 pub use table::{StrokeTable, tabulate};

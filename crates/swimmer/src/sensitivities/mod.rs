@@ -5,11 +5,12 @@
 //! for every model and for springs in the periodic state; adjoint solutions would need the
 //! derivatives of meshes and expansions with respect to sizes.
 
-mod parameter;
+pub(crate) mod parameter;
 
 use nalgebra::Vector3;
 use scene::{ModelKind, Scene};
 
+pub(crate) use parameter::with_values;
 pub use parameter::{Parameter, parameters};
 
 use crate::design::DesignProgress;
@@ -38,10 +39,12 @@ pub struct Sensitivity {
     pub error: f64,
 }
 
-/// The net displacement of a run, and its error bar.
+/// The net displacement of a run and its work on the fluid, with their error bars.
 pub(crate) struct Net {
     pub vector: Vector3<f64>,
     pub bar: f64,
+    pub work: f64,
+    pub work_bar: f64,
 }
 
 /// Derivatives of the net displacement of all cycles of a scene with respect to its [`parameters`].
@@ -154,5 +157,7 @@ pub(crate) fn net_displacement(scene: &Scene) -> Result<Net, SwimError> {
     Ok(Net {
         vector: mean_of_moving(&outcome.displacement),
         bar: outcome.error_estimate.total(),
+        work: outcome.work,
+        work_bar: outcome.work_error.total(),
     })
 }

@@ -1,10 +1,11 @@
 //! Parameters of a scene, and the same scene with another value of one of them.
 
-use scene::{Document, Gait, LengthPath, Scene, Shape, Sine, legs};
+use scene::{Document, LengthPath, Scene, Shape, Sine};
 
 use rigid::{Joint, JointDrive};
 
 use crate::error::SwimError;
+use crate::joint_ranges::joint_ranges;
 
 /// A quantity of a scene on which its net displacement depends.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,12 +14,12 @@ pub struct Parameter {
     pub name: String,
     /// Its value in the scene.
     pub value: f64,
-    kind: Kind,
+    pub(crate) kind: Kind,
 }
 
 /// What a parameter is, with the number of its body or link.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+pub(crate) enum Kind {
     Radius(usize),
     Length(usize),
     Amplitude(usize),
@@ -60,16 +61,7 @@ pub fn parameters(scene: &Scene) -> Result<Vec<Parameter>, SwimError> {
     let (links, start) = (set.links(), set.initial_lengths());
     let from_file =
         (scene.gait().phases.iter()).any(|phase| matches!(phase.path, LengthPath::Cubic(_)));
-    let gait = Gait {
-        cycles: scene.gait().cycles.min(2),
-        phases: scene.gait().phases.clone(),
-    };
-    let mut ranges: Vec<(f64, f64)> = start.iter().map(|&x| (x, x)).collect();
-    for leg in legs(&gait, start)? {
-        for (range, part) in ranges.iter_mut().zip(leg.ranges()) {
-            *range = (range.0.min(part.0), range.1.max(part.1));
-        }
-    }
+    let ranges = joint_ranges(scene)?;
     for (number, link) in links.iter().enumerate() {
         match link.drive {
             JointDrive::Passive(passive) if passive.stiffness > 0.0 => {
@@ -111,40 +103,65 @@ impl Parameter {
     /// # Errors
     /// A value that the scene cannot have, such as spheres that touch.
     pub fn set(&self, scene: &Scene, value: f64) -> Result<Scene, SwimError> {
-        let mut document = Document::parse(&scene.to_toml()?, "scene".as_ref())?;
-        match self.kind {
+        with_values(scene, &[(self, value)])
+    }
+}
+
+/// How the values of a link change: stretched about the start, then shifted.
+#[derive(Clone, Copy)]
+struct LinkChange {
+    factor: f64,
+    shift: f64,
+}
+
+impl LinkChange {
+    fn of_target(self, target: f64, start: f64) -> f64 {
+        let stretched = match self.factor == 1.0 {
+            true => target,
+            false => start + self.factor * (target - start),
+        };
+        stretched + self.shift
+    }
+}
+
+/// The scene with other values of several of its parameters.
+///
+/// # Errors
+/// Values that the scene cannot have, such as spheres that touch.
+pub(crate) fn with_values(scene: &Scene, values: &[(&Parameter, f64)]) -> Result<Scene, SwimError> {
+    let mut document = Document::parse(&scene.to_toml()?, "scene".as_ref())?;
+    let links = scene.articulation().links();
+    let unchanged = LinkChange {
+        factor: 1.0,
+        shift: 0.0,
+    };
+    let mut changes = vec![unchanged; links.len()];
+    for (parameter, value) in values {
+        match parameter.kind {
             Kind::Radius(body) => document.set(&format!("bodies[{body}].radius={value:?}"))?,
             Kind::Stiffness(link) => document.set(&format!("links[{link}].stiffness={value:?}"))?,
             Kind::Rest(link) => document.set(&format!("links[{link}].rest={value:?}"))?,
-            Kind::Length(link) => {
-                let shift = value - self.value;
-                move_start(scene, &mut document, link, shift)?;
-                change_targets(scene, &mut document, link, &|target| target + shift)?;
-            }
-            Kind::Amplitude(link) => {
-                let factor = value / self.value;
-                let start = scene.articulation().initial_lengths()[link];
-                let stretched = |target| start + factor * (target - start);
-                change_targets(scene, &mut document, link, &stretched)?;
-                let sines = sines(scene);
-                let of_link = sines
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, sine)| sine.link == link);
-                let mut before = 0.0;
-                for (number, sine) in of_link {
-                    let amplitude = factor * sine.amplitude;
-                    document.set(&format!("gait.harmonics[{number}].amplitude={amplitude:?}"))?;
-                    before += at_start(sine);
-                }
-                // The mean of a slide follows from where the bodies are, that of an angle is given.
-                if scene.articulation().links()[link].joint == Joint::Slide {
-                    move_start(scene, &mut document, link, (factor - 1.0) * before)?;
-                }
+            Kind::Length(link) => changes[link].shift = value - parameter.value,
+            Kind::Amplitude(link) => changes[link].factor = value / parameter.value,
+        }
+    }
+    change_targets(scene, &mut document, &changes)?;
+    let mut shifts: Vec<f64> = changes.iter().map(|change| change.shift).collect();
+    for (number, sine) in sines(scene).iter().enumerate() {
+        let factor = changes[sine.link].factor;
+        if factor != 1.0 {
+            let amplitude = factor * sine.amplitude;
+            document.set(&format!("gait.harmonics[{number}].amplitude={amplitude:?}"))?;
+            // The mean of a slide follows from where the bodies are, that of an angle is given.
+            if links[sine.link].joint == Joint::Slide {
+                shifts[sine.link] += (factor - 1.0) * at_start(sine);
             }
         }
-        Ok(Scene::from_document(document)?)
     }
+    if shifts.iter().any(|shift| *shift != 0.0) {
+        move_start(scene, &mut document, &shifts)?;
+    }
+    Ok(Scene::from_document(document)?)
 }
 
 /// The value of a term at the start.
@@ -160,13 +177,8 @@ fn sines(scene: &Scene) -> &[Sine] {
     }
 }
 
-/// Moves the bodies to another length of a slide at the start.
-fn move_start(
-    scene: &Scene,
-    document: &mut Document,
-    link: usize,
-    shift: f64,
-) -> Result<(), SwimError> {
+/// Moves the bodies to other lengths of slides at the start.
+fn move_start(scene: &Scene, document: &mut Document, shifts: &[f64]) -> Result<(), SwimError> {
     let set = scene.articulation();
     let state = scene.initial_state();
     // Joints that turn are at zero in the pose of the file.
@@ -179,7 +191,9 @@ fn move_start(
     let before = set
         .place(&state, &lengths)
         .map_err(models::ModelError::from)?;
-    lengths[link] += shift;
+    for (length, shift) in lengths.iter_mut().zip(shifts) {
+        *length += shift;
+    }
     let after = set
         .place(&state, &lengths)
         .map_err(models::ModelError::from)?;
@@ -200,33 +214,33 @@ fn move_start(
     Ok(())
 }
 
-/// Changes the values of a link at the ends of phases.
+/// Changes the values of links at the ends of phases.
 fn change_targets(
     scene: &Scene,
     document: &mut Document,
-    link: usize,
-    change: &dyn Fn(f64) -> f64,
+    changes: &[LinkChange],
 ) -> Result<(), SwimError> {
+    let (links, start) = (
+        scene.articulation().links(),
+        scene.articulation().initial_lengths(),
+    );
     for (number, phase) in scene.gait().phases.iter().enumerate() {
         let LengthPath::Linear(targets) = &phase.path else {
             continue;
         };
-        if let [(only, target)] = targets[..] {
-            if only == link {
-                let target = change(target);
-                document.set(&format!("gait.phases[{number}].length={target:?}"))?;
-            }
-        } else if targets.iter().any(|(known, _)| *known == link) {
-            let links = scene.articulation().links();
-            let texts = targets.iter().map(|&(known, target)| {
-                let target = if known == link {
-                    change(target)
-                } else {
-                    target
-                };
-                format!("{:?} = {target:?}", links[known].name)
-            });
-            let texts: Vec<String> = texts.collect();
+        let changed: Vec<(usize, f64)> = (targets.iter())
+            .map(|&(link, target)| (link, changes[link].of_target(target, start[link])))
+            .collect();
+        if changed == *targets {
+            continue;
+        }
+        if let [(_, target)] = changed[..] {
+            document.set(&format!("gait.phases[{number}].length={target:?}"))?;
+        } else {
+            let texts = changed.iter();
+            let texts: Vec<String> = texts
+                .map(|&(link, target)| format!("{:?} = {target:?}", links[link].name))
+                .collect();
             document.set(&format!(
                 "gait.phases[{number}].targets={{ {} }}",
                 texts.join(", ")

@@ -86,6 +86,38 @@ fn the_best_cycle_of_the_template_is_learned() {
 }
 
 #[test]
+fn the_best_sizes_are_printed_and_run() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    printed(folder, &["new", "three-sphere", "--out", "scene.toml"]);
+    let limits = ["--set", "optimise.arms=[4.5, 20]"];
+    let arguments = [&["sizes", "scene.toml", "--out", "best"][..], &limits].concat();
+    let output = swim(folder, &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("sizes: 1 runs"));
+    let shown = text(&output.stdout);
+    assert!(
+        shown.contains("8.500000, the limit; in the scene 10"),
+        "{shown}"
+    );
+    assert!(shown.contains("is the smallest allowed"), "{shown}");
+    let found = json(folder, &[&arguments[..], &["--json", "--quiet"]].concat());
+    let run = json(folder, &["run", "best/optimum.toml", "--json", "--quiet"]);
+    let of_run = run["displacement"]["centre"][0].as_f64().unwrap();
+    let of_search = found["best"]["displacement"].as_f64().unwrap();
+    assert!((of_run / of_search - 1.0).abs() < 1e-3, "{run}");
+    let csv = std::fs::read_to_string(folder.join("best/sizes.csv")).unwrap();
+    assert_eq!(
+        csv.lines().count() as u64,
+        1 + found["runs"].as_u64().unwrap()
+    );
+    assert!(csv.starts_with("length of left-arm,length of right-arm,objective\n"));
+    let refused = swim(folder, &["sizes", "scene.toml"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("optimise.radii = [0.5, 2]"));
+}
+
+#[test]
 fn scenes_without_a_design_are_refused_with_a_remedy() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();

@@ -3,5 +3,6 @@
 mod learned;
 mod optimal;
 mod sensitivities;
+mod sizes;
 mod timing;
 mod turning;

@@ -114,6 +114,8 @@ targets = { arm = 6 }
 [optimise]
 max_rate = 0.5
 max_power = 10
+radii = [0.5, 2]
+arms = [4, 20]
 "#,
     r#"
 [[bodies]]
