@@ -65,7 +65,8 @@ pub enum SwimError {
     #[error(
         "phase {phase} ({link}): the integration error is {error:.3e} and must be below \
          {tolerance:.3e} (both in the scene's unit of length), even with 1/{parts} of the phase \
-         per step; increase model.tolerance or reduce fem.surface_size"
+         per step; increase model.tolerance or reduce fem.surface_size. With fem.estimates = \"off\" \
+         the change of velocities by a new mesh counts as an integration error"
     )]
     NotIntegrated {
         /// Number of the phase, from one, over all cycles.
