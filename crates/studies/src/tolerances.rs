@@ -377,13 +377,13 @@ mod tests {
     }
 
     #[test]
-    fn twenty_random_strokes_are_within_their_bars_and_tolerances_or_refused() {
+    fn ten_random_strokes_are_within_their_bars_and_tolerances_or_refused() {
         // Models with a mesh take too long for a test.
-        let cases: Vec<Case> = all(20, 7, &MODELS[..4]).unwrap();
+        let cases: Vec<Case> = all(10, 7, &MODELS[..4]).unwrap();
         for case in &cases {
             assert!(case.holds(), "{}", line(case));
         }
         let refused = cases.iter().filter(|c| matches!(c.end, End::Refused(_)));
-        assert!(refused.count() <= 2);
+        assert!(refused.count() <= 1);
     }
 }

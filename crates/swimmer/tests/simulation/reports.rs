@@ -227,10 +227,11 @@ fn the_json_of_a_solution_has_every_number_of_it() {
     }
     solution.link_forces.iter_mut().for_each(twice);
     solution.correct(error);
-    solution.error_estimate = estimate(0.5);
-    let mut estimates = estimate_json(0.5);
     // Half of the larger of the errors of the two forces.
-    estimates["force"] = json!({ "mesh": 0.5 * vector(22.0).norm() });
+    assert_eq!(solution.force_error.mesh, Some(0.5 * vector(22.0).norm()));
+    (solution.error_estimate, solution.force_error) = (estimate(0.5), estimate(3.0));
+    let mut estimates = estimate_json(0.5);
+    estimates["force"] = estimate_json(3.0);
     let body_json = |name: &str, unit: f64| {
         json!({
             "name": name,
