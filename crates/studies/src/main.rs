@@ -74,6 +74,9 @@ enum Task {
         /// Seed of the first random case; each following one has the next seed.
         #[arg(long, default_value_t = 1, requires = "random")]
         seed: u64,
+        /// Continues with the cases of `random.csv` in the folder.
+        #[arg(long, requires = "random")]
+        resume: bool,
         /// Folder for `accuracy.md`, `accuracy.csv` and the charts, or `random.md` and
         /// `random.csv` [default: docs, or accuracy for --quick].
         #[arg(long)]
@@ -229,11 +232,12 @@ fn main() -> Result<()> {
             squirmers,
             strokes,
             seed,
+            resume,
             out,
         } => {
             let out = output_folder(out, quick, "accuracy");
             match random {
-                true => accuracy::random::run([instants, squirmers, strokes], seed, &out),
+                true => accuracy::random::run([instants, squirmers, strokes], seed, resume, &out),
                 false => accuracy::run(quick, only.as_deref(), &out).map(drop),
             }
         }

@@ -115,14 +115,13 @@ fn case(
         Err(error) => End::Refused(format!("{error:#}")),
     };
     Ok(Case {
-        kind: if drawn.slips.is_empty() {
-            "instant"
-        } else {
-            "squirmer"
+        kind: match drawn.slips.is_empty() {
+            true => "instant".to_owned(),
+            false => "squirmer".to_owned(),
         },
         seed: drawn.seed,
-        model,
-        groups: groups(drawn, model),
+        model: model.to_owned(),
+        groups: groups(drawn, model).join(" "),
         gap: drawn.gap,
         description: drawn.description(),
         end,

@@ -26,7 +26,7 @@ pub struct Quantity {
 /// Errors of a quantity, relative to its scale.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    pub name: &'static str,
+    pub name: String,
     /// Largest norm over the bodies of the exact vectors.
     pub scale: f64,
     /// Largest error over the bodies.
@@ -86,7 +86,7 @@ impl Quantity {
             estimate = estimate.max(estimated.norm());
         }
         Some(Comparison {
-            name: self.name,
+            name: self.name.to_owned(),
             scale,
             uncorrected: norm_of_largest(&before),
             corrected: norm_of_largest(&after),

@@ -84,7 +84,7 @@ pub fn markdown(cases: &[Case], seed: u64) -> String {
         for quantity in QUANTITIES {
             let found: Vec<&Comparison> = cases
                 .iter()
-                .filter(|case| case.kind == *kind && case.groups.contains(group))
+                .filter(|case| case.kind == *kind && case.is_in(group))
                 .flat_map(Case::comparisons)
                 .filter(|comparison| comparison.name == *quantity)
                 .collect();
@@ -143,7 +143,7 @@ fn rows(text: &mut String, title: &str, quantities: &[&str], cases: &[Case], kin
             continue;
         };
         let comparisons = case.comparisons();
-        for c in comparisons.filter(|c| quantities.contains(&c.name)) {
+        for c in comparisons.filter(|c| quantities.contains(&c.name.as_str())) {
             let over_bar = |error: f64| match c.bar {
                 Some(bar) => format!("{:.2}", error / bar),
                 None => "-".to_owned(),

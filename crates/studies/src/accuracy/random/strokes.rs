@@ -177,10 +177,10 @@ pub fn case(seed: u64) -> Result<Case> {
         Err(error) => End::Refused(format!("{error:#}")),
     };
     Ok(Case {
-        kind: "stroke",
+        kind: "stroke".to_owned(),
         seed,
-        model: "fem",
-        groups,
+        model: "fem".to_owned(),
+        groups: groups.join(" "),
         gap,
         description: drawn.description(),
         end,
