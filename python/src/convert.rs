@@ -34,7 +34,9 @@ pub fn matrix<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Bound<'py
 /// Matrices of size 3 as an array of shape `(n, 3, 3)`.
 pub fn matrices<'py>(py: Python<'py>, matrices: &[Matrix3<f64>]) -> PyResult<Bound<'py, PyAny>> {
     // Columns of a transposed matrix are rows.
-    let flat = matrices.iter().flat_map(|m| <[[f64; 3]; 3]>::from(m.transpose()));
+    let flat = matrices
+        .iter()
+        .flat_map(|m| <[[f64; 3]; 3]>::from(m.transpose()));
     let flat: Vec<f64> = flat.flatten().collect();
     let shape = [matrices.len(), 3, 3];
     Ok(PyArray1::from_vec(py, flat).reshape(shape)?.into_any())
