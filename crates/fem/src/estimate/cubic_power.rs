@@ -1,11 +1,10 @@
 //! Power of a flow in cubic velocities and quadratic pressures.
 
 use mesh::{TET_EDGES, Vec3};
-use nalgebra::Matrix3;
 
 use super::bubbles::rule;
 use super::cubic::CubicExtension;
-use super::cubic_tables::Vectors;
+use super::facet_geometry::gradient_of;
 use crate::FemError;
 use crate::check::{check_array, check_length, check_vectors};
 use crate::geometry::MapAt;
@@ -44,9 +43,12 @@ impl CubicExtension<'_> {
         check_array("the pressure", flow.pressure, mesh.n_vertices())?;
         let [power] = sum_over(mesh.cells().len(), |cell| {
             let nodes = &mesh.cells()[cell];
-            let bubbles = [flow, test].map(|field| self.bubbles_of(cell, field.extension));
+            let bubbles = [flow, test].map(|field| {
+                let [x, y, z] = self.bubbles_of(cell, field.extension);
+                std::array::from_fn(|k| Vec3::new(x[k], y[k], z[k]))
+            });
             let is_at_rest = |node: &u32| test.velocity[*node as usize] == Vec3::zeros();
-            if nodes.iter().all(is_at_rest) && bubbles[1].as_flattened().iter().all(|b| *b == 0.0) {
+            if nodes.iter().all(is_at_rest) && bubbles[1] == [Vec3::zeros(); 10] {
                 return Ok([0.0]);
             }
             let positions = mesh.cell_points(cell);
@@ -56,7 +58,7 @@ impl CubicExtension<'_> {
                 let map = MapAt::new(cell, &positions, point.at)?;
                 let gradients = map.gradients(point.at);
                 let [u, v] = [(flow, &bubbles[0]), (test, &bubbles[1])].map(|(field, bubbles)| {
-                    let of_bubbles = gradient_of_bubbles(bubbles, &point.gradients);
+                    let of_bubbles = gradient_of(bubbles, &point.gradients);
                     velocity_gradient(nodes, field.velocity, &gradients) + map.gradient(&of_bubbles)
                 });
                 let l = &point.at.barycentric;
@@ -72,13 +74,4 @@ impl CubicExtension<'_> {
         check_array("the power", &[power], 1)?;
         Ok(power)
     }
-}
-
-/// Gradient `∂u_c/∂ξ_k` of bubbles in reference coordinates.
-fn gradient_of_bubbles(values: &Vectors, gradients: &[Vec3; 10]) -> Matrix3<f64> {
-    let [x, y, z] = values;
-    let terms = gradients.iter().enumerate();
-    terms
-        .map(|(k, gradient)| Vec3::new(x[k], y[k], z[k]) * gradient.transpose())
-        .sum()
 }

@@ -51,11 +51,6 @@ impl<'a> From<&'a Vec<Vec3>> for BoundaryFlow<'a> {
 }
 
 impl BoundaryFlow<'_> {
-    /// Velocities of the nodes of the cell of a facet.
-    pub(super) fn of_cell(&self, mesh: &TetMesh, facet: &Facet) -> [Vec3; 10] {
-        mesh.cells()[facet.cell as usize].map(|node| self.velocity[node as usize])
-    }
-
     /// Velocities of the nodes of the cell of a facet, relative to that of the boundary.
     pub(super) fn relative(&self, mesh: &TetMesh, facet: &Facet) -> [Vec3; 10] {
         mesh.cells()[facet.cell as usize].map(|node| {

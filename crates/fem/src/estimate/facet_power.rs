@@ -5,6 +5,7 @@ use nalgebra::Matrix3;
 use super::facet_geometry::{BoundaryFlow, FacetGeometry, gradient_of};
 use crate::FemError;
 use crate::check::{check_array, check_vectors};
+use crate::load::velocity_gradient;
 
 impl FacetGeometry<'_> {
     /// Change of [`power`](crate::power) if the facets are moved to the true surfaces, for a given
@@ -37,14 +38,13 @@ impl FacetGeometry<'_> {
         }
         check_array("the pressure", pressure, self.mesh.n_vertices())?;
         let powers = self.map_facets(|facet, boundary| {
-            let flows = [a, b].map(|flow| flow.of_cell(self.mesh, facet));
             let relative = [a, b].map(|flow| flow.relative(self.mesh, facet));
-            let vertices = &self.mesh.cells()[facet.cell as usize][..4];
+            let nodes = &self.mesh.cells()[facet.cell as usize];
             let mut power = 0.0;
             self.for_each_point(facet, boundary, |at, gradients, normal, weight| {
-                let [a, b] = flows.map(|flow| gradient_of(&flow, gradients));
+                let [a, b] = [a, b].map(|flow| velocity_gradient(nodes, flow.velocity, gradients));
                 let [d_a, d_b] = relative.map(|flow| gradient_of(&flow, gradients) * normal);
-                let values = at.barycentric.iter().zip(vertices);
+                let values = at.barycentric.iter().zip(nodes);
                 let p: f64 = values
                     .map(|(l, &vertex)| l * pressure[vertex as usize])
                     .sum();
