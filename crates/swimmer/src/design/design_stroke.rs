@@ -1,12 +1,12 @@
 //! The best stroke of a scene: table, search, and a run of the winner by the full model.
 
-use std::f64::consts::PI;
 use std::path::Path;
 
 use models::{Part, ShapeGeometry};
 use nalgebra::Vector3;
-use scene::{Gait, ObjectiveKind, Scene, Shape, StrokeStart, legs};
+use scene::{Gait, ObjectiveKind, Scene, StrokeStart, legs};
 
+use super::efficiency::drag_of_bodies;
 use super::farthest::farthest;
 use super::limits::StrokeLimits;
 use super::objective::{
@@ -137,11 +137,7 @@ pub fn design_stroke(
             limits.lengths(&optimum.curve.shape(timing.parameter(share)))
         })
         .collect();
-    let radii = scene.bodies().iter().map(|body| match body.shape {
-        Shape::Sphere { radius } => radius,
-        _ => body.bounding_radius(),
-    });
-    let drag = 6.0 * PI * scene.viscosity() * radii.sum::<f64>();
+    let drag = drag_of_bodies(scene);
     let period = timing.period();
     Ok(DesignedStroke {
         efficiency: drag * optimum.totals.displacement.norm_squared() / (energy * period),

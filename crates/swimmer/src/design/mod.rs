@@ -11,6 +11,7 @@
 
 mod bounds;
 mod design_stroke;
+mod efficiency;
 mod farthest;
 mod interior_point;
 pub mod learn;

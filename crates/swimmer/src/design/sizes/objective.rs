@@ -1,10 +1,9 @@
 //! What the sizes of a swimmer are chosen for.
 
-use std::f64::consts::PI;
-
 use nalgebra::Vector3;
-use scene::{ObjectiveKind, Scene, Shape};
+use scene::{ObjectiveKind, Scene};
 
+use crate::design::efficiency::drag_of_bodies;
 use crate::error::SwimError;
 use crate::sensitivities::net_displacement;
 
@@ -76,10 +75,6 @@ impl SizeObjective {
     pub fn run(&self, scene: &Scene) -> Result<SizeRun, SwimError> {
         let net = net_displacement(scene)?;
         let displacement = net.vector.dot(&self.direction);
-        let radii = scene.bodies().iter().map(|body| match body.shape {
-            Shape::Sphere { radius } => radius,
-            _ => body.bounding_radius(),
-        });
         let time = scene.gait().cycle_duration() * f64::from(scene.gait().cycles);
         let power = net.work / time;
         if !(power > 0.0 && power.is_finite()) {
@@ -90,8 +85,7 @@ impl SizeObjective {
                 ),
             });
         }
-        let drag = 6.0 * PI * scene.viscosity() * radii.sum::<f64>();
-        let factor = drag / (net.work * time);
+        let factor = drag_of_bodies(scene) / (net.work * time);
         let efficiency = factor * displacement * displacement.abs();
         let efficiency_error = 2.0 * factor * displacement.abs() * net.bar
             + efficiency.abs() * net.work_bar / net.work;
