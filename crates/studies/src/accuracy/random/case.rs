@@ -10,7 +10,7 @@ const INEXACT: f64 = 0.05;
 
 /// A case and what became of it.
 pub struct Case {
-    /// `instant` or `stroke`.
+    /// `instant`, `squirmer` or `stroke`.
     pub kind: String,
     /// The seed from which it is drawn again.
     pub seed: u64,
