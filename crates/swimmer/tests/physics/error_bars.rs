@@ -255,7 +255,7 @@ fn bars_of_straight_elements_include_the_facet_geometry_error() {
     let straight = "fem.geometry = \"straight\"\n";
     let radius = 40.0;
     let [speed, spin] = concentric(radius);
-    for size in [0.4, 0.25] {
+    for size in [0.4, 0.3] {
         let loads = "force = [1, 0, 0]\ntorque = [0, 0, 1]";
         let instant = solve(&scene(
             &(domain(radius, size) + straight + &sphere("s", 0.0, loads)),
