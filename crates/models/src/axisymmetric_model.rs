@@ -275,6 +275,7 @@ impl AxisymmetricModel {
         let uncertainty = Uncertainty {
             relative: UNCERTAINTY,
             velocity: UNCANCELLED * axial.relative_error() * speed,
+            power: axial.relative_error() * corrected.slip_power.abs(),
         };
         let error = MeshError::between(&computed, &corrected, uncertainty);
         let total = clock.elapsed().as_secs_f64();
@@ -297,11 +298,6 @@ impl AxisymmetricModel {
             ..computed
         };
         solution.correct(error);
-        if surfaces.is_some() {
-            let of_slip = axial.relative_error() * solution.slip_power.abs();
-            let bar = &mut solution.power_error.mesh;
-            *bar = bar.map(|bar| bar.hypot(of_slip));
-        }
         Ok(solution)
     }
 }

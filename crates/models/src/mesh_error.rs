@@ -31,6 +31,9 @@ pub struct Uncertainty {
     pub relative: f64,
     /// Uncertainty of velocities, in which the errors around different bodies do not cancel.
     pub velocity: f64,
+    /// Uncertainty of errors of the power that may cancel with others: of straight facets and slip.
+    #[serde(default)]
+    pub power: f64,
 }
 
 impl MeshError {
@@ -76,6 +79,7 @@ impl MeshError {
             (term.motion.joints.iter_mut()).for_each(|rate| *rate *= factor);
             term.slip_power *= factor;
             term.uncertainty.velocity *= factor;
+            term.uncertainty.power *= factor;
             term
         };
         let mut terms = terms
@@ -84,6 +88,7 @@ impl MeshError {
         let first = terms.next()?;
         let mut sum = terms.fold(first, |sum, term| sum.plus(&term));
         sum.uncertainty.velocity = sum.uncertainty.velocity.max(0.0);
+        sum.uncertainty.power = sum.uncertainty.power.max(0.0);
         Some(sum)
     }
 
@@ -102,6 +107,7 @@ impl MeshError {
         let (of_sum, of_term) = (&mut self.uncertainty, &term.uncertainty);
         of_sum.relative = of_sum.relative.max(of_term.relative);
         of_sum.velocity += of_term.velocity;
+        of_sum.power += of_term.power;
         self
     }
 
@@ -113,6 +119,11 @@ impl MeshError {
     /// Magnitude of the largest error of the velocity of a body.
     pub fn velocity(&self) -> f64 {
         self.largest(|body| body.velocity)
+    }
+
+    /// Error bar of the corrected power, if the correction of the power is `removed`.
+    pub fn power_error_bar(&self, removed: f64) -> f64 {
+        (self.uncertainty.relative * removed.abs()).max(self.uncertainty.power)
     }
 
     /// Error bar of the corrected forces of all bodies.
@@ -140,6 +151,9 @@ pub struct AccumulatedError {
     /// Error of the work of the bodies on the fluid.
     #[serde(default)]
     pub work: f64,
+    /// Uncertainty of the error of the work.
+    #[serde(default)]
+    pub work_uncertainty: f64,
     /// Largest relative uncertainty of the parts.
     #[serde(default)]
     pub relative_uncertainty: f64,
@@ -148,7 +162,7 @@ pub struct AccumulatedError {
 impl AccumulatedError {
     /// Error bar of the corrected work.
     pub fn work_error_bar(&self) -> f64 {
-        self.relative_uncertainty * self.work.abs()
+        (self.relative_uncertainty * self.work.abs()).max(self.work_uncertainty)
     }
 
     /// Error bar of corrected displacements whose largest correction is `correction`.
@@ -179,6 +193,7 @@ impl AccumulatedError {
                 .collect(),
             uncertainty: 0.0,
             work: (solution.uncorrected_power() - solution.power()) * time,
+            work_uncertainty: error.uncertainty.power * time.abs(),
             relative_uncertainty: error.uncertainty.relative,
         };
         let displacement: Vec<_> = motion.frames.iter().map(|f| f.linear * time).collect();
@@ -208,6 +223,7 @@ impl AccumulatedError {
             *rotation += later_rotation;
         }
         self.work += later.work;
+        self.work_uncertainty += later.work_uncertainty;
         // On different meshes the errors are independent, so the squares of their uncertainties
         // are summed.
         self.uncertainty = self.uncertainty.hypot(later.uncertainty);
@@ -257,6 +273,7 @@ mod tests {
                 uncertainty: Uncertainty {
                     relative: 0.1,
                     velocity: 0.5,
+                    power: 0.0,
                 },
             });
             assert_eq!(solution.motion, along_x(1.0));
@@ -294,7 +311,14 @@ mod tests {
         let names: Vec<&String> = stored.as_object().unwrap().keys().collect();
         assert_eq!(
             names,
-            ["moved", "relative_uncertainty", "spread", "turned", "work"]
+            [
+                "moved",
+                "relative_uncertainty",
+                "spread",
+                "turned",
+                "work",
+                "work_uncertainty"
+            ]
         );
     }
 }

@@ -90,10 +90,10 @@ impl InstantaneousSolution {
     pub(crate) fn set_mesh_error(&mut self, error: MeshError) {
         self.error_estimate.mesh = Some(error.velocity_error_bar());
         self.force_error.mesh = Some(error.force_error_bar());
-        let relative = error.uncertainty.relative;
         self.mesh_error = Some(error);
         let removed = self.uncorrected_power() - self.power();
-        self.power_error.mesh = Some(relative * removed.abs());
+        let error = self.mesh_error.as_ref();
+        self.power_error.mesh = error.map(|error| error.power_error_bar(removed));
     }
 
     /// Motion and loads as they were computed, before the correction.

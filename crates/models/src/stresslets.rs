@@ -49,15 +49,15 @@ impl Stresslets {
         }
     }
 
-    /// These corrected stresslets, with what was computed and the relative uncertainty of the
-    /// correction.
+    /// These corrected stresslets, with what was computed, the relative uncertainty of the
+    /// correction and a lower bound of the uncertainty.
     #[must_use]
-    pub(crate) fn correcting(self, computed: &Self, relative_uncertainty: f64) -> Self {
+    pub(crate) fn correcting(self, computed: &Self, relative: f64, at_least: f64) -> Self {
         let changes = self.bodies.iter().zip(&computed.bodies);
         let largest = changes.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         Self {
             uncorrected: computed.bodies.clone(),
-            error: Some(relative_uncertainty * largest),
+            error: Some(at_least.max(relative * largest)),
             ..self
         }
     }

@@ -35,6 +35,9 @@ const ENERGY_UNCERTAINTY: f64 = 14.0;
 /// the surface: with straight facets it is up to a quarter too small (random arrangements).
 const FACET_UNCERTAINTY: f64 = 0.25;
 
+/// The same with slip or a background flow: up to a half (random squirmers).
+const FACET_UNCERTAINTY_IN_FLOW: f64 = 0.5;
+
 /// Relative uncertainty of the contribution of straight facets on walls.
 ///
 /// The elements there are large: the measured effect is 0.3 to 0.9 of the estimate.
@@ -52,6 +55,11 @@ pub struct Estimate {
     pub uncertainty: f64,
     /// Relative uncertainty of every part of the change.
     pub relative_uncertainty: f64,
+    /// Uncertainty of the effect of straight facets on the power. In the change it may cancel with
+    /// the effect of elements.
+    pub power_uncertainty: f64,
+    /// Uncertainty of the effect of straight facets on stresslets.
+    pub stresslet_uncertainty: f64,
     /// Hierarchical surplus of the flow.
     surplus: Surplus,
     /// Contribution of each cell to `uncertainty`.
@@ -103,6 +111,7 @@ struct Indicators<'f> {
     /// Contribution of each facet to `G(u, u)`.
     of_facets: Vec<f64>,
     relative_uncertainty: f64,
+    power_uncertainty: f64,
 }
 
 /// Flow of a unit load, with its surplus.
@@ -124,9 +133,10 @@ impl Estimator<'_> {
         let surfaces = self.surfaces.map(|(nodal, _)| nodal);
         let of_surfaces = self.problem.power_of_surfaces(flow, surfaces)?;
         let power = (flow.forces.dot(&flow.bodies) + of_surfaces) / self.problem.parts();
+        let uncertain_geometry = self.facet_uncertainty() * geometry.abs();
         let uncertain = (SOLVE_UNCERTAINTY + ENERGY_UNCERTAINTY * (energy / power).abs())
             * energy.abs()
-            + FACET_UNCERTAINTY * geometry.abs();
+            + uncertain_geometry;
         // Bodies at rest have neither power nor error.
         let ratio = uncertain / (energy - geometry).abs();
         Ok(Indicators {
@@ -138,7 +148,16 @@ impl Estimator<'_> {
             } else {
                 0.0
             },
+            power_uncertainty: self.problem.parts() * uncertain_geometry,
         })
+    }
+
+    /// Relative uncertainty of the effect of straight facets on bodies.
+    fn facet_uncertainty(&self) -> f64 {
+        match self.surfaces {
+            None => FACET_UNCERTAINTY,
+            Some(_) => FACET_UNCERTAINTY_IN_FLOW,
+        }
     }
 
     fn boundary_flow<'f>(&'f self, velocity: &'f [Vector3<f64>]) -> BoundaryFlow<'f> {
@@ -221,6 +240,8 @@ impl Estimator<'_> {
             slip_power,
             uncertainty: (CELL_UNCERTAINTY * of_cells).hypot(of_walls),
             relative_uncertainty: error.relative_uncertainty,
+            power_uncertainty: error.power_uncertainty,
+            stresslet_uncertainty: 0.0,
             surplus: error.surplus,
             frame_indicators,
             facet_indicators: cells.zip(error.of_facets).collect(),
@@ -279,13 +300,21 @@ impl Estimator<'_> {
                 let responses: Vec<_> = loads.into_iter().map(|load| &responses[load]).collect();
                 let slip_power = slip_power_change(flow, &change)?;
                 let mut change = change.flow;
+                let mut of_facets = 0.0_f64;
                 let bodies = self.problem.bodies.iter();
                 for (stresslet, (tag, _)) in change.stresslets.iter_mut().zip(bodies) {
                     let of_flow = self.boundary_flow(&flow.velocity);
                     let part = self.facet_geometry.stresslet(*tag, of_flow)?;
-                    *stresslet += self.problem.symmetry().whole_tensor(&part);
+                    let part = self.problem.symmetry().whole_tensor(&part);
+                    of_facets = of_facets.max(part.norm());
+                    *stresslet += part;
                 }
-                self.estimate(self.indicators(flow)?, (change, slip_power), &responses)
+                let estimate =
+                    self.estimate(self.indicators(flow)?, (change, slip_power), &responses)?;
+                Ok(Estimate {
+                    stresslet_uncertainty: self.facet_uncertainty() * of_facets,
+                    ..estimate
+                })
             })
             .collect()
     }

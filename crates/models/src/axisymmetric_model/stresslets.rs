@@ -50,7 +50,7 @@ impl AxisymmetricModel {
             };
             let computed = of(&solution.uncorrected().bodies, power.matrix());
             let corrected = of(&solution.bodies, &power.extrapolated());
-            let mut stresslets = corrected.correcting(&computed, UNCERTAINTY);
+            let mut stresslets = corrected.correcting(&computed, UNCERTAINTY, 0.0);
             let remaining = EXTENSION_UNCERTAINTY * stresslets.largest();
             stresslets.error = stresslets.error.map(|error| error + remaining);
             solution.stresslets = Some(stresslets);

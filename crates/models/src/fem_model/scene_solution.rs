@@ -57,9 +57,13 @@ impl ToScene<'_> {
         let uncertainty = Uncertainty {
             relative: estimate.relative_uncertainty,
             velocity: self.scaled.scale.speed_to_scene(estimate.uncertainty),
+            power: self.scaled.scale.power_to_scene(estimate.power_uncertainty),
         };
-        answer.stresslets = (answer.stresslets.take().zip(computed.stresslets.as_ref()))
-            .map(|(corrected, computed)| corrected.correcting(computed, uncertainty.relative));
+        let of_facets = Vector3::x() * estimate.stresslet_uncertainty;
+        let of_facets = self.scaled.scale.torque_to_scene(of_facets).x;
+        answer.stresslets = (answer.stresslets.take().zip(computed.stresslets.as_ref())).map(
+            |(corrected, computed)| corrected.correcting(computed, uncertainty.relative, of_facets),
+        );
         answer.set_mesh_error(MeshError::between(&computed, &answer, uncertainty));
         solved.flow = corrected;
         Ok(answer)

@@ -92,7 +92,7 @@ pub struct Bars {
     pub force: f64,
     /// Error bar of the power without the discretisation error, relative to the power.
     pub power: f64,
-    /// Uncertainty of discretisation errors.
+    /// Uncertainty of discretisation errors, of the power relative to the power.
     pub mesh_uncertainty: Uncertainty,
     /// Error bar of velocities for the discretisation.
     pub mesh: f64,
@@ -116,6 +116,7 @@ impl Bars {
             mesh_uncertainty: Uncertainty {
                 relative: a.relative.max(b.relative),
                 velocity: a.velocity.max(b.velocity),
+                power: a.power.max(b.power),
             },
             mesh: self.mesh.max(other.mesh),
             mesh_force: self.mesh_force.max(other.mesh_force),
@@ -138,6 +139,7 @@ impl Bars {
             let (largest, bars) = (&mut self.mesh_uncertainty, error.uncertainty);
             largest.velocity = largest.velocity.max(bars.velocity);
             largest.relative = largest.relative.max(bars.relative);
+            largest.power = largest.power.max(bars.power / power);
         }
     }
 }

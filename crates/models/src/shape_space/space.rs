@@ -317,6 +317,7 @@ impl ShapeSpace {
         let mesh_error = record.mesh_error.map(|error| MeshError {
             uncertainty: Uncertainty {
                 velocity: speed * self.bars.mesh_uncertainty.velocity,
+                power: power.abs() * self.bars.mesh_uncertainty.power,
                 ..self.bars.mesh_uncertainty
             },
             ..error

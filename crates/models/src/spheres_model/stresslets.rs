@@ -50,7 +50,10 @@ impl SpheresModel {
             |scaled: &[_]| Stresslets::to_scene(scaled, &surfaced, kinds.len(), &self.scaled.scale);
         let (stresslets, coarser) = (to_scene(&found.values), to_scene(&found.coarser));
         // Expansions are not corrected: the change of the order is the error.
-        let error = stresslets.clone().correcting(&coarser, found.tail).error;
+        let error = stresslets
+            .clone()
+            .correcting(&coarser, found.tail, 0.0)
+            .error;
         Ok(Some(Stresslets {
             error,
             ..stresslets

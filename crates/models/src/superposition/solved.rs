@@ -34,6 +34,8 @@ impl Solved {
             (ErrorEstimate::default(), ErrorEstimate::default());
         let mut uncertainty = Uncertainty::default();
         let (mut slip_power, mut slip_power_error) = (0.0, 0.0);
+        // Powers are quadratic: roots of their uncertainties are summed.
+        let mut root_of_power = 0.0;
         for (response, &c) in self.solutions.iter().zip(coefficients) {
             for (sum, value) in sum.iter_mut().zip(&response.numbers) {
                 *sum += c * value;
@@ -46,9 +48,11 @@ impl Solved {
             if let Some(error) = &solution.mesh_error {
                 uncertainty.relative = uncertainty.relative.max(error.uncertainty.relative);
                 uncertainty.velocity += c.abs() * error.uncertainty.velocity;
+                root_of_power += c.abs() * error.uncertainty.power.sqrt();
                 slip_power_error += c * error.slip_power;
             }
         }
+        uncertainty.power = root_of_power * root_of_power;
         error_estimate.model = Some(error_estimate.model.unwrap_or(0.0) + self.deviation);
         let record = Record::new(&sum, self.layout);
         let first = &self.solutions[0].solution;

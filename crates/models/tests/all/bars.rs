@@ -293,6 +293,7 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
         uncertainty: Uncertainty {
             relative: 0.5,
             velocity: 0.04 * speed,
+            power: 0.0,
         },
     });
     let largest = |of: &dyn Fn(usize) -> f64| (0..3).map(of).fold(0.0, f64::max);

@@ -72,6 +72,7 @@ impl Hydrodynamics for WithBars {
                 uncertainty: Uncertainty {
                     relative: RELATIVE,
                     velocity: uncertainty(lengths),
+                    power: 0.0,
                 },
             });
             solution.power_error.model = Some(POWER * solution.power());

@@ -111,6 +111,7 @@ fn error_bars_of_a_run_are_those_of_the_velocities_times_the_duration() {
     model.mesh_error.uncertainty = Uncertainty {
         relative: 0.2,
         velocity: 1e-7,
+        power: 0.0,
     };
     // An error of one body, whose power is far from zero.
     model.mesh_error.bodies[0].force = Vector3::x() * 1e-3;

@@ -50,6 +50,7 @@ impl Hydrodynamics for OnRequest {
             let uncertainty = Uncertainty {
                 relative: 0.05,
                 velocity: 0.0,
+                power: 0.0,
             };
             let nothing = InstantaneousSolution::new(
                 solution.bodies.iter().map(|_| Default::default()).collect(),

@@ -134,6 +134,7 @@ impl<F: Fn(&[f64]) -> f64 + Send> Hydrodynamics for Changed<F> {
                 uncertainty: Uncertainty {
                     relative: 0.0,
                     velocity: self.bar * largest,
+                    power: 0.0,
                 },
             });
             solution.dofs.total = 1000 + self.solves % 2;

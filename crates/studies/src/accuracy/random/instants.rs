@@ -11,7 +11,7 @@ use swimmer::{Scene, choose};
 
 use super::arrangement::Arrangement;
 use super::case::{Case, End};
-use super::quantity::of_instant;
+use super::quantity::{Quantity, of_instant};
 
 /// Tolerance of the multipoles that are compared with, in three dimensions: a thousandth of the
 /// usual errors of corrected values.
@@ -90,23 +90,23 @@ fn case(
             let of_velocity = exact.error_estimate.total() / size(|b| b.velocity.norm());
             let of_force = exact.force_error.total() / size(|b| b.force.norm());
             let of_power = exact.power_error.total() / exact.power().abs();
-            // Velocity, angular velocity, power; force, torque and force of a link.
-            let bars = [
-                of_velocity,
-                of_velocity,
-                of_power,
-                of_force,
-                of_force,
-                of_force,
-            ];
+            let of_stresslet = exact.stresslets.as_ref().map_or(0.0, |stresslets| {
+                let bar = stresslets.error.unwrap_or(f64::INFINITY);
+                bar / stresslets.largest().max(f64::MIN_POSITIVE)
+            });
+            let bar = |quantity: &Quantity| match quantity.name {
+                "velocity" | "angular velocity" => of_velocity,
+                "power" => of_power,
+                "stresslet" => of_stresslet,
+                _ => of_force,
+            };
             let quantities = of_instant(&scene, &solved);
             let exact = of_instant(&scene, exact);
             End::Compared {
                 comparisons: quantities
                     .iter()
                     .zip(&exact)
-                    .zip(bars)
-                    .filter_map(|((quantity, exact), bar)| quantity.compare(exact, bar))
+                    .filter_map(|(quantity, exact)| quantity.compare(exact, bar(quantity)))
                     .collect(),
                 dofs: solved.dofs.total,
                 seconds,
