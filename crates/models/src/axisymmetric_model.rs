@@ -58,8 +58,7 @@ const UNCERTAINTY: f64 = 0.75;
 
 /// Uncertainty of velocities relative to the largest one, per relative error of the resistance.
 ///
-/// The estimated errors of linked bodies cancel in their velocities, what is uncertain about them
-/// does not.
+/// The estimated errors of linked bodies cancel in their velocities; their uncertainties do not.
 const UNCANCELLED: f64 = 0.1;
 
 /// Relative error of resistances that the lowest order of the elements reaches.
@@ -315,11 +314,11 @@ impl Hydrodynamics for AxisymmetricModel {
         true
     }
 
-    /// The resistances are computed once; solutions always have error estimates.
     fn scene(&self) -> &Scene {
         &self.scaled.scene
     }
 
+    // The resistances are computed once and serve all rates.
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         // Relative error of resistances over the resulting relative error of velocities.
         const SHARE: f64 = 0.2;

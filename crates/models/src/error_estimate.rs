@@ -7,11 +7,12 @@ use serde::{Deserialize, Serialize};
 pub struct ErrorEstimate {
     /// Discretisation on a mesh.
     pub mesh: Option<f64>,
-    /// A finite container instead of unbounded fluid.
+    /// Truncation of the domain: a ball for unbounded fluid, a part of an infinite cylinder.
     pub container: Option<f64>,
-    /// Deviation of the model from Stokes flow.
+    /// Approximation by the model: truncated expansions or interactions, interpolation in tables,
+    /// superposition.
     pub model: Option<f64>,
-    /// Tolerance of the linear solver.
+    /// Residual of the linear solve.
     pub algebraic: Option<f64>,
     /// Time integration along the gait.
     pub integration: Option<f64>,

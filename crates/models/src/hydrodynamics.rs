@@ -56,9 +56,10 @@ pub struct Query<'a> {
 
 /// Terms of an implicit time step for a body with mass, in the scene's units.
 ///
-/// The body accelerates by `dp/dt = D (U, ω) - L`: the resistance `D`, mass over time step, and the
-/// load `L` are in addition to the resistance of the fluid and the external loads. Forces on the
-/// fluid do not contain them, forces of links do.
+/// The momentum changes at the rate `dp/dt = D (U, ω) - L`, with the mass matrix over the time step
+/// `D` and the known momentum over the time step `L`. In the equations `D` adds to the resistance
+/// of the fluid and `L` to the external loads. Forces on the fluid contain neither, forces of links
+/// contain both.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyInertia {
     /// `D`, symmetric, in the laboratory axes.

@@ -170,7 +170,7 @@ impl AccumulatedError {
         (self.relative_uncertainty * correction).hypot(self.uncertainty)
     }
 
-    /// Adds the error that was subtracted from a solution, which lasts for `time`.
+    /// Adds the error that was subtracted from a solution, times its quadrature weight `time`.
     ///
     /// Nothing if the solution was not corrected.
     pub fn add(&mut self, time: f64, solution: &InstantaneousSolution) {

@@ -12,7 +12,7 @@ use scene::{Scene, Shape};
 
 /// Spheres in unbounded fluid with the Rotne-Prager-Yamakawa mobility, whatever the scene has.
 ///
-/// Another shape is replaced by the sphere with the mean of its half extents as radius, and walls
+/// Another shape is replaced by the sphere with the mean of its half extents as radius, and walls,
 /// slip and background flow are ignored. The displacements of a stroke have the right order of
 /// magnitude, which is what tolerances of its parts need. Cost: microseconds for a few bodies.
 pub struct RoughModel {

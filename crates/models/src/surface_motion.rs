@@ -30,9 +30,9 @@ pub(crate) struct SurfaceEffect {
 impl SurfaceEffect {
     /// Power `∮ s · f dS` of the slip `s` while the bodies exert the forces `F` on the fluid.
     ///
-    /// The forces add the flow of rigid bodies to that of force-free ones. By the reciprocal
-    /// theorem their power in the slip is minus that in the velocities of force-free bodies by the
-    /// slip.
+    /// `P = P_0 - F · U_s`, with the power `P_0` of the slip of force-free bodies and their
+    /// velocities `U_s` due to the slip. The flow that the forces add is that of rigid bodies, and
+    /// the reciprocal theorem gives the power of the slip on it.
     pub fn power(&self, forces: &DVector<f64>) -> f64 {
         self.slip_power - self.of_slip.dot(forces)
     }

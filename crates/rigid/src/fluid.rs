@@ -167,7 +167,7 @@ impl RigidFluid {
     /// The same fluid with a preconditioner that accounts for narrow gaps and channels.
     ///
     /// `stiffness` is `∫ k ∇ψ_q · ∇ψ_r` over the pressure functions, `k` being twice the
-    /// permeability at each point: `h^2 / 6` in a gap of width h. It changes the number of
+    /// permeability at each point: `2 h^2 / 12` in a gap of width h. It changes the number of
     /// iterations, not the solution; see
     /// [`with_pressure_laplacian`](linalg::BlockTriangular::with_pressure_laplacian).
     ///

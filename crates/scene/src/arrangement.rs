@@ -250,7 +250,7 @@ impl Arrangement {
             Self::Collinear => {
                 "bodies on one line, about which shapes, loads or the domain are not symmetric"
             }
-            Self::Planar => "bodies in one plane: one symmetry plane",
+            Self::Planar => "bodies in one plane",
             Self::Spatial => "bodies in space: no symmetry found",
         }
     }

@@ -17,15 +17,17 @@ use crate::surface_flow::NodalSurfaceFlow;
 /// Number of iterations with the extended system, from zero.
 ///
 /// For spheres in balls of 3 to 40 radii, with edges of 0.3 to 0.5 radii, the corrections are then
-/// within 1.5 percent of those of the converged system, once [`COARSE_RTOL`] is met. The number is
-/// fixed, so that corrections are a smooth function of the configuration and opposite flows have
-/// opposite corrections: a reciprocal stroke has no net displacement.
+/// within 1.5 percent of those of the converged system, once [`COARSE_RTOL`] is met. The number
+/// changes only where the residual stays above [`SUFFICIENT`], so corrections are a smooth function
+/// of the configuration. Opposite flows have opposite corrections: a reciprocal stroke has no net
+/// displacement.
 const ITERATIONS: usize = 8;
 
-/// Relative residual of the extended system above which it is iterated again, twice as often.
+/// Relative residual of the extended system above which it is iterated again, with twice as many
+/// iterations.
 const SUFFICIENT: f64 = 0.5;
 
-/// Largest number of iterations without a restart.
+/// Largest number of iterations without a restart; if it does not suffice, the solve fails.
 ///
 /// A stroke that closes to a gap of 0.08 radii stalled at a residual of 0.65 with restarts after
 /// every eight iterations.
@@ -33,11 +35,11 @@ const MOST_ITERATIONS: usize = 128;
 
 /// Relative residual to which the Taylor-Hood part of a correction is solved at the end.
 ///
-/// Errors that the iteration leaves there have long waves and affect all bodies, those of the
-/// bubbles only their neighbourhood. Without this solve the mobility between two bodies has errors
-/// of a third of its correction after six iterations, with it of one percent. On fine meshes a
-/// residual of 1e-3 would leave most of the error of the answer: the drag of a sphere would
-/// converge with order 4.8 instead of 5.4 (`docs/decisions.md`).
+/// The error that the iteration leaves in this part is smooth and affects all bodies; the error
+/// that it leaves in the bubbles is local. Without the final solve the mobility between two bodies
+/// has an error of a third of its correction (measured after six iterations), with it of one
+/// percent. On fine meshes a residual of 1e-3 would dominate the remaining error: the drag of a
+/// sphere would converge with order 4.4 instead of 5.4 (`docs/decisions.md`).
 const COARSE_RTOL: f64 = 1e-4;
 
 /// The matrix of P3/P2 elements with the constraints of the bodies, in a hierarchical basis.

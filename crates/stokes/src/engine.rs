@@ -1,4 +1,4 @@
-//! The seam for solvers outside this crate.
+//! The interface for solvers outside this crate.
 
 use rigid::Drive;
 

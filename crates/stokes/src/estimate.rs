@@ -23,12 +23,12 @@ const CELL_UNCERTAINTY: f64 = 0.3;
 /// system of cubic elements is solved.
 const SOLVE_UNCERTAINTY: f64 = 0.015;
 
-/// Relative uncertainty of a correction, per relative error of the energy.
+/// Relative uncertainty of a correction, divided by the relative error of the energy.
 ///
-/// Cubic elements miss a part of the error that decreases by two further orders: 4, 2.5 and 1.6
-/// percent of it for spheres with edges of 0.5, 0.4 and 0.3 radii, which is 9 times the relative
-/// error of the energy. Half as much again covers drag, torque and mobility between bodies: errors
-/// of 31 random arrangements are at most 0.6 bars.
+/// The part of the error that cubic elements do not resolve is of higher order: 4, 2.5 and 1.6
+/// percent for spheres with edges of 0.5, 0.4 and 0.3 radii, 9 times the relative error of the
+/// energy. The factor is half as large again, to cover drag, torque and mobility between bodies:
+/// errors of 31 random arrangements are at most 0.6 bars.
 const ENERGY_UNCERTAINTY: f64 = 14.0;
 
 /// Relative uncertainty of the effect of the facets, which is of first order in their distance from
@@ -50,8 +50,8 @@ pub struct Estimate {
     pub change: FlowSolution,
     /// Change of the power of the slip that removes its error.
     pub slip_power: f64,
-    /// Uncertainty of the linear part of frame velocities, in which contributions of cells do not
-    /// cancel.
+    /// Uncertainty of the linear velocities of the frames: the contributions of the cells are
+    /// independent, so their squares are summed.
     pub uncertainty: f64,
     /// Relative uncertainty of every part of the change.
     pub relative_uncertainty: f64,
@@ -64,7 +64,7 @@ pub struct Estimate {
     surplus: Surplus,
     /// Contribution of each cell to `uncertainty`.
     frame_indicators: Vec<f64>,
-    /// Cell of each straight facet, and the contribution of the facet to `G(u, u)`.
+    /// Cell of each straight facet, and its contribution to the geometry error of the energy.
     facet_indicators: Vec<(usize, f64)>,
 }
 
@@ -108,7 +108,7 @@ pub struct Estimator<'a> {
 struct Indicators<'f> {
     velocity: &'f [Vector3<f64>],
     surplus: Surplus,
-    /// Contribution of each facet to `G(u, u)`.
+    /// Contribution of each facet to the geometry error of the energy.
     of_facets: Vec<f64>,
     relative_uncertainty: f64,
     power_uncertainty: f64,

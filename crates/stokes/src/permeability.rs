@@ -11,8 +11,8 @@ use crate::StokesError;
 /// Residual of the torsion function: a permeability with an error of a few per cent will do.
 const TORSION_TOLERANCE: f64 = 1e-2;
 
-/// Pressure that varies over lengths whose square is this many permeabilities is a matter of the
-/// permeability, and no longer of the mass matrix.
+/// Rayleigh quotient below which a domain is slender. The mass matrix then approximates the Schur
+/// complement poorly for smooth pressures, and a Laplacian with the permeability is added.
 const SLENDER: f64 = 0.3;
 
 /// Twice the permeability of the fluid at each cell, or `None` if the domain is not slender.
@@ -23,10 +23,10 @@ const SLENDER: f64 = 0.3;
 /// distance h. The result is `2 psi + h^2 / 12`, with linear elements for `psi`, and with the
 /// smallest height `h` of the cell for what linear elements miss.
 ///
-/// A domain is slender if the Rayleigh quotient `∫ k |∇q|^2 / ∫ q^2` of some linear function `q`
-/// with zero mean is below [`SLENDER`]: an upper bound of the smallest eigenvalue of
-/// the pressure's Schur complement against the mass matrix. Measured: 0.60 in a ball, 0.38 in a
-/// cube, 0.006 in a box of 10 x 1 x 1.
+/// A domain is slender if, with this result `k`, the Rayleigh quotient `∫ k |∇q|^2 / ∫ q^2` of some
+/// linear function `q` with zero mean is below [`SLENDER`]: an upper bound of the smallest
+/// eigenvalue of the pressure's Schur complement against the mass matrix. Measured: 0.60 in a ball,
+/// 0.38 in a cube, 0.006 in a box of 10 x 1 x 1.
 pub fn permeability_of_channels(mesh: &TetMesh, torsion: &[f64]) -> Option<Vec<f64>> {
     let permeability: Vec<f64> = (0..mesh.n_cells())
         .map(|cell| {

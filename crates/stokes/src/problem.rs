@@ -113,10 +113,10 @@ impl<'a> Problem<'a> {
         Ok(self)
     }
 
-    /// Improves the preconditioner in narrow gaps by the permeability of each cell.
+    /// Improves the preconditioner in narrow gaps.
     ///
-    /// The permeability is `h^2 / 6`, where `h` is the width of the gap that the cell lies in. It
-    /// changes the number of iterations, not the solution.
+    /// `permeability` is twice the permeability of each cell: `2 h^2 / 12` in a gap of width `h`.
+    /// It changes the number of iterations, not the solution.
     #[must_use]
     pub fn with_permeability(mut self, permeability: Vec<f64>) -> Self {
         self.permeability = Some(permeability);
@@ -143,8 +143,8 @@ impl<'a> Problem<'a> {
     /// Twice the permeability of each cell, where narrow gaps or channels make it matter.
     ///
     /// `torsion` is the solution of `-Δ psi = 1` at the vertices, with `psi = 0` at walls and
-    /// bodies; `None` where fluid leaves: there the pressure is given, and the Laplacian would
-    /// leave it open.
+    /// bodies. Pass `None` if the boundary is not closed: its open part fixes the pressure, which a
+    /// Laplacian with natural boundary conditions does not.
     pub fn permeability(&self, torsion: Option<&[f64]>) -> Option<Vec<f64>> {
         let of_channels = torsion.and_then(|torsion| permeability_of_channels(self.mesh, torsion));
         match (&self.permeability, of_channels) {

@@ -38,7 +38,8 @@ pub struct FrequencyRun {
 pub struct BestFrequency {
     /// The run at this frequency.
     pub best: FrequencyRun,
-    /// Error bar of the frequency: where the displacement is smaller by its error bar.
+    /// Error bar of the frequency: at this distance the displacement is smaller by its error bar.
+    /// At least the width of the last interval of the search.
     pub frequency_error: f64,
     /// All runs, by frequency.
     pub runs: Vec<FrequencyRun>,

@@ -65,8 +65,8 @@ pub enum SwimError {
     #[error(
         "phase {phase} ({link}): the integration error is {error:.3e} and must be below \
          {tolerance:.3e} (both in the scene's unit of length), even with 1/{parts} of the phase \
-         per step; increase model.tolerance or reduce fem.surface_size. With fem.estimates = \"off\" \
-         the change of velocities by a new mesh counts as an integration error"
+         per step; increase model.tolerance. With finite elements the change of velocities by a new \
+         mesh may prevent convergence: reduce fem.surface_size, and keep fem.estimates"
     )]
     NotIntegrated {
         /// Number of the phase, from one, over all cycles.
@@ -103,9 +103,9 @@ pub enum SwimError {
         error: f64,
         /// The tolerance of the scene.
         tolerance: f64,
-        /// Largest error bar allowed: the tolerance times [`Outcome::reference_displacement`].
+        /// Largest error bar allowed, [`Outcome::allowed_error`].
         ///
-        /// [`Outcome::reference_displacement`]: crate::Outcome::reference_displacement
+        /// [`Outcome::allowed_error`]: crate::Outcome::allowed_error
         allowed: f64,
         /// What was reached.
         report: Box<Report>,

@@ -47,8 +47,13 @@ pub struct Outcome {
     /// ([`models::Hydrodynamics::controls_error`]), and that of the integration for other models.
     #[serde(default)]
     pub limited_error: Option<f64>,
-    /// Whether this error bar is at most `model.tolerance` times
-    /// [`Outcome::reference_displacement`].
+    /// Largest value of `limited_error` that meets the tolerance: `model.tolerance` times a length.
+    ///
+    /// The length is [`Outcome::reference_displacement`]; with slip or a background flow it is at
+    /// least the longest arc that a point of a surface covers.
+    #[serde(default)]
+    pub allowed_error: f64,
+    /// Whether `limited_error` is at most `allowed_error`.
     pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
     pub work: f64,
@@ -128,9 +133,10 @@ impl Outcome {
             true => self.reference_displacement().max(self.longest_arc(scene)),
             false => self.reference_displacement(),
         };
-        let allowed = tolerance * reference;
+        self.allowed_error = tolerance * reference;
         // Methods without an error estimate do not meet a tolerance.
-        self.tolerance_met = self.limited_error.is_some_and(|error| error <= allowed);
+        let limited = self.limited_error;
+        self.tolerance_met = limited.is_some_and(|error| error <= self.allowed_error);
     }
 }
 
@@ -198,6 +204,7 @@ impl Interim {
             accumulated_error: Some(AccumulatedError::default()),
             accumulated_integration_error: Some(AccumulatedError::default()),
             limited_error: None,
+            allowed_error: 0.0,
             tolerance_met: true,
             work: 0.0,
             work_error: ErrorEstimate::default(),

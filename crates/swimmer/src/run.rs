@@ -243,7 +243,7 @@ impl Report {
         Err(SwimError::ToleranceMissed {
             error: outcome.limited_error.unwrap_or(f64::INFINITY),
             tolerance: model.tolerance,
-            allowed: model.tolerance * outcome.reference_displacement(),
+            allowed: outcome.allowed_error,
             report: Box::new(self),
         })
     }

@@ -52,9 +52,10 @@ pub fn adapted_sizes(mesh: &TetMesh, indicators: &[f64]) -> Vec<(Vector3<f64>, f
         .collect()
 }
 
-/// Distributes an error over the cells, from indicators of the energy of quadratic elements.
+/// Distributes the error after the correction over the cells, from indicators of the energy of
+/// quadratic elements.
 ///
-/// The error remains after the correction; where quadratic elements have `η_c ~ h_c^7`, it is
+/// The indicators are `η_c ~ h_c^7` and the remaining errors `~ h_c^9`, so the shares are
 /// proportional to `η_c^(9/7)`.
 pub fn distributed(error: f64, indicators: &[f64]) -> Vec<f64> {
     let powers = indicators

@@ -23,7 +23,7 @@ type Solved = (Vec<InstantaneousSolution>, Option<Last>);
 impl FemModel {
     /// Whether the solutions of queries do not depend on one another, except as initial guesses.
     ///
-    /// Meshes that are adapted to a query, and loads in a moving frame, replace those before.
+    /// Queries that adapt the mesh, or that have loads in a moving frame, change the model itself.
     pub(super) fn are_independent(&self, queries: &[Query<'_>]) -> bool {
         let is_independent = |query: &Query| {
             let frame = MovingFrame::of(&self.scaled.scene, query.configuration.state);
@@ -32,7 +32,7 @@ impl FemModel {
         self.engine.is_none() && queries.iter().all(is_independent)
     }
 
-    /// Solutions of independent queries: at once where they share cells, else in their order.
+    /// Solutions of independent queries: concurrently if they share cells, one by one otherwise.
     ///
     /// # Errors
     /// The first error of a query.
@@ -53,7 +53,7 @@ impl FemModel {
         Ok(solved)
     }
 
-    /// Solutions of queries with the same cells, at once.
+    /// Solutions of queries with the same cells, concurrently.
     ///
     /// All start from the same earlier solutions, so they do not depend on the number of threads.
     ///

@@ -2,7 +2,7 @@
 //! a plane wall as a large half ball.
 //!
 //! A force `F` on the fluid causes the far field `F / (8π μ r)`, so a wall at the distance `R`
-//! reduces the velocity of a body of radius `a` by a relative amount `a / R`. No ball of
+//! reduces the velocity of a body of radius `a` by an amount of the order `a / R`. No ball of
 //! practicable size makes this negligible. But to first order the effect of the wall near the
 //! centre of a ball is known exactly: the uniform flow
 //!
@@ -15,8 +15,8 @@
 //! load on links, so the correction is added to all velocities after the solve.
 //!
 //! Above a plane wall no correction is needed: the far field of a force at the height `h` parallel
-//! to the wall is `3 F h x z r / (2π r^5)` (Blake 1971), so the effect of a half sphere of radius
-//! `R` is of third order.
+//! to the wall is `3 F h x z r / (2π μ |r|^5)` (Blake 1971), so the effect of a half sphere of
+//! radius `R` is of third order.
 
 use std::f64::consts::PI;
 

@@ -276,10 +276,9 @@ impl MeshGenerator {
         mesh.gap_ratio(&surfaces, container.as_ref().map(Container::surface))
     }
 
-    /// Permeability `h^2 / 6` of each cell, `h` being the width of the gap that it lies in.
+    /// Twice the permeability of each cell: `2 h^2 / 12` in a gap of width `h`.
     ///
-    /// It is twice that of lubrication theory. `None` if no gap between the bodies at `poses` and
-    /// the wall is narrow.
+    /// `None` if no gap between the bodies at `poses`, or between a body and the wall, is narrow.
     pub fn permeability(&self, mesh: &TetMesh, poses: &Poses) -> Option<Vec<f64>> {
         let (surfaces, balls) = (self.surfaces(poses), self.bounding_balls(poses));
         let container = self.container(poses);

@@ -48,7 +48,8 @@ pub struct FemModel {
 
 /// Number of solutions kept as initial guesses, at 8 bytes per degree of freedom each.
 ///
-/// A leg has six Gauss points, so up to five solutions precede the last one.
+/// A typical leg takes six solves (orders of one, two and three Gauss points), so up to five
+/// solutions precede the last one.
 const MAX_GUESSES: usize = 5;
 
 /// Maximum number of adapted meshes per query.

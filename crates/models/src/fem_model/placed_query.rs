@@ -1,4 +1,4 @@
-//! One query on the mesh of its configuration, which can be solved beside others.
+//! One query with the mesh of its configuration; several can be solved concurrently.
 
 use std::sync::Arc;
 use std::time::Instant as Clock;

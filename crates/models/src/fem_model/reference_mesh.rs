@@ -164,9 +164,9 @@ impl ReferenceMesh {
 /// The mesh motions of a scene, in the order in which they are tried.
 ///
 /// Meshes that can be generated again need one method only, that of the paper. The mesh of a file
-/// is tried with others in the order of their reach and cost (`docs/ale-files.md`): the biharmonic
-/// motion follows fine meshes farthest, the harmonic one keeps the curved cells of coarse meshes
-/// better, cubic functions follow bodies towards a wall, linear ones into gaps.
+/// is tried with others, ordered by cost and by the displacement that they allow
+/// (`docs/ale-files.md`): biharmonic for fine meshes, harmonic for curved cells of coarse meshes,
+/// cubic radial basis functions near walls, linear ones in gaps.
 pub fn mesh_motions(kind: MeshMotionKind, is_from_file: bool) -> Vec<Box<dyn MeshMotion>> {
     match (kind, is_from_file) {
         (MeshMotionKind::Auto, true) => vec![

@@ -24,9 +24,9 @@ pub struct ToScene<'a> {
 }
 
 impl ToScene<'_> {
-    /// The answer of a solution: corrected, if errors were estimated, and for unbounded fluid.
+    /// Converts a solution: corrected, if errors were estimated, and with the far-field correction.
     ///
-    /// The flow of the solution becomes that of the answer.
+    /// The flow of `solved` is replaced by the corrected one.
     ///
     /// # Errors
     /// A solution for another set of bodies.
@@ -45,8 +45,8 @@ impl ToScene<'_> {
         };
         corrected.add(&estimate.change)?;
         let after = far_field(&corrected);
-        // Fixed bodies move with the velocity before in the frame of the solve; that of the others
-        // changes by a part of the difference.
+        // The solve gave fixed bodies the velocity `-before`, so that `before` brings them to rest.
+        // The effect of `after - before` on the other bodies is part of the container error.
         let has_fixed = set.fixed().contains(&true);
         shift(set, if has_fixed { before } else { after }, &mut corrected);
         let slip_power = solved.slip_power + estimate.slip_power;

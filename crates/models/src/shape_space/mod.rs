@@ -11,9 +11,9 @@
 //! (Shapere & Wilczek 1989). A [`ShapeSpace`] interpolates the solutions of a model over a box of
 //! lengths; every gait in the box then costs microseconds per solution.
 //!
-//! In a container the velocity also depends on the place of the swimmer. The table holds the mean
-//! of the bodies where it is at the start, so that their motion is that by the interactions alone,
-//! a few per cent of the changes of lengths; what the rest of the motion changes is an error bar.
+//! In a container the velocity also depends on the position of the swimmer. All shapes of a table
+//! have the same mean of the centres of the bodies, that of the start. A stroke moves this mean by
+//! a few per cent of the changes of length only; the effect of this motion is an error bar.
 //!
 //! A table saves solutions of the model only if a gait returns to the same shapes. One cycle along
 //! lines in shape space takes six solutions per phase, and a table at least five for the same line.

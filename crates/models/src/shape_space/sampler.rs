@@ -163,11 +163,10 @@ impl<'a> Sampler<'a> {
             .collect())
     }
 
-    /// Largest change of velocities for a unit rate, at the corners of the box, by a motion of the
-    /// swimmer in its container.
+    /// Largest change of the velocities for a unit rate when the swimmer moves in its container.
     ///
-    /// The motion is that of the mean of the bodies while every joint passes its range once, in
-    /// both directions of all components of the displacement and the rotation that are not zero.
+    /// Evaluated at the corners of the box, for displacements and rotations in both directions of
+    /// each axis. Their size is that of the motion while every joint passes its range once.
     ///
     /// # Errors
     /// Those of the model, such as a swimmer that moves into the wall.
@@ -217,8 +216,8 @@ impl<'a> Sampler<'a> {
         Ok(largest)
     }
 
-    /// Displacement of the mean of the bodies and rotation of the frame, at most, while every joint
-    /// passes its range once.
+    /// Upper bounds of the displacement of the mean of the centres and of the rotation of the
+    /// frame, while every joint passes its range once.
     fn reach(&self) -> [f64; 6] {
         let layout = self.layout();
         let mut reach = [0.0; 6];

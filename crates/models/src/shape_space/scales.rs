@@ -19,9 +19,9 @@ pub struct Scales {
 /// the largest velocity and forces to the largest force. Angular velocities are multiplied, and
 /// torques divided, by the length `longest` of the longest link.
 ///
-/// The errors of a mesh change from shape to shape: the tolerance is at least their error bar, and
-/// forces count less if their bar is larger than that. Estimated discretisation errors do not
-/// count, their changes are as large as they are.
+/// Discretisation errors change from shape to shape, so the tolerance is at least the error bar of
+/// the mesh. Forces with a larger relative error bar have a smaller weight. The signed
+/// discretisation errors themselves have weight zero: they vary as much as their own size.
 pub fn scales(
     values: &[f64],
     records_per_point: usize,

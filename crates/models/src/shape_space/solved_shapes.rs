@@ -13,7 +13,7 @@ use crate::solution::InstantaneousSolution;
 /// The shapes of a table that one computation solves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// All.
+    /// All shapes.
     Whole,
     /// Of each grid those whose position is `number` modulo `count`, from 1 to `count`.
     ///
@@ -25,7 +25,7 @@ pub enum Part {
         /// Number of shares.
         count: usize,
     },
-    /// None: the shapes that are known must suffice.
+    /// No shape: all must be known already.
     Known,
 }
 

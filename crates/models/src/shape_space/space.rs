@@ -18,9 +18,8 @@ use crate::solution::InstantaneousSolution;
 use scene::Scene;
 use stokes::{Dofs, SolverReport};
 
-/// Factor on the error of the model below which an interpolation error counts as its noise.
-///
-/// Only if a finer grid does not reduce it.
+/// An interpolation error that a finer grid does not reduce is attributed to noise of the model if
+/// it is at most this factor times the error bar of the model.
 const NOISE: f64 = 10.0;
 
 /// Solutions of a model for a free swimmer, interpolated over a box of lengths of its links.

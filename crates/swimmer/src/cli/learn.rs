@@ -54,7 +54,7 @@ pub fn learn_strokes(arguments: DesignArguments, quiet: bool) -> Result<String, 
         warn(&format!(
             "the learned policy gains {} per step, the best cycle {}; increase learn.discount = \
              {}, learn.episodes or learn.exploration",
-            two_digits(cycle.per_step().abs()),
+            two_digits(cycle.per_step()),
             two_digits(best.per_step()),
             options.discount,
         ));

@@ -85,11 +85,10 @@ fn warnings(report: &Report) -> Vec<String> {
     let mut warnings = Vec::new();
     if !outcome.tolerance_met {
         let tolerance = scene.model().tolerance;
-        let reference = outcome.reference_displacement();
         warnings.push(format!(
             "model.tolerance = {tolerance:e} allows an error bar of {} (absolute), {} was reached \
-             at a net displacement of {}; increase model.tolerance, or reduce fem.surface_size",
-            two_digits(tolerance * reference),
+             at a net displacement of {}; increase model.tolerance",
+            two_digits(outcome.allowed_error),
             two_digits(outcome.limited_error.unwrap_or(f64::INFINITY)),
             two_digits(net),
         ));

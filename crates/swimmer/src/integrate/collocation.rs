@@ -26,8 +26,7 @@ use crate::gauss::Gauss;
 
 /// Number of points whose solutions have corrections that serve all higher orders.
 ///
-/// Corrections are small, so they need fewer points than the velocities: their quadrature is as
-/// accurate, relative to them, as that of the velocities with as many points.
+/// Corrections are small, so they need fewer points than the velocities ([`FewPoints`]).
 const CORRECTED: usize = 2;
 
 /// Ratio of the expected error of an order to the tolerance, up to which its solutions are
@@ -144,7 +143,7 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
     let guess = initial_guess(evaluator, start, span)?;
     let ratio = expected_ratio(evaluator, &guess)?;
     let mut previous = collocate(evaluator, start, &guess, 1, Corrections::None)?;
-    // A mesh that the first solution brings serves all others.
+    // The first solution may change the mesh; later changes are counted from here.
     let mesh_changes = evaluator.mesh_changes;
     let (mut changes, mut work_changes) = (Vec::new(), Vec::new());
     let on_request = evaluator.error_estimates() == ErrorEstimates::OnRequest;
@@ -183,14 +182,13 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
             if is_rounding || is_model_error {
                 accepted = Some((change, 0.0));
             } else if is_mesh_change {
-                // The corrections remove most of it.
+                // The corrections remove most of the difference between the meshes.
                 let corrected = &step + &(&previous.piece.step() * -1.0);
                 accepted = Some((0.0, largest_displacement(evaluator, &corrected)));
             }
         }
         let is_accepted = accepted.is_some();
-        // What is due to a mesh that this order brought is judged at the next one, with
-        // corrections.
+        // If this order changed the mesh, the next order decides, with corrections.
         let has_new_mesh = evaluator.mesh_changes > mesh_changes;
         let is_smooth = is_smooth(&changes, ratio) && !has_new_mesh;
         let are_final = match corrections {

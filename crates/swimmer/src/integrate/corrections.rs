@@ -17,9 +17,9 @@ pub(super) enum Corrections<'a> {
 
 /// Discretisation errors at a few points of a step.
 ///
-/// They are small and, on one moving mesh, as smooth a function of the configuration as the
-/// velocities, so a quadrature over few points is as accurate, relative to them, as one of the
-/// velocities: 1e-2 of the correction with two points and 1e-2 of the displacement with one.
+/// They are small, and on one moving mesh they are as smooth as the velocities. A quadrature over
+/// few points therefore has about the relative error for them that it has for the velocities; with
+/// two points it is 1e-2 of the correction.
 pub(super) struct FewPoints(Vec<(f64, MeshError)>);
 
 impl FewPoints {

@@ -6,12 +6,12 @@ const SURE_RATIO: f64 = 0.1;
 
 /// Error of the last of several orders, from the changes between successive orders.
 ///
-/// A change is the error of the order before. Errors decrease geometrically, at first by a smooth
-/// part of the velocity and later by a ratio that the nearest singularity determines, with changing
-/// signs: single changes are far below their neighbours by chance. Therefore the largest ratio `r`
-/// of successive changes `c_k` counts, or the one expected for the singularity, `least_ratio`, and
-/// the error of order `n` is estimated as the largest of all `c_k r^(n-k+1) / (1 - r)`, the sum of
-/// the changes still to come. Changes that no longer decrease are noise of their own size.
+/// The change from one order to the next estimates the error of the lower one. Errors decrease
+/// geometrically, with changing signs, so single changes may be small by chance. The ratio `r` is
+/// therefore the largest ratio of successive changes `c_k`, and at least `least_ratio`, which the
+/// nearest singularity determines. The error of order `n` is the largest `c_k r^(n-k+1) / (1 - r)`,
+/// a bound of the sum of all later changes. If the changes stop decreasing, it is twice the larger
+/// of the last two.
 pub(super) fn remaining_error(changes: &[f64], least_ratio: f64) -> f64 {
     let ratio_at = |k: usize| changes[k] / changes[k - 1];
     error_by_ratios(changes, least_ratio, ratio_at)

@@ -35,12 +35,12 @@ const POINTS: usize = 4;
 /// reciprocal: its net displacement vanishes up to rounding and the error of the quadrature.
 const RECIPROCAL: f64 = 1e-6;
 
-/// Net displacement over the longest one that stands for that of a reciprocal gait: that of the
-/// swimmer of Najafi & Golestanian.
+/// Ratio of the net displacement to the longest displacement in a phase that is assumed for a
+/// reciprocal gait; the swimmer of Najafi & Golestanian has 0.06.
 const TYPICAL: f64 = 0.04;
 
-/// Smallest net displacement over the longest one for which the error is relative to it. To smaller
-/// ones, as of a gait whose phases do not quite close, errors are compared as to this one.
+/// Smallest ratio that is used: below it, as for a gait that does not quite close, tolerances are
+/// relative to this ratio.
 const SMALLEST: f64 = 1e-3;
 
 /// Part of the tolerance that the integration may use; the rest is for errors of the model and of

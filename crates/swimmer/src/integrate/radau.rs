@@ -103,7 +103,7 @@ struct Run {
     velocities: Velocities,
     /// Longest relaxation time of a body, for errors of the velocities.
     relaxation: f64,
-    /// What the iterations of the stages leave of the displacement, by all steps.
+    /// Iteration error of the displacement, summed over all steps.
     iteration_error: f64,
 }
 
@@ -176,7 +176,7 @@ fn run(
     Ok(run)
 }
 
-/// One step from `state`, and what its iterations leave of the displacement.
+/// One step from `state`, and its iteration error of the displacement.
 ///
 /// `velocities` are those before it on entry and after it on return.
 fn step(

@@ -41,8 +41,8 @@ pub struct LegResult {
     pub solves: usize,
     /// Error bars of the displacement.
     pub error_estimate: ErrorEstimate,
-    /// Accumulated discretisation error that was subtracted, and what is uncertain about it; none
-    /// where a part of the leg has no estimate.
+    /// Accumulated discretisation error that was subtracted, and its uncertainty; none where a part
+    /// of the leg has no estimate.
     pub accumulated_error: Option<AccumulatedError>,
     /// Accumulated error of the integration, for methods that estimate it with its sign; other
     /// methods enter its size in [`ErrorEstimate::integration`].

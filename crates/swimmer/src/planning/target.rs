@@ -25,8 +25,8 @@ const STRAIGHT_ORDER: f64 = 1.7;
 /// scatter by a factor of about a half around the assumed power law.
 const AIM: f64 = 0.6;
 
-/// Smallest ratio of the sizes of a stroke to those of the one before, which costs about eight
-/// times less.
+/// Smallest ratio of successive size factors; a stroke with half the sizes costs about eight times
+/// as much.
 const MIN_RATIO: f64 = 0.5;
 
 /// Largest number of strokes with finer sizes.
