@@ -10,7 +10,9 @@ use swimmer::start_slice;
 use swimmer::{Scene, SwimError, choose, solve_start, start_flow, start_resistance};
 
 use super::arguments::SceneArguments;
-use super::text::{count, duration, entry, error, error_estimates, percent, rounded, warn};
+use super::text::{
+    count, duration, entry, error, error_estimates, percent, rounded, warn, with_uncertainty,
+};
 
 pub fn solve(
     arguments: &SceneArguments,
@@ -150,6 +152,8 @@ fn accuracy(solution: &InstantaneousSolution) -> String {
         largest(|body| body.force.norm()),
     );
     text += &entry("error of forces", &forces);
+    let (power, of_power) = (solution.power(), solution.power_error.total());
+    text += &entry("power on the fluid", &with_uncertainty(power, of_power));
     if let Some((stresslets, bar)) =
         (solution.stresslets.as_ref()).and_then(|s| Some((s, s.error?)))
     {

@@ -73,12 +73,12 @@ pub fn summary_json(
 /// An instantaneous solution, as printed by `swim solve --json`.
 ///
 /// `links` has the force of each link on the body that its key `body` names; the opposite force
-/// acts on `to`. `error_estimate` refers to the velocities; its entry `force` to the largest force,
-/// `stresslet` to the largest stresslet.
-/// `stresslet` of a body is the matrix of [`models::Stresslets`], with the sign of Batchelor
-/// (1970); null for models that do not compute it. `uncorrected` has velocities and forces before
-/// estimated discretisation errors were subtracted, `checks` independent computations of these
-/// forces and their power.
+/// acts on `to`. `power` is that of the bodies on the fluid, by motion and slip. `error_estimate`
+/// refers to the velocities; its entry `force` to the largest force, `power` to the power,
+/// `stresslet` to the largest stresslet. `stresslet` of a body is the matrix of
+/// [`models::Stresslets`], with the sign of Batchelor (1970); null for models that do not compute
+/// it. `uncorrected` has velocities, forces and power before estimated discretisation errors were
+/// subtracted, `checks` independent computations of these forces and their power.
 pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolution) -> Value {
     let motion = |solution: &InstantaneousSolution| -> Value {
         let bodies = scene.bodies().iter().zip(&solution.bodies);
@@ -106,11 +106,12 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
             .zip(&solution.link_forces)
             .map(|(link, force)| json!({ "name": link.name, "force": vector(force) }))
             .collect();
-        json!({ "bodies": bodies, "links": links })
+        json!({ "bodies": bodies, "links": links, "power": solution.power() })
     };
     let mut estimates = estimate(&solution.error_estimate);
     if let Value::Object(estimates) = &mut estimates {
         estimates.insert("force".to_owned(), estimate(&solution.force_error));
+        estimates.insert("power".to_owned(), estimate(&solution.power_error));
     }
     let stresslets = solution.stresslets.as_ref();
     if let (Some(error), Value::Object(estimates)) =
@@ -124,6 +125,7 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
         "model": model,
         "bodies": corrected["bodies"],
         "links": corrected["links"],
+        "power": corrected["power"],
         "dofs": solution.dofs,
         "solver": solution.solver,
         "seconds": solution.seconds,
