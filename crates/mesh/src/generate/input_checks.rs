@@ -1,9 +1,11 @@
 //! Checks of the scene and the parameters of mesh generation.
 
 use super::container::Container;
+use super::gap::Gap;
 use super::geodesic::geodesic_sphere;
 use super::meshed_body::MeshedBody;
 use super::params::GenerateParams;
+use super::size_field::HALF_SPACES;
 use super::symmetry_planes::SymmetryPlanes;
 use crate::{MeshError, SYMMETRY_PLANE_TAGS, Surface, Vec3};
 use std::collections::HashSet;
@@ -174,7 +176,7 @@ fn check_symmetry(
 /// Whether a surface lies on the positive side of the plane normal to `axis`, without contact.
 fn is_beside(surface: &dyn Surface, axis: usize) -> bool {
     let (centre, radius) = surface.bounding_ball();
-    centre[axis] > radius
+    centre[axis] > radius || Gap::to_wall(surface, &HALF_SPACES[axis]).width > 0.0
 }
 
 /// Whether a surface is symmetric about the plane normal to `axis`, according to the distances of

@@ -62,7 +62,7 @@ pub(super) struct SizeField<'a> {
 }
 
 /// The positive side of each coordinate plane, as boxes with faces at distances without meaning.
-static HALF_SPACES: [Container; 3] = {
+pub(super) static HALF_SPACES: [Container; 3] = {
     const FAR: f64 = 1e100;
     const fn half_space(min: Vec3) -> Container {
         let max = Vec3::new(FAR, FAR, FAR);

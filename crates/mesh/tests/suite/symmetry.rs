@@ -1,7 +1,7 @@
 //! Meshes cut at symmetry planes: as good as whole meshes, and of the same shape when unfolded.
 
 use mesh::{
-    BoxSurface, Container, GenerateParams, MeshError, MeshedBody, NamedSurface,
+    BoxSurface, Capsule, Container, GenerateParams, MeshError, MeshedBody, NamedSurface,
     SYMMETRY_PLANE_TAGS, Sphere, TetMesh, Vec3, generate,
 };
 
@@ -121,6 +121,35 @@ fn cut_meshes_are_as_good_as_whole_meshes_and_unfold_to_them() {
         let ratio = whole.n_vertices() as f64 / full.n_vertices() as f64;
         assert!((0.75..1.4).contains(&ratio), "{case}: {ratio}");
     }
+}
+
+/// A long body beside a plane may be closer to it than half its length.
+#[test]
+fn a_capsule_along_a_plane_is_meshed_beside_it() {
+    let refusal = |height: f64| {
+        let capsule = Capsule {
+            centre: Vec3::new(0.0, 0.0, height),
+            radius: 0.5,
+            half_length: 1.0,
+        };
+        let body = MeshedBody {
+            name: "a",
+            surface: &capsule,
+            size: 0.25,
+        };
+        let mut params = GenerateParams::default();
+        params.symmetry_planes = [false, false, true];
+        let container = ball(10.0);
+        let tets = generate(&[body], &container, &params)?.mesh;
+        let surfaces: [NamedSurface<'_>; 2] =
+            [("a", &capsule), (Container::TAG, container.surface())];
+        let mesh = TetMesh::curved(tets, &surfaces)?;
+        assert!(mesh.quality().min_jacobian > 0.2);
+        Ok::<(), MeshError>(())
+    };
+    refusal(0.9).unwrap();
+    let refused = refusal(0.45);
+    assert!(matches!(refused, Err(MeshError::NotSymmetric { part, .. }) if part == "a"));
 }
 
 #[test]

@@ -159,8 +159,8 @@ pub(super) const OF_BODIES: &[Key] = &[
         "bodies[].mass",
         Kind::NonNegative,
         Value("0"),
-        "mass; without masses there is no inertia. With gravity it also has the weight of the \
-         mass minus that of the displaced fluid",
+        "mass; without masses there is no inertia. With gravity its weight is that of the mass \
+         minus that of the displaced fluid; give mass or density, not both",
     ),
     key(
         "bodies[].inertia",

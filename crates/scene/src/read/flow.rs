@@ -129,6 +129,11 @@ pub(super) fn enter_weights(
         match (&body.shape, body.fixed) {
             (Shape::Point, _) => return refuse("makes no sense for a point; remove it"),
             (_, true) => return refuse("has no effect: the body is fixed; remove it"),
+            _ if body.mass > 0.0 && body.density.is_some() && gravity.amax() > 0.0 => {
+                return refuse(
+                    "is given beside a mass, and the weight follows from either; remove one of them",
+                );
+            }
             _ if body.mass > 0.0 && gravity.amax() > 0.0 && body.weight_arm().is_some() => {
                 return refuse(
                     "is unsupported with gravity for a body whose position is not its centre of \

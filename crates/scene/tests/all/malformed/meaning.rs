@@ -246,6 +246,11 @@ pub const CASES: &[(&str, &str, &[&str])] = &[
         "length = 2",
         &["touch or overlap in phase 1", "gap 0"],
     ),
+    (
+        "[fluid]\nviscosity = 1\n\n[domain]\nkind = \"ball\"\nradius = 40\n\n[[bodies]]\n",
+        "gravity = [0, 0, -1]\n[[bodies]]\ndensity = 2\nmass = 3\n",
+        &["bodies[0].density is given beside a mass", "remove one"],
+    ),
     // Points.
     (
         "radius = 1\nposition = [0",
