@@ -21,6 +21,8 @@ pub enum ObjectiveKind {
     Energy,
     /// Least energy for a rotation.
     Rotation,
+    /// Largest displacement per time within bounds on rates and power.
+    Speed,
 }
 
 /// Where an optimal stroke starts.

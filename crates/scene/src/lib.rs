@@ -13,6 +13,7 @@ mod document;
 mod domain;
 mod error;
 mod file;
+mod file_names;
 mod flow;
 mod gait;
 mod gait_table;

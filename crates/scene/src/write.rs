@@ -1,6 +1,7 @@
 //! Writing of a scene as a file in which every key is written out.
 
 use std::f64::consts::TAU;
+use std::path::Path;
 
 use rigid::{Joint, JointDrive, Link};
 
@@ -11,6 +12,7 @@ use crate::file::{
     BackgroundFile, BodyFile, DomainFile, FluidFile, ForceFile, GaitFile, HarmonicFile,
     HarmonicForceFile, LinkFile, PhaseFile, SceneFile, SlipFile,
 };
+use crate::file_names::seen_from;
 use crate::flow::Background;
 use crate::gait::Phase;
 use crate::length_path::{LengthPath, Sine};
@@ -21,10 +23,31 @@ use crate::words::{DriveKind, GaitKind, JointKind};
 impl Scene {
     /// The scene as TOML with every key written out, overrides and defaults included.
     ///
+    /// Names of files are relative to the working directory; [`Self::to_toml_in`] is for a scene
+    /// that is written into a folder.
+    ///
     /// # Errors
     /// [`SceneError::NotApplicable`] for a gait with a path of a program ([`crate::JointPath`]);
     /// [`SceneError::Unwritable`], for which no scene is known.
     pub fn to_toml(&self) -> Result<String, SceneError> {
+        Ok(toml::to_string(&self.checked_file()?)?)
+    }
+
+    /// The scene as TOML like [`Self::to_toml`], with the names of files relative to the folder in
+    /// which the scene will be: [`Scene::read`] resolves them from there.
+    ///
+    /// # Errors
+    /// Those of [`Self::to_toml`].
+    pub fn to_toml_in(&self, folder: &Path) -> Result<String, SceneError> {
+        let mut file = self.checked_file()?;
+        let bodies = file.bodies.iter_mut().map(|body| &mut body.file);
+        for name in bodies.chain([&mut file.domain.file, &mut file.gait.file]) {
+            *name = name.take().map(|name| seen_from(folder, Path::new(&name)));
+        }
+        Ok(toml::to_string(&file)?)
+    }
+
+    fn checked_file(&self) -> Result<SceneFile, SceneError> {
         let is_own = |phase: &Phase| matches!(phase.path, LengthPath::Own(_));
         if self.gait.phases.iter().any(is_own) {
             return Err(SceneError::NotApplicable {
@@ -34,7 +57,7 @@ impl Scene {
                     .to_owned(),
             });
         }
-        Ok(toml::to_string(&scene_file(self))?)
+        Ok(scene_file(self))
     }
 }
 

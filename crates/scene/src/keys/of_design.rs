@@ -12,7 +12,8 @@ pub(super) const OF_DESIGN: &[Key] = &[
         Kind::Word(ObjectiveKind::WORDS),
         Value("efficiency"),
         "what `swim optimise` searches: the stroke of the highest Lighthill efficiency, of the \
-         largest displacement, or of the least energy for a displacement or a rotation",
+         largest displacement, of the least energy for a displacement or a rotation, or of the \
+         largest displacement per time within `max_rate` and `max_power`",
     ),
     key(
         "optimise.start",
@@ -104,7 +105,8 @@ pub(super) const OF_DESIGN: &[Key] = &[
         "optimise.terms",
         Kind::Count,
         Value("64"),
-        "largest number of terms of the series of each joint, at most 128",
+        "largest number of terms of the series of each joint, at most 128; strokes of \
+         `objective = \"speed\"` have at most twice as many corners",
     ),
     key(
         "optimise.tolerance",

@@ -107,4 +107,20 @@ fn gaps_of_surfaces() {
     assert!((to_wall - 5.0).abs() < 1e-9, "{to_wall}");
     let error = read(5.5).unwrap_err().to_string();
     assert!(error.contains("'part' is outside the domain"), "{error}");
+
+    // A scene that is written into another folder names the files from there.
+    let below = folder.path().join("out/best");
+    std::fs::create_dir_all(&below).unwrap();
+    let text = scene.to_toml_in(&below).unwrap();
+    assert!(
+        text.contains("\"../../cube.stl\"") && text.contains("\"../../part.obj\""),
+        "{text}"
+    );
+    std::fs::write(below.join("scene.toml"), text).unwrap();
+    let again = Scene::read(&below.join("scene.toml"), &[]).unwrap();
+    let Domain::Surface(wall) = again.domain() else {
+        panic!("the wall is a surface");
+    };
+    let same = std::fs::canonicalize(folder.path().join("cube.stl")).unwrap();
+    assert_eq!(std::fs::canonicalize(&wall.file).unwrap(), same);
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
-use swimmer::design::{DesignedStroke, StrokeTotals, design_stroke, gait_shapes};
+use swimmer::design::{DesignedStroke, StrokeCurve, StrokeTotals, design_stroke, gait_shapes};
 use swimmer::scene::ObjectiveKind;
 use swimmer::{Scene, SwimError};
 
@@ -56,7 +56,7 @@ fn warnings(scene: &Scene, found: &DesignedStroke) -> Vec<String> {
     if optimum.refinement_error > options.tolerance {
         warnings.push(format!(
             "optimise.tolerance = {:e} was requested, and the last increase of the number of terms \
-             to {} changed the objective by {}; increase optimise.terms",
+             or corners to {} changed the objective by {}; increase optimise.terms",
             options.tolerance,
             optimum.curve.terms(),
             two_digits(optimum.refinement_error),
@@ -80,6 +80,7 @@ fn optimum_json(found: &DesignedStroke) -> Value {
         "rotation": optimum.totals.rotation.as_slice(),
         "energy": found.energy,
         "period": found.period,
+        "displacement_per_time": optimum.totals.displacement.norm() / found.period,
         "max_rate": found.peaks.rates,
         "max_power": found.peaks.power,
         "period_energy_product": optimum.period_energy_product,
@@ -134,10 +135,14 @@ fn describe(
     text += &entry(
         "search",
         &format!(
-            "{}, {}, {} per joint",
+            "{}, {}, {}",
             count(optimum.starts, "start"),
             count(optimum.iterations, "iteration"),
-            count(optimum.curve.terms(), "term"),
+            match optimum.curve {
+                StrokeCurve::Polygon { .. } => count(optimum.curve.terms(), "corner"),
+                StrokeCurve::Series { .. } =>
+                    format!("{} per joint", count(optimum.curve.terms(), "term")),
+            }
         ),
     );
     text += "\n";
@@ -177,6 +182,13 @@ fn describe(
     text += &entry(
         "  by the model",
         &with_uncertainty(outcome.work, outcome.work_error.total()),
+    );
+    text += &entry(
+        "displacement per time",
+        &with_uncertainty(
+            optimum.totals.displacement.norm() / found.period,
+            found.table_error / found.period,
+        ),
     );
     let rates = (found.peaks.rates.iter()).fold(0.0_f64, |largest, rate| largest.max(*rate));
     text += &entry(

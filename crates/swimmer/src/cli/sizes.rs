@@ -2,21 +2,38 @@
 
 use serde_json::{Map, Value, json};
 use swimmer::SwimError;
+#[cfg(feature = "plots")]
+use swimmer::design::size_slices;
 use swimmer::design::{BestSizes, SizeRun, best_sizes};
 
 use super::arguments::DesignArguments;
 use super::design_files::{folder_of, write};
 use super::design_progress::Progress;
+#[cfg(feature = "plots")]
+use super::text::warn;
 use super::text::{entry, with_uncertainty};
 
 pub fn sizes(arguments: DesignArguments, quiet: bool) -> Result<String, SwimError> {
     let DesignArguments { scene, out, json } = arguments;
     let scene = scene.read()?;
     let folder = folder_of(&scene, out)?;
-    let found = best_sizes(&scene, &mut Progress::new(quiet))?;
-    write(&folder, "optimum.toml", &found.scene.to_toml()?)?;
+    let mut progress = Progress::new(quiet);
+    let found = best_sizes(&scene, &mut progress)?;
+    let toml = found.scene.to_toml_in(folder.path())?;
+    write(&folder, "optimum.toml", &toml)?;
     write(&folder, "sizes.csv", &csv(&found))?;
     let objective = scene.optimise().objective.word();
+    #[cfg(feature = "plots")]
+    match size_slices(&scene, &found, &mut progress) {
+        Ok(slices) => {
+            let chart = swimmer::output::size_slices_svg(&found, &slices, objective)?;
+            write(&folder, "sizes.svg", &chart)?;
+        }
+        Err(error @ SwimError::Stopped { .. }) => return Err(error),
+        // The best sizes are known and written.
+        Err(error) => warn(&format!("sizes.svg was not drawn: {error}")),
+    }
+    drop(progress);
     if json {
         return Ok(format!("{}\n", answer(&found, objective)));
     }

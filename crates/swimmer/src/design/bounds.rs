@@ -4,7 +4,8 @@ use nalgebra::DVector;
 
 /// Part of the way to a bound that a step takes at most.
 const TO_BOUND: f64 = 0.995;
-/// Bounds of the rows, without their offset.
+
+/// Bounds of the rows, without their offset; infinite ones do not count.
 pub struct Bounds {
     /// Lower bounds.
     pub lower: DVector<f64>,
@@ -38,7 +39,7 @@ impl Slacks {
     /// Sum of the logarithms.
     pub fn logarithms(&self) -> f64 {
         let all = self.lower.iter().chain(self.upper.iter());
-        all.map(|s| s.ln()).sum()
+        all.filter(|s| s.is_finite()).map(|s| s.ln()).sum()
     }
 
     /// Multipliers on the central path.
@@ -61,10 +62,12 @@ impl Slacks {
             })
     }
 
-    /// Smallest distance from a bound, relative to the distance of both bounds of the row.
+    /// Smallest distance from a bound, relative to the distance of both bounds of the row; of rows
+    /// with two finite bounds.
     pub fn smallest_share(&self) -> f64 {
         let pairs = self.lower.iter().zip(self.upper.iter());
-        let shares = pairs.map(|(a, b)| a.min(*b) / (a + b));
+        let finite = pairs.filter(|(a, b)| a.is_finite() && b.is_finite());
+        let shares = finite.map(|(a, b)| a.min(*b) / (a + b));
         shares.fold(f64::INFINITY, f64::min)
     }
 }

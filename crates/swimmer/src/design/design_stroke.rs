@@ -15,6 +15,7 @@ use super::objective::{
 use super::optimise::{Optimum, SearchOptions, optimise};
 use super::optimum_scene;
 use super::progress::DesignProgress;
+use super::speed::fastest_stroke;
 use super::stroke_path::SampledPath;
 use super::table::{StrokeTable, tabulate};
 use super::timing::{MotionBounds, Peaks, Timing, energy, peaks};
@@ -87,6 +88,14 @@ pub fn design_stroke(
     let scene = &scene.with_tolerance(scene.model().tolerance.min(options.tolerance))?;
     let start = fixed_start(scene, &limits)?;
     let bounds = MotionBounds::of_scene(scene, &limits)?;
+    if options.objective == ObjectiveKind::Speed && bounds.is_none() {
+        return Err(SwimError::NotApplicable {
+            place: scene.place("optimise.objective"),
+            problem: "the largest displacement per time requires a bound; give optimise.max_rate \
+                      or optimise.max_power"
+                .to_owned(),
+        });
+    }
     let folder = Folder::create(out)?;
     let table = tabulate(
         scene,
@@ -97,15 +106,22 @@ pub fn design_stroke(
     )?;
     let gait = gait_totals(scene, &limits, &table.geometry)?;
     let moving = limits.moving(&limits.ranges);
-    let optimum = match options.objective {
-        ObjectiveKind::Displacement => farthest(&table.geometry, measure_of(scene), &moving)?,
+    let search = SearchOptions {
+        start,
+        terms: options.terms as usize,
+        tolerance: options.tolerance,
+    };
+    let optimum = match (options.objective, &bounds) {
+        (ObjectiveKind::Displacement, _) => farthest(&table.geometry, measure_of(scene), &moving)?,
+        (ObjectiveKind::Speed, Some(bounds)) => fastest_stroke(
+            &table.geometry,
+            measure_of(scene),
+            (&moving, bounds),
+            &search,
+            progress,
+        )?,
         _ => {
             let objective = objective_of(scene, gait.as_ref().map(|gait| gait.0))?;
-            let search = SearchOptions {
-                start,
-                terms: options.terms as usize,
-                tolerance: options.tolerance,
-            };
             optimise(
                 &table.geometry,
                 objective.as_ref(),
@@ -299,8 +315,9 @@ pub fn objective_of(
         })
     };
     Ok(match options.objective {
-        // The largest displacement needs no search, see [`farthest`].
-        ObjectiveKind::Efficiency | ObjectiveKind::Displacement => {
+        // The largest displacement has no search of this kind, see [`farthest`]; the largest
+        // displacement per time has its own, see [`fastest_stroke`].
+        ObjectiveKind::Efficiency | ObjectiveKind::Displacement | ObjectiveKind::Speed => {
             Box::new(HighestEfficiency { measure })
         }
         ObjectiveKind::Energy => match options.displacement.or(of_gait) {

@@ -1,46 +1,19 @@
-//! A primal-dual interior-point method for one condition and bounds on linear functions.
+//! A primal-dual interior-point method for one condition, bounds on linear functions, and
+//! inequalities.
 //!
 //! ```text
-//! minimise f(x)   with h(x) = 0,   lower <= Φ x + offset <= upper
+//! minimise f(x)   with h(x) = 0,   lower <= Φ x + offset <= upper,   g(x) >= 0
 //! ```
 //!
-//! The bounds hold strictly in every iterate, so that functions are never evaluated outside of
-//! them. Newton's method on the perturbed optimality conditions (Nocedal & Wright 2006, chapter 19)
-//! with damped BFGS updates of the Hessian of the Lagrangian (Powell 1978), steps to the bounds of
-//! 0.995 at most, and a line search on the exact penalty function.
+//! The bounds and inequalities hold strictly in every iterate, so that functions are never
+//! evaluated outside of them. Newton's method on the perturbed optimality conditions (Nocedal &
+//! Wright 2006, chapter 19) with damped BFGS updates of the Hessian of the Lagrangian (Powell
+//! 1978), steps to the bounds of 0.995 at most, and a line search on the exact penalty function.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::bounds::{Bounds, Multipliers, Slacks};
-
-/// Functions to minimise, with derivatives.
-pub trait Problem {
-    /// The functions at a point; none where they are not defined.
-    fn evaluate(&self, x: &DVector<f64>) -> Option<Evaluation>;
-
-    /// Values that have bounds: `Φ x` without offset, for all rows.
-    fn rows(&self, x: &DVector<f64>) -> DVector<f64>;
-
-    /// `Φ^T diag(weights) Φ`.
-    fn weighted_product(&self, weights: &DVector<f64>) -> DMatrix<f64>;
-
-    /// `Φ^T values`.
-    fn transposed(&self, values: &DVector<f64>) -> DVector<f64>;
-
-    /// Symmetric positive definite approximation of the Hessian at a point.
-    fn first_hessian(&self, x: &DVector<f64>) -> Option<DMatrix<f64>>;
-}
-
-/// Values and derivatives at a point.
-#[derive(Clone, Debug)]
-pub struct Evaluation {
-    /// The function to minimise.
-    pub cost: f64,
-    /// Its gradient.
-    pub gradient: DVector<f64>,
-    /// The condition with its gradient.
-    pub condition: Option<(f64, DVector<f64>)>,
-}
+use super::evaluation::{Evaluation, Problem};
 
 /// A minimum.
 #[derive(Clone, Debug)]
@@ -81,7 +54,8 @@ pub fn minimise(
 ) -> Option<Minimum> {
     let mut x = start;
     let mut here = problem.evaluate(&x)?;
-    let mut slacks = Slacks::new(&problem.rows(&x), bounds)?;
+    let bounds = &here.with_inequalities(bounds);
+    let mut slacks = Slacks::new(&here.rows(problem, &x), bounds)?;
     let mut hessian = problem.first_hessian(&x)?;
     let rows = slacks.lower.len() as f64;
     let smallest_barrier = tolerance / (2.0 * rows);
@@ -125,8 +99,8 @@ pub fn minimise(
             }
             let found = problem
                 .evaluate(&trial)
-                .zip(Slacks::new(&problem.rows(&trial), bounds));
-            if let Some((evaluation, new)) = found {
+                .and_then(|e| Some((Slacks::new(&e.rows(problem, &trial), bounds)?, e)));
+            if let Some((new, evaluation)) = found {
                 // Rounding of the merit function counts as a decrease.
                 let rounding = 1e-14 * before.abs().max(1.0);
                 if merit(&evaluation, &new) <= before + SUFFICIENT * factor * slope + rounding {
@@ -152,13 +126,10 @@ pub fn minimise(
             continue;
         };
         has_restarted = false;
-        let lagrangian = |e: &Evaluation| match &e.condition {
-            Some((_, slope)) => &e.gradient + step.multiplier * slope,
-            None => e.gradient.clone(),
-        };
+        multipliers = multipliers.moved(&slacks, &new, &step.slack_change, barrier);
+        let lagrangian = |e: &Evaluation| e.lagrangian_gradient(step.multiplier, &multipliers);
         let difference = lagrangian(&evaluation) - lagrangian(&here);
         update(&mut hessian, &(&trial - &x), &difference);
-        multipliers = multipliers.moved(&slacks, &new, &step.slack_change, barrier);
         (x, here, slacks) = (trial, evaluation, new);
     }
     Some(Minimum {
@@ -169,14 +140,6 @@ pub fn minimise(
         iterations,
         decrease,
     })
-}
-
-impl Evaluation {
-    fn violation(&self) -> f64 {
-        self.condition
-            .as_ref()
-            .map_or(0.0, |(value, _)| value.abs())
-    }
 }
 
 /// A step of Newton's method.
@@ -205,9 +168,9 @@ impl Step {
     ) -> Option<Self> {
         let weights = multipliers.lower.component_div(&slacks.lower)
             + multipliers.upper.component_div(&slacks.upper);
-        let matrix = hessian + problem.weighted_product(&weights);
+        let matrix = hessian + here.weighted_product(problem, &weights);
         let pushes = slacks.upper.map(|s| barrier / s) - slacks.lower.map(|s| barrier / s);
-        let gradient = &here.gradient + problem.transposed(&pushes);
+        let gradient = &here.gradient + here.transposed(problem, &pushes);
         let factor: Cholesky<f64, Dyn> = matrix.clone().cholesky()?;
         let descent = factor.solve(&gradient);
         let (change, multiplier, restoring) = match &here.condition {
@@ -226,7 +189,7 @@ impl Step {
         };
         let is_finite = change.iter().all(|c| c.is_finite());
         is_finite.then(|| Self {
-            slack_change: problem.rows(&change),
+            slack_change: here.change_of_rows(problem, &change),
             slope: gradient.dot(&change),
             decrement: 0.5 * change.dot(&(&matrix * &change)),
             change,
@@ -283,6 +246,7 @@ mod tests {
                 cost: (x - 3.0).powi(2) + 2.0 * (y + 1.0).powi(2) + x * y,
                 gradient: DVector::from_vec(vec![2.0 * (x - 3.0) + y, 4.0 * (y + 1.0) + x]),
                 condition: self.has_condition.then_some(condition),
+                positive: None,
             })
         }
 

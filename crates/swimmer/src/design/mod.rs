@@ -5,6 +5,8 @@
 //! energy of any curve then are line integrals, with exact derivatives ([`Stroke`]).
 //!
 //! - [`optimise()`]: the curve that is best for an [`Objective`], inside limits.
+//! - [`fastest_stroke`]: the curve of the largest displacement per time, within bounds on rates and
+//!   power.
 //! - [`best_sizes`]: the radii and arm lengths that are best for a gait.
 //! - [`learn`]: what reinforcement learning finds on the shapes whose joints are contracted or
 //!   extended, and the exact optimum there.
@@ -12,6 +14,7 @@
 mod bounds;
 mod design_stroke;
 mod efficiency;
+mod evaluation;
 mod farthest;
 mod interior_point;
 pub mod learn;
@@ -23,6 +26,7 @@ mod progress;
 mod quadrature;
 mod search;
 mod sizes;
+mod speed;
 mod starts;
 mod stroke_path;
 mod table;
@@ -38,7 +42,8 @@ pub use objective::{
 };
 pub use optimise::{Optimum, SearchOptions, optimise};
 pub use progress::DesignProgress;
-pub use sizes::{BestSizes, SizeRun, best_sizes};
+pub use sizes::{BestSizes, SizeRun, SizeSlice, best_sizes, size_slices};
+pub use speed::fastest_stroke;
 pub use starts::small_stroke_cost;
 pub use stroke_path::{SampledPath, Series, StrokeCurve};
 pub use table::{StrokeTable, tabulate};

@@ -13,7 +13,7 @@ use super::totals::StrokeTotals;
 use crate::error::SwimError;
 
 /// Number of terms of the first series, in which all starts are compared.
-const FIRST_TERMS: usize = 4;
+pub(super) const FIRST_TERMS: usize = 4;
 
 /// Predicted decrease of the cost at which a search ends, relative to the tolerance of refinement.
 const SEARCH: f64 = 0.01;
@@ -52,7 +52,7 @@ pub struct Optimum {
     pub period_energy_product: f64,
     /// The cost of the objective.
     pub cost: f64,
-    /// Change of the cost by the last increase of the number of terms.
+    /// Change of the cost by the last increase of the number of terms or corners.
     pub refinement_error: f64,
     /// Whether the limits are active.
     pub at_limits: bool,
@@ -83,15 +83,7 @@ pub fn optimise(
     };
     let starts = starts(geometry, objective, &series, limits);
     progress.begins(&format!("searching from {} strokes", starts.len()));
-    let problem = StrokeProblem::new(geometry, objective, series.clone(), limits);
-    let found: Vec<(Vec<f64>, Minimum)> = (starts.par_iter())
-        .filter_map(|start| {
-            let start = sized(&problem, objective, &series, start);
-            let start = inside(&series, &start, limits)?;
-            problem.solve(&start, limits, COMPARE, COMPARE_ITERATIONS)
-        })
-        .filter(|(_, minimum)| minimum.violation < COMPARE)
-        .collect();
+    let found = compared(geometry, objective, &series, &starts, limits);
     let mut iterations = found.iter().map(|(_, minimum)| minimum.iterations).sum();
     // The first of equal ones, so that the result does not depend on the number of threads.
     let best = (found.into_iter()).reduce(|a, b| if b.1.cost < a.1.cost { b } else { a });
@@ -163,6 +155,25 @@ pub fn optimise(
             coefficients,
         },
     })
+}
+
+/// The best strokes of a short series from several starts.
+pub(super) fn compared(
+    geometry: &ShapeGeometry,
+    objective: &dyn Objective,
+    series: &Series,
+    starts: &[Vec<f64>],
+    limits: &[(f64, f64)],
+) -> Vec<(Vec<f64>, Minimum)> {
+    let problem = StrokeProblem::new(geometry, objective, series.clone(), limits);
+    (starts.par_iter())
+        .filter_map(|start| {
+            let start = sized(&problem, objective, series, start);
+            let start = inside(series, &start, limits)?;
+            problem.solve(&start, limits, COMPARE, COMPARE_ITERATIONS)
+        })
+        .filter(|(_, minimum)| minimum.violation < COMPARE)
+        .collect()
 }
 
 /// The stroke made larger or smaller, such that it meets the condition of the objective as the
@@ -256,7 +267,11 @@ fn ranges(series: &Series, coefficients: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// The stroke made smaller until it is strictly inside the limits, except at a fixed start.
-fn inside(series: &Series, coefficients: &[f64], limits: &[(f64, f64)]) -> Option<Vec<f64>> {
+pub(super) fn inside(
+    series: &Series,
+    coefficients: &[f64],
+    limits: &[(f64, f64)],
+) -> Option<Vec<f64>> {
     const SHRINK: f64 = 0.995;
     const ROUNDS: usize = 400;
     let functions = series.functions();

@@ -57,16 +57,12 @@ pub fn write(
         }
     };
     let path = folder.path().join(SCENE_FILE);
-    let mut document = Document::parse(&scene.to_toml()?, &path)?;
+    let mut document = Document::parse(&scene.to_toml_in(folder.path())?, &path)?;
     let arms = ArmsKind::from(scene.articulation().arms()).word();
     document.set(&format!("gait={gait}"))?;
     document.set(&format!("gait.arms=\"{arms}\""))?;
     let found = Scene::from_document(document)?;
-    // The table is named relative to the scene file.
-    let text = found.to_toml()?.replace(
-        &folder.path().join(TABLE_FILE).display().to_string(),
-        TABLE_FILE,
-    );
+    let text = found.to_toml_in(folder.path())?;
     folder.write(SCENE_FILE, |file| {
         std::io::Write::write_all(file, text.as_bytes())
     })?;
@@ -107,4 +103,48 @@ fn table(names: &[&str], curve: &StrokeCurve, timing: &Timing) -> String {
         text.push('\n');
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CUBE: &str = "v -9 -9 -9\nv 9 -9 -9\nv 9 9 -9\nv -9 9 -9\nv -9 -9 9\nv 9 -9 9\n\
+                        v 9 9 9\nv -9 9 9\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\n\
+                        f 3 4 8 7\nf 1 5 8 4\n";
+
+    /// Files of the scene are named relative to the folder of the optimum, and so is its table.
+    #[test]
+    fn the_scene_of_the_stroke_finds_its_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("cube.obj"), CUBE).unwrap();
+        std::fs::write(at("gait.csv"), "time,arm\n0,4\n1,3\n2,4\n").unwrap();
+        let text = "domain = { kind = \"surface\", file = \"cube.obj\", surface_kind = \"faceted\" }\n\
+                    bodies = [{ name = \"a\", radius = 1, position = [-2, 0, 0] }, \
+                    { name = \"b\", radius = 1, position = [2, 0, 0] }]\n\
+                    links = [{ name = \"arm\", body = \"a\", to = \"b\" }]\n\
+                    gait = { kind = \"table\", file = \"gait.csv\" }\n";
+        std::fs::write(at("scene.toml"), text).unwrap();
+        let scene = Scene::read(&at("scene.toml"), &[]).unwrap();
+        let limits = StrokeLimits {
+            ranges: vec![(3.0, 4.0)],
+            variables: vec![0],
+        };
+        let curve = StrokeCurve::Polygon {
+            corners: vec![vec![3.0], vec![4.0]],
+            times: vec![0.0, 0.5, 1.0],
+        };
+        let out = Folder::create(&at("out/best")).unwrap();
+        let timing = Timing::uniform(&curve, 2.0);
+        let found = write(&scene, &limits, &curve, &timing, &out).unwrap();
+        assert_eq!(found.articulation().initial_lengths(), [3.0]);
+        let text = std::fs::read_to_string(at("out/best/optimum.toml")).unwrap();
+        assert!(
+            text.contains("\"../../cube.obj\"") && text.contains("\"optimum.csv\""),
+            "{text}"
+        );
+        let again = Scene::read(&at("out/best/optimum.toml"), &[]).unwrap();
+        assert!(again.differing_key(&found).is_none());
+    }
 }

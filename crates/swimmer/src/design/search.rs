@@ -4,7 +4,8 @@ use models::ShapeGeometry;
 use nalgebra::{DMatrix, DVector};
 
 use super::bounds::Bounds;
-use super::interior_point::{Evaluation, Minimum, Problem, minimise};
+use super::evaluation::{Evaluation, Problem};
+use super::interior_point::{Minimum, minimise};
 use super::objective::{Objective, WithDerivatives};
 use super::stroke_path::{SampledSeries, Series};
 use super::totals::Stroke;
@@ -106,6 +107,7 @@ impl Problem for StrokeProblem<'_> {
             cost: cost.0,
             gradient: self.gradient(&stroke, &cost),
             condition: condition.map(|c| (c.0, self.gradient(&stroke, &c))),
+            positive: None,
         };
         let is_finite = evaluation.cost.is_finite()
             && evaluation.gradient.iter().all(|g| g.is_finite())

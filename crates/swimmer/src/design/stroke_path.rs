@@ -24,6 +24,11 @@ const INTERVALS_PER_LEG: usize = 16;
 impl SampledPath {
     /// The path of a polygon with these corners and times, see [`StrokeCurve::Polygon`].
     pub fn of_polygon(corners: &[Vec<f64>], times: &[f64]) -> Self {
+        Self::of_sides(corners, times, INTERVALS_PER_LEG)
+    }
+
+    /// The path of a polygon with this number of intervals per side.
+    pub fn of_sides(corners: &[Vec<f64>], times: &[f64], intervals: usize) -> Self {
         let rule = GaussRule::new();
         let mut path = Self {
             widths: Vec::new(),
@@ -33,10 +38,10 @@ impl SampledPath {
         for (side, from) in corners.iter().enumerate() {
             let to = &corners[(side + 1) % corners.len()];
             let duration = times[side + 1] - times[side];
-            for part in 0..INTERVALS_PER_LEG {
-                path.widths.push(duration / INTERVALS_PER_LEG as f64);
+            for part in 0..intervals {
+                path.widths.push(duration / intervals as f64);
                 for node in rule.nodes {
-                    let s = (part as f64 + node) / INTERVALS_PER_LEG as f64;
+                    let s = (part as f64 + node) / intervals as f64;
                     let ends = from.iter().zip(to);
                     path.shapes
                         .push(ends.clone().map(|(a, b)| a + s * (b - a)).collect());

@@ -13,15 +13,21 @@ use crate::error::SwimError;
 /// amplitude of the highest term.
 const ROWS_PER_TERM: usize = 16;
 
-/// Rows per side of a polygon with bounds. The power changes along a side, the rates of a row do
-/// not.
-const ROWS_PER_SIDE: usize = 32;
+/// Rows of a polygon with a bound on the power, at least. The power changes along a side, the rates
+/// of a row do not.
+const ROWS_PER_POLYGON: usize = 512;
+
+/// Rows per side of such a polygon, at least.
+const ROWS_PER_SIDE: usize = 4;
 
 /// Number of times at which the largest rates and powers of a scene are measured, at least.
 const CHECKS: usize = 2048;
 
 /// Smallest number of these times per leg.
 const CHECKS_PER_LEG: usize = 8;
+
+/// Number of intervals of the quadrature of the energy of a scene, at least.
+const ENERGY_INTERVALS: usize = 64;
 
 /// Bounds `optimise.max_rate` and `optimise.max_power` on the motion along a stroke.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,10 +126,16 @@ impl Timing {
         bounds: &MotionBounds,
     ) -> Result<Self, ModelError> {
         let rule = GaussRule::new();
+        let rows_per_side = match bounds.power.is_finite() {
+            true => ROWS_PER_POLYGON
+                .div_ceil(curve.terms().max(1))
+                .max(ROWS_PER_SIDE),
+            false => 1,
+        };
         let rows = match curve {
             StrokeCurve::Polygon { times, .. } => (times.windows(2))
                 .flat_map(|side| {
-                    let steps = equal_steps(ROWS_PER_SIDE).into_iter().skip(1);
+                    let steps = equal_steps(rows_per_side).into_iter().skip(1);
                     // The last step is at the corner to the last bit.
                     steps.map(|s| (1.0 - s) * side[0] + s * side[1])
                 })
@@ -219,11 +231,19 @@ pub fn energy(
 ) -> Result<f64, SwimError> {
     let rule = GaussRule::new();
     let mut energy = 0.0;
-    for leg in legs(scene.gait(), scene.articulation().initial_lengths())? {
-        for (node, weight) in rule.nodes.iter().zip(rule.weights) {
-            let (lengths, rates) = (leg.lengths(*node), leg.rates(*node));
-            let (shape, rates) = (limits.moving(&lengths), limits.moving(&rates));
-            energy += weight * leg.duration * power(geometry, &shape, &rates)?;
+    let cycle: Vec<_> = legs(scene.gait(), scene.articulation().initial_lengths())?.collect();
+    let parts = ENERGY_INTERVALS.div_ceil(cycle.len().max(1));
+    for leg in &cycle {
+        for (part, (node, weight)) in (0..parts).flat_map(|part| {
+            rule.nodes
+                .iter()
+                .zip(rule.weights)
+                .map(move |pair| (part, pair))
+        }) {
+            let s = (part as f64 + node) / parts as f64;
+            let (shape, rates) = (limits.moving(&leg.lengths(s)), limits.moving(&leg.rates(s)));
+            let power = power(geometry, &shape, &rates)?;
+            energy += weight * leg.duration / parts as f64 * power;
         }
     }
     Ok(energy)

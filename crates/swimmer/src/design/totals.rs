@@ -134,6 +134,26 @@ impl Stroke {
         (of_shapes, of_rates)
     }
 
+    /// Energy at each point times its weight, with derivatives with respect to shapes and rates.
+    ///
+    /// The sum over the points is `∫ ds/dt · G ds/dt dt`. Both matrices have one row per point.
+    pub fn dissipation(&self) -> (Vec<f64>, DMatrix<f64>, DMatrix<f64>) {
+        let n = self.points.first().map_or(0, |point| point.rates.len());
+        let mut energies = Vec::with_capacity(self.points.len());
+        let mut of_shapes = DMatrix::zeros(self.points.len(), n);
+        let mut of_rates = DMatrix::zeros(self.points.len(), n);
+        for (row, point) in self.points.iter().enumerate() {
+            let force = &point.geometry.metric * &point.rates;
+            energies.push(point.weight * point.rates.dot(&force));
+            for i in 0..n {
+                let change = &point.geometry.metric_slopes[i] * &point.rates;
+                of_shapes[(row, i)] = point.weight * point.rates.dot(&change);
+                of_rates[(row, i)] = 2.0 * point.weight * force[i];
+            }
+        }
+        (energies, of_shapes, of_rates)
+    }
+
     /// Mean of the metric over the points, with their weights.
     pub fn mean_metric(&self) -> DMatrix<f64> {
         let n = self.points.first().map_or(0, |point| point.rates.len());

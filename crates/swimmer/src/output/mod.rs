@@ -23,7 +23,9 @@ pub use machine::processor;
 pub use memory::peak_rss_mib;
 pub use paraview::{FlowSeries, write_flow};
 #[cfg(feature = "plots")]
-pub use plot::{flow_svg, height_map_svg, learning_curve_svg, policy_svg, trajectory_svg};
+pub use plot::{
+    flow_svg, height_map_svg, learning_curve_svg, policy_svg, size_slices_svg, trajectory_svg,
+};
 pub use report::{matrix_json, solution_json, summary_json};
 #[cfg(feature = "plots")]
 pub use report_page::{REPORT_PAGE, RunRecord};

@@ -117,6 +117,45 @@ fn the_best_sizes_are_printed_and_run() {
     assert!(text(&refused.stderr).contains("optimise.radii = [0.5, 2]"));
 }
 
+/// The gait of the scene is a table in another folder than the results.
+#[test]
+fn the_best_sizes_of_a_gait_from_a_file_run() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    std::fs::create_dir(folder.join("scenes")).unwrap();
+    printed(
+        folder,
+        &["new", "three-sphere", "--out", "scenes/scene.toml"],
+    );
+    let square = "time,left-arm,right-arm\n0,10,10\n1,6,10\n2,6,6\n3,10,6\n4,10,10\n";
+    std::fs::write(folder.join("scenes/square.csv"), square).unwrap();
+    let gait = "gait={ kind = \"table\", file = \"square.csv\", interpolation = \"linear\" }";
+    let arguments = [
+        "sizes",
+        "scenes/scene.toml",
+        "--set",
+        gait,
+        "--set",
+        "optimise.radii=[0.9, 1.1]",
+        "--set",
+        "optimise.tolerance=1e-2",
+        "--out",
+        "results/best",
+        "--json",
+    ];
+    let found = json(folder, &arguments);
+    let run = json(
+        folder,
+        &["run", "results/best/optimum.toml", "--json", "--quiet"],
+    );
+    let of_run = run["displacement"]["centre"][0].as_f64().unwrap();
+    let of_search = found["best"]["displacement"].as_f64().unwrap();
+    assert!((of_run / of_search - 1.0).abs() < 1e-3, "{run}");
+    // One line per sphere, with a circle at the best radius.
+    let chart = std::fs::read_to_string(folder.join("results/best/sizes.svg")).unwrap();
+    assert_eq!(chart.matches("<circle").count(), 3, "{chart}");
+}
+
 #[test]
 fn scenes_without_a_design_are_refused_with_a_remedy() {
     let temporary = tempfile::tempdir().unwrap();
@@ -139,6 +178,11 @@ fn scenes_without_a_design_are_refused_with_a_remedy() {
             "optimise",
             &["--set", "optimise.max_rate=-1"],
             "greater than zero, not -1",
+        ),
+        (
+            "optimise",
+            &["--set", "optimise.objective=speed"],
+            "give optimise.max_rate or optimise.max_power",
         ),
         (
             "optimise",

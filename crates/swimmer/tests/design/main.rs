@@ -4,5 +4,6 @@ mod learned;
 mod optimal;
 mod sensitivities;
 mod sizes;
+mod speed;
 mod timing;
 mod turning;

@@ -82,3 +82,32 @@ fn a_bound_on_rates_gives_the_period_of_the_square() {
     assert!((found.period - 16.0).abs() < 1e-6, "{}", found.period);
     assert!(slow == 0.0, "{slow}");
 }
+
+/// At all times some joint moves at its largest rate, and away from the limits both do.
+#[test]
+fn the_fastest_stroke_is_a_scene_that_runs() {
+    let settings = "objective = \"speed\"\nmax_rate = { a = 0.5, b = 0.3 }";
+    let (found, slow) = designed(
+        settings,
+        [0.5, 0.3].map(|v| v * (1.0 + 1e-9)),
+        f64::INFINITY,
+    );
+    assert!(slow == 0.0, "{slow}");
+    let start = found.scene.articulation().initial_lengths();
+    for leg in legs(found.scene.gait(), start).unwrap() {
+        let (middle, rates) = (leg.lengths(0.5), leg.rates(0.5));
+        let is_at_limit = middle.iter().any(|x| (x - 6.0).min(10.0 - x) < 0.01);
+        let loads = [rates[0].abs() / 0.5, rates[1].abs() / 0.3];
+        assert!(
+            is_at_limit || loads.iter().all(|load| *load > 0.99),
+            "{middle:?} {rates:?}"
+        );
+    }
+    let (table, run) = (
+        found.optimum.totals.displacement.norm(),
+        found.run_displacement,
+    );
+    let bars = found.table_error + found.outcome.error_estimate.total();
+    assert!((table - run).abs() <= bars, "{table} {run} {bars:e}");
+    assert!((found.outcome.work / found.energy - 1.0).abs() < 1e-3);
+}

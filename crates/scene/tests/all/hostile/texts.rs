@@ -112,6 +112,7 @@ to = "right"
 [[gait.phases]]
 targets = { arm = 6 }
 [optimise]
+objective = "speed"
 max_rate = 0.5
 max_power = 10
 radii = [0.5, 2]

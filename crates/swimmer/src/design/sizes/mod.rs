@@ -12,6 +12,7 @@
 mod objective;
 mod polytope;
 mod shares;
+mod slices;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -24,6 +25,7 @@ use objective::SizeObjective;
 pub use objective::SizeRun;
 use polytope::{Quadratic, STENCIL_RADIUS, stencil};
 use shares::SizeSpace;
+pub use slices::{SizeSlice, size_slices};
 
 /// First step of the interpolation, relative to a share.
 const FIRST_STEP: f64 = 0.15;

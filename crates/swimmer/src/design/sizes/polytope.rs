@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::design::bounds::{Bounds, Slacks};
-use crate::design::interior_point::{Evaluation, Minimum, Problem, minimise};
+use crate::design::evaluation::{Evaluation, Problem};
+use crate::design::interior_point::{Minimum, minimise};
 
 /// Points `y` with `lower <= row . y <= upper` for each row.
 pub struct Polytope {
@@ -220,6 +221,7 @@ impl Problem for Bounded<'_> {
             cost,
             gradient: &self.function.gradient + &self.function.hessian * y,
             condition: None,
+            positive: None,
         })
     }
 

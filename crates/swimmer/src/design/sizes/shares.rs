@@ -137,12 +137,12 @@ impl SizeSpace {
 
     /// The shares of the scene.
     pub fn start(&self) -> Vec<f64> {
-        let values = self.parameters.iter().enumerate();
-        values.map(|(k, p)| self.share(k, p.value)).collect()
+        let values: Vec<f64> = self.parameters.iter().map(|p| p.value).collect();
+        self.shares(&values)
     }
 
     /// The numbers of the parameters of each group whose shares sum to one.
-    fn groups(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
+    pub fn groups(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
         [0..self.radii, self.radii..self.parameters.len()]
             .into_iter()
             .filter(|group| !group.is_empty())
@@ -164,6 +164,36 @@ impl SizeSpace {
                 false => share * self.length,
             })
             .collect()
+    }
+
+    /// The shares with these values of the parameters.
+    pub fn shares(&self, values: &[f64]) -> Vec<f64> {
+        let values = values.iter().enumerate();
+        values.map(|(k, value)| self.share(k, *value)).collect()
+    }
+
+    /// The shares with another value of a parameter, and the others of its group in their ratios.
+    pub fn with_value(&self, shares: &[f64], parameter: usize, value: f64) -> Vec<f64> {
+        let share = self.share(parameter, value);
+        let factor = (1.0 - share) / (1.0 - shares[parameter]);
+        let mut changed = shares.to_vec();
+        for k in self
+            .groups()
+            .filter(|group| group.contains(&parameter))
+            .flatten()
+        {
+            changed[k] *= factor;
+        }
+        changed[parameter] = share;
+        changed
+    }
+
+    /// Whether all sizes are within their limits.
+    pub fn is_allowed(&self, shares: &[f64]) -> bool {
+        let values = self.values(shares);
+        let mut pairs = values.iter().zip(&self.limits);
+        pairs.all(|(value, limit)| limit.0 <= *value && *value <= limit.1)
+            && self.closed_gaps(shares, 0.0).is_empty()
     }
 
     /// Relative changes of the values for relative changes of the shares.

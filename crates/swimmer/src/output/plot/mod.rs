@@ -9,6 +9,7 @@ mod height_map;
 mod learning;
 mod movie;
 mod quantity;
+mod sizes;
 mod snapshots;
 mod style;
 
@@ -17,6 +18,7 @@ pub use height_map::height_map_svg;
 pub use learning::{learning_curve_svg, policy_svg};
 pub(super) use movie::{MovieFrame, movie_svg};
 pub(super) use quantity::Quantity;
+pub use sizes::size_slices_svg;
 pub(super) use style::body_colour;
 
 use plotters::prelude::*;
