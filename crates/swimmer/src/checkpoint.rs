@@ -69,6 +69,11 @@ impl Checkpoint {
         })
     }
 
+    /// What the run has reached.
+    pub fn outcome(&self) -> &Outcome {
+        &self.outcome
+    }
+
     /// Writes the checkpoint into a folder; an older one stays until the new one is complete.
     ///
     /// # Errors

@@ -17,6 +17,7 @@ mod periodic;
 mod planning;
 mod progress;
 mod run;
+mod run_files;
 pub mod sensitivities;
 mod simulate;
 mod start;

@@ -5,22 +5,20 @@ use std::path::Path;
 use std::time::Instant;
 
 use models::{Hydrodynamics, ModelError};
-use scene::{AcceptKind, Leg, Scene};
+use scene::{AcceptKind, Scene};
 use serde_json::Value;
 
 use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
-use crate::integrate::{LegResult, LegSolution, Method};
-use crate::observer::Observer;
+use crate::integrate::{LegSolution, Method};
 use crate::outcome::Outcome;
-use crate::output::{
-    FlowSeries, Folder, LastFlow, SliceSeries, StoredSlices, summary_json, trajectory_csv,
-};
 #[cfg(feature = "plots")]
-use crate::output::{RunRecord, trajectory_svg};
+use crate::output::RunRecord;
+use crate::output::{Folder, StoredSlices, summary_json};
 use crate::periodic::start_of_gait;
 use crate::planning::{Choice, SizeSearch, choose, with_tables};
 use crate::progress::Progress;
+use crate::run_files::{Files, Output};
 use crate::simulate::continue_from;
 
 /// A finished run.
@@ -194,7 +192,9 @@ fn run_once(
         done,
     };
     let method = Method::of(&scene);
-    let outcome = continue_from(&scene, model.as_mut(), method, &mut files, interim)?;
+    let outcome = continue_from(&scene, model.as_mut(), method, &mut files, interim);
+    files.write_pending()?;
+    let outcome = outcome?;
     let finish = |output: Output| output.slices.finish(output.folder, &scene, model.as_mut());
     let slices = files.output.map(finish).transpose()?;
     let report = Report {
@@ -246,102 +246,6 @@ impl Report {
             allowed: outcome.allowed_error,
             report: Box::new(self),
         })
-    }
-}
-
-/// Writes the files of a run, if it has a folder, after every phase, so that a run that ends early
-/// leaves all completed phases.
-struct Files<'a> {
-    scene: &'a Scene,
-    output: Option<Output<'a>>,
-    progress: &'a mut dyn Progress,
-    /// Number of completed legs.
-    done: usize,
-}
-
-/// The folder of a run, and the flows in it.
-struct Output<'a> {
-    folder: &'a Folder,
-    flows: FlowSeries,
-    slices: SliceSeries,
-}
-
-impl<'a> Output<'a> {
-    fn new(scene: &Scene, folder: &'a Folder) -> Result<Self, SwimError> {
-        Ok(Self {
-            folder,
-            flows: FlowSeries::new(folder, scene.fem().flows),
-            slices: SliceSeries::new(scene)?,
-        })
-    }
-
-    fn resumed(
-        scene: &Scene,
-        folder: &'a Folder,
-        flows: &[(f64, String)],
-    ) -> Result<Self, SwimError> {
-        Ok(Self {
-            folder,
-            flows: FlowSeries::resumed(folder, scene.fem().flows, flows),
-            slices: SliceSeries::resumed(scene, folder)?,
-        })
-    }
-}
-
-impl Observer for Files<'_> {
-    fn solved(
-        &mut self,
-        leg: &Leg,
-        solution: &LegSolution,
-        model: &dyn Hydrodynamics,
-    ) -> Result<(), SwimError> {
-        if self.progress.is_interrupted() {
-            let gait = self.scene.gait();
-            return Err(SwimError::Interrupted {
-                phases: self.done,
-                all: gait.phases.len() * gait.cycles as usize,
-            });
-        }
-        self.progress.solved(leg, solution);
-        let Some(output) = &mut self.output else {
-            return Ok(());
-        };
-        let flow = LastFlow::new(model);
-        output.flows.solved(solution, &flow)?;
-        output.slices.add(self.scene, leg, solution, flow)
-    }
-
-    fn leg_done(
-        &mut self,
-        leg: &Leg,
-        result: &LegResult,
-        so_far: &Outcome,
-        model: &dyn Hydrodynamics,
-    ) -> Result<(), SwimError> {
-        if let Some(Output {
-            folder,
-            flows,
-            slices,
-        }) = &mut self.output
-        {
-            let first = so_far.solves - result.solves;
-            let flow = LastFlow::new(model);
-            flows.finish_leg(leg, result, first, &flow)?;
-            slices.finish_leg(folder, self.scene, leg, result, first, flow)?;
-            let csv = trajectory_csv(self.scene, &so_far.samples);
-            folder.write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
-            #[cfg(feature = "plots")]
-            {
-                let svg = trajectory_svg(self.scene, so_far)?;
-                folder.write("trajectory.svg", |file| file.write_all(svg.as_bytes()))?;
-            }
-            // The checkpoint is written last, so that every file that it names is complete.
-            Checkpoint::new(self.scene, &result.end, so_far, model, flows.files())?
-                .write(folder)?;
-        }
-        self.done = so_far.legs.len();
-        self.progress.leg_done(leg, result);
-        Ok(())
     }
 }
 

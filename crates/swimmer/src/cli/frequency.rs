@@ -6,12 +6,18 @@ use swimmer::{BestFrequency, SwimError, best_frequency};
 use super::arguments::DesignArguments;
 use super::design_files::{folder_of, write};
 use super::design_progress::Progress;
-use super::text::{entry, with_uncertainty};
+use super::text::{entry, warn, with_uncertainty};
 
 pub fn frequency(arguments: DesignArguments, quiet: bool) -> Result<String, SwimError> {
     let DesignArguments { scene, out, json } = arguments;
     let scene = scene.read()?;
     let folder = folder_of(&scene, out)?;
+    if !scene.starts_periodic() {
+        warn(
+            "gait.periodic is false: every run starts from the pose of the file, and the frequency \
+             found is that of the first cycles; set gait.periodic = true for the periodic state",
+        );
+    }
     let BestFrequency {
         best,
         frequency_error,
