@@ -183,7 +183,9 @@ impl Constrained {
         check_length("generalised loads", loads.len(), tests.nrows())?;
         let mut rhs = vec![0.0; self.dofs()];
         let loads = tests.tr_mul(loads) / self.surfaces.symmetry_planes.parts();
-        rhs[self.border_range()].copy_from_slice(loads.as_slice());
+        if self.owns_border() {
+            rhs[self.border_range()].copy_from_slice(loads.as_slice());
+        }
         Ok(rhs)
     }
 
@@ -205,15 +207,29 @@ impl Constrained {
         check_length("volume sources", pressure.len(), pressures)?;
         let on_surfaces = self.surfaces.loads_of_forces(velocity);
         let surface_tests = self.tests().select_rows(&self.surface_rows);
-        let border = surface_tests.tr_mul(&on_surfaces);
-        let free = self.surfaces.free_nodes.iter();
+        let mut border = surface_tests.tr_mul(&on_surfaces);
+        if !self.owns_border() {
+            border.fill(0.0);
+        }
+        let owned = |node: usize, value| match self.surfaces.owns(node) {
+            true => value,
+            false => Vector3::zeros(),
+        };
+        let free = self.surfaces.free_nodes.iter().map(|&node| node as usize);
         let mut rhs: Vec<f64> = free
-            .flat_map(|&node| <[f64; 3]>::from(velocity[node as usize]))
+            .flat_map(|node| <[f64; 3]>::from(owned(node, velocity[node])))
             .collect();
         self.surfaces.zero_constrained(&mut rhs);
         rhs.extend(border.iter());
-        rhs.extend(pressure);
+        let owned = |(node, p): (usize, &f64)| if self.surfaces.owns(node) { *p } else { 0.0 };
+        rhs.extend(pressure.iter().enumerate().map(owned));
         Ok(rhs)
+    }
+
+    /// Whether the border entries of a vector belong to this process.
+    fn owns_border(&self) -> bool {
+        let part = self.surfaces.part.as_ref();
+        part.is_none_or(crate::MeshPart::owns_border)
     }
 
     /// Block-triangular preconditioner with multigrid for velocities and border.
