@@ -148,7 +148,7 @@ fn compare_corrected(name: &str, text: &str) {
     let expected = on_one_machine(&path, "on");
     let uncorrected = expected.uncorrected();
     let answer = answer(swim_petsc(3, &["solve"], &path, "on"));
-    type Part = fn(&swimmer::models::BodySolution) -> swimmer::mesh::Vec3;
+    type Part = fn(&swimmer::models::BodySolution) -> nalgebra::Vector3<f64>;
     let parts: [(&str, Part); 3] = [
         ("velocity", |body| body.velocity),
         ("angular_velocity", |body| body.angular_velocity),
