@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use linalg::{
-    BlockDiagonal, BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, Prolongation,
+    BlockDiagonal, BlockTriangular, Bordered, Csr, Csr3, Multigrid, MultigridParams, Prolongation,
     SaddleSystem,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -270,6 +270,25 @@ impl Constrained {
         Ok(match &self.pressure_stiffness {
             Some(stiffness) => block.with_pressure_laplacian(stiffness)?,
             None => block,
+        })
+    }
+
+    /// The same without the matrices of the system and its preconditioners.
+    ///
+    /// For solvers outside this workspace, which have copied them: most of the memory is freed. All
+    /// conversions between vectors and flows remain; the field `system` has no rows.
+    ///
+    /// # Errors
+    /// None for a system that was built.
+    pub fn without_matrices(self) -> Result<Self, RigidError> {
+        let empty = || Csr::zero((0, 0));
+        let (none, divergence) = (Bordered::scalar(empty())?, Csr3::zero((0, 0)));
+        Ok(Self {
+            prolongation: Prolongation::new(empty(), empty())?,
+            system: SaddleSystem::new(none, divergence, empty(), None, empty())?,
+            vertex_stiffness: empty(),
+            pressure_stiffness: None,
+            ..self
         })
     }
 

@@ -57,6 +57,13 @@ fn check_rates(
             [b.generalised, b.bodies, b.forces, b.link_loads]
         );
         assert_eq!(a.velocity, b.velocity);
+        let bare = direct.clone().without_matrices().unwrap();
+        assert_eq!(bare.flow(&solution, set).unwrap().forces, b.forces);
+        let (velocity, pressure) = direct.flow_of_loads(&solution).unwrap();
+        assert_eq!(
+            bare.rhs_of_forces(&velocity, &pressure).unwrap(),
+            direct.rhs_of_forces(&velocity, &pressure).unwrap()
+        );
         // Other loads have other link loads, other lengths another matrix.
         let mut other_loads = loads.to_vec();
         other_loads[0].force.x += 1.0;
