@@ -97,6 +97,7 @@ unsafe extern "C" {
     pub fn MatDestroy(mat: *mut Object) -> Code;
     pub fn MatMult(mat: Object, x: Object, y: Object) -> Code;
     pub fn MatTranspose(mat: Object, reuse: c_int, out: *mut Object) -> Code;
+    pub fn MatCreateTranspose(mat: Object, out: *mut Object) -> Code;
     pub fn MatMatMult(a: Object, b: Object, reuse: c_int, fill: f64, c: *mut Object) -> Code;
     pub fn MatPtAP(a: Object, p: Object, reuse: c_int, fill: f64, c: *mut Object) -> Code;
     pub fn MatDiagonalScale(mat: Object, left: Object, right: Object) -> Code;
@@ -154,6 +155,9 @@ unsafe extern "C" {
     pub fn PCShellGetContext(pc: Object, context: *mut *mut c_void) -> Code;
     pub fn PCShellSetDestroy(pc: Object, destroy: Option<ShellDestroy>) -> Code;
     pub fn PCShellSetName(pc: Object, name: *const c_char) -> Code;
+
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    pub fn malloc_trim(pad: usize) -> c_int;
 
     // static inline in the headers since version 3.16: it frees through this pointer
     pub static PetscTrFree: Option<unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char) -> Code>;

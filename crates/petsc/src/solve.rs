@@ -12,12 +12,13 @@ use crate::PetscError;
 use crate::assembly::Part;
 use crate::divided::{DividedMatrix, DividedPreconditioner};
 use crate::gather::Fields;
-use crate::handles::Session;
+use crate::handles::{Session, release_memory};
+use crate::method::Method;
 use crate::numbering::{Numbering, components};
 use crate::partition::Partition;
 use crate::pressure_laplacian::pressure_laplacian;
 use crate::shared::{self, LateExchange, Shared};
-use crate::solver::{Method, Solver};
+use crate::solver::Solver;
 
 /// How a problem is solved.
 #[derive(Clone, Copy)]
@@ -127,6 +128,7 @@ pub fn solve(
             formulation: parameters.formulation.name(),
         });
     }
+    release_memory();
     let others: Vec<Imposed> = (others.iter())
         .map(|drive| system.imposed(drive))
         .collect::<Result<_, _>>()?;
@@ -150,6 +152,9 @@ pub fn solve(
     if parameters.method == Method::Block {
         blocks.pressure_laplacian = pressure_laplacian(session, problem, &part, &partition)?;
     }
+    // PETSc has copies.
+    let system = system.without_matrices()?;
+    release_memory();
     let assembly = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let order = partition.nodes_by_vertex();
@@ -187,6 +192,7 @@ pub fn solve(
     let clock = Instant::now();
     let mut estimates: Vec<Option<(Estimate, Checks)>> = flows.iter().map(|_| None).collect();
     if let Some(space) = space {
+        solver.free_basis()?;
         let exchange = LateExchange::default();
         exchange.set(shared.of_extension(session, &submesh, &space)?);
         let surplus_part = surplus_part(session, &partition, &submesh, &space, &exchange);

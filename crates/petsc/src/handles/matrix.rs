@@ -146,6 +146,17 @@ impl<'s> Matrix<'s> {
         })
     }
 
+    /// The transpose as an operator on this matrix, without a copy of its entries.
+    ///
+    /// # Errors
+    /// Those of PETSc.
+    pub fn transposed_view(&self) -> Result<Self, PetscError> {
+        // SAFETY: the matrix is live; PETSc adds a reference to it.
+        self.make("MatCreateTranspose", |out| unsafe {
+            ffi::MatCreateTranspose(self.0.object, out)
+        })
+    }
+
     /// The product `self other`.
     ///
     /// # Errors

@@ -8,6 +8,7 @@
 mod exchange;
 mod krylov;
 mod matrix;
+mod memory;
 mod one_thread;
 mod preconditioner;
 mod session;
@@ -16,6 +17,7 @@ mod vector;
 pub use exchange::Exchange;
 pub use krylov::Krylov;
 pub use matrix::{Matrix, NullSpace, Rows};
+pub use memory::release_memory;
 pub use one_thread::OneThread;
 pub use preconditioner::Preconditioner;
 pub use session::Session;
