@@ -23,8 +23,8 @@ mod surface_velocity;
 pub use dirichlet::DirichletCondition;
 pub use error::FemError;
 pub use estimate::{
-    BoundaryFlow, CubicExtension, CubicFlow, CubicProduct, CurvedBoundary, FacetFunctional,
-    FacetGeometry, Surplus, SurplusSpace,
+    BoundaryBubbles, BoundaryFlow, CubicExtension, CubicFlow, CubicProduct, CurvedBoundary,
+    FacetFunctional, FacetGeometry, OverProcesses, Surplus, SurplusPart, SurplusSpace,
 };
 pub use forms::load_vector;
 pub use load::{LoadOnFluid, consistent_load, stress_load};

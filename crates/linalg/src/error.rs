@@ -116,6 +116,12 @@ pub enum LinalgError {
         /// The method.
         method: &'static str,
     },
+    /// The method cannot be used on vectors that are divided between processes.
+    #[error("{method} cannot be used on vectors that are divided between processes; use fgmres")]
+    SeveralProcesses {
+        /// The method.
+        method: &'static str,
+    },
     /// The method does not support single components constrained to zero.
     #[error(
         "{method} does not support single components constrained to zero, which {nodes} nodes have; use fgmres with BlockTriangular or minres with BlockDiagonal"

@@ -58,7 +58,9 @@ pub use error::LinalgError;
 pub use inf_sup::InfSup;
 pub use krylov::{KrylovParams, NullVectors, SolveReport, cg, fgmres, fgmres_columns, minres};
 pub use multigrid::{BorderInverse, LevelSize, Multigrid, MultigridParams, ScalarMultigrid};
-pub use operator::{Identity, LinearOperator, Preconditioner, PreconditionerKind};
+pub use operator::{
+    Identity, LinearOperator, Preconditioner, PreconditionerKind, SumOverProcesses,
+};
 pub use prolongation::Prolongation;
 pub use saddle::SaddleSystem;
 #[cfg(feature = "metis")]

@@ -2,6 +2,9 @@
 
 use crate::columns::assert_lengths;
 
+/// Replaces numbers of this process by their sums over all processes, the same on each of them.
+pub type SumOverProcesses<'a> = dyn Fn(&mut [f64]) + Sync + 'a;
+
 /// A linear map `y <- A x` on flat vectors.
 pub trait LinearOperator: Sync {
     /// Length of `y`.
@@ -36,6 +39,16 @@ pub trait LinearOperator: Sync {
     /// weights it depends neither on units nor on the sizes of elements. `None` if the operator has
     /// no such weights.
     fn residual_weights(&self) -> Option<&[f32]> {
+        None
+    }
+
+    /// The sum over processes, if the vectors are divided between several; `None` if they are not.
+    ///
+    /// Each process then has its own entries of every vector, and may have further ones that are
+    /// zero. [`fgmres`](crate::fgmres) runs on all processes at the same time, with the same
+    /// numbers of iterations: it calls this function for norms and products of vectors. The other
+    /// methods refuse such an operator.
+    fn sum_over_processes(&self) -> Option<&SumOverProcesses<'_>> {
         None
     }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::LinalgError;
+use crate::{LinalgError, SumOverProcesses};
 
 /// Vector entries summed serially: 16 kB of f64, half of a first-level cache.
 pub(crate) const CHUNK: usize = 2048;
@@ -47,15 +47,37 @@ pub(crate) fn norm(x: &[f64]) -> f64 {
     dot(x, x).sqrt()
 }
 
+/// A norm over all processes, from that of the entries of this one.
+pub(crate) fn norm_over(sum: Option<&SumOverProcesses<'_>>, norm: f64) -> f64 {
+    let Some(sum) = sum else {
+        return norm;
+    };
+    let mut square = [norm * norm];
+    sum(&mut square);
+    square[0].sqrt()
+}
+
+/// Whether all entries are zero, on every process.
+pub(crate) fn is_zero(x: &[f64], sum: Option<&SumOverProcesses<'_>>) -> bool {
+    let mut nonzero = [f64::from(u8::from(x.iter().any(|v| *v != 0.0)))];
+    if let Some(sum) = sum {
+        sum(&mut nonzero);
+    }
+    nonzero[0] == 0.0
+}
+
 /// `||b||` of a right-hand side with finite entries; `None` for `b = 0`.
 ///
 /// # Errors
 /// [`LinalgError::Parameter`] if squares of the entries overflow or underflow.
-pub(crate) fn rhs_norm(b: &[f64]) -> Result<Option<f64>, LinalgError> {
-    if b.iter().all(|v| *v == 0.0) {
+pub(crate) fn rhs_norm(
+    b: &[f64],
+    sum: Option<&SumOverProcesses<'_>>,
+) -> Result<Option<f64>, LinalgError> {
+    if is_zero(b, sum) {
         return Ok(None);
     }
-    let size = norm(b);
+    let size = norm_over(sum, norm(b));
     if size.is_finite() && size > 0.0 {
         return Ok(Some(size));
     }

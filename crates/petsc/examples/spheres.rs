@@ -1,17 +1,19 @@
 //! Three linked spheres in a ball, solved by all processes of a job:
 //! `mpirun -n 2 target/release/examples/spheres size=0.3 -log_view`.
 //!
-//! With `compare=yes` the first process also solves the problem with the shared-memory solver.
+//! With `estimates=yes` errors are estimated; with `compare=yes` the first process also solves the
+//! problem with the shared-memory solver.
 
 use std::time::Instant;
 
 use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh, generate};
 use nalgebra::Vector3;
-use petsc::{Method, Session, solve};
+use petsc::{Method, Parameters, Session, solve};
 use rigid::{
     Arms, Articulation, BodyKind, Drive, Eliminated, ExternalLoad, Formulation, Lagrange, Link,
 };
-use stokes::{Options, Problem};
+use stokes::fem::SurplusSpace;
+use stokes::{InitialGuesses, Options, Problem};
 
 const NAMES: [&str; 3] = ["left", "centre", "right"];
 
@@ -78,14 +80,28 @@ fn run(session: &Session, words: &[String]) -> Result<(), Box<dyn std::error::Er
         constraints: &set.constraints(&set.initial_state(), set.initial_lengths(), &[-1.0, 0.0])?,
         loads: &[ExternalLoad::default(); 3],
     };
-    let distributed = solve(session, &problem, &drive, formulation, method, rtol)?;
+    let mut parameters = Parameters::default()
+        .with_formulation(formulation)
+        .with_method(method)
+        .with_rtol(rtol);
+    if value("estimates").is_some() {
+        parameters = parameters.with_estimates(None);
+    }
+    let before = peak_memory();
+    let mut solved = solve(session, &problem, std::slice::from_ref(&drive), &parameters)?;
+    let distributed = solved.pop().ok_or("no solution")?;
+    let [before, after] = [before, peak_memory()].map(|mb| sum(session, mb));
+    let [before, after] = [before?, after?];
     if session.rank() == 0 {
         report("petsc", &distributed.solution);
+        let dofs = distributed.solution.dofs.total;
         println!(
-            "{} processes, {} levels, {} dofs on the first, {} MB",
+            "{} processes, {} levels, {} dofs on the first; peak of all processes {after} MB, \
+             {:.2} kB per dof, of which {before} MB before the solution; the first {} MB",
             session.ranks(),
             distributed.levels,
             distributed.own_dofs,
+            after as f64 * 1024.0 * 1.024 / dofs as f64,
             peak_memory()
         );
     }
@@ -94,7 +110,13 @@ fn run(session: &Session, words: &[String]) -> Result<(), Box<dyn std::error::Er
             .with_formulation(formulation)
             .with_rtol(rtol);
         let clock = Instant::now();
-        let shared = problem.solve(&drive, &options)?;
+        let space = match value("estimates") {
+            Some(_) => Some(SurplusSpace::new(&mesh)?),
+            None => None,
+        };
+        let mut guesses = InitialGuesses::new(0);
+        let shared = problem.solve_all(&[drive], &options, &mut guesses, space.as_ref())?;
+        let shared = shared.into_iter().next().ok_or("no solution")?;
         report("shared", &shared);
         println!("{:.2} s in all", clock.elapsed().as_secs_f64());
         let flows = [&shared.flow, &distributed.solution.flow];
@@ -128,6 +150,22 @@ fn report(name: &str, solution: &stokes::Solution) {
         seconds.solve
     );
     println!("  velocity {:?}", solution.flow.bodies[0]);
+    if let Some(estimate) = &solution.estimate {
+        println!(
+            "  correction {:?}, uncertainty {:.3e}, relative {:.4}, in {:.2} s",
+            estimate.change.bodies[0],
+            estimate.uncertainty,
+            estimate.relative_uncertainty,
+            seconds.estimate
+        );
+    }
+}
+
+/// Sum over all processes.
+fn sum(session: &Session, number: usize) -> Result<usize, petsc::PetscError> {
+    let mut sum = [number as f64];
+    session.sum(&mut sum)?;
+    Ok(sum[0] as usize)
 }
 
 /// Largest memory of this process so far, in MB.

@@ -25,8 +25,6 @@ pub struct Blocks<'s> {
     /// Sizes of the rows of both fields, by which residuals are weighted; see
     /// [`SaddleSystem`](linalg::SaddleSystem).
     pub sizes: [Vec<f64>; 2],
-    /// Right-hand sides of both fields.
-    pub rhs: [Vec<f64>; 2],
 }
 
 /// The system that one process has assembled, with the numbers of its degrees of freedom.
@@ -61,7 +59,6 @@ impl Part<'_> {
                 self.numbering.own_coarse().len(),
             )?,
             sizes: self.sizes(),
-            rhs: self.rhs(),
         })
     }
 
@@ -225,47 +222,48 @@ impl Part<'_> {
         ]
     }
 
-    /// Right-hand sides of both fields.
-    fn rhs(&self) -> [Vec<f64>; 2] {
-        let (system, rhs) = (&self.system.system, &self.system.rhs);
-        let border = &rhs[system.border_range()][..self.numbering.own_border()];
+    /// Positions of the entries of this process in a vector of its part: motion, then pressure.
+    pub fn own_entries(&self) -> OwnEntries {
+        let system = &self.system.system;
+        let border = system.border_range().take(self.numbering.own_border());
         let pressures = system.pressure_range().start;
-        [
-            (self.own_velocities())
-                .map(|(row, _, axis)| rhs[3 * row + axis])
-                .chain(border.iter().copied())
-                .collect(),
-            (self.own_vertices())
-                .map(|(row, _)| rhs[pressures + row])
-                .collect(),
-        ]
+        let positions = (self.own_velocities())
+            .map(|(row, _, axis)| 3 * row + axis)
+            .chain(border)
+            .chain(self.own_vertices().map(|(row, _)| pressures + row));
+        OwnEntries {
+            positions: positions.map(|position| position as u32).collect(),
+            len: system.pressure_range().end,
+        }
+    }
+}
+
+/// The entries of a process in the vectors of its part, in the order of PETSc's vectors.
+pub struct OwnEntries {
+    positions: Vec<u32>,
+    /// Length of a vector of the part.
+    len: usize,
+}
+
+impl OwnEntries {
+    /// Length of a vector of the part.
+    pub fn len(&self) -> usize {
+        self.len
     }
 
-    /// The solution of the part's own system from both fields; zero for nodes of other processes.
-    ///
-    /// # Errors
-    /// Those of PETSc.
-    pub fn solution(
-        &self,
-        session: &Session,
-        [motion, pressure]: [&[f64]; 2],
-    ) -> Result<Vec<f64>, PetscError> {
-        let system = &self.system.system;
-        let mut solution = vec![0.0; system.pressure_range().end];
-        let own_velocities = self.own_velocities();
-        for ((row, _, axis), value) in own_velocities.zip(motion) {
-            solution[3 * row + axis] = *value;
+    /// The own entries of a vector of the part.
+    pub fn of(&self, vector: &[f64]) -> Vec<f64> {
+        (self.positions.iter())
+            .map(|&position| vector[position as usize])
+            .collect()
+    }
+
+    /// Writes a vector of the part with these own entries; zero for those of other processes.
+    pub fn write(&self, own: &[f64], vector: &mut [f64]) {
+        vector.fill(0.0);
+        for (&position, value) in self.positions.iter().zip(own) {
+            vector[position as usize] = *value;
         }
-        let mut border = vec![0.0; system.border_range().len()];
-        let own = self.numbering.own_border();
-        border[..own].copy_from_slice(&motion[motion.len() - own..]);
-        session.sum(&mut border)?;
-        solution[system.border_range()].copy_from_slice(&border);
-        let first = system.pressure_range().start;
-        for ((row, _), value) in self.own_vertices().zip(pressure) {
-            solution[first + row] = *value;
-        }
-        Ok(solution)
     }
 }
 
@@ -302,9 +300,6 @@ impl<'s> Blocks<'s> {
             laplacian.scale(Some(&pressure), Some(&pressure))?;
         }
         self.prolongation.scale(Some(&inverse), None)?;
-        for (rhs, factors) in self.rhs.iter_mut().zip(&factors) {
-            (rhs.iter_mut().zip(factors)).for_each(|(b, factor)| *b *= factor);
-        }
         Ok(factors)
     }
 }

@@ -17,6 +17,13 @@ pub type Comm = *mut c_void;
 #[cfg(petsc_mpich)]
 pub type Comm = c_int;
 
+/// As [`Comm`].
+pub type Datatype = Comm;
+#[cfg(not(petsc_mpich))]
+pub const NO_DATATYPE: Datatype = std::ptr::null_mut();
+#[cfg(petsc_mpich)]
+pub const NO_DATATYPE: Datatype = 0;
+
 pub type Code = c_int;
 /// Handles are pointers to structs that only PETSc knows.
 pub type Object = *mut c_void;
@@ -36,6 +43,7 @@ pub type ShellDestroy = unsafe extern "C" fn(Object) -> Code;
 /// `PETSC_DETERMINE`, also `PETSC_DECIDE` and `PETSC_DEFAULT` where a size or tolerance is meant.
 pub const DETERMINE: Int = -1;
 pub const DEFAULT_REAL: f64 = -2.0;
+pub const PETSC_DOUBLE: c_int = 1;
 pub const SCATTER_FORWARD: c_int = 0;
 pub const INSERT_VALUES: c_int = 1;
 pub const NORM_2: c_int = 1;
@@ -56,6 +64,7 @@ unsafe extern "C" {
     pub fn MPI_Comm_rank(comm: Comm, rank: *mut c_int) -> c_int;
     pub fn MPI_Comm_size(comm: Comm, size: *mut c_int) -> c_int;
     pub fn MPI_Abort(comm: Comm, code: c_int) -> c_int;
+    pub fn MPI_Alltoallv(sent: *const c_void, counts: *const c_int, starts: *const c_int, kind: Datatype, received: *mut c_void, received_counts: *const c_int, received_starts: *const c_int, received_kind: Datatype, comm: Comm) -> c_int;
 
     pub fn PetscInitialize(argc: *mut c_int, argv: *mut *mut *mut c_char, file: *const c_char, help: *const c_char) -> Code;
     pub fn PetscFinalize() -> Code;
@@ -65,6 +74,7 @@ unsafe extern "C" {
     pub fn PetscPushErrorHandler(handler: Option<Handler>, context: *mut c_void) -> Code;
     pub fn PetscErrorMessage(code: c_int, text: *mut *const c_char, specific: *mut *mut c_char) -> Code;
     pub fn PetscObjectReference(object: Object) -> Code;
+    pub fn PetscDataTypeToMPIDataType(kind: c_int, out: *mut Datatype) -> Code;
 
     pub fn VecCreateMPI(comm: Comm, local: Int, global: Int, v: *mut Object) -> Code;
     pub fn VecDestroy(v: *mut Object) -> Code;
@@ -87,6 +97,7 @@ unsafe extern "C" {
     pub fn MatDestroy(mat: *mut Object) -> Code;
     pub fn MatMult(mat: Object, x: Object, y: Object) -> Code;
     pub fn MatTranspose(mat: Object, reuse: c_int, out: *mut Object) -> Code;
+    pub fn MatCreateTranspose(mat: Object, out: *mut Object) -> Code;
     pub fn MatMatMult(a: Object, b: Object, reuse: c_int, fill: f64, c: *mut Object) -> Code;
     pub fn MatPtAP(a: Object, p: Object, reuse: c_int, fill: f64, c: *mut Object) -> Code;
     pub fn MatDiagonalScale(mat: Object, left: Object, right: Object) -> Code;
@@ -121,6 +132,7 @@ unsafe extern "C" {
     pub fn KSPChebyshevEstEigSet(ksp: Object, a: f64, b: f64, c: f64, d: f64) -> Code;
 
     pub fn PCDestroy(pc: *mut Object) -> Code;
+    pub fn PCApply(pc: Object, x: Object, y: Object) -> Code;
     pub fn PCSetType(pc: Object, kind: *const c_char) -> Code;
     pub fn PCFieldSplitSetType(pc: Object, kind: c_int) -> Code;
     pub fn PCFieldSplitSetIS(pc: Object, name: *const c_char, is: Object) -> Code;
@@ -143,6 +155,9 @@ unsafe extern "C" {
     pub fn PCShellGetContext(pc: Object, context: *mut *mut c_void) -> Code;
     pub fn PCShellSetDestroy(pc: Object, destroy: Option<ShellDestroy>) -> Code;
     pub fn PCShellSetName(pc: Object, name: *const c_char) -> Code;
+
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    pub fn malloc_trim(pad: usize) -> c_int;
 
     // static inline in the headers since version 3.16: it frees through this pointer
     pub static PetscTrFree: Option<unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char) -> Code>;

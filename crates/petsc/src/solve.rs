@@ -1,18 +1,84 @@
-//! One solution of a Stokes problem that is divided between processes.
+//! Solutions of a Stokes problem that is divided between processes.
 
 use std::time::Instant;
 
-use nalgebra::Vector3;
-use rigid::{Drive, FlowSolution, Formulation, MeshPart, NodeRole};
-use stokes::{Dofs, Problem, Seconds, Solution, SolverReport};
+use rigid::{Drive, FlowSolution, Formulation, Imposed, MeshPart, NodeRole};
+use stokes::fem::{SurplusPart, SurplusSpace};
+use stokes::{
+    Checks, Dofs, Estimate, Gather, PartEquations, Problem, Seconds, Solution, SolverReport,
+};
 
 use crate::PetscError;
 use crate::assembly::Part;
-use crate::handles::{Session, Vector};
+use crate::divided::{DividedMatrix, DividedPreconditioner};
+use crate::gather::Fields;
+use crate::handles::{Session, release_memory};
+use crate::method::Method;
 use crate::numbering::{Numbering, components};
 use crate::partition::Partition;
 use crate::pressure_laplacian::pressure_laplacian;
-use crate::solver::{Method, Solver};
+use crate::shared::{self, LateExchange, Shared};
+use crate::solver::Solver;
+
+/// How a problem is solved.
+#[derive(Clone, Copy)]
+#[non_exhaustive]
+pub struct Parameters {
+    /// How the constraints of the links enter the system.
+    pub formulation: &'static dyn Formulation,
+    /// How the linear system is solved.
+    pub method: Method,
+    /// Bound on the relative Euclidean residual and on the estimated error of
+    /// [`linalg::SolveReport`].
+    pub rtol: f64,
+    /// Whether discretisation errors are estimated.
+    pub estimates: bool,
+    /// See [`stokes::Options::estimate_rtol`].
+    pub estimate_rtol: Option<f64>,
+}
+
+/// Eliminated velocities (P-tilde), the block solver, to 1e-8, without estimates.
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            formulation: &rigid::Eliminated,
+            method: Method::Block,
+            rtol: 1e-8,
+            estimates: false,
+            estimate_rtol: None,
+        }
+    }
+}
+
+impl Parameters {
+    /// The same with another formulation.
+    #[must_use]
+    pub fn with_formulation(mut self, formulation: &'static dyn Formulation) -> Self {
+        self.formulation = formulation;
+        self
+    }
+
+    /// The same with another method.
+    #[must_use]
+    pub fn with_method(mut self, method: Method) -> Self {
+        self.method = method;
+        self
+    }
+
+    /// The same with another tolerance.
+    #[must_use]
+    pub fn with_rtol(mut self, rtol: f64) -> Self {
+        self.rtol = rtol;
+        self
+    }
+
+    /// The same with error estimates, and the residual to which their systems are solved.
+    #[must_use]
+    pub fn with_estimates(mut self, rtol: Option<f64>) -> Self {
+        (self.estimates, self.estimate_rtol) = (true, rtol);
+        self
+    }
+}
 
 /// A solution, the same on every process.
 #[non_exhaustive]
@@ -25,11 +91,10 @@ pub struct DistributedSolution {
     pub own_dofs: usize,
 }
 
-/// Solves a problem for one drive.
+/// Solves a problem for drives that differ only in the rates of the links.
 ///
-/// Collective: every process calls it with the same problem. The iteration stops when the relative
-/// Euclidean residual and the estimated error of [`linalg::SolveReport`] are below `rtol`.
-/// Discretisation errors are not estimated.
+/// Collective: every process calls it with the same problem. All drives share one matrix and one
+/// preconditioner, whose time is counted for the first solution.
 ///
 /// # Errors
 /// [`PetscError`]. If only some processes fail, the caller must end all of them
@@ -37,11 +102,12 @@ pub struct DistributedSolution {
 pub fn solve(
     session: &Session,
     problem: &Problem,
-    drive: &Drive,
-    formulation: &dyn Formulation,
-    method: Method,
-    rtol: f64,
-) -> Result<DistributedSolution, PetscError> {
+    drives: &[Drive],
+    parameters: &Parameters,
+) -> Result<Vec<DistributedSolution>, PetscError> {
+    let Some((drive, others)) = drives.split_first() else {
+        return Ok(Vec::new());
+    };
     let clock = Instant::now();
     let mesh = problem.mesh();
     let roles = problem.roles();
@@ -53,13 +119,25 @@ pub fn solve(
     let owned: Vec<bool> = (submesh.nodes.iter())
         .map(|&node| partition.owner(node) == session.rank())
         .collect();
-    let part = MeshPart::new(owned.clone(), session.sum_over_parts());
-    let system = problem.assemble_part(&submesh, part, drive, formulation)?;
+    let exchange = LateExchange::default();
+    let part = MeshPart::new(owned.clone(), session.sum_over_parts())
+        .with_ghosts(session.rank() == 0, exchange.function());
+    let system = problem.assemble_part(&submesh, part, drive, parameters.formulation)?;
     if !linalg::LinearOperator::is_symmetric(&system.system) {
         return Err(PetscError::NotSymmetric {
-            formulation: formulation.name(),
+            formulation: parameters.formulation.name(),
         });
     }
+    release_memory();
+    let others: Vec<Imposed> = (others.iter())
+        .map(|drive| system.imposed(drive))
+        .collect::<Result<_, _>>()?;
+    let space = match parameters.estimates {
+        true => Some(SurplusSpace::new(&submesh.mesh).map_err(stokes::StokesError::from)?),
+        false => None,
+    };
+    let shared = Shared::new(&partition, &submesh, space.as_ref(), session.rank());
+    exchange.set(shared.of_system(session, &submesh, &system)?);
     let border = system.system.border_range().len();
     let processes = [session.rank(), session.ranks()];
     let numbering = Numbering::new(mesh, components, &partition, border, processes)?;
@@ -69,10 +147,14 @@ pub fn solve(
         numbering: &numbering,
         owned: &owned,
     };
+    let entries = part.own_entries();
     let mut blocks = part.blocks(session)?;
-    if method == Method::Block {
+    if parameters.method == Method::Block {
         blocks.pressure_laplacian = pressure_laplacian(session, problem, &part, &partition)?;
     }
+    // PETSc has copies.
+    let system = system.without_matrices()?;
+    release_memory();
     let assembly = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let order = partition.nodes_by_vertex();
@@ -80,82 +162,150 @@ pub fn solve(
     let free_vertices: Vec<u32> = (order.iter().filter(is_own).copied())
         .filter(|&node| (node as usize) < mesh.n_vertices() && numbering.components(node) != 0)
         .collect();
-    let solver = Solver::new(session, blocks, method, &numbering, &free_vertices)?;
+    drop(order);
+    let sizes = blocks.sizes.concat();
+    let solver = Solver::new(
+        session,
+        blocks,
+        parameters.method,
+        &numbering,
+        &free_vertices,
+    )?;
     let setup = clock.elapsed().as_secs_f64();
+
+    let fields = Fields::new(mesh, &partition, &submesh, session.rank());
+    let (mut flows, mut solved_drives) = (Vec::new(), Vec::new());
+    let imposed = std::iter::once(None).chain(others.iter().map(Some));
+    for imposed in imposed {
+        let clock = Instant::now();
+        let rhs = imposed.map_or(&system.rhs, |imposed| &imposed.rhs);
+        let solved = solver.solve(&entries.of(rhs), parameters.rtol)?;
+        let mut solution = vec![0.0; entries.len()];
+        entries.write(&solved.solution, &mut solution);
+        let flow = match imposed {
+            None => system.flow(&solution, drive.set)?,
+            Some(imposed) => system.flow_at(&solution, imposed, drive.set)?,
+        };
+        flows.push(of_all_nodes(problem, &fields, flow)?);
+        solved_drives.push((solved, clock.elapsed().as_secs_f64()));
+    }
     let clock = Instant::now();
-    let solved = solver.solve(rtol)?;
-    let solving = clock.elapsed().as_secs_f64();
-    let fields = solved.fields.each_ref().map(Vec::as_slice);
-    let local = system.flow(&part.solution(session, fields)?, drive.set)?;
-    let flow = of_all_nodes(session, problem, &partition, &order, &part, local)?;
-    Ok(DistributedSolution {
-        levels: solved.levels,
-        own_dofs: solved.fields.iter().map(Vec::len).sum(),
-        solution: Solution {
-            slip_power: problem.power_of_slip(&flow)?,
-            estimate: None,
-            checks: None,
-            dofs: Dofs {
-                velocity: 3 * free_nodes,
-                pressure: mesh.n_vertices(),
-                total: 3 * free_nodes + border + mesh.n_vertices(),
-            },
-            solver: SolverReport {
-                formulation: formulation.name().to_owned(),
-                solver: match method {
-                    Method::Block => "petsc block",
-                    Method::Direct => "petsc direct",
-                }
-                .to_owned(),
-                iterations: solved.iterations,
-                true_relative_residual: solved.true_relative_residual,
-            },
-            algebraic_error: solved.error_estimate,
-            seconds: Seconds {
-                assembly,
-                setup,
-                solve: solving,
-                total: assembly + setup + solving,
-                ..Seconds::default()
-            },
-            flow,
+    let mut estimates: Vec<Option<(Estimate, Checks)>> = flows.iter().map(|_| None).collect();
+    if let Some(space) = space {
+        solver.free_basis()?;
+        let exchange = LateExchange::default();
+        exchange.set(shared.of_extension(session, &submesh, &space)?);
+        let surplus_part = surplus_part(session, &partition, &submesh, &space, &exchange);
+        let space = space
+            .with_part(surplus_part)
+            .map_err(stokes::StokesError::from)?;
+        let equations = PartEquations {
+            submesh: &submesh,
+            space: &space,
+            system: &system,
+            operator: &DividedMatrix::new(session, &solver, &entries, &sizes)?,
+            gather: &fields,
+        };
+        let mut preconditioner = DividedPreconditioner {
+            solver: &solver,
+            entries: &entries,
+        };
+        let rtol = parameters.estimate_rtol;
+        let estimated =
+            problem.estimate_part(drive, &flows, equations, &mut preconditioner, rtol)?;
+        estimates = estimated.into_iter().map(Some).collect();
+    }
+    let estimate = clock.elapsed().as_secs_f64() / drives.len() as f64;
+
+    let own_dofs = sizes.len();
+    let shared_seconds = std::iter::once([assembly, setup]).chain(std::iter::repeat([0.0; 2]));
+    let all = flows
+        .into_iter()
+        .zip(solved_drives)
+        .zip(estimates)
+        .zip(shared_seconds);
+    all.map(
+        |(((flow, (solved, solve)), estimate_of_flow), [assembly, setup])| {
+            let (estimate_of_flow, checks) = estimate_of_flow.unzip();
+            Ok(DistributedSolution {
+                levels: solved.levels,
+                own_dofs,
+                solution: Solution {
+                    slip_power: problem.power_of_slip(&flow)?,
+                    estimate: estimate_of_flow,
+                    checks,
+                    dofs: Dofs {
+                        velocity: 3 * free_nodes,
+                        pressure: mesh.n_vertices(),
+                        total: 3 * free_nodes + border + mesh.n_vertices(),
+                    },
+                    solver: SolverReport {
+                        formulation: parameters.formulation.name().to_owned(),
+                        solver: match parameters.method {
+                            Method::Block => "petsc block",
+                            Method::Direct => "petsc direct",
+                        }
+                        .to_owned(),
+                        iterations: solved.iterations,
+                        true_relative_residual: solved.true_relative_residual,
+                    },
+                    algebraic_error: solved.error_estimate,
+                    seconds: Seconds {
+                        assembly,
+                        setup,
+                        solve,
+                        estimate,
+                        total: assembly + setup + solve + estimate,
+                        ..Seconds::default()
+                    },
+                    flow,
+                },
+            })
         },
-    })
+    )
+    .collect()
+}
+
+/// The cells and bubbles of this process.
+fn surplus_part(
+    session: &Session,
+    partition: &Partition,
+    submesh: &mesh::Submesh,
+    space: &SurplusSpace,
+    exchange: &LateExchange,
+) -> SurplusPart {
+    let is_own =
+        |vertices: &[u32]| shared::owner_of(partition, submesh, vertices) == session.rank();
+    let cells = submesh.mesh.cells();
+    let vertices = submesh.mesh.n_vertices();
+    let edges = submesh.nodes[vertices..].iter();
+    let mut bubbles: Vec<bool> = edges
+        .map(|&node| partition.owner(node) == session.rank())
+        .collect();
+    bubbles.resize(space.n_bubbles(), false);
+    for (number, cell) in cells.iter().enumerate() {
+        for (face, bubble) in shared::faces(cell).iter().zip(space.face_bubbles(number)) {
+            bubbles[bubble as usize] = is_own(face);
+        }
+    }
+    SurplusPart::new(
+        cells.iter().map(|cell| is_own(&cell[..4])).collect(),
+        bubbles,
+        session.sum_over_parts(),
+        exchange.function(),
+    )
 }
 
 /// The flow with velocities and pressures of all nodes, from those of each process.
 fn of_all_nodes(
-    session: &Session,
     problem: &Problem,
-    partition: &Partition,
-    order: &[u32],
-    part: &Part,
+    fields: &Fields,
     mut flow: FlowSolution,
 ) -> Result<FlowSolution, PetscError> {
-    let mesh = problem.mesh();
-    let own_nodes = order
-        .iter()
-        .filter(|&&node| partition.owner(node) == session.rank());
-    let (mut velocities, mut pressures) = (Vec::new(), Vec::new());
-    for number in own_nodes.filter_map(|&node| part.submesh.number(node)) {
-        velocities.extend(flow.velocity[number as usize].iter());
-        pressures.extend(flow.pressure.get(number as usize));
-    }
-    let velocities = Vector::from_slice(session, &velocities)?.of_all()?;
-    let pressures = Vector::from_slice(session, &pressures)?.of_all()?;
-    let mut by_owner: Vec<u32> = order.to_vec();
-    by_owner.sort_by_key(|&node| partition.owner(node));
-    flow.velocity = vec![Vector3::zeros(); mesh.n_points()];
-    for (&node, value) in by_owner.iter().zip(velocities.chunks_exact(3)) {
-        flow.velocity[node as usize] = Vector3::from_column_slice(value);
-    }
-    let vertices = (by_owner.iter()).filter(|&&node| (node as usize) < mesh.n_vertices());
-    flow.pressure = vec![0.0; mesh.n_vertices()];
-    for (&vertex, value) in vertices.zip(pressures) {
-        flow.pressure[vertex as usize] = value;
-    }
-    let mean =
-        stokes::fem::mean_pressure(mesh, &flow.pressure).map_err(stokes::StokesError::from)?;
+    flow.velocity = fields.nodes(&flow.velocity)?;
+    flow.pressure = fields.vertices(&flow.pressure)?;
+    let mean = stokes::fem::mean_pressure(problem.mesh(), &flow.pressure)
+        .map_err(stokes::StokesError::from)?;
     flow.pressure.iter_mut().for_each(|p| *p -= mean);
     Ok(flow)
 }

@@ -2,9 +2,11 @@
 
 use crate::PetscError;
 use crate::assembly::Blocks;
-use crate::handles::{Krylov, Matrix, Rows, Session, Vector};
+use crate::handles::{Krylov, Matrix, NullSpace, Session, Vector, release_memory};
 use crate::hierarchy::Hierarchy;
+use crate::method::Method;
 use crate::numbering::Numbering;
+use crate::pressure_block::{no_entries, null_vector, weak_rows};
 
 /// Basis vectors of FGMRES before a restart, as in `linalg`.
 const RESTART: usize = 60;
@@ -15,15 +17,16 @@ const MAX_ITERATIONS: usize = 300;
 /// Eigenvalues of the Jacobi-scaled mass matrix of linear tetrahedra (Wathen 1987).
 const MASS_EIGENVALUES: [f64; 2] = [0.5, 2.5];
 
-/// Chebyshev steps on the mass matrix, and its multiple in the Schur complement of a weak row, as
-/// in `linalg`.
+/// Chebyshev steps on the mass matrix, as in `linalg`.
 const MASS_STEPS: usize = 3;
-const WEAK: f64 = 4.0;
 
 /// Ratio of the smoother's interval, and safety factor of the estimated largest eigenvalue, as in
 /// `linalg`.
 const SMOOTHING_RANGE: f64 = 7.0;
 const UPPER_MARGIN: f64 = 1.05;
+
+/// Role of a smoother, before the number of its level.
+const SMOOTHER: &str = "smoother of level";
 
 /// Ratio of the estimated error of the border dofs to the weighted residual; see
 /// [`SolveReport::error_estimate`](linalg::SolveReport::error_estimate).
@@ -40,20 +43,10 @@ const DIRECT_SHIFT: f64 = 1e-7;
 /// Largest number of restarts of FGMRES from the last solution with a smaller tolerance.
 const MAX_CONTINUATIONS: usize = 5;
 
-/// How the linear system is solved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Method {
-    /// FGMRES with a block-triangular preconditioner, multigrid for velocities and bodies.
-    #[default]
-    Block,
-    /// LDLT factors by MUMPS, refined by FGMRES.
-    Direct,
-}
-
 /// A solution with the figures of its computation.
 pub struct Solved {
-    /// Motion and pressure of this process.
-    pub fields: [Vec<f64>; 2],
+    /// Entries of this process, motion then pressure.
+    pub solution: Vec<f64>,
     pub iterations: usize,
     /// `|b - A x| / |b|`, recomputed.
     pub true_relative_residual: f64,
@@ -66,11 +59,13 @@ pub struct Solved {
 pub struct Solver<'s> {
     session: &'s Session,
     matrix: Matrix<'s>,
-    rhs: Vector<'s>,
+    /// The constant pressure, where the matrix maps it to zero.
+    null_space: Option<NullSpace<'s>>,
     outer: Krylov<'s>,
     /// Inner solvers with their roles; their convergence is checked too.
     inner: Vec<(String, Krylov<'s>)>,
-    factors: [Vec<f64>; 2],
+    /// Scaling of the entries of this process, motion then pressure.
+    factors: Vec<f64>,
     levels: usize,
 }
 
@@ -87,20 +82,24 @@ impl<'s> Solver<'s> {
         free_vertices: &[u32],
     ) -> Result<Self, PetscError> {
         let factors = blocks.scale(session)?;
-        let gradient = blocks.divergence.transpose()?;
+        // A factorisation needs the entries of the transpose.
+        let gradient = match method {
+            Method::Block => blocks.divergence.transposed_view()?,
+            Method::Direct => blocks.divergence.transpose()?,
+        };
         let weak = weak_rows(&blocks.divergence)?;
         let mut schur = blocks.pressure_mass;
         schur.multiply_by(-1.0)?;
         let zero = no_entries(session, numbering.own_pressure().len())?;
         let mut matrix =
             Matrix::nested([[&blocks.motion, &gradient], [&blocks.divergence, &zero]])?;
-        let mut rhs = Vector::from_slice(session, &blocks.rhs.concat())?;
         let null = null_vector(session, &factors)?;
         let mut image = Vector::new(session, factors.iter().map(Vec::len).sum())?;
         matrix.apply(&null, &mut image)?;
-        if image.norm()? < NULL {
-            matrix.set_null_vector(&null, &mut rhs)?;
-        }
+        let null_space = match image.norm()? < NULL {
+            true => Some(matrix.set_null_vector(&null)?),
+            false => None,
+        };
         let outer = Krylov::new(session)?;
         outer.set_type(c"fgmres")?;
         outer.set_restart(RESTART)?;
@@ -108,10 +107,10 @@ impl<'s> Solver<'s> {
         let mut solver = Self {
             session,
             matrix,
-            rhs,
+            null_space,
             outer,
             inner: Vec::new(),
-            factors,
+            factors: factors.concat(),
             levels: 0,
         };
         match method {
@@ -123,6 +122,7 @@ impl<'s> Solver<'s> {
                     numbering,
                     free_vertices,
                 )?;
+                release_memory();
                 let laplacian = blocks.pressure_laplacian;
                 solver.split_fields(&schur, weak, laplacian, hierarchy)?;
             }
@@ -184,6 +184,13 @@ impl<'s> Solver<'s> {
             field.set_up()?;
             self.inner.push((name.to_owned(), field));
         }
+        for (_, smoother) in self
+            .inner
+            .iter()
+            .filter(|(name, _)| name.starts_with(SMOOTHER))
+        {
+            smoother.keep_eigenvalues()?;
+        }
         self.inner.push(("pressure mass matrix".to_owned(), mass));
         let named = cycle.map(|cycle| ("pressure Laplacian".to_owned(), cycle));
         self.inner.extend(named);
@@ -220,7 +227,7 @@ impl<'s> Solver<'s> {
                 smoother.estimate_eigenvalues(UPPER_MARGIN / SMOOTHING_RANGE, UPPER_MARGIN)?;
                 let diagonal = level.inverse_diagonal;
                 smoother.preconditioner()?.set_diagonal(diagonal)?;
-                format!("smoother of level {depth}")
+                format!("{SMOOTHER} {depth}")
             };
             self.inner.push((name, smoother));
         }
@@ -235,31 +242,87 @@ impl<'s> Solver<'s> {
         self.outer.set_up()
     }
 
+    /// Product of the matrix with a vector, both given by the entries of this process.
+    ///
+    /// # Errors
+    /// Those of PETSc.
+    pub fn multiply(&self, x: &[f64]) -> Result<Vec<f64>, PetscError> {
+        let scaled: Vec<f64> = x.iter().zip(&self.factors).map(|(x, f)| x / f).collect();
+        let mut product = Vector::new(self.session, x.len())?;
+        (self.matrix).apply(&Vector::from_slice(self.session, &scaled)?, &mut product)?;
+        let scaled = product.local()?;
+        Ok(scaled
+            .iter()
+            .zip(&self.factors)
+            .map(|(y, f)| y / f)
+            .collect())
+    }
+
+    /// The preconditioner applied to a vector, both given by the entries of this process.
+    ///
+    /// # Errors
+    /// Those of PETSc.
+    pub fn precondition(&self, r: &[f64]) -> Result<Vec<f64>, PetscError> {
+        let mut result = Vector::new(self.session, r.len())?;
+        (self.outer.preconditioner()?).apply(&self.scaled(r)?, &mut result)?;
+        if let Some(null_space) = &self.null_space {
+            null_space.remove(&mut result)?;
+        }
+        self.unscaled(&result)
+    }
+
+    /// Frees the basis of the outer iteration, after the last solve.
+    ///
+    /// It takes 16 bytes per dof and iteration. Matrix and preconditioner remain.
+    ///
+    /// # Errors
+    /// Those of PETSc.
+    pub fn free_basis(&self) -> Result<(), PetscError> {
+        self.outer.set_type(c"preonly")?;
+        release_memory();
+        Ok(())
+    }
+
+    /// A right-hand side of the scaled system.
+    fn scaled(&self, rhs: &[f64]) -> Result<Vector<'s>, PetscError> {
+        let scaled: Vec<f64> = rhs.iter().zip(&self.factors).map(|(b, f)| b * f).collect();
+        Vector::from_slice(self.session, &scaled)
+    }
+
+    /// A solution of the system before scaling.
+    fn unscaled(&self, solution: &Vector<'s>) -> Result<Vec<f64>, PetscError> {
+        let mut values = solution.local()?;
+        (values.iter_mut().zip(&self.factors)).for_each(|(x, factor)| *x *= factor);
+        Ok(values)
+    }
+
     /// Solves until the Euclidean residual and the estimated error are below `rtol`.
+    ///
+    /// `rhs` has the entries of this process, motion then pressure, and so has the solution.
     ///
     /// # Errors
     /// [`PetscError::NotConverged`] for the outer or an inner solver, and those of PETSc.
-    pub fn solve(&self, rtol: f64) -> Result<Solved, PetscError> {
-        let mut x = Vector::new(self.session, self.factors.iter().map(Vec::len).sum())?;
+    pub fn solve(&self, rhs: &[f64], rtol: f64) -> Result<Solved, PetscError> {
+        let mut rhs = self.scaled(rhs)?;
+        if let Some(null_space) = &self.null_space {
+            null_space.remove(&mut rhs)?;
+        }
+        let mut x = Vector::new(self.session, self.factors.len())?;
         let mut iterations = 0;
         let mut inner_rtol = rtol / ERROR_OVER_RESIDUAL;
         let mut continuations = 0;
         loop {
             self.outer.set_tolerance(inner_rtol, MAX_ITERATIONS)?;
-            self.outer.solve(&self.rhs, &mut x)?;
+            self.outer.solve(&rhs, &mut x)?;
             iterations += self.outer.iterations()?;
-            let [euclidean, weighted] = self.residuals(&x)?;
+            let [euclidean, weighted] = self.residuals(&rhs, &x)?;
             let error_estimate = ERROR_OVER_RESIDUAL * weighted;
             self.check_reasons(iterations, euclidean)?;
             // Written so that NaN does not count as converged.
             let larger = euclidean.max(error_estimate);
             if larger <= rtol && !weighted.is_nan() {
-                let mut motion = x.local()?;
-                let factors = self.factors.iter().flatten();
-                (motion.iter_mut().zip(factors)).for_each(|(x, factor)| *x *= factor);
-                let pressure = motion.split_off(self.factors[0].len());
                 return Ok(Solved {
-                    fields: [motion, pressure],
+                    solution: self.unscaled(&x)?,
                     iterations,
                     true_relative_residual: euclidean,
                     error_estimate,
@@ -283,18 +346,21 @@ impl<'s> Solver<'s> {
     }
 
     /// `|b - A x| / |b|` of the system before scaling, in the Euclidean and in the weighted norm.
-    fn residuals(&self, x: &Vector<'s>) -> Result<[f64; 2], PetscError> {
-        let mut residual = Vector::new(self.session, self.factors.iter().map(Vec::len).sum())?;
+    fn residuals(&self, rhs: &Vector<'s>, x: &Vector<'s>) -> Result<[f64; 2], PetscError> {
+        let mut residual = Vector::new(self.session, self.factors.len())?;
         self.matrix.apply(x, &mut residual)?;
-        residual.subtract_from(&self.rhs)?;
-        let weighted = relative(residual.norm()?, self.rhs.norm()?);
-        let factors = self.factors.concat();
+        residual.subtract_from(rhs)?;
+        let weighted = relative(residual.norm()?, rhs.norm()?);
         let unscaled = |vector: &Vector<'s>| {
             let scaled = vector.local()?;
-            let values: Vec<f64> = scaled.iter().zip(&factors).map(|(r, f)| r / f).collect();
+            let values: Vec<f64> = scaled
+                .iter()
+                .zip(&self.factors)
+                .map(|(r, f)| r / f)
+                .collect();
             Vector::from_slice(self.session, &values)?.norm()
         };
-        let euclidean = relative(unscaled(&residual)?, unscaled(&self.rhs)?);
+        let euclidean = relative(unscaled(&residual)?, unscaled(rhs)?);
         Ok([euclidean, weighted])
     }
 
@@ -330,42 +396,4 @@ fn relative(residual: f64, rhs: f64) -> f64 {
         return 0.0;
     }
     residual / rhs
-}
-
-/// A square matrix without nonzeros.
-fn no_entries<'s>(session: &'s Session, size: usize) -> Result<Matrix<'s>, PetscError> {
-    let mut rows = Rows::default();
-    for _ in 0..size {
-        rows.end_row()?;
-    }
-    Matrix::from_rows(session, &rows, size)
-}
-
-/// Unit vector of the constant pressure in the scaled system.
-fn null_vector<'s>(
-    session: &'s Session,
-    [motion, pressure]: &[Vec<f64>; 2],
-) -> Result<Vector<'s>, PetscError> {
-    let mut constant = vec![0.0; motion.len()];
-    constant.extend(pressure.iter().map(|factor| factor.recip()));
-    let norm = Vector::from_slice(session, &constant)?.norm()?;
-    constant.iter_mut().for_each(|value| *value /= norm);
-    Vector::from_slice(session, &constant)
-}
-
-/// Diagonal `-W` that is added to the inverse of the negative mass matrix at edges and corners.
-///
-/// `W = max(0, 1 / (4 s) - 1 / m)` with `s = (B D^-1 B^T)_qq` and the diagonal `m` of the mass
-/// matrix, as in `linalg`. In the scaled system `m` is one and `s` is the squared norm of a row of
-/// `B`. The sign is that of the Schur complement.
-fn weak_rows(divergence: &Matrix) -> Result<Vec<f64>, PetscError> {
-    let mut weak = Vec::new();
-    divergence.for_each_row(|_, values| {
-        let schur: f64 = values.iter().map(|value| value * value).sum();
-        let excess = (WEAK * schur).recip() - 1.0;
-        // A row without free velocities has no Schur complement to approximate.
-        let is_weak = excess > 0.0 && excess.is_finite();
-        weak.push(if is_weak { -excess } else { 0.0 });
-    })?;
-    Ok(weak)
 }

@@ -92,21 +92,26 @@ position = [1.05, 0.3, 0.2]
 /// Hypre's cycle on the Laplacian is not that of `linalg`: in channels it takes a fifth more.
 const MORE_ITERATIONS: f64 = 1.25;
 
-/// Keys by which both programs compute the same numbers: no estimates, no corrections.
-fn overrides() -> Vec<String> {
-    let keys = [
-        "model.kind=\"fem\"",
-        "fem.estimates=\"off\"",
-        "fem.surface_size=0.7",
-    ];
-    let rtol = format!("fem.rtol={RTOL:e}");
-    keys.iter()
-        .map(|key| (*key).to_owned())
-        .chain([rtol])
-        .collect()
+/// Difference of corrected numbers between solvers, as a fraction of the correction.
+///
+/// Corrections take a fixed number of iterations, with different preconditioners; this part of
+/// their uncertainty is that of `stokes`.
+const OF_CORRECTIONS: f64 = 0.015;
+
+/// Relative difference of error bars: unit loads are solved to a residual of 1e-2.
+const OF_BARS: f64 = 0.02;
+
+/// Keys by which both programs compute the same numbers, with or without `estimates`.
+fn overrides(estimates: &str) -> Vec<String> {
+    vec![
+        "model.kind=\"fem\"".to_owned(),
+        format!("fem.estimates=\"{estimates}\""),
+        "fem.surface_size=0.7".to_owned(),
+        format!("fem.rtol={RTOL:e}"),
+    ]
 }
 
-fn swim_petsc(ranks: usize, task: &[&str], scene: &Path) -> Output {
+fn swim_petsc(ranks: usize, task: &[&str], scene: &Path, estimates: &str) -> Output {
     let mut command = Command::new("mpirun");
     command
         .args(["--oversubscribe", "--allow-run-as-root", "-n"])
@@ -116,16 +121,68 @@ fn swim_petsc(ranks: usize, task: &[&str], scene: &Path) -> Output {
         .arg(scene)
         .args(&task[1..])
         .env("RAYON_NUM_THREADS", "1");
-    for key in overrides() {
+    for key in overrides(estimates) {
         command.args(["--set", &key]);
     }
     command.output().expect("mpirun, from openmpi-bin")
 }
 
-fn on_one_machine(scene: &Path) -> InstantaneousSolution {
-    let scene = Scene::read(scene, &overrides()).expect("a sound scene");
+fn on_one_machine(scene: &Path, estimates: &str) -> InstantaneousSolution {
+    let scene = Scene::read(scene, &overrides(estimates)).expect("a sound scene");
     let mut model = FemModel::new(&scene).expect("a scene for elements");
     solve_start(&scene, &mut model).expect("a solution")
+}
+
+/// The JSON object that a command prints.
+fn answer(output: Output) -> serde_json::Value {
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    serde_json::from_slice(&output.stdout).expect("one JSON object, printed once")
+}
+
+/// Compares corrected velocities and forces, and their error bars, on 3 processes with one machine.
+fn compare_corrected(name: &str, text: &str) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join(format!("{name}.toml"));
+    std::fs::write(&path, text).expect("a file");
+    let expected = on_one_machine(&path, "on");
+    let uncorrected = expected.uncorrected();
+    let answer = answer(swim_petsc(3, &["solve"], &path, "on"));
+    type Part = fn(&swimmer::models::BodySolution) -> nalgebra::Vector3<f64>;
+    let parts: [(&str, Part); 3] = [
+        ("velocity", |body| body.velocity),
+        ("angular_velocity", |body| body.angular_velocity),
+        ("force", |body| body.force),
+    ];
+    for (key, of) in parts {
+        let pairs = expected.bodies.iter().zip(&uncorrected.bodies);
+        let corrections = pairs.map(|(with, without)| (of(with) - of(without)).norm());
+        let correction = corrections.fold(AGREEMENT, f64::max);
+        for (body, expected) in expected.bodies.iter().enumerate() {
+            for axis in 0..3 {
+                let found = answer["bodies"][body][key][axis].as_f64();
+                let difference = (found.expect("a number") - of(expected)[axis]).abs();
+                let relative = difference / correction;
+                assert!(
+                    relative < OF_CORRECTIONS,
+                    "{key}: {relative:e} of {correction:e}"
+                );
+            }
+        }
+    }
+    let found = &answer["error_estimate"];
+    for (found, expected) in [
+        (&found["mesh"], expected.error_estimate.mesh),
+        (&found["force"]["mesh"], expected.force_error.mesh),
+    ] {
+        let (found, expected) = (found.as_f64().expect("a bar"), expected.expect("a bar"));
+        // Bodies without links or supports have the given loads, without error.
+        let difference = (found - expected).abs() / expected.max(f64::MIN_POSITIVE);
+        assert!(difference < OF_BARS, "{found} {expected}");
+    }
+    let dissipation = answer["checks"]["dissipation"].as_f64().expect("a check");
+    let checks = expected.checks.expect("checks");
+    assert!((dissipation - checks.dissipation).abs() < AGREEMENT);
 }
 
 /// Compares velocities and forces of all bodies on 1 and 3 processes with one machine.
@@ -133,7 +190,7 @@ fn compare(name: &str, text: &str) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join(format!("{name}.toml"));
     std::fs::write(&path, text).expect("a file");
-    let expected = on_one_machine(&path);
+    let expected = on_one_machine(&path, "off");
     let largest = |of: fn(&swimmer::models::BodySolution) -> f64| {
         expected.bodies.iter().map(of).fold(1e-3, f64::max)
     };
@@ -142,11 +199,7 @@ fn compare(name: &str, text: &str) {
         largest(|body| body.force.norm()),
     ];
     for ranks in [1, 3] {
-        let output = swim_petsc(ranks, &["solve"], &path);
-        let errors = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{ranks} processes: {errors}");
-        let answer: serde_json::Value =
-            serde_json::from_slice(&output.stdout).expect("one JSON object, printed once");
+        let answer = answer(swim_petsc(ranks, &["solve"], &path, "off"));
         assert_eq!(answer["solver"]["solver"], "petsc block");
         let iterations = answer["solver"]["iterations"].as_f64().expect("a number");
         let most = MORE_ITERATIONS * expected.solver.iterations as f64;
@@ -186,13 +239,23 @@ fn a_squirmer_is_the_same_on_one_machine() {
 }
 
 #[test]
+fn corrected_numbers_of_a_swimmer_are_those_of_one_machine() {
+    compare_corrected("swimmer", SWIMMER);
+}
+
+#[test]
+fn corrected_numbers_of_a_squirmer_are_those_of_one_machine() {
+    compare_corrected("squirmer", SQUIRMER);
+}
+
+#[test]
 fn a_channel_with_a_narrow_gap_takes_the_iterations_of_one_machine() {
     compare("channel", CHANNEL);
 }
 
 #[test]
 fn an_error_ends_all_processes_with_its_exit_code() {
-    let output = swim_petsc(2, &["solve"], Path::new("no-such-scene.toml"));
+    let output = swim_petsc(2, &["solve"], Path::new("no-such-scene.toml"), "on");
     assert_eq!(output.status.code(), Some(2));
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(errors.contains("no-such-scene.toml"), "{errors}");
@@ -205,7 +268,7 @@ fn a_gait_moves_as_on_one_machine_and_resumes() {
     let path = folder.path().join("swimmer.toml");
     let text = format!("{SWIMMER}\n[model]\naccept = \"best\"\n");
     std::fs::write(&path, text).expect("a file");
-    let scene = Scene::read(&path, &overrides()).expect("a sound scene");
+    let scene = Scene::read(&path, &overrides("off")).expect("a sound scene");
     let elements = |scene: &Scene| {
         Ok(Choice {
             model: Box::new(FemModel::new(scene)?),
@@ -221,11 +284,7 @@ fn a_gait_moves_as_on_one_machine_and_resumes() {
         vec!["run", "--out", out],
         vec!["run", "--out", out, "--resume"],
     ] {
-        let output = swim_petsc(2, &task, &path);
-        let errors = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{errors}");
-        let summary: serde_json::Value =
-            serde_json::from_slice(&output.stdout).expect("one JSON object, printed once");
+        let summary = answer(swim_petsc(2, &task, &path, "off"));
         let found = summary["displacement"]["left"][0]
             .as_f64()
             .expect("a number");

@@ -6,12 +6,13 @@ use std::process::{Command, ExitCode};
 
 use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh, generate};
 use nalgebra::Vector3;
-use petsc::{Method, PetscError, Session, solve};
+use petsc::{Method, Parameters, PetscError, Session, solve};
 use rigid::{
-    Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, Formulation,
-    Lagrange, Link,
+    Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, FlowSolution,
+    Formulation, Lagrange, Link,
 };
-use stokes::{Options, Problem, Solution};
+use stokes::fem::SurplusSpace;
+use stokes::{InitialGuesses, Options, Problem, Solution, SurfaceFlow};
 
 const NAMES: [&str; 2] = ["left", "right"];
 
@@ -19,6 +20,11 @@ const NAMES: [&str; 2] = ["left", "right"];
 /// the condition of the comparison: 1e-9 over ranks leaves a factor of a hundred.
 const RTOL: f64 = 1e-11;
 const OVER_RANKS: f64 = 1e-9;
+
+/// Tolerance of the systems of estimates, and the agreement of estimates relative to their own
+/// size, with the factor of above. Corrected flows agree as flows do, because changes are small.
+const ESTIMATE_RTOL: f64 = 1e-9;
+const OF_ESTIMATES: f64 = 1e-7;
 const TO_SHARED: f64 = 1e-8;
 
 /// Set for the processes that `mpirun` starts.
@@ -31,35 +37,67 @@ struct Case {
     method: Method,
     /// Whether the left sphere is a wall and fluid leaves through the ball.
     is_open: bool,
+    /// Whether the surfaces of the bodies have slip.
+    has_slip: bool,
+    has_estimates: bool,
+}
+
+/// Slip of a squirmer with swirl, and no background flow.
+struct Squirmer;
+
+impl SurfaceFlow for Squirmer {
+    fn slip(&self, body: usize, x: &Vector3<f64>) -> Vector3<f64> {
+        let normal = (x - spheres()[body].centre).normalize();
+        let axis = Vector3::new(0.6, 0.0, 0.8);
+        let along = axis.dot(&normal);
+        (1.0 + along) * (along * normal - axis) + 0.3 * along * axis.cross(&normal)
+    }
+
+    fn background(&self, _: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    fn background_pressure(&self, _: &Vector3<f64>) -> f64 {
+        0.0
+    }
 }
 
 const CASES: [Case; 4] = [
     Case {
-        name: "p-tilde in a closed domain",
+        name: "p-tilde with slip in a closed domain",
         formulation: &Eliminated,
         method: Method::Block,
         is_open: false,
+        has_slip: true,
+        has_estimates: true,
     },
     Case {
         name: "multipliers in a closed domain",
         formulation: &Lagrange,
         method: Method::Block,
         is_open: false,
+        has_slip: false,
+        has_estimates: false,
     },
     Case {
         name: "p-tilde in an open domain",
         formulation: &Eliminated,
         method: Method::Block,
         is_open: true,
+        has_slip: false,
+        has_estimates: true,
     },
     Case {
         name: "direct solver in a closed domain",
         formulation: &Lagrange,
         method: Method::Direct,
         is_open: false,
+        has_slip: false,
+        has_estimates: true,
     },
 ];
 
+type Groups = Vec<Vec<f64>>;
 type Failure = Box<dyn std::error::Error>;
 
 fn spheres() -> [Sphere; 2] {
@@ -93,12 +131,26 @@ fn two_spheres() -> Result<TetMesh, Failure> {
     Ok(TetMesh::curved(tets, &surfaces)?)
 }
 
-/// Velocities, forces, link loads and some values of the fields of a case.
+/// Velocities, forces, link loads, stresslets and some values of the fields.
+fn of_flow(flow: &FlowSolution) -> Vec<f64> {
+    let some = flow.velocity.iter().step_by(97);
+    (flow.bodies.iter())
+        .chain(flow.forces.iter())
+        .chain(flow.link_loads.iter())
+        .chain(flow.stresslets.iter().flatten())
+        .copied()
+        .chain(some.flat_map(|u| [u.x, u.y, u.z]))
+        .chain(flow.pressure.iter().step_by(31).copied())
+        .collect()
+}
+
+/// Numbers that are compared relative to the largest of their group: those of the flow, then those
+/// of its estimated error.
 fn numbers(
     mesh: &TetMesh,
     case: &Case,
     solve: impl FnOnce(&Problem, &Drive) -> Result<Solution, Failure>,
-) -> Result<Vec<f64>, Failure> {
+) -> Result<Groups, Failure> {
     let centres = spheres().map(|sphere| sphere.centre);
     let all: Vec<_> = NAMES.into_iter().zip(centres).collect();
     let (bodies, walls, links) = if case.is_open {
@@ -117,21 +169,42 @@ fn numbers(
         constraints: &set.constraints(&set.initial_state(), set.initial_lengths(), &rates)?,
         loads: &loads,
     };
-    let solution = solve(&Problem::new(mesh, bodies, &walls)?, &drive)?;
-    let flow = &solution.flow;
-    let mut numbers: Vec<f64> = (flow.bodies.iter())
-        .chain(flow.forces.iter())
-        .chain(flow.link_loads.iter())
-        .copied()
+    let spheres = spheres();
+    let surfaces: Vec<NamedSurface> = (NAMES.iter().zip(&spheres))
+        .map(|(name, sphere)| (*name, sphere as &dyn mesh::Surface))
         .collect();
-    numbers.extend(
-        flow.velocity
-            .iter()
-            .step_by(97)
-            .flat_map(|u| [u.x, u.y, u.z]),
-    );
-    numbers.extend(flow.pressure.iter().step_by(31));
+    let mut problem = Problem::new(mesh, bodies, &walls)?.with_surfaces(&surfaces)?;
+    if case.has_slip {
+        problem = problem.with_surface_flow(&Squirmer);
+    }
+    let solution = solve(&problem, &drive)?;
+    let mut numbers = vec![of_flow(&solution.flow)];
+    if case.has_slip {
+        numbers.push(vec![solution.slip_power]);
+    }
+    if let Some(estimate) = solution.estimate {
+        let mut corrected = solution.flow.clone();
+        corrected.add(&estimate.change)?;
+        numbers[0].extend(of_flow(&corrected));
+        numbers.extend([
+            of_flow(&estimate.change),
+            vec![estimate.uncertainty],
+            vec![estimate.relative_uncertainty],
+            vec![estimate.slip_power],
+        ]);
+        let checks = solution.checks.ok_or("no checks")?;
+        numbers.extend([vec![checks.force_by_stress], vec![checks.dissipation]]);
+        let indicators = estimate.indicators();
+        numbers.extend(indicators.map(|of_cells| of_cells.into_iter().step_by(53).collect()));
+    }
+    assert_eq!(numbers.len() > 2, case.has_estimates);
     Ok(numbers)
+}
+
+/// The first solution.
+fn first(mut solved: Vec<petsc::DistributedSolution>) -> Result<Solution, Failure> {
+    let only = solved.pop().ok_or("no solution")?;
+    Ok(only.solution)
 }
 
 /// All cases on the processes of this job; the first one prints the numbers.
@@ -141,16 +214,37 @@ fn under_mpi() -> Result<(), Failure> {
         let mesh = two_spheres()?;
         for case in &CASES {
             let numbers = numbers(&mesh, case, |problem, drive| {
-                let (formulation, method) = (case.formulation, case.method);
-                Ok(solve(&session, problem, drive, formulation, method, RTOL)?.solution)
+                let mut parameters = Parameters::default()
+                    .with_formulation(case.formulation)
+                    .with_method(case.method)
+                    .with_rtol(RTOL);
+                if case.has_estimates {
+                    parameters = parameters.with_estimates(Some(ESTIMATE_RTOL));
+                }
+                first(solve(
+                    &session,
+                    problem,
+                    std::slice::from_ref(drive),
+                    &parameters,
+                )?)
             })?;
             if session.rank() == 0 {
-                let words: Vec<String> = numbers.iter().map(|x| format!("{x:e}")).collect();
-                println!("{}", words.join(" "));
+                let words = |group: &Vec<f64>| {
+                    let words: Vec<String> = group.iter().map(|x| format!("{x:e}")).collect();
+                    words.join(" ")
+                };
+                let groups: Vec<String> = numbers.iter().map(words).collect();
+                println!("{}", groups.join(";"));
             }
         }
         let direct_rows = numbers(&mesh, &CASES[0], |problem, drive| {
-            Ok(solve(&session, problem, drive, &DirectRows, Method::Block, RTOL)?.solution)
+            let parameters = Parameters::default().with_formulation(&DirectRows);
+            first(solve(
+                &session,
+                problem,
+                std::slice::from_ref(drive),
+                &parameters,
+            )?)
         });
         match direct_rows.map_err(|error| error.downcast::<PetscError>()) {
             Err(Ok(error)) if matches!(*error, PetscError::NotSymmetric { .. }) => Ok(()),
@@ -164,7 +258,7 @@ fn under_mpi() -> Result<(), Failure> {
 }
 
 /// Numbers of all cases on `ranks` processes.
-fn on_ranks(ranks: usize) -> Result<Vec<Vec<f64>>, Failure> {
+fn on_ranks(ranks: usize) -> Result<Vec<Groups>, Failure> {
     let output = Command::new("mpirun")
         .args(["--oversubscribe", "--allow-run-as-root", "-n"])
         .arg(ranks.to_string())
@@ -178,14 +272,34 @@ fn on_ranks(ranks: usize) -> Result<Vec<Vec<f64>>, Failure> {
         return Err(format!("{ranks} processes: {message}").into());
     }
     let text = String::from_utf8(output.stdout)?;
-    let line = |line: &str| line.split(' ').map(str::parse).collect::<Result<_, _>>();
+    let group = |group: &str| group.split(' ').map(str::parse).collect::<Result<_, _>>();
+    let line = |line: &str| line.split(';').map(group).collect::<Result<_, _>>();
     Ok(text.lines().map(line).collect::<Result<_, _>>()?)
+}
+
+/// Refuses groups of which the first differs by more than `tolerance`, or another by more than
+/// [`OF_ESTIMATES`].
+fn check(case: &Case, from: &str, a: &Groups, b: &Groups, tolerance: f64) {
+    assert_eq!(a.len(), b.len());
+    let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| difference(a, b)).collect();
+    let words: Vec<String> = differences.iter().map(|d| format!("{d:.0e}")).collect();
+    println!("{}: {} from {from}", case.name, words.join(" "));
+    for (k, difference) in differences.into_iter().enumerate() {
+        let allowed = if k == 0 { tolerance } else { OF_ESTIMATES };
+        assert!(
+            difference < allowed,
+            "{}, group {k}: {difference:e}",
+            case.name
+        );
+    }
 }
 
 /// Largest difference relative to the largest number of `a`.
 fn difference(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let size = a.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    // Without a slip its power is zero.
+    let size = if size == 0.0 { 1.0 } else { size };
     let pairs = a.iter().zip(b);
     // NaN is no number that `max` would return.
     pairs.fold(0.0, |largest, (x, y)| {
@@ -205,23 +319,22 @@ fn compare() -> Result<(), Failure> {
         let shared = numbers(&mesh, case, |problem, drive| {
             let options = Options::default()
                 .with_formulation(case.formulation)
-                .with_rtol(RTOL);
-            Ok(problem.solve(drive, &options)?)
+                .with_rtol(RTOL)
+                .with_estimate_rtol(ESTIMATE_RTOL);
+            let (mut guesses, space) = (InitialGuesses::new(0), SurplusSpace::new(&mesh)?);
+            let space = case.has_estimates.then_some(&space);
+            let drives = std::slice::from_ref(drive);
+            let solved = problem.solve_all(drives, &options, &mut guesses, space)?;
+            Ok(solved.into_iter().next().ok_or("no solution")?)
         })?;
-        let difference = difference(&shared, numbers_on_one);
-        println!(
-            "{}: {difference:.1e} from the shared-memory solver",
-            case.name
-        );
-        assert!(difference < TO_SHARED, "{}: {difference:e}", case.name);
+        let from = "the shared-memory solver";
+        check(case, from, &shared, numbers_on_one, TO_SHARED);
     }
     for ranks in [2, 4] {
         let on_more = on_ranks(ranks)?;
         assert_eq!(on_more.len(), CASES.len());
         for ((case, one), more) in CASES.iter().zip(&on_one).zip(&on_more) {
-            let difference = difference(one, more);
-            println!("{}: {difference:.1e} from {ranks} processes", case.name);
-            assert!(difference < OVER_RANKS, "{}: {difference:e}", case.name);
+            check(case, &format!("{ranks} processes"), one, more, OVER_RANKS);
         }
     }
     Ok(())

@@ -1,5 +1,6 @@
 //! Rigid surfaces in the fluid: velocities of all nodes, and the forces of bodies on the fluid.
 
+use std::borrow::Cow;
 use std::ops::AddAssign;
 
 use linalg::Csr;
@@ -111,17 +112,35 @@ impl Surfaces {
         }
     }
 
+    /// Whether the equations of a node belong to this process.
+    pub fn owns(&self, node: usize) -> bool {
+        self.part.as_ref().is_none_or(|part| part.owns(node))
+    }
+
+    /// A solution vector with the entries of other processes.
+    pub fn completed<'v>(&self, vector: &'v [f64]) -> Cow<'v, [f64]> {
+        match &self.part {
+            None => Cow::Borrowed(vector),
+            Some(part) => part.completed(vector),
+        }
+    }
+
     /// Forces and torques `(F, T)` on the bodies from forces on all nodes.
     pub fn loads_of_forces(&self, forces: &[Vector3<f64>]) -> DVector<f64> {
         let mut loads = DVector::zeros(6 * self.bodies());
-        let nodes = self.roles.iter().zip(&self.arms);
-        for ((role, arm), force) in nodes.zip(forces) {
-            if let NodeRole::Body(body) = role {
+        let nodes = self.roles.iter().zip(&self.arms).enumerate();
+        for ((node, (role, arm)), force) in nodes.zip(forces) {
+            if let NodeRole::Body(body) = role
+                && self.owns(node)
+            {
                 let first = 6 * *body as usize;
                 let mut own = loads.fixed_rows_mut::<6>(first);
                 own.fixed_rows_mut::<3>(0).add_assign(force);
                 own.fixed_rows_mut::<3>(3).add_assign(&arm.cross(force));
             }
+        }
+        if let Some(part) = &self.part {
+            part.sum(loads.as_mut_slice());
         }
         loads
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use linalg::{
-    BlockDiagonal, BlockTriangular, Bordered, Csr, Multigrid, MultigridParams, Prolongation,
+    BlockDiagonal, BlockTriangular, Bordered, Csr, Csr3, Multigrid, MultigridParams, Prolongation,
     SaddleSystem,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -183,7 +183,9 @@ impl Constrained {
         check_length("generalised loads", loads.len(), tests.nrows())?;
         let mut rhs = vec![0.0; self.dofs()];
         let loads = tests.tr_mul(loads) / self.surfaces.symmetry_planes.parts();
-        rhs[self.border_range()].copy_from_slice(loads.as_slice());
+        if self.owns_border() {
+            rhs[self.border_range()].copy_from_slice(loads.as_slice());
+        }
         Ok(rhs)
     }
 
@@ -205,15 +207,29 @@ impl Constrained {
         check_length("volume sources", pressure.len(), pressures)?;
         let on_surfaces = self.surfaces.loads_of_forces(velocity);
         let surface_tests = self.tests().select_rows(&self.surface_rows);
-        let border = surface_tests.tr_mul(&on_surfaces);
-        let free = self.surfaces.free_nodes.iter();
+        let mut border = surface_tests.tr_mul(&on_surfaces);
+        if !self.owns_border() {
+            border.fill(0.0);
+        }
+        let owned = |node: usize, value| match self.surfaces.owns(node) {
+            true => value,
+            false => Vector3::zeros(),
+        };
+        let free = self.surfaces.free_nodes.iter().map(|&node| node as usize);
         let mut rhs: Vec<f64> = free
-            .flat_map(|&node| <[f64; 3]>::from(velocity[node as usize]))
+            .flat_map(|node| <[f64; 3]>::from(owned(node, velocity[node])))
             .collect();
         self.surfaces.zero_constrained(&mut rhs);
         rhs.extend(border.iter());
-        rhs.extend(pressure);
+        let owned = |(node, p): (usize, &f64)| if self.surfaces.owns(node) { *p } else { 0.0 };
+        rhs.extend(pressure.iter().enumerate().map(owned));
         Ok(rhs)
+    }
+
+    /// Whether the border entries of a vector belong to this process.
+    fn owns_border(&self) -> bool {
+        let part = self.surfaces.part.as_ref();
+        part.is_none_or(crate::MeshPart::owns_border)
     }
 
     /// Block-triangular preconditioner with multigrid for velocities and border.
@@ -254,6 +270,25 @@ impl Constrained {
         Ok(match &self.pressure_stiffness {
             Some(stiffness) => block.with_pressure_laplacian(stiffness)?,
             None => block,
+        })
+    }
+
+    /// The same without the matrices of the system and its preconditioners.
+    ///
+    /// For solvers outside this workspace, which have copied them: most of the memory is freed. All
+    /// conversions between vectors and flows remain; the field `system` has no rows.
+    ///
+    /// # Errors
+    /// None for a system that was built.
+    pub fn without_matrices(self) -> Result<Self, RigidError> {
+        let empty = || Csr::zero((0, 0));
+        let (none, divergence) = (Bordered::scalar(empty())?, Csr3::zero((0, 0)));
+        Ok(Self {
+            prolongation: Prolongation::new(empty(), empty())?,
+            system: SaddleSystem::new(none, divergence, empty(), None, empty())?,
+            vertex_stiffness: empty(),
+            pressure_stiffness: None,
+            ..self
         })
     }
 

@@ -140,11 +140,12 @@ impl Constrained {
         if set.velocity_layout() != self.layout {
             return Err(RigidError::OtherSet);
         }
+        let solution = self.surfaces.completed(solution);
         let Blocks {
             free,
             border,
             pressure,
-        } = self.split(solution)?;
+        } = self.split(&solution)?;
         let generalised = &self.columns * &border + offset;
         let bodies = generalised.select_rows(&self.surface_rows);
         let forces = self.surfaces.forces(free, &bodies, pressure);
@@ -194,11 +195,12 @@ impl Constrained {
             forces_on_nodes.len(),
             self.surfaces.nodes(),
         )?;
+        let solution = self.surfaces.completed(solution);
         let Blocks {
             free,
             border,
             pressure,
-        } = self.split(solution)?;
+        } = self.split(&solution)?;
         let generalised = &self.columns * &border;
         let bodies = generalised.select_rows(&self.surface_rows);
         let residuals = self
@@ -229,7 +231,7 @@ impl Constrained {
     /// # Errors
     /// A solution of the wrong length.
     pub fn generalised_of_loads(&self, solution: &[f64]) -> Result<DVector<f64>, RigidError> {
-        Ok(&self.columns * self.split(solution)?.border)
+        Ok(&self.columns * self.split(&self.surfaces.completed(solution))?.border)
     }
 
     /// Velocity of each node and pressure of a solution for [`Constrained::rhs_of_loads`] or
@@ -241,11 +243,12 @@ impl Constrained {
         &self,
         solution: &[f64],
     ) -> Result<(Vec<Vector3<f64>>, Vec<f64>), RigidError> {
+        let solution = self.surfaces.completed(solution);
         let Blocks {
             free,
             border,
             pressure,
-        } = self.split(solution)?;
+        } = self.split(&solution)?;
         let bodies = (&self.columns * border).select_rows(&self.surface_rows);
         Ok((
             self.surfaces.all_velocities(free, &bodies),

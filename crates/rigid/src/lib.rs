@@ -52,7 +52,7 @@ pub use independent::Independent;
 pub use joint::{Joint, JointDrive, PassiveDrive};
 pub use lagrange::Lagrange;
 pub use linkage::{Link, Linkage};
-pub use mesh_part::{MeshPart, SumOverParts};
+pub use mesh_part::{MeshPart, SumOverParts, UpdateGhosts};
 pub use null_space::{NullSpace, Reduction};
 pub use placement::State;
 pub use resistance::GrandResistance;

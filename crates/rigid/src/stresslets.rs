@@ -92,7 +92,7 @@ impl SurfaceRows {
         velocity: &[Vector3<f64>],
         pressure: &[f64],
     ) -> Vec<Matrix3<f64>> {
-        let mut moments = self.moments_of_residuals(arms, velocity, pressure);
+        let mut moments = self.moments_of_residuals(arms, velocity, pressure, None);
         for (moment, of_surface) in moments.iter_mut().zip(&self.surface_moments) {
             *moment += of_surface;
         }
@@ -108,20 +108,17 @@ impl SurfaceRows {
         pressure: &[f64],
         forces: &[Vector3<f64>],
     ) -> Vec<Matrix3<f64>> {
-        let mut moments = self.moments_of_residuals(arms, velocity, pressure);
-        for &(node, body) in &self.nodes {
-            let node = node as usize;
-            moments[body as usize] -= forces[node] * arms[node].transpose();
-        }
+        let moments = self.moments_of_residuals(arms, velocity, pressure, Some(forces));
         self.of_moments(moments)
     }
 
-    /// `sum_b r_b x_b^T` of each body, with the residuals `r = K u + B^T p` of its nodes.
+    /// `sum_b r_b x_b^T` of each body, with the residuals `r = K u + B^T p - f` of its nodes.
     fn moments_of_residuals(
         &self,
         arms: &[Vector3<f64>],
         velocity: &[Vector3<f64>],
         pressure: &[f64],
+        forces: Option<&[Vector3<f64>]>,
     ) -> Vec<Matrix3<f64>> {
         let owns = |node: usize| self.part.as_ref().is_none_or(|part| part.owns(node));
         let mut residuals = vec![Vector3::zeros(); self.nodes.len()];
@@ -129,6 +126,9 @@ impl SurfaceRows {
         for (residual, (row, (node, _))) in residuals.iter_mut().zip(rows) {
             if owns(*node as usize) {
                 *residual = row.iter().map(|(column, &k)| k * velocity[column]).sum();
+                if let Some(forces) = forces {
+                    *residual -= forces[*node as usize];
+                }
             }
         }
         let rows = self.divergence.outer_iterator().zip(pressure).enumerate();

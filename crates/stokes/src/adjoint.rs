@@ -1,6 +1,6 @@
 //! Adjoint solutions: flows of unit loads, with the matrix of a problem.
 
-use linalg::{BlockTriangular, KrylovParams, SaddleSystem};
+use linalg::{KrylovParams, LinearOperator, Preconditioner};
 use nalgebra::Vector3;
 
 use crate::StokesError;
@@ -16,14 +16,15 @@ pub const ADJOINT_RTOL: f64 = 1e-2;
 pub struct AdjointSolutions(pub Vec<Vec<f64>>);
 
 impl AdjointSolutions {
-    /// Solves for unit loads, starting from the previous solutions.
+    /// Solves for unit loads to the relative residual `rtol`, starting from previous solutions.
     pub fn solve(
         &mut self,
-        system: &SaddleSystem,
-        preconditioner: &mut BlockTriangular,
+        system: &dyn LinearOperator,
+        preconditioner: &mut dyn Preconditioner,
         rhs: &[Vec<f64>],
+        rtol: f64,
     ) -> Result<(), StokesError> {
-        let parameters = KrylovParams::default().with_rel_tol(ADJOINT_RTOL);
+        let parameters = KrylovParams::default().with_rel_tol(rtol);
         self.0.resize(rhs.len(), Vec::new());
         let (rhs, mut solutions): (Vec<&[f64]>, Vec<&mut [f64]>) = rhs
             .iter()

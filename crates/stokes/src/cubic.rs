@@ -1,16 +1,18 @@
 //! Correction of a flow by functions of the next degree: the Taylor-Hood space P3/P2.
 
 use fem::{
-    BoundaryFlow, CubicExtension, CubicProduct, FacetGeometry, SurfaceVelocity, SurplusSpace,
+    BoundaryBubbles, BoundaryFlow, CubicExtension, CubicProduct, FacetGeometry, SurfaceVelocity,
 };
 use linalg::{
-    BlockTriangular, KrylovParams, LinalgError, LinearOperator, Preconditioner, PreconditionerKind,
-    fgmres,
+    KrylovParams, LinalgError, LinearOperator, Preconditioner, PreconditionerKind,
+    SumOverProcesses, fgmres,
 };
 use mesh::TetMesh;
-use rigid::{Articulation, Constrained, FlowSolution};
+use nalgebra::Vector3;
+use rigid::{Articulation, FlowSolution};
 
 use crate::StokesError;
+use crate::equations::Equations;
 use crate::linear::solve_in_groups;
 use crate::surface_flow::NodalSurfaceFlow;
 
@@ -33,6 +35,9 @@ const SUFFICIENT: f64 = 0.5;
 /// every eight iterations.
 const MOST_ITERATIONS: usize = 128;
 
+/// Largest number of iterations to a prescribed residual.
+const CONVERGED_ITERATIONS: usize = 2000;
+
 /// Relative residual to which the Taylor-Hood part of a correction is solved at the end.
 ///
 /// The error that the iteration leaves in this part is smooth and affects all bodies; the error
@@ -46,7 +51,7 @@ const COARSE_RTOL: f64 = 1e-4;
 ///
 /// Dofs are those of the Taylor-Hood system, then those of the [`CubicExtension`].
 struct CubicSystem<'a> {
-    coarse: &'a Constrained,
+    equations: Equations<'a>,
     extension: &'a CubicExtension<'a>,
     weights: Vec<f32>,
 }
@@ -57,40 +62,40 @@ struct CubicSystem<'a> {
 /// (Yserentant 1986; Bank 1996); the last is that of the Taylor-Hood system.
 struct CubicPreconditioner<'a> {
     system: &'a CubicSystem<'a>,
-    coarse: &'a mut BlockTriangular,
+    coarse: &'a mut dyn Preconditioner,
 }
 
 impl<'a> CubicSystem<'a> {
-    fn new(coarse: &'a Constrained, extension: &'a CubicExtension<'a>) -> Self {
-        let of_coarse = coarse.system.residual_weights().unwrap_or_default();
+    fn new(equations: Equations<'a>, extension: &'a CubicExtension<'a>) -> Self {
+        let of_coarse = equations.operator.residual_weights().unwrap_or_default();
         let mut weights = of_coarse.to_vec();
         if !weights.is_empty() {
             weights.extend(extension.diagonal().iter().map(|d| (1.0 / d) as f32));
         }
         Self {
-            coarse,
+            equations,
             extension,
             weights,
         }
     }
 
     fn first(&self) -> usize {
-        self.coarse.rhs.len()
+        self.equations.operator.rows()
     }
 
     /// Right-hand side that balances the coarse rows of a product.
     fn coarse_rows(&self, product: &CubicProduct) -> Result<Vec<f64>, StokesError> {
         let (velocity, pressure) = (&product.velocity, &product.pressure);
-        Ok(self.coarse.rhs_of_forces(velocity, pressure)?)
+        Ok(self.equations.system.rhs_of_forces(velocity, pressure)?)
     }
 
     /// `y <- A x`.
     fn multiply(&self, x: &[f64], y: &mut [f64]) -> Result<(), StokesError> {
         let (coarse, extension) = x.split_at(self.first());
-        let (velocity, pressure) = self.coarse.flow_of_loads(coarse)?;
+        let (velocity, pressure) = self.equations.system.flow_of_loads(coarse)?;
         let product = self.extension.product(&velocity, &pressure, extension)?;
         let (rows, rows_of_extension) = y.split_at_mut(self.first());
-        self.coarse.system.apply(coarse, rows);
+        self.equations.operator.apply(coarse, rows);
         for (row, value) in rows.iter_mut().zip(self.coarse_rows(&product)?) {
             *row += value;
         }
@@ -136,6 +141,10 @@ impl LinearOperator for CubicSystem<'_> {
     fn residual_weights(&self) -> Option<&[f32]> {
         (!self.weights.is_empty()).then_some(&self.weights)
     }
+
+    fn sum_over_processes(&self) -> Option<&SumOverProcesses<'_>> {
+        self.equations.operator.sum_over_processes()
+    }
 }
 
 impl Preconditioner for CubicPreconditioner<'_> {
@@ -158,9 +167,17 @@ impl Preconditioner for CubicPreconditioner<'_> {
 }
 
 impl CubicPreconditioner<'_> {
-    /// Iterates towards the solution for the right-hand side `b`.
-    fn iterate(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), StokesError> {
+    /// Iterates towards the solution for the right-hand side `b`: to `rtol`, or as far as needed.
+    fn iterate(&mut self, b: &[f64], x: &mut [f64], rtol: Option<f64>) -> Result<(), StokesError> {
         let system = self.system;
+        if let Some(rtol) = rtol {
+            let parameters = KrylovParams::default()
+                .with_rel_tol(rtol)
+                .with_max_iterations(CONVERGED_ITERATIONS)
+                .with_restart(MOST_ITERATIONS);
+            fgmres(system, self, b, x, &parameters)?;
+            return Ok(());
+        }
         let mut iterations = ITERATIONS;
         loop {
             let parameters = KrylovParams::default()
@@ -191,36 +208,39 @@ pub struct Change {
 /// Corrections of flows that were solved with one matrix.
 pub struct Correction<'a> {
     mesh: &'a TetMesh,
+    pub(crate) equations: Equations<'a>,
     pub(crate) extension: CubicExtension<'a>,
     pub(crate) geometry: &'a FacetGeometry<'a>,
     set: &'a Articulation,
-    system: &'a Constrained,
     surfaces: Option<(&'a NodalSurfaceFlow, &'a SurfaceVelocity<'a>)>,
+    rtol: Option<f64>,
 }
 
 impl<'a> Correction<'a> {
-    /// Corrections of the solutions of `system` for the bodies `set` on a mesh.
+    /// Corrections of the solutions of `equations` for the bodies `set` on a mesh.
     ///
-    /// `space` has the bubbles of the mesh, `geometry` the facets whose true surface is known,
-    /// `surfaces` the velocities of surfaces that do not move rigidly.
+    /// The equations are those of the mesh, or a part of them. `geometry` has the facets whose true
+    /// surface is known, `surfaces` the velocities of surfaces that do not move rigidly. Systems
+    /// are solved to the relative residual `rtol`, or as accurately as the uncertainty requires.
     ///
     /// # Errors
     /// A mesh that does not belong to the space; an inverted cell.
     pub fn new(
         mesh: &'a TetMesh,
-        space: &'a SurplusSpace,
+        equations: Equations<'a>,
         geometry: &'a FacetGeometry<'a>,
         set: &'a Articulation,
-        system: &'a Constrained,
         surfaces: Option<(&'a NodalSurfaceFlow, &'a SurfaceVelocity<'a>)>,
+        rtol: Option<f64>,
     ) -> Result<Self, StokesError> {
         Ok(Self {
             mesh,
-            extension: CubicExtension::new(space, mesh)?,
+            extension: CubicExtension::new(equations.space, equations.mesh)?,
+            equations,
             geometry,
             set,
-            system,
             surfaces,
+            rtol,
         })
     }
 
@@ -228,12 +248,25 @@ impl<'a> Correction<'a> {
     fn bubbles_of_surfaces(&self) -> Result<Vec<f64>, StokesError> {
         let mut dofs = vec![0.0; self.extension.len()];
         if let Some((nodal, velocity)) = self.surfaces {
-            for &tag in &nodal.tags {
-                self.extension
-                    .interpolate(tag, velocity, &nodal.velocity, &mut dofs)?;
-            }
+            self.interpolate(nodal, velocity, &nodal.velocity, &mut dofs)?;
         }
         Ok(dofs)
+    }
+
+    /// Writes the bubbles of a velocity of all surfaces, with these nodal values, into dofs.
+    pub(crate) fn interpolate(
+        &self,
+        surfaces: &NodalSurfaceFlow,
+        velocity: &SurfaceVelocity<'_>,
+        nodal: &[Vector3<f64>],
+        dofs: &mut [f64],
+    ) -> Result<(), StokesError> {
+        for &tag in &surfaces.tags {
+            let bubbles = BoundaryBubbles::new(self.mesh, tag, velocity, nodal)?;
+            let number = |node| self.equations.number(node);
+            self.extension.interpolate(tag, &bubbles, number, dofs)?;
+        }
+        Ok(())
     }
 
     /// Estimated changes of flows, exact minus computed.
@@ -251,10 +284,10 @@ impl<'a> Correction<'a> {
     pub fn changes(
         &self,
         flows: &[FlowSolution],
-        preconditioner: &mut BlockTriangular,
+        preconditioner: &mut dyn Preconditioner,
     ) -> Result<Vec<Change>, StokesError> {
-        let extension = &self.extension;
-        let system = CubicSystem::new(self.system, extension);
+        let (extension, equations) = (&self.extension, self.equations);
+        let system = CubicSystem::new(equations, extension);
         let first = system.first();
         let of_surfaces = self.bubbles_of_surfaces()?;
         let (mut of_geometry, mut rhs) = (Vec::new(), Vec::new());
@@ -263,12 +296,16 @@ impl<'a> Correction<'a> {
                 velocity: &flow.velocity,
                 surface_velocity: self.surfaces.map(|(_, velocity)| velocity),
             })?;
-            let residual = extension.product(&flow.velocity, &flow.pressure, &of_surfaces)?;
-            let rows = of_facets.velocity.iter().zip(&residual.velocity);
+            let velocity = equations.restricted(&flow.velocity);
+            let pressure = equations.restricted(&flow.pressure);
+            let residual = extension.product(&velocity, &pressure, &of_surfaces)?;
+            let loads = equations.restricted(&of_facets.velocity);
+            let rows = loads.iter().zip(&residual.velocity);
             let forces: Vec<_> = rows.map(|(load, row)| -load - row).collect();
-            let rows = of_facets.pressure.iter().zip(&residual.pressure);
+            let loads = equations.restricted(&of_facets.pressure);
+            let rows = loads.iter().zip(&residual.pressure);
             let sources: Vec<f64> = rows.map(|(load, row)| -load - row).collect();
-            let mut column = self.system.rhs_of_forces(&forces, &sources)?;
+            let mut column = equations.system.rhs_of_forces(&forces, &sources)?;
             column.extend(residual.extension.iter().map(|r| -r));
             rhs.push(column);
             of_geometry.push(forces);
@@ -278,10 +315,10 @@ impl<'a> Correction<'a> {
         let mut x: Vec<&mut [f64]> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
         let mut extended = CubicPreconditioner {
             system: &system,
-            coarse: preconditioner,
+            coarse: &mut *preconditioner,
         };
         for (b, x) in columns.iter().zip(&mut x) {
-            extended.iterate(b, x)?;
+            extended.iterate(b, x, self.rtol)?;
         }
 
         // the coarse part again, accurately
@@ -302,9 +339,9 @@ impl<'a> Correction<'a> {
         }
         let columns: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
         let mut coarse: Vec<&mut [f64]> = x.iter_mut().map(|x| &mut x[..first]).collect();
-        let parameters = KrylovParams::default().with_rel_tol(COARSE_RTOL);
+        let parameters = KrylovParams::default().with_rel_tol(self.rtol.unwrap_or(COARSE_RTOL));
         solve_in_groups(
-            &self.system.system,
+            equations.operator,
             preconditioner,
             &columns,
             &mut coarse,
@@ -313,7 +350,8 @@ impl<'a> Correction<'a> {
 
         let mut changes = Vec::with_capacity(flows.len());
         for (solution, forces) in solutions.iter().zip(&forces) {
-            let mut flow = self.system.change(&solution[..first], forces, self.set)?;
+            let flow = (equations.system).change(&solution[..first], forces, self.set)?;
+            let mut flow = equations.of_whole_mesh(flow)?;
             let mean = fem::mean_pressure(self.mesh, &flow.pressure)?;
             flow.pressure.iter_mut().for_each(|p| *p -= mean);
             let dofs = solution[first..].iter().zip(&of_surfaces);

@@ -1,14 +1,14 @@
 //! Discretisation errors of velocities and forces, estimated by elements of the next degree.
 
-use fem::{BoundaryFlow, FacetGeometry, SurfaceVelocity, Surplus, SurplusSpace};
-use linalg::BlockTriangular;
-use mesh::TetMesh;
+use fem::{BoundaryFlow, FacetGeometry, SurfaceVelocity, Surplus};
+use linalg::Preconditioner;
 use nalgebra::{DVector, Vector3};
-use rigid::{Constrained, Drive, FlowSolution};
+use rigid::{Drive, FlowSolution};
 
 use crate::StokesError;
-use crate::adjoint::{AdjointSolutions, DistinctLoads, UnitLoad};
+use crate::adjoint::{ADJOINT_RTOL, AdjointSolutions, DistinctLoads, UnitLoad};
 use crate::cubic::{Change, Correction};
+use crate::equations::Equations;
 use crate::problem::Problem;
 use crate::surface_flow::NodalSurfaceFlow;
 
@@ -60,8 +60,8 @@ pub struct Estimate {
     pub power_uncertainty: f64,
     /// Uncertainty of the effect of straight facets on stresslets.
     pub stresslet_uncertainty: f64,
-    /// Hierarchical surplus of the flow.
-    surplus: Surplus,
+    /// Contribution of each cell to the energy of the error.
+    energy_indicators: Vec<f64>,
     /// Contribution of each cell to `uncertainty`.
     frame_indicators: Vec<f64>,
     /// Cell of each straight facet, and its contribution to the geometry error of the energy.
@@ -70,21 +70,12 @@ pub struct Estimate {
 
 impl Estimate {
     /// Error indicators for mesh refinement: of `K(e, e)` and of the uncertainty, one per cell.
-    ///
-    /// Cost: one pass over the cells.
-    ///
-    /// # Errors
-    /// A mesh other than the one on which the errors were estimated.
-    pub fn indicators(
-        self,
-        space: &SurplusSpace,
-        mesh: &TetMesh,
-    ) -> Result<[Vec<f64>; 2], StokesError> {
-        let mut indicators = space.indicators(mesh, &self.surplus, &self.surplus)?;
+    pub fn indicators(self) -> [Vec<f64>; 2] {
+        let mut indicators = self.energy_indicators;
         for (cell, indicator) in self.facet_indicators {
             indicators[cell] = indicators[cell].abs() + indicator.abs();
         }
-        Ok([indicators, self.frame_indicators])
+        [indicators, self.frame_indicators]
     }
 }
 
@@ -94,14 +85,14 @@ pub struct Estimator<'a> {
     pub problem: &'a Problem<'a>,
     /// Velocities of surfaces, if they do not move rigidly.
     pub surfaces: Option<(&'a NodalSurfaceFlow, &'a SurfaceVelocity<'a>)>,
-    /// Hierarchical surplus space of the mesh.
-    pub space: &'a SurplusSpace,
+    /// The equations that were solved.
+    pub equations: Equations<'a>,
     /// Straight facets on curved boundaries; empty where facets are curved.
     pub facet_geometry: &'a FacetGeometry<'a>,
     /// Bodies, links and loads; the rates of the links are not used.
     pub drive: &'a Drive<'a>,
-    /// The system that was solved.
-    pub system: &'a Constrained,
+    /// Relative residual to which systems are solved, if not as the uncertainty requires.
+    pub rtol: Option<f64>,
 }
 
 /// Indicators of the discretisation error of one flow.
@@ -122,13 +113,15 @@ struct Response {
 
 impl Estimator<'_> {
     fn indicators<'f>(&self, flow: &'f FlowSolution) -> Result<Indicators<'f>, StokesError> {
-        let velocity = &flow.velocity;
-        let surplus = self
-            .space
-            .surplus(self.problem.mesh, velocity, &flow.pressure)?;
+        let (velocity, equations) = (&flow.velocity, &self.equations);
+        let surplus = equations.space.surplus(
+            equations.mesh,
+            &equations.restricted(velocity),
+            &equations.restricted(&flow.pressure),
+        )?;
         let of_flow = self.boundary_flow(velocity);
         let of_facets = self.facet_geometry.indicators(of_flow, of_flow)?;
-        let energy = surplus.energy(&surplus)?;
+        let energy = equations.space.energy(&surplus, &surplus)?;
         let geometry = of_facets.iter().sum::<f64>();
         let surfaces = self.surfaces.map(|(nodal, _)| nodal);
         let of_surfaces = self.problem.power_of_surfaces(flow, surfaces)?;
@@ -185,15 +178,15 @@ impl Estimator<'_> {
         let mut load = DVector::zeros(self.drive.set.velocity_layout().len());
         load.fixed_rows_mut::<3>(unit_load.row)
             .copy_from(&unit_load.direction);
-        Ok(self.system.rhs_of_loads(&load)?)
+        Ok(self.equations.system.rhs_of_loads(&load)?)
     }
 
     /// Flow and surplus of a unit load, from its adjoint solution.
     fn response(&self, adjoint: &[f64]) -> Result<Response, StokesError> {
-        let (velocity, pressure) = self.system.flow_of_loads(adjoint)?;
-        let surplus = self
-            .space
-            .surplus(self.problem.mesh, &velocity, &pressure)?;
+        let equations = &self.equations;
+        let (velocity, pressure) = equations.system.flow_of_loads(adjoint)?;
+        let surplus = (equations.space).surplus(equations.mesh, &velocity, &pressure)?;
+        let velocity = equations.of_all_nodes(velocity)?;
         Ok(Response { velocity, surplus })
     }
 
@@ -204,13 +197,15 @@ impl Estimator<'_> {
         (change, slip_power): (FlowSolution, f64),
         responses: &[&Response],
     ) -> Result<Estimate, StokesError> {
-        let parts = self.problem.parts();
+        let (parts, equations) = (self.problem.parts(), &self.equations);
+        let indicators = |of: &Surplus| {
+            let of_part = (equations.space).indicators(equations.mesh, of, &error.surplus)?;
+            equations.of_all_cells(of_part)
+        };
         let mut frame_indicators = vec![0.0; self.problem.mesh.n_cells()];
         let mut of_walls = 0.0_f64;
         for response in responses {
-            let mut cells =
-                self.space
-                    .indicators(self.problem.mesh, &response.surplus, &error.surplus)?;
+            let mut cells = indicators(&response.surplus)?;
             let of_facets = self
                 .facet_geometry
                 .indicators(&response.velocity, self.boundary_flow(error.velocity))?;
@@ -242,7 +237,7 @@ impl Estimator<'_> {
             relative_uncertainty: error.relative_uncertainty,
             power_uncertainty: error.power_uncertainty,
             stresslet_uncertainty: 0.0,
-            surplus: error.surplus,
+            energy_indicators: indicators(&error.surplus)?,
             frame_indicators,
             facet_indicators: cells.zip(error.of_facets).collect(),
         })
@@ -260,18 +255,18 @@ impl Estimator<'_> {
     pub fn estimates(
         &self,
         flows: &[FlowSolution],
-        preconditioner: &mut BlockTriangular,
+        preconditioner: &mut dyn Preconditioner,
         adjoints: &mut AdjointSolutions,
     ) -> Result<Vec<Estimate>, StokesError> {
         let correction = Correction::new(
             self.problem.mesh,
-            self.space,
+            self.equations,
             self.facet_geometry,
             self.drive.set,
-            self.system,
             self.surfaces,
+            self.rtol,
         )?;
-        let changes = correction.changes(flows, preconditioner)?;
+        let changes = correction.changes(flows, &mut *preconditioner)?;
         let slip_power_change = |flow: &FlowSolution, change: &Change| match self.surfaces {
             None => Ok(0.0),
             Some((nodal, _)) => {
@@ -290,7 +285,8 @@ impl Estimator<'_> {
             .collect();
         let rhs = unit_loads.0.iter().map(|load| self.rhs_of_unit_load(load));
         let rhs: Vec<_> = rhs.collect::<Result<_, _>>()?;
-        adjoints.solve(&self.system.system, preconditioner, &rhs)?;
+        let rtol = self.rtol.unwrap_or(ADJOINT_RTOL);
+        adjoints.solve(self.equations.operator, preconditioner, &rhs, rtol)?;
         let responses = adjoints.0.iter();
         let responses: Vec<Response> = responses
             .map(|adjoint| self.response(adjoint))

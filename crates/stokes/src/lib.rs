@@ -5,6 +5,7 @@ mod adjoint;
 mod checks;
 mod cubic;
 mod engine;
+mod equations;
 mod error;
 mod estimate;
 mod flow;
@@ -22,6 +23,7 @@ mod surface_flow;
 
 pub use checks::Checks;
 pub use engine::Engine;
+pub use equations::{Gather, PartEquations};
 pub use error::StokesError;
 pub use estimate::Estimate;
 pub use flow::{Flow, VectorField, solve_stokes};
@@ -34,6 +36,7 @@ pub use surface_flow::SurfaceFlow;
 
 // Types of these crates are part of the interface.
 pub use fem;
+pub use linalg;
 pub use mesh;
 pub use nalgebra;
 pub use rigid;

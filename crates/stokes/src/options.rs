@@ -14,6 +14,11 @@ pub struct Options {
     pub solver: Solver,
     /// True relative residual `|b - A x| / |b|` at which a Krylov method stops.
     pub rtol: f64,
+    /// True relative residual to which the systems of error estimates are solved.
+    ///
+    /// `None` solves them as accurately as the uncertainty of the estimates requires, by a fixed
+    /// number of iterations: corrections then differ by up to a percent between solvers.
+    pub estimate_rtol: Option<f64>,
     /// What assembles and solves instead of this crate.
     pub engine: Option<&'static dyn Engine>,
 }
@@ -59,6 +64,7 @@ impl Default for Options {
             // Velocities then differ from those of a solve to 1e-12 by at most 5e-9
             // (docs/iterations.md).
             rtol: 1e-8,
+            estimate_rtol: None,
             engine: None,
         }
     }
@@ -80,11 +86,20 @@ impl Options {
         Self { solver, ..self }
     }
 
-    /// The same with an engine outside this crate, which estimates no errors.
+    /// The same with an engine outside this crate.
     #[must_use]
     pub fn with_engine(self, engine: &'static dyn Engine) -> Self {
         Self {
             engine: Some(engine),
+            ..self
+        }
+    }
+
+    /// The same with error estimates whose systems are solved to this residual, for comparisons.
+    #[must_use]
+    pub fn with_estimate_rtol(self, rtol: f64) -> Self {
+        Self {
+            estimate_rtol: Some(rtol),
             ..self
         }
     }

@@ -6,6 +6,7 @@ use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad, GrandResistance, 
 
 use crate::StokesError;
 use crate::cubic::Correction;
+use crate::equations::Equations;
 use crate::linear::MAX_COLUMNS;
 use crate::problem::Problem;
 
@@ -57,7 +58,10 @@ impl Problem<'_> {
         let parameters = KrylovParams::default().with_rel_tol(rtol);
         let geometry = self.facet_geometry()?;
         let corrections = surplus
-            .map(|space| Correction::new(self.mesh, space, &geometry, &set, &system, None))
+            .map(|space| {
+                let equations = Equations::whole(self.mesh, space, &system);
+                Correction::new(self.mesh, equations, &geometry, &set, None, None)
+            })
             .transpose()?;
         let velocities = system.system.border_range();
         GrandResistance::of(&system, MAX_COLUMNS, |rhs, solutions| {

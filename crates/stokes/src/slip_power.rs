@@ -68,20 +68,19 @@ impl Problem<'_> {
         let slip: &SurfaceVelocity<'_> = &slip;
         let extension = &correction.extension;
         let mut bubbles = vec![0.0; extension.len()];
-        for &tag in &nodal.tags {
-            extension.interpolate(tag, slip, &nodal.slip, &mut bubbles)?;
-        }
+        correction.interpolate(nodal, slip, &nodal.slip, &mut bubbles)?;
         let mut corrected = flow.clone();
         corrected.add(&change.flow)?;
         let (velocity, pressure) = nodal.whole(&corrected);
+        let equations = correction.equations;
         let power = extension.power(
             CubicFlow {
-                velocity: &velocity,
-                pressure: &pressure,
+                velocity: &equations.restricted(&velocity),
+                pressure: &equations.restricted(&pressure),
                 extension: &change.extension,
             },
             CubicFlow {
-                velocity: &nodal.slip,
+                velocity: &equations.restricted(&nodal.slip),
                 pressure: &[],
                 extension: &bubbles,
             },

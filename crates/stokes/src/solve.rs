@@ -4,17 +4,19 @@ use std::iter::{once, repeat};
 use std::time::Instant;
 
 use fem::SurplusSpace;
-use linalg::WarmStart;
+use linalg::{Preconditioner, WarmStart};
 use rigid::{Drive, FlowSolution, Imposed};
 
 use crate::StokesError;
 use crate::adjoint::AdjointSolutions;
 use crate::checks::{Checks, checks};
+use crate::equations::{Equations, PartEquations};
 use crate::estimate::{Estimate, Estimator};
 use crate::linear::{Solutions, solve_system};
 use crate::options::Options;
 use crate::problem::Problem;
 use crate::report::{Dofs, Seconds, SolverReport};
+use crate::surface_flow::NodalSurfaceFlow;
 
 /// Solution for one drive, at viscosity 1.
 pub struct Solution {
@@ -70,6 +72,53 @@ impl InitialGuesses {
 }
 
 impl Problem<'_> {
+    /// Estimates the errors of flows that several processes have solved together.
+    ///
+    /// Every process calls it with the same problem, drive and flows, the latter on the whole mesh.
+    /// Passes over the cells and iterations are divided between the processes; integrals over the
+    /// boundary and [`Checks`] are computed by each of them. Other arguments as in
+    /// [`Options::estimate_rtol`].
+    ///
+    /// # Errors
+    /// Those of [`Problem::solve_all`].
+    pub fn estimate_part(
+        &self,
+        drive: &Drive,
+        flows: &[FlowSolution],
+        part: PartEquations<'_>,
+        preconditioner: &mut dyn Preconditioner,
+        rtol: Option<f64>,
+    ) -> Result<Vec<(Estimate, Checks)>, StokesError> {
+        let surfaces = self.nodal_surface_flow()?;
+        let solvers = (preconditioner, &mut AdjointSolutions::default());
+        self.estimates(drive, flows, surfaces.as_ref(), part.into(), solvers, rtol)
+    }
+
+    /// Estimated errors and checks of flows, by these equations.
+    fn estimates(
+        &self,
+        drive: &Drive,
+        flows: &[FlowSolution],
+        surfaces: Option<&NodalSurfaceFlow>,
+        equations: Equations<'_>,
+        (preconditioner, adjoints): (&mut dyn Preconditioner, &mut AdjointSolutions),
+        rtol: Option<f64>,
+    ) -> Result<Vec<(Estimate, Checks)>, StokesError> {
+        let surface_velocity = self.surface_velocity();
+        let estimator = Estimator {
+            problem: self,
+            surfaces: surfaces.zip(surface_velocity.as_deref()),
+            equations,
+            facet_geometry: &self.facet_geometry()?,
+            drive,
+            rtol,
+        };
+        let estimates = estimator.estimates(flows, preconditioner, adjoints)?;
+        (estimates.into_iter().zip(flows))
+            .map(|(estimate, flow)| Ok((estimate, checks(self, flow, surfaces)?)))
+            .collect()
+    }
+
     /// Solves for one drive, with zero initial guess and without error estimate.
     ///
     /// # Errors
@@ -84,7 +133,7 @@ impl Problem<'_> {
     /// Solves for several drives that differ only in the rates of the links.
     ///
     /// Discretisation errors are estimated if `surplus`, the hierarchical surplus space of the
-    /// mesh, is given, unless an engine solves. All drives share one matrix and one preconditioner,
+    /// mesh, is given. All drives share one matrix and one preconditioner,
     /// whose time is counted for the first solution.
     ///
     /// # Errors
@@ -101,7 +150,7 @@ impl Problem<'_> {
             return Ok(Vec::new());
         };
         if let Some(engine) = options.engine {
-            return engine.solve_all(self, drives, options);
+            return engine.solve_all(self, drives, options, surplus);
         }
         let clock = Instant::now();
         let surfaces = self.nodal_surface_flow()?;
@@ -145,24 +194,22 @@ impl Problem<'_> {
             vec![(None, None); flows.len()];
         if let Some(space) = surplus {
             let clock = Instant::now();
-            let surface_velocity = self.surface_velocity();
-            let estimator = Estimator {
-                problem: self,
-                surfaces: surfaces.zip(surface_velocity.as_deref()),
-                space,
-                facet_geometry: &self.facet_geometry()?,
-                drive,
-                system: &system,
-            };
+            let equations = Equations::whole(self.mesh, space, &system);
             let mut preconditioner = match preconditioner {
                 Some(preconditioner) => preconditioner,
                 // The block solver is fast enough for all adjoint solves: they need few digits.
                 None => system.preconditioner()?,
             };
-            let estimated =
-                estimator.estimates(&flows, &mut preconditioner, &mut guesses.adjoints)?;
-            for ((entry, estimate), flow) in estimates.iter_mut().zip(estimated).zip(&flows) {
-                *entry = (Some(estimate), Some(checks(self, flow, surfaces)?));
+            let estimated = self.estimates(
+                drive,
+                &flows,
+                surfaces,
+                equations,
+                (&mut preconditioner, &mut guesses.adjoints),
+                options.estimate_rtol,
+            )?;
+            for (entry, (estimate, checks)) in estimates.iter_mut().zip(estimated) {
+                *entry = (Some(estimate), Some(checks));
             }
             estimating = clock.elapsed().as_secs_f64();
         }

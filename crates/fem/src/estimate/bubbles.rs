@@ -98,6 +98,16 @@ impl Bubbles {
         self.faces.len()
     }
 
+    /// Number of edges.
+    pub fn n_edges(&self) -> usize {
+        self.n_edges
+    }
+
+    /// Numbers of the face bubbles of a cell.
+    pub fn faces(&self, cell: usize) -> [u32; 4] {
+        self.faces[cell]
+    }
+
     /// Whether `mesh` has as many cells, nodes and vertices as the mesh of these bubbles.
     pub fn fits(&self, mesh: &TetMesh) -> bool {
         mesh.n_cells() == self.n_cells()

@@ -1,5 +1,7 @@
 //! The equations of Stokes flow in cubic velocities and quadratic pressures.
 
+use std::borrow::Cow;
+
 use mesh::{Facet, TetMesh, Vec3};
 use pulp::Arch;
 use rayon::prelude::*;
@@ -8,6 +10,7 @@ use super::bubbles::{PER_CELL, signs};
 use super::cubic_cell::{Cell, CellValues, CoarseRows, CoarseValues, Gradient, Product};
 use super::cubic_tables::{AffineCell, CurvedCell, Vectors};
 use super::surplus::SurplusSpace;
+use super::surplus_part::SurplusPart;
 use crate::FemError;
 use crate::check::{check_array, check_length, check_vectors};
 use crate::geometry::Affine;
@@ -33,6 +36,10 @@ use crate::sum::{CELLS_PER_TASK, accumulate};
 /// components of each bubble and then one pressure per edge. Those that the boundary prescribes are
 /// zero in all rows; in a vector they are zero, or the velocity of a surface
 /// ([`interpolate`](Self::interpolate)).
+///
+/// On a part of a mesh ([`SurplusSpace::with_part`]) velocities and pressures have the values of
+/// all nodes of the part. Dofs of the extension that belong to other processes are read from those,
+/// and are zero in rows.
 pub struct CubicExtension<'a> {
     space: &'a SurplusSpace,
     mesh: &'a TetMesh,
@@ -166,6 +173,7 @@ impl<'a> CubicExtension<'a> {
         check_vectors("the velocity", velocity, mesh.n_points())?;
         check_array("the pressure", pressure, mesh.n_vertices())?;
         check_length("the extension", extension.len(), self.len())?;
+        let extension = &*self.completed(extension);
         let mut product = CubicProduct {
             velocity: vec![Vec3::zeros(); mesh.n_points()],
             pressure: vec![0.0; mesh.n_vertices()],
@@ -208,6 +216,7 @@ impl<'a> CubicExtension<'a> {
     /// An array of the wrong length.
     pub fn coarse_rows(&self, extension: &[f64]) -> Result<CubicProduct, FemError> {
         check_length("the extension", extension.len(), self.len())?;
+        let extension = &*self.completed(extension);
         let mut product = CubicProduct {
             velocity: vec![Vec3::zeros(); self.mesh.n_points()],
             pressure: vec![0.0; self.mesh.n_vertices()],
@@ -239,6 +248,7 @@ impl<'a> CubicExtension<'a> {
     /// An array of the wrong length.
     pub fn gradient(&self, extension: &[f64]) -> Result<CubicProduct, FemError> {
         check_length("the extension", extension.len(), self.len())?;
+        let extension = &*self.completed(extension);
         let mut product = CubicProduct {
             velocity: Vec::new(),
             pressure: Vec::new(),
@@ -307,8 +317,28 @@ impl<'a> CubicExtension<'a> {
         }
     }
 
-    /// Sets the rows of constrained components to zero.
+    /// A vector with the entries of other processes.
+    pub(super) fn completed<'v>(&self, extension: &'v [f64]) -> Cow<'v, [f64]> {
+        match &self.space.part {
+            None => Cow::Borrowed(extension),
+            Some(part) => {
+                let mut all = extension.to_vec();
+                part.update(&mut all);
+                Cow::Owned(all)
+            }
+        }
+    }
+
+    /// The part of this process, if the mesh is divided between several.
+    pub(super) fn part(&self) -> Option<&SurplusPart> {
+        self.space.part.as_ref()
+    }
+
+    /// Sets the rows of constrained components, and those of other processes, to zero.
     fn constrain(&self, extension: &mut [f64]) {
+        if let Some(part) = &self.space.part {
+            part.zero_others(extension);
+        }
         let bubbles = extension[..self.first_pressure()].as_chunks_mut().0;
         for (bubble, value) in bubbles.iter_mut().enumerate() {
             let free = (self.space.bubbles).without_constrained(bubble, Vec3::from(*value));

@@ -41,10 +41,14 @@ impl CubicExtension<'_> {
             check_length("the extension", field.extension.len(), self.len())?;
         }
         check_array("the pressure", flow.pressure, mesh.n_vertices())?;
-        let [power] = sum_over(mesh.cells().len(), |cell| {
+        let extensions = [flow, test].map(|field| self.completed(field.extension));
+        let [mut power] = sum_over(mesh.cells().len(), |cell| {
+            if self.part().is_some_and(|part| !part.owns_cell(cell)) {
+                return Ok([0.0]);
+            }
             let nodes = &mesh.cells()[cell];
-            let bubbles = [flow, test].map(|field| {
-                let [x, y, z] = self.bubbles_of(cell, field.extension);
+            let bubbles = extensions.each_ref().map(|extension| {
+                let [x, y, z] = self.bubbles_of(cell, extension);
                 std::array::from_fn(|k| Vec3::new(x[k], y[k], z[k]))
             });
             let is_at_rest = |node: &u32| test.velocity[*node as usize] == Vec3::zeros();
@@ -52,7 +56,7 @@ impl CubicExtension<'_> {
                 return Ok([0.0]);
             }
             let positions = mesh.cell_points(cell);
-            let edges = self.edges_of(cell, flow.extension);
+            let edges = self.edges_of(cell, &extensions[0]);
             let mut sum = 0.0;
             for point in rule() {
                 let map = MapAt::new(cell, &positions, point.at)?;
@@ -71,6 +75,9 @@ impl CubicExtension<'_> {
             }
             Ok([sum])
         })?;
+        if let Some(part) = self.part() {
+            part.sum(std::slice::from_mut(&mut power));
+        }
         check_array("the power", &[power], 1)?;
         Ok(power)
     }

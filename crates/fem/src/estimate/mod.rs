@@ -10,8 +10,11 @@ mod cubic_tables;
 mod facet_geometry;
 mod facet_power;
 mod surplus;
+mod surplus_part;
 
+pub use boundary_bubbles::BoundaryBubbles;
 pub use cubic::{CubicExtension, CubicProduct};
 pub use cubic_power::CubicFlow;
 pub use facet_geometry::{BoundaryFlow, CurvedBoundary, FacetFunctional, FacetGeometry};
 pub use surplus::{Surplus, SurplusSpace};
+pub use surplus_part::{OverProcesses, SurplusPart};

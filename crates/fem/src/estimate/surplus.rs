@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::bubbles::{Bubbles, PER_CELL, POINTS, signs};
 use super::cell::{CellFlow, dot};
+use super::surplus_part::SurplusPart;
 use crate::FemError;
 use crate::check::{check_array, check_length, check_vectors};
 use crate::sum::{accumulate_cells, sum_over};
@@ -44,6 +45,8 @@ use crate::sum::{accumulate_cells, sum_over};
 /// refer to this part: they are the estimates of the whole fluid divided by the number of parts.
 pub struct SurplusSpace {
     pub(super) bubbles: Bubbles,
+    /// What belongs to this process, if the mesh is divided between several.
+    pub(super) part: Option<SurplusPart>,
 }
 
 /// Hierarchical surplus of a flow: the estimated discretisation error, see [`SurplusSpace`].
@@ -68,7 +71,40 @@ impl SurplusSpace {
     pub fn new(mesh: &TetMesh) -> Result<Self, FemError> {
         Ok(Self {
             bubbles: Bubbles::new(mesh)?,
+            part: None,
         })
+    }
+
+    /// The same space on a part of a mesh that is divided between processes.
+    ///
+    /// Sums over cells and bubbles are then those over all processes, and every process calls the
+    /// functions of this space and its [`CubicExtension`](super::CubicExtension) in the same order.
+    ///
+    /// # Errors
+    /// Other numbers of cells or bubbles.
+    pub fn with_part(self, part: SurplusPart) -> Result<Self, FemError> {
+        let [cells, bubbles] = part.lengths();
+        check_length("flags of cells", cells, self.bubbles.n_cells())?;
+        check_length("flags of bubbles", bubbles, self.bubbles.len())?;
+        Ok(Self {
+            part: Some(part),
+            ..self
+        })
+    }
+
+    /// Number of bubbles: one per edge of the mesh, then one per face.
+    pub fn n_bubbles(&self) -> usize {
+        self.bubbles.len()
+    }
+
+    /// Numbers of the face bubbles of a cell, by the opposite vertex.
+    ///
+    /// Faces are numbered in the order of their vertices, sorted.
+    ///
+    /// # Panics
+    /// If there is no such cell.
+    pub fn face_bubbles(&self, cell: usize) -> [u32; 4] {
+        self.bubbles.faces(cell)
     }
 
     /// Hierarchical surplus of a discrete solution without body force.
@@ -88,9 +124,13 @@ impl SurplusSpace {
         check_vectors("the velocity", velocity, mesh.n_points())?;
         check_array("the pressure", pressure, mesh.n_vertices())?;
         self.check(mesh)?;
-        let (energies, mut coefficients) = self.residuals(mesh, velocity, pressure)?;
+        let (mut energies, mut coefficients) = self.residuals(mesh, velocity, pressure)?;
         for (c, energy) in coefficients.iter_mut().zip(&energies) {
             *c /= *energy;
+        }
+        if let Some(part) = &self.part {
+            part.update_bubbles(&mut coefficients, self.bubbles.n_edges());
+            part.update_numbers(&mut energies, self.bubbles.n_edges());
         }
         let divergence = self.divergence(mesh, velocity, &coefficients)?;
         for (c, energy) in coefficients.iter_mut().zip(&energies) {
@@ -102,9 +142,30 @@ impl SurplusSpace {
         })
     }
 
-    /// Contribution of each cell to [`Surplus::energy`] (error indicators).
+    /// Estimate of `K(e_a, e_b)` for two flows on this space: over all processes, if it is a part.
     ///
-    /// The contribution of a bubble is divided equally among its cells.
+    /// # Errors
+    /// Those of [`Surplus::energy`].
+    pub fn energy(&self, a: &Surplus, b: &Surplus) -> Result<f64, FemError> {
+        let Some(part) = &self.part else {
+            return a.energy(b);
+        };
+        for surplus in [a, b] {
+            surplus.check_lengths(self.bubbles.len(), self.bubbles.n_cells())?;
+        }
+        let owned = |owns, product| if owns { product } else { 0.0 };
+        let [energy] = a.products(b, |bubble, value| owned(part.owns_bubble(bubble), value))?;
+        let [removed] = a.removed(b, |cell, value| owned(part.owns_cell(cell), value))?;
+        let mut sums = [energy, removed];
+        part.sum(&mut sums);
+        check_array("the energy of the surplus", &sums, 2)?;
+        Ok(sums[0] - sums[1])
+    }
+
+    /// Contribution of each cell to [`SurplusSpace::energy`] (error indicators).
+    ///
+    /// The contribution of a bubble is divided equally among its cells. On a part of a mesh, only
+    /// the cells of this process count.
     ///
     /// # Errors
     /// Surpluses or a mesh that do not belong to this space.
@@ -119,18 +180,20 @@ impl SurplusSpace {
             surplus.check_lengths(self.bubbles.len(), mesh.n_cells())?;
         }
         let numbers = |cell: usize| self.bubbles.of_cell(cell, &mesh.cells()[cell]);
-        let mut cells_of = vec![0u32; self.bubbles.len()];
+        let mut cells_of = vec![0.0; self.bubbles.len()];
         for cell in 0..mesh.n_cells() {
             for bubble in numbers(cell) {
-                cells_of[bubble] += 1;
+                cells_of[bubble] += 1.0;
             }
+        }
+        if let Some(part) = &self.part {
+            part.update_numbers(&mut cells_of, self.bubbles.n_edges());
         }
         Ok((0..mesh.n_cells())
             .into_par_iter()
             .map(|cell| {
                 let products = numbers(cell).map(|bubble| {
-                    a.coefficients[bubble].dot(&b.coefficients[bubble])
-                        / f64::from(cells_of[bubble])
+                    a.coefficients[bubble].dot(&b.coefficients[bubble]) / cells_of[bubble]
                 });
                 products.iter().sum::<f64>() - dot(&a.divergence[cell], &b.divergence[cell])
             })
@@ -218,12 +281,30 @@ impl Surplus {
     /// Surpluses of different spaces; [`FemError::NotFinite`] for an energy that overflows.
     pub fn energy(&self, other: &Self) -> Result<f64, FemError> {
         other.check_lengths(self.coefficients.len(), self.divergence.len())?;
-        let (a, b) = (&self.coefficients, &other.coefficients);
-        let [energy] = sum_over(a.len(), |k| Ok([a[k].dot(&b[k])]))?;
-        let (a, b) = (&self.divergence, &other.divergence);
-        let [removed] = sum_over(a.len(), |k| Ok([dot(&a[k], &b[k])]))?;
+        let [energy] = self.products(other, |_, product| product)?;
+        let [removed] = self.removed(other, |_, product| product)?;
         check_array("the energy of the surplus", &[energy - removed], 1)?;
         Ok(energy - removed)
+    }
+
+    /// Sum of `term(bubble, product)` over the products of the coefficients of the bubbles.
+    fn products(
+        &self,
+        other: &Self,
+        term: impl Fn(usize, f64) -> f64 + Sync,
+    ) -> Result<[f64; 1], FemError> {
+        let (a, b) = (&self.coefficients, &other.coefficients);
+        sum_over(a.len(), |k| Ok([term(k, a[k].dot(&b[k]))]))
+    }
+
+    /// Sum of `term(cell, product)` over the products of the divergences of the cells.
+    fn removed(
+        &self,
+        other: &Self,
+        term: impl Fn(usize, f64) -> f64 + Sync,
+    ) -> Result<[f64; 1], FemError> {
+        let (a, b) = (&self.divergence, &other.divergence);
+        sum_over(a.len(), |k| Ok([term(k, dot(&a[k], &b[k]))]))
     }
 
     /// Checks the numbers of bubbles and cells.

@@ -93,7 +93,7 @@ impl ShiftedLdlt {
         check_shape("solution vector", (x.len(), 1), (n, 1))?;
         check_finite("right-hand side", b)?;
         x.fill(0.0);
-        let Some(size) = rhs_norm(b)? else {
+        let Some(size) = rhs_norm(b, None)? else {
             return Ok(0.0);
         };
         let mut residual = b.to_vec();

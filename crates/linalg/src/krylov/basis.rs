@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::SumOverProcesses;
 #[cfg(feature = "roofline")]
 use crate::kernel::{Kernel, Measure};
 use crate::vector::{CHUNK, lanes_dot, max_abs, power_of_two_below};
@@ -27,15 +28,17 @@ enum Vector {
 /// twice: for the coefficients, then for the differences.
 pub(super) struct Orthonormal<'a> {
     weights: Option<&'a [f32]>,
+    sum: Option<&'a SumOverProcesses<'a>>,
     vectors: Vec<Vector>,
     /// Partial sums of all tasks, in the order in which they are added.
     partial: Vec<f64>,
 }
 
 impl<'a> Orthonormal<'a> {
-    pub fn new(weights: Option<&'a [f32]>) -> Self {
+    pub fn new(weights: Option<&'a [f32]>, sum: Option<&'a SumOverProcesses<'a>>) -> Self {
         Orthonormal {
             weights,
+            sum,
             vectors: Vec::new(),
             partial: Vec::new(),
         }
@@ -172,6 +175,9 @@ impl<'a> Orthonormal<'a> {
                 self.partial[i] += self.partial[task * width + i];
             }
         }
+        if let Some(sum) = self.sum {
+            sum(&mut self.partial[..width]);
+        }
     }
 }
 
@@ -262,7 +268,7 @@ pub(crate) fn visit_basis_kernels(
         (false, "Gram-Schmidt against ten, f64", 1.0 / 3.0),
         (true, "Gram-Schmidt against ten, f32", 2.0 / 3.0),
     ] {
-        let mut basis = Orthonormal::new(weights);
+        let mut basis = Orthonormal::new(weights, None);
         for j in 0..k {
             // nearly orthogonal to the measured vector, so that one round is enough
             let sparse: Vec<f64> = (0..n).map(|i| f64::from(i % k == j)).collect();
@@ -288,7 +294,7 @@ mod tests {
 
     /// Three vectors that differ in the ninth digit, orthogonalised one after the other.
     fn nearly_dependent(n: usize, weights: Option<&[f32]>, single: bool) -> Vec<Vec<f64>> {
-        let mut basis = Orthonormal::new(weights);
+        let mut basis = Orthonormal::new(weights, None);
         let mut h = [0.0; 3];
         for j in 0..3 {
             let mut w: Vec<f64> = (0..n)

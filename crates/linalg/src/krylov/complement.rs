@@ -65,6 +65,11 @@ pub(super) fn solve(
     let Some(null_vectors) = params.null_vectors.as_deref() else {
         return method(preconditioner, b, x);
     };
+    if operator.sum_over_processes().is_some() {
+        return Err(LinalgError::SeveralProcesses {
+            method: "a method with null vectors",
+        });
+    }
     null_vectors.check(operator)?;
     let mut projected = Vec::with_capacity(b.len());
     let mut removed = Vec::with_capacity(b.len());

@@ -6,7 +6,7 @@ use super::hessenberg::Hessenberg;
 use super::progress::Progress;
 use super::report::{KrylovParams, SolveReport, check_start};
 use crate::csr::check_shape;
-use crate::vector::axpy;
+use crate::vector::{axpy, is_zero};
 use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 
 const METHOD: &str = "FGMRES";
@@ -185,7 +185,7 @@ impl<'a> Column<'a> {
             progress: Progress::new(METHOD, operator, params, b),
             restart,
             fixed: preconditioner.kind() <= PreconditionerKind::Linear,
-            v: Orthonormal::new(operator.residual_weights()),
+            v: Orthonormal::new(operator.residual_weights(), operator.sum_over_processes()),
             z: RoundedBasis::new(),
             hessenberg: Hessenberg::new(),
             w: vec![0.0; n],
@@ -202,7 +202,7 @@ impl<'a> Column<'a> {
             x,
         };
         // The product with a zero start is `w`, which is zero.
-        if column.stage == Stage::TrueResidual && column.x.iter().all(|x| *x == 0.0) {
+        if column.stage == Stage::TrueResidual && is_zero(column.x, operator.sum_over_processes()) {
             column.check_convergence()?;
         }
         Ok(column)

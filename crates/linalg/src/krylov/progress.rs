@@ -1,8 +1,8 @@
 //! Convergence control on the true residual, shared by all methods.
 
 use super::report::{ERROR_OVER_RESIDUAL, KrylovParams, SolveReport};
-use crate::vector::{norm, subtract_from, weighted_norm};
-use crate::{LinalgError, LinearOperator};
+use crate::vector::{norm, norm_over, subtract_from, weighted_norm};
+use crate::{LinalgError, LinearOperator, SumOverProcesses};
 
 /// Ratio of the true residuals after and before a cycle, in both norms, that means stagnation.
 const STAGNATION: f64 = 0.99;
@@ -13,6 +13,7 @@ pub(super) struct Progress<'a> {
     params: &'a KrylovParams,
     b_norm: f64,
     weights: Option<&'a [f32]>,
+    sum: Option<&'a SumOverProcesses<'a>>,
     /// `b` measured in the residual norm of the recurrence.
     b_weighted: f64,
     pub iterations: usize,
@@ -31,11 +32,13 @@ impl<'a> Progress<'a> {
         params: &'a KrylovParams,
         b: &[f64],
     ) -> Self {
-        let weights = operator.residual_weights();
+        let (weights, sum) = (operator.residual_weights(), operator.sum_over_processes());
+        let b_norm = norm_over(sum, norm(b));
         Progress {
-            b_weighted: weights.map_or_else(|| norm(b), |w| weighted_norm(w, b)),
+            b_weighted: weights.map_or(b_norm, |w| norm_over(sum, weighted_norm(w, b))),
             weights,
-            ..Self::unweighted(method, params, norm(b))
+            sum,
+            ..Self::unweighted(method, params, b_norm)
         }
     }
 
@@ -46,6 +49,7 @@ impl<'a> Progress<'a> {
             params,
             b_norm,
             weights: None,
+            sum: None,
             b_weighted: b_norm,
             iterations: 0,
             history: Vec::with_capacity(params.max_iterations.min(1000) + 1),
@@ -75,10 +79,10 @@ impl<'a> Progress<'a> {
         r: &mut [f64],
     ) -> Result<Option<SolveReport>, LinalgError> {
         subtract_from(b, r);
-        let true_rel_residual = norm(r) / self.b_norm;
-        let weighted_rel_residual = self
-            .weights
-            .map_or(true_rel_residual, |w| weighted_norm(w, r) / self.b_weighted);
+        let true_rel_residual = norm_over(self.sum, norm(r)) / self.b_norm;
+        let weighted_rel_residual = self.weights.map_or(true_rel_residual, |w| {
+            norm_over(self.sum, weighted_norm(w, r)) / self.b_weighted
+        });
         let (method, iterations, target) = (self.method, self.iterations, self.params.rel_tol);
         if self.history.is_empty() {
             self.history.push(weighted_rel_residual);

@@ -137,6 +137,9 @@ pub(super) fn check_symmetric(
     if !operator.is_symmetric() {
         return Err(LinalgError::NotSymmetric { method });
     }
+    if operator.sum_over_processes().is_some() {
+        return Err(LinalgError::SeveralProcesses { method });
+    }
     let (needed, found) = (PreconditionerKind::PositiveDefinite, preconditioner.kind());
     if found > needed {
         return Err(LinalgError::UnsuitablePreconditioner {
@@ -178,5 +181,5 @@ pub(super) fn check_start(
             range: "at least 1",
         });
     }
-    rhs_norm(b)
+    rhs_norm(b, operator.sum_over_processes())
 }

@@ -10,6 +10,7 @@ mod inf_sup;
 mod large;
 mod minres;
 mod null_vectors;
+mod processes;
 mod properties;
 mod scalar;
 mod schwarz;

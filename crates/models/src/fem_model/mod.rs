@@ -135,13 +135,13 @@ impl FemModel {
     /// estimate to adapt to, or if meshes cannot be generated in the domain.
     fn adapt(&mut self, errors: [f64; 2], allowed: f64) -> Result<bool, ModelError> {
         let last = self.last.last_mut().and_then(Option::as_mut);
-        let (Some(last), Some(space)) = (last, self.meshes.surplus_space()) else {
+        let Some(last) = last else {
             return Ok(false);
         };
         let Some(estimate) = last.estimate.take() else {
             return Ok(false);
         };
-        let indicators = estimate.indicators(&space, &last.mesh)?;
+        let indicators = estimate.indicators();
         let mut of_cells = vec![0.0; last.mesh.n_cells()];
         for (indicators, error) in indicators.iter().zip(errors) {
             let shares = adapt::distributed(error / allowed, indicators);
@@ -186,9 +186,9 @@ impl Hydrodynamics for FemModel {
     }
 
     fn error_estimates(&self) -> ErrorEstimates {
-        match (self.options.estimates, self.engine) {
-            (EstimatesKind::On, None) => ErrorEstimates::OnRequest,
-            _ => ErrorEstimates::Never,
+        match self.options.estimates {
+            EstimatesKind::On => ErrorEstimates::OnRequest,
+            EstimatesKind::Off => ErrorEstimates::Never,
         }
     }
 

@@ -7,7 +7,7 @@ use stokes::{Engine, Options, Solver};
 use super::FemModel;
 
 impl FemModel {
-    /// The same model with systems solved by `engine`, which estimates no errors.
+    /// The same model with systems solved by `engine`.
     ///
     /// Resistance matrices are still computed by `stokes`.
     #[must_use]

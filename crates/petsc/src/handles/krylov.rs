@@ -132,6 +132,19 @@ impl<'s> Krylov<'s> {
         })
     }
 
+    /// Ends the estimation of eigenvalues after a set-up, and frees its vectors.
+    ///
+    /// The interval stays. For other methods the call has no effect.
+    ///
+    /// # Errors
+    /// Those of PETSc.
+    pub fn keep_eigenvalues(&self) -> Result<(), PetscError> {
+        // SAFETY: the solver is live. Four zeros end the estimation.
+        check("KSPChebyshevEstEigSet", unsafe {
+            ffi::KSPChebyshevEstEigSet(self.0.object, 0.0, 0.0, 0.0, 0.0)
+        })
+    }
+
     /// Prefix of the options of this solver, such as `motion_`.
     ///
     /// # Errors

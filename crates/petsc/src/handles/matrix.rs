@@ -146,6 +146,17 @@ impl<'s> Matrix<'s> {
         })
     }
 
+    /// The transpose as an operator on this matrix, without a copy of its entries.
+    ///
+    /// # Errors
+    /// Those of PETSc.
+    pub fn transposed_view(&self) -> Result<Self, PetscError> {
+        // SAFETY: the matrix is live; PETSc adds a reference to it.
+        self.make("MatCreateTranspose", |out| unsafe {
+            ffi::MatCreateTranspose(self.0.object, out)
+        })
+    }
+
     /// The product `self other`.
     ///
     /// # Errors
@@ -295,27 +306,37 @@ impl<'s> Matrix<'s> {
         Ok(())
     }
 
-    /// Declares that `vector` spans the null space, and removes it from `rhs`.
+    /// Declares that `vector`, of norm one, spans the null space.
     ///
     /// # Errors
     /// Those of PETSc.
-    pub fn set_null_vector(
-        &mut self,
-        vector: &Vector<'s>,
-        rhs: &mut Vector<'s>,
-    ) -> Result<(), PetscError> {
+    pub fn set_null_vector(&mut self, vector: &Vector<'s>) -> Result<NullSpace<'s>, PetscError> {
         let mut space = NONE;
         // SAFETY: one live vector of norm one; PETSc adds a reference to it.
         check("MatNullSpaceCreate", unsafe {
             ffi::MatNullSpaceCreate(world(), 0, 1, &vector.0.object, &mut space)
         })?;
         let space: Handle<'s> = Handle::owned(space, ffi::MatNullSpaceDestroy);
-        // SAFETY: all objects are live; the matrix adds a reference to the space.
-        unsafe {
-            let set = ffi::MatSetNullSpace(self.0.object, space.object);
-            check("MatSetNullSpace", set)?;
-            let remove = ffi::MatNullSpaceRemove(space.object, rhs.0.object);
-            check("MatNullSpaceRemove", remove)
-        }
+        // SAFETY: both objects are live; the matrix adds a reference to the space.
+        check("MatSetNullSpace", unsafe {
+            ffi::MatSetNullSpace(self.0.object, space.object)
+        })?;
+        Ok(NullSpace(space))
+    }
+}
+
+/// A null space.
+pub struct NullSpace<'s>(Handle<'s>);
+
+impl<'s> NullSpace<'s> {
+    /// Makes `vector` orthogonal to the null space.
+    ///
+    /// # Errors
+    /// Those of PETSc.
+    pub fn remove(&self, vector: &mut Vector<'s>) -> Result<(), PetscError> {
+        // SAFETY: both objects are live.
+        check("MatNullSpaceRemove", unsafe {
+            ffi::MatNullSpaceRemove(self.0.object, vector.0.object)
+        })
     }
 }

@@ -5,14 +5,20 @@
 //! one thread per process.
 #![allow(unsafe_code)]
 
+mod exchange;
 mod krylov;
 mod matrix;
+mod memory;
+mod one_thread;
 mod preconditioner;
 mod session;
 mod vector;
 
+pub use exchange::Exchange;
 pub use krylov::Krylov;
-pub use matrix::{Matrix, Rows};
+pub use matrix::{Matrix, NullSpace, Rows};
+pub use memory::release_memory;
+pub use one_thread::OneThread;
 pub use preconditioner::Preconditioner;
 pub use session::Session;
 pub use vector::Vector;

@@ -4,7 +4,7 @@ use std::ffi::c_void;
 use std::ptr;
 
 use super::session::has_hypre;
-use super::{Handle, Krylov, Matrix, NONE, Name, check, int};
+use super::{Handle, Krylov, Matrix, NONE, Name, Vector, check, int};
 use crate::PetscError;
 use crate::ffi::{self, Code, Object};
 
@@ -17,6 +17,17 @@ impl<'s> Preconditioner<'s> {
         // A solver destroys its preconditioner; a further reference to it is released by the
         // same function.
         Ok(Self(Handle::shared(object, ffi::PCDestroy)?))
+    }
+
+    /// `z <- N r`.
+    ///
+    /// # Errors
+    /// Those of PETSc.
+    pub fn apply(&self, r: &Vector<'s>, z: &mut Vector<'s>) -> Result<(), PetscError> {
+        // SAFETY: the preconditioner and both vectors are live, and the vectors distinct.
+        check("PCApply", unsafe {
+            ffi::PCApply(self.0.object, r.0.object, z.0.object)
+        })
     }
 
     /// Selects the kind.

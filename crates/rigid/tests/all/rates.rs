@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use rigid::{
-    Arms, Articulation, BodyKind, Constraints, DirectRows, Drive, Eliminated, ExternalLoad,
-    Formulation, Independent, Lagrange, Link, RigidError,
+    Arms, Articulation, BodyKind, Constrained, Constraints, DirectRows, Drive, Eliminated,
+    ExternalLoad, Formulation, Independent, Lagrange, Link, RigidError,
 };
 
 use crate::support::sets::{
@@ -57,6 +57,14 @@ fn check_rates(
             [b.generalised, b.bodies, b.forces, b.link_loads]
         );
         assert_eq!(a.velocity, b.velocity);
+        let bare = direct.clone().without_matrices().unwrap();
+        let forces = |system: &Constrained| system.flow(&solution, set).unwrap().forces;
+        assert_eq!(forces(&bare), forces(&direct));
+        let (velocity, pressure) = direct.flow_of_loads(&solution).unwrap();
+        assert_eq!(
+            bare.rhs_of_forces(&velocity, &pressure).unwrap(),
+            direct.rhs_of_forces(&velocity, &pressure).unwrap()
+        );
         // Other loads have other link loads, other lengths another matrix.
         let mut other_loads = loads.to_vec();
         other_loads[0].force.x += 1.0;

@@ -1,0 +1,101 @@
+//! Exchange of entries of vectors between processes.
+
+use std::ffi::c_int;
+
+use super::session::world;
+use super::{Session, check};
+use crate::PetscError;
+use crate::ffi;
+
+/// The entries of a vector that this process sends to others, and those that it receives.
+pub struct Exchange {
+    sent: Entries,
+    received: Entries,
+}
+
+/// Positions in a vector, by process.
+struct Entries {
+    positions: Vec<u32>,
+    counts: Vec<c_int>,
+    starts: Vec<c_int>,
+}
+
+impl Entries {
+    fn new(of_processes: &[Vec<u32>]) -> Result<Self, PetscError> {
+        let (mut counts, mut starts) = (Vec::new(), vec![0]);
+        for positions in of_processes {
+            counts.push(small(positions.len())?);
+            let so_far = starts[starts.len() - 1] as usize;
+            starts.push(small(so_far + positions.len())?);
+        }
+        Ok(Self {
+            positions: of_processes.concat(),
+            counts,
+            starts,
+        })
+    }
+}
+
+/// A number as MPI's count.
+fn small(found: usize) -> Result<c_int, PetscError> {
+    c_int::try_from(found).map_err(|_| PetscError::TooLarge {
+        what: "entries that two processes exchange",
+        found,
+        bits: c_int::BITS,
+    })
+}
+
+impl Exchange {
+    /// Sends the entries `sent[p]` to process `p`, which receives them in this order.
+    ///
+    /// The entries `received[p]` come from process `p`. Collective.
+    ///
+    /// # Errors
+    /// [`PetscError::TooLarge`].
+    pub fn new(sent: &[Vec<u32>], received: &[Vec<u32>]) -> Result<Self, PetscError> {
+        Ok(Self {
+            sent: Entries::new(sent)?,
+            received: Entries::new(received)?,
+        })
+    }
+
+    /// Replaces the received entries of `vector`.
+    ///
+    /// # Errors
+    /// Those of PETSc and MPI.
+    ///
+    /// # Panics
+    /// If the vector is shorter than the positions.
+    pub fn update(&self, session: &Session, vector: &mut [f64]) -> Result<(), PetscError> {
+        let (sent, received) = (&self.sent, &self.received);
+        let outgoing = sent.positions.iter().map(|&entry| vector[entry as usize]);
+        let outgoing: Vec<f64> = outgoing.collect();
+        let mut incoming = vec![0.0; received.positions.len()];
+        debug_assert_eq!(sent.counts.len(), session.ranks());
+        let mut double = ffi::NO_DATATYPE;
+        // SAFETY: the result is live; the type is one that every MPI has.
+        check("PetscDataTypeToMPIDataType", unsafe {
+            ffi::PetscDataTypeToMPIDataType(ffi::PETSC_DOUBLE, &mut double)
+        })?;
+        // SAFETY: counts and starts have one entry per process. The counts sum to the lengths of
+        // `outgoing` and `incoming`, and the starts are their partial sums. Both arrays live until
+        // the call returns.
+        check("MPI_Alltoallv", unsafe {
+            ffi::MPI_Alltoallv(
+                outgoing.as_ptr().cast(),
+                sent.counts.as_ptr(),
+                sent.starts.as_ptr(),
+                double,
+                incoming.as_mut_ptr().cast(),
+                received.counts.as_ptr(),
+                received.starts.as_ptr(),
+                double,
+                world(),
+            )
+        })?;
+        for (&entry, value) in received.positions.iter().zip(incoming) {
+            vector[entry as usize] = value;
+        }
+        Ok(())
+    }
+}
