@@ -57,13 +57,13 @@ pub enum Command {
         #[arg(long, value_name = "FILE.svg")]
         picture: Option<PathBuf>,
     },
-    /// Tabulate the motion over the shapes; draw what small strokes yield, with the gait
+    /// Tabulate the connection over the shapes; draw its curvature, with the gait
     #[command(after_help = help::MAP)]
     Map(MapArguments),
-    /// Search the best stroke; write optimum.toml, which `swim run` runs
+    /// Search the best stroke; write it as a scene, optimum.toml
     #[command(after_help = help::OPTIMISE)]
     Optimise(DesignArguments),
-    /// Search the frequency at which the gait moves farthest per cycle; write frequency.csv
+    /// Search the frequency of the largest net displacement per cycle; write frequency.csv
     #[command(after_help = help::FREQUENCY)]
     Frequency(DesignArguments),
     /// Search the best radii and arm lengths for the gait; write optimum.toml and sizes.csv
@@ -78,14 +78,14 @@ pub enum Command {
         #[command(flatten)]
         scene: SceneArguments,
     },
-    /// Write an example scene, such as three-sphere, purcell or squirmer; another name lists them
-    /// all
+    /// Write an example scene, such as three-sphere, purcell or squirmer; an unknown name lists all
+    /// of them
     #[command(after_help = help::NEW)]
     New {
         /// Name of the example
         #[arg(value_name = "NAME")]
         name: String,
-        /// The scene file [default: the name of the example and .toml]
+        /// The scene file [default: NAME.toml]
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
@@ -118,7 +118,7 @@ pub enum Command {
 pub struct RunArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// Folder for the results [default: out/ and the name of the scene]
+    /// Folder for the results [default: out/NAME, the name of the scene]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Continue an interrupted run from its checkpoint in the folder
@@ -127,8 +127,8 @@ pub struct RunArguments {
     /// Print the summary as one JSON object
     #[arg(long)]
     pub json: bool,
-    /// Add the derivatives of the net displacement by radii, lengths, amplitudes and springs
-    /// (four more runs each); write sensitivities.csv
+    /// Add the derivatives of the net displacement with respect to radii, lengths, amplitudes and
+    /// springs (four more runs each); write sensitivities.csv
     #[arg(long)]
     pub sensitivities: bool,
     /// Open report.html in the browser
@@ -144,7 +144,7 @@ pub struct RunArguments {
 pub struct DesignArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// Folder for the results [default: out/ and the name of the scene]
+    /// Folder for the results [default: out/NAME, the name of the scene]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Print the result as one JSON object
@@ -157,10 +157,10 @@ pub struct DesignArguments {
 pub struct MapArguments {
     #[command(flatten)]
     pub design: DesignArguments,
-    /// Solve one of n shares of the shapes and store it in the folder, which all shares use
+    /// Solve shard I of N of the shapes and store it in the folder, the same for all shards
     #[arg(long, value_name = "I/N", value_parser = share)]
     shard: Option<Part>,
-    /// Complete the table from the shares in the folder; fail if shapes are missing
+    /// Complete the table from the shards in the folder; fail if shapes are missing
     #[arg(long, conflicts_with = "shard")]
     merge: bool,
 }

@@ -83,7 +83,7 @@ pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, SwimError> {
     text += &table_entries(&table);
     for (a, b, c) in &squares {
         text += &format!(
-            "\nsmall strokes of {} and {} about the middle, per unit square {NO_ESTIMATE}\n",
+            "\ncurvature over {} and {} at the middle of the limits: displacement per area {NO_ESTIMATE}\n",
             names[*a], names[*b]
         );
         let size = c.amax();

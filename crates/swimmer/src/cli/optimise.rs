@@ -112,8 +112,8 @@ fn optimum_json(found: &DesignedStroke) -> Value {
     })
 }
 
-/// Radius of the circle on which cycle follows on cycle: the start and the end of one are two of
-/// its points, seen under the angle of the rotation.
+/// Radius of the circle (of the helix, in space) through the positions after successive cycles: the
+/// displacement is its chord for the angle of the rotation.
 fn circle(totals: &StrokeTotals) -> f64 {
     let axis = totals.rotation.normalize();
     let across = totals.displacement - axis * axis.dot(&totals.displacement);

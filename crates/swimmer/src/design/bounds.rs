@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-/// Part of the way to a bound that a step takes at most.
+/// Fraction-to-boundary parameter: largest part of the distance to a bound that a step takes.
 const TO_BOUND: f64 = 0.995;
 
 /// Bounds of the rows, without their offset; infinite ones do not count.

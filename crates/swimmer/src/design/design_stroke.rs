@@ -63,7 +63,8 @@ pub struct DesignedStroke {
     pub peaks: Peaks,
     /// Values of all links at equal steps of time, from the start to the end of the stroke.
     pub lengths: Vec<Vec<f64>>,
-    /// Lighthill efficiency `6 π μ r Δ² / (E T)` with the sum `r` of the radii of the spheres.
+    /// Lighthill efficiency `6 π μ r Δ² / (E T)` with the sum `r` of the bounding radii of
+    /// the bodies.
     pub efficiency: f64,
     /// Error bar of the displacement by the table, [`StrokeTable::displacement_error`].
     pub table_error: f64,

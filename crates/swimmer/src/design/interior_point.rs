@@ -8,7 +8,8 @@
 //! The bounds and inequalities hold strictly in every iterate, so that functions are never
 //! evaluated outside of them. Newton's method on the perturbed optimality conditions (Nocedal &
 //! Wright 2006, chapter 19) with damped BFGS updates of the Hessian of the Lagrangian (Powell
-//! 1978), steps to the bounds of 0.995 at most, and a line search on the exact penalty function.
+//! 1978), the fraction-to-boundary rule with 0.995, and a line search on the exact penalty
+//! function.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 

@@ -176,8 +176,8 @@ pub(super) fn compared(
         .collect()
 }
 
-/// The stroke made larger or smaller, such that it meets the condition of the objective as the
-/// square of its size would.
+/// The stroke scaled to meet the condition of the objective, whose value is taken as proportional
+/// to the square of the size.
 fn sized(
     problem: &StrokeProblem,
     objective: &dyn Objective,
@@ -227,8 +227,8 @@ fn solved_inside(
     let mut narrowed = limits.to_vec();
     let mut coefficients = start.to_vec();
     for round in 0..ROUNDS {
-        // Ten per cent more than the excess, so that the next curve is inside; where it oscillates
-        // between the points instead, more each time.
+        // Ten per cent more than the excess. The factor grows, because the curve may oscillate
+        // between the points.
         let factor = 1.1 + 0.5 * round as f64;
         let inner = inside(series, &coefficients, &narrowed)?;
         let (found, minimum) = problem.solve(&inner, &narrowed, tolerance, MAX_ITERATIONS)?;

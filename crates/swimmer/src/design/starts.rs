@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::objective::Objective;
 use super::stroke_path::Series;
 
-/// Sizes of first strokes relative to the distance of their centre from the limits.
+/// Sizes of the initial ellipses, relative to the largest ellipse within the limits.
 const SIZES: [f64; 2] = [0.3, 0.85];
 
 /// An ellipse of shapes `centre + a cos + b sin` of least energy for its area.

@@ -6,7 +6,8 @@ use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3, Vector6};
 use super::quadrature::{GaussRule, POINTS};
 use super::stroke_path::SampledPath;
 
-/// What a stroke yields, or derivatives of a quantity with respect to these.
+/// Displacement, rotation and energy of a stroke, or the derivatives of a quantity with respect to
+/// them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StrokeTotals {
     /// Displacement of the frame, in the frame of the start.

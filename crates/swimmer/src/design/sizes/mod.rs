@@ -79,8 +79,7 @@ pub struct BestSizes {
 /// highest Lighthill efficiency, or of the largest displacement, by `optimise.objective`.
 ///
 /// The sums of the volumes of the spheres and of the arm lengths that vary stay the same. The
-/// search starts from the sizes of the scene and finds the optimum that is reached from there
-/// uphill.
+/// search starts from the sizes of the scene and finds a local optimum.
 ///
 /// Cost: about `4 (n + 1) (n + 2)` runs for `n` ratios.
 ///
@@ -219,7 +218,7 @@ impl Search<'_> {
             });
         }
         let bar = first.error / first.objective;
-        // The error of a difference by noise is as large as that by the step.
+        // At this step the errors of differences by noise and by truncation are equal.
         let last_step = bar.cbrt().max(SMALLEST_STEP).min(step);
         let wanted = bar.max(SEARCH * self.scene.optimise().tolerance);
         let (mut shares, mut objective) = (start.to_vec(), first.objective);
@@ -282,7 +281,8 @@ impl Search<'_> {
 ///
 /// `inner` is a point far from all limits; it is the answer if rounding prevents another one.
 fn pulled(space: &SizeSpace, shares: &[f64], inner: &[f64], step: f64) -> Vec<f64> {
-    // Steps are relative to the shares, which are larger by them than at a lower limit.
+    // A step is relative to the share: at the distance `d` from a lower limit `l` it has the length
+    // `step (l + d)`, so `d = r step (l + d)` for a stencil of the radius `r`.
     let depth = STENCIL_RADIUS * step / (1.0 - STENCIL_RADIUS * step);
     let basis = space.basis(shares);
     let polytope = space.polytope(shares, &basis, f64::INFINITY).shrunk(depth);

@@ -23,8 +23,8 @@ pub struct SizeRun {
     pub work: f64,
     /// Its error bar.
     pub work_error: f64,
-    /// Lighthill efficiency `6 π μ r Δ² / (E T)` with the sum `r` of the radii, negative for a
-    /// swimmer that goes backwards.
+    /// Lighthill efficiency `6 π μ r Δ² / (E T)` with the sum `r` of the bounding radii of
+    /// the bodies, negative for a swimmer that goes backwards.
     pub efficiency: f64,
     /// Its error bar.
     pub efficiency_error: f64,

@@ -8,8 +8,11 @@ use super::style::{Area, BAND, COLOURS, FAINT, GREY, INK, font, px, short};
 use crate::outcome::Outcome;
 use crate::output::numbers::rounded;
 
-/// Largest number of phases with labels: more would overlap.
-const MAX_LABELS: usize = 12;
+/// Width of a character of a label relative to the size of the font.
+const CHARACTER: f64 = 0.55;
+
+/// Size of the font of labels.
+const LABEL_SIZE: u32 = 13;
 
 /// Height of a line of the legend in pixels.
 const LINE: u32 = 20;
@@ -54,13 +57,17 @@ pub(super) fn draw(
                 BAND.filled(),
             )])?;
         }
-        if outcome.legs.len() <= MAX_LABELS {
-            let label = phase_label(scene, leg % phases.len());
+        let label = phase_label(scene, leg % phases.len());
+        let length = label.chars().count() as f64 * CHARACTER * f64::from(px(LABEL_SIZE));
+        let (across, _) = chart.plotting_area().get_pixel_range();
+        let share = (phase_end - phase_start) / end;
+        // A label that is longer than its phase would cover the next one.
+        if length < f64::from(across.end - across.start) * share {
             let at = (
                 phase_start + 0.02 * (phase_end - phase_start),
                 high - 0.25 * margin,
             );
-            chart.draw_series([Text::new(label, at, font(13, &GREY))])?;
+            chart.draw_series([Text::new(label, at, font(LABEL_SIZE, &GREY))])?;
         }
         phase_start = phase_end;
     }
