@@ -264,6 +264,7 @@ mod tests {
         outcome.displacement = vec![nalgebra::Vector3::x()];
         outcome.error_estimate.integration = Some(1e-3);
         outcome.limited_error = Some(1e-3);
+        outcome.allowed_error = 1e-4;
         outcome.tolerance_met = tolerance_met;
         Report {
             scene,
