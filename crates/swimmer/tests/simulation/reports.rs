@@ -230,8 +230,16 @@ fn the_json_of_a_solution_has_every_number_of_it() {
     // Half of the larger of the errors of the two forces.
     assert_eq!(solution.force_error.mesh, Some(0.5 * vector(22.0).norm()));
     (solution.error_estimate, solution.force_error) = (estimate(0.5), estimate(3.0));
+    solution.power_error = estimate(5.0);
     let mut estimates = estimate_json(0.5);
     estimates["force"] = estimate_json(3.0);
+    estimates["power"] = estimate_json(5.0);
+    // The sum of the products of velocities and forces.
+    let product = |a: f64, b: f64| vector(a).dot(&vector(b));
+    let power: f64 = [10.0, 20.0]
+        .map(|unit| product(unit, unit + 2.0) + product(unit + 1.0, unit + 3.0))
+        .iter()
+        .sum();
     let body_json = |name: &str, unit: f64| {
         json!({
             "name": name,
@@ -253,6 +261,7 @@ fn the_json_of_a_solution_has_every_number_of_it() {
     let uncorrected = json!({
         "bodies": [twice(body_json("a", 10.0)), twice(body_json("b, the large", 20.0))],
         "links": [twice(json!({ "name": "arm", "force": list(30.0) }))],
+        "power": 4.0 * power,
     });
     assert_eq!(
         without_memory(solution_json(&scene, "a model", &solution)),
@@ -260,6 +269,7 @@ fn the_json_of_a_solution_has_every_number_of_it() {
             "model": "a model",
             "bodies": [body_json("a", 10.0), body_json("b, the large", 20.0)],
             "links": [{ "name": "arm", "force": list(30.0) }],
+            "power": power,
             "dofs": { "velocity": 3, "pressure": 4, "total": 9 },
             "solver": {
                 "formulation": "p-tilde",
