@@ -191,10 +191,12 @@ impl Estimator<'_> {
     }
 
     /// The estimate of one flow, with its uncertainty from the responses to its unit loads.
+    ///
+    /// `of_facets` is the largest effect of straight facets on a stresslet.
     fn estimate(
         &self,
         error: Indicators,
-        (change, slip_power): (FlowSolution, f64),
+        (change, slip_power, of_facets): (FlowSolution, f64, f64),
         responses: &[&Response],
     ) -> Result<Estimate, StokesError> {
         let (parts, equations) = (self.problem.parts(), &self.equations);
@@ -236,7 +238,7 @@ impl Estimator<'_> {
             uncertainty: (CELL_UNCERTAINTY * of_cells).hypot(of_walls),
             relative_uncertainty: error.relative_uncertainty,
             power_uncertainty: error.power_uncertainty,
-            stresslet_uncertainty: 0.0,
+            stresslet_uncertainty: self.facet_uncertainty() * of_facets,
             energy_indicators: indicators(&error.surplus)?,
             frame_indicators,
             facet_indicators: cells.zip(error.of_facets).collect(),
@@ -305,12 +307,11 @@ impl Estimator<'_> {
                     of_facets = of_facets.max(part.norm());
                     *stresslet += part;
                 }
-                let estimate =
-                    self.estimate(self.indicators(flow)?, (change, slip_power), &responses)?;
-                Ok(Estimate {
-                    stresslet_uncertainty: self.facet_uncertainty() * of_facets,
-                    ..estimate
-                })
+                self.estimate(
+                    self.indicators(flow)?,
+                    (change, slip_power, of_facets),
+                    &responses,
+                )
             })
             .collect()
     }

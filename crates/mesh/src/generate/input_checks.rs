@@ -175,8 +175,7 @@ fn check_symmetry(
 
 /// Whether a surface lies on the positive side of the plane normal to `axis`, without contact.
 fn is_beside(surface: &dyn Surface, axis: usize) -> bool {
-    let (centre, radius) = surface.bounding_ball();
-    centre[axis] > radius || Gap::to_wall(surface, &HALF_SPACES[axis]).width > 0.0
+    Gap::to_wall(surface, &HALF_SPACES[axis]).width > 0.0
 }
 
 /// Whether a surface is symmetric about the plane normal to `axis`, according to the distances of

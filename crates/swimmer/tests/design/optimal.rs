@@ -13,7 +13,7 @@ use swimmer::scene::{Document, LengthPath};
 use swimmer::{Gait, Phase, Scene, choose, legs};
 
 /// Three equal spheres of radius 1 on a line, with the table over these arms.
-fn table(ranges: [(f64, f64); 2], tolerance: f64) -> ShapeGeometry {
+pub fn table(ranges: [(f64, f64); 2], tolerance: f64) -> ShapeGeometry {
     let scene = Scene::parse(
         "model = { kind = \"multipole\", tolerance = 1e-10 }\n\
          bodies = [{ name = \"l\", radius = 1, position = [-10, 0, 0] }, \
@@ -26,7 +26,7 @@ fn table(ranges: [(f64, f64); 2], tolerance: f64) -> ShapeGeometry {
     geometry(&scene, &ranges, tolerance)
 }
 
-fn geometry(scene: &Scene, ranges: &[(f64, f64)], tolerance: f64) -> ShapeGeometry {
+pub fn geometry(scene: &Scene, ranges: &[(f64, f64)], tolerance: f64) -> ShapeGeometry {
     let mut model = choose(scene).unwrap().model;
     let space = ShapeSpace::tabulate(scene, model.as_mut(), ranges, tolerance).unwrap();
     space.geometry().unwrap()

@@ -5,32 +5,17 @@
 //! Times are in the coordinates `x_i = q_i / v_i`, in which a side takes the larger change.
 
 use swimmer::Scene;
-use swimmer::choose;
 use swimmer::design::{
     DisplacementMeasure, HighestEfficiency, MotionBounds, Optimum, SearchOptions, StrokeCurve,
     Timing, fastest_stroke, optimise,
 };
+use swimmer::models::ShapeGeometry;
 use swimmer::models::nalgebra::Vector3;
-use swimmer::models::{ShapeGeometry, ShapeSpace};
+
+use crate::optimal::{geometry, table};
 
 const MEASURE: DisplacementMeasure = DisplacementMeasure::Length;
 const NO_BOUND: f64 = f64::INFINITY;
-
-/// Three equal spheres of radius 1 on a line, with the table over these arms.
-fn table(range: (f64, f64), tolerance: f64) -> ShapeGeometry {
-    let scene = Scene::parse(
-        "model = { kind = \"multipole\", tolerance = 1e-8 }\n\
-         bodies = [{ name = \"l\", radius = 1, position = [-10, 0, 0] }, \
-         { name = \"c\", radius = 1, position = [0, 0, 0] }, \
-         { name = \"r\", radius = 1, position = [10, 0, 0] }]\n\
-         links = [{ name = \"a\", body = \"l\", to = \"c\" }, \
-         { name = \"b\", body = \"r\", to = \"c\" }]\n",
-    )
-    .unwrap();
-    let mut model = choose(&scene).unwrap().model;
-    let space = ShapeSpace::tabulate(&scene, model.as_mut(), &[range; 2], tolerance).unwrap();
-    space.geometry().unwrap()
-}
 
 fn bounds(rates: [f64; 2], power: f64) -> MotionBounds {
     MotionBounds {
@@ -57,7 +42,7 @@ fn speed(found: &Optimum) -> f64 {
 /// and the period `4 (w_1 + w_2 - c)`, and their ratio is largest where it is `c` itself.
 #[test]
 fn small_strokes_are_the_optimal_octagons() {
-    let table = table((9.0, 11.0), 1e-7);
+    let table = table([(9.0, 11.0); 2], 1e-7);
     let curvature = table.at(&[10.0; 2]).unwrap().curvature(0, 1).x.abs();
     // In the second and third case the sides along two limits are short: at first missed.
     for (half, rates) in [
@@ -137,7 +122,7 @@ fn octagon(table: &ShapeGeometry, range: (f64, f64), rates: [f64; 2]) -> (f64, [
 #[test]
 fn strokes_within_limits_are_the_best_octagons() {
     let range = (6.0, 10.0);
-    let table = table(range, 1e-6);
+    let table = table([range; 2], 1e-6);
     for (rates, is_fixed) in [([1.0, 0.4], false), ([1.0, 1.0], true)] {
         let (exact, cuts) = octagon(&table, range, rates);
         // The middle of the cut of the corner (low, low).
@@ -173,7 +158,7 @@ fn strokes_within_limits_are_the_best_octagons() {
 #[test]
 fn a_stroke_with_two_bounds_is_slower_than_those_with_one() {
     let range = (6.0, 10.0);
-    let table = table(range, 1e-4);
+    let table = table([range; 2], 1e-4);
     let limits = [range; 2];
     let options = options(None, 6, 3e-3);
     let fastest = |bounds: &MotionBounds| {
@@ -208,10 +193,8 @@ fn a_stroke_with_two_bounds_is_slower_than_those_with_one() {
 #[test]
 fn strokes_of_three_joints_have_the_symmetry_of_the_swimmer() {
     let scene = Scene::parse(include_str!("../../templates/planar.toml")).unwrap();
-    let mut model = choose(&scene).unwrap().model;
     let limits = [(4.0, 6.0); 3];
-    let space = ShapeSpace::tabulate(&scene, model.as_mut(), &limits, 1e-3).unwrap();
-    let table = space.geometry().unwrap();
+    let table = geometry(&scene, &limits, 1e-3);
     let options = options(None, 16, 1e-3);
     let fastest = |degrees: f64| {
         let (sin, cos) = degrees.to_radians().sin_cos();
