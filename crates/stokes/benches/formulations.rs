@@ -8,8 +8,8 @@ use mesh::{
 };
 use nalgebra::Vector3;
 use rigid::{
-    Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, Formulation,
-    Lagrange, Link,
+    Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, Formulation, Joint,
+    Lagrange,
 };
 use stokes::{Options, Problem};
 
@@ -53,10 +53,10 @@ fn ball_mesh(size: f64) -> TetMesh {
 
 fn formulations(criterion: &mut Criterion) {
     let centres = spheres().map(|sphere| sphere.centre);
-    let link = |body: usize| Link::slide(NAMES[body], body, 1);
+    let joint = |body: usize| Joint::slide(NAMES[body], body, 1);
     let set = Articulation::new(
         &[BodyKind::Rigid; 3],
-        vec![link(0), link(2)],
+        vec![joint(0), joint(2)],
         Arms::Clamped,
         &centres,
     )
@@ -65,7 +65,7 @@ fn formulations(criterion: &mut Criterion) {
     let drive = Drive {
         set: &set,
         constraints: &set
-            .constraints(&set.initial_state(), set.initial_lengths(), &[-1.0, 0.0])
+            .constraints(&set.initial_state(), set.initial_shape(), &[-1.0, 0.0])
             .expect("a chain has no loop"),
         loads: &[ExternalLoad::default(); 3],
     };

@@ -14,7 +14,7 @@ use linalg::roofline::visit_kernels;
 use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh};
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use rigid::{Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, Link};
+use rigid::{Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, Joint};
 use stokes::Problem;
 
 use crate::{folder, machine};
@@ -185,14 +185,14 @@ fn three_spheres(size: f64) -> Result<Constrained> {
     let mesh = TetMesh::curved(tets, &surfaces)?;
     let parts: Vec<_> = NAMES.into_iter().zip(centres).collect();
     let problem = Problem::new(&mesh, &parts, &[Container::TAG])?;
-    let link = |body: usize| Link::slide(NAMES[body], body, 1);
+    let joint = |body: usize| Joint::slide(NAMES[body], body, 1);
     let set = Articulation::new(
         &[BodyKind::Rigid; 3],
-        vec![link(0), link(2)],
+        vec![joint(0), joint(2)],
         Arms::Clamped,
         &centres,
     )?;
-    let constraints = set.constraints(&set.initial_state(), set.initial_lengths(), &[-1.0, 0.0])?;
+    let constraints = set.constraints(&set.initial_state(), set.initial_shape(), &[-1.0, 0.0])?;
     let drive = Drive {
         set: &set,
         constraints: &constraints,

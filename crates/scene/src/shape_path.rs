@@ -1,21 +1,21 @@
-//! Lengths of links as functions of time along a phase.
+//! Lengths of joints as functions of time along a phase.
 
 use std::f64::consts::TAU;
 
 use crate::joint_path::OwnPath;
 
-/// Lengths of the links along a phase, as functions of the part `s` of the phase that is over.
+/// Lengths of the joints along a phase, as functions of the part `s` of the phase that is over.
 #[derive(Clone, Debug, PartialEq)]
-pub enum LengthPath {
-    /// Links change their lengths at constant rates to the given ones; all others keep theirs.
+pub enum ShapePath {
+    /// Joints change their lengths at constant rates to the given ones; all others keep theirs.
     ///
-    /// Without links all lengths are constant.
+    /// Without joints all lengths are constant.
     Linear(Vec<(usize, f64)>),
     /// Cubic polynomials, such as the pieces of a spline.
     Cubic(Vec<CubicLength>),
     /// Part of a period of sums of sines.
     Harmonic {
-        /// The terms of all links.
+        /// The terms of all joints.
         sines: Vec<Sine>,
         /// Begin and end of the phase, in periods.
         span: (f64, f64),
@@ -26,11 +26,12 @@ pub enum LengthPath {
 
 /// One term of a periodic length: `amplitude sin(2 π order t / T + phase)` with the period `T`.
 ///
-/// A link may have several terms. Their mean is such that the length at `t = 0` is the initial one.
+/// A joint may have several terms. Their mean is such that the length at `t = 0` is the initial
+/// one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sine {
-    /// The link.
-    pub link: usize,
+    /// The joint.
+    pub joint: usize,
     /// Amplitude.
     pub amplitude: f64,
     /// Phase angle at `t = 0`, in radians.
@@ -39,7 +40,7 @@ pub struct Sine {
     pub order: u32,
 }
 
-/// Length of a link along a phase, a cubic polynomial in `s`:
+/// Length of a joint along a phase, a cubic polynomial in `s`:
 ///
 /// ```text
 /// begin + (end - begin) s + square (s^2 - s) + cube (s^3 - s)
@@ -48,8 +49,8 @@ pub struct Sine {
 /// It begins with the length at the end of the phase before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CubicLength {
-    /// The link.
-    pub link: usize,
+    /// The joint.
+    pub joint: usize,
     /// Length at the end.
     pub end: f64,
     /// Coefficient of the second degree.
@@ -58,22 +59,22 @@ pub struct CubicLength {
     pub cube: f64,
 }
 
-impl LengthPath {
-    /// The links whose lengths change, each once, in the order of their first terms.
-    pub fn links(&self) -> Vec<usize> {
-        let mut links = Vec::new();
-        let mut add = |link: usize| {
-            if !links.contains(&link) {
-                links.push(link);
+impl ShapePath {
+    /// The joints whose lengths change, each once, in the order of their first terms.
+    pub fn joints(&self) -> Vec<usize> {
+        let mut joints = Vec::new();
+        let mut add = |joint: usize| {
+            if !joints.contains(&joint) {
+                joints.push(joint);
             }
         };
         match self {
-            Self::Linear(changes) => changes.iter().for_each(|(link, _)| add(*link)),
-            Self::Cubic(pieces) => pieces.iter().for_each(|piece| add(piece.link)),
-            Self::Harmonic { sines, .. } => sines.iter().for_each(|sine| add(sine.link)),
-            Self::Own(path) => path.0.links().into_iter().for_each(add),
+            Self::Linear(changes) => changes.iter().for_each(|(joint, _)| add(*joint)),
+            Self::Cubic(pieces) => pieces.iter().for_each(|piece| add(piece.joint)),
+            Self::Harmonic { sines, .. } => sines.iter().for_each(|sine| add(sine.joint)),
+            Self::Own(path) => path.0.joints().into_iter().for_each(add),
         }
-        links
+        joints
     }
 }
 
