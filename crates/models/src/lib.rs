@@ -41,6 +41,7 @@ pub use superposition::Superposed;
 
 // Types of these crates are part of the interface.
 pub use mesh;
+pub use mesher;
 pub use nalgebra;
 pub use rigid;
 pub use scene;

@@ -1,6 +1,7 @@
 //! Scaled units, in which flows are computed: smallest radius 1, viscosity 1, time as in the scene.
 
 use mesh::{MeshError, Surface, TetMesh};
+use mesher::GenerateError;
 use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Translation3, Vector3};
 use rigid::{ExternalLoad, Joint, JointDrive, PassiveDrive, State, StateVelocity, Twist};
 
@@ -68,17 +69,17 @@ impl Scale {
     }
 
     /// An error of the mesh generator with its place and distances in the scene.
-    pub fn error_to_scene(&self, mut error: MeshError) -> MeshError {
+    pub fn error_to_scene(&self, mut error: GenerateError) -> GenerateError {
         match &mut error {
-            MeshError::InvertedCell { at, .. }
-            | MeshError::SurfaceNotRecovered { at, .. }
-            | MeshError::BoundaryNotRecovered { at, .. } => {
+            GenerateError::Mesh(MeshError::InvertedCell { at, .. })
+            | GenerateError::SurfaceNotRecovered { at, .. }
+            | GenerateError::BoundaryNotRecovered { at, .. } => {
                 at.iter_mut().for_each(|x| *x *= self.length);
             }
-            MeshError::BodiesTouch {
+            GenerateError::BodiesTouch {
                 distance, minimum, ..
             }
-            | MeshError::BodyAtWall {
+            | GenerateError::BodyAtWall {
                 distance, minimum, ..
             } => {
                 *distance *= self.length;
@@ -262,13 +263,13 @@ mod tests {
             length: 2.0,
             viscosity: 1.0,
         };
-        let error = |at: [f64; 3]| MeshError::SurfaceNotRecovered {
+        let error = |at: [f64; 3]| GenerateError::SurfaceNotRecovered {
             body: "helix".to_owned(),
             at,
         };
         let found = scale.error_to_scene(error([1.0, -2.0, 0.5]));
         assert_eq!(found.to_string(), error([2.0, -4.0, 1.0]).to_string());
-        let found = scale.error_to_scene(MeshError::BodiesTouch {
+        let found = scale.error_to_scene(GenerateError::BodiesTouch {
             first: "a".to_owned(),
             second: "b".to_owned(),
             distance: -0.25,

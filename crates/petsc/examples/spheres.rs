@@ -6,7 +6,8 @@
 
 use std::time::Instant;
 
-use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh, generate};
+use mesh::{NamedSurface, TetMesh};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
 use petsc::{Method, Parameters, Session, solve};
 use rigid::{

@@ -4,7 +4,8 @@
 
 use std::process::{Command, ExitCode};
 
-use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh, generate};
+use mesh::{NamedSurface, TetMesh};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
 use petsc::{Method, Parameters, PetscError, Session, solve};
 use rigid::{

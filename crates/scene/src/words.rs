@@ -114,7 +114,7 @@ pub enum ShapeKind {
     Point,
 }
 
-/// How the triangles of a surface in a file are understood; see [`mesh::TriangleKind`].
+/// How the triangles of a surface in a file are understood; see [`mesher::TriangleKind`].
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
 )]
@@ -128,7 +128,7 @@ pub enum SurfaceKind {
     Faceted,
 }
 
-impl From<SurfaceKind> for mesh::TriangleKind {
+impl From<SurfaceKind> for mesher::TriangleKind {
     fn from(kind: SurfaceKind) -> Self {
         match kind {
             SurfaceKind::Smooth => Self::Smooth,

@@ -3,9 +3,8 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use linalg::{LinearOperator, Preconditioner};
-use mesh::{
-    Container, GenerateParams, MeshedBody, NamedSurface, Sphere, Surface, TetMesh, generate,
-};
+use mesh::{NamedSurface, Surface, TetMesh};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
 use rigid::{
     Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, Formulation, Joint,

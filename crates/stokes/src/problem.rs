@@ -20,7 +20,8 @@ use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow};
 /// resolved once, in [`Problem::new`].
 ///
 /// ```
-/// use mesh::{Container, GenerateParams, MeshedBody, Sphere, TetMesh, generate};
+/// use mesh::TetMesh;
+/// use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 /// use nalgebra::Vector3;
 ///
 /// let sphere = Sphere { centre: Vector3::zeros(), radius: 1.0 };

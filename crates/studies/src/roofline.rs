@@ -11,7 +11,8 @@ use std::time::Instant;
 
 use anyhow::Result;
 use linalg::roofline::visit_kernels;
-use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh};
+use mesh::{NamedSurface, TetMesh};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use rigid::{Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, Joint};
@@ -176,7 +177,7 @@ fn three_spheres(size: f64) -> Result<Constrained> {
         .collect();
     let mut parameters = GenerateParams::default();
     parameters.growth = swimmer::models::FemModel::default_growth(size);
-    let tets = mesh::generate(&bodies, &container, &parameters)?.mesh;
+    let tets = mesher::generate(&bodies, &container, &parameters)?.mesh;
     let surfaces: Vec<NamedSurface> = bodies
         .iter()
         .map(|b| (b.name, b.surface))

@@ -20,7 +20,7 @@
 
 use std::f64::consts::PI;
 
-use mesh::Sphere;
+use mesher::Sphere;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use rigid::{Constraints, Drive, ExternalLoad, FlowSolution};
 use stokes::{InitialGuesses, Options, Problem};

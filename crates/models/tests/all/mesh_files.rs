@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use mesh::{Container, GenerateParams, LinearTets, MeshedBody, Sphere, TetMesh, Vec3, generate};
+use mesh::{LinearTets, TetMesh, Vec3};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use models::{
     Configuration, FemModel, History, Hydrodynamics, InstantaneousSolution, ModelError, Remesh,
 };

@@ -9,7 +9,8 @@
 use std::f64::consts::PI;
 
 use anyhow::{Context, Result};
-use mesh::{GenerateParams, TetMesh};
+use mesh::TetMesh;
+use mesher::GenerateParams;
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 use swimmer::choose;
 use swimmer::models::Configuration;
