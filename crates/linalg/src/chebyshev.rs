@@ -127,15 +127,6 @@ impl MassInverse {
     }
 }
 
-#[cfg(feature = "roofline")]
-impl MassInverse {
-    /// Lower bound on the bytes moved by one application.
-    pub(crate) fn bytes(&self) -> usize {
-        let pass = 12 * self.mass.nnz() + (8 + 4 * 8) * self.mass.rows();
-        (self.factors.len() - 1) * pass + 24 * self.mass.rows()
-    }
-}
-
 impl MassInverse {
     /// The mass matrix.
     pub(crate) fn matrix(&self) -> &Csr {

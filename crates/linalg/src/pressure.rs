@@ -55,7 +55,7 @@ impl PressureInverse {
         csr::check_shape("pressure Laplacian", laplacian.shape(), mass.shape())?;
         let shifted = laplacian + &mass.map(|v| SHIFT * v);
         let shifted = Bordered::scalar(shifted)?;
-        let cycle = ScalarMultigrid::of(&shifted, &MultigridParams::default())?;
+        let cycle = ScalarMultigrid::from_scalar(&shifted, &MultigridParams::default())?;
         self.laplacian = Some(cycle);
         Ok(self)
     }
@@ -92,17 +92,4 @@ fn weak_rows(system: &SaddleSystem) -> Vec<(u32, f64)> {
         (excess > 0.0 && excess.is_finite()).then_some((q as u32, excess))
     };
     mass.iter().enumerate().filter_map(excess).collect()
-}
-
-#[cfg(feature = "roofline")]
-impl PressureInverse {
-    /// The inverse of the mass matrix.
-    pub fn mass(&mut self) -> &mut MassInverse {
-        &mut self.mass
-    }
-
-    /// Lower bound on the bytes moved by one application.
-    pub fn bytes(&self) -> usize {
-        self.mass.bytes() + self.laplacian.as_ref().map_or(0, |cycle| cycle.bytes())
-    }
 }

@@ -6,11 +6,11 @@ mod stresslets;
 
 use std::time::Instant as Clock;
 
-use axisymmetric::{AxialResistance, ResistanceSolver, Spheroid, Surroundings};
+use axisymmetric::{AxialResistance, AxialSpheroid, ResistanceSolver, Surroundings};
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Vector3};
 
-use crate::axial_resistance::{Resistances, best_found, grand_resistance};
+use crate::axial_resistance::{Resistances, grand_resistance};
 use crate::axial_surfaces::AxialSurfaces;
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
@@ -29,7 +29,7 @@ use stokes::{Dofs, Seconds, SolverReport};
 pub struct AxisymmetricModel {
     scaled: ScaledScene,
     /// Shapes of the bodies with surfaces, centred at the origin.
-    shapes: Vec<Spheroid>,
+    shapes: Vec<AxialSpheroid>,
     surroundings: Surroundings,
     /// Unit vector along the axis.
     axis: Vector3<f64>,
@@ -116,12 +116,14 @@ impl AxisymmetricModel {
         Ok(Self {
             shapes: (scene.bodies().iter())
                 .filter_map(|body| match body.shape {
-                    Shape::Sphere { radius } => Some(Spheroid::sphere(0.0, scale.length(radius))),
+                    Shape::Sphere { radius } => {
+                        Some(AxialSpheroid::sphere(0.0, scale.length(radius)))
+                    }
                     Shape::Spheroid {
                         radius,
                         half_length,
                         ..
-                    } => Some(Spheroid {
+                    } => Some(AxialSpheroid {
                         centre: 0.0,
                         axial: scale.length(half_length),
                         equatorial: scale.length(radius),
@@ -179,10 +181,9 @@ impl AxisymmetricModel {
         };
         let clock = Clock::now();
         let bodies = self.on_axis(configuration)?;
-        let axial = best_found(
-            self.solver
-                .axial(&bodies, self.surroundings, self.tolerance),
-        )?;
+        let axial = self
+            .solver
+            .axial_best(&bodies, self.surroundings, self.tolerance)?;
         let unsupported = match scene.first_nonspherical() {
             Some(_) => "shape = \"spheroid\"".to_owned(),
             None => format!("domain.kind = \"{}\"", scene.domain().kind().word()),
@@ -208,7 +209,7 @@ impl AxisymmetricModel {
     ///
     /// # Errors
     /// [`ModelError::Unsupported`] for a body that is not on the axis.
-    fn on_axis(&self, configuration: Configuration) -> Result<Vec<Spheroid>, ModelError> {
+    fn on_axis(&self, configuration: Configuration) -> Result<Vec<AxialSpheroid>, ModelError> {
         let centres = self.scaled.centres(configuration)?;
         let origin = self.origin(&centres);
         (centres.iter().zip(&self.shapes).enumerate())
@@ -217,7 +218,7 @@ impl AxisymmetricModel {
                 let along = from_origin.dot(&self.axis);
                 let distance = (from_origin - along * self.axis).norm();
                 if distance <= OFF_AXIS {
-                    return Ok(Spheroid {
+                    return Ok(AxialSpheroid {
                         centre: along,
                         ..shape
                     });

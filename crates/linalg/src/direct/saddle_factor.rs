@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::factor::{Definiteness, Precision, SparseFactor};
-use super::ordering::nested_dissection;
+use super::nested_dissection;
 use crate::csr::{Rows, diagonal};
 use crate::node_kernel::long_row;
 use crate::product::build_rows;

@@ -1,7 +1,7 @@
 //! Direct solver for a sparse symmetric saddle-point system given as one matrix.
 
 use super::factor::{Definiteness, Precision, SparseFactor};
-use super::ordering::nested_dissection;
+use super::nested_dissection;
 use crate::csr::{Rows, check_finite, check_shape, into_rows};
 use crate::product::build_rows;
 use crate::vector::{norm, rhs_norm};
