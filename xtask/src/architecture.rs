@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::{Result, bail};
 use toml::Table;
 
-use crate::manifests::{manifest, members, read, root};
+use crate::files::{read, root};
+use crate::manifests::{manifest, members};
 
 /// Dependencies of each crate on other crates of the workspace.
 type Dependencies = BTreeMap<String, BTreeSet<String>>;

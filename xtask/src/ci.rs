@@ -2,12 +2,13 @@
 
 use anyhow::Result;
 
-use crate::{architecture, cargo, licences, links, packages, style};
+use crate::{architecture, cargo, circles, licences, links, packages, style};
 
 /// Runs every check in order and stops at the first that fails.
 pub fn run() -> Result<()> {
     cargo::run(&["fmt", "--all", "--check"], &[])?;
     style::run()?;
+    circles::run()?;
     architecture::run()?;
     links::run()?;
     cargo::run(

@@ -1,39 +1,37 @@
 //! Links of the documentation: files, headings, files of the code, and the contents of the book.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 
-use crate::manifests::{read, root};
+use crate::files::{files_below, read, root};
 
 /// Checks the links of all Markdown files and lists those that lead nowhere.
 pub fn run() -> Result<()> {
     eprintln!("== links of the documentation");
     let root = root();
     let mut broken = Vec::new();
-    let mut files = Vec::new();
-    markdown_files(&root, &mut files)?;
     let contents = read(&root.join("docs/SUMMARY.md"))?;
-    for file in &files {
-        let name = file.strip_prefix(&root).unwrap_or(file);
-        let page = read(file)?;
+    for name in files_below(".", ".md")? {
+        let file = root.join(&name);
+        let page = read(&file)?;
         for target in targets(&page) {
-            if !leads_somewhere(file, &target) {
-                broken.push(format!("{}: {target}", name.display()));
+            if !leads_somewhere(&file, &target) {
+                broken.push(format!("{name}: {target}"));
             }
         }
-        let Ok(in_docs) = name.strip_prefix("docs") else {
+        let Some(in_docs) = name.strip_prefix("docs/") else {
             continue;
         };
-        if in_docs.starts_with("book") {
+        if in_docs.starts_with("book/") {
             for path in code_paths(&page) {
                 if !root.join(path).exists() {
-                    broken.push(format!("{}: {path}", name.display()));
+                    broken.push(format!("{name}: {path}"));
                 }
             }
         }
-        let link = format!("({})", in_docs.display());
-        if in_docs != Path::new("SUMMARY.md") && !contents.contains(&link) {
+        let link = format!("({in_docs})");
+        if in_docs != "SUMMARY.md" && !contents.contains(&link) {
             broken.push(format!("docs/SUMMARY.md lacks {link}"));
         }
     }
@@ -44,26 +42,6 @@ pub fn run() -> Result<()> {
         0 => Ok(()),
         count => bail!("{count} links of the documentation lead nowhere"),
     }
-}
-
-/// All Markdown files below a folder, except in hidden and build folders.
-fn markdown_files(folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
-    let entries = std::fs::read_dir(folder)
-        .with_context(|| format!("could not list {}", folder.display()))?;
-    for entry in entries {
-        let path = entry?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if path.is_dir() {
-            let is_built = name.starts_with("target") || name == "out" || name == "validation";
-            if !name.starts_with('.') && !is_built {
-                markdown_files(&path, files)?;
-            }
-        } else if name.ends_with(".md") {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(())
 }
 
 /// Lines of a page outside fenced blocks.

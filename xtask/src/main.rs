@@ -1,4 +1,4 @@
-//! Project tasks: `cargo xtask ci`, `cargo xtask links`, `cargo xtask licences`.
+//! Project tasks: `cargo xtask ci` and its checks one by one.
 //!
 //! Every other task is a study of `crates/studies`.
 //!
@@ -9,9 +9,12 @@
 mod architecture;
 mod cargo;
 mod ci;
+mod circles;
+mod files;
 mod licences;
 mod links;
 mod manifests;
+mod modules;
 mod packages;
 mod style;
 
@@ -25,8 +28,9 @@ Project tasks
 Usage: cargo xtask <TASK> [OPTIONS]
 
 Tasks of this program:
-  ci        All checks of CI: format, style, ARCHITECTURE.md, links, lints, documentation,
-            licences, packages, tests
+  ci        All checks of CI: format, style, circles, ARCHITECTURE.md, links, lints,
+            documentation, licences, packages, tests
+  circles   Circles of files that use each other, in each crate
   links     Links of the documentation: files, headings, files of the code
   licences  Licences of the default dependency graph; GPL and AGPL are refused
 
@@ -37,6 +41,7 @@ fn main() -> Result<ExitCode> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.first().map(String::as_str) {
         Some("links") if arguments.len() == 1 => links::run().map(|()| ExitCode::SUCCESS),
+        Some("circles") if arguments.len() == 1 => circles::run().map(|()| ExitCode::SUCCESS),
         Some("ci") if arguments.len() == 1 => ci::run().map(|()| ExitCode::SUCCESS),
         Some("licences") if arguments.len() == 1 => licences::run().map(|()| ExitCode::SUCCESS),
         None | Some("help" | "--help" | "-h") => {

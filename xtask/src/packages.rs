@@ -3,7 +3,8 @@
 use anyhow::{Result, bail};
 
 use crate::cargo;
-use crate::manifests::{members, root};
+use crate::files::root;
+use crate::manifests::members;
 
 /// Files that every package contains: its front page and, as links, the texts of the licences.
 const FILES: [&str; 3] = ["README.md", "LICENSE-MIT", "LICENSE-APACHE"];

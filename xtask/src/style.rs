@@ -1,10 +1,8 @@
 //! Two rules of style that a program can check: width of comments, length of files.
 
-use std::path::{Path, PathBuf};
+use anyhow::{Result, bail};
 
-use anyhow::{Context, Result, bail};
-
-use crate::manifests::{read, root};
+use crate::files::{SOURCE_FOLDERS, files_below, read, root};
 
 /// Largest width of a comment line, in columns.
 const WIDEST: usize = 100;
@@ -15,12 +13,10 @@ const LONGEST: usize = 400;
 /// Checks every Rust file of the workspace and lists all violations.
 pub fn run() -> Result<()> {
     eprintln!("== widths of comments, lengths of files");
-    let root = root();
     let mut violations = Vec::new();
-    for folder in ["crates", "xtask", "fuzz", "python"] {
-        for file in rust_files(&root.join(folder))? {
-            let text = read(&file)?;
-            let name = file.strip_prefix(&root).unwrap_or(&file).display();
+    for folder in SOURCE_FOLDERS {
+        for name in files_below(folder, ".rs")? {
+            let text = read(&root().join(&name))?;
             violations.extend(
                 of_text(&text)
                     .into_iter()
@@ -56,25 +52,6 @@ fn of_text(text: &str) -> Vec<String> {
         violations.push(format!(": {lines} lines, {LONGEST} are allowed"));
     }
     violations
-}
-
-/// All Rust files below a folder, except in build folders.
-fn rust_files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    let entries = std::fs::read_dir(folder)
-        .with_context(|| format!("could not list {}", folder.display()))?;
-    for entry in entries {
-        let path = entry?.path();
-        if path.is_dir() {
-            if path.file_name().is_some_and(|name| name != "target") {
-                files.extend(rust_files(&path)?);
-            }
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(files)
 }
 
 #[cfg(test)]
