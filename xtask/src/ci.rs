@@ -2,7 +2,11 @@
 
 use anyhow::Result;
 
+use crate::slow::{self, Selection};
 use crate::{architecture, cargo, circles, licences, links, packages, style};
+
+/// Stated time of the slow tests that are run: the fastest that fit in ten minutes.
+const SLOW_SECONDS: f64 = 600.0;
 
 /// Runs every check in order and stops at the first that fails.
 pub fn run() -> Result<()> {
@@ -31,11 +35,6 @@ pub fn run() -> Result<()> {
     packages::run()?;
     // The same command as in the README.
     cargo::run(&["test", "--workspace"], &[])?;
-    // Commands of the book by finite elements, which are too slow for everyday tests. The features
-    // of the whole workspace are those of the build before.
-    let slow = ["--workspace", "--test", "command", "--"];
-    cargo::run(
-        &[&["test"], &slow[..], &["--ignored", "book::"]].concat(),
-        &[],
-    )
+    // The features of the whole workspace are those of the build before.
+    slow::run_selection(Selection::Within(SLOW_SECONDS), None)
 }

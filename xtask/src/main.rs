@@ -16,6 +16,7 @@ mod links;
 mod manifests;
 mod modules;
 mod packages;
+mod slow;
 mod style;
 
 use std::process::ExitCode;
@@ -31,25 +32,33 @@ Tasks of this program:
   ci        All checks of CI: format, style, circles, ARCHITECTURE.md, links, lints,
             documentation, licences, packages, tests
   circles   Circles of files that use each other, in each crate
-  links     Links of the documentation: files, headings, files of the code
   licences  Licences of the default dependency graph; GPL and AGPL are refused
+  links     Links of the documentation: files, headings, files that a page names
+  slow      Tests that are ignored because they are slow, one by one with their times, and
+            docs/slow-tests.md; --below SECONDS: only those with such a stated time;
+            --package NAME: only those of one package
+  style     Rules of style: widths of comments, names of folders, times of slow tests
 
 All other tasks are studies, built with optimisation when first used:
 ";
 
 fn main() -> Result<ExitCode> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    match arguments.first().map(String::as_str) {
-        Some("links") if arguments.len() == 1 => links::run().map(|()| ExitCode::SUCCESS),
-        Some("circles") if arguments.len() == 1 => circles::run().map(|()| ExitCode::SUCCESS),
-        Some("ci") if arguments.len() == 1 => ci::run().map(|()| ExitCode::SUCCESS),
-        Some("licences") if arguments.len() == 1 => licences::run().map(|()| ExitCode::SUCCESS),
-        None | Some("help" | "--help" | "-h") => {
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words[..] {
+        ["ci"] => ci::run(),
+        ["circles"] => circles::run(),
+        ["licences"] => licences::run(),
+        ["links"] => links::run(),
+        ["slow", ..] => slow::run(&arguments[1..]),
+        ["style"] => style::run(),
+        [] | ["help" | "--help" | "-h", ..] => {
             println!("{HELP}");
-            study(&["--help".to_owned()])
+            return study(&["--help".to_owned()]);
         }
-        Some(_) => study(&arguments),
+        _ => return study(&arguments),
     }
+    .map(|()| ExitCode::SUCCESS)
 }
 
 /// Runs a study in its own process and returns the exit code of that process.
