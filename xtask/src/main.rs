@@ -16,6 +16,7 @@ mod links;
 mod manifests;
 mod modules;
 mod packages;
+mod pages;
 mod slow;
 mod style;
 
