@@ -1,5 +1,8 @@
 //! The checks of CI, the same for people and machines.
 
+use std::fs::OpenOptions;
+use std::io::Write as _;
+
 use anyhow::Result;
 
 use crate::slow::{self, Selection};
@@ -36,5 +39,20 @@ pub fn run() -> Result<()> {
     // The same command as in the README.
     cargo::run(&["test", "--workspace"], &[])?;
     // The features of the whole workspace are those of the build before.
-    slow::run_selection(Selection::Within(SLOW_SECONDS), None)
+    let not_run = slow::run_selection(Selection::Within(SLOW_SECONDS), None)?;
+    report_not_run(&not_run)
+}
+
+/// Adds slow tests that were not run to the list that `.ci/run` prints at its end.
+fn report_not_run(tests: &[String]) -> Result<()> {
+    let Some(list) = std::env::var_os("CI_SKIPPED").filter(|_| !tests.is_empty()) else {
+        return Ok(());
+    };
+    let mut list = OpenOptions::new().append(true).open(list)?;
+    writeln!(
+        list,
+        "slow tests, which cargo xtask slow runs: {}",
+        tests.join(", ")
+    )?;
+    Ok(())
 }

@@ -45,12 +45,32 @@ struct SlowTest {
     seconds: Option<f64>,
 }
 
+/// How a test ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Ending {
+    Passed,
+    /// It passed and printed that it was skipped, because it needs a file that is not there.
+    Skipped,
+    Failed,
+}
+
+impl Ending {
+    /// Word for readers.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Skipped => "skipped",
+            Self::Failed => "FAILED",
+        }
+    }
+}
+
 /// A test that was run.
 struct Run {
     test: SlowTest,
     /// Wall-clock seconds.
     seconds: f64,
-    has_passed: bool,
+    ending: Ending,
 }
 
 /// Reads the arguments of `cargo xtask slow` and runs the tests that they ask for.
@@ -68,25 +88,33 @@ pub fn run(arguments: &[String]) -> Result<()> {
             _ => bail!("usage: cargo xtask slow [--below SECONDS] [--package NAME]"),
         }
     }
-    run_selection(selection, package)
+    run_selection(selection, package).map(|_| ())
 }
 
-/// Runs the selected slow tests of a package, or of the workspace, and fails if one of them fails.
-/// A run of all tests of the workspace writes the page of slow tests.
-pub fn run_selection(selection: Selection, package: Option<&str>) -> Result<()> {
+/// Runs the selected slow tests of a package, or of the workspace, and returns the names of those
+/// that were not run. A run of all tests of the workspace writes the page of slow tests.
+///
+/// # Errors
+/// Tests that fail, and tests that cannot be built or started.
+pub fn run_selection(selection: Selection, package: Option<&str>) -> Result<Vec<String>> {
     eprintln!("== slow tests");
     let tests = slow_tests(package)?;
     let (selected, left_out) = select(tests, selection);
+    let mut not_run = Vec::new();
     for test in &left_out {
         let stated = test.seconds.map_or("no stated time".to_owned(), duration);
         eprintln!("not run: {} ({}, {stated})", test.name, test.folder);
+        not_run.push(test.name.clone());
     }
     let mut runs = Vec::new();
     for test in selected {
         let run = run_test(test)?;
-        let result = if run.has_passed { "passed" } else { "FAILED" };
+        if run.ending == Ending::Skipped {
+            not_run.push(run.test.name.clone());
+        }
         eprintln!(
-            "{result} in {}: {} ({})",
+            "{} in {}: {} ({})",
+            run.ending.word(),
             duration(run.seconds),
             run.test.name,
             run.test.folder
@@ -97,16 +125,16 @@ pub fn run_selection(selection: Selection, package: Option<&str>) -> Result<()> 
         std::fs::write(root().join(PAGE), page(&runs, &today()?, &machine()))
             .with_context(|| format!("could not write {PAGE}"))?;
     }
-    let failed = runs.iter().filter(|run| !run.has_passed).count();
+    let count = |ending| runs.iter().filter(|run| run.ending == ending).count();
     let seconds: f64 = runs.iter().map(|run| run.seconds).sum();
     eprintln!(
-        "{} slow tests in {}, {} not run",
+        "{} slow tests in {}; {} skipped or not run",
         runs.len(),
         duration(seconds),
-        left_out.len()
+        not_run.len()
     );
-    match failed {
-        0 => Ok(()),
+    match count(Ending::Failed) {
+        0 => Ok(not_run),
         count => bail!("{count} slow tests failed"),
     }
 }
@@ -253,20 +281,24 @@ fn select(mut tests: Vec<SlowTest>, selection: Selection) -> (Vec<SlowTest>, Vec
 fn run_test(test: SlowTest) -> Result<Run> {
     let start = Instant::now();
     let output = test_command(&test.folder, &test.executable)
-        .args(["--ignored", "--exact", &test.name])
+        .args(["--ignored", "--show-output", "--exact", &test.name])
         .output()
         .with_context(|| format!("could not start {}", test.executable))?;
     let seconds = start.elapsed().as_secs_f64();
     let text = String::from_utf8_lossy(&output.stdout);
     // A name that fits no test passes as well.
-    let has_passed = output.status.success() && text.contains(" 1 passed");
-    if !has_passed {
+    let ending = match output.status.success() && text.contains(" 1 passed") {
+        true if text.contains(": skipped") => Ending::Skipped,
+        true => Ending::Passed,
+        false => Ending::Failed,
+    };
+    if ending == Ending::Failed {
         eprintln!("{text}{}", String::from_utf8_lossy(&output.stderr));
     }
     Ok(Run {
         test,
         seconds,
-        has_passed,
+        ending,
     })
 }
 
@@ -275,11 +307,12 @@ fn page(runs: &[Run], day: &str, machine: &str) -> String {
     let mut runs: Vec<&Run> = runs.iter().collect();
     runs.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
     let total: f64 = runs.iter().map(|run| run.seconds).sum();
-    let failed = runs.iter().filter(|run| !run.has_passed).count();
+    let count = |ending| runs.iter().filter(|run| run.ending == ending).count();
+    let (failed, skipped) = (count(Ending::Failed), count(Ending::Skipped));
     let mut page = format!(
         "# Slow tests\n\nTests that `cargo test` leaves out because they are slow, written by \
-         `cargo xtask slow`: {day},\n{machine}. Each ran alone. {} tests took {}; {failed} \
-         failed.\n\nThe stated time is that in the source, by which continuous integration \
+         `cargo xtask slow`: {day},\n{machine}. Each ran alone. {} tests took {}; {skipped} \
+         skipped, {failed} failed.\n\nThe stated time is that in the source, by which continuous integration \
          chooses the tests that it runs.\n\n| test | crate | time | stated | result |\n\
          |:--|:--|--:|--:|:--|\n",
         runs.len(),
@@ -293,11 +326,7 @@ fn page(runs: &[Run], day: &str, machine: &str) -> String {
             ..
         } = &run.test;
         let stated = seconds.map_or("none".to_owned(), duration);
-        let result = if run.has_passed {
-            "passed"
-        } else {
-            "**failed**"
-        };
+        let result = run.ending.word();
         let time = duration(run.seconds);
         let crate_name = folder.rsplit('/').next().unwrap_or(folder);
         // Writing to a string cannot fail.
@@ -436,18 +465,19 @@ mod tests {
 
     #[test]
     fn the_page_has_a_row_for_each_test() {
-        let run = |name, stated, seconds, has_passed| Run {
+        let run = |name, stated, seconds, ending| Run {
             test: test(name, stated),
             seconds,
-            has_passed,
+            ending,
         };
         let runs = [
-            run("a::fast", Some(5.0), 4.04, true),
-            run("b::slow", None, 200.0, false),
+            run("a::fast", Some(5.0), 4.04, Ending::Passed),
+            run("b::slow", None, 200.0, Ending::Failed),
+            run("c::absent", Some(60.0), 0.0, Ending::Skipped),
         ];
         let page = page(&runs, "2026-11-23", "a processor, 2 threads");
         assert!(page.contains(
-            "2026-11-23,\na processor, 2 threads. Each ran alone. 2 tests took 3.4 min; 1 failed."
+            "2026-11-23,\na processor, 2 threads. Each ran alone. 3 tests took 3.4 min; 1 skipped, 1 failed."
         ));
         let rows: Vec<&str> = page
             .lines()
@@ -456,8 +486,9 @@ mod tests {
         assert_eq!(
             rows,
             [
-                "| `b::slow` | `mesh` | 3.3 min | none | **failed** |",
+                "| `b::slow` | `mesh` | 3.3 min | none | FAILED |",
                 "| `a::fast` | `mesh` | 4.0 s | 5.0 s | passed |",
+                "| `c::absent` | `mesh` | 0.0 s | 60 s | skipped |",
             ]
         );
     }
