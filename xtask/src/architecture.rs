@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use toml::Table;
 
+use crate::expect_none;
 use crate::files::{read, root};
 use crate::manifests::{manifest, members};
 use crate::pages::code_spans;
@@ -18,14 +19,8 @@ const NO_DEPENDENCIES: &str = "nothing of ours";
 /// Compares the table in ARCHITECTURE.md with the manifests and lists all differences.
 pub fn run() -> Result<()> {
     eprintln!("== ARCHITECTURE.md against manifests");
-    let differences = differences()?;
-    for difference in &differences {
-        eprintln!("{difference}");
-    }
-    match differences.len() {
-        0 => Ok(()),
-        count => bail!("{count} differences between ARCHITECTURE.md and the manifests"),
-    }
+    let what = "differences between ARCHITECTURE.md and the manifests";
+    expect_none(&differences()?, what)
 }
 
 /// All differences between ARCHITECTURE.md and the manifests, one line each.

@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 
+use crate::expect_none;
 use crate::files::{files_below, read, root};
 use crate::manifests::crate_folders;
 use crate::modules::{Files, Modules, Reference};
@@ -31,17 +32,15 @@ impl fmt::Display for Circle {
 /// Looks for circles in all crates and lists them.
 pub fn run() -> Result<()> {
     eprintln!("== circles of files");
-    let mut count = 0;
+    let mut found = Vec::new();
     for folder in crate_folders()? {
-        for circle in circles_of_crate(&folder)? {
-            count += 1;
-            eprint!("{folder}: {} files\n{circle}", circle.0.len());
-        }
+        let circles = circles_of_crate(&folder)?;
+        found.extend(circles.iter().map(|circle| {
+            let edges = circle.to_string();
+            format!("{folder}: {} files\n{}", circle.0.len(), edges.trim_end())
+        }));
     }
-    match count {
-        0 => Ok(()),
-        count => bail!("{count} circles of files"),
-    }
+    expect_none(&found, "circles of files")
 }
 
 /// Circles of the files of a crate, below all roots of its modules.

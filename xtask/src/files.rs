@@ -17,6 +17,11 @@ pub fn read(path: &Path) -> Result<String> {
     std::fs::read_to_string(path).with_context(|| format!("could not read {}", path.display()))
 }
 
+/// Folder of a file; empty for a file of the root.
+pub fn folder_of(file: &str) -> &str {
+    file.rsplit_once('/').map_or("", |(folder, _)| folder)
+}
+
 /// All files below a folder whose names end in `extension`, sorted, relative to the root of the
 /// workspace; hidden folders and those with built or computed files are left out.
 pub fn files_below(folder: &str, extension: &str) -> Result<Vec<String>> {

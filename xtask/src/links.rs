@@ -3,8 +3,9 @@
 
 use std::path::Path;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 
+use crate::expect_none;
 use crate::files::{files_below, read, root};
 use crate::pages::{named_paths, prose};
 
@@ -38,13 +39,7 @@ pub fn run() -> Result<()> {
             broken.push(format!("docs/SUMMARY.md lacks {link}"));
         }
     }
-    for link in &broken {
-        eprintln!("{link}");
-    }
-    match broken.len() {
-        0 => Ok(()),
-        count => bail!("{count} links of the documentation lead nowhere"),
-    }
+    expect_none(&broken, "links of the documentation lead nowhere")
 }
 
 /// Targets of the links and pictures of a page.

@@ -20,9 +20,10 @@ mod pages;
 mod slow;
 mod style;
 
+use std::fmt::Display;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 
 const HELP: &str = "\
 Project tasks
@@ -72,4 +73,15 @@ fn study(arguments: &[String]) -> Result<ExitCode> {
     // Exit codes above 255, and processes ended by a signal, count as plain failures.
     let code = status.code().and_then(|code| u8::try_from(code).ok());
     Ok(code.map_or(ExitCode::FAILURE, ExitCode::from))
+}
+
+/// Lists what a check found, and fails if that is anything; `what` follows its number.
+fn expect_none(found: &[impl Display], what: &str) -> Result<()> {
+    for problem in found {
+        eprintln!("{problem}");
+    }
+    match found.len() {
+        0 => Ok(()),
+        count => bail!("{count} {what}"),
+    }
 }

@@ -8,6 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::{Context, Result, anyhow, bail};
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
+use crate::files::folder_of;
+
 /// Texts of the files of a crate by their paths.
 pub type Files = BTreeMap<String, String>;
 
@@ -262,11 +264,6 @@ impl Modules {
             })
         })
     }
-}
-
-/// Folder of a file.
-fn folder_of(file: &str) -> &str {
-    file.rsplit_once('/').map_or("", |(folder, _)| folder)
 }
 
 /// An item at the level of a module: its tokens from the keyword on.

@@ -1,6 +1,6 @@
 //! Pages in Markdown: their text outside code, and the files that they name.
 
-use crate::files::root;
+use crate::files::{folder_of, root};
 
 /// Folders of the root whose files are named by their full paths.
 const FOLDERS: [&str; 8] = [
@@ -23,8 +23,9 @@ impl NamedPath<'_> {
     /// outside such sections, anywhere in the crate of the page or in the repository.
     pub fn exists(&self, page: &str, files: &[String]) -> bool {
         let path = self.path;
-        let folder = page.rsplit_once('/').map_or("", |(folder, _)| folder);
-        let in_sources = (self.crates.iter()).map(|name| format!("{}/src/{path}", folder_of(name)));
+        let folder = folder_of(page);
+        let in_sources =
+            (self.crates.iter()).map(|name| format!("{}/src/{path}", crate_folder(name)));
         let mut candidates = in_sources.chain([path.to_owned(), format!("{folder}/{path}")]);
         if candidates.any(|candidate| root().join(candidate.trim_start_matches('/')).exists()) {
             return true;
@@ -47,7 +48,7 @@ impl NamedPath<'_> {
 }
 
 /// Folder of a crate of the workspace.
-fn folder_of(name: &str) -> String {
+fn crate_folder(name: &str) -> String {
     match name {
         "xtask" => name.to_owned(),
         name => format!("crates/{name}"),
@@ -82,7 +83,7 @@ pub fn named_paths(page: &str) -> Vec<NamedPath<'_>> {
     for (number, line, is_code) in lines(page) {
         if !is_code && line.starts_with('#') {
             let is_crate = |name: &&str| {
-                !name.contains('/') && root().join(folder_of(name)).join("Cargo.toml").exists()
+                !name.contains('/') && root().join(crate_folder(name)).join("Cargo.toml").exists()
             };
             crates = code_spans(line).filter(is_crate).collect();
         }

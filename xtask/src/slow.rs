@@ -1,7 +1,7 @@
 //! Tests that are ignored because they are slow: run one by one, with the time of each.
 
 use std::fmt::Write as _;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
@@ -183,15 +183,7 @@ fn slow_tests(package: Option<&str>) -> Result<Vec<SlowTest>> {
         Some(name) => arguments.extend(["--package", name]),
         None => arguments.push("--workspace"),
     }
-    let output = cargo::command(&arguments)
-        .current_dir(root())
-        .stderr(Stdio::inherit())
-        .output()
-        .context("could not start cargo test")?;
-    if !output.status.success() {
-        bail!("cargo {} failed: {}", arguments.join(" "), output.status);
-    }
-    let messages = String::from_utf8(output.stdout).context("cargo printed no UTF-8")?;
+    let messages = cargo::output(&arguments)?;
     let mut tests = Vec::new();
     for (folder, executable) in messages.lines().filter_map(test_program) {
         let stated = stated_in(&folder)?;

@@ -1,8 +1,9 @@
 //! Rules of style that a program can check: widths of comments, one file for a module, and the
 //! times of slow tests.
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 
+use crate::expect_none;
 use crate::files::{SOURCE_FOLDERS, files_below, read, root};
 use crate::slow::stated;
 
@@ -28,13 +29,7 @@ pub fn run() -> Result<()> {
             }
         }
     }
-    for violation in &violations {
-        eprintln!("{violation}");
-    }
-    match violations.len() {
-        0 => Ok(()),
-        count => bail!("{count} violations of the rules of style"),
-    }
+    expect_none(&violations, "violations of the rules of style")
 }
 
 /// Violations in one file, in the form `:line: message`, to be appended to the file name.
