@@ -58,7 +58,9 @@ fn walk(root: &Path, folder: &str, visit: &mut impl FnMut(&str)) -> Result<()> {
 
 /// Whether a folder is hidden or, as in `.gitignore`, has built or computed files.
 fn is_left_out(path: &str, name: &str) -> bool {
-    name.starts_with('.') || name.starts_with("target") || ["out", "validation"].contains(&path)
+    name.starts_with('.')
+        || name.starts_with("target")
+        || ["out", "roofline", "validation"].contains(&path)
 }
 
 #[cfg(test)]

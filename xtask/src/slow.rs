@@ -126,7 +126,7 @@ pub fn run_selection(selection: Selection, package: Option<&str>) -> Result<Vec<
             .with_context(|| format!("could not write {PAGE}"))?;
     }
     let count = |ending| runs.iter().filter(|run| run.ending == ending).count();
-    let seconds: f64 = runs.iter().map(|run| run.seconds).sum();
+    let seconds = runs.iter().fold(0.0, |sum, run| sum + run.seconds);
     eprintln!(
         "{} slow tests in {}; {} skipped or not run",
         runs.len(),
