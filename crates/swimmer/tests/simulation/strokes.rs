@@ -202,7 +202,7 @@ fn the_planar_swimmer_moves_and_rotates_in_its_plane() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig::with_cases(12))]
 
     #[test]
     fn a_rotated_scene_has_the_rotated_motion(axis in prop::array::uniform3(-3.0_f64..3.0), shift in prop::array::uniform3(-9.0_f64..9.0)) {
