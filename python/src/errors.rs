@@ -1,9 +1,10 @@
 //! Errors of the library as Python exceptions with the same texts.
 
+use design::DesignError;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use swimmer::{SceneError, SwimError};
+use swimmer::{Report, SceneError, SwimError};
 
 use crate::convert::report_dict;
 
@@ -40,8 +41,29 @@ mod exceptions {
 
 pub use exceptions::{InternalError, SceneError as SceneException, SolveError, ToleranceMissed};
 
+/// An error that a computation of the library ends with.
+pub trait LibraryError: Send {
+    /// The exception for it.
+    fn exception(self) -> PyErr;
+}
+
+impl LibraryError for SwimError {
+    fn exception(self) -> PyErr {
+        exception(self)
+    }
+}
+
+impl LibraryError for DesignError {
+    fn exception(self) -> PyErr {
+        match self {
+            Self::Swim(error) => exception(error),
+            error => by_exit_code(error.exit_code(), error.to_string()),
+        }
+    }
+}
+
 /// The exception for an error.
-pub fn exception(py: Python<'_>, error: SwimError) -> PyErr {
+pub fn exception(error: SwimError) -> PyErr {
     let text = error.to_string();
     match error {
         SwimError::Read { source, .. }
@@ -50,21 +72,27 @@ pub fn exception(py: Python<'_>, error: SwimError) -> PyErr {
             // The subclass of OSError for the kind, such as FileNotFoundError.
             std::io::Error::new(source.kind(), text).into()
         }
-        SwimError::ToleranceMissed { report, .. } => {
-            let missed = ToleranceMissed::new_err(text);
-            let result = report_dict(py, &report)
-                .and_then(|found| missed.value(py).setattr("result", found));
-            result.err().unwrap_or(missed)
-        }
-        error => match error.exit_code() {
-            2 => SceneException::new_err(text),
-            130 => PyKeyboardInterrupt::new_err(text),
-            _ => SolveError::new_err(text),
-        },
+        error => by_exit_code(error.exit_code(), text),
+    }
+}
+
+/// The exception for a finished run whose error bar is larger than the tolerance, with the run.
+pub fn tolerance_missed(py: Python<'_>, missed: &SwimError, report: &Report) -> PyErr {
+    let missed = ToleranceMissed::new_err(missed.to_string());
+    let result =
+        report_dict(py, report).and_then(|found| missed.value(py).setattr("result", found));
+    result.err().unwrap_or(missed)
+}
+
+fn by_exit_code(code: u8, text: String) -> PyErr {
+    match code {
+        2 => SceneException::new_err(text),
+        130 => PyKeyboardInterrupt::new_err(text),
+        _ => SolveError::new_err(text),
     }
 }
 
 /// The exception for a scene that is not valid.
-pub fn scene_exception(py: Python<'_>, error: SceneError) -> PyErr {
-    exception(py, error.into())
+pub fn scene_exception(error: SceneError) -> PyErr {
+    exception(error.into())
 }

@@ -8,10 +8,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use pyo3::prelude::*;
-use swimmer::design::DesignProgress;
-use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution, SwimError};
+use design::DesignProgress;
+use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
 
-use crate::errors::{InternalError, SceneException, exception};
+use crate::errors::{InternalError, LibraryError, SceneException};
 
 /// Time between two looks at signals and progress.
 const TICK: Duration = Duration::from_millis(50);
@@ -94,12 +94,12 @@ impl DesignProgress for Watch {
 /// its result is dropped.
 ///
 /// # Errors
-/// Exceptions of signal handlers and of `report`, [`exception`] for errors of the work,
+/// Exceptions of signal handlers and of `report`, those of errors of the work ([`LibraryError`]),
 /// [`InternalError`] for a panic.
-pub fn run<T: Send + 'static>(
+pub fn run<T: Send + 'static, E: LibraryError + 'static>(
     py: Python<'_>,
     report: Option<Py<PyAny>>,
-    work: impl FnOnce(Watch) -> Result<T, SwimError> + Send + 'static,
+    work: impl FnOnce(Watch) -> Result<T, E> + Send + 'static,
 ) -> PyResult<T> {
     check_process()?;
     let watch = Watch::default();
@@ -119,7 +119,7 @@ pub fn run<T: Send + 'static>(
     };
     loop {
         match wait(TICK) {
-            Ok(result) => return finished(py, result),
+            Ok(result) => return finished(result),
             Err(RecvTimeoutError::Disconnected) => {
                 return Err(InternalError::new_err(
                     "the computation ended without a result",
@@ -141,13 +141,13 @@ pub fn run<T: Send + 'static>(
 ///
 /// # Errors
 /// Those of [`run`] without signals.
-pub fn run_here<T: Send>(
+pub fn run_here<T: Send, E: LibraryError>(
     py: Python<'_>,
-    work: impl FnOnce() -> Result<T, SwimError> + Send,
+    work: impl FnOnce() -> Result<T, E> + Send,
 ) -> PyResult<T> {
     check_process()?;
     let result = py.detach(|| catch_unwind(AssertUnwindSafe(work)));
-    finished(py, result)
+    finished(result)
 }
 
 /// Refuses to compute in a child of a process that has computed: the threads of the pool exist in
@@ -177,12 +177,11 @@ fn look(py: Python<'_>, watch: &Watch, report: Option<&Py<PyAny>>) -> PyResult<(
     Ok(())
 }
 
-fn finished<T>(
-    py: Python<'_>,
-    result: Result<Result<T, SwimError>, Box<dyn Any + Send>>,
+fn finished<T, E: LibraryError>(
+    result: Result<Result<T, E>, Box<dyn Any + Send>>,
 ) -> PyResult<T> {
     match result {
-        Ok(result) => result.map_err(|error| exception(py, error)),
+        Ok(result) => result.map_err(LibraryError::exception),
         Err(panic) => {
             let text = panic.downcast_ref::<String>().map(String::as_str);
             let text = text.or_else(|| panic.downcast_ref::<&str>().copied());

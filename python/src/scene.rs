@@ -157,10 +157,16 @@ impl PyScene {
     ) -> PyResult<Bound<'py, PyDict>> {
         let scene = self.scene.clone();
         let found = job::run(py, report, move |mut watch| match out {
-            Some(out) => swimmer::run(scene, &out, resume, &mut watch),
+            Some(out) => {
+                let pictures = &mut RunPictures::new();
+                swimmer::run(scene, &out, resume, pictures, &mut watch)
+            }
             None => run_without_files(scene, &mut watch),
         })?;
-        report_dict(py, &found)
+        match found.check_tolerance() {
+            Ok(()) => report_dict(py, &found),
+            Err(missed) => Err(tolerance_missed(py, &missed, &found)),
+        }
     }
 
     fn solve<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {

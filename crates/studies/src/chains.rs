@@ -5,8 +5,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Result, anyhow};
+use design::{DesignedStroke, design_stroke};
 use swimmer::Scene;
-use swimmer::design::{DesignedStroke, design_stroke};
 
 use crate::chart::{Series, Style};
 use crate::folder;
