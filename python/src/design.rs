@@ -56,7 +56,7 @@ fn optimum_dict<'py>(py: Python<'py>, found: &DesignedStroke) -> PyResult<Bound<
     let toml = found
         .scene
         .to_toml()
-        .map_err(|error| crate::errors::scene_exception(error))?;
+        .map_err(crate::errors::exception)?;
     dict.set_item("toml", toml)?;
     Ok(dict)
 }

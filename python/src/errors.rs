@@ -41,38 +41,24 @@ mod exceptions {
 
 pub use exceptions::{InternalError, SceneError as SceneException, SolveError, ToleranceMissed};
 
-/// An error that a computation of the library ends with.
-pub trait LibraryError: Send {
-    /// The exception for it.
-    fn exception(self) -> PyErr;
-}
-
-impl LibraryError for SwimError {
-    fn exception(self) -> PyErr {
-        exception(self)
-    }
-}
-
-impl LibraryError for DesignError {
-    fn exception(self) -> PyErr {
-        match self {
-            Self::Swim(error) => exception(error),
-            error => by_exit_code(error.exit_code(), error.to_string()),
-        }
-    }
-}
-
-/// The exception for an error.
-pub fn exception(error: SwimError) -> PyErr {
+/// The exception for an error of a run or a design.
+pub fn exception(error: impl Into<DesignError>) -> PyErr {
+    let error = error.into();
     let text = error.to_string();
     match error {
-        SwimError::Read { source, .. }
-        | SwimError::Write { source, .. }
-        | SwimError::Scene(SceneError::Read { source, .. }) => {
+        DesignError::Swim(
+            SwimError::Read { source, .. }
+            | SwimError::Write { source, .. }
+            | SwimError::Scene(SceneError::Read { source, .. }),
+        ) => {
             // The subclass of OSError for the kind, such as FileNotFoundError.
             std::io::Error::new(source.kind(), text).into()
         }
-        error => by_exit_code(error.exit_code(), text),
+        error => match error.exit_code() {
+            2 => SceneException::new_err(text),
+            130 => PyKeyboardInterrupt::new_err(text),
+            _ => SolveError::new_err(text),
+        },
     }
 }
 
@@ -82,17 +68,4 @@ pub fn tolerance_missed(py: Python<'_>, missed: &SwimError, report: &Report) -> 
     let result =
         report_dict(py, report).and_then(|found| missed.value(py).setattr("result", found));
     result.err().unwrap_or(missed)
-}
-
-fn by_exit_code(code: u8, text: String) -> PyErr {
-    match code {
-        2 => SceneException::new_err(text),
-        130 => PyKeyboardInterrupt::new_err(text),
-        _ => SolveError::new_err(text),
-    }
-}
-
-/// The exception for a scene that is not valid.
-pub fn scene_exception(error: SceneError) -> PyErr {
-    exception(error.into())
 }

@@ -7,11 +7,11 @@ use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use ::design::{DesignError, DesignProgress};
 use pyo3::prelude::*;
-use design::DesignProgress;
 use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
 
-use crate::errors::{InternalError, LibraryError, SceneException};
+use crate::errors::{InternalError, SceneException, exception};
 
 /// Time between two looks at signals and progress.
 const TICK: Duration = Duration::from_millis(50);
@@ -94,12 +94,12 @@ impl DesignProgress for Watch {
 /// its result is dropped.
 ///
 /// # Errors
-/// Exceptions of signal handlers and of `report`, those of errors of the work ([`LibraryError`]),
+/// Exceptions of signal handlers and of `report`, [`exception`] for errors of the work,
 /// [`InternalError`] for a panic.
-pub fn run<T: Send + 'static, E: LibraryError + 'static>(
+pub fn run<T: Send + 'static>(
     py: Python<'_>,
     report: Option<Py<PyAny>>,
-    work: impl FnOnce(Watch) -> Result<T, E> + Send + 'static,
+    work: impl FnOnce(Watch) -> Result<T, DesignError> + Send + 'static,
 ) -> PyResult<T> {
     check_process()?;
     let watch = Watch::default();
@@ -141,9 +141,9 @@ pub fn run<T: Send + 'static, E: LibraryError + 'static>(
 ///
 /// # Errors
 /// Those of [`run`] without signals.
-pub fn run_here<T: Send, E: LibraryError>(
+pub fn run_here<T: Send>(
     py: Python<'_>,
-    work: impl FnOnce() -> Result<T, E> + Send,
+    work: impl FnOnce() -> Result<T, DesignError> + Send,
 ) -> PyResult<T> {
     check_process()?;
     let result = py.detach(|| catch_unwind(AssertUnwindSafe(work)));
@@ -177,11 +177,11 @@ fn look(py: Python<'_>, watch: &Watch, report: Option<&Py<PyAny>>) -> PyResult<(
     Ok(())
 }
 
-fn finished<T, E: LibraryError>(
-    result: Result<Result<T, E>, Box<dyn Any + Send>>,
+fn finished<T>(
+    result: Result<Result<T, DesignError>, Box<dyn Any + Send>>,
 ) -> PyResult<T> {
     match result {
-        Ok(result) => result.map_err(LibraryError::exception),
+        Ok(result) => result.map_err(exception),
         Err(panic) => {
             let text = panic.downcast_ref::<String>().map(String::as_str);
             let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
