@@ -3,7 +3,8 @@
 use ale::{Harmonic, MeshMotion, MovingMesh, Stiffening};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fem::TaylorHood;
-use mesh::{Container, GenerateParams, MeshedBody, Sphere, TetMesh, Vec3};
+use mesh::{TetMesh, Vec3};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere};
 
 /// The fluid between a unit sphere and a ball of radius 10.
 fn mesh_around_sphere(size: f64) -> TetMesh {
@@ -20,7 +21,7 @@ fn mesh_around_sphere(size: f64) -> TetMesh {
         surface: &sphere,
         size,
     };
-    let tets = mesh::generate(&[body], &container, &GenerateParams::default())
+    let tets = mesher::generate(&[body], &container, &GenerateParams::default())
         .expect("valid bodies")
         .mesh;
     let surfaces: [(&str, &dyn mesh::Surface); 2] =

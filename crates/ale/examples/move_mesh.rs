@@ -7,7 +7,8 @@
 use std::error::Error;
 
 use ale::{Harmonic, MovingBody, ReferenceMap, Stiffening};
-use mesh::{Container, GenerateParams, MeshedBody, Sphere, TetMesh, Vec3};
+use mesh::{TetMesh, Vec3};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere};
 use nalgebra::Isometry3;
 
 /// Prints the quality of the mesh while the sphere moves from the centre towards the wall.
@@ -25,7 +26,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         surface: &sphere,
         size: 0.6,
     };
-    let tets = mesh::generate(&[body], &container, &GenerateParams::default())?.mesh;
+    let tets = mesher::generate(&[body], &container, &GenerateParams::default())?.mesh;
     let mesh = TetMesh::curved(
         tets,
         &[("sphere", &sphere), (Container::TAG, container.surface())],

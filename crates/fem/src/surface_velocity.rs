@@ -147,7 +147,7 @@ pub(crate) fn facet_shape_functions(point: &FacetPoint) -> [f64; 6] {
 
 #[cfg(test)]
 mod tests {
-    use mesh::{Container, GenerateParams, MeshedBody, Sphere, generate};
+    use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 
     use super::*;
 

@@ -1,11 +1,10 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod boundary_part;
 mod build;
-mod delaunay;
 mod error;
 mod file_location;
-mod generate;
 mod io;
 mod jacobian;
 mod linear_tets;
@@ -16,6 +15,7 @@ mod regions;
 mod reverse_cuthill_mckee;
 mod submesh;
 mod surface;
+mod surface_mesh;
 mod symmetry;
 mod tet;
 mod tet_mesh;
@@ -24,10 +24,6 @@ mod validity;
 
 pub use error::MeshError;
 pub use file_location::FileLocation;
-pub use generate::{
-    Container, GenerateParams, Generated, MeshedBody, MovedBody, SizeMap, StageSeconds, clearance,
-    generate, generate_sized, remesh, remesh_by_gmsh,
-};
 pub use io::{MshFile, Pvd, SurfaceFormat, Vtu, VtuEncoding};
 pub use jacobian::scaled_jacobian_bound;
 pub use linear_tets::LinearTets;
@@ -37,10 +33,8 @@ pub use quadratic_tets::QuadraticTets;
 pub use quality::{Quality, dihedral_angles, mean_ratio};
 pub use regions::Regions;
 pub use submesh::Submesh;
-pub use surface::{
-    BoxSurface, Capsule, Disk, Ellipsoid, Helix, Placed, Sphere, Spheroid, Surface, SurfaceMesh,
-    Torus, TriangleKind, TriangulatedSurface,
-};
+pub use surface::Surface;
+pub use surface_mesh::SurfaceMesh;
 pub use symmetry::{SYMMETRY_PLANE_TAGS, Unfolded};
 pub use tet::{TET_EDGES, Vec3};
 pub use tet_mesh::{Facet, NamedSurface, TetMesh};

@@ -12,9 +12,9 @@ use nalgebra::{DMatrix, Vector3};
 
 use crate::axial_resistance::{Resistances, grand_resistance};
 use crate::axial_surfaces::AxialSurfaces;
+use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, Hydrodynamics, Query};
-use crate::mesh_error::{MeshError, Uncertainty};
 use crate::mobility::MobilitySolution;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{InstantaneousSolution, PointFlow};
@@ -133,11 +133,11 @@ impl AxisymmetricModel {
                 })
                 .collect(),
             has_swirl: scene.bodies().iter().any(|b| b.torque != Vector3::zeros())
-                || (scene.articulation().links().iter()).any(|link| link.joint.turns()),
+                || (scene.articulation().joints().iter()).any(|joint| joint.kind.turns()),
             surroundings,
             axis,
-            // The net displacement is a small difference of the displacements of the legs, which
-            // amplifies relative errors: by 8 for the three-sphere swimmer.
+            // The net displacement is a small difference of the displacements of the phase spans,
+            // which amplifies relative errors: by 8 for the three-sphere swimmer.
             tolerance: (0.05 * scene.model().tolerance).clamp(MIN_TOLERANCE, LOWEST_ACCURACY),
             solver: ResistanceSolver::new(),
             scaled,
@@ -174,10 +174,10 @@ impl AxisymmetricModel {
     /// # Errors
     /// Those of [`Hydrodynamics::solve`].
     pub fn describe(&mut self, scene: &Scene) -> Result<String, ModelError> {
-        let lengths = scene.articulation().initial_lengths();
+        let lengths = scene.articulation().initial_shape();
         let configuration = Configuration {
             state: &scene.initial_state(),
-            lengths,
+            shape: lengths,
         };
         let clock = Clock::now();
         let bodies = self.on_axis(configuration)?;
@@ -260,7 +260,7 @@ impl AxisymmetricModel {
             let motion = set.state_velocity(solved.generalised.as_slice())?;
             let mut solution = InstantaneousSolution::new(
                 solved.bodies(set, scale)?,
-                solved.link_forces(set, &constraints, loads, scale)?,
+                solved.joint_forces(set, &constraints, loads, scale)?,
                 self.scaled.motion_to_scene(&motion),
             );
             solution.slip_power = scale.power_to_scene(solved.slip_power);
@@ -277,7 +277,7 @@ impl AxisymmetricModel {
             velocity: UNCANCELLED * axial.relative_error() * speed,
             power: axial.relative_error() * corrected.slip_power.abs(),
         };
-        let error = MeshError::between(&computed, &corrected, uncertainty);
+        let error = DiscretisationError::between(&computed, &corrected, uncertainty);
         let total = clock.elapsed().as_secs_f64();
         let mut solution = InstantaneousSolution {
             dofs: Dofs {
@@ -376,7 +376,7 @@ impl Hydrodynamics for AxisymmetricModel {
         /// Matrix factors take about 250 numbers per degree of freedom.
         const MIB_PER_DOF: f64 = 2e-3;
         // Solving is the cheapest way to find its cost.
-        let rates = vec![0.0; configuration.lengths.len()];
+        let rates = vec![0.0; configuration.shape.len()];
         let solution = self.solve_one(configuration, &rates)?;
         Ok(Cost {
             dofs: solution.dofs,

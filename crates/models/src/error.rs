@@ -14,12 +14,12 @@ pub enum ModelError {
         /// What to use instead.
         instead: String,
     },
-    /// Bodies and links that contradict each other.
+    /// Bodies and joints that contradict each other.
     #[error(transparent)]
     Rigid(#[from] rigid::RigidError),
     /// A mesh that cannot be generated, moved, read or written.
     #[error(transparent)]
-    Mesh(#[from] mesh::MeshError),
+    Mesh(#[from] mesher::GenerateError),
     /// A mesh that cannot follow the bodies.
     #[error(transparent)]
     Ale(#[from] ale::AleError),
@@ -55,7 +55,7 @@ pub enum ModelError {
         /// The methods that were tried to move the mesh, each with the reason why it failed.
         tried: String,
         /// Why the fluid could not be meshed again.
-        source: mesh::MeshError,
+        source: mesher::GenerateError,
     },
     /// A table over shapes that cannot be computed.
     #[error("shape space: {problem}")]
@@ -136,6 +136,12 @@ pub enum ModelError {
     },
 }
 
+impl From<mesh::MeshError> for ModelError {
+    fn from(error: mesh::MeshError) -> Self {
+        Self::Mesh(error.into())
+    }
+}
+
 impl ModelError {
     /// The error for a symmetric matrix whose Cholesky factorisation failed.
     ///
@@ -169,7 +175,7 @@ impl ModelError {
         match self {
             Self::Unsupported { .. } => true,
             // Errors that only a mesh file can have.
-            Self::Mesh(error) => matches!(
+            Self::Mesh(mesher::GenerateError::Mesh(error)) => matches!(
                 error,
                 Mesh::Io { .. }
                     | Mesh::Malformed { .. }

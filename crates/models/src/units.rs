@@ -1,8 +1,9 @@
 //! Scaled units, in which flows are computed: smallest radius 1, viscosity 1, time as in the scene.
 
 use mesh::{MeshError, Surface, TetMesh};
+use mesher::GenerateError;
 use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Translation3, Vector3};
-use rigid::{ExternalLoad, JointDrive, Link, PassiveDrive, State, StateVelocity, Twist};
+use rigid::{ExternalLoad, Joint, JointDrive, PassiveDrive, State, StateVelocity, Twist};
 
 use scene::{Background, Scene, Shape};
 
@@ -68,17 +69,17 @@ impl Scale {
     }
 
     /// An error of the mesh generator with its place and distances in the scene.
-    pub fn error_to_scene(&self, mut error: MeshError) -> MeshError {
+    pub fn error_to_scene(&self, mut error: GenerateError) -> GenerateError {
         match &mut error {
-            MeshError::InvertedCell { at, .. }
-            | MeshError::SurfaceNotRecovered { at, .. }
-            | MeshError::BoundaryNotRecovered { at, .. } => {
+            GenerateError::Mesh(MeshError::InvertedCell { at, .. })
+            | GenerateError::SurfaceNotRecovered { at, .. }
+            | GenerateError::BoundaryNotRecovered { at, .. } => {
                 at.iter_mut().for_each(|x| *x *= self.length);
             }
-            MeshError::BodiesTouch {
+            GenerateError::BodiesTouch {
                 distance, minimum, ..
             }
-            | MeshError::BodyAtWall {
+            | GenerateError::BodyAtWall {
                 distance, minimum, ..
             } => {
                 *distance *= self.length;
@@ -89,8 +90,9 @@ impl Scale {
         error
     }
 
-    /// Scaled state of a state of the scene, whose passive joints are those of the links `passive`.
-    pub fn state<'l>(&self, state: &State, passive: impl Iterator<Item = &'l Link>) -> State {
+    /// Scaled state of a state of the scene, whose passive joints are those of the joints
+    /// `passive`.
+    pub fn state<'l>(&self, state: &State, passive: impl Iterator<Item = &'l Joint>) -> State {
         State {
             frames: state
                 .frames
@@ -104,46 +106,46 @@ impl Scale {
                 .collect(),
             attitudes: state.attitudes.clone(),
             joints: (state.joints.iter().zip(passive))
-                .map(|(&value, link)| self.value(link, value))
+                .map(|(&value, joint)| self.value(joint, value))
                 .collect(),
         }
     }
 
-    /// Scaled link of a link of the scene: its joint, and what drives it.
+    /// Scaled joint of a joint of the scene: its joint, and what drives it.
     ///
     /// Forces of joints that turn are torques, and their values angles.
-    pub fn link(&self, link: &Link) -> Link {
-        let scaled = link
+    pub fn joint(&self, joint: &Joint) -> Joint {
+        let scaled = joint
             .clone()
-            .with_joint(link.joint.scaled(1.0 / self.length));
-        let JointDrive::Passive(drive) = link.drive else {
+            .with_kind(joint.kind.scaled(1.0 / self.length));
+        let JointDrive::Passive(drive) = joint.drive else {
             return scaled;
         };
         // Stiffness and damping are forces per value and per rate.
-        let per_value = |x: f64| self.joint_force(link, x) * self.value_unit(link);
+        let per_value = |x: f64| self.joint_force(joint, x) * self.value_unit(joint);
         scaled.with_drive(JointDrive::Passive(PassiveDrive {
-            force: self.joint_force(link, drive.force),
+            force: self.joint_force(joint, drive.force),
             stiffness: per_value(drive.stiffness),
-            rest: self.value(link, drive.rest),
+            rest: self.value(joint, drive.rest),
             damping: per_value(drive.damping),
         }))
     }
 
-    /// Scaled force on the joint of a link, a torque for joints that turn.
-    pub fn joint_force(&self, link: &Link, force: f64) -> f64 {
-        match link.joint.is_angle() {
+    /// Scaled force on the joint of a joint, a torque for joints that turn.
+    pub fn joint_force(&self, joint: &Joint, force: f64) -> f64 {
+        match joint.kind.is_angle() {
             true => force / (self.force_unit() * self.length),
             false => force / self.force_unit(),
         }
     }
 
-    /// Scaled value, or rate, of the joint of a link: only lengths have a unit.
-    pub fn value(&self, link: &Link, value: f64) -> f64 {
-        value / self.value_unit(link)
+    /// Scaled value, or rate, of the joint of a joint: only lengths have a unit.
+    pub fn value(&self, joint: &Joint, value: f64) -> f64 {
+        value / self.value_unit(joint)
     }
 
-    fn value_unit(&self, link: &Link) -> f64 {
-        match link.joint.is_angle() {
+    fn value_unit(&self, joint: &Joint) -> f64 {
+        match joint.kind.is_angle() {
             true => 1.0,
             false => self.length,
         }
@@ -223,12 +225,12 @@ impl Scale {
         pressure * self.viscosity
     }
 
-    /// Rate of change of the state in the scene of a scaled one, with the links of its passive
+    /// Rate of change of the state in the scene of a scaled one, with the joints of its passive
     /// joints.
     pub fn motion_to_scene<'l>(
         &self,
         motion: &StateVelocity,
-        passive: impl Iterator<Item = &'l Link>,
+        passive: impl Iterator<Item = &'l Joint>,
     ) -> StateVelocity {
         StateVelocity {
             frames: motion
@@ -241,7 +243,7 @@ impl Scale {
                 .collect(),
             spins: motion.spins.clone(),
             joints: (motion.joints.iter().zip(passive))
-                .map(|(rate, link)| rate * self.value_unit(link))
+                .map(|(rate, joint)| rate * self.value_unit(joint))
                 .collect(),
         }
     }
@@ -261,13 +263,13 @@ mod tests {
             length: 2.0,
             viscosity: 1.0,
         };
-        let error = |at: [f64; 3]| MeshError::SurfaceNotRecovered {
+        let error = |at: [f64; 3]| GenerateError::SurfaceNotRecovered {
             body: "helix".to_owned(),
             at,
         };
         let found = scale.error_to_scene(error([1.0, -2.0, 0.5]));
         assert_eq!(found.to_string(), error([2.0, -4.0, 1.0]).to_string());
-        let found = scale.error_to_scene(MeshError::BodiesTouch {
+        let found = scale.error_to_scene(GenerateError::BodiesTouch {
             first: "a".to_owned(),
             second: "b".to_owned(),
             distance: -0.25,

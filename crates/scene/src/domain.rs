@@ -79,7 +79,7 @@ impl Domain {
             }
             Self::Wall => centre.z - support(&Vector3::z()),
             Self::Surface(domain) => match body.shape.surface(pose, 1.0) {
-                Some(surface) => mesh::clearance(&*surface, &domain.surface),
+                Some(surface) => mesher::clearance(&*surface, &domain.surface),
                 None => f64::INFINITY,
             },
         }

@@ -1,6 +1,7 @@
 //! The surfaces of shapes at a pose, as the mesh generator knows them.
 
-use mesh::{Capsule, Disk, Ellipsoid, Helix, Placed, Sphere, Surface, Torus};
+use mesh::Surface;
+use mesher::{Capsule, Disk, Ellipsoid, Helix, Placed, Sphere, Torus};
 use nalgebra::{Isometry3, Vector3};
 
 use crate::shape::Shape;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mesh::TriangulatedSurface;
+use mesher::TriangulatedSurface;
 use nalgebra::Vector3;
 
 use crate::words::SurfaceKind;

@@ -1,6 +1,7 @@
 //! The drag of a sphere at the centre of a ball ten times its size.
 
-use mesh::{Container, GenerateParams, MeshedBody, Sphere, TetMesh, generate};
+use mesh::TetMesh;
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
 use stokes::Problem;
 

@@ -7,8 +7,10 @@ use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use mesh::{Container, GenerateParams, MeshedBody, MshFile, NamedSurface, Quality, Sphere, Vec3};
-use mesh::{TetMesh, generate};
+use mesh::TetMesh;
+use mesh::{MshFile, NamedSurface, Quality, Vec3};
+use mesher::generate;
+use mesher::{Container, GenerateParams, MeshedBody, Sphere};
 use rayon::ThreadPoolBuilder;
 use swimmer::models::FemModel;
 use swimmer::{Scene, solve_start};

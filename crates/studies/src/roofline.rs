@@ -14,10 +14,11 @@ use linalg::{
     BlockTriangular, CyclePart, LevelSize, LinearOperator, MassInverse, OrthonormalBasis,
     Preconditioner, SaddleSystem,
 };
-use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh};
+use mesh::{NamedSurface, TetMesh};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere};
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use rigid::{Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, Link};
+use rigid::{Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, Joint};
 use stokes::Problem;
 
 use crate::{folder, machine};
@@ -351,7 +352,7 @@ fn three_spheres(size: f64) -> Result<Constrained> {
         .collect();
     let mut parameters = GenerateParams::default();
     parameters.growth = swimmer::models::FemModel::default_growth(size);
-    let tets = mesh::generate(&bodies, &container, &parameters)?.mesh;
+    let tets = mesher::generate(&bodies, &container, &parameters)?.mesh;
     let surfaces: Vec<NamedSurface> = bodies
         .iter()
         .map(|b| (b.name, b.surface))
@@ -360,14 +361,14 @@ fn three_spheres(size: f64) -> Result<Constrained> {
     let mesh = TetMesh::curved(tets, &surfaces)?;
     let parts: Vec<_> = NAMES.into_iter().zip(centres).collect();
     let problem = Problem::new(&mesh, &parts, &[Container::TAG])?;
-    let link = |body: usize| Link::slide(NAMES[body], body, 1);
+    let joint = |body: usize| Joint::slide(NAMES[body], body, 1);
     let set = Articulation::new(
         &[BodyKind::Rigid; 3],
-        vec![link(0), link(2)],
+        vec![joint(0), joint(2)],
         Arms::Clamped,
         &centres,
     )?;
-    let constraints = set.constraints(&set.initial_state(), set.initial_lengths(), &[-1.0, 0.0])?;
+    let constraints = set.constraints(&set.initial_state(), set.initial_shape(), &[-1.0, 0.0])?;
     let drive = Drive {
         set: &set,
         constraints: &constraints,

@@ -6,7 +6,8 @@ use ale::{
     ReferenceMap, Stiffening,
 };
 use fem::TaylorHood;
-use mesh::{Container, GenerateParams, MeshedBody, Sphere, Spheroid, Surface, TetMesh, Vec3};
+use mesh::{Surface, TetMesh, Vec3};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, Spheroid};
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion};
 
 /// Bound on the solver's error: the relative residual is 1e-8 (1e-6 for the biharmonic extension)
@@ -36,7 +37,7 @@ fn mesh_around(surface: &dyn Surface, radius: f64) -> TetMesh {
         surface,
         size: 0.7,
     };
-    let tets = mesh::generate(&[body], &container, &GenerateParams::default())
+    let tets = mesher::generate(&[body], &container, &GenerateParams::default())
         .unwrap()
         .mesh;
     TetMesh::curved(

@@ -2,7 +2,8 @@
 //! stroke, refused when cells would be inverted.
 
 use ale::{AleError, Harmonic, MovingBody, ReferenceMap, Stiffening};
-use mesh::{Container, GenerateParams, MeshedBody, Sphere, Spheroid, Surface, TetMesh, Vec3};
+use mesh::{Surface, TetMesh, Vec3};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, Spheroid};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 const NAMES: [&str; 3] = ["left", "centre", "right"];
@@ -21,7 +22,7 @@ fn mesh_around(surfaces: &[&dyn Surface], radius: f64, size: f64) -> TetMesh {
             size,
         })
         .collect();
-    let tets = mesh::generate(&bodies, &container, &GenerateParams::default())
+    let tets = mesher::generate(&bodies, &container, &GenerateParams::default())
         .unwrap()
         .mesh;
     let mut named: Vec<(&str, &dyn Surface)> = bodies.iter().map(|b| (b.name, b.surface)).collect();

@@ -379,7 +379,8 @@ fn shear(gradient: &Matrix3<f64>, normal: &Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh::{LinearTets, Sphere};
+    use mesh::LinearTets;
+    use mesher::Sphere;
 
     /// Unit cube whose boundary stands for a ball around it, so that all distances are known.
     fn cube() -> TetMesh {

@@ -6,7 +6,8 @@ use fem::{
     momentum_residual, pressure_error, stress_load, surface_measures, velocity_error,
 };
 use linalg::{Csr, Csr3};
-use mesh::{LinearTets, Sphere, TetMesh, Vec3};
+use mesh::{LinearTets, TetMesh, Vec3};
+use mesher::Sphere;
 use nalgebra::Matrix3;
 use proptest::prelude::*;
 

@@ -82,7 +82,7 @@ impl TetMesh {
     ///
     /// # Errors
     /// As [`TetMesh::curved`].
-    pub(crate) fn with_middles(
+    pub fn with_middles(
         tets: LinearTets,
         middles: &HashMap<[u32; 2], Vec3>,
         surfaces: &[NamedSurface],

@@ -1,7 +1,8 @@
 //! Construction of a mesh from separate tets: properties of the result, errors of bad input.
 
+use crate::shapes::Sphere;
 use crate::shapes::{UNIT_SPHERE, ball, curved_ball};
-use mesh::{LinearTets, MeshError, QuadraticTets, Sphere, TET_EDGES, TetMesh, Vec3};
+use mesh::{LinearTets, MeshError, QuadraticTets, TET_EDGES, TetMesh, Vec3};
 
 fn cube() -> LinearTets {
     LinearTets::cube(2)

@@ -1,23 +1,9 @@
 //! The examples run and find the numbers that they assert.
 
-#[path = "../../examples/bent_channel.rs"]
-mod bent_channel;
-#[path = "../../examples/generate.rs"]
-mod generate;
 #[path = "../../examples/read_gmsh.rs"]
 mod read_gmsh;
 #[path = "../../examples/write_vtu.rs"]
 mod write_vtu;
-
-#[test]
-fn bent_channel_runs() {
-    bent_channel::main().unwrap();
-}
-
-#[test]
-fn generate_runs() {
-    generate::main().unwrap();
-}
 
 #[test]
 fn read_gmsh_runs() {

@@ -2,15 +2,12 @@
 
 mod construction;
 mod examples;
-mod generate;
 mod hostile;
 mod properties;
 mod quality;
 #[cfg(feature = "serde")]
 mod serde_feature;
 mod shapes;
-mod symmetry;
-mod triangulated;
 
 mod io {
     mod dialects;

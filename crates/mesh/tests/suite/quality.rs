@@ -71,46 +71,6 @@ fn meshes_are_bitwise_the_same_for_any_number_of_threads() {
     assert_eq!(with(1), with(3));
 }
 
-#[test]
-fn gap_ratio_is_about_one_after_generation_and_larger_in_a_closing_gap() {
-    use mesh::{Container, GenerateParams, MeshedBody, Sphere, Surface, Vec3};
-    let sphere = |x: f64| Sphere {
-        centre: Vec3::new(x, 0.0, 0.0),
-        radius: 1.0,
-    };
-    let ball = Container::Ball(Sphere {
-        centre: Vec3::zeros(),
-        radius: 12.0,
-    });
-    for gap in [1.0, 0.2] {
-        let (a, b) = (sphere(-1.0 - gap / 2.0), sphere(1.0 + gap / 2.0));
-        let body = |name, surface| MeshedBody {
-            name,
-            surface,
-            size: 0.8,
-        };
-        let tets = mesh::generate(
-            &[body("a", &a), body("b", &b)],
-            &ball,
-            &GenerateParams::default(),
-        )
-        .unwrap()
-        .mesh;
-        let surfaces: [(&str, &dyn Surface); 3] =
-            [("a", &a), ("b", &b), (Container::TAG, ball.surface())];
-        let mesh = TetMesh::curved(tets, &surfaces).unwrap();
-        let fresh = mesh.gap_ratio(&[&a, &b], Some(ball.surface()));
-        // The wanted edges are 0.6 of the gap; the longest edge of a regular pair of tets across it
-        // is 1.2 of the gap.
-        assert!((0.5..1.3).contains(&fresh), "{gap}: {fresh}");
-        // With spheres moved into the gap, the same cells are too long.
-        let (near_a, near_b) = (sphere(-1.0 - gap / 8.0), sphere(1.0 + gap / 8.0));
-        let squeezed = mesh.gap_ratio(&[&near_a, &near_b], Some(ball.surface()));
-        assert!(squeezed > 1.5 * fresh, "{gap}: {squeezed}");
-        assert_eq!(mesh.gap_ratio(&[&a], None), 0.0);
-    }
-}
-
 /// Cells are measured in chunks of 1024, of which the first has the worst cell.
 #[test]
 fn extremes_and_mean_of_many_cells_are_those_of_all_chunks() {

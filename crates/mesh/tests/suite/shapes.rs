@@ -1,6 +1,40 @@
 //! Meshes for tests.
 
-use mesh::{LinearTets, Sphere, TetMesh, Vec3};
+use mesh::{LinearTets, Surface, TetMesh, Vec3};
+
+/// A sphere.
+#[derive(Clone, Copy)]
+pub struct Sphere {
+    pub centre: Vec3,
+    pub radius: f64,
+}
+
+impl Surface for Sphere {
+    fn signed_distance(&self, point: Vec3) -> f64 {
+        (point - self.centre).norm() - self.radius
+    }
+
+    fn closest_point(&self, point: Vec3) -> Vec3 {
+        let arm = point - self.centre;
+        self.centre + arm * (self.radius / arm.norm())
+    }
+
+    fn bounding_ball(&self) -> (Vec3, f64) {
+        (self.centre, self.radius)
+    }
+
+    fn volume(&self) -> f64 {
+        4.0 / 3.0 * std::f64::consts::PI * self.radius.powi(3)
+    }
+
+    fn is_convex(&self) -> bool {
+        true
+    }
+
+    fn reach(&self) -> f64 {
+        self.radius
+    }
+}
 
 /// The unit ball as a deformed octahedron with edges divided into `n`: `8 n^3` tets, boundary part
 /// `surface`.

@@ -121,7 +121,7 @@ fn velocities_of_the_wrong_length_and_nan_are_refused() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig::with_cases(12))]
 
     /// Turned spheres with turned velocities have turned stresslets, on an axis and off it.
     #[test]

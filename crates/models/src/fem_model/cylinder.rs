@@ -6,7 +6,7 @@
 //! azimuthal number). The flow reflected at an end travels the distance `d` to the end twice, so an
 //! end causes a relative error of `e^(-2 k d / R)`.
 
-use mesh::{Capsule, Sphere};
+use mesher::{Capsule, Sphere};
 use nalgebra::Vector3;
 
 /// Real part of the exponent `k` of the slowest mode.

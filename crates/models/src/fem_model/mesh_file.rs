@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use mesh::{GenerateParams, MeshError, MovedBody, MshFile, NamedSurface, Surface, TetMesh};
+use mesh::{MshFile, NamedSurface, Surface, TetMesh};
+use mesher::{GenerateError, GenerateParams, MovedBody};
 use nalgebra::{Isometry3, Translation3};
 
 use super::element_size::ADAPTED_GROWTH;
@@ -65,13 +66,13 @@ pub fn motion(body: &Surfaced, pose: &Isometry3<f64>) -> Isometry3<f64> {
 /// facets of the file on the bodies too.
 ///
 /// # Errors
-/// Those of [`mesh::remesh`] and [`mesh::remesh_by_gmsh`].
+/// Those of [`mesher::remesh`] and [`mesher::remesh_by_gmsh`].
 pub fn remesh(
     file: &TetMesh,
     bodies: &[(&str, Isometry3<f64>, &dyn Surface, f64)],
     geometry: GeometryKind,
     mesher: MesherKind,
-) -> Result<TetMesh, MeshError> {
+) -> Result<TetMesh, GenerateError> {
     let moved: Vec<MovedBody> = (bodies.iter())
         .map(|&(name, motion, surface, size)| MovedBody {
             name,
@@ -86,11 +87,13 @@ pub fn remesh(
     let mut parameters = GenerateParams::default();
     // The sizes of the file decide where it grows less.
     parameters.growth = ADAPTED_GROWTH;
-    match mesh::remesh(file, &moved, &parameters, &surfaces) {
+    match mesher::remesh(file, &moved, &parameters, &surfaces) {
         // No program has a mesh around bodies that touch.
-        Err(error @ (MeshError::BodiesTouch { .. } | MeshError::BodyAtWall { .. })) => Err(error),
+        Err(error @ (GenerateError::BodiesTouch { .. } | GenerateError::BodyAtWall { .. })) => {
+            Err(error)
+        }
         Err(_) if mesher == MesherKind::Gmsh => {
-            mesh::remesh_by_gmsh(Path::new("gmsh"), file, &moved, &surfaces)
+            mesher::remesh_by_gmsh(Path::new("gmsh"), file, &moved, &surfaces)
         }
         done => done,
     }

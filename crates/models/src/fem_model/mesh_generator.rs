@@ -1,9 +1,7 @@
 //! Generation of meshes around the bodies of a scene, in scaled units.
 
-use mesh::{
-    BoxSurface, Capsule, Container, GenerateParams, MeshedBody, NamedSurface, SYMMETRY_PLANE_TAGS,
-    SizeMap, Sphere, Surface, TetMesh,
-};
+use mesh::{NamedSurface, SYMMETRY_PLANE_TAGS, Surface, TetMesh};
+use mesher::{BoxSurface, Capsule, Container, GenerateParams, MeshedBody, SizeMap, Sphere};
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::cylinder;
@@ -345,10 +343,10 @@ impl MeshGenerator {
         // The half of the ball above the wall is that above a symmetry plane.
         parameters.symmetry_planes[2] |= self.has_plane_wall();
         let generated = match &self.sizes {
-            None => mesh::generate(&bodies, container, &parameters),
+            None => mesher::generate(&bodies, container, &parameters),
             Some(sizes) => {
                 parameters.growth = ADAPTED_GROWTH;
-                mesh::generate_sized(&bodies, container, &parameters, &|x| sizes.at(x))
+                mesher::generate_sized(&bodies, container, &parameters, &|x| sizes.at(x))
             }
         };
         let mut tets = generated.map_err(in_scene)?.mesh;

@@ -6,7 +6,8 @@ use ale::{
     Biharmonic, Elastic, Harmonic, Kernel, MeshMotion, MovingBody, Rbf, ReferenceMap, Stiffening,
 };
 use fem::{SurplusSpace, TaylorHood};
-use mesh::{Capsule, Quality, TetMesh};
+use mesh::{Quality, TetMesh};
+use mesher::Capsule;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::cylinder;

@@ -28,7 +28,7 @@ impl<'a> Placement<'a> {
             mean: None,
         };
         if *scene.domain() != Domain::Unbounded {
-            let lengths = scene.articulation().initial_lengths();
+            let lengths = scene.articulation().initial_shape();
             placement.mean = Some(placement.mean_of(&placement.start, lengths)?);
         }
         Ok(placement)

@@ -34,7 +34,7 @@ enum TableState {
 impl Tabulated {
     /// Adds tables over boxes of lengths to a model, to the relative error `tolerance`.
     ///
-    /// Each box has one range per link.
+    /// Each box has one range per joint.
     ///
     /// A table is computed at the first query in its box. Error bars of solutions include the
     /// errors of both the table and the model. The same scene gives bitwise the same tables, so
@@ -60,7 +60,7 @@ impl Tabulated {
     /// The table for a configuration and rates, computed if necessary; `None` if there is none.
     fn table(&mut self, configuration: Configuration, rates: &[f64]) -> Option<&ShapeSpace> {
         let table = self.tables.iter_mut().find(|table| {
-            covers(&table.ranges, configuration.lengths, rates)
+            covers(&table.ranges, configuration.shape, rates)
                 && !matches!(table.state, TableState::Impossible)
         })?;
         if let TableState::Pending = table.state {

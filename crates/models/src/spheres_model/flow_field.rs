@@ -1,6 +1,7 @@
 //! Flow field around spheres on a mesh, for visualisation.
 
-use mesh::{BoxSurface, Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh};
+use mesh::{NamedSurface, TetMesh};
+use mesher::{BoxSurface, Container, GenerateParams, MeshedBody, Sphere};
 use microhydro::multipole::{SurfaceVelocity, VelocityField};
 use microhydro::{Accuracy, HydroError, Medium, Spheres};
 use nalgebra::{DVector, Vector3};
@@ -110,7 +111,7 @@ pub(super) fn flow_field(
     let mut parameters = GenerateParams::default();
     parameters.growth = 0.5;
     parameters.sweeps = 4;
-    let tets = mesh::generate(&bodies, &container, &parameters)?.mesh;
+    let tets = mesher::generate(&bodies, &container, &parameters)?.mesh;
     let named: Vec<NamedSurface> = bodies
         .iter()
         .map(|b| (b.name, b.surface))

@@ -1,7 +1,8 @@
 // Stands for another finite-element code: spheres in a ball of fluid, and the matrices around them.
 
 use fem::{StokesMatrices, TaylorHood};
-use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Sphere, TetMesh, generate};
+use mesh::{NamedSurface, TetMesh};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
 use rigid::{FluidMatrices, NodeRole, SurfaceBody};
 

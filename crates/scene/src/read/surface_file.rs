@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use mesh::{MeshError, MshFile, SurfaceMesh, TetMesh, TriangulatedSurface};
+use mesh::{MshFile, SurfaceMesh, TetMesh};
+use mesher::{GenerateError, TriangulatedSurface};
 use nalgebra::Vector3;
 
 use super::checks::Checks;
@@ -41,6 +42,7 @@ impl SurfaceFiles {
             None => {
                 let name = file.display().to_string();
                 let surface = SurfaceMesh::read(&file)
+                    .map_err(GenerateError::from)
                     .and_then(|mesh| TriangulatedSurface::new(&name, mesh, kind.into()))
                     .map_err(|error| checks.bad_value(&key, format!("is refused: {error}")))?;
                 self.read.push((file.clone(), kind, surface.clone()));
@@ -67,15 +69,17 @@ impl SurfaceFiles {
         part: &str,
         key: &str,
     ) -> Result<SurfaceShape, SceneError> {
-        let refused = |error: MeshError| checks.bad_value(key, format!("is refused: {error}"));
+        let refused = |error: GenerateError| checks.bad_value(key, format!("is refused: {error}"));
         let mesh = match &self.mesh {
             Some(mesh) => mesh,
             None => {
                 let read = MshFile::read(file).and_then(|file| file.into_mesh(&[]));
-                self.mesh.insert(read.map_err(refused)?)
+                self.mesh
+                    .insert(read.map_err(|error| refused(error.into()))?)
             }
         };
-        let (triangles, is_curved) = mesh.boundary_part(part).map_err(refused)?;
+        let (triangles, is_curved) =
+            (mesh.boundary_part(part)).map_err(|error| refused(error.into()))?;
         let kind = match is_curved {
             true => SurfaceKind::Smooth,
             false => SurfaceKind::Faceted,

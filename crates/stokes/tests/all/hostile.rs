@@ -1,7 +1,8 @@
 //! Every public function on hostile arguments: a right answer or an error, never a panic.
 
 use fem::TaylorHood;
-use mesh::{Container, GenerateParams, LinearTets, MeshedBody, Sphere, TetMesh, Vec3, generate};
+use mesh::{LinearTets, TetMesh, Vec3};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use rigid::{
     Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, Formulation,
     Independent, Lagrange,

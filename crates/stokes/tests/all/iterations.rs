@@ -1,7 +1,8 @@
 //! Iterations of the block solver in containers with edges, compared with an exact velocity solve.
 
 use linalg::{BlockTriangular, KrylovParams, Multigrid, MultigridParams, fgmres};
-use mesh::{BoxSurface, Container, GenerateParams, MeshedBody, Sphere, TetMesh, generate};
+use mesh::TetMesh;
+use mesher::{BoxSurface, Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
 use rigid::{Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad};
 use stokes::{Options, Problem, Solver};

@@ -1,8 +1,7 @@
 //! Names of boundary parts, and the agreement of one and several drives.
 
-use mesh::{
-    Container, GenerateParams, LinearTets, MeshError, MeshedBody, Sphere, TetMesh, generate,
-};
+use mesh::{LinearTets, MeshError, TetMesh};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
 use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad};
 use stokes::{InitialGuesses, Options, Problem, Seconds, StokesError};

@@ -3,7 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use fem::SurplusSpace;
-use mesh::{Container, GenerateParams, MeshedBody, Sphere, TetMesh, generate};
+use mesh::TetMesh;
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
 use rigid::{

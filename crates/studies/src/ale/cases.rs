@@ -2,7 +2,8 @@
 
 use ale::MovingBody;
 use anyhow::Result;
-use mesh::{Container, GenerateParams, MeshedBody, Sphere, TetMesh, Vec3, generate};
+use mesh::{TetMesh, Vec3};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Isometry3;
 
 /// Names of the spheres, which are the tags of their surfaces.

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use ale::MovingBody;
 use anyhow::{Context, Result, ensure};
-use mesh::{MshFile, NamedSurface, Sphere, Surface, TetMesh, Vec3};
+use mesh::{MshFile, NamedSurface, Surface, TetMesh, Vec3};
+use mesher::Sphere;
 use nalgebra::{DMatrix, DVector, Isometry3};
 
 /// Largest radius of a body relative to the extent of the mesh; larger spheres are containers.

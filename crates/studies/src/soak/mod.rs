@@ -155,7 +155,7 @@ fn expected(error: &SwimError) -> Option<&'static str> {
             Some("a gap too narrow for the accuracy")
         }
         SwimError::NotIntegrated { .. } => Some("not integrated to the tolerance"),
-        SwimError::Model(ModelError::Mesh(mesh::MeshError::BodiesTouch { .. })) => {
+        SwimError::Model(ModelError::Mesh(mesher::GenerateError::BodiesTouch { .. })) => {
             Some("a gap too narrow for the mesh")
         }
         _ => None,

@@ -89,7 +89,7 @@ fn system(formulation: &dyn Formulation) -> Result<Constrained> {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: scene.articulation().initial_lengths(),
+        shape: scene.articulation().initial_shape(),
     };
     Ok(model.system(configuration, &[-0.5, 0.0], formulation)?)
 }

@@ -9,7 +9,8 @@
 use std::f64::consts::PI;
 
 use anyhow::{Context, Result};
-use mesh::{GenerateParams, TetMesh};
+use mesh::TetMesh;
+use mesher::GenerateParams;
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 use swimmer::choose;
 use swimmer::models::Configuration;
@@ -101,7 +102,7 @@ fn ball_in_ball(size: f64, lambda: f64) -> Result<TetMesh> {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: &[],
+        shape: &[],
     };
     let mut model = choose(&scene)?.model;
     model.mesh(configuration)?.context("the model has no mesh")

@@ -7,7 +7,8 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use fem::SurplusSpace;
-use mesh::{Container, GenerateParams, MeshedBody, NamedSurface, Surface, TetMesh, generate};
+use mesh::{NamedSurface, Surface, TetMesh};
+use mesher::{Container, GenerateParams, MeshedBody, generate};
 use nalgebra::{DVector, Vector3};
 use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad, Independent};
 use stokes::{InitialGuesses, Options, Problem};
@@ -103,15 +104,15 @@ pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<Solved> {
     })
 }
 
-fn unit_sphere() -> mesh::Sphere {
-    mesh::Sphere {
+fn unit_sphere() -> mesher::Sphere {
+    mesher::Sphere {
         centre: Vector3::zeros(),
         radius: 1.0,
     }
 }
 
-fn wall(lambda: f64) -> mesh::Sphere {
-    mesh::Sphere {
+fn wall(lambda: f64) -> mesher::Sphere {
+    mesher::Sphere {
         radius: 1.0 / lambda,
         ..unit_sphere()
     }

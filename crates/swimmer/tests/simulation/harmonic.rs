@@ -1,4 +1,4 @@
-//! Smooth gaits in which several links change their lengths at once.
+//! Smooth gaits in which several joints change their lengths at once.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -14,9 +14,9 @@ fn with_gait(gait: &str) -> String {
 
 /// Two arms of the initial length 10 with the phase angles of their oscillations.
 fn harmonic(amplitude: f64, phases: [f64; 2]) -> String {
-    let of = |link: &str, phase: f64| {
+    let of = |joint: &str, phase: f64| {
         format!(
-            "[[gait.harmonics]]\nlink = \"{link}\"\namplitude = {amplitude}\nphase = {phase:?}\n"
+            "[[gait.harmonics]]\nlink = \"{joint}\"\namplitude = {amplitude}\nphase = {phase:?}\n"
         )
     };
     let [left, right] = phases;

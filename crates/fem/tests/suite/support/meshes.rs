@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use mesh::{LinearTets, Sphere, TetMesh, Vec3};
+use mesh::{LinearTets, TetMesh, Vec3};
+use mesher::Sphere;
 use nalgebra::Matrix3;
 
 use super::noise;

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use mesh::{MshFile, NamedSurface, Sphere, TetMesh, Vec3};
+use crate::shapes::Sphere;
+use mesh::{MshFile, NamedSurface, TetMesh, Vec3};
 
 fn path(name: &str) -> Option<PathBuf> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/meshes");

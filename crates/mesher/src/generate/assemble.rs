@@ -1,0 +1,159 @@
+//! Assembly of the finished mesh, with a check of its boundary faces.
+
+use super::container::Container;
+use super::layout::Layout;
+use super::meshed_body::MeshedBody;
+use crate::GenerateError;
+use crate::delaunay::LinkedTets;
+use crate::surface::{euler_characteristic, sphere_radius};
+use mesh::{LinearTets, Regions, SYMMETRY_PLANE_TAGS, Vec3};
+use std::ops::Range;
+
+/// Numbers the vertices of the fluid, finds the boundary faces, and checks them.
+///
+/// # Errors
+/// [`GenerateError::SurfaceNotRecovered`] for a body or container whose faces are not a closed surface
+/// through all its vertices, and for a sphere whose faces are not the designed triangles.
+pub(crate) fn assemble(
+    layout: &Layout<'_>,
+    bodies: &[MeshedBody<'_>],
+    tets: &LinkedTets,
+) -> Result<LinearTets, GenerateError> {
+    let n_bodies = bodies.len();
+    let mut faces: Vec<Vec<[u32; 3]>> = vec![Vec::new(); n_bodies + 1];
+    let mut on_planes: [Vec<[u32; 3]>; 3] = Default::default();
+    let not_recovered = |face: [u32; 3], part: usize| {
+        let sum: Vec3 = face.iter().map(|&v| layout.points[v as usize]).sum();
+        GenerateError::SurfaceNotRecovered {
+            body: bodies.get(part).map_or(Container::TAG, |b| b.name).into(),
+            at: (sum / 3.0).into(),
+        }
+    };
+    for face in tets.boundary_faces() {
+        if let Some(axis) = layout.plane_of(face) {
+            on_planes[axis].push(face);
+            continue;
+        }
+        let owner = face.map(|v| layout.owner[v as usize]);
+        match faces.get_mut(owner[0] as usize) {
+            Some(list) if owner[1] == owner[0] && owner[2] == owner[0] => list.push(face),
+            _ => {
+                let part = owner.iter().copied().min().unwrap_or(0) as usize;
+                return Err(not_recovered(face, part));
+            }
+        }
+    }
+    for (part, list) in faces.iter().enumerate() {
+        let vertices = &layout.vertices[part];
+        let designed = &layout.triangles[part];
+        // Given triangles are faces from the start, and flips keep them.
+        if layout.is_given[part] {
+            continue;
+        }
+        if let Some(vertex) = defect(list, designed, vertices.clone(), layout) {
+            return Err(not_recovered([vertex; 3], part));
+        }
+        // On spheres the faces must be the designed triangles. The normals of faces point out of
+        // the fluid, those of designed triangles out of the body.
+        if bodies
+            .get(part)
+            .is_some_and(|b| sphere_radius(b.surface).is_some())
+        {
+            let found = sorted(list.iter().map(|&[a, b, c]| [a, c, b]));
+            let designed = sorted(layout.triangles[part].iter().copied());
+            if let Some(at) = first_difference(&found, &designed) {
+                return Err(not_recovered(at, part));
+            }
+        }
+    }
+
+    let shift = layout.centres.end - layout.centres.start;
+    let number = |v: u32| {
+        if v < layout.centres.start {
+            v
+        } else {
+            v - shift
+        }
+    };
+    let names = bodies.iter().map(|b| b.name).chain([Container::TAG]);
+    let mut tags: Vec<String> = names.map(str::to_owned).collect();
+    for (list, name) in on_planes.into_iter().zip(SYMMETRY_PLANE_TAGS) {
+        if !list.is_empty() {
+            faces.push(list);
+            tags.push(name.to_owned());
+        }
+    }
+    let mut points = layout.points.clone();
+    points.drain(layout.centres.start as usize..layout.centres.end as usize);
+    Ok(LinearTets {
+        points,
+        tets: tets.tets().iter().map(|t| t.map(number)).collect(),
+        faces: faces
+            .iter()
+            .enumerate()
+            .flat_map(|(part, list)| list.iter().map(move |f| (f.map(number), part as u16)))
+            .collect(),
+        tags,
+        regions: Regions::default(),
+    })
+}
+
+/// A vertex at which the triangles are not a closed surface through all `vertices`, if there is
+/// one.
+///
+/// The surface must have the Euler characteristic of the `designed` triangles and, if symmetry
+/// planes cut it, a rim that lies on the planes.
+fn defect(
+    triangles: &[[u32; 3]],
+    designed: &[[u32; 3]],
+    vertices: Range<u32>,
+    layout: &Layout<'_>,
+) -> Option<u32> {
+    let mut edges: Vec<[u32; 2]> = triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+        .collect();
+    edges.sort_unstable();
+    // Each directed edge must occur once, and so must its reverse: every edge joins two triangles
+    // of consistent orientation.
+    if let Some(pair) = edges.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Some(pair[0][0]);
+    }
+    let on_plane = |edge: &[u32; 2]| {
+        let ends = edge.map(|v| layout.points[v as usize]);
+        !layout.planes.through(&ends).is_empty()
+    };
+    let is_matched = |edge: &[u32; 2]| edges.binary_search(&[edge[1], edge[0]]).is_ok();
+    if let Some(edge) = edges.iter().find(|e| !is_matched(e) && !on_plane(e)) {
+        return Some(edge[0]);
+    }
+    let mut starts: Vec<u32> = edges.iter().map(|e| e[0]).collect();
+    starts.dedup();
+    let mut missing = vertices
+        .clone()
+        .filter(|v| starts.binary_search(v).is_err());
+    let is_other = euler_characteristic(triangles) != euler_characteristic(designed);
+    missing.next().or(is_other.then_some(vertices.start))
+}
+
+/// Sorted list of the triangles, each rotated to begin with its smallest vertex.
+fn sorted(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
+    let mut list: Vec<[u32; 3]> = triangles
+        .map(|[a, b, c]| match a.min(b).min(c) {
+            m if m == a => [a, b, c],
+            m if m == b => [b, c, a],
+            _ => [c, a, b],
+        })
+        .collect();
+    list.sort_unstable();
+    list
+}
+
+/// The first triangle that is in only one of two sorted lists.
+fn first_difference(a: &[[u32; 3]], b: &[[u32; 3]]) -> Option<[u32; 3]> {
+    let mut pairs = a.iter().zip(b);
+    match pairs.find(|(x, y)| x != y) {
+        Some((x, y)) => Some(*x.min(y)),
+        None => a.get(b.len()).or(b.get(a.len())).copied(),
+    }
+}

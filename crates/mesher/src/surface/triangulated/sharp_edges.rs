@@ -1,0 +1,100 @@
+//! Sharp edges of a triangulation, and the directions in which they pass through vertices.
+
+use crate::surface::Triangles;
+use std::collections::BTreeMap;
+
+use super::Defect;
+use mesh::{SurfaceMesh, Vec3};
+
+/// Cosine between the normals at the sharpest edge around which cells fit: 30 degrees are left
+/// between the two sides.
+const SHARPEST: f64 = -0.866_025_403_784_438_6;
+
+/// The sharp edges of a triangulation.
+pub(super) struct SharpEdges {
+    /// For each triangle, whether the edge opposite each vertex is sharp.
+    pub of_triangles: Vec<[bool; 3]>,
+    /// Vertices with other than two sharp edges, or at which they turn sharply.
+    pub corners: Vec<u32>,
+    /// Unit tangent at the vertices through which a sharp edge passes smoothly.
+    tangents: BTreeMap<u32, Vec3>,
+}
+
+impl SharpEdges {
+    /// The edges at which the normals of the triangles differ by more than `angle` degrees.
+    ///
+    /// # Errors
+    /// A defect where the two sides of an edge are folded onto each other.
+    pub fn find(mesh: &SurfaceMesh, neighbours: &[[u32; 3]], angle: f64) -> Result<Self, Defect> {
+        let normals: Vec<Vec3> = (mesh.corners())
+            .map(|[a, b, c]| (b - a).cross(&(c - a)).normalize())
+            .collect();
+        let limit = angle.to_radians().cos();
+        let mut of_triangles = vec![[false; 3]; mesh.triangles.len()];
+        let mut around: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for (t, triangle) in mesh.triangles.iter().enumerate() {
+            for i in 0..3 {
+                let other = neighbours[t][i] as usize;
+                let cosine = normals[t].dot(&normals[other]);
+                if cosine < SHARPEST {
+                    let problem = format!(
+                        "is folded onto triangle {}: their edge is sharper than 30 degrees; make \
+                         it blunt",
+                        other + 1
+                    );
+                    return Err(Defect::new(t, mesh.centroid(t), problem));
+                }
+                of_triangles[t][i] = cosine < limit;
+                let (a, b) = (triangle[(i + 1) % 3], triangle[(i + 2) % 3]);
+                if cosine < limit {
+                    // The neighbour has this edge in the other direction.
+                    around.entry(a).or_default().push(b);
+                }
+            }
+        }
+        let at = |v: u32| mesh.points[v as usize];
+        let mut tangents = BTreeMap::new();
+        let mut corners = Vec::new();
+        for (&v, ends) in &around {
+            let tangent = match ends[..] {
+                [a, b] => {
+                    let [back, forth] = [at(a), at(b)].map(|x| x - at(v));
+                    let turns = back.dot(&forth) > -limit * back.norm() * forth.norm();
+                    // The tangent of the circle through the three points.
+                    let tangent = forth / forth.norm_squared() - back / back.norm_squared();
+                    tangent.try_normalize(0.0).filter(|_| !turns)
+                }
+                _ => None,
+            };
+            match tangent {
+                Some(tangent) => drop(tangents.insert(v, tangent)),
+                None => corners.push(v),
+            }
+        }
+        Ok(Self {
+            of_triangles,
+            corners,
+            tangents,
+        })
+    }
+
+    /// Point next to `v` on the curve of the sharp edge from `v` to another vertex.
+    pub fn next_to(&self, mesh: &SurfaceMesh, v: u32, other: u32) -> Vec3 {
+        let from = mesh.points[v as usize];
+        let arm = (mesh.points[other as usize] - from) / 3.0;
+        match self.tangents.get(&v) {
+            Some(tangent) => from + tangent * tangent.dot(&arm),
+            None => from + arm,
+        }
+    }
+
+    /// Pairs of vertices, the smaller one first.
+    pub fn pairs(&self, mesh: &SurfaceMesh) -> Vec<[u32; 2]> {
+        let triangles = mesh.triangles.iter().zip(&self.of_triangles);
+        let edges = triangles.flat_map(|(triangle, sharp)| {
+            let sharp = (0..3).filter(|&i| sharp[i]);
+            sharp.map(|i| [triangle[(i + 1) % 3], triangle[(i + 2) % 3]])
+        });
+        edges.filter(|[a, b]| a < b).collect()
+    }
+}

@@ -1,0 +1,366 @@
+//! New meshes between the walls of a given mesh and its moved bodies.
+
+use std::path::Path;
+
+use mesh::nalgebra::{Isometry3, UnitQuaternion};
+use mesh::{MeshError, MshFile};
+use mesher::{GenerateError, MovedBody, remesh, remesh_by_gmsh};
+use proptest::prelude::*;
+
+use super::*;
+
+/// Three unit spheres of edge length 0.5 on the x axis in a container.
+fn three_spheres(container: &Container) -> TetMesh {
+    let shapes = collinear(&[-5.0, 0.0, 5.0]);
+    let tets = generate(&bodies(&shapes, 0.5), container, &GenerateParams::default())
+        .unwrap()
+        .mesh;
+    let surfaces: Vec<NamedSurface> = (NAMES.into_iter().zip(&shapes))
+        .map(|(name, sphere)| (name, sphere as &dyn Surface))
+        .collect();
+    TetMesh::curved(tets, &surfaces).unwrap()
+}
+
+fn small_box() -> Container {
+    Container::Box(BoxSurface {
+        min: Vec3::new(-9.0, -6.0, -5.0),
+        max: Vec3::new(10.0, 6.0, 7.0),
+    })
+}
+
+/// The nodes of the facets on a boundary part, moved; as bits, sorted.
+fn nodes_on(mesh: &TetMesh, part: &str, motion: &Isometry3<f64>) -> Vec<[[u64; 3]; 6]> {
+    let tag = mesh.tag(part).unwrap();
+    let bits = |node: u32| {
+        let x = mesh.points()[node as usize];
+        let moved = match *motion == Isometry3::identity() {
+            true => x,
+            false => motion.transform_point(&x.into()).coords,
+        };
+        // Minus zero is zero.
+        moved.map(|c| (c + 0.0).to_bits()).into()
+    };
+    let facets = mesh.facets().iter().filter(|facet| facet.tag == tag);
+    let mut nodes: Vec<[[u64; 3]; 6]> = facets
+        .map(|facet| {
+            let mut nodes = facet.nodes.map(bits);
+            nodes[..3].sort_unstable();
+            nodes[3..].sort_unstable();
+            nodes
+        })
+        .collect();
+    nodes.sort_unstable();
+    nodes
+}
+
+/// Moves the bodies, known by their facets only, and checks that all facets are kept and that the
+/// mesh fills the same volume.
+fn moved_as_they_are(
+    mesh: &TetMesh,
+    motions: &[(&str, Isometry3<f64>)],
+) -> Result<TetMesh, GenerateError> {
+    let bodies: Vec<MovedBody> = (motions.iter())
+        .map(|&(name, motion)| MovedBody {
+            name,
+            motion,
+            surface: None,
+        })
+        .collect();
+    let new = remesh(mesh, &bodies, &GenerateParams::default(), &[])?;
+    let identity = Isometry3::identity();
+    for name in mesh.tags() {
+        let motion = motions.iter().find(|(body, _)| body == name);
+        let motion = motion.map_or(&identity, |(_, motion)| motion);
+        assert!(
+            nodes_on(&new, name, &identity) == nodes_on(mesh, name, motion),
+            "{name}"
+        );
+    }
+    // Each cell rounds by some units of the volume of the container.
+    let rounding = 16.0 * f64::EPSILON * mesh.volume() * (new.n_cells() as f64).sqrt();
+    assert!((new.volume() - mesh.volume()).abs() < rounding);
+    Ok(new)
+}
+
+#[test]
+fn walls_and_bodies_keep_their_facets() {
+    for container in [ball(12.0), small_box()] {
+        let mesh = three_spheres(&container);
+        let turned =
+            |x: f64, y: f64| Isometry3::new(Vec3::new(x, y, 0.0), Vec3::new(0.3, -1.0, 0.5));
+        // Gaps of 0.6 and 0.5 between the spheres; then one near the wall.
+        for shifts in [
+            [(2.4, 0.0), (0.0, 0.0), (-2.5, 0.0)],
+            [(0.0, 0.0), (1.0, 4.0), (0.5, 0.0)],
+        ] {
+            let motions: Vec<_> = (NAMES.into_iter().zip(shifts))
+                .map(|(name, (x, y))| (name, turned(x, y)))
+                .collect();
+            // Turned about the origin, the outer spheres would leave their places.
+            let motions: Vec<_> = (motions.iter().zip([-5.0, 0.0, 5.0]))
+                .map(|((name, motion), x)| {
+                    let centre = Vec3::new(x, 0.0, 0.0);
+                    let shift = centre + motion.translation.vector - motion.rotation * centre;
+                    (*name, Isometry3::from_parts(shift.into(), motion.rotation))
+                })
+                .collect();
+            let new = moved_as_they_are(&mesh, &motions).unwrap();
+            let quality = new.quality();
+            assert!(quality.min_dihedral > 8.0, "{quality:?}");
+            assert!(quality.mean_quality > 0.8, "{quality:?}");
+            assert!(quality.min_jacobian > 0.2, "{quality:?}");
+        }
+    }
+}
+
+/// Four of ten placements of bodies known by facets only, with gaps narrower than the facets, were
+/// refused because a facet was not a face of the new tets.
+#[test]
+fn bug_facets_larger_than_their_gap_were_refused() {
+    let shapes = collinear(&[-5.0, 0.0, 5.0]);
+    let tets = generate(
+        &bodies(&shapes, 0.7),
+        &small_box(),
+        &GenerateParams::default(),
+    );
+    let mesh = TetMesh::straight(tets.unwrap().mesh).unwrap();
+    let width = 0.3;
+    for (k, away) in [
+        Vec3::x(),
+        Vec3::new(0.6, 0.8, 0.0),
+        Vec3::new(0.0, 0.48, -0.64),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let places = [-1.0, 0.0, 1.0].map(|side| side * (2.0 + width) * away.normalize());
+        let moved: Vec<MovedBody> = (NAMES.into_iter().zip(places).zip([-5.0, 0.0, 5.0]))
+            .map(|((name, to), x)| {
+                let turned = UnitQuaternion::from_scaled_axis(Vec3::new(0.4, x, k as f64));
+                let shift = to - turned * Vec3::new(x, 0.0, 0.0);
+                MovedBody {
+                    name,
+                    motion: Isometry3::from_parts(shift.into(), turned),
+                    surface: None,
+                }
+            })
+            .collect();
+        let new = remesh(&mesh, &moved, &GenerateParams::default(), &[]).unwrap();
+        // Divided facets lie in the planes of the given ones.
+        let rounding = 16.0 * f64::EPSILON * mesh.volume() * (new.n_cells() as f64).sqrt();
+        assert!((new.volume() - mesh.volume()).abs() < rounding);
+        // The narrowest part of the gap, where facets lie opposite each other.
+        let tag = new.tag("b").unwrap();
+        let longest = (new.facets().iter())
+            .filter(|facet| facet.tag == tag)
+            .map(|facet| [0, 1, 2].map(|i| new.points()[facet.nodes[i] as usize]))
+            .filter(|x| x.iter().any(|x| (x - away.normalize()).norm() < 0.25))
+            .flat_map(|[a, b, c]| [a - b, b - c, c - a])
+            .fold(0.0, |longest: f64, edge| longest.max(edge.norm()));
+        // Between facets, the gap is wider than between the spheres by the rise of both: 0.12.
+        assert!(longest < 1.5 * (width + 0.2), "{longest}");
+        assert!(new.quality().mean_quality > 0.75, "{:?}", new.quality());
+    }
+}
+
+/// The same motion gives a mesh of about as many cells, near the size of the old one.
+#[test]
+fn a_mesh_that_does_not_move_keeps_its_resolution() {
+    let mesh = three_spheres(&ball(20.0));
+    let motions: Vec<_> = NAMES[..3]
+        .iter()
+        .map(|&name| (name, Isometry3::identity()))
+        .collect();
+    let new = moved_as_they_are(&mesh, &motions).unwrap();
+    let ratio = new.n_cells() as f64 / mesh.n_cells() as f64;
+    assert!((0.7..1.5).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn known_surfaces_are_triangulated_again_and_resolve_gaps() {
+    let mesh = three_spheres(&ball(12.0));
+    let shapes = collinear(&[-2.2, 0.0, 2.2]);
+    let moved: Vec<MovedBody> = (NAMES.into_iter().zip(&shapes).zip([2.8, 0.0, -2.8]))
+        .map(|((name, sphere), x)| MovedBody {
+            name,
+            motion: Isometry3::translation(x, 0.0, 0.0),
+            surface: Some((sphere, 0.5)),
+        })
+        .collect();
+    let surfaces: Vec<NamedSurface> = (NAMES.into_iter().zip(&shapes))
+        .map(|(name, sphere)| (name, sphere as &dyn Surface))
+        .collect();
+    let new = remesh(&mesh, &moved, &GenerateParams::default(), &surfaces).unwrap();
+    let identity = Isometry3::identity();
+    assert!(nodes_on(&new, "outer", &identity) == nodes_on(&mesh, "outer", &identity));
+    let of: Vec<&dyn Surface> = shapes.iter().map(|s| s as &dyn Surface).collect();
+    let ratio = new.gap_ratio(&of, None);
+    assert!(ratio < 1.5, "{ratio}");
+    assert!(new.quality().min_jacobian > 0.2);
+    for (name, sphere) in &surfaces {
+        let tag = new.tag(name).unwrap();
+        for node in new.nodes_on(tag) {
+            assert!(sphere.signed_distance(new.points()[node as usize]).abs() < 1e-14);
+        }
+    }
+}
+
+/// A sphere, an ellipsoid and a capsule in a ball, known by the nodes of a second-order file.
+#[test]
+fn bodies_of_a_second_order_file_keep_their_curved_facets() {
+    let file = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../../shared/meshes/mixed_bodies_order2.msh"
+    );
+    if !Path::new(file).exists() {
+        return;
+    }
+    let mesh = MshFile::read(Path::new(file))
+        .unwrap()
+        .into_mesh(&[])
+        .unwrap();
+    let about = |centre: Vec3, shift: Vec3, axis: Vec3| {
+        let rotation = UnitQuaternion::from_scaled_axis(axis);
+        Isometry3::from_parts((centre + shift - rotation * centre).into(), rotation)
+    };
+    let motions = [
+        (
+            "sphere",
+            about(
+                Vec3::new(-6.0, 0.0, 0.0),
+                Vec3::new(2.5, 0.5, 0.0),
+                Vec3::zeros(),
+            ),
+        ),
+        (
+            "ellipsoid",
+            about(Vec3::zeros(), Vec3::zeros(), Vec3::new(0.0, 0.9, 0.4)),
+        ),
+        (
+            "capsule",
+            about(
+                Vec3::new(6.0, 0.0, 0.0),
+                Vec3::new(-1.8, 1.0, 0.5),
+                Vec3::new(0.5, 0.0, 1.2),
+            ),
+        ),
+    ];
+    let new = moved_as_they_are(&mesh, &motions).unwrap();
+    let (quality, of_file) = (new.quality(), mesh.quality());
+    // The facets of the file bound the quality that is possible; its smallest angle is 7 degrees.
+    assert!(
+        quality.min_jacobian > 0.2 && quality.min_dihedral > 0.5 * of_file.min_dihedral,
+        "{quality:?} {of_file:?}"
+    );
+}
+
+#[test]
+fn bodies_that_touch_and_unknown_bodies_are_errors() {
+    let mesh = three_spheres(&ball(12.0));
+    let shift = |name, x| (name, Isometry3::translation(x, 0.0, 0.0));
+    let error = |motions: &[(&str, Isometry3<f64>)]| moved_as_they_are(&mesh, motions).unwrap_err();
+    let touching = error(&[shift("a", 3.1), shift("b", 0.0), shift("c", 0.0)]);
+    assert!(
+        matches!(touching, GenerateError::BodiesTouch { .. }),
+        "{touching}"
+    );
+    let outside = error(&[shift("a", -6.5), shift("b", 0.0), shift("c", 0.0)]);
+    assert!(
+        matches!(outside, GenerateError::BodyAtWall { .. }),
+        "{outside}"
+    );
+    let unknown = error(&[shift("d", 0.0)]);
+    assert!(
+        matches!(unknown, GenerateError::Mesh(MeshError::UnknownTag { .. })),
+        "{unknown}"
+    );
+    let twice = error(&[shift("a", 0.0), shift("b", 0.0), shift("a", 0.0)]);
+    assert!(
+        matches!(twice, GenerateError::Mesh(MeshError::BadTag { .. })),
+        "{twice}"
+    );
+    let nan = error(&[shift("a", f64::NAN), shift("b", 0.0), shift("c", 0.0)]);
+    assert!(
+        matches!(
+            nan,
+            GenerateError::BodiesTouch { .. } | GenerateError::BodyAtWall { .. }
+        ),
+        "{nan}"
+    );
+}
+
+/// The command `gmsh` makes a mesh with all facets; skipped where it is not installed.
+#[test]
+fn gmsh_keeps_all_facets() {
+    let command = Path::new("gmsh");
+    let version = std::process::Command::new(command)
+        .arg("--version")
+        .output();
+    if !version.is_ok_and(|output| output.status.success()) {
+        return;
+    }
+    let mesh = three_spheres(&small_box());
+    let turned = UnitQuaternion::from_scaled_axis(Vec3::new(0.3, -1.0, 0.5));
+    let motions = [-5.0, 0.0, 5.0].map(|x| {
+        let centre = Vec3::new(x, 0.0, 0.0);
+        Isometry3::from_parts((0.6 * centre - turned * centre).into(), turned)
+    });
+    let moved: Vec<MovedBody> = (NAMES.into_iter().zip(motions))
+        .map(|(name, motion)| MovedBody {
+            name,
+            motion,
+            surface: None,
+        })
+        .collect();
+    let new = remesh_by_gmsh(command, &mesh, &moved, &[]).unwrap();
+    for (name, motion) in NAMES.into_iter().zip(&motions) {
+        assert!(nodes_on(&new, name, &Isometry3::identity()) == nodes_on(&mesh, name, motion));
+    }
+    let rounding = 16.0 * f64::EPSILON * mesh.volume() * (new.n_cells() as f64).sqrt();
+    assert!((new.volume() - mesh.volume()).abs() < rounding);
+}
+
+/// A command that is missing, one that fails, and one that writes no mesh.
+#[cfg(unix)]
+#[test]
+fn a_gmsh_that_makes_no_mesh_is_an_error() {
+    let mesh = three_spheres(&ball(12.0));
+    for (command, expected) in [
+        ("/nowhere/gmsh", "there is no command /nowhere/gmsh"),
+        ("/bin/false", "it wrote no mesh (exit status: 1)"),
+        ("/bin/true", "it wrote no mesh (exit status: 0)"),
+    ] {
+        let error = remesh_by_gmsh(Path::new(command), &mesh, &[], &[]).unwrap_err();
+        assert!(error.to_string().contains(expected), "{error}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4))]
+
+    /// Spheres at any places with gaps of 0.8 or more have a new mesh, the same for any number of
+    /// threads.
+    #[test]
+    fn spheres_anywhere_are_meshed(places in places()) {
+        let mesh = three_spheres(&ball(12.0));
+        let motions: Vec<_> = (NAMES.into_iter().zip(places).zip([-5.0, 0.0, 5.0]))
+            .map(|((name, to), x)| (name, Isometry3::translation(to.x - x, to.y, to.z)))
+            .collect();
+        let new = moved_as_they_are(&mesh, &motions).unwrap();
+        prop_assert!(new.quality().min_jacobian > 0.1, "{:?}", new.quality());
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let serial = pool.install(|| moved_as_they_are(&mesh, &motions)).unwrap();
+        prop_assert!(serial == new);
+    }
+}
+
+/// Places of three unit spheres in a ball of radius 12, 0.8 or more from each other and the wall.
+fn places() -> impl Strategy<Value = [Vec3; 3]> {
+    let place = prop::array::uniform3(-10.0..10.0).prop_map(Vec3::from);
+    prop::array::uniform3(place).prop_filter("gaps", |places| {
+        places
+            .iter()
+            .enumerate()
+            .all(|(k, x)| x.norm() < 10.2 && places[..k].iter().all(|y| (x - y).norm() > 2.8))
+    })
+}

@@ -1,0 +1,193 @@
+//! Loads of the joints on bodies: multipliers of the constraints, in every formulation.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use crate::damping::Damping;
+use crate::error::check_length;
+use crate::{Constraints, Drive, NullSpace, Reduction, RigidError, SymmetryPlanes};
+
+/// Data for the loads `λ` of the joints: `C^T λ` balances the fluid's forces and the external
+/// loads.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct JointLoads {
+    /// Independent rows of `C`, gauge rows below them.
+    rows: DMatrix<f64>,
+    /// Indices of the independent rows of `C`; the other rows are redundant and carry no load.
+    independent: Vec<usize>,
+    /// Number of rows of `C`.
+    constraints: usize,
+    /// External loads, conjugate to the generalised velocities.
+    external: DVector<f64>,
+    /// Generalised velocities of bodies with surfaces.
+    surface_rows: Vec<usize>,
+    /// Velocities of bodies with surfaces that the joints allow, one column per dof.
+    surface_basis: DMatrix<f64>,
+    /// Velocities of bodies, frames and joints that the joints allow, one column per dof.
+    basis: DMatrix<f64>,
+    /// Resistances in addition to that of the fluid.
+    damping: Damping,
+    /// Vectors along the joints.
+    ///
+    /// They do not affect the loads, but distinguish drives at different lengths: with
+    /// [`Arms::Lab`](crate::Arms::Lab) `rows` contain no lengths.
+    joint_vectors: Vec<Vector3<f64>>,
+}
+
+/// Power of the loads on a motion of unit size, relative to the loads, up to which it is rounding
+/// of the elimination.
+const UNRESISTED: f64 = 1e-9;
+
+impl Drive<'_> {
+    /// The velocities that joints and symmetry planes allow, and data for the loads of the joints.
+    ///
+    /// Only [`NullSpace::offset`] depends on the rates of the joints.
+    ///
+    /// # Errors
+    /// Joints that contradict each other, loads that are not symmetric about the planes, not finite
+    /// or of the wrong number, loads on motions that move no surface, constraints of another set.
+    pub(crate) fn reduced(
+        &self,
+        symmetry_planes: SymmetryPlanes,
+    ) -> Result<(NullSpace, JointLoads), RigidError> {
+        self.check()?;
+        let constraints = Constraints::with_symmetry(self, symmetry_planes)?;
+        let Reduction {
+            all, surface_basis, ..
+        } = Reduction::of(self.set, &constraints)?;
+        let external = self.generalised_loads()?;
+        let power = all.unresisted.tr_mul(&external);
+        if power.amax() > UNRESISTED * external.amax() {
+            return Err(RigidError::Unresisted {
+                power: power.amax(),
+            });
+        }
+        let loads = JointLoads {
+            rows: all.constraint_rows(&constraints),
+            independent: all.independent.clone(),
+            constraints: constraints.matrix.nrows(),
+            external,
+            surface_rows: self.set.surface_velocities(),
+            surface_basis,
+            basis: all.basis.clone(),
+            damping: self.damping(),
+            joint_vectors: constraints.joint_vectors.clone(),
+        };
+        Ok((all, loads))
+    }
+
+    /// Loads of the joints that balance given forces `(F, T)` of the rigid bodies on the fluid.
+    ///
+    /// For flow models that provide resistances only; `velocities` are all generalised velocities,
+    /// which dashpots depend on. The layout is that of
+    /// [`FlowSolution::joint_loads`](crate::FlowSolution::joint_loads).
+    ///
+    /// # Errors
+    /// Joints that contradict each other, lists of the wrong length.
+    pub fn joint_loads(
+        &self,
+        forces: &DVector<f64>,
+        velocities: &DVector<f64>,
+    ) -> Result<DVector<f64>, RigidError> {
+        check_length(
+            "generalised velocities",
+            velocities.len(),
+            self.constraints.layout.len(),
+        )?;
+        check_length(
+            "forces and torques of the rigid bodies",
+            forces.len(),
+            self.set.surface_velocities().len(),
+        )?;
+        let (_, loads) = self.reduced(SymmetryPlanes::default())?;
+        loads.balancing(forces, velocities)
+    }
+}
+
+impl JointLoads {
+    /// Independent rows of `C`, gauge rows below them.
+    pub(crate) fn rows(&self) -> &DMatrix<f64> {
+        &self.rows
+    }
+
+    /// External loads, conjugate to the generalised velocities.
+    pub(crate) fn external(&self) -> &DVector<f64> {
+        &self.external
+    }
+
+    /// Loads from the multipliers `α` of the independent rows: `M q + C^T α = F`, so `λ = -α`.
+    pub(crate) fn of_multipliers(&self, multipliers: &[f64]) -> DVector<f64> {
+        let mut loads = DVector::zeros(self.constraints);
+        for (&row, alpha) in self.independent.iter().zip(multipliers) {
+            loads[row] = -alpha;
+        }
+        loads
+    }
+
+    /// Loads that balance the forces `(F, T)` of the bodies on the fluid at velocities `q`.
+    ///
+    /// `C^T λ = forces + damping q - external`. The rows are independent, so the least-squares
+    /// solution is unique. Its residual is the residual of the force balances of the motions that
+    /// the joints allow.
+    ///
+    /// # Errors
+    /// [`RigidError::DependentConstraints`] for rows that are linearly dependent to rounding.
+    pub(crate) fn balancing(
+        &self,
+        forces: &DVector<f64>,
+        velocities: &DVector<f64>,
+    ) -> Result<DVector<f64>, RigidError> {
+        let others = self.damping.times(velocities) - &self.external;
+        let multipliers = self.multipliers(forces, others)?;
+        Ok(self.of_independent(&multipliers))
+    }
+
+    /// Change of the loads for changes of the forces `(F, T)` and of all velocities, and the forces
+    /// that it balances.
+    ///
+    /// The external loads do not change. The forces returned do no work on motions that the joints
+    /// allow, but for that of the dashpots: `f - S (S^T S)^-1 (S^T f + B^T D q)` with the basis `B`
+    /// of all velocities, `S` its rows of surfaces.
+    ///
+    /// # Errors
+    /// Those of [`JointLoads::balancing`].
+    pub(crate) fn change(
+        &self,
+        forces: &DVector<f64>,
+        velocities: &DVector<f64>,
+    ) -> Result<(DVector<f64>, DVector<f64>), RigidError> {
+        let basis = &self.surface_basis;
+        let gram = (basis.tr_mul(basis))
+            .cholesky()
+            .ok_or(RigidError::DependentConstraints)?;
+        let of_dashpots = self.damping.times(velocities);
+        let work = basis.tr_mul(forces) + self.basis.tr_mul(&of_dashpots);
+        let balanced = forces - basis * gram.solve(&work);
+        let multipliers = self.multipliers(&balanced, of_dashpots)?;
+        Ok((self.of_independent(&multipliers), balanced))
+    }
+
+    /// Loads of all rows from those of the independent ones.
+    fn of_independent(&self, multipliers: &DVector<f64>) -> DVector<f64> {
+        let mut loads = DVector::zeros(self.constraints);
+        for (&row, &load) in self.independent.iter().zip(multipliers.iter()) {
+            loads[row] = load;
+        }
+        loads
+    }
+
+    /// Least-squares solution of `C^T λ = forces + others`, gauge rows included.
+    fn multipliers(
+        &self,
+        forces: &DVector<f64>,
+        others: DVector<f64>,
+    ) -> Result<DVector<f64>, RigidError> {
+        let mut unbalanced = others;
+        for (&row, force) in self.surface_rows.iter().zip(forces.iter()) {
+            unbalanced[row] += force;
+        }
+        let normal = (&self.rows * self.rows.transpose())
+            .cholesky()
+            .ok_or(RigidError::DependentConstraints)?;
+        Ok(normal.solve(&(&self.rows * unbalanced)))
+    }
+}

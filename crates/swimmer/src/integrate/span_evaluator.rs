@@ -1,0 +1,266 @@
+//! The model's solutions at points of a phase span, each of them checked.
+
+use models::{
+    BodyInertia, Configuration, ErrorEstimates, Hydrodynamics, InstantaneousSolution, ModelError,
+    Query, Seconds,
+};
+use nalgebra::DMatrix;
+use rigid::State;
+use scene::{PhaseSpan, Scene, closest_contact, contacts};
+
+use super::passive_joints::JointNewton;
+use super::piece::PathPiece;
+use super::span_solution::SpanSolution;
+use crate::error::SwimError;
+
+type Observer<'a> = &'a mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>;
+
+/// Evaluates the model along one phase span, counts the solves and adds up their time.
+pub(super) struct SpanEvaluator<'a> {
+    pub scene: &'a Scene,
+    pub span: &'a PhaseSpan,
+    pub seconds: Seconds,
+    pub solves: usize,
+    /// Number of solutions on another mesh than the solution before.
+    pub mesh_changes: usize,
+    /// Degrees of freedom of the last solution, which differ between meshes.
+    dofs: Option<usize>,
+    /// Integration error that the scene's tolerance allows for the phase span, if it is known.
+    pub tolerance: Option<f64>,
+    /// Intervals of the lengths of the joints along the phase span.
+    pub ranges: Vec<(f64, f64)>,
+    model: &'a mut dyn Hydrodynamics,
+    observe: Observer<'a>,
+}
+
+impl<'a> SpanEvaluator<'a> {
+    pub fn new(
+        scene: &'a Scene,
+        model: &'a mut dyn Hydrodynamics,
+        span: &'a PhaseSpan,
+        tolerance: Option<f64>,
+        observe: Observer<'a>,
+    ) -> Self {
+        Self {
+            scene,
+            span,
+            seconds: Seconds::default(),
+            solves: 0,
+            mesh_changes: 0,
+            dofs: None,
+            tolerance,
+            ranges: span.ranges(),
+            model,
+            observe,
+        }
+    }
+
+    /// The model's solution at the position `s` in [0, 1] on the phase span, with or without its
+    /// estimates of the discretisation error.
+    pub fn solve(
+        &mut self,
+        s: f64,
+        state: &State,
+        estimates: bool,
+    ) -> Result<SpanSolution, SwimError> {
+        self.solve_query(s, state, estimates, None)
+    }
+
+    /// The solutions at several points, at once if the model can.
+    pub fn solve_points(
+        &mut self,
+        points: Vec<(f64, State)>,
+        estimates: bool,
+    ) -> Result<Vec<SpanSolution>, SwimError> {
+        let mut inputs = Vec::with_capacity(points.len());
+        for (s, state) in &points {
+            let shape = self.span.shape(*s);
+            self.check_clearance(*s, state, &shape)?;
+            let forces = self.scene.joint_forces(self.span.time(*s));
+            inputs.push((shape, [self.span.rates(*s)], forces));
+        }
+        let queries = points.iter().zip(&inputs);
+        let queries = queries.map(|((_, state), (shape, rates, forces))| {
+            Query::new(Configuration { state, shape }, rates)
+                .with_estimates(estimates)
+                .with_joint_forces(forces.as_deref())
+        });
+        let Some(solved) = self.model.solve_together(&queries.collect::<Vec<_>>())? else {
+            let solve = |(s, state): &(f64, State)| self.solve(*s, state, estimates);
+            return points.iter().map(solve).collect();
+        };
+        let mut solutions = Vec::with_capacity(points.len());
+        for (number, ((s, state), of_rates)) in points.iter().zip(solved).enumerate() {
+            self.model.select_flow(number);
+            solutions.push(self.record(*s, state, self.only(of_rates)?)?);
+        }
+        Ok(solutions)
+    }
+
+    /// The solution for the only set of rates of a query.
+    fn only(
+        &self,
+        mut solutions: Vec<InstantaneousSolution>,
+    ) -> Result<InstantaneousSolution, ModelError> {
+        solutions.pop().ok_or(ModelError::NoSolution {
+            model: self.model.name(),
+        })
+    }
+
+    /// The solution with the terms of an implicit step for bodies with mass.
+    pub fn solve_with_inertia(
+        &mut self,
+        s: f64,
+        state: &State,
+        inertia: &[BodyInertia],
+    ) -> Result<SpanSolution, SwimError> {
+        self.solve_query(s, state, true, Some(inertia))
+    }
+
+    /// The solution at the position `s`, with the forces on joints at its time.
+    fn solve_query(
+        &mut self,
+        s: f64,
+        state: &State,
+        estimates: bool,
+        inertia: Option<&[BodyInertia]>,
+    ) -> Result<SpanSolution, SwimError> {
+        let rates = [self.span.rates(s)];
+        let forces = self.scene.joint_forces(self.span.time(s));
+        let solutions = self.query(s, state, |model, configuration| {
+            let query = Query::new(configuration, &rates)
+                .with_estimates(estimates)
+                .with_joint_forces(forces.as_deref());
+            model.solve(&match inertia {
+                Some(inertia) => query.with_inertia(inertia),
+                None => query,
+            })
+        })?;
+        self.record(s, state, self.only(solutions)?)
+    }
+
+    /// The grand resistance matrix at the position `s` on the phase span.
+    pub fn resistance(&mut self, s: f64, state: &State) -> Result<DMatrix<f64>, SwimError> {
+        self.query(s, state, |model, configuration| {
+            model.resistance(configuration)
+        })
+    }
+
+    /// The derivatives of the motion with respect to the values of passive joints; none without
+    /// springs.
+    pub fn joint_newton(
+        &mut self,
+        s: f64,
+        state: &State,
+    ) -> Result<Option<JointNewton>, SwimError> {
+        let set = self.scene.articulation();
+        let mut drives = set.passive_drives().map(|(_, drive)| drive);
+        if drives.all(|drive| drive.stiffness == 0.0) {
+            return Ok(None);
+        }
+        let responses = self.query(s, state, |model, configuration| {
+            model.joint_responses(configuration)
+        })?;
+        let drives = set.passive_drives().map(|(_, drive)| drive);
+        Ok(Some(JointNewton::new(&responses, drives)))
+    }
+
+    /// When the model estimates its discretisation errors.
+    pub fn error_estimates(&self) -> ErrorEstimates {
+        self.model.error_estimates()
+    }
+
+    /// Whether the model keeps its own error below its share of the tolerance.
+    pub fn controls_error(&self) -> bool {
+        self.model.controls_error()
+    }
+
+    /// Queries the model, after a check that bodies and walls do not touch.
+    fn query<T>(
+        &mut self,
+        s: f64,
+        state: &State,
+        evaluate: impl Fn(&mut dyn Hydrodynamics, Configuration<'_>) -> Result<T, ModelError>,
+    ) -> Result<T, SwimError> {
+        let shape = self.span.shape(s);
+        self.check_clearance(s, state, &shape)?;
+        let configuration = Configuration {
+            state,
+            shape: &shape,
+        };
+        Ok(evaluate(self.model, configuration)?)
+    }
+
+    /// Checks and counts a solution, and shows it to the observer.
+    pub fn record(
+        &mut self,
+        s: f64,
+        state: &State,
+        solution: InstantaneousSolution,
+    ) -> Result<SpanSolution, SwimError> {
+        solution.check(self.model)?;
+        self.seconds += solution.seconds;
+        let dofs = self.dofs.replace(solution.dofs.total);
+        let has_other_dofs = dofs.is_some_and(|before| before != solution.dofs.total);
+        self.mesh_changes += usize::from(solution.remeshed.is_some() || has_other_dofs);
+        let span_solution = SpanSolution {
+            number: self.solves,
+            s,
+            state: state.clone(),
+            solution,
+        };
+        self.solves += 1;
+        (self.observe)(&span_solution, &*self.model)?;
+        Ok(span_solution)
+    }
+
+    /// The solution rotated to another state with the same shape, for scenes whose motion depends
+    /// on the shape alone.
+    pub fn rotated(&self, solution: &SpanSolution, state: &State) -> SpanSolution {
+        let rotation = state.frames[0].rotation * solution.state.frames[0].rotation.inverse();
+        let mut rotated = SpanSolution {
+            state: state.clone(),
+            ..solution.clone()
+        };
+        rotated.solution.rotate(&rotation);
+        rotated
+    }
+
+    /// Names of the joints that change their lengths, for messages.
+    pub fn joint_name(&self) -> String {
+        self.scene.joint_names(&self.span.joints)
+    }
+
+    /// Gaps between surfaces at the position `s` of a path, in a fixed order.
+    pub fn gaps(&self, path: &PathPiece, s: f64) -> Result<Vec<f64>, SwimError> {
+        let set = self.scene.articulation();
+        let poses = set.place(&path.state(set, s)?, &self.span.shape(s))?;
+        let contacts = contacts(self.scene.bodies(), self.scene.domain(), &poses);
+        Ok(contacts.map(|contact| contact.gap).collect())
+    }
+
+    fn check_clearance(&self, s: f64, state: &State, shape: &[f64]) -> Result<(), SwimError> {
+        let poses = self.scene.articulation().place(state, shape)?;
+        let bodies = self.scene.bodies();
+        let Some(contact) = closest_contact(bodies, self.scene.domain(), &poses) else {
+            return Ok(());
+        };
+        if !contact.touches(bodies[contact.body].bounding_radius()) {
+            return Ok(());
+        }
+        let name = &bodies[contact.body].name;
+        Err(SwimError::Collision {
+            phase: self.span.number + 1,
+            joint: self.joint_name(),
+            percent: 100.0 * s,
+            time: self.span.time(s),
+            problem: match contact.other {
+                Some(other) => format!(
+                    "bodies '{name}' and '{}' touch (gap {:.4})",
+                    bodies[other].name, contact.gap
+                ),
+                None => format!("body '{name}' touches the wall (gap {:.4})", contact.gap),
+            },
+        })
+    }
+}
