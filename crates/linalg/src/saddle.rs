@@ -290,7 +290,7 @@ fn residual_weights(a: &Bordered, mass_diagonal: &[f64]) -> Vec<f32> {
 ///
 /// Velocities are of size `b / K` and fluxes of size `B b / K`: below this ratio a residual of 1e-8
 /// would allow more than 1e-4 of the divergence to go unnoticed.
-const SMALLEST_RATIO: f64 = 1e-4;
+const MIN_DIVERGENCE_RATIO: f64 = 1e-4;
 
 /// Refuses a divergence that is small compared with the stiffness.
 ///
@@ -299,7 +299,7 @@ fn check_balance(a: &Bordered, b: &Csr3, e: &Csr) -> Result<(), LinalgError> {
     let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let divergence = largest(b.data().as_flattened()).max(largest(e.data()));
     let ratio = divergence / largest(&diagonal(a.stiffness()));
-    if divergence > 0.0 && ratio < SMALLEST_RATIO {
+    if divergence > 0.0 && ratio < MIN_DIVERGENCE_RATIO {
         return Err(LinalgError::Unbalanced { ratio });
     }
     Ok(())

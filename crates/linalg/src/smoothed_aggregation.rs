@@ -64,7 +64,7 @@ impl Aggregates {
     /// # Errors
     /// [`LinalgError::Shape`] unless the matrix is square with one class per row,
     /// [`LinalgError::NotPositive`] for a diagonal entry that is not positive.
-    pub fn of_matrix(k: &Csr, class: &[u8], strength: f64) -> Result<Self, LinalgError> {
+    pub fn from_matrix(k: &Csr, class: &[u8], strength: f64) -> Result<Self, LinalgError> {
         check_shape("matrix to aggregate", k.shape(), (class.len(), class.len()))?;
         let diagonal = positive_diagonal("matrix to aggregate", k)?;
         Ok(standard_aggregates(
