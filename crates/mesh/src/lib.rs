@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod boundary_part;
+mod box_tree;
 mod build;
 mod error;
 mod file_location;
@@ -22,6 +23,7 @@ mod tet_mesh;
 mod topology;
 mod validity;
 
+pub use box_tree::{BoundingBox, BoxTree};
 pub use error::MeshError;
 pub use file_location::FileLocation;
 pub use io::{MshFile, Pvd, SurfaceFormat, Vtu, VtuEncoding};
