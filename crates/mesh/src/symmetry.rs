@@ -1,15 +1,9 @@
 //! Meshes cut at symmetry planes, and the whole meshes that they represent.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::tet_mesh::Topology;
-use crate::{Facet, MeshError, Regions, TetMesh, Vec3};
-
-/// Tags of the boundary parts on the symmetry planes through the origin normal to x, y and z.
-///
-/// The meshed part of the fluid is where the coordinate is positive.
-pub const SYMMETRY_PLANE_TAGS: [&str; 3] = ["mirror-x", "mirror-y", "mirror-z"];
+use crate::{Facet, MeshError, Regions, SYMMETRY_PLANE_TAGS, TetMesh, Vec3};
 
 /// A whole mesh, composed of a part and its reflections.
 #[derive(Clone, Debug)]
@@ -24,39 +18,6 @@ pub struct Unfolded {
 }
 
 impl TetMesh {
-    /// For each axis, whether the mesh has a symmetry plane normal to it.
-    ///
-    /// Symmetry planes are the boundary parts with the tags [`SYMMETRY_PLANE_TAGS`].
-    pub fn symmetry_planes(&self) -> [bool; 3] {
-        SYMMETRY_PLANE_TAGS.map(|name| self.tags().iter().any(|tag| tag == name))
-    }
-
-    /// The axis to which the boundary part `tag` is normal, if it is a symmetry plane.
-    pub fn symmetry_plane_axis(&self, tag: u16) -> Option<usize> {
-        let name = self.tags().get(usize::from(tag))?;
-        SYMMETRY_PLANE_TAGS.iter().position(|plane| plane == name)
-    }
-
-    /// Whether the boundary part `tag` is a symmetry plane.
-    pub fn is_symmetry_plane(&self, tag: u16) -> bool {
-        self.symmetry_plane_axis(tag).is_some()
-    }
-
-    /// Nodes on symmetry planes, ascending; for each node, the axes to which its planes are normal.
-    ///
-    /// Cost: one pass over the facets and a sort.
-    pub fn nodes_on_symmetry_planes(&self) -> Vec<(u32, [bool; 3])> {
-        let mut nodes: BTreeMap<u32, [bool; 3]> = BTreeMap::new();
-        for facet in self.facets() {
-            if let Some(axis) = self.symmetry_plane_axis(facet.tag) {
-                for node in facet.nodes {
-                    nodes.entry(node).or_default()[axis] = true;
-                }
-            }
-        }
-        nodes.into_iter().collect()
-    }
-
     /// The whole mesh that this part represents: the part and its reflections in all symmetry
     /// planes.
     ///

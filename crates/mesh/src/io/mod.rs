@@ -1,6 +1,6 @@
 //! Mesh files: Gmsh MSH, STL and OBJ in, VTU (ParaView) and MSH out.
 
-mod atomic;
+mod atomic_file;
 mod msh;
 mod surface_file;
 mod vtu;

@@ -1,8 +1,8 @@
 //! Assembly of the finished mesh, with a check of its boundary faces.
 
-use super::container::Container;
+use super::input::Container;
+use super::input::MeshedBody;
 use super::layout::Layout;
-use super::meshed_body::MeshedBody;
 use crate::GenerateError;
 use crate::delaunay::LinkedTets;
 use crate::surface::{euler_characteristic, sphere_radius};

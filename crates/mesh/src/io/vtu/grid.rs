@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::atomic::write_atomically;
+use super::super::atomic_file::write_atomically;
 use super::xml::{Array, Piece, Values, VtuEncoding, document};
 use crate::{MeshError, TET_EDGES, TetMesh};
 

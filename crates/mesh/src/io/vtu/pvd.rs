@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::atomic::write_atomically;
+use super::super::atomic_file::write_atomically;
 use super::xml::escape;
 use crate::MeshError;
 

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 
-use super::super::atomic::write_atomically;
+use super::super::atomic_file::write_atomically;
 use crate::{MeshError, TetMesh};
 
 /// Writes `mesh` as MSH 4.1, text, second order.
