@@ -18,7 +18,7 @@ mod tet_mesh;
 mod topology;
 
 pub use error::{FileLocation, MeshError};
-pub use io::{MshFile, Pvd, SurfaceFormat, Vtu, VtuEncoding};
+pub use io::{MshFile, Pvd, SurfaceFormat, Vtu, VtuEncoding, write_atomically};
 pub use jacobian::scaled_jacobian_bound;
 pub use linear_tets::{LinearTets, Regions, TET_EDGES, Vec3};
 pub use nalgebra;

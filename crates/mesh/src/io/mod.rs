@@ -6,6 +6,7 @@ mod surface_file;
 mod vtu;
 mod write;
 
+pub use atomic_file::write_atomically;
 pub use msh::MshFile;
 pub use surface_file::SurfaceFormat;
 pub use vtu::{Pvd, Vtu, VtuEncoding};
