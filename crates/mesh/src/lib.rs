@@ -20,7 +20,7 @@ mod topology;
 pub use error::{FileLocation, MeshError};
 pub use io::{MshFile, Pvd, SurfaceFormat, Vtu, VtuEncoding, write_atomically};
 pub use jacobian::scaled_jacobian_bound;
-pub use linear_tets::{LinearTets, Regions, TET_EDGES, Vec3};
+pub use linear_tets::{LinearTets, Regions, TET_EDGES, Vec3, used_points};
 pub use nalgebra;
 pub use point_location::{CellPoint, PointLocator};
 pub use quadratic_tets::QuadraticTets;

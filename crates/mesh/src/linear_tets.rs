@@ -138,6 +138,23 @@ impl LinearTets {
     }
 }
 
+/// The points that are `used`, in their order, and the new number of each; `u32::MAX` for others.
+///
+/// # Panics
+/// If a used point does not exist.
+pub fn used_points(points: &[Vec3], used: impl IntoIterator<Item = u32>) -> (Vec<Vec3>, Vec<u32>) {
+    let mut numbers = vec![u32::MAX; points.len()];
+    used.into_iter().for_each(|v| numbers[v as usize] = 0);
+    let mut kept = Vec::new();
+    for (number, point) in numbers.iter_mut().zip(points) {
+        if *number == 0 {
+            *number = kept.len() as u32;
+            kept.push(*point);
+        }
+    }
+    (kept, numbers)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

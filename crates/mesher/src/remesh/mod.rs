@@ -171,9 +171,15 @@ fn attempt(
         let (points, tets) = improve(&mut layout, tets, &sizes, &params);
         layout.points = points;
         let new = assemble::assemble(&layout, &meshed(&names, &parts), &tets)?;
-        let of_parts = (parts.as_slice(), part_of_tags);
-        let new = join::join((mesh, &kept), of_parts, (&fronts, &layout), new, surfaces)?;
-        return Ok(Attempt::Done(new));
+        let pieces = join::Pieces {
+            old: mesh,
+            kept: &kept,
+            parts: &parts,
+            part_of_tags,
+            fronts: &fronts,
+            layout: &layout,
+        };
+        return Ok(Attempt::Done(join::join(pieces, new, surfaces)?));
     }
     Err(not_recovered(mesh, &parts, &names, None))
 }
