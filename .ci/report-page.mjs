@@ -13,10 +13,14 @@ import { join, resolve } from "node:path";
 const [page, ...options] = process.argv.slice(2);
 const option = (name) => (options.includes(name) ? options[options.indexOf(name) + 1] : undefined);
 const [out, axe] = [option("--out"), option("--axe")];
+if (!page) {
+  console.error("usage: node .ci/report-page.mjs REPORT.html [--out DIR] [--axe AXE.min.js]");
+  process.exit(2);
+}
 const browser = ["chromium", "chromium-browser", "google-chrome"]
   .find((name) => spawnSync(name, ["--version"]).status === 0);
 if (!browser) {
-  console.error("warning: no Chromium: the page is not tested");
+  console.error("warning: skipped: there is no Chromium, so the page is not tested");
   process.exit(0);
 }
 
@@ -24,6 +28,19 @@ const profile = mkdtempSync(join(tmpdir(), "report-page-"));
 const child = spawn(browser, ["--headless=new", "--no-sandbox", "--remote-debugging-pipe",
   "--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader", "--hide-scrollbars",
   `--user-data-dir=${profile}`], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
+// A browser that stops answering must not stop the checks for ever.
+const LONGEST = 300;
+setTimeout(() => {
+  console.error(`error: Chromium took more than ${LONGEST} s`);
+  child.kill("SIGKILL");
+  process.exit(1);
+}, 1000 * LONGEST).unref();
+let isOpen = true;
+child.on("exit", () => {
+  if (!isOpen) return;
+  console.error("error: Chromium ended early");
+  process.exit(1);
+});
 const problems = [];
 const waiting = new Map();
 let buffer = "", count = 0;
@@ -135,8 +152,10 @@ await pause(0.5);
 require(await value("document.documentElement.scrollWidth <= innerWidth"), "the page is wider than a narrow screen");
 await screenshot("narrow");
 
+isOpen = false;
+const closed = new Promise((done) => child.on("exit", done));
 await send("Browser.close");
-await new Promise((done) => child.on("exit", done));
+await closed;
 rmSync(profile, { recursive: true, force: true });
 problems.forEach((problem) => console.error(`error: ${problem}`));
 console.log(problems.length === 0 ? "the page draws, plays and has no errors" : `${problems.length} problems`);

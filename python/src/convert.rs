@@ -84,10 +84,10 @@ pub fn body_names(scene: &Scene) -> Vec<&str> {
     scene.bodies().iter().map(|body| &body.name[..]).collect()
 }
 
-/// Names of the links of a scene.
-pub fn link_names(scene: &Scene) -> Vec<&str> {
-    let links = scene.articulation().links().iter();
-    links.map(|link| &link.name[..]).collect()
+/// Names of the joints of a scene.
+pub fn joint_names(scene: &Scene) -> Vec<&str> {
+    let joints = scene.articulation().joints().iter();
+    joints.map(|joint| &joint.name[..]).collect()
 }
 
 /// An instantaneous solution.
@@ -103,7 +103,7 @@ pub fn solution_dict<'py>(
     };
     dict.set_item("model", model)?;
     dict.set_item("bodies", body_names(scene))?;
-    dict.set_item("links", link_names(scene))?;
+    dict.set_item("links", joint_names(scene))?;
     dict.set_item("velocity", vectors(py, &bodies(|b| b.velocity))?)?;
     dict.set_item(
         "angular_velocity",
@@ -111,7 +111,7 @@ pub fn solution_dict<'py>(
     )?;
     dict.set_item("force", vectors(py, &bodies(|b| b.force))?)?;
     dict.set_item("torque", vectors(py, &bodies(|b| b.torque))?)?;
-    dict.set_item("link_force", vectors(py, &solution.link_forces)?)?;
+    dict.set_item("link_force", vectors(py, &solution.joint_forces)?)?;
     let stresslets = solution.stresslets.as_ref();
     let of_bodies = stresslets.map(|stresslets| matrices(py, &stresslets.bodies));
     dict.set_item("stresslet", of_bodies.transpose()?)?;
@@ -139,7 +139,7 @@ pub fn report_dict<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py,
     dict.set_item("model", report.model)?;
     dict.set_item("reasons", &report.reasons)?;
     dict.set_item("bodies", body_names(scene))?;
-    dict.set_item("links", link_names(scene))?;
+    dict.set_item("links", joint_names(scene))?;
     dict.set_item("displacement", vectors(py, &outcome.displacement)?)?;
     dict.set_item("net", outcome.net())?;
     dict.set_item("errors", estimate(py, &outcome.error_estimate)?)?;
@@ -153,12 +153,12 @@ pub fn report_dict<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py,
     times.set_item("total", report.seconds)?;
     dict.set_item("seconds", times)?;
     let phases = PyList::empty(py);
-    for leg in &outcome.legs {
+    for span in &outcome.spans {
         let phase = PyDict::new(py);
-        phase.set_item("link", scene.link_names(&leg.links))?;
-        phase.set_item("displacement", vectors(py, &leg.displacement)?)?;
-        phase.set_item("errors", estimate(py, &leg.error_estimate)?)?;
-        phase.set_item("solves", leg.solves)?;
+        phase.set_item("link", scene.joint_names(&span.joints))?;
+        phase.set_item("displacement", vectors(py, &span.displacement)?)?;
+        phase.set_item("errors", estimate(py, &span.error_estimate)?)?;
+        phase.set_item("solves", span.solves)?;
         phases.append(phase)?;
     }
     dict.set_item("phases", phases)?;
@@ -171,10 +171,7 @@ fn trajectory(py: Python<'_>, outcome: &Outcome, dict: &Bound<'_, PyDict>) -> Py
     let samples = &outcome.samples;
     let times: Vec<f64> = samples.iter().map(|sample| sample.time).collect();
     let bodies = outcome.displacement.len();
-    let lengths: Vec<Vec<f64>> = samples
-        .iter()
-        .map(|sample| sample.lengths.clone())
-        .collect();
+    let shape: Vec<Vec<f64>> = samples.iter().map(|sample| sample.shape.clone()).collect();
     let poses = || samples.iter().flat_map(|sample| &sample.poses);
     let places: Vec<f64> = poses()
         .flat_map(|p| p.translation.vector.as_slice().to_vec())

@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use swimmer::design::{self, DesignedStroke, design_stroke};
 use swimmer::{Scene, SwimError};
 
-use crate::convert::{array, estimate, link_names, table};
+use crate::convert::{array, estimate, joint_names, table};
 use crate::job;
 
 /// The best stroke of a scene; its files are written into the folder `out`, if there is one.
@@ -35,7 +35,7 @@ fn optimum_dict<'py>(py: Python<'py>, found: &DesignedStroke) -> PyResult<Bound<
     let dict = PyDict::new(py);
     dict.set_item("objective", found.scene.optimise().objective.word())?;
     dict.set_item("model", found.model)?;
-    dict.set_item("links", link_names(&found.scene))?;
+    dict.set_item("links", joint_names(&found.scene))?;
     dict.set_item("displacement", optimum.totals.displacement.norm())?;
     dict.set_item("displacement_error", found.table_error)?;
     dict.set_item(
@@ -52,7 +52,7 @@ fn optimum_dict<'py>(py: Python<'py>, found: &DesignedStroke) -> PyResult<Bound<
     dict.set_item("efficiency", found.efficiency)?;
     dict.set_item("refinement_error", optimum.refinement_error)?;
     dict.set_item("at_limits", optimum.at_limits)?;
-    dict.set_item("lengths", table(py, &found.lengths)?)?;
+    dict.set_item("lengths", table(py, &found.shapes)?)?;
     let toml = found
         .scene
         .to_toml()

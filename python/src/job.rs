@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use swimmer::design::DesignProgress;
-use swimmer::{Leg, LegResult, LegSolution, MissedTarget, Scene, SwimError};
+use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution, SwimError};
 
 use crate::errors::{InternalError, SceneException, exception};
 
@@ -64,11 +64,11 @@ impl swimmer::Progress for Watch {
         self.0.done.store(done, Ordering::Relaxed);
     }
 
-    fn solved(&mut self, _: &Leg, solution: &LegSolution) {
+    fn solved(&mut self, _: &PhaseSpan, solution: &SpanSolution) {
         self.say(format!("solve {}", solution.number + 1));
     }
 
-    fn leg_done(&mut self, _: &Leg, _: &LegResult) {
+    fn span_done(&mut self, _: &PhaseSpan, _: &SpanResult) {
         self.0.done.fetch_add(1, Ordering::Relaxed);
     }
 }

@@ -17,7 +17,7 @@ use swimmer::{
 };
 
 use crate::convert::{
-    array, body_names, flow_dict, link_names, matrix, mesh_dict, report_dict, rows, solution_dict,
+    array, body_names, flow_dict, joint_names, matrix, mesh_dict, report_dict, rows, solution_dict,
 };
 use crate::design;
 use crate::errors::{SceneException, scene_exception};
@@ -125,16 +125,16 @@ impl PyScene {
 
     #[getter]
     fn links(&self) -> Vec<&str> {
-        link_names(&self.scene)
+        joint_names(&self.scene)
     }
 
-    /// Values of the links that can change theirs, at the start.
+    /// Values of the joints that can change theirs, at the start.
     #[getter]
     fn shape(&self) -> Vec<f64> {
         let set = self.scene.articulation();
-        let links = set.links().iter().zip(set.initial_lengths());
-        links
-            .filter(|(link, _)| link.joint.has_value())
+        let joints = set.joints().iter().zip(set.initial_shape());
+        joints
+            .filter(|(joint, _)| joint.kind.has_value())
             .map(|(_, value)| *value)
             .collect()
     }
@@ -199,7 +199,7 @@ impl PyScene {
     }
 
     /// Columns of the connection with their error bars, metric with its error bars, names of the
-    /// links and of the body that is the origin of the frame, seconds.
+    /// joints and of the body that is the origin of the frame, seconds.
     #[allow(clippy::type_complexity)]
     fn connection<'py>(
         &self,
@@ -218,8 +218,8 @@ impl PyScene {
             let (v, w) = (twist.linear, twist.angular);
             [v.x, v.y, v.z, w.x, w.y, w.z]
         };
-        let links = self.scene.articulation().links();
-        let names = found.variables.iter().map(|&link| &links[link].name[..]);
+        let joints = self.scene.articulation().joints();
+        let names = found.variables.iter().map(|&joint| &joints[joint].name[..]);
         Ok((
             [
                 rows(py, found.twists.iter().map(twist))?,
@@ -238,7 +238,7 @@ impl PyScene {
         let mesh = job::run(py, None, move |_| {
             let mut model = choose(&scene)?.model;
             let state = scene.initial_state();
-            let lengths = scene.articulation().initial_lengths();
+            let lengths = scene.articulation().initial_shape();
             let configuration = Configuration {
                 state: &state,
                 lengths,

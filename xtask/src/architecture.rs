@@ -1,11 +1,14 @@
-//! ARCHITECTURE.md against the workspace: its table of dependencies and the files that it names.
+//! The table of dependencies in ARCHITECTURE.md against the manifests.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use toml::Table;
 
-use crate::manifests::{manifest, members, read, root};
+use crate::expect_none;
+use crate::files::{read, root};
+use crate::manifests::{manifest, members};
+use crate::pages::code_spans;
 
 /// Dependencies of each crate on other crates of the workspace.
 type Dependencies = BTreeMap<String, BTreeSet<String>>;
@@ -13,24 +16,16 @@ type Dependencies = BTreeMap<String, BTreeSet<String>>;
 /// The last column of a crate that depends on no other crate of the workspace.
 const NO_DEPENDENCIES: &str = "nothing of ours";
 
-/// Compares ARCHITECTURE.md with the manifests and files of the workspace and lists all
-/// differences.
+/// Compares the table in ARCHITECTURE.md with the manifests and lists all differences.
 pub fn run() -> Result<()> {
-    eprintln!("== ARCHITECTURE.md against manifests and files");
-    let differences = differences()?;
-    for difference in &differences {
-        eprintln!("{difference}");
-    }
-    match differences.len() {
-        0 => Ok(()),
-        count => bail!("{count} differences between ARCHITECTURE.md and the workspace"),
-    }
+    eprintln!("== ARCHITECTURE.md against manifests");
+    let what = "differences between ARCHITECTURE.md and the manifests";
+    expect_none(&differences()?, what)
 }
 
-/// All differences between ARCHITECTURE.md and the workspace, one line each.
+/// All differences between ARCHITECTURE.md and the manifests, one line each.
 fn differences() -> Result<Vec<String>> {
-    let root = root();
-    let page = read(&root.join("ARCHITECTURE.md"))?;
+    let page = read(&root().join("ARCHITECTURE.md"))?;
     let crates = workspace_crates(&manifest(".")?);
     let from_manifests: Dependencies = members()?
         .iter()
@@ -39,20 +34,7 @@ fn differences() -> Result<Vec<String>> {
             (member.name().to_owned(), dependencies)
         })
         .collect();
-    let mut differences = compare(&table_dependencies(&page), &from_manifests);
-    for named in named_paths(&page) {
-        if !named
-            .candidates()
-            .iter()
-            .any(|path| root.join(path).exists())
-        {
-            differences.push(format!(
-                "ARCHITECTURE.md:{}: there is no `{}`",
-                named.line, named.path
-            ));
-        }
-    }
-    Ok(differences)
+    Ok(compare(&table_dependencies(&page), &from_manifests))
 }
 
 /// Keys of `[workspace.dependencies]` that stand for crates of the workspace.
@@ -128,58 +110,6 @@ fn compare(table: &Dependencies, manifests: &Dependencies) -> Vec<String> {
     differences
 }
 
-/// A path in backticks with its place in the page.
-#[derive(Debug, PartialEq)]
-struct NamedPath<'a> {
-    /// Line number, starting at 1.
-    line: usize,
-    path: &'a str,
-    /// Crates in the heading of the section, to whose `src` folders the path is relative.
-    crates: Vec<&'a str>,
-}
-
-impl NamedPath<'_> {
-    /// Where the path may be, relative to the root of the workspace.
-    fn candidates(&self) -> Vec<String> {
-        let path = self.path;
-        let in_sources = self.crates.iter().map(|name| match *name {
-            "xtask" => format!("xtask/src/{path}"),
-            name => format!("crates/{name}/src/{path}"),
-        });
-        in_sources.chain([path.to_owned()]).collect()
-    }
-}
-
-/// All Rust files, and folders with a slash at the end, that the page names in backticks.
-fn named_paths(page: &str) -> Vec<NamedPath<'_>> {
-    let mut paths = Vec::new();
-    let mut crates = Vec::new();
-    let mut in_code_block = false;
-    for (line, number) in page.lines().zip(1..) {
-        if line.starts_with("```") {
-            in_code_block = !in_code_block;
-        } else if line.starts_with("### ") {
-            crates = code_spans(line).collect();
-        } else if line.starts_with("## ") {
-            crates.clear();
-        } else if !in_code_block {
-            let paths_of_line =
-                code_spans(line).filter(|span| span.ends_with(".rs") || span.ends_with('/'));
-            paths.extend(paths_of_line.map(|path| NamedPath {
-                line: number,
-                path,
-                crates: crates.clone(),
-            }));
-        }
-    }
-    paths
-}
-
-/// Texts between backticks in one line.
-fn code_spans(line: &str) -> impl Iterator<Item = &str> {
-    line.split('`').skip(1).step_by(2)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -189,24 +119,6 @@ mod tests {
 |---|---|---|
 | `low` | foundations | nothing of ours |
 | `high` | programs | `low` |
-
-Start at `crates/high/src/main.rs`.
-
-```text
-`drawn.rs`
-```
-
-### `low`
-
-`a.rs` and `folder/b.rs`; `Type` in `folder/`.
-
-### `high` and `xtask`
-
-`ci.rs`
-
-## Notes
-
-`fuzz/`
 ";
 
     fn dependencies(rows: &[(&str, &[&str])]) -> Dependencies {
@@ -252,30 +164,6 @@ Start at `crates/high/src/main.rs`.
         assert_eq!(
             compare(&table, &manifests),
             ["the table lists `high`, which is not a crate"]
-        );
-    }
-
-    #[test]
-    fn paths_belong_to_the_crates_of_their_section() {
-        let found = named_paths(PAGE);
-        let paths: Vec<(usize, &str)> =
-            found.iter().map(|named| (named.line, named.path)).collect();
-        assert_eq!(
-            paths,
-            [
-                (6, "crates/high/src/main.rs"),
-                (14, "a.rs"),
-                (14, "folder/b.rs"),
-                (14, "folder/"),
-                (18, "ci.rs"),
-                (22, "fuzz/"),
-            ]
-        );
-        assert_eq!(found[0].candidates(), ["crates/high/src/main.rs"]);
-        assert_eq!(found[1].candidates()[0], "crates/low/src/a.rs");
-        assert_eq!(
-            found[4].candidates(),
-            ["crates/high/src/ci.rs", "xtask/src/ci.rs", "ci.rs"]
         );
     }
 

@@ -1,13 +1,21 @@
 //! The checks of CI, the same for people and machines.
 
+use std::fs::OpenOptions;
+use std::io::Write as _;
+
 use anyhow::Result;
 
-use crate::{architecture, cargo, licences, links, packages, style};
+use crate::slow::{self, Selection};
+use crate::{architecture, cargo, circles, licences, links, packages, style};
+
+/// Stated time of the slow tests that are run: the fastest that fit in ten minutes.
+const SLOW_SECONDS: f64 = 600.0;
 
 /// Runs every check in order and stops at the first that fails.
 pub fn run() -> Result<()> {
     cargo::run(&["fmt", "--all", "--check"], &[])?;
     style::run()?;
+    circles::run()?;
     architecture::run()?;
     links::run()?;
     cargo::run(
@@ -30,11 +38,21 @@ pub fn run() -> Result<()> {
     packages::run()?;
     // The same command as in the README.
     cargo::run(&["test", "--workspace"], &[])?;
-    // Commands of the book by finite elements, which are too slow for everyday tests. The features
-    // of the whole workspace are those of the build before.
-    let slow = ["--workspace", "--test", "command", "--"];
-    cargo::run(
-        &[&["test"], &slow[..], &["--ignored", "book::"]].concat(),
-        &[],
-    )
+    // The features of the whole workspace are those of the build before.
+    let not_run = slow::run_selection(Selection::Within(SLOW_SECONDS), None)?;
+    report_not_run(&not_run)
+}
+
+/// Adds slow tests that were not run to the list that `.ci/run` prints at its end.
+fn report_not_run(tests: &[String]) -> Result<()> {
+    let Some(list) = std::env::var_os("CI_SKIPPED").filter(|_| !tests.is_empty()) else {
+        return Ok(());
+    };
+    let mut list = OpenOptions::new().append(true).open(list)?;
+    writeln!(
+        list,
+        "slow tests, which cargo xtask slow runs: {}",
+        tests.join(", ")
+    )?;
+    Ok(())
 }

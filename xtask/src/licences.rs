@@ -1,9 +1,10 @@
 //! Licence check: no GPL or AGPL in the default dependency graph.
 
-use anyhow::{Context, Result, bail};
 use std::collections::BTreeSet;
 
-use crate::cargo;
+use anyhow::Result;
+
+use crate::{cargo, expect_none};
 
 /// Licences, with exceptions, that the default graph may use.
 ///
@@ -29,42 +30,21 @@ const ALLOWED: &[&str] = &[
 /// Lists the packages of the default graph and fails on a licence that is not allowed.
 pub fn run() -> Result<()> {
     eprintln!("== licences of the default dependency graph");
-    let output = cargo::command(&["tree", "--workspace", "--edges", "normal,build", "--locked"])
-        .args(["--prefix", "none", "--format", "{p}|{l}"])
-        .output()
-        .context("could not start cargo tree")?;
-    if !output.status.success() {
-        bail!(
-            "cargo tree failed: {}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-    }
-    let listing = String::from_utf8(output.stdout).context("cargo tree printed no UTF-8")?;
+    let mut arguments = vec!["tree", "--workspace", "--edges", "normal,build", "--locked"];
+    arguments.extend(["--prefix", "none", "--format", "{p}|{l}"]);
+    let listing = cargo::output(&arguments)?;
     let packages: BTreeSet<&str> = listing
         .lines()
         .map(|l| l.trim_end_matches(" (*)"))
         .filter(|l| !l.is_empty())
         .collect();
-    let refused: Vec<&&str> = packages
-        .iter()
-        .filter(|line| {
-            !line
-                .split_once('|')
-                .is_some_and(|(_, licence)| allowed(licence))
-        })
-        .collect();
-    for package in &refused {
-        eprintln!("refused: {package}");
-    }
-    if !refused.is_empty() {
-        bail!(
-            "{} of {} packages have a licence that is not allowed",
-            refused.len(),
-            packages.len()
-        );
-    }
-    eprintln!("{} packages, every licence allowed", packages.len());
-    Ok(())
+    let is_refused = |line: &&&str| {
+        let licence = line.split_once('|').map(|(_, licence)| licence);
+        !licence.is_some_and(allowed)
+    };
+    let refused: Vec<&str> = packages.iter().filter(is_refused).copied().collect();
+    eprintln!("{} packages", packages.len());
+    expect_none(&refused, "packages have a licence that is not allowed")
 }
 
 /// Whether an SPDX expression can be satisfied by allowed licences; invalid expressions cannot.

@@ -1,79 +1,45 @@
-//! Links of the documentation: files, headings, files of the code, and the contents of the book.
+//! Links of the documentation: files, headings, files that a page names, and the contents of the
+//! book.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
 
-use crate::manifests::{read, root};
+use crate::expect_none;
+use crate::files::{files_below, read, root};
+use crate::pages::{named_paths, prose};
+
+/// The page about earlier versions, which may name what no longer exists.
+const HISTORY: &str = "CHANGELOG.md";
 
 /// Checks the links of all Markdown files and lists those that lead nowhere.
 pub fn run() -> Result<()> {
     eprintln!("== links of the documentation");
     let root = root();
     let mut broken = Vec::new();
-    let mut files = Vec::new();
-    markdown_files(&root, &mut files)?;
     let contents = read(&root.join("docs/SUMMARY.md"))?;
-    for file in &files {
-        let name = file.strip_prefix(&root).unwrap_or(file);
-        let page = read(file)?;
+    let files = files_below(".", "")?;
+    for name in files.iter().filter(|name| name.ends_with(".md")) {
+        let file = root.join(name);
+        let page = read(&file)?;
         for target in targets(&page) {
-            if !leads_somewhere(file, &target) {
-                broken.push(format!("{}: {target}", name.display()));
+            if !leads_somewhere(&file, &target) {
+                broken.push(format!("{name}: {target}"));
             }
         }
-        let Ok(in_docs) = name.strip_prefix("docs") else {
+        let named = named_paths(&page).into_iter().filter(|_| name != HISTORY);
+        for missing in named.filter(|path| !path.exists(name, &files)) {
+            broken.push(format!("{name}:{}: {}", missing.line, missing.path));
+        }
+        let Some(in_docs) = name.strip_prefix("docs/") else {
             continue;
         };
-        if in_docs.starts_with("book") {
-            for path in code_paths(&page) {
-                if !root.join(path).exists() {
-                    broken.push(format!("{}: {path}", name.display()));
-                }
-            }
-        }
-        let link = format!("({})", in_docs.display());
-        if in_docs != Path::new("SUMMARY.md") && !contents.contains(&link) {
+        let link = format!("({in_docs})");
+        if in_docs != "SUMMARY.md" && !contents.contains(&link) {
             broken.push(format!("docs/SUMMARY.md lacks {link}"));
         }
     }
-    for link in &broken {
-        eprintln!("{link}");
-    }
-    match broken.len() {
-        0 => Ok(()),
-        count => bail!("{count} links of the documentation lead nowhere"),
-    }
-}
-
-/// All Markdown files below a folder, except in hidden and build folders.
-fn markdown_files(folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
-    let entries = std::fs::read_dir(folder)
-        .with_context(|| format!("could not list {}", folder.display()))?;
-    for entry in entries {
-        let path = entry?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if path.is_dir() {
-            let is_built = name.starts_with("target") || name == "out" || name == "validation";
-            if !name.starts_with('.') && !is_built {
-                markdown_files(&path, files)?;
-            }
-        } else if name.ends_with(".md") {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(())
-}
-
-/// Lines of a page outside fenced blocks.
-fn prose(page: &str) -> impl Iterator<Item = &str> {
-    let mut is_code = false;
-    page.lines().filter(move |line| {
-        let is_fence = line.trim_start().starts_with("```");
-        is_code ^= is_fence;
-        !is_code && !is_fence
-    })
+    expect_none(&broken, "links of the documentation lead nowhere")
 }
 
 /// Targets of the links and pictures of a page.
@@ -123,20 +89,13 @@ fn anchors(page: &str) -> impl Iterator<Item = String> {
     })
 }
 
-/// Paths of source files that a page names in code spans or blocks.
-fn code_paths(page: &str) -> impl Iterator<Item = &str> {
-    let words = page.split(|c: char| c.is_whitespace() || "`(),;|:".contains(c));
-    words.filter(|word| word.starts_with("crates/") && word.ends_with(".rs"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const PAGE: &str = "# The `first` heading, again\n\
                         See [a](b.md#c), ![d](e.svg) and <img src=\"f.svg\">.\n\
-                        ```text\n# no heading [g](h.md)\n```\n\
-                        `crates/a/src/b.rs`, crates/c.\n";
+                        ```text\n# no heading [g](h.md)\n```\n";
 
     #[test]
     fn links_pictures_and_headings_outside_code_are_found() {
@@ -145,7 +104,6 @@ mod tests {
             anchors(PAGE).collect::<Vec<_>>(),
             ["the-first-heading-again"]
         );
-        assert_eq!(code_paths(PAGE).collect::<Vec<_>>(), ["crates/a/src/b.rs"]);
     }
 
     #[test]

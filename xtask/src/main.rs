@@ -1,4 +1,4 @@
-//! Project tasks: `cargo xtask ci`, `cargo xtask links`, `cargo xtask licences`.
+//! Project tasks: `cargo xtask ci` and its checks one by one.
 //!
 //! Every other task is a study of `crates/studies`.
 //!
@@ -9,15 +9,21 @@
 mod architecture;
 mod cargo;
 mod ci;
+mod circles;
+mod files;
 mod licences;
 mod links;
 mod manifests;
+mod modules;
 mod packages;
+mod pages;
+mod slow;
 mod style;
 
+use std::fmt::Display;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 
 const HELP: &str = "\
 Project tasks
@@ -25,26 +31,36 @@ Project tasks
 Usage: cargo xtask <TASK> [OPTIONS]
 
 Tasks of this program:
-  ci        All checks of CI: format, style, ARCHITECTURE.md, links, lints, documentation,
-            licences, packages, tests
-  links     Links of the documentation: files, headings, files of the code
+  ci        All checks of CI: format, style, circles, ARCHITECTURE.md, links, lints,
+            documentation, licences, packages, tests
+  circles   Circles of files that use each other, in each crate
   licences  Licences of the default dependency graph; GPL and AGPL are refused
+  links     Links of the documentation: files, headings, files that a page names
+  slow      Tests that are ignored because they are slow, one by one with their times, and
+            docs/slow-tests.md; --below SECONDS: only those with such a stated time;
+            --package NAME: only those of one package
+  style     Rules of style: widths of comments, names of folders, times of slow tests
 
 All other tasks are studies, built with optimisation when first used:
 ";
 
 fn main() -> Result<ExitCode> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    match arguments.first().map(String::as_str) {
-        Some("links") if arguments.len() == 1 => links::run().map(|()| ExitCode::SUCCESS),
-        Some("ci") if arguments.len() == 1 => ci::run().map(|()| ExitCode::SUCCESS),
-        Some("licences") if arguments.len() == 1 => licences::run().map(|()| ExitCode::SUCCESS),
-        None | Some("help" | "--help" | "-h") => {
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words[..] {
+        ["ci"] => ci::run(),
+        ["circles"] => circles::run(),
+        ["licences"] => licences::run(),
+        ["links"] => links::run(),
+        ["slow", ..] => slow::run(&arguments[1..]),
+        ["style"] => style::run(),
+        [] | ["help" | "--help" | "-h", ..] => {
             println!("{HELP}");
-            study(&["--help".to_owned()])
+            return study(&["--help".to_owned()]);
         }
-        Some(_) => study(&arguments),
+        _ => return study(&arguments),
     }
+    .map(|()| ExitCode::SUCCESS)
 }
 
 /// Runs a study in its own process and returns the exit code of that process.
@@ -57,4 +73,15 @@ fn study(arguments: &[String]) -> Result<ExitCode> {
     // Exit codes above 255, and processes ended by a signal, count as plain failures.
     let code = status.code().and_then(|code| u8::try_from(code).ok());
     Ok(code.map_or(ExitCode::FAILURE, ExitCode::from))
+}
+
+/// Lists what a check found, and fails if that is anything; `what` follows its number.
+fn expect_none(found: &[impl Display], what: &str) -> Result<()> {
+    for problem in found {
+        eprintln!("{problem}");
+    }
+    match found.len() {
+        0 => Ok(()),
+        count => bail!("{count} {what}"),
+    }
 }

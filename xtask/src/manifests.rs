@@ -1,9 +1,9 @@
 //! Manifests of the workspace.
 
-use std::path::{Path, PathBuf};
-
 use anyhow::{Context, Result};
 use toml::Table;
+
+use crate::files::{files_below, read, root};
 
 /// A crate of the workspace, or beside its crates.
 pub struct Member {
@@ -34,16 +34,6 @@ impl Member {
     }
 }
 
-/// Root of the workspace.
-pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// Content of a text file.
-pub fn read(path: &Path) -> Result<String> {
-    std::fs::read_to_string(path).with_context(|| format!("could not read {}", path.display()))
-}
-
 /// Manifest in a folder, relative to the root of the workspace.
 pub fn manifest(folder: &str) -> Result<Table> {
     let path = root().join(folder).join("Cargo.toml");
@@ -52,14 +42,19 @@ pub fn manifest(folder: &str) -> Result<Table> {
         .with_context(|| format!("{} is not valid TOML", path.display()))
 }
 
-/// All crates: `xtask` and the folders of `crates`, also those that the workspace excludes.
+/// Folders of all crates of the repository, also of those beside the workspace.
+pub fn crate_folders() -> Result<Vec<String>> {
+    let manifests = files_below(".", "/Cargo.toml")?;
+    let folders = manifests
+        .iter()
+        .filter_map(|path| path.strip_suffix("/Cargo.toml"));
+    Ok(folders.map(str::to_owned).collect())
+}
+
+/// `xtask` and the crates in `crates`, also those that the workspace excludes.
 pub fn members() -> Result<Vec<Member>> {
-    let mut folders = vec!["xtask".to_owned()];
-    for entry in std::fs::read_dir(root().join("crates"))? {
-        let name = entry?.file_name();
-        folders.push(format!("crates/{}", name.to_string_lossy()));
-    }
-    folders.sort();
+    let mut folders = crate_folders()?;
+    folders.retain(|folder| folder == "xtask" || folder.starts_with("crates/"));
     let workspace = manifest(".")?;
     let excluded = workspace.get("workspace").and_then(|w| w.get("exclude"));
     let excluded: Vec<&str> = (excluded

@@ -1,19 +1,18 @@
 //! Packages of the publishable crates: complete, and accepted by `cargo package`.
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 
-use crate::cargo;
-use crate::manifests::{members, root};
+use crate::files::root;
+use crate::manifests::members;
+use crate::{cargo, expect_none};
 
 /// Files that every package contains: its front page and, as links, the texts of the licences.
 const FILES: [&str; 3] = ["README.md", "LICENSE-MIT", "LICENSE-APACHE"];
 
 /// Builds the archives of all publishable crates, without compiling them again.
 pub fn run() -> Result<()> {
-    let missing = missing_files()?;
-    if !missing.is_empty() {
-        bail!("packages are not complete: {}", missing.join(", "));
-    }
+    eprintln!("== packages");
+    expect_none(&missing_files()?, "files are missing in packages")?;
     // Packages of one call may depend on each other without being in the registry.
     let mut arguments = vec!["package", "--workspace", "--no-verify", "--allow-dirty"];
     arguments.extend(["--locked", "--offline", "--quiet"]);

@@ -58,7 +58,7 @@ pub(crate) fn boundary_vertices(mesh: &TetMesh) -> Vec<bool> {
 ///
 /// A text file with seven digits reaches 1e-7; the surface of a body then changes its size by less
 /// than any mesh resolves.
-const ROTATION: f64 = 1e-6;
+const MAX_NORM_ERROR: f64 = 1e-6;
 
 /// Refuses motions unless there is one rigid motion per body.
 ///
@@ -75,7 +75,7 @@ pub(crate) fn check_motions(expected: usize, motions: &[Isometry3<f64>]) -> Resu
             return Err(AleError::NotFinite { what, index });
         }
         let length = motion.rotation.norm();
-        if length.is_nan() || (length - 1.0).abs() > ROTATION {
+        if length.is_nan() || (length - 1.0).abs() > MAX_NORM_ERROR {
             return Err(AleError::NotRotation {
                 body: index,
                 length,

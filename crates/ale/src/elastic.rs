@@ -90,14 +90,13 @@ impl MeshMotion for Elastic {
         };
         let operator = FreeBlock(condition.restrict_matrix(&elastic, 3)?);
         let params = krylov(1000);
-        let iterations = extend(
+        extend(
             &condition,
             &apply,
             &operator,
             &mut multigrid,
             &params,
             fields,
-        )?;
-        Ok(iterations)
+        )
     }
 }

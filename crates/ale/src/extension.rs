@@ -1,5 +1,8 @@
 //! Extension of prescribed boundary displacements to the free vertices.
 
+use std::iter::Sum;
+use std::ops::Mul;
+
 use fem::DirichletCondition;
 use linalg::{Csr, KrylovParams, LinearOperator, Preconditioner, cg};
 use mesh::Vec3;
@@ -12,7 +15,7 @@ use crate::AleError;
 /// An extension need not be accurate, only smooth: any field with the correct boundary values is a
 /// valid mesh motion. With 1e-8 its error is below the rounding of the f32 coordinates in pictures,
 /// at the cost of a few iterations.
-const TOLERANCE: f64 = 1e-8;
+const RESIDUAL_TOLERANCE: f64 = 1e-8;
 
 /// Number of rows per task.
 const ROWS_PER_TASK: usize = 512;
@@ -44,29 +47,25 @@ pub(crate) fn extend(
 /// Parameters of the solver with a limit on the number of iterations.
 pub(crate) fn krylov(max_iterations: usize) -> KrylovParams {
     KrylovParams::default()
-        .with_rel_tol(TOLERANCE)
+        .with_rel_tol(RESIDUAL_TOLERANCE)
         .with_max_iterations(max_iterations)
 }
 
 /// Product `K d` of a scalar matrix and a vector field.
-///
-/// Rows are summed in the order of their columns: bitwise the same for any number of threads.
 pub(crate) fn scalar_product(matrix: &Csr, d: &[Vec3]) -> Vec<Vec3> {
-    let mut product = vec![Vec3::zeros(); matrix.rows()];
-    product
-        .par_iter_mut()
-        .with_min_len(ROWS_PER_TASK)
-        .enumerate()
-        .for_each(|(row, sum)| {
-            if let Some(row) = matrix.outer_view(row) {
-                *sum = row.iter().map(|(column, &value)| value * d[column]).sum();
-            }
-        });
-    product
+    let mut image = vec![Vec3::zeros(); matrix.rows()];
+    product(matrix, d, &mut image);
+    image
 }
 
-/// Product `y = A x`, summed like [`scalar_product`].
-pub(crate) fn product(matrix: &Csr, x: &[f64], y: &mut [f64]) {
+/// Product `y = A x` for numbers, or vectors with each component multiplied by `A`.
+///
+/// Rows are summed in the order of their columns: bitwise the same for any number of threads.
+pub(crate) fn product<T>(matrix: &Csr, x: &[T], y: &mut [T])
+where
+    T: Copy + Send + Sync + Sum,
+    f64: Mul<T, Output = T>,
+{
     y.par_iter_mut()
         .with_min_len(ROWS_PER_TASK)
         .enumerate()

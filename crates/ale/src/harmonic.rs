@@ -1,11 +1,12 @@
-//! Harmonic extension: a scalar diffusion equation.
+//! Harmonic extension: a scalar diffusion equation whose coefficient makes small cells stiff.
 
 use fem::DirichletCondition;
 use linalg::{Bordered, Multigrid, MultigridParams};
-use mesh::Vec3;
+use mesh::{TetMesh, Vec3};
+use rayon::prelude::*;
 
 use crate::extension::{extend, krylov, scalar_product};
-use crate::{AleError, MeshMotion, MovingMesh, Stiffening};
+use crate::{AleError, MeshMotion, MovingMesh};
 
 /// Harmonic extension: `∇·(c ∇d) = 0` for each component, with the coefficient of a [`Stiffening`].
 ///
@@ -44,14 +45,52 @@ impl MeshMotion for Harmonic {
         let mut multigrid = Multigrid::new(&operator, &MultigridParams::default())?;
         let apply = |field: &[Vec3]| scalar_product(&stiffness, field);
         let params = krylov(300);
-        let iterations = extend(
+        extend(
             &condition,
             &apply,
             &operator,
             &mut multigrid,
             &params,
             fields,
-        )?;
-        Ok(iterations)
+        )
+    }
+}
+
+/// The coefficient `c` of `∇·(c ∇d) = 0` on each cell, from its volume `V_e`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Stiffening {
+    /// `c = 1`, the Laplace equation; for comparison only.
+    ///
+    /// Motions as large as a body invert small cells.
+    None,
+    /// `c = 1 + τ_e`, `τ_e = (1 - V_min / V_max) / (V_e / V_max)` (Kanchi & Masud 2007; equation
+    /// (2) of Berti et al. 2021).
+    #[default]
+    KanchiMasud,
+    /// `c = V_max / V_e`, the limit of [`Stiffening::KanchiMasud`] for strongly graded meshes.
+    InverseVolume,
+}
+
+impl Stiffening {
+    /// The coefficient of each cell. Cost: one pass over the cells.
+    pub fn coefficients(self, mesh: &TetMesh) -> Vec<f64> {
+        let volumes: Vec<f64> = (0..mesh.n_cells())
+            .into_par_iter()
+            .map(|cell| mesh.cell_volume(cell))
+            .collect();
+        let largest = volumes.par_iter().copied().reduce(|| 0.0, f64::max);
+        let smallest = volumes
+            .par_iter()
+            .copied()
+            .reduce(|| f64::INFINITY, f64::min);
+        volumes
+            .into_iter()
+            .map(|volume| match self {
+                Self::None => 1.0,
+                Self::KanchiMasud => 1.0 + (1.0 - smallest / largest) / (volume / largest),
+                Self::InverseVolume => largest / volume,
+            })
+            .collect()
     }
 }

@@ -7,22 +7,18 @@ mod elastic;
 mod error;
 mod extension;
 mod harmonic;
-mod incremental_map;
 mod motion;
 mod rbf;
 mod reference_map;
-mod stiffening;
 
 pub use biharmonic::Biharmonic;
 pub use bodies::MovingBody;
 pub use elastic::Elastic;
 pub use error::AleError;
-pub use harmonic::Harmonic;
-pub use incremental_map::IncrementalMap;
+pub use harmonic::{Harmonic, Stiffening};
 pub use motion::{MeshMotion, MovingMesh};
 pub use rbf::{Kernel, Rbf};
 pub use reference_map::ReferenceMap;
-pub use stiffening::Stiffening;
 
 // its isometries appear in this crate's interface
 pub use nalgebra;

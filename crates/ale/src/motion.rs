@@ -50,8 +50,7 @@ impl MovingMesh<'_> {
 ///
 /// The extension depends on the mesh. Computed once on a reference mesh, it gives meshes that
 /// depend on the configuration only ([`ReferenceMap`](crate::ReferenceMap)); computed at every step
-/// on the current mesh, it gives meshes that depend on the history
-/// ([`IncrementalMap`](crate::IncrementalMap)).
+/// on the current mesh, it would give meshes that depend on the history.
 pub trait MeshMotion: Send + Sync {
     /// Name of the method in scenes and tables.
     fn name(&self) -> &'static str;

@@ -1,10 +1,10 @@
 //! Time of an axial resistance matrix, including the mesh and the error estimate.
 
-use axisymmetric::{Spheroid, Surroundings, axial_resistance};
+use axisymmetric::{AxialSpheroid, Surroundings, axial_resistance};
 use criterion::{Criterion, criterion_group, criterion_main};
 
 fn resistance(c: &mut Criterion) {
-    let three = [-10.0, 0.0, 10.0].map(|z| Spheroid::sphere(z, 1.0));
+    let three = [-10.0, 0.0, 10.0].map(|z| AxialSpheroid::sphere(z, 1.0));
     let ball = Surroundings::Ball { radius: 40.0 };
     let mut group = c.benchmark_group("axial_resistance");
     group.sample_size(10);

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use axisymmetric::{AxisymmetricError, Spheroid, Surroundings, axial_resistance};
+use axisymmetric::{AxialSpheroid, AxisymmetricError, Surroundings, axial_resistance};
 
 /// Requested relative error.
 const TOLERANCE: f64 = 1e-6;
@@ -31,7 +31,7 @@ fn exact(a: f64, b: f64) -> f64 {
 pub fn main() -> Result<(), AxisymmetricError> {
     println!("axial  drag / 6 π   exact        error    order  dofs");
     for axial in [0.25, 0.5, 1.0, 2.0, 4.0] {
-        let spheroid = Spheroid {
+        let spheroid = AxialSpheroid {
             centre: 0.0,
             axial,
             equatorial: 1.0,

@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use axisymmetric::{AxisymmetricError, Spheroid, Surroundings, axial_resistance};
+use axisymmetric::{AxialSpheroid, AxisymmetricError, Surroundings, axial_resistance};
 
 /// Requested relative error.
 const TOLERANCE: f64 = 1e-6;
@@ -31,7 +31,7 @@ fn exact(distance: f64) -> f64 {
 pub fn main() -> Result<(), AxisymmetricError> {
     println!("distance  drag / 6 π   exact        error");
     for distance in [2.1, 3.0, 5.0, 10.0] {
-        let spheres = [0.0, distance].map(|z| Spheroid::sphere(z, 1.0));
+        let spheres = [0.0, distance].map(|z| AxialSpheroid::sphere(z, 1.0));
         let resistance = axial_resistance(&spheres, Surroundings::Unbounded, TOLERANCE)?;
         let drag = resistance.matrix().row(0).sum() / (6.0 * PI);
         let error = drag / exact(distance) - 1.0;

@@ -4,14 +4,14 @@ use crate::AxisymmetricError;
 use crate::collar::Motion;
 use crate::meridian::Surroundings;
 use crate::resistance::AxialResistance;
-use crate::spheroid::Spheroid;
+use crate::spheroid::AxialSpheroid;
 use crate::surface_modes::{LENGTHS, MODES, PARITIES};
 
 /// Bodies from left to right, shifted, mirrored and scaled to a standard position.
 ///
 /// Equal flows have equal representatives in all bits, and one computation serves them all.
 pub(crate) struct Canonical {
-    pub bodies: Vec<Spheroid>,
+    pub bodies: Vec<AxialSpheroid>,
     pub surroundings: Surroundings,
     /// Index of each body in the caller's list.
     given: Vec<usize>,
@@ -30,10 +30,10 @@ const GRID: f64 = 1.0 / (1_u64 << 43) as f64;
 
 impl Canonical {
     /// The representative of valid bodies.
-    pub fn new(bodies: &[Spheroid], surroundings: Surroundings) -> Self {
+    pub fn new(bodies: &[AxialSpheroid], surroundings: Surroundings) -> Self {
         let semi_axes = bodies.iter().flat_map(|b| [b.axial, b.equatorial]);
         let unit = power_of_two_below(semi_axes.fold(f64::INFINITY, f64::min));
-        let scaled = |body: &Spheroid| Spheroid {
+        let scaled = |body: &AxialSpheroid| AxialSpheroid {
             centre: body.centre / unit,
             axial: body.axial / unit,
             equatorial: body.equatorial / unit,
@@ -51,11 +51,11 @@ impl Canonical {
         given.sort_by(|&i, &j| bodies[i].centre.total_cmp(&bodies[j].centre));
         // the difference of near numbers is exact: subtracted before it is scaled
         let first = bodies[given[0]].centre;
-        let mut sorted: Vec<Spheroid> = given
+        let mut sorted: Vec<AxialSpheroid> = given
             .iter()
             .map(|&i| match surroundings {
                 Surroundings::Ball { .. } => scaled(&bodies[i]),
-                _ => scaled(&Spheroid {
+                _ => scaled(&AxialSpheroid {
                     centre: bodies[i].centre - first,
                     ..bodies[i]
                 }),
@@ -71,7 +71,7 @@ impl Canonical {
         let smallest = gaps.chain(to_wall).fold(1.0, f64::min);
         let grid = GRID * power_of_two_below(smallest.max(GRID));
         let rounded = |x: f64| (x / grid).round() * grid;
-        let mut mirrored: Vec<Spheroid> = sorted.iter().rev().copied().collect();
+        let mut mirrored: Vec<AxialSpheroid> = sorted.iter().rev().copied().collect();
         let last = match surroundings {
             Surroundings::Ball { .. } => 0.0,
             _ => sorted[sorted.len() - 1].centre,
@@ -83,7 +83,7 @@ impl Canonical {
         for body in &mut sorted {
             body.centre = rounded(body.centre) + 0.0;
         }
-        let numbers = |list: &[Spheroid]| -> Vec<[f64; 3]> {
+        let numbers = |list: &[AxialSpheroid]| -> Vec<[f64; 3]> {
             list.iter()
                 .map(|b| [b.axial, b.equatorial, b.centre])
                 .collect()
@@ -194,8 +194,9 @@ mod tests {
 
     #[test]
     fn mirror_images_and_shifted_bodies_have_equal_representatives() {
-        let at = |z: f64, radius: f64| Spheroid::sphere(z, radius);
-        let bits = |bodies: &[Spheroid], surroundings| Canonical::new(bodies, surroundings).bits();
+        let at = |z: f64, radius: f64| AxialSpheroid::sphere(z, radius);
+        let bits =
+            |bodies: &[AxialSpheroid], surroundings| Canonical::new(bodies, surroundings).bits();
         let tube = Surroundings::Cylinder { radius: 3.0 };
         let ball = Surroundings::Ball { radius: 30.0 };
         let one = [at(0.0, 1.0), at(6.1, 1.0), at(16.1, 1.0)];

@@ -10,7 +10,7 @@ use crate::curve::BoundaryPart;
 use crate::generate::generate;
 use crate::meridian::{GROWTH, Meridian};
 use crate::mesh::MeridianMesh;
-use crate::spheroid::Spheroid;
+use crate::spheroid::AxialSpheroid;
 use crate::stokes::stokes;
 use crate::surface_modes::MODES;
 use crate::swirl::swirl;
@@ -36,7 +36,7 @@ impl Motion {
         self,
         mesh: &MeridianMesh,
         order: usize,
-        bodies: &[Spheroid],
+        bodies: &[AxialSpheroid],
     ) -> Result<System, AxisymmetricError> {
         match self {
             Self::Translation => stokes(mesh, order, None),
@@ -76,7 +76,7 @@ struct Key {
 }
 
 impl Key {
-    fn new(body: &Spheroid, outline: &Spheroid, motion: Motion, order: usize) -> Self {
+    fn new(body: &AxialSpheroid, outline: &AxialSpheroid, motion: Motion, order: usize) -> Self {
         let semi_axes = [
             body.axial,
             body.equatorial,
@@ -120,7 +120,7 @@ impl Collars {
         let missing: Vec<_> = missing.into_iter().collect();
         let computed = (missing.into_par_iter())
             .map(|(key, (body, outline))| {
-                let mesh = generate(&Meridian::of_collar(body, outline), GROWTH)?;
+                let mesh = generate(&Meridian::from_collar(body, outline), GROWTH)?;
                 let system = motion.system(&mesh, key.order, &[body.centred()])?;
                 let prescribed = motion.prescribed(1);
                 Ok((key, system.condensed(BoundaryPart::Open, prescribed)?))
@@ -135,8 +135,8 @@ impl Collars {
     /// Degrees of freedom are those of [`System::condensed`].
     pub fn matrix(
         &self,
-        body: &Spheroid,
-        outline: &Spheroid,
+        body: &AxialSpheroid,
+        outline: &AxialSpheroid,
         motion: Motion,
         order: usize,
     ) -> DMatrix<f64> {

@@ -1,8 +1,11 @@
-//! Curves that bound the meridian domain.
+//! Points of the meridian half-plane and the curves that bound the domain in it.
 
 use std::f64::consts::PI;
 
-use crate::point::Point;
+use nalgebra::Vector2;
+
+/// A point `(z, r)` of the meridian half-plane: position along the axis and distance from it.
+pub(crate) type Point = Vector2<f64>;
 
 /// A boundary curve with a parameter from 0 to 1 and the domain on its left.
 #[derive(Clone, Copy, Debug)]
@@ -46,11 +49,14 @@ impl BoundaryPart {
     }
 }
 
+/// Smallest number of edges of a curve that is not straight.
+pub(crate) const MIN_CURVED_EDGES: usize = 4;
+
 /// Number of intervals at whose ends a curve is sampled.
-const SAMPLES: usize = 64;
+const SAMPLE_INTERVALS: usize = 64;
 
 /// Step length along a curve relative to the target edge length there.
-const STEP: f64 = 0.05;
+const RELATIVE_STEP: f64 = 0.05;
 
 impl Curve {
     pub fn part(&self) -> BoundaryPart {
@@ -89,7 +95,7 @@ impl Curve {
 
     /// Points at equally spaced parameters, both ends included.
     pub fn samples(&self) -> impl Iterator<Item = Point> + '_ {
-        (0..=SAMPLES).map(|i| self.point(i as f64 / SAMPLES as f64))
+        (0..=SAMPLE_INTERVALS).map(|i| self.point(i as f64 / SAMPLE_INTERVALS as f64))
     }
 
     /// Parameters from 0 to 1 of points that divide the curve into edges of about length `size`.
@@ -104,7 +110,7 @@ impl Curve {
             let local_size = size(&here);
             let speed = self.speed(t).max(f64::MIN_POSITIVE);
             // the step in t is bounded because the speed of an ellipse varies along it
-            let next = (t + (STEP * local_size / speed).clamp(1e-9, 0.01)).min(1.0);
+            let next = (t + (RELATIVE_STEP * local_size / speed).clamp(1e-9, 0.01)).min(1.0);
             let chord = (self.point(next) - here).norm();
             count += chord / local_size;
             t = next;

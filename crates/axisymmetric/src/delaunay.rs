@@ -2,13 +2,13 @@
 
 use robust::{Coord, incircle, orient2d};
 
-use crate::point::Point;
+use crate::curve::Point;
 
 const NONE: usize = usize::MAX;
 
 /// An incremental Delaunay triangulation.
 ///
-/// Its first [`OUTER`] points are the corners of a triangle that contains all others.
+/// Its first [`OUTER_CORNERS`] points are the corners of a triangle that contains all others.
 pub(crate) struct Delaunay {
     pub points: Vec<Point>,
     /// Corners, counter-clockwise.
@@ -20,18 +20,18 @@ pub(crate) struct Delaunay {
 }
 
 /// Number of corners of the outer triangle.
-pub(crate) const OUTER: usize = 3;
+pub(crate) const OUTER_CORNERS: usize = 3;
 
 /// Size of the outer triangle relative to the radius of the point set.
 ///
 /// Large enough that boundary edges are kept even where the hull bulges outwards by only a
 /// thousandth.
-const FAR_OUT: f64 = 1e5;
+const OUTER_SIZE: f64 = 1e5;
 
 impl Delaunay {
     /// The outer triangle alone, for points within `radius` of `centre`.
     pub fn around(centre: Point, radius: f64) -> Self {
-        let far = FAR_OUT * radius;
+        let far = OUTER_SIZE * radius;
         let points = [(-2.0, -1.0), (2.0, -1.0), (0.0, 3.0)]
             .map(|(x, y)| centre + far * Point::new(x, y))
             .to_vec();
@@ -182,7 +182,7 @@ mod tests {
         let inner = mesh
             .triangles
             .iter()
-            .filter(|t| t.iter().all(|&v| v >= OUTER));
+            .filter(|t| t.iter().all(|&v| v >= OUTER_CORNERS));
         let areas: Vec<f64> = inner
             .map(|t| {
                 let [a, b, c] = t.map(|v| mesh.points[v]);

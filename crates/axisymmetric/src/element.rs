@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::AxisymmetricError;
-use crate::rule::{RulePoint, lobatto};
+use crate::quadrature::{RulePoint, lobatto};
 
 /// The nodal basis of degree `order`.
 ///
@@ -133,7 +133,7 @@ fn bernstein(exponents: &[usize; 3], x: &[f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rule::triangle_rule;
+    use crate::quadrature::triangle_rule;
 
     #[test]
     fn interpolates_polynomials_and_their_derivatives_exactly() {

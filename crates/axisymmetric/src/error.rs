@@ -1,7 +1,5 @@
 //! Errors of the crate.
 
-use crate::resistance::AxialResistance;
-
 /// Bodies whose flow cannot be computed, with the offending numbers and the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -82,8 +80,6 @@ pub enum AxisymmetricError {
         reached: f64,
         /// Polynomial degree of the velocities.
         order: usize,
-        /// The most accurate resistance found.
-        best: Box<AxialResistance>,
     },
     /// Two neighbouring bodies that overlap, touch or nearly touch.
     #[error(

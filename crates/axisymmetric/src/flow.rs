@@ -4,16 +4,15 @@ use rayon::prelude::*;
 
 use crate::AxisymmetricError;
 use crate::collar::Motion;
-use crate::curve::BoundaryPart;
+use crate::curve::{BoundaryPart, Point};
 use crate::element::Lagrange;
 use crate::generate::generate;
 use crate::geometry_map::node_positions;
 use crate::meridian::{Meridian, Surroundings};
 use crate::mesh::MeridianMesh;
 use crate::open_boundary::{exterior_flow, exterior_swirl};
-use crate::point::Point;
 use crate::space::Space;
-use crate::spheroid::Spheroid;
+use crate::spheroid::AxialSpheroid;
 use crate::surface_modes::{MODES, surface_velocity};
 use crate::system::{Dof, Element};
 
@@ -26,11 +25,11 @@ const GROWTH: f64 = 0.3;
 
 /// Radius of the meshed ball in unbounded fluid, relative to that of the resistance: it contains
 /// the corners of a picture.
-const ENLARGED: f64 = 2.0;
+const OPEN_RADIUS_FACTOR: f64 = 2.0;
 
 /// Smallest barycentric coordinate of a point that belongs to a triangle, as curved edges are
 /// approximated by parabolas.
-const SMALLEST: f64 = -0.01;
+const MIN_BARYCENTRIC: f64 = -0.01;
 
 /// Velocities of bodies of revolution on one axis, and of their surfaces.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -59,9 +58,9 @@ pub struct MeridianValue {
 /// A flow in the meridian half-plane by quadratic elements.
 ///
 /// ```
-/// use axisymmetric::{BodyVelocity, MeridianFlow, Spheroid, Surroundings};
+/// use axisymmetric::{BodyVelocity, MeridianFlow, AxialSpheroid, Surroundings};
 ///
-/// let sphere = Spheroid::sphere(0.0, 1.0);
+/// let sphere = AxialSpheroid::sphere(0.0, 1.0);
 /// let moving = BodyVelocity { axial: 1.0, ..BodyVelocity::default() };
 /// let flow = MeridianFlow::new(&[sphere], Surroundings::Unbounded, &[moving])?;
 /// let found = flow.at(0.0, 2.0).ok_or("not in the fluid")?;
@@ -96,11 +95,11 @@ impl MeridianFlow {
     /// # Errors
     /// As [`crate::axial_resistance`], except for tolerances.
     pub fn new(
-        bodies: &[Spheroid],
+        bodies: &[AxialSpheroid],
         surroundings: Surroundings,
         velocities: &[BodyVelocity],
     ) -> Result<Self, AxisymmetricError> {
-        let meridian = Meridian::new(bodies, surroundings)?.enlarged(ENLARGED);
+        let meridian = Meridian::new(bodies, surroundings)?.enlarged(OPEN_RADIUS_FACTOR);
         let mesh = generate(&meridian, GROWTH)?;
         let element = Lagrange::new(ORDER)?;
         let parts = Space::new(&mesh, &element).parts(&mesh, &element);
@@ -224,7 +223,7 @@ impl Triangle {
             l[2] += step.y;
             l[0] = 1.0 - l[1] - l[2];
         }
-        l.iter().all(|l| *l >= SMALLEST).then_some(l)
+        l.iter().all(|l| *l >= MIN_BARYCENTRIC).then_some(l)
     }
 }
 
@@ -263,7 +262,7 @@ mod tests {
             angular: 2.0,
             ..BodyVelocity::default()
         };
-        let sphere = Spheroid::sphere(0.5, 1.0);
+        let sphere = AxialSpheroid::sphere(0.5, 1.0);
         let flow = MeridianFlow::new(&[sphere], Surroundings::Unbounded, &[spinning]).unwrap();
         for (z, r) in [(0.5, 1.2), (1.5, 0.9), (-0.7, 0.6)] {
             let distance = f64::hypot(z - 0.5, r);
@@ -283,7 +282,7 @@ mod tests {
             modes: [1.0, 0.0, 0.0, 0.0],
             ..BodyVelocity::default()
         };
-        let sphere = Spheroid::sphere(0.0, 1.0);
+        let sphere = AxialSpheroid::sphere(0.0, 1.0);
         let flow = MeridianFlow::new(&[sphere], Surroundings::Unbounded, &[swimming]).unwrap();
         for (z, r) in [(0.0, 1.3), (1.4, 0.2), (-1.0, 1.0)] {
             let distance = f64::hypot(z, r);

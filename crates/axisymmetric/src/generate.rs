@@ -1,12 +1,11 @@
 //! Generation of graded triangle meshes by Delaunay refinement.
 
 use crate::AxisymmetricError;
-use crate::boundary_polygon::{BoundaryPolygon, check_triangle_count};
-use crate::delaunay::{Delaunay, OUTER, circumcentre};
+use crate::curve::Point;
+use crate::delaunay::{Delaunay, OUTER_CORNERS, circumcentre};
 use crate::geometry_map::is_valid;
 use crate::meridian::Meridian;
-use crate::mesh::MeridianMesh;
-use crate::point::Point;
+use crate::mesh::{BoundaryPolygon, MeridianMesh, check_triangle_count};
 
 /// Circumradius relative to the target edge length above which a triangle is refined.
 ///
@@ -87,7 +86,9 @@ fn refine(
     // circumradius over the target size; zero for triangles that must not be refined
     let excess = |mesh: &Delaunay, t: usize| -> f64 {
         let corners = mesh.triangles[t];
-        if corners.iter().any(|&v| v < OUTER) || polygon.is_in_body(&corners.map(|v| v - OUTER)) {
+        if corners.iter().any(|&v| v < OUTER_CORNERS)
+            || polygon.is_in_body(&corners.map(|v| v - OUTER_CORNERS))
+        {
             return 0.0;
         }
         let corners = corners.map(|v| mesh.points[v]);
@@ -106,7 +107,7 @@ fn refine(
     loop {
         let worst = (0..excesses.len()).max_by(|&a, &b| excesses[a].total_cmp(&excesses[b]));
         let Some(worst) = worst.filter(|&t| excesses[t] > MAX_CIRCUMRADIUS) else {
-            return Ok(mesh.points[OUTER + polygon.points.len()..].to_vec());
+            return Ok(mesh.points[OUTER_CORNERS + polygon.points.len()..].to_vec());
         };
         let centre = circumcentre(mesh.triangles[worst].map(|v| mesh.points[v]));
         if mesh.insert(centre, &mut created).is_none() {
@@ -126,10 +127,10 @@ fn refine(
 /// The weight is the triangle's area in units of the square of the target size.
 fn smooth(polygon: &BoundaryPolygon, inner: &[Point], size: &impl Fn(&Point) -> f64) -> Vec<Point> {
     let mesh = triangulate(polygon, inner);
-    let first = OUTER + polygon.points.len();
+    let first = OUTER_CORNERS + polygon.points.len();
     let mut sums = vec![(Point::zeros(), 0.0); inner.len()];
     for corners in &mesh.triangles {
-        if corners.iter().any(|&v| v < OUTER) {
+        if corners.iter().any(|&v| v < OUTER_CORNERS) {
             continue;
         }
         let [a, b, c] = corners.map(|v| mesh.points[v]);
@@ -159,9 +160,9 @@ fn domain_triangles(mesh: &Delaunay, polygon: &BoundaryPolygon) -> Option<Vec<[u
     let inside = mesh
         .triangles
         .iter()
-        .filter(|t| t.iter().all(|&v| v >= OUTER));
+        .filter(|t| t.iter().all(|&v| v >= OUTER_CORNERS));
     let triangles: Vec<[usize; 3]> = inside
-        .map(|t| t.map(|v| v - OUTER))
+        .map(|t| t.map(|v| v - OUTER_CORNERS))
         .filter(|t| !polygon.is_in_body(t))
         .collect();
     let mut found = vec![false; polygon.points.len()];

@@ -3,10 +3,10 @@
 use nalgebra::{DMatrix, Matrix2};
 
 use crate::AxisymmetricError;
+use crate::curve::Point;
 use crate::element::{Lagrange, Table};
 use crate::mesh::MeridianMesh;
-use crate::point::Point;
-use crate::rule::{RulePoint, triangle_rule};
+use crate::quadrature::{RulePoint, triangle_rule};
 
 /// The geometry map of a triangle at one quadrature point.
 #[derive(Clone, Copy)]

@@ -1,7 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
-mod boundary_polygon;
 mod canonical;
 mod collar;
 mod curve;
@@ -15,10 +14,8 @@ mod geometry_map;
 mod meridian;
 mod mesh;
 mod open_boundary;
-mod point;
+mod quadrature;
 mod resistance;
-mod rule;
-mod sizes;
 mod solver;
 mod space;
 mod spheroid;
@@ -32,7 +29,7 @@ pub use flow::{BodyVelocity, MeridianFlow, MeridianValue};
 pub use meridian::Surroundings;
 pub use resistance::{AxialResistance, SurfaceResistance};
 pub use solver::{ResistanceSolver, axial_resistance, spin_resistance};
-pub use spheroid::Spheroid;
+pub use spheroid::AxialSpheroid;
 pub use surface_modes::SurfaceMode;
 
 pub use nalgebra;

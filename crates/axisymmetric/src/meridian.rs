@@ -1,11 +1,8 @@
 //! The meridian domain: bodies, wall, distances to them and the target element size.
 
 use crate::AxisymmetricError;
-use crate::boundary_polygon::MIN_EDGES;
-use crate::curve::{BoundaryPart, Curve};
-use crate::point::Point;
-use crate::sizes::check_sizes;
-use crate::spheroid::Spheroid;
+use crate::curve::{BoundaryPart, Curve, MIN_CURVED_EDGES, Point};
+use crate::spheroid::AxialSpheroid;
 
 /// The container around the bodies, if any.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,14 +31,14 @@ pub(crate) const GROWTH: f64 = 0.65;
 ///
 /// The flow varies most along surfaces. For three spheres this factor, with [`GRADING`], divides
 /// the error of order eight by 270, with a tenth more triangles.
-const NEAR: f64 = 0.6;
+const SIZE_AT_SURFACE: f64 = 0.6;
 
 /// Increase of an edge over [`GROWTH`] per distance from the surface of a body.
 const GRADING: f64 = 0.5;
 
 /// Radius of the ball beyond which unbounded fluid is not meshed, relative to the radius of the
 /// smallest ball around the bodies with the same centre.
-pub(crate) const OPEN: f64 = 1.5;
+pub(crate) const OPEN_RADIUS_RATIO: f64 = 1.5;
 
 /// Smallest gap supported, relative to a radius.
 ///
@@ -55,15 +52,21 @@ const MIN_GAP: f64 = 1e-4;
 /// `λ (J_0^2 + J_1^2) = 2 J_0 J_1`; that is 2e-9 at this length.
 const CYLINDER_ENDS: f64 = 4.5;
 
+/// Largest ratio of the semi-axes of a body; the number of triangles is 30 times the ratio.
+const MAX_ASPECT: f64 = 500.0;
+
+/// Largest length of the problem relative to the smallest semi-axis.
+const MAX_LENGTH_RATIO: f64 = 1e6;
+
 /// Bodies on an axis and the wall that bounds the computed flow.
 #[derive(Clone, Debug)]
 pub(crate) struct Meridian {
     /// Bodies from left to right.
-    bodies: Vec<Spheroid>,
+    bodies: Vec<AxialSpheroid>,
     /// Index of each body in the caller's list.
     given: Vec<usize>,
     /// Outer boundary of the collar of each body; `None` for a body whose surface is meshed.
-    outlines: Vec<Option<Spheroid>>,
+    outlines: Vec<Option<AxialSpheroid>>,
     wall: Wall,
 }
 
@@ -76,7 +79,7 @@ enum Wall {
     /// A sphere in unbounded fluid.
     Open { centre: f64, radius: f64 },
     /// The outline of a collar.
-    Outline(Spheroid),
+    Outline(AxialSpheroid),
 }
 
 impl Meridian {
@@ -85,7 +88,10 @@ impl Meridian {
     /// # Errors
     /// [`AxisymmetricError`] for sizes that are not positive and finite, and for bodies that touch
     /// each other or the wall.
-    pub fn new(bodies: &[Spheroid], surroundings: Surroundings) -> Result<Self, AxisymmetricError> {
+    pub fn new(
+        bodies: &[AxialSpheroid],
+        surroundings: Surroundings,
+    ) -> Result<Self, AxisymmetricError> {
         if bodies.is_empty() {
             return Err(AxisymmetricError::NoBodies);
         }
@@ -107,7 +113,7 @@ impl Meridian {
         check_sizes(bodies, surroundings)?;
         let mut given: Vec<usize> = (0..bodies.len()).collect();
         given.sort_by(|&i, &j| bodies[i].centre.total_cmp(&bodies[j].centre));
-        let sorted: Vec<Spheroid> = given.iter().map(|&i| bodies[i]).collect();
+        let sorted: Vec<AxialSpheroid> = given.iter().map(|&i| bodies[i]).collect();
         for (pair, numbers) in sorted.windows(2).zip(given.windows(2)) {
             let gap = pair[1].centre - pair[1].axial - pair[0].centre - pair[0].axial;
             if gap.is_nan() || gap < MIN_GAP * pair[0].equatorial.min(pair[1].equatorial) {
@@ -124,7 +130,7 @@ impl Meridian {
         let wall = match surroundings {
             Surroundings::Unbounded => Wall::Open {
                 centre: 0.5 * (from + to),
-                radius: OPEN * enclosing_radius(&sorted, 0.5 * (from + to)),
+                radius: OPEN_RADIUS_RATIO * enclosing_radius(&sorted, 0.5 * (from + to)),
             },
             Surroundings::Ball { radius } => Wall::Ball {
                 centre: 0.0,
@@ -168,7 +174,7 @@ impl Meridian {
     }
 
     /// The domain between a body and the outline of its collar, both with their centre at zero.
-    pub fn of_collar(body: Spheroid, outline: Spheroid) -> Self {
+    pub fn from_collar(body: AxialSpheroid, outline: AxialSpheroid) -> Self {
         Self {
             bodies: vec![body.centred()],
             given: vec![0],
@@ -185,7 +191,7 @@ impl Meridian {
     pub fn without_collars(mut self) -> Self {
         self.outlines = (0..self.bodies.len())
             .map(|i| {
-                let mut outlines = (0..COLLARS)
+                let mut outlines = (0..COLLAR_SIZES)
                     .rev()
                     .map(|k| self.bodies[i].confocal_spheroid(collar_ratio(k)));
                 outlines.find(|outline| self.has_room_for(i, outline))
@@ -195,23 +201,23 @@ impl Meridian {
     }
 
     /// Whether a collar of body `i` may have this outline.
-    fn has_room_for(&self, i: usize, outline: &Spheroid) -> bool {
+    fn has_room_for(&self, i: usize, outline: &AxialSpheroid) -> bool {
         let body = &self.bodies[i];
         let neighbours = [i.checked_sub(1), Some(i + 1)].into_iter().flatten();
         let clear_of_neighbours = neighbours.filter_map(|j| self.bodies.get(j)).all(|other| {
             let gap = (other.centre - body.centre).abs() - other.axial - body.axial;
-            outline.axial - body.axial <= COLLAR_SHARE * gap
+            outline.axial - body.axial <= MAX_COLLAR_SHARE * gap
         });
         clear_of_neighbours
             && (outline.upper_half(BoundaryPart::Axis).samples()).all(|x| {
                 let size = GROWTH * relative_size(body, &x);
-                size <= COLLAR_SIZE * self.size(&x, GROWTH)
-                    && self.distance_to_wall(&x) >= COLLAR_CLEARANCE * size
+                size <= MAX_COLLAR_SIZE_RATIO * self.size(&x, GROWTH)
+                    && self.distance_to_wall(&x) >= MIN_COLLAR_CLEARANCE * size
             })
     }
 
     /// Bodies with collars, from left to right: index in the caller's list, body and outline.
-    pub fn collars(&self) -> impl Iterator<Item = (usize, Spheroid, Spheroid)> + '_ {
+    pub fn collars(&self) -> impl Iterator<Item = (usize, AxialSpheroid, AxialSpheroid)> + '_ {
         (self.given.iter().zip(&self.bodies).zip(&self.outlines))
             .filter_map(|((&given, &body), outline)| outline.map(|o| (given, body, o)))
     }
@@ -255,11 +261,11 @@ impl Meridian {
         curves.push(line(at, on_axis(to), BoundaryPart::Axis));
         match self.wall {
             Wall::Ball { centre, radius } => {
-                let ball = Spheroid::sphere(centre, radius);
+                let ball = AxialSpheroid::sphere(centre, radius);
                 curves.push((ball.upper_half_leftward(BoundaryPart::Wall), None));
             }
             Wall::Open { centre, radius } => {
-                let ball = Spheroid::sphere(centre, radius);
+                let ball = AxialSpheroid::sphere(centre, radius);
                 curves.push((ball.upper_half_leftward(BoundaryPart::Open), None));
             }
             Wall::Outline(outline) => {
@@ -284,7 +290,7 @@ impl Meridian {
     /// Target edge length at a point.
     ///
     /// It is `growth` times the distance to the nearest singularity of the continued flow, less
-    /// near a surface, and at most [`GAP`] times the width of the gap between the two nearest
+    /// near a surface, and at most [`MAX_SIZE_IN_GAP`] times the width of the gap between the two nearest
     /// surfaces.
     pub fn size(&self, x: &Point, growth: f64) -> f64 {
         let mut size = match self.wall {
@@ -306,7 +312,7 @@ impl Meridian {
                 nearest[1] = nearest[1].min(distance);
             }
         }
-        size.min(GAP * (nearest[0] + nearest[1]))
+        size.min(MAX_SIZE_IN_GAP * (nearest[0] + nearest[1]))
     }
 
     /// Whether a point is in the interior of the fluid.
@@ -328,26 +334,62 @@ impl Meridian {
     }
 }
 
+/// Fails if lengths differ so much that meshes are too large or positions are rounded too much.
+fn check_sizes(
+    bodies: &[AxialSpheroid],
+    surroundings: Surroundings,
+) -> Result<(), AxisymmetricError> {
+    let fold = |f: fn(f64, f64) -> f64, lengths: &dyn Fn(&AxialSpheroid) -> f64| {
+        bodies.iter().map(lengths).reduce(f).unwrap_or(0.0)
+    };
+    let smallest = fold(f64::min, &|b| b.axial.min(b.equatorial));
+    let right = fold(f64::max, &|b| b.centre + b.axial.max(b.equatorial));
+    let left = fold(f64::min, &|b| b.centre - b.axial.max(b.equatorial));
+    let largest = match surroundings {
+        Surroundings::Unbounded => right - left,
+        Surroundings::Ball { radius } => radius,
+        Surroundings::Cylinder { radius } => radius.max(right - left),
+    };
+    for (i, body) in bodies.iter().enumerate() {
+        let aspect = body.axial.max(body.equatorial) / body.axial.min(body.equatorial);
+        if aspect > MAX_ASPECT {
+            return Err(AxisymmetricError::TooSlender {
+                body: i,
+                aspect,
+                limit: MAX_ASPECT,
+            });
+        }
+    }
+    let ratio = largest / smallest;
+    if ratio <= MAX_LENGTH_RATIO {
+        return Ok(());
+    }
+    Err(AxisymmetricError::SizesTooDifferent {
+        ratio,
+        limit: MAX_LENGTH_RATIO,
+    })
+}
+
 /// Target edge length around a body alone, relative to [`GROWTH`].
-fn relative_size(body: &Spheroid, x: &Point) -> f64 {
+fn relative_size(body: &AxialSpheroid, x: &Point) -> f64 {
     let focal = body.focal_distance(x);
-    focal.min(NEAR * focal + GRADING * body.distance(x).max(0.0))
+    focal.min(SIZE_AT_SURFACE * focal + GRADING * body.distance(x).max(0.0))
 }
 
 /// Parameters at which the outline of a body's collar is divided into edges.
 ///
 /// They are the same on both sides of the outline.
-fn outline_division(body: &Spheroid, outline: &Spheroid) -> Vec<f64> {
+fn outline_division(body: &AxialSpheroid, outline: &AxialSpheroid) -> Vec<f64> {
     let (body, outline) = (body.centred(), outline.centred());
     let size = |x: &Point| GROWTH * relative_size(&body, x);
     outline
         .upper_half(BoundaryPart::Axis)
-        .divide(MIN_EDGES, size)
+        .divide(MIN_CURVED_EDGES, size)
 }
 
 /// Radius of the smallest ball with this centre around bodies.
-fn enclosing_radius(bodies: &[Spheroid], centre: f64) -> f64 {
-    let surface = |body: &Spheroid| body.upper_half(BoundaryPart::Axis);
+fn enclosing_radius(bodies: &[AxialSpheroid], centre: f64) -> f64 {
+    let surface = |body: &AxialSpheroid| body.upper_half(BoundaryPart::Axis);
     (bodies.iter())
         .flat_map(|body| surface(body).samples().collect::<Vec<_>>())
         .map(|x| (x.x - centre).hypot(x.y))
@@ -355,21 +397,21 @@ fn enclosing_radius(bodies: &[Spheroid], centre: f64) -> f64 {
 }
 
 /// Number of sizes of collars.
-const COLLARS: i32 = 4;
+const COLLAR_SIZES: i32 = 4;
 
-/// Larger semi-axis of a collar relative to that of its body; `k` is below [`COLLARS`].
+/// Larger semi-axis of a collar relative to that of its body; `k` is below [`COLLAR_SIZES`].
 fn collar_ratio(k: i32) -> f64 {
     1.5 * 1.5_f64.powi(k)
 }
 
 /// Largest width of a collar relative to the gap to the next body.
-const COLLAR_SHARE: f64 = 0.32;
+const MAX_COLLAR_SHARE: f64 = 0.32;
 
 /// Largest ratio of the element sizes inside and outside the outline of a collar.
-const COLLAR_SIZE: f64 = 1.25;
+const MAX_COLLAR_SIZE_RATIO: f64 = 1.25;
 
 /// Smallest distance of a collar from the wall relative to the size of its elements.
-const COLLAR_CLEARANCE: f64 = 0.5;
+const MIN_COLLAR_CLEARANCE: f64 = 0.5;
 
 /// Largest element size in a gap, relative to its width.
-const GAP: f64 = 0.75;
+const MAX_SIZE_IN_GAP: f64 = 0.75;

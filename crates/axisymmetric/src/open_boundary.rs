@@ -19,12 +19,12 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, Matrix2};
 
 use crate::curve::BoundaryPart;
-use crate::meridian::OPEN;
+use crate::meridian::OPEN_RADIUS_RATIO;
 use crate::mesh::MeridianMesh;
-use crate::rule::{gauss, legendre, lobatto};
+use crate::quadrature::{gauss, legendre, lobatto};
 
 /// Dissipation outside the open boundary that is neglected, relative to the rest.
-const NEGLECTED: f64 = 1e-18;
+const MAX_NEGLECTED_DISSIPATION: f64 = 1e-18;
 
 /// Quadrature points per edge beyond those that the polynomial degrees need.
 const EXTRA_POINTS: usize = 12;
@@ -96,7 +96,7 @@ pub(crate) fn exterior_swirl(mesh: &MeridianMesh, order: usize, radius: f64) -> 
 /// Coefficients of the flow decrease as the `l`-th power of the radius of the ball around the
 /// bodies over that of the open boundary, their dissipation as its square.
 fn degrees() -> usize {
-    (NEGLECTED.ln() / (-2.0 * OPEN.ln())).ceil() as usize
+    (MAX_NEGLECTED_DISSIPATION.ln() / (-2.0 * OPEN_RADIUS_RATIO.ln())).ceil() as usize
 }
 
 /// `P_l(cos θ)` and its derivative with respect to `θ`.
@@ -186,11 +186,11 @@ mod tests {
     use super::*;
     use crate::generate::generate;
     use crate::meridian::{GROWTH, Meridian, Surroundings};
-    use crate::spheroid::Spheroid;
+    use crate::spheroid::AxialSpheroid;
 
     /// A mesh around the unit sphere and the radius of its open boundary.
     fn mesh() -> (MeridianMesh, f64) {
-        let sphere = [Spheroid::sphere(0.0, 1.0)];
+        let sphere = [AxialSpheroid::sphere(0.0, 1.0)];
         let meridian = Meridian::new(&sphere, Surroundings::Unbounded).expect("a sphere");
         let radius = meridian.open_radius().expect("unbounded");
         (generate(&meridian, GROWTH).expect("a mesh"), radius)

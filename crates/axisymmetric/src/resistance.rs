@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::spheroid::Spheroid;
+use crate::spheroid::AxialSpheroid;
 use crate::surface_modes::{self, MODES, SurfaceMode};
 
 /// Resistance matrix `R` of motions along the axis or about it, with an error estimate.
@@ -106,7 +106,7 @@ pub struct SurfaceResistance {
 }
 
 impl SurfaceResistance {
-    pub(crate) fn new(power: AxialResistance, bodies: &[Spheroid]) -> Self {
+    pub(crate) fn new(power: AxialResistance, bodies: &[AxialSpheroid]) -> Self {
         let n = bodies.len();
         let mut powers_in_flows = DMatrix::zeros(n * (1 + MODES), n * (1 + MODES));
         for (i, body) in bodies.iter().enumerate() {

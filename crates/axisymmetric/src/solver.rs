@@ -13,7 +13,7 @@ use crate::meridian::{GROWTH, Meridian, Surroundings};
 use crate::mesh::MeridianMesh;
 use crate::open_boundary::{exterior_flow, exterior_swirl};
 use crate::resistance::{AxialResistance, SurfaceResistance, distance};
-use crate::spheroid::Spheroid;
+use crate::spheroid::AxialSpheroid;
 use crate::surface_modes::{MODES, omitted_powers};
 use crate::swirl::omitted_torque;
 use crate::system::{Dof, Element, Solution};
@@ -34,7 +34,7 @@ fn first_order(tolerance: f64) -> usize {
 /// A smaller observed factor is considered accidental: with the smallest one here, estimates are
 /// 0.76 to 1.8 times the true error in 13 cases with exact values. A larger one means that the
 /// orders do not converge yet.
-const REDUCTION: [f64; 2] = [0.055, 0.6];
+const REDUCTION_BOUNDS: [f64; 2] = [0.055, 0.6];
 
 /// Smallest tolerance; rounding in the factorisation causes errors of about a hundredth of it.
 const MIN_TOLERANCE: f64 = 1e-11;
@@ -54,9 +54,9 @@ const MIN_TOLERANCE: f64 = 1e-11;
 /// of the same bodies [`ResistanceSolver`] is faster.
 ///
 /// ```
-/// use axisymmetric::{Spheroid, Surroundings, axial_resistance};
+/// use axisymmetric::{AxialSpheroid, Surroundings, axial_resistance};
 ///
-/// let sphere = Spheroid::sphere(0.0, 1.0);
+/// let sphere = AxialSpheroid::sphere(0.0, 1.0);
 /// let drag = axial_resistance(&[sphere], Surroundings::Ball { radius: 2.0 }, 1e-6)?;
 /// let exact = 7.294117647058823 * 6.0 * std::f64::consts::PI; // Haberman & Sayre 1958
 /// assert!((drag.matrix()[(0, 0)] / exact - 1.0).abs() < 1e-6);
@@ -67,9 +67,10 @@ const MIN_TOLERANCE: f64 = 1e-11;
 /// [`AxisymmetricError`] for sizes that are not positive, bodies that overlap or touch, gaps below
 /// 1e-4 of a radius, lengths that differ by more than a factor of 1e6, a tolerance outside
 /// [1e-11, 1), an error above the tolerance at the highest order
-/// ([`AxisymmetricError::NotConverged`], with the best result), and failures of the solver.
+/// ([`AxisymmetricError::NotConverged`]; [`ResistanceSolver::axial_best`] returns the result then),
+/// and failures of the solver.
 pub fn axial_resistance(
-    bodies: &[Spheroid],
+    bodies: &[AxialSpheroid],
     surroundings: Surroundings,
     tolerance: f64,
 ) -> Result<AxialResistance, AxisymmetricError> {
@@ -82,9 +83,9 @@ pub fn axial_resistance(
 /// [`axial_resistance`].
 ///
 /// ```
-/// use axisymmetric::{Spheroid, Surroundings, spin_resistance};
+/// use axisymmetric::{AxialSpheroid, Surroundings, spin_resistance};
 ///
-/// let sphere = Spheroid::sphere(0.0, 1.0);
+/// let sphere = AxialSpheroid::sphere(0.0, 1.0);
 /// let torque = spin_resistance(&[sphere], Surroundings::Ball { radius: 2.0 }, 1e-6)?;
 /// let exact = 8.0 * std::f64::consts::PI * 8.0 / 7.0; // 1 / (1 - 2^-3)
 /// assert!((torque.matrix()[(0, 0)] / exact - 1.0).abs() < 1e-6);
@@ -94,7 +95,7 @@ pub fn axial_resistance(
 /// # Errors
 /// Those of [`axial_resistance`].
 pub fn spin_resistance(
-    bodies: &[Spheroid],
+    bodies: &[AxialSpheroid],
     surroundings: Surroundings,
     tolerance: f64,
 ) -> Result<AxialResistance, AxisymmetricError> {
@@ -112,11 +113,11 @@ pub fn spin_resistance(
 /// Results do not depend on what was computed before, not even in the last bit.
 ///
 /// ```
-/// use axisymmetric::{ResistanceSolver, Spheroid, Surroundings};
+/// use axisymmetric::{ResistanceSolver, AxialSpheroid, Surroundings};
 ///
 /// let mut solver = ResistanceSolver::new();
 /// let mut attraction = |distance| {
-///     let pair = [Spheroid::sphere(0.0, 1.0), Spheroid::sphere(distance, 1.0)];
+///     let pair = [AxialSpheroid::sphere(0.0, 1.0), AxialSpheroid::sphere(distance, 1.0)];
 ///     let found = solver.axial(&pair, Surroundings::Unbounded, 1e-4)?;
 ///     Ok::<f64, axisymmetric::AxisymmetricError>(found.matrix()[(0, 1)])
 /// };
@@ -139,7 +140,7 @@ struct Question {
 }
 
 /// Largest number of results kept; those of a stroke are a few dozen.
-const MOST_RESULTS: usize = 2000;
+const MAX_RESULTS: usize = 2000;
 
 impl ResistanceSolver {
     /// A solver that has not computed anything.
@@ -153,11 +154,27 @@ impl ResistanceSolver {
     /// Those of [`axial_resistance`].
     pub fn axial(
         &mut self,
-        bodies: &[Spheroid],
+        bodies: &[AxialSpheroid],
         surroundings: Surroundings,
         tolerance: f64,
     ) -> Result<AxialResistance, AxisymmetricError> {
         self.converged(bodies, surroundings, tolerance, Motion::Translation)
+    }
+
+    /// As [`ResistanceSolver::axial`], but if the tolerance is out of reach, the resistance of the
+    /// highest order with its error estimate.
+    ///
+    /// # Errors
+    /// Those of [`axial_resistance`] except [`AxisymmetricError::NotConverged`].
+    pub fn axial_best(
+        &mut self,
+        bodies: &[AxialSpheroid],
+        surroundings: Surroundings,
+        tolerance: f64,
+    ) -> Result<AxialResistance, AxisymmetricError> {
+        Ok(self
+            .best(bodies, surroundings, tolerance, Motion::Translation)?
+            .0)
     }
 
     /// As [`spin_resistance`].
@@ -166,11 +183,26 @@ impl ResistanceSolver {
     /// Those of [`axial_resistance`].
     pub fn spin(
         &mut self,
-        bodies: &[Spheroid],
+        bodies: &[AxialSpheroid],
         surroundings: Surroundings,
         tolerance: f64,
     ) -> Result<AxialResistance, AxisymmetricError> {
         self.converged(bodies, surroundings, tolerance, Motion::Rotation)
+    }
+
+    /// As [`ResistanceSolver::axial_best`], for rotation about the axis.
+    ///
+    /// # Errors
+    /// Those of [`ResistanceSolver::axial_best`].
+    pub fn spin_best(
+        &mut self,
+        bodies: &[AxialSpheroid],
+        surroundings: Surroundings,
+        tolerance: f64,
+    ) -> Result<AxialResistance, AxisymmetricError> {
+        Ok(self
+            .best(bodies, surroundings, tolerance, Motion::Rotation)?
+            .0)
     }
 
     /// Resistance to motion along the axis and to the modes of the surfaces.
@@ -181,25 +213,42 @@ impl ResistanceSolver {
     /// Those of [`axial_resistance`] except [`AxisymmetricError::NotConverged`].
     pub fn surfaces(
         &mut self,
-        bodies: &[Spheroid],
+        bodies: &[AxialSpheroid],
         surroundings: Surroundings,
         tolerance: f64,
     ) -> Result<SurfaceResistance, AxisymmetricError> {
-        let found = match self.converged(bodies, surroundings, tolerance, Motion::Surfaces) {
-            Err(AxisymmetricError::NotConverged { best, .. }) => *best,
-            found => found?,
-        };
+        let (found, _) = self.best(bodies, surroundings, tolerance, Motion::Surfaces)?;
         Ok(SurfaceResistance::new(found, bodies))
     }
 
-    /// Raises the order until the estimated error is below `tolerance`.
+    /// The resistance, if its estimated error is below `tolerance`.
     fn converged(
         &mut self,
-        bodies: &[Spheroid],
+        bodies: &[AxialSpheroid],
         surroundings: Surroundings,
         tolerance: f64,
         motion: Motion,
     ) -> Result<AxialResistance, AxisymmetricError> {
+        let (found, reached) = self.best(bodies, surroundings, tolerance, motion)?;
+        if reached <= tolerance {
+            return Ok(found);
+        }
+        Err(AxisymmetricError::NotConverged {
+            tolerance,
+            reached,
+            order: found.order,
+        })
+    }
+
+    /// The resistance of the first order that meets `tolerance`, else of the highest one, and its
+    /// estimated error, which does not depend on the unit of length.
+    fn best(
+        &mut self,
+        bodies: &[AxialSpheroid],
+        surroundings: Surroundings,
+        tolerance: f64,
+        motion: Motion,
+    ) -> Result<(AxialResistance, f64), AxisymmetricError> {
         if !(MIN_TOLERANCE..1.0).contains(&tolerance) {
             return Err(AxisymmetricError::InvalidTolerance {
                 tolerance,
@@ -216,28 +265,16 @@ impl ResistanceSolver {
         };
         let known = self.results.get(&question).cloned();
         let result = known.unwrap_or_else(|| self.raise_order(&canonical, tolerance, motion));
-        if self.results.len() >= MOST_RESULTS {
+        if self.results.len() >= MAX_RESULTS {
             self.results.clear();
         }
         self.results.insert(question, result.clone());
-        match result {
-            Ok(found) => canonical.in_units_of_caller(found, motion),
-            Err(AxisymmetricError::NotConverged {
-                tolerance,
-                reached,
-                order,
-                best,
-            }) => Err(AxisymmetricError::NotConverged {
-                tolerance,
-                reached,
-                order,
-                best: Box::new(canonical.in_units_of_caller(*best, motion)?),
-            }),
-            Err(error) => Err(error),
-        }
+        let found = result?;
+        let reached = found.relative_error();
+        Ok((canonical.in_units_of_caller(found, motion)?, reached))
     }
 
-    /// Solves with increasing orders.
+    /// Raises the order until the estimated error is below `tolerance`, at most to [`MAX_ORDER`].
     fn raise_order(
         &mut self,
         canonical: &Canonical,
@@ -266,17 +303,8 @@ impl ResistanceSolver {
         let mut order = first + 2;
         loop {
             let found = discretisation.estimated(order, &last);
-            let reached = found.relative_error();
-            if reached <= tolerance {
+            if order == MAX_ORDER || found.relative_error() <= tolerance {
                 return Ok(found);
-            }
-            if order == MAX_ORDER {
-                return Err(AxisymmetricError::NotConverged {
-                    tolerance,
-                    reached,
-                    order,
-                    best: Box::new(found),
-                });
             }
             order += 1;
             last.rotate_left(1);
@@ -289,7 +317,7 @@ impl ResistanceSolver {
 struct Discretisation<'a> {
     meridian: &'a Meridian,
     mesh: &'a MeridianMesh,
-    bodies: &'a [Spheroid],
+    bodies: &'a [AxialSpheroid],
     motion: Motion,
 }
 
@@ -334,7 +362,7 @@ impl Discretisation<'_> {
         let [first, second, last] = [0, 1, 2].map(|k| &solutions[k]);
         let change_before = distance(&first.resistance, &second.resistance);
         let change = distance(&second.resistance, &last.resistance);
-        let reduction = (change / change_before).clamp(REDUCTION[0], REDUCTION[1]);
+        let reduction = (change / change_before).clamp(REDUCTION_BOUNDS[0], REDUCTION_BOUNDS[1]);
         AxialResistance {
             matrix: last.resistance.clone(),
             lower_order: second.resistance.clone(),

@@ -1,12 +1,11 @@
 //! Spheroids on the axis: the shapes of bodies and the outlines of their collars.
 
-use crate::curve::{BoundaryPart, Curve};
-use crate::point::Point;
+use crate::curve::{BoundaryPart, Curve, Point};
 
 /// A spheroid whose axis of revolution is the axis of the flow; a sphere if the semi-axes are
 /// equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spheroid {
+pub struct AxialSpheroid {
     /// Position of the centre on the axis.
     pub centre: f64,
     /// Semi-axis along the axis of the flow.
@@ -15,7 +14,7 @@ pub struct Spheroid {
     pub equatorial: f64,
 }
 
-impl Spheroid {
+impl AxialSpheroid {
     /// The sphere with this centre and radius.
     pub fn sphere(centre: f64, radius: f64) -> Self {
         Self {

@@ -11,9 +11,9 @@ use crate::element::Lagrange;
 use crate::forms::ElementMatrices;
 use crate::geometry_map::{map_points, node_positions};
 use crate::mesh::MeridianMesh;
-use crate::rule::triangle_rule;
+use crate::quadrature::triangle_rule;
 use crate::space::Space;
-use crate::spheroid::Spheroid;
+use crate::spheroid::AxialSpheroid;
 use crate::surface_modes::SurfaceModes;
 use crate::system::{Dof, Element, System, condensed, numbered_consecutively};
 
@@ -35,7 +35,7 @@ const SHIFT: f64 = 1e-8;
 pub(crate) fn stokes(
     mesh: &MeridianMesh,
     order: usize,
-    surfaces: Option<&[Spheroid]>,
+    surfaces: Option<&[AxialSpheroid]>,
 ) -> Result<System, AxisymmetricError> {
     let (velocity, pressure) = (Lagrange::new(order)?, Lagrange::new(order - 1)?);
     let spaces = [Space::new(mesh, &velocity), Space::new(mesh, &pressure)];
@@ -209,12 +209,12 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+    use crate::curve::Point;
     use crate::generate::generate;
     use crate::meridian::{Meridian, Surroundings};
-    use crate::point::Point;
-    use crate::spheroid::Spheroid;
+    use crate::spheroid::AxialSpheroid;
 
-    fn mesh(bodies: &[Spheroid], surroundings: Surroundings, growth: f64) -> MeridianMesh {
+    fn mesh(bodies: &[AxialSpheroid], surroundings: Surroundings, growth: f64) -> MeridianMesh {
         let meridian = Meridian::new(bodies, surroundings).expect("valid bodies");
         generate(&meridian, growth).expect("a simple domain")
     }
@@ -223,7 +223,10 @@ mod tests {
     /// elements.
     #[test]
     fn polynomial_flows_have_zero_residual_on_straight_elements() {
-        let bodies = [Spheroid::sphere(-1.5, 1.0), Spheroid::sphere(2.0, 0.5)];
+        let bodies = [
+            AxialSpheroid::sphere(-1.5, 1.0),
+            AxialSpheroid::sphere(2.0, 0.5),
+        ];
         let mesh = mesh(&bodies, Surroundings::Cylinder { radius: 4.0 }, 0.4);
         // (u_z, u_r, p) of Poiseuille flow plus a stagnation flow whose strength grows along the
         // axis
@@ -272,7 +275,7 @@ mod tests {
     #[test]
     fn volume_between_concentric_spheres_is_exact_to_the_geometry_error() {
         let mesh = mesh(
-            &[Spheroid::sphere(0.3, 1.0)],
+            &[AxialSpheroid::sphere(0.3, 1.0)],
             Surroundings::Ball { radius: 3.0 },
             0.7,
         );
@@ -302,7 +305,7 @@ mod tests {
         for (order, sizes) in [(2, [0.3, 0.15, 0.075]), (3, [0.4, 0.2, 0.1])] {
             let points = sizes.map(|growth| {
                 let mesh = mesh(
-                    &[Spheroid::sphere(0.0, 1.0)],
+                    &[AxialSpheroid::sphere(0.0, 1.0)],
                     Surroundings::Ball { radius: 2.0 },
                     growth,
                 );

@@ -7,14 +7,13 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, Matrix3, Matrix4, Vector3};
 
-use crate::curve::BoundaryPart;
+use crate::curve::{BoundaryPart, Point};
 use crate::element::Lagrange;
 use crate::forms::ElementMatrices;
 use crate::geometry_map::node_positions;
 use crate::mesh::MeridianMesh;
-use crate::point::Point;
 use crate::space::Space;
-use crate::spheroid::Spheroid;
+use crate::spheroid::AxialSpheroid;
 use crate::system::Dof;
 
 /// Number of modes of each body; [`crate::SurfaceMode`] has their order.
@@ -41,7 +40,7 @@ pub enum SurfaceMode {
 }
 
 /// Outward normal of a body at, or near, its surface.
-fn normal(body: &Spheroid, x: &Point) -> [f64; 2] {
+fn normal(body: &AxialSpheroid, x: &Point) -> [f64; 2] {
     let z = (x.x - body.centre) / (body.axial * body.axial);
     let r = x.y / (body.equatorial * body.equatorial);
     let length = z.hypot(r);
@@ -49,7 +48,7 @@ fn normal(body: &Spheroid, x: &Point) -> [f64; 2] {
 }
 
 /// Axial and radial velocity of all modes at a point of the surface.
-fn velocities(body: &Spheroid, x: &Point) -> [[f64; 2]; MODES] {
+fn velocities(body: &AxialSpheroid, x: &Point) -> [[f64; 2]; MODES] {
     let [z, r] = normal(body, x);
     let slip = [z * z - 1.0, z * r];
     [
@@ -61,14 +60,18 @@ fn velocities(body: &Spheroid, x: &Point) -> [[f64; 2]; MODES] {
 }
 
 /// Axial and radial velocity of a surface with these amplitudes of its modes.
-pub(crate) fn surface_velocity(body: &Spheroid, x: &Point, amplitudes: &[f64; MODES]) -> [f64; 2] {
+pub(crate) fn surface_velocity(
+    body: &AxialSpheroid,
+    x: &Point,
+    amplitudes: &[f64; MODES],
+) -> [f64; 2] {
     let modes = velocities(body, x);
     [0, 1].map(|k| modes.iter().zip(amplitudes).map(|(u, a)| u[k] * a).sum())
 }
 
 /// Modes at the nodes of the bodies, without flux.
 pub(crate) struct SurfaceModes<'a> {
-    bodies: &'a [Spheroid],
+    bodies: &'a [AxialSpheroid],
     /// For each body and mode, the multiple of the normal that is subtracted from its nodal values.
     fluxes: Vec<[f64; MODES]>,
     /// Boundary part of each node.
@@ -84,7 +87,7 @@ impl<'a> SurfaceModes<'a> {
     /// The flux of an interpolated mode is an interpolation error; in a container there would be no
     /// flow with it. The nodal normals times the ratio of the fluxes are subtracted.
     pub fn new(
-        bodies: &'a [Spheroid],
+        bodies: &'a [AxialSpheroid],
         mesh: &'a MeridianMesh,
         velocity: &'a Lagrange,
         space: &'a Space,
@@ -192,7 +195,7 @@ impl<'a> SurfaceModes<'a> {
 ///
 /// for divergence-free flows, with the normal `n` out of the fluid. The integrand contains
 /// tangential derivatives of `v` alone, so any extension of `v` from the surface serves.
-pub(crate) fn omitted_powers(body: &Spheroid) -> Matrix4<f64> {
+pub(crate) fn omitted_powers(body: &AxialSpheroid) -> Matrix4<f64> {
     over_surface(body, |n, u, gradients| {
         // n is out of the body, so that the sign is reversed
         let term = |i: usize, j: usize| {
@@ -208,7 +211,7 @@ pub(crate) fn omitted_powers(body: &Spheroid) -> Matrix4<f64> {
 ///
 /// Of the columns, those of the extension and the parabola are flows. Slip is tangential, so their
 /// pressure does not contribute to its rows.
-pub(crate) fn powers_in_flows(body: &Spheroid) -> Matrix4<f64> {
+pub(crate) fn powers_in_flows(body: &AxialSpheroid) -> Matrix4<f64> {
     over_surface(body, |n, u, gradients| {
         Matrix4::from_fn(|i, j| {
             let gradient = &gradients[j];
@@ -220,7 +223,7 @@ pub(crate) fn powers_in_flows(body: &Spheroid) -> Matrix4<f64> {
 /// Integral over the surface of a body; arguments are the outward normal, the velocities of the
 /// modes and their gradients `∂u_i/∂x_j`, in coordinates with the axis z of the flow first.
 fn over_surface(
-    body: &Spheroid,
+    body: &AxialSpheroid,
     f: impl Fn(&Vector3<f64>, &[Vector3<f64>; MODES], &[Matrix3<f64>; MODES]) -> Matrix4<f64>,
 ) -> Matrix4<f64> {
     /// Intervals of the eccentric angle; the midpoint rule converges geometrically for analytic

@@ -14,7 +14,7 @@ use crate::element::Lagrange;
 use crate::geometry_map::node_positions;
 use crate::mesh::MeridianMesh;
 use crate::space::Space;
-use crate::spheroid::Spheroid;
+use crate::spheroid::AxialSpheroid;
 use crate::stokes::element_matrices;
 use crate::system::{Dof, Element, System, condensed, numbered_consecutively};
 
@@ -83,6 +83,6 @@ pub(crate) fn swirl(mesh: &MeridianMesh, order: usize) -> Result<System, Axisymm
 ///
 /// For divergence-free velocities that are rigid on the bodies `B_i`, with angular velocities
 /// `ω_i` (of `u`) and `Ω_i` (of `v`), `2 ∫ D(u):D(v) = ∫ ∇u:∇v + 2 sum_i |B_i| ω_i·Ω_i`.
-pub(crate) fn omitted_torque(body: &Spheroid) -> f64 {
+pub(crate) fn omitted_torque(body: &AxialSpheroid) -> f64 {
     2.0 * (4.0 / 3.0) * PI * body.axial * body.equatorial * body.equatorial
 }

@@ -3,8 +3,7 @@
 use linalg::{Csr, Csr3, OMITTED, submatrix};
 use mesh::{TetMesh, Vec3};
 
-use crate::FemError;
-use crate::check::check_length;
+use crate::error::{FemError, check_length};
 
 /// Nodes with prescribed values, and the reduction of systems to the free nodes.
 ///

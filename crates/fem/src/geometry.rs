@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 
 use crate::FemError;
 use crate::quadrature::CellPoint;
-use crate::reference::vertex_gradients;
+use crate::taylor_hood::vertex_gradients;
 
 /// Positions of the ten nodes of a cell.
 pub(crate) type CellNodes = [Vec3; 10];

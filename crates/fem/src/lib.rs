@@ -2,23 +2,21 @@
 #![forbid(unsafe_code)]
 
 mod assemble;
-mod check;
 mod dirichlet;
 mod error;
 mod estimate;
 mod forms;
 mod geometry;
 mod load;
-mod matrices;
 mod norms;
 mod pattern;
 mod quadrature;
-mod reference;
 mod residual;
 mod space;
 mod sum;
 mod surface;
 mod surface_velocity;
+mod taylor_hood;
 
 pub use dirichlet::DirichletCondition;
 pub use error::FemError;
@@ -26,9 +24,8 @@ pub use estimate::{
     BoundaryBubbles, BoundaryFlow, CubicExtension, CubicFlow, CubicProduct, CurvedBoundary,
     FacetFunctional, FacetGeometry, OverProcesses, Surplus, SurplusPart, SurplusSpace,
 };
-pub use forms::load_vector;
+pub use forms::{StokesMatrices, load_vector};
 pub use load::{LoadOnFluid, consistent_load, stress_load};
-pub use matrices::StokesMatrices;
 pub use norms::{VelocityError, dissipation, mean_pressure, power, pressure_error, velocity_error};
 pub use residual::{continuity_residual, momentum_residual};
 pub use space::TaylorHood;

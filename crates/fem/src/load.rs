@@ -3,8 +3,7 @@
 use mesh::{Facet, TetMesh, Vec3};
 use nalgebra::Matrix3;
 
-use crate::FemError;
-use crate::check::{check_array, check_vectors};
+use crate::error::{FemError, check_array, check_vectors};
 use crate::geometry::MapAt;
 use crate::quadrature::{CellPoint, FacetPoint, facet_degree_6};
 use crate::sum::sum_over;

@@ -3,8 +3,7 @@
 use mesh::{TetMesh, Vec3};
 use nalgebra::Matrix3;
 
-use crate::FemError;
-use crate::check::{check_array, check_vectors};
+use crate::error::{FemError, check_array, check_vectors};
 use crate::geometry::{CellNodes, MapAt};
 use crate::load::velocity_gradient;
 use crate::quadrature::{CellPoint, degree_2, degree_5, degree_6};

@@ -12,7 +12,7 @@ use std::sync::LazyLock;
 
 use mesh::Vec3;
 
-use crate::reference::{shape_functions, shape_gradients};
+use crate::taylor_hood::{shape_functions, shape_gradients};
 
 /// Quadrature point of the reference tetrahedron, with the values of the shape functions.
 pub(crate) struct CellPoint {

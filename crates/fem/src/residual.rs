@@ -7,8 +7,7 @@ use mesh::Vec3;
 use rayon::prelude::*;
 use sprs::CsMatI;
 
-use crate::FemError;
-use crate::check::{check_array, check_length, check_vectors};
+use crate::error::{FemError, check_array, check_length, check_vectors};
 
 /// Number of rows per task: enough work to outweigh its start.
 const ROWS_PER_TASK: usize = 256;

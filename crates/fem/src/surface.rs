@@ -21,7 +21,7 @@ pub struct SurfaceMeasures {
 }
 
 /// Largest `|∮ n dS|` of a closed surface divided by its area: rounding of the sum over its facets.
-const CLOSED: f64 = 1e-9;
+const MAX_CLOSED_GAP: f64 = 1e-9;
 
 /// Area, enclosed volume and centroid of the surface that consists of the facets with `tag`.
 ///
@@ -76,7 +76,7 @@ pub fn surface_measures(mesh: &TetMesh, tag: u16) -> Result<SurfaceMeasures, Fem
         }
     });
     let gap = Vec3::from(open).norm() / area;
-    if gap.is_nan() || gap > CLOSED || signed_volume == 0.0 {
+    if gap.is_nan() || gap > MAX_CLOSED_GAP || signed_volume == 0.0 {
         return Err(FemError::OpenSurface { tag, gap });
     }
     let centroid = origin + Vec3::new(cx, cy, cz) / signed_volume;

@@ -3,8 +3,7 @@
 use mesh::{TetMesh, Vec3};
 use nalgebra::Matrix3;
 
-use crate::FemError;
-use crate::check::check_vectors;
+use crate::error::{FemError, check_vectors};
 use crate::quadrature::{FacetPoint, facet_degree_6};
 use crate::surface::{facet_nodes, position_and_normal, tagged_facets};
 
@@ -28,7 +27,7 @@ pub struct NodalSurfaceVelocity {
 
 /// Normal components at nodes on symmetry planes that are rounding, relative to the largest speed
 /// of the surface: those of axes that turn within a plane by quaternions are a few 1e-16.
-const ROUNDING: f64 = 1e-9;
+const MAX_NORMAL_ROUNDING: f64 = 1e-9;
 
 /// Interpolates the velocity of the facets with `tag`, and removes its flux.
 ///
@@ -55,7 +54,7 @@ pub fn nodal_surface_velocity(
     let largest = values.iter().map(Vec3::amax).fold(0.0, f64::max);
     for (value, planes) in values.iter_mut().zip(&planes) {
         for axis in (0..3).filter(|&axis| planes[axis]) {
-            if value[axis].abs() <= ROUNDING * largest {
+            if value[axis].abs() <= MAX_NORMAL_ROUNDING * largest {
                 value[axis] = 0.0;
             }
         }
@@ -117,7 +116,7 @@ fn normal_weights(mesh: &TetMesh, tag: u16) -> Result<Vec<(u32, Vec3)>, FemError
         let mut weights = [Vec3::zeros(); 6];
         for point in facet_degree_6() {
             let (_, normal) = position_and_normal(&nodes, point);
-            for (weight, shape) in weights.iter_mut().zip(shape_functions(point)) {
+            for (weight, shape) in weights.iter_mut().zip(facet_shape_functions(point)) {
                 *weight += normal * (point.weight * shape);
             }
         }
@@ -132,7 +131,7 @@ fn normal_weights(mesh: &TetMesh, tag: u16) -> Result<Vec<(u32, Vec3)>, FemError
 }
 
 /// The quadratic shape functions of a facet: vertices, then midside nodes of the edges 01, 12, 20.
-pub(crate) fn shape_functions(point: &FacetPoint) -> [f64; 6] {
+pub(crate) fn facet_shape_functions(point: &FacetPoint) -> [f64; 6] {
     let l = point.barycentric;
     let vertex = |i: usize| l[i] * (2.0 * l[i] - 1.0);
     let midside = |i: usize| 4.0 * l[i] * l[(i + 1) % 3];

@@ -6,8 +6,6 @@ use rayon::prelude::*;
 
 use crate::bordered::nodes;
 use crate::columns::{in_passes, of_buffer, split, split_mut};
-#[cfg(feature = "roofline")]
-use crate::kernel::{Kernel, Measure};
 use crate::pressure::PressureInverse;
 use crate::vector::max_abs;
 use crate::{
@@ -125,27 +123,10 @@ impl BlockTriangular {
     pub fn velocity(&self) -> &Multigrid {
         &self.velocity
     }
-}
 
-#[cfg(feature = "roofline")]
-impl BlockTriangular {
-    /// Lower bound on the bytes moved by the cycle and the mass inverse.
-    pub(crate) fn bytes(&self) -> usize {
-        self.velocity.bytes() + self.pressure.bytes()
-    }
-
-    /// Passes the kernels of the preconditioner, apart from those of the system, to `measure`.
-    pub(crate) fn visit_kernels(&mut self, measure: &mut Measure) {
-        self.velocity.visit_kernels(measure);
-        let mass = self.pressure.mass();
-        let r = vec![1.0; mass.size()];
-        let mut z = vec![0.0; r.len()];
-        let kernel = Kernel {
-            name: "mass matrix, three steps, f64",
-            bytes: mass.bytes(),
-            runs: 1.0,
-        };
-        measure(kernel, &mut || mass.apply(&r, &mut z));
+    /// The multigrid hierarchy of the velocity block, to run its parts.
+    pub fn velocity_mut(&mut self) -> &mut Multigrid {
+        &mut self.velocity
     }
 }
 

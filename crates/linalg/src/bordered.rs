@@ -170,6 +170,11 @@ impl Bordered {
         self
     }
 
+    /// Whether single components of nodes are constrained to zero.
+    pub fn has_constrained_dofs(&self) -> bool {
+        !self.constrained_dofs().is_empty()
+    }
+
     /// The dofs that are constrained to zero.
     pub(crate) fn constrained_dofs(&self) -> &ConstrainedDofs {
         &self.constrained

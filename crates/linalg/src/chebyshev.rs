@@ -26,7 +26,7 @@ const LOWER_MARGIN: f64 = 0.9;
 ///
 /// The error falls by `2 exp(-2 degree / sqrt(range))`: a thousand steps invert any matrix that
 /// Jacobi scaling leaves with a condition number below 10^3 to rounding. More are a mistake.
-pub(crate) const HIGHEST_DEGREE: usize = 1000;
+pub(crate) const MAX_DEGREE: usize = 1000;
 
 /// Diagonal matrix `D` of the damped Jacobi steps, with a bound on the spectrum of `D^-1 K`.
 pub(crate) struct JacobiScaling {
@@ -98,7 +98,7 @@ impl MassInverse {
     /// [`LinalgError::NotPositive`], [`LinalgError::Parameter`], [`LinalgError::Factorisation`] for
     /// a matrix with an eigenvalue that is not positive, [`LinalgError::Breakdown`] for overflow.
     pub fn new(mass: &Csr, degree: usize) -> Result<Self, LinalgError> {
-        if !(1..=HIGHEST_DEGREE).contains(&degree) {
+        if !(1..=MAX_DEGREE).contains(&degree) {
             return Err(LinalgError::Parameter {
                 name: "degree of the mass inverse",
                 value: degree as f64,
@@ -124,15 +124,6 @@ impl MassInverse {
             next: Vec::new(),
             mass,
         })
-    }
-}
-
-#[cfg(feature = "roofline")]
-impl MassInverse {
-    /// Lower bound on the bytes moved by one application.
-    pub(crate) fn bytes(&self) -> usize {
-        let pass = 12 * self.mass.nnz() + (8 + 4 * 8) * self.mass.rows();
-        (self.factors.len() - 1) * pass + 24 * self.mass.rows()
     }
 }
 

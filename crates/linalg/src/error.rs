@@ -164,16 +164,6 @@ pub enum LinalgError {
         /// Largest entry of the divergence over largest diagonal entry of the stiffness matrix.
         ratio: f64,
     },
-    /// The inf-sup constant of the velocity and pressure spaces is too small.
-    #[error(
-        "the inf-sup constant is {constant:.1e}, below {least:.1e}: the pressure space is too rich for the velocity space; use quadratic velocities with linear pressures"
-    )]
-    NotInfSupStable {
-        /// The computed constant.
-        constant: f64,
-        /// The smallest constant accepted.
-        least: f64,
-    },
     /// The restriction of the system to a subdomain is singular.
     #[error("subdomain {subdomain}: {cause}")]
     Subdomain {

@@ -1,7 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![deny(unsafe_code)]
 
-mod amg;
 mod block_diagonal;
 mod block_triangular;
 mod bordered;
@@ -13,10 +12,6 @@ mod csr_operator;
 #[cfg(feature = "direct")]
 mod direct;
 mod error;
-#[cfg(feature = "direct")]
-mod inf_sup;
-#[cfg(feature = "roofline")]
-mod kernel;
 mod krylov;
 mod lanczos;
 mod multigrid;
@@ -25,14 +20,12 @@ mod operator;
 mod pressure;
 mod product;
 mod prolongation;
-#[cfg(feature = "roofline")]
-pub mod roofline;
 mod row_blocks;
 mod saddle;
-mod scalar;
 mod schur;
 #[cfg(feature = "metis")]
 mod schwarz;
+mod smoothed_aggregation;
 mod submatrix;
 mod transpose;
 mod vector;
@@ -42,7 +35,6 @@ mod warm_start;
 pub use nalgebra;
 pub use sprs;
 
-pub use amg::Aggregates;
 pub use block_diagonal::BlockDiagonal;
 pub use block_triangular::BlockTriangular;
 pub use bordered::Bordered;
@@ -54,10 +46,12 @@ pub use direct::partition;
 #[cfg(feature = "direct")]
 pub use direct::{DirectParams, Precision, SaddleLdlt, ShiftedLdlt};
 pub use error::LinalgError;
-#[cfg(feature = "direct")]
-pub use inf_sup::InfSup;
-pub use krylov::{KrylovParams, NullVectors, SolveReport, cg, fgmres, fgmres_columns, minres};
-pub use multigrid::{BorderInverse, LevelSize, Multigrid, MultigridParams, ScalarMultigrid};
+pub use krylov::{
+    KrylovParams, NullVectors, OrthonormalBasis, SolveReport, cg, fgmres, fgmres_columns, minres,
+};
+pub use multigrid::{
+    BorderInverse, CyclePart, LevelSize, Multigrid, MultigridParams, ScalarMultigrid,
+};
 pub use operator::{
     Identity, LinearOperator, Preconditioner, PreconditionerKind, SumOverProcesses,
 };
@@ -65,5 +59,6 @@ pub use prolongation::Prolongation;
 pub use saddle::SaddleSystem;
 #[cfg(feature = "metis")]
 pub use schwarz::{BorderPlacement, Schwarz, SchwarzParams};
+pub use smoothed_aggregation::Aggregates;
 pub use submatrix::{OMITTED, submatrix};
 pub use warm_start::WarmStart;

@@ -4,11 +4,10 @@
 //! number of columns.
 
 use std::array::from_fn;
-use std::ops::Range;
+use std::ops::{Mul, Range};
 
 use crate::Csr;
 use crate::csr::Rows;
-use crate::scalar::Scalar;
 
 /// Three components of a node in f32, padded to the width of a vector register; the fourth is zero.
 pub(crate) type Padded = [f32; 4];
@@ -89,7 +88,7 @@ pub(crate) struct SparseNodes<T> {
     entries: Vec<(u32, T)>,
 }
 
-impl<T: Scalar> SparseNodes<T> {
+impl<T: Copy> SparseNodes<T> {
     /// Collects the nonempty rows of `matrix`, each value converted by `convert`.
     pub fn new(matrix: &Csr, convert: impl Fn(f64) -> T) -> Self {
         let rows = Rows::of(matrix);
@@ -131,7 +130,7 @@ impl<T: Scalar> SparseNodes<T> {
 ///
 /// Border rows may have 10^5 nonzeros.
 #[inline]
-pub(crate) fn long_row<T: Scalar, const S: usize>(
+pub(crate) fn long_row<T: Copy + Mul<Output = T> + Into<f64>, const S: usize>(
     a: Rows<'_, T>,
     i: usize,
     x: impl Fn(usize) -> [T; S],
@@ -139,7 +138,7 @@ pub(crate) fn long_row<T: Scalar, const S: usize>(
     let mut sums = [0.0; S];
     for (j, v) in a.row(i) {
         for (sum, x) in sums.iter_mut().zip(x(j)) {
-            *sum += (v * x).to_f64();
+            *sum += (v * x).into();
         }
     }
     sums

@@ -106,7 +106,7 @@ impl SaddleSystem {
     }
 
     /// The gradient `B^T`, n x np.
-    #[cfg(any(feature = "direct", feature = "roofline"))]
+    #[cfg(feature = "direct")]
     pub(crate) fn gradient(&self) -> &Csr3 {
         &self.blocks.bt
     }
@@ -160,14 +160,36 @@ impl SaddleSystem {
         }
     }
 
-    /// `y <- B^T p` on velocity rows.
-    #[cfg(feature = "roofline")]
-    pub(crate) fn apply_gradient(&self, p: &[f64], y: &mut [f64]) {
+    /// Computes `y = B^T p` on velocity rows.
+    ///
+    /// # Panics
+    /// For vectors of wrong lengths.
+    pub fn apply_gradient(&self, p: &[f64], y: &mut [f64]) {
+        let lengths = (self.pressure_range().len(), self.velocity_range().len());
+        assert_eq!((p.len(), y.len()), lengths, "lengths of p and y");
         let gradient = self.gradient_rows([p]);
-        self.blocks
-            .a
-            .node_blocks()
-            .for_each(crate::bordered::nodes_mut(y), &|i, yi| [*yi] = gradient(i));
+        let y = crate::bordered::nodes_mut(y);
+        let rows = self.blocks.a.node_blocks();
+        rows.for_each(y, &|i, yi| [*yi] = gradient(i));
+    }
+
+    /// Computes `y = B u + E v` on pressure rows, with the velocity `u` and the border `v`.
+    ///
+    /// # Panics
+    /// For vectors of wrong lengths.
+    pub fn apply_divergence(&self, u: &[f64], v: &[f64], y: &mut [f64]) {
+        let ranges = [
+            self.velocity_range(),
+            self.border_range(),
+            self.pressure_range(),
+        ];
+        let found = [u.len(), v.len(), y.len()];
+        assert_eq!(
+            found,
+            ranges.map(|range| range.len()),
+            "lengths of u, v and y"
+        );
+        self.divergence_pass([u], [v], [y]);
     }
 
     /// `y <- y - E_l^T p` on border rows.
@@ -197,12 +219,7 @@ impl SaddleSystem {
     }
 
     /// `y <- B u + E v` on pressure rows.
-    pub(crate) fn apply_divergence<const S: usize>(
-        &self,
-        u: [&[f64]; S],
-        v: [&[f64]; S],
-        y: [&mut [f64]; S],
-    ) {
+    fn divergence_pass<const S: usize>(&self, u: [&[f64]; S], v: [&[f64]; S], y: [&mut [f64]; S]) {
         let (u, b, e) = (
             u.map(nodes),
             Rows::of(&self.blocks.b),
@@ -244,7 +261,7 @@ impl SaddleSystem {
         self.blocks
             .a
             .apply_border(u, v, yv, self.border_gradient_rows(p));
-        self.apply_divergence(u, v, yp);
+        self.divergence_pass(u, v, yp);
     }
 }
 
@@ -273,7 +290,7 @@ fn residual_weights(a: &Bordered, mass_diagonal: &[f64]) -> Vec<f32> {
 ///
 /// Velocities are of size `b / K` and fluxes of size `B b / K`: below this ratio a residual of 1e-8
 /// would allow more than 1e-4 of the divergence to go unnoticed.
-const SMALLEST_RATIO: f64 = 1e-4;
+const MIN_DIVERGENCE_RATIO: f64 = 1e-4;
 
 /// Refuses a divergence that is small compared with the stiffness.
 ///
@@ -282,7 +299,7 @@ fn check_balance(a: &Bordered, b: &Csr3, e: &Csr) -> Result<(), LinalgError> {
     let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let divergence = largest(b.data().as_flattened()).max(largest(e.data()));
     let ratio = divergence / largest(&diagonal(a.stiffness()));
-    if divergence > 0.0 && ratio < SMALLEST_RATIO {
+    if divergence > 0.0 && ratio < MIN_DIVERGENCE_RATIO {
         return Err(LinalgError::Unbalanced { ratio });
     }
     Ok(())

@@ -35,9 +35,9 @@ impl NoInteractions {
         rates: &[f64],
     ) -> Result<InstantaneousSolution, ModelError> {
         let set = self.0.articulation();
-        let constraints = set.constraints(configuration.state, configuration.lengths, rates)?;
+        let constraints = set.constraints(configuration.state, configuration.shape, rates)?;
 
-        // Velocities of the bodies are S v + W: motions that the links leave free, and the motion
+        // Velocities of the bodies are S v + W: motions that the joints leave free, and the motion
         // that their rates impose. Free motions do no work: S^T R (S v + W) = 0.
         let reduction = Reduction::of(set, &constraints)?;
         let (s, w) = (&reduction.surface_basis, &reduction.surface_offset);
@@ -61,9 +61,9 @@ impl NoInteractions {
                 torque: part(&forces, 6 * body + 3),
             })
             .collect();
-        // The only link transmits the force of its first body.
-        let link_forces: Vec<Vector3<f64>> = vec![bodies[1].force];
-        Ok(InstantaneousSolution::new(bodies, link_forces, motion))
+        // The only joint transmits the force of its first body.
+        let joint_forces: Vec<Vector3<f64>> = vec![bodies[1].force];
+        Ok(InstantaneousSolution::new(bodies, joint_forces, motion))
     }
 }
 
@@ -100,7 +100,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: &[10.0],
+        shape: &[10.0],
     };
     let multipoles = SpheresModel::new(&scene, SphereModel::Multipole(1e-6))?;
     let models: [Box<dyn Hydrodynamics>; 2] =

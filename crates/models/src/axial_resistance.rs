@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use axisymmetric::{AxialResistance, AxisymmetricError, Spheroid, SurfaceResistance};
+use axisymmetric::{AxialResistance, AxialSpheroid, SurfaceResistance};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 /// Resistances of one configuration.
@@ -19,7 +19,7 @@ pub(crate) struct Resistances {
 ///
 /// For motions that are zero by symmetry it has the entries of single spheres.
 pub(crate) fn grand_resistance(
-    shapes: &[Spheroid],
+    shapes: &[AxialSpheroid],
     axis: &Vector3<f64>,
     axial: &DMatrix<f64>,
     spin: Option<&DMatrix<f64>>,
@@ -51,17 +51,4 @@ pub(crate) fn grand_resistance(
         }
     }
     matrix
-}
-
-/// The resistance found, even if its error is above the tolerance.
-///
-/// The error bars of the solution are those of the resistance. Whether they are small enough for
-/// the stroke is decided by whoever integrates it.
-pub(crate) fn best_found(
-    result: Result<AxialResistance, AxisymmetricError>,
-) -> Result<AxialResistance, AxisymmetricError> {
-    match result {
-        Err(AxisymmetricError::NotConverged { best, .. }) => Ok(*best),
-        result => result,
-    }
 }

@@ -6,15 +6,15 @@ mod stresslets;
 
 use std::time::Instant as Clock;
 
-use axisymmetric::{AxialResistance, ResistanceSolver, Spheroid, Surroundings};
+use axisymmetric::{AxialResistance, AxialSpheroid, ResistanceSolver, Surroundings};
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Vector3};
 
-use crate::axial_resistance::{Resistances, best_found, grand_resistance};
+use crate::axial_resistance::{Resistances, grand_resistance};
 use crate::axial_surfaces::AxialSurfaces;
+use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, Hydrodynamics, Query};
-use crate::mesh_error::{MeshError, Uncertainty};
 use crate::mobility::MobilitySolution;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{InstantaneousSolution, PointFlow};
@@ -29,7 +29,7 @@ use stokes::{Dofs, Seconds, SolverReport};
 pub struct AxisymmetricModel {
     scaled: ScaledScene,
     /// Shapes of the bodies with surfaces, centred at the origin.
-    shapes: Vec<Spheroid>,
+    shapes: Vec<AxialSpheroid>,
     surroundings: Surroundings,
     /// Unit vector along the axis.
     axis: Vector3<f64>,
@@ -116,12 +116,14 @@ impl AxisymmetricModel {
         Ok(Self {
             shapes: (scene.bodies().iter())
                 .filter_map(|body| match body.shape {
-                    Shape::Sphere { radius } => Some(Spheroid::sphere(0.0, scale.length(radius))),
+                    Shape::Sphere { radius } => {
+                        Some(AxialSpheroid::sphere(0.0, scale.length(radius)))
+                    }
                     Shape::Spheroid {
                         radius,
                         half_length,
                         ..
-                    } => Some(Spheroid {
+                    } => Some(AxialSpheroid {
                         centre: 0.0,
                         axial: scale.length(half_length),
                         equatorial: scale.length(radius),
@@ -131,11 +133,11 @@ impl AxisymmetricModel {
                 })
                 .collect(),
             has_swirl: scene.bodies().iter().any(|b| b.torque != Vector3::zeros())
-                || (scene.articulation().links().iter()).any(|link| link.joint.turns()),
+                || (scene.articulation().joints().iter()).any(|joint| joint.kind.turns()),
             surroundings,
             axis,
-            // The net displacement is a small difference of the displacements of the legs, which
-            // amplifies relative errors: by 8 for the three-sphere swimmer.
+            // The net displacement is a small difference of the displacements of the phase spans,
+            // which amplifies relative errors: by 8 for the three-sphere swimmer.
             tolerance: (0.05 * scene.model().tolerance).clamp(MIN_TOLERANCE, LOWEST_ACCURACY),
             solver: ResistanceSolver::new(),
             scaled,
@@ -172,17 +174,16 @@ impl AxisymmetricModel {
     /// # Errors
     /// Those of [`Hydrodynamics::solve`].
     pub fn describe(&mut self, scene: &Scene) -> Result<String, ModelError> {
-        let lengths = scene.articulation().initial_lengths();
+        let lengths = scene.articulation().initial_shape();
         let configuration = Configuration {
             state: &scene.initial_state(),
-            lengths,
+            shape: lengths,
         };
         let clock = Clock::now();
         let bodies = self.on_axis(configuration)?;
-        let axial = best_found(
-            self.solver
-                .axial(&bodies, self.surroundings, self.tolerance),
-        )?;
+        let axial = self
+            .solver
+            .axial_best(&bodies, self.surroundings, self.tolerance)?;
         let unsupported = match scene.first_nonspherical() {
             Some(_) => "shape = \"spheroid\"".to_owned(),
             None => format!("domain.kind = \"{}\"", scene.domain().kind().word()),
@@ -208,7 +209,7 @@ impl AxisymmetricModel {
     ///
     /// # Errors
     /// [`ModelError::Unsupported`] for a body that is not on the axis.
-    fn on_axis(&self, configuration: Configuration) -> Result<Vec<Spheroid>, ModelError> {
+    fn on_axis(&self, configuration: Configuration) -> Result<Vec<AxialSpheroid>, ModelError> {
         let centres = self.scaled.centres(configuration)?;
         let origin = self.origin(&centres);
         (centres.iter().zip(&self.shapes).enumerate())
@@ -217,7 +218,7 @@ impl AxisymmetricModel {
                 let along = from_origin.dot(&self.axis);
                 let distance = (from_origin - along * self.axis).norm();
                 if distance <= OFF_AXIS {
-                    return Ok(Spheroid {
+                    return Ok(AxialSpheroid {
                         centre: along,
                         ..shape
                     });
@@ -259,7 +260,7 @@ impl AxisymmetricModel {
             let motion = set.state_velocity(solved.generalised.as_slice())?;
             let mut solution = InstantaneousSolution::new(
                 solved.bodies(set, scale)?,
-                solved.link_forces(set, &constraints, loads, scale)?,
+                solved.joint_forces(set, &constraints, loads, scale)?,
                 self.scaled.motion_to_scene(&motion),
             );
             solution.slip_power = scale.power_to_scene(solved.slip_power);
@@ -276,7 +277,7 @@ impl AxisymmetricModel {
             velocity: UNCANCELLED * axial.relative_error() * speed,
             power: axial.relative_error() * corrected.slip_power.abs(),
         };
-        let error = MeshError::between(&computed, &corrected, uncertainty);
+        let error = DiscretisationError::between(&computed, &corrected, uncertainty);
         let total = clock.elapsed().as_secs_f64();
         let mut solution = InstantaneousSolution {
             dofs: Dofs {
@@ -375,7 +376,7 @@ impl Hydrodynamics for AxisymmetricModel {
         /// Matrix factors take about 250 numbers per degree of freedom.
         const MIB_PER_DOF: f64 = 2e-3;
         // Solving is the cheapest way to find its cost.
-        let rates = vec![0.0; configuration.lengths.len()];
+        let rates = vec![0.0; configuration.shape.len()];
         let solution = self.solve_one(configuration, &rates)?;
         Ok(Cost {
             dofs: solution.dofs,

@@ -14,7 +14,7 @@ pub enum ModelError {
         /// What to use instead.
         instead: String,
     },
-    /// Bodies and links that contradict each other.
+    /// Bodies and joints that contradict each other.
     #[error(transparent)]
     Rigid(#[from] rigid::RigidError),
     /// A mesh that cannot be generated, moved, read or written.

@@ -17,18 +17,18 @@ use crate::solution::{FlowField, InstantaneousSolution, PointFlow};
 pub struct Configuration<'a> {
     /// Frames of the linkages and attitudes of the bodies, for [`rigid::Articulation::place`].
     pub state: &'a State,
-    /// Value of the joint of each link: the length of a slide in the scene's units, or an angle.
+    /// Value of each joint: the length of a slide in the scene's units, or an angle.
     /// Those of passive joints are part of the state, and their entries have no effect.
-    pub lengths: &'a [f64],
+    pub shape: &'a [f64],
 }
 
-/// Input of a model: one configuration and one or several sets of link rates.
+/// Input of a model: one configuration and one or several sets of joint rates.
 ///
 /// ```
 /// # let state = rigid::State { frames: vec![], attitudes: vec![], joints: vec![] };
 /// use models::{Configuration, Query};
 /// let rates = [vec![-4.0, 0.0]];
-/// let configuration = Configuration { state: &state, lengths: &[10.0, 10.0] };
+/// let configuration = Configuration { state: &state, shape: &[10.0, 10.0] };
 /// let query = Query::new(configuration, &rates).without_estimates();
 /// assert!(!query.estimates && query.accuracy.is_none());
 /// ```
@@ -37,7 +37,7 @@ pub struct Configuration<'a> {
 pub struct Query<'a> {
     /// Positions of the bodies.
     pub configuration: Configuration<'a>,
-    /// One set of rates per solution: the rate of change of each link, in the scene's units.
+    /// One set of rates per solution: the rate of change of each joint, in the scene's units.
     pub rates: &'a [Vec<f64>],
     /// Whether to estimate discretisation errors ([`InstantaneousSolution::mesh_error`]).
     pub estimates: bool,
@@ -47,7 +47,7 @@ pub struct Query<'a> {
     /// Inertia of the bodies over an implicit time step, one entry per body of the scene.
     pub inertia: Option<&'a [BodyInertia]>,
     /// Forces on the passive joints in addition to those of their drives, in the scene's units and
-    /// in the order of [`rigid::Articulation::passive_links`]; none by default.
+    /// in the order of [`rigid::Articulation::passive_drives`]; none by default.
     pub joint_forces: Option<&'a [f64]>,
     /// Whether to compute stresslets where they cost an additional solve
     /// ([`InstantaneousSolution::stresslets`]).
@@ -58,8 +58,8 @@ pub struct Query<'a> {
 ///
 /// The momentum changes at the rate `dp/dt = D (U, ω) - L`, with the mass matrix over the time step
 /// `D` and the known momentum over the time step `L`. In the equations `D` adds to the resistance
-/// of the fluid and `L` to the external loads. Forces on the fluid contain neither, forces of links
-/// contain both.
+/// of the fluid and `L` to the external loads. Forces on the fluid contain neither, forces of
+/// joints contain both.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyInertia {
     /// `D`, symmetric, in the laboratory axes.
@@ -268,7 +268,7 @@ pub trait Hydrodynamics: Send {
         None
     }
 
-    /// Grand resistance matrix of the bodies with surfaces, without their links.
+    /// Grand resistance matrix of the bodies with surfaces, without their joints.
     ///
     /// `F = R U` in the scene's units, with six entries per body: `(U, ω)` and `(F, T)`. Its
     /// inverse is the grand mobility matrix.

@@ -4,11 +4,11 @@
 mod axial_resistance;
 mod axial_surfaces;
 mod axisymmetric_model;
+mod discretisation_error;
 mod error;
 mod error_estimate;
 mod fem_model;
 mod hydrodynamics;
-mod mesh_error;
 mod mobility;
 mod record;
 mod remesh;
@@ -23,13 +23,13 @@ mod surface_motion;
 mod units;
 
 pub use axisymmetric_model::AxisymmetricModel;
+pub use discretisation_error::{AccumulatedError, DiscretisationError, Uncertainty};
 pub use error::ModelError;
 pub use error_estimate::ErrorEstimate;
 pub use fem_model::FemModel;
 pub use hydrodynamics::{
     BodyInertia, Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query,
 };
-pub use mesh_error::{AccumulatedError, MeshError, Uncertainty};
 pub use remesh::{NewMesh, Remesh};
 pub use rough_model::RoughModel;
 pub use shape_space::{LocalGeometry, Part, ShapeGeometry, ShapeSpace, SolvedShapes, Tabulated};

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::{
-    Articulation, BodyKind, Constraints, Drive, ExternalLoad, Link, Reduction, StateVelocity,
+    Articulation, BodyKind, Constraints, Drive, ExternalLoad, Joint, Reduction, StateVelocity,
 };
 
 use crate::error::ModelError;
@@ -26,9 +26,9 @@ pub(crate) struct MobilitySolution {
 }
 
 impl MobilitySolution {
-    /// Solves for the motions that the links leave free (formulation P-tilde).
+    /// Solves for the motions that the joints leave free (formulation P-tilde).
     ///
-    /// With a basis `S` of these motions, the motion `W` that the rates of the links impose, the
+    /// With a basis `S` of these motions, the motion `W` that the rates of the joints impose, the
     /// grand resistance `R`, the coefficients `D` of dashpots, the external loads `F` and the
     /// velocities `U_0` of force-free bodies by the velocities of their `surfaces`, the
     /// coefficients
@@ -39,7 +39,7 @@ impl MobilitySolution {
     /// ```
     ///
     /// # Errors
-    /// Links that contradict each other; `S^T R S` that is not positive definite.
+    /// Joints that contradict each other; `S^T R S` that is not positive definite.
     pub fn new(
         resistance: &DMatrix<f64>,
         set: &Articulation,
@@ -144,11 +144,11 @@ impl MobilitySolution {
             .collect())
     }
 
-    /// Force of each link on the body named by its key `body`, in the scene's units.
+    /// Force of each joint on the body named by its key `body`, in the scene's units.
     ///
     /// # Errors
-    /// Links that contradict each other.
-    pub fn link_forces(
+    /// Joints that contradict each other.
+    pub fn joint_forces(
         &self,
         set: &Articulation,
         constraints: &Constraints,
@@ -160,8 +160,8 @@ impl MobilitySolution {
             constraints,
             loads,
         };
-        let loads = drive.link_loads(&self.forces, &self.generalised)?;
-        let rows = set.link_rows().into_iter();
+        let loads = drive.joint_loads(&self.forces, &self.generalised)?;
+        let rows = set.joint_rows().into_iter();
         Ok(rows
             .map(|row| scale.force_to_scene(vector(&loads, row)))
             .collect())
@@ -172,20 +172,20 @@ impl MobilitySolution {
 /// the grand resistance.
 ///
 /// # Errors
-/// Links that contradict each other; bodies too close for the resistance.
+/// Joints that contradict each other; bodies too close for the resistance.
 pub(crate) fn joint_responses(
     scaled: &ScaledScene,
     configuration: Configuration,
     resistance: &DMatrix<f64>,
 ) -> Result<Vec<StateVelocity>, ModelError> {
     let set = &scaled.set;
-    let at_rest = vec![0.0; set.links().len()];
+    let at_rest = vec![0.0; set.joints().len()];
     let mut constraints = scaled.constraints(configuration, &at_rest)?;
     let loads = vec![ExternalLoad::default(); set.kinds().len()];
     let joints = set.passive_joints().enumerate();
-    let response = |(number, link): (usize, &Link)| {
+    let response = |(number, joint): (usize, &Joint)| {
         constraints.joint_forces.fill(0.0);
-        constraints.joint_forces[number] = scaled.scale.joint_force(link, 1.0);
+        constraints.joint_forces[number] = scaled.scale.joint_force(joint, 1.0);
         let solved = MobilitySolution::new(resistance, set, &constraints, &loads, None)?;
         let motion = set.state_velocity(solved.generalised.as_slice())?;
         Ok(scaled.motion_to_scene(&motion))

@@ -3,33 +3,33 @@
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
 
-use crate::mesh_error::{MeshError, Uncertainty};
+use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::solution::{BodySolution, InstantaneousSolution};
 
-/// Numbers of bodies and links of a scene, which determine the length of a record.
+/// Numbers of bodies and joints of a scene, which determine the length of a record.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout {
     pub bodies: usize,
-    pub links: usize,
+    pub joints: usize,
     /// Whether records contain discretisation errors.
     pub mesh_errors: bool,
 }
 
-/// The linear quantities of one solution: motion, and velocities and forces of bodies and links.
+/// The linear quantities of one solution: motion, and velocities and forces of bodies and joints.
 pub struct Record {
     pub motion: StateVelocity,
     pub bodies: Vec<BodySolution>,
-    pub link_forces: Vec<Vector3<f64>>,
+    pub joint_forces: Vec<Vector3<f64>>,
     /// Discretisation errors that were subtracted; their uncertainty and the power of slip are not
     /// part of it.
-    pub mesh_error: Option<MeshError>,
+    pub mesh_error: Option<DiscretisationError>,
 }
 
 impl Layout {
     /// Length of the numbers of one record.
     pub fn numbers(self) -> usize {
         let records = if self.mesh_errors { 2 } else { 1 };
-        records * 3 * (2 + 5 * self.bodies + self.links)
+        records * 3 * (2 + 5 * self.bodies + self.joints)
     }
 }
 
@@ -54,22 +54,22 @@ impl Record {
                     torque: next(),
                 })
                 .collect();
-            let link_forces = (0..layout.links).map(|_| next()).collect();
+            let joint_forces = (0..layout.joints).map(|_| next()).collect();
             // Records are of scenes whose joints are all prescribed.
             let motion = StateVelocity {
                 frames,
                 spins,
                 joints: Vec::new(),
             };
-            (motion, bodies, link_forces)
+            (motion, bodies, joint_forces)
         };
-        let (motion, bodies, link_forces) = quantities();
+        let (motion, bodies, joint_forces) = quantities();
         let mesh_error = layout.mesh_errors.then(|| {
-            let (motion, bodies, link_forces) = quantities();
-            MeshError {
+            let (motion, bodies, joint_forces) = quantities();
+            DiscretisationError {
                 motion,
                 bodies,
-                link_forces,
+                joint_forces,
                 slip_power: 0.0,
                 uncertainty: Uncertainty::default(),
             }
@@ -77,7 +77,7 @@ impl Record {
         Self {
             motion,
             bodies,
-            link_forces,
+            joint_forces,
             mesh_error,
         }
     }
@@ -85,9 +85,13 @@ impl Record {
 
 /// Numbers of a solution in the order of [`Record::new`], three per vector.
 pub fn numbers(solution: &InstantaneousSolution) -> Vec<f64> {
-    let mut numbers = quantities(&solution.motion, &solution.bodies, &solution.link_forces);
+    let mut numbers = quantities(&solution.motion, &solution.bodies, &solution.joint_forces);
     if let Some(error) = &solution.mesh_error {
-        numbers.extend(quantities(&error.motion, &error.bodies, &error.link_forces));
+        numbers.extend(quantities(
+            &error.motion,
+            &error.bodies,
+            &error.joint_forces,
+        ));
     }
     numbers
 }
@@ -95,13 +99,13 @@ pub fn numbers(solution: &InstantaneousSolution) -> Vec<f64> {
 fn quantities(
     motion: &StateVelocity,
     bodies: &[BodySolution],
-    link_forces: &[Vector3<f64>],
+    joint_forces: &[Vector3<f64>],
 ) -> Vec<f64> {
     let frame = motion.frames.first().copied().unwrap_or_default();
     let mut vectors = vec![&frame.linear, &frame.angular];
     vectors.extend(&motion.spins);
     vectors.extend(bodies.iter().flat_map(BodySolution::vectors));
-    vectors.extend(link_forces);
+    vectors.extend(joint_forces);
     vectors.into_iter().flatten().copied().collect()
 }
 
@@ -113,19 +117,19 @@ mod tests {
     fn numbers_and_records_are_inverse() {
         let layout = Layout {
             bodies: 2,
-            links: 1,
+            joints: 1,
             mesh_errors: true,
         };
         let written: Vec<f64> = (0..78).map(f64::from).collect();
         let Record {
             motion,
             bodies,
-            link_forces,
+            joint_forces,
             mesh_error,
         } = Record::new(&written, layout);
         let solution = InstantaneousSolution {
             mesh_error,
-            ..InstantaneousSolution::new(bodies, link_forces, motion)
+            ..InstantaneousSolution::new(bodies, joint_forces, motion)
         };
         assert_eq!(numbers(&solution), written);
     }

@@ -24,7 +24,7 @@ impl RoughModel {
     /// Creates the model of a scene.
     ///
     /// # Errors
-    /// Links or fixed bodies that contradict each other.
+    /// Joints or fixed bodies that contradict each other.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let scaled = ScaledScene::new(scene)?;
         let radii = (scene.bodies().iter())
@@ -58,7 +58,7 @@ impl Hydrodynamics for RoughModel {
             let motion = set.state_velocity(solved.generalised.as_slice())?;
             Ok(InstantaneousSolution::new(
                 solved.bodies(set, scale)?,
-                solved.link_forces(set, &constraints, loads, scale)?,
+                solved.joint_forces(set, &constraints, loads, scale)?,
                 self.scaled.motion_to_scene(&motion),
             ))
         };

@@ -1,4 +1,4 @@
-//! Bodies, links and loads of a scene in scaled units: the input of every model.
+//! Bodies, joints and loads of a scene in scaled units: the input of every model.
 
 use std::borrow::Cow;
 
@@ -10,13 +10,13 @@ use crate::hydrodynamics::{BodyInertia, Configuration, Query};
 use crate::units::Scale;
 use scene::{Body, Scene};
 
-/// Bodies, links and loads of a scene in scaled units.
+/// Bodies, joints and loads of a scene in scaled units.
 #[derive(Clone)]
 pub(crate) struct ScaledScene {
     /// The scene, in its own units.
     pub scene: Scene,
     pub scale: Scale,
-    /// Bodies and links.
+    /// Bodies and joints.
     pub set: Articulation,
     /// External loads, one per body, in a frame with this rotation from the laboratory, without
     /// torques of weights.
@@ -26,26 +26,26 @@ pub(crate) struct ScaledScene {
 }
 
 impl ScaledScene {
-    /// Scales the bodies, links and loads of a scene.
+    /// Scales the bodies, joints and loads of a scene.
     ///
     /// # Errors
-    /// Links or fixed bodies that contradict each other.
+    /// Joints or fixed bodies that contradict each other.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let scale = Scale::of(scene);
         let bodies = || scene.bodies().iter();
         let kinds: Vec<_> = bodies().map(|b| b.kind()).collect();
         let positions: Vec<_> = bodies().map(|b| scale.point(b.position)).collect();
-        let links = scene.articulation().links();
+        let joints = scene.articulation().joints();
         let set = Articulation::new(
             &kinds,
-            links.iter().map(|link| scale.link(link)).collect(),
+            joints.iter().map(|joint| scale.joint(joint)).collect(),
             scene.articulation().arms(),
             &positions,
         )?
         .with_fixed(&scene.fixed_bodies())?;
-        let values = links.iter().zip(scene.articulation().initial_lengths());
+        let values = joints.iter().zip(scene.articulation().initial_shape());
         let values: Vec<f64> = values
-            .map(|(link, value)| scale.value(link, *value))
+            .map(|(joint, value)| scale.value(joint, *value))
             .collect();
         let set = set.with_initial_values(&values)?;
         Ok(Self {
@@ -72,12 +72,10 @@ impl ScaledScene {
     /// Poses of all bodies in a configuration.
     ///
     /// # Errors
-    /// Lengths of links for which a loop does not close.
+    /// Values of joints for which a loop does not close.
     pub fn poses(&self, configuration: Configuration) -> Result<Vec<Isometry3<f64>>, ModelError> {
         let state = self.state(configuration);
-        Ok(self
-            .set
-            .place(&state, &self.values(configuration.lengths))?)
+        Ok(self.set.place(&state, &self.values(configuration.shape))?)
     }
 
     /// Centres of the bodies with surfaces in a configuration.
@@ -93,7 +91,7 @@ impl ScaledScene {
             .collect())
     }
 
-    /// Constraints of the links in the configuration of a query, for one rate per link, with the
+    /// Constraints of the joints in the configuration of a query, for one rate per joint, with the
     /// inertia of the bodies and all forces on the joints.
     ///
     /// # Errors
@@ -115,8 +113,8 @@ impl ScaledScene {
                 });
             }
             let sums = constraints.joint_forces.iter_mut().zip(joints).zip(forces);
-            for ((sum, link), force) in sums {
-                *sum += self.scale.joint_force(link, *force);
+            for ((sum, joint), force) in sums {
+                *sum += self.scale.joint_force(joint, *force);
             }
         }
         for (body, inertia) in query.inertia.into_iter().flatten().enumerate() {
@@ -129,7 +127,7 @@ impl ScaledScene {
         Ok(constraints)
     }
 
-    /// Constraints of the links in a configuration, for one rate per link.
+    /// Constraints of the joints in a configuration, for one rate per joint.
     ///
     /// # Errors
     /// As [`ScaledScene::poses`].
@@ -139,7 +137,7 @@ impl ScaledScene {
         rates: &[f64],
     ) -> Result<Constraints, ModelError> {
         let state = self.state(configuration);
-        let [lengths, rates] = [configuration.lengths, rates].map(|list| self.values(list));
+        let [lengths, rates] = [configuration.shape, rates].map(|list| self.values(list));
         Ok(self.set.constraints(&state, &lengths, &rates)?)
     }
 
@@ -195,9 +193,9 @@ impl ScaledScene {
 
     /// Scaled values, or rates, of all joints.
     fn values(&self, list: &[f64]) -> Vec<f64> {
-        let links = self.set.links().iter().zip(list);
-        links
-            .map(|(link, &value)| self.scale.value(link, value))
+        let joints = self.set.joints().iter().zip(list);
+        joints
+            .map(|(joint, &value)| self.scale.value(joint, value))
             .collect()
     }
 }
@@ -225,7 +223,7 @@ mod tests {
             state.attitudes[0] = rotation;
             let configuration = Configuration {
                 state: &state,
-                lengths: &[],
+                shape: &[],
             };
             scaled.turn_loads(&to_frame);
             let load = scaled.loads(configuration, None).unwrap()[0];

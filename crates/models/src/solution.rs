@@ -7,23 +7,24 @@ use rigid::StateVelocity;
 use serde::{Deserialize, Serialize};
 use stokes::{Checks, Dofs, Seconds, SolverReport};
 
+use crate::discretisation_error::DiscretisationError;
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::Hydrodynamics;
-use crate::mesh_error::MeshError;
 use crate::remesh::Remesh;
 use crate::stresslets::Stresslets;
 
-/// Solution for one configuration and one set of link rates, in the scene's units.
+/// Solution for one configuration and one set of joint rates, in the scene's units.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct InstantaneousSolution {
     /// One entry per body of the scene, in its order; points have zero force and torque.
     pub bodies: Vec<BodySolution>,
-    /// One entry per link of the scene: the force of the link on the body named by its key `body`.
+    /// One entry per joint of the scene: the force of the joint on the body named by its key
+    /// `body`.
     ///
     /// The opposite force acts on the body named by its key `to`.
-    pub link_forces: Vec<Vector3<f64>>,
+    pub joint_forces: Vec<Vector3<f64>>,
     /// Stresslets of the bodies, with their error bar; `None` for models that do not compute them
     /// and, where they cost an additional solve, for queries without
     /// [`Query::with_stresslets`](crate::Query::with_stresslets).
@@ -45,7 +46,7 @@ pub struct InstantaneousSolution {
     /// Error bars of the power of the bodies on the fluid.
     pub power_error: ErrorEstimate,
     /// The estimated discretisation error that was subtracted, if estimates were requested.
-    pub mesh_error: Option<MeshError>,
+    pub mesh_error: Option<DiscretisationError>,
     /// Comparison with independent computations, if estimates were requested.
     pub checks: Option<Checks>,
     /// Why this solution has a new mesh, or one moved by another method than before; `None` if a
@@ -56,15 +57,15 @@ pub struct InstantaneousSolution {
 impl InstantaneousSolution {
     /// Creates a solution from motion and forces, without error bars, sizes and times.
     ///
-    /// Shapes: `bodies` one entry per body of the scene, `link_forces` one entry per link.
+    /// Shapes: `bodies` one entry per body of the scene, `joint_forces` one entry per joint.
     pub fn new(
         bodies: Vec<BodySolution>,
-        link_forces: Vec<Vector3<f64>>,
+        joint_forces: Vec<Vector3<f64>>,
         motion: StateVelocity,
     ) -> Self {
         Self {
             bodies,
-            link_forces,
+            joint_forces,
             stresslets: None,
             motion,
             dofs: Dofs::default(),
@@ -81,13 +82,13 @@ impl InstantaneousSolution {
     }
 
     /// Subtracts an estimated discretisation error, and enters the error bars that remain.
-    pub fn correct(&mut self, error: MeshError) {
+    pub fn correct(&mut self, error: DiscretisationError) {
         self.shift(&error, -1.0);
         self.set_mesh_error(error);
     }
 
     /// Enters an error that was subtracted before, and the error bars that remain.
-    pub(crate) fn set_mesh_error(&mut self, error: MeshError) {
+    pub(crate) fn set_mesh_error(&mut self, error: DiscretisationError) {
         self.error_estimate.mesh = Some(error.velocity_error_bar());
         self.force_error.mesh = Some(error.force_error_bar());
         self.mesh_error = Some(error);
@@ -114,13 +115,13 @@ impl InstantaneousSolution {
         self.uncorrected().power()
     }
 
-    fn shift(&mut self, error: &MeshError, factor: f64) {
+    fn shift(&mut self, error: &DiscretisationError, factor: f64) {
         for (body, error) in self.bodies.iter_mut().zip(&error.bodies) {
             for (value, error) in body.vectors_mut().into_iter().zip(error.vectors()) {
                 *value += factor * error;
             }
         }
-        let forces = self.link_forces.iter_mut().zip(&error.link_forces);
+        let forces = self.joint_forces.iter_mut().zip(&error.joint_forces);
         forces.for_each(|(force, error)| *force += factor * error);
         let frames = self.motion.frames.iter_mut().zip(&error.motion.frames);
         frames.for_each(|(frame, error)| *frame = *frame + *error * factor);
@@ -137,7 +138,7 @@ impl InstantaneousSolution {
         for_each_vector(
             &mut self.motion,
             &mut self.bodies,
-            &mut self.link_forces,
+            &mut self.joint_forces,
             rotate,
         );
         if let Some(stresslets) = &mut self.stresslets {
@@ -147,7 +148,7 @@ impl InstantaneousSolution {
             for_each_vector(
                 &mut error.motion,
                 &mut error.bodies,
-                &mut error.link_forces,
+                &mut error.joint_forces,
                 rotate,
             );
         }
@@ -210,7 +211,7 @@ impl InstantaneousSolution {
             [b.velocity, b.angular_velocity, b.force, b.torque]
                 .iter()
                 .all(finite)
-        }) && self.link_forces.iter().all(finite);
+        }) && self.joint_forces.iter().all(finite);
         match (moves, loads) {
             (true, true) => Ok(()),
             (false, _) => Err(ModelError::NotFinite {
@@ -229,7 +230,7 @@ impl InstantaneousSolution {
 pub(crate) fn for_each_vector(
     motion: &mut StateVelocity,
     bodies: &mut [BodySolution],
-    link_forces: &mut [Vector3<f64>],
+    joint_forces: &mut [Vector3<f64>],
     f: impl Fn(&mut Vector3<f64>),
 ) {
     for frame in &mut motion.frames {
@@ -240,7 +241,7 @@ pub(crate) fn for_each_vector(
     for body in bodies {
         body.vectors_mut().into_iter().for_each(&f);
     }
-    link_forces.iter_mut().for_each(&f);
+    joint_forces.iter_mut().for_each(&f);
 }
 
 /// Motion and load of one body.

@@ -3,7 +3,7 @@
 use mesh::{MeshError, Surface, TetMesh};
 use mesher::GenerateError;
 use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Translation3, Vector3};
-use rigid::{ExternalLoad, JointDrive, Link, PassiveDrive, State, StateVelocity, Twist};
+use rigid::{ExternalLoad, Joint, JointDrive, PassiveDrive, State, StateVelocity, Twist};
 
 use scene::{Background, Scene, Shape};
 
@@ -90,8 +90,8 @@ impl Scale {
         error
     }
 
-    /// Scaled state of a state of the scene, whose passive joints are those of the links `passive`.
-    pub fn state<'l>(&self, state: &State, passive: impl Iterator<Item = &'l Link>) -> State {
+    /// Scaled state of a state of the scene with the passive joints `passive`.
+    pub fn state<'l>(&self, state: &State, passive: impl Iterator<Item = &'l Joint>) -> State {
         State {
             frames: state
                 .frames
@@ -105,46 +105,46 @@ impl Scale {
                 .collect(),
             attitudes: state.attitudes.clone(),
             joints: (state.joints.iter().zip(passive))
-                .map(|(&value, link)| self.value(link, value))
+                .map(|(&value, joint)| self.value(joint, value))
                 .collect(),
         }
     }
 
-    /// Scaled link of a link of the scene: its joint, and what drives it.
+    /// Scaled joint of a joint of the scene: its kind, and what drives it.
     ///
     /// Forces of joints that turn are torques, and their values angles.
-    pub fn link(&self, link: &Link) -> Link {
-        let scaled = link
+    pub fn joint(&self, joint: &Joint) -> Joint {
+        let scaled = joint
             .clone()
-            .with_joint(link.joint.scaled(1.0 / self.length));
-        let JointDrive::Passive(drive) = link.drive else {
+            .with_kind(joint.kind.scaled(1.0 / self.length));
+        let JointDrive::Passive(drive) = joint.drive else {
             return scaled;
         };
         // Stiffness and damping are forces per value and per rate.
-        let per_value = |x: f64| self.joint_force(link, x) * self.value_unit(link);
+        let per_value = |x: f64| self.joint_force(joint, x) * self.value_unit(joint);
         scaled.with_drive(JointDrive::Passive(PassiveDrive {
-            force: self.joint_force(link, drive.force),
+            force: self.joint_force(joint, drive.force),
             stiffness: per_value(drive.stiffness),
-            rest: self.value(link, drive.rest),
+            rest: self.value(joint, drive.rest),
             damping: per_value(drive.damping),
         }))
     }
 
-    /// Scaled force on the joint of a link, a torque for joints that turn.
-    pub fn joint_force(&self, link: &Link, force: f64) -> f64 {
-        match link.joint.is_angle() {
+    /// Scaled force on a joint, a torque for joints that turn.
+    pub fn joint_force(&self, joint: &Joint, force: f64) -> f64 {
+        match joint.kind.is_angle() {
             true => force / (self.force_unit() * self.length),
             false => force / self.force_unit(),
         }
     }
 
-    /// Scaled value, or rate, of the joint of a link: only lengths have a unit.
-    pub fn value(&self, link: &Link, value: f64) -> f64 {
-        value / self.value_unit(link)
+    /// Scaled value, or rate, of a joint: only lengths have a unit.
+    pub fn value(&self, joint: &Joint, value: f64) -> f64 {
+        value / self.value_unit(joint)
     }
 
-    fn value_unit(&self, link: &Link) -> f64 {
-        match link.joint.is_angle() {
+    fn value_unit(&self, joint: &Joint) -> f64 {
+        match joint.kind.is_angle() {
             true => 1.0,
             false => self.length,
         }
@@ -224,12 +224,11 @@ impl Scale {
         pressure * self.viscosity
     }
 
-    /// Rate of change of the state in the scene of a scaled one, with the links of its passive
-    /// joints.
+    /// Rate of change of the state in the scene of a scaled one, with its passive joints.
     pub fn motion_to_scene<'l>(
         &self,
         motion: &StateVelocity,
-        passive: impl Iterator<Item = &'l Link>,
+        passive: impl Iterator<Item = &'l Joint>,
     ) -> StateVelocity {
         StateVelocity {
             frames: motion
@@ -242,7 +241,7 @@ impl Scale {
                 .collect(),
             spins: motion.spins.clone(),
             joints: (motion.joints.iter().zip(passive))
-                .map(|(rate, link)| rate * self.value_unit(link))
+                .map(|(rate, joint)| rate * self.value_unit(joint))
                 .collect(),
         }
     }

@@ -11,7 +11,7 @@ use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
 use petsc::{Method, Parameters, Session, solve};
 use rigid::{
-    Arms, Articulation, BodyKind, Drive, Eliminated, ExternalLoad, Formulation, Lagrange, Link,
+    Arms, Articulation, BodyKind, Drive, Eliminated, ExternalLoad, Formulation, Lagrange, Joint,
 };
 use stokes::fem::SurplusSpace;
 use stokes::{InitialGuesses, Options, Problem};
@@ -72,13 +72,13 @@ fn run(session: &Session, words: &[String]) -> Result<(), Box<dyn std::error::Er
     let centres = spheres.map(|sphere| sphere.centre);
     let bodies: Vec<_> = NAMES.into_iter().zip(centres).collect();
     let problem = Problem::new(&mesh, &bodies, &[Container::TAG])?;
-    let link = |body: usize| Link::slide(NAMES[body], body, 1);
-    let links = vec![link(0), link(2)];
-    let set = Articulation::new(&[BodyKind::Rigid; 3], links, Arms::Clamped, &centres)?;
+    let joint = |body: usize| Joint::slide(NAMES[body], body, 1);
+    let joints = vec![joint(0), joint(2)];
+    let set = Articulation::new(&[BodyKind::Rigid; 3], joints, Arms::Clamped, &centres)?;
     let drive = Drive {
         set: &set,
         // The left arm becomes shorter.
-        constraints: &set.constraints(&set.initial_state(), set.initial_lengths(), &[-1.0, 0.0])?,
+        constraints: &set.constraints(&set.initial_state(), set.initial_shape(), &[-1.0, 0.0])?,
         loads: &[ExternalLoad::default(); 3],
     };
     let mut parameters = Parameters::default()

@@ -24,7 +24,7 @@ use crate::solver::Solver;
 #[derive(Clone, Copy)]
 #[non_exhaustive]
 pub struct Parameters {
-    /// How the constraints of the links enter the system.
+    /// How the constraints of the joints enter the system.
     pub formulation: &'static dyn Formulation,
     /// How the linear system is solved.
     pub method: Method,
@@ -91,7 +91,7 @@ pub struct DistributedSolution {
     pub own_dofs: usize,
 }
 
-/// Solves a problem for drives that differ only in the rates of the links.
+/// Solves a problem for drives that differ only in the rates of the joints.
 ///
 /// Collective: every process calls it with the same problem. All drives share one matrix and one
 /// preconditioner, whose time is counted for the first solution.

@@ -176,7 +176,7 @@ fn compare_corrected(name: &str, text: &str) {
         (&found["force"]["mesh"], expected.force_error.mesh),
     ] {
         let (found, expected) = (found.as_f64().expect("a bar"), expected.expect("a bar"));
-        // Bodies without links or supports have the given loads, without error.
+        // Bodies without joints or supports have the given loads, without error.
         let difference = (found - expected).abs() / expected.max(f64::MIN_POSITIVE);
         assert!(difference < OF_BARS, "{found} {expected}");
     }

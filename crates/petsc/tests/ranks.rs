@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use petsc::{Method, Parameters, PetscError, Session, solve};
 use rigid::{
     Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, FlowSolution,
-    Formulation, Lagrange, Link,
+    Formulation, Lagrange, Joint,
 };
 use stokes::fem::SurplusSpace;
 use stokes::{InitialGuesses, Options, Problem, Solution, SurfaceFlow};
@@ -132,12 +132,12 @@ fn two_spheres() -> Result<TetMesh, Failure> {
     Ok(TetMesh::curved(tets, &surfaces)?)
 }
 
-/// Velocities, forces, link loads, stresslets and some values of the fields.
+/// Velocities, forces, joint loads, stresslets and some values of the fields.
 fn of_flow(flow: &FlowSolution) -> Vec<f64> {
     let some = flow.velocity.iter().step_by(97);
     (flow.bodies.iter())
         .chain(flow.forces.iter())
-        .chain(flow.link_loads.iter())
+        .chain(flow.joint_loads.iter())
         .chain(flow.stresslets.iter().flatten())
         .copied()
         .chain(some.flat_map(|u| [u.x, u.y, u.z]))
@@ -154,20 +154,20 @@ fn numbers(
 ) -> Result<Groups, Failure> {
     let centres = spheres().map(|sphere| sphere.centre);
     let all: Vec<_> = NAMES.into_iter().zip(centres).collect();
-    let (bodies, walls, links) = if case.is_open {
+    let (bodies, walls, joints) = if case.is_open {
         (&all[1..], [NAMES[0]], vec![])
     } else {
-        (&all[..], [Container::TAG], vec![Link::slide("arm", 0, 1)])
+        (&all[..], [Container::TAG], vec![Joint::slide("arm", 0, 1)])
     };
     let centres: Vec<_> = bodies.iter().map(|(_, centre)| *centre).collect();
     let kinds = vec![BodyKind::Rigid; bodies.len()];
-    let rates = vec![-1.0; links.len()];
-    let set = Articulation::new(&kinds, links, Arms::Clamped, &centres)?;
+    let rates = vec![-1.0; joints.len()];
+    let set = Articulation::new(&kinds, joints, Arms::Clamped, &centres)?;
     let mut loads = vec![ExternalLoad::default(); bodies.len()];
     loads[0].force = Vector3::new(0.0, 1.0, 0.5);
     let drive = Drive {
         set: &set,
-        constraints: &set.constraints(&set.initial_state(), set.initial_lengths(), &rates)?,
+        constraints: &set.constraints(&set.initial_state(), set.initial_shape(), &rates)?,
         loads: &loads,
     };
     let spheres = spheres();

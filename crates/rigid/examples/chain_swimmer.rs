@@ -11,7 +11,7 @@ use linalg::{KrylovParams, fgmres};
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 use rigid::{
     Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, FluidNodes,
-    Formulation, Lagrange, Link, RigidFluid,
+    Formulation, Joint, Lagrange, RigidFluid,
 };
 
 /// Distance of neighbouring spheres, in radii.
@@ -25,13 +25,13 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     let fluid = RigidFluid::new(mesh.matrices, nodes, &mesh.bodies)?;
 
     // Two arms from the centre; the left one closes at unit speed, the right one keeps its length.
-    let link = |name: &str, body: usize| Link::slide(name, body, 1);
-    let links = vec![link("left arm", 0), link("right arm", 2)];
-    let set = Articulation::new(&[BodyKind::Rigid; 3], links, Arms::Clamped, &centres)?;
+    let joint = |name: &str, body: usize| Joint::slide(name, body, 1);
+    let joints = vec![joint("left arm", 0), joint("right arm", 2)];
+    let set = Articulation::new(&[BodyKind::Rigid; 3], joints, Arms::Clamped, &centres)?;
     let state = set.initial_state();
     let drive = Drive {
         set: &set,
-        constraints: &set.constraints(&state, set.initial_lengths(), &[-1.0, 0.0])?,
+        constraints: &set.constraints(&state, set.initial_shape(), &[-1.0, 0.0])?,
         loads: &[ExternalLoad::default(); 3],
     };
 
@@ -53,7 +53,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             solution.len(),
             report.iterations,
             flow.bodies[6],
-            flow.link_force(0)?.x
+            flow.joint_force(0)?.x
         );
 
         // The arm closes at the prescribed rate, and no external force acts on the swimmer.

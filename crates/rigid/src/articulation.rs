@@ -1,12 +1,12 @@
-//! Articulated sets: bodies joined by links, and the graph that they form.
+//! Articulated sets: bodies connected by joints, and the graph that they form.
 
 use nalgebra::Vector3;
 
 use crate::RigidError;
 use crate::arm_vectors::{ArmVectors, arm_of, check_joint};
 use crate::error::check_length;
-use crate::joint::{Joint, PassiveDrive};
-use crate::linkage::{Link, Linkage, find_linkages};
+use crate::joint::{JointKind, PassiveDrive};
+use crate::linkage::{Joint, Linkage, find_linkages};
 
 /// The kind of a member of an articulated set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,11 +34,11 @@ pub enum Arms {
     Lab,
 }
 
-/// Bodies, the links between them, and the arms of the links in the frames of their bodies.
+/// Bodies, the joints between them, and the arms of the joints in the frames of their bodies.
 #[derive(Clone, Debug)]
 pub struct Articulation {
     kinds: Vec<BodyKind>,
-    links: Vec<Link>,
+    joints: Vec<Joint>,
     arms: Arms,
     arm_vectors: Vec<ArmVectors>,
     linkages: Vec<Linkage>,
@@ -49,24 +49,24 @@ pub struct Articulation {
     /// For each body, whether its attitude is part of the state.
     own_attitude: Vec<bool>,
     initial_positions: Vec<Vector3<f64>>,
-    initial_lengths: Vec<f64>,
+    initial_shape: Vec<f64>,
     fixed: Vec<bool>,
 }
 
 impl Articulation {
-    /// Joins `kinds.len()` bodies at `positions` by `links`.
+    /// Joins `kinds.len()` bodies at `positions` by `joints`.
     ///
     /// The positions give the directions and the initial lengths of the slides. Any graph is
-    /// allowed: chains, stars, loops, several separate linkages, bodies without links. The root
+    /// allowed: chains, stars, loops, several separate linkages, bodies without joints. The root
     /// of a linkage is its body with the lowest index.
     ///
     /// # Errors
-    /// A link to a body that does not exist, a slide between coincident bodies, a point without a
-    /// link, a position or a distance that is not finite, a joint or drive that is not valid,
+    /// A joint to a body that does not exist, a slide between coincident bodies, a point without a
+    /// joint, a position or a distance that is not finite, a joint or drive that is not valid,
     /// joints that turn with [`Arms::Lab`], balls with other arms than [`Arms::Clamped`].
     pub fn new(
         kinds: &[BodyKind],
-        links: Vec<Link>,
+        joints: Vec<Joint>,
         arms: Arms,
         positions: &[Vector3<f64>],
     ) -> Result<Self, RigidError> {
@@ -77,24 +77,24 @@ impl Articulation {
                 what: "a body's position",
             });
         }
-        let mut arm_vectors = Vec::with_capacity(links.len());
-        let mut initial_lengths = Vec::with_capacity(links.len());
-        for link in &links {
-            for body in [link.body, link.to] {
+        let mut arm_vectors = Vec::with_capacity(joints.len());
+        let mut initial_shape = Vec::with_capacity(joints.len());
+        for joint in &joints {
+            for body in [joint.body, joint.to] {
                 if body >= bodies {
                     return Err(RigidError::NoSuchBody {
-                        link: link.name.clone(),
+                        joint: joint.name.clone(),
                         body,
                         bodies,
                     });
                 }
             }
-            check_joint(link, arms)?;
-            let (arm, length) = arm_of(link, positions)?;
+            check_joint(joint, arms)?;
+            let (arm, length) = arm_of(joint, positions)?;
             arm_vectors.push(arm);
-            initial_lengths.push(length);
+            initial_shape.push(length);
         }
-        let (linkages, frames) = find_linkages(bodies, &links);
+        let (linkages, frames) = find_linkages(bodies, &joints);
         let mut linkage_of = vec![0; bodies];
         for (number, linkage) in linkages.iter().enumerate() {
             if let [body] = linkage.bodies[..]
@@ -106,10 +106,10 @@ impl Articulation {
                 linkage_of[body] = number;
             }
         }
-        let own_attitude = own_attitudes(kinds, &links, arms, &linkages);
+        let own_attitude = own_attitudes(kinds, &joints, arms, &linkages);
         Ok(Self {
             kinds: kinds.to_vec(),
-            links,
+            joints,
             arms,
             arm_vectors,
             linkages,
@@ -118,7 +118,7 @@ impl Articulation {
             frames: frames.count,
             own_attitude,
             initial_positions: positions.to_vec(),
-            initial_lengths,
+            initial_shape,
             fixed: vec![false; bodies],
         })
     }
@@ -126,14 +126,14 @@ impl Articulation {
     /// The same set with some bodies fixed in space: obstacles with `U = 0` and `ω = 0`.
     ///
     /// # Errors
-    /// [`RigidError::FixedBody`] for a body that does not exist, is a point or has a link.
+    /// [`RigidError::FixedBody`] for a body that does not exist, is a point or has a joint.
     pub fn with_fixed(mut self, bodies: &[usize]) -> Result<Self, RigidError> {
         for &body in bodies {
             let problem = if body >= self.kinds.len() {
                 "there is no such body"
             } else if self.kinds[body] == BodyKind::Point {
                 "a point has no surface, so it cannot be an obstacle"
-            } else if self.links.iter().any(|l| l.body == body || l.to == body) {
+            } else if self.joints.iter().any(|l| l.body == body || l.to == body) {
                 "it has a link, and only bodies without links can be fixed"
             } else {
                 self.fixed[body] = true;
@@ -153,9 +153,9 @@ impl Articulation {
         check_length(
             "initial values of the joints",
             values.len(),
-            self.links.len(),
+            self.joints.len(),
         )?;
-        self.initial_lengths = values.to_vec();
+        self.initial_shape = values.to_vec();
         self.placement(&self.initial_state(), values)?;
         Ok(self)
     }
@@ -170,9 +170,9 @@ impl Articulation {
         &self.kinds
     }
 
-    /// The links.
-    pub fn links(&self) -> &[Link] {
-        &self.links
+    /// The joints.
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
     }
 
     /// Attachment of the bodies to their arms.
@@ -196,10 +196,10 @@ impl Articulation {
         &self.frame_of
     }
 
-    /// The links whose values are part of the state, with the forces on them.
-    pub fn passive_links(&self) -> impl Iterator<Item = (usize, &PassiveDrive)> {
-        let numbered = self.links.iter().enumerate();
-        numbered.filter_map(|(number, link)| Some((number, link.passive_drive()?)))
+    /// The joints whose values are part of the state, with the forces on them.
+    pub fn passive_drives(&self) -> impl Iterator<Item = (usize, &PassiveDrive)> {
+        let numbered = self.joints.iter().enumerate();
+        numbered.filter_map(|(number, joint)| Some((number, joint.passive_drive()?)))
     }
 
     /// Whether the attitude of a body is part of the state, and not that of its frame.
@@ -210,13 +210,13 @@ impl Articulation {
         self.own_attitude.get(body) == Some(&true)
     }
 
-    /// Largest distance of the two bodies of a link at a value of its joint; zero for a link that
-    /// does not exist.
-    pub fn arm_length(&self, link: usize, value: f64) -> f64 {
-        match (self.links.get(link), self.arm_vectors.get(link)) {
+    /// Largest distance of the two bodies of a joint at a value; zero for a joint that does not
+    /// exist.
+    pub fn arm_length(&self, joint: usize, value: f64) -> f64 {
+        match (self.joints.get(joint), self.arm_vectors.get(joint)) {
             (
-                Some(Link {
-                    joint: Joint::Slide,
+                Some(Joint {
+                    kind: JointKind::Slide,
                     ..
                 }),
                 _,
@@ -226,20 +226,20 @@ impl Articulation {
         }
     }
 
-    /// Largest displacement of one body of a link relative to the other where the value of the
-    /// joint changes by `change`; zero for a link that does not exist.
-    pub fn arm_displacement(&self, link: usize, change: f64) -> f64 {
-        let lever = match (self.links.get(link), self.arm_vectors.get(link)) {
+    /// Largest displacement of one body of a joint relative to the other where its value
+    /// changes by `change`; zero for a joint that does not exist.
+    pub fn arm_displacement(&self, joint: usize, change: f64) -> f64 {
+        let lever = match (self.joints.get(joint), self.arm_vectors.get(joint)) {
             (
-                Some(Link {
-                    joint: Joint::Turn { advance, .. },
+                Some(Joint {
+                    kind: JointKind::Turn { advance, .. },
                     ..
                 }),
                 Some(arm),
             ) => arm.near.norm().max(arm.far.norm()) + advance.abs(),
             (
-                Some(Link {
-                    joint: Joint::Slide,
+                Some(Joint {
+                    kind: JointKind::Slide,
                     ..
                 }),
                 _,
@@ -249,20 +249,20 @@ impl Articulation {
         change.abs() * lever
     }
 
-    /// The links whose values are part of the state.
-    pub fn passive_joints(&self) -> impl Iterator<Item = &Link> {
-        self.links.iter().filter(|link| link.is_passive())
+    /// The joints whose values are part of the state.
+    pub fn passive_joints(&self) -> impl Iterator<Item = &Joint> {
+        self.joints.iter().filter(|joint| joint.is_passive())
     }
 
-    /// First of the rows of each link in [`Constraints::matrix`](crate::Constraints::matrix).
+    /// First of the rows of each joint in [`Constraints::matrix`](crate::Constraints::matrix).
     ///
     /// The three rows from it belong to the force on `body`; for joints about an axis the next
     /// three belong to the torque on the frame of `body` about the pivot.
-    pub fn link_rows(&self) -> Vec<usize> {
+    pub fn joint_rows(&self) -> Vec<usize> {
         let mut next = 0;
-        let rows = self.links.iter().map(|link| {
+        let rows = self.joints.iter().map(|joint| {
             let first = next;
-            next += link.joint.rows();
+            next += joint.kind.rows();
             first
         });
         rows.collect()
@@ -270,8 +270,8 @@ impl Articulation {
 
     /// Values of the joints at the start: those at the positions given to [`Articulation::new`]
     /// (lengths of slides, zero for others) or [`Articulation::with_initial_values`].
-    pub fn initial_lengths(&self) -> &[f64] {
-        &self.initial_lengths
+    pub fn initial_shape(&self) -> &[f64] {
+        &self.initial_shape
     }
 
     /// Positions given to [`Articulation::new`].
@@ -279,7 +279,7 @@ impl Articulation {
         &self.initial_positions
     }
 
-    /// Arms of the links, in the axes of the frames.
+    /// Arms of the joints, in the axes of the frames.
     pub(crate) fn arm_vectors(&self) -> &[ArmVectors] {
         &self.arm_vectors
     }
@@ -289,7 +289,7 @@ impl Articulation {
         self.arms != Arms::Lab && linkage.bodies.len() > 1
     }
 
-    /// Number of frames, of bodies without links too.
+    /// Number of frames, of bodies without joints too.
     pub(crate) fn frames(&self) -> usize {
         self.frames
     }
@@ -298,7 +298,7 @@ impl Articulation {
 /// For each body, whether its attitude is part of the state ([`Articulation::has_own_attitude`]).
 fn own_attitudes(
     kinds: &[BodyKind],
-    links: &[Link],
+    joints: &[Joint],
     arms: Arms,
     linkages: &[Linkage],
 ) -> Vec<bool> {
@@ -311,7 +311,7 @@ fn own_attitudes(
         }
         for edge in &linkage.tree {
             // Balls need clamped arms.
-            own[edge.child] |= matches!(links[edge.link].joint, Joint::Ball { .. });
+            own[edge.child] |= matches!(joints[edge.joint].kind, JointKind::Ball { .. });
         }
     }
     own
@@ -324,12 +324,12 @@ mod tests {
     #[test]
     fn separate_linkages_and_loose_points_are_found() {
         let x = [Vector3::zeros(), Vector3::x(), 5.0 * Vector3::y()];
-        let link = || vec![Link::slide("0-1", 0, 1)];
-        let set = Articulation::new(&[BodyKind::Rigid; 3], link(), Arms::Free, &x).unwrap();
+        let joint = || vec![Joint::slide("0-1", 0, 1)];
+        let set = Articulation::new(&[BodyKind::Rigid; 3], joint(), Arms::Free, &x).unwrap();
         assert_eq!(set.linkages().len(), 2);
         assert_eq!(set.linkage_of(), &[0, 0, 1]);
         let kinds = [BodyKind::Rigid, BodyKind::Rigid, BodyKind::Point];
-        let loose = Articulation::new(&kinds, link(), Arms::Free, &x);
+        let loose = Articulation::new(&kinds, joint(), Arms::Free, &x);
         assert_eq!(loose.unwrap_err(), RigidError::LoosePoint { body: 2 });
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::link_loads::LinkLoads;
+use crate::joint_loads::JointLoads;
 
 /// Velocities, constraints and multipliers that a formulation adds to the equations of the fluid.
 pub(crate) struct Border {
@@ -11,12 +11,12 @@ pub(crate) struct Border {
     /// Velocities with which each border row is tested, if they differ from `columns`; zero columns
     /// for rows that are constraints.
     pub rows: Option<DMatrix<f64>>,
-    /// The velocities `W` that the links impose: a particular solution of all constraints.
+    /// The velocities `W` that the joints impose: a particular solution of all constraints.
     pub offset: DVector<f64>,
     /// Entries of constraint rows and multiplier columns, added to the corner.
     pub constraints: Option<DMatrix<f64>>,
-    /// Data for the loads of the links; none without links.
-    pub link_loads: Option<LinkLoads>,
+    /// Data for the loads of the joints; none without joints.
+    pub joint_loads: Option<JointLoads>,
     /// The first border dof that is a multiplier.
     pub first_multiplier: Option<usize>,
 }

@@ -13,7 +13,7 @@ use crate::border::Border;
 use crate::error::check_length;
 use crate::fluid::FluidBlocks;
 use crate::imposed::{Imposed, imposed_rhs};
-use crate::link_loads::LinkLoads;
+use crate::joint_loads::JointLoads;
 use crate::{Drive, RigidError, RigidFluid, VelocityLayout};
 
 /// The linear system of one configuration, with the data for its solvers and its solution.
@@ -41,7 +41,7 @@ pub struct Constrained {
     pub(crate) surface_rows: Vec<usize>,
     /// Meaning of the generalised velocities.
     pub(crate) layout: VelocityLayout,
-    pub(crate) link_loads: Option<LinkLoads>,
+    pub(crate) joint_loads: Option<JointLoads>,
     pub(crate) first_multiplier: Option<usize>,
     /// The couplings before the constraints were imposed: forces are computed from them.
     pub(crate) surfaces: Surfaces,
@@ -69,7 +69,7 @@ impl Constrained {
             rows,
             offset,
             constraints,
-            link_loads,
+            joint_loads,
             first_multiplier,
         } = border;
         let surface_columns = columns.select_rows(&surface_rows);
@@ -134,31 +134,31 @@ impl Constrained {
             offset,
             surface_rows,
             layout: drive.constraints.layout.clone(),
-            link_loads,
+            joint_loads,
             first_multiplier,
             surfaces,
         })
     }
 
-    /// Right-hand side and imposed velocities for other rates of the links, for the same matrix.
+    /// Right-hand side and imposed velocities for other rates of the joints, for the same matrix.
     ///
     /// Bitwise those of a system built with these rates. Cost: an elimination of the small dense
     /// constraints and a pass over the border.
     ///
     /// # Errors
-    /// [`RigidError::OtherLinks`] for a drive with other links, lengths or loads, and for
+    /// [`RigidError::OtherJoints`] for a drive with other joints, values or loads, and for
     /// independent bodies, which have no rates; [`RigidError::Misplaced`] for bodies that are not
     /// where their surfaces are; rates that contradict each other.
     pub fn imposed(&self, drive: &Drive) -> Result<Imposed, RigidError> {
-        let (all, link_loads) = drive.reduced(self.surfaces.symmetry_planes)?;
-        // The link loads contain the independent constraint rows and the vectors along the links:
-        // everything in the matrix that links and their lengths determine.
-        if self.link_loads.as_ref() != Some(&link_loads) {
-            return Err(RigidError::OtherLinks);
+        let (all, joint_loads) = drive.reduced(self.surfaces.symmetry_planes)?;
+        // The joint loads contain the independent constraint rows and the vectors along the joints:
+        // everything in the matrix that joints and their values determine.
+        if self.joint_loads.as_ref() != Some(&joint_loads) {
+            return Err(RigidError::OtherJoints);
         }
         self.surfaces
             .check_positions(&drive.constraints.rigid_positions)?;
-        let loads = link_loads.external();
+        let loads = joint_loads.external();
         Ok(Imposed {
             rhs: imposed_rhs(
                 &self.surfaces,
@@ -311,7 +311,7 @@ impl Constrained {
     /// Number of border dofs in formulation P: the velocities of all bodies and nothing else.
     pub(crate) fn independent_velocities(&self) -> Result<usize, RigidError> {
         let velocities = self.columns.nrows();
-        let is_independent = self.link_loads.is_none()
+        let is_independent = self.joint_loads.is_none()
             && velocities == self.columns.ncols()
             && velocities == 6 * self.surfaces.bodies();
         is_independent

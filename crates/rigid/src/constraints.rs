@@ -1,9 +1,9 @@
-//! Velocity constraints of links, clamps and fixed bodies: the rows of `C q = w`.
+//! Velocity constraints of joints, clamps and fixed bodies: the rows of `C q = w`.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 
 use crate::error::check_length;
-use crate::joint::Joint;
+use crate::joint::JointKind;
 use crate::placement::Placement;
 use crate::{
     Arms, Articulation, BodyKind, RigidError, State, StateVelocity, Twist, VelocityLayout,
@@ -20,10 +20,10 @@ use crate::{
 ///                  Ω' - Ω = (dv/dt) a
 /// ```
 ///
-/// with the pivot `p` and the advance `h`. A fixed link is a slide, a ball a turn without the
+/// with the pivot `p` and the advance `h`. A fixed joint is a slide, a ball a turn without the
 /// second row, both with the rate zero. The rate of a passive joint is one of the velocities `q`. A
 /// body clamped to its arms: `ω_i - Ω = 0`. A fixed body: `U_i = 0`, `ω_i = 0`. With [`Arms::Lab`],
-/// `Ω = 0` and the rows of links are equation (11) of Berti et al. (2021).
+/// `Ω = 0` and the rows of joints are equation (11) of Berti et al. (2021).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Constraints {
@@ -31,7 +31,7 @@ pub struct Constraints {
     pub matrix: DMatrix<f64>,
     /// `w`, one entry per row.
     pub rates: DVector<f64>,
-    /// Name of each row for messages: that of its link or body.
+    /// Name of each row for messages: that of its joint or body.
     pub labels: Vec<String>,
     /// Meaning of the columns.
     pub layout: VelocityLayout,
@@ -42,8 +42,8 @@ pub struct Constraints {
     /// Rigid bodies with a resistance in addition to that of the fluid, in the laboratory axes:
     /// masses over time steps. Empty by default.
     pub body_damping: Vec<(usize, Matrix6<f64>)>,
-    /// Vector of each link, `x_body - x_to`.
-    pub(crate) link_vectors: Vec<Vector3<f64>>,
+    /// Vector of each joint, `x_body - x_to`.
+    pub(crate) joint_vectors: Vec<Vector3<f64>>,
     /// Position of each rigid body.
     pub(crate) rigid_positions: Vec<Vector3<f64>>,
 }
@@ -111,7 +111,7 @@ impl Constraints {
 
 impl Articulation {
     /// The constraints in one configuration, where the values of the joints change at `rates` (one
-    /// per link; those of passive joints have no effect).
+    /// per joint; those of passive joints have no effect).
     ///
     /// # Errors
     /// Arrays whose lengths do not fit the set, a rate that is not finite, values that
@@ -122,7 +122,7 @@ impl Articulation {
         lengths: &[f64],
         rates: &[f64],
     ) -> Result<Constraints, RigidError> {
-        check_length("rates of the links", rates.len(), self.links().len())?;
+        check_length("rates of the links", rates.len(), self.joints().len())?;
         if rates.iter().any(|r| !r.is_finite()) {
             return Err(RigidError::NotFinite {
                 what: "the rate of a link",
@@ -142,29 +142,29 @@ impl Articulation {
         let fixed_bodies: Vec<usize> = (0..self.kinds().len())
             .filter(|&body| self.fixed()[body])
             .collect();
-        let link_rows: usize = self.links().iter().map(|link| link.joint.rows()).sum();
-        let rows = link_rows + 3 * clamped.len() + 6 * fixed_bodies.len();
+        let joint_rows: usize = self.joints().iter().map(|joint| joint.kind.rows()).sum();
+        let rows = joint_rows + 3 * clamped.len() + 6 * fixed_bodies.len();
         let mut constraints = Constraints {
             matrix: DMatrix::zeros(rows, layout.len()),
             rates: DVector::zeros(rows),
             labels: Vec::with_capacity(rows),
-            joint_forces: (self.passive_links())
-                .map(|(link, drive)| drive.static_force(placement.values[link]))
+            joint_forces: (self.passive_drives())
+                .map(|(joint, drive)| drive.static_force(placement.values[joint]))
                 .collect(),
             body_damping: Vec::new(),
             joint_damping: self
-                .passive_links()
+                .passive_drives()
                 .map(|(_, drive)| drive.damping)
                 .collect(),
-            link_vectors: Vec::with_capacity(self.links().len()),
+            joint_vectors: Vec::with_capacity(self.joints().len()),
             rigid_positions: (placement.positions.iter().zip(self.kinds()))
                 .filter(|(_, kind)| **kind == BodyKind::Rigid)
                 .map(|(position, _)| *position)
                 .collect(),
             layout,
         };
-        for (link, &rate) in rates.iter().enumerate() {
-            self.add_link(&mut constraints, &placement, link, rate);
+        for (joint, &rate) in rates.iter().enumerate() {
+            self.add_joint(&mut constraints, &placement, joint, rate);
         }
         for (body, frame) in clamped {
             let row = constraints.labels.len();
@@ -196,35 +196,35 @@ impl Articulation {
         Ok(constraints)
     }
 
-    /// Adds the rows of a link.
-    fn add_link(&self, to: &mut Constraints, placement: &Placement, link: usize, rate: f64) {
-        let (number, link) = (link, &self.links()[link]);
+    /// Adds the rows of a joint.
+    fn add_joint(&self, to: &mut Constraints, placement: &Placement, joint: usize, rate: f64) {
+        let (number, joint) = (joint, &self.joints()[joint]);
         let row = to.labels.len();
         let layout = &to.layout;
         let direction = self.direction(placement, number);
-        let [far, near] = [link.body, link.to].map(|body| placement.positions[body]);
-        to.link_vectors.push(far - near);
+        let [far, near] = [joint.body, joint.to].map(|body| placement.positions[body]);
+        to.joint_vectors.push(far - near);
         let [far_frame, near_frame] =
-            [link.body, link.to].map(|body| layout.frame(self.frame_of()[body]));
+            [joint.body, joint.to].map(|body| layout.frame(self.frame_of()[body]));
         // The point at which the two frames have the same velocity, but for the rate of the joint.
-        let pivot = match link.joint {
-            Joint::Slide | Joint::Fixed => far,
-            Joint::Turn { .. } | Joint::Ball { .. } => {
-                let rotation = placement.rotations[self.frame_of()[link.body]];
+        let pivot = match joint.kind {
+            JointKind::Slide | JointKind::Fixed => far,
+            JointKind::Turn { .. } | JointKind::Ball { .. } => {
+                let rotation = placement.rotations[self.frame_of()[joint.body]];
                 far + rotation * self.arm_vectors()[number].far
             }
         };
         let identity = Matrix3::identity();
         let matrix = &mut to.matrix;
-        add_block(matrix, row, Some(layout.bodies()[link.body]), &identity);
-        add_block(matrix, row, Some(layout.bodies()[link.to]), &-identity);
+        add_block(matrix, row, Some(layout.bodies()[joint.body]), &identity);
+        add_block(matrix, row, Some(layout.bodies()[joint.to]), &-identity);
         // Ω' × r = -[r]_× Ω'
         add_block(matrix, row, far_frame, &-(pivot - far).cross_matrix());
         add_block(matrix, row, near_frame, &(pivot - near).cross_matrix());
-        let (translation, rotation) = match link.joint {
-            Joint::Slide => (direction, None),
-            Joint::Fixed | Joint::Ball { .. } => (Vector3::zeros(), None),
-            Joint::Turn { advance, .. } => (advance * direction, Some(direction)),
+        let (translation, rotation) = match joint.kind {
+            JointKind::Slide => (direction, None),
+            JointKind::Fixed | JointKind::Ball { .. } => (Vector3::zeros(), None),
+            JointKind::Turn { advance, .. } => (advance * direction, Some(direction)),
         };
         let mut along_joint = vec![translation];
         if let Some(axis) = rotation {
@@ -238,7 +238,7 @@ impl Articulation {
                 Some(column) => (matrix.fixed_view_mut::<3, 1>(row, column)).copy_from(&-vector),
                 None => (to.rates.fixed_rows_mut::<3>(row)).copy_from(&(rate * vector)),
             }
-            to.labels.extend(std::iter::repeat_n(link.name.clone(), 3));
+            to.labels.extend(std::iter::repeat_n(joint.name.clone(), 3));
         }
     }
 
@@ -254,7 +254,7 @@ impl Articulation {
             let linkage = &self.linkages()[self.linkage_of()[body]];
             match (layout.frame(self.frame_of()[body]), &linkage.bodies[..]) {
                 (Some(frame), _) => at(frame),
-                // The frame of a body without links rotates with the body.
+                // The frame of a body without joints rotates with the body.
                 (None, &[body]) if self.kinds()[body] == BodyKind::Rigid => {
                     at(layout.bodies()[body] + 3)
                 }

@@ -8,7 +8,7 @@ use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
 /// Row substitution of Berti et al. (2021), equation (23): `C q = w` replaces rows of forces.
 ///
 /// Every velocity stays a dof. The remaining force rows are the force balances of the motions that
-/// the links allow, `S^T (force rows) = S^T F`: the *total* force and torque of each linkage.
+/// the joints allow, `S^T (force rows) = S^T F`: the *total* force and torque of each linkage.
 /// (Equation (23) as printed keeps the force row of the reference body alone, so that the forces on
 /// the other bodies would pull the swimmer.) The system is not symmetric.
 #[derive(Clone, Copy, Debug, Default)]
@@ -20,8 +20,8 @@ impl Formulation for DirectRows {
     }
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
-        let (all, link_loads) = drive.reduced(fluid.symmetry_planes())?;
-        let linked = link_loads.rows();
+        let (all, joint_loads) = drive.reduced(fluid.symmetry_planes())?;
+        let linked = joint_loads.rows();
         let (velocities, balances) = all.basis.shape();
         let mut rows = DMatrix::zeros(velocities, velocities);
         rows.columns_mut(0, balances).copy_from(&all.basis);
@@ -29,13 +29,13 @@ impl Formulation for DirectRows {
         constraints
             .rows_mut(balances, linked.nrows())
             .copy_from(linked);
-        let loads = link_loads.external().clone();
+        let loads = joint_loads.external().clone();
         let border = Border {
             columns: DMatrix::identity(velocities, velocities),
             rows: Some(rows),
             offset: all.offset,
             constraints: Some(constraints),
-            link_loads: Some(link_loads),
+            joint_loads: Some(joint_loads),
             first_multiplier: None,
         };
         Constrained::build(fluid, border, drive, &loads)

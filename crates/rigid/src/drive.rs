@@ -1,4 +1,4 @@
-//! Drive of an articulated set: constraints of its links and external loads on its bodies.
+//! Drive of an articulated set: constraints of its joints and external loads on its bodies.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -7,12 +7,12 @@ use crate::error::check_length;
 use crate::placement::is_finite;
 use crate::{Articulation, BodyKind, Constraints, RigidError};
 
-/// Drive of an articulated set in one configuration: rates of its links and external loads.
+/// Drive of an articulated set in one configuration: rates of its joints and external loads.
 #[derive(Clone, Debug)]
 pub struct Drive<'a> {
-    /// The bodies and their links.
+    /// The bodies and their joints.
     pub set: &'a Articulation,
-    /// The constraints of the links in this configuration.
+    /// The constraints of the joints in this configuration.
     pub constraints: &'a Constraints,
     /// External force and torque on each body; the torque on a point is ignored.
     pub loads: &'a [ExternalLoad],
@@ -20,7 +20,7 @@ pub struct Drive<'a> {
 
 /// External force and torque that act on a body.
 ///
-/// A body without links transmits them to the fluid: they then equal the force and torque of the
+/// A body without joints transmits them to the fluid: they then equal the force and torque of the
 /// body on the fluid, the opposite of the force and torque of the fluid on the body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

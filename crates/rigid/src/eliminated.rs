@@ -5,7 +5,7 @@ use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
 
 /// The operator P-tilde of Berti et al. (2021), equations (19)-(22): body velocities `U = S v + W`.
 ///
-/// `S` is a basis of the null space of the links' constraints and `W` a particular solution. The
+/// `S` is a basis of the null space of the joints' constraints and `W` a particular solution. The
 /// border has one column per independent motion (6 for a swimmer with clamped arms), and the
 /// system stays symmetric.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,14 +17,14 @@ impl Formulation for Eliminated {
     }
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
-        let (all, link_loads) = drive.reduced(fluid.symmetry_planes())?;
-        let loads = link_loads.external().clone();
+        let (all, joint_loads) = drive.reduced(fluid.symmetry_planes())?;
+        let loads = joint_loads.external().clone();
         let border = Border {
             columns: all.basis,
             rows: None,
             offset: all.offset,
             constraints: None,
-            link_loads: Some(link_loads),
+            joint_loads: Some(joint_loads),
             first_multiplier: None,
         };
         Constrained::build(fluid, border, drive, &loads)

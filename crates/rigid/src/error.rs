@@ -1,35 +1,35 @@
-//! Errors of bodies, links, constraints and fluid matrices.
+//! Errors of bodies, joints, constraints and fluid matrices.
 
-/// Reason why bodies, links or matrices cannot be used, with the remedy.
+/// Reason why bodies, joints or matrices cannot be used, with the remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RigidError {
-    /// A link to a body that does not exist.
-    #[error("link '{link}' refers to body {body}, but there are only {bodies} bodies")]
+    /// A joint to a body that does not exist.
+    #[error("link '{joint}' refers to body {body}, but there are only {bodies} bodies")]
     NoSuchBody {
-        /// Name of the link.
-        link: String,
-        /// Index of the body in the link.
+        /// Name of the joint.
+        joint: String,
+        /// Index of the body that the joint names.
         body: usize,
         /// Number of bodies.
         bodies: usize,
     },
-    /// A link that does not exist, or whose load is not known.
-    #[error("there is no link {link}: loads of {links} links are known")]
-    NoSuchLink {
-        /// Index of the link.
-        link: usize,
-        /// Number of links with a load.
-        links: usize,
+    /// A joint that does not exist, or whose load is not known.
+    #[error("there is no link {joint}: loads of {joints} links are known")]
+    NoSuchJoint {
+        /// Index of the joint.
+        joint: usize,
+        /// Number of joints with a load.
+        joints: usize,
     },
-    /// A link from a body to itself or between two bodies at the same position.
+    /// A joint from a body to itself or between two bodies at the same position.
     #[error(
-        "link '{link}' has no direction: its ends are {distance:.3e} apart; link two bodies at \
+        "link '{joint}' has no direction: its ends are {distance:.3e} apart; link two bodies at \
          different positions"
     )]
     NoDirection {
-        /// Name of the link.
-        link: String,
+        /// Name of the joint.
+        joint: String,
         /// Distance between the two ends.
         distance: f64,
     },
@@ -110,7 +110,7 @@ pub enum RigidError {
         /// The sum over the sum of the absolute values of its terms.
         relative: f64,
     },
-    /// A point without a link: nothing resists its motion, so its velocity is undetermined.
+    /// A point without a joint: nothing resists its motion, so its velocity is undetermined.
     #[error(
         "point {body} is not linked to any body, so its velocity is undetermined; link it or \
          remove it"
@@ -119,22 +119,22 @@ pub enum RigidError {
         /// Index of the point.
         body: usize,
     },
-    /// Links in a loop whose prescribed velocities contradict each other.
+    /// Joints in a loop whose prescribed velocities contradict each other.
     #[error(
-        "the links contradict each other: the velocity that '{link}' prescribes differs by \
+        "the links contradict each other: the velocity that '{joint}' prescribes differs by \
          {mismatch:.3e} from the one that the others imply; in a loop the rates must add up to zero"
     )]
-    IncompatibleLinks {
-        /// Name of the link whose constraint fails.
-        link: String,
+    IncompatibleJoints {
+        /// Name of the joint whose constraint fails.
+        joint: String,
         /// Residual of the constraint, a velocity.
         mismatch: f64,
     },
     /// A length that is zero, negative or not finite.
-    #[error("link '{link}' has length {length}; lengths must be positive")]
+    #[error("link '{joint}' has length {length}; lengths must be positive")]
     BadLength {
-        /// Name of the link.
-        link: String,
+        /// Name of the joint.
+        joint: String,
         /// The length.
         length: f64,
     },
@@ -149,21 +149,21 @@ pub enum RigidError {
         power: f64,
     },
     /// A joint that is not valid, or that does not fit the arms.
-    #[error("the joint of link '{link}' {problem}")]
+    #[error("the joint of link '{joint}' {problem}")]
     BadJoint {
-        /// Name of the link.
-        link: String,
+        /// Name of the joint.
+        joint: String,
         /// The reason.
         problem: &'static str,
     },
-    /// A loop of links that does not close at the given lengths.
+    /// A loop of joints that does not close at the given values.
     #[error(
-        "the loop closed by link '{link}' does not meet: its ends are {gap:.3e} away from the \
+        "the loop closed by link '{joint}' does not meet: its ends are {gap:.3e} away from the \
          link's length and direction"
     )]
     OpenLoop {
-        /// Name of the link.
-        link: String,
+        /// Name of the joint.
+        joint: String,
         /// Distance by which the loop stays open.
         gap: f64,
     },
@@ -184,14 +184,14 @@ pub enum RigidError {
         /// Index of the body.
         body: usize,
     },
-    /// A link in the formulation of independent bodies, which has no constraints.
+    /// A joint in the formulation of independent bodies, which has no constraints.
     #[error(
-        "the formulation of independent bodies cannot impose link '{link}'; choose a formulation \
+        "the formulation of independent bodies cannot impose link '{joint}'; choose a formulation \
          with constraints, such as p-tilde"
     )]
-    LinkWithoutConstraint {
-        /// Name of the link.
-        link: String,
+    JointWithoutConstraint {
+        /// Name of the joint.
+        joint: String,
     },
     /// A fluid without any node of prescribed velocity.
     #[error(
@@ -214,12 +214,12 @@ pub enum RigidError {
          with Independent and without links"
     )]
     NotIndependent,
-    /// Links, lengths or loads other than those that a system was built with.
+    /// Joints, values or loads other than those that a system was built with.
     #[error(
         "a system can be reused for other rates of its links only; build another one for other \
          links, lengths or loads"
     )]
-    OtherLinks,
+    OtherJoints,
     /// A mobility matrix that is not positive definite.
     #[error(
         "the mobility of the bodies is not positive definite (asymmetry {asymmetry:.1e}): the \
@@ -229,7 +229,7 @@ pub enum RigidError {
         /// Largest difference from its transpose over its largest entry.
         asymmetry: f64,
     },
-    /// Constraints that are linearly dependent to rounding, so that link loads are not unique.
+    /// Constraints that are linearly dependent to rounding, so that joint loads are not unique.
     #[error(
         "the loads of the links are not unique: their constraints are linearly dependent to \
          rounding; remove a redundant link or check nearly parallel ones"

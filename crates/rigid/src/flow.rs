@@ -29,35 +29,35 @@ pub struct FlowSolution {
     /// It is `20π/3 a^3 E` for a rigid sphere of radius `a` in the strain `E`. The first moment of
     /// the forces on the fluid, which have the opposite sign, is `-S` for rigid surfaces.
     pub stresslets: Vec<Matrix3<f64>>,
-    /// Loads `λ` of the links, one per row of [`Constraints::matrix`](crate::Constraints::matrix).
+    /// Loads `λ` of the joints, one per row of [`Constraints::matrix`](crate::Constraints::matrix).
     ///
     /// Bodies receive `C^T λ` in addition to the external loads. Redundant rows carry zero. The
-    /// three rows from [`Articulation::link_rows`] on are the force of a link on its `body`, the
-    /// opposite force acts on `to`; after the links come the torques of clamps and the loads that
+    /// three rows from [`Articulation::joint_rows`] on are the force of a joint on its `body`, the
+    /// opposite force acts on `to`; after the joints come the torques of clamps and the loads that
     /// fix bodies.
-    pub link_loads: DVector<f64>,
+    pub joint_loads: DVector<f64>,
     /// Rate of change of the state of the articulated set.
     pub state: StateVelocity,
-    /// First row of each link.
-    link_rows: Vec<usize>,
+    /// First row of each joint.
+    joint_rows: Vec<usize>,
 }
 
 impl FlowSolution {
-    /// Force of a link on its `body`; the opposite force acts on `to`.
+    /// Force of a joint on its `body`; the opposite force acts on `to`.
     ///
     /// Available from every formulation: it is a multiplier of Berti et al. (2021), equations
     /// (16)-(18), up to sign or, where velocities were eliminated, the load that balances the
     /// bodies.
     ///
     /// # Errors
-    /// [`RigidError::NoSuchLink`].
-    pub fn link_force(&self, link: usize) -> Result<Vector3<f64>, RigidError> {
-        let first = self.link_rows.get(link).copied();
-        match first.filter(|first| first + 3 <= self.link_loads.len()) {
-            Some(first) => Ok(self.link_loads.fixed_rows::<3>(first).into()),
-            None => Err(RigidError::NoSuchLink {
-                link,
-                links: self.link_rows.len(),
+    /// [`RigidError::NoSuchJoint`].
+    pub fn joint_force(&self, joint: usize) -> Result<Vector3<f64>, RigidError> {
+        let first = self.joint_rows.get(joint).copied();
+        match first.filter(|first| first + 3 <= self.joint_loads.len()) {
+            Some(first) => Ok(self.joint_loads.fixed_rows::<3>(first).into()),
+            None => Err(RigidError::NoSuchJoint {
+                joint,
+                joints: self.joint_rows.len(),
             }),
         }
     }
@@ -75,7 +75,7 @@ impl FlowSolution {
                 ("bodies of a change", flow.bodies.len()),
                 ("forces of a change", flow.forces.len()),
                 ("stresslets of a change", flow.stresslets.len()),
-                ("loads of links of a change", flow.link_loads.len()),
+                ("loads of links of a change", flow.joint_loads.len()),
                 ("frames of a change", flow.state.frames.len()),
                 ("angular velocities of a change", flow.state.spins.len()),
             ]
@@ -89,7 +89,7 @@ impl FlowSolution {
         self.bodies += &change.bodies;
         self.forces += &change.forces;
         (self.stresslets.iter_mut().zip(&change.stresslets)).for_each(|(s, ds)| *s += ds);
-        self.link_loads += &change.link_loads;
+        self.joint_loads += &change.joint_loads;
         self.state = &self.state + &change.state;
         Ok(())
     }
@@ -151,7 +151,10 @@ impl Constrained {
         let forces = self.surfaces.forces(free, &bodies, pressure);
         // Where a symmetry plane cuts bodies, multipliers also include the loads of the plane.
         let is_whole = self.surfaces.symmetry_planes.is_empty();
-        let link_loads = match (&self.link_loads, self.first_multiplier.filter(|_| is_whole)) {
+        let joint_loads = match (
+            &self.joint_loads,
+            self.first_multiplier.filter(|_| is_whole),
+        ) {
             (None, _) => DVector::zeros(0),
             (Some(loads), Some(first)) => loads.of_multipliers(&border.as_slice()[first..]),
             (Some(loads), None) => loads.balancing(&forces, &generalised)?,
@@ -161,12 +164,12 @@ impl Constrained {
             stresslets: self.surfaces.stresslets(&velocity, pressure),
             velocity,
             forces,
-            link_loads,
+            joint_loads,
             pressure: pressure.to_vec(),
             state: set.state_velocity(generalised.as_slice())?,
             generalised,
             bodies,
-            link_rows: set.link_rows(),
+            joint_rows: set.joint_rows(),
         })
     }
 
@@ -175,8 +178,8 @@ impl Constrained {
     /// `solution` belongs to the right-hand side [`Constrained::rhs_of_forces`] of
     /// `forces_on_nodes`, one per node of the mesh. The change of the force of a body is the
     /// residual of the momentum equation tested with its rigid motions, without the part that the
-    /// links cannot balance: the sum of the forces on a linkage does not change, however inaccurate
-    /// the solution, and bodies without links keep the given loads.
+    /// joints cannot balance: the sum of the forces on a linkage does not change, however
+    /// inaccurate the solution, and bodies without joints keep the given loads.
     ///
     /// # Errors
     /// Arrays of the wrong length, [`RigidError::OtherSet`],
@@ -206,7 +209,7 @@ impl Constrained {
         let residuals = self
             .surfaces
             .change_of_forces(free, &bodies, pressure, forces_on_nodes);
-        let (link_loads, forces) = match &self.link_loads {
+        let (joint_loads, forces) = match &self.joint_loads {
             None => (DVector::zeros(0), DVector::zeros(bodies.len())),
             Some(loads) => loads.change(&residuals, &generalised)?,
         };
@@ -220,8 +223,8 @@ impl Constrained {
             generalised,
             bodies,
             forces,
-            link_loads,
-            link_rows: set.link_rows(),
+            joint_loads,
+            joint_rows: set.joint_rows(),
         })
     }
 

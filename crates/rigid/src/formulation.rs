@@ -1,8 +1,8 @@
-//! The trait that all formulations of the links' constraints share.
+//! The trait that all formulations of the joints' constraints share.
 
 use crate::{Constrained, Drive, RigidError, RigidFluid};
 
-/// A way to impose the constraints of links on the flow around rigid bodies.
+/// A way to impose the constraints of joints on the flow around rigid bodies.
 pub trait Formulation: Sync {
     /// Name for reports and scene files.
     fn name(&self) -> &'static str;

@@ -1,4 +1,4 @@
-//! Right-hand sides of prescribed velocities: rates of links, moving walls, moving surfaces.
+//! Right-hand sides of prescribed velocities: rates of joints, moving walls, moving surfaces.
 
 use linalg::Csr;
 use nalgebra::{DMatrix, DVector};
@@ -8,14 +8,14 @@ use crate::body_forces::Surfaces;
 /// Right-hand side and velocities for one set of rates, from
 /// [`Constrained::imposed`](crate::Constrained::imposed).
 ///
-/// The matrix of a system depends on the configuration and on which links there are, but not on the
-/// rates of the links: several rates are several right-hand sides of one matrix.
+/// The matrix of a system depends on the configuration and on which joints there are, but not on
+/// the rates of the joints: several rates are several right-hand sides of one matrix.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Imposed {
     /// Right-hand side.
     pub rhs: Vec<f64>,
-    /// The velocities `W` that the links impose.
+    /// The velocities `W` that the joints impose.
     pub(crate) offset: DVector<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! The formulation P: bodies without links, every velocity a dof.
+//! The formulation P: bodies without joints, every velocity a dof.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,9 +18,9 @@ impl Formulation for Independent {
     }
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
-        if let Some(link) = drive.set.links().first() {
-            return Err(RigidError::LinkWithoutConstraint {
-                link: link.name.clone(),
+        if let Some(joint) = drive.set.joints().first() {
+            return Err(RigidError::JointWithoutConstraint {
+                joint: joint.name.clone(),
             });
         }
         if let Some(body) = drive.set.fixed().iter().position(|&fixed| fixed) {
@@ -40,7 +40,7 @@ impl Formulation for Independent {
             rows: None,
             offset: DVector::zeros(velocities),
             constraints: None,
-            link_loads: None,
+            joint_loads: None,
             first_multiplier: None,
         };
         Constrained::build(fluid, border, drive, &loads)

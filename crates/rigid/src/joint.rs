@@ -1,16 +1,16 @@
-//! Joints: how a link lets its two bodies move relative to each other.
+//! Joints: how a joint lets its two bodies move relative to each other.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// The relative motion that a link allows, in the pose of its bodies at the start.
+/// The relative motion that a joint allows, in the pose of its bodies at the start.
 ///
 /// Axes and pivots are given in the laboratory axes at the start and then move with the arms of the
-/// link. With `g(v)` the pose of `body` relative to `to` at the value `v` of the joint, `g` is a
+/// joint. With `g(v)` the pose of `body` relative to `to` at the value `v` of the joint, `g` is a
 /// product of exponentials (Murray, Li & Sastry 1994, A Mathematical Introduction to Robotic
 /// Manipulation, section 3.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Joint {
+pub enum JointKind {
     /// The distance of the centres changes along their line. The value is the distance.
     #[default]
     Slide,
@@ -33,7 +33,7 @@ pub enum Joint {
     },
 }
 
-impl Joint {
+impl JointKind {
     /// Whether the value is an angle and not a length.
     pub fn is_angle(&self) -> bool {
         matches!(self, Self::Turn { .. })

@@ -1,4 +1,4 @@
-//! The Lagrange formulation: every velocity a dof, links imposed by multipliers.
+//! The Lagrange formulation: every velocity a dof, joints imposed by multipliers.
 
 use nalgebra::DMatrix;
 
@@ -10,9 +10,9 @@ use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
 /// `M q + ... + C^T α = F`, `C q = w`.
 ///
 /// The border contains all velocities, then one multiplier for each independent constraint
-/// (redundant ones would make the system singular). `-C^T α` are the loads of the links on bodies
-/// ([`FlowSolution::link_loads`](crate::FlowSolution::link_loads)). The system is symmetric with an
-/// indefinite border: multigrid solves it exactly on the coarsest level, where it is dense.
+/// (redundant ones would make the system singular). `-C^T α` are the loads of the joints on bodies
+/// ([`FlowSolution::joint_loads`](crate::FlowSolution::joint_loads)). The system is symmetric with
+/// an indefinite border: multigrid solves it exactly on the coarsest level, where it is dense.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lagrange;
 
@@ -22,8 +22,8 @@ impl Formulation for Lagrange {
     }
 
     fn constrain(&self, fluid: RigidFluid, drive: &Drive) -> Result<Constrained, RigidError> {
-        let (all, link_loads) = drive.reduced(fluid.symmetry_planes())?;
-        let rows = link_loads.rows();
+        let (all, joint_loads) = drive.reduced(fluid.symmetry_planes())?;
+        let rows = joint_loads.rows();
         let (velocities, multipliers) = (rows.ncols(), rows.nrows());
         let size = velocities + multipliers;
         let mut constraints = DMatrix::zeros(size, size);
@@ -33,13 +33,13 @@ impl Formulation for Lagrange {
         constraints
             .view_mut((0, velocities), (velocities, multipliers))
             .copy_from(&rows.transpose());
-        let loads = link_loads.external().clone();
+        let loads = joint_loads.external().clone();
         let border = Border {
             columns: DMatrix::identity(velocities, size),
             rows: None,
             offset: all.offset,
             constraints: Some(constraints),
-            link_loads: Some(link_loads),
+            joint_loads: Some(joint_loads),
             first_multiplier: Some(velocities),
         };
         Constrained::build(fluid, border, drive, &loads)

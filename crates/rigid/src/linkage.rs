@@ -1,17 +1,17 @@
-//! Links between bodies, and the connected sets (linkages) that they form.
+//! Joints between bodies, and the connected sets (linkages) that they form.
 
-use crate::joint::{Joint, JointDrive, PassiveDrive};
+use crate::joint::{JointDrive, JointKind, PassiveDrive};
 
 /// A joint between two bodies.
 ///
 /// ```
-/// use rigid::{Joint, JointDrive, Link};
-/// let arm = Link::slide("left", 0, 1);
-/// assert_eq!((arm.joint, arm.drive), (Joint::Slide, JointDrive::Prescribed));
+/// use rigid::{JointKind, JointDrive, Joint};
+/// let arm = Joint::slide("left", 0, 1);
+/// assert_eq!((arm.kind, arm.drive), (JointKind::Slide, JointDrive::Prescribed));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Link {
+pub struct Joint {
     /// Name, for messages.
     pub name: String,
     /// The body at the far end: a growing length moves it away from `to`.
@@ -19,30 +19,30 @@ pub struct Link {
     /// The body at the near end.
     pub to: usize,
     /// The relative motion that is possible.
-    pub joint: Joint,
+    pub kind: JointKind,
     /// What determines the value of the joint.
     pub drive: JointDrive,
 }
 
-impl Link {
-    /// A link of prescribed length between the centres of two bodies.
+impl Joint {
+    /// A joint of prescribed length between the centres of two bodies.
     pub fn slide(name: &str, body: usize, to: usize) -> Self {
         Self {
             name: name.to_owned(),
             body,
             to,
-            joint: Joint::Slide,
+            kind: JointKind::Slide,
             drive: JointDrive::Prescribed,
         }
     }
 
-    /// The same link with another joint.
+    /// The same joint with another relative motion.
     #[must_use]
-    pub fn with_joint(self, joint: Joint) -> Self {
-        Self { joint, ..self }
+    pub fn with_kind(self, kind: JointKind) -> Self {
+        Self { kind, ..self }
     }
 
-    /// The same link with another drive.
+    /// The same joint with another drive.
     #[must_use]
     pub fn with_drive(self, drive: JointDrive) -> Self {
         Self { drive, ..self }
@@ -56,7 +56,7 @@ impl Link {
     /// The force on the joint, if its value is part of the state.
     pub fn passive_drive(&self) -> Option<&PassiveDrive> {
         match &self.drive {
-            JointDrive::Passive(drive) if self.joint.has_value() => Some(drive),
+            JointDrive::Passive(drive) if self.kind.has_value() => Some(drive),
             _ => None,
         }
     }
@@ -81,19 +81,19 @@ pub struct Linkage {
 /// An edge of the spanning tree of a linkage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TreeEdge {
-    pub link: usize,
+    pub joint: usize,
     pub parent: usize,
     pub child: usize,
 }
 
-/// Breadth-first spanning trees of the graph of bodies and links, rooted at the lowest indices.
+/// Breadth-first spanning trees of the graph of bodies and joints, rooted at the lowest indices.
 ///
 /// Returns the linkages and the frames.
-pub(crate) fn find_linkages(bodies: usize, links: &[Link]) -> (Vec<Linkage>, Frames) {
+pub(crate) fn find_linkages(bodies: usize, joints: &[Joint]) -> (Vec<Linkage>, Frames) {
     let mut neighbours = vec![Vec::new(); bodies];
-    for (number, link) in links.iter().enumerate() {
-        neighbours[link.body].push((number, link.to));
-        neighbours[link.to].push((number, link.body));
+    for (number, joint) in joints.iter().enumerate() {
+        neighbours[joint.body].push((number, joint.to));
+        neighbours[joint.to].push((number, joint.body));
     }
     let mut reached = vec![false; bodies];
     let mut frames = Frames {
@@ -115,13 +115,13 @@ pub(crate) fn find_linkages(bodies: usize, links: &[Link]) -> (Vec<Linkage>, Fra
         let mut next = 0;
         while let Some(&parent) = linkage.bodies.get(next) {
             next += 1;
-            frames.add(parent, links, &neighbours);
-            for &(link, child) in &neighbours[parent] {
+            frames.add(parent, joints, &neighbours);
+            for &(joint, child) in &neighbours[parent] {
                 if !reached[child] {
                     reached[child] = true;
                     linkage.bodies.push(child);
                     linkage.tree.push(TreeEdge {
-                        link,
+                        joint,
                         parent,
                         child,
                     });
@@ -144,15 +144,15 @@ pub(crate) struct Frames {
 impl Frames {
     /// Numbers the frame of a body, if it has no number yet: all bodies that joints without
     /// rotation connect to it.
-    fn add(&mut self, body: usize, links: &[Link], neighbours: &[Vec<(usize, usize)>]) {
+    fn add(&mut self, body: usize, joints: &[Joint], neighbours: &[Vec<(usize, usize)>]) {
         if self.of_body[body] != usize::MAX {
             return;
         }
         let mut members = vec![body];
         self.of_body[body] = self.count;
         while let Some(member) = members.pop() {
-            for &(link, other) in &neighbours[member] {
-                if !links[link].joint.turns() && self.of_body[other] == usize::MAX {
+            for &(joint, other) in &neighbours[member] {
+                if !joints[joint].kind.turns() && self.of_body[other] == usize::MAX {
                     self.of_body[other] = self.count;
                     members.push(other);
                 }

@@ -1,10 +1,10 @@
 //! Closure of loops by the joints whose values are not prescribed.
 //!
 //! In a loop the values of the joints depend on each other: `g(z) = 0`, with the misfits `g` of the
-//! links outside the spanning trees. Velocities keep `g` at zero, but errors of the integration let
-//! it drift. Every placement therefore projects the state onto the manifold `g = 0` (Hairer, Lubich
-//! & Wanner 2006, Geometric Numerical Integration, section IV.4): with the derivative `G = dg/dz`
-//! and its pseudo-inverse,
+//! joints outside the spanning trees. Velocities keep `g` at zero, but errors of the integration
+//! let it drift. Every placement therefore projects the state onto the manifold `g = 0` (Hairer,
+//! Lubich & Wanner 2006, Geometric Numerical Integration, section IV.4): with the derivative `G =
+//! dg/dz` and its pseudo-inverse,
 //!
 //! ```text
 //! z <- z - G^+ g(z)
@@ -15,7 +15,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::joint::Joint;
+use crate::joint::JointKind;
 use crate::placement::Placement;
 use crate::{Articulation, RigidError, State, StateVelocity, Twist};
 
@@ -45,7 +45,7 @@ const MAX_HALVINGS: usize = 12;
 #[derive(Clone, Copy)]
 enum Coordinate {
     /// The value of a passive joint, by its place in the state.
-    Joint(usize),
+    JointKind(usize),
     /// Rotation of the body of a ball about a laboratory axis.
     Attitude(usize, usize),
 }
@@ -57,9 +57,9 @@ impl Articulation {
     /// # Errors
     /// [`RigidError::OpenLoop`] for a loop that they cannot close; those of
     /// [`Articulation::place`].
-    pub fn closed(&self, state: &State, lengths: &[f64]) -> Result<State, RigidError> {
-        let open = self.open_placement(state, lengths)?;
-        Ok(match self.close(state, lengths, &open)? {
+    pub fn closed(&self, state: &State, shape: &[f64]) -> Result<State, RigidError> {
+        let open = self.open_placement(state, shape)?;
+        Ok(match self.close(state, shape, &open)? {
             Some((closed, _)) => closed,
             None => state.clone(),
         })
@@ -70,7 +70,7 @@ impl Articulation {
     pub(crate) fn close(
         &self,
         state: &State,
-        lengths: &[f64],
+        shape: &[f64],
         open: &Placement,
     ) -> Result<Option<(State, Placement)>, RigidError> {
         let longest = self.longest_arm(open);
@@ -85,12 +85,12 @@ impl Articulation {
                 break;
             }
             let from = closed.as_ref().map_or(state, |(state, _)| state);
-            let derivative = self.misfit_derivative(from, lengths, &coordinates, longest)?;
+            let derivative = self.misfit_derivative(from, shape, &coordinates, longest)?;
             let change = -minimal_solution(derivative, &gaps);
             let halved = (0..MAX_HALVINGS).map(|k| 0.5_f64.powi(k as i32));
             let better = halved.into_iter().find_map(|part| {
                 let next = self.changed(from, &coordinates, &(part * &change)).ok()?;
-                let placement = self.open_placement(&next, lengths).ok()?;
+                let placement = self.open_placement(&next, shape).ok()?;
                 let misfits = self.misfits(&placement, longest);
                 (misfits.norm() < gaps.norm()).then_some((next, placement, misfits))
             });
@@ -105,16 +105,16 @@ impl Articulation {
         Ok(closed)
     }
 
-    /// Refuses positions or rotations that do not fit a link outside the spanning trees.
+    /// Refuses positions or rotations that do not fit a joint outside the spanning trees.
     fn check_loops(&self, placement: &Placement) -> Result<(), RigidError> {
         let longest = self.longest_arm(placement);
-        for (number, link) in self.links().iter().enumerate() {
+        for (number, joint) in self.joints().iter().enumerate() {
             let [translation, rotation] = self.misfit(placement, number);
             // An angle counts like a distance at the longest arm.
             let gap = translation.norm().max(rotation.norm() * longest);
             if gap.is_nan() || gap > CLOSED * longest {
                 return Err(RigidError::OpenLoop {
-                    link: link.name.clone(),
+                    joint: joint.name.clone(),
                     gap,
                 });
             }
@@ -123,34 +123,34 @@ impl Articulation {
     }
 
     fn longest_arm(&self, placement: &Placement) -> f64 {
-        (0..self.links().len()).fold(0.0, |longest, link| {
-            self.arm(placement, link).norm().max(longest)
+        (0..self.joints().len()).fold(0.0, |longest, joint| {
+            self.arm(placement, joint).norm().max(longest)
         })
     }
 
-    /// Translation and rotation by which `body` of a link is away from its place relative to `to`.
+    /// Translation and rotation by which `body` of a joint is away from its place relative to `to`.
     fn misfit(&self, placement: &Placement, number: usize) -> [Vector3<f64>; 2] {
-        let link = &self.links()[number];
-        let [far, near] = [link.body, link.to].map(|body| placement.positions[body]);
+        let joint = &self.joints()[number];
+        let [far, near] = [joint.body, joint.to].map(|body| placement.positions[body]);
         let translation = far - near - self.arm(placement, number);
-        let rotation = match link.joint {
-            Joint::Turn { .. } => {
+        let rotation = match joint.kind {
+            JointKind::Turn { .. } => {
                 let [far, near] =
-                    [link.body, link.to].map(|body| placement.rotations[self.frame_of()[body]]);
-                let turned = near * link.joint.rotation(placement.values[number]);
+                    [joint.body, joint.to].map(|body| placement.rotations[self.frame_of()[body]]);
+                let turned = near * joint.kind.rotation(placement.values[number]);
                 (far * turned.inverse()).scaled_axis()
             }
-            Joint::Slide | Joint::Fixed | Joint::Ball { .. } => Vector3::zeros(),
+            JointKind::Slide | JointKind::Fixed | JointKind::Ball { .. } => Vector3::zeros(),
         };
         [translation, rotation]
     }
 
-    /// Misfits of all links outside the spanning trees, as lengths.
+    /// Misfits of all joints outside the spanning trees, as lengths.
     fn misfits(&self, placement: &Placement, longest: f64) -> DVector<f64> {
         let edges = || self.linkages().iter().flat_map(|linkage| &linkage.tree);
-        let outside = (0..self.links().len()).filter(|&link| !edges().any(|e| e.link == link));
-        let misfits = outside.flat_map(|link| {
-            let [translation, rotation] = self.misfit(placement, link);
+        let outside = (0..self.joints().len()).filter(|&joint| !edges().any(|e| e.joint == joint));
+        let misfits = outside.flat_map(|joint| {
+            let [translation, rotation] = self.misfit(placement, joint);
             [translation, longest * rotation]
         });
         let entries: Vec<f64> = misfits.flat_map(|v| [v.x, v.y, v.z]).collect();
@@ -162,19 +162,21 @@ impl Articulation {
         let mut coordinates = Vec::new();
         let has_loop = |body: usize| {
             let number = self.linkage_of()[body];
-            let links = self.links().iter();
-            let links = links.filter(|link| self.linkage_of()[link.body] == number);
-            links.count() > self.linkages()[number].tree.len()
+            let joints = self.joints().iter();
+            let joints = joints.filter(|joint| self.linkage_of()[joint.body] == number);
+            joints.count() > self.linkages()[number].tree.len()
         };
-        for (place, (link, _)) in self.passive_links().enumerate() {
-            if has_loop(self.links()[link].body) {
-                let scale = self.arm_displacement(link, 1.0);
+        for (place, (joint, _)) in self.passive_drives().enumerate() {
+            if has_loop(self.joints()[joint].body) {
+                let scale = self.arm_displacement(joint, 1.0);
                 let scale = if scale > 0.0 { scale } else { longest };
-                coordinates.push((Coordinate::Joint(place), scale));
+                coordinates.push((Coordinate::JointKind(place), scale));
             }
         }
         for edge in self.linkages().iter().flat_map(|linkage| &linkage.tree) {
-            if matches!(self.links()[edge.link].joint, Joint::Ball { .. }) && has_loop(edge.child) {
+            if matches!(self.joints()[edge.joint].kind, JointKind::Ball { .. })
+                && has_loop(edge.child)
+            {
                 coordinates.extend(
                     [0, 1, 2].map(|axis| (Coordinate::Attitude(edge.child, axis), longest)),
                 );
@@ -197,7 +199,7 @@ impl Articulation {
         };
         for ((coordinate, scale), change) in coordinates.iter().zip(changes.iter()) {
             match *coordinate {
-                Coordinate::Joint(joint) => step.joints[joint] = change / scale,
+                Coordinate::JointKind(joint) => step.joints[joint] = change / scale,
                 Coordinate::Attitude(body, axis) => step.spins[body][axis] = change / scale,
             }
         }
@@ -208,7 +210,7 @@ impl Articulation {
     fn misfit_derivative(
         &self,
         state: &State,
-        lengths: &[f64],
+        shape: &[f64],
         coordinates: &[(Coordinate, f64)],
         longest: f64,
     ) -> Result<DMatrix<f64>, RigidError> {
@@ -219,7 +221,7 @@ impl Articulation {
                 let mut changes = DVector::zeros(coordinates.len());
                 changes[column] = change;
                 let state = self.changed(state, coordinates, &changes)?;
-                Ok(self.misfits(&self.open_placement(&state, lengths)?, longest))
+                Ok(self.misfits(&self.open_placement(&state, shape)?, longest))
             };
             columns.push((at(step)? - at(-step)?) / (2.0 * step));
         }
@@ -240,7 +242,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::{Arms, BodyKind, JointDrive, Link, PassiveDrive};
+    use crate::{Arms, BodyKind, Joint, JointDrive, PassiveDrive};
 
     /// A rhombus of four bars of the length 2 with hinges at its corners; the bodies are the
     /// middles of the bars.
@@ -249,7 +251,7 @@ mod tests {
         let corner = |k: usize| Vector3::new(corners[k % 4][0], corners[k % 4][1], 0.0);
         let middles: Vec<_> = (0..4).map(|k| 0.5 * (corner(k) + corner(k + 1))).collect();
         let hinge = |k: usize| {
-            let joint = Joint::Turn {
+            let joint = JointKind::Turn {
                 axis: Vector3::z(),
                 pivot: corner(k + 1),
                 advance: 0.0,
@@ -258,12 +260,12 @@ mod tests {
                 true => JointDrive::Passive(PassiveDrive::default()),
                 false => JointDrive::Prescribed,
             };
-            Link::slide(&format!("hinge {k}"), (k + 1) % 4, k)
-                .with_joint(joint)
+            Joint::slide(&format!("hinge {k}"), (k + 1) % 4, k)
+                .with_kind(joint)
                 .with_drive(drive)
         };
-        let links = (0..4).map(hinge).collect();
-        Articulation::new(&[BodyKind::Rigid; 4], links, Arms::Clamped, &middles).unwrap()
+        let joints = (0..4).map(hinge).collect();
+        Articulation::new(&[BodyKind::Rigid; 4], joints, Arms::Clamped, &middles).unwrap()
     }
 
     #[test]
@@ -271,16 +273,16 @@ mod tests {
         let set = rhombus(3);
         let start = set.initial_state();
         for angle in [1e-12, 1e-3, 0.4, -1.1] {
-            let lengths = [angle, 0.0, 0.0, 0.0];
-            let closed = set.closed(&start, &lengths).unwrap();
+            let shape = [angle, 0.0, 0.0, 0.0];
+            let closed = set.closed(&start, &shape).unwrap();
             for (value, exact) in closed.joints.iter().zip([-angle, angle, -angle]) {
                 assert!((value - exact).abs() < 1e-14, "{value} {exact}");
             }
             // A state that is closed stays as it is.
-            let again = set.closed(&closed, &lengths).unwrap();
+            let again = set.closed(&closed, &shape).unwrap();
             assert!((again.joints[0] - closed.joints[0]).abs() < 1e-15);
             // All users of the open state see the closed one.
-            let [one, other] = [&start, &closed].map(|state| set.place(state, &lengths).unwrap());
+            let [one, other] = [&start, &closed].map(|state| set.place(state, &shape).unwrap());
             assert!((one[2].translation.vector - other[2].translation.vector).norm() < 1e-14);
         }
     }
@@ -314,19 +316,19 @@ mod tests {
             Vector3::new(1.0, 1.5, 0.0),
         ];
         let ball = |body: usize, to: usize, pivot: Vector3<f64>| {
-            Link::slide(&format!("{body}-{to}"), body, to).with_joint(Joint::Ball { pivot })
+            Joint::slide(&format!("{body}-{to}"), body, to).with_kind(JointKind::Ball { pivot })
         };
-        let hinge = Joint::Turn {
+        let hinge = JointKind::Turn {
             axis: Vector3::z(),
             pivot: x[0],
             advance: 0.0,
         };
-        let links = vec![
-            Link::slide("hinge", 1, 0).with_joint(hinge),
+        let joints = vec![
+            Joint::slide("hinge", 1, 0).with_kind(hinge),
             ball(2, 1, x[1]),
             ball(0, 2, 0.5 * (x[0] + x[2])),
         ];
-        let set = Articulation::new(&[BodyKind::Rigid; 3], links, Arms::Clamped, &x).unwrap();
+        let set = Articulation::new(&[BodyKind::Rigid; 3], joints, Arms::Clamped, &x).unwrap();
         let mut state = set.initial_state();
         // A rotation of the ball out of the loop, which a rotation back and no hinge closes.
         let tilt = Vector3::new(0.0, 0.0, 1e-3);

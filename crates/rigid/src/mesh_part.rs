@@ -20,7 +20,7 @@ pub type UpdateGhosts = Arc<dyn Fn(&mut [f64]) + Send + Sync>;
 /// Each process passes the matrices of its part: all cells around the nodes that it owns, so that
 /// the rows of these nodes are complete. The other nodes of these cells are owned by other
 /// processes; their rows are incomplete and are not used. Every node of the whole mesh has one
-/// owner. All that belongs to bodies and links is the same on every process.
+/// owner. All that belongs to bodies and joints is the same on every process.
 ///
 /// A vector of a divided system has entries for all nodes of the part. Those of nodes of other
 /// processes are zero, and so are those of the border except on one process, so that products of

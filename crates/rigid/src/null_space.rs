@@ -42,7 +42,7 @@ impl NullSpace {
     /// Cost: `O(rows^2 columns)` for a small dense matrix.
     ///
     /// # Errors
-    /// [`RigidError::IncompatibleLinks`] names a link that contradicts the others;
+    /// [`RigidError::IncompatibleJoints`] names a joint that contradicts the others;
     /// [`RigidError::Length`] for another number of masters than velocities,
     /// [`RigidError::OtherSet`] and [`RigidError::NotFinite`] for constraints that were changed.
     pub fn of(constraints: &Constraints, masters: &[bool]) -> Result<Self, RigidError> {
@@ -90,8 +90,8 @@ impl NullSpace {
         for row in pivots.len()..rows {
             // A row without entries left is redundant if its right-hand side vanished too.
             if rhs[row].abs() > 1e-9 * rate_scale {
-                return Err(RigidError::IncompatibleLinks {
-                    link: constraints.labels[labels[row]].clone(),
+                return Err(RigidError::IncompatibleJoints {
+                    joint: constraints.labels[labels[row]].clone(),
                     mismatch: rhs[row].abs(),
                 });
             }
@@ -184,7 +184,7 @@ fn orthonormal_columns(projector: DMatrix<f64>) -> DMatrix<f64> {
         .unwrap_or_else(|| DMatrix::zeros(0, 0))
 }
 
-/// The motions that links allow: `U = S v + W` for bodies with surfaces, and all other velocities.
+/// The motions that joints allow: `U = S v + W` for bodies with surfaces, and all other velocities.
 #[derive(Clone, Debug)]
 pub struct Reduction {
     /// `S`: velocities `(U, ω)` of the rigid bodies, six rows per body, full column rank.
@@ -196,10 +196,10 @@ pub struct Reduction {
 }
 
 impl Reduction {
-    /// Eliminates the links' constraints from the velocities of an articulated set.
+    /// Eliminates the joints' constraints from the velocities of an articulated set.
     ///
     /// # Errors
-    /// Links that contradict each other, constraints of another set.
+    /// Joints that contradict each other, constraints of another set.
     pub fn of(set: &Articulation, constraints: &Constraints) -> Result<Self, RigidError> {
         let layout = &constraints.layout;
         if *layout != set.velocity_layout() {

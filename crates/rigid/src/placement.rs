@@ -3,8 +3,8 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::error::check_length;
-use crate::joint::Joint;
-use crate::{Articulation, Link, RigidError};
+use crate::joint::JointKind;
+use crate::{Articulation, Joint, RigidError};
 
 /// Position and attitude of an articulated set: one frame per linkage, one attitude per body.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,7 +15,7 @@ pub struct State {
     /// Attitude of each body that has its own, relative to the laboratory axes; the identity at the
     /// start and for all other bodies.
     pub attitudes: Vec<UnitQuaternion<f64>>,
-    /// Values of the joints that are not prescribed, in the order of their links.
+    /// Values of the passive joints, in the order of the joints.
     #[cfg_attr(feature = "serde", serde(default))]
     pub joints: Vec<f64>,
 }
@@ -43,13 +43,13 @@ impl Articulation {
                 })
                 .collect(),
             attitudes: vec![UnitQuaternion::identity(); self.kinds().len()],
-            joints: (self.passive_links())
-                .map(|(link, _)| self.initial_lengths()[link])
+            joints: (self.passive_drives())
+                .map(|(joint, _)| self.initial_shape()[joint])
                 .collect(),
         }
     }
 
-    /// Directions of the links in the laboratory axes: from `to` to `body` for slides, along the
+    /// Directions of the joints in the laboratory axes: from `to` to `body` for slides, along the
     /// axis for joints that have one, zero for others.
     ///
     /// # Errors
@@ -57,27 +57,27 @@ impl Articulation {
     pub fn directions(
         &self,
         state: &State,
-        lengths: &[f64],
+        shape: &[f64],
     ) -> Result<Vec<Vector3<f64>>, RigidError> {
-        let placement = self.placement(state, lengths)?;
-        let numbers = 0..self.links().len();
+        let placement = self.placement(state, shape)?;
+        let numbers = 0..self.joints().len();
         Ok(numbers
-            .map(|link| self.direction(&placement, link))
+            .map(|joint| self.direction(&placement, joint))
             .collect())
     }
 
-    pub(crate) fn direction(&self, placement: &Placement, link: usize) -> Vector3<f64> {
-        let frame = self.frame_of()[self.links()[link].to];
-        placement.rotations[frame] * self.arm_vectors()[link].direction
+    pub(crate) fn direction(&self, placement: &Placement, joint: usize) -> Vector3<f64> {
+        let frame = self.frame_of()[self.joints()[joint].to];
+        placement.rotations[frame] * self.arm_vectors()[joint].direction
     }
 
     /// Values of all joints: those of the passive ones from the state, with closed loops, of others
-    /// from `lengths`.
+    /// from `shape`.
     ///
     /// # Errors
     /// As [`Articulation::place`].
-    pub fn joint_values(&self, state: &State, lengths: &[f64]) -> Result<Vec<f64>, RigidError> {
-        Ok(self.placement(state, lengths)?.values)
+    pub fn joint_values(&self, state: &State, shape: &[f64]) -> Result<Vec<f64>, RigidError> {
+        Ok(self.placement(state, shape)?.values)
     }
 
     /// Poses of all bodies, points included, for given values of the joints: the lengths of slides,
@@ -93,14 +93,14 @@ impl Articulation {
     ///
     /// with the unit vectors `e` and `a`, the vectors `r` and `r'` from the centres to the pivot at
     /// the start, and the advance `h`. Values of passive joints are those of the state, projected
-    /// so that loops close ([`Articulation::closed`]); their entries in `lengths` have no effect.
+    /// so that loops close ([`Articulation::closed`]); their entries in `shape` have no effect.
     ///
     /// # Errors
     /// A length that is not positive, or values that do not close a loop to 1e-9 of the longest
     /// arm; a state that does not fit the set, is not finite or not rigid; positions that overflow.
-    pub fn place(&self, state: &State, lengths: &[f64]) -> Result<Vec<Isometry3<f64>>, RigidError> {
-        let open = self.open_placement(state, lengths)?;
-        let closed = self.close(state, lengths, &open)?;
+    pub fn place(&self, state: &State, shape: &[f64]) -> Result<Vec<Isometry3<f64>>, RigidError> {
+        let open = self.open_placement(state, shape)?;
+        let closed = self.close(state, shape, &open)?;
         let (state, placement) = match &closed {
             Some((state, placement)) => (state, placement),
             None => (state, &open),
@@ -116,13 +116,9 @@ impl Articulation {
     }
 
     /// Positions of the bodies and rotations of the frames, with closed loops.
-    pub(crate) fn placement(
-        &self,
-        state: &State,
-        lengths: &[f64],
-    ) -> Result<Placement, RigidError> {
-        let open = self.open_placement(state, lengths)?;
-        Ok(match self.close(state, lengths, &open)? {
+    pub(crate) fn placement(&self, state: &State, shape: &[f64]) -> Result<Placement, RigidError> {
+        let open = self.open_placement(state, shape)?;
+        Ok(match self.close(state, shape, &open)? {
             Some((_, closed)) => closed,
             None => open,
         })
@@ -132,21 +128,21 @@ impl Articulation {
     pub(crate) fn open_placement(
         &self,
         state: &State,
-        lengths: &[f64],
+        shape: &[f64],
     ) -> Result<Placement, RigidError> {
         self.check_state(state)?;
-        check_length("lengths of the links", lengths.len(), self.links().len())?;
-        let mut values = lengths.to_vec();
-        for ((link, _), value) in self.passive_links().zip(&state.joints) {
-            values[link] = *value;
+        check_length("lengths of the links", shape.len(), self.joints().len())?;
+        let mut values = shape.to_vec();
+        for ((joint, _), value) in self.passive_drives().zip(&state.joints) {
+            values[joint] = *value;
         }
-        let bad = |(link, value): &(usize, &f64)| match self.links()[*link].joint {
-            Joint::Slide => !(value.is_finite() && **value > 0.0),
+        let bad = |(joint, value): &(usize, &f64)| match self.joints()[*joint].kind {
+            JointKind::Slide => !(value.is_finite() && **value > 0.0),
             _ => !value.is_finite(),
         };
-        if let Some((link, length)) = values.iter().enumerate().find(bad) {
+        if let Some((joint, length)) = values.iter().enumerate().find(bad) {
             return Err(RigidError::BadLength {
-                link: self.links()[link].name.clone(),
+                joint: self.joints()[joint].name.clone(),
                 length: *length,
             });
         }
@@ -162,19 +158,19 @@ impl Articulation {
             placement.rotations[linkage.first_frame] = frame.rotation;
             is_placed[linkage.first_frame] = true;
             for edge in &linkage.tree {
-                let link = &self.links()[edge.link];
+                let joint = &self.joints()[edge.joint];
                 let [parent, child] = [edge.parent, edge.child].map(|body| self.frame_of()[body]);
                 if !is_placed[child] {
                     is_placed[child] = true;
-                    let turned = link.joint.rotation(placement.values[edge.link]);
-                    placement.rotations[child] = match (&link.joint, link.body == edge.child) {
-                        (Joint::Ball { .. }, _) => state.attitudes[edge.child],
+                    let turned = joint.kind.rotation(placement.values[edge.joint]);
+                    placement.rotations[child] = match (&joint.kind, joint.body == edge.child) {
+                        (JointKind::Ball { .. }, _) => state.attitudes[edge.child],
                         (_, true) => placement.rotations[parent] * turned,
                         (_, false) => placement.rotations[parent] * turned.inverse(),
                     };
                 }
-                let arm = self.arm(&placement, edge.link);
-                let outward = if link.body == edge.child { arm } else { -arm };
+                let arm = self.arm(&placement, edge.joint);
+                let outward = if joint.body == edge.child { arm } else { -arm };
                 placement.positions[edge.child] = placement.positions[edge.parent] + outward;
             }
         }
@@ -186,21 +182,19 @@ impl Articulation {
         Ok(placement)
     }
 
-    /// Vector of a link from the centre of `to` to that of `body`, from the frames and values.
-    pub(crate) fn arm(&self, placement: &Placement, link: usize) -> Vector3<f64> {
-        let vectors = &self.arm_vectors()[link];
-        let value = placement.values[link];
-        let Link {
-            body, to, joint, ..
-        } = &self.links()[link];
+    /// Vector of a joint from the centre of `to` to that of `body`, from the frames and values.
+    pub(crate) fn arm(&self, placement: &Placement, joint: usize) -> Vector3<f64> {
+        let vectors = &self.arm_vectors()[joint];
+        let value = placement.values[joint];
+        let Joint { body, to, kind, .. } = &self.joints()[joint];
         let [far, near] = [body, to].map(|body| placement.rotations[self.frame_of()[*body]]);
-        match joint {
-            Joint::Slide => value * (near * vectors.direction),
-            Joint::Fixed => near * vectors.near,
-            Joint::Turn { advance, .. } => {
+        match kind {
+            JointKind::Slide => value * (near * vectors.direction),
+            JointKind::Fixed => near * vectors.near,
+            JointKind::Turn { advance, .. } => {
                 near * (vectors.near + advance * value * vectors.direction) - far * vectors.far
             }
-            Joint::Ball { .. } => near * vectors.near - far * vectors.far,
+            JointKind::Ball { .. } => near * vectors.near - far * vectors.far,
         }
     }
 
@@ -220,7 +214,7 @@ impl Articulation {
         check_length(
             "values of the passive joints",
             state.joints.len(),
-            self.passive_links().count(),
+            self.passive_drives().count(),
         )?;
         let positions = || state.frames.iter().map(|frame| &frame.translation.vector);
         if !positions().all(is_finite) {
@@ -229,8 +223,8 @@ impl Articulation {
             });
         }
         let rotations = state.frames.iter().map(|frame| &frame.rotation);
-        let mut lengths = rotations.chain(&state.attitudes).map(|q| q.norm());
-        match lengths.find(|length| length.is_nan() || (length - 1.0).abs() > ROTATION) {
+        let mut shape = rotations.chain(&state.attitudes).map(|q| q.norm());
+        match shape.find(|length| length.is_nan() || (length - 1.0).abs() > ROTATION) {
             Some(length) => Err(RigidError::NotRotation { length }),
             None => Ok(()),
         }
@@ -255,12 +249,12 @@ mod tests {
     use super::*;
     use crate::{Arms, BodyKind};
 
-    fn link(body: usize, to: usize) -> Link {
-        Link::slide(&format!("{body}-{to}"), body, to)
+    fn joint(body: usize, to: usize) -> Joint {
+        Joint::slide(&format!("{body}-{to}"), body, to)
     }
 
     #[test]
-    fn a_chain_is_placed_along_its_links() {
+    fn a_chain_is_placed_along_its_joints() {
         let x = [
             Vector3::new(-10.0, 0.0, 0.0),
             Vector3::zeros(),
@@ -268,7 +262,7 @@ mod tests {
         ];
         let set = Articulation::new(
             &[BodyKind::Rigid; 3],
-            vec![link(0, 1), link(2, 1)],
+            vec![joint(0, 1), joint(2, 1)],
             Arms::Clamped,
             &x,
         )
@@ -284,11 +278,11 @@ mod tests {
     #[test]
     fn a_triangle_must_close() {
         let x = [Vector3::zeros(), Vector3::x(), Vector3::y()];
-        let links = vec![link(1, 0), link(2, 0), link(2, 1)];
-        let set = Articulation::new(&[BodyKind::Rigid; 3], links, Arms::Clamped, &x).unwrap();
-        let lengths = set.initial_lengths().to_vec();
-        assert!(set.place(&set.initial_state(), &lengths).is_ok());
-        let longer = [lengths[0], lengths[1], lengths[2] + 0.1];
+        let joints = vec![joint(1, 0), joint(2, 0), joint(2, 1)];
+        let set = Articulation::new(&[BodyKind::Rigid; 3], joints, Arms::Clamped, &x).unwrap();
+        let shape = set.initial_shape().to_vec();
+        assert!(set.place(&set.initial_state(), &shape).is_ok());
+        let longer = [shape[0], shape[1], shape[2] + 0.1];
         assert!(matches!(
             set.place(&set.initial_state(), &longer),
             Err(RigidError::OpenLoop { .. })

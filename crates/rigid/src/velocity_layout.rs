@@ -12,7 +12,7 @@ use crate::{Articulation, BodyKind};
 pub struct VelocityLayout {
     bodies: Vec<usize>,
     frames: Vec<Option<usize>>,
-    /// Links of the passive joints, with the positions of their rates.
+    /// Indices of the passive joints, with the positions of their rates.
     joints: Vec<(usize, usize)>,
     /// Number of velocities of bodies.
     end_of_bodies: usize,
@@ -44,11 +44,11 @@ impl VelocityLayout {
         self.frames.get(frame).copied().flatten()
     }
 
-    /// Index of the rate of the joint of a link, if it is passive.
-    pub fn joint(&self, link: usize) -> Option<usize> {
+    /// Index of the rate of a joint, if it is passive.
+    pub fn joint(&self, joint: usize) -> Option<usize> {
         let mut joints = self.joints.iter();
         joints
-            .find(|(number, _)| *number == link)
+            .find(|(number, _)| *number == joint)
             .map(|(_, column)| *column)
     }
 
@@ -97,9 +97,9 @@ impl Articulation {
             *frame = len;
             len += 3;
         }
-        let joints = self.passive_links().map(|(link, _)| {
+        let joints = self.passive_drives().map(|(joint, _)| {
             len += 1;
-            (link, len - 1)
+            (joint, len - 1)
         });
         VelocityLayout {
             bodies,

@@ -1,11 +1,11 @@
 //! Arrangement of the bodies, and the symmetry planes and axes that models can use.
 
 use nalgebra::Vector3;
-use rigid::{Joint, Link};
+use rigid::{Joint, JointKind};
 
 use crate::domain::Domain;
 use crate::scene::Scene;
-use crate::words::{GeometryKind, MeshMotionKind, MirrorKind, SolverKind};
+use crate::words::{GeometryKind, MeshMotionKind, SolverKind, SymmetryKind};
 
 /// Arrangement of the bodies, their loads and the domain.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +36,7 @@ struct Line {
 impl Scene {
     /// Arrangement of the bodies in the initial configuration.
     ///
-    /// The links preserve it, unless walls or loads rotate the bodies out of it.
+    /// The joints preserve it, unless walls or loads rotate the bodies out of it.
     pub fn arrangement(&self) -> Arrangement {
         let line = self.line();
         if line.is_straight {
@@ -90,10 +90,10 @@ impl Scene {
             })
         };
         // Joints that turn keep a plane if they turn within it.
-        let holds_for_joint = |axis: usize, joint: &Joint| match joint {
-            Joint::Slide | Joint::Fixed => true,
-            Joint::Ball { pivot } => pivot[axis] == 0.0,
-            Joint::Turn {
+        let holds_for_joint = |axis: usize, joint: &JointKind| match joint {
+            JointKind::Slide | JointKind::Fixed => true,
+            JointKind::Ball { pivot } => pivot[axis] == 0.0,
+            JointKind::Turn {
                 axis: own,
                 pivot,
                 advance,
@@ -102,19 +102,21 @@ impl Scene {
                 pivot[axis] == 0.0 && *advance == 0.0 && in_plane.map(|k| own[k]).all(|a| a == 0.0)
             }
         };
-        let links = self.articulation.links();
+        let joints = self.articulation.joints();
         let background = self.background.as_ref();
         [0, 1, 2].map(|axis| {
             domain[axis]
                 && background.is_none_or(|flow| flow.is_symmetric(axis))
                 && holds_for_bodies(axis)
-                && links.iter().all(|link| holds_for_joint(axis, &link.joint))
+                && joints
+                    .iter()
+                    .all(|joint| holds_for_joint(axis, &joint.kind))
         })
     }
 
     /// The planes of [`Scene::symmetry_planes`] that the finite-element model uses.
     ///
-    /// None if `fem.mirror` is off or the other options do not support symmetry planes: sparse
+    /// None if `fem.symmetry` is off or the other options do not support symmetry planes: sparse
     /// factorisations and additive Schwarz do not, elastic mesh motion does not keep nodes on the
     /// planes, the geometry error of flat facets is known for whole surfaces only, and inertia
     /// needs the resistance to all motions.
@@ -123,7 +125,7 @@ impl Scene {
             && self.fem.mesh_motion != MeshMotionKind::Elastic
             && self.fem.geometry == GeometryKind::Curved
             && !self.has_masses();
-        if self.fem.mirror == MirrorKind::Auto && is_supported {
+        if self.fem.symmetry == SymmetryKind::Auto && is_supported {
             match self.symmetry_planes() {
                 // One body at the origin: a motion is left free for a load along x.
                 [true, true, true] => [false, true, true],
@@ -197,20 +199,20 @@ impl Scene {
             }
     }
 
-    /// The first link that can turn bodies away from a line: a ball, or an axis that is another
+    /// The first joint that can turn bodies away from a line: a ball, or an axis that is another
     /// line.
-    fn turning_off(&self, line: &Line) -> Option<&Link> {
+    fn turning_off(&self, line: &Line) -> Option<&Joint> {
         let origin = self.bodies[0].position;
-        let keeps_line = |joint: &Joint| match joint {
-            Joint::Slide | Joint::Fixed => true,
-            Joint::Ball { .. } => false,
-            Joint::Turn { axis, pivot, .. } => {
+        let keeps_line = |joint: &JointKind| match joint {
+            JointKind::Slide | JointKind::Fixed => true,
+            JointKind::Ball { .. } => false,
+            JointKind::Turn { axis, pivot, .. } => {
                 let distance = (pivot - origin).cross(&line.axis).norm();
                 axis.cross(&line.axis).norm() <= 1e-9 && distance <= line.tolerance
             }
         };
-        let mut links = self.articulation.links().iter();
-        links.find(|link| !keeps_line(&link.joint))
+        let mut joints = self.articulation.joints().iter();
+        joints.find(|joint| !keeps_line(&joint.kind))
     }
 
     /// The arrangement in words, with the joint that keeps bodies on one line from having an axis
@@ -218,9 +220,9 @@ impl Scene {
     pub fn describe_arrangement(&self) -> String {
         let line = self.line();
         match (self.arrangement(), self.turning_off(&line)) {
-            (Arrangement::Collinear, Some(link)) => format!(
+            (Arrangement::Collinear, Some(joint)) => format!(
                 "bodies on one line, from which the joint '{}' can turn them: no axis of symmetry",
-                link.name
+                joint.name
             ),
             (arrangement, _) => arrangement.describe().to_owned(),
         }

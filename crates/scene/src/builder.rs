@@ -1,17 +1,17 @@
 //! Scenes built by a program.
 
-use rigid::{Joint, JointDrive, Link};
+use rigid::{Joint, JointDrive, JointKind};
 
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::file::{BodyFile, HarmonicFile, LinkFile, PhaseFile, SceneFile};
+use crate::file::{BodyFile, HarmonicFile, JointFile, PhaseFile, SceneFile};
 use crate::nearest::find_name;
 use crate::options::FemOptions;
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::words::{ArmsKind, ModelKind, ShapeKind};
-use crate::write::{domain_file, link_file, shape_file};
+use crate::write::{domain_file, joint_file, shape_file};
 
 /// Replaces the file name in messages about a scene that a program builds.
 const ORIGIN: &str = "scene built by a program";
@@ -28,7 +28,7 @@ const ORIGIN: &str = "scene built by a program";
 ///     .sphere("left", 1.0, [-10.0, 0.0, 0.0])
 ///     .sphere("right", 1.0, [0.0, 0.0, 0.0])
 ///     .force("left", [0.0, 0.0, 1.0])
-///     .link("arm", "left", "right")
+///     .slide("arm", "left", "right")
 ///     .phase("arm", 6.0, 1.0)
 ///     .phase("arm", 10.0, 1.0)
 ///     .model(ModelKind::Fem)
@@ -129,7 +129,7 @@ impl SceneBuilder {
         })
     }
 
-    /// Adds a massless point, at which links meet.
+    /// Adds a massless point, at which joints meet.
     pub fn point(self, name: &str, position: [f64; 3]) -> Self {
         self.body(BodyFile {
             name: Some(name.to_owned()),
@@ -174,45 +174,45 @@ impl SceneBuilder {
         self
     }
 
-    /// Links `body` to the body `to`; the initial distance is the initial length.
-    pub fn link(self, name: &str, body: &str, to: &str) -> Self {
-        self.joint(name, body, to, Joint::Slide, JointDrive::Prescribed)
+    /// Connects `body` to the body `to` by an arm; the initial distance is the initial length.
+    pub fn slide(self, name: &str, body: &str, to: &str) -> Self {
+        self.joint(name, body, to, JointKind::Slide, JointDrive::Prescribed)
     }
 
-    /// Links `body` to the body `to` by a joint, given in the pose of the bodies' positions.
+    /// Connects `body` to the body `to` by any joint, given in the pose of the bodies' positions.
     pub fn joint(
         mut self,
         name: &str,
         body: &str,
         to: &str,
-        joint: Joint,
+        kind: JointKind,
         drive: JointDrive,
     ) -> Self {
         // The numbers of the bodies are not known yet; their names count.
-        let link = Link::slide(name, 0, 0).with_joint(joint).with_drive(drive);
-        self.file.links.push(LinkFile {
+        let joint = Joint::slide(name, 0, 0).with_kind(kind).with_drive(drive);
+        self.file.links.push(JointFile {
             body: Some(body.to_owned()),
             to: Some(to.to_owned()),
-            ..link_file(&link)
+            ..joint_file(&joint)
         });
         self
     }
 
-    /// Adds a phase of the gait, at the end of which a link has the given length.
-    pub fn phase(self, link: &str, length: f64, duration: f64) -> Self {
+    /// Adds a phase of the gait, at the end of which a joint has the given value.
+    pub fn phase(self, joint: &str, length: f64, duration: f64) -> Self {
         self.any_phase(PhaseFile {
-            link: Some(link.to_owned()),
+            link: Some(joint.to_owned()),
             length: Some(length),
             duration,
             ..PhaseFile::default()
         })
     }
 
-    /// Adds a phase of the gait in which several links change their lengths at the same time.
+    /// Adds a phase of the gait in which several joints change their values at the same time.
     pub fn targets(self, changes: &[(&str, f64)], duration: f64) -> Self {
         let targets = changes
             .iter()
-            .map(|&(link, length)| (link.to_owned(), length));
+            .map(|&(joint, length)| (joint.to_owned(), length));
         self.any_phase(PhaseFile {
             targets: Some(targets.collect()),
             duration,
@@ -220,12 +220,12 @@ impl SceneBuilder {
         })
     }
 
-    /// Adds a term `amplitude sin(2 π order t / period + phase)` to the length of a link.
+    /// Adds a term `amplitude sin(2 π order t / period + phase)` to the value of a joint.
     ///
     /// All terms have the period given last.
     pub fn harmonic(
         mut self,
-        link: &str,
+        joint: &str,
         amplitude: f64,
         phase: f64,
         order: u32,
@@ -234,7 +234,7 @@ impl SceneBuilder {
         let gait = &mut self.file.gait;
         gait.period = Some(period);
         gait.harmonics.get_or_insert_default().push(HarmonicFile {
-            link: Some(link.to_owned()),
+            link: Some(joint.to_owned()),
             mean: None,
             amplitude: Some(amplitude),
             phase,
@@ -243,7 +243,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds a phase of the gait in which all lengths are constant.
+    /// Adds a phase of the gait in which all values are constant.
     pub fn pause(self, duration: f64) -> Self {
         self.any_phase(PhaseFile {
             duration,

@@ -6,15 +6,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::design_words::{LearnKind, ObjectiveKind, StrokeStart};
 
-/// Values of joints: one for all links, one per link, or some by the names of the links.
+/// Values of joints: one for all joints, one per joint, or some by the names of the joints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum JointValues {
-    /// The same value for all links that the gait can prescribe.
+    /// The same value for all joints that the gait can prescribe.
     All(f64),
-    /// One value per link, in the order of the file.
+    /// One value per joint, in the order of the file.
     List(Vec<f64>),
-    /// Values by the names of links; other links have none.
+    /// Values by the names of joints; other joints have none.
     Named(BTreeMap<String, f64>),
 }
 

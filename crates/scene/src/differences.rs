@@ -1,6 +1,6 @@
 //! Differences between the flow problems of two scenes.
 
-use rigid::{Joint, JointDrive};
+use rigid::{JointDrive, JointKind};
 
 use crate::scene::Scene;
 
@@ -8,8 +8,8 @@ impl Scene {
     /// The first key in which another scene has a different flow problem; `None` if it has the
     /// same.
     ///
-    /// The flow problem is everything that velocities and forces at given lengths and rates of the
-    /// links depend on: fluid, domain, bodies and links. Names, gaits and options may differ.
+    /// The flow problem is everything that velocities and forces at given values and rates of the
+    /// joints depend on: fluid, domain, bodies and joints. Names, gaits and options may differ.
     ///
     /// ```
     /// use scene::Scene;
@@ -52,9 +52,9 @@ impl Scene {
         })
     }
 
-    /// The two bodies of each link, its joint and what drives it.
-    fn joints(&self) -> impl Iterator<Item = (usize, usize, Joint, JointDrive)> {
-        let links = self.articulation.links().iter();
-        links.map(|l| (l.body, l.to, l.joint, l.drive))
+    /// The two bodies of each joint, its kind and what drives it.
+    fn joints(&self) -> impl Iterator<Item = (usize, usize, JointKind, JointDrive)> {
+        let joints = self.articulation.joints().iter();
+        joints.map(|l| (l.body, l.to, l.kind, l.drive))
     }
 }

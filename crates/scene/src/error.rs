@@ -84,7 +84,7 @@ pub enum SceneError {
     /// A scene that cannot be written as TOML.
     #[error("the scene cannot be written as TOML: {0}")]
     Unwritable(#[from] toml::ser::Error),
-    /// Bodies and links that cannot be placed.
+    /// Bodies and joints that cannot be placed.
     #[error(transparent)]
     Rigid(#[from] rigid::RigidError),
 }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::design::{LearnOptions, OptimiseOptions};
 use crate::options::{FemOptions, ModelOptions};
 use crate::words::{
-    ArmsKind, BackgroundKind, DomainKind, DriveKind, GaitKind, InterpolationKind, JointKind,
+    ArmsKind, BackgroundKind, DomainKind, DriveKind, GaitKind, InterpolationKind, JointWord,
     ShapeKind, SurfaceKind,
 };
 
@@ -25,7 +25,7 @@ pub(crate) struct SceneFile {
     pub background: Option<BackgroundFile>,
     pub bodies: Vec<BodyFile>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub links: Vec<LinkFile>,
+    pub links: Vec<JointFile>,
     pub gait: GaitFile,
     pub model: ModelOptions,
     pub fem: FemOptions,
@@ -140,12 +140,12 @@ fn is_zero(vector: &[f64; 3]) -> bool {
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct LinkFile {
+pub(crate) struct JointFile {
     pub name: Option<String>,
     pub body: Option<String>,
     pub to: Option<String>,
     #[serde(default)]
-    pub joint: JointKind,
+    pub joint: JointWord,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axis: Option<[f64; 3]>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,4 +1,4 @@
-//! Motion of the fluid that does not come from the links: slip of surfaces, background flow.
+//! Motion of the fluid that does not come from the joints: slip of surfaces, background flow.
 
 use nalgebra::{Matrix3, Vector3};
 

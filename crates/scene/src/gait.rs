@@ -1,8 +1,8 @@
-//! Gaits: their phases, and the legs that follow from them.
+//! Gaits: their phases, and the phase spans that follow from them.
 
 use crate::error::SceneError;
-use crate::leg::Leg;
-use crate::length_path::{LengthPath, Sine};
+use crate::phase_span::PhaseSpan;
+use crate::shape_path::{ShapePath, Sine};
 
 /// Change of the joint values in time (lengths of slides, angles): phases that are repeated.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,8 +16,8 @@ pub struct Gait {
 /// One phase of a gait.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Phase {
-    /// How the lengths change.
-    pub path: LengthPath,
+    /// How the shape changes.
+    pub path: ShapePath,
     /// Duration.
     pub duration: f64,
 }
@@ -30,13 +30,13 @@ impl Gait {
     /// Gait of smooth, simultaneous oscillations: a period in four phases of equal duration.
     ///
     /// ```
-    /// use scene::{Gait, Sine, legs};
+    /// use scene::{Gait, Sine, spans};
     /// use std::f64::consts::FRAC_PI_2;
-    /// let sine = |link, phase| Sine { link, amplitude: 2.0, phase, order: 1 };
+    /// let sine = |joint, phase| Sine { joint, amplitude: 2.0, phase, order: 1 };
     /// let gait = Gait::harmonic(1, vec![sine(0, 0.0), sine(1, FRAC_PI_2)], 8.0);
-    /// let all: Vec<_> = legs(&gait, &[8.0, 10.0])?.collect();
+    /// let all: Vec<_> = spans(&gait, &[8.0, 10.0])?.collect();
     /// assert_eq!((all.len(), all[0].duration), (4, 2.0));
-    /// // Link 0 starts from its mean, link 1 from its largest length.
+    /// // Joint 0 starts from its mean, joint 1 from its largest value.
     /// assert_eq!(all[0].to, [10.0, 8.0]);
     /// assert!((all[0].rates(0.0)[0] - 0.5 * FRAC_PI_2 * 2.0).abs() < 1e-15);
     /// # Ok::<(), scene::SceneError>(())
@@ -44,7 +44,7 @@ impl Gait {
     pub fn harmonic(cycles: u32, sines: Vec<Sine>, period: f64) -> Self {
         let part = |k: u32| f64::from(k) / f64::from(PARTS_OF_PERIOD);
         let phase = |k: u32| Phase {
-            path: LengthPath::Harmonic {
+            path: ShapePath::Harmonic {
                 sines: sines.clone(),
                 span: (part(k), part(k + 1)),
             },
@@ -67,75 +67,75 @@ impl Gait {
     }
 }
 
-/// The legs of all cycles of a gait in order, from the given initial lengths.
+/// The phase spans of all cycles of a gait in order, from the given initial shape.
 ///
 /// # Errors
-/// [`SceneError::BadValue`] for a phase of a link that has no initial value, for values that are
+/// [`SceneError::BadValue`] for a phase of a joint that has no initial value, for values that are
 /// not finite and durations that are not positive and finite. The gait of a [`Scene`](crate::Scene)
 /// has none.
 ///
 /// ```
-/// use scene::{Gait, LengthPath, Phase, legs};
-/// let close = Phase { path: LengthPath::Linear(vec![(0, 6.0)]), duration: 2.0 };
-/// let open = Phase { path: LengthPath::Linear(vec![(0, 10.0)]), duration: 2.0 };
+/// use scene::{Gait, ShapePath, Phase, spans};
+/// let close = Phase { path: ShapePath::Linear(vec![(0, 6.0)]), duration: 2.0 };
+/// let open = Phase { path: ShapePath::Linear(vec![(0, 10.0)]), duration: 2.0 };
 /// let gait = Gait { cycles: 3, phases: vec![close, open] };
-/// let all: Vec<_> = legs(&gait, &[10.0])?.collect();
+/// let all: Vec<_> = spans(&gait, &[10.0])?.collect();
 /// assert_eq!(all.len(), 6);
-/// assert_eq!(all[1].lengths(0.5), [8.0]);
+/// assert_eq!(all[1].shape(0.5), [8.0]);
 /// assert_eq!(all[5].rates(0.5), [2.0]);
 /// # Ok::<(), scene::SceneError>(())
 /// ```
-pub fn legs(
+pub fn spans(
     gait: &Gait,
-    initial_lengths: &[f64],
-) -> Result<impl Iterator<Item = Leg> + use<>, SceneError> {
-    check(gait, initial_lengths)?;
+    initial_shape: &[f64],
+) -> Result<impl Iterator<Item = PhaseSpan> + use<>, SceneError> {
+    check(gait, initial_shape)?;
     let phases = gait.phases.clone();
     let total = phases.len().saturating_mul(gait.cycles as usize);
-    let mut lengths = initial_lengths.to_vec();
-    let mut means = initial_lengths.to_vec();
+    let mut shape = initial_shape.to_vec();
+    let mut means = initial_shape.to_vec();
     // All phases of a harmonic gait have the same sines.
-    if let Some(LengthPath::Harmonic { sines, .. }) = phases.first().map(|phase| &phase.path) {
+    if let Some(ShapePath::Harmonic { sines, .. }) = phases.first().map(|phase| &phase.path) {
         for sine in sines {
-            means[sine.link] -= sine.at(0.0);
+            means[sine.joint] -= sine.at(0.0);
         }
     }
     let mut time = 0.0;
     Ok((0..total).map(move |number| {
         let phase = number % phases.len();
         let Phase { path, duration } = &phases[phase];
-        let mut leg = Leg {
+        let mut span = PhaseSpan {
             number,
             phase,
-            links: path.links(),
-            from: lengths.clone(),
-            to: lengths.clone(),
+            joints: path.joints(),
+            from: shape.clone(),
+            to: shape.clone(),
             start: time,
             duration: *duration,
             means: means.clone(),
             path: path.clone(),
         };
         match path {
-            LengthPath::Linear(changes) => {
-                for &(link, length) in changes {
-                    leg.to[link] = length;
+            ShapePath::Linear(changes) => {
+                for &(joint, length) in changes {
+                    span.to[joint] = length;
                 }
             }
-            LengthPath::Cubic(pieces) => {
+            ShapePath::Cubic(pieces) => {
                 for piece in pieces {
-                    leg.to[piece.link] = piece.end;
+                    span.to[piece.joint] = piece.end;
                 }
             }
-            LengthPath::Harmonic { .. } | LengthPath::Own(_) => leg.to = leg.lengths(1.0),
+            ShapePath::Harmonic { .. } | ShapePath::Own(_) => span.to = span.shape(1.0),
         }
-        lengths.clone_from(&leg.to);
+        shape.clone_from(&span.to);
         time += duration;
-        leg
+        span
     }))
 }
 
 /// Refuses a gait that was not checked as part of a scene.
-fn check(gait: &Gait, initial_lengths: &[f64]) -> Result<(), SceneError> {
+fn check(gait: &Gait, initial_shape: &[f64]) -> Result<(), SceneError> {
     let bad = |key: String, problem: String| SceneError::BadValue {
         place: "gait of a program".to_owned(),
         key,
@@ -149,25 +149,25 @@ fn check(gait: &Gait, initial_lengths: &[f64]) -> Result<(), SceneError> {
         true => Ok(()),
         false => Err(bad(key, format!("is {value}; it must be finite"))),
     };
-    let links = initial_lengths.len();
-    for (link, &length) in initial_lengths.iter().enumerate() {
-        finite(format!("links[{link}].length"), length)?;
+    let joints = initial_shape.len();
+    for (joint, &length) in initial_shape.iter().enumerate() {
+        finite(format!("links[{joint}].length"), length)?;
     }
     for (number, phase) in gait.phases.iter().enumerate() {
         let key = |key: &str| format!("gait.phases[{number}].{key}");
         positive(key("duration"), phase.duration)?;
-        for link in phase.path.links() {
-            if link >= links {
-                return Err(bad(key("link"), format!("is link {link} of {links}")));
+        for joint in phase.path.joints() {
+            if joint >= joints {
+                return Err(bad(key("link"), format!("is link {joint} of {joints}")));
             }
         }
         match &phase.path {
-            LengthPath::Linear(changes) => {
+            ShapePath::Linear(changes) => {
                 for (_, length) in changes {
                     finite(key("length"), *length)?;
                 }
             }
-            LengthPath::Cubic(pieces) => {
+            ShapePath::Cubic(pieces) => {
                 for piece in pieces {
                     finite(key("length"), piece.end)?;
                     if !(piece.square.is_finite() && piece.cube.is_finite()) {
@@ -178,7 +178,7 @@ fn check(gait: &Gait, initial_lengths: &[f64]) -> Result<(), SceneError> {
                     }
                 }
             }
-            LengthPath::Harmonic { sines, span } => {
+            ShapePath::Harmonic { sines, span } => {
                 for sine in sines {
                     positive(key("amplitude"), sine.amplitude)?;
                     let finite = sine.phase.is_finite() && span.0.is_finite() && span.1.is_finite();
@@ -187,40 +187,40 @@ fn check(gait: &Gait, initial_lengths: &[f64]) -> Result<(), SceneError> {
                     }
                 }
             }
-            LengthPath::Own(_) => {}
+            ShapePath::Own(_) => {}
         }
     }
-    check_continuity(gait, initial_lengths, bad)
+    check_continuity(gait, initial_shape, bad)
 }
 
 /// Refuses paths of a program that do not begin where the phase before ends.
 fn check_continuity(
     gait: &Gait,
-    initial_lengths: &[f64],
+    initial_shape: &[f64],
     bad: impl Fn(String, String) -> SceneError,
 ) -> Result<(), SceneError> {
-    let mut values = initial_lengths.to_vec();
+    let mut values = initial_shape.to_vec();
     // The second cycle begins with the values at the end of the first one.
     for _ in 0..gait.cycles.min(2) {
         for (number, phase) in gait.phases.iter().enumerate() {
             match &phase.path {
-                LengthPath::Own(path) => {
+                ShapePath::Own(path) => {
                     if let Some(problem) = path.problem(&values) {
                         return Err(bad(format!("gait.phases[{number}].path"), problem));
                     }
                     path.enter_values(1.0, &mut values);
                 }
-                LengthPath::Linear(changes) => {
-                    changes.iter().for_each(|&(link, end)| values[link] = end);
+                ShapePath::Linear(changes) => {
+                    changes.iter().for_each(|&(joint, end)| values[joint] = end);
                 }
-                LengthPath::Cubic(pieces) => {
+                ShapePath::Cubic(pieces) => {
                     pieces
                         .iter()
-                        .for_each(|piece| values[piece.link] = piece.end);
+                        .for_each(|piece| values[piece.joint] = piece.end);
                 }
-                LengthPath::Harmonic { sines, span } => {
+                ShapePath::Harmonic { sines, span } => {
                     for sine in sines {
-                        values[sine.link] += sine.at(span.1) - sine.at(span.0);
+                        values[sine.joint] += sine.at(span.1) - sine.at(span.0);
                     }
                 }
             }
@@ -234,9 +234,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn legs_join_and_cycles_repeat() {
-        let phase = |link, length, duration| Phase {
-            path: LengthPath::Linear(vec![(link, length)]),
+    fn spans_join_and_cycles_repeat() {
+        let phase = |joint, length, duration| Phase {
+            path: ShapePath::Linear(vec![(joint, length)]),
             duration,
         };
         let gait = Gait {
@@ -248,8 +248,8 @@ mod tests {
                 phase(1, 9.0, 0.5),
             ],
         };
-        // The first cycle starts from a length to which the gait never returns.
-        let all: Vec<Leg> = legs(&gait, &[10.0, 8.0]).unwrap().collect();
+        // The first cycle starts from a value to which the gait never returns.
+        let all: Vec<PhaseSpan> = spans(&gait, &[10.0, 8.0]).unwrap().collect();
         for pair in all.windows(2) {
             assert_eq!(pair[0].to, pair[1].from);
             assert_eq!(pair[0].start + pair[0].duration, pair[1].start);
@@ -263,25 +263,25 @@ mod tests {
     #[test]
     fn a_constant_length_does_not_change_by_rounding() {
         let hold = Phase {
-            path: LengthPath::Linear(vec![]),
+            path: ShapePath::Linear(vec![]),
             duration: 1.0,
         };
         let gait = Gait {
             cycles: 1,
             phases: vec![hold],
         };
-        let leg = legs(&gait, &[0.1]).unwrap().next().unwrap();
+        let span = spans(&gait, &[0.1]).unwrap().next().unwrap();
         for k in 0..=100 {
-            assert_eq!(leg.lengths(f64::from(k) / 100.0), [0.1]);
+            assert_eq!(span.shape(f64::from(k) / 100.0), [0.1]);
         }
     }
 
     #[test]
-    fn a_gait_without_phases_has_no_legs() {
+    fn a_gait_without_phases_has_no_spans() {
         let gait = Gait {
             cycles: 5,
             phases: vec![],
         };
-        assert_eq!(legs(&gait, &[]).unwrap().count(), 0);
+        assert_eq!(spans(&gait, &[]).unwrap().count(), 0);
     }
 }

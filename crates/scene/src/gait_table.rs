@@ -1,30 +1,30 @@
-//! Gaits as tables of times and lengths, in files of comma-separated values.
+//! Gaits as tables of times and joint values, in files of comma-separated values.
 
 use std::path::{Path, PathBuf};
 
-use rigid::Link;
+use rigid::Joint;
 
 use crate::gait::{Gait, Phase};
-use crate::length_path::{CubicLength, LengthPath};
 use crate::nearest::find_name;
 use crate::read::check_prescribed;
+use crate::shape_path::{CubicLength, ShapePath};
 use crate::spline::second_derivatives;
 use crate::words::InterpolationKind;
 
-/// Lengths of links at increasing times, from a file.
+/// Values of joints at increasing times, from a file.
 ///
-/// The first line has the names: `time`, then links. Every other line has a time and a length for
-/// each of these links. Empty lines and lines that begin with `#` are left out.
+/// The first line has the names: `time`, then joints. Every other line has a time and a value for
+/// each of these joints. Empty lines and lines that begin with `#` are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct GaitTable {
     /// The file, relative to the working directory.
     pub file: PathBuf,
     /// Interpolation between the times.
     pub interpolation: InterpolationKind,
-    links: Vec<usize>,
+    joints: Vec<usize>,
     times: Vec<f64>,
-    /// Lengths of one link at all times, for each link.
-    lengths: Vec<Vec<f64>>,
+    /// Values of one joint at all times, for each joint.
+    shape: Vec<Vec<f64>>,
 }
 
 /// Largest number of rows; each is a phase of the gait.
@@ -38,11 +38,11 @@ impl GaitTable {
     pub fn read(
         file: &Path,
         interpolation: InterpolationKind,
-        links: &[Link],
+        joints: &[Joint],
     ) -> Result<Self, String> {
         let text = std::fs::read_to_string(file)
             .map_err(|error| format!("cannot be read: {}: {error}", file.display()))?;
-        Self::parse(&text, file, interpolation, links)
+        Self::parse(&text, file, interpolation, joints)
             .map_err(|problem| format!("names {}, {problem}", file.display()))
     }
 
@@ -50,7 +50,7 @@ impl GaitTable {
         text: &str,
         file: &Path,
         interpolation: InterpolationKind,
-        links: &[Link],
+        joints: &[Joint],
     ) -> Result<Self, String> {
         let lines = text
             .lines()
@@ -67,25 +67,25 @@ impl GaitTable {
         let mut table = Self {
             file: file.to_owned(),
             interpolation,
-            links: Vec::new(),
+            joints: Vec::new(),
             times: Vec::new(),
-            lengths: Vec::new(),
+            shape: Vec::new(),
         };
         for name in names {
-            let known = links.iter().map(|link| &link.name[..]);
-            let link = find_name(name, "link", known)
+            let known = joints.iter().map(|joint| &joint.name[..]);
+            let joint = find_name(name, "link", known)
                 .map_err(|problem| format!("line {number}: a column {problem}"))?;
-            if table.links.contains(&link) {
+            if table.joints.contains(&joint) {
                 return Err(format!("line {number}: \"{name}\" has two columns"));
             }
-            check_prescribed(&links[link])
+            check_prescribed(&joints[joint])
                 .map_err(|problem| format!("line {number}: a column {problem}"))?;
-            table.links.push(link);
-            table.lengths.push(Vec::new());
+            table.joints.push(joint);
+            table.shape.push(Vec::new());
         }
         for (number, line) in lines {
             table
-                .add_row(line, links)
+                .add_row(line, joints)
                 .map_err(|problem| format!("line {number}: {problem}"))?;
         }
         match table.times.len() {
@@ -95,50 +95,50 @@ impl GaitTable {
         }
     }
 
-    fn add_row(&mut self, line: &str, links: &[Link]) -> Result<(), String> {
+    fn add_row(&mut self, line: &str, joints: &[Joint]) -> Result<(), String> {
         let numbers = line.split(',').map(str::trim).map(|word| {
             let number = word.parse::<f64>().ok().filter(|x| x.is_finite());
             number.ok_or_else(|| format!("\"{word}\" is not a number"))
         });
         let numbers: Vec<f64> = numbers.collect::<Result<_, _>>()?;
-        let expected = self.links.len() + 1;
+        let expected = self.joints.len() + 1;
         if numbers.len() != expected {
             return Err(format!(
                 "has {} columns instead of {expected}",
                 numbers.len()
             ));
         }
-        let (time, lengths) = (numbers[0], &numbers[1..]);
+        let (time, shape) = (numbers[0], &numbers[1..]);
         if let Some(before) = self.times.last().filter(|before| time <= **before) {
             return Err(format!("the time {time} is not after {before}"));
         }
         let is_bad =
-            |(link, value): &(&usize, &f64)| **value <= 0.0 && !links[**link].joint.is_angle();
-        if let Some((_, length)) = self.links.iter().zip(lengths).find(is_bad) {
+            |(joint, value): &(&usize, &f64)| **value <= 0.0 && !joints[**joint].kind.is_angle();
+        if let Some((_, length)) = self.joints.iter().zip(shape).find(is_bad) {
             return Err(format!("the length {length} is not positive"));
         }
         self.times.push(time);
-        for (column, length) in self.lengths.iter_mut().zip(lengths) {
+        for (column, length) in self.shape.iter_mut().zip(shape) {
             column.push(*length);
         }
         Ok(())
     }
 
-    /// Links and their lengths at the first time.
-    pub fn initial_lengths(&self) -> Vec<(usize, f64)> {
-        let first = self.lengths.iter().map(|column| column[0]);
-        self.links.iter().copied().zip(first).collect()
+    /// Joints and their values at the first time.
+    pub fn initial_shape(&self) -> Vec<(usize, f64)> {
+        let first = self.shape.iter().map(|column| column[0]);
+        self.joints.iter().copied().zip(first).collect()
     }
 
-    /// Whether the last row has the lengths of the first one.
+    /// Whether the last row has the values of the first one.
     pub fn is_closed(&self) -> bool {
-        (self.lengths.iter()).all(|column| column.first() == column.last())
+        (self.shape.iter()).all(|column| column.first() == column.last())
     }
 
     /// The largest length of a slide.
-    pub fn largest(&self, links: &[Link]) -> f64 {
-        (self.links.iter().zip(&self.lengths))
-            .filter(|(link, _)| !links[**link].joint.is_angle())
+    pub fn largest(&self, joints: &[Joint]) -> f64 {
+        (self.joints.iter().zip(&self.shape))
+            .filter(|(joint, _)| !joints[**joint].kind.is_angle())
             .flat_map(|(_, column)| column)
             .fold(0.0, |largest, length| length.max(largest))
     }
@@ -148,25 +148,28 @@ impl GaitTable {
         let is_periodic = self.interpolation == InterpolationKind::Cubic && self.is_closed();
         let bends: Vec<Vec<f64>> = match self.interpolation {
             InterpolationKind::Linear => Vec::new(),
-            InterpolationKind::Cubic | InterpolationKind::Corner => (self.lengths.iter())
+            InterpolationKind::Cubic | InterpolationKind::Corner => (self.shape.iter())
                 .map(|column| second_derivatives(&self.times, column, is_periodic))
                 .collect(),
         };
         let phase = |k: usize| {
             let duration = self.times[k + 1] - self.times[k];
-            let ends = self.links.iter().zip(&self.lengths);
+            let ends = self.joints.iter().zip(&self.shape);
             let path = match self.interpolation {
-                InterpolationKind::Linear => {
-                    LengthPath::Linear(ends.map(|(&link, column)| (link, column[k + 1])).collect())
-                }
+                InterpolationKind::Linear => ShapePath::Linear(
+                    ends.map(|(&joint, column)| (joint, column[k + 1]))
+                        .collect(),
+                ),
                 InterpolationKind::Cubic | InterpolationKind::Corner => {
-                    let pieces = ends.zip(&bends).map(|((&link, column), bend)| CubicLength {
-                        link,
-                        end: column[k + 1],
-                        square: 0.5 * duration * duration * bend[k],
-                        cube: duration * duration * (bend[k + 1] - bend[k]) / 6.0,
-                    });
-                    LengthPath::Cubic(pieces.collect())
+                    let pieces = ends
+                        .zip(&bends)
+                        .map(|((&joint, column), bend)| CubicLength {
+                            joint,
+                            end: column[k + 1],
+                            square: 0.5 * duration * duration * bend[k],
+                            cube: duration * duration * (bend[k + 1] - bend[k]) / 6.0,
+                        });
+                    ShapePath::Cubic(pieces.collect())
                 }
             };
             Phase { path, duration }

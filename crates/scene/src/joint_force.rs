@@ -1,6 +1,6 @@
 //! Forces on joints that oscillate in time.
 
-use crate::length_path::Sine;
+use crate::shape_path::Sine;
 
 /// A force on a passive joint, a torque for joints that turn:
 /// `amplitude sin(2 π order t / period + phase)` at the time `t`.
@@ -8,7 +8,7 @@ use crate::length_path::Sine;
 /// It acts in addition to the constant part, [`rigid::PassiveDrive::force`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointForce {
-    /// The link, with amplitude, phase and order; a positive force increases the value.
+    /// The joint, with amplitude, phase and order; a positive force increases the value.
     pub sine: Sine,
     /// Period of a term of the order one.
     pub period: f64,

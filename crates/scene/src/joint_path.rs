@@ -5,21 +5,21 @@ use std::sync::Arc;
 
 /// Values of joints along a phase, as smooth functions of the part `s` of the phase that is over.
 ///
-/// Corners belong at the ends of phases: [`LengthPath::Own`](crate::LengthPath::Own) is one phase,
+/// Corners belong at the ends of phases: [`ShapePath::Own`](crate::ShapePath::Own) is one phase,
 /// and a gait can have several.
 ///
 /// ```
 /// use std::f64::consts::PI;
 /// use std::sync::Arc;
 ///
-/// use scene::{Gait, JointPath, LengthPath, OwnPath, Phase, Scene};
+/// use scene::{Gait, JointPath, ShapePath, OwnPath, Phase, Scene};
 ///
 /// /// Two arms that close to 9 and open again, the right one later.
 /// #[derive(Debug)]
 /// struct Bump;
 ///
 /// impl JointPath for Bump {
-///     fn links(&self) -> Vec<usize> {
+///     fn joints(&self) -> Vec<usize> {
 ///         vec![0, 1]
 ///     }
 ///
@@ -37,10 +37,10 @@ use std::sync::Arc;
 ///     .sphere("left", 1.0, [-10.0, 0.0, 0.0])
 ///     .sphere("middle", 1.0, [0.0, 0.0, 0.0])
 ///     .sphere("right", 1.0, [10.0, 0.0, 0.0])
-///     .link("rear", "left", "middle")
-///     .link("front", "right", "middle")
+///     .slide("rear", "left", "middle")
+///     .slide("front", "right", "middle")
 ///     .build()?;
-/// let path = LengthPath::Own(OwnPath(Arc::new(Bump)));
+/// let path = ShapePath::Own(OwnPath(Arc::new(Bump)));
 /// let gait = Gait { cycles: 2, phases: vec![Phase { path, duration: 5.0 }] };
 /// // `swimmer::simulate` moves the bodies along it.
 /// let scene = scene.with_gait(gait)?;
@@ -48,10 +48,10 @@ use std::sync::Arc;
 /// # Ok::<(), scene::SceneError>(())
 /// ```
 pub trait JointPath: fmt::Debug + Send + Sync {
-    /// The links whose values change, each once.
-    fn links(&self) -> Vec<usize>;
+    /// The joints whose values change, each once.
+    fn joints(&self) -> Vec<usize>;
 
-    /// Values of these links at `s` in [0, 1]: lengths of slides, angles of others in radians.
+    /// Values of these joints at `s` in [0, 1]: lengths of slides, angles of others in radians.
     fn values(&self, s: f64) -> Vec<f64>;
 
     /// Derivatives of the values with respect to `s`.
@@ -69,40 +69,40 @@ impl PartialEq for OwnPath {
 }
 
 impl OwnPath {
-    /// Enters the values at `s` into the list of all links.
+    /// Enters the values at `s` into the list of all joints.
     pub(crate) fn enter_values(&self, s: f64, all: &mut [f64]) {
-        enter(&self.0.links(), self.0.values(s), all);
+        enter(&self.0.joints(), self.0.values(s), all);
     }
 
-    /// Enters the derivatives at `s`, times a factor, into the list of all links.
+    /// Enters the derivatives at `s`, times a factor, into the list of all joints.
     pub(crate) fn enter_derivatives(&self, s: f64, factor: f64, all: &mut [f64]) {
         let derivatives = self.0.derivatives(s).into_iter();
-        enter(&self.0.links(), derivatives.map(|d| factor * d), all);
+        enter(&self.0.joints(), derivatives.map(|d| factor * d), all);
     }
 
-    /// What is wrong with a path that begins at the values `from` of all links.
+    /// What is wrong with a path that begins at the values `from` of all joints.
     pub(crate) fn problem(&self, from: &[f64]) -> Option<String> {
-        let links = self.0.links();
+        let joints = self.0.joints();
         for s in [0.0, 0.5, 1.0] {
             for (what, list) in [
                 ("values", self.0.values(s)),
                 ("derivatives", self.0.derivatives(s)),
             ] {
-                if list.len() != links.len() || !list.iter().all(|x| x.is_finite()) {
+                if list.len() != joints.len() || !list.iter().all(|x| x.is_finite()) {
                     return Some(format!(
                         "has {} {what} at s = {s}, not all finite or not one for each of {} links",
                         list.len(),
-                        links.len()
+                        joints.len()
                     ));
                 }
             }
         }
-        let starts = links.iter().zip(self.0.values(0.0));
-        for (&link, start) in starts {
-            if (start - from[link]).abs() > CONTINUITY * from[link].abs().max(1.0) {
+        let starts = joints.iter().zip(self.0.values(0.0));
+        for (&joint, start) in starts {
+            if (start - from[joint]).abs() > CONTINUITY * from[joint].abs().max(1.0) {
                 return Some(format!(
-                    "begins with {start} for link {link}, but the value before it is {}",
-                    from[link]
+                    "begins with {start} for link {joint}, but the value before it is {}",
+                    from[joint]
                 ));
             }
         }
@@ -114,24 +114,24 @@ impl OwnPath {
 /// was written and read.
 const CONTINUITY: f64 = 1e-9;
 
-fn enter(links: &[usize], values: impl IntoIterator<Item = f64>, all: &mut [f64]) {
-    for (&link, value) in links.iter().zip(values) {
-        all[link] = value;
+fn enter(joints: &[usize], values: impl IntoIterator<Item = f64>, all: &mut [f64]) {
+    for (&joint, value) in joints.iter().zip(values) {
+        all[joint] = value;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gait::{Gait, Phase, legs};
-    use crate::length_path::LengthPath;
+    use crate::gait::{Gait, Phase, spans};
+    use crate::shape_path::ShapePath;
 
     /// A straight line from 10 to an end.
     #[derive(Debug)]
     struct Line(f64);
 
     impl JointPath for Line {
-        fn links(&self) -> Vec<usize> {
+        fn joints(&self) -> Vec<usize> {
             vec![1]
         }
 
@@ -145,7 +145,7 @@ mod tests {
     }
 
     fn gait(cycles: u32, end: f64) -> Gait {
-        let path = LengthPath::Own(OwnPath(Arc::new(Line(end))));
+        let path = ShapePath::Own(OwnPath(Arc::new(Line(end))));
         Gait {
             cycles,
             phases: vec![Phase {
@@ -156,20 +156,20 @@ mod tests {
     }
 
     #[test]
-    fn a_path_of_a_program_is_a_leg() {
-        let leg = legs(&gait(1, 6.0), &[3.0, 10.0]).unwrap().next().unwrap();
-        assert_eq!(leg.links, [1]);
+    fn a_path_of_a_program_is_a_span() {
+        let span = spans(&gait(1, 6.0), &[3.0, 10.0]).unwrap().next().unwrap();
+        assert_eq!(span.joints, [1]);
         assert_eq!(
-            (leg.lengths(0.5), leg.rates(0.5)),
+            (span.shape(0.5), span.rates(0.5)),
             (vec![3.0, 8.0], vec![0.0, -2.0])
         );
-        assert_eq!((&leg.to[..], leg.is_linear()), (&[3.0, 6.0][..], false));
-        assert_eq!(leg.ranges(), [(3.0, 3.0), (6.0, 10.0)]);
+        assert_eq!((&span.to[..], span.is_linear()), (&[3.0, 6.0][..], false));
+        assert_eq!(span.ranges(), [(3.0, 3.0), (6.0, 10.0)]);
     }
 
     #[test]
-    fn jumps_and_wrong_links_are_refused() {
-        let problem = |gait: &Gait, initial: &[f64]| match legs(gait, initial) {
+    fn jumps_and_wrong_joints_are_refused() {
+        let problem = |gait: &Gait, initial: &[f64]| match spans(gait, initial) {
             Err(error) => error.to_string(),
             Ok(_) => panic!("{initial:?}"),
         };

@@ -20,14 +20,14 @@ mod gait_table;
 mod joint_force;
 mod joint_path;
 pub mod keys;
-mod leg;
-mod length_path;
 mod nearest;
 mod options;
 mod output_words;
+mod phase_span;
 mod read;
 mod scene;
 mod shape;
+mod shape_path;
 mod shape_surface;
 mod spline;
 mod support;
@@ -45,18 +45,18 @@ pub use document::Document;
 pub use domain::Domain;
 pub use error::SceneError;
 pub use flow::{Background, Slip};
-pub use gait::{Gait, Phase, legs};
+pub use gait::{Gait, Phase, spans};
 pub use joint_force::JointForce;
 pub use joint_path::{JointPath, OwnPath};
-pub use leg::Leg;
-pub use length_path::{CubicLength, LengthPath, Sine};
 pub use options::{FemOptions, ModelOptions};
 pub use output_words::FlowsKind;
+pub use phase_span::PhaseSpan;
 pub use scene::Scene;
 pub use shape::Shape;
+pub use shape_path::{CubicLength, ShapePath, Sine};
 pub use surface_shape::SurfaceShape;
 pub use words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FormulationKind, GaitKind,
-    GeometryKind, InterpolationKind, MeshMotionKind, MesherKind, MirrorKind, ModelKind, ShapeKind,
-    SolverKind, SurfaceKind,
+    GeometryKind, InterpolationKind, MeshMotionKind, MesherKind, ModelKind, ShapeKind, SolverKind,
+    SurfaceKind, SymmetryKind,
 };

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::output_words::FlowsKind;
 use crate::words::{
     AcceptKind, EstimatesKind, FormulationKind, GeometryKind, MeshMotionKind, MesherKind,
-    MirrorKind, ModelKind, SolverKind,
+    ModelKind, SolverKind, SymmetryKind,
 };
 
 /// Options of the flow model: the group `model` of a scene file.
@@ -37,7 +37,7 @@ impl Default for ModelOptions {
 #[serde(default)]
 #[non_exhaustive]
 pub struct FemOptions {
-    /// Method by which the constraints of the links are imposed.
+    /// Method by which the constraints of the joints are imposed.
     pub formulation: FormulationKind,
     /// Solver of the linear systems.
     pub solver: SolverKind,
@@ -64,7 +64,7 @@ pub struct FemOptions {
     /// Program that meshes the fluid again inside the walls of a mesh file.
     pub mesher: MesherKind,
     /// Whether symmetry planes are used.
-    pub mirror: MirrorKind,
+    pub symmetry: SymmetryKind,
     /// Flows that a run writes for ParaView.
     pub flows: FlowsKind,
 }
@@ -84,7 +84,7 @@ impl Default for FemOptions {
             geometry: GeometryKind::default(),
             mesh_motion: MeshMotionKind::default(),
             mesher: MesherKind::default(),
-            mirror: MirrorKind::default(),
+            symmetry: SymmetryKind::default(),
             flows: FlowsKind::default(),
         }
     }

@@ -1,7 +1,7 @@
-//! A scene: fluid, domain, bodies, links, gait, and the options of the computation.
+//! A scene: fluid, domain, bodies, joints, gait, and the options of the computation.
 
 use nalgebra::Vector3;
-use rigid::{Articulation, Joint, State};
+use rigid::{Articulation, JointKind, State};
 
 use crate::body::Body;
 use crate::design::{JointValues, LearnOptions, OptimiseOptions};
@@ -13,10 +13,10 @@ use crate::gait::Gait;
 use crate::gait_table::GaitTable;
 use crate::joint_force::JointForce;
 use crate::options::{FemOptions, ModelOptions};
-use crate::read::design::by_link;
+use crate::read::design::by_joint;
 use crate::shape::Shape;
 
-/// A scene that passed all checks: fluid, domain, bodies, links, gait and options.
+/// A scene that passed all checks: fluid, domain, bodies, joints, gait and options.
 ///
 /// The fields are private, so that a scene stays checked: methods such as [`Scene::with_fem`] check
 /// the values that they change.
@@ -86,7 +86,7 @@ impl Scene {
     /// Whether surfaces have velocities relative to their bodies or to the fluid: slip of some
     /// body, or a background flow.
     ///
-    /// Velocities at constant lengths of the links are then not zero.
+    /// Velocities at a constant shape are then not zero.
     pub fn has_surface_velocity(&self) -> bool {
         self.background.is_some() || self.bodies.iter().any(|body| body.slip.is_some())
     }
@@ -101,34 +101,34 @@ impl Scene {
         &self.bodies
     }
 
-    /// Bodies and links as one articulation, in the order of the file.
+    /// Bodies and joints as one articulation, in the order of the file.
     pub fn articulation(&self) -> &Articulation {
         &self.articulation
     }
 
     /// Forces on passive joints at a time, in addition to those of their constant drives, in the
-    /// order of [`Articulation::passive_links`]; `None` if none oscillate.
+    /// order of [`Articulation::passive_drives`]; `None` if none oscillate.
     pub fn joint_forces(&self, time: f64) -> Option<Vec<f64>> {
         if self.joint_forces.is_empty() {
             return None;
         }
-        let force = |link: usize| -> f64 {
-            let of_link = self.joint_forces.iter().filter(|f| f.sine.link == link);
-            of_link.map(|force| force.at(time)).sum()
+        let force = |joint: usize| -> f64 {
+            let of_joint = self.joint_forces.iter().filter(|f| f.sine.joint == joint);
+            of_joint.map(|force| force.at(time)).sum()
         };
         Some(
             self.articulation
-                .passive_links()
-                .map(|(link, _)| force(link))
+                .passive_drives()
+                .map(|(joint, _)| force(joint))
                 .collect(),
         )
     }
 
-    /// Names of links, joined by ` + `; `constant lengths` without links.
-    pub fn link_names(&self, links: &[usize]) -> String {
-        let all = self.articulation.links();
-        let names: Vec<&str> = (links.iter().filter_map(|&link| all.get(link)))
-            .map(|link| &link.name[..])
+    /// Names of joints, joined by ` + `; `constant lengths` without joints.
+    pub fn joint_names(&self, joints: &[usize]) -> String {
+        let all = self.articulation.joints();
+        let names: Vec<&str> = (joints.iter().filter_map(|&joint| all.get(joint)))
+            .map(|joint| &joint.name[..])
             .collect();
         match names.is_empty() {
             true => "constant lengths".to_owned(),
@@ -136,7 +136,7 @@ impl Scene {
         }
     }
 
-    /// Gait: the change of the link lengths in time.
+    /// Gait: the change of the shape in time.
     pub fn gait(&self) -> &Gait {
         &self.gait
     }
@@ -166,16 +166,16 @@ impl Scene {
         &self.learn
     }
 
-    /// Values of joints by link; none for links without a value.
+    /// Values in the order of the joints; none for joints without a value.
     ///
     /// # Errors
-    /// [`SceneError::BadValue`] for values of other links, which those of a checked scene are not.
+    /// [`SceneError::BadValue`] for values of other joints, which those of a checked scene are not.
     pub fn joint_values(
         &self,
         key: &str,
         values: &JointValues,
     ) -> Result<Vec<Option<f64>>, SceneError> {
-        by_link(values, self.articulation.links()).map_err(|problem| SceneError::BadValue {
+        by_joint(values, self.articulation.joints()).map_err(|problem| SceneError::BadValue {
             place: self.place(key),
             key: key.to_owned(),
             problem,
@@ -233,10 +233,10 @@ impl Scene {
 
     /// Whether the flow determines the values of some joints.
     pub fn has_passive_joints(&self) -> bool {
-        let links = self.articulation.links();
-        links
+        let joints = self.articulation.joints();
+        joints
             .iter()
-            .any(|link| link.is_passive() || matches!(link.joint, Joint::Ball { .. }))
+            .any(|joint| joint.is_passive() || matches!(joint.kind, JointKind::Ball { .. }))
     }
 
     /// Whether external forces or torques act on the bodies.
@@ -249,7 +249,7 @@ impl Scene {
     /// Whether the motion depends on the values that the gait prescribes alone.
     ///
     /// This holds for one linkage in unbounded fluid at rest, without loads, slip and passive
-    /// joints. With slip, the motion also depends on the speed at which the lengths change.
+    /// joints. With slip, the motion also depends on the speed at which the shape changes.
     pub fn is_free(&self) -> bool {
         self.domain == Domain::Unbounded && self.is_driven_by_shape()
     }

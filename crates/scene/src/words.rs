@@ -28,7 +28,7 @@ words!(
     ShapeKind,
     SurfaceKind,
     ArmsKind,
-    JointKind,
+    JointWord,
     DriveKind,
     GaitKind,
     InterpolationKind,
@@ -39,7 +39,7 @@ words!(
     MeshMotionKind,
     MesherKind,
     GeometryKind,
-    MirrorKind,
+    SymmetryKind,
     EstimatesKind
 );
 
@@ -149,11 +149,11 @@ pub enum GaitKind {
     Phases,
     /// Sums of sines.
     Harmonic,
-    /// A file with times and lengths.
+    /// A file with times and joint values.
     Table,
 }
 
-/// Interpolation of the lengths between the rows of a table.
+/// Interpolation of the values between the rows of a table.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
 )]
@@ -185,13 +185,13 @@ pub enum ArmsKind {
     Lab,
 }
 
-/// Relative motion that a link allows.
+/// Relative motion that a joint allows.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
 )]
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
-pub enum JointKind {
+pub enum JointWord {
     /// The distance of the two centres changes along their line.
     #[default]
     Slide,
@@ -261,7 +261,7 @@ pub enum AcceptKind {
     Best,
 }
 
-/// Method by which the finite-element model imposes the constraints of the links.
+/// Method by which the finite-element model imposes the constraints of the joints.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
 )]
@@ -354,7 +354,7 @@ pub enum GeometryKind {
 )]
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
-pub enum MirrorKind {
+pub enum SymmetryKind {
     /// The whole fluid is meshed.
     Off,
     /// One side of each symmetry plane is meshed.

@@ -3,22 +3,22 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use rigid::{Joint, JointDrive, Link};
+use rigid::{Joint, JointDrive, JointKind};
 
 use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::file::{
     BackgroundFile, BodyFile, DomainFile, FluidFile, ForceFile, GaitFile, HarmonicFile,
-    HarmonicForceFile, LinkFile, PhaseFile, SceneFile, SlipFile,
+    HarmonicForceFile, JointFile, PhaseFile, SceneFile, SlipFile,
 };
 use crate::file_names::seen_from;
 use crate::flow::Background;
 use crate::gait::Phase;
-use crate::length_path::{LengthPath, Sine};
 use crate::scene::Scene;
 use crate::shape::Shape;
-use crate::words::{DriveKind, GaitKind, JointKind};
+use crate::shape_path::{ShapePath, Sine};
+use crate::words::{DriveKind, GaitKind, JointWord};
 
 impl Scene {
     /// The scene as TOML with every key written out, overrides and defaults included.
@@ -48,7 +48,7 @@ impl Scene {
     }
 
     fn checked_file(&self) -> Result<SceneFile, SceneError> {
-        let is_own = |phase: &Phase| matches!(phase.path, LengthPath::Own(_));
+        let is_own = |phase: &Phase| matches!(phase.path, ShapePath::Own(_));
         if self.gait.phases.iter().any(is_own) {
             return Err(SceneError::NotApplicable {
                 place: self.place("gait"),
@@ -62,7 +62,7 @@ impl Scene {
 }
 
 fn scene_file(scene: &Scene) -> SceneFile {
-    let links = scene.articulation.links();
+    let joints = scene.articulation.joints();
     let name = |body: usize| scene.bodies[body].name.clone();
     SceneFile {
         fluid: FluidFile {
@@ -73,17 +73,17 @@ fn scene_file(scene: &Scene) -> SceneFile {
         background: scene.background.as_ref().map(background_file),
         domain: domain_file(&scene.domain),
         bodies: scene.bodies.iter().map(body_file).collect(),
-        links: links
+        links: joints
             .iter()
             .enumerate()
-            .map(|(number, link)| {
-                let mut file = link_file(link);
-                (file.body, file.to) = (Some(name(link.body)), Some(name(link.to)));
+            .map(|(number, joint)| {
+                let mut file = joint_file(joint);
+                (file.body, file.to) = (Some(name(joint.body)), Some(name(joint.to)));
                 let mut forces = scene.joint_forces.iter();
-                if let Some(force) = forces.find(|force| force.sine.link == number) {
+                if let Some(force) = forces.find(|force| force.sine.joint == number) {
                     file.drive = Some(DriveKind::Force);
                     file.force = Some(ForceFile::Harmonic(HarmonicForceFile {
-                        mean: link.passive_drive().map_or(0.0, |drive| drive.force),
+                        mean: joint.passive_drive().map_or(0.0, |drive| drive.force),
                         amplitude: Some(force.sine.amplitude),
                         phase: force.sine.phase,
                         order: force.sine.order,
@@ -102,8 +102,8 @@ fn scene_file(scene: &Scene) -> SceneFile {
 }
 
 fn gait_file(scene: &Scene) -> GaitFile {
-    let (gait, links) = (&scene.gait, scene.articulation.links());
-    let name = |link: usize| links[link].name.clone();
+    let (gait, joints) = (&scene.gait, scene.articulation.joints());
+    let name = |joint: usize| joints[joint].name.clone();
     let mut file = GaitFile {
         arms: scene.articulation.arms().into(),
         cycles: gait.cycles,
@@ -122,29 +122,29 @@ fn gait_file(scene: &Scene) -> GaitFile {
             ..PhaseFile::default()
         };
         match &phase.path {
-            LengthPath::Linear(changes) => match changes[..] {
+            ShapePath::Linear(changes) => match changes[..] {
                 [] => {}
-                [(link, length)] => {
-                    phase_file.link = Some(name(link));
+                [(joint, length)] => {
+                    phase_file.link = Some(name(joint));
                     phase_file.length = Some(length);
                 }
                 _ => {
-                    let targets = changes.iter().map(|&(link, length)| (name(link), length));
+                    let targets = changes.iter().map(|&(joint, length)| (name(joint), length));
                     phase_file.targets = Some(targets.collect());
                 }
             },
             // Cubic phases are from a table, and scenes with own paths are not written.
-            LengthPath::Cubic(_) | LengthPath::Own(_) => {}
-            LengthPath::Harmonic { sines, .. } => {
-                let at_start = |link: usize| -> f64 {
-                    let terms = sines.iter().filter(|sine| sine.link == link);
+            ShapePath::Cubic(_) | ShapePath::Own(_) => {}
+            ShapePath::Harmonic { sines, .. } => {
+                let at_start = |joint: usize| -> f64 {
+                    let terms = sines.iter().filter(|sine| sine.joint == joint);
                     terms.map(|sine| sine.at(0.0)).sum()
                 };
                 let sine_file = |sine: &Sine| HarmonicFile {
-                    link: Some(name(sine.link)),
+                    link: Some(name(sine.joint)),
                     // Slides start where the bodies are, joints that turn from their angles.
-                    mean: (links[sine.link].joint.is_angle()).then(|| {
-                        scene.articulation.initial_lengths()[sine.link] - at_start(sine.link)
+                    mean: (joints[sine.joint].kind.is_angle()).then(|| {
+                        scene.articulation.initial_shape()[sine.joint] - at_start(sine.joint)
                     }),
                     amplitude: Some(sine.amplitude),
                     phase: sine.phase,
@@ -160,34 +160,34 @@ fn gait_file(scene: &Scene) -> GaitFile {
     file
 }
 
-/// The keys of a link, without those of its bodies.
-pub(crate) fn link_file(link: &Link) -> LinkFile {
-    let mut file = LinkFile {
-        name: Some(link.name.clone()),
-        ..LinkFile::default()
+/// The keys of a joint, without those of its bodies.
+pub(crate) fn joint_file(joint: &Joint) -> JointFile {
+    let mut file = JointFile {
+        name: Some(joint.name.clone()),
+        ..JointFile::default()
     };
-    match link.joint {
-        Joint::Slide => {}
-        Joint::Fixed => file.joint = JointKind::Fixed,
-        Joint::Ball { pivot } => {
-            (file.joint, file.pivot) = (JointKind::Ball, Some(pivot.into()));
+    match joint.kind {
+        JointKind::Slide => {}
+        JointKind::Fixed => file.joint = JointWord::Fixed,
+        JointKind::Ball { pivot } => {
+            (file.joint, file.pivot) = (JointWord::Ball, Some(pivot.into()));
         }
-        Joint::Turn {
+        JointKind::Turn {
             axis,
             pivot,
             advance,
         } => {
             (file.axis, file.pivot) = (Some(axis.into()), Some(pivot.into()));
-            file.joint = JointKind::Hinge;
+            file.joint = JointWord::Hinge;
             if advance != 0.0 {
-                (file.joint, file.pitch) = (JointKind::Screw, Some(TAU * advance));
+                (file.joint, file.pitch) = (JointWord::Screw, Some(TAU * advance));
             }
         }
     }
-    let JointDrive::Passive(passive) = link.drive else {
+    let JointDrive::Passive(passive) = joint.drive else {
         return file;
     };
-    if !link.joint.has_value() {
+    if !joint.kind.has_value() {
         return file;
     }
     file.damping = Some(passive.damping);

@@ -7,8 +7,8 @@ use mesh::{NamedSurface, Surface, TetMesh};
 use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
 use rigid::{
-    Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, Formulation,
-    Lagrange, Link,
+    Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, Formulation, Joint,
+    Lagrange,
 };
 use stokes::{Options, Problem};
 
@@ -52,10 +52,10 @@ fn ball_mesh(size: f64) -> TetMesh {
 
 fn formulations(criterion: &mut Criterion) {
     let centres = spheres().map(|sphere| sphere.centre);
-    let link = |body: usize| Link::slide(NAMES[body], body, 1);
+    let joint = |body: usize| Joint::slide(NAMES[body], body, 1);
     let set = Articulation::new(
         &[BodyKind::Rigid; 3],
-        vec![link(0), link(2)],
+        vec![joint(0), joint(2)],
         Arms::Clamped,
         &centres,
     )
@@ -64,7 +64,7 @@ fn formulations(criterion: &mut Criterion) {
     let drive = Drive {
         set: &set,
         constraints: &set
-            .constraints(&set.initial_state(), set.initial_lengths(), &[-1.0, 0.0])
+            .constraints(&set.initial_state(), set.initial_shape(), &[-1.0, 0.0])
             .expect("a chain has no loop"),
         loads: &[ExternalLoad::default(); 3],
     };

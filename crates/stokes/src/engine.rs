@@ -10,7 +10,7 @@ use fem::SurplusSpace;
 /// Selected by [`Options::with_engine`]. An engine is a unit struct or a static; what it needs at
 /// run time, such as a communicator, it finds itself.
 pub trait Engine: Sync {
-    /// Solutions for drives that differ only in the rates of the links.
+    /// Solutions for drives that differ only in the rates of the joints.
     ///
     /// Errors are estimated if `surplus`, the hierarchical surplus space of the mesh, is given
     /// ([`Problem::estimate_part`]).

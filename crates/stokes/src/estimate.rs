@@ -89,7 +89,7 @@ pub struct Estimator<'a> {
     pub equations: Equations<'a>,
     /// Straight facets on curved boundaries; empty where facets are curved.
     pub facet_geometry: &'a FacetGeometry<'a>,
-    /// Bodies, links and loads; the rates of the links are not used.
+    /// Bodies, joints and loads; the rates of the joints are not used.
     pub drive: &'a Drive<'a>,
     /// Relative residual to which systems are solved, if not as the uncertainty requires.
     pub rtol: Option<f64>,

@@ -8,7 +8,7 @@ use crate::Engine;
 #[derive(Clone, Copy)]
 #[non_exhaustive]
 pub struct Options {
-    /// How the constraints of the links enter the system.
+    /// How the constraints of the joints enter the system.
     pub formulation: &'static dyn Formulation,
     /// How the linear system is solved.
     pub solver: Solver,

@@ -16,7 +16,7 @@ use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow};
 ///
 /// The problem contains everything that does not depend on the motion of the bodies: which parts
 /// of the boundary are bodies and walls, and the centres of the bodies. A [`Drive`] moves the
-/// bodies: their links, the rates of the links and external loads. Names of boundary parts are
+/// bodies: their joints, the rates of the joints and external loads. Names of boundary parts are
 /// resolved once, in [`Problem::new`].
 ///
 /// ```

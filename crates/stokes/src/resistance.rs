@@ -11,7 +11,7 @@ use crate::linear::MAX_COLUMNS;
 use crate::problem::Problem;
 
 impl Problem<'_> {
-    /// Grand resistance and mobility matrices of the bodies without links.
+    /// Grand resistance and mobility matrices of the bodies without joints.
     ///
     /// `F = R U` with six entries per body: `(U, ω)` and `(F, T)`.
     ///

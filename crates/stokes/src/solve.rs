@@ -130,14 +130,14 @@ impl Problem<'_> {
         Ok(solutions.swap_remove(0))
     }
 
-    /// Solves for several drives that differ only in the rates of the links.
+    /// Solves for several drives that differ only in the rates of the joints.
     ///
     /// Discretisation errors are estimated if `surplus`, the hierarchical surplus space of the
     /// mesh, is given. All drives share one matrix and one preconditioner,
     /// whose time is counted for the first solution.
     ///
     /// # Errors
-    /// Those of [`Problem::assemble`]; drives with other links, lengths or loads than the first;
+    /// Those of [`Problem::assemble`]; drives with other joints, values or loads than the first;
     /// [`StokesError::Linalg`] without convergence.
     pub fn solve_all(
         &self,

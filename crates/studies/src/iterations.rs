@@ -201,12 +201,12 @@ fn solve(scene: &str, rtol: f64) -> Result<InstantaneousSolution> {
 fn floor(scene: &str) -> Result<Option<usize>> {
     let scene = Scene::parse(&format!("fem.mirror = \"off\"\n{scene}"))?;
     let state = scene.initial_state();
-    let lengths = scene.articulation().initial_lengths();
+    let shape = scene.articulation().initial_shape();
     let configuration = Configuration {
         state: &state,
-        lengths,
+        shape,
     };
-    let mut rates = vec![0.0; lengths.len()];
+    let mut rates = vec![0.0; shape.len()];
     if let Some(first) = rates.first_mut() {
         *first = -1.0;
     }

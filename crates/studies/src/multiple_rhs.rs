@@ -49,7 +49,7 @@ fn of_size(size: f64) -> Result<Row> {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: &[],
+        shape: &[],
     };
     let constrained = FemModel::new(&scene)?.system(configuration, &[], &Independent)?;
     let mut preconditioner = constrained.preconditioner()?;

@@ -54,14 +54,14 @@ tr.bad td:last-child { color: var(--bad); }
 /// HTML text of a page, without references to other files.
 pub fn html(title: &str, parts: &[Part]) -> String {
     let mut body = String::new();
-    let mut links = String::new();
+    let mut joints = String::new();
     let mut anchors = 0;
     // Writing to a String cannot fail.
     for part in parts {
         let _ = match part {
             Part::Heading(text) => {
                 anchors += 1;
-                let _ = write!(links, "<a href=\"#s{anchors}\">{}</a>", escape(text));
+                let _ = write!(joints, "<a href=\"#s{anchors}\">{}</a>", escape(text));
                 writeln!(body, "<h2 id=\"s{anchors}\">{}</h2>", escape(text))
             }
             Part::Text(text) => writeln!(body, "<p>{}</p>", escape(text)),
@@ -105,7 +105,7 @@ pub fn html(title: &str, parts: &[Part]) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n\
-         <body>\n<h1>{title}</h1>\n<nav>{links}</nav>\n{body}</body>\n</html>\n"
+         <body>\n<h1>{title}</h1>\n<nav>{joints}</nav>\n{body}</body>\n</html>\n"
     )
 }
 
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_page_escapes_text_marks_failures_and_links_headings() {
+    fn a_page_escapes_text_marks_failures_and_joints_headings() {
         let page = html(
             "a < b",
             &[

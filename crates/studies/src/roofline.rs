@@ -10,12 +10,15 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Result;
-use linalg::roofline::visit_kernels;
+use linalg::{
+    BlockTriangular, CyclePart, LevelSize, LinearOperator, MassInverse, OrthonormalBasis,
+    Preconditioner, SaddleSystem,
+};
 use mesh::{NamedSurface, TetMesh};
 use mesher::{Container, GenerateParams, MeshedBody, Sphere};
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use rigid::{Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, Link};
+use rigid::{Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, Joint};
 use stokes::Problem;
 
 use crate::{folder, machine};
@@ -31,6 +34,13 @@ const RUNS: usize = 12;
 
 /// Element sizes on the spheres: about 100 000, 500 000 and 970 000 dofs.
 const SIZES: [f64; 3] = [0.4, 0.19, 0.14];
+
+/// Basis vectors in the measured Gram-Schmidt step: the mean over a solve of about twenty
+/// iterations.
+const BASIS: usize = 10;
+
+/// Chebyshev steps on the pressure mass matrix in the preconditioner.
+const MASS_STEPS: usize = 3;
 
 const NAMES: [&str; 3] = ["left", "centre", "right"];
 
@@ -92,9 +102,7 @@ fn measure(system: &Constrained, threads: usize, rows: &mut Vec<Row>) -> Result<
         stream.triad(&mut c)
     });
     drop(c);
-    visit_kernels(&system.system, &mut preconditioner, &mut |kernel, run| {
-        row(kernel.name, kernel.bytes, kernel.runs, run);
-    });
+    visit_kernels(&system.system, &mut preconditioner, &mut row)?;
     let rows = &mut rows[first..];
     let best = rows.iter().map(|row| row.stream).fold(0.0, f64::max);
     rows.iter_mut().for_each(|row| row.stream = best);
@@ -155,6 +163,173 @@ impl Stream {
     }
 }
 
+/// Receives the name of a kernel, the bytes that it must read or write once (a cache line that is
+/// overwritten counts once, as in STREAM), its runs per iteration (zero for sums of other kernels),
+/// and a function that runs it.
+type Measure<'a> = dyn FnMut(&str, usize, f64, &mut dyn FnMut()) + 'a;
+
+/// Passes every kernel of an iteration of FGMRES to `measure`.
+///
+/// The ratio of bytes to time should equal the memory bandwidth: nothing else should limit a
+/// kernel.
+fn visit_kernels(
+    system: &SaddleSystem,
+    preconditioner: &mut BlockTriangular,
+    measure: &mut Measure,
+) -> Result<()> {
+    let dofs = system.rows();
+    let x: Vec<f64> = (0..dofs).map(|i| (i as f64).sin()).collect();
+    let mut y = vec![0.0; dofs];
+    let a = system.velocity_block();
+    let (nodes, vertices) = (a.nodes(), system.pressure_range().len());
+    let stiffness = a.stiffness().nnz() * 12 + nodes * 8;
+    // the matrix and its transpose have the same nonzeros, and one row pointer per row
+    let entries = system.divergence().nnz() * 28;
+    let (divergence, gradient) = (entries + vertices * 8, entries + nodes * 8);
+    let vectors = 24 * nodes + 8 * vertices;
+    let (u, v) = (&x[system.velocity_range()], &x[system.border_range()]);
+    let p = &x[system.pressure_range()];
+    measure(
+        "K, three components, f64",
+        stiffness + 48 * nodes,
+        1.0,
+        &mut || {
+            a.apply(&x[..a.cols()], &mut y[..a.rows()]);
+        },
+    );
+    measure("B, f64", divergence + vectors, 1.0, &mut || {
+        system.apply_divergence(u, v, &mut y[..vertices]);
+    });
+    measure("B^T, f64", gradient + vectors, 2.0, &mut || {
+        system.apply_gradient(p, &mut y[..3 * nodes]);
+    });
+    visit_cycle(preconditioner, measure);
+    let mut mass = MassInverse::new(system.pressure_mass(), MASS_STEPS)?;
+    let pass = 12 * system.pressure_mass().nnz() + (8 + 4 * 8) * vertices;
+    let mass_bytes = (MASS_STEPS - 1) * pass + 24 * vertices;
+    let (r, mut z) = (vec![1.0; vertices], vec![0.0; vertices]);
+    measure(
+        "mass matrix, three steps, f64",
+        mass_bytes,
+        1.0,
+        &mut || {
+            mass.apply(&r, &mut z);
+        },
+    );
+    visit_orthogonalisation(dofs, system.residual_weights(), measure);
+    measure("y + alpha x", 24 * dofs, 0.0, &mut || add(1e-9, &x, &mut y));
+    let whole = stiffness + divergence + gradient + 16 * dofs;
+    measure("whole operator", whole, 0.0, &mut || {
+        system.apply(&x, &mut y)
+    });
+    let cycle = cycle_bytes(preconditioner.velocity().level_sizes());
+    let whole = cycle + mass_bytes + gradient + 16 * dofs;
+    measure("whole preconditioner", whole, 0.0, &mut || {
+        preconditioner.apply(&x, &mut y);
+    });
+    Ok(())
+}
+
+/// Bytes of one smoothing step: the matrix, three vectors, the diagonal.
+fn smoothing_bytes(level: &LevelSize) -> usize {
+    8 * level.nnz + level.nodes * (8 + 48 + 4)
+}
+
+/// Bytes of a residual and its restriction to the next level.
+fn restriction_bytes(level: &LevelSize, coarse: &LevelSize) -> usize {
+    let residual = 8 * level.nnz + level.nodes * (8 + 48);
+    residual + 8 * level.prolongation_nnz + 16 * level.nodes + 24 * coarse.nodes
+}
+
+/// Bytes of a prolongation from the next level.
+fn prolongation_bytes(level: &LevelSize, coarse: &LevelSize) -> usize {
+    8 * level.prolongation_nnz + level.nodes * (8 + 32) + 16 * coarse.nodes
+}
+
+/// Bytes of a cycle on levels, input and output included.
+fn cycle_bytes(levels: &[LevelSize]) -> usize {
+    levels_bytes(levels) + levels.first().map_or(0, |finest| 2 * 40 * finest.nodes)
+}
+
+fn levels_bytes(levels: &[LevelSize]) -> usize {
+    let pairs = levels.windows(2).map(|pair| (&pair[0], &pair[1]));
+    let bytes = pairs.map(|(level, coarse)| {
+        (2 * level.sweeps - 1) * smoothing_bytes(level)
+            + restriction_bytes(level, coarse)
+            + prolongation_bytes(level, coarse)
+    });
+    bytes.sum()
+}
+
+/// The parts of the V-cycle.
+fn visit_cycle(preconditioner: &mut BlockTriangular, measure: &mut Measure) {
+    let levels = preconditioner.velocity().level_sizes().to_vec();
+    let [fine, coarse, ..] = &levels[..] else {
+        return;
+    };
+    let smoothing_steps = (2 * fine.sweeps - 1) as f64;
+    for (part, name, bytes, runs) in [
+        (
+            CyclePart::SmoothingStep,
+            "smoothing step, f32",
+            smoothing_bytes(fine),
+            smoothing_steps,
+        ),
+        (
+            CyclePart::Restriction,
+            "residual and its restriction, f32",
+            restriction_bytes(fine, coarse),
+            1.0,
+        ),
+        (
+            CyclePart::Prolongation,
+            "prolongation, f32",
+            prolongation_bytes(fine, coarse),
+            1.0,
+        ),
+        (
+            CyclePart::CoarserLevels,
+            "coarser levels, f32",
+            levels_bytes(&levels[1..]),
+            1.0,
+        ),
+    ] {
+        measure(name, bytes, runs, &mut || {
+            preconditioner.velocity_mut().run_part(part);
+        });
+    }
+}
+
+/// The orthogonalisation of a vector of length `n` against [`BASIS`] others.
+///
+/// For a solve to 1e-8 a third of the vectors is stored in f64, the others in f32.
+fn visit_orthogonalisation(n: usize, weights: Option<&[f32]>, measure: &mut Measure) {
+    let mut w: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
+    let mut h = vec![0.0; BASIS];
+    for (single, name, share) in [
+        (false, "Gram-Schmidt against ten, f64", 1.0 / 3.0),
+        (true, "Gram-Schmidt against ten, f32", 2.0 / 3.0),
+    ] {
+        let mut basis = OrthonormalBasis::new(weights);
+        for j in 0..BASIS {
+            // nearly orthogonal to the measured vector, so that one round is enough
+            let sparse: Vec<f64> = (0..n).map(|i| f64::from(i % BASIS == j)).collect();
+            basis.store(j, &sparse, n as f64, single);
+        }
+        let vectors = BASIS * if single { 4 } else { 8 };
+        let bytes = 2 * n * (vectors + 4) + 24 * n;
+        measure(name, bytes, share, &mut || {
+            basis.orthogonalise(BASIS, &mut w, &mut h);
+        });
+    }
+}
+
+/// `y <- y + alpha x`.
+fn add(alpha: f64, x: &[f64], y: &mut [f64]) {
+    let pairs = y.par_chunks_mut(CHUNK).zip(x.par_chunks(CHUNK));
+    pairs.for_each(|(y, x)| y.iter_mut().zip(x).for_each(|(y, x)| *y += alpha * x));
+}
+
 /// System of the three-sphere scene at its start, with elements of `size` on the spheres.
 fn three_spheres(size: f64) -> Result<Constrained> {
     let centres = [-10.0, 0.0, 10.0].map(|x| Vector3::new(x, 0.0, 0.0));
@@ -186,14 +361,14 @@ fn three_spheres(size: f64) -> Result<Constrained> {
     let mesh = TetMesh::curved(tets, &surfaces)?;
     let parts: Vec<_> = NAMES.into_iter().zip(centres).collect();
     let problem = Problem::new(&mesh, &parts, &[Container::TAG])?;
-    let link = |body: usize| Link::slide(NAMES[body], body, 1);
+    let joint = |body: usize| Joint::slide(NAMES[body], body, 1);
     let set = Articulation::new(
         &[BodyKind::Rigid; 3],
-        vec![link(0), link(2)],
+        vec![joint(0), joint(2)],
         Arms::Clamped,
         &centres,
     )?;
-    let constraints = set.constraints(&set.initial_state(), set.initial_lengths(), &[-1.0, 0.0])?;
+    let constraints = set.constraints(&set.initial_state(), set.initial_shape(), &[-1.0, 0.0])?;
     let drive = Drive {
         set: &set,
         constraints: &constraints,

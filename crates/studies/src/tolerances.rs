@@ -1,6 +1,6 @@
 //! Random strokes at random tolerances: what was asked is what one gets.
 //!
-//! The reference integrates the velocity over the lengths of the links, by a quadrature that has
+//! The reference integrates the velocity over the lengths of the joints, by a quadrature that has
 //! nothing in common with the integrator of `swimmer`.
 
 use std::fmt::Write;
@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use swimmer::models::{Configuration, Hydrodynamics, SphereModel, SpheresModel};
-use swimmer::{Method, Outcome, Scene, choose, legs, simulate};
+use swimmer::{Method, Outcome, Scene, choose, simulate, spans};
 
 use crate::random::Random;
 use crate::{folder, machine};
@@ -34,7 +34,7 @@ const MODELS: &[Share] = &[
 const LARGEST_TOLERANCE: f64 = 1e-2;
 
 /// Relative error of the reference: rounding of a thousand velocities, over the ratio 1/25 of the
-/// net displacement to the displacement of a leg.
+/// net displacement to the displacement of a phase span.
 const REFERENCE_ERROR: f64 = 1e-12;
 
 /// A stroke of collinear spheres and what became of it.
@@ -106,9 +106,9 @@ fn draw(random: &mut Random, number: usize, models: &[Share]) -> Case {
     let open: Vec<f64> = (1..bodies).map(|_| random.within(5.0, 10.0)).collect();
     // Elements resolve narrow gaps with more degrees of freedom than fit into a study.
     let narrowest: f64 = if model == "fem" { 0.7 } else { 0.05 };
-    let closed = (0..bodies - 1).map(|link| {
-        let touching = radii[link] + radii[link + 1];
-        let widest = open[link] - touching;
+    let closed = (0..bodies - 1).map(|joint| {
+        let touching = radii[joint] + radii[joint + 1];
+        let widest = open[joint] - touching;
         let gap = match random.chance(0.5) {
             true => random.within(0.7, 0.9 * widest),
             false => random.within(narrowest.ln(), (0.9 * widest).ln()).exp(),
@@ -140,18 +140,18 @@ impl Case {
             );
             x += self.open.get(body).unwrap_or(&0.0);
         }
-        for link in 0..self.open.len() {
+        for joint in 0..self.open.len() {
             let _ = writeln!(
                 text,
-                "[[links]]\nname = \"l{link}\"\nbody = \"s{}\"\nto = \"s{link}\"",
-                link + 1
+                "[[links]]\nname = \"l{joint}\"\nbody = \"s{}\"\nto = \"s{joint}\"",
+                joint + 1
             );
         }
         for lengths in [&self.closed, &self.open] {
-            for (link, length) in lengths.iter().enumerate() {
+            for (joint, length) in lengths.iter().enumerate() {
                 let _ = writeln!(
                     text,
-                    "[[gait.phases]]\nlink = \"l{link}\"\nlength = {length:?}"
+                    "[[gait.phases]]\nlink = \"l{joint}\"\nlength = {length:?}"
                 );
             }
         }
@@ -222,19 +222,19 @@ impl Case {
 fn path_integral(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<Vector3<f64>> {
     let state = scene.initial_state();
     let mut net = Vector3::zeros();
-    for leg in legs(scene.gait(), scene.articulation().initial_lengths())? {
+    for span in spans(scene.gait(), scene.articulation().initial_shape())? {
         let mut velocity = |s: f64| -> Result<Vector3<f64>> {
-            let lengths = leg.lengths(s);
+            let shape = span.shape(s);
             let configuration = Configuration {
                 state: &state,
-                lengths: &lengths,
+                shape: &shape,
             };
-            let solution = model.solve_one(configuration, &leg.rates(0.0))?;
+            let solution = model.solve_one(configuration, &span.rates(0.0))?;
             let sum: Vector3<f64> = solution.bodies.iter().map(|b| b.velocity).sum();
             Ok(sum / solution.bodies.len() as f64)
         };
         let whole = tanh_sinh(&mut velocity)?;
-        net += whole * leg.duration;
+        net += whole * span.duration;
     }
     Ok(net)
 }

@@ -7,7 +7,7 @@ use swimmer::{Method, Outcome, Scene, choose, simulate};
 fn three_spheres(settings: &str, phases: &[(&str, f64)]) -> Scene {
     let phases: String = phases
         .iter()
-        .map(|(link, length)| format!("{{ link = \"{link}\", length = {length} }}, "))
+        .map(|(joint, length)| format!("{{ link = \"{joint}\", length = {length} }}, "))
         .collect();
     let text = format!(
         r#"

@@ -3,7 +3,7 @@
 //! Without springs and masses the displacement does not depend on the frequency. With an elastic
 //! arm it is largest near the relaxation rate of the spring (Montino & DeSimone 2015).
 
-use scene::{Document, LengthPath, Scene};
+use scene::{Document, Scene, ShapePath};
 
 use crate::design::DesignProgress;
 use crate::error::SwimError;
@@ -177,7 +177,7 @@ fn uncertain_width(runs: &[FrequencyRun], best: &FrequencyRun) -> f64 {
 fn faster(scene: &Scene, factor: f64) -> Result<Scene, SwimError> {
     let mut document = Document::parse(&scene.to_toml()?, "scene".as_ref())?;
     let phases = &scene.gait().phases;
-    if (phases.iter()).any(|phase| matches!(phase.path, LengthPath::Linear(_))) {
+    if (phases.iter()).any(|phase| matches!(phase.path, ShapePath::Linear(_))) {
         for (number, phase) in phases.iter().enumerate() {
             let duration = phase.duration / factor;
             document.set(&format!("gait.phases[{number}].duration={duration:?}"))?;

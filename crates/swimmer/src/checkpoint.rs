@@ -1,8 +1,8 @@
 //! Checkpoints, from which an interrupted run continues with bitwise the same results.
 //!
-//! A checkpoint is written between legs. Numbers are written with the fewest decimals that restore
-//! the same bits, and the history of the model is included, so a resumed run gives the results of
-//! an uninterrupted one.
+//! A checkpoint is written between phase spans. Numbers are written with the fewest decimals that
+//! restore the same bits, and the history of the model is included, so a resumed run gives the
+//! results of an uninterrupted one.
 
 use std::path::Path;
 
@@ -22,13 +22,13 @@ pub const FILE: &str = "checkpoint.json";
 /// Version of the format; increased when older checkpoints can no longer be read.
 const VERSION: u32 = 3;
 
-/// Largest size of a checkpoint in bytes, about that of a hundred thousand legs.
+/// Largest size of a checkpoint in bytes, about that of a hundred thousand phase spans.
 const MAX_SIZE: u64 = 1 << 31;
 
 /// Largest deviation from 1 of the norm of a quaternion, for those that differ by rounding alone.
 const UNIT_TOLERANCE: f64 = 1e-9;
 
-/// The state of a run between two legs, with the history of its model.
+/// The state of a run between two phase spans, with the history of its model.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Checkpoint {
     version: u32,
@@ -180,7 +180,7 @@ impl Checkpoint {
             );
             return Err(bad(format!("belongs to another scene: {difference}")));
         }
-        let legs = scene.gait().phases.len() * scene.gait().cycles as usize;
+        let spans = scene.gait().phases.len() * scene.gait().cycles as usize;
         let set = scene.articulation();
         let outcome = self.outcome;
         let fits = self.frames.len() == set.linkages().len()
@@ -188,10 +188,10 @@ impl Checkpoint {
             && self.joints.len() == set.passive_joints().count()
             && self.joints.iter().all(|value| value.is_finite())
             && outcome_fits(&outcome, scene);
-        if !fits || outcome.legs.len() > legs {
+        if !fits || outcome.spans.len() > spans {
             return Err(bad(format!(
-                "does not fit the scene: it has {} completed phases of {legs}, {} frames, {} bodies",
-                outcome.legs.len(),
+                "does not fit the scene: it has {} completed phases of {spans}, {} frames, {} bodies",
+                outcome.spans.len(),
                 self.frames.len(),
                 self.attitudes.len()
             )));
@@ -221,13 +221,13 @@ impl Checkpoint {
     }
 }
 
-/// Whether the lists of an outcome have one entry per body or link of the scene.
+/// Whether the lists of an outcome have one entry per body or joint of the scene.
 fn outcome_fits(outcome: &Outcome, scene: &Scene) -> bool {
-    let (bodies, links) = (scene.bodies().len(), scene.articulation().links().len());
+    let (bodies, joints) = (scene.bodies().len(), scene.articulation().joints().len());
     outcome.displacement.len() == bodies
         && !outcome.samples.is_empty()
         && outcome.samples.iter().all(|sample| {
-            sample.lengths.len() == links
+            sample.shape.len() == joints
                 && sample.poses.len() == bodies
                 && sample
                     .bodies
@@ -239,8 +239,8 @@ fn outcome_fits(outcome: &Outcome, scene: &Scene) -> bool {
             .curve
             .iter()
             .all(|(_, positions)| positions.len() == bodies)
-        && outcome.legs.iter().all(|leg| {
-            leg.displacement.len() == bodies && leg.links.iter().all(|link| *link < links)
+        && outcome.spans.iter().all(|span| {
+            span.displacement.len() == bodies && span.joints.iter().all(|joint| *joint < joints)
         })
         && outcome
             .mesh_error

@@ -15,7 +15,7 @@ use crate::simulate::check_model;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Connection {
-    /// Links whose values are the shape, in the order of the scene.
+    /// Joints whose values are the shape, in the order of the scene.
     pub variables: Vec<usize>,
     /// `A`: twist of the frame for a unit rate of each variable, in the attitude of the scene.
     pub twists: Vec<Twist>,
@@ -31,7 +31,7 @@ pub struct Connection {
     pub metric_errors: DMatrix<f64>,
 }
 
-/// Connection and dissipation metric at the values `shape` of the links that can change theirs.
+/// Connection and dissipation metric at the values `shape` of the joints that can change theirs.
 ///
 /// Cost: one configuration with one set of rates per variable.
 ///
@@ -47,7 +47,7 @@ pub struct Connection {
 /// let scene = Scene::builder()
 ///     .sphere("left", 1.0, [0.0, 0.0, 0.0])
 ///     .sphere("right", 1.0, [10.0, 0.0, 0.0])
-///     .link("arm", "right", "left")
+///     .slide("arm", "right", "left")
 ///     .build()?;
 /// let mut model = choose(&scene)?.model;
 /// let found = connection(&scene, model.as_mut(), &[10.0])?;
@@ -73,9 +73,9 @@ pub fn connection(
                 .to_owned(),
         ));
     }
-    let links = set.links().iter().enumerate();
-    let variables: Vec<usize> = links
-        .filter(|(_, link)| link.joint.has_value())
+    let joints = set.joints().iter().enumerate();
+    let variables: Vec<usize> = joints
+        .filter(|(_, joint)| joint.kind.has_value())
         .map(|(number, _)| number)
         .collect();
     if shape.len() != variables.len() {
@@ -85,34 +85,34 @@ pub fn connection(
                 "the shape has {} values, and {} links can change theirs ({}); give one value each",
                 shape.len(),
                 variables.len(),
-                scene.link_names(&variables)
+                scene.joint_names(&variables)
             ),
         ));
     }
-    let mut lengths = set.initial_lengths().to_vec();
-    for (&link, &value) in variables.iter().zip(shape) {
-        let is_valid = value.is_finite() && (value > 0.0 || set.links()[link].joint.is_angle());
+    let mut lengths = set.initial_shape().to_vec();
+    for (&joint, &value) in variables.iter().zip(shape) {
+        let is_valid = value.is_finite() && (value > 0.0 || set.joints()[joint].kind.is_angle());
         if !is_valid {
             return Err(refuse(
-                &format!("links[{link}]"),
+                &format!("links[{joint}]"),
                 format!(
                     "the value {value} of \"{}\" is no angle or positive length",
-                    set.links()[link].name
+                    set.joints()[joint].name
                 ),
             ));
         }
-        lengths[link] = value;
+        lengths[joint] = value;
     }
-    let unit_rate = |&link: &usize| {
+    let unit_rate = |&joint: &usize| {
         let mut rates = vec![0.0; lengths.len()];
-        rates[link] = 1.0;
+        rates[joint] = 1.0;
         rates
     };
     let rates: Vec<Vec<f64>> = variables.iter().map(unit_rate).collect();
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: &lengths,
+        shape: &lengths,
     };
     let solutions = model.solve(&Query::new(configuration, &rates))?;
     if solutions.len() != rates.len() {

@@ -46,14 +46,14 @@ pub enum SwimError {
     },
     /// Bodies that touch each other or a wall during the motion.
     #[error(
-        "phase {phase} ({link}, {percent:.1} % done, time {time:.6}): {problem}; \
+        "phase {phase} ({joint}, {percent:.1} % done, time {time:.6}): {problem}; \
          shorten the stroke or place the bodies farther apart"
     )]
     Collision {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
-        /// Name of the link that changes its length.
-        link: String,
+        /// Name of the joint that changes its value.
+        joint: String,
         /// Completed part of the phase, in percent.
         percent: f64,
         /// The time, in the scene's units.
@@ -63,7 +63,7 @@ pub enum SwimError {
     },
     /// A gait that cannot be integrated to the tolerance.
     #[error(
-        "phase {phase} ({link}): the integration error is {error:.3e} and must be below \
+        "phase {phase} ({joint}): the integration error is {error:.3e} and must be below \
          {tolerance:.3e} (both in the scene's unit of length), even with 1/{parts} of the phase \
          per step; increase model.tolerance. With finite elements the change of velocities by a new \
          mesh may prevent convergence: reduce fem.surface_size, and keep fem.estimates"
@@ -71,8 +71,8 @@ pub enum SwimError {
     NotIntegrated {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
-        /// Name of the link that changes its length.
-        link: String,
+        /// Name of the joint that changes its value.
+        joint: String,
         /// Estimated error of the displacement.
         error: f64,
         /// Largest error allowed.
@@ -112,15 +112,15 @@ pub enum SwimError {
     },
     /// Explicit steps with which velocities would grow without bound.
     #[error(
-        "phase {phase} ({link}): the explicit step {step:.3e} exceeds the stability limit \
+        "phase {phase} ({joint}): the explicit step {step:.3e} exceeds the stability limit \
          {limit:.3e}, twice the shortest relaxation time m/R; take at least {steps} steps per \
          phase, or an implicit method"
     )]
     Unstable {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
-        /// Name of the link that changes its length.
-        link: String,
+        /// Name of the joint that changes its value.
+        joint: String,
         /// Length of the step.
         step: f64,
         /// Largest stable length of a step.

@@ -28,17 +28,17 @@ pub use checkpoint::Checkpoint;
 pub use connection::{Connection, connection};
 pub use error::SwimError;
 pub use integrate::{
-    Integrator, LegResult, LegSolution, Method, PathPiece, TYPICAL_SOLVES_PER_LEG,
+    Integrator, Method, PathPiece, SpanResult, SpanSolution, TYPICAL_SOLVES_PER_SPAN,
 };
 pub use models;
 pub use observer::Observer;
-pub use outcome::{Interim, LegOutcome, Outcome, Sample};
+pub use outcome::{Interim, Outcome, Sample, SpanOutcome};
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
 pub use planning::{Choice, MissedTarget, SizeSearch, choose, simulate_to_target, with_tables};
 pub use progress::Progress;
 pub use run::{ModelOfScene, Report, run, run_with, run_without_files};
-pub use scene::{self, Gait, Leg, Phase, Scene, SceneError, legs};
+pub use scene::{self, Gait, Phase, PhaseSpan, Scene, SceneError, spans};
 pub use simulate::{continue_from, simulate};
 pub use start::{
     solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors, start_slice,

@@ -1,10 +1,10 @@
 //! Observers of a simulation.
 
 use models::Hydrodynamics;
-use scene::Leg;
+use scene::PhaseSpan;
 
 use crate::error::SwimError;
-use crate::integrate::{LegResult, LegSolution};
+use crate::integrate::{SpanResult, SpanSolution};
 use crate::outcome::Outcome;
 
 /// Callbacks during a simulation, for example to write files or to show progress.
@@ -15,27 +15,27 @@ pub trait Observer {
     /// Any error ends the simulation.
     fn solved(
         &mut self,
-        leg: &Leg,
-        solution: &LegSolution,
+        span: &PhaseSpan,
+        solution: &SpanSolution,
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        let _ = (leg, solution, model);
+        let _ = (span, solution, model);
         Ok(())
     }
 
-    /// Called after every leg with its result, the outcome of all legs so far, and the model in the
-    /// state in which the next leg starts.
+    /// Called after every phase span with its result, the outcome of all phase spans so far, and
+    /// the model in the state in which the next phase span starts.
     ///
     /// # Errors
     /// Any error ends the simulation.
-    fn leg_done(
+    fn span_done(
         &mut self,
-        leg: &Leg,
-        result: &LegResult,
+        span: &PhaseSpan,
+        result: &SpanResult,
         so_far: &Outcome,
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        let _ = (leg, result, so_far, model);
+        let _ = (span, result, so_far, model);
         Ok(())
     }
 }

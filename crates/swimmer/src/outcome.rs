@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
 
-/// The state of a run between two legs.
+/// The state of a run between two phase spans.
 #[derive(Clone, Debug)]
 pub struct Interim {
     /// State of the bodies.
     pub state: State,
-    /// Outcome of the completed legs.
+    /// Outcome of the completed phase spans.
     pub outcome: Outcome,
 }
 
@@ -25,8 +25,8 @@ pub struct Outcome {
     pub displacement: Vec<Vector3<f64>>,
     /// Rotation vector of the frame of the first linkage.
     pub rotation: Vector3<f64>,
-    /// Outcome of each leg.
-    pub legs: Vec<LegOutcome>,
+    /// Outcome of each phase span.
+    pub spans: Vec<SpanOutcome>,
     /// Number of solves.
     pub solves: usize,
     /// Error bars of the displacements.
@@ -34,7 +34,8 @@ pub struct Outcome {
     /// Estimated discretisation errors that were subtracted from the displacements, computed minus
     /// exact, one per body.
     pub mesh_error: Option<Vec<Vector3<f64>>>,
-    /// Accumulated discretisation error of the legs so far; none where a leg has no estimate.
+    /// Accumulated discretisation error of the phase spans so far; none where a phase span has no
+    /// estimate.
     #[serde(rename = "drift")]
     pub accumulated_error: Option<AccumulatedError>,
     /// Accumulated integration error, for methods that estimate it with its sign.
@@ -68,7 +69,7 @@ pub struct Outcome {
     /// The meshes that were generated, for models with a mesh.
     #[serde(default)]
     pub meshes: Vec<NewMesh>,
-    /// The trajectory at the ends of legs and at the solves, in the order of time.
+    /// The trajectory at the ends of phase spans and at the solves, in the order of time.
     pub samples: Vec<Sample>,
     /// The trajectory between the samples, for plots: times and positions of all bodies.
     pub curve: Vec<(f64, Vec<Vector3<f64>>)>,
@@ -100,8 +101,8 @@ impl Outcome {
         match net > self.error_estimate.total() {
             true => net,
             false => {
-                let legs = self.legs.iter().flat_map(|leg| &leg.displacement);
-                legs.fold(net, |longest, d| longest.max(d.norm()))
+                let spans = self.spans.iter().flat_map(|span| &span.displacement);
+                spans.fold(net, |longest, d| longest.max(d.norm()))
             }
         }
     }
@@ -147,12 +148,12 @@ pub(crate) fn mean_of_moving(displacement: &[Vector3<f64>]) -> Vector3<f64> {
     moving.sum::<Vector3<f64>>() / count as f64
 }
 
-/// The outcome of one leg.
+/// The outcome of one phase span.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[non_exhaustive]
-pub struct LegOutcome {
-    /// The links that changed their lengths.
-    pub links: Vec<usize>,
+pub struct SpanOutcome {
+    /// The joints that changed their values.
+    pub joints: Vec<usize>,
     /// Displacement of every body.
     pub displacement: Vec<Vector3<f64>>,
     /// Number of solves.
@@ -167,37 +168,37 @@ pub struct LegOutcome {
 pub struct Sample {
     /// Time.
     pub time: f64,
-    /// Number of the leg from zero, over all cycles.
-    pub leg: usize,
-    /// Lengths of the links.
-    pub lengths: Vec<f64>,
+    /// Number of the phase span from zero, over all cycles.
+    pub span: usize,
+    /// Values of the joints.
+    pub shape: Vec<f64>,
     /// Pose of every body.
     pub poses: Vec<Isometry3<f64>>,
-    /// Velocities and forces at a solve; none at the ends of legs.
+    /// Velocities and forces at a solve; none at the ends of phase spans.
     pub bodies: Option<Vec<BodySolution>>,
 }
 
 impl Interim {
-    /// The state before the first leg.
+    /// The state before the first phase span.
     ///
     /// # Errors
-    /// A linkage whose loop the initial lengths do not close.
+    /// A linkage whose loop the initial shape does not close.
     pub fn start(scene: &Scene) -> Result<Self, SwimError> {
         Self::from_state(scene, scene.initial_state())
     }
 
-    /// A state before the first leg, such as one with other values of passive joints.
+    /// A state before the first phase span, such as one with other values of passive joints.
     ///
     /// # Errors
     /// A state of another articulation, or one in which a loop does not close.
     pub fn from_state(scene: &Scene, state: State) -> Result<Self, SwimError> {
         let set = scene.articulation();
-        let lengths = set.initial_lengths();
-        let origin = positions(set, &state, lengths)?;
+        let shape = set.initial_shape();
+        let origin = positions(set, &state, shape)?;
         let outcome = Outcome {
             displacement: vec![Vector3::zeros(); origin.len()],
             rotation: Vector3::zeros(),
-            legs: Vec::new(),
+            spans: Vec::new(),
             solves: 0,
             error_estimate: ErrorEstimate::default(),
             mesh_error: None,
@@ -213,9 +214,9 @@ impl Interim {
             meshes: Vec::new(),
             samples: vec![Sample {
                 time: 0.0,
-                leg: 0,
-                lengths: set.joint_values(&state, lengths)?,
-                poses: set.place(&state, lengths)?,
+                span: 0,
+                shape: set.joint_values(&state, shape)?,
+                poses: set.place(&state, shape)?,
                 bodies: None,
             }],
             curve: vec![(0.0, origin)],
@@ -228,10 +229,10 @@ impl Interim {
 pub(crate) fn positions(
     set: &Articulation,
     state: &State,
-    lengths: &[f64],
+    shape: &[f64],
 ) -> Result<Vec<Vector3<f64>>, SwimError> {
     Ok(set
-        .place(state, lengths)?
+        .place(state, shape)?
         .iter()
         .map(|pose| pose.translation.vector)
         .collect())

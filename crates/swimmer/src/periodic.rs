@@ -9,10 +9,10 @@
 use models::Hydrodynamics;
 use nalgebra::{DMatrix, DVector};
 use rigid::State;
-use scene::{Scene, legs};
+use scene::{Scene, spans};
 
 use crate::error::SwimError;
-use crate::integrate::{Integrator, LegSolution, Method, relaxation_time};
+use crate::integrate::{Integrator, Method, SpanSolution, relaxation_time};
 use crate::outcome::{Interim, mean_of_moving, positions};
 
 /// Part of the tolerance of the net displacement to which the state is periodic.
@@ -22,8 +22,8 @@ const SHARE: f64 = 0.1;
 /// linear in the distances.
 const MAX_CYCLES: usize = 40;
 
-/// The state before the first leg of the gait of a scene: periodic if the scene says so, else that
-/// of the pose of the scene.
+/// The state before the first phase span of the gait of a scene: periodic if the scene says so,
+/// else that of the pose of the scene.
 ///
 /// # Errors
 /// Those of [`periodic_state`] and [`Interim::start`].
@@ -31,7 +31,7 @@ pub fn start_of_gait(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
     method: Method,
-    observe: &mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
+    observe: &mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
 ) -> Result<Interim, SwimError> {
     match scene.starts_periodic() {
         true => periodic_state(scene, model, method, observe),
@@ -39,7 +39,7 @@ pub fn start_of_gait(
     }
 }
 
-/// The periodic state of the gait of a scene, before its first leg.
+/// The periodic state of the gait of a scene, before its first phase span.
 ///
 /// Bodies start at their places in the scene; only the values of passive joints and the velocities
 /// of bodies with mass differ. The solves of the search are counted.
@@ -51,10 +51,10 @@ pub fn periodic_state(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
     method: Method,
-    observe: &mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
+    observe: &mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
 ) -> Result<Interim, SwimError> {
     let set = scene.articulation();
-    let links: Vec<usize> = set.passive_links().map(|(link, _)| link).collect();
+    let passive: Vec<usize> = set.passive_drives().map(|(joint, _)| joint).collect();
     let bodies = match scene.has_masses() && method.has_inertia() {
         true => scene.bodies().len(),
         false => 0,
@@ -63,7 +63,7 @@ pub fn periodic_state(
     let memory = relaxation_time(scene).min(period);
     let mut state = scene.initial_state();
     let mut velocities = vec![0.0; 6 * bodies];
-    let size = links.len() + velocities.len();
+    let size = passive.len() + velocities.len();
     let coordinates = |joints: &[f64], velocities: &[f64]| {
         DVector::from_iterator(size, joints.iter().chain(velocities).copied())
     };
@@ -79,9 +79,9 @@ pub fn periodic_state(
         let end = cycle(scene, model, method, &start, &mut solves, observe)?;
         let values = coordinates(&state.joints, &velocities);
         let residual = coordinates(&end.state.joints, &end.velocities) - &values;
-        let of_joints = links.iter().zip(residual.iter());
-        let of_joints = of_joints.map(|(&link, &change)| set.arm_displacement(link, change));
-        let of_body = |body: usize| residual.fixed_rows::<3>(links.len() + 6 * body).norm();
+        let of_joints = passive.iter().zip(residual.iter());
+        let of_joints = of_joints.map(|(&joint, &change)| set.arm_displacement(joint, change));
+        let of_body = |body: usize| residual.fixed_rows::<3>(passive.len() + 6 * body).norm();
         let of_bodies = (0..bodies).map(|body| memory * of_body(body));
         mismatch = of_joints.chain(of_bodies).fold(0.0, f64::max);
         if mismatch <= SHARE * scene.model().tolerance * end.net {
@@ -101,7 +101,7 @@ pub fn periodic_state(
             }
         }
         let next = &values - &inverse * &residual;
-        let (joints, others) = next.as_slice().split_at(links.len());
+        let (joints, others) = next.as_slice().split_at(passive.len());
         state.joints = joints.to_vec();
         velocities = others.to_vec();
         last = Some((values, residual));
@@ -131,21 +131,21 @@ fn cycle(
     method: Method,
     start: &Start,
     solves: &mut usize,
-    observe: &mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
+    observe: &mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
 ) -> Result<End, SwimError> {
     let set = scene.articulation();
-    let lengths = set.initial_lengths();
+    let shape = set.initial_shape();
     let mut state = start.state.clone();
     let mut velocities = start.velocities.to_vec();
     let mut integrator = Integrator::new(scene, model, method).with_velocities(&velocities);
-    for leg in legs(scene.gait(), lengths)?.take(scene.gait().phases.len()) {
-        let result = integrator.leg(&leg, &state, observe)?;
+    for span in spans(scene.gait(), shape)?.take(scene.gait().phases.len()) {
+        let result = integrator.span(&span, &state, observe)?;
         *solves += result.solves;
         state = result.end;
         velocities = result.velocities;
     }
-    let before = positions(set, start.state, lengths)?;
-    let after = positions(set, &state, lengths)?;
+    let before = positions(set, start.state, shape)?;
+    let after = positions(set, &state, shape)?;
     let displacement: Vec<_> = after.iter().zip(&before).map(|(a, b)| a - b).collect();
     Ok(End {
         state,

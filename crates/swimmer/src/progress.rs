@@ -1,8 +1,8 @@
 //! How a run tells its caller what it does.
 
-use scene::{Leg, Scene};
+use scene::{PhaseSpan, Scene};
 
-use crate::integrate::{LegResult, LegSolution};
+use crate::integrate::{SpanResult, SpanSolution};
 use crate::planning::MissedTarget;
 
 /// Callbacks that inform the caller about the progress of a run.
@@ -29,13 +29,13 @@ pub trait Progress {
     }
 
     /// A solve is done.
-    fn solved(&mut self, leg: &Leg, solution: &LegSolution) {
-        let _ = (leg, solution);
+    fn solved(&mut self, span: &PhaseSpan, solution: &SpanSolution) {
+        let _ = (span, solution);
     }
 
     /// A phase is done.
-    fn leg_done(&mut self, leg: &Leg, result: &LegResult) {
-        let _ = (leg, result);
+    fn span_done(&mut self, span: &PhaseSpan, result: &SpanResult) {
+        let _ = (span, result);
     }
 }
 

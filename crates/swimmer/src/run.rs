@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
-use crate::integrate::{LegSolution, Method};
+use crate::integrate::{Method, SpanSolution};
 use crate::outcome::Outcome;
 #[cfg(feature = "plots")]
 use crate::output::RunRecord;
@@ -150,7 +150,7 @@ fn run_once(
     let (interim, output) = match checkpoint {
         None => {
             let mut observe =
-                |_: &LegSolution, _: &dyn Hydrodynamics| match progress.is_interrupted() {
+                |_: &SpanSolution, _: &dyn Hydrodynamics| match progress.is_interrupted() {
                     true => Err(SwimError::Interrupted {
                         phases: 0,
                         all: scene.gait().phases.len() * scene.gait().cycles as usize,
@@ -183,7 +183,7 @@ fn run_once(
             (interim, folder.map(resumed))
         }
     };
-    let done = interim.outcome.legs.len();
+    let done = interim.outcome.spans.len();
     progress.begins(&scene, done);
     let mut files = Files {
         scene: &scene,

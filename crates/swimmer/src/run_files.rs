@@ -4,11 +4,11 @@ use std::io::Write as _;
 use std::time::{Duration, Instant};
 
 use models::Hydrodynamics;
-use scene::{Leg, Scene};
+use scene::{PhaseSpan, Scene};
 
 use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
-use crate::integrate::{LegResult, LegSolution};
+use crate::integrate::{SpanResult, SpanSolution};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
 #[cfg(feature = "plots")]
@@ -28,7 +28,7 @@ pub(crate) struct Files<'a> {
     pub scene: &'a Scene,
     pub output: Option<Output<'a>>,
     pub progress: &'a mut dyn Progress,
-    /// Number of completed legs.
+    /// Number of completed phase spans.
     pub done: usize,
 }
 
@@ -105,8 +105,8 @@ impl Files<'_> {
 impl Observer for Files<'_> {
     fn solved(
         &mut self,
-        leg: &Leg,
-        solution: &LegSolution,
+        span: &PhaseSpan,
+        solution: &SpanSolution,
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         if self.progress.is_interrupted() {
@@ -116,27 +116,27 @@ impl Observer for Files<'_> {
                 all: gait.phases.len() * gait.cycles as usize,
             });
         }
-        self.progress.solved(leg, solution);
+        self.progress.solved(span, solution);
         let Some(output) = &mut self.output else {
             return Ok(());
         };
         let flow = LastFlow::new(model);
         output.flows.solved(solution, &flow)?;
-        output.slices.add(self.scene, leg, solution, flow)
+        output.slices.add(self.scene, span, solution, flow)
     }
 
-    fn leg_done(
+    fn span_done(
         &mut self,
-        leg: &Leg,
-        result: &LegResult,
+        span: &PhaseSpan,
+        result: &SpanResult,
         so_far: &Outcome,
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         if let Some(output) = &mut self.output {
             let first = so_far.solves - result.solves;
             let flow = LastFlow::new(model);
-            (output.flows).finish_leg(leg, result, first, &flow)?;
-            (output.slices).finish_leg(output.folder, self.scene, leg, result, first, flow)?;
+            (output.flows).finish_span(span, result, first, &flow)?;
+            (output.slices).finish_span(output.folder, self.scene, span, result, first, flow)?;
             let flows = output.flows.files();
             let checkpoint = Checkpoint::new(self.scene, &result.end, so_far, model, flows)?;
             output.pending = Some(checkpoint);
@@ -144,8 +144,8 @@ impl Observer for Files<'_> {
                 output.write_pending(self.scene)?;
             }
         }
-        self.done = so_far.legs.len();
-        self.progress.leg_done(leg, result);
+        self.done = so_far.spans.len();
+        self.progress.span_done(span, result);
         Ok(())
     }
 }

@@ -3,15 +3,15 @@
 use models::{AccumulatedError, ErrorEstimate, Hydrodynamics, NewMesh};
 use nalgebra::Vector3;
 use rigid::Articulation;
-use scene::{Scene, legs};
+use scene::{Scene, spans};
 
 use crate::error::SwimError;
-use crate::integrate::{Integrator, LegSolution, Method};
+use crate::integrate::{Integrator, Method, SpanSolution};
 use crate::observer::Observer;
-use crate::outcome::{Interim, LegOutcome, Outcome, Sample, positions};
+use crate::outcome::{Interim, Outcome, Sample, SpanOutcome, positions};
 use crate::periodic::start_of_gait;
 
-/// Points of the curve per piece of a leg: enough for a smooth plot.
+/// Points of the curve per piece of a phase span: enough for a smooth plot.
 const CURVE_POINTS: usize = 12;
 
 /// Moves the bodies of a scene through all cycles of its gait, from the periodic state if the scene
@@ -48,7 +48,7 @@ const CURVE_POINTS: usize = 12;
 ///     fn solve(&mut self, query: &Query) -> Result<Vec<InstantaneousSolution>, ModelError> {
 ///         let (set, at) = (self.0.articulation(), query.configuration);
 ///         let one = |rates: &Vec<f64>| {
-///             let constraints = set.constraints(at.state, at.lengths, rates)?;
+///             let constraints = set.constraints(at.state, at.shape, rates)?;
 ///             let reduction = rigid::Reduction::of(set, &constraints)?;
 ///             let free = nalgebra::DVector::zeros(reduction.dofs());
 ///             let motion = set.state_velocity(reduction.velocities(&free)?.as_slice())?;
@@ -90,7 +90,7 @@ pub fn simulate(
     continue_from(scene, model, method, observer, start)
 }
 
-/// Moves the bodies through the remaining legs of an interrupted run.
+/// Moves the bodies through the remaining phase spans of an interrupted run.
 ///
 /// If the history of the model has been restored, the result is bitwise that of a run without
 /// interruption.
@@ -112,59 +112,59 @@ pub fn continue_from(
     scene.require_gait()?;
     let set = scene.articulation();
     let start = scene.initial_state();
-    let initial_lengths = set.initial_lengths();
+    let initial_shape = set.initial_shape();
     let origin = match outcome.curve.first() {
         Some((_, origin)) => origin.clone(),
-        None => positions(set, &state, initial_lengths)?,
+        None => positions(set, &state, initial_shape)?,
     };
     let mut integrator = Integrator::new(scene, model, method).with_velocities(&outcome.velocities);
-    for leg in legs(scene.gait(), initial_lengths)?.skip(outcome.legs.len()) {
-        let before = positions(set, &state, &leg.from)?;
+    for span in spans(scene.gait(), initial_shape)?.skip(outcome.spans.len()) {
+        let before = positions(set, &state, &span.from)?;
         let first = outcome.solves;
         let meshes = &mut outcome.meshes;
-        let result = integrator.leg(&leg, &state, &mut |leg_solution, model| {
-            if let Some(reason) = &leg_solution.solution.remeshed {
+        let result = integrator.span(&span, &state, &mut |span_solution, model| {
+            if let Some(reason) = &span_solution.solution.remeshed {
                 meshes.push(NewMesh {
-                    time: leg.time(leg_solution.s),
-                    phase: leg.number + 1,
+                    time: span.time(span_solution.s),
+                    phase: span.number + 1,
                     reason: reason.to_string(),
                 });
             }
             observer.solved(
-                &leg,
-                &LegSolution {
-                    number: first + leg_solution.number,
-                    ..leg_solution.clone()
+                &span,
+                &SpanSolution {
+                    number: first + span_solution.number,
+                    ..span_solution.clone()
                 },
                 model,
             )
         })?;
-        for leg_solution in &result.solutions {
-            let lengths = leg.lengths(leg_solution.s);
-            let state = result.state(set, leg_solution.s)?;
+        for span_solution in &result.solutions {
+            let shape = span.shape(span_solution.s);
+            let state = result.state(set, span_solution.s)?;
             outcome.samples.push(Sample {
-                time: leg.time(leg_solution.s),
-                leg: leg.number,
-                poses: set.place(&state, &lengths)?,
-                lengths: set.joint_values(&state, &lengths)?,
-                bodies: Some(leg_solution.solution.bodies.clone()),
+                time: span.time(span_solution.s),
+                span: span.number,
+                poses: set.place(&state, &shape)?,
+                shape: set.joint_values(&state, &shape)?,
+                bodies: Some(span_solution.solution.bodies.clone()),
             });
         }
         let parts = CURVE_POINTS * result.pieces.len();
         for k in 1..=parts {
             let s = k as f64 / parts as f64;
             outcome.curve.push((
-                leg.time(s),
-                positions(set, &result.state(set, s)?, &leg.lengths(s))?,
+                span.time(s),
+                positions(set, &result.state(set, s)?, &span.shape(s))?,
             ));
         }
         state = result.end.clone();
-        let after = positions(set, &state, &leg.to)?;
+        let after = positions(set, &state, &span.to)?;
         outcome.samples.push(Sample {
-            time: leg.time(1.0),
-            leg: leg.number,
-            lengths: set.joint_values(&state, &leg.to)?,
-            poses: set.place(&state, &leg.to)?,
+            time: span.time(1.0),
+            span: span.number,
+            shape: set.joint_values(&state, &span.to)?,
+            poses: set.place(&state, &span.to)?,
             bodies: None,
         });
         let displacement: Vec<_> = after.iter().zip(&before).map(|(a, b)| a - b).collect();
@@ -182,8 +182,8 @@ pub fn continue_from(
             result.accumulated_error.as_ref(),
             result.accumulated_integration_error.as_ref(),
         );
-        outcome.legs.push(LegOutcome {
-            links: leg.links.clone(),
+        outcome.spans.push(SpanOutcome {
+            joints: span.joints.clone(),
             solves: result.solves,
             error_estimate: ErrorEstimate {
                 mesh: mesh_error.map(corrected_bar),
@@ -199,9 +199,9 @@ pub fn continue_from(
             .iter()
             .map(|l| displacement[l.root])
             .collect();
-        let appended = |sum: Option<AccumulatedError>, leg: Option<&AccumulatedError>| {
-            let (mut sum, leg) = sum.zip(leg)?;
-            sum.append(leg, &root_displacement);
+        let appended = |sum: Option<AccumulatedError>, span: Option<&AccumulatedError>| {
+            let (mut sum, span) = sum.zip(span)?;
+            sum.append(span, &root_displacement);
             Some(sum)
         };
         outcome.accumulated_error = appended(outcome.accumulated_error.take(), mesh_error);
@@ -227,7 +227,7 @@ pub fn continue_from(
         outcome.work_error.accumulate(1.0, &result.work_error);
         outcome.work_error.mesh = accumulated.map(AccumulatedError::work_error_bar);
         outcome.seconds += result.seconds;
-        observer.leg_done(&leg, &result, &outcome, integrator.model())?;
+        observer.span_done(&span, &result, &outcome, integrator.model())?;
     }
     outcome.check_tolerance(scene.model().tolerance, integrator.model());
     Ok(outcome)

@@ -4,13 +4,13 @@ use models::{
     Configuration, FlowField, Hydrodynamics, InstantaneousSolution, ModelError, PointFlow, Query,
 };
 use nalgebra::{DMatrix, Vector3};
-use scene::{Scene, legs};
+use scene::{Scene, spans};
 
 use crate::error::SwimError;
 use crate::flow_slice::{FlowSlice, SliceFrame};
 use crate::simulate::check_model;
 
-/// The solution at the start of the first phase of the gait, or with constant lengths for a scene
+/// The solution at the start of the first phase of the gait, or with constant shape for a scene
 /// without a gait.
 ///
 /// The mesh is adapted to `fem.target`, if the scene has that key.
@@ -98,7 +98,7 @@ pub fn start_slice(
     points: usize,
 ) -> Result<FlowSlice, SwimError> {
     let set = scene.articulation();
-    let poses = set.place(&scene.initial_state(), set.initial_lengths())?;
+    let poses = set.place(&scene.initial_state(), set.initial_shape())?;
     let plane = SliceFrame::of(scene)?.around(scene, &poses);
     FlowSlice::sample(plane, points, |points| start_flow_at(scene, model, points))
 }
@@ -110,14 +110,14 @@ fn at_start<T>(
     evaluate: impl FnOnce(&mut dyn Hydrodynamics, Configuration<'_>, &[f64]) -> Result<T, ModelError>,
 ) -> Result<T, SwimError> {
     check_model(scene, model)?;
-    let lengths = scene.articulation().initial_lengths();
-    let rates = legs(scene.gait(), lengths)?
+    let shape = scene.articulation().initial_shape();
+    let rates = spans(scene.gait(), shape)?
         .next()
-        .map_or(vec![0.0; lengths.len()], |leg| leg.rates(0.0));
+        .map_or(vec![0.0; shape.len()], |span| span.rates(0.0));
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths,
+        shape,
     };
     Ok(evaluate(model, configuration, &rates)?)
 }

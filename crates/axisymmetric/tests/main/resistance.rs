@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use axisymmetric::{AxialResistance, ResistanceSolver, Spheroid, Surroundings};
+use axisymmetric::{AxialResistance, AxialSpheroid, ResistanceSolver, Surroundings};
 use axisymmetric::{axial_resistance, spin_resistance};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
@@ -17,12 +17,12 @@ fn tube(radius: f64) -> Surroundings {
     Surroundings::Cylinder { radius }
 }
 
-fn sphere(centre: f64, radius: f64) -> Spheroid {
-    Spheroid::sphere(centre, radius)
+fn sphere(centre: f64, radius: f64) -> AxialSpheroid {
+    AxialSpheroid::sphere(centre, radius)
 }
 
-fn spheroid(axial: f64, equatorial: f64) -> Spheroid {
-    Spheroid {
+fn spheroid(axial: f64, equatorial: f64) -> AxialSpheroid {
+    AxialSpheroid {
         centre: 0.0,
         axial,
         equatorial,
@@ -49,7 +49,7 @@ fn oblate(a: f64, b: f64) -> f64 {
 
 struct Case {
     name: &'static str,
-    bodies: Vec<Spheroid>,
+    bodies: Vec<AxialSpheroid>,
     surroundings: Surroundings,
     /// Upper triangle of the resistance matrix, row by row.
     exact: Vec<f64>,
@@ -58,7 +58,7 @@ struct Case {
 /// Cases with closed-form values, or spectral ones (bispherical coordinates, multipoles and
 /// fundamental solutions, which agree to 1e-12).
 fn cases() -> Vec<Case> {
-    let case = |name, bodies: &[Spheroid], surroundings, exact: &[f64]| Case {
+    let case = |name, bodies: &[AxialSpheroid], surroundings, exact: &[f64]| Case {
         name,
         bodies: bodies.to_vec(),
         surroundings,
@@ -339,14 +339,14 @@ fn resistances_are_smooth_functions_of_the_shape() {
 
 /// One to three spheroids with aspect ratios 1/3 to 3 and gaps from 0.02 to 3, centred at the
 /// origin.
-fn chain() -> impl Strategy<Value = Vec<Spheroid>> {
+fn chain() -> impl Strategy<Value = Vec<AxialSpheroid>> {
     let body = (0.3_f64..1.5, 0.33_f64..3.0, -1.7_f64..0.5);
     prop::collection::vec(body, 1..=3).prop_map(|list| {
         let mut bodies = Vec::new();
         let mut at = 0.0;
         for (equatorial, aspect, log_gap) in list {
             let axial = aspect * equatorial;
-            bodies.push(Spheroid {
+            bodies.push(AxialSpheroid {
                 centre: at + axial,
                 axial,
                 equatorial,

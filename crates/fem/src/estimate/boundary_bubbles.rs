@@ -3,11 +3,12 @@
 use mesh::{Facet, TetMesh, Vec3};
 
 use super::cubic::CubicExtension;
-use crate::FemError;
-use crate::check::check_length;
+use crate::error::{FemError, check_length};
 use crate::quadrature::{FacetPoint, facet_degree_6};
 use crate::surface::{facet_nodes, position_and_normal, tagged_facets};
-use crate::surface_velocity::{SurfaceVelocity, planes_through, remove_flux, shape_functions};
+use crate::surface_velocity::{
+    SurfaceVelocity, facet_shape_functions, planes_through, remove_flux,
+};
 
 /// A bubble on the boundary, in the order of the bubbles of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -54,7 +55,7 @@ impl BoundaryBubbles {
                     barycentric,
                     weight: 0.0,
                 };
-                let shapes = shape_functions(&point);
+                let shapes = facet_shape_functions(&point);
                 let nodes = facet_nodes(mesh, facet);
                 let x: Vec3 = nodes.iter().zip(shapes).map(|(x, n)| x * n).sum();
                 let known = facet.nodes.iter().zip(shapes);

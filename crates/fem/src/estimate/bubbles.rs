@@ -13,7 +13,7 @@ use crate::quadrature::{CellPoint, degree_5};
 /// Number of bubbles of a cell.
 ///
 /// One per edge, in the order of [`TET_EDGES`], then one per face, opposite vertex 0 to 3.
-pub(super) const PER_CELL: usize = 10;
+pub(super) const BUBBLES_PER_CELL: usize = 10;
 
 /// Largest number of cells whose four faces each can be numbered in 32 bits.
 const MAX_CELLS: usize = 1 << 29;
@@ -66,7 +66,10 @@ impl Bubbles {
         for shared in sides.chunk_by(|a, b| a.0 == b.0) {
             let number = constrained.len() as u32;
             constrained.push(match shared.len() {
-                1 => on_symmetry_planes.get(&shared[0].0).copied().unwrap_or(ALL),
+                1 => on_symmetry_planes
+                    .get(&shared[0].0)
+                    .copied()
+                    .unwrap_or(ALL_COMPONENTS),
                 _ => 0,
             });
             for &(_, side) in shared {
@@ -75,7 +78,7 @@ impl Bubbles {
         }
         let n_vertices = mesh.n_vertices();
         for facet in mesh.facets() {
-            let components = normal_component(mesh, facet.tag).unwrap_or(ALL);
+            let components = normal_component(mesh, facet.tag).unwrap_or(ALL_COMPONENTS);
             for &node in &facet.nodes[3..] {
                 constrained[node as usize - n_vertices] |= components;
             }
@@ -124,7 +127,7 @@ impl Bubbles {
     }
 
     /// Numbers of the bubbles of a cell with the given nodes.
-    pub fn of_cell(&self, cell: usize, nodes: &[u32; 10]) -> [usize; PER_CELL] {
+    pub fn of_cell(&self, cell: usize, nodes: &[u32; 10]) -> [usize; BUBBLES_PER_CELL] {
         std::array::from_fn(|k| {
             let number = match k {
                 0..6 => nodes[4 + k] - self.n_vertices,
@@ -136,7 +139,7 @@ impl Bubbles {
 }
 
 /// All components.
-const ALL: u8 = 0b111;
+const ALL_COMPONENTS: u8 = 0b111;
 
 /// Bit of the component normal to a symmetry plane; `None` for other parts of the boundary.
 fn normal_component(mesh: &TetMesh, tag: u16) -> Option<u8> {
@@ -155,7 +158,7 @@ fn on_symmetry_planes(mesh: &TetMesh) -> HashMap<[u32; 3], u8> {
 }
 
 /// Signs of the bubbles of a cell: `-1` for an edge whose first local vertex has the higher number.
-pub(super) fn signs(nodes: &[u32; 10]) -> [f64; PER_CELL] {
+pub(super) fn signs(nodes: &[u32; 10]) -> [f64; BUBBLES_PER_CELL] {
     std::array::from_fn(|k| match TET_EDGES.get(k) {
         Some(&[a, b]) if nodes[a] > nodes[b] => -1.0,
         _ => 1.0,
@@ -170,11 +173,11 @@ fn corners(opposite: usize) -> [usize; 3] {
 /// Quadrature point with the gradients of the bubbles in reference coordinates.
 pub(super) struct BubblePoint {
     pub at: &'static CellPoint,
-    pub gradients: [Vec3; PER_CELL],
+    pub gradients: [Vec3; BUBBLES_PER_CELL],
 }
 
 /// Number of points of [`rule`].
-pub(super) const POINTS: usize = 14;
+pub(super) const RULE_POINTS: usize = 14;
 
 /// Rule of 14 points and degree 5.
 ///
@@ -195,17 +198,17 @@ pub(super) fn rule() -> &'static [BubblePoint] {
 /// Integrals over the reference tetrahedron for affine cells.
 pub(super) struct Integrals {
     /// `∫ l_m ∇φ_k`, with the gradient in reference coordinates.
-    pub moments: [[Vec3; 4]; PER_CELL],
+    pub moments: [[Vec3; 4]; BUBBLES_PER_CELL],
     /// `∫ ∇φ_k ∇φ_k^T`, with the gradients in reference coordinates.
-    pub squares: [Matrix3<f64>; PER_CELL],
+    pub squares: [Matrix3<f64>; BUBBLES_PER_CELL],
 }
 
 /// Integrals of the bubbles, computed once.
 pub(super) fn integrals() -> &'static Integrals {
     static INTEGRALS: LazyLock<Integrals> = LazyLock::new(|| {
         let mut sums = Integrals {
-            moments: [[Vec3::zeros(); 4]; PER_CELL],
-            squares: [Matrix3::zeros(); PER_CELL],
+            moments: [[Vec3::zeros(); 4]; BUBBLES_PER_CELL],
+            squares: [Matrix3::zeros(); BUBBLES_PER_CELL],
         };
         for BubblePoint { at, gradients } in rule() {
             for (k, g) in gradients.iter().enumerate() {
@@ -221,7 +224,7 @@ pub(super) fn integrals() -> &'static Integrals {
 }
 
 /// Gradients of the bubbles in reference coordinates.
-fn gradients(l: [f64; 4]) -> [Vec3; PER_CELL] {
+fn gradients(l: [f64; 4]) -> [Vec3; BUBBLES_PER_CELL] {
     std::array::from_fn(|k| {
         let mut d = [0.0; 4];
         if let Some(&[a, b]) = TET_EDGES.get(k) {
@@ -252,7 +255,7 @@ mod tests {
         // The error of central differences of cubics is proportional to the square of the step.
         let step = 1e-4;
         let gradients = gradients(l);
-        for k in 0..PER_CELL {
+        for k in 0..BUBBLES_PER_CELL {
             for axis in 0..3 {
                 let at = |sign: f64| {
                     let mut m = l;
@@ -282,7 +285,7 @@ mod tests {
         for bubble in edges..bubbles.len() {
             assert_eq!(
                 seen[bubble],
-                if bubbles.constrained[bubble] == ALL {
+                if bubbles.constrained[bubble] == ALL_COMPONENTS {
                     1
                 } else {
                     2
@@ -291,7 +294,7 @@ mod tests {
         }
         // A closed surface of triangles has three edges per two triangles.
         let boundary_edges = (0..edges)
-            .filter(|&e| bubbles.constrained[e] == ALL)
+            .filter(|&e| bubbles.constrained[e] == ALL_COMPONENTS)
             .count();
         assert_eq!(2 * boundary_edges, 3 * facets);
     }

@@ -5,12 +5,12 @@ use std::sync::LazyLock;
 use mesh::{TetMesh, Vec3};
 use nalgebra::Matrix3;
 
-use super::bubbles::{PER_CELL, POINTS, integrals, rule};
+use super::bubbles::{BUBBLES_PER_CELL, RULE_POINTS, integrals, rule};
 use crate::FemError;
 use crate::geometry::{Affine, CellNodes, MapAt};
 use crate::load::velocity_gradient;
 use crate::quadrature::CellPoint;
-use crate::reference::shape_gradients;
+use crate::taylor_hood::shape_gradients;
 
 /// Geometry of a cell.
 enum Shape {
@@ -65,13 +65,13 @@ impl<'a> CellFlow<'a> {
     }
 
     /// Energies `∫ |∇φ_k|^2` of the bubbles of the cell.
-    pub fn bubble_energies(&self) -> Result<[f64; PER_CELL], FemError> {
+    pub fn bubble_energies(&self) -> Result<[f64; BUBBLES_PER_CELL], FemError> {
         if let Shape::Affine(affine) = &self.shape {
             let map = affine.map();
             let metric = map.metric() * map.measure;
             return Ok(integrals().squares.map(|square| metric.dot(&square)));
         }
-        let mut energies = [0.0; PER_CELL];
+        let mut energies = [0.0; BUBBLES_PER_CELL];
         for point in rule() {
             let map = self.shape.at(point.at)?;
             for (energy, g) in energies.iter_mut().zip(&point.gradients) {
@@ -91,9 +91,9 @@ impl<'a> CellFlow<'a> {
     }
 
     /// Residuals of the momentum equation, `-∫ (∇u - p I) ∇φ_k`.
-    pub fn residuals(&self, pressure: &[f64]) -> Result<[Vec3; PER_CELL], FemError> {
+    pub fn residuals(&self, pressure: &[f64]) -> Result<[Vec3; BUBBLES_PER_CELL], FemError> {
         let p: [f64; 4] = std::array::from_fn(|m| pressure[self.nodes[m] as usize]);
-        let mut sums = [Vec3::zeros(); PER_CELL];
+        let mut sums = [Vec3::zeros(); BUBBLES_PER_CELL];
         if let Shape::Affine(affine) = &self.shape {
             // The stress is linear, so its vertex values and the moments of the bubbles suffice.
             let map = affine.map();
@@ -124,9 +124,9 @@ impl<'a> CellFlow<'a> {
     /// `bubbles` holds the coefficients of the bubbles.
     pub fn divergence(
         &self,
-        bubbles: &[Vec3; PER_CELL],
-    ) -> Result<([f64; POINTS], [f64; POINTS]), FemError> {
-        let (mut values, mut measures) = ([0.0; POINTS], [0.0; POINTS]);
+        bubbles: &[Vec3; BUBBLES_PER_CELL],
+    ) -> Result<([f64; RULE_POINTS], [f64; RULE_POINTS]), FemError> {
+        let (mut values, mut measures) = ([0.0; RULE_POINTS], [0.0; RULE_POINTS]);
         if let Shape::Affine(affine) = &self.shape {
             let map = affine.map();
             let divergences = self.vertex_gradients.each_ref().map(|g| map.divergence(g));
@@ -156,7 +156,7 @@ impl<'a> CellFlow<'a> {
 }
 
 /// Dot product of values at the quadrature points.
-pub(super) fn dot(a: &[f64; POINTS], b: &[f64; POINTS]) -> f64 {
+pub(super) fn dot(a: &[f64; RULE_POINTS], b: &[f64; RULE_POINTS]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
@@ -183,11 +183,11 @@ mod tests {
             let energies = [&closed, &quadrature].map(|flow| flow.bubble_energies().unwrap());
             let residuals = [&closed, &quadrature].map(|flow| flow.residuals(&pressure).unwrap());
             let divergences = [&closed, &quadrature].map(|flow| flow.divergence(&bubbles).unwrap());
-            for k in 0..PER_CELL {
+            for k in 0..BUBBLES_PER_CELL {
                 close(energies[0][k], energies[1][k]);
                 close((residuals[0][k] - residuals[1][k]).norm(), 0.0);
             }
-            for q in 0..POINTS {
+            for q in 0..RULE_POINTS {
                 close(divergences[0].0[q], divergences[1].0[q]);
                 close(divergences[0].1[q], divergences[1].1[q]);
             }

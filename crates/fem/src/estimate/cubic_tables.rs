@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use mesh::{TET_EDGES, Vec3};
 use nalgebra::Matrix3;
 
-use super::bubbles::{BubblePoint, PER_CELL, rule};
+use super::bubbles::{BUBBLES_PER_CELL, BubblePoint, rule};
 use crate::FemError;
 use crate::geometry::{Affine, CellNodes, MapAt};
 
@@ -47,8 +47,8 @@ impl AffineCell {
     }
 
     /// Diagonals: `∫ |∇φ_k|^2` of the bubbles and `∫ ψ_p^2` of the edge pressures.
-    pub fn diagonals(&self) -> ([f64; PER_CELL], [f64; 6]) {
-        let mut energies = [0.0; PER_CELL];
+    pub fn diagonals(&self) -> ([f64; BUBBLES_PER_CELL], [f64; 6]) {
+        let mut energies = [0.0; BUBBLES_PER_CELL];
         for (table, weight) in reference().stiffness.iter().zip(self.metric) {
             for (k, energy) in energies.iter_mut().enumerate() {
                 *energy += weight * table.bubbles[k][k];
@@ -292,7 +292,7 @@ impl CurvedCell {
     }
 
     /// Diagonals: `∫ |∇φ_k|^2` of the bubbles and `∫ ψ_p^2` of the edge pressures.
-    pub fn diagonals(&self) -> ([f64; PER_CELL], [f64; 6]) {
+    pub fn diagonals(&self) -> ([f64; BUBBLES_PER_CELL], [f64; 6]) {
         let energies = std::array::from_fn(|k| self.stiffness.bubbles[k][k]);
         (energies, self.masses)
     }

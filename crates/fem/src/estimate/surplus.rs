@@ -3,11 +3,10 @@
 use mesh::{TetMesh, Vec3};
 use rayon::prelude::*;
 
-use super::bubbles::{Bubbles, PER_CELL, POINTS, signs};
+use super::bubbles::{BUBBLES_PER_CELL, Bubbles, RULE_POINTS, signs};
 use super::cell::{CellFlow, dot};
 use super::surplus_part::SurplusPart;
-use crate::FemError;
-use crate::check::{check_array, check_length, check_vectors};
+use crate::error::{FemError, check_array, check_length, check_vectors};
 use crate::sum::{accumulate_cells, sum_over};
 
 /// Space of cubic bubbles on a mesh, for estimates of the discretisation error of a flow.
@@ -55,7 +54,7 @@ pub struct Surplus {
     /// Coefficients of the bubbles scaled to unit energy, `r_i / √d_i`.
     pub(super) coefficients: Vec<Vec3>,
     /// `g - mean(g)` at the quadrature points of each cell, times the roots of their measures.
-    pub(super) divergence: Vec<[f64; POINTS]>,
+    pub(super) divergence: Vec<[f64; RULE_POINTS]>,
 }
 
 /// Number of cells per task: enough work to outweigh its start.
@@ -219,7 +218,11 @@ impl SurplusSpace {
     pub(super) fn bubble_sums(
         &self,
         mesh: &TetMesh,
-        cell_values: impl Fn(usize) -> Result<([f64; PER_CELL], [Vec3; PER_CELL]), FemError> + Sync,
+        cell_values: impl Fn(
+            usize,
+        )
+            -> Result<([f64; BUBBLES_PER_CELL], [Vec3; BUBBLES_PER_CELL]), FemError>
+        + Sync,
     ) -> Result<(Vec<f64>, Vec<Vec3>), FemError> {
         let n = self.bubbles.len();
         let (mut numbers, mut vectors) = (vec![0.0; n], vec![Vec3::zeros(); n]);
@@ -241,7 +244,7 @@ impl SurplusSpace {
         mesh: &TetMesh,
         velocity: &[Vec3],
         coefficients: &[Vec3],
-    ) -> Result<Vec<[f64; POINTS]>, FemError> {
+    ) -> Result<Vec<[f64; RULE_POINTS]>, FemError> {
         (0..mesh.n_cells())
             .into_par_iter()
             .with_min_len(CELLS_PER_TASK)
@@ -249,7 +252,7 @@ impl SurplusSpace {
                 let nodes = &mesh.cells()[cell];
                 let numbers = self.bubbles.of_cell(cell, nodes);
                 let signs = signs(nodes);
-                let bubbles: [Vec3; PER_CELL] =
+                let bubbles: [Vec3; BUBBLES_PER_CELL] =
                     std::array::from_fn(|k| signs[k] * coefficients[numbers[k]]);
                 let (values, measures) =
                     CellFlow::new(mesh, cell, velocity)?.divergence(&bubbles)?;

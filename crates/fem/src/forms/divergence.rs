@@ -6,7 +6,7 @@ use mesh::{TET_EDGES, TetMesh, Vec3};
 use crate::assemble::{Form, matrix_on_pattern};
 use crate::geometry::{Affine, CellNodes, MapAt};
 use crate::quadrature::degree_5;
-use crate::reference::linear_mass;
+use crate::taylor_hood::linear_mass;
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {

@@ -2,8 +2,7 @@
 
 use mesh::{TetMesh, Vec3};
 
-use crate::FemError;
-use crate::check::check_vectors;
+use crate::error::{FemError, check_vectors};
 use crate::geometry::MapAt;
 use crate::norms::position;
 use crate::quadrature::degree_6;

@@ -6,7 +6,7 @@ use mesh::TetMesh;
 use crate::assemble::Form;
 use crate::geometry::{Affine, CellNodes, MapAt};
 use crate::quadrature::{degree_5, degree_6};
-use crate::reference::{QUADRATIC_MASS, linear_mass};
+use crate::taylor_hood::{QUADRATIC_MASS, linear_mass};
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {

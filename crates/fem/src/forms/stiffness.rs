@@ -6,7 +6,7 @@ use mesh::TetMesh;
 use crate::assemble::Form;
 use crate::geometry::{Affine, CellNodes, MapAt};
 use crate::quadrature::degree_5;
-use crate::reference::STIFFNESS_BY_EDGE;
+use crate::taylor_hood::STIFFNESS_BY_EDGE;
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {

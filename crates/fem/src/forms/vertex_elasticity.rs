@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 
 use super::viscous::{interleaved, pair};
 use crate::assemble::Form;
-use crate::check::check_array;
+use crate::error::check_array;
 use crate::geometry::{Affine, CellNodes, MapAt};
 use crate::quadrature::degree_5;
 use crate::{FemError, TaylorHood};

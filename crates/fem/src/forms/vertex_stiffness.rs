@@ -4,7 +4,7 @@ use linalg::Csr;
 use mesh::{TET_EDGES, TetMesh};
 
 use crate::assemble::{Form, matrix_on_pattern};
-use crate::check::check_array;
+use crate::error::check_array;
 use crate::geometry::{Affine, CellNodes, MapAt};
 use crate::quadrature::degree_5;
 use crate::{FemError, TaylorHood};

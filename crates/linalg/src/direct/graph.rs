@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use metis_sys::{METIS_NodeND, METIS_PartGraphKway, idx_t, rstatus_et_METIS_OK};
 
-use super::undirected::{check_undirected, failed};
+use super::ordering::{check_undirected, failed};
 use crate::LinalgError;
 use crate::csr::check_shape;
 
@@ -15,6 +15,22 @@ use crate::csr::check_shape;
 /// of a call. Concurrent calls would take numbers from the same sequence, and their orderings would
 /// differ from run to run.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+/// An elimination order of the vertices of a graph: `order[k]` is the k-th vertex to eliminate.
+///
+/// `adjacency` lists the neighbours of each vertex in ascending order and without the vertex;
+/// `weights` are the dofs that a vertex stands for. Nested dissection by METIS; without the
+/// feature `metis` approximate minimum degree by faer.
+///
+/// # Errors
+/// [`LinalgError::Factorisation`] for a graph that is not symmetric or too large, or lack of
+/// memory.
+pub(crate) fn nested_dissection(
+    adjacency: &[Vec<u32>],
+    weights: &[u32],
+) -> Result<Vec<usize>, LinalgError> {
+    Graph::new(adjacency, weights)?.nested_dissection()
+}
 
 /// An undirected graph in the format of METIS.
 pub(crate) struct Graph {

@@ -1,26 +1,16 @@
-//! Elimination orders with little fill.
+//! Graphs of symmetric matrices, and elimination orders by faer where METIS is missing.
 
-#[cfg(not(feature = "metis"))]
-use super::undirected::{check_undirected, failed};
 use crate::LinalgError;
 
 /// An elimination order of the vertices of a graph: `order[k]` is the k-th vertex to eliminate.
 ///
 /// `adjacency` lists the neighbours of each vertex in ascending order and without the vertex;
-/// `weights` are the dofs that a vertex stands for. Nested dissection by METIS with the feature
-/// `metis`, else approximate minimum degree by faer, which ignores the weights.
+/// `weights` are the dofs that a vertex stands for. Approximate minimum degree by faer, which
+/// ignores the weights; with the feature `metis` nested dissection by METIS.
 ///
 /// # Errors
 /// [`LinalgError::Factorisation`] for a graph that is not symmetric or too large, or lack of
 /// memory.
-#[cfg(feature = "metis")]
-pub(crate) fn nested_dissection(
-    adjacency: &[Vec<u32>],
-    weights: &[u32],
-) -> Result<Vec<usize>, LinalgError> {
-    super::Graph::new(adjacency, weights)?.nested_dissection()
-}
-
 #[cfg(not(feature = "metis"))]
 pub(crate) fn nested_dissection(
     adjacency: &[Vec<u32>],
@@ -46,4 +36,31 @@ pub(crate) fn nested_dissection(
     amd::order(&mut order, &mut inverse, pattern, Default::default(), stack)
         .map_err(|e| failed(e.to_string()))?;
     Ok(order)
+}
+
+/// Refuses a graph with an edge in one direction only.
+///
+/// # Errors
+/// [`LinalgError::Factorisation`] naming the edge.
+pub(super) fn check_undirected(adjacency: &[Vec<u32>]) -> Result<(), LinalgError> {
+    for (i, list) in adjacency.iter().enumerate() {
+        let one_way = |&&j: &&u32| {
+            let back = adjacency.get(j as usize);
+            back.is_none_or(|list| list.binary_search(&(i as u32)).is_err())
+        };
+        if let Some(j) = list.iter().find(one_way) {
+            return Err(failed(format!(
+                "the pattern of the matrix has entry ({i}, {j}) but not ({j}, {i}); \
+                 it must be symmetric"
+            )));
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn failed(detail: String) -> LinalgError {
+    LinalgError::Factorisation {
+        what: "graph of the dofs",
+        detail,
+    }
 }

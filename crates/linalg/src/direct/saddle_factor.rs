@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::factor::{Definiteness, Precision, SparseFactor};
-use super::ordering::nested_dissection;
+use super::nested_dissection;
 use crate::csr::{Rows, diagonal};
 use crate::node_kernel::long_row;
 use crate::product::build_rows;
@@ -12,7 +12,7 @@ use crate::vector::{axpy, power_of_two_below};
 use crate::{Csr, LinalgError, Preconditioner, PreconditionerKind, SaddleSystem};
 
 /// Right-hand sides solved together: enough for level-3 kernels, with little memory.
-const GROUP: usize = 6;
+const RHS_PER_SOLVE: usize = 6;
 
 /// Factors of `[K (x) I3, B^T; B, -shift diag(M_p)]` with the border eliminated.
 ///
@@ -51,8 +51,14 @@ impl SaddleFactor {
         let order = elimination_order(system)?;
         let matrix = fluid_block(system, shift, &scales);
         let quasi = Definiteness::Quasi;
-        let mut factor =
-            SparseFactor::new("fluid block", &matrix, &order, quasi, precision, GROUP)?;
+        let mut factor = SparseFactor::new(
+            "fluid block",
+            &matrix,
+            &order,
+            quasi,
+            precision,
+            RHS_PER_SOLVE,
+        )?;
         let (m, size) = (system.border_range().len(), matrix.rows());
         drop(matrix);
         let mut lifted = border_columns(system);

@@ -1,7 +1,7 @@
 //! Direct solver for a sparse symmetric saddle-point system given as one matrix.
 
 use super::factor::{Definiteness, Precision, SparseFactor};
-use super::ordering::nested_dissection;
+use super::nested_dissection;
 use crate::csr::{Rows, check_finite, check_shape, into_rows};
 use crate::product::build_rows;
 use crate::vector::{norm, rhs_norm};
@@ -10,10 +10,10 @@ use crate::{Csr, LinalgError};
 /// Refinement steps after which a system counts as singular.
 ///
 /// In a regular system each step gains seven digits.
-const MOST_REFINEMENTS: usize = 12;
+const MAX_REFINEMENTS: usize = 12;
 
 /// Relative true residual that every solution reaches; most are two digits better.
-const RESIDUAL: f64 = 1e-11;
+const MAX_RESIDUAL: f64 = 1e-11;
 
 /// Direct solver for `A = [K B^T; B 0]` by factors of `A - diag(shift)`, and refinement.
 ///
@@ -98,7 +98,7 @@ impl ShiftedLdlt {
         };
         let mut residual = b.to_vec();
         let mut best = f64::INFINITY;
-        for step in 1..=MOST_REFINEMENTS {
+        for step in 1..=MAX_REFINEMENTS {
             let mut correction = residual.clone();
             self.factor.solve_in_place(&mut correction);
             for (x, c) in x.iter_mut().zip(&correction) {
@@ -109,18 +109,18 @@ impl ShiftedLdlt {
             // a reduction by less than a factor of two is rounding
             let stalls = left.is_nan() || left > 0.5 * best;
             best = left.min(best);
-            if stalls || left == 0.0 || step == MOST_REFINEMENTS {
+            if stalls || left == 0.0 || step == MAX_REFINEMENTS {
                 break;
             }
         }
-        if best <= RESIDUAL {
+        if best <= MAX_RESIDUAL {
             return Ok(best);
         }
         Err(LinalgError::Stagnated {
             method: "direct solution with refinement",
-            iterations: MOST_REFINEMENTS,
+            iterations: MAX_REFINEMENTS,
             true_rel_residual: best,
-            target: RESIDUAL,
+            target: MAX_RESIDUAL,
         })
     }
 

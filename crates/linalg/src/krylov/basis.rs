@@ -3,18 +3,16 @@
 use rayon::prelude::*;
 
 use crate::SumOverProcesses;
-#[cfg(feature = "roofline")]
-use crate::kernel::{Kernel, Measure};
 use crate::vector::{CHUNK, lanes_dot, max_abs, power_of_two_below};
 
 /// Vector entries per parallel task: enough that the cost of its partial sums is negligible.
-const TASK: usize = 16 * CHUNK;
+const ENTRIES_PER_TASK: usize = 16 * CHUNK;
 
 /// Fraction of its length below which an orthogonalised vector is orthogonalised a second time.
 ///
 /// The second orthogonalisation costs as much as the first; a reduction of the length by a factor
 /// of ten costs one of sixteen digits of orthogonality (Hoffmann, Computing 41, 1989).
-const CANCELLATION: f64 = 0.1;
+const MAX_CANCELLATION: f64 = 0.1;
 
 /// A basis vector in the precision it needs.
 enum Vector {
@@ -26,7 +24,7 @@ enum Vector {
 ///
 /// Vectors are allocated on demand and kept over restarts. Orthogonalisation reads each of them
 /// twice: for the coefficients, then for the differences.
-pub(super) struct Orthonormal<'a> {
+pub struct OrthonormalBasis<'a> {
     weights: Option<&'a [f32]>,
     sum: Option<&'a SumOverProcesses<'a>>,
     vectors: Vec<Vector>,
@@ -34,17 +32,26 @@ pub(super) struct Orthonormal<'a> {
     partial: Vec<f64>,
 }
 
-impl<'a> Orthonormal<'a> {
-    pub fn new(weights: Option<&'a [f32]>, sum: Option<&'a SumOverProcesses<'a>>) -> Self {
-        Orthonormal {
+impl<'a> OrthonormalBasis<'a> {
+    /// An empty basis for the inner product with these weights.
+    pub fn new(weights: Option<&'a [f32]>) -> Self {
+        OrthonormalBasis {
             weights,
-            sum,
+            sum: None,
             vectors: Vec::new(),
             partial: Vec::new(),
         }
     }
 
+    /// The same for vectors that are divided between processes.
+    pub(super) fn with_sum(mut self, sum: Option<&'a SumOverProcesses<'a>>) -> Self {
+        self.sum = sum;
+        self
+    }
+
     /// Stores `w / norm` as vector `j`, in f32 if `single`.
+    ///
+    /// `j` is at most the number of vectors; later ones in another precision are dropped.
     pub fn store(&mut self, j: usize, w: &[f64], norm: f64, single: bool) {
         let factor = norm.recip();
         // a vector from before a restart is reused if it has the right precision
@@ -72,7 +79,7 @@ impl<'a> Orthonormal<'a> {
     }
 
     /// Vector `j` in f64, written to `buffer` if it is stored in f32.
-    pub fn vector<'b>(&'b self, j: usize, buffer: &'b mut [f64]) -> &'b [f64] {
+    pub(super) fn vector<'b>(&'b self, j: usize, buffer: &'b mut [f64]) -> &'b [f64] {
         match &self.vectors[j] {
             Vector::Double(v) => v,
             Vector::Single(v) => {
@@ -83,7 +90,7 @@ impl<'a> Orthonormal<'a> {
     }
 
     /// The norm of `w`.
-    pub fn norm(&mut self, w: &mut [f64]) -> f64 {
+    pub(super) fn norm(&mut self, w: &mut [f64]) -> f64 {
         self.sweep(0, w, &[], true);
         self.partial[0].sqrt()
     }
@@ -105,7 +112,7 @@ impl<'a> Orthonormal<'a> {
             }
             self.sweep(k, w, &coefficients, false);
             size = self.partial[0].sqrt();
-            if size > CANCELLATION * before.sqrt() {
+            if size > MAX_CANCELLATION * before.sqrt() {
                 break;
             }
         }
@@ -113,7 +120,7 @@ impl<'a> Orthonormal<'a> {
     }
 
     /// `w <- sum_i c_i v_i` over the vectors from `first` on.
-    pub fn combine(&self, first: usize, c: &[f64], w: &mut [f64]) {
+    pub(super) fn combine(&self, first: usize, c: &[f64], w: &mut [f64]) {
         w.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, w)| {
             let here = chunk * CHUNK..chunk * CHUNK + w.len();
             w.fill(0.0);
@@ -132,16 +139,17 @@ impl<'a> Orthonormal<'a> {
     /// `k` vectors.
     fn sweep(&mut self, k: usize, w: &mut [f64], coefficients: &[f64], products: bool) {
         let (width, vectors, weights) = (k + 1, &self.vectors, self.weights);
-        let tasks = w.len().div_ceil(TASK).max(1);
+        let tasks = w.len().div_ceil(ENTRIES_PER_TASK).max(1);
         self.partial.clear();
         self.partial.resize(width * tasks, 0.0);
-        w.par_chunks_mut(TASK)
+        w.par_chunks_mut(ENTRIES_PER_TASK)
             .zip(self.partial.par_chunks_mut(width))
             .enumerate()
             .for_each(|(task, (w, sums))| {
                 let mut weighted = [0.0; CHUNK];
                 for (chunk, w) in w.chunks_mut(CHUNK).enumerate() {
-                    let here = task * TASK + chunk * CHUNK..task * TASK + chunk * CHUNK + w.len();
+                    let here = task * ENTRIES_PER_TASK + chunk * CHUNK
+                        ..task * ENTRIES_PER_TASK + chunk * CHUNK + w.len();
                     for (v, &c) in vectors.iter().zip(coefficients) {
                         match v {
                             Vector::Double(v) => subtract(c, &v[here.clone()], w),
@@ -190,8 +198,8 @@ fn subtract<T: Copy + Into<f64>>(c: f64, v: &[T], w: &mut [f64]) {
 
 /// Calls `f(&mut a_i, &b_i)` for all `i`.
 fn zip_chunks<A: Send, B: Sync>(a: &mut [A], b: &[B], f: impl Fn(&mut A, &B) + Sync) {
-    a.par_chunks_mut(TASK)
-        .zip(b.par_chunks(TASK))
+    a.par_chunks_mut(ENTRIES_PER_TASK)
+        .zip(b.par_chunks(ENTRIES_PER_TASK))
         .for_each(|(a, b)| a.iter_mut().zip(b).for_each(|(a, b)| f(a, b)));
 }
 
@@ -231,8 +239,8 @@ impl RoundedBasis {
         vector.scale = scale;
         vector
             .values
-            .par_chunks_mut(TASK)
-            .zip(z.par_chunks_mut(TASK))
+            .par_chunks_mut(ENTRIES_PER_TASK)
+            .zip(z.par_chunks_mut(ENTRIES_PER_TASK))
             .for_each(|(short, z)| {
                 for (short, z) in short.iter_mut().zip(z) {
                     *short = (*z * inverse) as f32;
@@ -252,41 +260,6 @@ impl RoundedBasis {
     }
 }
 
-/// Passes the orthogonalisation of a vector of length `n` against `k` others to `measure`.
-///
-/// For a solve to 1e-8 a third of the vectors is stored in f64, the others in f32.
-#[cfg(feature = "roofline")]
-pub(crate) fn visit_basis_kernels(
-    k: usize,
-    n: usize,
-    weights: Option<&[f32]>,
-    measure: &mut Measure,
-) {
-    let mut w: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
-    let mut h = vec![0.0; k];
-    for (single, name, share) in [
-        (false, "Gram-Schmidt against ten, f64", 1.0 / 3.0),
-        (true, "Gram-Schmidt against ten, f32", 2.0 / 3.0),
-    ] {
-        let mut basis = Orthonormal::new(weights, None);
-        for j in 0..k {
-            // nearly orthogonal to the measured vector, so that one round is enough
-            let sparse: Vec<f64> = (0..n).map(|i| f64::from(i % k == j)).collect();
-            basis.store(j, &sparse, n as f64, single);
-        }
-        let vectors = k * if single { 4 } else { 8 };
-        let bytes = 2 * n * (vectors + 4) + 24 * n;
-        let kernel = Kernel {
-            name,
-            bytes,
-            runs: share,
-        };
-        measure(kernel, &mut || {
-            basis.orthogonalise(k, &mut w, &mut h);
-        });
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -294,7 +267,7 @@ mod tests {
 
     /// Three vectors that differ in the ninth digit, orthogonalised one after the other.
     fn nearly_dependent(n: usize, weights: Option<&[f32]>, single: bool) -> Vec<Vec<f64>> {
-        let mut basis = Orthonormal::new(weights, None);
+        let mut basis = OrthonormalBasis::new(weights);
         let mut h = [0.0; 3];
         for j in 0..3 {
             let mut w: Vec<f64> = (0..n)

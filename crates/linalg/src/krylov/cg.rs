@@ -2,7 +2,7 @@
 
 use super::complement;
 use super::progress::Progress;
-use super::report::{KrylovParams, SolveReport, check_start, check_symmetric};
+use super::report::{KrylovParams, SolveReport};
 use crate::vector::{axpy, dot, norm, xpby};
 use crate::{LinalgError, LinearOperator, Preconditioner};
 
@@ -29,14 +29,7 @@ pub fn cg(
     x: &mut [f64],
     params: &KrylovParams,
 ) -> Result<SolveReport, LinalgError> {
-    complement::solve_one(
-        operator,
-        preconditioner,
-        b,
-        x,
-        params,
-        |preconditioner, b, x| iterate(operator, preconditioner, b, x, params),
-    )
+    complement::solve_symmetric(METHOD, operator, preconditioner, b, x, params, iterate)
 }
 
 fn iterate(
@@ -44,15 +37,9 @@ fn iterate(
     preconditioner: &mut dyn Preconditioner,
     b: &[f64],
     x: &mut [f64],
-    params: &KrylovParams,
+    mut progress: Progress,
 ) -> Result<SolveReport, LinalgError> {
-    check_symmetric(METHOD, operator, preconditioner)?;
-    let Some(b_norm) = check_start(operator, preconditioner, b, x, params)? else {
-        return Ok(SolveReport::zero(x));
-    };
-    let n = b.len();
-    let mut progress = Progress::unweighted(METHOD, params, b_norm);
-    let [mut r, mut z, mut p, mut q] = [(); 4].map(|()| vec![0.0; n]);
+    let [mut r, mut z, mut p, mut q] = [(); 4].map(|()| vec![0.0; b.len()]);
     loop {
         if let Some(report) = progress.check(operator, b, x, &mut r)? {
             return Ok(report);

@@ -1,13 +1,14 @@
 //! Krylov methods on the complement of a null space.
 
 use super::null_vectors::{NullVectors, project_out};
-use super::report::{KrylovParams, SolveReport};
+use super::progress::Progress;
+use super::report::{KrylovParams, SolveReport, check_start, check_symmetric};
 use crate::csr::{check_finite, check_shape};
 use crate::vector::norm;
 use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 
 /// Fraction of a right-hand side below which its projection counts as rounding error.
-const ROUNDING: f64 = 1e-14;
+const PROJECTION_ROUNDING: f64 = 1e-14;
 
 /// A preconditioner `N` between projections: `z = P_right N P_left r`.
 ///
@@ -79,7 +80,7 @@ pub(super) fn solve(
         let before = norm(b);
         let mut rest = b.to_vec();
         project_out(null_vectors.left(), &mut rest);
-        if norm(&rest) <= ROUNDING * before {
+        if norm(&rest) <= PROJECTION_ROUNDING * before {
             rest.fill(0.0);
         }
         let difference: Vec<f64> = b.iter().zip(&rest).map(|(b, rest)| b - rest).collect();
@@ -112,22 +113,36 @@ pub(super) fn solve(
     Ok(reports)
 }
 
-/// As [`solve`], for a `method` with one right-hand side.
-pub(super) fn solve_one(
+/// As [`solve`], for a method with one right-hand side, an operator that must be symmetric and a
+/// preconditioner that must be symmetric positive definite.
+pub(super) fn solve_symmetric(
+    name: &'static str,
     operator: &dyn LinearOperator,
     preconditioner: &mut dyn Preconditioner,
     b: &[f64],
     x: &mut [f64],
     params: &KrylovParams,
-    method: impl FnOnce(&mut dyn Preconditioner, &[f64], &mut [f64]) -> Result<SolveReport, LinalgError>,
+    iterate: impl FnOnce(
+        &dyn LinearOperator,
+        &mut dyn Preconditioner,
+        &[f64],
+        &mut [f64],
+        Progress,
+    ) -> Result<SolveReport, LinalgError>,
 ) -> Result<SolveReport, LinalgError> {
-    let mut reports = solve(
-        operator,
-        preconditioner,
-        &[b],
-        &mut [x],
-        params,
-        |preconditioner, b, x| Ok(vec![method(preconditioner, b[0], x[0])?]),
-    )?;
+    let method = |preconditioner: &mut dyn Preconditioner, b: &[&[f64]], x: &mut [&mut [f64]]| {
+        let (b, x) = (b[0], &mut *x[0]);
+        check_symmetric(name, operator, preconditioner)?;
+        Ok(vec![
+            match check_start(operator, preconditioner, b, x, params)? {
+                None => SolveReport::zero(x),
+                Some(b_norm) => {
+                    let progress = Progress::unweighted(name, params, b_norm);
+                    iterate(operator, preconditioner, b, x, progress)?
+                }
+            },
+        ])
+    };
+    let mut reports = solve(operator, preconditioner, &[b], &mut [x], params, method)?;
     Ok(reports.remove(0))
 }

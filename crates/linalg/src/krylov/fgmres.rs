@@ -1,6 +1,6 @@
 //! Flexible GMRES with restarts, for one or several right-hand sides.
 
-use super::basis::{Orthonormal, RoundedBasis};
+use super::basis::{OrthonormalBasis, RoundedBasis};
 use super::complement;
 use super::hessenberg::Hessenberg;
 use super::progress::Progress;
@@ -152,7 +152,7 @@ struct Column<'a> {
     restart: usize,
     /// Whether the preconditioner is a fixed linear map.
     fixed: bool,
-    v: Orthonormal<'a>,
+    v: OrthonormalBasis<'a>,
     z: RoundedBasis,
     hessenberg: Hessenberg,
     w: Vec<f64>,
@@ -185,7 +185,8 @@ impl<'a> Column<'a> {
             progress: Progress::new(METHOD, operator, params, b),
             restart,
             fixed: preconditioner.kind() <= PreconditionerKind::Linear,
-            v: Orthonormal::new(operator.residual_weights(), operator.sum_over_processes()),
+            v: OrthonormalBasis::new(operator.residual_weights())
+                .with_sum(operator.sum_over_processes()),
             z: RoundedBasis::new(),
             hessenberg: Hessenberg::new(),
             w: vec![0.0; n],
@@ -287,7 +288,6 @@ impl<'a> Column<'a> {
         // residual decides
         let invariant = self.size <= f64::EPSILON * self.hessenberg.column_norm(self.steps - 1);
         if small || invariant || self.steps == self.restart || !progress.may_iterate() {
-            tracing::debug!(iterations = progress.iterations, "{METHOD} cycle");
             self.stage = Stage::EndOfCycle;
         } else {
             self.continue_from(residual);

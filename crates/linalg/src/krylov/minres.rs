@@ -2,7 +2,7 @@
 
 use super::complement;
 use super::progress::Progress;
-use super::report::{KrylovParams, SolveReport, check_start, check_symmetric};
+use super::report::{KrylovParams, SolveReport};
 use crate::vector::{axpy, dot, norm, scale};
 use crate::{LinalgError, LinearOperator, Preconditioner};
 
@@ -43,14 +43,7 @@ pub fn minres(
     x: &mut [f64],
     params: &KrylovParams,
 ) -> Result<SolveReport, LinalgError> {
-    complement::solve_one(
-        operator,
-        preconditioner,
-        b,
-        x,
-        params,
-        |preconditioner, b, x| iterate(operator, preconditioner, b, x, params),
-    )
+    complement::solve_symmetric(METHOD, operator, preconditioner, b, x, params, iterate)
 }
 
 fn iterate(
@@ -58,15 +51,10 @@ fn iterate(
     preconditioner: &mut dyn Preconditioner,
     b: &[f64],
     x: &mut [f64],
-    params: &KrylovParams,
+    mut progress: Progress,
 ) -> Result<SolveReport, LinalgError> {
-    check_symmetric(METHOD, operator, preconditioner)?;
-    let Some(b_norm) = check_start(operator, preconditioner, b, x, params)? else {
-        return Ok(SolveReport::zero(x));
-    };
-    let n = b.len();
-    let mut progress = Progress::unweighted(METHOD, params, b_norm);
-    let [mut r, mut v, mut z, mut v_old, mut w, mut w_old, mut q] = [(); 7].map(|()| vec![0.0; n]);
+    let [mut r, mut v, mut z, mut v_old, mut w, mut w_old, mut q] =
+        [(); 7].map(|()| vec![0.0; b.len()]);
     loop {
         if let Some(report) = progress.check(operator, b, x, &mut r)? {
             return Ok(report);

@@ -10,8 +10,7 @@ mod null_vectors;
 mod progress;
 mod report;
 
-#[cfg(feature = "roofline")]
-pub(crate) use basis::visit_basis_kernels;
+pub use basis::OrthonormalBasis;
 pub use cg::cg;
 pub use fgmres::{fgmres, fgmres_columns};
 pub use minres::minres;

@@ -1,10 +1,10 @@
-//! One level of the cycle in single precision: smoother and prolongation.
+//! One level of the cycle in single precision: its vectors, the smoother and the prolongation.
 
 use std::array::from_fn;
 
-use super::vectors::{Columns, Vectors};
+use crate::constrained_dofs::ConstrainedDofs;
 use crate::csr::{Csr32, Rounded, Rows, to_f32};
-use crate::node_kernel::{SparseNodes, long_row, padded_row};
+use crate::node_kernel::{Padded, SparseNodes, long_row, padded_row};
 use crate::row_blocks::RowBlocks;
 use crate::transpose::transpose;
 use crate::{Bordered, Prolongation};
@@ -19,7 +19,7 @@ pub(super) struct Level {
     border_rows: Csr32,
     inverse_diagonal: Vec<f32>,
     /// Relaxation factors of the smoothing steps, the same before and after the coarse correction.
-    factors: Vec<f32>,
+    pub factors: Vec<f32>,
     p: Csr32,
     p_transposed: Csr32,
     q: SparseNodes<f32>,
@@ -60,7 +60,7 @@ impl Level {
     }
 
     /// One smoothing step, `x' = x + w D^-1 (b - K x)`: one pass.
-    fn sweep<const S: usize>(&mut self, factor: f32) {
+    pub fn sweep<const S: usize>(&mut self, factor: f32) {
         let (k, inverse_diagonal) = (self.k.rows(), &self.inverse_diagonal);
         let Columns {
             b,
@@ -164,35 +164,80 @@ impl Level {
     }
 }
 
-#[cfg(feature = "roofline")]
-impl Level {
-    /// Number of smoothing steps before and after the coarse correction.
-    pub fn steps(&self) -> usize {
-        self.factors.len()
+/// The vectors `b` and `x` of one level, nodes and border, in the precision of the cycle.
+///
+/// The `S` columns of a node or border dof are adjacent in memory.
+pub(super) struct Vectors {
+    nodes: usize,
+    border: usize,
+    b: Vec<Padded>,
+    x: Vec<Padded>,
+    /// The next `x` of a smoothing step, or a residual.
+    next: Vec<Padded>,
+    border_b: Vec<f32>,
+    border_x: Vec<f32>,
+    /// Components that are zero in `b` and in `x`.
+    constrained: ConstrainedDofs,
+}
+
+/// [`Vectors`] of `S` columns.
+pub(super) struct Columns<'a, const S: usize> {
+    pub b: &'a mut [[Padded; S]],
+    pub x: &'a mut [[Padded; S]],
+    pub next: &'a mut [[Padded; S]],
+    pub border_b: &'a mut [[f32; S]],
+    pub border_x: &'a mut [[f32; S]],
+    pub constrained: &'a ConstrainedDofs,
+}
+
+impl Vectors {
+    pub fn new(nodes: usize, border: usize, constrained: ConstrainedDofs) -> Self {
+        let mut vectors = Vectors {
+            nodes,
+            border,
+            b: Vec::new(),
+            x: Vec::new(),
+            next: Vec::new(),
+            border_b: Vec::new(),
+            border_x: Vec::new(),
+            constrained,
+        };
+        vectors.widen(1);
+        vectors
     }
 
-    /// Bytes of one smoothing step: the matrix, three vectors, the diagonal.
-    pub fn sweep_bytes(&self) -> usize {
-        let n = self.vectors.nodes();
-        8 * self.k.rows().nnz() + n * (8 + 48 + 4)
+    /// Enlarges the buffers for `columns` columns; they never shrink.
+    pub fn widen(&mut self, columns: usize) {
+        let (nodes, border) = (self.nodes * columns, self.border * columns);
+        for nodal in [&mut self.b, &mut self.x, &mut self.next] {
+            nodal.resize(nodal.len().max(nodes), [0.0; 4]);
+        }
+        for border_vector in [&mut self.border_b, &mut self.border_x] {
+            border_vector.resize(border_vector.len().max(border), 0.0);
+        }
     }
 
-    /// Bytes of a residual and its restriction.
-    pub fn restriction_bytes(&self) -> usize {
-        let (n, nc) = (self.vectors.nodes(), self.p_transposed.rows());
-        let residual = 8 * self.k.rows().nnz() + n * (8 + 48);
-        residual + 8 * self.p.nnz() + 16 * n + 24 * nc
+    /// Number of border dofs of the level.
+    pub fn border(&self) -> usize {
+        self.border
     }
 
-    /// Bytes of a prolongation.
-    pub fn prolongation_bytes(&self) -> usize {
-        let (n, nc) = (self.vectors.nodes(), self.p_transposed.rows());
-        8 * self.p.nnz() + n * (8 + 32) + 16 * nc
+    /// The first `S` columns, for which [`widen`](Vectors::widen) was called.
+    pub fn columns<const S: usize>(&mut self) -> Columns<'_, S> {
+        let (n, m) = (self.nodes, self.border);
+        Columns {
+            b: &mut self.b.as_chunks_mut().0[..n],
+            x: &mut self.x.as_chunks_mut().0[..n],
+            next: &mut self.next.as_chunks_mut().0[..n],
+            border_b: &mut self.border_b.as_chunks_mut().0[..m],
+            border_x: &mut self.border_x.as_chunks_mut().0[..m],
+            constrained: &self.constrained,
+        }
     }
 
-    /// One smoothing step on the present contents of the vectors.
-    pub fn sweep_once(&mut self) {
-        self.sweep::<1>(self.factors[0]);
+    /// Makes the result of a smoothing step the new `x`.
+    pub fn advance(&mut self) {
+        std::mem::swap(&mut self.x, &mut self.next);
     }
 }
 

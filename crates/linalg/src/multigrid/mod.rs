@@ -3,25 +3,20 @@
 //! Border dofs are kept on every level.
 
 mod coarse;
-mod coarse_factor;
-#[cfg(feature = "roofline")]
-mod kernels;
 mod level;
 mod params;
-mod scalar;
-mod vectors;
+mod scalar_multigrid;
 
 pub use params::{BorderInverse, MultigridParams};
-pub use scalar::ScalarMultigrid;
+pub use scalar_multigrid::ScalarMultigrid;
 
 use std::array::from_fn;
 use std::borrow::Cow;
 use std::fmt;
 
 use coarse::CoarseSolver;
-use level::Level;
+use level::{Columns, Level, Vectors};
 use rayon::prelude::*;
-use vectors::{Columns, Vectors};
 
 use crate::bordered::{nodes, nodes_mut};
 use crate::chebyshev::JacobiScaling;
@@ -29,8 +24,8 @@ use crate::columns::{assert_lengths, in_passes, split};
 use crate::csr::positive_diagonal;
 use crate::vector::{CHUNK, max_abs, power_of_two_below};
 use crate::{
-    Bordered, Csr, LinalgError, Preconditioner, PreconditionerKind, Prolongation, amg, chebyshev,
-    csr,
+    Bordered, Csr, LinalgError, Preconditioner, PreconditionerKind, Prolongation, chebyshev, csr,
+    smoothed_aggregation,
 };
 
 /// Size of one level.
@@ -43,6 +38,24 @@ pub struct LevelSize {
     pub nnz: usize,
     /// Number of nonzeros of the border C.
     pub border_nnz: usize,
+    /// Number of nonzeros of the prolongation to the nodes from the next coarser level; zero on the
+    /// coarsest.
+    pub prolongation_nnz: usize,
+    /// Number of smoothing steps before, and after, the coarse correction; zero on the coarsest.
+    pub sweeps: usize,
+}
+
+/// A part of a V-cycle, to measure its time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CyclePart {
+    /// One smoothing step on the finest level.
+    SmoothingStep,
+    /// The residual of the finest level and its restriction.
+    Restriction,
+    /// The prolongation to the finest level.
+    Prolongation,
+    /// The cycle on all coarser levels.
+    CoarserLevels,
 }
 
 /// One V-cycle as an approximate inverse of a [`Bordered`] operator.
@@ -121,6 +134,22 @@ impl Multigrid {
         let all: usize = self.sizes.iter().map(|s| s.nnz).sum();
         all as f64 / self.sizes[0].nnz.max(1) as f64
     }
+
+    /// Runs one part of a cycle on the vectors that the last cycle left.
+    ///
+    /// The next cycle does not depend on it. On a single level all parts are empty.
+    pub fn run_part(&mut self, part: CyclePart) {
+        let coarse = &mut self.coarse;
+        let Some((fine, rest)) = self.levels.split_first_mut() else {
+            return;
+        };
+        match part {
+            CyclePart::SmoothingStep => fine.sweep::<1>(fine.factors[0]),
+            CyclePart::Restriction => fine.restrict::<1>(top(rest, coarse)),
+            CyclePart::Prolongation => fine.prolong::<1>(top(rest, coarse)),
+            CyclePart::CoarserLevels => cycle::<1>(rest, coarse),
+        }
+    }
 }
 
 /// The levels built so far.
@@ -141,11 +170,13 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn record(&mut self, operator: &Bordered) {
+    fn record(&mut self, operator: &Bordered, prolongation_nnz: usize, sweeps: usize) {
         self.sizes.push(LevelSize {
             nodes: operator.nodes(),
             nnz: operator.stiffness().nnz(),
             border_nnz: operator.border().nnz(),
+            prolongation_nnz,
+            sweeps,
         });
     }
 
@@ -154,7 +185,7 @@ impl<'a> Builder<'a> {
             0 => self.params.sweeps,
             _ => self.params.coarse_sweeps,
         };
-        self.record(operator);
+        self.record(operator, prolongation.nodes().nnz(), degree);
         self.levels.push(Level::new(
             operator,
             prolongation,
@@ -169,9 +200,12 @@ impl<'a> Builder<'a> {
         while operator.nodes() > self.params.coarsest_nodes {
             let diagonal = positive_diagonal("coarse stiffness matrix", operator.stiffness())?;
             let scaling = JacobiScaling::new(operator.stiffness())?;
-            let Some(prolongation) =
-                amg::prolongation(&operator, &diagonal, &scaling, self.params.strength)
-            else {
+            let Some(prolongation) = smoothed_aggregation::prolongation(
+                &operator,
+                &diagonal,
+                &scaling,
+                self.params.strength,
+            ) else {
                 break;
             };
             let fine = &operator;
@@ -181,7 +215,7 @@ impl<'a> Builder<'a> {
             );
             operator = Cow::Owned(coarse);
         }
-        self.record(&operator);
+        self.record(&operator, 0, 0);
         Ok(Multigrid {
             coarse: CoarseSolver::new(&operator, self.unit.recip(), self.params)?,
             levels: self.levels,
@@ -303,6 +337,7 @@ impl fmt::Display for Multigrid {
                 nodes,
                 nnz,
                 border_nnz,
+                ..
             } = size;
             writeln!(f, "{l:5} {nodes:9} {nnz:10} {per_row:8.1} {border_nnz:10}")?;
         }

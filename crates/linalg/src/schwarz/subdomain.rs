@@ -8,7 +8,7 @@ use crate::product::build_rows;
 use crate::{Bordered, LinalgError, Preconditioner, SaddleSystem};
 
 /// Pressure shift of local factors, that of [`DirectParams`](crate::DirectParams) for f32.
-const SHIFT: f64 = 1e-4;
+const PRESSURE_SHIFT: f64 = 1e-4;
 
 /// The nodes, border dofs and pressures of a subdomain, in ascending order.
 ///
@@ -62,7 +62,7 @@ impl Subdomain {
             residual: vec![0.0; dofs.len()],
             solution: vec![0.0; dofs.len()],
             dofs,
-            factor: SaddleFactor::new(&local, SHIFT, Precision::Single)?,
+            factor: SaddleFactor::new(&local, PRESSURE_SHIFT, Precision::Single)?,
         })
     }
 

@@ -6,7 +6,6 @@ mod constrained_dofs;
 mod examples;
 mod failures;
 mod hostile;
-mod inf_sup;
 mod large;
 mod minres;
 mod null_vectors;

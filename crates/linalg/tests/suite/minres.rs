@@ -44,7 +44,7 @@ fn agrees_with_the_direct_solver() {
     }
 }
 
-/// Other meshes took 60 to 75 iterations to 1e-8 in another norm (methods note 1.3).
+/// Other meshes took 60 to 75 iterations to 1e-8 in another norm.
 #[test]
 fn iterations_are_flat_under_refinement() {
     let [coarse, fine] = [one_body(2), one_body(4)]

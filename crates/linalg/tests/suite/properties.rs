@@ -201,7 +201,7 @@ fn empty_blocks_are_solved() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
     fn apply_is_the_documented_matrix(recipe in recipe()) {

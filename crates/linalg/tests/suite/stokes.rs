@@ -363,3 +363,25 @@ fn a_preconditioner_can_be_stored_beside_its_system() {
     } = &mut solver;
     fgmres(system, preconditioner, &b, &mut x, &tolerance(1e-8)).expect("convergence");
 }
+
+#[test]
+fn reports_of_the_direct_solver_are_those_of_its_solution() {
+    let system = one_body(1).system;
+    let b = body_forces(&system);
+    let mut x = vec![0.0; b.len()];
+    let mut factor = SaddleLdlt::factor(&system, &DirectParams::default()).expect("factors");
+    // The factor has at least the diagonal, in numbers of four bytes.
+    assert!(factor.nnz() > system.rows());
+    assert!(factor.bytes() >= 4 * factor.nnz());
+    let report = factor.solve(&b, &mut x).expect("regular");
+    let residual = true_residual(&system, &b, &x);
+    // Rounding of the products is of the size of the residual itself.
+    assert!(residual <= 1e-14, "{residual:e}");
+    assert!(
+        (report.true_rel_residual - residual).abs() <= 2e-15,
+        "{report:?} {residual:e}"
+    );
+    // Iterations, the start, and a step of polishing.
+    assert_eq!(report.history.len(), report.iterations + 1);
+    assert_eq!(report.history.last(), Some(&report.true_rel_residual));
+}

@@ -78,7 +78,7 @@ fn finite_matrix(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
     fn every_function_of_spheres_returns_errors_or_finite_numbers(

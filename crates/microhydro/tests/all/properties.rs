@@ -51,7 +51,7 @@ fn rotated(matrix: &DMatrix<f64>, q: &Rotation3<f64>) -> DMatrix<f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig::with_cases(12))]
 
     #[test]
     fn resistance_is_symmetric_positive_and_grows_with_the_order(raw in arrangement(3), medium in medium()) {

@@ -1,12 +1,16 @@
 //! The resistances of a configuration.
 
 use super::AxisymmetricModel;
-use crate::axial_resistance::{Resistances, best_found};
+use crate::axial_resistance::Resistances;
 use crate::error::ModelError;
 use crate::hydrodynamics::Configuration;
 
 impl AxisymmetricModel {
     /// The resistances to the motions that the scene has, to a relative tolerance.
+    ///
+    /// If the tolerance is out of reach, those with the smallest error: the error bars of the
+    /// solution are those of the resistance, and whoever integrates a stroke decides whether they
+    /// are small enough.
     ///
     /// # Errors
     /// Bodies that left the axis; failures of the solver.
@@ -25,13 +29,15 @@ impl AxisymmetricModel {
         };
         let axial = match &surfaces {
             Some(surfaces) => surfaces.power().clone(),
-            None => best_found(self.solver.axial(&bodies, self.surroundings, tolerance))?,
+            None => self
+                .solver
+                .axial_best(&bodies, self.surroundings, tolerance)?,
         };
         let spin = match self.has_swirl {
-            true => {
-                let spin = self.solver.spin(&bodies, self.surroundings, tolerance);
-                Some(best_found(spin)?)
-            }
+            true => Some(
+                self.solver
+                    .spin_best(&bodies, self.surroundings, tolerance)?,
+            ),
             false => None,
         };
         Ok(Resistances {

@@ -12,7 +12,7 @@
 //!
 //! (Oseen 1927; the first-order term in Haberman & Sayre 1958). The remaining error is of third
 //! order in the extent of the bodies over `R`. A uniform flow moves all bodies alike and puts no
-//! load on links, so the correction is added to all velocities after the solve.
+//! load on joints, so the correction is added to all velocities after the solve.
 //!
 //! Above a plane wall no correction is needed: the far field of a force at the height `h` parallel
 //! to the wall is `3 F h x z r / (2π μ |r|^5)` (Blake 1971), so the effect of a half sphere of

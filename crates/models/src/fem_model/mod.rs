@@ -36,8 +36,8 @@ pub struct FemModel {
     options: FemOptions,
     /// Solutions on the current mesh.
     ///
-    /// They are not part of the history: the first solves of a leg do not profit from those of the
-    /// previous leg, in which another link moves.
+    /// They are not part of the history: the first solves of a phase span do not profit from those
+    /// of the previous phase span, in which another joint moves.
     guesses: InitialGuesses,
     /// Data of the solutions of the last query, or of each of the last independent queries.
     last: Vec<Option<Last>>,
@@ -48,7 +48,7 @@ pub struct FemModel {
 
 /// Number of solutions kept as initial guesses, at 8 bytes per degree of freedom each.
 ///
-/// A typical leg takes six solves (orders of one, two and three Gauss points), so up to five
+/// A typical phase span takes six solves (orders of one, two and three Gauss points), so up to five
 /// solutions precede the last one.
 const MAX_GUESSES: usize = 5;
 

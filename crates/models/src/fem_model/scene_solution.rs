@@ -5,9 +5,9 @@ use rigid::{Articulation, FlowSolution};
 use stokes::Solution;
 
 use super::far_field::{FarField, total_force};
+use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
-use crate::mesh_error::{MeshError, Uncertainty};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{BodySolution, InstantaneousSolution};
 use crate::stresslets::Stresslets;
@@ -64,7 +64,11 @@ impl ToScene<'_> {
         answer.stresslets = (answer.stresslets.take().zip(computed.stresslets.as_ref())).map(
             |(corrected, computed)| corrected.correcting(computed, uncertainty.relative, of_facets),
         );
-        answer.set_mesh_error(MeshError::between(&computed, &answer, uncertainty));
+        answer.set_mesh_error(DiscretisationError::between(
+            &computed,
+            &answer,
+            uncertainty,
+        ));
         solved.flow = corrected;
         Ok(answer)
     }
@@ -90,8 +94,8 @@ impl ToScene<'_> {
             bodies[body].force = scale.force_to_scene(part(0));
             bodies[body].torque = scale.torque_to_scene(part(3));
         }
-        let link_forces = (0..set.links().len())
-            .map(|link| Ok(scale.force_to_scene(flow.link_force(link)?)))
+        let joint_forces = (0..set.joints().len())
+            .map(|joint| Ok(scale.force_to_scene(flow.joint_force(joint)?)))
             .collect::<Result<_, ModelError>>()?;
         let mut speed = largest_norm(bodies.iter().map(|b| b.velocity));
         if self.scaled.scene.has_surface_velocity() {
@@ -99,8 +103,8 @@ impl ToScene<'_> {
             let fastest = largest_norm(flow.velocity.iter().copied());
             speed = speed.max(scale.speed_to_scene(fastest));
         }
-        // Without links or fixed bodies the forces are the given loads.
-        let are_given = set.links().is_empty() && !set.fixed().contains(&true);
+        // Without joints or fixed bodies the forces are the given loads.
+        let are_given = set.joints().is_empty() && !set.fixed().contains(&true);
         let force = match are_given {
             true => 0.0,
             false => largest_norm(bodies.iter().map(|b| b.force)),
@@ -132,7 +136,7 @@ impl ToScene<'_> {
             seconds: solution.seconds,
             ..InstantaneousSolution::new(
                 bodies,
-                link_forces,
+                joint_forces,
                 self.scaled.motion_to_scene(&flow.state),
             )
         })

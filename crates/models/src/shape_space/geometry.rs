@@ -15,7 +15,7 @@ use crate::error::ModelError;
 pub struct ShapeGeometry {
     /// Per point: six numbers of the twist per variable, then the metric.
     values: Interpolant,
-    /// Links whose values vary in the box.
+    /// Joints whose values vary in the box.
     variables: Vec<usize>,
     points: usize,
     errors: (f64, f64),
@@ -50,8 +50,8 @@ impl ShapeSpace {
         let mut values = Vec::new();
         for index in indices(&degrees) {
             let mut lengths = self.smallest_lengths();
-            for (variable, &link) in variables.iter().enumerate() {
-                lengths[link] = node(ranges[variable], degrees[variable], index[variable]);
+            for (variable, &joint) in variables.iter().enumerate() {
+                lengths[joint] = node(ranges[variable], degrees[variable], index[variable]);
             }
             for twist in self.connection(&lengths)? {
                 values.extend(twist.linear.iter().chain(twist.angular.iter()));
@@ -72,7 +72,7 @@ impl ShapeSpace {
 }
 
 impl ShapeGeometry {
-    /// Links whose values vary in the box, in the order of the scene.
+    /// Joints whose values vary in the box, in the order of the scene.
     pub fn variables(&self) -> &[usize] {
         &self.variables
     }

@@ -28,7 +28,7 @@ impl<'a> Placement<'a> {
             mean: None,
         };
         if *scene.domain() != Domain::Unbounded {
-            let lengths = scene.articulation().initial_lengths();
+            let lengths = scene.articulation().initial_shape();
             placement.mean = Some(placement.mean_of(&placement.start, lengths)?);
         }
         Ok(placement)
@@ -42,7 +42,7 @@ impl<'a> Placement<'a> {
     /// The state with the mean of the bodies at its place.
     ///
     /// # Errors
-    /// Lengths for which the bodies cannot be placed.
+    /// Shapes for which the bodies cannot be placed.
     pub fn state(&self, lengths: &[f64]) -> Result<State, ModelError> {
         let mut state = self.start.clone();
         if let Some(mean) = self.mean {

@@ -22,7 +22,7 @@ const BATCH: usize = 64;
 /// Number of successive shapes that one copy of the model solves.
 const CHUNK: usize = 4;
 
-/// Motion of the swimmer, relative to the longest link or in radians, that counts as rounding.
+/// Motion of the swimmer, relative to the longest joint or in radians, that counts as rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// Samples a model at grid points, each at most once.
@@ -30,7 +30,7 @@ pub struct Sampler<'a> {
     scene: &'a Scene,
     placement: &'a Placement<'a>,
     ranges: &'a [(f64, f64)],
-    /// Links whose length varies.
+    /// Joints whose value varies.
     variables: &'a [usize],
     model: &'a mut dyn Hydrodynamics,
     /// What was solved so far.
@@ -48,7 +48,7 @@ struct Sample {
 }
 
 impl<'a> Sampler<'a> {
-    /// A sampler of a model; `ranges` has one entry per link.
+    /// A sampler of a model; `ranges` has one entry per joint.
     ///
     /// # Errors
     /// Shapes `solved` that do not fit the scene.
@@ -88,7 +88,7 @@ impl<'a> Sampler<'a> {
     pub fn layout(&self) -> Layout {
         Layout {
             bodies: self.scene.bodies().len(),
-            links: self.ranges.len(),
+            joints: self.ranges.len(),
             mesh_errors: self.solved.mesh_errors,
         }
     }
@@ -101,7 +101,7 @@ impl<'a> Sampler<'a> {
     ///
     /// # Errors
     /// Those of the model and of `observe`; [`ModelError::NoSolution`] for a list of another
-    /// length, or with other numbers of bodies and links; [`ModelError::MissingShapes`] if the
+    /// length, or with other numbers of bodies and joints; [`ModelError::MissingShapes`] if the
     /// solved part does not complete the grid.
     pub fn grid(
         &mut self,
@@ -110,7 +110,7 @@ impl<'a> Sampler<'a> {
     ) -> Result<Vec<f64>, ModelError> {
         let own: Vec<(usize, Vec<f64>)> = (indices(degrees).enumerate())
             .filter(|(position, _)| self.part.contains(*position))
-            .map(|(_, index)| (key(degrees, &index), self.lengths(degrees, &index)))
+            .map(|(_, index)| (key(degrees, &index), self.shape(degrees, &index)))
             .filter(|(key, _)| !self.solved.numbers.contains_key(key))
             .collect();
         for batch in own.chunks(BATCH) {
@@ -122,9 +122,9 @@ impl<'a> Sampler<'a> {
                 false => None,
             };
             let Some(copies) = copies else {
-                for (key, lengths) in batch {
-                    let state = self.placement.state(lengths)?;
-                    let sample = sample(self.model, &state, lengths, self.variables)?;
+                for (key, shape) in batch {
+                    let state = self.placement.state(shape)?;
+                    let sample = sample(self.model, &state, shape, self.variables)?;
                     self.insert(*key, sample)?;
                     // The next shape starts from the history alone, as after an interruption.
                     self.solved.history = self.model.history()?;
@@ -137,9 +137,9 @@ impl<'a> Sampler<'a> {
             let samples: Vec<(usize, Result<Sample, ModelError>)> = copies
                 .into_par_iter()
                 .flat_map_iter(|(mut model, chunk)| {
-                    let solve = move |(key, lengths): &(usize, Vec<f64>)| {
-                        let found = (placement.state(lengths))
-                            .and_then(|state| sample(model.as_mut(), &state, lengths, variables));
+                    let solve = move |(key, shape): &(usize, Vec<f64>)| {
+                        let found = (placement.state(shape))
+                            .and_then(|state| sample(model.as_mut(), &state, shape, variables));
                         (*key, found)
                     };
                     chunk.iter().map(solve).collect::<Vec<_>>()
@@ -173,7 +173,7 @@ impl<'a> Sampler<'a> {
     pub fn position_error(&mut self, degrees: &[usize]) -> Result<f64, ModelError> {
         let set = self.scene.articulation();
         let longest = (self.ranges.iter().enumerate())
-            .map(|(link, range)| set.arm_length(link, range.1))
+            .map(|(joint, range)| set.arm_length(joint, range.1))
             .fold(0.0, f64::max);
         let reach = self.reach();
         let corners = indices(&vec![1; degrees.len()]).map(|corner| {
@@ -182,8 +182,8 @@ impl<'a> Sampler<'a> {
         });
         let mut largest = 0.0_f64;
         for index in corners {
-            let lengths = self.lengths(degrees, &index);
-            let state = self.placement.state(&lengths)?;
+            let shape = self.shape(degrees, &index);
+            let state = self.placement.state(&shape)?;
             let known = self.solved.numbers[&key(degrees, &index)].clone();
             for component in 0..6 {
                 let unit = if component < 3 { longest } else { 1.0 };
@@ -195,7 +195,7 @@ impl<'a> Sampler<'a> {
                     motion[component / 3][component % 3] = sign * reach[component];
                     let rotation = UnitQuaternion::from_scaled_axis(motion[1]);
                     let moved = self.placement.moved(&state, &motion[0], &rotation);
-                    let sample = sample(self.model, &moved, &lengths, self.variables)?;
+                    let sample = sample(self.model, &moved, &shape, self.variables)?;
                     self.check(&sample)?;
                     let turned = |record: Record| {
                         let frame = record.motion.frames[0];
@@ -221,8 +221,8 @@ impl<'a> Sampler<'a> {
     fn reach(&self) -> [f64; 6] {
         let layout = self.layout();
         let mut reach = [0.0; 6];
-        for (number, &link) in self.variables.iter().enumerate() {
-            let width = self.ranges[link].1 - self.ranges[link].0;
+        for (number, &joint) in self.variables.iter().enumerate() {
+            let width = self.ranges[joint].1 - self.ranges[joint].0;
             let mut fastest = [0.0_f64; 6];
             for values in self.solved.numbers.values() {
                 let numbers = &values[number * layout.numbers()..][..layout.numbers()];
@@ -244,13 +244,13 @@ impl<'a> Sampler<'a> {
         reach
     }
 
-    /// Lengths of all links at a grid point.
-    fn lengths(&self, degrees: &[usize], index: &[usize]) -> Vec<f64> {
-        let mut lengths: Vec<f64> = self.ranges.iter().map(|range| range.0).collect();
-        for (variable, &link) in self.variables.iter().enumerate() {
-            lengths[link] = node(self.ranges[link], degrees[variable], index[variable]);
+    /// Values of all joints at a grid point.
+    fn shape(&self, degrees: &[usize], index: &[usize]) -> Vec<f64> {
+        let mut shape: Vec<f64> = self.ranges.iter().map(|range| range.0).collect();
+        for (variable, &joint) in self.variables.iter().enumerate() {
+            shape[joint] = node(self.ranges[joint], degrees[variable], index[variable]);
         }
-        lengths
+        shape
     }
 
     fn insert(&mut self, key: usize, sample: Sample) -> Result<(), ModelError> {
@@ -284,16 +284,16 @@ fn key(degrees: &[usize], index: &[usize]) -> usize {
 fn sample(
     model: &mut dyn Hydrodynamics,
     state: &State,
-    lengths: &[f64],
+    shape: &[f64],
     variables: &[usize],
 ) -> Result<Sample, ModelError> {
-    let unit_rate = |&link: &usize| {
-        let mut rates = vec![0.0; lengths.len()];
-        rates[link] = 1.0;
+    let unit_rate = |&joint: &usize| {
+        let mut rates = vec![0.0; shape.len()];
+        rates[joint] = 1.0;
         rates
     };
     let rates: Vec<Vec<f64>> = variables.iter().map(unit_rate).collect();
-    let solutions = model.solve(&Query::new(Configuration { state, lengths }, &rates))?;
+    let solutions = model.solve(&Query::new(Configuration { state, shape }, &rates))?;
     if solutions.len() != rates.len() {
         return Err(ModelError::NoSolution {
             model: model.name(),

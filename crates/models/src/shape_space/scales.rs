@@ -15,9 +15,9 @@ pub struct Scales {
 
 /// Scales of tabulated numbers, for tables of the relative error `tolerance`.
 ///
-/// `values` are points of several records each, one per varying link. Velocities are relative to
+/// `values` are points of several records each, one per varying joint. Velocities are relative to
 /// the largest velocity and forces to the largest force. Angular velocities are multiplied, and
-/// torques divided, by the length `longest` of the longest link.
+/// torques divided, by the length `longest` of the longest joint.
 ///
 /// Discretisation errors change from shape to shape, so the tolerance is at least the error bar of
 /// the mesh. Forces with a larger relative error bar have a smaller weight. The signed
@@ -42,7 +42,7 @@ pub fn scales(
     let mut kinds = vec![Velocity, Angular];
     kinds.extend(vec![Angular; layout.bodies]);
     kinds.extend([Velocity, Angular, Force, Torque].repeat(layout.bodies));
-    kinds.extend(vec![Force; layout.links]);
+    kinds.extend(vec![Force; layout.joints]);
     if layout.mesh_errors {
         kinds.extend(vec![Discretisation; kinds.len()]);
     }
@@ -80,7 +80,7 @@ mod tests {
     fn every_number_has_a_weight() {
         let layout = Layout {
             bodies: 2,
-            links: 1,
+            joints: 1,
             mesh_errors: true,
         };
         let values = vec![1.0; layout.numbers()];

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use stokes::{Dofs, SolverReport};
 
+use crate::discretisation_error::Uncertainty;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::History;
-use crate::mesh_error::Uncertainty;
 use crate::solution::InstantaneousSolution;
 
 /// The shapes of a table that one computation solves.

@@ -1,7 +1,7 @@
 //! Solutions of a model, interpolated over a box of shapes.
 
 use nalgebra::{DMatrix, Vector3};
-use rigid::{Link, State, Twist};
+use rigid::{Joint, State, Twist};
 
 use super::chebyshev::Interpolant;
 use super::placement::Placement;
@@ -9,10 +9,10 @@ use super::refinement::{FIRST_DEGREE, fits, points, refined};
 use super::sampler::Sampler;
 use super::scales::{Scales, scales};
 use super::solved_shapes::{Bars, Part, SolvedShapes};
+use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::{Configuration, Hydrodynamics};
-use crate::mesh_error::{MeshError, Uncertainty};
 use crate::record::{Layout, Record};
 use crate::solution::InstantaneousSolution;
 use scene::Scene;
@@ -22,16 +22,16 @@ use stokes::{Dofs, SolverReport};
 /// it is at most this factor times the error bar of the model.
 const NOISE: f64 = 10.0;
 
-/// Solutions of a model for a free swimmer, interpolated over a box of lengths of its links.
+/// Solutions of a model for a free swimmer, interpolated over a box of values of its joints.
 ///
 /// The swimmer has the attitude of the start of the scene; [`ShapeSpace::solution`] rotates the
 /// solution to other attitudes.
 #[derive(Clone, Debug)]
 pub struct ShapeSpace {
     start: State,
-    /// Smallest and largest length of each link.
+    /// Smallest and largest value of each joint.
     ranges: Vec<(f64, f64)>,
-    /// Links whose length varies in the box.
+    /// Joints whose value varies in the box.
     variables: Vec<usize>,
     /// Numbers of one [`Record`] per variable, for a unit rate of it.
     records: Interpolant,
@@ -54,7 +54,7 @@ impl ShapeSpace {
     /// Tabulates velocities and forces of a model to the relative error `tolerance`.
     ///
     /// The model is sampled at Chebyshev points of the box `ranges`, the smallest and largest
-    /// length of each link. A range of width zero keeps the length constant. Grids are refined
+    /// value of each joint. A range of width zero keeps the value constant. Grids are refined
     /// until the interpolation error is below the tolerance or below the error bar of the mesh,
     /// which changes from shape to shape, or until other noise of the model prevents a further
     /// decrease.
@@ -116,17 +116,17 @@ impl ShapeSpace {
             );
         }
         let set = scene.articulation();
-        let links = set.links().len();
-        let is_valid = |(range, link): (&(f64, f64), &Link)| {
-            let is_positive = 0.0 < range.0 || link.joint.is_angle() || !link.joint.has_value();
+        let joints = set.joints().len();
+        let is_valid = |(range, joint): (&(f64, f64), &Joint)| {
+            let is_positive = 0.0 < range.0 || joint.kind.is_angle() || !joint.kind.has_value();
             range.0.is_finite() && range.1.is_finite() && is_positive && range.0 <= range.1
         };
-        if ranges.len() != links || !ranges.iter().zip(set.links()).all(is_valid) {
+        if ranges.len() != joints || !ranges.iter().zip(set.joints()).all(is_valid) {
             return refuse(
                 "every link needs a range of positive lengths or of angles, the smaller one first",
             );
         }
-        let variables: Vec<usize> = (0..links).filter(|&k| ranges[k].0 < ranges[k].1).collect();
+        let variables: Vec<usize> = (0..joints).filter(|&k| ranges[k].0 < ranges[k].1).collect();
         if variables.is_empty() {
             return refuse("no length varies; give at least one range a positive width");
         }
@@ -140,7 +140,7 @@ impl ShapeSpace {
         let placement = Placement::new(scene)?;
         let mut sampler = Sampler::new(scene, model, &placement, ranges, &variables, solved)?;
         let longest = (ranges.iter().enumerate())
-            .map(|(link, range)| set.arm_length(link, range.1))
+            .map(|(joint, range)| set.arm_length(joint, range.1))
             .fold(0.0, f64::max);
         let box_ranges: Vec<(f64, f64)> = variables.iter().map(|&k| ranges[k]).collect();
         let mut degrees = vec![FIRST_DEGREE; variables.len()];
@@ -197,22 +197,22 @@ impl ShapeSpace {
         }
     }
 
-    /// Whether the lengths are in the box and the rates of constant lengths are zero.
-    pub fn contains(&self, lengths: &[f64], rates: &[f64]) -> bool {
-        covers(&self.ranges, lengths, rates)
+    /// Whether the shape is in the box and the rates of constant values are zero.
+    pub fn contains(&self, shape: &[f64], rates: &[f64]) -> bool {
+        covers(&self.ranges, shape, rates)
     }
 
-    /// Degrees and ranges of the grid, with one entry per varying link.
+    /// Degrees and ranges of the grid, with one entry per varying joint.
     pub(super) fn grid(&self) -> (&[usize], &[(f64, f64)]) {
         (self.records.degrees(), self.records.ranges())
     }
 
-    /// Links whose length varies.
+    /// Joints whose value varies.
     pub(super) fn variables(&self) -> &[usize] {
         &self.variables
     }
 
-    /// The smallest length of every link.
+    /// The smallest value of every joint.
     pub(super) fn smallest_lengths(&self) -> Vec<f64> {
         self.ranges.iter().map(|range| range.0).collect()
     }
@@ -244,25 +244,25 @@ impl ShapeSpace {
 
     /// The connection `A(s)`: twist of the frame for a unit rate of each varying length.
     ///
-    /// The frame has the attitude of the start; varying links are in the order of the scene. Cost:
+    /// The frame has the attitude of the start; varying joints are in the order of the scene. Cost:
     /// microseconds.
     ///
     /// # Errors
-    /// [`ModelError::ShapeSpace`] for lengths outside the box.
-    pub fn connection(&self, lengths: &[f64]) -> Result<Vec<Twist>, ModelError> {
-        let records = self.records(lengths)?.into_iter();
+    /// [`ModelError::ShapeSpace`] for shapes outside the box.
+    pub fn connection(&self, shape: &[f64]) -> Result<Vec<Twist>, ModelError> {
+        let records = self.records(shape)?.into_iter();
         Ok(records.map(|record| record.motion.frames[0]).collect())
     }
 
     /// The dissipation metric `G(s)`: the power of the swimmer on the fluid is `ds/dt · G ds/dt`.
     ///
-    /// Rows and columns are the varying links. Symmetric up to the errors of the table. Cost:
+    /// Rows and columns are the varying joints. Symmetric up to the errors of the table. Cost:
     /// microseconds.
     ///
     /// # Errors
-    /// [`ModelError::ShapeSpace`] for lengths outside the box.
-    pub fn metric(&self, lengths: &[f64]) -> Result<DMatrix<f64>, ModelError> {
-        let records = self.records(lengths)?;
+    /// [`ModelError::ShapeSpace`] for shapes outside the box.
+    pub fn metric(&self, shape: &[f64]) -> Result<DMatrix<f64>, ModelError> {
+        let records = self.records(shape)?;
         let n = records.len();
         Ok(DMatrix::from_fn(n, n, |i, j| {
             records[i]
@@ -277,14 +277,14 @@ impl ShapeSpace {
     /// The interpolated solution for a configuration in the box. Cost: microseconds.
     ///
     /// # Errors
-    /// [`ModelError::ShapeSpace`] for lengths outside the box, rates of constant lengths, and a
+    /// [`ModelError::ShapeSpace`] for shapes outside the box, rates of constant values, and a
     /// state without a frame.
     pub fn solution(
         &self,
         configuration: Configuration<'_>,
         rates: &[f64],
     ) -> Result<InstantaneousSolution, ModelError> {
-        if !self.contains(configuration.lengths, rates) {
+        if !self.contains(configuration.shape, rates) {
             return Err(outside());
         }
         let [frame, start] = [configuration.state, &self.start]
@@ -292,7 +292,7 @@ impl ShapeSpace {
         let rotation = frame.zip(start).map(|(q, start)| q * start.inverse());
         let rotation = rotation.ok_or_else(outside)?;
         let rates: Vec<f64> = self.variables.iter().map(|&k| rates[k]).collect();
-        let rows = self.rows(configuration.lengths);
+        let rows = self.rows(configuration.shape);
         let width = rows.first().map_or(0, Vec::len);
         let mut sum = vec![0.0; width];
         for (row, rate) in rows.iter().zip(&rates) {
@@ -306,14 +306,15 @@ impl ShapeSpace {
         }
         let record = Record::new(&sum, self.layout);
         let speed: f64 = rates.iter().map(|r| r.abs()).sum();
-        let solution = InstantaneousSolution::new(record.bodies, record.link_forces, record.motion);
+        let solution =
+            InstantaneousSolution::new(record.bodies, record.joint_forces, record.motion);
         let power = solution.power();
         let forces = solution.bodies.iter().map(|b| b.force.norm());
         let force = forces.fold(0.0, f64::max);
         // The error of a product of two interpolated numbers.
         let sizes = solution.bodies.iter();
         let product: f64 = sizes.map(|b| b.force.norm() * b.velocity.norm()).sum();
-        let mesh_error = record.mesh_error.map(|error| MeshError {
+        let mesh_error = record.mesh_error.map(|error| DiscretisationError {
             uncertainty: Uncertainty {
                 velocity: speed * self.bars.mesh_uncertainty.velocity,
                 power: power.abs() * self.bars.mesh_uncertainty.power,
@@ -346,9 +347,9 @@ impl ShapeSpace {
         Ok(solution)
     }
 
-    /// For each varying link, the numbers of the record for a unit rate.
-    fn rows(&self, lengths: &[f64]) -> Vec<Vec<f64>> {
-        let point: Vec<f64> = self.variables.iter().map(|&k| lengths[k]).collect();
+    /// For each varying joint, the numbers of the record for a unit rate.
+    fn rows(&self, shape: &[f64]) -> Vec<Vec<f64>> {
+        let point: Vec<f64> = self.variables.iter().map(|&k| shape[k]).collect();
         let values = self.records.evaluate(&point);
         values
             .chunks(values.len() / self.variables.len())
@@ -356,15 +357,15 @@ impl ShapeSpace {
             .collect()
     }
 
-    /// For each varying link, the record for a unit rate.
+    /// For each varying joint, the record for a unit rate.
     ///
     /// # Errors
-    /// [`ModelError::ShapeSpace`] for lengths outside the box.
-    fn records(&self, lengths: &[f64]) -> Result<Vec<Record>, ModelError> {
-        if !self.contains(lengths, &vec![0.0; self.ranges.len()]) {
+    /// [`ModelError::ShapeSpace`] for shapes outside the box.
+    fn records(&self, shape: &[f64]) -> Result<Vec<Record>, ModelError> {
+        if !self.contains(shape, &vec![0.0; self.ranges.len()]) {
             return Err(outside());
         }
-        let rows = self.rows(lengths);
+        let rows = self.rows(shape);
         let record = |row: &Vec<f64>| Record::new(row, self.layout);
         Ok(rows.iter().map(record).collect())
     }
@@ -386,12 +387,12 @@ fn outside() -> ModelError {
     }
 }
 
-/// Whether lengths are in a box of `ranges`, and the rates of constant lengths are zero.
-pub(super) fn covers(ranges: &[(f64, f64)], lengths: &[f64], rates: &[f64]) -> bool {
+/// Whether a shape is in a box of `ranges`, and the rates of constant values are zero.
+pub(super) fn covers(ranges: &[(f64, f64)], shape: &[f64], rates: &[f64]) -> bool {
     let inside = |((range, length), rate): ((&(f64, f64), &f64), &f64)| {
         range.0 <= *length && *length <= range.1 && (range.0 < range.1 || *rate == 0.0)
     };
-    lengths.len() == ranges.len()
+    shape.len() == ranges.len()
         && rates.len() == ranges.len()
-        && ranges.iter().zip(lengths).zip(rates).all(inside)
+        && ranges.iter().zip(shape).zip(rates).all(inside)
 }

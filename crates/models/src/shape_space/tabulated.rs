@@ -11,7 +11,7 @@ use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
 use crate::solution::{FlowField, InstantaneousSolution, PointFlow};
 
-/// A model with tables over boxes of lengths, which are computed when they are first needed.
+/// A model with tables over boxes of shapes, which are computed when they are first needed.
 pub struct Tabulated {
     scene: Scene,
     model: Box<dyn Hydrodynamics>,
@@ -32,9 +32,9 @@ enum TableState {
 }
 
 impl Tabulated {
-    /// Adds tables over boxes of lengths to a model, to the relative error `tolerance`.
+    /// Adds tables over boxes of shapes to a model, to the relative error `tolerance`.
     ///
-    /// Each box has one range per link.
+    /// Each box has one range per joint.
     ///
     /// A table is computed at the first query in its box. Error bars of solutions include the
     /// errors of both the table and the model. The same scene gives bitwise the same tables, so
@@ -60,7 +60,7 @@ impl Tabulated {
     /// The table for a configuration and rates, computed if necessary; `None` if there is none.
     fn table(&mut self, configuration: Configuration, rates: &[f64]) -> Option<&ShapeSpace> {
         let table = self.tables.iter_mut().find(|table| {
-            covers(&table.ranges, configuration.lengths, rates)
+            covers(&table.ranges, configuration.shape, rates)
                 && !matches!(table.state, TableState::Impossible)
         })?;
         if let TableState::Pending = table.state {

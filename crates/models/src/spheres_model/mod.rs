@@ -55,7 +55,7 @@ pub struct SpheresModel {
     /// Names of the bodies with surfaces.
     names: Vec<String>,
     medium: Medium,
-    /// The last configuration, whose resistance serves other rates of the links.
+    /// The last configuration, whose resistance serves other rates of the joints.
     last: Option<(Spheres, Resistances)>,
 }
 
@@ -236,7 +236,7 @@ impl SpheresModel {
         let total = clock.elapsed().as_secs_f64();
         let motion = set.state_velocity(solved.generalised.as_slice())?;
         let motion = self.scaled.motion_to_scene(&motion);
-        let link_forces = solved.link_forces(set, &constraints, loads, scale)?;
+        let joint_forces = solved.joint_forces(set, &constraints, loads, scale)?;
         let stresslets = match query.stresslets {
             true => self.stresslets(configuration, &resistances, &solved.generalised)?,
             false => None,
@@ -272,7 +272,7 @@ impl SpheresModel {
                 model: Some(scale.power_to_scene(power_error)),
                 ..ErrorEstimate::default()
             },
-            ..InstantaneousSolution::new(solved.bodies(set, scale)?, link_forces, motion)
+            ..InstantaneousSolution::new(solved.bodies(set, scale)?, joint_forces, motion)
         })
     }
 }
@@ -363,7 +363,7 @@ impl Hydrodynamics for SpheresModel {
 
     fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
         // Solving is the cheapest way to find its cost.
-        let rates = vec![0.0; configuration.lengths.len()];
+        let rates = vec![0.0; configuration.shape.len()];
         let solution = self.solve_one(configuration, &rates)?;
         Ok(Cost {
             dofs: solution.dofs,

@@ -2,14 +2,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error_estimate::ErrorEstimate;
-use crate::mesh_error::{MeshError, Uncertainty};
 use crate::record::{Layout, Record};
 use crate::solution::{FlowField, InstantaneousSolution};
 
 /// Solutions for the orientations of the basis, in the axes of the body.
 pub(super) struct Solved {
-    pub lengths: Vec<f64>,
+    pub shape: Vec<f64>,
     pub layout: Layout,
     /// Inverse of the matrix whose columns are the vectors `d` of the orientations.
     pub inverse: DMatrix<f64>,
@@ -63,10 +63,10 @@ impl Solved {
             error_estimate,
             force_error,
             power_error,
-            ..InstantaneousSolution::new(record.bodies, record.link_forces, record.motion)
+            ..InstantaneousSolution::new(record.bodies, record.joint_forces, record.motion)
         };
         if let Some(error) = record.mesh_error {
-            solution.set_mesh_error(MeshError {
+            solution.set_mesh_error(DiscretisationError {
                 uncertainty,
                 slip_power: slip_power_error,
                 ..error

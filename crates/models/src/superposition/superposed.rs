@@ -7,9 +7,9 @@ use scene::Scene;
 use super::drives::{CANDIDATES, Drives};
 use super::solved::{Response, Solved};
 
+use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
-use crate::mesh_error::{MeshError, Uncertainty};
 use crate::record::{Layout, numbers};
 use crate::solution::{BodySolution, FlowField, InstantaneousSolution, PointFlow};
 
@@ -18,7 +18,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// A model of one rigid body, or of a rigid assembly of bodies, whose solutions are superposed.
 ///
-/// The model itself solves queries with rates of joints, with lengths other than those of the first
+/// The model itself solves queries with rates of joints, with shapes other than that of the first
 /// query, for stresslets, or with masses.
 pub struct Superposed {
     model: Box<dyn Hydrodynamics>,
@@ -103,12 +103,12 @@ impl Superposed {
         &self,
         sign: f64,
         state: &State,
-        lengths: &[f64],
+        shape: &[f64],
         solution: &mut InstantaneousSolution,
     ) -> Result<(), ModelError> {
         let set = self.model.scene().articulation();
         let (flow, spin) = (&self.drives.background, sign * self.drives.rotation_rate());
-        let poses = set.place(state, lengths)?;
+        let poses = set.place(state, shape)?;
         for (body, pose) in solution.bodies.iter_mut().zip(&poses) {
             body.velocity += sign * flow.velocity(&pose.translation.vector);
             body.angular_velocity += spin;
@@ -126,17 +126,17 @@ impl Superposed {
     fn respond(
         &mut self,
         rotation: &UnitQuaternion<f64>,
-        lengths: &[f64],
+        shape: &[f64],
     ) -> Result<Response, ModelError> {
         let state = self.rotated(rotation);
         let configuration = Configuration {
             state: &state,
-            lengths,
+            shape,
         };
-        let rates = vec![0.0; lengths.len()];
+        let rates = vec![0.0; shape.len()];
         let mut solution = self.model.solve_one(configuration, &rates)?;
         solution.check(self.model.as_ref())?;
-        self.add_background(-1.0, &state, lengths, &mut solution)?;
+        self.add_background(-1.0, &state, shape, &mut solution)?;
         solution.rotate(&rotation.inverse());
         let flow = self.model.last_flow().and_then(|mut flow| {
             let about = state.frames.first()?.translation;
@@ -155,7 +155,7 @@ impl Superposed {
     }
 
     /// Solutions for all orientations of the basis; `None` if they are not linear.
-    fn solve_basis(&mut self, lengths: &[f64]) -> Result<Option<Solved>, ModelError> {
+    fn solve_basis(&mut self, shape: &[f64]) -> Result<Option<Solved>, ModelError> {
         let Some((rotations, inverse)) = self.drives.basis() else {
             return Ok(None);
         };
@@ -164,29 +164,30 @@ impl Superposed {
         self.model.restore(&history)?;
         let responses = rotations
             .iter()
-            .map(|rotation| self.respond(rotation, lengths));
+            .map(|rotation| self.respond(rotation, shape));
         let solutions = responses.collect::<Result<Vec<_>, _>>()?;
         let scene = self.model.scene();
         let layout = Layout {
             bodies: scene.bodies().len(),
-            links: scene.articulation().links().len(),
+            joints: scene.articulation().joints().len(),
             mesh_errors: solutions[0].solution.mesh_error.is_some(),
         };
         let mut solved = Solved {
-            lengths: lengths.to_vec(),
+            shape: shape.to_vec(),
             layout,
             inverse,
             solutions,
             deviation: 0.0,
         };
         let more = self.drives.orientation(CANDIDATES);
-        let direct = self.respond(&more, lengths)?;
+        let direct = self.respond(&more, shape)?;
         let coefficients = &solved.inverse * self.drives.data(&more);
         let superposed = solved.combination(&coefficients);
         let bodies = self.model.scene().bodies().iter();
         let reach = bodies.map(|body| body.bounding_radius());
         let reach = reach.fold(0.0, f64::max);
-        let difference = MeshError::between(&direct.solution, &superposed, Uncertainty::default());
+        let difference =
+            DiscretisationError::between(&direct.solution, &superposed, Uncertainty::default());
         solved.deviation = fastest(&difference.motion, &difference.bodies, reach);
         let allowed = direct.solution.error_estimate.total()
             + superposed.error_estimate.total()
@@ -195,11 +196,11 @@ impl Superposed {
         Ok((solved.deviation <= allowed).then_some(solved))
     }
 
-    /// Whether a query can be superposed: no joint moves, and lengths are those of the basis.
+    /// Whether a query can be superposed: no joint moves, and the shape is that of the basis.
     fn serves(&self, query: &Query, rates: &[f64]) -> bool {
-        let is_basis = |lengths: &[f64]| match &self.basis {
+        let is_basis = |shape: &[f64]| match &self.basis {
             Basis::Pending => true,
-            Basis::Computed(solved) => solved.lengths == lengths,
+            Basis::Computed(solved) => solved.shape == shape,
             Basis::Impossible => false,
         };
         query.inertia.is_none()
@@ -207,7 +208,7 @@ impl Superposed {
             && query.accuracy.is_none()
             && !query.stresslets
             && rates.iter().all(|rate| *rate == 0.0)
-            && is_basis(query.configuration.lengths)
+            && is_basis(query.configuration.shape)
     }
 
     /// The superposed solution; `None` if the model has to solve the query.
@@ -216,13 +217,13 @@ impl Superposed {
         query: &Query,
         rates: &[f64],
     ) -> Result<Option<InstantaneousSolution>, ModelError> {
-        let Configuration { state, lengths } = query.configuration;
+        let Configuration { state, shape } = query.configuration;
         if !self.serves(query, rates) {
             return Ok(None);
         }
         if let Basis::Pending = self.basis {
             // An error is not reported here: the model then solves the query itself.
-            let solved = self.solve_basis(lengths).ok().flatten();
+            let solved = self.solve_basis(shape).ok().flatten();
             self.basis = solved.map_or(Basis::Impossible, |s| Basis::Computed(Box::new(s)));
         }
         let (Basis::Computed(solved), Some(pose)) = (&self.basis, self.pose(state)) else {
@@ -231,7 +232,7 @@ impl Superposed {
         let coefficients = &solved.inverse * self.drives.data(&pose.rotation);
         let mut solution = solved.combination(&coefficients);
         solution.rotate(&pose.rotation);
-        self.add_background(1.0, state, lengths, &mut solution)?;
+        self.add_background(1.0, state, shape, &mut solution)?;
         self.last = Some(Placed { coefficients, pose });
         Ok(Some(solution))
     }

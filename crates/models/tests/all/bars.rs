@@ -1,8 +1,8 @@
 //! Error bars of single solutions and what they consist of.
 
 use models::{
-    AxisymmetricModel, BodySolution, Configuration, FemModel, Hydrodynamics, InstantaneousSolution,
-    MeshError, ModelError, Query, SphereModel, SpheresModel, Uncertainty,
+    AxisymmetricModel, BodySolution, Configuration, DiscretisationError, FemModel, Hydrodynamics,
+    InstantaneousSolution, ModelError, Query, SphereModel, SpheresModel, Uncertainty,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use rigid::StateVelocity;
@@ -19,7 +19,7 @@ fn solve(model: &mut dyn Hydrodynamics, rates: &[f64]) -> InstantaneousSolution 
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: scene.articulation().initial_lengths(),
+        shape: scene.articulation().initial_shape(),
     };
     model.solve_one(configuration, rates).unwrap()
 }
@@ -124,7 +124,7 @@ fn the_errors_that_are_subtracted_are_those_of_a_rigid_motion_and_of_balanced_fo
     let body = &solution.bodies[0];
     let factor = error.bodies[0].force.dot(&body.force) / body.force.norm_squared();
     assert!((1e-3..0.3).contains(&factor), "{factor}");
-    // Loads of the links and the loads of the scene are all that acts on the swimmer.
+    // Loads of the joints and the loads of the scene are all that acts on the swimmer.
     let sum = |vectors: &dyn Fn(usize) -> Vector3<f64>| (0..3).map(vectors).sum::<Vector3<f64>>();
     let force = sum(&|k| error.bodies[k].force);
     let about_root = |k: usize| scene.bodies()[k].position - root;
@@ -134,14 +134,14 @@ fn the_errors_that_are_subtracted_are_those_of_a_rigid_motion_and_of_balanced_fo
         force.norm() < 1e-12 && torque.norm() < 1e-11,
         "{force} {torque}"
     );
-    // Links transmit what the fluid exerts, apart from the loads.
+    // Joints transmit what the fluid exerts, apart from the loads.
     for solution in [&solution, &solution.uncorrected()] {
         let forces = |body: usize| solution.bodies[body].force;
-        let links = &solution.link_forces;
+        let joints = &solution.joint_forces;
         for (found, expected) in [
-            (links[0], forces(0)),
-            (links[1], forces(2)),
-            (-links[0] - links[1], forces(1) - scene.bodies()[1].force),
+            (joints[0], forces(0)),
+            (joints[1], forces(2)),
+            (-joints[0] - joints[1], forces(1) - scene.bodies()[1].force),
         ] {
             // The solver's residual of 1e-8, of forces of about ten.
             assert!((found - expected).norm() < 1e-5, "{found} {expected}");
@@ -214,7 +214,7 @@ fn the_accuracy_in_the_meridian_plane_is_that_of_the_scene_the_caller_or_the_que
     let state = scene(1e-3).initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: &[4.0],
+        shape: &[4.0],
     };
     let rates = [vec![1.0]];
     let query = Query::new(configuration, &rates);
@@ -247,7 +247,7 @@ fn the_accuracy_in_the_meridian_plane_is_that_of_the_scene_the_caller_or_the_que
     turned.frames[0].rotation = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 0.1));
     let configuration = Configuration {
         state: &turned,
-        lengths: &[4.0],
+        shape: &[4.0],
     };
     let refused = model(1e-1).solve(&Query::new(configuration, &rates));
     assert!(matches!(refused, Err(ModelError::Unsupported { .. })));
@@ -281,14 +281,14 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
         body.velocity *= 1e3;
         body.force *= 1e3;
     }
-    solution.correct(MeshError {
+    solution.correct(DiscretisationError {
         motion: StateVelocity {
             frames: Vec::new(),
             spins: Vec::new(),
             joints: vec![],
         },
         bodies: vec![error(0.02, 0.4), error(0.06, 0.6), error(0.04, 0.2)],
-        link_forces: Vec::new(),
+        joint_forces: Vec::new(),
         slip_power: 0.0,
         uncertainty: Uncertainty {
             relative: 0.5,

@@ -33,11 +33,11 @@ fn contents_of_another_type_are_refused() {
     assert!(matches!(error, ModelError::History(_)), "{error}");
 }
 
-fn solve(model: &mut FemModel, scene: &Scene, lengths: &[f64]) -> InstantaneousSolution {
+fn solve(model: &mut FemModel, scene: &Scene, shape: &[f64]) -> InstantaneousSolution {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths,
+        shape,
     };
     model.solve_one(configuration, &[-1.0, 0.5]).unwrap()
 }
@@ -55,7 +55,7 @@ fn a_restored_model_continues_bitwise() {
     other.restore(&through_json(&history)).unwrap();
     let [expected, found] = [&mut model, &mut other].map(|m| solve(m, &scene, &[9.5, 10.0]));
     assert_eq!(found.bodies, expected.bodies);
-    assert_eq!(found.link_forces, expected.link_forces);
+    assert_eq!(found.joint_forces, expected.joint_forces);
     assert_eq!(found.motion, expected.motion);
     assert_eq!(found.mesh_error, expected.mesh_error);
     assert_eq!(found.error_estimate, expected.error_estimate);

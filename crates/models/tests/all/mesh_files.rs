@@ -56,7 +56,7 @@ pub fn mesh_at(
 ) -> Result<TetMesh, ModelError> {
     let configuration = Configuration {
         state: &scene.initial_state(),
-        lengths: &lengths,
+        shape: &lengths,
     };
     Ok(model.mesh(configuration)?.unwrap())
 }
@@ -64,7 +64,7 @@ pub fn mesh_at(
 pub fn solve(model: &mut FemModel, scene: &Scene, lengths: [f64; 2]) -> InstantaneousSolution {
     let configuration = Configuration {
         state: &scene.initial_state(),
-        lengths: &lengths,
+        shape: &lengths,
     };
     model.solve_one(configuration, &[-1.0, 0.5]).unwrap()
 }
@@ -183,7 +183,7 @@ fn bug_a_reference_mesh_of_low_quality_was_not_kept() {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: &[],
+        shape: &[],
     };
     let mut remeshed = || model.solve_one(configuration, &[]).unwrap().remeshed;
     // The file's mesh, by the first method of motion; then the same again.
@@ -221,13 +221,10 @@ fn bodies_of_a_second_order_file_move_as_those_of_our_own_mesh() {
         ))
         .unwrap();
         let mut model = FemModel::new(&scene).unwrap();
-        let (state, lengths) = (
-            scene.initial_state(),
-            scene.articulation().initial_lengths(),
-        );
+        let (state, lengths) = (scene.initial_state(), scene.articulation().initial_shape());
         let configuration = Configuration {
             state: &state,
-            lengths,
+            shape: lengths,
         };
         let solution = model.solve_one(configuration, &[-1.0, 0.5]).unwrap();
         let bar = solution.error_estimate.total();

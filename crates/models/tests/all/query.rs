@@ -13,7 +13,7 @@ fn a_query_without_rates_has_no_solutions() {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: &[10.0, 10.0],
+        shape: &[10.0, 10.0],
     };
     let models: [Box<dyn Hydrodynamics>; 3] = [
         Box::new(SpheresModel::new(&scene, SphereModel::Oseen).unwrap()),
@@ -32,7 +32,7 @@ fn finite_elements_estimate_errors_on_request_only() {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: &[10.0, 10.0],
+        shape: &[10.0, 10.0],
     };
     let rates = [vec![1.0, 0.0]];
     let query = Query::new(configuration, &rates);
@@ -45,7 +45,7 @@ fn finite_elements_estimate_errors_on_request_only() {
     }
 }
 
-/// Lengths of three configurations, the last of which needs another mesh than the first.
+/// Shapes of three configurations, the last of which needs another mesh than the first.
 const LENGTHS: [[f64; 2]; 3] = [[10.0, 10.0], [8.0, 10.0], [2.5, 9.0]];
 
 /// Solutions for [`LENGTHS`] at once, and the flow of each.
@@ -53,9 +53,9 @@ fn solved_together() -> (Vec<InstantaneousSolution>, Vec<FlowField>) {
     let scene = three_spheres_in_ball();
     let state = scene.initial_state();
     let rates = [vec![1.0, 0.5]];
-    let queries = LENGTHS.each_ref().map(|lengths| {
+    let queries = LENGTHS.each_ref().map(|shape| {
         let state = &state;
-        Query::new(Configuration { state, lengths }, &rates)
+        Query::new(Configuration { state, shape }, &rates)
     });
     let mut model = FemModel::new(&scene).unwrap();
     let solved = model.solve_together(&queries).unwrap();
@@ -74,10 +74,10 @@ fn queries_that_are_solved_together_have_the_solutions_of_single_ones() {
     let mut model = FemModel::new(&scene).unwrap();
     let (together, flows) = solved_together();
     assert!(together[2].remeshed.is_some() && together[1].remeshed.is_none());
-    for ((lengths, together), flow) in LENGTHS.iter().zip(&together).zip(&flows) {
+    for ((shape, together), flow) in LENGTHS.iter().zip(&together).zip(&flows) {
         let state = &state;
         let single = model
-            .solve_one(Configuration { state, lengths }, &[1.0, 0.5])
+            .solve_one(Configuration { state, shape }, &[1.0, 0.5])
             .unwrap();
         let algebraic = |solution: &InstantaneousSolution| solution.error_estimate.algebraic;
         let allowed = algebraic(together).unwrap() + algebraic(&single).unwrap();
@@ -85,11 +85,11 @@ fn queries_that_are_solved_together_have_the_solutions_of_single_ones() {
             let difference = (a.velocity - b.velocity).norm();
             assert!(
                 difference <= allowed,
-                "{lengths:?}: {difference:e} > {allowed:e}"
+                "{shape:?}: {difference:e} > {allowed:e}"
             );
         }
         let of_single = model.last_flow().unwrap();
-        assert_eq!(flow.mesh.points(), of_single.mesh.points(), "{lengths:?}");
+        assert_eq!(flow.mesh.points(), of_single.mesh.points(), "{shape:?}");
     }
 }
 

@@ -14,9 +14,9 @@ fn at_start(model: &mut dyn Hydrodynamics) -> InstantaneousSolution {
     let scene = model.scene().clone();
     let configuration = Configuration {
         state: &scene.initial_state(),
-        lengths: scene.articulation().initial_lengths(),
+        shape: scene.articulation().initial_shape(),
     };
-    let rates = [vec![0.0; configuration.lengths.len()]];
+    let rates = [vec![0.0; configuration.shape.len()]];
     let query = Query::new(configuration, &rates).with_stresslets();
     model.solve(&query).unwrap().remove(0)
 }

@@ -25,7 +25,7 @@ fn superposed_solutions_are_those_of_the_model() {
     for model in [&mut *direct as &mut dyn Hydrodynamics, &mut superposed] {
         let configuration = Configuration {
             state: &state,
-            lengths: &[],
+            shape: &[],
         };
         model.solve_one(configuration, &[]).unwrap();
     }
@@ -35,7 +35,7 @@ fn superposed_solutions_are_those_of_the_model() {
     state.frames[0].translation.vector += Vector3::new(0.3, 0.2, -4.0);
     let configuration = Configuration {
         state: &state,
-        lengths: &[],
+        shape: &[],
     };
     let rates = [vec![]];
     let query = Query::new(configuration, &rates);
@@ -93,10 +93,10 @@ fn a_squirmer_in_a_symmetry_plane_is_superposed_from_orientations_in_it() {
     let mut state = scene.initial_state();
     state.attitudes[0] = turn * state.attitudes[0];
     state.frames[0].rotation = turn * state.frames[0].rotation;
-    let lengths = &[];
+    let shape = &[];
     let state = &state;
     let found = model
-        .solve_one(Configuration { state, lengths }, &[])
+        .solve_one(Configuration { state, shape }, &[])
         .unwrap();
     assert_eq!(model.error_estimates(), ErrorEstimates::Always);
     // U = 2 B1 e / 3 + u(x) and ω = curl u / 2 + T / 8 π of a sphere in unbounded fluid.

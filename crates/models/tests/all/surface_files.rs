@@ -47,7 +47,7 @@ fn solve(model: &mut FemModel, scene: &Scene) -> InstantaneousSolution {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: &[],
+        shape: &[],
     };
     model.solve_one(configuration, &[]).unwrap()
 }
@@ -85,7 +85,7 @@ fn an_ellipsoid_as_formula_as_surface_and_as_mesh_part() {
     let state = formula.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: &[],
+        shape: &[],
     };
     let mesh = model.mesh(configuration).unwrap().unwrap();
     mesh.write(&file).unwrap();

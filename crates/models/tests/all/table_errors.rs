@@ -1,8 +1,8 @@
 //! Error bars of tables over shape space.
 
 use models::{
-    BodySolution, Configuration, Cost, ErrorEstimate, Hydrodynamics, InstantaneousSolution,
-    MeshError, ModelError, Query, ShapeSpace, SphereModel, SpheresModel, Uncertainty,
+    BodySolution, Configuration, Cost, DiscretisationError, ErrorEstimate, Hydrodynamics,
+    InstantaneousSolution, ModelError, Query, ShapeSpace, SphereModel, SpheresModel, Uncertainty,
 };
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
@@ -23,13 +23,13 @@ const MESH_FORCE: f64 = -0.01;
 const RELATIVE: f64 = 0.2;
 
 /// Discretisation error of the frame for a unit rate.
-fn frame_error(lengths: &[f64]) -> Vector3<f64> {
-    Vector3::new(1e-6, 1e-7 * lengths[0], -1e-7 * lengths[1])
+fn frame_error(shape: &[f64]) -> Vector3<f64> {
+    Vector3::new(1e-6, 1e-7 * shape[0], -1e-7 * shape[1])
 }
 
 /// Uncertainty of that error: largest for the longest arms.
-fn uncertainty(lengths: &[f64]) -> f64 {
-    1e-6 * (lengths[0] + lengths[1])
+fn uncertainty(shape: &[f64]) -> f64 {
+    1e-6 * (shape[0] + shape[1])
 }
 
 impl Hydrodynamics for WithBars {
@@ -42,7 +42,7 @@ impl Hydrodynamics for WithBars {
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        let lengths = query.configuration.lengths;
+        let shape = query.configuration.shape;
         let mut solutions = self.0.solve(query)?;
         for (solution, rates) in solutions.iter_mut().zip(query.rates) {
             solution.error_estimate = ErrorEstimate {
@@ -50,8 +50,8 @@ impl Hydrodynamics for WithBars {
                 algebraic: Some(ALGEBRAIC),
                 ..ErrorEstimate::default()
             };
-            let error = frame_error(lengths) * rates.iter().sum::<f64>();
-            solution.correct(MeshError {
+            let error = frame_error(shape) * rates.iter().sum::<f64>();
+            solution.correct(DiscretisationError {
                 motion: StateVelocity {
                     frames: vec![Twist {
                         linear: error,
@@ -67,11 +67,11 @@ impl Hydrodynamics for WithBars {
                         ..BodySolution::default()
                     })
                     .collect(),
-                link_forces: vec![Vector3::zeros(); solution.link_forces.len()],
+                joint_forces: vec![Vector3::zeros(); solution.joint_forces.len()],
                 slip_power: 0.0,
                 uncertainty: Uncertainty {
                     relative: RELATIVE,
-                    velocity: uncertainty(lengths),
+                    velocity: uncertainty(shape),
                     power: 0.0,
                 },
             });
@@ -101,10 +101,10 @@ fn a_table_has_the_largest_bars_of_its_points_and_its_own_interpolation_error() 
     assert!((of_points / expected - 1.0).abs() < 1e-13, "{of_points:e}");
 
     let state = scene.initial_state();
-    let lengths = [6.9, 8.3];
+    let shape = [6.9, 8.3];
     let configuration = Configuration {
         state: &state,
-        lengths: &lengths,
+        shape: &shape,
     };
     for rates in [[1.0, 0.0], [0.5, -2.0], [-1.0, 1.0]] {
         let found = space.solution(configuration, &rates).unwrap();
@@ -115,7 +115,7 @@ fn a_table_has_the_largest_bars_of_its_points_and_its_own_interpolation_error() 
         assert!((bar / expected - 1.0).abs() < 1e-13, "{bar:e} {expected:e}");
 
         let error = found.mesh_error.as_ref().unwrap();
-        let expected = frame_error(&lengths) * (rates[0] + rates[1]);
+        let expected = frame_error(&shape) * (rates[0] + rates[1]);
         let difference = (error.motion.frames[0].linear - expected).norm();
         assert!(
             difference <= speed * interpolation.min(1e-9),
@@ -161,10 +161,10 @@ fn the_metric_contains_the_power_of_torques() {
     let mut model = SpheresModel::new(&scene, SphereModel::Rpy).unwrap();
     let ranges = [(4.0, 6.0), (6.0, 6.0)];
     let space = ShapeSpace::tabulate(&scene, &mut model, &ranges, 1e-9).unwrap();
-    let (lengths, state) = ([4.7, 6.0], scene.initial_state());
+    let (shape, state) = ([4.7, 6.0], scene.initial_state());
     let configuration = Configuration {
         state: &state,
-        lengths: &lengths,
+        shape: &shape,
     };
     let exact = model.solve_one(configuration, &[1.0, 0.0]).unwrap();
     let torques = exact
@@ -172,7 +172,7 @@ fn the_metric_contains_the_power_of_torques() {
         .iter()
         .map(|b| b.torque.dot(&b.angular_velocity));
     assert!(torques.sum::<f64>().abs() > 1e-4 * exact.power());
-    let metric = space.metric(&lengths).unwrap();
+    let metric = space.metric(&shape).unwrap();
     assert!(
         (metric[(0, 0)] / exact.power() - 1.0).abs() < 1e-7,
         "{metric}"

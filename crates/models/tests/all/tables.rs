@@ -39,11 +39,11 @@ impl Hydrodynamics for Rough {
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         self.solves += 1;
-        let lengths = query.configuration.lengths;
+        let shape = query.configuration.shape;
         let mut solutions = self.model.solve(query)?;
         for solution in &mut solutions {
             // Between -1 and 1, without a pattern.
-            let error = (1e4 * (lengths[0] + 1.7 * lengths[1])).sin();
+            let error = (1e4 * (shape[0] + 1.7 * shape[1])).sin();
             solution.motion.frames[0].linear.x += self.noise * error;
             solution.error_estimate.mesh = Some(self.noise);
         }
@@ -157,8 +157,8 @@ fn bug_tables_were_refined_below_the_errors_of_the_mesh() {
         space.errors()
     );
     let exact = ShapeSpace::tabulate(&scene, &mut Rough::new(&scene, 0.0), &RANGES, 1e-7).unwrap();
-    for lengths in [[6.1, 9.7], [7.3, 8.1], [10.0, 6.0]] {
-        let [found, exact] = [&space, &exact].map(|s| s.connection(&lengths).unwrap());
+    for shape in [[6.1, 9.7], [7.3, 8.1], [10.0, 6.0]] {
+        let [found, exact] = [&space, &exact].map(|s| s.connection(&shape).unwrap());
         for (a, b) in found.iter().zip(&exact) {
             let error = (a.linear - b.linear).norm();
             assert!(error <= space.errors().0 + space.errors().1, "{error:e}");
@@ -166,7 +166,7 @@ fn bug_tables_were_refined_below_the_errors_of_the_mesh() {
     }
 }
 
-/// A model whose frame moves by the inverse of the sum of all lengths, at no cost.
+/// A model whose frame moves by the inverse of the sum of all joint values, at no cost.
 struct Formula {
     model: SpheresModel,
     solutions: Vec<InstantaneousSolution>,
@@ -187,7 +187,7 @@ impl Hydrodynamics for Formula {
         }
         let mut solutions = self.solutions.clone();
         for solution in &mut solutions {
-            let sum: f64 = query.configuration.lengths.iter().sum();
+            let sum: f64 = query.configuration.shape.iter().sum();
             solution.motion.frames[0].linear.x = 1.0 / sum;
         }
         Ok(solutions)
@@ -222,9 +222,9 @@ fn bug_tables_of_five_joints_were_refused() {
         ShapeSpace::tabulate_from(&scene, &mut model, &ranges, 1e-9, whole, &mut |_| Ok(()));
     let space = found.unwrap();
     assert!(space.is_coarse() && space.points() == 5_usize.pow(5));
-    let lengths = [6.4, 9.1, 7.3, 8.8, 6.9];
-    let exact = 1.0 / lengths.iter().sum::<f64>();
-    for twist in space.connection(&lengths).unwrap() {
+    let shape = [6.4, 9.1, 7.3, 8.8, 6.9];
+    let exact = 1.0 / shape.iter().sum::<f64>();
+    for twist in space.connection(&shape).unwrap() {
         let error = (twist.linear.x - exact).abs();
         assert!(error <= space.errors().0, "{error:e}");
     }

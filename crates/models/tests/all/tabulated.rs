@@ -51,7 +51,7 @@ fn tabulated_and_untabulated_rates_are_solved_in_the_order_of_the_query() {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: &[7.3, 10.0],
+        shape: &[7.3, 10.0],
     };
     let rates = [
         vec![1.0, 0.5],

@@ -44,7 +44,7 @@ fn solve(model: &mut dyn Hydrodynamics, rate: f64) -> InstantaneousSolution {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: scene.articulation().initial_lengths(),
+        shape: scene.articulation().initial_shape(),
     };
     model.solve_one(configuration, &[rate]).unwrap()
 }
@@ -75,7 +75,7 @@ fn assert_same_in_other_units(found: &InstantaneousSolution, reference: &Instant
         assert_scaled(&[found.torque], &[reference.torque], force * LENGTH);
         assert!(reference.torque.norm() > 1e-3 && reference.force.norm() > 1e-3);
     }
-    assert_scaled(&found.link_forces, &reference.link_forces, force);
+    assert_scaled(&found.joint_forces, &reference.joint_forces, force);
     assert_scaled(&found.motion.spins, &reference.motion.spins, 1.0);
     for (found, reference) in found.motion.frames.iter().zip(&reference.motion.frames) {
         assert_scaled(&[found.linear], &[reference.linear], LENGTH);
@@ -95,7 +95,7 @@ fn assert_same_in_other_units(found: &InstantaneousSolution, reference: &Instant
         assert_scaled(&[found.force], &[reference.force], force);
         assert_scaled(&[found.torque], &[reference.torque], force * LENGTH);
     }
-    assert_scaled(&found.link_forces, &reference.link_forces, force);
+    assert_scaled(&found.joint_forces, &reference.joint_forces, force);
     let (own, other) = (found.uncertainty, reference.uncertainty);
     assert_eq!(own.velocity, other.velocity * LENGTH);
     assert_eq!(own.relative, other.relative);
@@ -114,10 +114,10 @@ fn models_of_spheres_give_the_same_solution_in_other_units() {
     // Forces per velocity, forces per angular velocity, torques per angular velocity.
     let matrix = |scene: &Scene| {
         let state = scene.initial_state();
-        let lengths = scene.articulation().initial_lengths();
+        let shape = scene.articulation().initial_shape();
         let configuration = Configuration {
             state: &state,
-            lengths,
+            shape,
         };
         model(scene).resistance(configuration).unwrap()
     };

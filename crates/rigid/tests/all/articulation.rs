@@ -4,12 +4,12 @@ use nalgebra::{DVector, Vector3};
 use proptest::prelude::*;
 use rigid::{Arms, Articulation, BodyKind, Reduction, RigidError};
 
-use crate::support::sets::{constraints, link, moved_state, tree, values, vector};
+use crate::support::sets::{constraints, moved_state, slide, tree, values, vector};
 
 fn check_reduction(set: &Articulation, rotation: Vector3<f64>, rates: &[f64], v: &[f64]) {
     let state = moved_state(set, &[rotation]);
     let c = set
-        .constraints(&state, &values(set), &rates[..set.links().len()])
+        .constraints(&state, &values(set), &rates[..set.joints().len()])
         .unwrap();
     let reduction = Reduction::of(set, &c).unwrap();
     let q = reduction
@@ -22,7 +22,7 @@ fn check_reduction(set: &Articulation, rotation: Vector3<f64>, rates: &[f64], v:
 }
 
 fn check_poses(set: &Articulation, rotation: Vector3<f64>, rates: &[f64], v: &[f64]) {
-    let rates = &rates[..set.links().len()];
+    let rates = &rates[..set.joints().len()];
     let state = moved_state(set, &[rotation]);
     let c = set.constraints(&state, &values(set), rates).unwrap();
     let reduction = Reduction::of(set, &c).unwrap();
@@ -32,9 +32,9 @@ fn check_poses(set: &Articulation, rotation: Vector3<f64>, rates: &[f64], v: &[f
     let velocity = set.state_velocity(q.as_slice()).unwrap();
     let dt = 1e-5;
     let poses_at = |dt: f64| {
-        let lengths = values(set).into_iter().zip(rates);
-        let lengths: Vec<f64> = lengths.map(|(l, r)| l + dt * r).collect();
-        set.place(&set.advance(&state, &(&velocity * dt)).unwrap(), &lengths)
+        let shape = values(set).into_iter().zip(rates);
+        let shape: Vec<f64> = shape.map(|(l, r)| l + dt * r).collect();
+        set.place(&set.advance(&state, &(&velocity * dt)).unwrap(), &shape)
             .unwrap()
     };
     for (body, (after, before)) in poses_at(dt).iter().zip(poses_at(-dt)).enumerate() {
@@ -79,7 +79,7 @@ fn collinear(arms: Arms) -> Articulation {
     ];
     Articulation::new(
         &[BodyKind::Rigid; 3],
-        vec![link(0, 1), link(2, 1)],
+        vec![slide(0, 1), slide(2, 1)],
         arms,
         &x,
     )
@@ -116,18 +116,18 @@ fn lab_arms_are_equation_11_of_the_paper() {
 #[test]
 fn redundant_loops_work_and_contradictory_ones_are_named() {
     let x = [Vector3::zeros(), 3.0 * Vector3::x(), 4.0 * Vector3::y()];
-    let links = vec![link(1, 0), link(2, 0), link(2, 1)];
+    let joints = vec![slide(1, 0), slide(2, 0), slide(2, 1)];
     for arms in [Arms::Clamped, Arms::Free, Arms::Lab] {
-        let set = Articulation::new(&[BodyKind::Rigid; 3], links.clone(), arms, &x).unwrap();
+        let set = Articulation::new(&[BodyKind::Rigid; 3], joints.clone(), arms, &x).unwrap();
         let state = set.initial_state();
         // Uniform growth keeps the triangle closed.
-        let grow: Vec<f64> = set.initial_lengths().iter().map(|l| 0.1 * l).collect();
+        let grow: Vec<f64> = set.initial_shape().iter().map(|l| 0.1 * l).collect();
         assert!(Reduction::of(&set, &constraints(&set, &state, &grow)).is_ok());
         let one = constraints(&set, &state, &[1.0, 0.0, 0.0]);
         assert!(
             matches!(
                 Reduction::of(&set, &one),
-                Err(RigidError::IncompatibleLinks { .. })
+                Err(RigidError::IncompatibleJoints { .. })
             ),
             "{arms:?}"
         );

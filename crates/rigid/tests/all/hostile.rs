@@ -5,12 +5,12 @@ use proptest::prelude::*;
 use rigid::linalg::Csr;
 use rigid::{
     Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, FluidMatrices,
-    FluidNodes, Formulation, GrandResistance, Independent, Joint, JointDrive, Lagrange, Link,
+    FluidNodes, Formulation, GrandResistance, Independent, Joint, JointDrive, JointKind, Lagrange,
     NodeRole, NullSpace, PassiveDrive, Reduction, RigidError, RigidFluid, State, StateVelocity,
     SurfaceBody, SymmetryPlanes, Twist,
 };
 
-use crate::support::sets::{constraints, fluid_matrices, link, random_fluid};
+use crate::support::sets::{constraints, fluid_matrices, random_fluid, slide};
 
 const FORMULATIONS: [&dyn Formulation; 4] = [&Independent, &Eliminated, &Lagrange, &DirectRows];
 
@@ -40,16 +40,16 @@ fn arms() -> impl Strategy<Value = Arms> {
     prop_oneof![Just(Arms::Clamped), Just(Arms::Free), Just(Arms::Lab)]
 }
 
-fn joint() -> impl Strategy<Value = Joint> {
+fn joint_kind() -> impl Strategy<Value = JointKind> {
     prop_oneof![
-        2 => Just(Joint::Slide),
-        1 => Just(Joint::Fixed),
-        1 => vector().prop_map(|pivot| Joint::Ball { pivot }),
+        2 => Just(JointKind::Slide),
+        1 => Just(JointKind::Fixed),
+        1 => vector().prop_map(|pivot| JointKind::Ball { pivot }),
         1 => (vector(), number()).prop_map(|(pivot, advance)| {
-            Joint::Turn { axis: Vector3::z(), pivot, advance }
+            JointKind::Turn { axis: Vector3::z(), pivot, advance }
         }),
         1 => (vector(), vector(), number()).prop_map(|(axis, pivot, advance)| {
-            Joint::Turn { axis, pivot, advance }
+            JointKind::Turn { axis, pivot, advance }
         }),
     ]
 }
@@ -105,33 +105,33 @@ proptest! {
         kinds in prop::collection::vec(kind(), 0..4),
         ends in prop::collection::vec((index(), index()), 0..4),
         (arms, state) in (arms(), state()),
-        joints in prop::collection::vec((joint(), drive()), 4),
+        joints in prop::collection::vec((joint_kind(), drive()), 4),
         positions in prop::collection::vec(vector(), 0..4),
         fixed in prop::collection::vec(index(), 0..2),
         lists in prop::array::uniform4(prop::collection::vec(number(), 0..4)),
         loads in prop::collection::vec((vector(), vector()), 0..4),
         q in prop::collection::vec(number(), 0..24),
     ) {
-        let links: Vec<Link> = ends
+        let joints: Vec<Joint> = ends
             .iter()
             .zip(joints)
             .map(|(&(body, to), (joint, drive))| {
-                Link::slide("arm", body, to).with_joint(joint).with_drive(drive)
+                Joint::slide("arm", body, to).with_kind(joint).with_drive(drive)
             })
             .collect();
-        let set = Articulation::new(&kinds, links, arms, &positions)
+        let set = Articulation::new(&kinds, joints, arms, &positions)
             .and_then(|set| set.with_fixed(&fixed));
         let Ok(set) = set else { return Ok(()) };
-        prop_assert!(is_finite(set.initial_lengths()));
+        prop_assert!(is_finite(set.initial_shape()));
         let layout = set.velocity_layout();
         prop_assert_eq!(layout.body(kinds.len()), None);
         prop_assert_eq!(layout.frame(usize::MAX), None);
         let initial = set.initial_state();
         for state in [&state, &initial] {
-            for lengths in [&lists[0][..], set.initial_lengths()] {
-                let directions = set.directions(state, lengths);
-                prop_assert_eq!(directions.is_ok(), set.place(state, lengths).is_ok());
-                if let Ok(poses) = set.place(state, lengths) {
+            for shape in [&lists[0][..], set.initial_shape()] {
+                let directions = set.directions(state, shape);
+                prop_assert_eq!(directions.is_ok(), set.place(state, shape).is_ok());
+                if let Ok(poses) = set.place(state, shape) {
                     prop_assert!(poses.iter().all(|p| is_finite(p.to_homogeneous().as_slice())));
                 }
             }
@@ -151,8 +151,8 @@ proptest! {
             }
         }
         let _ = set.state_velocity(&q);
-        let rates = if lists[1].len() == set.links().len() { &lists[1] } else { &lists[2] };
-        let Ok(constraints) = set.constraints(&initial, set.initial_lengths(), rates) else {
+        let rates = if lists[1].len() == set.joints().len() { &lists[1] } else { &lists[2] };
+        let Ok(constraints) = set.constraints(&initial, set.initial_shape(), rates) else {
             return Ok(());
         };
         let masters: Vec<bool> = q.iter().map(|x| *x > 0.0).collect();
@@ -170,7 +170,7 @@ proptest! {
             prop_assert!(is_finite(loads.as_slice()));
         }
         let q = DVector::from_column_slice(&q);
-        let _ = drive.link_loads(&q, &q);
+        let _ = drive.joint_loads(&q, &q);
     }
 
     #[test]
@@ -247,7 +247,7 @@ proptest! {
 /// Two linked bodies with their fluid, in one formulation.
 fn linked_pair(distance: f64) -> (Articulation, [Vector3<f64>; 2]) {
     let x = [Vector3::zeros(), distance * Vector3::x()];
-    let set = Articulation::new(&[BodyKind::Rigid; 2], vec![link(1, 0)], Arms::Clamped, &x);
+    let set = Articulation::new(&[BodyKind::Rigid; 2], vec![slide(1, 0)], Arms::Clamped, &x);
     (set.unwrap(), x)
 }
 
@@ -302,7 +302,7 @@ fn bug_bodies_without_a_positive_volume_were_accepted() {
 }
 
 #[test]
-fn bug_the_force_of_a_link_that_does_not_exist_ended_the_program() {
+fn bug_the_force_of_a_joint_that_does_not_exist_ended_the_program() {
     let (set, x) = linked_pair(5.0);
     let constraints = constraints(&set, &set.initial_state(), &[1.0]);
     let loads = [ExternalLoad::default(); 2];
@@ -315,12 +315,12 @@ fn bug_the_force_of_a_link_that_does_not_exist_ended_the_program() {
         .constrain(random_fluid(&x, &SEED), &drive)
         .unwrap();
     let flow = system.flow(&system.rhs, &set).unwrap();
-    assert!(flow.link_force(0).is_ok());
+    assert!(flow.joint_force(0).is_ok());
     // rows 3 to 5 are the torque of a clamp
-    for link in [1, 9, usize::MAX] {
+    for joint in [1, 9, usize::MAX] {
         assert_eq!(
-            flow.link_force(link),
-            Err(RigidError::NoSuchLink { link, links: 1 })
+            flow.joint_force(joint),
+            Err(RigidError::NoSuchJoint { joint, joints: 1 })
         );
     }
 }

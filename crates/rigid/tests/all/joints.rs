@@ -5,11 +5,11 @@ use proptest::prelude::*;
 use rigid::linalg::LinearOperator;
 use rigid::{
     Arms, Articulation, BodyKind, Constrained, DirectRows, Drive, Eliminated, ExternalLoad,
-    FlowSolution, Formulation, Joint, JointDrive, Lagrange, Link, PassiveDrive, RigidError,
+    FlowSolution, Formulation, Joint, JointDrive, JointKind, Lagrange, PassiveDrive, RigidError,
 };
 
 use crate::support::sets::{
-    centres, link, loads_on_bodies, moved_state, random_fluid, tree, values, vector,
+    centres, loads_on_bodies, moved_state, random_fluid, slide, tree, values, vector,
 };
 
 /// The flow of a system by a dense factorisation, and the condition of its matrix.
@@ -41,7 +41,7 @@ fn check_formulations(
     let state = moved_state(set, &[rotation]);
     let values = values(set);
     let mut constraints = set
-        .constraints(&state, &values, &rates[..set.links().len()])
+        .constraints(&state, &values, &rates[..set.joints().len()])
         .unwrap();
     // Masses over time steps, of some bodies.
     for body in (0..set.kinds().len()).filter(|body| set.kinds()[*body] == BodyKind::Rigid) {
@@ -73,17 +73,17 @@ fn check_formulations(
     let tolerance = |values: &DVector<f64>| 1e-14 * condition * (1.0 + values.amax());
     let velocity = tolerance(&flows[0].generalised);
     // Forces are products with matrices of entries up to 30.
-    let force = 30.0 * velocity + tolerance(&flows[0].forces) + tolerance(&flows[0].link_loads);
+    let force = 30.0 * velocity + tolerance(&flows[0].forces) + tolerance(&flows[0].joint_loads);
     for other in &flows[1..] {
         assert!((&other.generalised - &flows[0].generalised).amax() < velocity);
         assert!((&other.forces - &flows[0].forces).amax() < force);
-        assert!((&other.link_loads - &flows[0].link_loads).amax() < force);
+        assert!((&other.joint_loads - &flows[0].joint_loads).amax() < force);
     }
     let flow = &flows[0];
     let missed = &constraints.matrix * &flow.generalised - &constraints.rates;
     assert!(missed.amax() < velocity * constraints.matrix.amax());
-    // The loads of the links and of the drives balance the forces: also those on passive joints.
-    let mut sum = constraints.matrix.tr_mul(&flow.link_loads);
+    // The loads of the joints and of the drives balance the forces: also those on passive joints.
+    let mut sum = constraints.matrix.tr_mul(&flow.joint_loads);
     sum += drive.generalised_loads().unwrap();
     sum -= drive.damping_times(&flow.generalised).unwrap();
     for (row, force) in set.surface_velocities().into_iter().zip(flow.forces.iter()) {
@@ -106,8 +106,8 @@ proptest! {
     }
 }
 
-fn hinge(pivot: Vector3<f64>) -> Joint {
-    Joint::Turn {
+fn hinge(pivot: Vector3<f64>) -> JointKind {
+    JointKind::Turn {
         axis: Vector3::z(),
         pivot,
         advance: 0.0,
@@ -117,8 +117,8 @@ fn hinge(pivot: Vector3<f64>) -> Joint {
 #[test]
 fn a_hinge_turns_its_body_about_the_pivot() {
     let x = [Vector3::zeros(), 3.0 * Vector3::x(), 5.0 * Vector3::x()];
-    let links = vec![link(1, 0).with_joint(hinge(Vector3::x())), link(2, 1)];
-    let set = Articulation::new(&[BodyKind::Rigid; 3], links, Arms::Clamped, &x).unwrap();
+    let joints = vec![slide(1, 0).with_kind(hinge(Vector3::x())), slide(2, 1)];
+    let set = Articulation::new(&[BodyKind::Rigid; 3], joints, Arms::Clamped, &x).unwrap();
     let angle = std::f64::consts::FRAC_PI_2;
     let poses = set.place(&set.initial_state(), &[angle, 4.0]).unwrap();
     // Body 1 is 2 from the pivot and turns from x to y; body 2 follows it at the new length 4.
@@ -131,13 +131,13 @@ fn a_hinge_turns_its_body_about_the_pivot() {
 #[test]
 fn a_screw_advances_by_its_rotation() {
     let x = [Vector3::zeros(), 3.0 * Vector3::x()];
-    let screw = Joint::Turn {
+    let screw = JointKind::Turn {
         axis: Vector3::x(),
         pivot: x[1],
         advance: 0.5,
     };
-    let links = vec![link(1, 0).with_joint(screw)];
-    let set = Articulation::new(&[BodyKind::Rigid; 2], links, Arms::Clamped, &x).unwrap();
+    let joints = vec![slide(1, 0).with_kind(screw)];
+    let set = Articulation::new(&[BodyKind::Rigid; 2], joints, Arms::Clamped, &x).unwrap();
     let poses = set.place(&set.initial_state(), &[2.0]).unwrap();
     assert!((poses[1].translation.vector - 4.0 * Vector3::<f64>::x()).norm() < 1e-14);
     assert!((poses[1].rotation.scaled_axis() - 2.0 * Vector3::<f64>::x()).norm() < 1e-14);
@@ -152,9 +152,9 @@ fn a_loop_of_hinges_closes_only_at_matching_angles() {
         Vector3::new(4.0, 3.0, 0.0),
         3.0 * Vector3::y(),
     ];
-    let joint = |body: usize, to: usize| link(body, to).with_joint(hinge(x[to]));
-    let links = vec![joint(1, 0), joint(2, 1), joint(3, 2), joint(0, 3)];
-    let set = Articulation::new(&[BodyKind::Rigid; 4], links, Arms::Clamped, &x).unwrap();
+    let turning = |body: usize, to: usize| slide(body, to).with_kind(hinge(x[to]));
+    let joints = vec![turning(1, 0), turning(2, 1), turning(3, 2), turning(0, 3)];
+    let set = Articulation::new(&[BodyKind::Rigid; 4], joints, Arms::Clamped, &x).unwrap();
     let state = set.initial_state();
     let v = 0.3;
     assert!(set.place(&state, &[v, -v, v, -v]).is_ok());
@@ -167,7 +167,7 @@ fn a_loop_of_hinges_closes_only_at_matching_angles() {
     assert_eq!(rates([1.0, -1.0, 1.0, -1.0]), Ok(6));
     assert!(matches!(
         rates([1.0, -1.0, 1.0, 1.0]),
-        Err(RigidError::IncompatibleLinks { .. })
+        Err(RigidError::IncompatibleJoints { .. })
     ));
 }
 
@@ -175,17 +175,17 @@ fn a_loop_of_hinges_closes_only_at_matching_angles() {
 fn joints_that_do_not_fit_the_arms_are_refused() {
     let x = [Vector3::zeros(), 3.0 * Vector3::x()];
     let new = |joint, arms| {
-        let links = vec![link(1, 0).with_joint(joint)];
-        Articulation::new(&[BodyKind::Rigid; 2], links, arms, &x)
+        let joints = vec![slide(1, 0).with_kind(joint)];
+        Articulation::new(&[BodyKind::Rigid; 2], joints, arms, &x)
     };
-    let ball = Joint::Ball { pivot: x[0] };
+    let ball = JointKind::Ball { pivot: x[0] };
     assert!(new(ball, Arms::Clamped).is_ok());
     for (joint, arms) in [
         (hinge(x[0]), Arms::Lab),
         (ball, Arms::Lab),
         (ball, Arms::Free),
         (
-            Joint::Turn {
+            JointKind::Turn {
                 axis: 2.0 * Vector3::x(),
                 pivot: x[0],
                 advance: 0.0,
@@ -203,8 +203,8 @@ fn joints_that_do_not_fit_the_arms_are_refused() {
         stiffness: -1.0,
         ..PassiveDrive::default()
     });
-    let links = vec![Link::slide("spring", 1, 0).with_drive(drive)];
-    let refused = Articulation::new(&[BodyKind::Rigid; 2], links, Arms::Clamped, &x);
+    let joints = vec![Joint::slide("spring", 1, 0).with_drive(drive)];
+    let refused = Articulation::new(&[BodyKind::Rigid; 2], joints, Arms::Clamped, &x);
     assert!(matches!(refused, Err(RigidError::BadJoint { .. })));
 }
 
@@ -217,10 +217,10 @@ fn a_force_on_a_joint_that_moves_no_surface_is_refused() {
             force,
             ..PassiveDrive::default()
         });
-        let links = vec![link(1, 0), link(2, 0).with_drive(drive)];
-        let set = Articulation::new(&kinds, links, Arms::Clamped, &x).unwrap();
-        let lengths = set.initial_lengths().to_vec();
-        let constraints = set.constraints(&set.initial_state(), &lengths, &[0.0; 2]);
+        let joints = vec![slide(1, 0), slide(2, 0).with_drive(drive)];
+        let set = Articulation::new(&kinds, joints, Arms::Clamped, &x).unwrap();
+        let shape = set.initial_shape().to_vec();
+        let constraints = set.constraints(&set.initial_state(), &shape, &[0.0; 2]);
         let drive = Drive {
             set: &set,
             constraints: &constraints.unwrap(),

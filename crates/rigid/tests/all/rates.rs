@@ -1,10 +1,10 @@
-//! Several rates of the links are several right-hand sides of one system.
+//! Several rates of the joints are several right-hand sides of one system.
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use rigid::{
     Arms, Articulation, BodyKind, Constrained, Constraints, DirectRows, Drive, Eliminated,
-    ExternalLoad, Formulation, Independent, Lagrange, Link, RigidError,
+    ExternalLoad, Formulation, Independent, Joint, Lagrange, RigidError,
 };
 
 use crate::support::sets::{
@@ -31,9 +31,9 @@ fn check_rates(
     loads: &[ExternalLoad],
     seed: &[f64],
 ) {
-    let links = set.links().len();
+    let joints = set.joints().len();
     let state = moved_state(set, &[rotation]);
-    let [first, second] = [&rates[..links], &rates[6..6 + links]]
+    let [first, second] = [&rates[..joints], &rates[6..6 + joints]]
         .map(|rates| set.constraints(&state, &values(set), rates).unwrap());
     let centres = centres(set, &state, &values(set));
     let fluid = random_fluid(&centres, seed);
@@ -53,8 +53,8 @@ fn check_rates(
             direct.flow(&solution, set).unwrap(),
         ];
         assert_eq!(
-            [a.generalised, a.bodies, a.forces, a.link_loads],
-            [b.generalised, b.bodies, b.forces, b.link_loads]
+            [a.generalised, a.bodies, a.forces, a.joint_loads],
+            [b.generalised, b.bodies, b.forces, b.joint_loads]
         );
         assert_eq!(a.velocity, b.velocity);
         let bare = direct.clone().without_matrices().unwrap();
@@ -65,17 +65,17 @@ fn check_rates(
             bare.rhs_of_forces(&velocity, &pressure).unwrap(),
             direct.rhs_of_forces(&velocity, &pressure).unwrap()
         );
-        // Other loads have other link loads, other lengths another matrix.
+        // Other loads have other joint loads, other values another matrix.
         let mut other_loads = loads.to_vec();
         other_loads[0].force.x += 1.0;
         let refused = system.imposed(&drive(set, &second, &other_loads)).err();
-        assert_eq!(refused, Some(RigidError::OtherLinks));
+        assert_eq!(refused, Some(RigidError::OtherJoints));
         let longer: Vec<f64> = values(set).iter().map(|l| 1.1 * l).collect();
-        let longer = set.constraints(&state, &longer, &rates[..links]).unwrap();
-        let has_other_values = |link: &Link| link.joint.has_value() && !link.is_passive();
-        if set.links().iter().any(has_other_values) {
+        let longer = set.constraints(&state, &longer, &rates[..joints]).unwrap();
+        let has_other_values = |joint: &Joint| joint.kind.has_value() && !joint.is_passive();
+        if set.joints().iter().any(has_other_values) {
             let refused = system.imposed(&drive(set, &longer, loads)).err();
-            assert_eq!(refused, Some(RigidError::OtherLinks), "{:?}", set.arms());
+            assert_eq!(refused, Some(RigidError::OtherJoints), "{:?}", set.arms());
         }
     }
 }
@@ -103,5 +103,5 @@ fn independent_bodies_have_no_rates() {
     let drive = drive(&set, &constraints, &loads);
     let fluid = random_fluid(&x, &[0.3, -0.1, 0.7]);
     let system = Independent.constrain(fluid, &drive).unwrap();
-    assert_eq!(system.imposed(&drive).err(), Some(RigidError::OtherLinks));
+    assert_eq!(system.imposed(&drive).err(), Some(RigidError::OtherJoints));
 }

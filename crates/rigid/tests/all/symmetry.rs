@@ -23,7 +23,7 @@ fn close(what: &str, a: impl Iterator<Item = f64>, b: impl Iterator<Item = f64>)
 
 /// Compares the flows on a part and on the whole mesh.
 ///
-/// For each node of the whole mesh, `sources` lists its mirror image on the part and the signs of
+/// For each node of the whole mesh, `sources` lists its symmetry image on the part and the signs of
 /// the velocity components.
 fn same(part: &Case, whole: &Case, sources: &[(u32, Vector3<f64>)], formulation: &dyn Formulation) {
     let (own, own_iterations) = part.solve(formulation, 1.0);
@@ -32,11 +32,11 @@ fn same(part: &Case, whole: &Case, sources: &[(u32, Vector3<f64>)], formulation:
     println!("{name}: {own_iterations} iterations on the part, {all_iterations} on the whole mesh");
     close(name, own.bodies.iter().copied(), all.bodies.iter().copied());
     close(name, own.forces.iter().copied(), all.forces.iter().copied());
-    if !part.set.links().is_empty() {
+    if !part.set.joints().is_empty() {
         close(
             name,
-            own.link_force(0).unwrap().iter().copied(),
-            all.link_force(0).unwrap().iter().copied(),
+            own.joint_force(0).unwrap().iter().copied(),
+            all.joint_force(0).unwrap().iter().copied(),
         );
     }
     let images = sources

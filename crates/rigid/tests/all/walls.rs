@@ -27,8 +27,8 @@ fn assert_moves_with_walls(case: &Case, formulation: &dyn Formulation, expected:
         assert!((u - expected).amax() < CLOSE, "{name}: {u} at {expected}");
     }
     assert!(flow.forces.amax() < 20.0 * CLOSE, "{name}: {}", flow.forces);
-    let link_loads = flow.link_loads.iter();
-    assert!(link_loads.clone().all(|load| load.abs() < 20.0 * CLOSE));
+    let joint_loads = flow.joint_loads.iter();
+    assert!(joint_loads.clone().all(|load| load.abs() < 20.0 * CLOSE));
     assert!(flow.pressure.iter().all(|p| p.abs() < 1e3 * CLOSE));
 }
 

@@ -4,7 +4,7 @@ use super::key::Key;
 use super::key::KeyDefault::{Described, Value};
 use super::key::Kind;
 use super::table::key;
-use crate::words::{ArmsKind, DriveKind, GaitKind, InterpolationKind, JointKind};
+use crate::words::{ArmsKind, DriveKind, GaitKind, InterpolationKind, JointWord};
 
 /// The keys, in the order in which scenes are written.
 pub(super) const OF_GAIT: &[Key] = &[
@@ -28,7 +28,7 @@ pub(super) const OF_GAIT: &[Key] = &[
     ),
     key(
         "links[].joint",
-        Kind::Word(JointKind::WORDS),
+        Kind::Word(JointWord::WORDS),
         Value("slide"),
         "relative motion of the two bodies: along the line of their centres (slide), about an axis \
          (hinge, rotor), about a point (ball), about and along an axis (screw), or none (fixed); \

@@ -8,7 +8,7 @@ use super::of_gait::OF_GAIT;
 use crate::output_words::FlowsKind;
 use crate::words::{
     AcceptKind, BackgroundKind, DomainKind, EstimatesKind, FormulationKind, GeometryKind,
-    MeshMotionKind, MesherKind, MirrorKind, ModelKind, SolverKind, SurfaceKind,
+    MeshMotionKind, MesherKind, ModelKind, SolverKind, SurfaceKind, SymmetryKind,
 };
 
 pub(super) const fn key(
@@ -240,7 +240,7 @@ const OTHERS: &[Key] = &[
     ),
     key(
         "fem.mirror",
-        Kind::Word(MirrorKind::WORDS),
+        Kind::Word(SymmetryKind::WORDS),
         Value("auto"),
         "`auto` finds the coordinate planes through the origin about which bodies, loads, slip, \
          background flow and domain are symmetric for the whole run, and meshes one side of each: \

@@ -6,7 +6,7 @@ use super::checks::Checks;
 use super::gait::check_prescribed;
 use super::{contacts, options};
 use crate::error::SceneError;
-use crate::gait::{Gait, legs};
+use crate::gait::{Gait, spans};
 use crate::options::{FemOptions, ModelOptions};
 use crate::scene::Scene;
 
@@ -66,14 +66,14 @@ impl Scene {
     /// ([`JointPath`](crate::JointPath)).
     ///
     /// # Errors
-    /// As [`legs`](crate::legs); [`SceneError::BadValue`] for links that are not prescribed,
-    /// [`SceneError::Touching`] for bodies that touch on the way.
+    /// As [`spans`](crate::spans); [`SceneError::BadValue`] for joints that are not
+    /// prescribed, [`SceneError::Touching`] for bodies that touch on the way.
     pub fn with_gait(&self, gait: Gait) -> Result<Self, SceneError> {
         let mut scene = self.clone();
-        let _ = legs(&gait, scene.articulation.initial_lengths())?;
-        for link in gait.phases.iter().flat_map(|phase| phase.path.links()) {
-            let link = &scene.articulation.links()[link];
-            check_prescribed(link).map_err(|problem| SceneError::BadValue {
+        let _ = spans(&gait, scene.articulation.initial_shape())?;
+        for joint in gait.phases.iter().flat_map(|phase| phase.path.joints()) {
+            let joint = &scene.articulation.joints()[joint];
+            check_prescribed(joint).map_err(|problem| SceneError::BadValue {
                 place: ORIGIN.to_owned(),
                 key: "gait".to_owned(),
                 problem,

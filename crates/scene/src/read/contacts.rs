@@ -4,15 +4,15 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::contact::{Contact, closest_contact, smallest_gap};
 use crate::error::SceneError;
-use crate::gait::{Gait, legs};
-use crate::leg::Leg;
+use crate::gait::{Gait, spans};
+use crate::phase_span::PhaseSpan;
 use crate::scene::Scene;
 
 /// Refuses bodies that touch each other or a wall in the initial configuration.
 pub(super) fn check_initial(scene: &Scene) -> Result<(), SceneError> {
     let poses = scene
         .articulation
-        .place(&scene.initial_state(), scene.articulation.initial_lengths())?;
+        .place(&scene.initial_state(), scene.articulation.initial_shape())?;
     let Some(contact) = closest_contact(&scene.bodies, &scene.domain, &poses) else {
         return Ok(());
     };
@@ -46,28 +46,28 @@ pub(super) fn check_stroke(scene: &Scene) -> Result<(), SceneError> {
     if scene.has_passive_joints() {
         return Ok(());
     }
-    // All cycles after the second one repeat the lengths of the second one.
+    // All cycles after the second one repeat the shapes of the second one.
     let gait = Gait {
         cycles: scene.gait.cycles.min(2),
         phases: scene.gait.phases.clone(),
     };
-    legs(&gait, scene.articulation.initial_lengths())?.try_for_each(|leg| check_leg(scene, &leg))
+    spans(&gait, scene.articulation.initial_shape())?.try_for_each(|span| check_span(scene, &span))
 }
 
-/// Number of lines that stand for the curved path of a leg.
+/// Number of lines that stand for the curved path of a phase span.
 const PARTS_OF_CURVE: u32 = 64;
 
-fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SceneError> {
+fn check_span(scene: &Scene, span: &PhaseSpan) -> Result<(), SceneError> {
     let set = &scene.articulation;
-    let length_key = match (&scene.gait_table, leg.is_linear()) {
+    let length_key = match (&scene.gait_table, span.is_linear()) {
         (Some(_), _) => "gait.file".to_owned(),
-        (None, true) => format!("gait.phases[{}].length", leg.phase),
+        (None, true) => format!("gait.phases[{}].length", span.phase),
         (None, false) => "gait.harmonics".to_owned(),
     };
-    // Lengths along a curved path are joined by lines, which leave them by a ten-thousandth.
-    let links = scene.articulation.links();
-    let turns = leg.links.iter().any(|&link| links[link].joint.turns());
-    let parts: u32 = match leg.is_linear() && !turns {
+    // Lines stand for the values along a curved path, which they leave by a ten-thousandth.
+    let joints = scene.articulation.joints();
+    let turns = span.joints.iter().any(|&joint| joints[joint].kind.turns());
+    let parts: u32 = match span.is_linear() && !turns {
         true => 1,
         false => PARTS_OF_CURVE,
     };
@@ -83,21 +83,21 @@ fn check_leg(scene: &Scene, leg: &Leg) -> Result<(), SceneError> {
     for part in 0..parts {
         let at = |k: u32| f64::from(k) / f64::from(parts);
         let (begin, end) = (at(part), at(part + 1));
-        let to = place(&leg.lengths(end))?;
-        // Lines do not follow bodies that turn: these are checked at points of the leg.
+        let to = place(&span.shape(end))?;
+        // Lines do not follow bodies that turn: these are checked at points of the phase span.
         let from = match turns {
             true => to.clone(),
-            false => place(&leg.lengths(begin))?,
+            false => place(&span.shape(begin))?,
         };
-        check_part(scene, leg, &length_key, (begin, &from), (end, &to))?;
+        check_part(scene, span, &length_key, (begin, &from), (end, &to))?;
     }
     Ok(())
 }
 
-/// Refuses contact on the line between two placements at two positions of a leg.
+/// Refuses contact on the line between two placements at two positions of a phase span.
 fn check_part(
     scene: &Scene,
-    leg: &Leg,
+    span: &PhaseSpan,
     length_key: &str,
     (begin, from): (f64, &[Isometry3<f64>]),
     (end, to): (f64, &[Isometry3<f64>]),
@@ -130,7 +130,7 @@ fn check_part(
                         place: scene.place(length_key),
                         first: scene.bodies[other].name.clone(),
                         second: scene.bodies[one].name.clone(),
-                        when: format!("in phase {} at {:.0} % of it", leg.phase + 1, 100.0 * s),
+                        when: format!("in phase {} at {:.0} % of it", span.phase + 1, 100.0 * s),
                         gap: contact.gap,
                         remedy: "let the link change less",
                     });

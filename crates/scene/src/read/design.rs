@@ -1,6 +1,6 @@
 //! Checks of the groups `optimise` and `learn`.
 
-use rigid::Link;
+use rigid::Joint;
 
 use super::checks::Checks;
 use super::gait::{check_prescribed, check_value};
@@ -11,12 +11,12 @@ use crate::nearest::find_name;
 /// Largest number of terms: more need more memory than a search can use.
 const MOST_TERMS: u32 = 128;
 
-/// Refuses values of joints that do not fit the links, and numbers outside their bounds.
+/// Refuses values of joints that do not fit the joints, and numbers outside their bounds.
 pub(super) fn check(
     checks: &Checks,
     optimise: &OptimiseOptions,
     learn: &LearnOptions,
-    links: &[Link],
+    joints: &[Joint],
 ) -> Result<(), SceneError> {
     for (key, values) in [
         ("optimise.lower", &optimise.lower),
@@ -25,14 +25,14 @@ pub(super) fn check(
         ("learn.extended", &learn.extended),
     ] {
         let Some(values) = values else { continue };
-        let values = by_link(values, links).map_err(|problem| checks.bad_value(key, problem))?;
-        for (link, value) in links.iter().zip(values) {
-            value.map_or(Ok(()), |value| check_value(checks, key, link, value))?;
+        let values = by_joint(values, joints).map_err(|problem| checks.bad_value(key, problem))?;
+        for (joint, value) in joints.iter().zip(values) {
+            value.map_or(Ok(()), |value| check_value(checks, key, joint, value))?;
         }
     }
     if let Some(values) = &optimise.max_rate {
         let key = "optimise.max_rate";
-        let values = by_link(values, links).map_err(|problem| checks.bad_value(key, problem))?;
+        let values = by_joint(values, joints).map_err(|problem| checks.bad_value(key, problem))?;
         if let Some(value) = values.into_iter().flatten().find(|value| *value <= 0.0) {
             return Err(checks.bad_value(key, format!("must be greater than zero, not {value}")));
         }
@@ -74,30 +74,30 @@ pub(super) fn check(
     Ok(())
 }
 
-/// The value of each link; none for links without one.
+/// The value for each joint; none where no value is given.
 ///
 /// # Errors
 /// What is wrong with the values.
-pub(crate) fn by_link(values: &JointValues, links: &[Link]) -> Result<Vec<Option<f64>>, String> {
+pub(crate) fn by_joint(values: &JointValues, joints: &[Joint]) -> Result<Vec<Option<f64>>, String> {
     match values {
-        JointValues::All(value) => Ok((links.iter())
-            .map(|link| check_prescribed(link).is_ok().then_some(*value))
+        JointValues::All(value) => Ok((joints.iter())
+            .map(|joint| check_prescribed(joint).is_ok().then_some(*value))
             .collect()),
-        JointValues::List(list) if list.len() == links.len() => {
+        JointValues::List(list) if list.len() == joints.len() => {
             Ok(list.iter().copied().map(Some).collect())
         }
         JointValues::List(list) => Err(format!(
             "has {} values, and the scene has {} links",
             list.len(),
-            links.len()
+            joints.len()
         )),
         JointValues::Named(values) => {
-            let mut found = vec![None; links.len()];
+            let mut found = vec![None; joints.len()];
             for (name, value) in values {
-                let names = links.iter().map(|link| &link.name[..]);
-                let link = find_name(name, "link", names)?;
-                check_prescribed(&links[link])?;
-                found[link] = Some(*value);
+                let names = joints.iter().map(|joint| &joint.name[..]);
+                let joint = find_name(name, "link", names)?;
+                check_prescribed(&joints[joint])?;
+                found[joint] = Some(*value);
             }
             Ok(found)
         }

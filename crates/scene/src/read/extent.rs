@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
-use rigid::{Joint, JointDrive, Link};
+use rigid::{Joint, JointDrive, JointKind};
 
 use super::checks::Checks;
 use crate::body::Body;
@@ -14,8 +14,8 @@ use crate::flow::Background;
 use crate::gait::Gait;
 use crate::gait_table::GaitTable;
 use crate::joint_force::JointForce;
-use crate::length_path::LengthPath;
 use crate::options::FemOptions;
+use crate::shape_path::ShapePath;
 
 /// Largest length of a scene over the smallest length of a body.
 ///
@@ -32,7 +32,7 @@ pub(super) fn check(
     (domain, background): (&Domain, Option<&Background>),
     bodies: &[Body],
     (gait, gait_file, gait_table): (&Gait, &GaitFile, Option<&GaitTable>),
-    (links, joint_forces): (&[Link], &[JointForce]),
+    (joints, joint_forces): (&[Joint], &[JointForce]),
     fem: &FemOptions,
 ) -> Result<(), SceneError> {
     let all = (bodies.iter()).flat_map(|body| body.shape.lengths().into_iter().map(|l| l.1));
@@ -64,23 +64,23 @@ pub(super) fn check(
             demand(key(name), length)?;
         }
     }
-    let is_length = |link: usize| !links[link].joint.is_angle();
+    let is_length = |joint: usize| !joints[joint].kind.is_angle();
     if let Some(table) = gait_table {
-        demand("gait.file".to_owned(), table.largest(links))?;
+        demand("gait.file".to_owned(), table.largest(joints))?;
     }
     for (number, phase) in gait.phases.iter().enumerate() {
         match &phase.path {
-            LengthPath::Cubic(_) | LengthPath::Own(_) => {}
-            LengthPath::Linear(changes) => {
-                let of_slides = changes.iter().filter(|(link, _)| is_length(*link));
+            ShapePath::Cubic(_) | ShapePath::Own(_) => {}
+            ShapePath::Linear(changes) => {
+                let of_slides = changes.iter().filter(|(joint, _)| is_length(*joint));
                 for (_, length) in of_slides {
                     demand(format!("gait.phases[{number}].length"), *length)?;
                 }
             }
-            LengthPath::Harmonic { sines, .. } => {
+            ShapePath::Harmonic { sines, .. } => {
                 let numbered = sines.iter().zip(gait_file.harmonics.iter().flatten());
                 for (number, (sine, file)) in numbered.enumerate() {
-                    if is_length(sine.link) {
+                    if is_length(sine.joint) {
                         let key = |name: &str| format!("gait.harmonics[{number}].{name}");
                         demand(key("amplitude"), sine.amplitude)?;
                         demand(key("mean"), file.mean.unwrap_or(0.0))?;
@@ -89,12 +89,12 @@ pub(super) fn check(
             }
         }
     }
-    for (number, link) in links.iter().enumerate() {
+    for (number, joint) in joints.iter().enumerate() {
         let key = |key: &str| format!("links[{number}].{key}");
-        match link.joint {
-            Joint::Slide | Joint::Fixed => {}
-            Joint::Ball { pivot } => demand(key("pivot"), pivot.amax())?,
-            Joint::Turn { pivot, advance, .. } => {
+        match joint.kind {
+            JointKind::Slide | JointKind::Fixed => {}
+            JointKind::Ball { pivot } => demand(key("pivot"), pivot.amax())?,
+            JointKind::Turn { pivot, advance, .. } => {
                 demand(key("pivot"), pivot.amax())?;
                 demand(key("pitch"), TAU * advance.abs())?;
             }
@@ -111,7 +111,7 @@ pub(super) fn check(
             return Err(checks.bad_value("fem.surface_size", problem));
         }
     }
-    check_drives(checks, (links, joint_forces), viscosity, smallest)?;
+    check_drives(checks, (joints, joint_forces), viscosity, smallest)?;
     // A body under a load moves at about load / (viscosity size).
     for (number, body) in bodies.iter().enumerate() {
         let unit = viscosity * smallest * smallest;
@@ -168,20 +168,20 @@ fn check_flows(
 /// Refuses drives of joints that are far from the resistance of the smallest body.
 fn check_drives(
     checks: &Checks,
-    (links, joint_forces): (&[Link], &[JointForce]),
+    (joints, joint_forces): (&[Joint], &[JointForce]),
     viscosity: f64,
     smallest: f64,
 ) -> Result<(), SceneError> {
-    for (number, link) in links.iter().enumerate() {
-        let JointDrive::Passive(drive) = &link.drive else {
+    for (number, joint) in joints.iter().enumerate() {
+        let JointDrive::Passive(drive) = &joint.drive else {
             continue;
         };
         // Resistance to a rotation, or to a translation of the joint.
-        let (resistance, unit) = match link.joint.is_angle() {
+        let (resistance, unit) = match joint.kind.is_angle() {
             true => (viscosity * smallest.powi(3), 1.0),
             false => (viscosity * smallest, smallest),
         };
-        let oscillating = joint_forces.iter().find(|force| force.sine.link == number);
+        let oscillating = joint_forces.iter().find(|force| force.sine.joint == number);
         let amplitude = oscillating.map_or(0.0, |force| force.sine.amplitude);
         let sizes = [
             ("rest", drive.rest / unit),

@@ -2,21 +2,21 @@
 
 use std::path::Path;
 
-use rigid::{Articulation, Link};
+use rigid::{Articulation, Joint};
 
 use super::checks::Checks;
 use crate::error::SceneError;
 use crate::file::{GaitFile, HarmonicFile, PhaseFile};
 use crate::gait::{Gait, Phase};
 use crate::gait_table::GaitTable;
-use crate::length_path::{LengthPath, Sine};
+use crate::shape_path::{ShapePath, Sine};
 use crate::words::GaitKind;
 
-/// The gait, with links by number, and the table that it is from.
+/// The gait, with joints by number, and the table that it is from.
 pub(super) fn gait(
     checks: &Checks,
     file: &GaitFile,
-    links: &[Link],
+    joints: &[Joint],
 ) -> Result<(Gait, Option<GaitTable>), SceneError> {
     let GaitFile {
         phases, harmonics, ..
@@ -67,15 +67,15 @@ pub(super) fn gait(
         }
         GaitKind::Phases => {
             let files = phases.iter().flatten().enumerate();
-            let phases = files.map(|(number, file)| phase(checks, number, file, links));
+            let phases = files.map(|(number, file)| phase(checks, number, file, joints));
             Gait {
                 cycles: file.cycles,
                 phases: phases.collect::<Result<_, _>>()?,
             }
         }
-        GaitKind::Harmonic => harmonic(checks, file, harmonics.iter().flatten(), links)?,
+        GaitKind::Harmonic => harmonic(checks, file, harmonics.iter().flatten(), joints)?,
         GaitKind::Table => {
-            let table = table(checks, file, links)?;
+            let table = table(checks, file, joints)?;
             return Ok((table.gait(file.cycles), Some(table)));
         }
     };
@@ -86,12 +86,12 @@ fn word(kind: GaitKind) -> &'static str {
     kind.into()
 }
 
-fn table(checks: &Checks, file: &GaitFile, links: &[Link]) -> Result<GaitTable, SceneError> {
+fn table(checks: &Checks, file: &GaitFile, joints: &[Joint]) -> Result<GaitTable, SceneError> {
     let key = "gait.file";
     let name = checks.required(key, file.file.as_ref(), ": a table needs a file")?;
     let path = checks.0.path().parent().unwrap_or(Path::new("")).join(name);
     let interpolation = file.interpolation.unwrap_or_default();
-    let table = GaitTable::read(&path, interpolation, links)
+    let table = GaitTable::read(&path, interpolation, joints)
         .map_err(|problem| checks.bad_value(key, problem))?;
     if file.cycles > 1 && !table.is_closed() {
         let problem = "cannot be repeated: the last row of gait.file differs from the first one";
@@ -100,21 +100,29 @@ fn table(checks: &Checks, file: &GaitFile, links: &[Link]) -> Result<GaitTable, 
     Ok(table)
 }
 
-/// The link of this name, whose value the gait can prescribe.
-fn find(checks: &Checks, key: &str, name: &str, links: &[Link]) -> Result<usize, SceneError> {
-    let link = checks.find(key, name, "link", links.iter().map(|link| &link.name[..]))?;
-    check_prescribed(&links[link]).map_err(|problem| checks.bad_value(key, problem))?;
-    Ok(link)
+/// The joint of this name, whose value the gait can prescribe.
+fn find(checks: &Checks, key: &str, name: &str, joints: &[Joint]) -> Result<usize, SceneError> {
+    let joint = checks.find(
+        key,
+        name,
+        "link",
+        joints.iter().map(|joint| &joint.name[..]),
+    )?;
+    check_prescribed(&joints[joint]).map_err(|problem| checks.bad_value(key, problem))?;
+    Ok(joint)
 }
 
-/// Refuses a link without a value, or with one that a drive determines.
-pub(crate) fn check_prescribed(link: &Link) -> Result<(), String> {
-    let problem = match (link.joint.has_value(), link.is_passive()) {
+/// Refuses a joint without a value, or with one that a drive determines.
+pub(crate) fn check_prescribed(joint: &Joint) -> Result<(), String> {
+    let problem = match (joint.kind.has_value(), joint.is_passive()) {
         (true, false) => return Ok(()),
         (true, true) => "is not prescribed: its drive determines the value",
         (false, _) => "has no value that a gait can change",
     };
-    Err(format!("names the link \"{}\", which {problem}", link.name))
+    Err(format!(
+        "names the link \"{}\", which {problem}",
+        joint.name
+    ))
 }
 
 /// Largest angle in radians: rounding errors of the rotation stay below 1e-10.
@@ -124,10 +132,10 @@ const LARGEST_ANGLE: f64 = 1e6;
 pub(super) fn check_value(
     checks: &Checks,
     key: &str,
-    link: &Link,
+    joint: &Joint,
     value: f64,
 ) -> Result<(), SceneError> {
-    let problem = match link.joint.is_angle() {
+    let problem = match joint.kind.is_angle() {
         true if value.abs() <= LARGEST_ANGLE => return Ok(()),
         true => format!("must be an angle of at most {LARGEST_ANGLE:e}, not {value:e}"),
         false if value > 0.0 => return Ok(()),
@@ -139,13 +147,13 @@ pub(super) fn check_value(
 /// Refuses a periodic start if some passive joint has no spring, which would bring it back.
 pub(super) fn check_periodic(checks: &Checks, set: &Articulation) -> Result<(), SceneError> {
     match set
-        .passive_links()
+        .passive_drives()
         .find(|(_, drive)| drive.stiffness == 0.0)
     {
-        Some((link, _)) => {
+        Some((joint, _)) => {
             let problem = format!(
                 "needs springs: the link \"{}\" has none, so that its value has no periodic state",
-                set.links()[link].name
+                set.joints()[joint].name
             );
             Err(checks.bad_value("gait.periodic", problem))
         }
@@ -153,18 +161,18 @@ pub(super) fn check_periodic(checks: &Checks, set: &Articulation) -> Result<(), 
     }
 }
 
-/// Lengths at the start that the gait determines: of links with means or in a table.
-pub(super) fn initial_lengths(
+/// Values at the start that the gait determines: of joints with means or in a table.
+pub(super) fn initial_shape(
     checks: &Checks,
     file: &GaitFile,
     (gait, table): (&Gait, Option<&GaitTable>),
-    links: &[Link],
+    joints: &[Joint],
 ) -> Result<Vec<(usize, f64)>, SceneError> {
     if let Some(table) = table {
-        return Ok(table.initial_lengths());
+        return Ok(table.initial_shape());
     }
     let harmonics = file.harmonics.iter().flatten();
-    let Some(LengthPath::Harmonic { sines, .. }) = gait.phases.first().map(|phase| &phase.path)
+    let Some(ShapePath::Harmonic { sines, .. }) = gait.phases.first().map(|phase| &phase.path)
     else {
         return Ok(Vec::new());
     };
@@ -172,19 +180,19 @@ pub(super) fn initial_lengths(
     for (number, (file, sine)) in harmonics.zip(sines).enumerate() {
         let Some(mean) = file.mean else { continue };
         let key = format!("gait.harmonics[{number}].mean");
-        check_value(checks, &key, &links[sine.link], mean)?;
-        match means.iter().find(|(link, _)| *link == sine.link) {
+        check_value(checks, &key, &joints[sine.joint], mean)?;
+        match means.iter().find(|(joint, _)| *joint == sine.joint) {
             Some((_, other)) if *other != mean => {
                 let problem = format!("is {mean}, but another entry for the link has {other}");
                 return Err(checks.bad_value(&key, problem));
             }
             Some(_) => {}
-            None => means.push((sine.link, mean)),
+            None => means.push((sine.joint, mean)),
         }
     }
-    let at_start = |(link, mean): (usize, f64)| {
-        let terms = sines.iter().filter(|sine| sine.link == link);
-        (link, mean + terms.map(|sine| sine.at(0.0)).sum::<f64>())
+    let at_start = |(joint, mean): (usize, f64)| {
+        let terms = sines.iter().filter(|sine| sine.joint == joint);
+        (joint, mean + terms.map(|sine| sine.at(0.0)).sum::<f64>())
     };
     Ok(means.into_iter().map(at_start).collect())
 }
@@ -193,7 +201,7 @@ fn harmonic<'f>(
     checks: &Checks,
     file: &GaitFile,
     harmonics: impl Iterator<Item = &'f HarmonicFile>,
-    links: &[Link],
+    joints: &[Joint],
 ) -> Result<Gait, SceneError> {
     let Some(period) = file.period else {
         return Err(checks.bad_value("gait.period", "is missing: the period of gait.harmonics"));
@@ -203,7 +211,7 @@ fn harmonic<'f>(
         let missing = |name: &str| checks.bad_value(&key(name), "is missing");
         let name = file.link.as_ref().ok_or_else(|| missing("link"))?;
         Ok(Sine {
-            link: find(checks, &key("link"), name, links)?,
+            joint: find(checks, &key("link"), name, joints)?,
             amplitude: file.amplitude.ok_or_else(|| missing("amplitude"))?,
             phase: file.phase,
             order: file.order,
@@ -217,7 +225,7 @@ fn phase(
     checks: &Checks,
     number: usize,
     file: &PhaseFile,
-    links: &[Link],
+    joints: &[Joint],
 ) -> Result<Phase, SceneError> {
     let key = |key: &str| format!("gait.phases[{number}].{key}");
     let missing = |name: &str, problem: &str| Err(checks.bad_value(&key(name), problem));
@@ -225,7 +233,7 @@ fn phase(
         (None, None) => None,
         (None, Some(_)) => return missing("link", "is missing: say which link gets this length"),
         (Some(_), None) => return missing("length", "is missing: the link's length at the end"),
-        (Some(name), Some(length)) => Some((find(checks, &key("link"), name, links)?, length)),
+        (Some(name), Some(length)) => Some((find(checks, &key("link"), name, joints)?, length)),
     };
     let mut changes: Vec<(usize, f64)> = one.into_iter().collect();
     if let Some(targets) = &file.targets {
@@ -234,19 +242,19 @@ fn phase(
             return missing("targets", problem);
         }
         for (name, length) in targets {
-            changes.push((find(checks, &key("targets"), name, links)?, *length));
+            changes.push((find(checks, &key("targets"), name, joints)?, *length));
         }
-        changes.sort_by_key(|(link, _)| *link);
+        changes.sort_by_key(|(joint, _)| *joint);
     }
     let value_key = match file.targets.is_some() {
         true => "targets",
         false => "length",
     };
-    for &(link, value) in &changes {
-        check_value(checks, &key(value_key), &links[link], value)?;
+    for &(joint, value) in &changes {
+        check_value(checks, &key(value_key), &joints[joint], value)?;
     }
     Ok(Phase {
-        path: LengthPath::Linear(changes),
+        path: ShapePath::Linear(changes),
         duration: file.duration,
     })
 }

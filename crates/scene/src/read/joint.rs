@@ -1,28 +1,28 @@
-//! The joint of a link and what drives it.
+//! The kind of a joint and what drives it.
 
 use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
-use rigid::{Joint, JointDrive, PassiveDrive};
+use rigid::{JointDrive, JointKind, PassiveDrive};
 
 use super::checks::Checks;
 use crate::body::Body;
 use crate::error::SceneError;
-use crate::file::{ForceFile, LinkFile};
+use crate::file::{ForceFile, JointFile};
 use crate::joint_force::JointForce;
-use crate::length_path::Sine;
-use crate::words::{DriveKind, JointKind};
+use crate::shape_path::Sine;
+use crate::words::{DriveKind, JointWord};
 
-/// The joint of a link between two bodies.
+/// The relative motion that a joint between two bodies allows.
 ///
 /// Hinges and balls turn about the centre of the body `to` unless a pivot is given, rotors and
 /// screws about an axis through the centre of `body`, from `to` to `body` unless one is given.
-pub(super) fn joint(
+pub(super) fn kind(
     checks: &Checks,
     number: usize,
-    file: &LinkFile,
+    file: &JointFile,
     [body, to]: [&Body; 2],
-) -> Result<Joint, SceneError> {
+) -> Result<JointKind, SceneError> {
     let key = |key: &str| format!("links[{number}].{key}");
     let kind = file.joint;
     let given = [
@@ -30,9 +30,9 @@ pub(super) fn joint(
         (
             "pivot",
             file.pivot.is_some(),
-            has_axis(kind) || kind == JointKind::Ball,
+            has_axis(kind) || kind == JointWord::Ball,
         ),
-        ("pitch", file.pitch.is_some(), kind == JointKind::Screw),
+        ("pitch", file.pitch.is_some(), kind == JointWord::Screw),
     ];
     for (name, is_given, belongs) in given {
         if is_given && !belongs {
@@ -47,7 +47,7 @@ pub(super) fn joint(
         axis.try_normalize(0.0)
             .ok_or_else(|| checks.bad_value(&key("axis"), "has no direction; it must not be zero"))
     };
-    let turn = |axis, pivot, advance| Joint::Turn {
+    let turn = |axis, pivot, advance| JointKind::Turn {
         axis,
         pivot,
         advance,
@@ -56,11 +56,11 @@ pub(super) fn joint(
         .try_normalize(0.0)
         .filter(|line| line.iter().all(|x| x.is_finite()));
     Ok(match kind {
-        JointKind::Slide => Joint::Slide,
-        JointKind::Fixed => Joint::Fixed,
-        JointKind::Hinge => turn(axis(None)?, pivot(to.position), 0.0),
-        JointKind::Rotor => turn(axis(line)?, pivot(body.position), 0.0),
-        JointKind::Screw => {
+        JointWord::Slide => JointKind::Slide,
+        JointWord::Fixed => JointKind::Fixed,
+        JointWord::Hinge => turn(axis(None)?, pivot(to.position), 0.0),
+        JointWord::Rotor => turn(axis(line)?, pivot(body.position), 0.0),
+        JointWord::Screw => {
             let pitch = checks.required(
                 &key("pitch"),
                 file.pitch,
@@ -68,28 +68,28 @@ pub(super) fn joint(
             )?;
             turn(axis(line)?, pivot(body.position), pitch / TAU)
         }
-        JointKind::Ball => Joint::Ball {
+        JointWord::Ball => JointKind::Ball {
             pivot: pivot(to.position),
         },
     })
 }
 
-fn has_axis(kind: JointKind) -> bool {
-    matches!(kind, JointKind::Hinge | JointKind::Rotor | JointKind::Screw)
+fn has_axis(kind: JointWord) -> bool {
+    matches!(kind, JointWord::Hinge | JointWord::Rotor | JointWord::Screw)
 }
 
 /// What drives a joint whose value is `start` at the start.
 pub(super) fn drive(
     checks: &Checks,
     number: usize,
-    file: &LinkFile,
+    file: &JointFile,
     start: f64,
 ) -> Result<JointDrive, SceneError> {
     let key = |key: &str| format!("links[{number}].{key}");
     let kind = match (file.joint, file.drive) {
-        (JointKind::Ball, None | Some(DriveKind::Free)) => DriveKind::Free,
-        (JointKind::Fixed, None) => DriveKind::Prescribed,
-        (JointKind::Ball | JointKind::Fixed, Some(other)) => {
+        (JointWord::Ball, None | Some(DriveKind::Free)) => DriveKind::Free,
+        (JointWord::Fixed, None) => DriveKind::Prescribed,
+        (JointWord::Ball | JointWord::Fixed, Some(other)) => {
             let problem = format!(
                 "cannot be \"{}\": a joint \"{}\" has no value; remove the key",
                 other.word(),
@@ -99,7 +99,7 @@ pub(super) fn drive(
         }
         (_, kind) => kind.unwrap_or_default(),
     };
-    let is_passive = kind != DriveKind::Prescribed && file.joint != JointKind::Ball;
+    let is_passive = kind != DriveKind::Prescribed && file.joint != JointWord::Ball;
     let given = [
         (
             "stiffness",
@@ -149,21 +149,21 @@ pub(super) fn drive(
 /// The oscillating parts of the forces on joints; their period is that of the gait unless given.
 pub(super) fn oscillating(
     checks: &Checks,
-    files: &[LinkFile],
+    files: &[JointFile],
     gait_period: Option<f64>,
 ) -> Result<Vec<JointForce>, SceneError> {
     let mut forces = Vec::new();
-    for (link, file) in files.iter().enumerate() {
+    for (joint, file) in files.iter().enumerate() {
         let Some(ForceFile::Harmonic(harmonic)) = file.force else {
             continue;
         };
-        let key = format!("links[{link}].force");
+        let key = format!("links[{joint}].force");
         let missing = |name: &str| checks.bad_value(&key, format!("has no {name}"));
         let amplitude = harmonic.amplitude.ok_or_else(|| missing("amplitude"))?;
         let period = harmonic.period.or(gait_period);
         forces.push(JointForce {
             sine: Sine {
-                link,
+                joint,
                 amplitude,
                 phase: harmonic.phase,
                 order: harmonic.order,

@@ -1,5 +1,6 @@
 //! Construction of a scene from the keys of a document, with all checks.
 
+mod articulation;
 mod bodies;
 mod change;
 mod checks;
@@ -10,7 +11,6 @@ mod extent;
 mod flow;
 mod gait;
 mod joint;
-mod links;
 mod options;
 mod shape;
 mod surface_file;
@@ -84,27 +84,28 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
     )?;
     let (gravity, density) = (file.gravity.into(), file.fluid.density.unwrap_or(0.0));
     flow::enter_weights(&checks, &gravity, density, &mut bodies)?;
-    let links = links::links(&checks, &file.links, &bodies)?;
+    let joints = articulation::joints(&checks, &file.links, &bodies)?;
     let joint_forces = joint::oscillating(&checks, &file.links, file.gait.period)?;
-    let (gait, gait_table) = gait::gait(&checks, &file.gait, &links)?;
+    let (gait, gait_table) = gait::gait(&checks, &file.gait, &joints)?;
     extent::check(
         &checks,
         file.fluid.viscosity,
         (&domain, background.as_ref()),
         &bodies,
         (&gait, &file.gait, gait_table.as_ref()),
-        (&links, &joint_forces),
+        (&joints, &joint_forces),
         &file.fem,
     )?;
     let from = (&gait, gait_table.as_ref());
-    let start = gait::initial_lengths(&checks, &file.gait, from, &links)?;
-    let articulation = links::articulation(&checks, &mut bodies, links, file.gait.arms, &start)?;
+    let start = gait::initial_shape(&checks, &file.gait, from, &joints)?;
+    let articulation =
+        articulation::articulation(&checks, &mut bodies, joints, file.gait.arms, &start)?;
     if file.gait.periodic {
         gait::check_periodic(&checks, &articulation)?;
     }
     options::check_model(&checks, &file.model)?;
     options::check_fem(&checks, &file.fem)?;
-    design::check(&checks, &file.optimise, &file.learn, articulation.links())?;
+    design::check(&checks, &file.optimise, &file.learn, articulation.joints())?;
     let name = document
         .path()
         .file_stem()

@@ -22,7 +22,7 @@ fn serde_and_the_lists_of_words_agree() {
     check::<DomainKind>(DomainKind::WORDS);
     check::<ShapeKind>(ShapeKind::WORDS);
     check::<ArmsKind>(ArmsKind::WORDS);
-    check::<JointKind>(JointKind::WORDS);
+    check::<JointWord>(JointWord::WORDS);
     check::<DriveKind>(DriveKind::WORDS);
     check::<GaitKind>(GaitKind::WORDS);
     check::<InterpolationKind>(InterpolationKind::WORDS);
@@ -33,7 +33,7 @@ fn serde_and_the_lists_of_words_agree() {
     check::<MeshMotionKind>(MeshMotionKind::WORDS);
     check::<MesherKind>(MesherKind::WORDS);
     check::<GeometryKind>(GeometryKind::WORDS);
-    check::<MirrorKind>(MirrorKind::WORDS);
+    check::<SymmetryKind>(SymmetryKind::WORDS);
     check::<EstimatesKind>(EstimatesKind::WORDS);
     check::<crate::FlowsKind>(crate::FlowsKind::WORDS);
 }

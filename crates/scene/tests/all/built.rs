@@ -10,7 +10,7 @@ fn two_spheres() -> SceneBuilder {
         .ball(40.0)
         .sphere("left", 1.0, [-10.0, 0.0, 0.0])
         .sphere("right", 1.0, [0.0; 3])
-        .link("arm", "left", "right")
+        .slide("arm", "left", "right")
         .phase("arm", 6.0, 1.0)
         .phase("arm", 10.0, 0.5)
 }
@@ -27,7 +27,7 @@ fn a_built_scene_is_the_scene_of_its_file() {
         .domain(&Domain::Box { size })
         .spheroid("obstacle", 1.0, 2.0, [0.0, 0.0, 1.0], [0.0, 20.0, 0.0])
         .point("joint", [0.0, -5.0, 0.0])
-        .link("joint arm", "joint", "right")
+        .slide("joint arm", "joint", "right")
         .pause(3.0)
         .cycles(2)
         .arms(ArmsKind::Free)

@@ -60,8 +60,8 @@ fn any_scene() -> impl Strategy<Value = String> {
             }
             if bodies.len() > 1 {
                 for (pick, length, duration) in phases {
-                    let link = 1 + (pick * (bodies.len() - 1) as f64) as usize;
-                    text += &format!("[[gait.phases]]\nlink = \"l{link}\"\nlength = {length}\nduration = {duration}\n");
+                    let joint = 1 + (pick * (bodies.len() - 1) as f64) as usize;
+                    text += &format!("[[gait.phases]]\nlink = \"l{joint}\"\nlength = {length}\nduration = {duration}\n");
                 }
             }
             text
@@ -69,7 +69,7 @@ fn any_scene() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
     fn a_written_scene_reads_back_unchanged(text in any_scene()) {
@@ -78,7 +78,7 @@ proptest! {
         prop_assert_eq!(scene.bodies(), again.bodies());
         prop_assert_eq!(scene.domain(), again.domain());
         prop_assert_eq!(scene.gait(), again.gait());
-        prop_assert_eq!(scene.articulation().links(), again.articulation().links());
+        prop_assert_eq!(scene.articulation().joints(), again.articulation().joints());
         prop_assert_eq!(scene.articulation().arms(), again.articulation().arms());
         prop_assert_eq!((scene.viscosity(), scene.model(), scene.fem()), (again.viscosity(), again.model(), again.fem()));
         prop_assert_eq!(scene.to_toml().unwrap(), again.to_toml().unwrap());

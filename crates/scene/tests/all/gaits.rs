@@ -1,8 +1,8 @@
-//! Gaits that move several links at once.
+//! Gaits that move several joints at once.
 
 use nalgebra::Vector3;
-use rigid::Joint;
-use scene::{LengthPath, Scene, legs};
+use rigid::JointKind;
+use scene::{Scene, ShapePath, spans};
 
 /// Three spheres on a line, with arms of the length 10.
 fn parse(gait: &str) -> Result<Scene, String> {
@@ -24,14 +24,14 @@ fn parse(gait: &str) -> Result<Scene, String> {
 }
 
 #[test]
-fn targets_move_several_links_at_once() {
+fn targets_move_several_joints_at_once() {
     let scene = parse("gait.phases = [{ targets = { b = 7, a = 6 }, duration = 2 }]").unwrap();
     let phase = &scene.gait().phases[0];
-    assert_eq!(phase.path, LengthPath::Linear(vec![(0, 6.0), (1, 7.0)]));
-    assert_eq!(scene.link_names(&phase.path.links()), "a + b");
-    let leg = legs(scene.gait(), &[10.0, 10.0]).unwrap().next().unwrap();
-    assert_eq!(leg.lengths(0.5), [8.0, 8.5]);
-    assert_eq!(leg.rates(0.1), [-2.0, -1.5]);
+    assert_eq!(phase.path, ShapePath::Linear(vec![(0, 6.0), (1, 7.0)]));
+    assert_eq!(scene.joint_names(&phase.path.joints()), "a + b");
+    let span = spans(scene.gait(), &[10.0, 10.0]).unwrap().next().unwrap();
+    assert_eq!(span.shape(0.5), [8.0, 8.5]);
+    assert_eq!(span.rates(0.1), [-2.0, -1.5]);
     let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
     assert_eq!(again.gait(), scene.gait());
 }
@@ -47,7 +47,7 @@ fn a_harmonic_gait_starts_from_the_positions_or_from_its_means() {
         )
     };
     let scene = parse(&harmonics("")).unwrap();
-    assert_eq!(scene.articulation().initial_lengths(), [10.0, 10.0]);
+    assert_eq!(scene.articulation().initial_shape(), [10.0, 10.0]);
     assert_eq!(
         (scene.gait().phases.len(), scene.gait().duration()),
         (4, 8.0)
@@ -58,11 +58,11 @@ fn a_harmonic_gait_starts_from_the_positions_or_from_its_means() {
     // The mean and the phase give the length at the start; body 0 is the root and stays.
     let scene = parse(&harmonics(", mean = 8")).unwrap();
     let start = 8.0 + 2.0 * 0.5_f64.sin();
-    assert!((scene.articulation().initial_lengths()[0] - start).abs() < 1e-14);
+    assert!((scene.articulation().initial_shape()[0] - start).abs() < 1e-14);
     let x = |body: usize| scene.bodies()[body].position.x;
     assert_eq!(x(0), -10.0);
     assert!((x(1) - (start - 10.0)).abs() < 1e-14 && (x(2) - x(1) - 10.0).abs() < 1e-14);
-    let first = legs(scene.gait(), scene.articulation().initial_lengths())
+    let first = spans(scene.gait(), scene.articulation().initial_shape())
         .unwrap()
         .next();
     // A quarter of the period later: the sine of the second order is zero again.
@@ -71,8 +71,8 @@ fn a_harmonic_gait_starts_from_the_positions_or_from_its_means() {
     // Written and read again, it has the same shape to rounding.
     let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
     assert_eq!(
-        again.articulation().initial_lengths(),
-        scene.articulation().initial_lengths()
+        again.articulation().initial_shape(),
+        scene.articulation().initial_shape()
     );
 }
 
@@ -111,22 +111,22 @@ fn a_table_is_a_spline_or_phases_through_its_rows() {
         (", interpolation = \"linear\", cycles = 3", true),
     ] {
         let scene = with_table(table, gait).unwrap();
-        // The bodies start at the lengths of the first row.
-        assert_eq!(scene.articulation().initial_lengths(), [10.0, 8.0]);
-        let all: Vec<_> = legs(scene.gait(), &[10.0, 8.0]).unwrap().collect();
+        // The bodies start at the values of the first row.
+        assert_eq!(scene.articulation().initial_shape(), [10.0, 8.0]);
+        let all: Vec<_> = spans(scene.gait(), &[10.0, 8.0]).unwrap().collect();
         assert_eq!(scene.gait().phases.len(), 3);
         assert_eq!(all[1].to, [8.0, 7.5]);
         assert_eq!((all[1].start, all[1].duration), (1.0, 0.5));
         assert_eq!(all[0].is_linear(), is_linear);
-        for leg in &all {
-            for (a, b) in leg.lengths(1.0).iter().zip(&leg.to) {
+        for span in &all {
+            for (a, b) in span.shape(1.0).iter().zip(&span.to) {
                 assert!((a - b).abs() < 1e-14);
             }
             for s in [0.0, 0.3, 1.0] {
                 let d = 1e-5;
-                let [before, after] = [leg.lengths(s - d), leg.lengths(s + d)];
-                for (link, rate) in leg.rates(s).iter().enumerate() {
-                    let expected = (after[link] - before[link]) / (2.0 * d * leg.duration);
+                let [before, after] = [span.shape(s - d), span.shape(s + d)];
+                for (joint, rate) in span.rates(s).iter().enumerate() {
+                    let expected = (after[joint] - before[joint]) / (2.0 * d * span.duration);
                     assert!((rate - expected).abs() < 1e-8, "{rate} {expected}");
                 }
             }
@@ -301,7 +301,7 @@ fn bug_means_of_gaits_moved_bodies_without_their_pivots() {
     .unwrap();
     // The root stays at -5, the rest is three farther.
     assert!((scene.bodies()[2].position - Vector3::new(7.0, 0.0, 0.0)).norm() < 1e-14);
-    let Joint::Turn { pivot, .. } = scene.articulation().links()[1].joint else {
+    let JointKind::Turn { pivot, .. } = scene.articulation().joints()[1].kind else {
         panic!("a hinge");
     };
     assert!(

@@ -3,7 +3,7 @@
 mod texts;
 
 use scene::keys::{KEYS, Kind, find};
-use scene::{Domain, FemOptions, Gait, Phase, Scene, Shape, closest_contact, legs};
+use scene::{Domain, FemOptions, Gait, Phase, Scene, Shape, closest_contact, spans};
 
 use texts::SCENES;
 
@@ -127,16 +127,16 @@ fn lengths_are_limited_relative_to_the_smallest_body() {
 }
 
 #[test]
-fn bug_a_phase_of_a_link_that_does_not_exist_ended_the_program() {
-    let gait = |link, length, duration| Gait {
+fn bug_a_phase_of_a_joint_that_does_not_exist_ended_the_program() {
+    let gait = |joint, length, duration| Gait {
         cycles: 2,
         phases: vec![Phase {
-            path: scene::LengthPath::Linear(vec![(link, length)]),
+            path: scene::ShapePath::Linear(vec![(joint, length)]),
             duration,
         }],
     };
     assert_eq!(
-        legs(&gait(0, 6.0, 1.0), &[5.0])
+        spans(&gait(0, 6.0, 1.0), &[5.0])
             .map(Iterator::count)
             .unwrap(),
         2
@@ -146,15 +146,15 @@ fn bug_a_phase_of_a_link_that_does_not_exist_ended_the_program() {
         gait(1, 6.0, 1.0),
         gait(usize::MAX, 6.0, 1.0),
     ] {
-        assert!(legs(&bad, &[5.0]).is_err());
+        assert!(spans(&bad, &[5.0]).is_err());
     }
     for number in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(legs(&gait(0, 6.0, number), &[5.0]).is_err());
+        assert!(spans(&gait(0, 6.0, number), &[5.0]).is_err());
     }
     // Angles may be zero or negative.
     for number in [f64::NAN, f64::INFINITY] {
-        assert!(legs(&gait(0, number, 1.0), &[5.0]).is_err());
-        assert!(legs(&gait(0, 6.0, 1.0), &[number]).is_err());
+        assert!(spans(&gait(0, number, 1.0), &[5.0]).is_err());
+        assert!(spans(&gait(0, 6.0, 1.0), &[number]).is_err());
     }
 }
 

@@ -48,7 +48,7 @@ fn overrides_change_every_kind_of_key() {
     assert_eq!(scene.viscosity(), 2e-3);
     assert_eq!(
         scene.gait().phases[0].path,
-        scene::LengthPath::Linear(vec![(0, 7.0)])
+        scene::ShapePath::Linear(vec![(0, 7.0)])
     );
     assert_eq!(scene.domain().kind().word(), "box");
 }

@@ -49,9 +49,9 @@ fn by_size(
     value: impl Fn(&InstantaneousSolution) -> f64 + Copy,
 ) -> Result<Vec<Point>> {
     let mut points = Vec::new();
-    for [method, geometry, mirror] in MESHES {
+    for [method, geometry, symmetry] in MESHES {
         for &size in sizes(quick) {
-            let scene = base(&mesh_overrides(geometry, mirror, size))?;
+            let scene = base(&mesh_overrides(geometry, symmetry, size))?;
             let names = [method, &format!("size {size}")];
             points.push(Point {
                 size: Some(size),

@@ -26,11 +26,11 @@ pub const MESHES: [[&str; 3]; 3] = [
 ];
 
 /// Overrides of a scene for a kind of mesh with elements of `size` on the spheres.
-pub fn mesh_overrides(geometry: &str, mirror: &str, size: f64) -> [String; 3] {
+pub fn mesh_overrides(geometry: &str, symmetry: &str, size: f64) -> [String; 3] {
     [
         format!("fem.surface_size={size}"),
         format!("fem.geometry={geometry}"),
-        format!("fem.mirror={mirror}"),
+        format!("fem.mirror={symmetry}"),
     ]
 }
 

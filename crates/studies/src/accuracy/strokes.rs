@@ -23,8 +23,8 @@ pub struct Largest(pub usize);
 impl Observer for Largest {
     fn solved(
         &mut self,
-        _: &swimmer::Leg,
-        solved: &swimmer::LegSolution,
+        _: &swimmer::PhaseSpan,
+        solved: &swimmer::SpanSolution,
         _: &dyn swimmer::models::Hydrodynamics,
     ) -> std::result::Result<(), swimmer::SwimError> {
         self.0 = self.0.max(solved.solution.dofs.total);
@@ -83,10 +83,10 @@ pub fn net(quick: bool) -> Result<Quantity> {
     let exact = STROKES[0].net;
     let mut points = Vec::new();
     let name = "three-sphere.toml";
-    for [method, geometry, mirror] in MESHES {
+    for [method, geometry, symmetry] in MESHES {
         // With finer meshes of the whole fluid, a stroke takes minutes.
         for &size in sizes(quick).iter().filter(|&&size| size >= 0.2) {
-            let scene = scene_files::read(name, &mesh_overrides(geometry, mirror, size))?;
+            let scene = scene_files::read(name, &mesh_overrides(geometry, symmetry, size))?;
             let names = [method, &format!("size {size}")];
             points.push(Point {
                 size: Some(size),

@@ -1,11 +1,13 @@
 //! The mesh motions of the study, and the two ways to use them.
 
 use ale::{
-    AleError, Biharmonic, Elastic, Harmonic, IncrementalMap, Kernel, MeshMotion, MovingBody, Rbf,
-    ReferenceMap, Stiffening,
+    AleError, Biharmonic, Elastic, Harmonic, Kernel, MeshMotion, MovingBody, Rbf, ReferenceMap,
+    Stiffening,
 };
 use mesh::{Quality, TetMesh};
 use nalgebra::Isometry3;
+
+use super::incremental_map::IncrementalMap;
 
 /// A mesh motion with its name in tables.
 pub struct Method {

@@ -5,6 +5,7 @@ mod cut;
 mod file_cases;
 mod file_report;
 mod file_study;
+mod incremental_map;
 mod methods;
 mod report;
 mod stroke;

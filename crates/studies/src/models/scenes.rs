@@ -181,7 +181,9 @@ pub fn all() -> Vec<Case> {
 
 fn phases(steps: [(&str, f64); 4]) -> String {
     steps
-        .map(|(link, length)| format!("[[gait.phases]]\nlink = \"{link}\"\nlength = {length:?}\n"))
+        .map(|(joint, length)| {
+            format!("[[gait.phases]]\nlink = \"{joint}\"\nlength = {length:?}\n")
+        })
         .concat()
 }
 
@@ -193,11 +195,11 @@ fn collinear(arm: f64, closed: f64) -> String {
             format!("[[bodies]]\nname = \"{name}\"\nradius = 1\nposition = [{x:?}, 0, 0]\n")
         })
         .concat();
-    let links: String = ["left", "right"]
+    let joints: String = ["left", "right"]
         .map(|name| format!("[[links]]\nname = \"{name}\"\nbody = \"{name}\"\nto = \"centre\"\n"))
         .concat();
     bodies
-        + &links
+        + &joints
         + &phases([
             ("left", closed),
             ("right", closed),

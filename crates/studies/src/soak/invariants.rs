@@ -3,14 +3,14 @@
 use nalgebra::Vector3;
 use rigid::Arms;
 use swimmer::models::{Hydrodynamics, InstantaneousSolution};
-use swimmer::{Leg, LegSolution, Observer, Scene, SwimError};
+use swimmer::{Observer, PhaseSpan, Scene, SpanSolution, SwimError};
 
 /// Largest relative imbalances over the instantaneous solutions of a scene.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Imbalances {
     /// Forces and torques of a linkage minus its loads, over the largest force times the size.
     pub balance: f64,
-    /// Power into the fluid minus power of links and loads, over the sum of magnitudes of the
+    /// Power into the fluid minus power of joints and loads, over the sum of magnitudes of the
     /// terms.
     pub power: f64,
     /// Number of solutions.
@@ -26,23 +26,23 @@ pub struct Watch<'a> {
 impl Observer for Watch<'_> {
     fn solved(
         &mut self,
-        leg: &Leg,
-        solved: &LegSolution,
+        span: &PhaseSpan,
+        solved: &SpanSolution,
         _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         let set = self.scene.articulation();
         let places: Vec<Vector3<f64>> = set
-            .place(&solved.state, &leg.lengths(solved.s))?
+            .place(&solved.state, &span.shape(solved.s))?
             .iter()
             .map(|pose| pose.translation.vector)
             .collect();
-        let directions = set.directions(&solved.state, &leg.lengths(solved.s))?;
+        let directions = set.directions(&solved.state, &span.shape(solved.s))?;
         let seen = of_solution(
             self.scene,
             &solved.solution,
             &places,
             &directions,
-            &leg.rates(0.0),
+            &span.rates(0.0),
         );
         self.imbalances.balance = self.imbalances.balance.max(seen.balance);
         self.imbalances.power = self.imbalances.power.max(seen.power);
@@ -99,8 +99,8 @@ pub fn of_solution(
         into_fluid += terms.iter().sum::<f64>();
         size += terms.iter().map(|x| x.abs()).sum::<f64>();
     }
-    let links: f64 = solution
-        .link_forces
+    let joints: f64 = solution
+        .joint_forces
         .iter()
         .zip(directions)
         .zip(rates)
@@ -109,7 +109,7 @@ pub fn of_solution(
     Imbalances {
         balance,
         power: match size > 0.0 {
-            true => (into_fluid - links).abs() / size,
+            true => (into_fluid - joints).abs() / size,
             false => 0.0,
         },
         solutions: 1,

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use swimmer::scene::closest_contact;
-use swimmer::{Scene, legs};
+use swimmer::{Scene, spans};
 
 use crate::random::Random;
 
@@ -24,11 +24,11 @@ const LEAST_GAP: f64 = 1.0;
 fn smallest_gap(scene: &Scene) -> f64 {
     let set = scene.articulation();
     let state = scene.initial_state();
-    let Ok(legs) = legs(scene.gait(), set.initial_lengths()) else {
+    let Ok(spans) = spans(scene.gait(), set.initial_shape()) else {
         return -1.0;
     };
-    let ends = legs.map(|leg| leg.to);
-    std::iter::once(set.initial_lengths().to_vec())
+    let ends = spans.map(|span| span.to);
+    std::iter::once(set.initial_shape().to_vec())
         .chain(ends)
         .map(|lengths| {
             set.place(&state, &lengths).map_or(-1.0, |poses| {
@@ -62,16 +62,16 @@ fn text(random: &mut Random, elements: f64) -> String {
     let bodies = 1 + random.below(if by_elements { 2 } else { 4 });
     let junction = bodies > 2 && random.chance(0.2);
     let mut places = vec![[0.0; 3]];
-    let mut links = Vec::new();
+    let mut joints = Vec::new();
     for body in 1..bodies {
         let to = if junction { 0 } else { random.below(body) };
         let (e, length) = (random.direction(), random.within(3.0, 7.0));
         places.push(std::array::from_fn(|axis| {
             places[to][axis] + length * e[axis]
         }));
-        // A body without links is a separate swimmer.
+        // A body without joints is a separate swimmer.
         if junction || random.chance(0.85) {
-            links.push((body, to, length));
+            joints.push((body, to, length));
         }
     }
     let mut fixed = None;
@@ -141,19 +141,19 @@ fn text(random: &mut Random, elements: f64) -> String {
             line(format_args!("force = [{:?}, {:?}, {:?}]", f[0], f[1], f[2]));
         }
     }
-    for (number, (body, to, _)) in links.iter().enumerate() {
+    for (number, (body, to, _)) in joints.iter().enumerate() {
         line(format_args!(
             "[[links]]\nname = \"l{number}\"\nbody = \"b{body}\"\nto = \"b{to}\""
         ));
     }
-    if !links.is_empty() {
-        let mut lengths: Vec<f64> = links.iter().map(|l| l.2).collect();
+    if !joints.is_empty() {
+        let mut lengths: Vec<f64> = joints.iter().map(|l| l.2).collect();
         for _ in 0..1 + random.below(most + 1) {
-            let link = random.below(links.len());
-            lengths[link] = (lengths[link] * random.within(0.7, 1.4)).clamp(2.0, 9.0);
+            let joint = random.below(joints.len());
+            lengths[joint] = (lengths[joint] * random.within(0.7, 1.4)).clamp(2.0, 9.0);
             line(format_args!(
-                "[[gait.phases]]\nlink = \"l{link}\"\nlength = {:?}",
-                lengths[link]
+                "[[gait.phases]]\nlink = \"l{joint}\"\nlength = {:?}",
+                lengths[joint]
             ));
         }
     } else if random.chance(0.5) {

@@ -58,7 +58,7 @@ fn sphere(name: &str, position: [f64; 3], keys: &str) -> String {
     format!("[[bodies]]\nname = \"{name}\"\nradius = 1\nposition = {position:?}\n{keys}")
 }
 
-fn link(name: &str, body: &str, to: &str, keys: &str) -> String {
+fn joint(name: &str, body: &str, to: &str, keys: &str) -> String {
     format!("[[links]]\nname = \"{name}\"\nbody = \"{body}\"\nto = \"{to}\"\n{keys}")
 }
 
@@ -83,8 +83,8 @@ fn hinges(gap: f64) -> Case {
         sphere("l", [-3.0, 0.0, 0.0], ""),
         sphere("c", [0.0; 3], ""),
         sphere("r", [3.0, 0.0, 0.0], ""),
-        link("left", "l", "c", &hinge(-1.5)),
-        link("right", "r", "c", &hinge(1.5)),
+        joint("left", "l", "c", &hinge(-1.5)),
+        joint("right", "r", "c", &hinge(1.5)),
         phases(&[[angle, 0.0], [angle, angle], [0.0, angle], [0.0, 0.0]]),
     ];
     Case {
@@ -93,14 +93,14 @@ fn hinges(gap: f64) -> Case {
     }
 }
 
-/// Three spheres on a line with these keys of the bodies and of the right link.
+/// Three spheres on a line with these keys of the bodies and of the right joint.
 fn chain(body: &str, right: &str) -> String {
     [
         sphere("l", [-5.0, 0.0, 0.0], body),
         sphere("c", [0.0; 3], body),
         sphere("r", [5.0, 0.0, 0.0], body),
-        link("left", "l", "c", ""),
-        link("right", "r", "c", right),
+        joint("left", "l", "c", ""),
+        joint("right", "r", "c", right),
     ]
     .concat()
 }
@@ -133,9 +133,9 @@ fn corners(name: &str, count: usize) -> Case {
 
 /// Both arms oscillate, the right one also with a multiple of the frequency.
 fn overtones(order: usize) -> Case {
-    let harmonic = |link: &str, amplitude: f64, phase: f64, order: usize| {
+    let harmonic = |joint: &str, amplitude: f64, phase: f64, order: usize| {
         format!(
-            "[[gait.harmonics]]\nlink = \"{link}\"\namplitude = {amplitude:?}\nphase = {phase:?}\norder = {order}\n"
+            "[[gait.harmonics]]\nlink = \"{joint}\"\namplitude = {amplitude:?}\nphase = {phase:?}\norder = {order}\n"
         )
     };
     let gait = [
@@ -204,7 +204,7 @@ fn rhombus(name: &str, free: usize, gait: &str, expected: Expected) -> Case {
         let keys =
             format!("joint = \"hinge\"\naxis = [0, 0, 1]\npivot = [{x:?}, {y:?}, 0]\n{drive}");
         let (body, to) = (format!("b{}", (k + 1) % 4), format!("b{k}"));
-        text += &link(&format!("h{k}"), &body, &to, &keys);
+        text += &joint(&format!("h{k}"), &body, &to, &keys);
     }
     Case {
         expected: Some(expected),

@@ -47,8 +47,8 @@ fn chain(mass: f64, tolerance: f64, phases: &[(&str, f64)]) -> Result<Scene> {
         );
     }
     text += "[[links]]\nname = \"left\"\nbody = \"a\"\nto = \"b\"\n[[links]]\nname = \"right\"\nbody = \"c\"\nto = \"b\"\n";
-    for (link, length) in phases {
-        text += &format!("[[gait.phases]]\nlink = \"{link}\"\nlength = {length:?}\n");
+    for (joint, length) in phases {
+        text += &format!("[[gait.phases]]\nlink = \"{joint}\"\nlength = {length:?}\n");
     }
     Scene::parse(&text).context("a scene for the integrators is not valid")
 }
@@ -291,8 +291,8 @@ fn drifts(points: &[Point]) -> Vec<Tried> {
             });
         }
     }
-    // The error of a leg is its share of the tolerance, 1/160, times two radii; there are two legs
-    // of a few steps each.
+    // The error of a phase span is its share of the tolerance, 1/160, times two radii; there are
+    // two phase spans of a few steps each.
     for (name, allowed) in [("Runge-Kutta 5(4)", 0.05), ("Gauss collocation", 0.0)] {
         if let Some(point) = of(name).last() {
             rows.push(Tried {

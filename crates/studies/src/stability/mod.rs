@@ -6,6 +6,7 @@ mod drives;
 mod faults;
 mod flow;
 mod ilu;
+mod inf_sup;
 mod integration;
 mod map;
 mod models;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-/// Spheres and points with links in a ball, with a gait or forces.
+/// Spheres and points with joints in a ball, with a gait or forces.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// The `domain` table.
@@ -11,9 +11,9 @@ pub struct Setup {
     /// Radius (none for a point) and position of each body.
     pub bodies: Vec<(Option<f64>, [f64; 3])>,
     /// Pairs (`body`, `to`).
-    pub links: Vec<(usize, usize)>,
+    pub joints: Vec<(usize, usize)>,
     pub arms: &'static str,
-    /// Link whose length changes in the first phase, and by how much; a phase has one link.
+    /// Joint whose length changes in the first phase, and by how much; a phase has one joint.
     pub change: Option<(usize, f64)>,
     /// Body with an external force, and the force.
     pub pull: Option<(usize, [f64; 3])>,
@@ -36,7 +36,7 @@ impl Setup {
                 (Some(1.3), [0.5, 0.0, 0.0]),
                 (Some(0.8), [1.0, 4.0, 0.5]),
             ],
-            links: vec![(0, 1), (2, 1)],
+            joints: vec![(0, 1), (2, 1)],
             arms: "free",
             change: Some((0, -0.5)),
             pull: None,
@@ -52,7 +52,7 @@ impl Setup {
             *radius = radius.map(|r| r * length);
             position.iter_mut().for_each(|x| *x *= length);
         }
-        self.change = self.change.map(|(link, by)| (link, by * length));
+        self.change = self.change.map(|(joint, by)| (joint, by * length));
         self
     }
 
@@ -86,21 +86,21 @@ impl Setup {
                 let _ = writeln!(text, "force = [{fx:e}, {fy:e}, {fz:e}]");
             }
         }
-        for (number, (body, to)) in self.links.iter().enumerate() {
+        for (number, (body, to)) in self.joints.iter().enumerate() {
             let _ = writeln!(
                 text,
                 "[[links]]\nname = \"l{number}\"\nbody = \"b{body}\"\nto = \"b{to}\""
             );
         }
-        if let Some((link, by)) = self.change {
-            let (body, to) = self.links[link];
+        if let Some((joint, by)) = self.change {
+            let (body, to) = self.joints[joint];
             let length: f64 = (0..3)
                 .map(|axis| (self.bodies[body].1[axis] - self.bodies[to].1[axis]).powi(2))
                 .sum::<f64>()
                 .sqrt();
             let _ = writeln!(
                 text,
-                "[[gait.phases]]\nlink = \"l{link}\"\nlength = {:e}\nduration = 1",
+                "[[gait.phases]]\nlink = \"l{joint}\"\nlength = {:e}\nduration = 1",
                 length + by
             );
         }

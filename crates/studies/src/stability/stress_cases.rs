@@ -63,16 +63,16 @@ const MICRO: f64 = 1.0 / 1_048_576.0;
 /// symmetry.
 fn star(arms: usize) -> Setup {
     let mut bodies = vec![(None, [0.0; 3])];
-    let mut links = Vec::new();
+    let mut joints = Vec::new();
     for number in 0..arms {
         let angle = std::f64::consts::TAU * number as f64 / arms as f64;
         let height = if number % 2 == 0 { 1.0 } else { -0.7 };
         bodies.push((Some(0.8), [6.0 * angle.cos(), 6.0 * angle.sin(), height]));
-        links.push((number + 1, 0));
+        joints.push((number + 1, 0));
     }
     Setup {
         bodies,
-        links,
+        joints,
         size: Some(1.0),
         ..Setup::bent_chain()
     }
@@ -94,10 +94,10 @@ fn snake(edge: usize) -> Setup {
             }
         }
     }
-    let links = (1..bodies.len()).map(|n| (n, n - 1)).collect();
+    let joints = (1..bodies.len()).map(|n| (n, n - 1)).collect();
     Setup {
         bodies,
-        links,
+        joints,
         size: Some(1.1),
         arms: "clamped",
         ..Setup::bent_chain()
@@ -128,13 +128,13 @@ pub fn all() -> Vec<StressCase> {
     };
     let alone = |position, force| Setup {
         bodies: vec![(Some(1.0), position)],
-        links: Vec::new(),
+        joints: Vec::new(),
         change: None,
         pull: Some((0, force)),
         ..plain.clone()
     };
     let triangle = Setup {
-        links: vec![(0, 1), (2, 1), (2, 0)],
+        joints: vec![(0, 1), (2, 1), (2, 0)],
         change: None,
         pull: Some((0, [0.0, 1.0, 0.0])),
         ..plain.clone()
@@ -144,7 +144,7 @@ pub fn all() -> Vec<StressCase> {
             (Some(1.0), [-1.0 - gap / 2.0, 0.0, 0.0]),
             (Some(1.0), [1.0 + gap / 2.0, 0.3, 0.0]),
         ],
-        links: vec![(0, 1)],
+        joints: vec![(0, 1)],
         change: Some((0, 0.5)),
         ..plain.clone()
     };
@@ -206,7 +206,7 @@ pub fn all() -> Vec<StressCase> {
                     (Some(1.3), [-0.5, 0.5, 0.0]),
                     (Some(1.0), [-4.0, -1.0, 1.0]),
                 ],
-                links: vec![(0, 1), (1, 2), (2, 3)],
+                joints: vec![(0, 1), (1, 2), (2, 3)],
                 change: Some((1, -0.5)),
                 ..plain.clone()
             },
@@ -230,7 +230,7 @@ pub fn all() -> Vec<StressCase> {
                     (Some(0.8), [0.0, -3.0, 0.0]),
                     (Some(1.2), [4.0, -3.5, 0.0]),
                 ],
-                links: vec![(0, 1), (2, 3)],
+                joints: vec![(0, 1), (2, 3)],
                 ..plain.clone()
             },
             false,
@@ -284,7 +284,7 @@ pub fn all() -> Vec<StressCase> {
             "a point without links",
             Setup {
                 bodies: vec![(Some(1.0), [0.0; 3]), (None, [3.0, 0.0, 0.0])],
-                links: Vec::new(),
+                joints: Vec::new(),
                 change: None,
                 ..plain.clone()
             },

@@ -17,7 +17,7 @@ struct Stroke {
     name: &'static str,
     /// Lengths of the arms at the start.
     arm: f64,
-    /// Link and its length after each phase.
+    /// Joint and its length after each phase.
     phases: &'static [(&'static str, f64)],
     /// Force on the left sphere.
     force: [f64; 3],
@@ -75,8 +75,8 @@ impl Stroke {
             );
         }
         text += "[[links]]\nname = \"left\"\nbody = \"l\"\nto = \"c\"\n[[links]]\nname = \"right\"\nbody = \"r\"\nto = \"c\"\n";
-        for (link, length) in self.phases {
-            text += &format!("[[gait.phases]]\nlink = \"{link}\"\nlength = {length:?}\n");
+        for (joint, length) in self.phases {
+            text += &format!("[[gait.phases]]\nlink = \"{joint}\"\nlength = {length:?}\n");
         }
         text
     }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use anyhow::Result;
-use axisymmetric::{Spheroid, Surroundings, axial_resistance};
+use axisymmetric::{AxialSpheroid, Surroundings, axial_resistance};
 
 use super::collinear::symmetric;
 use super::effort::Effort;
@@ -28,11 +28,11 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
             format!("drag / 6 pi, lambda {lambda}"),
             concentric_drag(lambda),
         );
-        let bodies = [Spheroid::sphere(0.0, 1.0)];
+        let bodies = [AxialSpheroid::sphere(0.0, 1.0)];
         rows.push(drag("A", &name, &bodies, ball(1.0 / lambda), exact)?);
     }
     for (aspect, exact) in SPHEROIDS {
-        let body = Spheroid {
+        let body = AxialSpheroid {
             centre: 0.0,
             axial: aspect,
             equatorial: 1.0,
@@ -48,7 +48,8 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
     }
     for case in &COLLINEAR {
         let places = case.positions.iter().zip(case.radii);
-        let bodies: Vec<Spheroid> = places.map(|(&z, &a)| Spheroid::sphere(z, a)).collect();
+        let bodies: Vec<AxialSpheroid> =
+            places.map(|(&z, &a)| AxialSpheroid::sphere(z, a)).collect();
         rows.push(resistance(
             "D",
             case.name,
@@ -60,7 +61,7 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
     for (lambda, exact) in CYLINDER {
         let radius = 1.0 / lambda;
         let name = format!("drag / 6 pi, lambda {lambda}");
-        let bodies = [Spheroid::sphere(0.0, 1.0)];
+        let bodies = [AxialSpheroid::sphere(0.0, 1.0)];
         rows.push(drag(
             "H",
             &name,
@@ -106,7 +107,7 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
 fn drag(
     group: &'static str,
     name: &str,
-    bodies: &[Spheroid],
+    bodies: &[AxialSpheroid],
     surroundings: Surroundings,
     exact: f64,
 ) -> Result<Row> {
@@ -121,7 +122,7 @@ fn drag(
 fn resistance(
     group: &'static str,
     name: &str,
-    bodies: &[Spheroid],
+    bodies: &[AxialSpheroid],
     surroundings: Surroundings,
     exact: &[f64],
 ) -> Result<Row> {

@@ -102,7 +102,7 @@ fn ball_in_ball(size: f64, lambda: f64) -> Result<TetMesh> {
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: &[],
+        shape: &[],
     };
     let mut model = choose(&scene)?.model;
     model.mesh(configuration)?.context("the model has no mesh")

@@ -52,7 +52,7 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
         .collect()
 }
 
-/// Row of one distance, without a tolerance. A link between the two spheres closes at rate two.
+/// Row of one distance, without a tolerance. A joint between the two spheres closes at rate two.
 fn opposite(distance: f64, exact: f64, size: f64) -> Result<Row> {
     let spheres = [-0.5, 0.5].map(|side| Sphere {
         position: side * distance,
@@ -62,12 +62,12 @@ fn opposite(distance: f64, exact: f64, size: f64) -> Result<Row> {
     // A hundredth of the gap: only the rate matters, but the spheres must not touch during the
     // phase.
     let change = 0.01 * (distance - 2.0);
-    let link = format!(
+    let joint = format!(
         "[[links]]\nname = \"link\"\nbody = \"s1\"\nto = \"s0\"\n[[gait.phases]]\nlink = \"link\"\nlength = {:?}\nduration = {:?}\n",
         distance - change,
         change / 2.0
     );
-    let (instant, cost) = solve(&scene(CONTAINER, size, &spheres, &link)?)?;
+    let (instant, cost) = solve(&scene(CONTAINER, size, &spheres, &joint)?)?;
     let [left, right] = [0, 1].map(|k| &instant.bodies[k]);
     // Half of the difference, so that a common velocity of both spheres does not matter.
     let approach = 0.5 * (left.velocity.x - right.velocity.x);

@@ -3,7 +3,9 @@
 use anyhow::Result;
 use swimmer::choose;
 use swimmer::models::{AccumulatedError, Hydrodynamics, InstantaneousSolution};
-use swimmer::{Leg, LegResult, LegSolution, Method, Observer, Outcome, Scene, SwimError, simulate};
+use swimmer::{
+    Method, Observer, Outcome, PhaseSpan, Scene, SpanResult, SpanSolution, SwimError, simulate,
+};
 
 use super::effort::Effort;
 use super::estimated::Estimated;
@@ -111,39 +113,39 @@ pub fn at(case: &Instantaneous, container: f64, model: &str) -> Result<Scene> {
         radius: 1.0,
         ..Sphere::default()
     });
-    let (link, length) = match case.left_rate {
+    let (joint, length) = match case.left_rate {
         0.0 => ("right", case.right_arm + case.right_rate),
         rate => ("left", case.left_arm + rate),
     };
     let more = format!(
         "[[links]]\nname = \"left\"\nbody = \"s0\"\nto = \"s1\"\n[[links]]\nname = \"right\"\nbody = \"s2\"\nto = \"s1\"\n\
-         [[gait.phases]]\nlink = \"{link}\"\nlength = {length:?}\n"
+         [[gait.phases]]\nlink = \"{joint}\"\nlength = {length:?}\n"
     );
     scene_by(model, container, &spheres, &more)
 }
 
-/// Cost of the solves of a stroke, and accumulated errors of its legs.
+/// Cost of the solves of a stroke, and accumulated errors of its phase spans.
 #[derive(Default)]
-struct Legs {
+struct Spans {
     cost: Cost,
     accumulated: Vec<Option<AccumulatedError>>,
 }
 
-impl Observer for Legs {
+impl Observer for Spans {
     fn solved(
         &mut self,
-        _: &Leg,
-        solved: &LegSolution,
+        _: &PhaseSpan,
+        solved: &SpanSolution,
         _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         self.cost.add(&Cost::of(&solved.solution));
         Ok(())
     }
 
-    fn leg_done(
+    fn span_done(
         &mut self,
-        _: &Leg,
-        result: &LegResult,
+        _: &PhaseSpan,
+        result: &SpanResult,
         _: &Outcome,
         _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
@@ -180,20 +182,20 @@ pub fn stroke(
     overrides.push(format!("domain.radius={:?}", case.container));
     let scene = scene_files::read("three-sphere.toml", &overrides)?;
     let mut model = choose(&scene)?.model;
-    let mut legs = Legs::default();
-    let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut legs)?;
-    let cost = legs.cost;
+    let mut spans = Spans::default();
+    let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut spans)?;
+    let cost = spans.cost;
     let name = |what: &str| format!("{by}stroke 10-6, b {}: {what}", case.container);
     let mut rows: Vec<Row> = outcome
-        .legs
+        .spans
         .iter()
         .zip(case.steps)
         .enumerate()
-        .map(|(number, (leg, exact))| {
-            let pair = [exact, leg.displacement[1].x];
+        .map(|(number, (span, exact))| {
+            let pair = [exact, span.displacement[1].x];
             let what = format!("step {}", number + 1);
-            let accumulated = legs.accumulated[number].as_ref();
-            let estimated = Estimated::displacement(accumulated, &leg.error_estimate);
+            let accumulated = spans.accumulated[number].as_ref();
+            let estimated = Estimated::displacement(accumulated, &span.error_estimate);
             Row::relative("E", name(&what), pair, step, cost).with(Some(estimated))
         })
         .collect();

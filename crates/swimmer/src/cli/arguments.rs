@@ -47,7 +47,7 @@ pub enum Command {
         /// Print the result as one JSON object
         #[arg(long)]
         json: bool,
-        /// Add the grand resistance matrix of the bodies without links (six more solves per body)
+        /// Add the grand resistance matrix of the bodies without joints (six more solves per body)
         #[arg(long)]
         resistance: bool,
         /// Write the flow field for ParaView

@@ -2,7 +2,7 @@
 
 use swimmer::models::Configuration;
 use swimmer::scene::closest_contact;
-use swimmer::{Choice, Scene, SwimError, TYPICAL_SOLVES_PER_LEG, choose, legs};
+use swimmer::{Choice, Scene, SwimError, TYPICAL_SOLVES_PER_SPAN, choose, spans};
 
 use super::arguments::SceneArguments;
 use super::text::{count, duration, entry};
@@ -20,7 +20,7 @@ pub fn check(arguments: &SceneArguments) -> Result<String, SwimError> {
     }
     let cost = model.cost(Configuration {
         state: &scene.initial_state(),
-        lengths: scene.articulation().initial_lengths(),
+        shape: scene.articulation().initial_shape(),
     })?;
     text += &entry("degrees of freedom", &cost.dofs.total.to_string());
     text += &entry(
@@ -31,7 +31,7 @@ pub fn check(arguments: &SceneArguments) -> Result<String, SwimError> {
             cost.mib.ceil()
         ),
     );
-    let solves = TYPICAL_SOLVES_PER_LEG * scene.gait().phases.len() * scene.gait().cycles as usize;
+    let solves = TYPICAL_SOLVES_PER_SPAN * scene.gait().phases.len() * scene.gait().cycles as usize;
     if solves > 0 {
         let seconds = duration(cost.seconds * solves as f64);
         text += &entry(
@@ -79,7 +79,7 @@ fn describe(scene: &Scene) -> Result<String, SwimError> {
                 1 => "1 body".to_owned(),
                 bodies => format!("{bodies} bodies"),
             },
-            count(set.links().len(), "link")
+            count(set.joints().len(), "link")
         ),
     );
     text += &entry("  domain", scene.domain().kind().word());
@@ -98,8 +98,8 @@ fn describe(scene: &Scene) -> Result<String, SwimError> {
         ),
     );
     let mut gap = f64::INFINITY;
-    for leg in legs(scene.gait(), set.initial_lengths())?.take(scene.gait().phases.len()) {
-        let poses = set.place(&scene.initial_state(), &leg.to)?;
+    for span in spans(scene.gait(), set.initial_shape())?.take(scene.gait().phases.len()) {
+        let poses = set.place(&scene.initial_state(), &span.to)?;
         gap = gap.min(
             closest_contact(scene.bodies(), scene.domain(), &poses)
                 .map_or(gap, |contact| contact.gap),

@@ -21,11 +21,11 @@ pub fn write(folder: &Folder, name: &str, text: &str) -> Result<(), SwimError> {
     Ok(())
 }
 
-/// Names of the links that move.
+/// Names of the joints that move.
 pub fn names(scene: &Scene, limits: &StrokeLimits) -> Vec<String> {
-    let links = scene.articulation().links();
+    let joints = scene.articulation().joints();
     (limits.variables.iter())
-        .map(|&k| links[k].name.clone())
+        .map(|&k| joints[k].name.clone())
         .collect()
 }
 

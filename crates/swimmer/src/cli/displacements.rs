@@ -12,8 +12,8 @@ const MAX_ROWS: usize = 24;
 
 /// Displacements of all bodies, phase by phase and in total, with a common power of ten.
 pub fn displacement_table(scene: &Scene, outcome: &Outcome) -> String {
-    let phase_names: Vec<String> = (outcome.legs.iter())
-        .map(|leg| scene.link_names(&leg.links))
+    let phase_names: Vec<String> = (outcome.spans.iter())
+        .map(|span| scene.joint_names(&span.joints))
         .collect();
     let name_width = phase_names
         .iter()
@@ -22,9 +22,9 @@ pub fn displacement_table(scene: &Scene, outcome: &Outcome) -> String {
         .unwrap_or(0)
         .max(12);
     let largest = outcome
-        .legs
+        .spans
         .iter()
-        .flat_map(|leg| &leg.displacement)
+        .flat_map(|span| &span.displacement)
         .chain(&outcome.displacement)
         .fold(0.0_f64, |m, d| m.max(d.amax()));
     let exponent = common_exponent(largest);
@@ -51,11 +51,11 @@ pub fn displacement_table(scene: &Scene, outcome: &Outcome) -> String {
         });
     text += header.trim_end();
     text += "\n";
-    for (leg, name) in outcome.legs.iter().zip(&phase_names).take(MAX_ROWS) {
-        text += &row(name, &leg.displacement);
+    for (span, name) in outcome.spans.iter().zip(&phase_names).take(MAX_ROWS) {
+        text += &row(name, &span.displacement);
     }
-    if outcome.legs.len() > MAX_ROWS {
-        let more = outcome.legs.len() - MAX_ROWS;
+    if outcome.spans.len() > MAX_ROWS {
+        let more = outcome.spans.len() - MAX_ROWS;
         text += &format!("... {more} more phases in summary.json\n");
     }
     text + &row("total", &outcome.displacement)

@@ -12,10 +12,10 @@ use super::text::entry;
 pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, SwimError> {
     let scene = arguments.read()?;
     let mut model = choose(&scene)?.model;
-    let lengths = scene.articulation().initial_lengths();
+    let shape = scene.articulation().initial_shape();
     let Some(mesh) = model.mesh(Configuration {
         state: &scene.initial_state(),
-        lengths,
+        shape,
     })?
     else {
         return Err(SwimError::NotApplicable {

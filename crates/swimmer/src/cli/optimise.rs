@@ -23,8 +23,8 @@ pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, SwimE
     let folder = folder_of(&scene, out)?;
     let found = design_stroke(&scene, folder.path(), &mut Progress::new(quiet))?;
     let names = names(&scene, &found.limits);
-    let curve: Vec<Vec<f64>> = (found.lengths.iter())
-        .map(|lengths| found.limits.moving(lengths))
+    let curve: Vec<Vec<f64>> = (found.shapes.iter())
+        .map(|shape| found.limits.moving(shape))
         .collect();
     write_map(
         &folder,
@@ -88,7 +88,7 @@ fn optimum_json(found: &DesignedStroke) -> Value {
         "terms": optimum.curve.terms(),
         "refinement_error": optimum.refinement_error,
         "at_limits": optimum.at_limits,
-        "lengths": found.lengths,
+        "lengths": found.shapes,
         "table": {
             "model": found.table.model,
             "points": found.table.geometry.points(),

@@ -6,14 +6,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use swimmer::{Leg, LegResult, LegSolution, MissedTarget, Scene};
+use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
 
 use super::text::{count, duration, message, percent};
 
 /// Progress of a run.
 pub struct Progress {
     bar: Option<ProgressBar>,
-    legs: usize,
+    spans: usize,
     scene: Scene,
     started: Instant,
     /// When the gait began or was continued, and the phases that were done then.
@@ -26,10 +26,10 @@ pub struct Progress {
 impl Progress {
     /// Progress of the run of a scene that `interrupted` stops; nothing is printed if `quiet`.
     pub fn new(scene: &Scene, interrupted: Arc<AtomicBool>, quiet: bool) -> Self {
-        let legs = scene.gait().phases.len() * scene.gait().cycles as usize;
+        let spans = scene.gait().phases.len() * scene.gait().cycles as usize;
         Self {
             bar: None,
-            legs,
+            spans,
             scene: scene.clone(),
             started: Instant::now(),
             begun: (Instant::now(), 0),
@@ -45,8 +45,8 @@ impl Progress {
         }
     }
 
-    fn link_name(&self, leg: &Leg) -> String {
-        self.scene.link_names(&leg.links)
+    fn joint_name(&self, span: &PhaseSpan) -> String {
+        self.scene.joint_names(&span.joints)
     }
 
     fn elapsed(&self) -> String {
@@ -58,7 +58,7 @@ impl Progress {
     fn remaining(&self, done: usize) -> String {
         let (begun, done_before) = self.begun;
         let per_phase = begun.elapsed().as_secs_f64() / (done - done_before).max(1) as f64;
-        match self.legs - done {
+        match self.spans - done {
             0 => String::new(),
             phases => format!(", {} remaining", duration(per_phase * phases as f64)),
         }
@@ -97,7 +97,7 @@ impl swimmer::Progress for Progress {
     fn begins(&mut self, _: &Scene, done: usize) {
         self.begun = (Instant::now(), done);
         self.bar = (std::io::stderr().is_terminal() && !self.quiet).then(|| {
-            let bar = ProgressBar::new(self.legs as u64);
+            let bar = ProgressBar::new(self.spans as u64);
             let template = "{bar:30} {pos}/{len} phases, {msg}, {elapsed} elapsed, {eta} remaining";
             // The template is constant and valid; the default style only avoids a panic.
             bar.set_style(
@@ -109,32 +109,32 @@ impl swimmer::Progress for Progress {
             bar
         });
         if done > 0 && self.bar.is_none() {
-            self.line(&format!("resuming after {done} of {} phases", self.legs));
+            self.line(&format!("resuming after {done} of {} phases", self.spans));
         }
     }
 
-    fn solved(&mut self, leg: &Leg, solution: &LegSolution) {
+    fn solved(&mut self, span: &PhaseSpan, solution: &SpanSolution) {
         if let Some(bar) = &self.bar {
             bar.set_message(format!(
                 "{}: solve {} ({})",
-                self.link_name(leg),
+                self.joint_name(span),
                 solution.number + 1,
                 count(solution.solution.solver.iterations, "iteration")
             ));
         }
     }
 
-    fn leg_done(&mut self, leg: &Leg, result: &LegResult) {
+    fn span_done(&mut self, span: &PhaseSpan, result: &SpanResult) {
         match &self.bar {
             Some(bar) => bar.inc(1),
             None => self.line(&format!(
                 "phase {}/{} ({}): {}, {} elapsed{}",
-                leg.number + 1,
-                self.legs,
-                self.link_name(leg),
+                span.number + 1,
+                self.spans,
+                self.joint_name(span),
                 count(result.solves, "solve"),
                 self.elapsed(),
-                self.remaining(leg.number + 1),
+                self.remaining(span.number + 1),
             )),
         }
     }

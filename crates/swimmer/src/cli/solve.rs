@@ -81,7 +81,7 @@ const PICTURE_POINTS: usize = 30_000;
 #[cfg(feature = "plots")]
 fn draw_flow(scene: &Scene, model: &mut dyn Hydrodynamics, path: &Path) -> Result<(), SwimError> {
     let set = scene.articulation();
-    let poses = set.place(&scene.initial_state(), set.initial_lengths())?;
+    let poses = set.place(&scene.initial_state(), set.initial_shape())?;
     let slice = start_slice(scene, model, PICTURE_POINTS)?;
     let svg = swimmer::output::flow_svg(scene, &poses, &slice)?;
     std::fs::write(path, svg).map_err(|source| SwimError::Write {
@@ -95,7 +95,7 @@ fn draw_flow(_: &Scene, _: &mut dyn Hydrodynamics, path: &Path) -> Result<(), Sw
     Err(super::view::without_plots("--picture", path))
 }
 
-/// Velocities and forces of the bodies, and forces of the links.
+/// Velocities and forces of the bodies, and forces of the joints.
 fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
     let row = |label: &str, v: &Vector3<f64>| {
         let v = v.map(|x| rounded(x, 8));
@@ -118,15 +118,15 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
             }
         }
     }
-    for (link, force) in scene
+    for (joint, force) in scene
         .articulation()
-        .links()
+        .joints()
         .iter()
-        .zip(&solution.link_forces)
+        .zip(&solution.joint_forces)
     {
-        text += &entry("link", &link.name);
+        text += &entry("link", &joint.name);
         text += &row(
-            &format!("  force on {}", scene.bodies()[link.body].name),
+            &format!("  force on {}", scene.bodies()[joint.body].name),
             force,
         );
     }

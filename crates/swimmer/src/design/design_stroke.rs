@@ -4,7 +4,7 @@ use std::path::Path;
 
 use models::{Part, ShapeGeometry};
 use nalgebra::Vector3;
-use scene::{Gait, ObjectiveKind, Scene, StrokeStart, legs};
+use scene::{Gait, ObjectiveKind, Scene, StrokeStart, spans};
 
 use super::efficiency::drag_of_bodies;
 use super::farthest::farthest;
@@ -33,7 +33,7 @@ const TABLE: f64 = 1e-3;
 /// Part by which a stroke is slower than its bounds allow, so that rounding does not exceed them.
 const ROUNDING: f64 = 1e-9;
 
-/// Number of shapes of the stroke in [`DesignedStroke::lengths`], first and last one included.
+/// Number of shapes of the stroke in [`DesignedStroke::shapes`], first and last one included.
 const SHAPES: usize = 201;
 
 /// The best stroke of a scene.
@@ -61,8 +61,8 @@ pub struct DesignedStroke {
     pub energy: f64,
     /// Largest rates and power, by the table.
     pub peaks: Peaks,
-    /// Values of all links at equal steps of time, from the start to the end of the stroke.
-    pub lengths: Vec<Vec<f64>>,
+    /// Values of all joints at equal steps of time, from the start to the end of the stroke.
+    pub shapes: Vec<Vec<f64>>,
     /// Lighthill efficiency `6 π μ r Δ² / (E T)` with the sum `r` of the bounding radii of
     /// the bodies.
     pub efficiency: f64,
@@ -148,18 +148,18 @@ pub fn design_stroke(
     )?;
     let mut model = choose(&found)?.model;
     let outcome = simulate(&found, model.as_mut(), Method::Collocation, &mut ())?;
-    let lengths: Vec<Vec<f64>> = (0..SHAPES)
+    let shapes: Vec<Vec<f64>> = (0..SHAPES)
         .map(|k| {
             let share = (k % (SHAPES - 1)) as f64 / (SHAPES - 1) as f64;
-            limits.lengths(&optimum.curve.shape(timing.parameter(share)))
+            limits.full_shape(&optimum.curve.shape(timing.parameter(share)))
         })
         .collect();
     let drag = drag_of_bodies(scene);
     let period = timing.period();
     Ok(DesignedStroke {
         efficiency: drag * optimum.totals.displacement.norm_squared() / (energy * period),
-        table_error: table.displacement_error(&lengths),
-        lengths,
+        table_error: table.displacement_error(&shapes),
+        shapes,
         model: model.name(),
         run_displacement: outcome.displacement[scene.articulation().linkages()[0].root].norm(),
         scene: found,
@@ -229,9 +229,9 @@ fn fixed_start(scene: &Scene, limits: &StrokeLimits) -> Result<Option<Vec<f64>>,
     if scene.optimise().start == StrokeStart::Closed {
         return Ok(None);
     }
-    let initial = scene.articulation().initial_lengths();
-    for &link in &limits.variables {
-        let (range, value) = (limits.ranges[link], initial[link]);
+    let initial = scene.articulation().initial_shape();
+    for &joint in &limits.variables {
+        let (range, value) = (limits.ranges[joint], initial[joint]);
         // At a limit, every small excess near the start would be outside.
         if !(range.0 < value && value < range.1) {
             return Err(SwimError::NotApplicable {
@@ -239,7 +239,7 @@ fn fixed_start(scene: &Scene, limits: &StrokeLimits) -> Result<Option<Vec<f64>>,
                 problem: format!(
                     "the stroke starts at {value} of \"{}\", which must be strictly between the \
                      limits {} and {}; widen optimise.lower or optimise.upper",
-                    scene.articulation().links()[link].name,
+                    scene.articulation().joints()[joint].name,
                     range.0,
                     range.1
                 ),
@@ -278,14 +278,14 @@ fn closed_gait(scene: &Scene, limits: &StrokeLimits) -> Result<Option<SampledPat
         cycles: 1,
         phases: scene.gait().phases.clone(),
     };
-    let start = scene.articulation().initial_lengths();
-    let cycle: Vec<_> = legs(&gait, start)?.collect();
+    let start = scene.articulation().initial_shape();
+    let cycle: Vec<_> = spans(&gait, start)?.collect();
     let is_closed = cycle.last().is_some_and(|last| {
         let mut ends = last.to.iter().zip(start);
         // Sines close up to rounding.
         ends.all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(1.0))
     });
-    Ok(is_closed.then(|| SampledPath::of_legs(cycle.into_iter(), &limits.variables)))
+    Ok(is_closed.then(|| SampledPath::of_spans(cycle.into_iter(), &limits.variables)))
 }
 
 /// Which displacement counts, by `optimise.direction`.

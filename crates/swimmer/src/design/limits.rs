@@ -15,9 +15,9 @@ const DEFAULT_GAP: f64 = 0.1;
 /// Smallest and largest value of each joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StrokeLimits {
-    /// One range per link; of width zero for joints that do not move.
+    /// One range per joint; of width zero for joints that do not move.
     pub ranges: Vec<(f64, f64)>,
-    /// Links whose range has a width.
+    /// Joints whose range has a width.
     pub variables: Vec<usize>,
 }
 
@@ -50,9 +50,9 @@ impl StrokeLimits {
         }
         let radius = |body: usize| sphere_radius(scene, body);
         let gap = smallest_gap(scene);
-        for (link, range) in set.links().iter().zip(&mut ranges) {
-            if let (Some(a), Some(b)) = (radius(link.body), radius(link.to))
-                && !link.joint.is_angle()
+        for (joint, range) in set.joints().iter().zip(&mut ranges) {
+            if let (Some(a), Some(b)) = (radius(joint.body), radius(joint.to))
+                && !joint.kind.is_angle()
                 && range.0 < range.1
             {
                 range.0 = range.0.max(a + b + gap);
@@ -66,7 +66,7 @@ impl StrokeLimits {
         };
         for (number, range) in ranges.iter().enumerate() {
             if range.0 > range.1 {
-                let name = &set.links()[number].name;
+                let name = &set.joints()[number].name;
                 return refuse(
                     "optimise",
                     format!(
@@ -96,18 +96,18 @@ impl StrokeLimits {
         }
     }
 
-    /// The entries of the joints that move, out of one per link.
-    pub fn moving<T: Copy>(&self, of_links: &[T]) -> Vec<T> {
-        self.variables.iter().map(|&k| of_links[k]).collect()
+    /// The entries of the joints that move, out of one per joint.
+    pub fn moving<T: Copy>(&self, of_joints: &[T]) -> Vec<T> {
+        self.variables.iter().map(|&k| of_joints[k]).collect()
     }
 
     /// Values of all joints, from those that move.
-    pub fn lengths(&self, shape: &[f64]) -> Vec<f64> {
-        let mut lengths: Vec<f64> = self.ranges.iter().map(|range| range.0).collect();
-        for (&link, value) in self.variables.iter().zip(shape) {
-            lengths[link] = *value;
+    pub fn full_shape(&self, shape: &[f64]) -> Vec<f64> {
+        let mut full: Vec<f64> = self.ranges.iter().map(|range| range.0).collect();
+        for (&joint, value) in self.variables.iter().zip(shape) {
+            full[joint] = *value;
         }
-        lengths
+        full
     }
 }
 

@@ -32,7 +32,7 @@ pub fn write(
     folder: &Folder,
 ) -> Result<Scene, SwimError> {
     let names: Vec<&str> = (limits.variables.iter())
-        .map(|&k| &scene.articulation().links()[k].name[..])
+        .map(|&k| &scene.articulation().joints()[k].name[..])
         .collect();
     let gait = match curve {
         StrokeCurve::Series {
@@ -138,7 +138,7 @@ mod tests {
         let out = Folder::create(&at("out/best")).unwrap();
         let timing = Timing::uniform(&curve, 2.0);
         let found = write(&scene, &limits, &curve, &timing, &out).unwrap();
-        assert_eq!(found.articulation().initial_lengths(), [3.0]);
+        assert_eq!(found.articulation().initial_shape(), [3.0]);
         let text = std::fs::read_to_string(at("out/best/optimum.toml")).unwrap();
         assert!(
             text.contains("\"../../cube.obj\"") && text.contains("\"optimum.csv\""),

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::DMatrix;
-use scene::Leg;
+use scene::PhaseSpan;
 
 use super::quadrature::{GaussRule, POINTS};
 
@@ -18,7 +18,7 @@ pub struct SampledPath {
     pub rates: Vec<Vec<f64>>,
 }
 
-/// Number of intervals per leg of a gait.
+/// Number of intervals per phase span of a gait.
 const INTERVALS_PER_LEG: usize = 16;
 
 impl SampledPath {
@@ -54,7 +54,7 @@ impl SampledPath {
     }
 
     /// The path of a gait, of which the joints `variables` are taken.
-    pub fn of_legs(legs: impl Iterator<Item = Leg>, variables: &[usize]) -> Self {
+    pub fn of_spans(spans: impl Iterator<Item = PhaseSpan>, variables: &[usize]) -> Self {
         let rule = GaussRule::new();
         let mut path = Self {
             widths: Vec::new(),
@@ -62,13 +62,13 @@ impl SampledPath {
             rates: Vec::new(),
         };
         let chosen = |all: Vec<f64>| variables.iter().map(|&k| all[k]).collect::<Vec<f64>>();
-        for leg in legs {
+        for span in spans {
             for part in 0..INTERVALS_PER_LEG {
-                path.widths.push(leg.duration / INTERVALS_PER_LEG as f64);
+                path.widths.push(span.duration / INTERVALS_PER_LEG as f64);
                 for node in rule.nodes {
                     let s = (part as f64 + node) / INTERVALS_PER_LEG as f64;
-                    path.shapes.push(chosen(leg.lengths(s)));
-                    path.rates.push(chosen(leg.rates(s)));
+                    path.shapes.push(chosen(span.shape(s)));
+                    path.rates.push(chosen(span.rates(s)));
                 }
             }
         }

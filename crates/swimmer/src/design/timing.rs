@@ -2,7 +2,7 @@
 
 use models::{ModelError, ShapeGeometry};
 use nalgebra::DVector;
-use scene::{Scene, legs};
+use scene::{Scene, spans};
 
 use super::limits::StrokeLimits;
 use super::quadrature::GaussRule;
@@ -23,7 +23,7 @@ const ROWS_PER_SIDE: usize = 4;
 /// Number of times at which the largest rates and powers of a scene are measured, at least.
 const CHECKS: usize = 2048;
 
-/// Smallest number of these times per leg.
+/// Smallest number of these times per phase span.
 const CHECKS_PER_LEG: usize = 8;
 
 /// Number of intervals of the quadrature of the energy of a scene, at least.
@@ -62,14 +62,14 @@ impl MotionBounds {
     /// The bounds of a scene; none if it has neither key.
     ///
     /// # Errors
-    /// Values that do not fit the links.
+    /// Values that do not fit the joints.
     pub fn of_scene(scene: &Scene, limits: &StrokeLimits) -> Result<Option<Self>, SwimError> {
         let options = scene.optimise();
         let mut rates = vec![f64::INFINITY; limits.variables.len()];
         if let Some(values) = &options.max_rate {
             let values = scene.joint_values("optimise.max_rate", values)?;
-            for (rate, &link) in rates.iter_mut().zip(&limits.variables) {
-                *rate = values[link].unwrap_or(*rate);
+            for (rate, &joint) in rates.iter_mut().zip(&limits.variables) {
+                *rate = values[joint].unwrap_or(*rate);
             }
         }
         let power = options.max_power.unwrap_or(f64::INFINITY);
@@ -199,16 +199,16 @@ pub fn peaks(
     geometry: &ShapeGeometry,
     bounds: Option<&MotionBounds>,
 ) -> Result<(Peaks, f64), SwimError> {
-    let cycle: Vec<_> = legs(scene.gait(), scene.articulation().initial_lengths())?.collect();
+    let cycle: Vec<_> = spans(scene.gait(), scene.articulation().initial_shape())?.collect();
     let checks = (CHECKS / cycle.len().max(1)).max(CHECKS_PER_LEG);
     let mut largest = 0.0_f64;
     let mut peaks = Peaks {
         rates: vec![0.0; limits.variables.len()],
         power: 0.0,
     };
-    for leg in &cycle {
+    for span in &cycle {
         for s in equal_steps(checks) {
-            let (shape, rates) = (limits.moving(&leg.lengths(s)), limits.moving(&leg.rates(s)));
+            let (shape, rates) = (limits.moving(&span.shape(s)), limits.moving(&span.rates(s)));
             let power = power(geometry, &shape, &rates)?;
             for (peak, rate) in peaks.rates.iter_mut().zip(&rates) {
                 *peak = peak.max(rate.abs());
@@ -231,9 +231,9 @@ pub fn energy(
 ) -> Result<f64, SwimError> {
     let rule = GaussRule::new();
     let mut energy = 0.0;
-    let cycle: Vec<_> = legs(scene.gait(), scene.articulation().initial_lengths())?.collect();
+    let cycle: Vec<_> = spans(scene.gait(), scene.articulation().initial_shape())?.collect();
     let parts = ENERGY_INTERVALS.div_ceil(cycle.len().max(1));
-    for leg in &cycle {
+    for span in &cycle {
         for (part, (node, weight)) in (0..parts).flat_map(|part| {
             rule.nodes
                 .iter()
@@ -241,9 +241,9 @@ pub fn energy(
                 .map(move |pair| (part, pair))
         }) {
             let s = (part as f64 + node) / parts as f64;
-            let (shape, rates) = (limits.moving(&leg.lengths(s)), limits.moving(&leg.rates(s)));
+            let (shape, rates) = (limits.moving(&span.shape(s)), limits.moving(&span.rates(s)));
             let power = power(geometry, &shape, &rates)?;
-            energy += weight * leg.duration / parts as f64 * power;
+            energy += weight * span.duration / parts as f64 * power;
         }
     }
     Ok(energy)

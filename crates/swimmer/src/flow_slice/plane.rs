@@ -1,7 +1,7 @@
 //! The plane of a slice and the window in it.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use scene::{Domain, Scene, Shape, legs};
+use scene::{Domain, Scene, Shape, spans};
 use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
@@ -15,7 +15,7 @@ const LEAST_MARGIN: f64 = 1.6;
 /// Bounds on the ratio of width to height of a window.
 const ASPECT: [f64; 2] = [0.75, 2.2];
 
-/// Positions along a leg at which the extent of the swimmer is measured.
+/// Positions along a phase span at which the extent of the swimmer is measured.
 const POSITIONS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
 /// Directions and size of the windows of a scene; the windows follow the swimmer.
@@ -54,12 +54,12 @@ impl SliceFrame {
     /// A loop that does not close at some shape.
     pub fn of(scene: &Scene) -> Result<Self, SwimError> {
         let (set, state) = (scene.articulation(), scene.initial_state());
-        let initial = set.initial_lengths();
+        let initial = set.initial_shape();
         let mut shapes = vec![set.place(&state, initial)?];
         let phases = scene.gait().phases.len();
-        for leg in legs(scene.gait(), initial)?.take(phases) {
+        for span in spans(scene.gait(), initial)?.take(phases) {
             for s in POSITIONS {
-                shapes.push(set.place(&state, &leg.lengths(s))?);
+                shapes.push(set.place(&state, &span.shape(s))?);
             }
         }
         let [right, up] = directions(scene, &shapes);

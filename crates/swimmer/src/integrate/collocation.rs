@@ -15,11 +15,11 @@ use scene::AcceptKind;
 
 use super::corrections::{Corrections, FewPoints};
 use super::inverse_dexp::coordinate_rate;
-use super::leg_evaluator::LegEvaluator;
-use super::leg_solution::LegSolution;
 use super::order_errors::{expected_error, is_smooth, is_stalled, remaining_error, reported_error};
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, IntegrationError, LegResult};
+use super::result::{Approximation, IntegrationError, SpanResult};
+use super::span_evaluator::SpanEvaluator;
+use super::span_solution::SpanSolution;
 use super::step_size::{MAX_PARTS, expected_ratio, largest_displacement, rounding, step_tolerance};
 use crate::error::SwimError;
 use crate::gauss::Gauss;
@@ -42,8 +42,8 @@ const MAX_POINTS: usize = 8;
 /// to the length of the step, by 2. Where only the best result is requested, noise is accepted.
 const REDUCTION_BY_HALVING: f64 = 0.25;
 
-/// Integrates a leg to the tolerance, or as well as possible if the scene accepts that.
-pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResult, SwimError> {
+/// Integrates a phase span to the tolerance, or as well as possible if the scene accepts that.
+pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanResult, SwimError> {
     match in_parts(evaluator, start, false) {
         Err(SwimError::NotIntegrated { .. })
             if evaluator.scene.model().accept == AcceptKind::Best =>
@@ -54,16 +54,16 @@ pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResu
     }
 }
 
-/// Integrates a leg; halves the step where increasing the order does not converge.
+/// Integrates a phase span; halves the step where increasing the order does not converge.
 ///
 /// With `accepts_best`, a step is also accepted if halving no longer reduces its error.
 fn in_parts(
-    evaluator: &mut LegEvaluator,
+    evaluator: &mut SpanEvaluator,
     start: &State,
     accepts_best: bool,
-) -> Result<LegResult, SwimError> {
-    let mut result = LegResult::empty(start);
-    // Parts of the leg in reverse order, each with the error of the step that was halved.
+) -> Result<SpanResult, SwimError> {
+    let mut result = SpanResult::empty(start);
+    // Parts of the phase span in reverse order, each with the error of the step that was halved.
     let mut todo = vec![((0.0, 1.0), f64::INFINITY)];
     while let Some((span, halved_error)) = todo.pop() {
         let middle = 0.5 * (span.0 + span.1);
@@ -83,14 +83,14 @@ fn in_parts(
                 continue;
             }
             return Err(SwimError::NotIntegrated {
-                phase: evaluator.leg.number + 1,
-                link: evaluator.link_name(),
+                phase: evaluator.span.number + 1,
+                joint: evaluator.joint_name(),
                 error: step.error,
                 tolerance: step.tolerance,
                 parts: MAX_PARTS,
             });
         }
-        let duration = evaluator.leg.duration * (span.1 - span.0);
+        let duration = evaluator.span.duration * (span.1 - span.0);
         let mut accumulated = step.approximation.accumulated_error(duration);
         if let Some(accumulated) = &mut accumulated {
             accumulated.uncertainty += step.mesh_change;
@@ -105,9 +105,9 @@ fn in_parts(
     Ok(result.with_totals(evaluator))
 }
 
-/// The end of a leg with a fixed number of Gauss points, without control of the error.
+/// The end of a phase span with a fixed number of Gauss points, without control of the error.
 pub(super) fn fixed_order(
-    evaluator: &mut LegEvaluator,
+    evaluator: &mut SpanEvaluator,
     start: &State,
     points: usize,
 ) -> Result<State, SwimError> {
@@ -118,7 +118,7 @@ pub(super) fn fixed_order(
     fine.piece.state(evaluator.scene.articulation(), 1.0)
 }
 
-/// One part of a leg at the highest order tried.
+/// One part of a phase span at the highest order tried.
 struct Step {
     approximation: Approximation,
     /// Estimated integration error of the displacement.
@@ -132,14 +132,15 @@ struct Step {
     is_accepted: bool,
 }
 
-/// Increases the order over one part of a leg until the estimated error is below the tolerance.
+/// Increases the order over one part of a phase span until the estimated error is below the
+/// tolerance.
 ///
 /// Where the changes between orders stop to decrease, the step is accepted only if the cause is
 /// known and measured: rounding, the error bars of a model that controls its own error, or a change
 /// of the mesh within the step, because discretisation errors on two meshes differ.
-fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result<Step, SwimError> {
+fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Result<Step, SwimError> {
     let width = span.1 - span.0;
-    let duration = evaluator.leg.duration * width;
+    let duration = evaluator.span.duration * width;
     let guess = initial_guess(evaluator, start, span)?;
     let ratio = expected_ratio(evaluator, &guess)?;
     let mut previous = collocate(evaluator, start, &guess, 1, Corrections::None)?;
@@ -221,7 +222,7 @@ fn step(evaluator: &mut LegEvaluator, start: &State, span: (f64, f64)) -> Result
 
 /// The path of a step before the first solve.
 fn initial_guess(
-    evaluator: &LegEvaluator,
+    evaluator: &SpanEvaluator,
     start: &State,
     span: (f64, f64),
 ) -> Result<PathPiece, SwimError> {
@@ -233,7 +234,7 @@ fn initial_guess(
 ///
 /// Where springs determine values of joints, these are iterated to a part of the tolerance.
 fn collocate(
-    evaluator: &mut LegEvaluator,
+    evaluator: &mut SpanEvaluator,
     start: &State,
     path: &PathPiece,
     points: usize,
@@ -242,12 +243,12 @@ fn collocate(
     let set = evaluator.scene.articulation();
     let span = (path.from, path.to);
     let width = span.1 - span.0;
-    let duration = evaluator.leg.duration * width;
+    let duration = evaluator.span.duration * width;
     let gauss = Gauss::new(points);
     let middle = span.0 + 0.5 * width;
     let newton = evaluator.joint_newton(middle, &path.state(set, middle)?)?;
-    let rates = |piece: &PathPiece, solutions: &[LegSolution]| -> Vec<StateVelocity> {
-        let rate = |(s, &t): (&LegSolution, &f64)| {
+    let rates = |piece: &PathPiece, solutions: &[SpanSolution]| -> Vec<StateVelocity> {
+        let rate = |(s, &t): (&SpanSolution, &f64)| {
             &coordinate_rate(set, &piece.coordinates(t), &s.solution.motion) * duration
         };
         solutions.iter().zip(&gauss.nodes).map(rate).collect()
@@ -266,8 +267,8 @@ fn collocate(
                 let values: Vec<_> = values.collect();
                 let changes = newton.step(&start.joints, &values, &mut rates, duration);
                 let displacements = changes.iter().flat_map(|changes| {
-                    (set.passive_links().zip(changes))
-                        .map(|((link, _), change)| set.arm_displacement(link, *change))
+                    (set.passive_drives().zip(changes))
+                        .map(|((joint, _), change)| set.arm_displacement(joint, *change))
                 });
                 displacements.fold(0.0, f64::max)
             }
@@ -304,11 +305,11 @@ fn collocate(
 
 /// The solutions at the Gauss points of a path.
 fn solve_points(
-    evaluator: &mut LegEvaluator,
+    evaluator: &mut SpanEvaluator,
     path: &PathPiece,
     gauss: &Gauss,
     corrections: Corrections,
-) -> Result<Vec<LegSolution>, SwimError> {
+) -> Result<Vec<SpanSolution>, SwimError> {
     let set = evaluator.scene.articulation();
     let point = |&t: &f64| {
         let s = path.from + t * (path.to - path.from);
@@ -336,18 +337,18 @@ const JOINT_SHARE: f64 = 0.01;
 const MAX_JOINT_ITERATIONS: usize = 6;
 
 /// Largest number of fixed-point iterations for the rotation of a free swimmer; each reduces the
-/// error by a factor of the rotation angle of a leg, below 0.3.
+/// error by a factor of the rotation angle of a phase span, below 0.3.
 const MAX_ROTATION_SWEEPS: usize = 40;
 
 /// Initial guess of the motion over a span: the mean position of the bodies of every linkage stays.
 fn fixed_centroids(
-    evaluator: &LegEvaluator,
+    evaluator: &SpanEvaluator,
     start: &State,
     span: (f64, f64),
 ) -> Result<StateVelocity, SwimError> {
     let set = evaluator.scene.articulation();
-    let before = set.place(start, &evaluator.leg.lengths(span.0))?;
-    let after = set.place(start, &evaluator.leg.lengths(span.1))?;
+    let before = set.place(start, &evaluator.span.shape(span.0))?;
+    let after = set.place(start, &evaluator.span.shape(span.1))?;
     let mut guess = combination(std::iter::empty(), start);
     for (frame, linkage) in guess.frames.iter_mut().zip(set.linkages()) {
         let shift =

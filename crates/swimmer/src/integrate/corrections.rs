@@ -1,8 +1,8 @@
 //! Where the corrections of discretisation errors along a step come from.
 
-use models::MeshError;
+use models::DiscretisationError;
 
-use super::leg_solution::LegSolution;
+use super::span_solution::SpanSolution;
 
 /// Source of the corrections of all solutions of one order.
 #[derive(Clone, Copy)]
@@ -20,17 +20,17 @@ pub(super) enum Corrections<'a> {
 /// They are small, and on one moving mesh they are as smooth as the velocities. A quadrature over
 /// few points therefore has about the relative error for them that it has for the velocities; with
 /// two points it is 1e-2 of the correction.
-pub(super) struct FewPoints(Vec<(f64, MeshError)>);
+pub(super) struct FewPoints(Vec<(f64, DiscretisationError)>);
 
 impl FewPoints {
     /// The errors that were subtracted from solutions; none if one of them has no estimate.
-    pub fn of(solutions: &[LegSolution]) -> Option<Self> {
-        let error = |s: &LegSolution| Some((s.s, s.solution.mesh_error.clone()?));
+    pub fn of(solutions: &[SpanSolution]) -> Option<Self> {
+        let error = |s: &SpanSolution| Some((s.s, s.solution.mesh_error.clone()?));
         Some(Self(solutions.iter().map(error).collect::<Option<_>>()?))
     }
 
-    /// The error at the position `s` on the leg, by the polynomial through the points.
-    pub fn at(&self, s: f64) -> Option<MeshError> {
+    /// The error at the position `s` on the phase span, by the polynomial through the points.
+    pub fn at(&self, s: f64) -> Option<DiscretisationError> {
         let weight = |i: usize| {
             let others = self.0.iter().enumerate().filter(|(j, _)| *j != i);
             others.fold(1.0, |weight, (_, (other, _))| {
@@ -38,6 +38,6 @@ impl FewPoints {
             })
         };
         let terms = self.0.iter().enumerate();
-        MeshError::combination(terms.map(|(i, (_, error))| (weight(i), error)))
+        DiscretisationError::combination(terms.map(|(i, (_, error))| (weight(i), error)))
     }
 }

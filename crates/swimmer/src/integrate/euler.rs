@@ -3,24 +3,24 @@
 use models::AccumulatedError;
 use rigid::{State, StateVelocity};
 
-use super::leg_evaluator::LegEvaluator;
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, LegResult};
+use super::result::{Approximation, SpanResult};
+use super::span_evaluator::SpanEvaluator;
 use super::step_size::largest_displacement;
 use crate::error::SwimError;
 
-/// Integrates a leg in equal steps, each with the velocity at its start.
-pub(super) fn leg(
-    evaluator: &mut LegEvaluator,
+/// Integrates a phase span in equal steps, each with the velocity at its start.
+pub(super) fn span(
+    evaluator: &mut SpanEvaluator,
     start: &State,
     steps: usize,
-) -> Result<LegResult, SwimError> {
-    let mut result = LegResult::empty(start);
+) -> Result<SpanResult, SwimError> {
+    let mut result = SpanResult::empty(start);
     let mut rates = Vec::new();
     for k in 0..steps {
         let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
         let solution = evaluator.solve(span.0, &result.end, true)?;
-        let duration = evaluator.leg.duration * (span.1 - span.0);
+        let duration = evaluator.span.duration * (span.1 - span.0);
         let rate = &solution.solution.motion * duration;
         rates.push(rate.clone());
         let piece = PathPiece::new(
@@ -51,7 +51,7 @@ pub(super) fn leg(
 /// The change of the velocity by an error of the position is neglected; near a wall this matters,
 /// in proportion to the error of the position over the distance from the wall.
 fn integration_error(
-    evaluator: &LegEvaluator,
+    evaluator: &SpanEvaluator,
     rates: &[StateVelocity],
     start: &State,
 ) -> Option<AccumulatedError> {

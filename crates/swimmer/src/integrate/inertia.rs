@@ -1,6 +1,6 @@
 //! Time stepping for bodies with mass and moment of inertia.
 //!
-//! The links leave the motions `U = S v + W` free. Their equation of motion is
+//! The joints leave the motions `U = S v + W` free. Their equation of motion is
 //! `S^T (M dU/dt + R U) = S^T F` with the grand resistance matrix `R`; the fluid itself has no
 //! inertia. Velocities relax within a time of order `m/R`, which for small bodies is much shorter
 //! than a stroke. Explicit steps must be shorter than twice the relaxation time; implicit steps are
@@ -11,11 +11,11 @@ use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 use rigid::{Drive, ExternalLoad, Reduction, State};
 use scene::{Scene, SceneError};
 
-use super::leg_evaluator::LegEvaluator;
-use super::leg_solution::LegSolution;
 use super::masses::{Velocities, implicit_terms, mass_matrices, momenta, velocities_of};
 use super::piece::PathPiece;
-use super::result::{Approximation, LegResult};
+use super::result::{Approximation, SpanResult};
+use super::span_evaluator::SpanEvaluator;
+use super::span_solution::SpanSolution;
 use crate::error::SwimError;
 
 /// The velocity at which the resistance of the fluid is evaluated.
@@ -23,25 +23,25 @@ use crate::error::SwimError;
 pub(super) enum Scheme {
     /// The velocity before the step.
     Explicit,
-    /// The velocity after the step, for the lengths after the step at the frames before it.
+    /// The velocity after the step, for the shape after the step at the frames before it.
     Implicit,
 }
 
-/// Integrates a leg in equal steps.
+/// Integrates a phase span in equal steps.
 ///
 /// `velocities` are those of the bodies at the start on entry and at the end on return; none for
 /// bodies at rest.
-pub(super) fn leg(
-    evaluator: &mut LegEvaluator,
+pub(super) fn span(
+    evaluator: &mut SpanEvaluator,
     start: &State,
     steps: usize,
     scheme: Scheme,
     velocities: &mut Option<Velocities>,
-) -> Result<LegResult, SwimError> {
-    let mut result = LegResult::empty(start);
+) -> Result<SpanResult, SwimError> {
+    let mut result = SpanResult::empty(start);
     let at_rest = || vec![Vector6::zeros(); evaluator.scene.bodies().len()];
     let mut before = velocities.take().unwrap_or_else(at_rest);
-    let dt = evaluator.leg.duration / steps as f64;
+    let dt = evaluator.span.duration / steps as f64;
     for k in 0..steps {
         let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
         let solution = match scheme {
@@ -65,12 +65,12 @@ pub(super) fn leg(
 
 /// Backward Euler: the stage of Radau IIA of order 1.
 fn implicit_step(
-    evaluator: &mut LegEvaluator,
+    evaluator: &mut SpanEvaluator,
     state: &State,
     s: f64,
     dt: f64,
     before: &Velocities,
-) -> Result<LegSolution, SwimError> {
+) -> Result<SpanSolution, SwimError> {
     let masses = mass_matrices(evaluator, s, state)?;
     let known = momenta(evaluator, s, state, before)?;
     evaluator.solve_with_inertia(s, state, &implicit_terms(&masses, &known, dt))
@@ -79,20 +79,20 @@ fn implicit_step(
 /// Explicit Euler: `S^T M (S v + W - U) = dt S^T (F - R U)` with the velocities `U` before the
 /// step.
 fn explicit_step(
-    evaluator: &mut LegEvaluator,
+    evaluator: &mut SpanEvaluator,
     state: &State,
     s: f64,
     dt: f64,
     before: &Velocities,
-) -> Result<LegSolution, SwimError> {
+) -> Result<SpanSolution, SwimError> {
     check_support(evaluator.scene)?;
     let resistance = evaluator.resistance(s, state)?;
     let scene = evaluator.scene;
     let set = scene.articulation();
-    let (lengths, rates) = (evaluator.leg.lengths(s), evaluator.leg.rates(s));
-    let mut constraints = set.constraints(state, &lengths, &rates)?;
+    let (shape, rates) = (evaluator.span.shape(s), evaluator.span.rates(s));
+    let mut constraints = set.constraints(state, &shape, &rates)?;
     let oscillating = scene
-        .joint_forces(evaluator.leg.time(s))
+        .joint_forces(evaluator.span.time(s))
         .unwrap_or_default();
     (constraints.joint_forces.iter_mut().zip(oscillating)).for_each(|(sum, force)| *sum += force);
     let reduction = Reduction::of(set, &constraints)?;
@@ -134,9 +134,9 @@ fn explicit_step(
     let generalised = reduction.velocities(&free_velocities)?;
     let after = generalised.select_rows(&set.surface_velocities());
     let forces = &resistance * &after;
-    // The links also transmit the forces that accelerate the bodies.
-    let link_loads =
-        drive.link_loads(&(&forces + &inertia * (&after - &velocities)), &generalised)?;
+    // The joints also transmit the forces that accelerate the bodies.
+    let joint_loads =
+        drive.joint_loads(&(&forces + &inertia * (&after - &velocities)), &generalised)?;
     let motion = set.state_velocity(generalised.as_slice())?;
     let layout = set.velocity_layout();
     let vector = |list: &DVector<f64>, first: usize| list.fixed_rows::<3>(first).into_owned();
@@ -150,11 +150,11 @@ fn explicit_step(
         bodies[body].force = vector(&forces, 6 * number);
         bodies[body].torque = vector(&forces, 6 * number + 3);
     }
-    let rows = set.link_rows().into_iter();
-    let link_forces = rows
-        .map(|row| -> Vector3<f64> { vector(&link_loads, row) })
+    let rows = set.joint_rows().into_iter();
+    let joint_forces = rows
+        .map(|row| -> Vector3<f64> { vector(&joint_loads, row) })
         .collect();
-    let solution = InstantaneousSolution::new(bodies, link_forces, motion);
+    let solution = InstantaneousSolution::new(bodies, joint_forces, motion);
     evaluator.record(s, state, solution)
 }
 
@@ -192,7 +192,7 @@ fn check_support(scene: &Scene) -> Result<(), SwimError> {
 ///
 /// The limit is `2 / lambda` with the largest eigenvalue of `S^T R S x = lambda S^T M S x`.
 fn check_stability(
-    evaluator: &LegEvaluator,
+    evaluator: &SpanEvaluator,
     resistance: &DMatrix<f64>,
     mass: &DMatrix<f64>,
     basis: &DMatrix<f64>,
@@ -203,15 +203,15 @@ fn check_stability(
         return Ok(());
     }
     Err(SwimError::Unstable {
-        phase: evaluator.leg.number + 1,
-        link: evaluator.link_name(),
+        phase: evaluator.span.number + 1,
+        joint: evaluator.joint_name(),
         step: dt,
         limit,
-        steps: (evaluator.leg.duration / limit).ceil(),
+        steps: (evaluator.span.duration / limit).ceil(),
     })
 }
 
-/// The shortest relaxation time of the motions that the links leave free.
+/// The shortest relaxation time of the motions that the joints leave free.
 fn shortest_relaxation_time(
     resistance: &DMatrix<f64>,
     mass: &DMatrix<f64>,

@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector6};
 use rigid::{ExternalLoad, Reduction, State};
 use scene::Scene;
 
-use super::leg_evaluator::LegEvaluator;
-use super::leg_solution::LegSolution;
+use super::span_evaluator::SpanEvaluator;
+use super::span_solution::SpanSolution;
 use crate::error::SwimError;
 
 /// Velocities `(U, ω)` of all bodies of the scene.
@@ -24,7 +24,7 @@ pub(crate) fn relaxation_time(scene: &Scene) -> f64 {
 }
 
 /// Velocities of the bodies in a solution.
-pub(super) fn velocities_of(solution: &LegSolution) -> Velocities {
+pub(super) fn velocities_of(solution: &SpanSolution) -> Velocities {
     let twist = |body: &models::BodySolution| {
         let mut twist = Vector6::zeros();
         twist.fixed_rows_mut::<3>(0).copy_from(&body.velocity);
@@ -58,14 +58,14 @@ pub(super) fn implicit_terms(
 
 /// Mass matrices of all bodies in the laboratory axes; zero for bodies without mass.
 pub(super) fn mass_matrices(
-    evaluator: &LegEvaluator,
+    evaluator: &SpanEvaluator,
     s: f64,
     state: &State,
 ) -> Result<Vec<Matrix6<f64>>, SwimError> {
     let scene = evaluator.scene;
     let poses = scene
         .articulation()
-        .place(state, &evaluator.leg.lengths(s))?;
+        .place(state, &evaluator.span.shape(s))?;
     let matrix = |(body, pose): (&scene::Body, &nalgebra::Isometry3<f64>)| {
         let mut matrix = Matrix6::zeros();
         if let Some((mass, inertia)) = body.mass_matrix() {
@@ -80,7 +80,7 @@ pub(super) fn mass_matrices(
 }
 
 pub(super) fn momenta(
-    evaluator: &LegEvaluator,
+    evaluator: &SpanEvaluator,
     s: f64,
     state: &State,
     velocities: &Velocities,
@@ -89,18 +89,19 @@ pub(super) fn momenta(
     Ok(masses.iter().zip(velocities).map(|(m, u)| m * u).collect())
 }
 
-/// The velocities after the impulse by which links enforce the rates at the start of the leg.
+/// The velocities after the impulse by which joints enforce the rates at the start of the phase
+/// span.
 ///
-/// Of all velocities `S v + W` that the links allow, those are taken whose momenta differ from
-/// those before by an impulse of the links alone: `S^T M (S v + W - U) = 0`.
+/// Of all velocities `S v + W` that the joints allow, those are taken whose momenta differ from
+/// those before by an impulse of the joints alone: `S^T M (S v + W - U) = 0`.
 pub(super) fn after_impulse(
-    evaluator: &LegEvaluator,
+    evaluator: &SpanEvaluator,
     state: &State,
     velocities: &Velocities,
 ) -> Result<Velocities, SwimError> {
     let set = evaluator.scene.articulation();
-    let (lengths, rates) = (evaluator.leg.lengths(0.0), evaluator.leg.rates(0.0));
-    let constraints = set.constraints(state, &lengths, &rates)?;
+    let (shape, rates) = (evaluator.span.shape(0.0), evaluator.span.rates(0.0));
+    let constraints = set.constraints(state, &shape, &rates)?;
     let reduction = Reduction::of(set, &constraints)?;
     let masses = mass_matrices(evaluator, 0.0, state)?;
     let surfaced: Vec<usize> = (0..masses.len())

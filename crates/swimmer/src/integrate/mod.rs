@@ -1,17 +1,15 @@
-//! Integration of the motion along the legs of a gait.
+//! Integration of the motion along the phase spans of a gait.
 //!
-//! Without inertia the velocity is linear in the rates of the lengths, so the displacement over a
-//! leg depends on the path through shape space and not on the speed. [`Method::Collocation`] solves
-//! at a few Gauss points of the leg; where the motion does not depend on the position, this is
-//! Gauss quadrature of a line integral.
+//! Without inertia the velocity is linear in the rates of the joints, so the displacement over a
+//! phase span depends on the path through shape space and not on the speed. [`Method::Collocation`]
+//! solves at a few Gauss points of the phase span; where the motion does not depend on the
+//! position, this is Gauss quadrature of a line integral.
 
 mod collocation;
 mod corrections;
 mod euler;
 mod inertia;
 mod inverse_dexp;
-mod leg_evaluator;
-mod leg_solution;
 mod masses;
 mod order_errors;
 mod passive_joints;
@@ -21,31 +19,33 @@ mod radau;
 mod radau_tableau;
 mod result;
 mod runge_kutta;
+mod span_evaluator;
+mod span_solution;
 mod step_size;
 
 use inertia::Scheme;
-use leg_evaluator::LegEvaluator;
 use masses::Velocities;
 pub(crate) use masses::relaxation_time;
 use models::Hydrodynamics;
 use nalgebra::Vector6;
 use prediction::Prediction;
 use rigid::State;
-use scene::{Leg, Scene};
+use scene::{PhaseSpan, Scene};
+use span_evaluator::SpanEvaluator;
 
 pub(crate) use prediction::velocity_tolerance;
 
-pub use leg_solution::LegSolution;
 pub use piece::PathPiece;
-pub use result::LegResult;
+pub use result::SpanResult;
+pub use span_solution::SpanSolution;
 
 use crate::error::SwimError;
 use crate::simulate::check_model;
 
-/// Number of solves of a typical leg by collocation: orders of one, two and three points.
-pub const TYPICAL_SOLVES_PER_LEG: usize = 6;
+/// Number of solves of a typical phase span by collocation: orders of one, two and three points.
+pub const TYPICAL_SOLVES_PER_SPAN: usize = 6;
 
-/// Integration method along a leg.
+/// Integration method along a phase span.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Method {
@@ -56,7 +56,7 @@ pub enum Method {
     /// The Runge-Kutta pair of Dormand & Prince on the group of states, with step size control:
     /// order 5, for comparison.
     RungeKutta,
-    /// Explicit Euler with a given number of steps per leg: first order, for comparison.
+    /// Explicit Euler with a given number of steps per phase span: first order, for comparison.
     Euler {
         /// Number of equal steps.
         steps: usize,
@@ -110,15 +110,16 @@ impl Method {
     }
 }
 
-/// Integrates the motion of a scene's bodies leg by leg.
+/// Integrates the motion of a scene's bodies phase span by phase span.
 pub struct Integrator<'a> {
     scene: &'a Scene,
     model: &'a mut dyn Hydrodynamics,
     method: Method,
-    /// Velocities of the bodies at the end of the last leg, for methods with inertia; none at rest.
+    /// Velocities of the bodies at the end of the last phase span, for methods with inertia; none
+    /// at rest.
     velocities: Option<Velocities>,
-    /// Integration error that the scene's tolerance allows for a leg, if it is predicted.
-    leg_tolerance: Option<f64>,
+    /// Integration error that the scene's tolerance allows for a phase span, if it is predicted.
+    span_tolerance: Option<f64>,
 }
 
 impl<'a> Integrator<'a> {
@@ -129,8 +130,8 @@ impl<'a> Integrator<'a> {
             model,
             method,
             velocities: None,
-            leg_tolerance: Prediction::of(scene)
-                .map(|prediction| prediction.leg_tolerance(scene.model().tolerance)),
+            span_tolerance: Prediction::of(scene)
+                .map(|prediction| prediction.span_tolerance(scene.model().tolerance)),
         }
     }
 
@@ -151,39 +152,40 @@ impl<'a> Integrator<'a> {
         self.model
     }
 
-    /// Moves the bodies from `start` along a leg; `observe` is called with every solution and the
-    /// model.
+    /// Moves the bodies from `start` along a phase span; `observe` is called with every solution
+    /// and the model.
     ///
     /// # Errors
     /// [`SwimError::OtherScene`], [`SwimError::NoSteps`], errors of the model,
     /// [`SwimError::Collision`], [`SwimError::NotIntegrated`],
     /// [`SwimError::Unstable`], and errors of `observe`.
-    pub fn leg(
+    pub fn span(
         &mut self,
-        leg: &Leg,
+        span: &PhaseSpan,
         start: &State,
-        observe: &mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
-    ) -> Result<LegResult, SwimError> {
+        observe: &mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
+    ) -> Result<SpanResult, SwimError> {
         check_model(self.scene, self.model)?;
         self.method.check()?;
-        // The model starts each leg from its history alone, so a resumed run gives the same digits.
+        // The model starts each phase span from its history alone, so a resumed run gives the same
+        // digits.
         let history = self.model.history()?;
         self.model.restore(&history)?;
         let mut evaluator =
-            LegEvaluator::new(self.scene, self.model, leg, self.leg_tolerance, observe);
+            SpanEvaluator::new(self.scene, self.model, span, self.span_tolerance, observe);
         match self.method {
-            Method::Collocation => collocation::leg(&mut evaluator, start),
-            Method::RungeKutta => runge_kutta::leg(&mut evaluator, start),
-            Method::Euler { steps } => euler::leg(&mut evaluator, start, steps),
-            Method::Inertia => radau::leg(&mut evaluator, start, &mut self.velocities),
-            Method::BackwardEuler { steps } => inertia::leg(
+            Method::Collocation => collocation::span(&mut evaluator, start),
+            Method::RungeKutta => runge_kutta::span(&mut evaluator, start),
+            Method::Euler { steps } => euler::span(&mut evaluator, start, steps),
+            Method::Inertia => radau::span(&mut evaluator, start, &mut self.velocities),
+            Method::BackwardEuler { steps } => inertia::span(
                 &mut evaluator,
                 start,
                 steps,
                 Scheme::Implicit,
                 &mut self.velocities,
             ),
-            Method::ExplicitInertia { steps } => inertia::leg(
+            Method::ExplicitInertia { steps } => inertia::span(
                 &mut evaluator,
                 start,
                 steps,

@@ -1,4 +1,4 @@
-//! The path over a part of a leg as a polynomial in coordinates about its middle.
+//! The path over a part of a phase span as a polynomial in coordinates about its middle.
 
 use nalgebra::Vector3;
 use rigid::{Articulation, State, StateVelocity, Twist};
@@ -6,11 +6,11 @@ use rigid::{Articulation, State, StateVelocity, Twist};
 use crate::error::SwimError;
 use crate::gauss::{Gauss, lagrange};
 
-/// The path over a part of a leg: rates of the coordinates at Gauss points, and the state on which
-/// the coordinates are centred.
+/// The path over a part of a phase span: rates of the coordinates at Gauss points, and the state on
+/// which the coordinates are centred.
 #[derive(Clone, Debug)]
 pub struct PathPiece {
-    /// Start of the part, as a position `s` in [0, 1] on the leg.
+    /// Start of the part, as a position `s` in [0, 1] on the phase span.
     pub from: f64,
     /// End of the part.
     pub to: f64,
@@ -72,7 +72,7 @@ impl PathPiece {
         &combination(self.rates.iter().zip(integrals), &self.centre) + &(&self.half * -1.0)
     }
 
-    /// The state at the position `s` on the leg.
+    /// The state at the position `s` on the phase span.
     pub(super) fn state(&self, set: &Articulation, s: f64) -> Result<State, SwimError> {
         let t = if self.to > self.from {
             (s - self.from) / (self.to - self.from)

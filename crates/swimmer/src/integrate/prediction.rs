@@ -2,10 +2,10 @@
 
 use models::{Hydrodynamics, RoughModel};
 use nalgebra::Vector3;
-use scene::{Scene, legs};
+use scene::{Scene, spans};
 
 use super::collocation;
-use super::leg_evaluator::LegEvaluator;
+use super::span_evaluator::SpanEvaluator;
 use crate::outcome::{mean_of_moving, positions};
 
 /// Displacements in the first cycle of a gait, predicted by [`RoughModel`].
@@ -62,16 +62,16 @@ impl Prediction {
         let mut model = RoughModel::new(scene).ok()?;
         let set = scene.articulation();
         let mut state = scene.initial_state();
-        let mut before = positions(set, &state, set.initial_lengths()).ok()?;
+        let mut before = positions(set, &state, set.initial_shape()).ok()?;
         let origin = before.clone();
         let mut longest = 0.0_f64;
         let phases = scene.gait().phases.len();
-        let legs = legs(scene.gait(), set.initial_lengths()).ok()?;
-        for leg in legs.take(phases) {
+        let spans = spans(scene.gait(), set.initial_shape()).ok()?;
+        for span in spans.take(phases) {
             let mut observe = |_: &_, _: &dyn Hydrodynamics| Ok(());
-            let mut evaluator = LegEvaluator::new(scene, &mut model, &leg, None, &mut observe);
+            let mut evaluator = SpanEvaluator::new(scene, &mut model, &span, None, &mut observe);
             state = collocation::fixed_order(&mut evaluator, &state, POINTS).ok()?;
-            let after = positions(set, &state, &leg.to).ok()?;
+            let after = positions(set, &state, &span.to).ok()?;
             let moved = after.iter().zip(&before).map(|(a, b)| (a - b).norm());
             longest = moved.fold(longest, f64::max);
             before = after;
@@ -91,13 +91,13 @@ impl Prediction {
     }
 
     /// Integration error of one phase that a tolerance of the net displacement allows, absolute.
-    pub fn leg_tolerance(&self, tolerance: f64) -> f64 {
+    pub fn span_tolerance(&self, tolerance: f64) -> f64 {
         INTEGRATION_SHARE * tolerance * self.net / self.phases as f64
     }
 
     /// Relative error of velocities that is small compared with the allowed integration error.
     pub fn velocity_tolerance(&self, tolerance: f64) -> f64 {
-        MODEL_SHARE * self.leg_tolerance(tolerance) / self.longest
+        MODEL_SHARE * self.span_tolerance(tolerance) / self.longest
     }
 }
 

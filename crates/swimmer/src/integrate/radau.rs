@@ -1,7 +1,7 @@
 //! Bodies with mass: the Radau IIA method with three stages, order 5.
 //!
 //! The equations of motion `dp/dt = F + C^T λ - R U` for the momenta `p = M U` of the bodies hold
-//! with the constraints `C U = w` of the links: a differential-algebraic system of index 2, for
+//! with the constraints `C U = w` of the joints: a differential-algebraic system of index 2, for
 //! which the velocities of Radau IIA converge with order 5 (Hairer & Wanner 1996, VII.4). In the
 //! limit of no mass it is the collocation of the massless motion. The stages
 //!
@@ -19,19 +19,19 @@ use nalgebra::Vector6;
 use rigid::{State, StateVelocity};
 
 use super::inverse_dexp::coordinate_rate;
-use super::leg_evaluator::LegEvaluator;
-use super::leg_solution::LegSolution;
 use super::masses::{
     Velocities, after_impulse, implicit_terms, mass_matrices, momenta, relaxation_time,
     velocities_of,
 };
 use super::piece::{PathPiece, combination};
 use super::radau_tableau::{STAGES, crout, tableau};
-use super::result::{Approximation, IntegrationError, LegResult};
+use super::result::{Approximation, IntegrationError, SpanResult};
+use super::span_evaluator::SpanEvaluator;
+use super::span_solution::SpanSolution;
 use super::step_size::{largest_displacement, step_tolerance};
 use crate::error::SwimError;
 
-/// Largest number of steps of a leg.
+/// Largest number of steps of a phase span.
 const MAX_STEPS: usize = 1 << 12;
 
 /// Factor by which an iteration of the stages reduces their error, at most.
@@ -48,15 +48,15 @@ const ITERATION_SHARE: f64 = 0.01;
 /// that of stage order 3.
 const REDUCTION: f64 = 8.0;
 
-/// Integrates a leg: halves the steps until the change is below the tolerance.
+/// Integrates a phase span: halves the steps until the change is below the tolerance.
 ///
 /// `velocities` are those of the bodies at the start on entry and at the end on return; none for
-/// bodies at rest. Where the rates of the links jump, the links transmit an impulse.
-pub(super) fn leg(
-    evaluator: &mut LegEvaluator,
+/// bodies at rest. Where the rates of the joints jump, the joints transmit an impulse.
+pub(super) fn span(
+    evaluator: &mut SpanEvaluator,
     start: &State,
     velocities: &mut Option<Velocities>,
-) -> Result<LegResult, SwimError> {
+) -> Result<SpanResult, SwimError> {
     let at_rest = || vec![Vector6::zeros(); evaluator.scene.bodies().len()];
     let before = velocities.take().unwrap_or_else(at_rest);
     let before = after_impulse(evaluator, start, &before)?;
@@ -72,7 +72,7 @@ pub(super) fn leg(
             }
         };
         if error <= tolerance {
-            let duration = evaluator.leg.duration;
+            let duration = evaluator.span.duration;
             let work = |run: &Run| run.work(duration / run.steps.len() as f64);
             let work_change = coarser.as_ref().map_or(0.0, |c| work(c) - work(&run));
             *velocities = Some(run.velocities.clone());
@@ -85,8 +85,8 @@ pub(super) fn leg(
         }
         if steps == MAX_STEPS {
             return Err(SwimError::NotIntegrated {
-                phase: evaluator.leg.number + 1,
-                link: evaluator.link_name(),
+                phase: evaluator.span.number + 1,
+                joint: evaluator.joint_name(),
                 error,
                 tolerance,
                 parts: MAX_STEPS,
@@ -97,7 +97,7 @@ pub(super) fn leg(
     }
 }
 
-/// A leg in equal steps.
+/// A phase span in equal steps.
 struct Run {
     steps: Vec<Approximation>,
     velocities: Velocities,
@@ -115,13 +115,13 @@ impl Run {
     }
 
     /// Difference of the displacements, and of those that follow from the final velocities.
-    fn difference(&self, other: &Self, evaluator: &LegEvaluator, start: &State) -> f64 {
+    fn difference(&self, other: &Self, evaluator: &SpanEvaluator, start: &State) -> f64 {
         let change = &self.whole(start) + &(&other.whole(start) * -1.0);
         let velocities = self.velocities.iter().zip(&other.velocities);
         let speed = velocities
             .map(|(a, b)| (a - b).fixed_rows::<3>(0).norm())
             .fold(0.0, f64::max);
-        let time = self.relaxation.min(evaluator.leg.duration);
+        let time = self.relaxation.min(evaluator.span.duration);
         largest_displacement(evaluator, &change).max(time * speed)
     }
 
@@ -131,14 +131,14 @@ impl Run {
 
     fn into_result(
         self,
-        evaluator: &LegEvaluator,
+        evaluator: &SpanEvaluator,
         start: &State,
         error: f64,
         work_error: f64,
-    ) -> Result<LegResult, SwimError> {
-        let mut result = LegResult::empty(start);
+    ) -> Result<SpanResult, SwimError> {
+        let mut result = SpanResult::empty(start);
         let count = self.steps.len() as f64;
-        let duration = evaluator.leg.duration / count;
+        let duration = evaluator.span.duration / count;
         for step in self.steps {
             let accumulated = step.accumulated_error(duration);
             let share = IntegrationError {
@@ -153,7 +153,7 @@ impl Run {
 }
 
 fn run(
-    evaluator: &mut LegEvaluator,
+    evaluator: &mut SpanEvaluator,
     start: &State,
     before: &Velocities,
     steps: usize,
@@ -180,7 +180,7 @@ fn run(
 ///
 /// `velocities` are those before it on entry and after it on return.
 fn step(
-    evaluator: &mut LegEvaluator,
+    evaluator: &mut SpanEvaluator,
     state: &State,
     velocities: &mut Velocities,
     span: (f64, f64),
@@ -188,7 +188,7 @@ fn step(
     let scene = evaluator.scene;
     let set = scene.articulation();
     let width = span.1 - span.0;
-    let h = evaluator.leg.duration * width;
+    let h = evaluator.span.duration * width;
     let (nodes, a) = tableau();
     let l = crout(&a);
     let momentum_before = momenta(evaluator, span.0, state, velocities)?;
@@ -197,7 +197,7 @@ fn step(
     let at_rest = combination(std::iter::empty(), state);
     let mut rates = vec![at_rest; STAGES];
     let mut piece = PathPiece::through(set, state, span, &nodes, &rates)?;
-    let mut stages: Vec<LegSolution> = Vec::new();
+    let mut stages: Vec<SpanSolution> = Vec::new();
     let mut iteration_error = 0.0;
     for _ in 0..MAX_ITERATIONS {
         let old_forces = forces.clone();

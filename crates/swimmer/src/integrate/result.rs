@@ -1,24 +1,26 @@
-//! The result of a leg, put together from its parts.
+//! The result of a phase span, put together from its parts.
 
-use models::{AccumulatedError, ErrorEstimate, InstantaneousSolution, MeshError, Seconds};
+use models::{
+    AccumulatedError, DiscretisationError, ErrorEstimate, InstantaneousSolution, Seconds,
+};
 use rigid::{Articulation, State, StateVelocity};
 
-use super::leg_evaluator::LegEvaluator;
-use super::leg_solution::LegSolution;
 use super::piece::PathPiece;
+use super::span_evaluator::SpanEvaluator;
+use super::span_solution::SpanSolution;
 use crate::error::SwimError;
 
-/// An approximation of the motion over a part of a leg: one collocation order, or one step.
+/// An approximation of the motion over a part of a phase span: one collocation order, or one step.
 pub(super) struct Approximation {
     /// The path.
     pub piece: PathPiece,
     /// The solutions from which the path was computed.
-    pub solutions: Vec<LegSolution>,
+    pub solutions: Vec<SpanSolution>,
     /// Quadrature weights of the solutions; their sum is one.
     pub weights: Vec<f64>,
 }
 
-/// Estimated integration errors of a part of a leg.
+/// Estimated integration errors of a part of a phase span.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct IntegrationError {
     /// Error of the displacement.
@@ -27,14 +29,14 @@ pub(super) struct IntegrationError {
     pub work: f64,
 }
 
-/// The result of integrating the motion over a leg.
+/// The result of integrating the motion over a phase span.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct LegResult {
+pub struct SpanResult {
     /// The state at the end.
     pub end: State,
     /// The solutions from which the path was computed, in the order of `s`.
-    pub solutions: Vec<LegSolution>,
+    pub solutions: Vec<SpanSolution>,
     /// The path as polynomials, in order.
     pub pieces: Vec<PathPiece>,
     /// Number of solves, including the discarded ones.
@@ -42,7 +44,7 @@ pub struct LegResult {
     /// Error bars of the displacement.
     pub error_estimate: ErrorEstimate,
     /// Accumulated discretisation error that was subtracted, and its uncertainty; none where a part
-    /// of the leg has no estimate.
+    /// of the phase span has no estimate.
     pub accumulated_error: Option<AccumulatedError>,
     /// Accumulated error of the integration, for methods that estimate it with its sign; other
     /// methods enter its size in [`ErrorEstimate::integration`].
@@ -93,7 +95,7 @@ impl Approximation {
             let removed = solution
                 .mesh_error
                 .as_ref()
-                .map_or(0.0, MeshError::velocity);
+                .map_or(0.0, DiscretisationError::velocity);
             removed + solution.error_estimate.mesh.unwrap_or(0.0)
         })
     }
@@ -115,8 +117,8 @@ impl Approximation {
     }
 }
 
-impl LegResult {
-    /// The state at the position `s` in [0, 1] on the leg.
+impl SpanResult {
+    /// The state at the position `s` in [0, 1] on the phase span.
     ///
     /// # Errors
     /// None for the articulation that was integrated; for another one, those of
@@ -146,18 +148,19 @@ impl LegResult {
         }
     }
 
-    /// Appends an accepted approximation of the next part of the leg.
+    /// Appends an accepted approximation of the next part of the phase span.
     ///
     /// `integration_error` are its estimated integration errors, `accumulated` its accumulated
     /// discretisation error; each is none where the method has no estimate.
     pub(super) fn append(
         &mut self,
-        evaluator: &LegEvaluator,
+        evaluator: &SpanEvaluator,
         approximation: Approximation,
         integration_error: Option<IntegrationError>,
         accumulated: Option<&AccumulatedError>,
     ) -> Result<(), SwimError> {
-        let duration = evaluator.leg.duration * (approximation.piece.to - approximation.piece.from);
+        let duration =
+            evaluator.span.duration * (approximation.piece.to - approximation.piece.from);
         self.work += approximation.work(duration);
         let Approximation {
             piece,
@@ -177,8 +180,8 @@ impl LegResult {
             mesh: None,
             ..*bars
         };
-        for (leg_solution, weight) in solutions.iter().zip(weights) {
-            let solution = &leg_solution.solution;
+        for (span_solution, weight) in solutions.iter().zip(weights) {
+            let solution = &span_solution.solution;
             let time = weight * duration;
             (self.error_estimate).accumulate(time, &without_mesh(&solution.error_estimate));
             (self.work_error).accumulate(time, &without_mesh(&solution.power_error));
@@ -194,14 +197,14 @@ impl LegResult {
         self.work_error.accumulate(1.0, &integration(of_work));
         let set = evaluator.scene.articulation();
         let end = piece.state(set, piece.to)?;
-        self.end = set.closed(&end, &evaluator.leg.lengths(piece.to))?;
+        self.end = set.closed(&end, &evaluator.span.shape(piece.to))?;
         self.solutions.extend(solutions);
         self.pieces.push(piece);
         Ok(())
     }
 
     /// The result with the number and the time of all solves of the evaluator.
-    pub(super) fn with_totals(self, evaluator: &LegEvaluator) -> Self {
+    pub(super) fn with_totals(self, evaluator: &SpanEvaluator) -> Self {
         Self {
             solves: evaluator.solves,
             seconds: evaluator.seconds,

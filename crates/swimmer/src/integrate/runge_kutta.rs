@@ -8,10 +8,10 @@
 use rigid::{State, StateVelocity};
 
 use super::inverse_dexp::coordinate_rate;
-use super::leg_evaluator::LegEvaluator;
-use super::leg_solution::LegSolution;
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, IntegrationError, LegResult};
+use super::result::{Approximation, IntegrationError, SpanResult};
+use super::span_evaluator::SpanEvaluator;
+use super::span_solution::SpanSolution;
 use super::step_size::{MAX_PARTS, largest_displacement, step_tolerance};
 use crate::error::SwimError;
 
@@ -66,12 +66,12 @@ const DIFFERENCE: [f64; 7] = [
     -1.0 / 40.0,
 ];
 
-/// Length of the first step that is tried, as a fraction of the leg.
+/// Length of the first step that is tried, as a fraction of the phase span.
 const FIRST_WIDTH: f64 = 0.25;
 
-/// Integrates a leg with the longest steps that meet the tolerance.
-pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResult, SwimError> {
-    let mut result = LegResult::empty(start);
+/// Integrates a phase span with the longest steps that meet the tolerance.
+pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanResult, SwimError> {
+    let mut result = SpanResult::empty(start);
     let (mut s, mut width) = (0.0, FIRST_WIDTH);
     let mut first = evaluator.solve(0.0, start, false)?;
     while s < 1.0 {
@@ -98,8 +98,8 @@ pub(super) fn leg(evaluator: &mut LegEvaluator, start: &State) -> Result<LegResu
         if step.error > tolerance {
             if end - s <= 1.0 / MAX_PARTS as f64 {
                 return Err(SwimError::NotIntegrated {
-                    phase: evaluator.leg.number + 1,
-                    link: evaluator.link_name(),
+                    phase: evaluator.span.number + 1,
+                    joint: evaluator.joint_name(),
                     error: step.error,
                     tolerance,
                     parts: MAX_PARTS,
@@ -138,20 +138,20 @@ struct Step {
     /// Estimated error of the work.
     work_error: f64,
     /// Solutions of all stages but the last.
-    solutions: Vec<LegSolution>,
+    solutions: Vec<SpanSolution>,
     /// The solution at the end of the step.
-    last: LegSolution,
+    last: SpanSolution,
 }
 
 fn step(
-    evaluator: &mut LegEvaluator,
+    evaluator: &mut SpanEvaluator,
     start: &State,
-    first: &LegSolution,
+    first: &SpanSolution,
     span: (f64, f64),
 ) -> Result<Step, SwimError> {
     let set = evaluator.scene.articulation();
     let width = span.1 - span.0;
-    let duration = evaluator.leg.duration * width;
+    let duration = evaluator.span.duration * width;
     let mut solutions = vec![first.clone()];
     let at_start = combination(std::iter::empty(), start);
     let mut rates = vec![&coordinate_rate(set, &at_start, &first.solution.motion) * duration];

@@ -2,15 +2,16 @@
 
 use rigid::StateVelocity;
 
-use super::leg_evaluator::LegEvaluator;
 use super::piece::PathPiece;
+use super::span_evaluator::SpanEvaluator;
 use crate::error::SwimError;
 
-/// Tolerance for the error of a leg whose net displacement is not predicted, as a fraction of the
-/// scene's tolerance, relative to the displacement in the leg or the change of length.
+/// Tolerance for the error of a phase span whose net displacement is not predicted, as a fraction
+/// of the scene's tolerance, relative to the displacement in the phase span or the change of
+/// length.
 ///
 /// The three-sphere swimmer of Najafi & Golestanian moves by 1/25 of the change of length of an
-/// arm, and the errors of four legs add up.
+/// arm, and the errors of four phase spans add up.
 const LEG_TOLERANCE_SHARE: f64 = 1.0 / 160.0;
 
 /// Smallest expected ratio of the errors of successive orders: for bodies far apart the velocity is
@@ -21,14 +22,14 @@ const LEAST_RATIO: f64 = 0.05;
 /// Largest expected ratio: beyond it, halving the step gains more than a higher order.
 const LARGEST_RATIO: f64 = 0.5;
 
-/// Largest number of equal parts of a leg to which a step may shrink.
+/// Largest number of equal parts of a phase span to which a step may shrink.
 ///
-/// Steps towards a gap of `1e-4` of the length of the leg have that length. Shorter steps mean that
-/// something else than the step size is wrong.
+/// Steps towards a gap of `1e-4` of the length of the phase span have that length. Shorter steps
+/// mean that something else than the step size is wrong.
 pub(super) const MAX_PARTS: usize = 1 << 14;
 
-/// Error that the scene's tolerance allows for a step over the part `width` of the leg.
-pub(super) fn step_tolerance(evaluator: &LegEvaluator, step: &StateVelocity, width: f64) -> f64 {
+/// Error that the scene's tolerance allows for a step over the part `width` of the phase span.
+pub(super) fn step_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, width: f64) -> f64 {
     match evaluator.tolerance {
         Some(tolerance) => tolerance * width,
         None => {
@@ -41,7 +42,7 @@ pub(super) fn step_tolerance(evaluator: &LegEvaluator, step: &StateVelocity, wid
 
 /// Ratio of the errors of successive orders of Gauss quadrature that contact causes.
 ///
-/// Velocities are singular functions of the lengths where bodies touch. With the distance `d` from
+/// Velocities are singular functions of the shape where bodies touch. With the distance `d` from
 /// the end of a step of the length `w` to contact, errors decrease by
 ///
 /// ```text
@@ -50,7 +51,10 @@ pub(super) fn step_tolerance(evaluator: &LegEvaluator, step: &StateVelocity, wid
 ///
 /// per order (Trefethen 2008, SIAM Rev. 50, theorem 4.5). Each gap is continued linearly beyond the
 /// end of `path` at which it is narrower, and the largest ratio counts.
-pub(super) fn expected_ratio(evaluator: &LegEvaluator, path: &PathPiece) -> Result<f64, SwimError> {
+pub(super) fn expected_ratio(
+    evaluator: &SpanEvaluator,
+    path: &PathPiece,
+) -> Result<f64, SwimError> {
     let [from, to] = [path.from, path.to].map(|s| evaluator.gaps(path, s));
     let ratio_of = |(from, to): (f64, f64)| {
         let z = 1.0 + 2.0 * from.min(to).max(0.0) / (from - to).abs();
@@ -61,29 +65,29 @@ pub(super) fn expected_ratio(evaluator: &LegEvaluator, path: &PathPiece) -> Resu
     Ok(ratios.fold(LEAST_RATIO, f64::max).min(LARGEST_RATIO))
 }
 
-/// Rounding error of a step: the positions of the bodies are sums of lengths of links.
-pub(super) fn rounding(evaluator: &LegEvaluator, step: &StateVelocity) -> f64 {
+/// Rounding error of a step: the positions of the bodies are sums of lengths of joints.
+pub(super) fn rounding(evaluator: &SpanEvaluator, step: &StateVelocity) -> f64 {
     /// The positions enter the distances between bodies, of which each has a few operations.
     const OPERATIONS: f64 = 16.0;
-    let size = longest_link(evaluator).max(largest_displacement(evaluator, step));
+    let size = longest_joint(evaluator).max(largest_displacement(evaluator, step));
     OPERATIONS * f64::EPSILON * size
 }
 
-/// The largest displacement by one joint over the leg.
-fn largest_length_change(evaluator: &LegEvaluator) -> f64 {
+/// The largest displacement by one joint over the phase span.
+fn largest_length_change(evaluator: &SpanEvaluator) -> f64 {
     let set = evaluator.scene.articulation();
     let ranges = evaluator.ranges.iter().enumerate();
-    let changes = ranges.map(|(link, (low, high))| set.arm_displacement(link, high - low));
+    let changes = ranges.map(|(joint, (low, high))| set.arm_displacement(joint, high - low));
     changes.fold(0.0, f64::max)
 }
 
 /// Size of a step: the largest displacement of a body's centre or, by its own rotation, of its
 /// surface.
-pub(super) fn largest_displacement(evaluator: &LegEvaluator, step: &StateVelocity) -> f64 {
-    let longest_link = longest_link(evaluator);
+pub(super) fn largest_displacement(evaluator: &SpanEvaluator, step: &StateVelocity) -> f64 {
+    let longest_joint = longest_joint(evaluator);
     let set = evaluator.scene.articulation();
-    let joints = (set.passive_links().zip(&step.joints))
-        .map(|((link, _), change)| set.arm_displacement(link, *change));
+    let joints = (set.passive_drives().zip(&step.joints))
+        .map(|((joint, _), change)| set.arm_displacement(joint, *change));
     let spins = step
         .spins
         .iter()
@@ -91,16 +95,16 @@ pub(super) fn largest_displacement(evaluator: &LegEvaluator, step: &StateVelocit
         .map(|(spin, body)| spin.norm() * body.bounding_radius());
     step.frames
         .iter()
-        .map(|f| f.linear.norm() + f.angular.norm() * longest_link)
+        .map(|f| f.linear.norm() + f.angular.norm() * longest_joint)
         .chain(spins)
         .chain(joints)
         .fold(0.0, f64::max)
 }
 
-/// Largest distance of two linked bodies along the leg.
-fn longest_link(evaluator: &LegEvaluator) -> f64 {
+/// Largest distance of two joined bodies along the phase span.
+fn longest_joint(evaluator: &SpanEvaluator) -> f64 {
     let set = evaluator.scene.articulation();
     let ranges = evaluator.ranges.iter().enumerate();
-    let lengths = ranges.map(|(link, (_, high))| set.arm_length(link, *high));
+    let lengths = ranges.map(|(joint, (_, high))| set.arm_length(joint, *high));
     lengths.fold(0.0, f64::max)
 }

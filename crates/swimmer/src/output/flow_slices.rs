@@ -5,7 +5,7 @@ use std::path::Path;
 use models::{Configuration, FlowField, Hydrodynamics};
 use nalgebra::{Isometry3, UnitQuaternion};
 use rigid::State;
-use scene::{Leg, Scene};
+use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
 
 use super::folder::Folder;
@@ -13,7 +13,7 @@ use super::last_flow::LastFlow;
 use super::packed;
 use crate::error::SwimError;
 use crate::flow_slice::{FlowSlice, SliceFrame, SlicePlane};
-use crate::integrate::{LegResult, LegSolution};
+use crate::integrate::{SpanResult, SpanSolution};
 
 /// Name of the file.
 const FILE: &str = "flow_slices.json";
@@ -55,19 +55,20 @@ struct Unsolved {
     frames: Vec<Isometry3<f64>>,
     attitudes: Vec<UnitQuaternion<f64>>,
     joints: Vec<f64>,
-    lengths: Vec<f64>,
+    shape: Vec<f64>,
     rates: Vec<f64>,
 }
 
 /// Number of phases per cycle from which only the last solution of each phase is sampled.
 const MANY_PHASES: usize = 13;
 
-/// Largest mesh, in nodes, whose flows are kept until the end of the leg: a few megabytes each.
+/// Largest mesh, in nodes, whose flows are kept until the end of the phase span: a few megabytes
+/// each.
 ///
 /// On larger meshes every solution is sampled at once: a slice costs little compared to the solve.
 const KEPT_NODES: usize = 60_000;
 
-/// A solve of the current leg, with its flow if the model provides one.
+/// A solve of the current phase span, with its flow if the model provides one.
 #[derive(Debug)]
 struct Solved {
     number: usize,
@@ -112,15 +113,17 @@ impl StoredSlices {
 
 /// Slices of the flow at about evenly distributed times of the first cycle.
 ///
-/// The flow of a model with a mesh is sampled at the end of each leg, because the integration
-/// discards half of the solutions of a leg. In cycles with many phases only the last solution of
-/// each phase is sampled. The flow of models without a mesh is evaluated after the run.
+/// The flow of a model with a mesh is sampled at the end of each phase span, because the
+/// integration discards half of the solutions of a phase span. In cycles with many phases only the
+/// last solution of each phase is sampled. The flow of models without a mesh is evaluated after the
+/// run.
 #[derive(Debug)]
 pub(crate) struct SliceSeries {
     frame: SliceFrame,
     /// Duration of a cycle.
     cycle: f64,
-    /// Whether only the last solution of a leg is sampled: the model computes one flow per leg.
+    /// Whether only the last solution of a phase span is sampled: the model computes one flow per
+    /// phase span.
     takes_last: bool,
     pending: Vec<Solved>,
     stored: StoredSlices,
@@ -160,11 +163,11 @@ impl SliceSeries {
     pub fn add(
         &mut self,
         scene: &Scene,
-        leg: &Leg,
-        solved: &LegSolution,
+        span: &PhaseSpan,
+        solved: &SpanSolution,
         flow: LastFlow<'_>,
     ) -> Result<(), SwimError> {
-        let time = leg.time(solved.s);
+        let time = span.time(solved.s);
         if time > self.cycle {
             return Ok(());
         }
@@ -173,8 +176,8 @@ impl SliceSeries {
             frames: solved.state.frames.clone(),
             attitudes: solved.state.attitudes.clone(),
             joints: solved.state.joints.clone(),
-            rates: leg.rates(solved.s),
-            lengths: leg.lengths(solved.s),
+            rates: span.rates(solved.s),
+            shape: span.shape(solved.s),
         };
         let field = match self.takes_last {
             true => None,
@@ -196,18 +199,19 @@ impl SliceSeries {
         Ok(())
     }
 
-    /// Stores, for each slice time in the leg, the accepted solution that is nearest in time.
+    /// Stores, for each slice time in the phase span, the accepted solution that is nearest in
+    /// time.
     ///
-    /// `first` is the number of the first solve of the leg.
+    /// `first` is the number of the first solve of the phase span.
     ///
     /// # Errors
     /// [`SwimError::Write`].
-    pub fn finish_leg(
+    pub fn finish_span(
         &mut self,
         folder: &Folder,
         scene: &Scene,
-        leg: &Leg,
-        result: &LegResult,
+        span: &PhaseSpan,
+        result: &SpanResult,
         first: usize,
         flow: LastFlow<'_>,
     ) -> Result<(), SwimError> {
@@ -227,7 +231,7 @@ impl SliceSeries {
         let count = if has_flow { TIMES } else { TIMES_BY_POINTS };
         let times = (0..count).map(|k| self.cycle * (k as f64 + 0.5) / count as f64);
         let mut chosen: Vec<usize> = times
-            .filter(|time| (leg.start..leg.start + leg.duration).contains(time))
+            .filter(|time| (span.start..span.start + span.duration).contains(time))
             .filter_map(|time| {
                 let off = |k: &usize| (pending[*k].configuration.time - time).abs();
                 (0..pending.len()).min_by(|a, b| off(a).total_cmp(&off(b)))
@@ -298,7 +302,7 @@ impl Unsolved {
     }
 
     fn plane(&self, frame: &SliceFrame, scene: &Scene) -> Result<SlicePlane, SwimError> {
-        let poses = scene.articulation().place(&self.state(), &self.lengths)?;
+        let poses = scene.articulation().place(&self.state(), &self.shape)?;
         Ok(frame.around(scene, &poses))
     }
 
@@ -322,7 +326,7 @@ impl Unsolved {
     ) -> Result<StoredSlice, SwimError> {
         let configuration = Configuration {
             state: &self.state(),
-            lengths: &self.lengths,
+            shape: &self.shape,
         };
         let plane = self.plane(frame, scene)?;
         let slice = FlowSlice::sample(plane, POINTS_ONE_BY_ONE, |points| {

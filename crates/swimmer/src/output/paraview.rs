@@ -4,25 +4,25 @@ use std::path::Path;
 
 use mesh::{MeshError, Pvd, Vtu};
 use models::{FlowField, ModelError};
-use scene::{FlowsKind, Leg};
+use scene::{FlowsKind, PhaseSpan};
 
 use super::folder::Folder;
 use super::last_flow::LastFlow;
 use crate::error::SwimError;
-use crate::integrate::{LegResult, LegSolution};
+use crate::integrate::{SpanResult, SpanSolution};
 
 /// The flows of a simulation as `trajectory.pvd`, a collection of `.vtu` files.
 ///
 /// With [`FlowsKind::All`] a flow is written after its solve. The flows of solves that the
-/// integration discards are removed at the end of the leg, so the collection contains the
-/// trajectory only. With [`FlowsKind::Phase`] only the last flow of a leg is computed.
+/// integration discards are removed at the end of the phase span, so the collection contains the
+/// trajectory only. With [`FlowsKind::Phase`] only the last flow of a phase span is computed.
 #[derive(Debug)]
 pub struct FlowSeries {
     folder: Folder,
     which: FlowsKind,
-    /// Numbers of the solves of this leg whose flows are written.
+    /// Numbers of the solves of this phase span whose flows are written.
     pending: Vec<usize>,
-    /// Number of the last solve and its position on the leg.
+    /// Number of the last solve and its position on the phase span.
     last: Option<(usize, f64)>,
     kept: Pvd,
 }
@@ -58,7 +58,11 @@ impl FlowSeries {
     ///
     /// # Errors
     /// [`SwimError::Write`], or a model error for fields that do not fit the mesh.
-    pub fn solved(&mut self, solution: &LegSolution, flow: &LastFlow<'_>) -> Result<(), SwimError> {
+    pub fn solved(
+        &mut self,
+        solution: &SpanSolution,
+        flow: &LastFlow<'_>,
+    ) -> Result<(), SwimError> {
         self.last = Some((solution.number, solution.s));
         if self.which == FlowsKind::All
             && let Some(flow) = flow.get()
@@ -69,17 +73,17 @@ impl FlowSeries {
         Ok(())
     }
 
-    /// Keeps the flows of the solutions in the result of a leg, removes the others and writes the
-    /// collection.
+    /// Keeps the flows of the solutions in the result of a phase span, removes the others and
+    /// writes the collection.
     ///
-    /// `first` is the number of the first solve of the leg.
+    /// `first` is the number of the first solve of the phase span.
     ///
     /// # Errors
     /// [`SwimError::Write`], or a model error for fields that do not fit the mesh.
-    pub fn finish_leg(
+    pub fn finish_span(
         &mut self,
-        leg: &Leg,
-        result: &LegResult,
+        span: &PhaseSpan,
+        result: &SpanResult,
         first: usize,
         flow: &LastFlow<'_>,
     ) -> Result<(), SwimError> {
@@ -87,7 +91,7 @@ impl FlowSeries {
             && let Some(flow) = flow.get()
         {
             write_flow(flow, &self.folder.path().join(file_name(number)))?;
-            self.kept.push(leg.time(s), file_name(number));
+            self.kept.push(span.time(s), file_name(number));
         }
         for solve in std::mem::take(&mut self.pending) {
             match result
@@ -95,7 +99,7 @@ impl FlowSeries {
                 .iter()
                 .find(|solution| first + solution.number == solve)
             {
-                Some(solution) => self.kept.push(leg.time(solution.s), file_name(solve)),
+                Some(solution) => self.kept.push(span.time(solution.s), file_name(solve)),
                 None => self.folder.remove(&file_name(solve))?,
             }
         }

@@ -32,14 +32,14 @@ pub fn summary_json(
         Value::Object(scene.bodies().iter().zip(displacement).map(entry).collect())
     };
     let phases: Vec<Value> = outcome
-        .legs
+        .spans
         .iter()
-        .map(|leg| {
+        .map(|span| {
             json!({
-                "link": (!leg.links.is_empty()).then(|| scene.link_names(&leg.links)),
-                "displacement": by_body(&leg.displacement),
-                "solves": leg.solves,
-                "error_estimate": estimate(&leg.error_estimate),
+                "link": (!span.joints.is_empty()).then(|| scene.joint_names(&span.joints)),
+                "displacement": by_body(&span.displacement),
+                "solves": span.solves,
+                "error_estimate": estimate(&span.error_estimate),
             })
         })
         .collect();
@@ -72,7 +72,7 @@ pub fn summary_json(
 
 /// An instantaneous solution, as printed by `swim solve --json`.
 ///
-/// `links` has the force of each link on the body that its key `body` names; the opposite force
+/// `links` has the force of each joint on the body that its key `body` names; the opposite force
 /// acts on `to`. `power` is that of the bodies on the fluid, by motion and slip. `error_estimate`
 /// refers to the velocities; its entry `force` to the largest force, `power` to the power,
 /// `stresslet` to the largest stresslet. `stresslet` of a body is the matrix of
@@ -101,12 +101,12 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
                 })
             })
             .collect();
-        let links = scene.articulation().links().iter();
-        let links: Vec<Value> = links
-            .zip(&solution.link_forces)
-            .map(|(link, force)| json!({ "name": link.name, "force": vector(force) }))
+        let joints = scene.articulation().joints().iter();
+        let joints: Vec<Value> = joints
+            .zip(&solution.joint_forces)
+            .map(|(joint, force)| json!({ "name": joint.name, "force": vector(force) }))
             .collect();
-        json!({ "bodies": bodies, "links": links, "power": solution.power() })
+        json!({ "bodies": bodies, "links": joints, "power": solution.power() })
     };
     let mut estimates = estimate(&solution.error_estimate);
     if let Value::Object(estimates) = &mut estimates {

@@ -23,9 +23,9 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     header.extend(
         scene
             .articulation()
-            .links()
+            .joints()
             .iter()
-            .map(|link| format!("{}.length", link.name)),
+            .map(|joint| format!("{}.length", joint.name)),
     );
     for body in scene.bodies() {
         header.extend(
@@ -44,11 +44,11 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     for sample in samples {
         let mut row = vec![
             sample.time.to_string(),
-            (sample.leg / phases + 1).to_string(),
-            (sample.leg % phases + 1).to_string(),
+            (sample.span / phases + 1).to_string(),
+            (sample.span % phases + 1).to_string(),
         ];
         let numbers = |v: &Vector3<f64>| v.iter().map(f64::to_string).collect::<Vec<_>>();
-        row.extend(sample.lengths.iter().map(f64::to_string));
+        row.extend(sample.shape.iter().map(f64::to_string));
         for (body, pose) in sample.poses.iter().enumerate() {
             row.extend(numbers(&pose.translation.vector));
             row.extend(numbers(&pose.rotation.scaled_axis()));

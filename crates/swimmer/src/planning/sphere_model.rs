@@ -169,9 +169,9 @@ fn evaluate(
     let bodies = outcome.displacement.len().max(1) as f64;
     let net = outcome.displacement.iter().sum::<Vector3<f64>>() / bodies;
     let longest = outcome
-        .legs
+        .spans
         .iter()
-        .flat_map(|leg| leg.displacement.iter().map(|d| d.norm()))
+        .flat_map(|span| span.displacement.iter().map(|d| d.norm()))
         .fold(0.0, f64::max);
     let scale = if net.norm() > 1e-6 * longest {
         net.norm()

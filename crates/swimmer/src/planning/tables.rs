@@ -1,10 +1,10 @@
 //! Tables of the model over shape space, and superposed solutions, where they save solves.
 
 use models::{ModelError, Superposed, Tabulated};
-use scene::{Gait, Phase, Scene, legs};
+use scene::{Gait, Phase, Scene, spans};
 
 use super::choice::Choice;
-use crate::integrate::{TYPICAL_SOLVES_PER_LEG, velocity_tolerance};
+use crate::integrate::{TYPICAL_SOLVES_PER_SPAN, velocity_tolerance};
 
 /// Number of points per variable in a typical table.
 const TYPICAL_POINTS: usize = 9;
@@ -53,27 +53,27 @@ fn with_superposition(scene: &Scene, choice: Choice) -> Result<Choice, ModelErro
 /// Number of solves of a typical integration over some phases of every cycle.
 fn typical_solves(gait: &Gait, is_solved: impl Fn(&Phase) -> bool) -> usize {
     let phases = gait.phases.iter().filter(|phase| is_solved(phase)).count();
-    (phases * TYPICAL_SOLVES_PER_LEG).saturating_mul(gait.cycles as usize)
+    (phases * TYPICAL_SOLVES_PER_SPAN).saturating_mul(gait.cycles as usize)
 }
 
-/// The boxes of link lengths that the tables for a gait cover; none if tables would need more
+/// The boxes of joint values that the tables for a gait cover; none if tables would need more
 /// solves than the gait without them.
 ///
-/// Either one box for the shapes of each phase, a line in shape space if one link moves, or one box
-/// for all.
+/// Either one box for the shapes of each phase, a line in shape space if one joint moves, or one
+/// box for all.
 fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
     if !scene.is_free() {
         return None;
     }
-    // From the second cycle on, all cycles have the same lengths.
+    // From the second cycle on, all cycles have the same shapes.
     let gait = Gait {
         cycles: scene.gait().cycles.min(2),
         phases: scene.gait().phases.clone(),
     };
     let mut lines: Vec<Vec<(f64, f64)>> = Vec::new();
     let mut all: Vec<(f64, f64)> = Vec::new();
-    for leg in legs(&gait, scene.articulation().initial_lengths()).ok()? {
-        let line = leg.ranges();
+    for span in spans(&gait, scene.articulation().initial_shape()).ok()? {
+        let line = span.ranges();
         if all.is_empty() {
             all.clone_from(&line);
         }
@@ -85,7 +85,7 @@ fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
             lines.push(line);
         }
     }
-    let direct = typical_solves(scene.gait(), |phase| !phase.path.links().is_empty());
+    let direct = typical_solves(scene.gait(), |phase| !phase.path.joints().is_empty());
     let points = |ranges: &[(f64, f64)]| {
         let variables = ranges.iter().filter(|r| r.0 < r.1).count();
         TYPICAL_POINTS.saturating_pow(variables as u32)
@@ -105,8 +105,8 @@ mod tests {
     fn scene(cycles: u32, phases: &[(&str, f64)], domain: &str) -> Scene {
         let phases: String = phases
             .iter()
-            .map(|(link, length)| {
-                format!("[[gait.phases]]\nlink = \"{link}\"\nlength = {length}\n")
+            .map(|(joint, length)| {
+                format!("[[gait.phases]]\nlink = \"{joint}\"\nlength = {length}\n")
             })
             .collect();
         Scene::parse(&format!(

@@ -1,8 +1,8 @@
 //! Parameters of a scene, and the same scene with another value of one of them.
 
-use scene::{Document, LengthPath, Scene, Shape, Sine};
+use scene::{Document, Scene, Shape, ShapePath, Sine};
 
-use rigid::{Joint, JointDrive};
+use rigid::{JointDrive, JointKind};
 
 use crate::error::SwimError;
 use crate::joint_ranges::joint_ranges;
@@ -17,7 +17,7 @@ pub struct Parameter {
     pub(crate) kind: Kind,
 }
 
-/// What a parameter is, with the number of its body or link.
+/// What a parameter is, with the number of its body or joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kind {
     Radius(usize),
@@ -58,38 +58,38 @@ pub fn parameters(scene: &Scene) -> Result<Vec<Parameter>, SwimError> {
         }
     }
     let set = scene.articulation();
-    let (links, start) = (set.links(), set.initial_lengths());
+    let (joints, start) = (set.joints(), set.initial_shape());
     let from_file =
-        (scene.gait().phases.iter()).any(|phase| matches!(phase.path, LengthPath::Cubic(_)));
+        (scene.gait().phases.iter()).any(|phase| matches!(phase.path, ShapePath::Cubic(_)));
     let ranges = joint_ranges(scene)?;
-    for (number, link) in links.iter().enumerate() {
-        match link.drive {
+    for (number, joint) in joints.iter().enumerate() {
+        match joint.drive {
             JointDrive::Passive(passive) if passive.stiffness > 0.0 => {
                 // A constant force on a spring shifts its rest.
                 let rest = passive.rest + passive.force / passive.stiffness;
                 add(
                     "stiffness",
-                    &link.name,
+                    &joint.name,
                     passive.stiffness,
                     Kind::Stiffness(number),
                 );
-                add("rest value", &link.name, rest, Kind::Rest(number));
+                add("rest value", &joint.name, rest, Kind::Rest(number));
             }
             JointDrive::Passive(_) => {}
             _ if from_file => {}
             _ => {
-                let of_link = || sines(scene).iter().filter(|sine| sine.link == number);
-                if link.joint == Joint::Slide {
-                    let mean = start[number] - of_link().map(at_start).sum::<f64>();
-                    add("length", &link.name, mean, Kind::Length(number));
+                let of_joint = || sines(scene).iter().filter(|sine| sine.joint == number);
+                if joint.kind == JointKind::Slide {
+                    let mean = start[number] - of_joint().map(at_start).sum::<f64>();
+                    add("length", &joint.name, mean, Kind::Length(number));
                 }
-                let squares: f64 = of_link().map(|sine| sine.amplitude.powi(2)).sum();
+                let squares: f64 = of_joint().map(|sine| sine.amplitude.powi(2)).sum();
                 let amplitude = match squares > 0.0 {
                     true => squares.sqrt(),
                     false => 0.5 * (ranges[number].1 - ranges[number].0),
                 };
                 if amplitude > 0.0 {
-                    add("amplitude", &link.name, amplitude, Kind::Amplitude(number));
+                    add("amplitude", &joint.name, amplitude, Kind::Amplitude(number));
                 }
             }
         }
@@ -107,14 +107,14 @@ impl Parameter {
     }
 }
 
-/// How the values of a link change: stretched about the start, then shifted.
+/// How the values of a joint change: stretched about the start, then shifted.
 #[derive(Clone, Copy)]
-struct LinkChange {
+struct JointChange {
     factor: f64,
     shift: f64,
 }
 
-impl LinkChange {
+impl JointChange {
     fn of_target(self, target: f64, start: f64) -> f64 {
         let stretched = match self.factor == 1.0 {
             true => target,
@@ -130,31 +130,33 @@ impl LinkChange {
 /// Values that the scene cannot have, such as spheres that touch.
 pub(crate) fn with_values(scene: &Scene, values: &[(&Parameter, f64)]) -> Result<Scene, SwimError> {
     let mut document = Document::parse(&scene.to_toml()?, "scene".as_ref())?;
-    let links = scene.articulation().links();
-    let unchanged = LinkChange {
+    let joints = scene.articulation().joints();
+    let unchanged = JointChange {
         factor: 1.0,
         shift: 0.0,
     };
-    let mut changes = vec![unchanged; links.len()];
+    let mut changes = vec![unchanged; joints.len()];
     for (parameter, value) in values {
         match parameter.kind {
             Kind::Radius(body) => document.set(&format!("bodies[{body}].radius={value:?}"))?,
-            Kind::Stiffness(link) => document.set(&format!("links[{link}].stiffness={value:?}"))?,
-            Kind::Rest(link) => document.set(&format!("links[{link}].rest={value:?}"))?,
-            Kind::Length(link) => changes[link].shift = value - parameter.value,
-            Kind::Amplitude(link) => changes[link].factor = value / parameter.value,
+            Kind::Stiffness(joint) => {
+                document.set(&format!("links[{joint}].stiffness={value:?}"))?
+            }
+            Kind::Rest(joint) => document.set(&format!("links[{joint}].rest={value:?}"))?,
+            Kind::Length(joint) => changes[joint].shift = value - parameter.value,
+            Kind::Amplitude(joint) => changes[joint].factor = value / parameter.value,
         }
     }
     change_targets(scene, &mut document, &changes)?;
     let mut shifts: Vec<f64> = changes.iter().map(|change| change.shift).collect();
     for (number, sine) in sines(scene).iter().enumerate() {
-        let factor = changes[sine.link].factor;
+        let factor = changes[sine.joint].factor;
         if factor != 1.0 {
             let amplitude = factor * sine.amplitude;
             document.set(&format!("gait.harmonics[{number}].amplitude={amplitude:?}"))?;
             // The mean of a slide follows from where the bodies are, that of an angle is given.
-            if links[sine.link].joint == Joint::Slide {
-                shifts[sine.link] += (factor - 1.0) * at_start(sine);
+            if joints[sine.joint].kind == JointKind::Slide {
+                shifts[sine.joint] += (factor - 1.0) * at_start(sine);
             }
         }
     }
@@ -172,7 +174,7 @@ fn at_start(sine: &Sine) -> f64 {
 /// The terms of a harmonic gait, in the order of the file.
 fn sines(scene: &Scene) -> &[Sine] {
     match scene.gait().phases.first().map(|phase| &phase.path) {
-        Some(LengthPath::Harmonic { sines, .. }) => sines,
+        Some(ShapePath::Harmonic { sines, .. }) => sines,
         _ => &[],
     }
 }
@@ -182,9 +184,9 @@ fn move_start(scene: &Scene, document: &mut Document, shifts: &[f64]) -> Result<
     let set = scene.articulation();
     let state = scene.initial_state();
     // Joints that turn are at zero in the pose of the file.
-    let mut lengths = set.initial_lengths().to_vec();
-    for (length, link) in lengths.iter_mut().zip(set.links()) {
-        if link.joint.is_angle() {
+    let mut lengths = set.initial_shape().to_vec();
+    for (length, joint) in lengths.iter_mut().zip(set.joints()) {
+        if joint.kind.is_angle() {
             *length = 0.0;
         }
     }
@@ -204,9 +206,9 @@ fn move_start(scene: &Scene, document: &mut Document, shifts: &[f64]) -> Result<
         let [x, y, z]: [f64; 3] = (body.position + moved).into();
         document.set(&format!("bodies[{number}].position=[{x:?}, {y:?}, {z:?}]"))?;
     }
-    for (number, link) in set.links().iter().enumerate() {
-        let joint = link.joint.translated(&moved[link.to]);
-        if let Joint::Turn { pivot, .. } | Joint::Ball { pivot } = joint {
+    for (number, joint) in set.joints().iter().enumerate() {
+        let joint = joint.kind.translated(&moved[joint.to]);
+        if let JointKind::Turn { pivot, .. } | JointKind::Ball { pivot } = joint {
             let [x, y, z]: [f64; 3] = pivot.into();
             document.set(&format!("links[{number}].pivot=[{x:?}, {y:?}, {z:?}]"))?;
         }
@@ -214,22 +216,22 @@ fn move_start(scene: &Scene, document: &mut Document, shifts: &[f64]) -> Result<
     Ok(())
 }
 
-/// Changes the values of links at the ends of phases.
+/// Changes the values of joints at the ends of phases.
 fn change_targets(
     scene: &Scene,
     document: &mut Document,
-    changes: &[LinkChange],
+    changes: &[JointChange],
 ) -> Result<(), SwimError> {
-    let (links, start) = (
-        scene.articulation().links(),
-        scene.articulation().initial_lengths(),
+    let (joints, start) = (
+        scene.articulation().joints(),
+        scene.articulation().initial_shape(),
     );
     for (number, phase) in scene.gait().phases.iter().enumerate() {
-        let LengthPath::Linear(targets) = &phase.path else {
+        let ShapePath::Linear(targets) = &phase.path else {
             continue;
         };
         let changed: Vec<(usize, f64)> = (targets.iter())
-            .map(|&(link, target)| (link, changes[link].of_target(target, start[link])))
+            .map(|&(joint, target)| (joint, changes[joint].of_target(target, start[joint])))
             .collect();
         if changed == *targets {
             continue;
@@ -239,7 +241,7 @@ fn change_targets(
         } else {
             let texts = changed.iter();
             let texts: Vec<String> = texts
-                .map(|&(link, target)| format!("{:?} = {target:?}", links[link].name))
+                .map(|&(joint, target)| format!("{:?} = {target:?}", joints[joint].name))
                 .collect();
             document.set(&format!(
                 "gait.phases[{number}].targets={{ {} }}",

@@ -291,8 +291,8 @@ fn a_collision_names_bodies_and_time_and_the_completed_phases_are_kept() {
     assert_eq!(last.parse::<f64>().unwrap(), phase - 1.0);
     assert!(read("trajectory.svg").trim_end().ends_with("</svg>"));
     let checkpoint: serde_json::Value = serde_json::from_str(&read("checkpoint.json")).unwrap();
-    let legs = checkpoint["outcome"]["legs"].as_array().unwrap();
-    assert_eq!(legs.len() as f64, phase - 1.0);
+    let spans = checkpoint["outcome"]["legs"].as_array().unwrap();
+    assert_eq!(spans.len() as f64, phase - 1.0);
     // There is no summary, and a resumed run ends with the same error.
     assert!(!out.join("summary.json").exists());
     let again = swim(&[&arguments[..], &["--resume"]].concat());

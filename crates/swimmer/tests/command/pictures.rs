@@ -216,10 +216,7 @@ fn planes_contain_the_bodies_and_the_direction_of_motion() {
     let normal = |text: &str| {
         let scene = Scene::parse(text).unwrap();
         let poses = (scene.articulation())
-            .place(
-                &scene.initial_state(),
-                scene.articulation().initial_lengths(),
-            )
+            .place(&scene.initial_state(), scene.articulation().initial_shape())
             .unwrap();
         let plane = SliceFrame::of(&scene).unwrap().around(&scene, &poses);
         let normal = plane.normal();

@@ -218,7 +218,7 @@ fn solve_prints_the_numbers_of_its_json_and_warns_about_the_larger_error() {
     }
     check("link", &answer["links"][0]["name"]);
     check("force on b", &answer["links"][0]["force"]);
-    // The link exerts the whole force on its body.
+    // The joint exerts the whole force on its body.
     assert!(answer["links"][0]["force"][0].as_f64().unwrap() > 1.0);
 
     let estimate = |key: &str| answer["error_estimate"][key].as_f64().unwrap();

@@ -9,8 +9,8 @@ use swimmer::design::{
 };
 use swimmer::models::nalgebra::Vector3;
 use swimmer::models::{ShapeGeometry, ShapeSpace};
-use swimmer::scene::{Document, LengthPath};
-use swimmer::{Gait, Phase, Scene, choose, legs};
+use swimmer::scene::{Document, ShapePath};
+use swimmer::{Gait, Phase, Scene, choose, spans};
 
 /// Three equal spheres of radius 1 on a line, with the table over these arms.
 pub fn table(ranges: [(f64, f64); 2], tolerance: f64) -> ShapeGeometry {
@@ -107,15 +107,15 @@ fn the_stroke_of_2008_costs_a_fifth_less_than_the_best_square() {
 #[test]
 fn strokes_within_limits_stay_there() {
     let table = table([(6.0, 10.0); 2], 1e-7);
-    let phase = |link, length| Phase {
-        path: LengthPath::Linear(vec![(link, length)]),
+    let phase = |joint, length| Phase {
+        path: ShapePath::Linear(vec![(joint, length)]),
         duration: 1.0,
     };
     let gait = Gait {
         cycles: 1,
         phases: vec![phase(0, 6.0), phase(1, 6.0), phase(0, 10.0), phase(1, 10.0)],
     };
-    let path = SampledPath::of_legs(legs(&gait, &[10.0, 10.0]).unwrap(), &[0, 1]);
+    let path = SampledPath::of_spans(spans(&gait, &[10.0, 10.0]).unwrap(), &[0, 1]);
     let square = Stroke::along(&table, &path).unwrap();
     assert!((square.totals.displacement.norm() - 0.159_805_340_4).abs() < 1e-8);
     assert!(
@@ -246,10 +246,10 @@ fn the_best_stroke_is_a_scene_that_runs() {
         let energy = found.optimum.period_energy_product / found.period;
         // The energy of the series is above that at constant power by less than one per cent.
         assert!((found.outcome.work / energy - 1.0).abs() < 1e-2, "{energy}");
-        assert_eq!(found.lengths.first(), found.lengths.last());
+        assert_eq!(found.shapes.first(), found.shapes.last());
         // Another search in the same folder reads the table.
         let second = swimmer::design::design_stroke(&scene, folder.path(), &mut ()).unwrap();
         assert_eq!(second.table.stored, second.table.geometry.points());
-        assert_eq!(second.lengths, found.lengths);
+        assert_eq!(second.shapes, found.shapes);
     }
 }

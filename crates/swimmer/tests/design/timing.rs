@@ -2,7 +2,7 @@
 
 use swimmer::design::{DesignedStroke, design_stroke};
 use swimmer::models::{Configuration, Query};
-use swimmer::{Scene, choose, legs};
+use swimmer::{Scene, choose, spans};
 
 /// The best stroke of three spheres with these settings, and the share of the period after which
 /// the largest rate or the power is below 95 % of its bound, by the model without a table.
@@ -21,14 +21,14 @@ fn designed(settings: &str, rates: [f64; 2], power: f64) -> (DesignedStroke, f64
     let found = design_stroke(&scene, folder.path(), &mut ()).unwrap();
     let mut model = choose(&found.scene).unwrap().model;
     let state = found.scene.initial_state();
-    let start = found.scene.articulation().initial_lengths();
+    let start = found.scene.articulation().initial_shape();
     let mut slow = 0.0;
-    for leg in legs(found.scene.gait(), start).unwrap() {
+    for span in spans(found.scene.gait(), start).unwrap() {
         for s in [0.0, 0.5] {
-            let (lengths, rate) = (leg.lengths(s), [leg.rates(s)]);
+            let (shape, rate) = (span.shape(s), [span.rates(s)]);
             let configuration = Configuration {
                 state: &state,
-                lengths: &lengths,
+                shape: &shape,
             };
             let solved = model.solve(&Query::new(configuration, &rate)).unwrap();
             let used = solved[0].power() / power;
@@ -40,7 +40,7 @@ fn designed(settings: &str, rates: [f64; 2], power: f64) -> (DesignedStroke, f64
                 largest = largest.max(rate.abs() / bound);
             }
             if largest < 0.95 {
-                slow += 0.5 * leg.duration / found.period;
+                slow += 0.5 * span.duration / found.period;
             }
         }
     }
@@ -93,9 +93,9 @@ fn the_fastest_stroke_is_a_scene_that_runs() {
         f64::INFINITY,
     );
     assert!(slow == 0.0, "{slow}");
-    let start = found.scene.articulation().initial_lengths();
-    for leg in legs(found.scene.gait(), start).unwrap() {
-        let (middle, rates) = (leg.lengths(0.5), leg.rates(0.5));
+    let start = found.scene.articulation().initial_shape();
+    for span in spans(found.scene.gait(), start).unwrap() {
+        let (middle, rates) = (span.shape(0.5), span.rates(0.5));
         let is_at_limit = middle.iter().any(|x| (x - 6.0).min(10.0 - x) < 0.01);
         let loads = [rates[0].abs() / 0.5, rates[1].abs() / 0.3];
         assert!(

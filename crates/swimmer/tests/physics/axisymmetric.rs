@@ -8,7 +8,7 @@ use swimmer::{Method, Scene, simulate, solve_start};
 /// and open again.
 fn three_spheres(domain: &str, model: &str, tolerance: f64, axis: Vector3<f64>) -> Scene {
     let phases: String = [("left", 6), ("right", 6), ("left", 10), ("right", 10)]
-        .map(|(link, length)| format!("[[gait.phases]]\nlink = \"{link}\"\nlength = {length}\n"))
+        .map(|(joint, length)| format!("[[gait.phases]]\nlink = \"{joint}\"\nlength = {length}\n"))
         .concat();
     let bodies: String = [("l", -10.0), ("c", 0.0), ("r", 10.0)]
         .map(|(name, at)| {
@@ -69,7 +69,7 @@ fn an_instant_in_a_ball_is_exact_within_its_error_bar() {
             let off = (of_body.velocity - frame).norm();
             assert!(off < 1e-12, "{} {frame}", of_body.velocity);
         }
-        assert!((instant.link_forces[0] / 4.0 - axis * exact[0]).norm() < 2.0 * bar);
+        assert!((instant.joint_forces[0] / 4.0 - axis * exact[0]).norm() < 2.0 * bar);
         assert!(instant.error_estimate.container.is_none());
     }
 }

@@ -1,4 +1,4 @@
-//! All formulations have the same solution on random scenes: any tree of links, order of bodies,
+//! All formulations have the same solution on random scenes: any tree of joints, order of bodies,
 //! root, kind of arms, loads, units.
 
 use linalg::{KrylovParams, SaddleLdlt, fgmres};
@@ -123,13 +123,13 @@ fn block(system: &Constrained) -> Vec<f64> {
     x
 }
 
-/// Relative differences: velocities, pressures, motions of bodies, forces, loads of links.
+/// Relative differences: velocities, pressures, motions of bodies, forces, loads of joints.
 fn difference(a: &FlowSolution, b: &FlowSolution) -> [f64; 5] {
     let of = |x: &[f64], y: &[f64]| -> f64 {
         let largest = x.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
         let differences = x.iter().zip(y).map(|(x, y)| (x - y).abs());
         let worst = differences.fold(0.0, f64::max);
-        // If all values are zero, such as the loads without links, they must be equal.
+        // If all values are zero, such as the loads without joints, they must be equal.
         if worst == 0.0 { 0.0 } else { worst / largest }
     };
     let velocities = |flow: &FlowSolution| -> Vec<f64> {
@@ -145,7 +145,7 @@ fn difference(a: &FlowSolution, b: &FlowSolution) -> [f64; 5] {
         of(&mean_free(&a.pressure), &mean_free(&b.pressure)),
         of(&list(&a.bodies), &list(&b.bodies)),
         of(&list(&a.forces), &list(&b.forces)),
-        of(&list(&a.link_loads), &list(&b.link_loads)),
+        of(&list(&a.joint_loads), &list(&b.joint_loads)),
     ]
 }
 
@@ -161,7 +161,7 @@ proptest! {
         let rates: Vec<f64> = case.rates.iter().map(|r| r * case.length).collect();
         let configuration = Configuration {
             state: &state,
-            lengths: scene.articulation().initial_lengths(),
+            shape: scene.articulation().initial_shape(),
         };
         let mut reference: Option<FlowSolution> = None;
         for formulation in FORMULATIONS {

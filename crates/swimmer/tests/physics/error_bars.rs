@@ -92,14 +92,14 @@ fn approach(distance: f64, size: f64, exact: f64) -> [f64; 3] {
 
 /// As [`approach`], with further settings of the scene.
 fn approach_by(more: &str, distance: f64, size: f64, exact: f64) -> [f64; 3] {
-    let links = format!(
+    let joints = format!(
         "[[links]]\nname = \"link\"\nbody = \"b\"\nto = \"a\"\n\
          [[gait.phases]]\nlink = \"link\"\nlength = {:?}\n",
         distance - 0.01 * (distance - 2.0)
     );
     // In a ball of 100 radii the wall changes the force by less than (s / 100)^3.
     let spheres = sphere("a", -0.5 * distance, "") + &sphere("b", 0.5 * distance, "");
-    let instant = solve(&scene(&(domain(100.0, size) + more + &spheres + &links)));
+    let instant = solve(&scene(&(domain(100.0, size) + more + &spheres + &joints)));
     let error = |instant: &InstantaneousSolution| {
         let [a, b] = [0, 1].map(|k| &instant.bodies[k]);
         let force = 0.5 * (a.force.x - b.force.x);
@@ -133,10 +133,10 @@ fn bars_hold_in_a_gap_of_a_twentieth_radius() {
 fn swimmer(size: f64, more: &str) -> Scene {
     let spheres =
         sphere("left", -10.0, "") + &sphere("centre", 0.0, "") + &sphere("right", 10.0, "");
-    let link = |name: &str, body: &str| {
+    let joint = |name: &str, body: &str| {
         format!("[[links]]\nname = \"{name}-arm\"\nbody = \"{body}\"\nto = \"centre\"\n")
     };
-    let links = link("left", "left") + &link("right", "right");
+    let joints = joint("left", "left") + &joint("right", "right");
     let phase = |(arm, length): (&str, f64)| {
         format!("[[gait.phases]]\nlink = \"{arm}-arm\"\nlength = {length:?}\n")
     };
@@ -148,7 +148,7 @@ fn swimmer(size: f64, more: &str) -> Scene {
     ]
     .map(phase)
     .concat();
-    scene(&(domain(40.0, size) + more + &spheres + &links + &stroke))
+    scene(&(domain(40.0, size) + more + &spheres + &joints + &stroke))
 }
 
 #[test]
@@ -240,13 +240,13 @@ fn the_bar_of_the_net_displacement_contains_the_exact_one() {
     let error = (outcome.displacement[1] - exact).norm();
     let before = (outcome.displacement[1] + removed - exact).norm();
     assert_corrected("net", error, outcome.error_estimate.total(), before, 5.0);
-    // The sum of the error bars of the legs is larger than that of the signed errors.
-    let legs: f64 = outcome
-        .legs
+    // The sum of the error bars of the phase spans is larger than that of the signed errors.
+    let spans: f64 = outcome
+        .spans
         .iter()
-        .filter_map(|leg| leg.error_estimate.mesh)
+        .filter_map(|span| span.error_estimate.mesh)
         .sum();
-    assert!(outcome.error_estimate.mesh.unwrap() < legs);
+    assert!(outcome.error_estimate.mesh.unwrap() < spans);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use swimmer::choose;
 use swimmer::models::Hydrodynamics;
-use swimmer::{Leg, LegSolution, Method, Observer, Outcome, Scene, SwimError, simulate};
+use swimmer::{Method, Observer, Outcome, PhaseSpan, Scene, SpanSolution, SwimError, simulate};
 
 use crate::scenes::{BALL, BODIES, COARSE, parse};
 
@@ -14,8 +14,8 @@ struct Remeshes(usize);
 impl Observer for Remeshes {
     fn solved(
         &mut self,
-        _: &Leg,
-        solved: &LegSolution,
+        _: &PhaseSpan,
+        solved: &SpanSolution,
         _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         self.0 += usize::from(solved.number > 0 && solved.solution.remeshed.is_some());
@@ -58,7 +58,7 @@ fn remaining_error(outcome: &Outcome) -> f64 {
 
 fn arms() -> [f64; 2] {
     let scene = swimmer("", &[("left", 3.5, 1.0)]);
-    scene.articulation().initial_lengths().try_into().unwrap()
+    scene.articulation().initial_shape().try_into().unwrap()
 }
 
 fn largest(displacement: &[Vector3<f64>]) -> f64 {
@@ -85,9 +85,9 @@ fn a_stroke_and_its_reverse_cancel() {
     let outcome = follow(&swimmer("fem.estimates = \"off\"\n", &phases));
     let half: Vec<Vector3<f64>> = (0..3)
         .map(|body| {
-            outcome.legs[..4]
+            outcome.spans[..4]
                 .iter()
-                .map(|leg| leg.displacement[body])
+                .map(|span| span.displacement[body])
                 .sum()
         })
         .collect();
@@ -116,7 +116,7 @@ fn a_reciprocal_stroke_has_no_net_displacement() {
     let net = largest(&outcome.displacement);
     let allowed = remaining_error(&outcome) + 0.2 * outcome.error_estimate.mesh.unwrap();
     assert!(net <= allowed, "{net:e} {allowed:e}");
-    assert!(largest(&outcome.legs[0].displacement) > 0.1);
+    assert!(largest(&outcome.spans[0].displacement) > 0.1);
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn displacements_do_not_depend_on_rate_or_viscosity() {
             (a - b).norm()
         );
     }
-    // The work scales with the viscosity and, leg by leg, with the rate.
+    // The work scales with the viscosity and, phase span by phase span, with the rate.
     assert!(slow.work > 0.0 && fast.work > 0.0);
     assert_eq!(slow.solves, fast.solves);
 }

@@ -69,7 +69,7 @@ fn solved(arms: &str, formulation: &str, solver: &str, estimates: &str) -> Insta
     solve_start(&scene, model.as_mut()).unwrap()
 }
 
-/// Relative differences of velocities and of forces, including those of the links.
+/// Relative differences of velocities and of forces, including those of the joints.
 fn difference(a: &InstantaneousSolution, b: &InstantaneousSolution) -> [f64; 2] {
     let (mut error, mut size) = ([0.0_f64; 2], [0.0_f64; 2]);
     for (a, b) in a.bodies.iter().zip(&b.bodies) {
@@ -86,7 +86,7 @@ fn difference(a: &InstantaneousSolution, b: &InstantaneousSolution) -> [f64; 2] 
             size[k / 2] = size[k / 2].max(x.amax());
         }
     }
-    for (x, y) in a.link_forces.iter().zip(&b.link_forces) {
+    for (x, y) in a.joint_forces.iter().zip(&b.joint_forces) {
         error[1] = error[1].max((x - y).amax());
         size[1] = size[1].max(x.amax());
     }
@@ -134,17 +134,18 @@ fn bug_direct_rows_mixed_momentum_into_constraints() {
 }
 
 #[test]
-fn link_forces_balance_fluid_forces_and_external_loads() {
+fn joint_forces_balance_fluid_forces_and_external_loads() {
     for formulation in ["p-tilde", "lagrange", "direct-row"] {
         let solution = instant("free", formulation, "direct");
-        // Sphere `a` has the link `ab` only, and the external force (0, 0.5, 0); `c` has `cb` only.
+        // Sphere `a` has the joint `ab` only, and the external force (0, 0.5, 0); `c` has `cb`
+        // only.
         let [a, c] = [0, 2].map(|body| solution.bodies[body].force);
         let scale = a.amax();
         let pull = nalgebra::Vector3::new(0.0, 0.5, 0.0);
         // Balances of the solution to 1e-12, amplified by resistances of about 6 pi over velocities
         // of 1.
-        assert!((solution.link_forces[0] + pull - a).amax() < 1e-10 * scale);
-        assert!((solution.link_forces[1] - c).amax() < 1e-10 * scale);
+        assert!((solution.joint_forces[0] + pull - a).amax() < 1e-10 * scale);
+        assert!((solution.joint_forces[1] - c).amax() < 1e-10 * scale);
     }
 }
 
@@ -163,7 +164,7 @@ fn the_condensed_resistance_gives_the_motion_of_the_coupled_solve() {
     let set = scene.articulation();
     // The first phase closes "ab" from 4.5 to 4 in half a unit of time.
     let constraints = set
-        .constraints(&scene.initial_state(), set.initial_lengths(), &[-1.0, 0.0])
+        .constraints(&scene.initial_state(), set.initial_shape(), &[-1.0, 0.0])
         .unwrap();
     let Reduction {
         surface_basis: s,
@@ -196,7 +197,7 @@ fn nodal_forces_move_bodies_according_to_the_reciprocal_theorem() {
     let mut model = FemModel::new(&scene).unwrap();
     let configuration = Configuration {
         state: &scene.initial_state(),
-        lengths: scene.articulation().initial_lengths(),
+        shape: scene.articulation().initial_shape(),
     };
     let mesh = model.mesh(configuration).unwrap().unwrap();
     let forces: Vec<_> = (0..mesh.n_points())

@@ -103,7 +103,7 @@ fn formulations_agree_for_hinges_and_springs() {
         let (state, rates) = (scene.initial_state(), [vec![-1.0, 0.0, 0.0]]);
         let configuration = Configuration {
             state: &state,
-            lengths: scene.articulation().initial_lengths(),
+            shape: scene.articulation().initial_shape(),
         };
         let query = Query::new(configuration, &rates).with_inertia(&inertia);
         model.solve(&query).unwrap().remove(0)
@@ -113,7 +113,7 @@ fn formulations_agree_for_hinges_and_springs() {
         let bodies = solution.bodies.iter();
         let of_bodies = bodies.flat_map(|b| [b.velocity, b.angular_velocity, b.force, b.torque]);
         of_bodies
-            .chain(solution.link_forces.iter().copied())
+            .chain(solution.joint_forces.iter().copied())
             .collect()
     };
     for other in &others {

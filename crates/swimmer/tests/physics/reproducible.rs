@@ -59,7 +59,7 @@ fn solutions_are_bitwise_equal_for_any_number_of_threads() {
 
 /// The bent swimmer with other units of length and viscosity.
 fn in_units(length: f64, viscosity: f64) -> Scene {
-    let lengths = |text: &str| -> String {
+    let shape = |text: &str| -> String {
         text.lines()
             .map(|line| match line.split_once(" = ") {
                 Some(("radius", r)) => {
@@ -81,7 +81,7 @@ fn in_units(length: f64, viscosity: f64) -> Scene {
         "domain = {{ kind = \"ball\", radius = {:?} }}\nfluid.viscosity = {viscosity:?}\n{options}{}\
          [[gait.phases]]\nlink = \"left-arm\"\nlength = {:?}\n",
         9.0 * length,
-        lengths(BODIES),
+        shape(BODIES),
         3.25 * length
     ))
 }

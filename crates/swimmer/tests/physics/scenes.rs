@@ -59,11 +59,11 @@ pub fn solve_with_flow(scene: &Scene) -> (InstantaneousSolution, FlowField) {
 
 /// The mesh at the start of a scene.
 pub fn mesh(scene: &Scene) -> mesh::TetMesh {
-    let lengths = scene.articulation().initial_lengths();
+    let shape = scene.articulation().initial_shape();
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths,
+        shape,
     };
     let mut model = choose(scene).unwrap().model;
     model.mesh(configuration).unwrap().unwrap()

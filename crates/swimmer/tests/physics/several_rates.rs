@@ -1,4 +1,4 @@
-//! Several rates of the links in one configuration: one system with several right-hand sides.
+//! Several rates of the joints in one configuration: one system with several right-hand sides.
 
 use nalgebra::Vector3;
 use swimmer::Scene;
@@ -54,21 +54,18 @@ fn rates(count: usize) -> Vec<Vec<f64>> {
 /// Asserts that the solutions of one query for `count` rates equal those of `count` single queries.
 fn assert_bitwise_equal(scene: &Scene, count: usize) {
     let model = || choose(scene).unwrap().model;
-    let (state, lengths) = (
-        scene.initial_state(),
-        scene.articulation().initial_lengths(),
-    );
+    let (state, shape) = (scene.initial_state(), scene.articulation().initial_shape());
     let rates = rates(count);
     let configuration = Configuration {
         state: &state,
-        lengths,
+        shape,
     };
     let at_once = model().solve(&Query::new(configuration, &rates)).unwrap();
     assert_eq!(at_once.len(), rates.len());
     for (number, (answer, rates)) in at_once.iter().zip(&rates).enumerate() {
         let alone = model().solve_one(configuration, rates).unwrap();
         assert_eq!(answer.bodies, alone.bodies);
-        assert_eq!(answer.link_forces, alone.link_forces);
+        assert_eq!(answer.joint_forces, alone.joint_forces);
         assert_eq!(answer.motion, alone.motion);
         assert_eq!(answer.solver, alone.solver);
         assert_eq!(answer.error_estimate, alone.error_estimate);
@@ -122,13 +119,10 @@ fn the_finite_element_model_continues_after_empty_and_multiple_queries() {
         ON_LINE,
     );
     let mut model = choose(&scene).unwrap().model;
-    let (state, lengths) = (
-        scene.initial_state(),
-        scene.articulation().initial_lengths(),
-    );
+    let (state, shape) = (scene.initial_state(), scene.articulation().initial_shape());
     let configuration = Configuration {
         state: &state,
-        lengths,
+        shape,
     };
     let mut solve = |rates: &[Vec<f64>]| model.solve(&Query::new(configuration, rates));
     assert!(solve(&[]).unwrap().is_empty());

@@ -44,15 +44,15 @@ fn assert_within_error_bars(scene: &Scene) {
     // A rotation moves the bodies by up to the length of the arms.
     let longest_arm = scene
         .articulation()
-        .initial_lengths()
+        .initial_shape()
         .iter()
         .fold(0.0_f64, |m, l| m.max(*l));
     assert!((direct.rotation - table.rotation).norm() * longest_arm <= 2.0 * error_bars);
     // Forces are as accurate as velocities.
     let path: f64 = direct
-        .legs
+        .spans
         .iter()
-        .flat_map(|leg| leg.displacement.iter().map(|d| d.norm()))
+        .flat_map(|span| span.displacement.iter().map(|d| d.norm()))
         .sum();
     assert!((direct.work - table.work).abs() <= 10.0 * error_bars / path * direct.work.abs());
     // Strokes with a small net displacement may miss the tolerance in both cases.
@@ -92,30 +92,30 @@ fn connection_and_metric_are_those_of_the_model_anywhere_in_the_box() {
     assert!(bar < 1e-5, "{bar:e}");
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.4, 1.1));
     for (a, b) in [(5.0, 6.0), (7.77, 6.1), (9.9, 11.3), (10.0, 12.0)] {
-        let lengths = [a, b];
+        let shape = [a, b];
         let mut state = scene.initial_state();
         let mut powers = DMatrix::<f64>::zeros(2, 2);
-        for link in 0..2 {
+        for joint in 0..2 {
             let mut rates = [0.0; 2];
-            rates[link] = 1.0;
+            rates[joint] = 1.0;
             let configuration = Configuration {
                 state: &state,
-                lengths: &lengths,
+                shape: &shape,
             };
             let exact = model.solve_one(configuration, &rates).unwrap();
-            let found = space.connection(&lengths).unwrap()[link];
+            let found = space.connection(&shape).unwrap()[joint];
             assert!((found.linear - exact.motion.frames[0].linear).norm() <= bar);
             assert!(found.angular.norm() < 1e-9);
             for (body, b) in exact.bodies.iter().enumerate() {
-                powers[(link, link)] += b.force.dot(&b.velocity);
+                powers[(joint, joint)] += b.force.dot(&b.velocity);
                 let other = space.solution(configuration, &rates).unwrap().bodies[body];
                 assert!((other.velocity - b.velocity).norm() <= bar);
                 assert!((other.force - b.force).norm() <= 100.0 * bar);
             }
         }
-        let metric = space.metric(&lengths).unwrap();
-        for link in 0..2 {
-            assert!((metric[(link, link)] / powers[(link, link)] - 1.0).abs() < 10.0 * bar);
+        let metric = space.metric(&shape).unwrap();
+        for joint in 0..2 {
+            assert!((metric[(joint, joint)] / powers[(joint, joint)] - 1.0).abs() < 10.0 * bar);
         }
         // Lorentz reciprocity.
         assert!((metric[(0, 1)] - metric[(1, 0)]).abs() < 100.0 * bar);
@@ -124,7 +124,7 @@ fn connection_and_metric_are_those_of_the_model_anywhere_in_the_box() {
         let rates = [0.7, -0.2];
         let configuration = Configuration {
             state: &state,
-            lengths: &lengths,
+            shape: &shape,
         };
         let here = space.solution(configuration, &rates).unwrap();
         state = State {
@@ -139,7 +139,7 @@ fn connection_and_metric_are_those_of_the_model_anywhere_in_the_box() {
         };
         let configuration = Configuration {
             state: &state,
-            lengths: &lengths,
+            shape: &shape,
         };
         let exact = model.solve_one(configuration, &rates).unwrap();
         let there = space.solution(configuration, &rates).unwrap();

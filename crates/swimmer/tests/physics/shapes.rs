@@ -173,7 +173,7 @@ fn resistances_of_all_shapes_are_symmetric_and_positive_definite() {
         let state = scene.initial_state();
         let configuration = Configuration {
             state: &state,
-            lengths: &[],
+            shape: &[],
         };
         let resistance = model.resistance(configuration).expect("a resistance");
         let asymmetry = (&resistance - resistance.transpose()).amax() / resistance.amax();
@@ -238,7 +238,7 @@ fn meshes_turn_with_the_bodies() {
         assert!(poses[0].rotation.angle_to(&turn) < 1e-12);
         let configuration = Configuration {
             state: &state,
-            lengths: &[],
+            shape: &[],
         };
         model.solve_one(configuration, &[]).expect("a solution")
     };

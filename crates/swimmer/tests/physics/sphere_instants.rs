@@ -16,9 +16,9 @@ fn forces_of_an_instant_are_exact() {
         assert!((body.force.x / 4.0 - force).abs() < 1e-8);
     }
     assert!((instant.bodies[1].velocity.x / 4.0 + 0.34319851471562796).abs() < 1e-9);
-    // The link forces equal the forces of the outer spheres on the fluid.
-    assert!((instant.link_forces[0].x / 4.0 - exact[0]).abs() < 1e-8);
-    assert!((instant.link_forces[1].x / 4.0 - exact[2]).abs() < 1e-8);
+    // The joint forces equal the forces of the outer spheres on the fluid.
+    assert!((instant.joint_forces[0].x / 4.0 - exact[0]).abs() < 1e-8);
+    assert!((instant.joint_forces[1].x / 4.0 - exact[2]).abs() < 1e-8);
     assert!(instant.error_estimate.model.unwrap() < 1e-8);
 }
 
@@ -178,7 +178,7 @@ fn a_sphere_pulled_away_from_a_wall_has_the_drag_of_brenner() {
     let resistance = model
         .resistance(models::Configuration {
             state: &scene.initial_state(),
-            lengths: &[],
+            shape: &[],
         })
         .unwrap();
     assert!((resistance[(2, 2)] * exact - 1.0).abs() < 1e-8);

@@ -7,7 +7,7 @@ use swimmer::{Method, Outcome, Scene, choose, simulate, with_tables};
 /// The three-sphere swimmer of Najafi & Golestanian (2004): arms of 10 close to 6 and open again.
 pub fn three_spheres(domain: &str, model: &str, tolerance: f64) -> Scene {
     let phases: String = [("left", 6), ("right", 6), ("left", 10), ("right", 10)]
-        .map(|(link, length)| format!("[[gait.phases]]\nlink = \"{link}\"\nlength = {length}\n"))
+        .map(|(joint, length)| format!("[[gait.phases]]\nlink = \"{joint}\"\nlength = {length}\n"))
         .concat();
     Scene::parse(&format!(
         "domain = {domain}\n\
@@ -52,11 +52,11 @@ fn the_three_sphere_stroke_by_every_model() {
         ),
     ] {
         let outcome = run(&three_spheres(UNBOUNDED, model, 1e-8));
-        for (leg, step) in outcome.legs.iter().zip(steps) {
+        for (span, step) in outcome.spans.iter().zip(steps) {
             assert!(
-                (leg.displacement[1].x - step).abs() < 1e-8,
+                (span.displacement[1].x - step).abs() < 1e-8,
                 "{model}: {} {step}",
-                leg.displacement[1].x
+                span.displacement[1].x
             );
         }
         assert!(
@@ -99,18 +99,18 @@ fn stroke(open: f64, closed: f64, cycles: u32, model: &str, tolerance: f64) -> S
         .sphere("l", 1.0, [-open, 0.0, 0.0])
         .sphere("c", 1.0, [0.0; 3])
         .sphere("r", 1.0, [open, 0.0, 0.0])
-        .link("left", "l", "c")
-        .link("right", "r", "c")
+        .slide("left", "l", "c")
+        .slide("right", "r", "c")
         .cycles(cycles)
         .model(serde_json::from_value(model.into()).unwrap())
         .tolerance(tolerance);
-    for (link, length) in [
+    for (joint, length) in [
         ("left", closed),
         ("right", closed),
         ("left", open),
         ("right", open),
     ] {
-        builder = builder.phase(link, length, duration);
+        builder = builder.phase(joint, length, duration);
     }
     builder
 }
@@ -178,7 +178,7 @@ fn star(directions: &[Vector3<f64>], arms: &str) -> Scene {
         })
         .collect();
     let phases: String = [("a0", 4), ("a1", 4), ("a0", 6), ("a1", 6)]
-        .map(|(link, length)| format!("[[gait.phases]]\nlink = \"{link}\"\nlength = {length}\n"))
+        .map(|(joint, length)| format!("[[gait.phases]]\nlink = \"{joint}\"\nlength = {length}\n"))
         .concat();
     Scene::parse(&format!(
         "domain.kind = \"unbounded\"\nmodel = {{ kind = \"multipole\", tolerance = 1e-6 }}\n\

@@ -98,7 +98,7 @@ fn invalid_obstacles_are_refused() {
     }
 }
 
-/// The bodies and links of a three-sphere swimmer along x, and the four phases of its stroke.
+/// The bodies and joints of a three-sphere swimmer along x, and the four phases of its stroke.
 fn swimmer(name: &str, at: [f64; 3]) -> (String, String) {
     let body = |part: &str, x: f64| {
         format!(
@@ -108,19 +108,19 @@ fn swimmer(name: &str, at: [f64; 3]) -> (String, String) {
             at[2]
         )
     };
-    let link = |part: &str| {
+    let joint = |part: &str| {
         format!(
             "[[links]]\nname = \"{name}-{part}\"\nbody = \"{name}-{part}\"\nto = \"{name}-centre\"\n"
         )
     };
     let bodies = body("left", -10.0) + &body("centre", 0.0) + &body("right", 10.0);
-    let links = link("left") + &link("right");
+    let joints = joint("left") + &joint("right");
     let phases = [("left", 6), ("right", 6), ("left", 10), ("right", 10)]
         .map(|(part, length)| {
             format!("[[gait.phases]]\nlink = \"{name}-{part}\"\nlength = {length}\n")
         })
         .concat();
-    (bodies + &links, phases)
+    (bodies + &joints, phases)
 }
 
 const MULTIPOLE: &str = "model = { kind = \"multipole\", tolerance = 1e-4 }\n";
@@ -212,9 +212,9 @@ fn a_reciprocal_stroke_has_no_net_displacement_near_walls_and_obstacles() {
         let outcome = run(&format!(
             "domain.kind = \"{domain}\"\nmodel = {{ kind = \"multipole\", tolerance = 1e-2 }}\n{scallop}{obstacle}{phases}"
         ));
-        let longest = outcome.legs[0].displacement[1].norm();
+        let longest = outcome.spans[0].displacement[1].norm();
         assert!(longest > 0.3);
-        // The integrator is symmetric, so only the errors of the legs remain.
+        // The integrator is symmetric, so only the errors of the phase spans remain.
         let net = outcome
             .displacement
             .iter()

@@ -73,7 +73,7 @@ fn largest(values: &[f64]) -> f64 {
 }
 
 /// Comparison with the reflected mesh read from a file, which has the same degrees of freedom and
-/// their mirror images.
+/// their symmetry images.
 #[test]
 fn the_solution_is_that_on_the_reflected_mesh() {
     for (text, parts) in [(COLLINEAR, 4.0), (PLANAR, 2.0)] {
@@ -89,7 +89,7 @@ fn the_solution_is_that_on_the_reflected_mesh() {
         let mesh = model
             .mesh(Configuration {
                 state: &own.initial_state(),
-                lengths: own.articulation().initial_lengths(),
+                shape: own.articulation().initial_shape(),
             })
             .unwrap()
             .unwrap();
@@ -120,9 +120,9 @@ fn the_solution_is_that_on_the_reflected_mesh() {
             assert!((own.force - all.force).norm() <= 1e-6 * size);
             assert!((own.torque - all.torque).norm() <= 1e-6 * size);
         }
-        for (own, all) in part.link_forces.iter().zip(&whole.link_forces) {
+        for (own, all) in part.joint_forces.iter().zip(&whole.joint_forces) {
             let size = whole
-                .link_forces
+                .joint_forces
                 .iter()
                 .map(|f| f.norm())
                 .fold(0.0, f64::max);
@@ -154,7 +154,7 @@ fn the_solution_is_that_on_the_reflected_mesh() {
             checks[1].force_by_stress,
             epsilon = 1e-5
         );
-        // Degrees of freedom on the planes have no mirror images.
+        // Degrees of freedom on the planes have no symmetry images.
         let saved = f64::from(whole.dofs.total as u32) / f64::from(part.dofs.total as u32);
         assert!(saved > 0.7 * parts && saved < parts, "{saved}");
     }
@@ -165,9 +165,9 @@ fn the_solution_is_that_on_the_reflected_mesh() {
 #[test]
 fn solutions_with_and_without_planes_agree_within_their_error_bars() {
     for text in [COLLINEAR, PLANAR] {
-        let [(_, part), (_, whole)] = ["auto", "off"].map(|mirror| {
-            let mirror = format!("fem.mirror = \"{mirror}\"");
-            solve(&scene(text, &["fem.surface_size = 0.55", &mirror]))
+        let [(_, part), (_, whole)] = ["auto", "off"].map(|symmetry| {
+            let symmetry = format!("fem.mirror = \"{symmetry}\"");
+            solve(&scene(text, &["fem.surface_size = 0.55", &symmetry]))
         });
         let bar = part.error_estimate.total() + whole.error_estimate.total();
         for (own, all) in part.bodies.iter().zip(&whole.bodies) {
@@ -177,7 +177,7 @@ fn solutions_with_and_without_planes_agree_within_their_error_bars() {
     }
 }
 
-/// Legs with moved and new meshes and their checkpoints: the bodies stay on the planes.
+/// Phase spans with moved and new meshes and their checkpoints: the bodies stay on the planes.
 #[test]
 fn a_stroke_stays_on_its_symmetry_planes() {
     let settings = [

@@ -171,7 +171,7 @@ fn sizes_for_a_target_follow_from_the_error_of_the_stroke_before() {
     // A scallop has no net displacement: the error is relative to that of a phase.
     let mut scallop = outcome(&scene, Some(0.5 * target));
     scallop.displacement = vec![nalgebra::Vector3::zeros(); 3];
-    scallop.legs = vec![
+    scallop.spans = vec![
         serde_json::from_value(serde_json::json!({
             "links": [0], "displacement": [[1.0, 0.0, 0.0]], "solves": 1, "error_estimate": {},
         }))

@@ -4,8 +4,8 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
 use swimmer::models::{
-    BodySolution, Configuration, Cost, ErrorEstimate, Hydrodynamics, InstantaneousSolution,
-    MeshError, ModelError, Query, Uncertainty,
+    BodySolution, Configuration, Cost, DiscretisationError, ErrorEstimate, Hydrodynamics,
+    InstantaneousSolution, ModelError, Query, Uncertainty,
 };
 use swimmer::{Method, Outcome, Scene, simulate};
 
@@ -17,7 +17,7 @@ struct Erring {
     exact: TestModel,
     bars: ErrorEstimate,
     power_bars: ErrorEstimate,
-    mesh_error: MeshError,
+    mesh_error: DiscretisationError,
     controls_error: bool,
     /// Whether the errors are subtracted, so that the answer is exact.
     is_corrected: bool,
@@ -29,14 +29,14 @@ impl Erring {
             exact: TestModel::new(scene, Tensor::Rpy),
             bars: ErrorEstimate::default(),
             power_bars: ErrorEstimate::default(),
-            mesh_error: MeshError {
+            mesh_error: DiscretisationError {
                 motion: StateVelocity {
                     frames: vec![error],
                     spins: vec![error.angular; 3],
                     joints: vec![],
                 },
                 bodies: vec![BodySolution::default(); 3],
-                link_forces: vec![Vector3::zeros(); 2],
+                joint_forces: vec![Vector3::zeros(); 2],
                 slip_power: 0.0,
                 uncertainty: Uncertainty::default(),
             },
@@ -127,10 +127,10 @@ fn error_bars_of_a_run_are_those_of_the_velocities_times_the_duration() {
                 assert_relative_eq!(found.unwrap(), expected.unwrap(), max_relative = 1e-13);
             }
         }
-        for (leg, duration) in outcome.legs.iter().zip([0.5, 0.5, 1.0, 1.0]) {
-            let found = leg.error_estimate.model.unwrap();
+        for (span, duration) in outcome.spans.iter().zip([0.5, 0.5, 1.0, 1.0]) {
+            let found = span.error_estimate.model.unwrap();
             assert_relative_eq!(found, 2e-6 * duration, max_relative = 1e-13);
-            let found = leg.error_estimate.mesh.unwrap();
+            let found = span.error_estimate.mesh.unwrap();
             assert!(
                 (1e-7 * duration..1.5e-7 * duration).contains(&found),
                 "{found:e}"
@@ -143,7 +143,7 @@ fn error_bars_of_a_run_are_those_of_the_velocities_times_the_duration() {
         }
         let uncertainty = outcome.accumulated_error.as_ref().unwrap().uncertainty;
         let expected = match method {
-            // Within a leg they are summed, legs are independent.
+            // Within a phase span they are summed, phase spans are independent.
             Method::Collocation => 1e-7 * 0.5_f64.hypot(0.5).hypot(1.0).hypot(1.0),
             // Every step is a part of its own.
             _ => 1e-7 * (5.0 * (2.0 * 0.1_f64.powi(2) + 2.0 * 0.2_f64.powi(2))).sqrt(),
@@ -170,7 +170,8 @@ fn an_error_of_the_angular_velocity_changes_the_displacements_as_estimated() {
     };
     for (method, tolerance) in [
         (Method::Collocation, 0.05),
-        // The rotation within a step is neglected: a quarter of a leg's displacement in four steps.
+        // The rotation within a step is neglected: a quarter of a phase span's displacement in four
+        // steps.
         (Method::Euler { steps: 20 }, 0.05),
     ] {
         let exact = follow(&mut Erring::new(&stroke(), Twist::default()), method);
@@ -222,8 +223,8 @@ fn the_reference_of_a_stroke_without_net_displacement_is_its_longest_phase() {
     assert_eq!(outcome.reference_displacement(), outcome.net());
     outcome.displacement = vec![Vector3::x() * 1e-9; 3];
     outcome.error_estimate.model = Some(1e-6);
-    for (leg, size) in outcome.legs.iter_mut().zip([0.3, 0.9, 0.5, 0.1]) {
-        leg.displacement = vec![Vector3::y() * size, Vector3::zeros(), Vector3::x() * 0.05];
+    for (span, size) in outcome.spans.iter_mut().zip([0.3, 0.9, 0.5, 0.1]) {
+        span.displacement = vec![Vector3::y() * size, Vector3::zeros(), Vector3::x() * 0.05];
     }
     assert_eq!(outcome.reference_displacement(), 0.9);
 }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use swimmer::choose;
 use swimmer::{
-    Checkpoint, Folder, Interim, LegResult, Method, Observer, Outcome, Scene, SwimError,
+    Checkpoint, Folder, Interim, Method, Observer, Outcome, Scene, SpanResult, SwimError,
     checkpoint, simulate,
 };
 
@@ -18,14 +18,14 @@ const SCENE: &str = r#"
     gait.phases = [{ link = "arm", length = 4 }, { link = "arm", length = 6 }]
 "#;
 
-/// Keeps the checkpoint after the first leg.
+/// Keeps the checkpoint after the first phase span.
 struct Keep<'a>(&'a Scene, Option<Value>);
 
 impl Observer for Keep<'_> {
-    fn leg_done(
+    fn span_done(
         &mut self,
-        _: &swimmer::Leg,
-        result: &LegResult,
+        _: &swimmer::PhaseSpan,
+        result: &SpanResult,
         so_far: &Outcome,
         model: &dyn models::Hydrodynamics,
     ) -> Result<(), SwimError> {
@@ -74,7 +74,7 @@ fn refused(scene: &Scene, bytes: &[u8], fragment: &str) {
 fn a_valid_checkpoint_is_restored() {
     let (scene, good) = good();
     let interim = continue_from(&scene, good.to_string().as_bytes()).unwrap();
-    assert_eq!(interim.outcome.legs.len(), 1);
+    assert_eq!(interim.outcome.spans.len(), 1);
 }
 
 #[test]
@@ -195,8 +195,8 @@ fn values_that_do_not_fit_are_refused() {
     }
     // More phases than the gait has.
     let mut bad = good.clone();
-    let leg = bad["outcome"]["legs"][0].clone();
-    bad["outcome"]["legs"] = json!([leg, leg, leg]);
+    let span = bad["outcome"]["legs"][0].clone();
+    bad["outcome"]["legs"] = json!([span, span, span]);
     refused(
         &scene,
         bad.to_string().as_bytes(),

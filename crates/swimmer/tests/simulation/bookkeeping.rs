@@ -5,7 +5,9 @@ use nalgebra::Vector3;
 use swimmer::models::{
     Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query, Remesh, Seconds,
 };
-use swimmer::{Leg, LegSolution, Method, Observer, Outcome, Scene, SwimError, legs, simulate};
+use swimmer::{
+    Method, Observer, Outcome, PhaseSpan, Scene, SpanSolution, SwimError, simulate, spans,
+};
 
 use crate::strokes::FREE;
 use crate::support::{Tensor, TestModel, scene, three_spheres};
@@ -64,12 +66,12 @@ struct Remeshed(Option<(f64, usize)>);
 impl Observer for Remeshed {
     fn solved(
         &mut self,
-        leg: &Leg,
-        solution: &LegSolution,
+        span: &PhaseSpan,
+        solution: &SpanSolution,
         _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         if solution.number == REMESHED {
-            self.0 = Some((leg.start + solution.s * leg.duration, leg.number + 1));
+            self.0 = Some((span.start + solution.s * span.duration, span.number + 1));
         }
         Ok(())
     }
@@ -87,13 +89,13 @@ fn counted() -> Counted {
 }
 
 #[test]
-fn solves_seconds_and_meshes_of_all_legs_are_counted() {
+fn solves_seconds_and_meshes_of_all_spans_are_counted() {
     let (mut model, mut observer) = (counted(), Remeshed::default());
     let outcome = follow(&mut model, &mut observer);
     assert_eq!(outcome.solves, model.solves);
-    let of_legs: Vec<usize> = outcome.legs.iter().map(|leg| leg.solves).collect();
-    assert_eq!(of_legs.iter().sum::<usize>(), model.solves);
-    assert!(of_legs.len() == 4 && of_legs.iter().all(|&solves| solves >= 3));
+    let of_spans: Vec<usize> = outcome.spans.iter().map(|span| span.solves).collect();
+    assert_eq!(of_spans.iter().sum::<usize>(), model.solves);
+    assert!(of_spans.len() == 4 && of_spans.iter().all(|&solves| solves >= 3));
     let times = |seconds: Seconds| {
         let Seconds {
             mesh,
@@ -122,14 +124,14 @@ fn solves_seconds_and_meshes_of_all_legs_are_counted() {
 fn samples_and_curve_are_the_trajectory_at_their_times() {
     let outcome = follow(&mut counted(), &mut Remeshed::default());
     let scene = stroke();
-    let initial = scene.articulation().initial_lengths();
-    let all: Vec<Leg> = legs(scene.gait(), initial).unwrap().collect();
+    let initial = scene.articulation().initial_shape();
+    let all: Vec<PhaseSpan> = spans(scene.gait(), initial).unwrap().collect();
     let lengths_at = |time: f64| {
-        let leg = all
+        let span = all
             .iter()
-            .find(|leg| time <= leg.start + leg.duration + 1e-12);
-        let leg = leg.unwrap();
-        leg.lengths((time - leg.start) / leg.duration)
+            .find(|span| time <= span.start + span.duration + 1e-12);
+        let span = span.unwrap();
+        span.shape((time - span.start) / span.duration)
     };
     let arms = |x: &[Vector3<f64>]| [(x[0] - x[1]).norm(), (x[2] - x[1]).norm()];
     // Sums of lengths of about ten have rounding errors of a few units of 1e-15.
@@ -149,7 +151,7 @@ fn samples_and_curve_are_the_trajectory_at_their_times() {
             .map(|pose| pose.translation.vector)
             .collect();
         check(sample.time, &positions);
-        for (found, expected) in sample.lengths.iter().zip(arms(&positions)) {
+        for (found, expected) in sample.shape.iter().zip(arms(&positions)) {
             assert_abs_diff_eq!(*found, expected, epsilon = 1e-13);
         }
         for (time, curve) in &outcome.curve {
@@ -161,7 +163,7 @@ fn samples_and_curve_are_the_trajectory_at_their_times() {
             }
         }
     }
-    // At least at the start and the ends of the four legs.
+    // At least at the start and the ends of the four phase spans.
     assert!(on_curve >= 5, "{on_curve}");
     for points in outcome.curve.windows(2) {
         assert!(points[0].0 < points[1].0);

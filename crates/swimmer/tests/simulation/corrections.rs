@@ -1,7 +1,7 @@
-//! Corrections of discretisation errors along a leg.
+//! Corrections of discretisation errors along a phase span.
 
 use swimmer::models::{
-    Configuration, Cost, ErrorEstimates, Hydrodynamics, InstantaneousSolution, MeshError,
+    Configuration, Cost, DiscretisationError, ErrorEstimates, Hydrodynamics, InstantaneousSolution,
     ModelError, Query, SphereModel, SpheresModel, Uncertainty,
 };
 use swimmer::{Method, Scene, simulate};
@@ -44,8 +44,8 @@ impl Hydrodynamics for OnRequest {
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         let mut solutions = self.model.solve(query)?;
-        let lengths = query.configuration.lengths;
-        let relative = 1e-2 * (lengths[0] / 10.0 + (lengths[1] / 8.0).powi(2));
+        let shape = query.configuration.shape;
+        let relative = 1e-2 * (shape[0] / 10.0 + (shape[1] / 8.0).powi(2));
         for solution in &mut solutions {
             let uncertainty = Uncertainty {
                 relative: 0.05,
@@ -55,20 +55,20 @@ impl Hydrodynamics for OnRequest {
             let nothing = InstantaneousSolution::new(
                 solution.bodies.iter().map(|_| Default::default()).collect(),
                 solution
-                    .link_forces
+                    .joint_forces
                     .iter()
                     .map(|_| Default::default())
                     .collect(),
                 &solution.motion * 0.0,
             );
-            let error = MeshError::between(solution, &nothing, uncertainty);
-            let error = MeshError::combination([(relative, &error)]).unwrap();
+            let error = DiscretisationError::between(solution, &nothing, uncertainty);
+            let error = DiscretisationError::combination([(relative, &error)]).unwrap();
             if query.estimates {
                 self.requests += 1;
                 solution.error_estimate.mesh = Some(error.velocity_error_bar());
                 solution.mesh_error = Some(error);
             } else {
-                let opposite = MeshError::combination([(-1.0, &error)]).unwrap();
+                let opposite = DiscretisationError::combination([(-1.0, &error)]).unwrap();
                 solution.correct(opposite);
                 solution.mesh_error = None;
                 solution.error_estimate.mesh = None;
@@ -90,7 +90,7 @@ fn stroke(scene: &Scene, model: &mut OnRequest) -> [f64; 2] {
 }
 
 #[test]
-fn corrections_at_two_points_of_a_leg_serve_all_points() {
+fn corrections_at_two_points_of_a_span_serve_all_points() {
     let scene = scene(&three_spheres("model.tolerance = 1e-6", FREE));
     let mut exact = SpheresModel::new(&scene, SphereModel::Rpy).unwrap();
     let exact = simulate(&scene, &mut exact, Method::Collocation, &mut ()).unwrap();
@@ -118,24 +118,24 @@ fn corrections_between_points_follow_the_polynomial_through_them() {
     let scene = scene(&three_spheres("model.tolerance = 1e-2", FREE));
     let mut model = OnRequest::new(&scene, ErrorEstimates::OnRequest);
     let state = scene.initial_state();
-    let lengths = scene.articulation().initial_lengths().to_vec();
+    let shape = scene.articulation().initial_shape().to_vec();
     let configuration = Configuration {
         state: &state,
-        lengths: &lengths,
+        shape: &shape,
     };
     let rates = [vec![1.0, 0.0], vec![0.0, 1.0]];
     let query = Query::new(configuration, &rates).with_estimates(true);
-    let errors: Vec<MeshError> = (model.solve(&query).unwrap().into_iter())
+    let errors: Vec<DiscretisationError> = (model.solve(&query).unwrap().into_iter())
         .map(|solution| solution.mesh_error.unwrap())
         .collect();
-    let sum = MeshError::combination([(3.0, &errors[0]), (-2.0, &errors[1])]).unwrap();
-    let body = |error: &MeshError| error.bodies[2];
-    let vectors = |error: &MeshError| {
+    let sum = DiscretisationError::combination([(3.0, &errors[0]), (-2.0, &errors[1])]).unwrap();
+    let body = |error: &DiscretisationError| error.bodies[2];
+    let vectors = |error: &DiscretisationError| {
         let body = body(error);
         [
             body.velocity,
             body.force,
-            error.link_forces[1],
+            error.joint_forces[1],
             error.motion.frames[0].linear,
         ]
     };
@@ -144,5 +144,5 @@ fn corrections_between_points_follow_the_polynomial_through_them() {
         assert!((sum - (3.0 * a - 2.0 * b)).norm() <= 1e-15 * (a.norm() + b.norm()));
     }
     assert_eq!(sum.uncertainty.relative, 0.05);
-    assert!(MeshError::combination([]).is_none());
+    assert!(DiscretisationError::combination([]).is_none());
 }

@@ -8,8 +8,8 @@ use swimmer::models::{
 };
 use swimmer::output::trajectory_csv;
 use swimmer::{
-    Integrator, Interim, Method, Scene, SwimError, choose, continue_from, legs, simulate,
-    solve_start, start_flow, start_resistance,
+    Integrator, Interim, Method, Scene, SwimError, choose, continue_from, simulate, solve_start,
+    spans, start_flow, start_resistance,
 };
 
 use crate::support::{Tensor, TestModel, scene, three_spheres};
@@ -63,13 +63,13 @@ fn bug_the_model_of_another_scene_gave_a_wrong_displacement() {
             &mut (),
             interim
         )));
-        let leg = legs(own.gait(), own.articulation().initial_lengths())
+        let span = spans(own.gait(), own.articulation().initial_shape())
             .unwrap()
             .next()
             .unwrap();
         let mut integrator = Integrator::new(&own, model, Method::Collocation);
-        assert!(is_other_scene(integrator.leg(
-            &leg,
+        assert!(is_other_scene(integrator.span(
+            &span,
             &own.initial_state(),
             &mut |_, _| Ok(())
         )));
@@ -81,7 +81,7 @@ fn bug_the_model_of_another_scene_gave_a_wrong_displacement() {
     }
 }
 
-/// The first link of [`three_spheres`].
+/// The first joint of [`three_spheres`].
 const LINK: &str = "body = \"left\"\n        to = \"centre\"";
 
 #[test]
@@ -218,11 +218,11 @@ fn hostile_configurations_are_refused_by_every_model() {
     let (sound, rates) = (vec![10.0, 10.0], vec![1.0, 0.0]);
     for mut model in models {
         let name = model.name();
-        let mut refuses = |state: &State, lengths: &[f64], rates: &[f64]| {
-            let configuration = Configuration { state, lengths };
+        let mut refuses = |state: &State, shape: &[f64], rates: &[f64]| {
+            let configuration = Configuration { state, shape };
             assert!(
                 model.solve_one(configuration, rates).is_err(),
-                "{name} {lengths:?} {rates:?}"
+                "{name} {shape:?} {rates:?}"
             );
         };
         for state in [&lost, &twisted, &empty] {
@@ -270,17 +270,17 @@ fn tables_outside_their_box_are_refused() {
         joints: vec![],
     };
     assert!(space.connection(&[7.0, 10.0]).is_ok() && space.metric(&[7.0, 10.0]).is_ok());
-    for lengths in [
+    for shape in [
         &[5.0, 10.0][..],
         &[7.0],
         &[],
         &[f64::NAN, 10.0],
         &[7.0, 9.0],
     ] {
-        assert!(space.connection(lengths).is_err() && space.metric(lengths).is_err());
+        assert!(space.connection(shape).is_err() && space.metric(shape).is_err());
         let at = Configuration {
             state: &state,
-            lengths,
+            shape,
         };
         assert!(space.solution(at, &[1.0, 0.0]).is_err());
     }
@@ -291,7 +291,7 @@ fn tables_outside_their_box_are_refused() {
     ] {
         let at = Configuration {
             state,
-            lengths: &[7.0, 10.0],
+            shape: &[7.0, 10.0],
         };
         assert!(space.solution(at, rates).is_err());
     }
@@ -302,7 +302,7 @@ fn reports_of_incomplete_outcomes_do_not_panic() {
     let scene = rpy(UNBOUNDED);
     let mut outcome = simulate(&scene, &mut spheres(&scene), Method::Collocation, &mut ()).unwrap();
     outcome.samples[1].bodies = Some(vec![]);
-    outcome.samples[2].lengths.clear();
+    outcome.samples[2].shape.clear();
     assert!(trajectory_csv(&scene, &outcome.samples).lines().count() > 4);
     assert_eq!(trajectory_csv(&scene, &[]).lines().count(), 1);
     outcome.displacement.clear();

@@ -95,14 +95,14 @@ fn explicit_steps_with_inertia_are_refused_beyond_the_stability_limit() {
 
 /// Velocities and forces of all steps of a run, in order.
 fn steps(run: &Run) -> impl Iterator<Item = &InstantaneousSolution> {
-    run.legs
+    run.spans
         .iter()
-        .flat_map(|leg| leg.solutions.iter().map(|solution| &solution.solution))
+        .flat_map(|span| span.solutions.iter().map(|solution| &solution.solution))
 }
 
 #[test]
-fn masses_times_accelerations_are_the_forces_of_the_fluid_and_of_the_links() {
-    // A link on the line of two spheres transmits a force along it and no torque.
+fn masses_times_accelerations_are_the_forces_of_the_fluid_and_of_the_joints() {
+    // A joint on the line of two spheres transmits a force along it and no torque.
     let (mass, count) = (3.0, 10);
     let body = |name: &str, x: f64| {
         format!(
@@ -119,11 +119,11 @@ fn masses_times_accelerations_are_the_forces_of_the_fluid_and_of_the_links() {
     let mut before = [Vector3::zeros(); 2];
     let mut largest = 0.0_f64;
     for step in steps(&run) {
-        // The force of the link acts on its body, the opposite one on the other end.
+        // The force of the joint acts on its body, the opposite one on the other end.
         for (body, sign) in [(0, -1.0), (1, 1.0)] {
             let after = step.bodies[body].velocity;
             let inertia = mass * (after - before[body]) * count as f64;
-            let forces = sign * step.link_forces[0] - step.bodies[body].force;
+            let forces = sign * step.joint_forces[0] - step.bodies[body].force;
             assert_abs_diff_eq!(inertia, forces, epsilon = 1e-11);
             largest = largest.max(inertia.norm());
             before[body] = after;
@@ -173,12 +173,13 @@ fn explicit_and_implicit_steps_with_inertia_have_the_same_limit() {
     assert!(fine < 0.1, "{fine}");
 }
 
-/// Velocities are part of the state: a leg starts with those at the end of the leg before.
+/// Velocities are part of the state: a phase span starts with those at the end of the phase span
+/// before.
 #[test]
-fn bodies_keep_their_velocities_between_legs() {
+fn bodies_keep_their_velocities_between_spans() {
     let body = "[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\nforce = [1, 0, 0]\n\
                 mass = 20\ninertia = 20\n";
-    let in_legs = |durations: &[f64], steps: usize, explicit: bool| {
+    let in_spans = |durations: &[f64], steps: usize, explicit: bool| {
         let phases: Vec<_> = (durations.iter())
             .map(|duration| format!("{{ duration = {duration:?} }}"))
             .collect();
@@ -190,8 +191,8 @@ fn bodies_keep_their_velocities_between_legs() {
         run_spheres(&text, method).unwrap()
     };
     for explicit in [false, true] {
-        let whole = in_legs(&[1.0], 20, explicit);
-        let halves = in_legs(&[0.5, 0.5], 10, explicit);
+        let whole = in_spans(&[1.0], 20, explicit);
+        let halves = in_spans(&[0.5, 0.5], 10, explicit);
         assert_abs_diff_eq!(whole.net(0), halves.net(0), epsilon = 1e-14);
     }
 }

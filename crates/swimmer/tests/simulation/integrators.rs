@@ -4,10 +4,10 @@ use approx::assert_abs_diff_eq;
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
 use swimmer::models::{
-    BodySolution, Configuration, Cost, Hydrodynamics, InstantaneousSolution, MeshError, ModelError,
-    Query, SphereModel, SpheresModel, Uncertainty,
+    BodySolution, Configuration, Cost, DiscretisationError, Hydrodynamics, InstantaneousSolution,
+    ModelError, Query, SphereModel, SpheresModel, Uncertainty,
 };
-use swimmer::{Method, Scene, legs};
+use swimmer::{Method, Scene, spans};
 
 use crate::strokes::{FREE, follow, over_wall};
 use crate::support::{Run, Tensor, run, run_with, scene, three_spheres};
@@ -23,8 +23,8 @@ fn collocation_meets_its_tolerance_and_the_error_bar_holds() {
         for tolerance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
             let run = follow(&text(tolerance));
             let error = (run.net(1) - exact).norm();
-            // The error bar of a leg refers to the largest displacement of any body, so the sum
-            // over the legs bounds the error of the net displacement.
+            // The error bar of a phase span refers to the largest displacement of any body, so the
+            // sum over the phase spans bounds the error of the net displacement.
             assert!(
                 error <= run.integration_error(),
                 "{error:e} > {:e}",
@@ -41,7 +41,7 @@ fn collocation_meets_its_tolerance_and_the_error_bar_holds() {
 
 #[test]
 fn a_stroke_takes_24_solves_to_1e_3_and_40_to_1e_4() {
-    // Orders of one to three and of one to four points on each of four legs.
+    // Orders of one to three and of one to four points on each of four phase spans.
     for (tolerance, solves) in [(1e-3, 24), (1e-4, 40)] {
         let text = format!("model.tolerance = {tolerance}");
         assert!(follow(&three_spheres(&text, FREE)).solves() <= solves);
@@ -60,7 +60,8 @@ fn euler_is_of_first_order_where_the_position_matters() {
             - exact)
             .norm()
     };
-    // Halving the step halves the error, up to the next order: 1/40 relative at 20 steps a leg.
+    // Halving the step halves the error, up to the next order: 1/40 relative at 20 steps per
+    // phase span.
     assert_abs_diff_eq!(error(20) / error(40), 2.0, epsilon = 0.1);
     assert!(error(40) > 100.0 * (follow(&over_wall(5.0, 1e-3)).net(1) - exact).norm());
 }
@@ -72,7 +73,7 @@ fn the_runge_kutta_pair_meets_its_tolerance_and_its_error_bar_holds() {
         |tolerance: f64| over_wall(5.0, tolerance),
     ] {
         let exact = follow(&text(1e-11));
-        let work = |run: &Run| run.legs.iter().map(|leg| leg.work).sum::<f64>();
+        let work = |run: &Run| run.spans.iter().map(|span| span.work).sum::<f64>();
         let (exact, exact_work) = (exact.net(1), work(&exact));
         let mut solves = 0;
         for tolerance in [1e-2, 1e-4, 1e-6, 1e-8] {
@@ -89,9 +90,9 @@ fn the_runge_kutta_pair_meets_its_tolerance_and_its_error_bar_holds() {
             );
             assert!(run.integration_error() <= tolerance * exact.norm());
             let bars = run
-                .legs
+                .spans
                 .iter()
-                .map(|leg| leg.work_error.integration.unwrap());
+                .map(|span| span.work_error.integration.unwrap());
             let (bar, error) = (bars.sum::<f64>(), (work(&run) - exact_work).abs());
             assert!(
                 error <= bar && bar <= 10.0 * tolerance * exact_work,
@@ -106,9 +107,9 @@ fn the_runge_kutta_pair_meets_its_tolerance_and_its_error_bar_holds() {
 }
 
 /// A model whose discretisation errors rotate with the swimmer.
-struct WithMeshError(SpheresModel);
+struct WithDiscretisationError(SpheresModel);
 
-impl Hydrodynamics for WithMeshError {
+impl Hydrodynamics for WithDiscretisationError {
     fn name(&self) -> &'static str {
         self.0.name()
     }
@@ -124,7 +125,7 @@ impl Hydrodynamics for WithMeshError {
         for solution in &mut solutions {
             let bodies = solution.bodies.len();
             // Before the correction everything is larger by these vectors.
-            let mut error = MeshError {
+            let mut error = DiscretisationError {
                 motion: StateVelocity {
                     frames: vec![Twist {
                         linear: vector(3),
@@ -141,13 +142,13 @@ impl Hydrodynamics for WithMeshError {
                         torque: vector(25 + body),
                     })
                     .collect(),
-                link_forces: (0..2).map(|link| vector(30 + link)).collect(),
+                joint_forces: (0..2).map(|joint| vector(30 + joint)).collect(),
                 slip_power: 0.0,
                 uncertainty: Uncertainty::default(),
             };
             let exact = solution.clone();
             solution.correct(error.clone());
-            let shifted = MeshError::between(&exact, solution, Uncertainty::default());
+            let shifted = DiscretisationError::between(&exact, solution, Uncertainty::default());
             assert!((shifted.bodies[1].torque - error.bodies[1].torque).norm() < 1e-12);
             *solution = exact;
             error.uncertainty.relative = 0.5;
@@ -173,9 +174,9 @@ fn vectors(solution: &InstantaneousSolution) -> Vec<Vector3<f64>> {
         .flat_map(|b| [b.velocity, b.angular_velocity, b.force, b.torque])
         .chain(
             solution
-                .link_forces
+                .joint_forces
                 .iter()
-                .chain(&error.link_forces)
+                .chain(&error.joint_forces)
                 .copied(),
         )
         .chain(spins.copied())
@@ -183,24 +184,25 @@ fn vectors(solution: &InstantaneousSolution) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-/// Solutions of a leg are rotated to the corrected path, on which they belong to their states.
+/// Solutions of a phase span are rotated to the corrected path, on which they belong to their
+/// states.
 #[test]
 fn solutions_of_a_rotating_swimmer_are_the_solutions_at_their_states() {
     let text = include_str!("../../templates/planar.toml");
     let scene = scene(text);
-    let model = || WithMeshError(SpheresModel::new(&scene, SphereModel::Rpy).unwrap());
+    let model = || WithDiscretisationError(SpheresModel::new(&scene, SphereModel::Rpy).unwrap());
     let run = run_with(&scene, &mut model(), Method::Collocation).unwrap();
-    let all = legs(scene.gait(), scene.articulation().initial_lengths()).unwrap();
+    let all = spans(scene.gait(), scene.articulation().initial_shape()).unwrap();
     let mut largest_angle = 0.0_f64;
-    for (leg, result) in all.zip(&run.legs) {
+    for (span, result) in all.zip(&run.spans) {
         for found in &result.solutions {
-            let lengths = leg.lengths(found.s);
+            let shape = span.shape(found.s);
             let configuration = Configuration {
                 state: &found.state,
-                lengths: &lengths,
+                shape: &shape,
             };
             let exact = model()
-                .solve_one(configuration, &leg.rates(found.s))
+                .solve_one(configuration, &span.rates(found.s))
                 .unwrap();
             let (found, exact) = (vectors(&found.solution), vectors(&exact));
             assert_eq!(found.len(), exact.len());

@@ -182,7 +182,7 @@ fn a_twisted_rotor_relaxes_exponentially_at_any_stiffness() {
             .samples
             .last()
             .unwrap()
-            .lengths
+            .shape
             .first()
             .unwrap()
     };

@@ -64,10 +64,10 @@ fn a_driven_four_bar_chain_stays_closed_over_ten_cycles() {
                 [[gait.harmonics]]\nlink = \"hinge 0\"\namplitude = 0.4\n";
     let outcome = run(&four_bars(["", FREE, FREE, FREE], gait));
     assert!(largest_gap(&outcome) < 1e-12, "{:e}", largest_gap(&outcome));
-    let values = outcome.samples.iter().map(|sample| sample.lengths[2].abs());
+    let values = outcome.samples.iter().map(|sample| sample.shape[2].abs());
     assert!(values.fold(0.0, f64::max) > 0.1);
     let end = outcome.samples.last().unwrap();
-    for angle in &end.lengths {
+    for angle in &end.shape {
         assert!(angle.abs() < 1e-12, "{angle:e}");
     }
 }
@@ -80,9 +80,9 @@ fn a_four_bar_chain_with_a_spring_relaxes() {
     let outcome = run(&four_bars([spring, FREE, FREE, FREE], gait));
     assert!(largest_gap(&outcome) < 1e-12, "{:e}", largest_gap(&outcome));
     let end = outcome.samples.last().unwrap();
-    assert!((end.lengths[0] - 0.3).abs() < 1e-5, "{}", end.lengths[0]);
+    assert!((end.shape[0] - 0.3).abs() < 1e-5, "{}", end.shape[0]);
     // No external force or torque: a reciprocal motion would return, this one stays.
-    assert!(end.lengths[2].abs() > 0.05);
+    assert!(end.shape[2].abs() > 0.05);
 }
 
 /// Hinges with angles that contradict each other are refused with the loop's name.

@@ -33,8 +33,9 @@ fn swim(scene: &Scene) -> Outcome {
 
 /// Displacement of the middle sphere in each cycle.
 fn cycles(outcome: &Outcome) -> Vec<f64> {
-    let legs = outcome.legs.chunks(4);
-    legs.map(|legs| legs.iter().map(|leg| leg.displacement[1].x).sum())
+    let spans = outcome.spans.chunks(4);
+    spans
+        .map(|spans| spans.iter().map(|span| span.displacement[1].x).sum())
         .collect()
 }
 
@@ -62,7 +63,7 @@ fn later_cycles_reuse_the_meshes_of_the_first() {
         meshes.len() > 1 && meshes.iter().all(|mesh| mesh.phase <= 2),
         "{meshes:?}"
     );
-    for (first, second) in outcome.legs[..2].iter().zip(&outcome.legs[2..]) {
+    for (first, second) in outcome.spans[..2].iter().zip(&outcome.spans[2..]) {
         let change = (second.displacement[0] - first.displacement[0]).norm();
         // Residuals of 1e-8, for resistances that differ by a factor below 100.
         assert!(change < 1e-6 * first.displacement[0].norm(), "{change:e}");

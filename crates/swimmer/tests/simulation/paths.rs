@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use swimmer::scene::{Gait, JointPath, LengthPath, OwnPath, Phase};
+use swimmer::scene::{Gait, JointPath, OwnPath, Phase, ShapePath};
 use swimmer::{Method, Outcome, Scene, choose, run, simulate};
 
 fn simulated(scene: &Scene) -> Outcome {
@@ -17,7 +17,7 @@ fn simulated(scene: &Scene) -> Outcome {
 struct Oscillation;
 
 impl JointPath for Oscillation {
-    fn links(&self) -> Vec<usize> {
+    fn joints(&self) -> Vec<usize> {
         vec![0, 1]
     }
 
@@ -53,7 +53,7 @@ fn a_path_of_a_program_moves_bodies_as_the_same_harmonics() {
          [[gait.harmonics]]\nlink = \"right\"\namplitude = 1\nphase = {:?}\n",
         0.5 * PI
     ));
-    let path = LengthPath::Own(OwnPath(Arc::new(Oscillation)));
+    let path = ShapePath::Own(OwnPath(Arc::new(Oscillation)));
     let gait = Gait {
         cycles: 1,
         phases: vec![Phase {
@@ -98,7 +98,7 @@ fn an_oscillating_torque_turns_a_rotor_by_its_integral() {
             force,
             &format!("[[gait.phases]]\nduration = {duration:?}\n"),
         ));
-        outcome.samples.last().unwrap().lengths[0]
+        outcome.samples.last().unwrap().shape[0]
     };
     let resistance = 1.0 / turned("1.0", 1.0);
     let (mean, amplitude, phase, period) = (0.5, 4.0, 0.7_f64, 2.0);
@@ -158,9 +158,9 @@ fn an_oscillating_force_on_an_arm_moves_it_to_and_fro() {
     )
     .unwrap();
     let outcome = simulated(&scene);
-    let lengths: Vec<f64> = outcome.samples.iter().map(|s| s.lengths[0]).collect();
-    let longest = lengths.iter().copied().fold(0.0, f64::max);
+    let shape: Vec<f64> = outcome.samples.iter().map(|s| s.shape[0]).collect();
+    let longest = shape.iter().copied().fold(0.0, f64::max);
     assert!(longest > 6.5, "{longest}");
-    assert!((lengths.last().unwrap() - 6.0).abs() < 1e-6);
+    assert!((shape.last().unwrap() - 6.0).abs() < 1e-6);
     assert!(outcome.displacement[0].norm() < 1e-6 && outcome.displacement[0] != Vector3::zeros());
 }

@@ -4,8 +4,8 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rigid::StateVelocity;
 use serde_json::{Value, json};
 use swimmer::models::{
-    AccumulatedError, BodySolution, Checks, Dofs, ErrorEstimate, InstantaneousSolution, MeshError,
-    NewMesh, Seconds, SolverReport, Uncertainty,
+    AccumulatedError, BodySolution, Checks, DiscretisationError, Dofs, ErrorEstimate,
+    InstantaneousSolution, NewMesh, Seconds, SolverReport, Uncertainty,
 };
 use swimmer::output::{solution_json, summary_json, trajectory_csv};
 use swimmer::{Method, Outcome, Scene, simulate};
@@ -119,11 +119,11 @@ fn the_summary_has_every_number_of_the_outcome() {
         phase: 2,
         reason: "a reason".to_owned(),
     }];
-    for (number, leg) in outcome.legs.iter_mut().enumerate() {
+    for (number, span) in outcome.spans.iter_mut().enumerate() {
         let unit = number as f64;
-        leg.displacement = vec![vector(10.0 + unit), vector(20.0 + unit)];
-        leg.solves = 50 + number;
-        leg.error_estimate = estimate(1.0 + unit);
+        span.displacement = vec![vector(10.0 + unit), vector(20.0 + unit)];
+        span.solves = 50 + number;
+        span.error_estimate = estimate(1.0 + unit);
     }
     let phases: Vec<Value> = (0..6)
         .map(|number| {
@@ -210,9 +210,9 @@ fn the_json_of_a_solution_has_every_number_of_it() {
         dissipation: 0.02,
     });
     // Half of the numbers was subtracted.
-    let mut error = MeshError::between(&solution, &solution, Uncertainty::default());
+    let mut error = DiscretisationError::between(&solution, &solution, Uncertainty::default());
     error.bodies = solution.bodies.clone();
-    error.link_forces = solution.link_forces.clone();
+    error.joint_forces = solution.joint_forces.clone();
     error.uncertainty.relative = 0.5;
     let twice = |v: &mut Vector3<f64>| *v *= 2.0;
     for body in &mut solution.bodies {
@@ -225,7 +225,7 @@ fn the_json_of_a_solution_has_every_number_of_it() {
         .into_iter()
         .for_each(twice);
     }
-    solution.link_forces.iter_mut().for_each(twice);
+    solution.joint_forces.iter_mut().for_each(twice);
     solution.correct(error);
     // Half of the larger of the errors of the two forces.
     assert_eq!(solution.force_error.mesh, Some(0.5 * vector(22.0).norm()));
@@ -289,11 +289,11 @@ fn the_json_of_a_solution_has_every_number_of_it() {
 fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
     let scene = pair();
     let mut samples = outcome(&scene).samples;
-    // Two cycles of three phases, with solves in each: all leg numbers occur.
-    assert!((0..6).all(|leg| samples.iter().any(|s| s.leg == leg && s.bodies.is_some())));
+    // Two cycles of three phases, with solves in each: all phase span numbers occur.
+    assert!((0..6).all(|span| samples.iter().any(|s| s.span == span && s.bodies.is_some())));
     for (number, sample) in samples.iter_mut().enumerate() {
         let unit = 100.0 * number as f64;
-        sample.lengths = vec![unit + 7.0];
+        sample.shape = vec![unit + 7.0];
         for (body, pose) in sample.poses.iter_mut().enumerate() {
             let rotation = UnitQuaternion::from_scaled_axis(0.01 * vector(body as f64));
             *pose = Isometry3::from_parts(Translation3::from(vector(unit + body as f64)), rotation);
@@ -320,9 +320,9 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
         let row: Vec<&str> = line.split(',').collect();
         let number = |k: usize| row[k].parse::<f64>().unwrap();
         assert_eq!(number(0), sample.time);
-        assert_eq!(number(1) as usize, sample.leg / 3 + 1);
-        assert_eq!(number(2) as usize, sample.leg % 3 + 1);
-        assert_eq!(number(3), sample.lengths[0]);
+        assert_eq!(number(1) as usize, sample.span / 3 + 1);
+        assert_eq!(number(2) as usize, sample.span % 3 + 1);
+        assert_eq!(number(3), sample.shape[0]);
         for (body, pose) in sample.poses.iter().enumerate() {
             let first = 4 + 18 * body;
             let vector = |k: usize| Vector3::from_fn(|axis, _| number(first + 3 * k + axis));

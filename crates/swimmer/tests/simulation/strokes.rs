@@ -40,9 +40,9 @@ fn the_three_sphere_stroke_has_the_exact_displacements() {
     for (tensor, steps) in [(Tensor::Rpy, RPY), (Tensor::Oseen, OSEEN)] {
         let text = three_spheres("model.tolerance = 1e-9", FREE);
         let run = run(&scene(&text), tensor, Method::Collocation).unwrap();
-        for (leg, step) in run.moves.iter().zip(steps) {
-            assert_abs_diff_eq!(leg[1].x, step, epsilon = 1e-10);
-            assert!(leg[1].yz().norm() < 1e-12);
+        for (span, step) in run.moves.iter().zip(steps) {
+            assert_abs_diff_eq!(span[1].x, step, epsilon = 1e-10);
+            assert!(span[1].yz().norm() < 1e-12);
         }
     }
 }
@@ -107,8 +107,8 @@ fn displacements_do_not_depend_on_rate_or_viscosity() {
     }
     // The work of a phase is proportional to viscosity and rate: opening is 37 times slower,
     // closing 1000 times faster.
-    for (leg, factor) in [(0, 1e3), (3, 1.0 / 37.0)] {
-        let (a, b) = (usual.legs[leg].work, slow.legs[leg].work);
+    for (span, factor) in [(0, 1e3), (3, 1.0 / 37.0)] {
+        let (a, b) = (usual.spans[span].work, slow.spans[span].work);
         assert!((b / (1e9 * factor * a) - 1.0).abs() < 1e-11);
     }
 }
@@ -193,7 +193,7 @@ fn the_planar_swimmer_moves_and_rotates_in_its_plane() {
     let still = (UnitQuaternion::identity(), Vector3::zeros());
     for (arms, turns) in [("clamped", true), ("free", true), ("lab", false)] {
         let run = follow(&planar(&still.0, &still.1, arms));
-        let end = &run.legs.last().unwrap().end.frames[0];
+        let end = &run.spans.last().unwrap().end.frames[0];
         let rotation = end.rotation.scaled_axis();
         assert!(rotation.xy().norm() < 1e-12 && run.net(0).z.abs() < 1e-12);
         // The reference gives 0.0271 (clamped), 0.0282 (free), 0 (lab) with full hydrodynamics.
@@ -202,7 +202,7 @@ fn the_planar_swimmer_moves_and_rotates_in_its_plane() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig::with_cases(12))]
 
     #[test]
     fn a_rotated_scene_has_the_rotated_motion(axis in prop::array::uniform3(-3.0_f64..3.0), shift in prop::array::uniform3(-9.0_f64..9.0)) {
@@ -212,7 +212,7 @@ proptest! {
         for body in 0..4 {
             prop_assert!((turn * usual.net(body) - turned.net(body)).norm() < 1e-10);
         }
-        let rotation = |run: &Run| run.legs.last().unwrap().end.frames[0].rotation.scaled_axis();
+        let rotation = |run: &Run| run.spans.last().unwrap().end.frames[0].rotation.scaled_axis();
         prop_assert!((turn * rotation(&usual) - rotation(&turned)).norm() < 1e-10);
     }
 
@@ -221,11 +221,11 @@ proptest! {
         let text = three_spheres(&format!("model.tolerance = {tolerance}"), FREE);
         let usual = follow(&text);
         let tail = text.split("[[bodies]]").last().unwrap();
-        let (bodies, links) = tail.split_once("[[links]]").unwrap();
+        let (bodies, joints) = tail.split_once("[[links]]").unwrap();
         let head = text.split("[[bodies]]").collect::<Vec<_>>();
         let moved = format!(
             "{}[[bodies]]{}[[bodies]]{}[[bodies]]{}[[links]]{}",
-            head[0], bodies, head[1], head[2], links
+            head[0], bodies, head[1], head[2], joints
         );
         let other = follow(&moved);
         // For another root the accepted order may differ: equal within the error bars.

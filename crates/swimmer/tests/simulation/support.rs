@@ -10,7 +10,7 @@ use swimmer::models::{
     BodySolution, Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
 };
 use swimmer::scene::Domain;
-use swimmer::{Integrator, LegResult, Method, Scene, SwimError, legs};
+use swimmer::{Integrator, Method, Scene, SpanResult, SwimError, spans};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tensor {
@@ -114,8 +114,8 @@ impl TestModel {
         rates: &[f64],
     ) -> Result<InstantaneousSolution, ModelError> {
         let set = self.scene.articulation();
-        let poses = set.place(configuration.state, configuration.lengths)?;
-        let constraints = set.constraints(configuration.state, configuration.lengths, rates)?;
+        let poses = set.place(configuration.state, configuration.shape)?;
+        let constraints = set.constraints(configuration.state, configuration.shape, rates)?;
         let reduction = Reduction::of(set, &constraints)?;
         let layout = set.velocity_layout();
         let rigid: Vec<usize> = (0..poses.len())
@@ -220,25 +220,25 @@ pub fn scene(text: &str) -> Scene {
 
 /// The result of a whole gait.
 pub struct Run {
-    pub legs: Vec<LegResult>,
-    /// Displacement of every body, leg by leg.
+    pub spans: Vec<SpanResult>,
+    /// Displacement of every body, phase span by phase span.
     pub moves: Vec<Vec<Vector3<f64>>>,
 }
 
 impl Run {
     /// Net displacement of a body.
     pub fn net(&self, body: usize) -> Vector3<f64> {
-        self.moves.iter().map(|leg| leg[body]).sum()
+        self.moves.iter().map(|span| span[body]).sum()
     }
 
     pub fn solves(&self) -> usize {
-        self.legs.iter().map(|leg| leg.solves).sum()
+        self.spans.iter().map(|span| span.solves).sum()
     }
 
     pub fn integration_error(&self) -> f64 {
-        self.legs
+        self.spans
             .iter()
-            .filter_map(|leg| leg.error_estimate.integration)
+            .filter_map(|span| span.error_estimate.integration)
             .sum()
     }
 }
@@ -256,13 +256,13 @@ pub fn run_with(
     let mut integrator = Integrator::new(scene, model, method);
     let mut state = scene.initial_state();
     let mut run = Run {
-        legs: Vec::new(),
+        spans: Vec::new(),
         moves: Vec::new(),
     };
-    for leg in legs(scene.gait(), scene.articulation().initial_lengths())? {
-        let result = integrator.leg(&leg, &state, &mut |_, _| Ok(()))?;
-        let before = scene.articulation().place(&state, &leg.from)?;
-        let after = scene.articulation().place(&result.end, &leg.to)?;
+    for span in spans(scene.gait(), scene.articulation().initial_shape())? {
+        let result = integrator.span(&span, &state, &mut |_, _| Ok(()))?;
+        let before = scene.articulation().place(&state, &span.from)?;
+        let after = scene.articulation().place(&result.end, &span.to)?;
         run.moves.push(
             before
                 .iter()
@@ -271,7 +271,7 @@ pub fn run_with(
                 .collect(),
         );
         state = result.end.clone();
-        run.legs.push(result);
+        run.spans.push(result);
     }
     Ok(run)
 }

@@ -3,8 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use rigid::{StateVelocity, Twist};
 use swimmer::models::{
-    BodySolution, Configuration, Cost, ErrorEstimates, Hydrodynamics, InstantaneousSolution,
-    MeshError, ModelError, Query, Uncertainty,
+    BodySolution, Configuration, Cost, DiscretisationError, ErrorEstimates, Hydrodynamics,
+    InstantaneousSolution, ModelError, Query, Uncertainty,
 };
 use swimmer::{Method, Scene, SwimError};
 
@@ -13,8 +13,8 @@ use crate::support::{Tensor, TestModel, scene, three_spheres};
 
 #[test]
 fn a_tolerance_below_the_noise_of_a_model_is_refused_and_the_best_result_has_an_honest_bar() {
-    // Velocities with noise of 1e-3: each step of a leg is uncertain by up to 1e-3 of its 1.4, the
-    // net displacement of 0.165 by 2e-2 to 3e-2 of itself.
+    // Velocities with noise of 1e-3: each step of a phase span is uncertain by up to 1e-3 of its
+    // 1.4, the net displacement of 0.165 by 2e-2 to 3e-2 of itself.
     let text = three_spheres("model.tolerance = 1e-4", FREE);
     let refused = simulate_with_noise(&text);
     assert!(matches!(refused, Err(SwimError::NotIntegrated { .. })));
@@ -49,7 +49,7 @@ impl Hydrodynamics for NoisyModel {
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        let lengths: f64 = query.configuration.lengths.iter().sum();
+        let lengths: f64 = query.configuration.shape.iter().sum();
         // A rapidly oscillating function is noise for any quadrature that does not resolve it.
         let noise = 1e-3 * (1e7 * lengths).sin();
         let mut solutions = self.0.solve(query)?;
@@ -86,8 +86,9 @@ fn the_net_displacement_meets_the_tolerance_also_where_it_is_small() {
     let swimmer = outcome(&three_spheres("model.tolerance = 1e-3", FREE));
     let exact: f64 = RPY.iter().sum();
     assert!(swimmer.tolerance_met && (swimmer.net() - exact).abs() < 1e-3 * exact);
-    // Per leg, orders of one, two and three points, of which the last is accepted, and the end.
-    assert_eq!((swimmer.legs.len(), swimmer.solves), (4, 24));
+    // Per phase span, orders of one, two and three points, of which the last is accepted, and the
+    // end.
+    assert_eq!((swimmer.spans.len(), swimmer.solves), (4, 24));
     assert_eq!(swimmer.samples.len(), 1 + 4 * (3 + 1));
 }
 
@@ -114,7 +115,7 @@ impl<F: Fn(&[f64]) -> f64 + Send> Hydrodynamics for Changed<F> {
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        let factor = (self.factor)(query.configuration.lengths);
+        let factor = (self.factor)(query.configuration.shape);
         let mut solutions = self.model.solve(query)?;
         for solution in &mut solutions {
             let mut largest = 0.0_f64;
@@ -122,14 +123,14 @@ impl<F: Fn(&[f64]) -> f64 + Send> Hydrodynamics for Changed<F> {
                 frame.linear *= factor;
                 largest = largest.max(frame.linear.norm());
             }
-            solution.correct(MeshError {
+            solution.correct(DiscretisationError {
                 motion: StateVelocity {
                     frames: vec![Twist::default()],
                     spins: vec![Vector3::zeros(); 3],
                     joints: vec![],
                 },
                 bodies: vec![BodySolution::default(); 3],
-                link_forces: Vec::new(),
+                joint_forces: Vec::new(),
                 slip_power: 0.0,
                 uncertainty: Uncertainty {
                     relative: 0.0,
@@ -176,7 +177,7 @@ fn differences_between_meshes_are_an_uncertainty_of_the_mesh_and_not_of_the_inte
 }
 
 #[test]
-fn a_swimmer_among_too_many_bodies_for_a_prediction_meets_the_tolerance_of_its_legs() {
+fn a_swimmer_among_too_many_bodies_for_a_prediction_meets_the_tolerance_of_its_spans() {
     let far: String = (0..29)
         .map(|k| {
             format!(
@@ -189,9 +190,9 @@ fn a_swimmer_among_too_many_bodies_for_a_prediction_meets_the_tolerance_of_its_l
     let scene = scene(&text);
     let mut model = TestModel::new(&scene, Tensor::Rpy);
     let outcome = swimmer::simulate(&scene, &mut model, Method::Collocation, &mut ()).unwrap();
-    for leg in &outcome.legs {
+    for span in &outcome.spans {
         // Relative to the change of an arm's length, which is the largest displacement.
-        let bar = leg.error_estimate.integration.unwrap();
+        let bar = span.error_estimate.integration.unwrap();
         assert!(bar <= 1e-3 / 160.0 * 4.0, "{bar:e}");
     }
     let exact: f64 = RPY.iter().sum();

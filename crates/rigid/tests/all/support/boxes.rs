@@ -6,7 +6,7 @@ use mesh::{LinearTets, SYMMETRY_PLANE_TAGS, TetMesh};
 use nalgebra::Vector3;
 use rigid::{
     Arms, Articulation, BodyKind, Constrained, Constraints, Drive, ExternalLoad, FlowSolution,
-    FluidMatrices, FluidNodes, Formulation, Link, NodeRole, RigidError, RigidFluid, SurfaceBody,
+    FluidMatrices, FluidNodes, Formulation, Joint, NodeRole, RigidError, RigidFluid, SurfaceBody,
 };
 
 /// Cells along each side of the mesh.
@@ -110,7 +110,7 @@ pub fn centres(axes: &[usize]) -> [Vector3<f64>; 2] {
     [1.5, 4.5].map(|x| Vector3::new(x / f64::from(CELLS), across(1), across(2)))
 }
 
-/// Two bodies in a fluid, with or without a link.
+/// Two bodies in a fluid, with or without a joint.
 pub struct Case {
     pub mesh: TetMesh,
     pub set: Articulation,
@@ -122,22 +122,22 @@ pub struct Case {
 impl Case {
     /// Linked bodies without loads, in fluid at rest on the wall.
     pub fn linked(mesh: TetMesh, centres: [Vector3<f64>; 2]) -> Self {
-        let link = Link::slide("arm", 1, 0);
-        Self::new(mesh, vec![link], centres, vec![ExternalLoad::default(); 2])
+        let joint = Joint::slide("arm", 1, 0);
+        Self::new(mesh, vec![joint], centres, vec![ExternalLoad::default(); 2])
     }
 
-    /// Bodies without links under loads, in fluid at rest on the wall.
+    /// Bodies without joints under loads, in fluid at rest on the wall.
     pub fn loaded(mesh: TetMesh, centres: [Vector3<f64>; 2], loads: Vec<ExternalLoad>) -> Self {
         Self::new(mesh, Vec::new(), centres, loads)
     }
 
     fn new(
         mesh: TetMesh,
-        links: Vec<Link>,
+        joints: Vec<Joint>,
         centres: [Vector3<f64>; 2],
         loads: Vec<ExternalLoad>,
     ) -> Self {
-        let set = Articulation::new(&[BodyKind::Rigid; 2], links, Arms::Clamped, &centres)
+        let set = Articulation::new(&[BodyKind::Rigid; 2], joints, Arms::Clamped, &centres)
             .expect("two bodies");
         Self {
             mesh,
@@ -147,7 +147,7 @@ impl Case {
         }
     }
 
-    /// The system at a rate of the link, if there is one.
+    /// The system at a rate of the joint, if there is one.
     pub fn constrain(
         &self,
         formulation: &dyn Formulation,
@@ -164,11 +164,11 @@ impl Case {
         }
     }
 
-    /// The constraints at a rate of the link, if there is one.
+    /// The constraints at a rate of the joint, if there is one.
     pub fn constraints(&self, rate: f64) -> Result<Constraints, RigidError> {
-        let (state, lengths) = (self.set.initial_state(), self.set.initial_lengths());
+        let (state, shape) = (self.set.initial_state(), self.set.initial_shape());
         self.set
-            .constraints(&state, lengths, &vec![rate; lengths.len()])
+            .constraints(&state, shape, &vec![rate; shape.len()])
     }
 
     pub fn fluid(&self) -> Result<RigidFluid, RigidError> {
@@ -183,7 +183,7 @@ impl Case {
         assign("right", NodeRole::Body(1));
         let centres = self
             .set
-            .place(&self.set.initial_state(), self.set.initial_lengths())?;
+            .place(&self.set.initial_state(), self.set.initial_shape())?;
         let bodies = ["left", "right"].map(|tag| {
             let tag_number = mesh.tag(tag).expect("a tag");
             let centre = centres[usize::from(tag == "right")].translation.vector;
@@ -215,7 +215,7 @@ impl Case {
         RigidFluid::new(matrices, nodes, &bodies)
     }
 
-    /// The flow at a rate of the link, its pressure with zero mean, and the number of iterations.
+    /// The flow at a rate of the joint, its pressure with zero mean, and the number of iterations.
     pub fn solve(&self, formulation: &dyn Formulation, rate: f64) -> (FlowSolution, usize) {
         let system = self.constrain(formulation, rate).expect("a system");
         let mut preconditioner = system.preconditioner().expect("multigrid");

@@ -5,11 +5,11 @@ use nalgebra::{DMatrix, Isometry3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rigid::{
     Arms, Articulation, BodyKind, Constraints, ExternalLoad, FluidMatrices, FluidNodes, Joint,
-    JointDrive, Link, NodeRole, PassiveDrive, RigidFluid, State, SurfaceBody,
+    JointDrive, JointKind, NodeRole, PassiveDrive, RigidFluid, State, SurfaceBody,
 };
 
-pub fn link(body: usize, to: usize) -> Link {
-    Link::slide(&format!("{body}-{to}"), body, to)
+pub fn slide(body: usize, to: usize) -> Joint {
+    Joint::slide(&format!("{body}-{to}"), body, to)
 }
 
 pub fn vector(range: f64) -> impl Strategy<Value = Vector3<f64>> {
@@ -21,15 +21,15 @@ fn arms() -> impl Strategy<Value = Arms> {
 }
 
 /// Any joint about an axis or pivot within the range of the bodies of [`tree`].
-fn joint() -> impl Strategy<Value = Joint> {
+fn joint_kind() -> impl Strategy<Value = JointKind> {
     let pivot = || vector(5.0);
     let axis = vector(1.0).prop_filter_map("no direction", |v| v.try_normalize(0.1));
     prop_oneof![
-        4 => Just(Joint::Slide),
-        1 => Just(Joint::Fixed),
+        4 => Just(JointKind::Slide),
+        1 => Just(JointKind::Fixed),
         3 => (axis, pivot(), prop_oneof![Just(0.0), -1.0..1.0])
-            .prop_map(|(axis, pivot, advance)| Joint::Turn { axis, pivot, advance }),
-        1 => pivot().prop_map(|pivot| Joint::Ball { pivot }),
+            .prop_map(|(axis, pivot, advance)| JointKind::Turn { axis, pivot, advance }),
+        1 => pivot().prop_map(|pivot| JointKind::Ball { pivot }),
     ]
 }
 
@@ -61,7 +61,7 @@ pub fn tree() -> impl Strategy<Value = Articulation> {
             prop::collection::vec(vector(5.0), n),
             prop::collection::vec(any::<bool>(), n),
             arms(),
-            prop::collection::vec((joint(), joint_drive()), n),
+            prop::collection::vec((joint_kind(), joint_drive()), n),
         )
             .prop_filter_map(
                 "bodies too close",
@@ -84,26 +84,27 @@ pub fn tree() -> impl Strategy<Value = Articulation> {
                             }
                         })
                         .collect();
-                    let links = parents
+                    let joints = parents
                         .iter()
                         .enumerate()
                         .zip(joints)
-                        .map(|((i, &to), (joint, drive))| {
+                        .map(|((i, &to), (kind, drive))| {
                             let is_allowed = match arms {
                                 Arms::Clamped => true,
-                                Arms::Free => !matches!(joint, Joint::Ball { .. }),
-                                Arms::Lab => !joint.turns(),
+                                Arms::Free => !matches!(kind, JointKind::Ball { .. }),
+                                Arms::Lab => !kind.turns(),
                             };
-                            let link = Link::slide(&format!("arm {i}"), i + 1, to);
+                            let joint = Joint::slide(&format!("arm {i}"), i + 1, to);
                             // Nothing would resist the motion of a point at the end of a joint.
                             if kinds[i + 1] == BodyKind::Point {
-                                return link;
+                                return joint;
                             }
-                            link.with_joint(if is_allowed { joint } else { Joint::Slide })
+                            joint
+                                .with_kind(if is_allowed { kind } else { JointKind::Slide })
                                 .with_drive(drive)
                         })
                         .collect();
-                    Articulation::new(&kinds, links, arms, &positions).ok()
+                    Articulation::new(&kinds, joints, arms, &positions).ok()
                 },
             )
     })
@@ -126,7 +127,7 @@ pub fn moved_state(set: &Articulation, rotations: &[Vector3<f64>]) -> State {
 
 /// Values of the joints away from those at the start.
 pub fn values(set: &Articulation) -> Vec<f64> {
-    set.initial_lengths().iter().map(|l| l + 0.4).collect()
+    set.initial_shape().iter().map(|l| l + 0.4).collect()
 }
 
 /// Centres of the bodies with surfaces.
@@ -155,8 +156,7 @@ pub fn loads_on_bodies(set: &Articulation, vectors: &[Vector3<f64>]) -> Vec<Exte
 
 /// The constraints at the values at the start.
 pub fn constraints(set: &Articulation, state: &State, rates: &[f64]) -> Constraints {
-    set.constraints(state, set.initial_lengths(), rates)
-        .unwrap()
+    set.constraints(state, set.initial_shape(), rates).unwrap()
 }
 
 /// A fluid with random matrices: three free nodes, one on a moving wall, one on each body.

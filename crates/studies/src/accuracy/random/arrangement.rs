@@ -1,4 +1,4 @@
-//! Random arrangements of spheres, with their container, links, rates and loads.
+//! Random arrangements of spheres, with their container, joints, rates and loads.
 
 use std::fmt::Write;
 
@@ -35,7 +35,7 @@ pub struct Arrangement {
     pub container: Option<f64>,
     /// Whether facets on surfaces are straight.
     pub straight: bool,
-    /// Rate of each link of the chain; empty for free spheres.
+    /// Rate of each joint of the chain; empty for free spheres.
     pub rates: Vec<f64>,
     /// Force and torque on each sphere; empty for a chain.
     pub loads: Vec<[Vector3<f64>; 2]>,
@@ -155,11 +155,11 @@ impl Arrangement {
                 );
             }
         }
-        for link in 0..self.rates.len() {
+        for joint in 0..self.rates.len() {
             let _ = writeln!(
                 text,
-                "[[links]]\nname = \"l{link}\"\nbody = \"s{}\"\nto = \"s{link}\"",
-                link + 1
+                "[[links]]\nname = \"l{joint}\"\nbody = \"s{}\"\nto = \"s{joint}\"",
+                joint + 1
             );
         }
         text
@@ -241,7 +241,7 @@ mod tests {
             let text = drawn.text("fem", 1e-3);
             assert_eq!(text, Arrangement::draw(seed).text("fem", 1e-3));
             let scene = Scene::parse(&text).unwrap();
-            assert_eq!(scene.articulation().links().len(), drawn.rates.len());
+            assert_eq!(scene.articulation().joints().len(), drawn.rates.len());
             let mut swimming = drawn;
             swimming.draw_slips();
             for drawn in [Arrangement::draw(seed), swimming] {

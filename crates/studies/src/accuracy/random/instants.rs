@@ -59,7 +59,7 @@ fn solve(
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        lengths: scene.articulation().initial_lengths(),
+        shape: scene.articulation().initial_shape(),
     };
     let rates = std::slice::from_ref(&drawn.rates);
     let query = Query::new(configuration, rates).with_stresslets();

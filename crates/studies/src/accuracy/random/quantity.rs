@@ -116,7 +116,7 @@ fn with(vectors: &[Vector3<f64>], errors: Option<&[Vector3<f64>]>) -> Vec<Vector
 
 /// Quantities of an instantaneous solution: this function alone knows what a solution holds.
 ///
-/// Forces, torques and link forces are given loads where there are no links, and left out.
+/// Forces, torques and joint forces are given loads where there are no joints, and left out.
 pub fn of_instant(scene: &Scene, solution: &InstantaneousSolution) -> Vec<Quantity> {
     let before = solution.uncorrected();
     let quantity = |name, of: fn(&BodySolution) -> Vector3<f64>| {
@@ -157,7 +157,7 @@ pub fn of_instant(scene: &Scene, solution: &InstantaneousSolution) -> Vec<Quanti
             ..Quantity::new("stresslet", vec![], vec![])
         });
     }
-    if !scene.articulation().links().is_empty() {
+    if !scene.articulation().joints().is_empty() {
         let bars = &solution.force_error;
         let (bar, beside_mesh) = (Some(bars.total()), bars.total() - bars.mesh.unwrap_or(0.0));
         quantities.push(Quantity {
@@ -169,7 +169,7 @@ pub fn of_instant(scene: &Scene, solution: &InstantaneousSolution) -> Vec<Quanti
             negligible: NEGLIGIBLE * force * radius,
             ..quantity("torque", |b| b.torque)
         });
-        let (before, after) = (before.link_forces, solution.link_forces.clone());
+        let (before, after) = (before.joint_forces, solution.joint_forces.clone());
         quantities.push(Quantity {
             bar,
             beside_mesh,

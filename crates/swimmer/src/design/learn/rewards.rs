@@ -1,7 +1,7 @@
 //! Rewards: displacements of the mean of the bodies when one joint moves.
 
 use nalgebra::Vector3;
-use scene::{Gait, JointValues, LengthPath, Phase, Scene, legs};
+use scene::{Gait, JointValues, Phase, Scene, ShapePath, spans};
 
 use super::super::progress::DesignProgress;
 use crate::error::SwimError;
@@ -18,9 +18,9 @@ const SMALLEST_ROTATION: f64 = 1e-6;
 /// Displacements of all steps between states.
 #[derive(Clone, Debug)]
 pub struct Rewards {
-    /// Links that are contracted and extended.
+    /// Joints that are contracted and extended.
     pub joints: Vec<usize>,
-    /// Names of these links.
+    /// Names of these joints.
     pub names: Vec<String>,
     /// For each state, the displacement by the change of each joint.
     table: Vec<Vec<f64>>,
@@ -94,15 +94,15 @@ pub fn rewards(scene: &Scene, progress: &mut dyn DesignProgress) -> Result<Rewar
     }
     let values = |key: &str, values: &Option<JointValues>| match values {
         Some(values) => scene.joint_values(key, values),
-        None => Ok(vec![None; scene.articulation().links().len()]),
+        None => Ok(vec![None; scene.articulation().joints().len()]),
     };
     let contracted = values("learn.contracted", &options.contracted)?;
     let extended = values("learn.extended", &options.extended)?;
-    let initial = scene.articulation().initial_lengths();
+    let initial = scene.articulation().initial_shape();
     let ends: Vec<(f64, f64)> = (initial.iter().enumerate())
-        .map(|(link, &initial)| {
-            let extended = extended[link].unwrap_or(initial);
-            (extended, contracted[link].unwrap_or(extended))
+        .map(|(joint, &initial)| {
+            let extended = extended[joint].unwrap_or(initial);
+            (extended, contracted[joint].unwrap_or(extended))
         })
         .collect();
     let joints: Vec<usize> = (0..ends.len())
@@ -119,7 +119,7 @@ pub fn rewards(scene: &Scene, progress: &mut dyn DesignProgress) -> Result<Rewar
     }
     let names = joints
         .iter()
-        .map(|&k| scene.articulation().links()[k].name.clone());
+        .map(|&k| scene.articulation().joints()[k].name.clone());
     let mut rewards = Rewards {
         names: names.collect(),
         table: vec![vec![0.0; joints.len()]; 1 << joints.len()],
@@ -134,27 +134,27 @@ pub fn rewards(scene: &Scene, progress: &mut dyn DesignProgress) -> Result<Rewar
     let start = scene.initial_state();
     let mut solves = 0;
     for state in 0..rewards.states() {
-        for (action, &link) in rewards.joints.iter().enumerate() {
+        for (action, &joint) in rewards.joints.iter().enumerate() {
             if state >> action & 1 == 1 {
                 continue;
             }
-            let mut lengths: Vec<f64> = ends.iter().map(|end| end.0).collect();
-            for (k, &link) in rewards.joints.iter().enumerate() {
+            let mut shape: Vec<f64> = ends.iter().map(|end| end.0).collect();
+            for (k, &joint) in rewards.joints.iter().enumerate() {
                 if state >> k & 1 == 1 {
-                    lengths[link] = ends[link].1;
+                    shape[joint] = ends[joint].1;
                 }
             }
             let phase = Phase {
-                path: LengthPath::Linear(vec![(link, ends[link].1)]),
+                path: ShapePath::Linear(vec![(joint, ends[joint].1)]),
                 duration: 1.0,
             };
             let gait = Gait {
                 cycles: 1,
                 phases: vec![phase],
             };
-            for leg in legs(&gait, &lengths)? {
+            for span in spans(&gait, &shape)? {
                 let mut integrator = Integrator::new(scene, model.as_mut(), Method::Collocation);
-                let result = integrator.leg(&leg, &start, &mut |_, _| Ok(()))?;
+                let result = integrator.span(&span, &start, &mut |_, _| Ok(()))?;
                 let turn = result.end.frames[0]
                     .rotation
                     .angle_to(&start.frames[0].rotation);
@@ -166,8 +166,8 @@ pub fn rewards(scene: &Scene, progress: &mut dyn DesignProgress) -> Result<Rewar
                     ));
                 }
                 let (before, after) = (
-                    positions(set, &start, &leg.from)?,
-                    positions(set, &result.end, &leg.to)?,
+                    positions(set, &start, &span.from)?,
+                    positions(set, &result.end, &span.to)?,
                 );
                 let moved: Vec<Vector3<f64>> =
                     after.iter().zip(&before).map(|(a, b)| a - b).collect();

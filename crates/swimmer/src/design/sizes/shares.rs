@@ -80,9 +80,9 @@ impl SizeSpace {
                 // Arms keep their limits at every time of the gait.
                 let limit = match parameter.kind {
                     Kind::Radius(_) if key == "optimise.radii" => (smallest, largest),
-                    Kind::Length(link) if key == "optimise.arms" => (
-                        smallest + parameter.value - ranges[link].0,
-                        largest + parameter.value - ranges[link].1,
+                    Kind::Length(joint) if key == "optimise.arms" => (
+                        smallest + parameter.value - ranges[joint].0,
+                        largest + parameter.value - ranges[joint].1,
                     ),
                     _ => continue,
                 };
@@ -302,22 +302,22 @@ impl SizeSpace {
 fn gaps(scene: &Scene, parameters: &[Parameter], ranges: &[(f64, f64)]) -> Vec<Gap> {
     let number = |kind: Kind| parameters.iter().position(|p| p.kind == kind);
     let wanted = smallest_gap(scene);
-    let links = scene.articulation().links().iter().enumerate();
-    links
-        .filter_map(|(k, link)| {
-            let ends = [link.body, link.to];
+    let joints = scene.articulation().joints().iter().enumerate();
+    joints
+        .filter_map(|(k, joint)| {
+            let ends = [joint.body, joint.to];
             let [a, b] = ends.map(|body| sphere_radius(scene, body));
             let radii = ends.map(|body| number(Kind::Radius(body)));
             let arm = number(Kind::Length(k));
             let varies = arm.is_some() || radii.iter().any(Option::is_some);
-            (varies && !link.joint.is_angle()).then_some(Gap {
+            (varies && !joint.kind.is_angle()).then_some(Gap {
                 arm,
                 radii,
                 excess: ranges[k].0 - a? - b? - wanted,
                 names: format!(
                     "\"{}\" and \"{}\"",
-                    scene.bodies()[link.body].name,
-                    scene.bodies()[link.to].name
+                    scene.bodies()[joint.body].name,
+                    scene.bodies()[joint.to].name
                 ),
             })
         })

@@ -1,7 +1,7 @@
 //! The upper half of the plot: displacements or angles against time.
 
 use plotters::prelude::*;
-use scene::{LengthPath, Scene};
+use scene::{Scene, ShapePath};
 
 use super::quantity::Quantity;
 use super::style::{Area, BAND, COLOURS, FAINT, GREY, INK, font, px, short};
@@ -49,15 +49,15 @@ pub(super) fn draw(
         .build_cartesian_2d(0.0..end, low..high)?;
     let mut phase_start = 0.0;
     let phases = &scene.gait().phases;
-    for leg in 0..outcome.legs.len() {
-        let phase_end = phase_start + phases[leg % phases.len()].duration;
-        if leg % 2 == 1 {
+    for span in 0..outcome.spans.len() {
+        let phase_end = phase_start + phases[span % phases.len()].duration;
+        if span % 2 == 1 {
             chart.draw_series([Rectangle::new(
                 [(phase_start, low), (phase_end, high)],
                 BAND.filled(),
             )])?;
         }
-        let label = phase_label(scene, leg % phases.len());
+        let label = phase_label(scene, span % phases.len());
         let length = label.chars().count() as f64 * CHARACTER * f64::from(px(LABEL_SIZE));
         let (across, _) = chart.plotting_area().get_pixel_range();
         let share = (phase_end - phase_start) / end;
@@ -134,17 +134,17 @@ fn at(x: u32, y: u32) -> (i32, i32) {
 
 fn phase_label(scene: &Scene, phase: usize) -> String {
     let path = &scene.gait().phases[phase].path;
-    let name = |link: usize| &scene.articulation().links()[link].name;
+    let name = |joint: usize| &scene.articulation().joints()[joint].name;
     match path {
-        LengthPath::Linear(changes) if changes.is_empty() => String::new(),
-        LengthPath::Linear(changes) => {
+        ShapePath::Linear(changes) if changes.is_empty() => String::new(),
+        ShapePath::Linear(changes) => {
             let labels = changes
                 .iter()
-                .map(|&(link, length)| format!("{} to {}", name(link), short(length)));
+                .map(|&(joint, length)| format!("{} to {}", name(joint), short(length)));
             labels.collect::<Vec<_>>().join(", ")
         }
-        LengthPath::Cubic(_) => format!("row {}", phase + 2),
-        LengthPath::Own(_) => format!("path {}", phase + 1),
-        LengthPath::Harmonic { span, .. } => format!("to {} of a period", span.1),
+        ShapePath::Cubic(_) => format!("row {}", phase + 2),
+        ShapePath::Own(_) => format!("path {}", phase + 1),
+        ShapePath::Harmonic { span, .. } => format!("to {} of a period", span.1),
     }
 }

@@ -75,8 +75,8 @@ pub(super) fn draw(
             font(13, &GREY),
         ))?;
         let at = |body: usize| pixel(&sample.poses[body].translation.vector);
-        for link in scene.articulation().links() {
-            let arm = [at(link.body), at(link.to)];
+        for joint in scene.articulation().joints() {
+            let arm = [at(joint.body), at(joint.to)];
             area.draw(&PathElement::new(arm, GREY.stroke_width(px(2))))?;
         }
         for (body, shape) in scene.bodies().iter().map(|body| &body.shape).enumerate() {

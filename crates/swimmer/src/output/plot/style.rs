@@ -23,7 +23,7 @@ pub fn body_colour(number: usize) -> String {
 
 /// Colour of text and axes.
 pub const INK: RGBColor = RGBColor(40, 40, 40);
-/// Colour of secondary text and links.
+/// Colour of secondary text and joints.
 pub const GREY: RGBColor = RGBColor(110, 110, 110);
 /// Colour of grid lines.
 pub const FAINT: RGBColor = RGBColor(225, 225, 225);

@@ -53,7 +53,7 @@ pub fn page_data(record: &RunRecord) -> Result<Value, SwimError> {
         })
     });
     let view = SliceFrame::of(scene)?.around(scene, &start_poses(record));
-    let links = scene.articulation().links().iter();
+    let joints = scene.articulation().joints().iter();
     let slices: Vec<Value> = (record.slices.slices.par_iter())
         .filter_map(|stored| slice(record, &shapes, &surfaces, stored))
         .collect();
@@ -62,7 +62,7 @@ pub fn page_data(record: &RunRecord) -> Result<Value, SwimError> {
         "cycle": scene.gait().cycle_duration(),
         "cycles": { "shown": track.cycles, "all": scene.gait().cycles },
         "bodies": bodies,
-        "links": links.map(|link| json!([link.body, link.to])).collect::<Vec<_>>(),
+        "links": joints.map(|joint| json!([joint.body, joint.to])).collect::<Vec<_>>(),
         "meshes": surfaces.iter().flatten().map(mesh).collect::<Vec<_>>(),
         "times": packed::floats(track.times.iter().copied()),
         "poses": packed::floats(poses),
@@ -103,22 +103,22 @@ fn phases(record: &RunRecord, track: &Track) -> Vec<Value> {
     let gait = record.scene.gait();
     let mut begin = 0.0;
     let mut phases = Vec::new();
-    for leg in 0..gait.phases.len() * track.cycles {
-        let end = begin + gait.phases[leg % gait.phases.len()].duration;
-        let links = record
+    for span in 0..gait.phases.len() * track.cycles {
+        let end = begin + gait.phases[span % gait.phases.len()].duration;
+        let joints = record
             .outcome
-            .legs
-            .get(leg)
-            .map_or(&[][..], |leg| &leg.links);
-        let is_labelled = gait.phases.len() * track.cycles <= MAX_LABELS && !links.is_empty();
-        let name = is_labelled.then(|| record.scene.link_names(links));
+            .spans
+            .get(span)
+            .map_or(&[][..], |span| &span.joints);
+        let is_labelled = gait.phases.len() * track.cycles <= MAX_LABELS && !joints.is_empty();
+        let name = is_labelled.then(|| record.scene.joint_names(joints));
         phases.push(json!({ "begin": begin, "end": end, "name": name }));
         begin = end;
     }
     phases
 }
 
-/// Curves over time: displacements or angles of the bodies, then lengths and angles of the links.
+/// Curves over time: displacements or angles of the bodies, then lengths and angles of the joints.
 fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
     let (scene, outcome) = (&record.scene, &record.outcome);
     let quantity = Quantity::of(scene, outcome);
@@ -153,24 +153,29 @@ fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
         .chain(rotation)
         .map(of_bodies)
         .collect();
-    let moving: BTreeSet<usize> = (outcome.legs.iter().flat_map(|leg| leg.links.clone()))
-        .chain(scene.articulation().passive_links().map(|(link, _)| link))
+    let moving: BTreeSet<usize> = (outcome.spans.iter().flat_map(|span| span.joints.clone()))
+        .chain(
+            scene
+                .articulation()
+                .passive_drives()
+                .map(|(joint, _)| joint),
+        )
         .collect();
     for (turns, title, unit) in [
         (false, "Lengths of the links", "length (the scene's unit)"),
         (true, "Angles of the joints", "angle (radians)"),
     ] {
-        let links = scene.articulation().links().iter().enumerate();
-        let of_links: Vec<Value> = links
-            .filter(|(k, link)| link.joint.turns() == turns && moving.contains(k))
-            .map(|(k, link)| {
+        let joints = scene.articulation().joints().iter().enumerate();
+        let of_joints: Vec<Value> = joints
+            .filter(|(k, joint)| joint.kind.turns() == turns && moving.contains(k))
+            .map(|(k, joint)| {
                 let values = track.joints.iter().map(|values| values[k]);
                 // Other colours than those of the first bodies.
-                series(&link.name, k + 3, values.collect())
+                series(&joint.name, k + 3, values.collect())
             })
             .collect();
-        if !of_links.is_empty() {
-            plots.push(json!({ "title": title, "unit": unit, "series": of_links }));
+        if !of_joints.is_empty() {
+            plots.push(json!({ "title": title, "unit": unit, "series": of_joints }));
         }
     }
     plots

@@ -1,7 +1,7 @@
 //! Poses of the bodies and values of the joints at the times of the player.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use scene::legs;
+use scene::spans;
 
 use super::record::RunRecord;
 use crate::error::SwimError;
@@ -23,7 +23,7 @@ pub struct Track {
     pub positions: Vec<Vec<Vector3<f64>>>,
     /// Rotations relative to the initial configuration, by time and body.
     pub rotations: Vec<Vec<UnitQuaternion<f64>>>,
-    /// Values of the joints, by time and link.
+    /// Values of the joints, by time and joint.
     pub joints: Vec<Vec<f64>>,
 }
 
@@ -59,10 +59,10 @@ impl Track {
             steps.push(last);
         }
         let times: Vec<f64> = steps.iter().map(|&k| curve[k].0).collect();
-        let passive: Vec<usize> = (scene.articulation().passive_links())
-            .map(|(link, _)| link)
+        let passive: Vec<usize> = (scene.articulation().passive_drives())
+            .map(|(joint, _)| joint)
             .collect();
-        let mut legs = legs(gait, scene.articulation().initial_lengths())?.peekable();
+        let mut spans = spans(gait, scene.articulation().initial_shape())?.peekable();
         let (mut rotations, mut joints) = (Vec::new(), Vec::new());
         for &time in &times {
             let (before, after, share) = around(&outcome.samples, time);
@@ -72,18 +72,18 @@ impl Track {
                 middle.unwrap_or(a.rotation)
             });
             rotations.push(turned.collect());
-            while let Some(leg) = legs.peek()
-                && time > leg.start + leg.duration * (1.0 + 1e-12)
+            while let Some(span) = spans.peek()
+                && time > span.start + span.duration * (1.0 + 1e-12)
             {
-                legs.next();
+                spans.next();
             }
-            let mut values = match legs.peek() {
-                Some(leg) => leg.lengths(((time - leg.start) / leg.duration).clamp(0.0, 1.0)),
-                None => after.lengths.clone(),
+            let mut values = match spans.peek() {
+                Some(span) => span.shape(((time - span.start) / span.duration).clamp(0.0, 1.0)),
+                None => after.shape.clone(),
             };
-            for &link in &passive {
-                let (a, b) = (before.lengths[link], after.lengths[link]);
-                values[link] = a + share * (b - a);
+            for &joint in &passive {
+                let (a, b) = (before.shape[joint], after.shape[joint]);
+                values[joint] = a + share * (b - a);
             }
             joints.push(values);
         }

@@ -1,4 +1,4 @@
-//! Loads of the links on bodies: multipliers of the constraints, in every formulation.
+//! Loads of the joints on bodies: multipliers of the constraints, in every formulation.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -6,9 +6,10 @@ use crate::damping::Damping;
 use crate::error::check_length;
 use crate::{Constraints, Drive, NullSpace, Reduction, RigidError, SymmetryPlanes};
 
-/// Data for the loads `λ` of the links: `C^T λ` balances the fluid's forces and the external loads.
+/// Data for the loads `λ` of the joints: `C^T λ` balances the fluid's forces and the external
+/// loads.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LinkLoads {
+pub(crate) struct JointLoads {
     /// Independent rows of `C`, gauge rows below them.
     rows: DMatrix<f64>,
     /// Indices of the independent rows of `C`; the other rows are redundant and carry no load.
@@ -19,17 +20,17 @@ pub(crate) struct LinkLoads {
     external: DVector<f64>,
     /// Generalised velocities of bodies with surfaces.
     surface_rows: Vec<usize>,
-    /// Velocities of bodies with surfaces that the links allow, one column per dof.
+    /// Velocities of bodies with surfaces that the joints allow, one column per dof.
     surface_basis: DMatrix<f64>,
-    /// Velocities of bodies, frames and joints that the links allow, one column per dof.
+    /// Velocities of bodies, frames and joints that the joints allow, one column per dof.
     basis: DMatrix<f64>,
     /// Resistances in addition to that of the fluid.
     damping: Damping,
-    /// Vectors along the links.
+    /// Vectors along the joints.
     ///
-    /// They do not affect the loads, but distinguish drives at different lengths: with
+    /// They do not affect the loads, but distinguish drives at different values: with
     /// [`Arms::Lab`](crate::Arms::Lab) `rows` contain no lengths.
-    link_vectors: Vec<Vector3<f64>>,
+    joint_vectors: Vec<Vector3<f64>>,
 }
 
 /// Power of the loads on a motion of unit size, relative to the loads, up to which it is rounding
@@ -37,17 +38,17 @@ pub(crate) struct LinkLoads {
 const UNRESISTED: f64 = 1e-9;
 
 impl Drive<'_> {
-    /// The velocities that links and symmetry planes allow, and data for the loads of the links.
+    /// The velocities that joints and symmetry planes allow, and data for the loads of the joints.
     ///
-    /// Only [`NullSpace::offset`] depends on the rates of the links.
+    /// Only [`NullSpace::offset`] depends on the rates of the joints.
     ///
     /// # Errors
-    /// Links that contradict each other, loads that are not symmetric about the planes, not finite
+    /// Joints that contradict each other, loads that are not symmetric about the planes, not finite
     /// or of the wrong number, loads on motions that move no surface, constraints of another set.
     pub(crate) fn reduced(
         &self,
         symmetry_planes: SymmetryPlanes,
-    ) -> Result<(NullSpace, LinkLoads), RigidError> {
+    ) -> Result<(NullSpace, JointLoads), RigidError> {
         self.check()?;
         let constraints = Constraints::with_symmetry(self, symmetry_planes)?;
         let Reduction {
@@ -60,7 +61,7 @@ impl Drive<'_> {
                 power: power.amax(),
             });
         }
-        let loads = LinkLoads {
+        let loads = JointLoads {
             rows: all.constraint_rows(&constraints),
             independent: all.independent.clone(),
             constraints: constraints.matrix.nrows(),
@@ -69,20 +70,20 @@ impl Drive<'_> {
             surface_basis,
             basis: all.basis.clone(),
             damping: self.damping(),
-            link_vectors: constraints.link_vectors.clone(),
+            joint_vectors: constraints.joint_vectors.clone(),
         };
         Ok((all, loads))
     }
 
-    /// Loads of the links that balance given forces `(F, T)` of the rigid bodies on the fluid.
+    /// Loads of the joints that balance given forces `(F, T)` of the rigid bodies on the fluid.
     ///
     /// For flow models that provide resistances only; `velocities` are all generalised velocities,
     /// which dashpots depend on. The layout is that of
-    /// [`FlowSolution::link_loads`](crate::FlowSolution::link_loads).
+    /// [`FlowSolution::joint_loads`](crate::FlowSolution::joint_loads).
     ///
     /// # Errors
-    /// Links that contradict each other, lists of the wrong length.
-    pub fn link_loads(
+    /// Joints that contradict each other, lists of the wrong length.
+    pub fn joint_loads(
         &self,
         forces: &DVector<f64>,
         velocities: &DVector<f64>,
@@ -102,7 +103,7 @@ impl Drive<'_> {
     }
 }
 
-impl LinkLoads {
+impl JointLoads {
     /// Independent rows of `C`, gauge rows below them.
     pub(crate) fn rows(&self) -> &DMatrix<f64> {
         &self.rows
@@ -126,7 +127,7 @@ impl LinkLoads {
     ///
     /// `C^T λ = forces + damping q - external`. The rows are independent, so the least-squares
     /// solution is unique. Its residual is the residual of the force balances of the motions that
-    /// the links allow.
+    /// the joints allow.
     ///
     /// # Errors
     /// [`RigidError::DependentConstraints`] for rows that are linearly dependent to rounding.
@@ -143,12 +144,12 @@ impl LinkLoads {
     /// Change of the loads for changes of the forces `(F, T)` and of all velocities, and the forces
     /// that it balances.
     ///
-    /// The external loads do not change. The forces returned do no work on motions that the links
+    /// The external loads do not change. The forces returned do no work on motions that the joints
     /// allow, but for that of the dashpots: `f - S (S^T S)^-1 (S^T f + B^T D q)` with the basis `B`
     /// of all velocities, `S` its rows of surfaces.
     ///
     /// # Errors
-    /// Those of [`LinkLoads::balancing`].
+    /// Those of [`JointLoads::balancing`].
     pub(crate) fn change(
         &self,
         forces: &DVector<f64>,

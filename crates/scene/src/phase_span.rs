@@ -1,67 +1,67 @@
-//! Legs: the phases of all cycles of a gait, one after the other.
+//! Phase spans: the phases of all cycles of a gait, one after the other.
 
 use std::f64::consts::TAU;
 
-use crate::length_path::{LengthPath, Sine};
+use crate::shape_path::{ShapePath, Sine};
 
-/// One phase of one cycle, with the lengths as functions of the parameter `s` from 0 to 1.
+/// One phase of one cycle, with the shape as a function of the parameter `s` from 0 to 1.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Leg {
-    /// Number of the leg over all cycles, from zero.
+pub struct PhaseSpan {
+    /// Number of the phase span over all cycles, from zero.
     pub number: usize,
     /// Number of the phase within its cycle, from zero.
     pub phase: usize,
-    /// The links that change their lengths.
-    pub links: Vec<usize>,
-    /// Lengths of the links at `s` = 0.
+    /// The joints that change their values.
+    pub joints: Vec<usize>,
+    /// Values of the joints at `s` = 0.
     pub from: Vec<f64>,
-    /// Lengths of the links at `s` = 1.
+    /// Values of the joints at `s` = 1.
     pub to: Vec<f64>,
     /// Time at `s` = 0.
     pub start: f64,
     /// Duration.
     pub duration: f64,
-    /// Mean lengths of the links, about which those with sines oscillate.
+    /// Mean values of the joints, about which those with sines oscillate.
     pub(crate) means: Vec<f64>,
-    pub(crate) path: LengthPath,
+    pub(crate) path: ShapePath,
 }
 
-/// Number of parts of a leg at whose ends its lengths are evaluated where their range is needed.
+/// Number of parts of a phase span at whose ends the shape is evaluated where its range is needed.
 const RANGE_PARTS: usize = 64;
 
-impl Leg {
-    /// Lengths of the links at `s`.
-    pub fn lengths(&self, s: f64) -> Vec<f64> {
-        // In this form a constant length is reproduced to the last bit.
+impl PhaseSpan {
+    /// Values of the joints at `s`.
+    pub fn shape(&self, s: f64) -> Vec<f64> {
+        // In this form a constant value is reproduced to the last bit.
         let linear = || {
             let ends = self.from.iter().zip(&self.to);
             ends.map(|(a, b)| a + s * (b - a)).collect::<Vec<f64>>()
         };
         match &self.path {
-            LengthPath::Linear(_) => linear(),
-            LengthPath::Cubic(pieces) => {
-                let mut lengths = linear();
+            ShapePath::Linear(_) => linear(),
+            ShapePath::Cubic(pieces) => {
+                let mut shape = linear();
                 for piece in pieces {
-                    lengths[piece.link] += s * (s - 1.0) * (piece.square + piece.cube * (s + 1.0));
+                    shape[piece.joint] += s * (s - 1.0) * (piece.square + piece.cube * (s + 1.0));
                 }
-                lengths
+                shape
             }
-            LengthPath::Harmonic { sines, span } => {
-                let mut lengths = self.means.clone();
+            ShapePath::Harmonic { sines, span } => {
+                let mut shape = self.means.clone();
                 for sine in sines {
-                    lengths[sine.link] += sine.at(span.0 + s * (span.1 - span.0));
+                    shape[sine.joint] += sine.at(span.0 + s * (span.1 - span.0));
                 }
-                lengths
+                shape
             }
-            LengthPath::Own(path) => {
-                let mut lengths = self.from.clone();
-                path.enter_values(s, &mut lengths);
-                lengths
+            ShapePath::Own(path) => {
+                let mut shape = self.from.clone();
+                path.enter_values(s, &mut shape);
+                shape
             }
         }
     }
 
-    /// Rates of change of the lengths in time at `s`.
+    /// Rates of change of the values in time at `s`.
     pub fn rates(&self, s: f64) -> Vec<f64> {
         let linear = || {
             let ends = self.from.iter().zip(&self.to);
@@ -69,24 +69,25 @@ impl Leg {
                 .collect::<Vec<f64>>()
         };
         match &self.path {
-            LengthPath::Linear(_) => linear(),
-            LengthPath::Cubic(pieces) => {
+            ShapePath::Linear(_) => linear(),
+            ShapePath::Cubic(pieces) => {
                 let mut rates = linear();
                 for piece in pieces {
                     let bend = piece.square * (2.0 * s - 1.0) + piece.cube * (3.0 * s * s - 1.0);
-                    rates[piece.link] += bend / self.duration;
+                    rates[piece.joint] += bend / self.duration;
                 }
                 rates
             }
-            LengthPath::Harmonic { sines, span } => {
+            ShapePath::Harmonic { sines, span } => {
                 let width = span.1 - span.0;
                 let mut rates = vec![0.0; self.means.len()];
                 for sine in sines {
-                    rates[sine.link] += sine.derivative(span.0 + s * width) * width / self.duration;
+                    rates[sine.joint] +=
+                        sine.derivative(span.0 + s * width) * width / self.duration;
                 }
                 rates
             }
-            LengthPath::Own(path) => {
+            ShapePath::Own(path) => {
                 let mut rates = vec![0.0; self.from.len()];
                 path.enter_derivatives(s, 1.0 / self.duration, &mut rates);
                 rates
@@ -94,7 +95,7 @@ impl Leg {
         }
     }
 
-    /// Intervals that contain the lengths of the links along the leg.
+    /// Intervals that contain the values of the joints along the phase span.
     ///
     /// Those of linear paths are sharp. Others are too wide by at most 3e-5 of the largest second
     /// derivative with respect to `s`, for a sine 8e-5 of the amplitude times the order squared.
@@ -105,33 +106,33 @@ impl Leg {
             .collect();
         // Largest second derivatives with respect to `s`.
         let bends: Vec<(usize, f64)> = match &self.path {
-            LengthPath::Linear(_) => return ranges,
-            LengthPath::Cubic(pieces) => (pieces.iter())
+            ShapePath::Linear(_) => return ranges,
+            ShapePath::Cubic(pieces) => (pieces.iter())
                 .map(|piece| {
                     (
-                        piece.link,
+                        piece.joint,
                         2.0 * piece.square.abs() + 6.0 * piece.cube.abs(),
                     )
                 })
                 .collect(),
-            LengthPath::Harmonic { sines, span } => {
+            ShapePath::Harmonic { sines, span } => {
                 let angle = |sine: &Sine| TAU * f64::from(sine.order) * (span.1 - span.0);
-                let bend = |sine: &Sine| (sine.link, sine.amplitude * angle(sine).powi(2));
+                let bend = |sine: &Sine| (sine.joint, sine.amplitude * angle(sine).powi(2));
                 sines.iter().map(bend).collect()
             }
-            LengthPath::Own(_) => self.measured_bends(),
+            ShapePath::Own(_) => self.measured_bends(),
         };
         for k in 1..RANGE_PARTS {
-            let lengths = self.lengths(k as f64 / RANGE_PARTS as f64);
-            for (range, length) in ranges.iter_mut().zip(lengths) {
+            let shape = self.shape(k as f64 / RANGE_PARTS as f64);
+            for (range, length) in ranges.iter_mut().zip(shape) {
                 *range = (range.0.min(length), range.1.max(length));
             }
         }
-        for (link, bend) in bends {
+        for (joint, bend) in bends {
             // Between two points a function leaves the interval of its values there by at most an
             // eighth of the largest second derivative times the square of their distance.
             let excess = 0.125 * bend / (RANGE_PARTS * RANGE_PARTS) as f64;
-            ranges[link] = (ranges[link].0 - excess, ranges[link].1 + excess);
+            ranges[joint] = (ranges[joint].0 - excess, ranges[joint].1 + excess);
         }
         ranges
     }
@@ -141,18 +142,21 @@ impl Leg {
         let rates: Vec<_> = (0..=RANGE_PARTS)
             .map(|k| self.rates(k as f64 / RANGE_PARTS as f64))
             .collect();
-        let bend = |link: usize| {
-            let changes = rates.windows(2).map(|pair| pair[1][link] - pair[0][link]);
+        let bend = |joint: usize| {
+            let changes = rates.windows(2).map(|pair| pair[1][joint] - pair[0][joint]);
             let largest = changes.fold(0.0, |largest: f64, change| largest.max(change.abs()));
             // Between the points it can be larger; twice as large would be a path with corners.
             2.0 * largest * self.duration * RANGE_PARTS as f64
         };
-        self.links.iter().map(|&link| (link, bend(link))).collect()
+        self.joints
+            .iter()
+            .map(|&joint| (joint, bend(joint)))
+            .collect()
     }
 
-    /// Whether lengths are linear in `s`.
+    /// Whether the shape is linear in `s`.
     pub fn is_linear(&self) -> bool {
-        matches!(self.path, LengthPath::Linear(_))
+        matches!(self.path, ShapePath::Linear(_))
     }
 
     /// Time at `s`.
@@ -164,12 +168,12 @@ impl Leg {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gait::{Gait, legs};
+    use crate::gait::{Gait, spans};
 
     #[test]
     fn sines_of_several_orders_close_and_their_ranges_contain_them() {
-        let sine = |link, amplitude, phase, order| Sine {
-            link,
+        let sine = |joint, amplitude, phase, order| Sine {
+            joint,
             amplitude,
             phase,
             order,
@@ -181,36 +185,36 @@ mod tests {
         ];
         let gait = Gait::harmonic(2, sines, 6.0);
         let initial = [8.0, 5.0, 7.0];
-        let all: Vec<Leg> = legs(&gait, &initial).unwrap().collect();
+        let all: Vec<PhaseSpan> = spans(&gait, &initial).unwrap().collect();
         assert_eq!(all.len(), 8);
-        assert_eq!(all[0].links, [0, 2]);
+        assert_eq!(all[0].joints, [0, 2]);
         assert_eq!(gait.duration(), 12.0);
         for (a, b) in initial.iter().zip(&all[7].to) {
             assert!((a - b).abs() < 1e-14);
         }
-        for leg in &all {
-            let ranges = leg.ranges();
+        for span in &all {
+            let ranges = span.ranges();
             for k in 0..=1000 {
                 let s = f64::from(k) / 1000.0;
-                let lengths = leg.lengths(s);
-                assert_eq!(lengths[1], 5.0);
-                for (length, range) in lengths.iter().zip(&ranges) {
+                let shape = span.shape(s);
+                assert_eq!(shape[1], 5.0);
+                for (length, range) in shape.iter().zip(&ranges) {
                     assert!((range.0..=range.1).contains(length));
                 }
                 // Central differences with d = 1e-5: rounding 1e-15 / d and d^2 times the third
                 // derivative.
                 let d = 1e-5;
-                let [before, after] = [leg.lengths(s - d), leg.lengths(s + d)];
-                for (link, rate) in leg.rates(s).iter().enumerate() {
-                    let expected = (after[link] - before[link]) / (2.0 * d * leg.duration);
+                let [before, after] = [span.shape(s - d), span.shape(s + d)];
+                for (joint, rate) in span.rates(s).iter().enumerate() {
+                    let expected = (after[joint] - before[joint]) / (2.0 * d * span.duration);
                     assert!((rate - expected).abs() < 1e-8, "{rate} {expected}");
                 }
             }
             // The true extremes are at most 8e-5 of the amplitudes times the orders squared away.
-            let lengths: Vec<f64> = (0..=1000)
-                .map(|k| leg.lengths(1e-3 * f64::from(k))[0])
+            let shape: Vec<f64> = (0..=1000)
+                .map(|k| span.shape(1e-3 * f64::from(k))[0])
                 .collect();
-            let (low, high) = lengths
+            let (low, high) = shape
                 .iter()
                 .fold((f64::MAX, f64::MIN), |(low, high), &length| {
                     (low.min(length), high.max(length))

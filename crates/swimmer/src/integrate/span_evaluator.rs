@@ -1,4 +1,4 @@
-//! The model's solutions at points of a leg, each of them checked.
+//! The model's solutions at points of a phase span, each of them checked.
 
 use models::{
     BodyInertia, Configuration, ErrorEstimates, Hydrodynamics, InstantaneousSolution, ModelError,
@@ -6,63 +6,63 @@ use models::{
 };
 use nalgebra::DMatrix;
 use rigid::State;
-use scene::{Leg, Scene, closest_contact, contacts};
+use scene::{PhaseSpan, Scene, closest_contact, contacts};
 
-use super::leg_solution::LegSolution;
 use super::passive_joints::JointNewton;
 use super::piece::PathPiece;
+use super::span_solution::SpanSolution;
 use crate::error::SwimError;
 
-type Observer<'a> = &'a mut dyn FnMut(&LegSolution, &dyn Hydrodynamics) -> Result<(), SwimError>;
+type Observer<'a> = &'a mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>;
 
-/// Evaluates the model along one leg, counts the solves and adds up their time.
-pub(super) struct LegEvaluator<'a> {
+/// Evaluates the model along one phase span, counts the solves and adds up their time.
+pub(super) struct SpanEvaluator<'a> {
     pub scene: &'a Scene,
-    pub leg: &'a Leg,
+    pub span: &'a PhaseSpan,
     pub seconds: Seconds,
     pub solves: usize,
     /// Number of solutions on another mesh than the solution before.
     pub mesh_changes: usize,
     /// Degrees of freedom of the last solution, which differ between meshes.
     dofs: Option<usize>,
-    /// Integration error that the scene's tolerance allows for the leg, if it is known.
+    /// Integration error that the scene's tolerance allows for the phase span, if it is known.
     pub tolerance: Option<f64>,
-    /// Intervals of the lengths of the links along the leg.
+    /// Intervals of the values of the joints along the phase span.
     pub ranges: Vec<(f64, f64)>,
     model: &'a mut dyn Hydrodynamics,
     observe: Observer<'a>,
 }
 
-impl<'a> LegEvaluator<'a> {
+impl<'a> SpanEvaluator<'a> {
     pub fn new(
         scene: &'a Scene,
         model: &'a mut dyn Hydrodynamics,
-        leg: &'a Leg,
+        span: &'a PhaseSpan,
         tolerance: Option<f64>,
         observe: Observer<'a>,
     ) -> Self {
         Self {
             scene,
-            leg,
+            span,
             seconds: Seconds::default(),
             solves: 0,
             mesh_changes: 0,
             dofs: None,
             tolerance,
-            ranges: leg.ranges(),
+            ranges: span.ranges(),
             model,
             observe,
         }
     }
 
-    /// The model's solution at the position `s` in [0, 1] on the leg, with or without its estimates
-    /// of the discretisation error.
+    /// The model's solution at the position `s` in [0, 1] on the phase span, with or without its
+    /// estimates of the discretisation error.
     pub fn solve(
         &mut self,
         s: f64,
         state: &State,
         estimates: bool,
-    ) -> Result<LegSolution, SwimError> {
+    ) -> Result<SpanSolution, SwimError> {
         self.solve_query(s, state, estimates, None)
     }
 
@@ -71,17 +71,17 @@ impl<'a> LegEvaluator<'a> {
         &mut self,
         points: Vec<(f64, State)>,
         estimates: bool,
-    ) -> Result<Vec<LegSolution>, SwimError> {
+    ) -> Result<Vec<SpanSolution>, SwimError> {
         let mut inputs = Vec::with_capacity(points.len());
         for (s, state) in &points {
-            let lengths = self.leg.lengths(*s);
-            self.check_clearance(*s, state, &lengths)?;
-            let forces = self.scene.joint_forces(self.leg.time(*s));
-            inputs.push((lengths, [self.leg.rates(*s)], forces));
+            let shape = self.span.shape(*s);
+            self.check_clearance(*s, state, &shape)?;
+            let forces = self.scene.joint_forces(self.span.time(*s));
+            inputs.push((shape, [self.span.rates(*s)], forces));
         }
         let queries = points.iter().zip(&inputs);
-        let queries = queries.map(|((_, state), (lengths, rates, forces))| {
-            Query::new(Configuration { state, lengths }, rates)
+        let queries = queries.map(|((_, state), (shape, rates, forces))| {
+            Query::new(Configuration { state, shape }, rates)
                 .with_estimates(estimates)
                 .with_joint_forces(forces.as_deref())
         });
@@ -113,7 +113,7 @@ impl<'a> LegEvaluator<'a> {
         s: f64,
         state: &State,
         inertia: &[BodyInertia],
-    ) -> Result<LegSolution, SwimError> {
+    ) -> Result<SpanSolution, SwimError> {
         self.solve_query(s, state, true, Some(inertia))
     }
 
@@ -124,9 +124,9 @@ impl<'a> LegEvaluator<'a> {
         state: &State,
         estimates: bool,
         inertia: Option<&[BodyInertia]>,
-    ) -> Result<LegSolution, SwimError> {
-        let rates = [self.leg.rates(s)];
-        let forces = self.scene.joint_forces(self.leg.time(s));
+    ) -> Result<SpanSolution, SwimError> {
+        let rates = [self.span.rates(s)];
+        let forces = self.scene.joint_forces(self.span.time(s));
         let solutions = self.query(s, state, |model, configuration| {
             let query = Query::new(configuration, &rates)
                 .with_estimates(estimates)
@@ -139,7 +139,7 @@ impl<'a> LegEvaluator<'a> {
         self.record(s, state, self.only(solutions)?)
     }
 
-    /// The grand resistance matrix at the position `s` on the leg.
+    /// The grand resistance matrix at the position `s` on the phase span.
     pub fn resistance(&mut self, s: f64, state: &State) -> Result<DMatrix<f64>, SwimError> {
         self.query(s, state, |model, configuration| {
             model.resistance(configuration)
@@ -154,14 +154,14 @@ impl<'a> LegEvaluator<'a> {
         state: &State,
     ) -> Result<Option<JointNewton>, SwimError> {
         let set = self.scene.articulation();
-        let mut drives = set.passive_links().map(|(_, drive)| drive);
+        let mut drives = set.passive_drives().map(|(_, drive)| drive);
         if drives.all(|drive| drive.stiffness == 0.0) {
             return Ok(None);
         }
         let responses = self.query(s, state, |model, configuration| {
             model.joint_responses(configuration)
         })?;
-        let drives = set.passive_links().map(|(_, drive)| drive);
+        let drives = set.passive_drives().map(|(_, drive)| drive);
         Ok(Some(JointNewton::new(&responses, drives)))
     }
 
@@ -182,11 +182,11 @@ impl<'a> LegEvaluator<'a> {
         state: &State,
         evaluate: impl Fn(&mut dyn Hydrodynamics, Configuration<'_>) -> Result<T, ModelError>,
     ) -> Result<T, SwimError> {
-        let lengths = self.leg.lengths(s);
-        self.check_clearance(s, state, &lengths)?;
+        let shape = self.span.shape(s);
+        self.check_clearance(s, state, &shape)?;
         let configuration = Configuration {
             state,
-            lengths: &lengths,
+            shape: &shape,
         };
         Ok(evaluate(self.model, configuration)?)
     }
@@ -197,28 +197,28 @@ impl<'a> LegEvaluator<'a> {
         s: f64,
         state: &State,
         solution: InstantaneousSolution,
-    ) -> Result<LegSolution, SwimError> {
+    ) -> Result<SpanSolution, SwimError> {
         solution.check(self.model)?;
         self.seconds += solution.seconds;
         let dofs = self.dofs.replace(solution.dofs.total);
         let has_other_dofs = dofs.is_some_and(|before| before != solution.dofs.total);
         self.mesh_changes += usize::from(solution.remeshed.is_some() || has_other_dofs);
-        let leg_solution = LegSolution {
+        let span_solution = SpanSolution {
             number: self.solves,
             s,
             state: state.clone(),
             solution,
         };
         self.solves += 1;
-        (self.observe)(&leg_solution, &*self.model)?;
-        Ok(leg_solution)
+        (self.observe)(&span_solution, &*self.model)?;
+        Ok(span_solution)
     }
 
     /// The solution rotated to another state with the same shape, for scenes whose motion depends
     /// on the shape alone.
-    pub fn rotated(&self, solution: &LegSolution, state: &State) -> LegSolution {
+    pub fn rotated(&self, solution: &SpanSolution, state: &State) -> SpanSolution {
         let rotation = state.frames[0].rotation * solution.state.frames[0].rotation.inverse();
-        let mut rotated = LegSolution {
+        let mut rotated = SpanSolution {
             state: state.clone(),
             ..solution.clone()
         };
@@ -226,21 +226,21 @@ impl<'a> LegEvaluator<'a> {
         rotated
     }
 
-    /// Names of the links that change their lengths, for messages.
-    pub fn link_name(&self) -> String {
-        self.scene.link_names(&self.leg.links)
+    /// Names of the joints that change their values, for messages.
+    pub fn joint_name(&self) -> String {
+        self.scene.joint_names(&self.span.joints)
     }
 
     /// Gaps between surfaces at the position `s` of a path, in a fixed order.
     pub fn gaps(&self, path: &PathPiece, s: f64) -> Result<Vec<f64>, SwimError> {
         let set = self.scene.articulation();
-        let poses = set.place(&path.state(set, s)?, &self.leg.lengths(s))?;
+        let poses = set.place(&path.state(set, s)?, &self.span.shape(s))?;
         let contacts = contacts(self.scene.bodies(), self.scene.domain(), &poses);
         Ok(contacts.map(|contact| contact.gap).collect())
     }
 
-    fn check_clearance(&self, s: f64, state: &State, lengths: &[f64]) -> Result<(), SwimError> {
-        let poses = self.scene.articulation().place(state, lengths)?;
+    fn check_clearance(&self, s: f64, state: &State, shape: &[f64]) -> Result<(), SwimError> {
+        let poses = self.scene.articulation().place(state, shape)?;
         let bodies = self.scene.bodies();
         let Some(contact) = closest_contact(bodies, self.scene.domain(), &poses) else {
             return Ok(());
@@ -250,10 +250,10 @@ impl<'a> LegEvaluator<'a> {
         }
         let name = &bodies[contact.body].name;
         Err(SwimError::Collision {
-            phase: self.leg.number + 1,
-            link: self.link_name(),
+            phase: self.span.number + 1,
+            joint: self.joint_name(),
             percent: 100.0 * s,
-            time: self.leg.time(s),
+            time: self.span.time(s),
             problem: match contact.other {
                 Some(other) => format!(
                     "bodies '{name}' and '{}' touch (gap {:.4})",

@@ -11,13 +11,13 @@ use crate::solution::{BodySolution, InstantaneousSolution, for_each_vector};
 /// Errors have signs, because errors along a stroke partly cancel, as the velocities do. They are
 /// what [`InstantaneousSolution::correct`] subtracts: computed minus exact.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MeshError {
+pub struct DiscretisationError {
     /// Error of the rate of change of the state.
     pub motion: StateVelocity,
     /// Errors of the velocities and loads of each body.
     pub bodies: Vec<BodySolution>,
-    /// Error of the force of each link.
-    pub link_forces: Vec<Vector3<f64>>,
+    /// Error of the force of each joint.
+    pub joint_forces: Vec<Vector3<f64>>,
     /// Error of the power of the slip.
     pub slip_power: f64,
     /// What is uncertain about the estimate: error bars of the corrected solution.
@@ -36,7 +36,7 @@ pub struct Uncertainty {
     pub power: f64,
 }
 
-impl MeshError {
+impl DiscretisationError {
     /// The difference of two solutions of the same query, such as computed minus corrected.
     pub fn between(
         computed: &InstantaneousSolution,
@@ -54,7 +54,7 @@ impl MeshError {
                     torque: a.torque - b.torque,
                 })
                 .collect(),
-            link_forces: (computed.link_forces.iter().zip(&corrected.link_forces))
+            joint_forces: (computed.joint_forces.iter().zip(&corrected.joint_forces))
                 .map(difference)
                 .collect(),
             slip_power: computed.slip_power - corrected.slip_power,
@@ -73,7 +73,7 @@ impl MeshError {
             for_each_vector(
                 &mut term.motion,
                 &mut term.bodies,
-                &mut term.link_forces,
+                &mut term.joint_forces,
                 |vector| *vector *= factor,
             );
             (term.motion.joints.iter_mut()).for_each(|rate| *rate *= factor);
@@ -100,7 +100,7 @@ impl MeshError {
             sum.force += term.force;
             sum.torque += term.torque;
         }
-        for (sum, term) in self.link_forces.iter_mut().zip(&term.link_forces) {
+        for (sum, term) in self.joint_forces.iter_mut().zip(&term.joint_forces) {
             *sum += term;
         }
         self.slip_power += term.slip_power;
@@ -262,13 +262,13 @@ mod tests {
                 ..BodySolution::default()
             };
             let mut solution = InstantaneousSolution::new(vec![body], vec![], along_x(1.0 + sign));
-            solution.correct(MeshError {
+            solution.correct(DiscretisationError {
                 motion: along_x(sign),
                 bodies: vec![BodySolution {
                     velocity: sign * Vector3::x(),
                     ..BodySolution::default()
                 }],
-                link_forces: vec![],
+                joint_forces: vec![],
                 slip_power: 0.0,
                 uncertainty: Uncertainty {
                     relative: 0.1,

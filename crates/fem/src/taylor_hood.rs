@@ -1,4 +1,5 @@
-//! Shape functions of the reference tetrahedron, and their integrals for affine cells.
+//! The Taylor-Hood basis on the reference tetrahedron: quadratic velocities, linear pressures, and
+//! their integrals for affine cells.
 //!
 //! The node order is that of the mesh: four vertices, then the midside nodes of [`TET_EDGES`]. With
 //! the barycentric coordinates `l` the quadratic functions are `N_i = l_i (2 l_i - 1)` at vertices
@@ -158,7 +159,7 @@ mod tests {
     use super::*;
     use crate::quadrature::degree_6;
 
-    const AT: [f64; 4] = [0.15, 0.37, 0.28, 0.2];
+    const INSIDE: [f64; 4] = [0.15, 0.37, 0.28, 0.2];
 
     /// Barycentric coordinates of node `i`.
     fn node(i: usize) -> [f64; 4] {
@@ -181,9 +182,9 @@ mod tests {
 
     #[test]
     fn shape_functions_sum_to_one_and_their_gradients_to_zero() {
-        let sum: f64 = shape_functions(AT).iter().sum();
+        let sum: f64 = shape_functions(INSIDE).iter().sum();
         assert!((sum - 1.0).abs() < 1e-15);
-        let sum: Vec3 = shape_gradients(AT).iter().sum();
+        let sum: Vec3 = shape_gradients(INSIDE).iter().sum();
         assert!(sum.norm() < 1e-15);
     }
 
@@ -191,10 +192,10 @@ mod tests {
     fn shape_gradients_are_the_derivatives() {
         // Central differences of quadratics are exact up to rounding errors of size eps / step.
         let step = 1e-3;
-        let gradients = shape_gradients(AT);
+        let gradients = shape_gradients(INSIDE);
         for k in 0..3 {
             let shifted = |sign: f64| {
-                let mut l = AT;
+                let mut l = INSIDE;
                 l[k + 1] += sign * step;
                 l[0] -= sign * step;
                 shape_functions(l)
@@ -210,7 +211,7 @@ mod tests {
     #[test]
     fn linear_functions_equal_their_quadratic_interpolants() {
         // ψ_a = N_a + half the sum of the midside functions of the edges at a.
-        let n = shape_functions(AT);
+        let n = shape_functions(INSIDE);
         for a in 0..4 {
             let mut sum = n[a];
             for (k, edge) in TET_EDGES.iter().enumerate() {
@@ -218,7 +219,7 @@ mod tests {
                     sum += 0.5 * n[4 + k];
                 }
             }
-            assert!((sum - AT[a]).abs() < 1e-15);
+            assert!((sum - INSIDE[a]).abs() < 1e-15);
         }
     }
 

@@ -1,26 +1,26 @@
-//! The links of a scene file, and the articulation of its bodies and links.
+//! The joints of a scene file, and the articulation of its bodies and joints.
 
-use rigid::{Articulation, Joint, Link, RigidError};
+use rigid::{Articulation, Joint, JointKind, RigidError};
 
 use super::checks::Checks;
 use super::joint;
 use crate::body::Body;
 use crate::error::SceneError;
-use crate::file::LinkFile;
+use crate::file::JointFile;
 use crate::shape::Shape;
 use crate::words::ArmsKind;
 
-/// All links, with unique names, each between two bodies that no other link joins.
-pub(super) fn links(
+/// All joints, with unique names, each between two bodies that no other joint joins.
+pub(super) fn joints(
     checks: &Checks,
-    files: &[LinkFile],
+    files: &[JointFile],
     bodies: &[Body],
-) -> Result<Vec<Link>, SceneError> {
-    let mut links: Vec<Link> = Vec::with_capacity(files.len());
+) -> Result<Vec<Joint>, SceneError> {
+    let mut joints: Vec<Joint> = Vec::with_capacity(files.len());
     for (number, file) in files.iter().enumerate() {
         let key = |key: &str| format!("links[{number}].{key}");
         let name = checks.required(&key("name"), file.name.clone(), ": name every link")?;
-        if let Some(first) = links.iter().position(|link| link.name == name) {
+        if let Some(first) = joints.iter().position(|joint| joint.name == name) {
             let problem =
                 format!("\"{name}\" is the name of links[{first}] too; names must differ");
             return Err(checks.bad_value(&key("name"), problem));
@@ -39,58 +39,58 @@ pub(super) fn links(
             );
             return Err(checks.bad_value(&key("to"), problem));
         }
-        let joins_same = |link: &Link| [(body, to), (to, body)].contains(&(link.body, link.to));
-        if links.iter().any(joins_same) {
+        let joins_same = |joint: &Joint| [(body, to), (to, body)].contains(&(joint.body, joint.to));
+        if joints.iter().any(joins_same) {
             let problem = format!(
                 "links '{}' and '{}' a second time; remove one",
                 bodies[body].name, bodies[to].name
             );
             return Err(checks.bad_value(&format!("links[{number}]"), problem));
         }
-        let joint = joint::joint(checks, number, file, [&bodies[body], &bodies[to]])?;
-        let start = match joint {
-            Joint::Slide => (bodies[body].position - bodies[to].position).norm(),
+        let kind = joint::kind(checks, number, file, [&bodies[body], &bodies[to]])?;
+        let start = match kind {
+            JointKind::Slide => (bodies[body].position - bodies[to].position).norm(),
             _ => 0.0,
         };
         let drive = joint::drive(checks, number, file, start)?;
-        links.push(Link {
+        joints.push(Joint {
             name,
             body,
             to,
-            joint,
+            kind,
             drive,
         });
     }
-    Ok(links)
+    Ok(joints)
 }
 
-/// Bodies and links as an articulation; links need a direction, and points need a link.
+/// Bodies and joints as an articulation; joints need a direction, and points need a joint.
 ///
-/// Links in `start` have other values at the start than in the pose of the file: bodies of slides
-/// are moved along the directions of the links, with the pivots of their other joints; joints that
+/// Joints in `start` have other values at the start than in the pose of the file: bodies of slides
+/// are moved along the directions of the joints, with the pivots of their other joints; joints that
 /// turn start from their angles.
 pub(super) fn articulation(
     checks: &Checks,
     bodies: &mut [Body],
-    links: Vec<Link>,
+    joints: Vec<Joint>,
     arms: ArmsKind,
     start: &[(usize, f64)],
 ) -> Result<Articulation, SceneError> {
-    for (number, link) in links.iter().enumerate() {
-        let is_slide = link.joint == Joint::Slide;
-        if is_slide && bodies[link.body].position == bodies[link.to].position {
+    for (number, joint) in joints.iter().enumerate() {
+        let is_slide = joint.kind == JointKind::Slide;
+        if is_slide && bodies[joint.body].position == bodies[joint.to].position {
             let problem = format!(
                 "has no direction: '{}' and '{}' are at the same place; move one",
-                bodies[link.body].name, bodies[link.to].name
+                bodies[joint.body].name, bodies[joint.to].name
             );
             return Err(checks.bad_value(&format!("links[{number}]"), problem));
         }
     }
     for (number, body) in bodies.iter().enumerate() {
-        let link = links
+        let joint = joints
             .iter()
-            .find(|link| link.body == number || link.to == number);
-        if body.shape == Shape::Point && link.is_none() {
+            .find(|joint| joint.body == number || joint.to == number);
+        if body.shape == Shape::Point && joint.is_none() {
             let problem = "is a point that no link holds, so nothing determines its velocity; \
                            link it or remove it";
             return Err(checks.bad_value(&format!("bodies[{number}]"), problem));
@@ -98,45 +98,45 @@ pub(super) fn articulation(
     }
     let fixed: Vec<usize> = (0..bodies.len()).filter(|&b| bodies[b].fixed).collect();
     for &number in &fixed {
-        if let Some(link) = links.iter().find(|l| l.body == number || l.to == number) {
+        if let Some(joint) = joints.iter().find(|l| l.body == number || l.to == number) {
             let problem = format!(
                 "cannot be true: link '{}' acts on the body; an obstacle has no links",
-                link.name
+                joint.name
             );
             return Err(checks.bad_value(&format!("bodies[{number}].fixed"), problem));
         }
     }
     let kinds: Vec<_> = bodies.iter().map(Body::kind).collect();
-    let join = |links: Vec<Link>, bodies: &[Body]| {
+    let join = |joints: Vec<Joint>, bodies: &[Body]| {
         let positions: Vec<_> = bodies.iter().map(|body| body.position).collect();
-        Articulation::new(&kinds, links, arms.into(), &positions)?.with_fixed(&fixed)
+        Articulation::new(&kinds, joints, arms.into(), &positions)?.with_fixed(&fixed)
     };
-    let set = join(links, bodies).map_err(|error| checks.bad_value("links", error.to_string()))?;
-    let mut lengths = set.initial_lengths().to_vec();
+    let set = join(joints, bodies).map_err(|error| checks.bad_value("links", error.to_string()))?;
+    let mut lengths = set.initial_shape().to_vec();
     let mut angles = lengths.clone();
-    for &(link, value) in start {
+    for &(joint, value) in start {
         // A length that the positions give is not changed by their rounding.
-        if set.links()[link].joint.is_angle() {
-            angles[link] = value;
-        } else if (value - lengths[link]).abs() > SAME_LENGTH * lengths[link] {
-            (lengths[link], angles[link]) = (value, value);
+        if set.joints()[joint].kind.is_angle() {
+            angles[joint] = value;
+        } else if (value - lengths[joint]).abs() > SAME_LENGTH * lengths[joint] {
+            (lengths[joint], angles[joint]) = (value, value);
         }
     }
     let bad = |error: RigidError| checks.bad_value("gait", error.to_string());
-    let set = match lengths == set.initial_lengths() {
+    let set = match lengths == set.initial_shape() {
         true => set,
         false => {
             let poses = set.place(&set.initial_state(), &lengths).map_err(bad)?;
-            let mut links = set.links().to_vec();
+            let mut joints = set.joints().to_vec();
             // Slides only change their lengths here, so that nothing turns.
-            for link in &mut links {
-                let shift = poses[link.to].translation.vector - bodies[link.to].position;
-                link.joint = link.joint.translated(&shift);
+            for joint in &mut joints {
+                let shift = poses[joint.to].translation.vector - bodies[joint.to].position;
+                joint.kind = joint.kind.translated(&shift);
             }
             for (body, pose) in bodies.iter_mut().zip(poses) {
                 body.position = pose.translation.vector;
             }
-            join(links, bodies).map_err(bad)?
+            join(joints, bodies).map_err(bad)?
         }
     };
     set.with_initial_values(&angles).map_err(bad)

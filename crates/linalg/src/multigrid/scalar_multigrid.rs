@@ -55,11 +55,14 @@ impl ScalarMultigrid {
         if !crate::LinearOperator::is_symmetric(operator) {
             return Err(LinalgError::NotSymmetric { method });
         }
-        Self::of(&Bordered::shared(operator.shared_matrix())?, params)
+        Self::from_scalar(&Bordered::shared(operator.shared_matrix())?, params)
     }
 
     /// Builds the hierarchy for the scalar matrix of `operator`, which has no border.
-    pub(crate) fn of(operator: &Bordered, params: &MultigridParams) -> Result<Self, LinalgError> {
+    pub(crate) fn from_scalar(
+        operator: &Bordered,
+        params: &MultigridParams,
+    ) -> Result<Self, LinalgError> {
         let cycle = Multigrid::new(operator, params)?;
         Ok(ScalarMultigrid {
             solution: vec![0.0; cycle.size()],
@@ -81,12 +84,6 @@ impl ScalarMultigrid {
         for (z, [v, ..]) in z.iter_mut().zip(self.solution.as_chunks::<3>().0) {
             take(z, *v);
         }
-    }
-
-    /// Lower bound on the bytes moved by one application.
-    #[cfg(feature = "roofline")]
-    pub(crate) fn bytes(&self) -> usize {
-        self.cycle.bytes()
     }
 }
 

@@ -1,21 +1,21 @@
-//! Lengths of links as functions of time along a phase.
+//! Shapes (values of joints) as functions of time along a phase.
 
 use std::f64::consts::TAU;
 
 use crate::joint_path::OwnPath;
 
-/// Lengths of the links along a phase, as functions of the part `s` of the phase that is over.
+/// Values of the joints along a phase, as functions of the part `s` of the phase that is over.
 #[derive(Clone, Debug, PartialEq)]
-pub enum LengthPath {
-    /// Links change their lengths at constant rates to the given ones; all others keep theirs.
+pub enum ShapePath {
+    /// Joints change their values at constant rates to the given ones; all others keep theirs.
     ///
-    /// Without links all lengths are constant.
+    /// Without joints all values are constant.
     Linear(Vec<(usize, f64)>),
     /// Cubic polynomials, such as the pieces of a spline.
     Cubic(Vec<CubicLength>),
     /// Part of a period of sums of sines.
     Harmonic {
-        /// The terms of all links.
+        /// The terms of all joints.
         sines: Vec<Sine>,
         /// Begin and end of the phase, in periods.
         span: (f64, f64),
@@ -24,13 +24,14 @@ pub enum LengthPath {
     Own(OwnPath),
 }
 
-/// One term of a periodic length: `amplitude sin(2 π order t / T + phase)` with the period `T`.
+/// One term of a periodic value: `amplitude sin(2 π order t / T + phase)` with the period `T`.
 ///
-/// A link may have several terms. Their mean is such that the length at `t = 0` is the initial one.
+/// A joint may have several terms. Their mean is such that the value at `t = 0` is the initial
+/// one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sine {
-    /// The link.
-    pub link: usize,
+    /// The joint.
+    pub joint: usize,
     /// Amplitude.
     pub amplitude: f64,
     /// Phase angle at `t = 0`, in radians.
@@ -39,18 +40,18 @@ pub struct Sine {
     pub order: u32,
 }
 
-/// Length of a link along a phase, a cubic polynomial in `s`:
+/// Value of a joint along a phase, a cubic polynomial in `s`:
 ///
 /// ```text
 /// begin + (end - begin) s + square (s^2 - s) + cube (s^3 - s)
 /// ```
 ///
-/// It begins with the length at the end of the phase before.
+/// It begins with the value at the end of the phase before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CubicLength {
-    /// The link.
-    pub link: usize,
-    /// Length at the end.
+    /// The joint.
+    pub joint: usize,
+    /// Value at the end.
     pub end: f64,
     /// Coefficient of the second degree.
     pub square: f64,
@@ -58,22 +59,22 @@ pub struct CubicLength {
     pub cube: f64,
 }
 
-impl LengthPath {
-    /// The links whose lengths change, each once, in the order of their first terms.
-    pub fn links(&self) -> Vec<usize> {
-        let mut links = Vec::new();
-        let mut add = |link: usize| {
-            if !links.contains(&link) {
-                links.push(link);
+impl ShapePath {
+    /// The joints whose values change, each once, in the order of their first terms.
+    pub fn joints(&self) -> Vec<usize> {
+        let mut joints = Vec::new();
+        let mut add = |joint: usize| {
+            if !joints.contains(&joint) {
+                joints.push(joint);
             }
         };
         match self {
-            Self::Linear(changes) => changes.iter().for_each(|(link, _)| add(*link)),
-            Self::Cubic(pieces) => pieces.iter().for_each(|piece| add(piece.link)),
-            Self::Harmonic { sines, .. } => sines.iter().for_each(|sine| add(sine.link)),
-            Self::Own(path) => path.0.links().into_iter().for_each(add),
+            Self::Linear(changes) => changes.iter().for_each(|(joint, _)| add(*joint)),
+            Self::Cubic(pieces) => pieces.iter().for_each(|piece| add(piece.joint)),
+            Self::Harmonic { sines, .. } => sines.iter().for_each(|sine| add(sine.joint)),
+            Self::Own(path) => path.0.joints().into_iter().for_each(add),
         }
-        links
+        joints
     }
 }
 
