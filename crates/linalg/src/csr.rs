@@ -42,7 +42,7 @@ impl<V> Clone for Rows<'_, V> {
 impl<V> Copy for Rows<'_, V> {}
 
 impl<'a, V: Copy> Rows<'a, V> {
-    pub fn of(matrix: &'a CsMatI<V, u32, usize>) -> Self {
+    pub fn new(matrix: &'a CsMatI<V, u32, usize>) -> Self {
         Rows {
             indptr: matrix.indptr().into_raw_storage(),
             columns: matrix.indices(),
@@ -142,7 +142,7 @@ pub(crate) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), Lin
 
 /// The diagonal of a square matrix; an absent entry is zero.
 pub(crate) fn diagonal(matrix: &Csr) -> Vec<f64> {
-    let rows = Rows::of(matrix);
+    let rows = Rows::new(matrix);
     (0..matrix.rows())
         .into_par_iter()
         .map(|i| {
