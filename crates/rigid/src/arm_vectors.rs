@@ -1,4 +1,4 @@
-//! Joints in the initial configuration: checks of their joints, and the vectors that place bodies.
+//! Joints in the initial configuration: checks of their kinds, and the vectors that place bodies.
 
 use nalgebra::Vector3;
 

@@ -1,4 +1,4 @@
-//! Articulated sets: bodies joined by joints, and the graph that they form.
+//! Articulated sets: bodies connected by joints, and the graph that they form.
 
 use nalgebra::Vector3;
 
@@ -54,7 +54,7 @@ pub struct Articulation {
 }
 
 impl Articulation {
-    /// Joins `kinds.len()` bodies at `positions` by `links`.
+    /// Joins `kinds.len()` bodies at `positions` by `joints`.
     ///
     /// The positions give the directions and the initial lengths of the slides. Any graph is
     /// allowed: chains, stars, loops, several separate linkages, bodies without joints. The root

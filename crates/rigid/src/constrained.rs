@@ -146,13 +146,13 @@ impl Constrained {
     /// constraints and a pass over the border.
     ///
     /// # Errors
-    /// [`RigidError::OtherJoints`] for a drive with other joints, lengths or loads, and for
+    /// [`RigidError::OtherJoints`] for a drive with other joints, values or loads, and for
     /// independent bodies, which have no rates; [`RigidError::Misplaced`] for bodies that are not
     /// where their surfaces are; rates that contradict each other.
     pub fn imposed(&self, drive: &Drive) -> Result<Imposed, RigidError> {
         let (all, joint_loads) = drive.reduced(self.surfaces.symmetry_planes)?;
         // The joint loads contain the independent constraint rows and the vectors along the joints:
-        // everything in the matrix that joints and their lengths determine.
+        // everything in the matrix that joints and their values determine.
         if self.joint_loads.as_ref() != Some(&joint_loads) {
             return Err(RigidError::OtherJoints);
         }

@@ -9,7 +9,7 @@ pub enum RigidError {
     NoSuchBody {
         /// Name of the joint.
         joint: String,
-        /// Index of the body in the joint.
+        /// Index of the body that the joint names.
         body: usize,
         /// Number of bodies.
         bodies: usize,
@@ -156,7 +156,7 @@ pub enum RigidError {
         /// The reason.
         problem: &'static str,
     },
-    /// A loop of joints that does not close at the given lengths.
+    /// A loop of joints that does not close at the given values.
     #[error(
         "the loop closed by link '{joint}' does not meet: its ends are {gap:.3e} away from the \
          link's length and direction"
@@ -214,7 +214,7 @@ pub enum RigidError {
          with Independent and without links"
     )]
     NotIndependent,
-    /// Joints, lengths or loads other than those that a system was built with.
+    /// Joints, values or loads other than those that a system was built with.
     #[error(
         "a system can be reused for other rates of its links only; build another one for other \
          links, lengths or loads"

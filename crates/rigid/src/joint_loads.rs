@@ -28,7 +28,7 @@ pub(crate) struct JointLoads {
     damping: Damping,
     /// Vectors along the joints.
     ///
-    /// They do not affect the loads, but distinguish drives at different lengths: with
+    /// They do not affect the loads, but distinguish drives at different values: with
     /// [`Arms::Lab`](crate::Arms::Lab) `rows` contain no lengths.
     joint_vectors: Vec<Vector3<f64>>,
 }

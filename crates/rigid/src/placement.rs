@@ -15,7 +15,7 @@ pub struct State {
     /// Attitude of each body that has its own, relative to the laboratory axes; the identity at the
     /// start and for all other bodies.
     pub attitudes: Vec<UnitQuaternion<f64>>,
-    /// Values of the joints that are not prescribed, in the order of their joints.
+    /// Values of the passive joints, in the order of the joints.
     #[cfg_attr(feature = "serde", serde(default))]
     pub joints: Vec<f64>,
 }
@@ -72,7 +72,7 @@ impl Articulation {
     }
 
     /// Values of all joints: those of the passive ones from the state, with closed loops, of others
-    /// from `lengths`.
+    /// from `shape`.
     ///
     /// # Errors
     /// As [`Articulation::place`].
@@ -93,7 +93,7 @@ impl Articulation {
     ///
     /// with the unit vectors `e` and `a`, the vectors `r` and `r'` from the centres to the pivot at
     /// the start, and the advance `h`. Values of passive joints are those of the state, projected
-    /// so that loops close ([`Articulation::closed`]); their entries in `lengths` have no effect.
+    /// so that loops close ([`Articulation::closed`]); their entries in `shape` have no effect.
     ///
     /// # Errors
     /// A length that is not positive, or values that do not close a loop to 1e-9 of the longest

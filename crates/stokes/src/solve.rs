@@ -137,7 +137,7 @@ impl Problem<'_> {
     /// whose time is counted for the first solution.
     ///
     /// # Errors
-    /// Those of [`Problem::assemble`]; drives with other joints, lengths or loads than the first;
+    /// Those of [`Problem::assemble`]; drives with other joints, values or loads than the first;
     /// [`StokesError::Linalg`] without convergence.
     pub fn solve_all(
         &self,

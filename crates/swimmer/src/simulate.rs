@@ -69,8 +69,8 @@ const CURVE_POINTS: usize = 12;
 ///         { name = "anchor", radius = 100, position = [0, 0, 0] },
 ///         { name = "head", radius = 1, position = [110, 0, 0] },
 ///     ]
-///     joints = [{ name = "neck", body = "head", to = "anchor" }]
-///     gait.phases = [{ joint = "neck", length = 105 }]
+///     links = [{ name = "neck", body = "head", to = "anchor" }]
+///     gait.phases = [{ link = "neck", length = 105 }]
 ///     "#,
 /// )?;
 /// // `choose(&scene)?.model` gives one of the models of this workspace.

@@ -65,7 +65,7 @@ fn check_rates(
             bare.rhs_of_forces(&velocity, &pressure).unwrap(),
             direct.rhs_of_forces(&velocity, &pressure).unwrap()
         );
-        // Other loads have other joint loads, other lengths another matrix.
+        // Other loads have other joint loads, other values another matrix.
         let mut other_loads = loads.to_vec();
         other_loads[0].force.x += 1.0;
         let refused = system.imposed(&drive(set, &second, &other_loads)).err();

@@ -138,7 +138,7 @@ impl IncrementalMap {
 #[cfg(test)]
 mod tests {
     use ale::ReferenceMap;
-    use mesh::{Container, GenerateParams, MeshedBody, Spheroid};
+    use mesher::{Container, GenerateParams, MeshedBody, Spheroid};
     use nalgebra::{Translation3, UnitQuaternion};
 
     use super::super::methods::METHODS;
@@ -152,7 +152,7 @@ mod tests {
             axial: 1.6,
             equatorial: 1.0,
         };
-        let container = Container::Ball(mesh::Sphere {
+        let container = Container::Ball(mesher::Sphere {
             centre: Vec3::zeros(),
             radius: 6.0,
         });
@@ -161,7 +161,7 @@ mod tests {
             surface: &spheroid,
             size: 0.7,
         };
-        let tets = mesh::generate(&[body], &container, &GenerateParams::default());
+        let tets = mesher::generate(&[body], &container, &GenerateParams::default());
         let surfaces = [
             ("bead", body.surface),
             (Container::TAG, container.surface()),

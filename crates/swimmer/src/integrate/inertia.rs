@@ -23,7 +23,7 @@ use crate::error::SwimError;
 pub(super) enum Scheme {
     /// The velocity before the step.
     Explicit,
-    /// The velocity after the step, for the lengths after the step at the frames before it.
+    /// The velocity after the step, for the shape after the step at the frames before it.
     Implicit,
 }
 
