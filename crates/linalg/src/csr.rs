@@ -87,7 +87,7 @@ pub(crate) fn to_f32(matrix: &Csr, factor: f64) -> Csr32 {
     matrix.map(|&v| (v * factor) as f32)
 }
 
-/// Values of a matrix in f32 beside the sparsity pattern of the original.
+/// Values of a matrix in f32, with the sparsity pattern of the original.
 ///
 /// Half the memory of a copy with column indices.
 pub(crate) struct Rounded {
