@@ -44,7 +44,7 @@ impl JacobiScaling {
     /// with them. Iterations of FGMRES on meshes of Gmsh: 27 to 29 instead of 29 to 32. Source:
     /// Baker, Falgout, Kolev, Yang, SIAM J. Sci. Comput. 33, 2011.
     pub fn new(k: &Csr) -> Result<Self, LinalgError> {
-        let rows = Rows::of(k);
+        let rows = Rows::new(k);
         let diagonal: Vec<f64> = (0..k.rows())
             .into_par_iter()
             .map(|i| rows.entries(i).1.iter().map(|v| v.abs()).sum())
@@ -119,7 +119,7 @@ impl MassInverse {
         let (lower, upper) = (LOWER_MARGIN * lower, UPPER_MARGIN * upper);
         Ok(MassInverse {
             inverse_diagonal: diagonal.iter().map(|d| d.recip()).collect(),
-            blocks: RowBlocks::new(Rows::of(&mass).indptr),
+            blocks: RowBlocks::new(Rows::new(&mass).indptr),
             factors: sweeps(upper, upper / lower, degree),
             next: Vec::new(),
             mass,
@@ -136,7 +136,7 @@ impl MassInverse {
     /// Overwrites the columns `z` with the approximate solutions for `r`.
     pub(crate) fn pass<const S: usize>(&mut self, r: [&[f64]; S], z: [&mut [f64]; S]) {
         let (mass, scale, n) = (
-            Rows::of(&self.mass),
+            Rows::new(&self.mass),
             &self.inverse_diagonal,
             self.mass.rows(),
         );
@@ -234,7 +234,7 @@ mod tests {
         let mut inverse = MassInverse::new(&mass, 3).expect("a mass matrix");
         let exact: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
         let mut r = vec![0.0; n];
-        let rows = Rows::of(&mass);
+        let rows = Rows::new(&mass);
         for (i, ri) in r.iter_mut().enumerate() {
             *ri = rows.row(i).map(|(j, m)| m * exact[j]).sum();
         }

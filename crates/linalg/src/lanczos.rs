@@ -24,7 +24,7 @@ pub(crate) fn jacobi_spectrum(k: &Csr, diagonal: &[f64]) -> Result<(f64, f64), L
     if n == 0 {
         return Ok((1.0, 1.0));
     }
-    let rows = Rows::of(k);
+    let rows = Rows::new(k);
     let blocks = RowBlocks::new(rows.indptr);
     let root: Vec<f64> = diagonal.iter().map(|d| d.sqrt().recip()).collect();
     let mut v: Vec<f64> = (0..n as u64).map(pseudo_random).collect();

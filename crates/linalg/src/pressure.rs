@@ -81,7 +81,7 @@ impl PressureInverse {
 fn weak_rows(system: &SaddleSystem) -> Vec<(u32, f64)> {
     let stiffness = csr::diagonal(system.velocity_block().stiffness());
     let mass = csr::diagonal(system.pressure_mass());
-    let divergence = Rows::of(system.divergence());
+    let divergence = Rows::new(system.divergence());
     let excess = |(q, m): (usize, &f64)| {
         let row = divergence.row(q);
         let schur: f64 = row

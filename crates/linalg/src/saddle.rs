@@ -84,7 +84,7 @@ impl SaddleSystem {
             blocks: Arc::new(Blocks {
                 bt: transpose(&b),
                 et: transpose(e_left.as_ref().unwrap_or(&e)),
-                pressure_blocks: RowBlocks::new(Rows::of(&b).indptr),
+                pressure_blocks: RowBlocks::new(Rows::new(&b).indptr),
                 pressure_mass: into_rows(pressure_mass),
                 a,
                 b,
@@ -152,7 +152,7 @@ impl SaddleSystem {
         &self,
         p: [&[f64]; S],
     ) -> impl Fn(usize) -> [[f64; 3]; S] + Sync {
-        let bt = Rows::of(&self.blocks.bt);
+        let bt = Rows::new(&self.blocks.bt);
         move |i| {
             let mut gradient = [[0.0; 3]; S];
             add_gradient(bt, i, p, &mut gradient);
@@ -214,7 +214,7 @@ impl SaddleSystem {
         &self,
         p: [&[f64]; S],
     ) -> impl Fn(usize) -> [f64; S] + Sync {
-        let et = Rows::of(&self.blocks.et);
+        let et = Rows::new(&self.blocks.et);
         move |c| long_row(et, c, |q| p.map(|p| p[q]))
     }
 
@@ -222,8 +222,8 @@ impl SaddleSystem {
     fn divergence_pass<const S: usize>(&self, u: [&[f64]; S], v: [&[f64]; S], y: [&mut [f64]; S]) {
         let (u, b, e) = (
             u.map(nodes),
-            Rows::of(&self.blocks.b),
-            Rows::of(&self.blocks.e),
+            Rows::new(&self.blocks.b),
+            Rows::new(&self.blocks.e),
         );
         let rows = |rows: Range<usize>, mut y: [&mut [f64]; S]| {
             for (at, q) in rows.enumerate() {
@@ -254,7 +254,7 @@ impl SaddleSystem {
         let (u, v) = split(xa, velocity);
         let (ya, yp) = split_mut(y, border);
         let (yu, yv) = split_mut(ya, velocity);
-        let bt = Rows::of(&self.blocks.bt);
+        let bt = Rows::new(&self.blocks.bt);
         self.blocks
             .a
             .apply_nodes(u, v, yu, |i, a| add_gradient(bt, i, p, a));

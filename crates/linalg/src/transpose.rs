@@ -23,7 +23,7 @@ const MIN_ENTRIES_PER_SEARCH: usize = 4;
 pub(crate) fn transpose<V: Copy + Default + Send + Sync>(
     matrix: &CsMatI<V, u32, usize>,
 ) -> CsMatI<V, u32, usize> {
-    let (from, cols) = (Rows::of(matrix), matrix.cols());
+    let (from, cols) = (Rows::new(matrix), matrix.cols());
     let searched = MIN_ENTRIES_PER_SEARCH * GATHER_TASKS * matrix.rows();
     let tasks = if from.nnz() < searched {
         1

@@ -79,7 +79,7 @@ impl SparseFactor {
             inverse[i] = k;
         }
         let permutation = PermRef::new_checked(order, &inverse, n);
-        let row_pointers = Rows::of(matrix).indptr;
+        let row_pointers = Rows::new(matrix).indptr;
         let indices: Vec<usize> = matrix.indices().iter().map(|&j| j as usize).collect();
         // the rows of a symmetric matrix are its columns
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, row_pointers, None, &indices);

@@ -150,8 +150,8 @@ fn border_columns(system: &SaddleSystem) -> Vec<f64> {
     let size = velocity + pressure;
     let mut columns = vec![0.0; size * system.border_range().len()];
     let (c, e) = (
-        Rows::of(system.velocity_block().border()),
-        Rows::of(system.border_divergence()),
+        Rows::new(system.velocity_block().border()),
+        Rows::new(system.border_divergence()),
     );
     for i in 0..velocity {
         for (col, v) in c.row(i) {
@@ -169,8 +169,8 @@ fn border_columns(system: &SaddleSystem) -> Vec<f64> {
 /// `(C_l^T u + E_l^T p)_c` of a fluid vector `[u; p]`.
 fn border_row(rows: &[Csr; 2], velocity: usize, c: usize, fluid: &[f64]) -> f64 {
     let (u, p) = fluid.split_at(velocity);
-    let [nodes] = long_row(Rows::of(&rows[0]), c, |j| [u[j]]);
-    let [pressures] = long_row(Rows::of(&rows[1]), c, |q| [p[q]]);
+    let [nodes] = long_row(Rows::new(&rows[0]), c, |j| [u[j]]);
+    let [pressures] = long_row(Rows::new(&rows[1]), c, |q| [p[q]]);
     nodes + pressures
 }
 
@@ -197,9 +197,9 @@ fn scales(system: &SaddleSystem) -> Vec<f64> {
 fn fluid_block(system: &SaddleSystem, shift: f64, scales: &[f64]) -> Csr {
     let a = system.velocity_block();
     let (k, b, bt) = (
-        Rows::of(a.stiffness()),
-        Rows::of(system.divergence()),
-        Rows::of(system.gradient()),
+        Rows::new(a.stiffness()),
+        Rows::new(system.divergence()),
+        Rows::new(system.gradient()),
     );
     let mass = diagonal(system.pressure_mass());
     let velocity = 3 * a.nodes();
@@ -233,9 +233,9 @@ pub(crate) fn adjacency(system: &SaddleSystem) -> Vec<Vec<u32>> {
     let a = system.velocity_block();
     let n = a.nodes();
     let (k, b, bt) = (
-        Rows::of(a.stiffness()),
-        Rows::of(system.divergence()),
-        Rows::of(system.gradient()),
+        Rows::new(a.stiffness()),
+        Rows::new(system.divergence()),
+        Rows::new(system.gradient()),
     );
     let node = |i: usize| {
         let velocities = k.row(i).map(|(j, _)| j as u32);
@@ -282,8 +282,8 @@ fn elimination_order(system: &SaddleSystem) -> Result<Vec<usize>, LinalgError> {
 /// Whether `[B^T; E_l^T] 1 = 0` to rounding, so that a constant pressure is undetermined.
 fn is_enclosed(system: &SaddleSystem) -> bool {
     let (bt, et) = (
-        Rows::of(system.gradient()),
-        Rows::of(system.border_gradient()),
+        Rows::new(system.gradient()),
+        Rows::new(system.border_gradient()),
     );
     // a sum of k terms of size s is zero up to k epsilon s; 1e-10 also allows for rounding in the
     // terms

@@ -57,7 +57,7 @@ impl ShiftedLdlt {
             });
         }
         let matrix = into_rows(matrix);
-        let rows = Rows::of(&matrix);
+        let rows = Rows::new(&matrix);
         let shifted = build_rows(n, n, |i, row| {
             for (j, v) in rows.row(i) {
                 row.add(j, v);
@@ -125,7 +125,7 @@ impl ShiftedLdlt {
     }
 
     fn residual(&self, b: &[f64], x: &[f64], r: &mut [f64]) {
-        let rows = Rows::of(&self.matrix);
+        let rows = Rows::new(&self.matrix);
         for (i, r) in r.iter_mut().enumerate() {
             *r = b[i] - rows.row(i).map(|(j, v)| v * x[j]).sum::<f64>();
         }
@@ -141,7 +141,7 @@ fn elimination_order(matrix: &Csr, group: &[u32]) -> Result<Vec<usize>, LinalgEr
     for (i, &g) in group.iter().enumerate() {
         members[g as usize].push(i);
     }
-    let rows = Rows::of(matrix);
+    let rows = Rows::new(matrix);
     let adjacency: Vec<Vec<u32>> = members
         .iter()
         .enumerate()
@@ -212,7 +212,7 @@ mod tests {
             let (matrix, shift, group) = chain(400, zero_sum);
             // a right-hand side in the range, also for dependent constraints
             let exact: Vec<f64> = (0..matrix.rows()).map(|i| (i as f64).sin()).collect();
-            let rows = Rows::of(&matrix);
+            let rows = Rows::new(&matrix);
             let b: Vec<f64> = (0..matrix.rows())
                 .map(|i| rows.row(i).map(|(j, v)| v * exact[j]).sum())
                 .collect();
