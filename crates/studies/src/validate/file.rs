@@ -17,7 +17,7 @@ use crate::scene_files;
 /// Tolerance of the forces on this mesh with curved elements.
 const FORCE: f64 = 1e-3;
 
-/// Three unit spheres in a ball of radius 40, first order, 1519 vertices.
+/// Three unit spheres in a ball of radius 40, first order, 2917 vertices.
 fn mesh() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../mesh/tests/fixtures/three-spheres-v41-binary.msh")
