@@ -11,7 +11,7 @@ use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
 use petsc::{Method, Parameters, Session, solve};
 use rigid::{
-    Arms, Articulation, BodyKind, Drive, Eliminated, ExternalLoad, Formulation, Lagrange, Joint,
+    Arms, Articulation, BodyKind, Drive, Eliminated, ExternalLoad, Formulation, Joint, Lagrange,
 };
 use stokes::fem::SurplusSpace;
 use stokes::{InitialGuesses, Options, Problem};

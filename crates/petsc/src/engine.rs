@@ -6,7 +6,7 @@ use stokes::{Engine, Options, Problem, Solution, Solver, StokesError};
 
 use crate::gather::engine_error;
 use crate::handles::Session;
-use crate::method::Method;
+use crate::solver::Method;
 use crate::{Parameters, PetscError, solve};
 
 /// Solves on all processes of the [`Session`] that the calling thread has started.

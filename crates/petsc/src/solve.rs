@@ -13,12 +13,11 @@ use crate::assembly::Part;
 use crate::divided::{DividedMatrix, DividedPreconditioner};
 use crate::gather::Fields;
 use crate::handles::{Session, release_memory};
-use crate::method::Method;
 use crate::numbering::{Numbering, components};
 use crate::partition::Partition;
-use crate::pressure_laplacian::pressure_laplacian;
+use crate::pressure::pressure_laplacian;
 use crate::shared::{self, LateExchange, Shared};
-use crate::solver::Solver;
+use crate::solver::{Method, Solver};
 
 /// How a problem is solved.
 #[derive(Clone, Copy)]

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use petsc::{Method, Parameters, PetscError, Session, solve};
 use rigid::{
     Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, FlowSolution,
-    Formulation, Lagrange, Joint,
+    Formulation, Joint, Lagrange,
 };
 use stokes::fem::SurplusSpace;
 use stokes::{InitialGuesses, Options, Problem, Solution, SurfaceFlow};

@@ -9,12 +9,11 @@ use linalg::{
 use rigid::Constrained;
 
 use crate::StokesError;
-use crate::options::{Options, Solver};
 
 /// Maximum number of iterations of additive Schwarz.
 ///
 /// They grow with the number of subdomains, because there is no coarse level.
-const SCHWARZ_ITERATIONS: usize = 1000;
+const MAX_SCHWARZ_ITERATIONS: usize = 1000;
 
 /// Length of the Krylov basis of additive Schwarz: with 60 vectors between restarts the iteration
 /// stalls, with 150 it converges. A vector takes 12 bytes per degree of freedom.
@@ -22,6 +21,38 @@ const SCHWARZ_RESTART: usize = 150;
 
 /// Maximum number of right-hand sides that are solved together, at about 24 vectors of memory each.
 pub const MAX_COLUMNS: usize = 3;
+
+/// A solver of the linear system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Solver {
+    /// FGMRES with the block-triangular multigrid preconditioner: the fastest, for all
+    /// formulations.
+    Block,
+    /// Direct factorisation with iterative refinement: for small systems and comparisons.
+    Direct,
+    /// FGMRES with additive Schwarz: for comparisons.
+    Schwarz {
+        /// Number of subdomains.
+        subdomains: usize,
+        /// Layers of overlap between them.
+        overlap: usize,
+    },
+    /// MINRES with the block-diagonal preconditioner: the least memory, for symmetric formulations.
+    Minres,
+}
+
+impl Solver {
+    /// Name for reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Block => "block",
+            Self::Direct => "direct",
+            Self::Schwarz { .. } => "schwarz",
+            Self::Minres => "minres",
+        }
+    }
+}
 
 /// Solutions of one system.
 pub struct Solutions {
@@ -35,26 +66,26 @@ pub struct Solutions {
 
 /// Solves an assembled system for several right-hand sides.
 ///
-/// The preconditioner of the block solver is left in `block` for later solves.
+/// Krylov methods stop at the true relative residual `rtol`. The preconditioner of the block solver is left in `block` for later solves.
 pub fn solve_system(
     assembled: &Constrained,
     rhs: &[&[f64]],
-    options: &Options,
+    (solver, rtol): (Solver, f64),
     warm: &WarmStart,
     block: &mut Option<BlockTriangular>,
 ) -> Result<Solutions, StokesError> {
     let system = &assembled.system;
     let mut solutions = vec![vec![0.0; assembled.rhs.len()]; rhs.len()];
-    let parameters = KrylovParams::default().with_rel_tol(options.rtol);
+    let parameters = KrylovParams::default().with_rel_tol(rtol);
     let start = Instant::now();
     let mut columns: Vec<&mut [f64]> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
-    if options.solver != Solver::Direct {
+    if solver != Solver::Direct {
         warm.guess_columns(system, rhs, &mut columns)?;
     }
     let mut reports = Vec::with_capacity(rhs.len());
     let clock = Instant::now();
     let setup;
-    match options.solver {
+    match solver {
         Solver::Block => {
             let preconditioner = block.insert(assembled.preconditioner()?);
             setup = clock.elapsed().as_secs_f64();
@@ -83,7 +114,7 @@ pub fn solve_system(
             let mut preconditioner = Schwarz::new(system, &partition)?;
             setup = clock.elapsed().as_secs_f64();
             let parameters = parameters
-                .with_max_iterations(SCHWARZ_ITERATIONS)
+                .with_max_iterations(MAX_SCHWARZ_ITERATIONS)
                 .with_restart(SCHWARZ_RESTART);
             // One at a time, because each Krylov basis is long.
             for (rhs, solution) in rhs.iter().zip(&mut columns) {

@@ -156,8 +156,8 @@ proptest! {
             return Ok(());
         };
         let masters: Vec<bool> = q.iter().map(|x| *x > 0.0).collect();
-        let _ = NullSpace::of(&constraints, &masters);
-        if let Ok(reduction) = Reduction::of(&set, &constraints) {
+        let _ = NullSpace::new(&constraints, &masters);
+        if let Ok(reduction) = Reduction::new(&set, &constraints) {
             let v = DVector::from_column_slice(&lists[3]);
             prop_assert_eq!(reduction.velocities(&v).is_ok(), v.len() == reduction.dofs());
         }
@@ -233,7 +233,7 @@ proptest! {
                 let _ = system.generalised_of_loads(x.as_slice());
                 let _ = system.flow_of_loads(x.as_slice());
             }
-            let solved = GrandResistance::of(&system, at, |_, x| {
+            let solved = GrandResistance::new(&system, at, |_, x| {
                 x.iter_mut().for_each(|x| x.fill(seed[0]));
                 Ok::<(), RigidError>(())
             });
@@ -331,7 +331,7 @@ fn constraints_of_another_set_or_with_changed_fields_are_refused() {
     let free = Articulation::new(&[BodyKind::Rigid; 2], vec![], Arms::Free, &x).unwrap();
     let others = constraints(&free, &free.initial_state(), &[]);
     assert_eq!(
-        Reduction::of(&set, &others).map(|_| ()),
+        Reduction::new(&set, &others).map(|_| ()),
         Err(RigidError::OtherSet)
     );
     let own = constraints(&set, &set.initial_state(), &[1.0]);
@@ -343,8 +343,8 @@ fn constraints_of_another_set_or_with_changed_fields_are_refused() {
             2 => changed.matrix = DMatrix::zeros(2, 2),
             _ => changed.rates[0] = f64::NAN,
         }
-        assert!(Reduction::of(&set, &changed).is_err(), "{change}");
-        assert!(NullSpace::of(&changed, &[]).is_err(), "{change}");
+        assert!(Reduction::new(&set, &changed).is_err(), "{change}");
+        assert!(NullSpace::new(&changed, &[]).is_err(), "{change}");
         let loads = [ExternalLoad::default(); 2];
         let drive = Drive {
             set: &set,
@@ -356,5 +356,5 @@ fn constraints_of_another_set_or_with_changed_fields_are_refused() {
             assert!(system.is_err(), "{change}");
         }
     }
-    assert_eq!(SymmetryPlanes::of(&[]), SymmetryPlanes::default());
+    assert_eq!(SymmetryPlanes::from_nodes(&[]), SymmetryPlanes::default());
 }

@@ -162,7 +162,7 @@ fn a_loop_of_hinges_closes_only_at_matching_angles() {
     assert!(matches!(open, Err(RigidError::OpenLoop { .. })));
     let rates = |rates: [f64; 4]| {
         let constraints = set.constraints(&state, &[v, -v, v, -v], &rates).unwrap();
-        rigid::Reduction::of(&set, &constraints).map(|reduction| reduction.dofs())
+        rigid::Reduction::new(&set, &constraints).map(|reduction| reduction.dofs())
     };
     assert_eq!(rates([1.0, -1.0, 1.0, -1.0]), Ok(6));
     assert!(matches!(
