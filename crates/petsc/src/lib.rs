@@ -3,7 +3,6 @@
 
 mod assembly;
 mod divided;
-mod engine;
 mod error;
 mod ffi;
 mod gather;
@@ -16,11 +15,9 @@ mod shared;
 mod solve;
 mod solver;
 
-pub use engine::PetscEngine;
 pub use error::PetscError;
 pub use handles::Session;
-pub use solve::{DistributedSolution, Parameters, solve};
-pub use solver::Method;
+pub use solve::{DistributedSolution, PetscEngine, solve};
 
 // Types of these crates are part of the interface.
 pub use rigid;

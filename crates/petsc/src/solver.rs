@@ -43,13 +43,26 @@ const DIRECT_SHIFT: f64 = 1e-7;
 const MAX_CONTINUATIONS: usize = 5;
 
 /// How the linear system is solved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// FGMRES with a block-triangular preconditioner, multigrid for velocities and bodies.
-    #[default]
     Block,
     /// LDLT factors by MUMPS, refined by FGMRES.
     Direct,
+}
+
+impl Method {
+    /// The method of a solver of `stokes`.
+    ///
+    /// # Errors
+    /// [`PetscError::Unsupported`].
+    pub fn new(solver: stokes::Solver) -> Result<Self, PetscError> {
+        match solver {
+            stokes::Solver::Block => Ok(Self::Block),
+            stokes::Solver::Direct => Ok(Self::Direct),
+            other => Err(PetscError::Unsupported { what: other.name() }),
+        }
+    }
 }
 
 /// A solution with the figures of its computation.

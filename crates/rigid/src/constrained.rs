@@ -418,7 +418,7 @@ fn subtract(from: &mut [f64], other: &[f64]) {
 }
 
 /// The nonzeros of a small dense matrix.
-fn to_csr(dense: &DMatrix<f64>) -> Csr {
+pub(crate) fn to_csr(dense: &DMatrix<f64>) -> Csr {
     let (mut pointers, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
     for row in dense.row_iter() {
         for (column, &value) in row.iter().enumerate().filter(|(_, v)| **v != 0.0) {

@@ -66,7 +66,8 @@ pub struct Solutions {
 
 /// Solves an assembled system for several right-hand sides.
 ///
-/// Krylov methods stop at the true relative residual `rtol`. The preconditioner of the block solver is left in `block` for later solves.
+/// Krylov methods stop at the true relative residual `rtol`. The preconditioner of the block solver
+/// is left in `block` for later solves.
 pub fn solve_system(
     assembled: &Constrained,
     rhs: &[&[f64]],
@@ -82,27 +83,18 @@ pub fn solve_system(
     if solver != Solver::Direct {
         warm.guess_columns(system, rhs, &mut columns)?;
     }
-    let mut reports = Vec::with_capacity(rhs.len());
     let clock = Instant::now();
     let setup;
-    match solver {
+    let reports = match solver {
         Solver::Block => {
             let preconditioner = block.insert(assembled.preconditioner()?);
             setup = clock.elapsed().as_secs_f64();
-            reports.extend(solve_in_groups(
-                system,
-                preconditioner,
-                rhs,
-                &mut columns,
-                &parameters,
-            )?);
+            solve_in_groups(system, preconditioner, rhs, &mut columns, &parameters)?
         }
         Solver::Direct => {
             let mut factor = SaddleLdlt::factor(system, &Default::default())?;
             setup = clock.elapsed().as_secs_f64();
-            for (rhs, solution) in rhs.iter().zip(&mut columns) {
-                reports.push(factor.solve(rhs, solution)?);
-            }
+            solve_each(rhs, &mut columns, |b, x| factor.solve(b, x))?
         }
         Solver::Schwarz {
             subdomains,
@@ -117,35 +109,33 @@ pub fn solve_system(
                 .with_max_iterations(MAX_SCHWARZ_ITERATIONS)
                 .with_restart(SCHWARZ_RESTART);
             // One at a time, because each Krylov basis is long.
-            for (rhs, solution) in rhs.iter().zip(&mut columns) {
-                reports.push(fgmres(
-                    system,
-                    &mut preconditioner,
-                    rhs,
-                    solution,
-                    &parameters,
-                )?);
-            }
+            solve_each(rhs, &mut columns, |b, x| {
+                fgmres(system, &mut preconditioner, b, x, &parameters)
+            })?
         }
         Solver::Minres => {
             let mut preconditioner = assembled.symmetric_preconditioner()?;
             setup = clock.elapsed().as_secs_f64();
-            for (rhs, solution) in rhs.iter().zip(&mut columns) {
-                reports.push(minres(
-                    system,
-                    &mut preconditioner,
-                    rhs,
-                    solution,
-                    &parameters,
-                )?);
-            }
+            solve_each(rhs, &mut columns, |b, x| {
+                minres(system, &mut preconditioner, b, x, &parameters)
+            })?
         }
-    }
+    };
     Ok(Solutions {
         columns: solutions.into_iter().zip(reports).collect(),
         setup,
         solve: start.elapsed().as_secs_f64() - setup,
     })
+}
+
+/// Solves for one right-hand side after the other.
+fn solve_each(
+    rhs: &[&[f64]],
+    solutions: &mut [&mut [f64]],
+    mut solve: impl FnMut(&[f64], &mut [f64]) -> Result<SolveReport, LinalgError>,
+) -> Result<Vec<SolveReport>, LinalgError> {
+    let pairs = rhs.iter().zip(solutions);
+    pairs.map(|(rhs, solution)| solve(rhs, solution)).collect()
 }
 
 /// Solves for right-hand sides in groups of equal size, of at most [`MAX_COLUMNS`] each.
