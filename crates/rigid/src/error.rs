@@ -1,5 +1,7 @@
 //! Errors of bodies, joints, constraints and fluid matrices.
 
+use nalgebra::Vector3;
+
 /// Reason why bodies, joints or matrices cannot be used, with the remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -271,4 +273,20 @@ pub(crate) fn check_length(
             found,
         })
     }
+}
+
+/// Refuses numbers that are not finite.
+pub(crate) fn check_finite<'n>(
+    what: &'static str,
+    numbers: impl IntoIterator<Item = &'n f64>,
+) -> Result<(), RigidError> {
+    match numbers.into_iter().all(|number| number.is_finite()) {
+        true => Ok(()),
+        false => Err(RigidError::NotFinite { what }),
+    }
+}
+
+/// Whether all components are finite.
+pub(crate) fn is_finite(vector: &Vector3<f64>) -> bool {
+    vector.iter().all(|component| component.is_finite())
 }

@@ -3,25 +3,13 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use rigid::{
-    Arms, Articulation, BodyKind, Constrained, Constraints, DirectRows, Drive, Eliminated,
-    ExternalLoad, Formulation, Independent, Joint, Lagrange, RigidError,
+    Arms, Articulation, BodyKind, Constrained, DirectRows, Eliminated, ExternalLoad, Formulation,
+    Independent, Joint, Lagrange, RigidError,
 };
 
 use crate::support::sets::{
-    centres, constraints, loads_on_bodies, moved_state, random_fluid, tree, values, vector,
+    centres, constraints, drive, loads_on_bodies, moved_state, random_fluid, tree, values, vector,
 };
-
-fn drive<'a>(
-    set: &'a Articulation,
-    constraints: &'a Constraints,
-    loads: &'a [ExternalLoad],
-) -> Drive<'a> {
-    Drive {
-        set,
-        constraints,
-        loads,
-    }
-}
 
 /// Compares a system at the second of two rates with a system that was built with it.
 fn check_rates(

@@ -2,8 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use crate::border::Border;
-use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
+use super::Formulation;
+use crate::constrained::Border;
+use crate::{Constrained, Drive, RigidError, RigidFluid};
 
 /// Row substitution of Berti et al. (2021), equation (23): `C q = w` replaces rows of forces.
 ///
@@ -31,12 +32,10 @@ impl Formulation for DirectRows {
             .copy_from(linked);
         let loads = joint_loads.external().clone();
         let border = Border {
-            columns: DMatrix::identity(velocities, velocities),
             rows: Some(rows),
-            offset: all.offset,
             constraints: Some(constraints),
             joint_loads: Some(joint_loads),
-            first_multiplier: None,
+            ..Border::new(DMatrix::identity(velocities, velocities), all.offset)
         };
         Constrained::build(fluid, border, drive, &loads)
     }

@@ -2,8 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use crate::border::Border;
-use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
+use super::Formulation;
+use crate::constrained::Border;
+use crate::{Constrained, Drive, RigidError, RigidFluid};
 
 /// Lagrange multipliers of Berti et al. (2021), equations (16)-(18).
 ///
@@ -35,12 +36,10 @@ impl Formulation for Lagrange {
             .copy_from(&rows.transpose());
         let loads = joint_loads.external().clone();
         let border = Border {
-            columns: DMatrix::identity(velocities, size),
-            rows: None,
-            offset: all.offset,
             constraints: Some(constraints),
             joint_loads: Some(joint_loads),
             first_multiplier: Some(velocities),
+            ..Border::new(DMatrix::identity(velocities, size), all.offset)
         };
         Constrained::build(fluid, border, drive, &loads)
     }

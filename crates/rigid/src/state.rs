@@ -1,12 +1,31 @@
-//! Velocities of an articulated set, and the exponential map that advances its state.
+//! State of an articulated set, its velocity, and steps by the exponential map.
 
 use std::ops::{Add, Mul};
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use crate::error::check_length;
-use crate::placement::is_finite;
-use crate::{Articulation, RigidError, State};
+use crate::error::{check_finite, check_length};
+use crate::{Articulation, RigidError};
+
+/// Largest difference from 1 of the length of a quaternion that counts as a rotation.
+///
+/// [`Articulation::advance`] keeps it at the level of rounding; a text file with seven digits
+/// reaches 1e-7.
+const MAX_NORM_ERROR: f64 = 1e-6;
+
+/// Position and attitude of an articulated set: one frame per linkage, one attitude per body.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct State {
+    /// Pose of the frame of each linkage; its origin is the centre of the root body.
+    pub frames: Vec<Isometry3<f64>>,
+    /// Attitude of each body that has its own, relative to the laboratory axes; the identity at the
+    /// start and for all other bodies.
+    pub attitudes: Vec<UnitQuaternion<f64>>,
+    /// Values of the passive joints, in the order of the joints.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub joints: Vec<f64>,
+}
 
 /// Linear and angular velocity of a rigid body or frame, in the laboratory axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -90,6 +109,26 @@ impl Mul<f64> for &StateVelocity {
 }
 
 impl Articulation {
+    /// The state of the positions given to [`Articulation::new`], all attitudes the identity.
+    pub fn initial_state(&self) -> State {
+        State {
+            frames: self
+                .linkages()
+                .iter()
+                .map(|linkage| {
+                    Isometry3::from_parts(
+                        Translation3::from(self.initial_positions()[linkage.root]),
+                        UnitQuaternion::identity(),
+                    )
+                })
+                .collect(),
+            attitudes: vec![UnitQuaternion::identity(); self.kinds().len()],
+            joints: (self.passive_drives())
+                .map(|(joint, _)| self.initial_shape()[joint])
+                .collect(),
+        }
+    }
+
     /// The state after one unit of time at the constant velocity `step`.
     ///
     /// Positions and attitudes are advanced on `R^3 × SO(3)`: `x + U` and `exp(ω) Q`, both in the
@@ -112,10 +151,8 @@ impl Articulation {
             state.joints.len(),
         )?;
         let frames = step.frames.iter().flat_map(|t| [&t.linear, &t.angular]);
-        let joints_are_finite = step.joints.iter().all(|rate| rate.is_finite());
-        if !(frames.chain(&step.spins).all(is_finite) && joints_are_finite) {
-            return Err(RigidError::NotFinite { what: "a velocity" });
-        }
+        let vectors = frames.chain(&step.spins).flatten();
+        check_finite("a velocity", vectors.chain(&step.joints))?;
         let next = State {
             frames: state
                 .frames
@@ -144,6 +181,35 @@ impl Articulation {
         };
         self.check_state(&next)?;
         Ok(next)
+    }
+
+    /// Refuses a state with another number of frames or attitudes than this set has, positions that
+    /// are not finite and orientations that are not rotations.
+    pub(crate) fn check_state(&self, state: &State) -> Result<(), RigidError> {
+        check_length(
+            "frames of the linkages",
+            state.frames.len(),
+            self.linkages().len(),
+        )?;
+        check_length(
+            "attitudes of the bodies",
+            state.attitudes.len(),
+            self.kinds().len(),
+        )?;
+        check_length(
+            "values of the passive joints",
+            state.joints.len(),
+            self.passive_drives().count(),
+        )?;
+        let positions = state.frames.iter().map(|frame| &frame.translation.vector);
+        check_finite("the position of a frame", positions.flatten())?;
+        let rotations = state.frames.iter().map(|frame| &frame.rotation);
+        let mut norms = rotations.chain(&state.attitudes).map(|q| q.norm());
+        let bad = |norm: &f64| norm.is_nan() || (norm - 1.0).abs() > MAX_NORM_ERROR;
+        match norms.find(bad) {
+            Some(length) => Err(RigidError::NotRotation { length }),
+            None => Ok(()),
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Power of the slip of surfaces on the fluid, computed and corrected.
+//! Power of slip and other prescribed velocities of surfaces, computed and corrected.
 
 use fem::{BoundaryFlow, CubicFlow, SurfaceVelocity};
 use nalgebra::Vector3;
@@ -9,17 +9,28 @@ use crate::cubic::{Change, Correction};
 use crate::problem::Problem;
 use crate::surface_flow::NodalSurfaceFlow;
 
-impl NodalSurfaceFlow {
-    /// Velocities and pressure of a disturbance flow with the background flow.
-    fn whole(&self, flow: &FlowSolution) -> (Vec<Vector3<f64>>, Vec<f64>) {
-        let (velocity, pressure) = &self.background;
-        let velocity = flow.velocity.iter().zip(velocity).map(|(u, v)| u + v);
-        let pressure = flow.pressure.iter().zip(pressure).map(|(p, q)| p + q);
-        (velocity.collect(), pressure.collect())
-    }
-}
-
 impl Problem<'_> {
+    /// Power of a disturbance flow in the prescribed velocities of surfaces.
+    ///
+    /// The dissipation of the disturbance is this power and that of the rigid motions. On a mesh
+    /// that ends at symmetry planes, it is the power of whole surfaces.
+    ///
+    /// # Errors
+    /// A flow that is not finite.
+    pub(crate) fn power_of_surfaces(
+        &self,
+        flow: &FlowSolution,
+        surfaces: Option<&NodalSurfaceFlow>,
+    ) -> Result<f64, StokesError> {
+        Ok(match surfaces {
+            Some(nodal) => {
+                let (velocity, pressure) = (&flow.velocity, &flow.pressure);
+                self.parts() * fem::power(self.mesh, velocity, pressure, &nodal.velocity)?
+            }
+            None => 0.0,
+        })
+    }
+
     /// Power of the slip on the fluid, zero without slip, for a solution of this problem.
     ///
     /// # Errors

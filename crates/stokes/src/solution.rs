@@ -1,6 +1,30 @@
-//! Size, solver report and computing times of a solution.
+//! A solution with its error estimate, size, solver report and computing times.
 
+use rigid::FlowSolution;
 use serde::{Deserialize, Serialize};
+
+use crate::checks::Checks;
+use crate::estimate::Estimate;
+
+/// Solution for one drive, at viscosity 1.
+pub struct Solution {
+    /// Velocities, forces and pressure; the pressure has zero mean over the fluid.
+    pub flow: FlowSolution,
+    /// Power of the slip on the fluid.
+    pub slip_power: f64,
+    /// Estimated discretisation errors, if requested.
+    pub estimate: Option<Estimate>,
+    /// Comparison with independent computations of forces and power, if estimates were requested.
+    pub checks: Option<Checks>,
+    /// Numbers of degrees of freedom.
+    pub dofs: Dofs,
+    /// How the linear system was solved.
+    pub solver: SolverReport,
+    /// Estimated relative error of the velocities due to the linear solve.
+    pub algebraic_error: f64,
+    /// Times of assembly, set-up, solve and estimate.
+    pub seconds: Seconds,
+}
 
 /// Numbers of degrees of freedom; all zero for models without a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
@@ -51,5 +75,21 @@ impl std::ops::AddAssign for Seconds {
         self.solve += other.solve;
         self.estimate += other.estimate;
         self.total += other.total;
+    }
+}
+
+impl Seconds {
+    /// Times of `count` solutions with one matrix: the first one has those of assembly and set-up.
+    pub(crate) fn shared(self, count: usize) -> impl Iterator<Item = Self> {
+        let (solve, estimate) = (self.solve / count as f64, self.estimate / count as f64);
+        (0..count).map(move |number| {
+            let first = if number == 0 { self } else { Self::default() };
+            Self {
+                solve,
+                estimate,
+                total: first.assembly + first.setup + solve + estimate,
+                ..first
+            }
+        })
     }
 }

@@ -1,7 +1,8 @@
 //! The formulation P-tilde: velocities of linked bodies are eliminated.
 
-use crate::border::Border;
-use crate::{Constrained, Drive, Formulation, RigidError, RigidFluid};
+use super::Formulation;
+use crate::constrained::Border;
+use crate::{Constrained, Drive, RigidError, RigidFluid};
 
 /// The operator P-tilde of Berti et al. (2021), equations (19)-(22): body velocities `U = S v + W`.
 ///
@@ -20,12 +21,8 @@ impl Formulation for Eliminated {
         let (all, joint_loads) = drive.reduced(fluid.symmetry_planes())?;
         let loads = joint_loads.external().clone();
         let border = Border {
-            columns: all.basis,
-            rows: None,
-            offset: all.offset,
-            constraints: None,
             joint_loads: Some(joint_loads),
-            first_multiplier: None,
+            ..Border::new(all.basis, all.offset)
         };
         Constrained::build(fluid, border, drive, &loads)
     }

@@ -1,4 +1,14 @@
-//! The trait that all formulations of the joints' constraints share.
+//! Formulations of the constraints: P, P-tilde, Lagrange multipliers and direct rows.
+
+mod direct_rows;
+mod eliminated;
+mod independent;
+mod lagrange;
+
+pub use direct_rows::DirectRows;
+pub use eliminated::Eliminated;
+pub use independent::Independent;
+pub use lagrange::Lagrange;
 
 use crate::{Constrained, Drive, RigidError, RigidFluid};
 

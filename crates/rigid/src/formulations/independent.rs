@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::border::Border;
-use crate::{Constrained, Constraints, Drive, Formulation, Reduction, RigidError, RigidFluid};
+use super::Formulation;
+use crate::constrained::Border;
+use crate::{Constrained, Constraints, Drive, Reduction, RigidError, RigidFluid};
 
 /// The operator P of Berti et al. (2021), equation (13): `u = P (u_I, U, ω)`.
 ///
@@ -32,17 +33,10 @@ impl Formulation for Independent {
             planes if planes.is_empty() => DMatrix::identity(velocities, velocities),
             planes => {
                 let constraints = Constraints::with_symmetry(drive, planes)?;
-                Reduction::of(drive.set, &constraints)?.all.basis
+                Reduction::new(drive.set, &constraints)?.all.basis
             }
         };
-        let border = Border {
-            columns,
-            rows: None,
-            offset: DVector::zeros(velocities),
-            constraints: None,
-            joint_loads: None,
-            first_multiplier: None,
-        };
+        let border = Border::new(columns, DVector::zeros(velocities));
         Constrained::build(fluid, border, drive, &loads)
     }
 }

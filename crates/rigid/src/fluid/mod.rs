@@ -4,10 +4,9 @@ use linalg::{Csr, Csr3, OMITTED};
 use nalgebra::Vector3;
 
 use crate::body_forces::Surfaces;
-use crate::error::check_length;
-use crate::node_blocks::{NodeBlocks, block};
-use crate::node_order;
-use crate::placement::is_finite;
+use crate::error::{check_finite, check_length};
+use crate::mesh_part::Ownership;
+use crate::node_blocks::{self, NodeBlocks, block};
 use crate::prescribed_motion::PrescribedMotion;
 use crate::stresslets::SurfaceRows;
 use crate::{FluidMatrices, FluidNodes, NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
@@ -44,6 +43,48 @@ pub(crate) struct FluidBlocks {
     pub pressure_stiffness: Option<Csr>,
 }
 
+impl FluidBlocks {
+    /// The blocks of free nodes and vertices; each matrix is freed as soon as its block is complete.
+    fn new(
+        matrices: FluidMatrices,
+        interpolation_border: Csr,
+        free: &Numbering,
+        free_vertices: &Numbering,
+    ) -> Result<Self, RigidError> {
+        let FluidMatrices {
+            stiffness,
+            divergence,
+            pressure_mass,
+            interpolation,
+            vertex_stiffness,
+        } = matrices;
+        let all_pressures: Vec<u32> = (0..divergence.rows() as u32).collect();
+        let (nodes, vertices) = (free.list.len(), free_vertices.list.len());
+        let (of_nodes, of_vertices) = (&free.numbers, &free_vertices.numbers);
+        let (stiffness, (divergence, (interpolation, vertex_stiffness))) = rayon::join(
+            || block(stiffness, &free.list, of_nodes, nodes),
+            || {
+                (
+                    block(divergence, &all_pressures, of_nodes, nodes),
+                    (
+                        block(interpolation, &free.list, of_vertices, vertices),
+                        block(vertex_stiffness, &free_vertices.list, of_vertices, vertices),
+                    ),
+                )
+            },
+        );
+        Ok(Self {
+            stiffness: stiffness?,
+            divergence: divergence?,
+            pressure_mass,
+            interpolation: interpolation?,
+            interpolation_border,
+            vertex_stiffness: vertex_stiffness?,
+            pressure_stiffness: None,
+        })
+    }
+}
+
 impl RigidFluid {
     /// Splits matrices over all nodes into the blocks of free nodes, bodies and walls.
     ///
@@ -65,94 +106,53 @@ impl RigidFluid {
         let (points, roles) = (nodes.points, nodes.roles);
         let vertices = matrices.vertex_stiffness.rows();
         let is_free = |node: usize| roles[node] == NodeRole::Free;
-        let free_nodes = node_order::free_nodes(&matrices.interpolation, is_free);
-        let free_number = numbers(points.len(), &free_nodes);
-        let free_vertices: Vec<u32> = (0..vertices as u32)
-            .filter(|&vertex| is_free(vertex as usize))
-            .collect();
-        let vertex_number = numbers(vertices, &free_vertices);
+        let free = Numbering::new(
+            points.len(),
+            node_blocks::free_nodes(&matrices.interpolation, is_free),
+        );
+        let free_vertices = (0..vertices as u32).filter(|&vertex| is_free(vertex as usize));
+        let free_vertices = Numbering::new(vertices, free_vertices.collect());
         let symmetry_planes = nodes.symmetry();
         let part = nodes.part.clone();
         check_bodies(bodies, symmetry_planes)?;
-        let mut constrained: Vec<(u32, [bool; 3])> = nodes
-            .on_symmetry_planes
-            .iter()
-            .filter_map(|&(node, planes)| {
-                let number = *free_number.get(node as usize)?;
-                (number != OMITTED).then_some((number, planes))
-            })
-            .collect();
-        constrained.sort_unstable_by_key(|&(number, _)| number);
         let arms: Vec<Vector3<f64>> = (0..points.len())
             .map(|node| match roles[node] {
                 NodeRole::Body(body) => points[node] - bodies[body as usize].centre,
                 _ => Vector3::zeros(),
             })
             .collect();
-        let prescribed =
-            PrescribedMotion::new(&matrices, &nodes, &free_nodes, &arms, bodies.len())?;
+        let prescribed = PrescribedMotion::new(&matrices, &nodes, &free.list, &arms, bodies.len())?;
         let rows = SurfaceRows::new(&matrices, &nodes, bodies.len())?;
-        let FluidMatrices {
-            stiffness,
-            divergence,
-            pressure_mass,
-            interpolation,
-            vertex_stiffness,
-        } = matrices;
         let blocks = NodeBlocks {
             roles,
             arms: &arms,
             bodies: bodies.len(),
-            part: part.as_ref(),
+            part: &part,
         };
-        let mut corner = blocks.corner(&stiffness);
-        if let Some(part) = &part {
-            part.sum(corner.as_mut_slice());
-        }
+        let mut corner = blocks.corner(&matrices.stiffness);
+        part.sum(corner.as_mut_slice());
         for (number, body) in bodies.iter().enumerate() {
             for axis in 3..6 {
                 corner[(6 * number + axis, 6 * number + axis)] += 2.0 * body.volume;
             }
         }
         let (border, (interpolation_border, rigid_divergence)) = rayon::join(
-            || blocks.border(&stiffness, &free_nodes),
+            || blocks.border(&matrices.stiffness, &free.list),
             || {
                 rayon::join(
-                    || blocks.border(&interpolation, &free_nodes),
-                    || blocks.rigid_divergence(&divergence),
-                )
-            },
-        );
-        let all_pressures: Vec<u32> = (0..divergence.rows() as u32).collect();
-        let (stiffness, (divergence, (interpolation, vertex_stiffness))) = rayon::join(
-            || block(stiffness, &free_nodes, &free_number, free_nodes.len()),
-            || {
-                let (nodes, vertices) = (free_nodes.len(), free_vertices.len());
-                (
-                    block(divergence, &all_pressures, &free_number, nodes),
-                    (
-                        block(interpolation, &free_nodes, &vertex_number, vertices),
-                        block(vertex_stiffness, &free_vertices, &vertex_number, vertices),
-                    ),
+                    || blocks.border(&matrices.interpolation, &free.list),
+                    || blocks.rigid_divergence(&matrices.divergence),
                 )
             },
         );
         Ok(Self {
-            blocks: FluidBlocks {
-                stiffness: stiffness?,
-                divergence: divergence?,
-                pressure_mass,
-                interpolation: interpolation?,
-                interpolation_border,
-                vertex_stiffness: vertex_stiffness?,
-                pressure_stiffness: None,
-            },
+            blocks: FluidBlocks::new(matrices, interpolation_border, &free, &free_vertices)?,
             surfaces: Surfaces {
                 border,
                 corner,
                 rigid_divergence,
-                free_nodes,
-                constrained,
+                constrained: free.constrained(&nodes.on_symmetry_planes),
+                free_nodes: free.list,
                 symmetry_planes,
                 prescribed,
                 roles: roles.to_vec(),
@@ -203,11 +203,7 @@ impl RigidFluid {
 /// Refuses bodies without a volume, and bodies whose centre is not on every symmetry plane.
 fn check_bodies(bodies: &[SurfaceBody], symmetry_planes: SymmetryPlanes) -> Result<(), RigidError> {
     for (number, body) in bodies.iter().enumerate() {
-        if !is_finite(&body.centre) {
-            return Err(RigidError::NotFinite {
-                what: "the centre of a surface",
-            });
-        }
+        check_finite("the centre of a surface", &body.centre)?;
         if !(body.volume > 0.0 && body.volume.is_finite()) {
             return Err(RigidError::BadVolume {
                 body: number,
@@ -225,13 +221,32 @@ fn check_bodies(bodies: &[SurfaceBody], symmetry_planes: SymmetryPlanes) -> Resu
     Ok(())
 }
 
-/// The position of each of `0..len` in a list; [`OMITTED`] for those that are not in it.
-fn numbers(len: usize, list: &[u32]) -> Vec<u32> {
-    let mut numbers = vec![OMITTED; len];
-    for (number, &item) in list.iter().enumerate() {
-        numbers[item as usize] = number as u32;
+/// Some of the nodes or vertices of a mesh, in the order of their dofs.
+struct Numbering {
+    list: Vec<u32>,
+    /// Position of each node in the list; [`OMITTED`] for those that are not in it.
+    numbers: Vec<u32>,
+}
+
+impl Numbering {
+    fn new(len: usize, list: Vec<u32>) -> Self {
+        let mut numbers = vec![OMITTED; len];
+        for (number, &item) in list.iter().enumerate() {
+            numbers[item as usize] = number as u32;
+        }
+        Self { list, numbers }
     }
-    numbers
+
+    /// The nodes of the list that are on symmetry planes, by their numbers, ascending.
+    fn constrained(&self, on_symmetry_planes: &[(u32, [bool; 3])]) -> Vec<(u32, [bool; 3])> {
+        let numbered = on_symmetry_planes.iter().filter_map(|&(node, planes)| {
+            let number = *self.numbers.get(node as usize)?;
+            (number != OMITTED).then_some((number, planes))
+        });
+        let mut constrained: Vec<_> = numbered.collect();
+        constrained.sort_unstable_by_key(|&(number, _)| number);
+        constrained
+    }
 }
 
 #[cfg(test)]
