@@ -24,12 +24,12 @@ impl<'s> Krylov<'s> {
     }
 
     /// A solver that PETSc lends.
-    pub(super) fn shared(object: ffi::Object) -> Result<Self, PetscError> {
+    pub(super) fn shared(object: Object) -> Result<Self, PetscError> {
         Ok(Self(Handle::shared(object, ffi::KSPDestroy)?))
     }
 
     /// The object of PETSc.
-    pub(super) fn object(&self) -> ffi::Object {
+    pub(super) fn object(&self) -> Object {
         self.0.object
     }
 

@@ -13,7 +13,7 @@ mod session;
 mod vector;
 
 pub use exchange::Exchange;
-pub use krylov::{Krylov, Preconditioner};
+pub use krylov::Krylov;
 pub use matrix::{Matrix, NullSpace, Rows};
 pub use one_thread::OneThread;
 pub use session::{Session, release_memory};
