@@ -218,7 +218,8 @@ fn a_force_on_a_joint_that_moves_no_surface_is_refused() {
         let shape = set.initial_shape().to_vec();
         let constraints = set.constraints(&set.initial_state(), &shape, &[0.0; 2]);
         let constraints = constraints.unwrap();
-        let drive = drive(&set, &constraints, &[ExternalLoad::default(); 3]);
+        let loads = [ExternalLoad::default(); 3];
+        let drive = drive(&set, &constraints, &loads);
         let fluid = random_fluid(&x[..2], &[0.3, -0.1, 0.7]);
         Eliminated.constrain(fluid, &drive).map(drop)
     };
