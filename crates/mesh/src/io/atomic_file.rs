@@ -13,18 +13,8 @@ use crate::MeshError;
 /// file, and after an error the previous file is unchanged.
 ///
 /// # Errors
-/// [`MeshError::Io`].
-pub(super) fn write_atomically(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
-) -> Result<(), MeshError> {
-    replace(path, write).map_err(|source| MeshError::Io {
-        path: path.into(),
-        source,
-    })
-}
-
-fn replace(
+/// Those of the operating system, and of `write`.
+pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
@@ -57,6 +47,20 @@ fn replace(
     Ok(())
 }
 
+/// Writes a mesh file by [`write_atomically`].
+///
+/// # Errors
+/// [`MeshError::Io`] with the path.
+pub(super) fn write_file(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), MeshError> {
+    write_atomically(path, write).map_err(|source| MeshError::Io {
+        path: path.into(),
+        source,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,7 +82,7 @@ mod tests {
 
     #[test]
     fn missing_folder_is_an_error_with_the_name_of_the_file() {
-        let error = write_atomically(Path::new("no/such/folder/a.vtu"), |_| Ok(())).unwrap_err();
+        let error = write_file(Path::new("no/such/folder/a.vtu"), |_| Ok(())).unwrap_err();
         assert!(
             error.to_string().starts_with("no/such/folder/a.vtu: "),
             "{error}"

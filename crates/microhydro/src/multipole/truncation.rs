@@ -79,7 +79,7 @@ impl GapCoordinates {
     /// outside the narrow gaps.
     pub fn widened(&self) -> Self {
         Self {
-            spheres: self.spheres.iter().map(|xi| xi.max(WIDE_GAP)).collect(),
+            spheres: self.spheres.iter().map(|xi| xi.max(MIN_WIDE_GAP)).collect(),
             container: self.container,
         }
     }
@@ -133,7 +133,7 @@ pub(crate) fn first_target(xi: &GapCoordinates, spheres: usize, tolerance: f64) 
 ///
 /// A gap of a quarter of a radius between equal spheres. In narrower gaps the high degrees of both
 /// spheres are eliminated for the pair alone.
-pub(crate) const WIDE_GAP: f64 = 0.5;
+pub(crate) const MIN_WIDE_GAP: f64 = 0.5;
 
 /// Targets of the relative error of the resistance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,13 +158,7 @@ pub(crate) fn for_targets(
     let xi = GapCoordinates::narrowest_of(gaps, spheres);
     let own = for_tolerance(&xi.widened(), medium, targets.expansions);
     let mut orders = own.limited(highest.max(min_order(medium)), MAX_ORDER_ON_CONTAINER);
-    let order = |index: usize| {
-        orders
-            .spheres
-            .get(index)
-            .copied()
-            .unwrap_or(orders.container)
-    };
+    let order = |index: usize| orders.of_expansion(index);
     let surfaces = |gap: &Gap, order: &dyn Fn(f64) -> usize| {
         gap.xi.map(|xi| if xi.is_finite() { order(xi) } else { 0 })
     };

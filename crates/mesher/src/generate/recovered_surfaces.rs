@@ -1,8 +1,7 @@
 //! Delaunay tets that have the triangles of surfaces with sharp edges as faces.
 
-use super::layout::Layout;
+use super::layout::{Layout, is_flat};
 use super::surface_refinement::circumcircle;
-use super::surface_tets::is_flat;
 use crate::GenerateError;
 use crate::delaunay::{carve, delaunay};
 use std::collections::{BTreeMap, HashSet};

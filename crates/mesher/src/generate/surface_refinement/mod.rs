@@ -1,10 +1,9 @@
 //! Refinement of surface triangulations to a varying edge length.
 
 mod coarsening;
-mod flips;
+mod edge_flips;
 mod missing;
-mod sharp_edges;
-mod smoothing;
+mod surface_smoothing;
 
 use super::symmetry_planes::SymmetryPlanes;
 use crate::GenerateError;
@@ -303,10 +302,30 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
 }
 
 /// Centre and radius of the circle through three points.
-pub(super) fn circumcircle([a, b, c]: [Vec3; 3]) -> (Vec3, f64) {
+pub(crate) fn circumcircle([a, b, c]: [Vec3; 3]) -> (Vec3, f64) {
     let (u, v) = (b - a, c - a);
     let n = u.cross(&v);
     let arm = (v.norm_squared() * n.cross(&u) + u.norm_squared() * v.cross(&n))
         / (2.0 * n.norm_squared()).max(f64::MIN_POSITIVE);
     (a + arm, arm.norm())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_smallest_ball_has_the_corners_on_its_surface() {
+        let corners = [
+            Vec3::new(0.3, -1.0, 0.2),
+            Vec3::new(1.1, 0.4, -0.5),
+            Vec3::new(-0.2, 0.9, 0.8),
+        ];
+        let (centre, radius) = circumcircle(corners);
+        for x in corners {
+            assert!(((x - centre).norm() - radius).abs() < 1e-15 * 10.0);
+        }
+        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+        assert!((centre - corners[0]).dot(&normal).abs() < 1e-14);
+    }
 }

@@ -5,9 +5,8 @@
 //! exchange the diagonal of their two faces. Every flip lowers the interpolant of `|x|^2`, so the
 //! flips end. In three dimensions they may end before all tets are Delaunay.
 
-use super::circumcentre::circumcentre;
 use super::linked_tets::{FACE, LinkedTets, NONE, face_number, split};
-use super::predicates::{in_sphere, orientation};
+use super::predicates::{circumcentre, in_sphere, orientation};
 use mesh::Vec3;
 use rayon::prelude::*;
 

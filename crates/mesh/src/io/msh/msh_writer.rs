@@ -4,7 +4,7 @@ use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 
-use super::super::atomic::write_atomically;
+use super::super::atomic_file::write_file;
 use crate::{MeshError, TetMesh};
 
 /// Writes `mesh` as MSH 4.1, text, second order.
@@ -16,7 +16,7 @@ use crate::{MeshError, TetMesh};
 /// # Errors
 /// [`MeshError::Io`].
 pub(crate) fn write_msh(mesh: &TetMesh, path: &Path) -> Result<(), MeshError> {
-    write_atomically(path, |out| {
+    write_file(path, |out| {
         let n_tags = mesh.tags().len();
         let [low, high] = mesh.bounding_box();
         let bounds = format!(

@@ -5,6 +5,7 @@ use super::kept_cells::{FrontFace, KeptCells};
 use crate::GenerateError;
 use crate::delaunay::{carve, circumcentre, delaunay};
 use crate::generate::layout::Layout;
+use crate::generate::surface_refinement::circumcircle;
 use mesh::{Vec3, dihedral_angles};
 use rayon::prelude::*;
 
@@ -71,7 +72,7 @@ pub(super) fn recovered(
                     let (centre, _) = circumcentre(x);
                     (centre, (centre - x[0]).norm())
                 }
-                None => diametral_ball(corners),
+                None => circumcircle(corners),
             };
             let longest = (0..3)
                 .map(|i| (corners[i] - corners[(i + 1) % 3]).norm())
@@ -137,33 +138,4 @@ fn at_flat_tets(
             is_crowded: false,
         })
         .collect()
-}
-
-/// Centre and radius of the smallest ball that has the corners of a triangle on its surface.
-fn diametral_ball([a, b, c]: [Vec3; 3]) -> (Vec3, f64) {
-    let (u, v) = (b - a, c - a);
-    let normal = u.cross(&v);
-    let arm = (u.norm_squared() * v.cross(&normal) + v.norm_squared() * normal.cross(&u))
-        / (2.0 * normal.norm_squared());
-    (a + arm, arm.norm())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_diametral_ball_has_the_corners_on_its_surface() {
-        let corners = [
-            Vec3::new(0.3, -1.0, 0.2),
-            Vec3::new(1.1, 0.4, -0.5),
-            Vec3::new(-0.2, 0.9, 0.8),
-        ];
-        let (centre, radius) = diametral_ball(corners);
-        for x in corners {
-            assert!(((x - centre).norm() - radius).abs() < 1e-15 * 10.0);
-        }
-        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-        assert!((centre - corners[0]).dot(&normal).abs() < 1e-14);
-    }
 }
