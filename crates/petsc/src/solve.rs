@@ -2,15 +2,15 @@
 
 use std::time::Instant;
 
-use rigid::{Drive, FlowSolution, Imposed, MeshPart, NodeRole};
-use stokes::fem::{SurplusPart, SurplusSpace};
+use rigid::{Constrained, Drive, FlowSolution, Imposed, MeshPart, NodeRole};
+use stokes::fem::{SurplusPart, SurplusSpace, mean_pressure};
 use stokes::{
     Checks, Dofs, Engine, Estimate, Gather, Options, PartEquations, Problem, Seconds, Solution,
     SolverReport, StokesError,
 };
 
 use crate::PetscError;
-use crate::assembly::Part;
+use crate::assembly::{OwnEntries, Part};
 use crate::divided::{DividedMatrix, DividedPreconditioner};
 use crate::gather::{Fields, engine_error};
 use crate::handles::{Session, release_memory};
@@ -18,7 +18,7 @@ use crate::numbering::{Numbering, components};
 use crate::partition::Partition;
 use crate::pressure::pressure_laplacian;
 use crate::shared::{self, LateExchange, Shared};
-use crate::solver::{Method, Solver};
+use crate::solver::{Method, Solved, Solver};
 
 /// A solution, the same on every process.
 #[non_exhaustive]
@@ -101,101 +101,162 @@ pub fn solve(
     release_memory();
     let assembly = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
-    let order = partition.nodes_by_vertex();
-    let is_own = |node: &&u32| partition.owner(**node) == session.rank();
-    let free_vertices: Vec<u32> = (order.iter().filter(is_own).copied())
-        .filter(|&node| (node as usize) < mesh.n_vertices() && numbering.components(node) != 0)
-        .collect();
-    drop(order);
+    let free_vertices = own_free_vertices(session, problem, &partition, &numbering);
     let sizes = blocks.sizes.concat();
     let solver = Solver::new(session, blocks, method, &numbering, &free_vertices)?;
     let setup = clock.elapsed().as_secs_f64();
 
-    let fields = Fields::new(mesh, &partition, &submesh, session.rank());
-    let (mut flows, mut solved_drives) = (Vec::new(), Vec::new());
+    let divided = Divided {
+        session,
+        problem,
+        partition: &partition,
+        submesh: &submesh,
+        shared: &shared,
+        system: &system,
+        solver: &solver,
+        entries: &entries,
+        sizes: &sizes,
+        fields: &Fields::new(mesh, &partition, &submesh, session.rank()),
+    };
+    let (mut flows, mut reports) = (Vec::new(), Vec::new());
     let imposed = std::iter::once(None).chain(others.iter().map(Some));
     for imposed in imposed {
         let clock = Instant::now();
-        let rhs = imposed.map_or(&system.rhs, |imposed| &imposed.rhs);
-        let solved = solver.solve(&entries.of(rhs), options.rtol)?;
-        let mut solution = vec![0.0; entries.len()];
-        entries.write(&solved.solution, &mut solution);
-        let flow = match imposed {
-            None => system.flow(&solution, drive.set)?,
-            Some(imposed) => system.flow_at(&solution, imposed, drive.set)?,
-        };
-        flows.push(of_all_nodes(problem, &fields, flow)?);
-        solved_drives.push((solved, clock.elapsed().as_secs_f64()));
+        let (flow, report) = divided.flow(imposed, drive, options.rtol)?;
+        flows.push(flow);
+        reports.push((report, clock.elapsed().as_secs_f64()));
     }
     let clock = Instant::now();
-    let mut estimates: Vec<Option<(Estimate, Checks)>> = flows.iter().map(|_| None).collect();
-    if let Some(space) = space {
+    let estimates = match space {
+        Some(space) => divided.estimates(space, drive, &flows, options.estimate_rtol)?,
+        None => Vec::new(),
+    };
+    let estimate_seconds = clock.elapsed().as_secs_f64() / drives.len() as f64;
+
+    let dofs = Dofs {
+        velocity: 3 * free_nodes,
+        pressure: mesh.n_vertices(),
+        total: 3 * free_nodes + border + mesh.n_vertices(),
+    };
+    let mut estimates = estimates.into_iter();
+    let mut shared_seconds = [assembly, setup];
+    let mut all = Vec::with_capacity(drives.len());
+    for (flow, (report, solve)) in flows.into_iter().zip(reports) {
+        let [assembly, setup] = std::mem::take(&mut shared_seconds);
+        let (estimate, checks) = estimates.next().unzip();
+        all.push(DistributedSolution {
+            levels: report.levels,
+            own_dofs: sizes.len(),
+            solution: Solution {
+                slip_power: problem.power_of_slip(&flow)?,
+                estimate,
+                checks,
+                dofs,
+                solver: SolverReport {
+                    formulation: options.formulation.name().to_owned(),
+                    solver: format!("petsc {}", options.solver.name()),
+                    iterations: report.iterations,
+                    true_relative_residual: report.true_relative_residual,
+                },
+                algebraic_error: report.error_estimate,
+                seconds: Seconds {
+                    assembly,
+                    setup,
+                    solve,
+                    estimate: estimate_seconds,
+                    total: assembly + setup + solve + estimate_seconds,
+                    ..Seconds::default()
+                },
+                flow,
+            },
+        });
+    }
+    Ok(all)
+}
+
+/// The free vertices of this process, in the order of their dofs.
+fn own_free_vertices(
+    session: &Session,
+    problem: &Problem,
+    partition: &Partition,
+    numbering: &Numbering,
+) -> Vec<u32> {
+    let is_own = |node: &u32| partition.owner(*node) == session.rank();
+    let vertices = problem.mesh().n_vertices();
+    (partition.nodes_by_vertex().iter().copied())
+        .filter(is_own)
+        .filter(|&node| (node as usize) < vertices && numbering.components(node) != 0)
+        .collect()
+}
+
+/// A system that is divided between the processes, with its solver.
+struct Divided<'a, 's> {
+    session: &'s Session,
+    problem: &'a Problem<'a>,
+    partition: &'a Partition,
+    submesh: &'a mesh::Submesh,
+    shared: &'a Shared,
+    system: &'a Constrained,
+    solver: &'a Solver<'s>,
+    entries: &'a OwnEntries,
+    sizes: &'a [f64],
+    fields: &'a Fields<'a>,
+}
+
+impl Divided<'_, '_> {
+    /// The flow at all nodes for the drive of the system, or at other rates, its pressure with zero
+    /// mean.
+    fn flow(
+        &self,
+        imposed: Option<&Imposed>,
+        drive: &Drive,
+        rtol: f64,
+    ) -> Result<(FlowSolution, Solved), PetscError> {
+        let rhs = imposed.map_or(&self.system.rhs, |imposed| &imposed.rhs);
+        let solved = self.solver.solve(&self.entries.of(rhs), rtol)?;
+        let mut solution = vec![0.0; self.entries.len()];
+        self.entries.write(&solved.solution, &mut solution);
+        let mut flow = match imposed {
+            None => self.system.flow(&solution, drive.set)?,
+            Some(imposed) => self.system.flow_at(&solution, imposed, drive.set)?,
+        };
+        flow.velocity = self.fields.nodes(&flow.velocity)?;
+        flow.pressure = self.fields.vertices(&flow.pressure)?;
+        let mean = mean_pressure(self.problem.mesh(), &flow.pressure).map_err(StokesError::from)?;
+        flow.pressure.iter_mut().for_each(|p| *p -= mean);
+        Ok((flow, solved))
+    }
+
+    /// Estimated errors of flows, by the surplus space of the part of this process.
+    fn estimates(
+        &self,
+        space: SurplusSpace,
+        drive: &Drive,
+        flows: &[FlowSolution],
+        rtol: Option<f64>,
+    ) -> Result<Vec<(Estimate, Checks)>, PetscError> {
+        let Self {
+            session,
+            submesh,
+            solver,
+            entries,
+            ..
+        } = *self;
         solver.free_basis()?;
         let exchange = LateExchange::default();
-        exchange.set(shared.of_extension(session, &submesh, &space)?);
-        let surplus_part = surplus_part(session, &partition, &submesh, &space, &exchange);
-        let space = space.with_part(surplus_part).map_err(StokesError::from)?;
+        exchange.set(self.shared.of_extension(session, submesh, &space)?);
+        let part = surplus_part(session, self.partition, submesh, &space, &exchange);
+        let space = space.with_part(part).map_err(StokesError::from)?;
         let equations = PartEquations {
-            submesh: &submesh,
+            submesh,
             space: &space,
-            system: &system,
-            operator: &DividedMatrix::new(session, &solver, &entries, &sizes)?,
-            gather: &fields,
+            system: self.system,
+            operator: &DividedMatrix::new(session, solver, entries, self.sizes)?,
+            gather: self.fields,
         };
-        let mut preconditioner = DividedPreconditioner {
-            solver: &solver,
-            entries: &entries,
-        };
-        let rtol = options.estimate_rtol;
-        let estimated =
-            problem.estimate_part(drive, &flows, equations, &mut preconditioner, rtol)?;
-        estimates = estimated.into_iter().map(Some).collect();
+        let mut preconditioner = DividedPreconditioner { solver, entries };
+        Ok((self.problem).estimate_part(drive, flows, equations, &mut preconditioner, rtol)?)
     }
-    let estimate = clock.elapsed().as_secs_f64() / drives.len() as f64;
-
-    let own_dofs = sizes.len();
-    let shared_seconds = std::iter::once([assembly, setup]).chain(std::iter::repeat([0.0; 2]));
-    let all = flows
-        .into_iter()
-        .zip(solved_drives)
-        .zip(estimates)
-        .zip(shared_seconds);
-    all.map(
-        |(((flow, (solved, solve)), estimate_of_flow), [assembly, setup])| {
-            let (estimate_of_flow, checks) = estimate_of_flow.unzip();
-            Ok(DistributedSolution {
-                levels: solved.levels,
-                own_dofs,
-                solution: Solution {
-                    slip_power: problem.power_of_slip(&flow)?,
-                    estimate: estimate_of_flow,
-                    checks,
-                    dofs: Dofs {
-                        velocity: 3 * free_nodes,
-                        pressure: mesh.n_vertices(),
-                        total: 3 * free_nodes + border + mesh.n_vertices(),
-                    },
-                    solver: SolverReport {
-                        formulation: options.formulation.name().to_owned(),
-                        solver: format!("petsc {}", options.solver.name()),
-                        iterations: solved.iterations,
-                        true_relative_residual: solved.true_relative_residual,
-                    },
-                    algebraic_error: solved.error_estimate,
-                    seconds: Seconds {
-                        assembly,
-                        setup,
-                        solve,
-                        estimate,
-                        total: assembly + setup + solve + estimate,
-                        ..Seconds::default()
-                    },
-                    flow,
-                },
-            })
-        },
-    )
-    .collect()
 }
 
 /// Solves on all processes of the [`Session`] that the calling thread has started.
@@ -250,18 +311,4 @@ fn surplus_part(
         session.sum_over_parts(),
         exchange.function(),
     )
-}
-
-/// The flow with velocities and pressures of all nodes, from those of each process.
-fn of_all_nodes(
-    problem: &Problem,
-    fields: &Fields,
-    mut flow: FlowSolution,
-) -> Result<FlowSolution, PetscError> {
-    flow.velocity = fields.nodes(&flow.velocity)?;
-    flow.pressure = fields.vertices(&flow.pressure)?;
-    let mean =
-        stokes::fem::mean_pressure(problem.mesh(), &flow.pressure).map_err(StokesError::from)?;
-    flow.pressure.iter_mut().for_each(|p| *p -= mean);
-    Ok(flow)
 }

@@ -13,9 +13,6 @@ pub struct Krylov<'s>(Handle<'s>);
 
 impl<'s> Krylov<'s> {
     /// A solver without a system.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn new(_: &'s Session) -> Result<Self, PetscError> {
         let mut object = NONE;
         // SAFETY: the communicator is valid and `object` live.
@@ -24,19 +21,16 @@ impl<'s> Krylov<'s> {
     }
 
     /// A solver that PETSc lends.
-    pub(super) fn shared(object: ffi::Object) -> Result<Self, PetscError> {
+    pub(super) fn shared(object: Object) -> Result<Self, PetscError> {
         Ok(Self(Handle::shared(object, ffi::KSPDestroy)?))
     }
 
     /// The object of PETSc.
-    pub(super) fn object(&self) -> ffi::Object {
+    pub(super) fn object(&self) -> Object {
         self.0.object
     }
 
     /// Solves with `a`; `p` is the matrix from which preconditioners are built.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set_operators(&self, a: &Matrix<'s>, p: &Matrix<'s>) -> Result<(), PetscError> {
         // SAFETY: all objects are live; PETSc adds references to the matrices.
         check("KSPSetOperators", unsafe {
@@ -56,9 +50,6 @@ impl<'s> Krylov<'s> {
     }
 
     /// A fixed number of steps without norms: a linear map.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set_steps(&self, steps: usize) -> Result<(), PetscError> {
         self.set_tolerance(DEFAULT_REAL, steps)?;
         // SAFETY: the solver is live.
@@ -68,9 +59,6 @@ impl<'s> Krylov<'s> {
     }
 
     /// Relative tolerance and largest number of iterations.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set_tolerance(&self, rtol: f64, iterations: usize) -> Result<(), PetscError> {
         let its = int("iterations", iterations)?;
         // SAFETY: the solver is live. An absolute tolerance of the smallest number never applies.
@@ -80,9 +68,6 @@ impl<'s> Krylov<'s> {
     }
 
     /// Stops by the norm of the residual, without the preconditioner.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn stop_by_true_residual(&self) -> Result<(), PetscError> {
         // SAFETY: the solver is live.
         check("KSPSetNormType", unsafe {
@@ -91,9 +76,6 @@ impl<'s> Krylov<'s> {
     }
 
     /// Starts from the given vector instead of zero.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn start_from_guess(&self) -> Result<(), PetscError> {
         // SAFETY: the solver is live.
         check("KSPSetInitialGuessNonzero", unsafe {
@@ -102,9 +84,6 @@ impl<'s> Krylov<'s> {
     }
 
     /// Number of basis vectors between restarts of GMRES.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set_restart(&self, restart: usize) -> Result<(), PetscError> {
         let restart = int("basis vectors", restart)?;
         // SAFETY: the solver is live; for other methods the call has no effect.
@@ -114,9 +93,6 @@ impl<'s> Krylov<'s> {
     }
 
     /// Interval of eigenvalues on which a Chebyshev method is small.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set_eigenvalues(&self, smallest: f64, largest: f64) -> Result<(), PetscError> {
         // SAFETY: the solver is live.
         check("KSPChebyshevSetEigenvalues", unsafe {
@@ -125,9 +101,6 @@ impl<'s> Krylov<'s> {
     }
 
     /// Interval of a Chebyshev method as multiples of the largest eigenvalue, which is estimated.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn estimate_eigenvalues(&self, lower: f64, upper: f64) -> Result<(), PetscError> {
         // SAFETY: the solver is live.
         check("KSPChebyshevEstEigSet", unsafe {
@@ -138,9 +111,6 @@ impl<'s> Krylov<'s> {
     /// Ends the estimation of eigenvalues after a set-up, and frees its vectors.
     ///
     /// The interval stays. For other methods the call has no effect.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn keep_eigenvalues(&self) -> Result<(), PetscError> {
         // SAFETY: the solver is live. Four zeros end the estimation.
         check("KSPChebyshevEstEigSet", unsafe {
@@ -149,9 +119,6 @@ impl<'s> Krylov<'s> {
     }
 
     /// Prefix of the options of this solver, such as `motion_`.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set_prefix(&self, prefix: &Name) -> Result<(), PetscError> {
         // SAFETY: the solver is live; PETSc copies the prefix.
         check("KSPSetOptionsPrefix", unsafe {
@@ -171,18 +138,12 @@ impl<'s> Krylov<'s> {
     }
 
     /// Sets up method and preconditioner.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set_up(&self) -> Result<(), PetscError> {
         // SAFETY: the solver is live.
         check("KSPSetUp", unsafe { ffi::KSPSetUp(self.0.object) })
     }
 
     /// Solves for `b`; whether the method converged is told by [`Krylov::reason`].
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn solve(&self, b: &Vector<'s>, x: &mut Vector<'s>) -> Result<(), PetscError> {
         // SAFETY: the solver and both vectors are live, and the vectors distinct.
         check("KSPSolve", unsafe {
@@ -191,9 +152,6 @@ impl<'s> Krylov<'s> {
     }
 
     /// The preconditioner.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn preconditioner(&self) -> Result<Preconditioner<'s>, PetscError> {
         let mut object = NONE;
         // SAFETY: the solver is live and lends its preconditioner.
@@ -204,9 +162,6 @@ impl<'s> Krylov<'s> {
     }
 
     /// Why the last solve ended: `KSPConvergedReason`, negative without convergence.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn reason(&self) -> Result<i32, PetscError> {
         let mut reason = 0;
         // SAFETY: solver and result are live.
@@ -217,9 +172,6 @@ impl<'s> Krylov<'s> {
     }
 
     /// Number of iterations of the last solve.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn iterations(&self) -> Result<usize, PetscError> {
         let mut iterations = 0;
         // SAFETY: solver and result are live.
@@ -242,9 +194,6 @@ impl<'s> Preconditioner<'s> {
     }
 
     /// `z <- N r`.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn apply(&self, r: &Vector<'s>, z: &mut Vector<'s>) -> Result<(), PetscError> {
         // SAFETY: the preconditioner and both vectors are live, and the vectors distinct.
         check("PCApply", unsafe {
@@ -267,9 +216,6 @@ impl<'s> Preconditioner<'s> {
     ///
     /// That of hypre, if PETSc has it: in a channel of 60 x 6 x 6 radii the iteration then takes 37
     /// steps, with PETSc's own 41, with exact factors 31.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set_algebraic_multigrid(&self) -> Result<(), PetscError> {
         self.set_type(match has_hypre()? {
             true => c"hypre",
@@ -280,9 +226,6 @@ impl<'s> Preconditioner<'s> {
     /// The upper factor of a block factorisation of `nested`, whose blocks have these names.
     ///
     /// `schur` approximates the Schur complement of the second block.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn split_by_fields(
         &self,
         nested: &Matrix<'s>,
@@ -310,9 +253,6 @@ impl<'s> Preconditioner<'s> {
     }
 
     /// Solvers of both fields of a split that is set up.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn fields(&self) -> Result<[Krylov<'s>; 2], PetscError> {
         let (mut n, mut solvers) = (0, ptr::null_mut());
         // SAFETY: the preconditioner is live. The list has `n` solvers, which the preconditioner
@@ -330,9 +270,6 @@ impl<'s> Preconditioner<'s> {
     }
 
     /// Multigrid with one more level than there are prolongations, which are given finest first.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set_multigrid(&self, prolongations: &[Matrix<'s>]) -> Result<(), PetscError> {
         self.set_type(c"mg")?;
         let (pc, levels) = (self.0.object, int("levels", prolongations.len() + 1)?);
@@ -352,9 +289,6 @@ impl<'s> Preconditioner<'s> {
     }
 
     /// The smoother of a level of multigrid; level 0 is the coarsest, which has a solver instead.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn smoother(&self, level: usize) -> Result<Krylov<'s>, PetscError> {
         let number = int("levels", level)?;
         // SAFETY: the preconditioner is live and lends its smoothers.
@@ -367,9 +301,6 @@ impl<'s> Preconditioner<'s> {
     }
 
     /// The solver that every process applies to the gathered system.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn redundant(&self) -> Result<Krylov<'s>, PetscError> {
         self.set_type(c"redundant")?;
         // SAFETY: the preconditioner is live and lends its solver.
@@ -394,9 +325,6 @@ impl<'s> Preconditioner<'s> {
     /// another solver.
     ///
     /// Returns the first solver.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set_solver_and_correction(
         &self,
         (diagonal, other): (Vec<f64>, Option<&Krylov<'s>>),
@@ -428,9 +356,6 @@ impl<'s> Preconditioner<'s> {
     }
 
     /// A diagonal matrix, given by its entries on this process.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set_diagonal(&self, diagonal: Vec<f64>) -> Result<(), PetscError> {
         self.set_correction(Correction {
             diagonal,

@@ -3,6 +3,9 @@
 //! Together with `ffi.rs` this is the only folder with unsafe code. All handles borrow the
 //! [`Session`], so that none outlives PETSc. They are neither `Send` nor `Sync`: PETSc is called on
 //! one thread per process.
+//!
+//! Functions that return a [`PetscError`] pass on the errors of PETSc; sections on errors are written
+//! where there are others, or where a caller can cause them.
 #![allow(unsafe_code)]
 
 mod exchange;
@@ -13,7 +16,7 @@ mod session;
 mod vector;
 
 pub use exchange::Exchange;
-pub use krylov::{Krylov, Preconditioner};
+pub use krylov::Krylov;
 pub use matrix::{Matrix, NullSpace, Rows};
 pub use one_thread::OneThread;
 pub use session::{Session, release_memory};

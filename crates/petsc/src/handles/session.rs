@@ -206,6 +206,6 @@ pub fn release_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: the function of the GNU C library has no preconditions.
     unsafe {
-        crate::ffi::malloc_trim(0);
+        ffi::malloc_trim(0);
     }
 }

@@ -2,12 +2,14 @@
 
 use fem::TaylorHood;
 use mesh::{LinearTets, TetMesh, Vec3};
-use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
+use mesher::Container;
 use rigid::{
     Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, Formulation,
     Independent, Lagrange,
 };
 use stokes::{InitialGuesses, Options, Problem, Solver, StokesError, solve_stokes};
+
+use crate::support::sphere_in_ball;
 
 const HOSTILE: [f64; 8] = [
     0.0,
@@ -21,18 +23,8 @@ const HOSTILE: [f64; 8] = [
 ];
 
 /// A sphere in a concentric ball, as coarse as possible.
-fn sphere_in_ball() -> TetMesh {
-    let [sphere, ball] = [1.0, 4.0].map(|radius| Sphere {
-        centre: Vec3::zeros(),
-        radius,
-    });
-    let body = MeshedBody {
-        name: "sphere",
-        surface: &sphere,
-        size: 0.9,
-    };
-    let tets = generate(&[body], &Container::Ball(ball), &GenerateParams::default()).unwrap();
-    TetMesh::curved(tets.mesh, &[("sphere", &sphere), (Container::TAG, &ball)]).unwrap()
+fn coarse_ball() -> TetMesh {
+    sphere_in_ball(0.9, 4.0, [false; 3])
 }
 
 fn problem(mesh: &TetMesh) -> Problem<'_> {
@@ -57,7 +49,7 @@ fn speed(problem: &Problem, x: Vec3, options: &Options) -> Result<f64, StokesErr
 
 #[test]
 fn hostile_options_give_the_same_answer_or_are_refused() {
-    let mesh = sphere_in_ball();
+    let mesh = coarse_ball();
     let problem = problem(&mesh);
     let origin = Vec3::zeros();
     let right = speed(&problem, origin, &Options::default()).unwrap();
@@ -93,7 +85,7 @@ fn hostile_options_give_the_same_answer_or_are_refused() {
 
 #[test]
 fn bodies_that_are_not_where_the_mesh_has_them_are_refused() {
-    let mesh = sphere_in_ball();
+    let mesh = coarse_ball();
     for x in HOSTILE.into_iter().filter(|x| x.abs() > 1e-300) {
         assert!(
             speed(&problem(&mesh), x * Vec3::x(), &Options::default()).is_err(),
@@ -111,7 +103,7 @@ fn bodies_that_are_not_where_the_mesh_has_them_are_refused() {
 
 #[test]
 fn parts_that_are_given_twice_are_refused() {
-    let mesh = sphere_in_ball();
+    let mesh = coarse_ball();
     let x = Vec3::zeros();
     for (bodies, walls) in [
         (vec![("sphere", x), ("sphere", x)], vec![Container::TAG]),
@@ -132,7 +124,7 @@ fn parts_that_are_given_twice_are_refused() {
 
 #[test]
 fn data_of_another_mesh_and_hostile_data_are_refused() {
-    let mesh = sphere_in_ball();
+    let mesh = coarse_ball();
     let cube = TetMesh::straight(LinearTets::cube(1)).unwrap();
     let space = TaylorHood::new(&cube).unwrap();
     let origin = Vec3::zeros();
