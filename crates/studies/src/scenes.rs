@@ -25,6 +25,24 @@ pub fn solve(scene: &Scene) -> Result<InstantaneousSolution, swimmer::SwimError>
     solve_start(scene, model.as_mut())
 }
 
+/// The lines of a scene that choose finite elements of this size on the spheres.
+pub fn by_elements(size: f64) -> String {
+    format!("model.kind = \"fem\"\nfem.surface_size = {size:?}")
+}
+
+/// Text of a scene in a ball around the origin; `model` are the lines that choose the model.
+pub fn in_ball(container: f64, model: &str) -> SceneText {
+    let domain = format!("domain = {{ kind = \"ball\", radius = {container:?} }}");
+    SceneText::new(domain).line(model)
+}
+
+/// A unit sphere at the centre of a ball of radius `1 / lambda`, under a unit force along x and a
+/// unit torque about z.
+pub fn loaded_sphere(lambda: f64, size: f64) -> Result<Scene> {
+    let text = in_ball(1.0 / lambda, &by_elements(size)).sphere("s0", 1.0, [0.0; 3]);
+    text.line("force = [1, 0, 0]\ntorque = [0, 0, 1]").parse()
+}
+
 /// The text of a scene, built from keys, bodies, joints and phases in this order.
 #[derive(Clone, Debug, Default)]
 pub struct SceneText(pub String);

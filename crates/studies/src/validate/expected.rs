@@ -15,8 +15,8 @@ use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 use swimmer::choose;
 use swimmer::models::Configuration;
 
-use super::spheres::loaded_sphere;
 use crate::reference::{concentric_drag, concentric_torque};
+use crate::scenes::loaded_sphere;
 
 /// Factor on the energy of the interpolation error.
 ///

@@ -4,30 +4,11 @@ use std::f64::consts::PI;
 
 use anyhow::{Context, Result};
 use nalgebra::{DMatrix, Vector3};
-use swimmer::Scene;
 
 use super::expected;
 use super::row::{Basis, Cost, Estimated, Row};
 use crate::reference::{COLLINEAR, Collinear, OPPOSITE, concentric_drag, concentric_torque};
-use crate::scenes::{SceneText, solve};
-
-/// The lines of a scene that choose finite elements of this size on the spheres.
-pub fn by_elements(size: f64) -> String {
-    format!("model.kind = \"fem\"\nfem.surface_size = {size:?}")
-}
-
-/// Text of a scene in a ball around the origin; `model` are the lines that choose the model.
-pub fn in_ball(container: f64, model: &str) -> SceneText {
-    let domain = format!("domain = {{ kind = \"ball\", radius = {container:?} }}");
-    SceneText::new(domain).line(model)
-}
-
-/// A unit sphere at the centre of a ball of radius `1 / lambda`, under a unit force along x and a
-/// unit torque about z.
-pub fn loaded_sphere(lambda: f64, size: f64) -> Result<Scene> {
-    let text = in_ball(1.0 / lambda, &by_elements(size)).sphere("s0", 1.0, [0.0; 3]);
-    text.line("force = [1, 0, 0]\ntorque = [0, 0, 1]").parse()
-}
+use crate::scenes::{by_elements, in_ball, loaded_sphere, solve};
 
 /// A: drag and torque of a sphere in balls of 10, 5 and 2 radii.
 pub fn concentric(quick: bool) -> Result<Vec<Row>> {

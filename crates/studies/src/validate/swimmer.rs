@@ -13,9 +13,8 @@ use swimmer::{
 
 use super::expected;
 use super::row::{Basis, Cost, Estimated, Row};
-use super::spheres::{by_elements, in_ball};
 use crate::reference::{INSTANTANEOUS, Instantaneous, STROKES, Stroke};
-use crate::scenes::{self, UNIT_RATE, solve};
+use crate::scenes::{self, UNIT_RATE, by_elements, in_ball, solve};
 
 /// Radius of the ball for single configurations.
 const CONTAINER: f64 = 40.0;
