@@ -1,12 +1,15 @@
 //! Time integration: stability limits with inertia, drift of a reciprocal stroke, error over cost.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use nalgebra::Vector3;
 use swimmer::models::{SphereModel, SpheresModel};
 use swimmer::{Method, Outcome, Scene, SwimError, simulate};
 
 use super::map::Tried;
 use crate::chart::{LogLog, Series, Style};
+use crate::page::Page;
+use crate::scenes::SceneText;
+use crate::table::{Table, count, exp};
 
 /// Result of a run with one integrator.
 pub struct Point {
@@ -34,23 +37,20 @@ const LIGHT: f64 = 1e-6;
 
 /// Three unequal spheres on a bent chain in unbounded fluid.
 fn chain(mass: f64, tolerance: f64, phases: &[(&str, f64)]) -> Result<Scene> {
-    let mut text = format!(
-        "model = {{ kind = \"rpy\", tolerance = {tolerance:e} }}\ngait.arms = \"clamped\"\n"
-    );
+    let model = format!("model = {{ kind = \"rpy\", tolerance = {tolerance:e} }}");
+    let inertia = format!("mass = {mass:e}\ninertia = {mass:e}");
+    let mut text = SceneText::new(model).key("gait.arms", "clamped");
     for (name, radius, position) in [
         ("a", 1.0, [-5.0, 0.0, 0.0]),
         ("b", 1.3, [0.0, 0.0, 0.0]),
         ("c", 0.8, [2.0, 5.0, 0.5]),
     ] {
-        text += &format!(
-            "[[bodies]]\nname = \"{name}\"\nradius = {radius}\nposition = {position:?}\nmass = {mass:e}\ninertia = {mass:e}\n"
-        );
+        text = text.sphere(name, radius, position).line(&inertia);
     }
-    text += "[[links]]\nname = \"left\"\nbody = \"a\"\nto = \"b\"\n[[links]]\nname = \"right\"\nbody = \"c\"\nto = \"b\"\n";
-    for (joint, length) in phases {
-        text += &format!("[[gait.phases]]\nlink = \"{joint}\"\nlength = {length:?}\n");
-    }
-    Scene::parse(&text).context("a scene for the integrators is not valid")
+    let text = text.joint("left", "a", "b").joint("right", "c", "b");
+    let phases = phases.iter();
+    let text = phases.fold(text, |text, (joint, length)| text.phase(joint, *length));
+    text.parse()
 }
 
 /// Lengths of the chain's arms at the start.
@@ -82,39 +82,24 @@ fn run(scene: &Scene, method: Method) -> std::result::Result<Outcome, SwimError>
 /// Integrators with their varied parameter: steps per phase, or the tolerance.
 fn choices(quick: bool) -> Vec<(&'static str, String, f64, Method)> {
     let mut all = Vec::new();
-    let steps: &[usize] = if quick {
-        &[10, 20]
-    } else {
-        &[5, 10, 20, 40, 80, 160]
+    let steps: &[usize] = match quick {
+        true => &[10, 20],
+        false => &[5, 10, 20, 40, 80, 160],
     };
     for &steps in steps {
         let label = format!("{steps} steps per phase");
-        all.push((
-            "explicit Euler",
-            label.clone(),
-            1e-3,
-            Method::Euler { steps },
-        ));
-        all.push((
-            "backward Euler, light bodies",
-            label,
-            1e-3,
-            Method::BackwardEuler { steps },
-        ));
+        let [explicit, implicit] = [Method::Euler { steps }, Method::BackwardEuler { steps }];
+        all.push(("explicit Euler", label.clone(), 1e-3, explicit));
+        all.push(("backward Euler, light bodies", label, 1e-3, implicit));
     }
-    let tolerances: &[f64] = if quick {
-        &[1e-4]
-    } else {
-        &[1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8]
+    let tolerances: &[f64] = match quick {
+        true => &[1e-4],
+        false => &[1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8],
     };
     for &tolerance in tolerances {
         let label = format!("tolerance {tolerance:e}");
-        all.push((
-            "Runge-Kutta 5(4)",
-            label.clone(),
-            tolerance,
-            Method::RungeKutta,
-        ));
+        let name = "Runge-Kutta 5(4)";
+        all.push((name, label.clone(), tolerance, Method::RungeKutta));
         all.push(("Gauss collocation", label, tolerance, Method::Collocation));
     }
     all
@@ -167,35 +152,32 @@ fn limits() -> Result<Vec<Tried>> {
     let steps = 100;
     let mut rows = vec![measured_limit()];
     for (part, refused) in [(0.99, false), (1.01, true)] {
-        let scene = pulled(1.0, part * limit * f64::from(steps))?;
-        let method = Method::ExplicitInertia {
-            steps: steps as usize,
-        };
-        rows.push(speed_row(
-            &format!("explicit Euler with inertia, steps of {part} times 2m/R"),
+        let scene = pulled(1.0, part * limit * steps as f64)?;
+        let name = format!("explicit Euler with inertia, steps of {part} times 2m/R");
+        rows.push(speed(
+            &name,
             &scene,
-            method,
+            Method::ExplicitInertia { steps },
             refused,
-            1e-6,
         ));
     }
+    let steps = 20;
     for (mass, name) in [(1e-12, "1e-12"), (1e-3, "1e-3")] {
         let scene = pulled(mass, 1.0)?;
-        let explicit = Method::ExplicitInertia { steps: 20 };
-        rows.push(speed_row(
-            &format!("explicit Euler, mass {name}, 20 steps per phase"),
+        let refused = mass < 1e-4 || 0.05 > 2.0 * mass / TURN;
+        let explicit = format!("explicit Euler, mass {name}, 20 steps per phase");
+        rows.push(speed(
+            &explicit,
             &scene,
-            explicit,
-            mass < 1e-4 || 0.05 > 2.0 * mass / TURN,
-            1e-6,
+            Method::ExplicitInertia { steps },
+            refused,
         ));
-        let implicit = Method::BackwardEuler { steps: 20 };
-        rows.push(speed_row(
-            &format!("backward Euler, mass {name}, 20 steps per phase"),
+        let implicit = format!("backward Euler, mass {name}, 20 steps per phase");
+        rows.push(speed(
+            &implicit,
             &scene,
-            implicit,
+            Method::BackwardEuler { steps },
             false,
-            1e-6,
         ));
     }
     // A phase lasts a millionth of the relaxation time: momentum is conserved, so the centre of
@@ -206,37 +188,34 @@ fn limits() -> Result<Vec<Tried>> {
         Ok(heavy.displacement.iter().sum::<Vector3<f64>>().norm() / 3.0)
     });
     let (coarse, fine) = (coarse?, fine?);
-    rows.push(Tried {
-        name: "backward Euler, mass 1e6: the centre of mass stays".into(),
-        outcome: format!(
+    rows.push(Tried::new(
+        "backward Euler, mass 1e6: the centre of mass stays",
+        format!(
             "moves by {coarse:.0e} radii while the arm closes by 2 in 20 steps, by {fine:.0e} in 80"
         ),
         // Resistance reduces the momentum by `R t / m = 6e-5`; the rest is the error of a
         // first-order method.
-        as_expected: fine < 1.2e-4 + 0.25 * 1.1 * coarse,
-    });
+        fine < 1.2e-4 + 0.25 * 1.1 * coarse,
+    ));
     Ok(rows)
 }
 
 /// Runs a pulled sphere and compares its speed at the end with `F/R`.
-fn speed_row(name: &str, scene: &Scene, method: Method, refused: bool, tolerance: f64) -> Tried {
+fn speed(name: &str, scene: &Scene, method: Method, refused: bool) -> Tried {
+    /// Largest relative error of the speed.
+    const TOLERANCE: f64 = 1e-6;
     match run(scene, method) {
-        Err(error) => Tried {
-            name: name.into(),
-            outcome: format!("*no*: {error}"),
-            as_expected: refused && matches!(error, SwimError::Unstable { .. }),
-        },
+        Err(error) => {
+            let is_unstable = matches!(error, SwimError::Unstable { .. });
+            Tried::new(name, format!("*no*: {error}"), refused && is_unstable)
+        }
         Ok(outcome) => {
             let last = outcome.samples.iter().rev().find_map(|s| s.bodies.as_ref());
             let speed = last.map_or(f64::NAN, |bodies| bodies[0].velocity.x);
             let error = (speed * DRAG - 1.0).abs();
-            Tried {
-                name: name.into(),
-                outcome: match error < tolerance {
-                    true => format!("right to {error:.0e}"),
-                    false => format!("**WRONG** by {error:.0e}"),
-                },
-                as_expected: !refused && error < tolerance,
+            match error < TOLERANCE {
+                true => Tried::new(name, format!("right to {error:.0e}"), !refused),
+                false => Tried::new(name, format!("**WRONG** by {error:.0e}"), false),
             }
         }
     }
@@ -261,79 +240,107 @@ fn measured_limit() -> Tried {
         }
     }
     let ratio = low / (2.0 / DRAG);
-    Tried {
-        name: "largest stable explicit step over 2m/R, found by bisection".into(),
-        outcome: format!("{ratio:.6}"),
-        as_expected: (ratio - 1.0).abs() < 1e-6,
-    }
+    let name = "largest stable explicit step over 2m/R, found by bisection";
+    Tried::new(name, format!("{ratio:.6}"), (ratio - 1.0).abs() < 1e-6)
 }
 
 /// Scallop drift of each integrator: displacement by a reciprocal stroke, which is exactly zero.
 fn drifts(points: &[Point]) -> Vec<Tried> {
-    let of = |name: &str| {
-        points
-            .iter()
-            .filter(|p| p.integrator == name)
-            .collect::<Vec<_>>()
+    let of = |name: &str| -> Vec<&Point> {
+        let points = points.iter().filter(|p| p.integrator == name);
+        points.collect()
     };
     let mut rows = Vec::new();
     for name in ["explicit Euler", "backward Euler, light bodies"] {
-        let list = of(name);
-        if let [.., a, b] = &list[..] {
+        if let [.., a, b] = &of(name)[..] {
             let order = (a.error / b.error).log2();
-            rows.push(Tried {
-                name: format!("scallop drift of {name}"),
-                outcome: format!(
-                    "{:.1e} radii with {} solves, {:.1e} with {}: order {order:.2}",
-                    a.error, a.solves, b.error, b.solves
-                ),
-                as_expected: (order - 1.0).abs() < 0.15,
-            });
+            let outcome = format!(
+                "{:.1e} radii with {} solves, {:.1e} with {}: order {order:.2}",
+                a.error, a.solves, b.error, b.solves
+            );
+            let is_first = (order - 1.0).abs() < 0.15;
+            rows.push(Tried::new(
+                format!("scallop drift of {name}"),
+                outcome,
+                is_first,
+            ));
         }
     }
     // The error of a phase span is its share of the tolerance, 1/160, times two radii; there are
     // two phase spans of a few steps each.
     for (name, allowed) in [("Runge-Kutta 5(4)", 0.05), ("Gauss collocation", 0.0)] {
         if let Some(point) = of(name).last() {
-            rows.push(Tried {
-                name: format!("scallop drift of {name}"),
-                outcome: format!(
-                    "{:.1e} radii with {} solves, {}",
-                    point.error, point.solves, point.choice
-                ),
-                // Symmetric methods return exactly to the start, up to the tolerance of their
-                // iteration.
-                as_expected: point.error < allowed * point.tolerance + 1e-10,
-            });
+            let Point {
+                error,
+                solves,
+                choice,
+                ..
+            } = point;
+            let outcome = format!("{error:.1e} radii with {solves} solves, {choice}");
+            // Symmetric methods return exactly to the start, up to the tolerance of their
+            // iteration.
+            let is_small = *error < allowed * point.tolerance + 1e-10;
+            rows.push(Tried::new(
+                format!("scallop drift of {name}"),
+                outcome,
+                is_small,
+            ));
         }
     }
     rows
 }
 
+impl Study {
+    /// Adds the tests, charts and runs to a page.
+    pub fn add_to(&self, page: &mut Page) -> Result<()> {
+        page.heading("Integrators");
+        page.table(Tried::table(&self.tried));
+        let title = "Scallop drift: displacement after one arm closes and opens, exactly zero";
+        let drift = chart(title, &self.scallop);
+        page.chart("stability-scallop", "scallop drift", &drift)?;
+        let title = "Error of a stroke of four phases that swims and turns";
+        let stroke = chart(title, &self.stroke);
+        page.chart("stability-integrators", "error of a stroke", &stroke)?;
+        page.text(
+            "Three unequal spheres on a bent chain in unbounded fluid (rpy), which rotate while they swim. Scallop drift: displacement after an arm closes and opens again, \
+             exactly zero. Stroke: four phases, error of the middle sphere. Errors in radii.",
+        );
+        let mut table = Table::new([
+            "integrator",
+            "choice",
+            "solves",
+            "scallop drift",
+            "stroke: solves",
+            "error",
+        ]);
+        for (scallop, stroke) in self.scallop.iter().zip(&self.stroke) {
+            table.push([
+                scallop.integrator.into(),
+                scallop.choice.as_str().into(),
+                count(scallop.solves),
+                exp(scallop.error, 1),
+                count(stroke.solves),
+                exp(stroke.error, 1),
+            ]);
+        }
+        page.table(table);
+        Ok(())
+    }
+}
+
 /// Chart of errors over solves, one curve per integrator.
-pub fn chart(title: &str, points: &[Point]) -> LogLog {
+fn chart(title: &str, points: &[Point]) -> LogLog {
     let mut names: Vec<&'static str> = Vec::new();
     for point in points {
         if !names.contains(&point.integrator) {
             names.push(point.integrator);
         }
     }
-    LogLog {
-        title: title.into(),
-        x: "solves".into(),
-        y: "error in radii".into(),
-        series: names
-            .into_iter()
-            .map(|name| Series {
-                name: name.into(),
-                // Smaller errors are rounding errors.
-                points: points
-                    .iter()
-                    .filter(|p| p.integrator == name)
-                    .map(|p| (p.solves as f64, p.error.max(1e-16)))
-                    .collect(),
-                style: Style::Curve,
-            })
-            .collect(),
-    }
+    let series = names.into_iter().map(|name| {
+        let points = points.iter().filter(|p| p.integrator == name);
+        // Smaller errors are rounding errors.
+        let points = points.map(|p| (p.solves as f64, p.error.max(1e-16)));
+        Series::new(name, points, Style::Curve)
+    });
+    LogLog::new(title, "solves", "error in radii", series)
 }

@@ -1,17 +1,13 @@
 //! One instantaneous solution by finite elements: formulations x solvers x stress cases.
 
-use std::time::Instant;
-
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
-use swimmer::choose;
 use swimmer::models::InstantaneousSolution;
-use swimmer::{Scene, SwimError, solve_start};
+use swimmer::{Scene, SwimError};
 
-use super::map::{Cell, Map, Outcome};
-use super::setup::Setup;
-use super::store::Store;
-use super::stress_cases::{self, Expected, StressCase, Truth};
+use super::map::{Cell, Expected, Map, Outcome, Store};
+use super::stress_cases::{self, Setup, StressCase};
+use crate::scenes::solve;
 
 const FORMULATIONS: [(&str, &str); 3] =
     [("p-tilde", "P~"), ("lagrange", "L"), ("direct-row", "DR")];
@@ -55,62 +51,53 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
 
 /// All cells of one stress case.
 fn cells(case: &StressCase) -> Result<Vec<Cell>> {
-    let truth = match (&case.expected, &case.truth) {
-        (Expected::Refused(_), _) => None,
-        (Expected::Right, Truth::Direct) => Some((truth(&case.setup)?, 1.0)),
-        (Expected::Right, Truth::Similar(setup, factor)) => Some((truth(setup)?, *factor)),
+    let (setup, factor) = case
+        .truth
+        .as_ref()
+        .map_or((&case.setup, 1.0), |it| (&it.0, it.1));
+    let truth = match case.expected {
+        Expected::Right => Some(solve_by(setup, "p-tilde", "direct").context("no reference")?),
+        _ => None,
     };
     let mut cells = Vec::new();
     for solver in SOLVERS {
         for (formulation, _) in FORMULATIONS {
-            let clock = Instant::now();
-            let outcome = match solve(&case.setup, formulation, solver) {
-                Err(error) => Outcome::Refused(error.to_string()),
-                Ok(instant) => judge(&instant, truth.as_ref(), solver),
-            };
             let expected = match (solver, formulation, case.expected) {
                 ("minres", "direct-row", Expected::Right) => Expected::Refused("symmetric"),
                 (_, _, expected) => expected,
             };
-            cells.push(Cell {
-                as_expected: expected.is_met(&outcome),
-                outcome,
-                seconds: clock.elapsed().as_secs_f64(),
-            });
+            let tolerance = if solver == "direct" { DIRECT } else { KRYLOV };
+            let compare = |found: InstantaneousSolution| match &truth {
+                // Without a reference, any solution is wrong.
+                None => Outcome::Wrong { error: f64::NAN },
+                Some(truth) => compare(&found, truth, factor, tolerance),
+            };
+            let compute = || solve_by(&case.setup, formulation, solver);
+            cells.push(Cell::new(expected, compute, compare));
         }
     }
     Ok(cells)
 }
 
-fn truth(setup: &Setup) -> Result<InstantaneousSolution> {
-    solve(setup, "p-tilde", "direct").context("the reference of a stress case could not be solved")
-}
-
-fn solve(
+fn solve_by(
     setup: &Setup,
     formulation: &str,
     solver: &str,
 ) -> Result<InstantaneousSolution, SwimError> {
-    let scene = Scene::parse(&setup.toml(formulation, solver))?;
-    let mut model = choose(&scene)?.model;
-    solve_start(&scene, model.as_mut())
+    solve(&Scene::parse(&setup.text(formulation, solver).0)?)
 }
 
 /// Compares velocities with those of the reference times a factor.
-///
-/// Without a reference, any solution is wrong.
-fn judge(
-    instant: &InstantaneousSolution,
-    truth: Option<&(InstantaneousSolution, f64)>,
-    solver: &str,
+fn compare(
+    found: &InstantaneousSolution,
+    truth: &InstantaneousSolution,
+    factor: f64,
+    tolerance: f64,
 ) -> Outcome {
-    let Some((truth, factor)) = truth else {
-        return Outcome::Wrong { error: f64::NAN };
-    };
     let mut error = 0.0_f64;
     let mut size = 0.0_f64;
-    for (found, exact) in instant.bodies.iter().zip(&truth.bodies) {
-        let difference = found.velocity / *factor - exact.velocity;
+    for (found, exact) in found.bodies.iter().zip(&truth.bodies) {
+        let difference = found.velocity / factor - exact.velocity;
         error = error.max(difference.amax());
         size = size.max(exact.velocity.amax());
         let turn: Vector3<f64> = found.angular_velocity - exact.angular_velocity;
@@ -121,14 +108,6 @@ fn judge(
     if size > 0.0 {
         error /= size;
     }
-    let tolerance = if solver == "direct" { DIRECT } else { KRYLOV };
-    // In this form NaN is wrong.
-    if error <= tolerance {
-        Outcome::Right {
-            error,
-            mark: instant.solver.iterations.to_string(),
-        }
-    } else {
-        Outcome::Wrong { error }
-    }
+    let mark = found.solver.iterations.to_string();
+    Outcome::within(error, tolerance, mark)
 }
