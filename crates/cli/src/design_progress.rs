@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use design::DesignProgress;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::run::watch_signals;
+use super::progress::watch_signals;
 use super::text::{count, message};
 
 /// A spinner on a terminal, a line per part of the work elsewhere.

@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use signal_hook::consts::{SIGINT, SIGTERM};
 use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
 
-use super::text::{count, duration, message, percent};
+use super::text::{count, duration, message, percent, warn};
 
 /// Progress of a run.
 pub struct Progress {
@@ -138,4 +139,24 @@ impl swimmer::Progress for Progress {
             )),
         }
     }
+}
+
+/// A flag that the first Ctrl-C or termination signal sets; the second ends the program at once.
+pub fn watch_signals() -> Arc<AtomicBool> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let register = || -> std::io::Result<()> {
+        for signal in [SIGINT, SIGTERM] {
+            // The order matters: the shutdown must read the flag before this signal sets it.
+            signal_hook::flag::register_conditional_shutdown(signal, 130, interrupted.clone())?;
+            signal_hook::flag::register(signal, interrupted.clone())?;
+        }
+        Ok(())
+    };
+    if let Err(error) = register() {
+        warn(&format!(
+            "cannot handle signals ({error}): Ctrl-C ends the run at once and the current phase \
+             is lost; --resume continues with the last completed phase"
+        ));
+    }
+    interrupted
 }

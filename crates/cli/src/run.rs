@@ -1,17 +1,14 @@
 //! `swim run`: the simulation of the whole gait.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use pictures::RunPictures;
-use signal_hook::consts::{SIGINT, SIGTERM};
 use swimmer::Report;
 
 use super::arguments::RunArguments;
 use super::displacements::displacement_table;
 use super::error::CliError;
-use super::progress::Progress;
+use super::progress::{Progress, watch_signals};
 use super::sensitivities::{describe_sensitivities, sensitivities, sensitivities_json};
 use super::text::{
     count, duration, entry, error_estimates, print, rounded, two_digits, warn, with_uncertainty,
@@ -65,26 +62,6 @@ pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, CliError> {
         }
         false => Ok(text(&report) + &describe_sensitivities(&found)),
     }
-}
-
-/// A flag that the first Ctrl-C or termination signal sets; the second ends the program at once.
-pub fn watch_signals() -> Arc<AtomicBool> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let register = || -> std::io::Result<()> {
-        for signal in [SIGINT, SIGTERM] {
-            // The order matters: the shutdown must read the flag before this signal sets it.
-            signal_hook::flag::register_conditional_shutdown(signal, 130, interrupted.clone())?;
-            signal_hook::flag::register(signal, interrupted.clone())?;
-        }
-        Ok(())
-    };
-    if let Err(error) = register() {
-        warn(&format!(
-            "cannot handle signals ({error}): Ctrl-C ends the run at once and the current phase \
-             is lost; --resume continues with the last completed phase"
-        ));
-    }
-    interrupted
 }
 
 /// The tolerances that were not met, with the remedies.

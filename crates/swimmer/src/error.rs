@@ -50,7 +50,7 @@ pub enum SwimError {
     Collision {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
-        /// Name of the joint that changes its length.
+        /// Name of the joint that changes its value.
         joint: String,
         /// Completed part of the phase, in percent.
         percent: f64,
@@ -69,7 +69,7 @@ pub enum SwimError {
     NotIntegrated {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
-        /// Name of the joint that changes its length.
+        /// Name of the joint that changes its value.
         joint: String,
         /// Estimated error of the displacement.
         error: f64,
@@ -115,7 +115,7 @@ pub enum SwimError {
     Unstable {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
-        /// Name of the joint that changes its length.
+        /// Name of the joint that changes its value.
         joint: String,
         /// Length of the step.
         step: f64,

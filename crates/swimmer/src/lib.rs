@@ -13,6 +13,7 @@ mod planning;
 mod progress;
 mod run;
 mod run_files;
+mod run_report;
 mod simulate;
 mod start;
 mod templates;
@@ -30,11 +31,12 @@ pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
 pub use planning::{Choice, MissedTarget, SizeSearch, choose, simulate_to_target, with_tables};
 pub use progress::Progress;
-pub use run::{ModelOfScene, Report, run, run_with, run_without_files};
+pub use run::{ModelOfScene, run, run_with, run_without_files};
 pub use run_files::RunFiles;
+pub use run_report::Report;
 pub use scene::{self, Gait, Phase, PhaseSpan, Scene, SceneError, spans};
-pub use simulate::{check_model, continue_from, simulate};
+pub use simulate::{continue_from, simulate};
 pub use start::{
-    solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
+    check_model, solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
 };
 pub use templates::TEMPLATES;

@@ -5,35 +5,18 @@ use std::path::Path;
 use std::time::Instant;
 
 use models::{Hydrodynamics, ModelError};
-use scene::{AcceptKind, Scene};
-use serde_json::Value;
+use scene::Scene;
 
 use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
 use crate::integrate::{Method, SpanSolution};
-use crate::outcome::Outcome;
-use crate::output::{Folder, summary_json};
+use crate::output::Folder;
 use crate::periodic::start_of_gait;
 use crate::planning::{Choice, SizeSearch, choose, with_tables};
 use crate::progress::Progress;
 use crate::run_files::{Files, Output, RunFiles};
+use crate::run_report::Report;
 use crate::simulate::continue_from;
-
-/// A finished run.
-#[derive(Debug)]
-#[non_exhaustive]
-pub struct Report {
-    /// The scene as it was run, with the element sizes chosen for `fem.target`.
-    pub scene: Scene,
-    /// Name of the model.
-    pub model: &'static str,
-    /// Reasons for the choice of the model.
-    pub reasons: Vec<String>,
-    /// Outcome of the gait.
-    pub outcome: Outcome,
-    /// Wall-clock time of the whole run in seconds.
-    pub seconds: f64,
-}
 
 /// Runs the gait of a scene and writes the results into the folder `out`.
 ///
@@ -219,75 +202,4 @@ fn run_once(
         outcome,
         seconds: 0.0,
     })
-}
-
-impl Report {
-    /// The summary of the run, as in `summary.json`.
-    pub fn summary(&self) -> Value {
-        summary_json(
-            &self.scene,
-            self.model,
-            &self.reasons,
-            &self.outcome,
-            self.seconds,
-        )
-    }
-
-    /// Whether the error bar is within the tolerance, or the scene accepts the best result.
-    ///
-    /// # Errors
-    /// [`SwimError::ToleranceMissed`].
-    pub fn check_tolerance(&self) -> Result<(), SwimError> {
-        let (model, outcome) = (self.scene.model(), &self.outcome);
-        if outcome.tolerance_met || model.accept == AcceptKind::Best {
-            return Ok(());
-        }
-        Err(SwimError::ToleranceMissed {
-            error: outcome.limited_error.unwrap_or(f64::INFINITY),
-            tolerance: model.tolerance,
-            allowed: outcome.allowed_error,
-        })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::outcome::Interim;
-
-    fn report(accept: &str, tolerance_met: bool) -> Report {
-        let scene = Scene::parse(&format!(
-            "model = {{ tolerance = 1e-4, accept = \"{accept}\" }}\n\
-             bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0] }}]\n"
-        ))
-        .unwrap();
-        let mut outcome = Interim::start(&scene).unwrap().outcome;
-        outcome.displacement = vec![nalgebra::Vector3::x()];
-        outcome.error_estimate.integration = Some(1e-3);
-        outcome.limited_error = Some(1e-3);
-        outcome.allowed_error = 1e-4;
-        outcome.tolerance_met = tolerance_met;
-        Report {
-            scene,
-            model: "rpy",
-            reasons: Vec::new(),
-            outcome,
-            seconds: 0.0,
-        }
-    }
-
-    #[test]
-    fn a_missed_tolerance_is_an_error_with_what_was_reached_unless_the_best_is_accepted() {
-        assert!(report("tolerance", true).check_tolerance().is_ok());
-        assert!(report("best", false).check_tolerance().is_ok());
-        let missed = report("tolerance", false);
-        let error = missed.check_tolerance().unwrap_err();
-        assert_eq!(error.exit_code(), 3);
-        let text = error.to_string();
-        for part in ["is 1.0e-3", "1e-4 allows 1.0e-4", "accept = \"best\""] {
-            assert!(text.contains(part), "{text}");
-        }
-        assert!(matches!(error, SwimError::ToleranceMissed { error, .. } if error == 1e-3));
-        assert_eq!(missed.outcome.net(), 1.0);
-    }
 }

@@ -14,7 +14,7 @@ use crate::observer::Observer;
 use crate::outcome::Outcome;
 use crate::output::{FlowSeries, Folder, LastFlow, trajectory_csv};
 use crate::progress::Progress;
-use crate::run::Report;
+use crate::run_report::Report;
 
 /// Files that the caller adds to those of a run, such as pictures.
 ///

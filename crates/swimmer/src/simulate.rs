@@ -10,6 +10,7 @@ use crate::integrate::{Integrator, Method, SpanSolution};
 use crate::observer::Observer;
 use crate::outcome::{Interim, Outcome, Sample, SpanOutcome, positions};
 use crate::periodic::start_of_gait;
+use crate::start::check_model;
 
 /// Points of the curve per piece of a phase span: enough for a smooth plot.
 const CURVE_POINTS: usize = 12;
@@ -49,7 +50,7 @@ const CURVE_POINTS: usize = 12;
 ///         let (set, at) = (self.0.articulation(), query.configuration);
 ///         let one = |rates: &Vec<f64>| {
 ///             let constraints = set.constraints(at.state, at.shape, rates)?;
-///             let reduction = rigid::Reduction::of(set, &constraints)?;
+///             let reduction = rigid::Reduction::new(set, &constraints)?;
 ///             let free = nalgebra::DVector::zeros(reduction.dofs());
 ///             let motion = set.state_velocity(reduction.velocities(&free)?.as_slice())?;
 ///             let bodies = vec![BodySolution::default(); 2];
@@ -69,8 +70,8 @@ const CURVE_POINTS: usize = 12;
 ///         { name = "anchor", radius = 100, position = [0, 0, 0] },
 ///         { name = "head", radius = 1, position = [110, 0, 0] },
 ///     ]
-///     joints = [{ name = "neck", body = "head", to = "anchor" }]
-///     gait.phases = [{ joint = "neck", length = 105 }]
+///     links = [{ name = "neck", body = "head", to = "anchor" }]
+///     gait.phases = [{ link = "neck", length = 105 }]
 ///     "#,
 /// )?;
 /// // `choose(&scene)?.model` gives one of the models of this workspace.
@@ -231,20 +232,6 @@ pub fn continue_from(
     }
     outcome.check_tolerance(scene.model().tolerance, integrator.model());
     Ok(outcome)
-}
-
-/// Refuses a model that was created for another flow problem.
-///
-/// # Errors
-/// [`SwimError::OtherScene`].
-pub fn check_model(scene: &Scene, model: &dyn Hydrodynamics) -> Result<(), SwimError> {
-    match scene.differing_key(model.scene()) {
-        Some(key) => Err(SwimError::OtherScene {
-            model: model.name(),
-            key,
-        }),
-        None => Ok(()),
-    }
 }
 
 /// Errors of the displacements of the bodies, from the errors of the frames of their linkages.

@@ -7,9 +7,8 @@ use nalgebra::{DMatrix, Vector3};
 use scene::{Scene, spans};
 
 use crate::error::SwimError;
-use crate::simulate::check_model;
 
-/// The solution at the start of the first phase of the gait, or with constant lengths for a scene
+/// The solution at the start of the first phase of the gait, or with constant shape for a scene
 /// without a gait.
 ///
 /// The mesh is adapted to `fem.target`, if the scene has that key.
@@ -104,4 +103,18 @@ fn at_start<T>(
         shape,
     };
     Ok(evaluate(model, configuration, &rates)?)
+}
+
+/// Refuses a model that was created for another flow problem.
+///
+/// # Errors
+/// [`SwimError::OtherScene`].
+pub fn check_model(scene: &Scene, model: &dyn Hydrodynamics) -> Result<(), SwimError> {
+    match scene.differing_key(model.scene()) {
+        Some(key) => Err(SwimError::OtherScene {
+            model: model.name(),
+            key,
+        }),
+        None => Ok(()),
+    }
 }

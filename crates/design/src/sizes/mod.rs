@@ -9,9 +9,9 @@
 //! the runs around a centre, and minimised within the limits and a trust region, which grows and
 //! shrinks with the success of the prediction (Conn, Scheinberg & Vicente 2009, chapter 10).
 
-mod objective;
 mod polytope;
 mod shares;
+mod size_objective;
 mod slices;
 
 use nalgebra::{DMatrix, DVector};
@@ -23,10 +23,10 @@ use swimmer::SwimError;
 
 use crate::error::DesignError;
 use crate::sensitivities::{Parameter, comparable};
-use objective::SizeObjective;
 pub use objective::SizeRun;
 use polytope::{Quadratic, STENCIL_RADIUS, stencil};
 use shares::SizeSpace;
+use size_objective::SizeObjective;
 pub use slices::{SizeSlice, size_slices};
 
 /// First step of the interpolation, relative to a share.

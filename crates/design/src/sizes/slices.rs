@@ -2,8 +2,8 @@
 
 use scene::Scene;
 
-use super::objective::SizeObjective;
 use super::shares::SizeSpace;
+use super::size_objective::SizeObjective;
 use super::{BestSizes, Search};
 use crate::error::DesignError;
 use crate::progress::DesignProgress;

@@ -1,6 +1,6 @@
 //! Integration of the motion along the phase spans of a gait.
 //!
-//! Without inertia the velocity is linear in the rates of the lengths, so the displacement over a
+//! Without inertia the velocity is linear in the rates of the joints, so the displacement over a
 //! phase span depends on the path through shape space and not on the speed. [`Method::Collocation`]
 //! solves at a few Gauss points of the phase span; where the motion does not depend on the
 //! position, this is Gauss quadrature of a line integral.
@@ -40,7 +40,7 @@ pub use result::SpanResult;
 pub use span_solution::SpanSolution;
 
 use crate::error::SwimError;
-use crate::simulate::check_model;
+use crate::start::check_model;
 
 /// Number of solves of a typical phase span by collocation: orders of one, two and three points.
 pub const TYPICAL_SOLVES_PER_SPAN: usize = 6;
