@@ -23,10 +23,10 @@ use swimmer::SwimError;
 
 use crate::error::DesignError;
 use crate::sensitivities::{Parameter, comparable};
-pub use objective::SizeRun;
 use polytope::{Quadratic, STENCIL_RADIUS, stencil};
 use shares::SizeSpace;
 use size_objective::SizeObjective;
+pub use size_objective::SizeRun;
 pub use slices::{SizeSlice, size_slices};
 
 /// First step of the interpolation, relative to a share.

@@ -1,5 +1,6 @@
 //! Design of strokes: optimal strokes, learned ones and derivatives against exact values.
 
+mod examples;
 mod learned;
 mod optimal;
 mod sensitivities;
