@@ -246,10 +246,10 @@ impl PyScene {
         let mesh = job::run(py, None, move |_| {
             let mut model = choose(&scene)?.model;
             let state = scene.initial_state();
-            let lengths = scene.articulation().initial_shape();
+            let shape = scene.articulation().initial_shape();
             let configuration = Configuration {
                 state: &state,
-                lengths,
+                shape,
             };
             let mesh = model.mesh(configuration)?;
             mesh.ok_or_else(|| DesignError::NotApplicable {
