@@ -2,7 +2,7 @@
 
 use models::{
     AxisymmetricModel, BodySolution, Configuration, DiscretisationError, FemModel, Hydrodynamics,
-    InstantaneousSolution, ModelError, Query, SphereModel, SpheresModel, Uncertainty,
+    InstantaneousSolution, ModelError, Query, Response, SphereModel, SpheresModel, Uncertainty,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use rigid::StateVelocity;
@@ -189,7 +189,7 @@ fn the_far_field_moves_the_whole_flow_and_its_bar_is_that_of_the_neglected_terms
         );
         assert!((solution.motion.frames[0].linear - velocity).norm() < 1e-14);
         // The fluid on the sphere moves with it.
-        let flow = model.last_flow().unwrap();
+        let flow = solution.flow.as_ref().unwrap().field().unwrap();
         let spin = solution.bodies[0].angular_velocity;
         for node in flow.mesh.nodes_on(flow.mesh.tag("s").unwrap()) {
             let arm = flow.mesh.points()[node as usize] - scene.bodies()[0].position;
@@ -258,7 +258,7 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
     let scene = three_spheres("");
     let mut model = SpheresModel::new(&scene, SphereModel::Rpy).unwrap();
     let mut solution = InstantaneousSolution::new(
-        solve(&mut model, &[1.0, 0.0]).bodies,
+        solve(&mut model, &[1.0, 0.0]).response.bodies,
         Vec::new(),
         StateVelocity {
             frames: Vec::new(),
@@ -282,14 +282,16 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
         body.force *= 1e3;
     }
     solution.correct(DiscretisationError {
-        motion: StateVelocity {
-            frames: Vec::new(),
-            spins: Vec::new(),
-            joints: vec![],
+        response: Response {
+            motion: StateVelocity {
+                frames: Vec::new(),
+                spins: Vec::new(),
+                joints: vec![],
+            },
+            bodies: vec![error(0.02, 0.4), error(0.06, 0.6), error(0.04, 0.2)],
+            joint_forces: Vec::new(),
+            slip_power: 0.0,
         },
-        bodies: vec![error(0.02, 0.4), error(0.06, 0.6), error(0.04, 0.2)],
-        joint_forces: Vec::new(),
-        slip_power: 0.0,
         uncertainty: Uncertainty {
             relative: 0.5,
             velocity: 0.04 * speed,

@@ -234,7 +234,7 @@ fn bodies_of_a_second_order_file_move_as_those_of_our_own_mesh() {
         };
         let solution = model.solve_one(configuration, &[-1.0, 0.5]).unwrap();
         let bar = solution.error_estimate.total();
-        (solution.bodies, bar)
+        (solution.response.bodies, bar)
     };
     let parts = ["sphere", "ellipsoid", "capsule"].map(|tag| format!(", surface = \"{tag}\""));
     let mesh = format!("{{ kind = \"mesh\", file = {file:?}, walls = [\"outer\"] }}");

@@ -1,8 +1,8 @@
 //! Solutions in other units of length and viscosity.
 
 use models::{
-    Configuration, ErrorEstimate, FemModel, Hydrodynamics, InstantaneousSolution, SphereModel,
-    SpheresModel,
+    Configuration, ErrorEstimate, FemModel, Hydrodynamics, InstantaneousSolution, Resistances,
+    SphereModel, SpheresModel,
 };
 use nalgebra::Vector3;
 use scene::Scene;
@@ -118,7 +118,9 @@ fn models_of_spheres_give_the_same_solution_in_other_units() {
             state: &state,
             shape,
         };
-        model(scene).resistance(configuration).unwrap()
+        Resistances::resistance(&mut model(scene), configuration)
+            .unwrap()
+            .matrix
     };
     let (found, reference) = (matrix(&other), matrix(&reference));
     let unit = |entry: usize| if entry % 6 < 3 { 1.0 } else { LENGTH };
@@ -145,7 +147,8 @@ fn finite_elements_give_the_same_solution_and_flow_in_other_units() {
         [(LENGTH, VISCOSITY), (1.0, 1.0)].map(|(length, viscosity)| {
             let mut model = FemModel::new(&scene(length, viscosity)).unwrap();
             let solution = solve(&mut model, 0.5 * length);
-            (solution, model.last_flow().unwrap())
+            let flow = solution.flow.clone().unwrap().into_field().unwrap();
+            (solution, flow)
         });
     assert_same_in_other_units(&found, &reference);
     assert!(found.mesh_error.is_some());

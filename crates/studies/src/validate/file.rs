@@ -4,8 +4,9 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use mesh::TetMesh;
 use swimmer::choose;
-use swimmer::models::Hydrodynamics;
+use swimmer::models::InstantaneousSolution;
 use swimmer::solve_start;
 
 use super::flow::solve;
@@ -48,10 +49,10 @@ fn at_start(geometry: &str) -> Result<[Row; 2]> {
     let mut model = choose(&scene)?.model;
     let instant = solve_start(&scene, model.as_mut())?;
     let cost = Cost::of(&instant);
-    let [of_velocity, of_forces] = effect_of_wall(model.as_ref())?;
+    let [of_velocity, of_forces] = effect_of_wall(&instant)?;
     let tolerances = match geometry {
         "curved" => [(SPEED, Basis::Required), (FORCE, Basis::Required)],
-        _ => [(2.0 * radius_deficit(model.as_ref())?, Basis::Flat); 2],
+        _ => [(2.0 * radius_deficit(&instant)?, Basis::Flat); 2],
     };
     let name = format!("mesh file, {geometry}");
     let [velocity, force] = compare(&name, &INSTANTANEOUS[0], &instant, tolerances, cost);
@@ -61,16 +62,18 @@ fn at_start(geometry: &str) -> Result<[Row; 2]> {
     ])
 }
 
+fn mesh_of(solution: &InstantaneousSolution) -> Result<&TetMesh> {
+    let flow = solution.flow.as_ref().context("the solution has no flow")?;
+    Ok(&flow.field()?.mesh)
+}
+
 /// Relative changes of velocity and forces if the ball has the volume inside the wall's facets.
 ///
 /// The file has a polyhedron for the ball of the exact values. Its shape is given, so solutions
 /// are not corrected for it.
-fn effect_of_wall(model: &dyn Hydrodynamics) -> Result<[f64; 2]> {
-    let mesh = model
-        .last_flow()
-        .context("the model has no flow after a solve")?
-        .mesh;
-    let volume = fem::surface_measures(&mesh, mesh.tag("outer")?)?.volume;
+fn effect_of_wall(solution: &InstantaneousSolution) -> Result<[f64; 2]> {
+    let mesh = mesh_of(solution)?;
+    let volume = fem::surface_measures(mesh, mesh.tag("outer")?)?.volume;
     let radius = (volume.abs() / (4.0 / 3.0 * PI)).cbrt();
     let case = &INSTANTANEOUS[0];
     let (inside, _) = solve(&at(case, radius, "model.kind = \"multipole\"")?)?;
@@ -83,11 +86,8 @@ fn effect_of_wall(model: &dyn Hydrodynamics) -> Result<[f64; 2]> {
 }
 
 /// Radius of the unit sphere minus that of the ball with the volume inside the flat facets.
-fn radius_deficit(model: &dyn Hydrodynamics) -> Result<f64> {
-    let mesh = model
-        .last_flow()
-        .context("the model has no flow after a solve")?
-        .mesh;
-    let volume = fem::surface_measures(&mesh, mesh.tag("sphere1")?)?.volume;
+fn radius_deficit(solution: &InstantaneousSolution) -> Result<f64> {
+    let mesh = mesh_of(solution)?;
+    let volume = fem::surface_measures(mesh, mesh.tag("sphere1")?)?.volume;
     Ok(1.0 - (volume / (4.0 / 3.0 * PI)).cbrt())
 }

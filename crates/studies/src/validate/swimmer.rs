@@ -147,7 +147,7 @@ impl Observer for Spans {
         _: &PhaseSpan,
         result: &SpanResult,
         _: &Outcome,
-        _: &dyn Hydrodynamics,
+        _: &mut dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         self.accumulated.push(result.accumulated_error.clone());
         Ok(())

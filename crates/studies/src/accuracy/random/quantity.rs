@@ -169,7 +169,7 @@ pub fn of_instant(scene: &Scene, solution: &InstantaneousSolution) -> Vec<Quanti
             negligible: NEGLIGIBLE * force * radius,
             ..quantity("torque", |b| b.torque)
         });
-        let (before, after) = (before.joint_forces, solution.joint_forces.clone());
+        let (before, after) = (before.response.joint_forces, solution.joint_forces.clone());
         quantities.push(Quantity {
             bar,
             beside_mesh,
